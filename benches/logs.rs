@@ -13,20 +13,20 @@ use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use beside::{Took, best_on_processor as best};
+use geardyn::identify::initial_estimates::problem::CommonPoleOptions;
+use geardyn::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
+use geardyn::identify::modal::measured_frf::MeasuredFrf;
 use geardyn::identify::modal::plscf::{PlscfOptions, plscf};
-use geardyn::identify::modal::responses::Responses;
-use geardyn::identify::modal::selection::{SelectionRule, select};
-use geardyn::identify::rational::{self, Measured, RationalOptions};
-use geardyn::identify::starts::problem::Options;
-use geardyn::identify::starts::vector_fitting::{Start, vector_fit};
+use geardyn::identify::modal::selection::{SelectionRule, select_modes};
+use geardyn::identify::rational::{self, FrfData, RationalOptions};
 use geardyn::numeric::fft::RealFft;
 use geardyn::numeric::{Complex, Matrix};
-use geardyn::recording::column::Column;
-use geardyn::recording::raw::Raw;
-use geardyn::recording::settings::Settings;
-use geardyn::recording::{open, settle};
-use geardyn::spectrum::frf::{Estimator, estimate, pairs};
-use geardyn::spectrum::welch::{Welch, WelchOptions};
+use geardyn::recording::raw::RawLog;
+use geardyn::recording::read_options::ReadOptions;
+use geardyn::recording::sample_column::SampleColumn;
+use geardyn::recording::{open, preprocess};
+use geardyn::spectrum::frf::{Estimator, estimate, required_pairs};
+use geardyn::spectrum::welch::{WelchEstimator, WelchOptions};
 
 mod beside;
 
@@ -126,13 +126,13 @@ fn write_log(path: &Path) -> std::io::Result<()> {
 }
 
 /// The largest relative distance of a value from the number nearest to what was written.
-fn misread(raw: &Raw) -> f64 {
-    let group = &raw.groups[0];
-    let stamps = group.clock.stamps.as_ref().expect("a column of time");
+fn misread(log: &RawLog) -> f64 {
+    let group = &log.groups[0];
+    let stamps = group.timing.stamps.as_ref().expect("a column of time");
     let columns = group.channels.iter().map(|c| &c.samples);
     std::iter::once(&stamps.seconds)
         .chain(columns)
-        .map(|column: &Column| {
+        .map(|column: &SampleColumn| {
             let mut values = vec![0.0; column.len()];
             column.read(0, &mut values).expect("it is there");
             assert_eq!(values.len(), ROWS);
@@ -148,11 +148,11 @@ fn misread(raw: &Raw) -> f64 {
 fn text() {
     let log = Temporary::new("csv");
     write_log(&log.0).expect("the temporary folder takes a log");
-    let settings = Settings::default();
-    let read = || open::open(log.path(), &settings).expect("the bench's own log is right");
-    let (time, raw) = best(3, read);
-    let error = misread(&raw);
-    drop(raw);
+    let options = ReadOptions::default();
+    let read = || open::open(log.path(), &options).expect("the bench's own log is right");
+    let (time, raw_log) = best(3, read);
+    let error = misread(&raw_log);
+    drop(raw_log);
     let bytes = std::fs::read(&log.0).expect("the log is there");
     let megabytes = bytes.len() as f64 / 1e6;
     for name in ["pandas", "polars"] {
@@ -161,7 +161,7 @@ fn text() {
         row(&what, time, Some(error), theirs);
     }
     let (time, _) = best(3, || {
-        settle::settle(read(), &settings).expect("its time is even")
+        preprocess::preprocess(read(), &options).expect("its time is even")
     });
     row("the same, time base settled", time, None, None);
     let (time, _) = best(3, || drain(&log.0));
@@ -214,13 +214,13 @@ fn averages() {
         ..WelchOptions::default()
     };
     let (time, found) = best(3, || {
-        let mut welch =
-            Welch::new(RATE_HZ, 2, &pairs(&[0], &[1]), &options).expect("right options");
-        welch.push(&[&x, &y]);
-        let spectra = welch.finish().expect("there are blocks");
+        let mut estimator = WelchEstimator::new(RATE_HZ, 2, &required_pairs(&[0], &[1]), &options)
+            .expect("right options");
+        estimator.push(&[&x, &y]);
+        let spectra = estimator.finish().expect("there are blocks");
         estimate(&spectra, &[0], &[1], Estimator::H1).expect("the input has power")
     });
-    let value = &found.functions[0].value;
+    let value = &found.frfs[0].values;
     let off = |k: usize| {
         let back = Complex::new(0.0, -TAU * k as f64 / BLOCK as f64).exp();
         let below = 1.0 - back * (2.0 * RADIUS * ANGLE.cos()) + back * back * (RADIUS * RADIUS);
@@ -336,8 +336,14 @@ fn poles() {
             |kind: &str| beside::peer("logs_peer.py", &[kind, file.path(), &counts[0], &counts[1]]);
 
         let (time, fitted) = best(2, || {
-            vector_fit(&f, &h, None, Start::Order(2 * MODES), Options::default())
-                .expect("it is well posed")
+            vector_fit(
+                &f,
+                &h,
+                None,
+                InitialPoles::Order(2 * MODES),
+                CommonPoleOptions::default(),
+            )
+            .expect("it is well posed")
         });
         let what = format!(
             "vector fitting, order 40, {name} ({} steps)",
@@ -358,20 +364,20 @@ fn poles() {
         );
 
         if noise > 0.0 {
-            let measured = alone(&f, &h);
+            let data = alone(&f, &h);
             let (time, fit) = best(1, || {
-                rational::fit(&measured, &RationalOptions::default()).expect("it fits")
+                rational::fit(&data, &RationalOptions::default()).expect("it fits")
             });
             let what = format!("rational fit without order ({} modes)", fit.modes.len());
             row(&what, time, Some(worst(&truth, &fit.poles)), None);
         }
 
-        let given = Responses::single_input(&f, &h).expect("right responses");
+        let given = MeasuredFrf::single_input(&f, &h).expect("right responses");
         let options = PlscfOptions {
             max_order: Some(4 * MODES),
         };
         let (time, orders) = best(3, || plscf(&given, &options).expect("it is well posed"));
-        let chosen = select(&orders, LINE_HZ, &SelectionRule::default());
+        let chosen = select_modes(&orders, LINE_HZ, &SelectionRule::default());
         let found: Vec<Complex> = chosen.iter().map(|m| m.mode.pole).collect();
         let what = format!("pLSCF, orders 2 to 80, {name} ({} modes)", found.len());
         row(&what, time, Some(worst(&truth, &found)), peer("lscf"));
@@ -382,15 +388,15 @@ fn poles() {
 }
 
 /// Responses with nothing said of their variance.
-fn alone<'a>(f: &'a [f64], h: &'a [Vec<Complex>]) -> Measured<'a> {
-    Measured {
+fn alone<'a>(f: &'a [f64], h: &'a [Vec<Complex>]) -> FrfData<'a> {
+    FrfData {
         frequency_hz: f,
         responses: h,
         variance: None,
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
-        hits: None,
+        hit: None,
     }
 }
 
@@ -406,9 +412,9 @@ fn fits() {
             .collect();
         let step = 1000.0 / lines as f64;
         let (f, h) = answers(&truth, responses, lines, step, 1e-2);
-        let measured = alone(&f, &h);
+        let data = alone(&f, &h);
         let (time, fit) = best(5, || {
-            rational::fit(&measured, &RationalOptions::default()).expect("it fits")
+            rational::fit(&data, &RationalOptions::default()).expect("it fits")
         });
         let what = format!(
             "rational fit, {responses} × {lines}, {} of {} modes",

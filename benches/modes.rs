@@ -7,9 +7,9 @@ use std::f64::consts::PI;
 use std::process::Command;
 
 use beside::{Took, best, python};
-use geardyn::modes::basis::{self, Solver};
-use geardyn::modes::lowest::{self, Wanted};
-use geardyn::plan::prepared::Prepared;
+use geardyn::modes::modal_basis::{self, UndampedSolver};
+use geardyn::modes::mode_subset::{self, SubsetRequest};
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::scene;
 
 mod beside;
@@ -23,9 +23,9 @@ fn model(n: usize) -> String {
     )
 }
 
-fn prepared(n: usize) -> Prepared {
+fn prepared(n: usize) -> PreparedMachine {
     let scene = scene::read_text("chain.toml", &model(n)).expect("the bench's own model is right");
-    Prepared::new(&scene.model).expect("a chain is a machine")
+    PreparedMachine::new(&scene.model).expect("a chain is a machine")
 }
 
 /// `ω_j = 2 sin((2j − 1) π / (2(2n + 1)))` of a uniform chain held at its start.
@@ -56,15 +56,15 @@ fn main() {
         let machine = prepared(n);
         let theirs = peer("dense", n);
         for (name, solver) in [
-            ("singular", Solver::Singular),
-            ("factored", Solver::Factored),
+            ("singular", UndampedSolver::Bidiagonal),
+            ("factored", UndampedSolver::Factored),
         ] {
-            if solver == Solver::Factored && n > 500 {
+            if solver == UndampedSolver::Factored && n > 500 {
                 continue; // an hour's worth of sweeps; large machines reach the digits by the routes above and below
             }
             let runs = (400 / n).clamp(1, 20);
             let (time, found) = best(runs, || {
-                basis::solve(&machine.linear, solver).expect("it solves")
+                modal_basis::solve(&machine.model, solver).expect("it solves")
             });
             row(
                 &format!("dense, n = {n}, {name}"),
@@ -75,12 +75,12 @@ fn main() {
     }
     let n = 100_000;
     let machine = prepared(n);
-    let wanted = Wanted {
+    let request = SubsetRequest {
         count: 20,
         near: None,
     };
     let (time, found) = best(3, || {
-        lowest::find(&machine.linear, machine.forest.as_ref(), wanted).expect("it solves")
+        mode_subset::solve(&machine.model, machine.forest.as_ref(), request).expect("it solves")
     });
     row(
         "lowest 20 of 100 000",

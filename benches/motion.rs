@@ -14,21 +14,25 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use beside::{Took, best, best_on_processor, peers, row};
-use geardyn::base::stop::Stop;
+use geardyn::base::time_budget::CancelToken;
 use geardyn::machine::direction::Direction;
-use geardyn::motion::combination::Combination;
-use geardyn::motion::contact::{Contact, Flanks, Losses};
-use geardyn::motion::methods::{self, Ladder, Method};
-use geardyn::motion::outputs::{Output, Outputs, Quantity};
-use geardyn::motion::problem::{Ask, Effort, Follower, Problem, Wanted};
+use geardyn::motion::combination::LinearCombination;
+use geardyn::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use geardyn::motion::dynamic_model::{
+    AppliedForce, DynamicModel, ForceElement, ForceLaw, MassMatrix,
+};
+use geardyn::motion::methods::{self, IntegrationMethod, StepControl};
+use geardyn::motion::outputs::{MotionOutput, MotionOutputs, OutputQuantity};
+use geardyn::motion::problem::{
+    IntegrationOptions, IntegrationStats, Observer, OdeProblem, StepSize,
+};
 use geardyn::motion::signal::Signal;
-use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
-use geardyn::motion::wave::{Phase, Shape, Wave};
-use geardyn::plan::motion::choice;
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
+use geardyn::motion::wave::{PeriodicFunction, WavePhase, Waveform};
+use geardyn::plan::motion::method_choice;
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::scene;
-use geardyn::scene::laws::Curve;
+use geardyn::scene::laws::TorqueSpeedCurve;
 use geardyn::scene::study::{SimulateStudy, StudyKind};
 use serde_json::{Value, json};
 
@@ -155,9 +159,9 @@ fn main() {
 
 /// A machine in motion and what is wanted of it.
 struct Moved {
-    train: Train,
+    train: DynamicModel,
     start: Vec<f64>,
-    outputs: Outputs,
+    outputs: MotionOutputs,
     from: f64,
     until: f64,
     samples: usize,
@@ -174,7 +178,7 @@ fn shipped(name: &str, until: f64, samples: u32) -> Moved {
     });
     let all: Vec<&SimulateStudy> = motions.collect();
     let study = SimulateStudy {
-        until: Some(until),
+        end_time: Some(until),
         samples: Some(samples),
         outputs: match all.iter().find(|m| m.speed.is_some()) {
             Some(first) => first.outputs.clone(),
@@ -183,11 +187,12 @@ fn shipped(name: &str, until: f64, samples: u32) -> Moved {
         speed: all[0].speed,
         ..SimulateStudy::default()
     };
-    let prepared = Prepared::new(&scene.model).expect("the model is a machine");
-    let ready = MotionScene::new(&prepared, &scene.start, &study).expect("it can move");
+    let prepared_machine = PreparedMachine::new(&scene.model).expect("the model is a machine");
+    let ready =
+        SimulationSetup::new(&prepared_machine, &scene.conditions, &study).expect("it can move");
     Moved {
-        train: ready.moving.train,
-        start: ready.start,
+        train: ready.model.model,
+        start: ready.initial_state,
         outputs: ready.outputs,
         from: 0.0,
         until,
@@ -196,40 +201,40 @@ fn shipped(name: &str, until: f64, samples: u32) -> Moved {
 }
 
 /// The same from an instant on, from where it is then.
-fn later(mut moved: Moved, from: f64) -> Moved {
-    let (until, samples) = (moved.until, moved.samples);
-    (moved.until, moved.samples) = (from, 1);
-    let explicit = methods::find("dop853-events").expect("it is a method");
-    let run = moved.run(explicit, Wanted::Tolerance(1e-10));
+fn later(mut result: Moved, from: f64) -> Moved {
+    let (until, samples) = (result.until, result.samples);
+    (result.until, result.samples) = (from, 1);
+    let explicit = methods::method_by_name("dop853-events").expect("it is a method");
+    let run = result.run(explicit, StepSize::Adaptive(1e-10));
     let states = run.expect("it moves").0;
-    moved.start = states[moved.start.len()..].to_vec();
-    (moved.from, moved.until, moved.samples) = (from, until, samples);
-    moved
+    result.start = states[result.start.len()..].to_vec();
+    (result.from, result.until, result.samples) = (from, until, samples);
+    result
 }
 
 /// A gear pair over its mesh cycles, seen at their ends.
 fn cycles(name: &str) -> Moved {
-    let mut moved = in_turning_frame(shipped(name, 1.0, 1));
-    let mesh = moved
+    let mut result = in_turning_frame(shipped(name, 1.0, 1));
+    let mesh = result
         .train
-        .branches
+        .elements
         .iter()
-        .find_map(|b| b.variation.as_ref());
-    let Some(Phase::Imposed { omega, .. }) = mesh.map(|wave| &wave.phase) else {
+        .find_map(|b| b.stiffness_wave.as_ref());
+    let Some(WavePhase::Imposed { omega, .. }) = mesh.map(|function| &function.phase) else {
         panic!("{name} has a mesh at a speed that is imposed");
     };
-    moved.until = CYCLES * (TAU / omega);
-    moved.samples = CYCLES as usize;
-    moved
+    result.until = CYCLES * (TAU / omega);
+    result.samples = CYCLES as usize;
+    result
 }
 
 /// Where nothing resists the turning at the speeds of the start, they are taken off: motion is then that about the turning, whose
 /// angle would hide it behind its digits.
-fn in_turning_frame(mut moved: Moved) -> Moved {
-    let n = moved.train.n();
-    let speeds = moved.start[n..2 * n].to_vec();
-    for b in &moved.train.branches {
-        let size = b.direction.scaled().map(|(i, a)| (a * speeds[i]).abs());
+fn in_turning_frame(mut result: Moved) -> Moved {
+    let n = result.train.coordinate_count();
+    let speeds = result.start[n..2 * n].to_vec();
+    for b in &result.train.elements {
+        let size = b.direction.entries().map(|(i, a)| (a * speeds[i]).abs());
         let size = size.fold(0.0, f64::max);
         assert!(
             b.direction.dot(&speeds).abs() <= 1e-12 * size,
@@ -237,61 +242,61 @@ fn in_turning_frame(mut moved: Moved) -> Moved {
             b.name
         );
     }
-    moved.start[n..2 * n].fill(0.0);
-    moved
+    result.start[n..2 * n].fill(0.0);
+    result
 }
 
 /// `x″ + 0.1 x′ + (1 + 0.2 cos Ωt) g(x) = 0.1 + 0.05 Ω² cos Ωt`, half-gap one, Ω = 0.85, from (1.4, 0).
 fn one_freedom() -> Moved {
     let omega = 0.85;
-    let shape = Shape::Fourier {
+    let waveform = Waveform::Fourier {
         mean: 1.0,
         terms: vec![(1, 0.2, 0.0)],
     };
-    let phase = Phase::Imposed { omega, start: 0.0 };
-    let mesh = Branch {
+    let phase = WavePhase::Imposed { omega, start: 0.0 };
+    let mesh = ForceElement {
         name: "mesh".to_string(),
-        direction: Direction::of(0),
-        force: None,
-        law: Law::Contact(Contact {
+        direction: Direction::unit(0),
+        force_direction: None,
+        law: ForceLaw::Contact(ContactLaw {
             stiffness: 1.0,
             damping: 0.1,
-            half: 1.0,
-            losses: Losses::Throughout,
-            flanks: Flanks::Both,
+            half_play: 1.0,
+            contact_damping: ContactDamping::ActsInGap,
+            flanks: ActiveFlanks::Both,
         }),
-        variation: Some(Wave { shape, phase }),
-        imposed: None,
-        followed: Vec::new(),
+        stiffness_wave: Some(PeriodicFunction { waveform, phase }),
+        imposed_displacement: None,
+        angle_waves: Vec::new(),
     };
     let load = Signal::constant(0.1).plus(&Signal::harmonic(0.05 * omega * omega, omega, 0.0));
-    let output = |name: &str, quantity| Output {
+    let output = |name: &str, quantity| MotionOutput {
         name: name.to_string(),
         quantity,
         unit: "",
     };
-    let position = Combination::of(0);
+    let position = LinearCombination::coordinate(0);
     Moved {
-        train: Train {
+        train: DynamicModel {
             coordinates: vec!["x".to_string()],
-            mass: Mass::Diagonal(vec![1.0]),
-            branches: vec![mesh],
-            drives: vec![Drive {
+            matrix: MassMatrix::Diagonal(vec![1.0]),
+            elements: vec![mesh],
+            forces: vec![AppliedForce {
                 name: "load".to_string(),
-                direction: Direction::of(0),
+                direction: Direction::unit(0),
                 signal: load,
             }],
-            drag: 0.0,
-            general: None,
+            mass_damping: 0.0,
+            unattached: None,
         },
         start: vec![1.4, 0.0],
-        outputs: Outputs {
+        outputs: MotionOutputs {
             list: vec![
-                output("x", Quantity::Position(0)),
-                output("x.speed", Quantity::Speed(0)),
+                output("x", OutputQuantity::Position(0)),
+                output("x.speed", OutputQuantity::Speed(0)),
             ],
             rows: vec![position],
-            ..Outputs::default()
+            ..MotionOutputs::default()
         },
         from: 0.0,
         until: CYCLES * (TAU / omega),
@@ -303,35 +308,39 @@ fn one_freedom() -> Moved {
 type States = Vec<f64>;
 
 impl Moved {
-    fn run(&self, method: &Method, wanted: Wanted) -> Result<(States, Effort), String> {
-        let ask = Ask {
+    fn run(
+        &self,
+        method: &IntegrationMethod,
+        size: StepSize,
+    ) -> Result<(States, IntegrationStats), String> {
+        let options = IntegrationOptions {
             from: self.from,
             to: self.until,
-            start: self.start.clone(),
+            initial_state: self.start.clone(),
             samples: self.samples,
-            effort: wanted,
-            budget: BUDGET,
-            stop: Stop::default(),
-            follower: Follower::default(),
+            step_size: size,
+            max_work: BUDGET,
+            cancel: CancelToken::default(),
+            observer: Observer::default(),
         };
         let mut states = Vec::with_capacity((self.samples + 1) * self.start.len());
-        let run = (method.run)(&self.train, &ask, &mut |_, y, _| {
+        let run = (method.run)(&self.train, &options, &mut |_, y, _| {
             states.extend_from_slice(y);
             ControlFlow::Continue(())
         });
-        run.map(|effort| (states, effort)).map_err(|e| e.message)
+        run.map(|stats| (states, stats)).map_err(|e| e.message)
     }
 
     /// Every output as a row over the states; what is imposed in time adds to it.
     fn rows(&self) -> Vec<Vec<f64>> {
-        let n = self.train.n();
+        let n = self.train.coordinate_count();
         let along = |terms: &[(usize, f64)], offset: usize| {
             let mut row = vec![0.0; self.train.len()];
             terms.iter().for_each(|&(i, a)| row[offset + i] += a);
             row
         };
         let deflection = |at: usize, offset: usize| {
-            let terms: Vec<_> = self.train.branches[at].direction.scaled().collect();
+            let terms: Vec<_> = self.train.elements[at].direction.entries().collect();
             along(&terms, offset)
         };
         let rows = self
@@ -339,11 +348,11 @@ impl Moved {
             .list
             .iter()
             .map(|output| match output.quantity {
-                Quantity::Position(at) => along(&self.outputs.rows[at].terms, 0),
-                Quantity::Speed(at) => along(&self.outputs.rows[at].terms, n),
-                Quantity::Deflection(at) => deflection(at, 0),
-                Quantity::Force(at) => match &self.train.branches[at].law {
-                    Law::Linear { stiffness, damping } => deflection(at, 0)
+                OutputQuantity::Position(at) => along(&self.outputs.rows[at].terms, 0),
+                OutputQuantity::Speed(at) => along(&self.outputs.rows[at].terms, n),
+                OutputQuantity::Deflection(at) => deflection(at, 0),
+                OutputQuantity::Force(at) => match &self.train.elements[at].law {
+                    ForceLaw::Linear { stiffness, damping } => deflection(at, 0)
                         .iter()
                         .zip(deflection(at, n))
                         .map(|(x, v)| stiffness * x + damping * v)
@@ -360,7 +369,7 @@ impl Moved {
         let mut sizes = vec![0.0f64; self.outputs.list.len()];
         for (at, y) in states.chunks(self.train.len()).enumerate() {
             let t = self.from + (self.until - self.from) * at as f64 / self.samples as f64;
-            let values = self.outputs.at(&self.train, None, t, y);
+            let values = self.outputs.evaluate(&self.train, None, t, y);
             sizes
                 .iter_mut()
                 .zip(values)
@@ -385,17 +394,17 @@ impl Moved {
 
 /// Ours, then every peer.
 fn show(part: &Part) {
-    let moved = (part.make)();
+    let result = (part.make)();
     let study = SimulateStudy::default();
-    let method = choice::choose(&moved.train, &study)
+    let method = method_choice::choose_method(&result.train, &study)
         .expect("some method takes it")
         .method;
-    let tightest = Wanted::Tolerance(1e-13);
+    let tightest = StepSize::Adaptive(1e-13);
     let folder = Temporary::new(part.name);
     let machine = folder.path("machine.json");
-    fs::write(&machine, moved.numbers(part.peers).to_string()).expect("there is room");
+    fs::write(&machine, result.numbers(part.peers).to_string()).expect("there is room");
     // The reference, and what our own error is measured by.
-    let own = || moved.run(method, tightest).expect("it moves").0;
+    let own = || result.run(method, tightest).expect("it moves").0;
     let (reference, other, by) = match part.truth {
         Truth::Exponential => {
             let file = folder.path("truth.bin");
@@ -406,10 +415,10 @@ fn show(part: &Part) {
             }
         }
         Truth::Beside(name) => {
-            let beside = methods::find(name).expect("it is a method");
-            let other = moved.run(beside, tightest).expect("it moves").0;
-            match method.ladder {
-                Ladder::Exact => (own(), other, name),
+            let beside = methods::method_by_name(name).expect("it is a method");
+            let other = result.run(beside, tightest).expect("it moves").0;
+            match method.step_control {
+                StepControl::Exact => (own(), other, name),
                 _ => (other.clone(), other, name),
             }
         }
@@ -419,8 +428,8 @@ fn show(part: &Part) {
     for (at, name) in std::iter::once(&method.name).chain(part.also).enumerate() {
         let against = if at == 0 { &other } else { &reference };
         let found = cheapest(
-            &moved,
-            methods::find(name).expect("it is a method"),
+            &result,
+            methods::method_by_name(name).expect("it is a method"),
             against,
         );
         let Some((label, took)) = found else { continue };
@@ -430,7 +439,8 @@ fn show(part: &Part) {
     let Some(ours) = ours else { return };
     let bytes: Vec<u8> = reference.iter().flat_map(|x| x.to_le_bytes()).collect();
     fs::write(folder.path("reference.bin"), bytes).expect("there is room");
-    let sizes = json!({ "rows": moved.rows(), "sizes": moved.sizes(&reference), "wanted": WANTED });
+    let sizes =
+        json!({ "rows": result.rows(), "sizes": result.sizes(&reference), "wanted": WANTED });
     fs::write(folder.path("outputs.json"), sizes.to_string()).expect("there is room");
     for (name, took) in peers("motion_peer.py", &["race", text(&machine)]) {
         row(WIDTH, &format!("    {name}"), ours, Some(took));
@@ -438,37 +448,45 @@ fn show(part: &Part) {
 }
 
 /// The cheapest run of a method that reaches the wanted error, else its best.
-fn cheapest(moved: &Moved, method: &Method, against: &States) -> Option<(String, Took)> {
-    let rungs: &[f64] = match method.ladder {
-        Ladder::Exact => &[1e-13],
+fn cheapest(
+    result: &Moved,
+    method: &IntegrationMethod,
+    against: &States,
+) -> Option<(String, Took)> {
+    let rungs: &[f64] = match method.step_control {
+        StepControl::Exact => &[1e-13],
         _ => &[1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13],
     };
-    let mut found: Option<(f64, f64, Effort)> = None;
+    let mut found: Option<(f64, f64, IntegrationStats)> = None;
     for &tolerance in rungs {
-        let Ok((states, effort)) = moved.run(method, Wanted::Tolerance(tolerance)) else {
+        let Ok((states, stats)) = result.run(method, StepSize::Adaptive(tolerance)) else {
             continue;
         };
-        let error = moved.distance(&states, against);
+        let error = result.distance(&states, against);
         if found.is_none_or(|f| error < f.1) {
-            found = Some((tolerance, error, effort));
+            found = Some((tolerance, error, stats));
         }
         if error <= WANTED {
             break;
         }
     }
-    let (tolerance, error, effort) = found?;
-    let work = || moved.run(method, Wanted::Tolerance(tolerance)).map(|r| r.1);
+    let (tolerance, error, stats) = found?;
+    let work = || {
+        result
+            .run(method, StepSize::Adaptive(tolerance))
+            .map(|r| r.1)
+    };
     let once = best_on_processor(1, work).0;
     let seconds = match once {
         once if once < 0.02 => best((0.5 / once.max(1e-4)) as usize + 3, work).0,
         once if once < 0.5 => best_on_processor(5, work).0,
         once => once,
     };
-    let asked = match method.ladder {
-        Ladder::Exact => String::new(),
+    let asked = match method.step_control {
+        StepControl::Exact => String::new(),
         _ => format!(" at {tolerance:.0e}"),
     };
-    let events = match effort.events {
+    let events = match stats.events {
         0 => String::new(),
         events => format!(", {events} events"),
     };
@@ -516,43 +534,43 @@ impl Drop for Temporary {
 
 impl Moved {
     fn numbers(&self, peers: &[&str]) -> Value {
-        let train = &self.train;
-        let n = train.n();
-        let mass = match &train.mass {
-            Mass::Diagonal(mass) => mass.clone(),
-            Mass::Full { .. } => panic!("the peer takes inertias that are not coupled"),
+        let model = &self.train;
+        let n = model.coordinate_count();
+        let mass = match &model.matrix {
+            MassMatrix::Diagonal(mass) => mass.clone(),
+            MassMatrix::Full { .. } => panic!("the peer takes inertias that are not coupled"),
         };
         let rows = |m: &geardyn::numeric::Matrix| -> Vec<Vec<f64>> {
             let row = |i: usize| (0..n).map(|j| m[(i, j)]).collect();
             (0..n).map(row).collect()
         };
-        let general = train
-            .general
+        let general = model
+            .unattached
             .as_ref()
             .map(|(k, c)| json!([rows(k), rows(c)]));
-        let drives = train.drives.iter().map(|d| {
+        let drives = model.forces.iter().map(|d| {
             let mut known = signal(&d.signal);
             known["d"] = terms(&d.direction);
             known
         });
         json!({
             "mass": mass,
-            "drag": train.drag,
+            "drag": model.mass_damping,
             "general": general,
-            "branches": train.branches.iter().map(branch).collect::<Vec<_>>(),
+            "branches": model.elements.iter().map(branch).collect::<Vec<_>>(),
             "drives": drives.collect::<Vec<_>>(),
             "start": self.start,
             "from": self.from,
             "until": self.until,
             "samples": self.samples,
-            "is_linear": train.is_linear(),
+            "is_linear": model.is_linear(),
             "peers": peers,
         })
     }
 }
 
 fn terms(direction: &Direction) -> Value {
-    json!(direction.scaled().collect::<Vec<_>>())
+    json!(direction.entries().collect::<Vec<_>>())
 }
 
 /// Knots as time, value, slope; harmonics as amplitude, ω, phase.
@@ -573,36 +591,41 @@ fn signal(signal: &Signal) -> Value {
     })
 }
 
-fn branch(b: &Branch) -> Value {
+fn branch(b: &ForceElement) -> Value {
     assert!(
-        b.followed.is_empty(),
+        b.angle_waves.is_empty(),
         "{} has an error that follows an angle",
         b.name
     );
     let (kind, numbers) = match &b.law {
-        Law::Linear { stiffness, damping } => ("linear", vec![*stiffness, *damping]),
-        Law::Contact(contact) => {
+        ForceLaw::Linear { stiffness, damping } => ("linear", vec![*stiffness, *damping]),
+        ForceLaw::Contact(contact_law) => {
             assert!(
-                contact.flanks == Flanks::Both,
+                contact_law.flanks == ActiveFlanks::Both,
                 "{} has two branches",
                 b.name
             );
-            let losses = match contact.losses {
-                Losses::Throughout => 0.0,
-                Losses::Adhesive => 1.0,
-                Losses::NoPull => 2.0,
-                Losses::Continuous => 3.0,
+            let losses = match contact_law.contact_damping {
+                ContactDamping::ActsInGap => 0.0,
+                ContactDamping::Adhesive => 1.0,
+                ContactDamping::NoPull => 2.0,
+                ContactDamping::Continuous => 3.0,
             };
-            let (k, c) = (contact.stiffness, contact.damping);
-            ("contact", vec![k, c, contact.half, losses])
+            let (k, c) = (contact_law.stiffness, contact_law.damping);
+            ("contact", vec![k, c, contact_law.half_play, losses])
         }
-        Law::Friction(f) => (
+        ForceLaw::Friction(f) => (
             "friction",
-            vec![f.sliding, f.breakaway, f.stribeck, f.creep],
+            vec![
+                f.sliding,
+                f.breakaway,
+                f.stribeck_velocity,
+                f.regularisation_velocity,
+            ],
         ),
-        Law::Lagged {
+        ForceLaw::LaggedTorque {
             curve:
-                Curve::Induction {
+                TorqueSpeedCurve::Induction {
                     pull_out,
                     slip,
                     synchronous,
@@ -611,26 +634,26 @@ fn branch(b: &Branch) -> Value {
         } => ("induction", vec![*pull_out, *slip, *synchronous, *lag]),
         other => panic!("the peer does not take {other:?}"),
     };
-    let wave = b.variation.as_ref().map(|wave| {
-        let Phase::Imposed { omega, start } = wave.phase else {
+    let function = b.stiffness_wave.as_ref().map(|function| {
+        let WavePhase::Imposed { omega, start } = function.phase else {
             panic!("{} has a wave that follows an angle", b.name);
         };
-        match &wave.shape {
-            Shape::Rectangular { high, low, duty } => {
+        match &function.waveform {
+            Waveform::Rectangular { high, low, duty } => {
                 json!({ "omega": omega, "start": start, "steps": [high, low, duty] })
             }
-            Shape::Fourier { mean, terms } => {
+            Waveform::Fourier { mean, terms } => {
                 json!({ "omega": omega, "start": start, "mean": mean, "terms": terms })
             }
-            Shape::Table(_) => panic!("{} has a wave from a table", b.name),
+            Waveform::Table(_) => panic!("{} has a wave from a table", b.name),
         }
     });
     json!({
         "w": terms(&b.direction),
-        "u": terms(b.acts()),
+        "u": terms(b.force_direction()),
         "law": kind,
         "numbers": numbers,
-        "wave": wave,
-        "imposed": b.imposed.as_ref().map(signal),
+        "wave": function,
+        "imposed": b.imposed_displacement.as_ref().map(signal),
     })
 }

@@ -14,22 +14,24 @@ use std::time::Instant;
 
 use beside::{Took, best, best_on_processor, peers, row};
 use geardyn::machine::direction::Direction;
-use geardyn::motion::contact::{Contact, Flanks, Losses};
-use geardyn::motion::floquet::orbit::orbit;
+use geardyn::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use geardyn::motion::dynamic_model::{
+    AppliedForce, DynamicModel, ForceElement, ForceLaw, MassMatrix,
+};
+use geardyn::motion::floquet::orbit::find_orbit;
 use geardyn::motion::methods;
-use geardyn::motion::outputs::Outputs;
-use geardyn::motion::problem::{Ask, Follower, Wanted};
+use geardyn::motion::outputs::MotionOutputs;
+use geardyn::motion::problem::{IntegrationOptions, Observer, StepSize};
 use geardyn::motion::regime::Regime;
 use geardyn::motion::signal::Signal;
-use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
 use geardyn::numeric::Complex;
-use geardyn::plan::prepared::Prepared;
-use geardyn::response::frequency::{Way, responses};
-use geardyn::response::harmonic::curve::{Course, follow};
-use geardyn::response::harmonic::family::Family;
-use geardyn::response::harmonic::point::Asked;
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::response::frf::{ResponseMethod, frf_matrix};
+use geardyn::response::harmonic_balance::curve::{ContinuationOptions, continue_curve};
+use geardyn::response::harmonic_balance::family::SpeedFamily;
+use geardyn::response::harmonic_balance::point::PointOptions;
 use geardyn::response::ports::Ports;
-use geardyn::response::system::Setting;
+use geardyn::response::system::OperatingModel;
 use geardyn::scene;
 
 mod beside;
@@ -63,14 +65,14 @@ fn frequency_responses() {
         "title = \"chain\"\nsource = \"bench\"\nunits = \"SI\"\n[damping]\nrayleigh_stiffness = {LOSS}\n[[chain]]\nname = \"c\"\ncount = {DISCS}\nJ = 1.0\nk = 1.0\nheld = \"start\"\n"
     );
     let scene = scene::read_text("chain.toml", &text).expect("the bench's own model is right");
-    let prepared = Prepared::new(&scene.model).expect("a chain is a machine");
-    let names = |k: usize| vec![prepared.machine.freedom_name(k)];
-    let ports =
-        Ports::read(&prepared.machine, &names(0), &names(DISCS - 1), &[]).expect("both exist");
-    let setting = Setting {
-        machine: &prepared.machine,
-        operating: &prepared.operating,
-        linear: &prepared.linear,
+    let prepared_machine = PreparedMachine::new(&scene.model).expect("a chain is a machine");
+    let names = |k: usize| vec![prepared_machine.machine.dof_name(k)];
+    let ports = Ports::parse(&prepared_machine.machine, &names(0), &names(DISCS - 1), &[])
+        .expect("both exist");
+    let operating_model = OperatingModel {
+        machine: &prepared_machine.machine,
+        point: &prepared_machine.point,
+        model: &prepared_machine.model,
         speeds: None,
     };
     let omega: Vec<f64> = (1..=LINES).map(|k| 2.2 * k as f64 / LINES as f64).collect();
@@ -81,28 +83,28 @@ fn frequency_responses() {
         &[&DISCS.to_string(), &LINES.to_string(), &LOSS.to_string()],
     );
     let peer = |name: &str| theirs.iter().find(|t| t.0 == name).map(|t| t.1);
-    for (what, way, name, runs) in [
+    for (what, method, name, runs) in [
         (
             "200 discs, 10 000 lines, one by one (sparse)",
-            Way::Direct,
+            ResponseMethod::Direct,
             "dense",
             3,
         ),
         (
             "the same, against LAPACK's banded solution",
-            Way::Direct,
+            ResponseMethod::Direct,
             "banded",
             3,
         ),
         (
             "the same, sum over all modes, modes included",
-            Way::Modal,
+            ResponseMethod::Modal,
             "modes",
             3,
         ),
     ] {
         let (seconds, found) = best_on_processor(runs, || {
-            responses(&setting, &ports, &omega, way).expect("damped")
+            frf_matrix(&operating_model, &ports, &omega, method).expect("damped")
         });
         let off = found
             .values
@@ -114,7 +116,7 @@ fn frequency_responses() {
     }
 }
 
-/// `Σ φ_j(1) φ_j(n) / (ω_j² (1 + iωβ) − ω²)`, `φ_j(k) = 2 sin(k θ_j)/√(2n + 1)`, `θ_j = (2j − 1) π/(2n + 1)`, `ω_j = 2 sin(θ_j/2)`.
+/// `Σ φ_j(1) φ_j(coordinate_count) / (ω_j² (1 + iωβ) − ω²)`, `φ_j(k) = 2 sin(k θ_j)/√(2coordinate_count + 1)`, `θ_j = (2j − 1) π/(2coordinate_count + 1)`, `ω_j = 2 sin(θ_j/2)`.
 fn exact(omega: f64) -> Complex {
     let all = (2 * DISCS + 1) as f64;
     (1..=DISCS).fold(Complex::new(0.0, 0.0), |sum, j| {
@@ -126,59 +128,59 @@ fn exact(omega: f64) -> Complex {
     })
 }
 
-fn branch(name: String, terms: &[(usize, f64)], law: Law) -> Branch {
-    Branch {
+fn branch(name: String, terms: &[(usize, f64)], law: ForceLaw) -> ForceElement {
+    ForceElement {
         name,
         direction: Direction::new(1.0, terms.iter().copied()),
-        force: None,
+        force_direction: None,
         law,
-        variation: None,
-        imposed: None,
-        followed: Vec::new(),
+        stiffness_wave: None,
+        imposed_displacement: None,
+        angle_waves: Vec::new(),
     }
 }
 
 /// Two rows of `side` discs of 1/side, joined by a pair with play that is shaken by its error, driven and braked at the ends.
-fn geared(side: usize, damping: f64) -> Train {
+fn geared(side: usize, damping: f64) -> DynamicModel {
     let n = 2 * side;
-    let mut branches = Vec::new();
+    let mut elements = Vec::new();
     for at in (0..n - 1).filter(|at| at + 1 != side) {
-        let law = Law::Linear {
+        let law = ForceLaw::Linear {
             stiffness: 10.0,
             damping: 10.0 * damping,
         };
-        branches.push(branch(
+        elements.push(branch(
             format!("shaft {at}"),
             &[(at, 1.0), (at + 1, -1.0)],
             law,
         ));
     }
-    let contact = Contact {
+    let contact_law = ContactLaw {
         stiffness: 1.0,
         damping,
-        half: 1.0,
-        losses: Losses::Throughout,
-        flanks: Flanks::Both,
+        half_play: 1.0,
+        contact_damping: ContactDamping::ActsInGap,
+        flanks: ActiveFlanks::Both,
     };
     let mut mesh = branch(
         "mesh".into(),
         &[(side - 1, 1.0), (side, -1.0)],
-        Law::Contact(contact),
+        ForceLaw::Contact(contact_law),
     );
-    mesh.imposed = Some(Signal::harmonic(0.05, 1.0, 0.0));
-    branches.push(mesh);
-    let drive = |at: usize, torque: f64| Drive {
+    mesh.imposed_displacement = Some(Signal::harmonic(0.05, 1.0, 0.0));
+    elements.push(mesh);
+    let drive = |at: usize, torque: f64| AppliedForce {
         name: format!("torque {at}"),
-        direction: Direction::of(at),
+        direction: Direction::unit(at),
         signal: Signal::constant(torque),
     };
-    Train {
+    DynamicModel {
         coordinates: (0..n).map(|k| format!("x{k}")).collect(),
-        mass: Mass::Diagonal(vec![2.0 / side as f64; n]),
-        branches,
-        drives: vec![drive(0, 0.1), drive(n - 1, -0.1)],
-        drag: 0.0,
-        general: None,
+        matrix: MassMatrix::Diagonal(vec![2.0 / side as f64; n]),
+        elements,
+        forces: vec![drive(0, 0.1), drive(n - 1, -0.1)],
+        mass_damping: 0.0,
+        unattached: None,
     }
 }
 
@@ -190,48 +192,51 @@ fn periodic_motions() {
         (1, 0.02, 1.2, "pair with play, ζ = 1 %"),
         (10, 0.1, 1.15, "the same between two shafts of ten discs"),
     ] {
-        let family = Family::new(&geared(side, damping), &vec![0.0; 2 * side]).expect("it repeats");
-        let outputs = Outputs::default();
+        let family =
+            SpeedFamily::new(&geared(side, damping), &vec![0.0; 2 * side]).expect("it repeats");
+        let outputs = MotionOutputs::default();
         let mut first = None;
         for (name, events, tolerance) in [
             ("balance alone", false, 1e-7),
             ("balance and events", true, 1e-4),
         ] {
-            let course = Course {
+            let options = ContinuationOptions {
                 from: omega,
                 to: 1.1 * omega,
                 step: 0.01,
                 tolerance,
                 orders: None,
-                most: 1,
+                max_points: 1,
             };
-            let asked = Asked {
+            let point_options = PointOptions {
                 outputs: &outputs,
                 events,
             };
             let (seconds, curve) = best(3, || {
-                follow(&family, asked, course, &mut |_| {}).expect("a motion")
+                continue_curve(&family, point_options, options, &mut |_| {}).expect("a motion")
             });
-            let start = curve.points[0].start.clone();
-            let exact = orbit(&family.at(omega), &start, 1).expect("an orbit").start;
+            let start = curve.solutions[0].start.clone();
+            let exact = find_orbit(&family.relative_at(omega), &start, 1)
+                .expect("an orbit")
+                .start;
             let error = Some(apart(&start, &exact));
             row(
                 WIDTH,
-                &format!("{what}: {name}, {} orders", curve.points[0].orders),
+                &format!("{what}: {name}, {} orders", curve.solutions[0].orders),
                 Took { seconds, error },
                 None,
             );
             first = Some((exact, seconds));
         }
         let Some((exact, ours)) = first else { continue };
-        let train = family.at(omega);
-        for (name, wanted) in [
-            ("dop853-events", Wanted::Tolerance(1e-9)),
-            ("radau5", Wanted::Tolerance(1e-8)),
-            ("periodic", Wanted::Tolerance(1e-9)),
+        let model = family.relative_at(omega);
+        for (name, size) in [
+            ("dop853-events", StepSize::Adaptive(1e-9)),
+            ("radau5", StepSize::Adaptive(1e-8)),
+            ("periodic", StepSize::Adaptive(1e-9)),
         ] {
             let (seconds, (error, periods)) =
-                best(1, || settled(&train, name, wanted, omega, &exact));
+                best(1, || settled(&model, name, size, omega, &exact));
             let ratio = seconds / ours;
             let text = match error < NEAR {
                 true => format!("{what}: {name}, {periods} periods, ratio {ratio:.0}"),
@@ -256,31 +261,37 @@ fn periodic_motions() {
 const NEAR: f64 = 1e-6;
 
 /// Integrates from nothing until the motion has settled, and gives up after 5 000 periods or half a minute.
-fn settled(train: &Train, name: &str, effort: Wanted, omega: f64, exact: &[f64]) -> (f64, u64) {
+fn settled(
+    model: &DynamicModel,
+    name: &str,
+    effort: StepSize,
+    omega: f64,
+    exact: &[f64],
+) -> (f64, u64) {
     const MOST: usize = 5000;
     const PATIENCE_S: f64 = 30.0;
     let begun = Instant::now();
     let mut start = vec![0.0; exact.len()];
     // On the driving flank, wound up.
-    let mesh = train
-        .branches
+    let mesh = model
+        .elements
         .iter()
         .find(|b| b.name == "mesh")
         .expect("it has one");
-    let along = mesh.direction.dot(&exact[..train.n()]);
-    start[..train.n()]
+    let along = mesh.direction.dot(&exact[..model.coordinate_count()]);
+    start[..model.coordinate_count()]
         .iter_mut()
         .zip(exact)
         .for_each(|(s, e)| *s = e * (1.1 / along));
-    let ask = Ask {
+    let options = IntegrationOptions {
         from: 0.0,
         to: MOST as f64 * TAU / omega,
-        start,
+        initial_state: start,
         samples: MOST,
-        effort,
-        budget: 2_000_000_000,
-        stop: Default::default(),
-        follower: Follower::default(),
+        step_size: effort,
+        max_work: 2_000_000_000,
+        cancel: Default::default(),
+        observer: Observer::default(),
     };
     let (mut error, mut periods) = (f64::INFINITY, 0);
     let mut sink = |_: f64, y: &[f64], _: Option<&Regime>| {
@@ -291,8 +302,8 @@ fn settled(train: &Train, name: &str, effort: Wanted, omega: f64, exact: &[f64])
             false => ControlFlow::Continue(()),
         }
     };
-    let method = methods::find(name).expect("a method of that name");
-    (method.run)(train, &ask, &mut sink).expect("it runs");
+    let method = methods::method_by_name(name).expect("a method of that name");
+    (method.run)(model, &options, &mut sink).expect("it runs");
     (error, periods)
 }
 

@@ -9,10 +9,10 @@ use std::hint::black_box;
 use std::io::{BufWriter, Write};
 
 use beside::{Took, best_on_processor as best};
-use geardyn::transmission::measured::evaluate::{Ask, evaluate};
-use geardyn::transmission::measured::orders::Named;
-use geardyn::transmission::measured::rows::{InMemory, Scale, Scales};
-use geardyn::transmission::measured::teeth::Teeth;
+use geardyn::transmission::encoder::evaluate::{EvaluationOptions, evaluate};
+use geardyn::transmission::encoder::gear_train::GearTrain;
+use geardyn::transmission::encoder::orders::KnownOrders;
+use geardyn::transmission::encoder::readings::{EncoderScale, EncoderScales, MemoryReadings};
 
 mod beside;
 
@@ -56,29 +56,31 @@ fn readings() -> (Vec<f64>, Vec<f64>) {
 fn main() {
     beside::head(WIDTH, "numpy");
     let (input, output) = readings();
-    let scale = |counts: f64| Scale {
+    let scale = |counts: f64| EncoderScale {
         unit: TAU / counts,
         wrap: None,
         step: TAU / counts,
     };
-    let ask = Ask {
-        teeth: Teeth::parse("21:64").expect("teeth"),
-        scales: Scales {
+    let options = EvaluationOptions {
+        train: GearTrain::parse("21:64").expect("teeth"),
+        scales: EncoderScales {
             input: scale(COUNTS[0]),
             output: scale(COUNTS[1]),
         },
         rate_hz: Some(10_000.0),
         multiples: Some(2),
         repair: false,
-        every: false,
+        all_multiples: false,
         input: false,
         index: [None, None],
-        named: Named::default(),
+        known_orders: KnownOrders::default(),
     };
-    let rows = InMemory(&input, &output);
-    let (seconds, found) = best(3, || evaluate(&rows, &ask).expect("the record is sound"));
+    let rows = MemoryReadings(&input, &output);
+    let (seconds, found) = best(3, || {
+        evaluate(&rows, &options).expect("the record is sound")
+    });
     let off = |(order, a): &(f64, f64)| {
-        let lines = &found.flanks[0].lines;
+        let lines = &found.evaluations[0].estimates;
         let line = lines.iter().find(|l| (l.order.value - order).abs() < 1e-9);
         line.map_or(f64::NAN, |l| (l.amplitude / a - 1.0).abs())
     };

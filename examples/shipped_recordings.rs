@@ -10,12 +10,12 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use geardyn::plan::prepared::Prepared;
-use geardyn::plan::run::{Answer, run};
-use geardyn::plan::stages::Plan;
+use geardyn::plan::modes_run::{ModesResult, run};
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::plan::stages::ModesPlan;
 use geardyn::plan::transmission;
 use geardyn::scene;
-use geardyn::scene::study::{Hold, ModesStudy, StateSpaceStudy, StudyKind};
+use geardyn::scene::study::{DiscretisationMethod, ModesStudy, StateSpaceStudy, StudyKind};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -38,9 +38,9 @@ fn main() -> Outcome<()> {
 }
 
 /// The machine between its inputs and outputs, every `step` seconds.
-fn sampled(step: f64, hold: Hold) -> Outcome<(Prepared, Answer)> {
+fn sampled(step: f64, hold: DiscretisationMethod) -> Outcome<(PreparedMachine, ModesResult)> {
     let scene = scene::read(Path::new(MODEL))?;
-    let prepared = Prepared::new(&scene.model)?;
+    let prepared = PreparedMachine::new(&scene.model)?;
     let names = |all: [&str; 2]| all.map(str::to_string).to_vec();
     let study = ModesStudy {
         damped: true,
@@ -48,17 +48,17 @@ fn sampled(step: f64, hold: Hold) -> Outcome<(Prepared, Answer)> {
             inputs: names(INPUTS),
             outputs: names(OUTPUTS),
             sample_time: Some(step),
-            hold,
+            method: hold,
         }),
         ..ModesStudy::default()
     };
-    let plan = Plan::modes(&prepared, &study);
+    let plan = ModesPlan::plan_modes(&prepared, &study);
     let answer = run(&prepared, &study, &plan)?;
     Ok((prepared, answer))
 }
 
 /// Accelerations under forces, every `keep`-th sample of them: `x⁺ = A x + B u`, `y = C x + D u`.
-fn simulate(answer: &Answer, forces: &[[f64; 2]], keep: usize) -> Outcome<Vec<[f64; 2]>> {
+fn simulate(answer: &ModesResult, forces: &[[f64; 2]], keep: usize) -> Outcome<Vec<[f64; 2]>> {
     let (space, _) = answer.state_space.as_ref().ok_or("no state space")?;
     let n = space.a.nrows();
     let (mut x, mut next) = (vec![0.0; n], vec![0.0; n]);
@@ -95,10 +95,10 @@ impl Normal {
 }
 
 /// `[truth]`: the modes that move the workpiece sideways.
-fn truth(prepared: &Prepared, answer: &Answer, more: &str) -> String {
+fn truth(prepared: &PreparedMachine, answer: &ModesResult, more: &str) -> String {
     let at: Vec<usize> = INPUTS
         .iter()
-        .filter_map(|name| prepared.machine.freedom(name))
+        .filter_map(|name| prepared.machine.dof(name))
         .collect();
     // Torsional modes move it by rounding only.
     const SIDEWAYS: f64 = 1e-9;
@@ -156,7 +156,7 @@ fn struck() -> Outcome<()> {
         (2.8666, 1350.0),
     ];
     let step = 1.0 / (RATE * FINER as f64);
-    let (prepared, answer) = sampled(step, Hold::First)?;
+    let (prepared, answer) = sampled(step, DiscretisationMethod::First)?;
     let count = (SECONDS * RATE) as usize * FINER;
     let force: Vec<f64> = (0..count)
         .map(|k| {
@@ -201,7 +201,7 @@ fn cutting() -> Outcome<()> {
     const BROAD: f64 = 120.0; // N rms
     const FIRST: f64 = 60.0; // N; the harmonics fall with their number
     const NOISE: f64 = 0.01; // m/s²
-    let (prepared, answer) = sampled(1.0 / RATE, Hold::Zero)?;
+    let (prepared, answer) = sampled(1.0 / RATE, DiscretisationMethod::Zero)?;
     let mut normal = Normal::with_seed(SEED);
     let forces: Vec<[f64; 2]> = (0..(SECONDS * RATE) as usize)
         .map(|k| {
@@ -246,7 +246,7 @@ fn run_up() -> Outcome<()> {
     const MESH_FORCE: f64 = 25.0; // N
     const NOISE: f64 = 0.01; // m/s²
     const PULSE: f64 = 0.1; // share of a turn
-    let (prepared, answer) = sampled(1.0 / (RATE * FINER as f64), Hold::First)?;
+    let (prepared, answer) = sampled(1.0 / (RATE * FINER as f64), DiscretisationMethod::First)?;
     let turns = |k: usize| {
         let t = k as f64 / (RATE * FINER as f64);
         (RPM[0] * t + (RPM[1] - RPM[0]) * t * t / (2.0 * SECONDS)) / 60.0
@@ -301,22 +301,19 @@ fn encoders() -> Outcome<()> {
         StudyKind::Transmission(study) => Some(study.clone()),
         _ => None,
     });
-    let prepared = Prepared::new(&scene.model)?;
+    let prepared = PreparedMachine::new(&scene.model)?;
     let study = study.ok_or("no study of transmission errors")?;
     let answer = transmission::run::run(&prepared, &study)?;
-    let spindle = prepared
-        .machine
-        .freedom("work_spindle")
-        .ok_or("no spindle")?;
-    let first = prepared.machine.freedom("index_gear_1").ok_or("no gear")?;
-    let ratio = answer.chain.turns(first).ok_or("no ratio")?.value().abs();
+    let spindle = prepared.machine.dof("work_spindle").ok_or("no spindle")?;
+    let first = prepared.machine.dof("index_gear_1").ok_or("no gear")?;
+    let ratio = answer.chain.ratio(first).ok_or("no ratio")?.to_f64().abs();
     let lines: Vec<_> = answer
-        .rows
+        .lines
         .iter()
         .map(|row| {
             (
-                row.line.order.value(),
-                row.dynamic.unwrap_or(answer.slow(row)),
+                row.line.order.to_f64(),
+                row.dynamic.unwrap_or(answer.quasi_static(row)),
             )
         })
         .collect();

@@ -14,7 +14,7 @@ pub(crate) fn main() -> Result<(), Errors> {
         .build()?
         .machine()?;
     let motion = machine.simulate(&SimulateStudy {
-        until: Some(0.05),
+        end_time: Some(0.05),
         outputs: vec!["motor.theta.speed".into(), "work.theta.speed".into()],
         ..SimulateStudy::default()
     })?;

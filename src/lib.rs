@@ -46,7 +46,7 @@ pub mod plan;
 /// Error against run time, where methods break.
 pub mod study;
 
-/// Results as tables, JSON, CSV and pictures.
+/// Results as tables, JSON, CSV and plots.
 pub mod report;
 
 /// The library's surface.
@@ -79,8 +79,8 @@ struct Tutorial;
 /// # Ok::<(), Errors>(())
 /// ```
 pub mod prelude {
+    pub use crate::plan::logs::identify_study::IdentifyStudy;
     pub use crate::plan::logs::spectrum_study::SpectrumStudy;
-    pub use crate::plan::logs::study::IdentifyStudy;
     pub use crate::scene::study::{ModesStudy, ResponseStudy, SimulateStudy, TransmissionStudy};
     pub use crate::{Errors, Machine, Model, ModelBuilder, Recording};
 }

@@ -18,7 +18,7 @@ N = 240
 
 
 def kaiser_low_pass(edge_pass, edge_stop, db):
-    """The filter of src/spectrum/lowpass.rs by NumPy's window and sinc; edges over the sample rate."""
+    """The filter of src/spectrum/kaiser_fir.rs by NumPy's window and sinc; edges over the sample rate."""
     depth = db + 1.5
     half = int(np.ceil((depth - 7.95) / (2.285 * 2 * np.pi * (edge_stop - edge_pass)) / 2))
     while True:

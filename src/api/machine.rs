@@ -5,31 +5,31 @@ use super::motion::Motion;
 use super::response::Response;
 use super::transmission::TransmissionError;
 use crate::base::error::Errors;
-use crate::base::stop::Stop;
-use crate::plan::prepared::Prepared;
-use crate::plan::simulate::Moved;
-use crate::plan::stages::Plan;
-use crate::plan::{response, run, transmission};
+use crate::base::time_budget::CancelToken;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::simulate::SimulationResult;
+use crate::plan::stages::ModesPlan;
+use crate::plan::{modes_run, response, transmission};
 use crate::scene::Scene;
 use crate::scene::study::{ModesStudy, ResponseStudy, SimulateStudy, TransmissionStudy};
 
 /// A machine, assembled and linearised at its operating point.
 pub struct Machine {
     scene: Scene,
-    prepared: Prepared,
+    machine: PreparedMachine,
 }
 
 impl Machine {
     pub(super) fn new(scene: Scene) -> Result<Machine, Errors> {
-        let prepared = Prepared::new(&scene.model)?;
-        Ok(Machine { scene, prepared })
+        let machine = PreparedMachine::new(&scene.model)?;
+        Ok(Machine { scene, machine })
     }
 
     /// Names of the degrees of freedom, `node.axis`, in the order of mode shapes.
     pub fn dofs(&self) -> Vec<String> {
-        let machine = &self.prepared.machine;
-        (0..machine.freedoms.len())
-            .map(|k| machine.freedom_name(k))
+        let machine = &self.machine.machine;
+        (0..machine.dofs.len())
+            .map(|k| machine.dof_name(k))
             .collect()
     }
 
@@ -38,9 +38,9 @@ impl Machine {
     /// # Errors
     /// A machine beyond the limits of the method; unknown names in the study.
     pub fn modes(&self, study: &ModesStudy) -> Result<Modes, Errors> {
-        let plan = Plan::modes(&self.prepared, study);
-        let answer = run::run(&self.prepared, study, &plan)?;
-        Ok(Modes::new(&self.prepared.machine, answer))
+        let plan = ModesPlan::plan_modes(&self.machine, study);
+        let answer = modes_run::run(&self.machine, study, &plan)?;
+        Ok(Modes::new(&self.machine.machine, answer))
     }
 
     /// Frequency responses of every output to every input over a band.
@@ -48,8 +48,8 @@ impl Machine {
     /// # Errors
     /// A study without a band, inputs or outputs; unknown names; a machine beyond the limits of the method.
     pub fn response(&self, study: &ResponseStudy) -> Result<Response, Errors> {
-        let answer = response::run::run(&self.prepared, study, false)?;
-        Ok(Response::new(&self.prepared.machine, answer))
+        let answer = response::run::run(&self.machine, study, false)?;
+        Ok(Response::new(&self.machine.machine, answer))
     }
 
     /// Motion in time from the initial state of the scene, at rest by default.
@@ -57,8 +57,9 @@ impl Machine {
     /// # Errors
     /// A study without an end; unknown names; whatever stops the integration, with time and state.
     pub fn simulate(&self, study: &SimulateStudy) -> Result<Motion, Errors> {
-        let moved = Moved::new(&self.scene, study, &Stop::default(), &|_| ())?;
-        Ok(Motion::new(moved))
+        let result =
+            SimulationResult::simulate(&self.scene, study, &CancelToken::default(), &|_| ())?;
+        Ok(Motion::new(result))
     }
 
     /// Transmission error of a chain by order, from the errors the model declares.
@@ -69,7 +70,7 @@ impl Machine {
         &self,
         study: &TransmissionStudy,
     ) -> Result<TransmissionError, Errors> {
-        let answer = transmission::run::run(&self.prepared, study)?;
-        Ok(TransmissionError::new(&self.prepared.machine, answer))
+        let answer = transmission::run::run(&self.machine, study)?;
+        Ok(TransmissionError::new(&self.machine.machine, answer))
     }
 }

@@ -1,25 +1,17 @@
 //! The library's surface: models, machines, recordings, and what their analyses return by name.
 
-/// A machine model from a file, from text or from a builder.
 pub mod model;
 
-/// Element by element, without a file.
 pub mod builder;
 
-/// A machine that is ready for analysis.
 pub mod machine;
 
-/// Natural modes with names.
 pub mod modes;
 
-/// Frequency responses with names.
 pub mod response;
 
-/// Motion in time with names.
 pub mod motion;
 
-/// Transmission error by order, with names.
 pub mod transmission;
 
-/// Measured signals.
 pub mod recording;

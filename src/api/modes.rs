@@ -2,10 +2,10 @@
 
 use std::ops::Index;
 
-use crate::base::error::Warning;
-use crate::machine::parts;
+use crate::base::error::Diagnostic;
+use crate::machine::components;
 use crate::numeric::Complex;
-use crate::plan::run::Answer;
+use crate::plan::modes_run::ModesResult;
 
 /// The natural modes of a machine by rising frequency.
 #[derive(Debug, Clone)]
@@ -15,7 +15,7 @@ pub struct Modes {
     /// The modes.
     pub modes: Vec<Mode>,
     /// Warnings about the machine and the solution.
-    pub warnings: Vec<Warning>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// One natural mode.
@@ -40,7 +40,7 @@ pub struct Mode {
 }
 
 impl Modes {
-    pub(super) fn new(machine: &parts::Machine, answer: Answer) -> Modes {
+    pub(super) fn new(machine: &components::Machine, result: ModesResult) -> Modes {
         let named = |shares: &[(usize, f64)]| {
             let mut shares: Vec<(String, f64)> = shares
                 .iter()
@@ -49,23 +49,23 @@ impl Modes {
             shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
             shares
         };
-        let with_energies = answer.modes.into_iter().zip(&answer.energies);
-        let modes = with_energies.map(|(mode, energies)| Mode {
+        let with_energies = result.modes.into_iter().zip(&result.shares);
+        let modes = with_energies.map(|(mode, energy_shares)| Mode {
             frequency_hz: mode.frequency_hz(),
             damping_ratio: mode.damping_ratio,
             eigenvalue: mode.eigenvalue,
             is_rigid: mode.rigid,
-            digits: mode.digits,
-            kinetic_energy: named(&energies.kinetic),
-            strain_energy: energies.strain.as_deref().map_or(Vec::new(), named),
+            digits: mode.trusted_digits,
+            kinetic_energy: named(&energy_shares.kinetic),
+            strain_energy: energy_shares.strain.as_deref().map_or(Vec::new(), named),
             shape: mode.shape,
         });
         Modes {
-            dofs: (0..machine.freedoms.len())
-                .map(|k| machine.freedom_name(k))
+            dofs: (0..machine.dofs.len())
+                .map(|k| machine.dof_name(k))
                 .collect(),
             modes: modes.collect(),
-            warnings: answer.warnings,
+            diagnostics: result.diagnostics,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Motion in time: outputs with names and units at common instants.
 
-use crate::base::error::Warning;
-use crate::plan::simulate::Moved;
+use crate::base::error::Diagnostic;
+use crate::plan::simulate::SimulationResult;
 
 /// The motion of a machine.
 #[derive(Debug, Clone)]
@@ -13,7 +13,7 @@ pub struct Motion {
     /// The integration method that was used.
     pub method: &'static str,
     /// Warnings about the machine and the integration.
-    pub warnings: Vec<Warning>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// One output over time.
@@ -28,10 +28,10 @@ pub struct MotionOutput {
 }
 
 impl Motion {
-    pub(super) fn new(moved: Moved) -> Motion {
-        let outputs = moved.scene.outputs.list.into_iter();
+    pub(super) fn new(result: SimulationResult) -> Motion {
+        let outputs = result.scene.outputs.list.into_iter();
         let outputs = outputs
-            .zip(moved.motion.values)
+            .zip(result.history.values)
             .map(|(output, values)| MotionOutput {
                 name: output.name,
                 unit: output.unit,
@@ -39,9 +39,9 @@ impl Motion {
             });
         Motion {
             outputs: outputs.collect(),
-            time_s: moved.motion.time,
-            method: moved.choice.method.name,
-            warnings: moved.warnings,
+            time_s: result.history.time,
+            method: result.choice.method.name,
+            diagnostics: result.diagnostics,
         }
     }
 

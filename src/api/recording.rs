@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::plan::logs::found::Identification;
-use crate::plan::logs::identification::{self, Source};
+use crate::plan::logs::identification::{self, IdentificationInput};
+use crate::plan::logs::identification_result::IdentificationResult;
+use crate::plan::logs::identify_study::IdentifyStudy;
 use crate::plan::logs::spectrum;
-use crate::plan::logs::spectrum_study::{Spectrum, SpectrumStudy};
-use crate::plan::logs::study::IdentifyStudy;
-use crate::recording::column::Column;
+use crate::plan::logs::spectrum_study::{SpectrumResult, SpectrumStudy};
+use crate::recording::sample_column::SampleColumn;
 use crate::recording::signals::{Channel, Recording};
-use crate::recording::{open, settle};
+use crate::recording::{open, preprocess};
 use crate::scene;
 
 impl Recording {
@@ -22,9 +22,9 @@ impl Recording {
     /// Whatever is wrong with the log or its sidecar, with file, line and remedy.
     pub fn open(path: impl AsRef<Path>) -> Result<Recording, Errors> {
         let path = path.as_ref();
-        let settings = scene::log::read_beside(path)?.unwrap_or_default();
-        let raw = open::open(&path.display().to_string(), &settings)?;
-        Ok(settle::settle(raw, &settings)?)
+        let settings = scene::sidecar::read_for_log(path)?.unwrap_or_default();
+        let log = open::open(&path.display().to_string(), &settings)?;
+        Ok(preprocess::preprocess(log, &settings)?)
     }
 
     /// Makes a recording of sampled signals: sampling rate, Hz, and for each channel its name, its unit (`m/s²`, `N`; empty where
@@ -52,25 +52,25 @@ impl Recording {
         let channel = |(name, unit, values): &(&str, &str, &[f64])| Channel {
             name: name.to_string(),
             unit: unit.to_string(),
-            samples: Arc::new(Column::from_slice(values)),
+            samples: Arc::new(SampleColumn::from_slice(values)),
             overload_level: None,
             overloads: 0,
         };
         Ok(Recording {
             path: String::new(),
             dialect: "arrays".to_string(),
-            facts: Vec::new(),
+            metadata: Vec::new(),
             rate_hz,
             rate_std: 0.0,
             rate_source: "as given".to_string(),
             samples,
-            stretches: std::iter::once(0..samples).collect(),
-            starts: vec![0.0],
+            segments: std::iter::once(0..samples).collect(),
+            segment_starts: vec![0.0],
             start: None,
             files: Vec::new(),
             channels: channels.iter().map(channel).collect(),
             repairs: Vec::new(),
-            warnings: Vec::new(),
+            diagnostics: Vec::new(),
         })
     }
 
@@ -78,8 +78,8 @@ impl Recording {
     ///
     /// # Errors
     /// Unknown channels; a study the record is too short for.
-    pub fn spectrum(&self, study: &SpectrumStudy) -> Result<Spectrum, Errors> {
-        Ok(spectrum::spectrum(self, study)?)
+    pub fn spectrum(&self, study: &SpectrumStudy) -> Result<SpectrumResult, Errors> {
+        Ok(spectrum::run_spectrum(self, study)?)
     }
 
     /// Frequency responses, transfer functions and modes from `inputs` to `outputs`; modes from responses alone where `inputs` is empty.
@@ -92,14 +92,17 @@ impl Recording {
         inputs: &[&str],
         outputs: &[&str],
         study: &IdentifyStudy,
-    ) -> Result<Identification, Errors> {
+    ) -> Result<IdentificationResult, Errors> {
         let names = |list: &[&str]| list.iter().map(|name| name.to_string()).collect();
         let study = IdentifyStudy {
             inputs: names(inputs),
             outputs: names(outputs),
             ..study.clone()
         };
-        Ok(identification::identify(Source::Signals(self), &study)?)
+        Ok(identification::identify(
+            IdentificationInput::Signals(self),
+            &study,
+        )?)
     }
 }
 
@@ -120,7 +123,9 @@ fn check(rate_hz: f64, channels: &[(&str, &str, &[f64])], samples: usize) -> Res
                 "channel {name} has {} samples, the first channel {samples}",
                 values.len()
             );
-            return Err(Error::new(Code::Conflict, message).hint("give channels of one length"));
+            return Err(
+                Error::new(Code::Conflict, message).with_hint("give channels of one length")
+            );
         }
         if channels[..k].iter().any(|other| other.0 == *name) {
             return Err(Error::new(
@@ -131,7 +136,7 @@ fn check(rate_hz: f64, channels: &[(&str, &str, &[f64])], samples: usize) -> Res
         if let Some(at) = values.iter().position(|x| !x.is_finite()) {
             let message = format!("sample {at} of channel {name} is {}", values[at]);
             return Err(Error::new(Code::OutOfRange, message)
-                .hint("give the parts between gaps as recordings of their own"));
+                .with_hint("give the parts between gaps as recordings of their own"));
         }
     }
     Ok(())

@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use crate::base::error::Warning;
-use crate::machine::parts::Machine;
+use crate::base::error::Diagnostic;
+use crate::machine::components::Machine;
 use crate::numeric::Complex;
-use crate::plan::response::run::Answer;
+use crate::plan::response::run::ResponseResult;
 
 /// Frequency responses of every output to every input.
 #[derive(Debug, Clone)]
@@ -15,7 +15,7 @@ pub struct Response {
     /// One function for each input and output.
     pub functions: Vec<ResponseFunction>,
     /// Warnings about the machine and the solution.
-    pub warnings: Vec<Warning>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// The response of one output to one input.
@@ -47,27 +47,27 @@ pub struct ResponsePeak {
 }
 
 impl Response {
-    pub(super) fn new(machine: &Machine, answer: Answer) -> Response {
-        let functions = answer.pairs.into_iter().map(|pair| ResponseFunction {
+    pub(super) fn new(machine: &Machine, result: ResponseResult) -> Response {
+        let functions = result.curves.into_iter().map(|pair| ResponseFunction {
             peaks: (pair.peaks.iter())
-                .map(|strained| ResponsePeak {
-                    frequency_hz: strained.peak.omega / TAU,
-                    magnitude: strained.peak.height,
-                    damping_ratio: strained.peak.damping(),
-                    dominant_element: strained
-                        .mostly
+                .map(|peak| ResponsePeak {
+                    frequency_hz: peak.peak.omega / TAU,
+                    magnitude: peak.peak.height,
+                    damping_ratio: peak.peak.damping(),
+                    dominant_element: peak
+                        .dominant_element
                         .map(|(element, _)| machine.elements[element].name.clone()),
                 })
                 .collect(),
             input: pair.input,
             output: pair.output,
             unit: pair.unit,
-            values: pair.value,
+            values: pair.values,
         });
         Response {
             functions: functions.collect(),
-            frequency_hz: answer.frequency_hz,
-            warnings: answer.warnings,
+            frequency_hz: result.frequency_hz,
+            diagnostics: result.diagnostics,
         }
     }
 

@@ -1,9 +1,9 @@
 //! Transmission error of a chain: components by order, each with its source, and their sums.
 
-use crate::base::error::Warning;
-use crate::machine::parts::Machine;
+use crate::base::error::Diagnostic;
+use crate::machine::components::Machine;
 use crate::numeric::Complex;
-use crate::plan::transmission::run::{Answer, Row};
+use crate::plan::transmission::run::{OrderLineResult, TransmissionResult};
 use crate::report::transmission::source;
 
 /// The transmission error of a chain at its output.
@@ -16,7 +16,7 @@ pub struct TransmissionError {
     /// Root of the sum of squared amplitudes, rad zero to peak.
     pub rss: f64,
     /// Warnings about the chain.
-    pub warnings: Vec<Warning>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// One sinusoidal component of a transmission error.
@@ -37,20 +37,20 @@ pub struct OrderComponent {
 }
 
 impl TransmissionError {
-    pub(super) fn new(machine: &Machine, answer: Answer) -> TransmissionError {
-        let component = |row: &Row| OrderComponent {
-            order: row.line.order.value(),
-            order_fraction: row.line.order.to_string(),
-            source: source(machine, row),
-            value: answer.slow(row),
-            value_at_speed: row.dynamic,
-            share: row.share,
+    pub(super) fn new(machine: &Machine, result: TransmissionResult) -> TransmissionError {
+        let component = |line_result: &OrderLineResult| OrderComponent {
+            order: line_result.line.order.to_f64(),
+            order_fraction: line_result.line.order.to_string(),
+            source: source(machine, line_result),
+            value: result.quasi_static(line_result),
+            value_at_speed: line_result.dynamic,
+            share: line_result.share,
         };
         TransmissionError {
-            components: answer.rows.iter().map(component).collect(),
-            worst_case: answer.budget.worst_case,
-            rss: answer.budget.rss,
-            warnings: answer.warnings,
+            components: result.lines.iter().map(component).collect(),
+            worst_case: result.budget.worst_case,
+            rss: result.budget.rss,
+            diagnostics: result.diagnostics,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The words errors go by, each with its exit code and its explanation.
+//! Error codes: the word shown to users, the exit code and the text of `geardyn explain`.
 
 /// Declares every code once: its word, the exit code of a command it ends, and what `geardyn explain` says of it.
 macro_rules! codes {
@@ -12,12 +12,12 @@ macro_rules! codes {
             pub const ALL: &'static [Code] = &[$(Code::$name,)*];
 
             /// The word users see in brackets.
-            pub fn word(self) -> &'static str {
+            pub fn as_str(self) -> &'static str {
                 match self { $(Code::$name => $word,)* }
             }
 
             /// The exit code of a command it ends: 2 for bad input, 3 for numerical failure, 130 for an interrupt.
-            pub fn exit(self) -> u8 {
+            pub fn exit_code(self) -> u8 {
                 match self { $(Code::$name => $exit,)* }
             }
 
@@ -49,15 +49,15 @@ codes! {
     EmptyMachine "empty-machine" 2 "The model has no inertia, so nothing can move."
     Disconnected "disconnected" 2 "The element joins nothing to the machine: a massless node that no branch with stiffness holds has no equation of motion."
     ContradictoryRatios "contradictory-ratios" 2 "Rigid gear pairs that close a loop must multiply to one. Where they do not, the loop cannot turn at all; make one pair elastic (give it k) or mend its tooth numbers."
-    NoSuchFreedom "no-such-freedom" 2 "The node has no freedom along that axis: lateral and tilting axes exist only where a bearing gives the node one."
-    NoSpeed "no-speed" 2 "The question needs the speed of the shafts, and the model does not fix it: nothing can turn, or several parts turn independently of each other. State speeds in [speed]."
+    UnknownDof "no-such-freedom" 2 "The node has no freedom along that axis: lateral and tilting axes exist only where a bearing gives the node one."
+    UndeterminedSpeed "no-speed" 2 "The question needs the speed of the shafts, and the model does not fix it: nothing can turn, or several parts turn independently of each other. State speeds in [speed]."
     // logs
     UnknownFormat "unknown-format" 2 "The file is none of the formats logs are read from: delimited text (CSV and its kin), LabVIEW LVM, UFF 58, WAV, MATLAB level 5; each also inside gzip or zip. The message says what its first bytes look like."
-    BrokenFile "broken-file" 2 "The file begins as a known format and then breaks its rules: it was cut off, damaged or written by a program that strays from the format."
+    CorruptFile "broken-file" 2 "The file begins as a known format and then breaks its rules: it was cut off, damaged or written by a program that strays from the format."
     EmptyLog "empty-log" 2 "The log holds no samples: the file is empty, nothing but a header, or holds only spectra or frequency responses, which `geardyn spectrum` and `geardyn identify` take as they are."
     RaggedRow "ragged-row" 2 "A row of numbers has more or fewer cells than the rows before it. The row is never cut, filled or passed over; mend the file, or state the delimiter and the decimal mark where they were misread."
     NotANumber "not-a-number" 2 "A cell of a channel holds text. Blank cells, NaN and overload words are understood as missing samples; anything else is not guessed at."
-    BadTime "bad-time" 2 "The time stamps repeat, run backward or leap beyond all recorders, so that the order of the samples is in doubt; or they are so uneven that lost samples cannot be told from late stamps, or that the samples cannot be brought to even steps within 10 %. Sort or cut the log at the line named, log with even steps, or leave the stamps aside: --time none --rate HZ."
+    InvalidTimeStamps "bad-time" 2 "The time stamps repeat, run backward or leap beyond all recorders, so that the order of the samples is in doubt; or they are so uneven that lost samples cannot be told from late stamps, or that the samples cannot be brought to even steps within 10 %. Sort or cut the log at the line named, log with even steps, or leave the stamps aside: --time none --rate HZ."
     RateUnknown "rate-unknown" 2 "Neither time stamps nor the header give the sample rate, or the header states it in a way that cannot be read with certainty: with a unit that is none of a rate, a tail, or numbers that may be one or several. State it: --rate 5000, or `rate` in the sidecar."
     RateDisagrees "rate-disagrees" 2 "The sample rates that the file states, or those and the rate of its time stamps, differ by more than 0.1 %; or the files of one test have rates that differ by more than 0.01 %. State the right one: --rate-from time, --rate-from header, or --rate."
     NoChannel "no-channel" 2 "The log has no channel of that name. `geardyn check LOG` lists the channels."
@@ -69,17 +69,17 @@ codes! {
     Usage "usage" 2 "The command was called in a way it does not take. See its --help."
     OutputFailed "output-failed" 2 "The output file could not be written: its folder is missing or takes no file, the disk is full, or the name is a link that does not resolve. Nothing half-written is left behind, and no file of the run is replaced."
     // numbers
-    Indefinite "indefinite" 3 "The mass matrix is not positive definite, so the modes are not defined. A consistent mass or a rigid joint has left a combination of freedoms without inertia."
+    NotPositiveDefinite "indefinite" 3 "The mass matrix is not positive definite, so the modes are not defined. A consistent mass or a rigid joint has left a combination of freedoms without inertia."
     NoConvergence "no-convergence" 3 "An iteration ended without reaching its tolerance. The message says which, and how far it came. Of a motion: take another --method (radau5 for stiff machines, dop853-events for contacts), a coarser --tolerance, or a smaller --step; where something jumps at that instant, give it a short ramp. Of modes: ask for fewer, or nearer to a frequency."
     Overflow "overflow" 3 "Numbers of the model are so far apart that their products leave the range of double precision (1e-308 to 1e308). Check the units of the values named."
     IllPosed "ill-posed" 3 "The data do not determine what is asked: the equations of the fit are singular, or fewer independent values than unknowns are at hand."
     Interrupted "interrupted" 130 "An interrupt (Ctrl-C, SIGTERM or SIGHUP) ended the work before anything was finished that could be shown. Where something was, it is shown, with the same exit code. Files named as outputs are as they were before."
-    Hopeless "hopeless" 3 "The request would need more memory or time than is sensible for it. The message says what to ask instead."
+    BudgetExceeded "hopeless" 3 "The request would need more memory or time than is sensible for it. The message says what to ask instead."
 }
 
 impl Code {
     /// The code of a word, if there is one.
-    pub fn from_word(word: &str) -> Option<Code> {
-        Code::ALL.iter().copied().find(|code| code.word() == word)
+    pub fn parse(word: &str) -> Option<Code> {
+        Code::ALL.iter().copied().find(|code| code.as_str() == word)
     }
 }

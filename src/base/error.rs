@@ -1,9 +1,9 @@
-//! What went wrong, where, and what to do now.
+//! Errors with source span, label and hint; diagnostics that accompany a result.
 
 use std::fmt;
 
 use super::code::Code;
-use super::place::Place;
+use super::source_span::SourceSpan;
 
 /// One thing that is wrong with the input, or one computation that failed.
 #[derive(Debug, Clone)]
@@ -13,8 +13,8 @@ pub struct Error {
     /// What is wrong, with the values and their units; one sentence, no full stop.
     pub message: String,
     /// Where it stands in the user's file.
-    pub place: Option<Place>,
-    /// What to write beside the caret.
+    pub span: Option<SourceSpan>,
+    /// What to write next to the caret.
     pub label: Option<String>,
     /// What to do now.
     pub hint: Option<String>,
@@ -22,10 +22,10 @@ pub struct Error {
 
 impl Error {
     /// Sorts by file and place, those without a place last.
-    fn order(&self) -> (bool, Option<&str>, usize) {
-        let place = self.place.as_ref();
-        let path = place.map(|p| p.source().path.as_str());
-        (place.is_none(), path, place.map_or(0, |p| p.span().start))
+    fn sort_key(&self) -> (bool, Option<&str>, usize) {
+        let span = self.span.as_ref();
+        let path = span.map(|p| p.source().path.as_str());
+        (span.is_none(), path, span.map_or(0, |p| p.span().start))
     }
 
     /// An error without a place.
@@ -33,32 +33,33 @@ impl Error {
         Error {
             code,
             message: message.into(),
-            place: None,
+            span: None,
             label: None,
             hint: None,
         }
     }
 
-    /// The same error, pointing at `place`.
-    pub fn at(mut self, place: &Place) -> Error {
-        self.place = Some(place.clone());
+    /// The same error, pointing at `span`.
+    pub fn with_span(mut self, span: &SourceSpan) -> Error {
+        self.span = Some(span.clone());
         self
     }
 
     /// The same error, said of a file where it has no place in one.
-    pub fn in_file(mut self, path: &str) -> Error {
-        self.place.get_or_insert_with(|| Place::of_file(path));
+    pub fn with_file(mut self, path: &str) -> Error {
+        self.span
+            .get_or_insert_with(|| SourceSpan::whole_file(path));
         self
     }
 
-    /// The same error with a word beside the caret.
-    pub fn label(mut self, label: impl Into<String>) -> Error {
+    /// The same error with a word next to the caret.
+    pub fn with_label(mut self, label: impl Into<String>) -> Error {
         self.label = Some(label.into());
         self
     }
 
     /// The same error with advice.
-    pub fn hint(mut self, hint: impl Into<String>) -> Error {
+    pub fn with_hint(mut self, hint: impl Into<String>) -> Error {
         self.hint = Some(hint.into());
         self
     }
@@ -66,15 +67,15 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.place {
-            Some(place) if place.is_whole_file() => write!(f, "{}: ", place.source().path)?,
-            Some(place) => {
-                let (path, line, column) = (&place.source().path, place.line(), place.column());
+        match &self.span {
+            Some(span) if span.is_whole_file() => write!(f, "{}: ", span.source().path)?,
+            Some(span) => {
+                let (path, line, column) = (&span.source().path, span.line(), span.column());
                 write!(f, "{path}:{line}:{column}: ")?;
             }
             None => {}
         }
-        write!(f, "{} [{}]", self.message, self.code.word())?;
+        write!(f, "{} [{}]", self.message, self.code.as_str())?;
         match &self.hint {
             Some(hint) => write!(f, " (hint: {hint})"),
             None => Ok(()),
@@ -90,21 +91,21 @@ pub struct Errors(Vec<Error>);
 
 impl Errors {
     /// `Ok(value)` where nothing is wrong, else all that is, sorted by place.
-    pub fn or<T>(mut errors: Vec<Error>, value: impl FnOnce() -> T) -> Result<T, Errors> {
+    pub fn into_result<T>(mut errors: Vec<Error>, value: impl FnOnce() -> T) -> Result<T, Errors> {
         if errors.is_empty() {
             return Ok(value());
         }
-        errors.sort_by(|a, b| Error::order(a).cmp(&Error::order(b)));
+        errors.sort_by(|a, b| Error::sort_key(a).cmp(&Error::sort_key(b)));
         Err(Errors(errors))
     }
 
     /// The same errors, said of a file where they have no place in one.
-    pub fn in_file(self, path: &str) -> Errors {
-        Errors(self.0.into_iter().map(|e| e.in_file(path)).collect())
+    pub fn with_file(self, path: &str) -> Errors {
+        Errors(self.0.into_iter().map(|e| e.with_file(path)).collect())
     }
 
     /// The errors, the first in the file first.
-    pub fn list(&self) -> &[Error] {
+    pub fn as_slice(&self) -> &[Error] {
         &self.0
     }
 }
@@ -126,9 +127,9 @@ impl fmt::Display for Errors {
 
 impl std::error::Error for Errors {}
 
-/// A doubt about an answer: the answer stands, and this is said beside it.
+/// A doubt about an answer: the answer stands, and this is said next to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Warning {
+pub struct Diagnostic {
     /// A word, as with errors.
     pub code: &'static str,
     /// What is doubtful.

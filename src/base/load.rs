@@ -1,4 +1,4 @@
-//! Files to text, refused before they are read where they cannot be a model.
+//! Reads a file as UTF-8 text; rejects folders, pipes and files above 64 MB first.
 
 use std::fs;
 use std::path::Path;
@@ -6,17 +6,18 @@ use std::sync::Arc;
 
 use super::code::Code;
 use super::error::Error;
-use super::place::{Place, Source};
+use super::source_span::{SourceFile, SourceSpan};
 
 /// The largest file read, in bytes.
-pub const LARGEST: u64 = 64 << 20;
+pub const MAX_FILE_BYTES: u64 = 64 << 20;
 
 /// The text of a file, refused before it is read where it cannot be a model.
-pub fn load(path: &Path) -> Result<Arc<Source>, Error> {
+pub fn load(path: &Path) -> Result<Arc<SourceFile>, Error> {
     let name = path.display().to_string();
-    let place = Place::of_file(&name);
-    let refuse =
-        |code, message: String, hint: &str| Error::new(code, message).at(&place).hint(hint);
+    let span = SourceSpan::whole_file(&name);
+    let refuse = |code, message: String, hint: &str| {
+        Error::new(code, message).with_span(&span).with_hint(hint)
+    };
     let missing = |e: std::io::Error| {
         let hint = "paths are taken from the folder the command is run in";
         refuse(
@@ -39,7 +40,7 @@ pub fn load(path: &Path) -> Result<Arc<Source>, Error> {
             "name a model or scene file",
         ));
     }
-    if facts.len() > LARGEST {
+    if facts.len() > MAX_FILE_BYTES {
         let mega = facts.len() >> 20;
         let message = format!("{name} has {mega} MB; model files are limited to 64 MB");
         let hint = "a log is read by `geardyn identify` and `geardyn spectrum`";
@@ -50,33 +51,33 @@ pub fn load(path: &Path) -> Result<Arc<Source>, Error> {
 }
 
 /// Bytes as text; a byte-order mark is taken off.
-pub fn decode(path: String, bytes: Vec<u8>) -> Result<Arc<Source>, Error> {
+pub fn decode(path: String, bytes: Vec<u8>) -> Result<Arc<SourceFile>, Error> {
     match String::from_utf8(bytes) {
-        Ok(text) => Ok(source(path, &text)),
+        Ok(text) => Ok(source_from_text(path, &text)),
         Err(error) => {
             let at = error.utf8_error().valid_up_to();
             let bytes = error.into_bytes();
             let (good, bad) = bytes.split_at(at);
             let byte = bad.first().copied().unwrap_or_default();
             let good = String::from_utf8_lossy(good).into_owned();
-            let place = Place::new(source(path, &good), good.len()..good.len());
+            let span = SourceSpan::new(source_from_text(path, &good), good.len()..good.len());
             Err(Error::new(
                 Code::NotText,
                 format!(
                     "byte {at} ({byte:#04x}, line {}) is not UTF-8 text",
-                    place.line()
+                    span.line()
                 ),
             )
-            .at(&place)
-            .hint("save the file as UTF-8 in your editor"))
+            .with_span(&span)
+            .with_hint("save the file as UTF-8 in your editor"))
         }
     }
 }
 
 /// A text under the name `path`; a byte-order mark is taken off.
-pub fn source(path: String, text: &str) -> Arc<Source> {
+pub fn source_from_text(path: String, text: &str) -> Arc<SourceFile> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text).to_string();
-    Arc::new(Source {
+    Arc::new(SourceFile {
         path,
         text,
         first_line: 1,
@@ -92,6 +93,6 @@ mod tests {
         let error = decode("m.toml".into(), b"a = 1\nb = \"\xb5m\"".to_vec()).unwrap_err();
         assert_eq!(error.code, Code::NotText);
         assert_eq!(error.message, "byte 11 (0xb5, line 2) is not UTF-8 text");
-        assert_eq!(error.place.unwrap().line(), 2);
+        assert_eq!(error.span.unwrap().line(), 2);
     }
 }

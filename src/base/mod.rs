@@ -1,46 +1,31 @@
 //! Errors with places and hints, units, and the reading of TOML with places.
 
-/// Where in a file something stands.
-pub mod place;
+pub mod source_span;
 
-/// The words errors go by.
 pub mod code;
 
-/// The words of warnings and repairs.
-pub mod remark;
+pub mod diagnostic;
 
-/// What went wrong, where, and what to do now.
 pub mod error;
 
-/// What a key can measure.
-pub mod kind;
+pub mod quantity_kind;
 
-/// Unit expressions.
-mod unit;
+mod unit_expression;
 
-/// Quantities with units, to SI.
-pub mod units;
+pub mod quantity;
 
-/// Files to text.
 pub mod load;
 
-/// MATLAB files of level 5.
 pub mod mat5;
 
-/// How deep a text nests.
 mod nesting;
 
-/// TOML with places.
 pub mod toml;
 
-/// Guessing what a misspelt word was meant to be.
-pub mod words;
+pub mod text;
 
-/// When work is to end before its time.
-pub mod stop;
+pub mod time_budget;
 
-/// What a reading found wrong.
-pub mod notes;
+pub mod error_collector;
 
-/// One table handing out typed values.
-pub mod fields;
+pub mod table_reader;

@@ -1,10 +1,10 @@
-//! A bound on how deep a TOML text nests, found before anything recurses over it.
+//! Limits the nesting depth of TOML text before it is parsed recursively.
 
 /// Tables and lists inside each other, and parts of a dotted key; a model needs three.
-pub(super) const DEEPEST: usize = 32;
+pub(super) const MAX_DEPTH: usize = 32;
 
 /// Where brackets or dotted keys nest deeper than any model needs, found before anything recurses over them.
-pub(super) fn too_deep(text: &str) -> Option<usize> {
+pub(super) fn find_excess_depth(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let (mut at, mut open, mut dots) = (0, 0_usize, 0);
     // A quote inside a bare word belongs to the word, as in the parser.
@@ -21,7 +21,7 @@ pub(super) fn too_deep(text: &str) -> Option<usize> {
             b'\n' | b'=' | b',' => dots = 0,
             _ => {}
         }
-        if open > DEEPEST || dots > DEEPEST {
+        if open > MAX_DEPTH || dots > MAX_DEPTH {
             return Some(at);
         }
         at += 1;

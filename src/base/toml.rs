@@ -1,4 +1,6 @@
-//! TOML to a tree in which every key and value knows its place. The only file that names the `toml` crate.
+//! TOML parsed to a tree in which every key and value has its source span.
+//!
+//! The only file that names the `toml` crate.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -7,8 +9,8 @@ use toml::de::{DeTable, DeValue};
 
 use super::code::Code;
 use super::error::Error;
-use super::nesting::{DEEPEST, too_deep};
-use super::place::{Place, Source};
+use super::nesting::{MAX_DEPTH, find_excess_depth};
+use super::source_span::{SourceFile, SourceSpan};
 
 /// One value of a file.
 #[derive(Debug, Clone)]
@@ -16,20 +18,20 @@ pub struct Item {
     /// What it says.
     pub value: Value,
     /// Where it stands.
-    pub place: Place,
+    pub span: SourceSpan,
 }
 
 /// What a value says.
 #[derive(Debug, Clone)]
 pub enum Value {
     /// Text in quotes.
-    Text(String),
+    String(String),
     /// A whole number.
     Integer(i64),
     /// Any other number; infinite where it is beyond all numbers.
     Float(f64),
     /// `true` or `false`.
-    Flag(bool),
+    Bool(bool),
     /// A date or a time of day.
     Date,
     /// A list.
@@ -42,9 +44,9 @@ impl Value {
     /// What it is called in messages.
     pub fn name(&self) -> &'static str {
         match self {
-            Value::Text(_) => "text",
+            Value::String(_) => "text",
             Value::Integer(_) | Value::Float(_) => "a number",
-            Value::Flag(_) => "true or false",
+            Value::Bool(_) => "true or false",
             Value::Date => "a date",
             Value::List(_) => "a list",
             Value::Table(_) => "a table",
@@ -65,7 +67,7 @@ pub struct Entry {
     /// The key.
     pub key: String,
     /// Where the key stands.
-    pub key_place: Place,
+    pub key_place: SourceSpan,
     /// The value.
     pub item: Item,
 }
@@ -81,25 +83,25 @@ impl Table {
 #[derive(Debug)]
 pub struct Document {
     /// The text.
-    pub source: Arc<Source>,
+    pub source: Arc<SourceFile>,
     /// What stands in it, up to the line of the first syntax error.
     pub root: Table,
     /// The first syntax error.
-    pub broken: Option<Error>,
+    pub syntax_error: Option<Error>,
 }
 
 /// The tree of a text. A syntax error ends it at the line before.
-pub fn parse(source: &Arc<Source>) -> Document {
+pub fn parse(source: &Arc<SourceFile>) -> Document {
     let mut end = source.text.len();
     let mut broken = None;
-    if let Some(at) = too_deep(&source.text) {
+    if let Some(at) = find_excess_depth(&source.text) {
         broken = Some(
             Error::new(
                 Code::Syntax,
-                format!("tables or lists are nested more than {DEEPEST} deep"),
+                format!("tables or lists are nested more than {MAX_DEPTH} deep"),
             )
-            .at(&Place::new(source.clone(), at..at + 1))
-            .hint("a model needs no more than a table and a list in it"),
+            .with_span(&SourceSpan::new(source.clone(), at..at + 1))
+            .with_hint("a model needs no more than a table and a list in it"),
         );
         end = line_start(&source.text, at);
     }
@@ -110,26 +112,27 @@ pub fn parse(source: &Arc<Source>) -> Document {
                 return Document {
                     root: table(source, root.into_inner()),
                     source: source.clone(),
-                    broken,
+                    syntax_error: broken,
                 };
             }
             Err(error) => {
                 let span = error.span().unwrap_or(end..end);
-                let place = Place::new(source.clone(), within(&source.text, span));
-                end = line_start(&source.text, place.span().start.min(end));
-                broken = Some(syntax(error.message()).at(&place));
+                let source_span =
+                    SourceSpan::new(source.clone(), to_char_boundaries(&source.text, span));
+                end = line_start(&source.text, source_span.span().start.min(end));
+                broken = Some(syntax(error.message()).with_span(&source_span));
             }
         }
     }
     Document {
         source: source.clone(),
         root: Table::default(),
-        broken,
+        syntax_error: broken,
     }
 }
 
 /// A span moved to where characters begin.
-fn within(text: &str, span: Range<usize>) -> Range<usize> {
+fn to_char_boundaries(text: &str, span: Range<usize>) -> Range<usize> {
     let floor = |mut at: usize| {
         at = at.min(text.len());
         while !text.is_char_boundary(at) {
@@ -158,18 +161,18 @@ fn syntax(message: &str) -> Error {
     } else {
         "a line is a [[header]], key = value, or a # comment"
     };
-    Error::new(Code::Syntax, super::units::shortened_to(message, 200)).hint(hint)
+    Error::new(Code::Syntax, super::quantity::truncate_to(message, 200)).with_hint(hint)
 }
 
-fn table(source: &Arc<Source>, table: DeTable<'_>) -> Table {
-    let place = |span| Place::new(source.clone(), span);
+fn table(source: &Arc<SourceFile>, table: DeTable<'_>) -> Table {
+    let place = |span| SourceSpan::new(source.clone(), span);
     let mut entries: Vec<Entry> = table
         .into_iter()
         .map(|(key, value)| Entry {
             key_place: place(key.span()),
             key: key.into_inner().into_owned(),
             item: Item {
-                place: place(value.span()),
+                span: place(value.span()),
                 value: self::value(source, value.into_inner()),
             },
         })
@@ -178,18 +181,18 @@ fn table(source: &Arc<Source>, table: DeTable<'_>) -> Table {
     Table { entries }
 }
 
-fn value(source: &Arc<Source>, value: DeValue<'_>) -> Value {
+fn value(source: &Arc<SourceFile>, value: DeValue<'_>) -> Value {
     match value {
-        DeValue::String(text) => Value::Text(text.into_owned()),
+        DeValue::String(text) => Value::String(text.into_owned()),
         DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix())
             .map_or_else(|_| Value::Float(f64::INFINITY), Value::Integer),
         DeValue::Float(x) => Value::Float(x.as_str().parse().unwrap_or(f64::NAN)),
-        DeValue::Boolean(flag) => Value::Flag(flag),
+        DeValue::Boolean(flag) => Value::Bool(flag),
         DeValue::Datetime(_) => Value::Date,
         DeValue::Array(list) => Value::List(
             list.into_iter()
                 .map(|item| Item {
-                    place: Place::new(source.clone(), item.span()),
+                    span: SourceSpan::new(source.clone(), item.span()),
                     value: self::value(source, item.into_inner()),
                 })
                 .collect(),
@@ -201,35 +204,35 @@ fn value(source: &Arc<Source>, value: DeValue<'_>) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::load::source;
+    use crate::base::load::source_from_text;
 
     fn parsed(text: &str) -> Document {
-        parse(&source("m.toml".into(), text))
+        parse(&source_from_text("m.toml".into(), text))
     }
 
     #[test]
     fn exact_places_of_keys_and_values() {
         let document = parsed("\u{feff}title = \"a\"\n[[shaft]]\nk = \"µ\"\n");
-        assert!(document.broken.is_none());
+        assert!(document.syntax_error.is_none());
         let shaft = document.root.get("shaft").unwrap();
         let Value::List(list) = &shaft.item.value else {
             panic!("{shaft:?}");
         };
-        assert_eq!(list[0].place.text(), "[[shaft]]");
+        assert_eq!(list[0].span.text(), "[[shaft]]");
         let Value::Table(table) = &list[0].value else {
             panic!("{list:?}");
         };
         let k = table.get("k").unwrap();
         assert_eq!((k.key_place.line(), k.key_place.column()), (3, 1));
-        assert_eq!((k.item.place.text(), k.item.place.column()), ("\"µ\"", 5));
+        assert_eq!((k.item.span.text(), k.item.span.column()), ("\"µ\"", 5));
     }
 
     #[test]
     fn refuses_the_earliest_syntax_error_and_reads_up_to_it() {
         let document = parsed("a = 1\nb = 2\nb = 3\nc = \nd = 4\n");
-        let error = document.broken.unwrap();
+        let error = document.syntax_error.unwrap();
         assert_eq!(error.code, Code::Syntax);
-        assert_eq!(error.place.unwrap().line(), 3);
+        assert_eq!(error.span.unwrap().line(), 3);
         assert_eq!(document.root.entries.len(), 2);
     }
 
@@ -248,26 +251,26 @@ mod tests {
             format!("a' {} = 1", ".a".repeat(deep)),
             format!("# \ra{} = 1", ".a".repeat(deep)),
         ] {
-            let error = parsed(&text).broken.unwrap();
+            let error = parsed(&text).syntax_error.unwrap();
             assert_eq!(error.code, Code::Syntax);
             assert!(error.message.len() < 300);
         }
         let dots = format!("a = \"{}\" # {}\n", ".[".repeat(100), "[.".repeat(100));
-        assert!(parsed(&dots).broken.is_none());
+        assert!(parsed(&dots).syntax_error.is_none());
         let long = format!(
             "a = '''\n{}''' \nb = \"\\\"{}\"",
             "[".repeat(100),
             "[".repeat(100)
         );
-        assert!(parsed(&long).broken.is_none());
+        assert!(parsed(&long).syntax_error.is_none());
     }
 
     #[test]
     fn survives_the_deepest_tree_let_through() {
-        let dots = ".a".repeat(DEEPEST);
+        let dots = ".a".repeat(MAX_DEPTH);
         let text = format!("[a{dots}]\na{dots} = {{a=1}}");
         parsed(&text);
-        let nested = format!("a{dots}={{").repeat(DEEPEST) + "a=1" + &"}".repeat(DEEPEST);
+        let nested = format!("a{dots}={{").repeat(MAX_DEPTH) + "a=1" + &"}".repeat(MAX_DEPTH);
         parsed(&format!("{nested}\n{nested}\n"));
     }
 }

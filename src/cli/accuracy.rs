@@ -1,25 +1,25 @@
-//! `geardyn accuracy`: error against run time.
+//! `geardyn accuracy`: work–precision of integrators, modal and response methods.
 
 use std::path::PathBuf;
 
-use super::args::{AccuracyArgs, SubjectWord};
-use super::files::{self, Files};
-use super::{epilogue, interrupt, motion_flags, output};
+use super::args::{AccuracyArgs, AccuracyTargetArg};
+use super::files::{self, OutputFiles};
+use super::{footer, interrupt, output, simulate_study};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::stop::Stop;
-use crate::plan::motion::scene::MotionScene;
-use crate::plan::prepared::Prepared;
+use crate::base::time_budget::CancelToken;
+use crate::plan::motion::simulation_setup::SimulationSetup;
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::report;
-use crate::scene::study::{AccuracyStudy, ResponseStudy, StudyKind, Subject, band};
+use crate::scene::study::{AccuracyStudy, AccuracyTarget, ResponseStudy, StudyKind, parse_band};
 use crate::scene::{self, Scene};
-use crate::study::accuracy::{self, Accuracy};
-use crate::study::watch::Watch;
-use crate::study::ways::Ways;
+use crate::study::comparison::ComparisonResult;
+use crate::study::monitor::Monitor;
+use crate::study::work_precision::{self, WorkPrecisionResult};
 use crate::study::{frequencies, responses};
 
-/// The error wanted where nobody says.
-const WANTED: f64 = 1e-6;
+/// The error wanted by default.
+const DEFAULT_TARGET_ERROR: f64 = 1e-6;
 
 /// Runs every method and prints.
 ///
@@ -27,62 +27,65 @@ const WANTED: f64 = 1e-6;
 /// Whatever is wrong with the file, the flags or the motion.
 pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
-    let study = study(args, listed(&scene))?;
+    let study = study(args, study_from_scene(&scene))?;
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
     let inputs: Vec<PathBuf> = scene.files();
     if let Some(path) = &args.svg {
         files::ends(path, &["svg"])?;
     }
-    let mut files = Files::new(&outputs, &inputs)?;
-    let measured = Measured::new(&scene, &study, args.quiet, &interrupt::stop())?;
-    let whole = measured.exit() != interrupt::INTERRUPTED;
+    let mut files = OutputFiles::new(&outputs, &inputs)?;
+    let report = AccuracyReport::new(&scene, &study, args.quiet, &interrupt::cancel_on_ctrl_c())?;
+    let whole = report.exit_code() != interrupt::EXIT_INTERRUPTED;
     if let Some(path) = args.csv.as_ref().filter(|_| whole) {
-        files.write(path, measured.csv().as_bytes())?;
+        files.write(path, report.csv().as_bytes())?;
     }
     if let Some(path) = args.svg.as_ref().filter(|_| whole) {
-        files.write(path, measured.draw(&scene.model.title).as_bytes())?;
+        files.write(path, report.draw(&scene.model.title).as_bytes())?;
     }
     files.finish()?;
     match args.json {
-        true => output::document(&measured.json(&scene))?,
-        false => output::print(&measured.text())?,
+        true => output::document(&report.json(&scene))?,
+        false => output::print(&report.text())?,
     }
     if !args.quiet {
-        output::tell(measured.epilogue());
-        output::tell(&epilogue::not_written(&outputs, whole));
+        output::print_note(report.epilogue());
+        output::print_note(&footer::not_written(&outputs, whole));
     }
-    Ok(measured.exit())
+    Ok(report.exit_code())
 }
 
 /// The study a scene lists with what the flags say put in its place.
 fn study(args: &AccuracyArgs, listed: AccuracyStudy) -> Result<AccuracyStudy, Error> {
     let study = AccuracyStudy {
-        of: match args.of {
-            Some(SubjectWord::Motion) => Subject::Motion,
-            Some(SubjectWord::Modes) => Subject::Modes,
-            Some(SubjectWord::Response) => Subject::Response,
-            None => listed.of,
+        target: match args.of {
+            Some(AccuracyTargetArg::Motion) => AccuracyTarget::Motion,
+            Some(AccuracyTargetArg::Modes) => AccuracyTarget::Modes,
+            Some(AccuracyTargetArg::Response) => AccuracyTarget::Response,
+            None => listed.target,
         },
         lowest: args.lowest.or(listed.lowest),
         response: response(args, listed.response)?,
-        motion: motion_flags::study(&args.motion, listed.motion)?,
+        motion: simulate_study::from_args(&args.motion, listed.motion)?,
         methods: if args.methods.is_empty() {
             listed.methods
         } else {
             args.methods.clone()
         },
-        wanted: args.error.or(listed.wanted),
+        target_error: args.error.or(listed.target_error),
     };
-    if study.wanted.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
+    if study
+        .target_error
+        .is_some_and(|x| !(x > 0.0 && x.is_finite()))
+    {
         return Err(
             Error::new(Code::OutOfRange, "--error takes a number above zero")
-                .hint("it is relative: 1e-6 is usual"),
+                .with_hint("it is relative: 1e-6 is usual"),
         );
     }
-    match idle_flag(args, study.of) {
+    match find_unused_flag(args, study.target) {
         Some((flag, wants)) => {
             let error = Error::new(Code::Usage, format!("{flag} does nothing here"));
-            Err(error.hint(format!("it belongs to {wants}")))
+            Err(error.with_hint(format!("it belongs to {wants}")))
         }
         None => Ok(study),
     }
@@ -94,7 +97,7 @@ fn response(args: &AccuracyArgs, listed: ResponseStudy) -> Result<ResponseStudy,
         true => listed,
         false => given.to_vec(),
     };
-    let band = args.band.as_deref().map(|text| band(text, "--band"));
+    let band = args.band.as_deref().map(|text| parse_band(text, "--band"));
     Ok(ResponseStudy {
         inputs: or(&args.input, listed.inputs),
         outputs: or(&args.motion.output, listed.outputs),
@@ -105,14 +108,17 @@ fn response(args: &AccuracyArgs, listed: ResponseStudy) -> Result<ResponseStudy,
 }
 
 /// A flag that was given and belongs to another subject, with the subject.
-fn idle_flag(args: &AccuracyArgs, of: Subject) -> Option<(&'static str, &'static str)> {
+fn find_unused_flag(
+    args: &AccuracyArgs,
+    of: AccuracyTarget,
+) -> Option<(&'static str, &'static str)> {
     const MOTION: &str = "--of motion";
     const RESPONSE: &str = "--of response";
     let how = &args.motion.integration;
-    let (moves, answers) = (of == Subject::Motion, of == Subject::Response);
+    let (moves, answers) = (of == AccuracyTarget::Motion, of == AccuracyTarget::Response);
     let given = [
         (
-            args.lowest.is_some() && of != Subject::Modes,
+            args.lowest.is_some() && of != AccuracyTarget::Modes,
             "--lowest",
             "--of modes",
         ),
@@ -120,7 +126,7 @@ fn idle_flag(args: &AccuracyArgs, of: Subject) -> Option<(&'static str, &'static
         (args.band.is_some() && !answers, "--band", RESPONSE),
         (args.lines.is_some() && !answers, "--lines", RESPONSE),
         (
-            !args.motion.output.is_empty() && of == Subject::Modes,
+            !args.motion.output.is_empty() && of == AccuracyTarget::Modes,
             "--output",
             RESPONSE,
         ),
@@ -136,7 +142,7 @@ fn idle_flag(args: &AccuracyArgs, of: Subject) -> Option<(&'static str, &'static
 }
 
 /// The study of accuracy a scene lists; else the motion it lists.
-fn listed(scene: &Scene) -> AccuracyStudy {
+fn study_from_scene(scene: &Scene) -> AccuracyStudy {
     let own = scene.studies.iter().find_map(|study| match &study.kind {
         StudyKind::Accuracy(study) => Some(study.clone()),
         _ => None,
@@ -154,20 +160,20 @@ fn listed(scene: &Scene) -> AccuracyStudy {
 }
 
 /// A study of accuracy with all that is said of it.
-pub struct Measured {
-    wanted: f64,
-    found: Found,
+pub struct AccuracyReport {
+    target_error: f64,
+    data: AccuracyData,
 }
 
-enum Found {
+enum AccuracyData {
     Motion {
-        accuracy: Accuracy,
+        result: WorkPrecisionResult,
         outputs: Vec<String>,
     },
-    Ways(Ways),
+    Ways(ComparisonResult),
 }
 
-impl Measured {
+impl AccuracyReport {
     /// Prepares and runs every method.
     ///
     /// # Errors
@@ -176,92 +182,106 @@ impl Measured {
         scene: &Scene,
         study: &AccuracyStudy,
         quiet: bool,
-        stop: &Stop,
-    ) -> Result<Measured, Error> {
-        let mut watch = Watch {
-            stop,
-            hear: &mut |what| output::working(what, quiet),
+        cancel: &CancelToken,
+    ) -> Result<AccuracyReport, Error> {
+        let mut monitor = Monitor {
+            cancel,
+            on_progress: &mut |what| output::show_status(what, quiet),
         };
-        let found = match study.of {
-            Subject::Modes => {
-                let count = study.lowest.map_or(frequencies::USUAL, |n| n as usize);
-                Found::Ways(frequencies::study(&scene.model, count, &mut watch)?)
+        let data = match study.target {
+            AccuracyTarget::Modes => {
+                let count = study
+                    .lowest
+                    .map_or(frequencies::DEFAULT_MODES, |n| n as usize);
+                AccuracyData::Ways(frequencies::compare_eigensolvers(
+                    &scene.model,
+                    count,
+                    &mut monitor,
+                )?)
             }
-            Subject::Response => {
-                let prepared = Prepared::new(&scene.model)?;
-                Found::Ways(responses::study(&prepared, &study.response, &mut watch)?)
+            AccuracyTarget::Response => {
+                let machine = PreparedMachine::new(&scene.model)?;
+                AccuracyData::Ways(responses::compare_responses(
+                    &machine,
+                    &study.response,
+                    &mut monitor,
+                )?)
             }
-            Subject::Motion => {
-                let prepared = Prepared::new(&scene.model)?;
-                let ready = MotionScene::new(&prepared, &scene.start, &study.motion)?;
-                Found::Motion {
-                    accuracy: accuracy::study(
+            AccuracyTarget::Motion => {
+                let machine = PreparedMachine::new(&scene.model)?;
+                let ready = SimulationSetup::new(&machine, &scene.conditions, &study.motion)?;
+                AccuracyData::Motion {
+                    result: work_precision::work_precision(
                         &ready,
                         &study.methods,
-                        accuracy::PATIENCE,
-                        &mut watch,
+                        work_precision::TIME_LIMIT,
+                        &mut monitor,
                     )?,
                     outputs: ready.outputs.list.iter().map(|o| o.name.clone()).collect(),
                 }
             }
         };
-        Ok(Measured {
-            wanted: study.wanted.unwrap_or(WANTED),
-            found,
+        Ok(AccuracyReport {
+            target_error: study.target_error.unwrap_or(DEFAULT_TARGET_ERROR),
+            data,
         })
     }
 
     /// The table.
     pub fn text(&self) -> String {
-        match &self.found {
-            Found::Motion { accuracy, outputs } => {
-                report::accuracy_table::table(outputs, accuracy, self.wanted)
+        match &self.data {
+            AccuracyData::Motion { result, outputs } => {
+                report::work_precision_table::table(outputs, result, self.target_error)
             }
-            Found::Ways(found) => report::ways_table::table(found, self.wanted),
+            AccuracyData::Ways(found) => {
+                report::method_comparison_table::table(found, self.target_error)
+            }
         }
     }
 
     /// The document.
     pub fn json(&self, scene: &Scene) -> serde_json::Value {
-        match &self.found {
-            Found::Motion { accuracy, outputs } => {
-                report::accuracy::json(&scene.sources, outputs, accuracy, self.wanted)
+        match &self.data {
+            AccuracyData::Motion { result, outputs } => {
+                report::work_precision::json(&scene.sources, outputs, result, self.target_error)
             }
-            Found::Ways(found) => report::ways::json(&scene.sources, found, self.wanted),
+            AccuracyData::Ways(found) => {
+                report::method_comparison::json(&scene.sources, found, self.target_error)
+            }
         }
     }
 
     /// What is said where it ended early.
     pub fn epilogue(&self) -> &'static str {
-        match self.exit() {
-            interrupt::INTERRUPTED => "interrupted: what is shown was finished before\n",
+        match self.exit_code() {
+            interrupt::EXIT_INTERRUPTED => "interrupted: what is shown was finished before\n",
             _ => "",
         }
     }
 
     /// How the command ends.
-    pub fn exit(&self) -> u8 {
-        let interrupted = match &self.found {
-            Found::Motion { accuracy, .. } => accuracy.interrupted,
-            Found::Ways(found) => found.interrupted,
+    pub fn exit_code(&self) -> u8 {
+        let interrupted = match &self.data {
+            AccuracyData::Motion { result, .. } => result.interrupted,
+            AccuracyData::Ways(found) => found.interrupted,
         };
         match interrupted {
-            true => interrupt::INTERRUPTED,
+            true => interrupt::EXIT_INTERRUPTED,
             false => 0,
         }
     }
 
     fn csv(&self) -> String {
-        match &self.found {
-            Found::Motion { accuracy, .. } => report::accuracy::csv(accuracy),
-            Found::Ways(found) => report::ways::csv(found),
+        match &self.data {
+            AccuracyData::Motion { result, .. } => report::work_precision::csv(result),
+            AccuracyData::Ways(found) => report::method_comparison::csv(found),
         }
     }
 
     fn draw(&self, title: &str) -> String {
-        match &self.found {
-            Found::Motion { accuracy, .. } => report::accuracy::draw(title, accuracy),
-            Found::Ways(found) => report::ways::draw(title, found),
+        match &self.data {
+            AccuracyData::Motion { result, .. } => report::work_precision::draw(title, result),
+            AccuracyData::Ways(found) => report::method_comparison::draw(title, found),
         }
     }
 }

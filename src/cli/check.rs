@@ -1,4 +1,4 @@
-//! `geardyn check`: is a file what it means to be?
+//! `geardyn check`: validates models, scenes, sidecars and measured gears.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -6,12 +6,12 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::args::CheckArgs;
-use super::{check_log, diagnostic, epilogue, output};
-use crate::base::error::{Errors, Warning};
+use super::{check_log, footer, output, render};
+use crate::base::error::{Diagnostic, Errors};
 use crate::base::load;
-use crate::base::place::Source;
+use crate::base::source_span::SourceFile;
 use crate::plan;
-use crate::plan::prepared::Prepared;
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::report;
 use crate::scene;
 
@@ -22,18 +22,20 @@ use crate::scene;
 pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
     let (mut exit, mut documents) = (0, Vec::new());
     for path in &args.files {
-        match understood(path, args) {
+        match summarise(path, args) {
             Ok((_, document, _)) if args.json => documents.push(document),
             Ok((text, _, doubts)) => {
                 output::print(&text)?;
-                output::tell(&doubts);
+                output::print_note(&doubts);
             }
             Err(errors) => {
-                let worst = errors.list().iter().map(|e| e.code.exit()).max();
+                let worst = errors.as_slice().iter().map(|e| e.code.exit_code()).max();
                 exit = exit.max(worst.unwrap_or(2));
                 match args.json {
-                    true => documents.push(refused(path, &errors)),
-                    false => output::tell(&diagnostic::errors(&errors, diagnostic::colour())),
+                    true => documents.push(with_file_name(path, &errors)),
+                    false => {
+                        output::print_note(&render::render_errors(&errors, render::use_colour()))
+                    }
                 }
             }
         }
@@ -51,8 +53,8 @@ pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
 }
 
 /// The errors of a file, with its name.
-fn refused(path: &Path, errors: &Errors) -> Value {
-    let mut document = diagnostic::json(errors);
+fn with_file_name(path: &Path, errors: &Errors) -> Value {
+    let mut document = render::json(errors);
     if let Value::Object(map) = &mut document {
         let at = usize::from(map.contains_key("geardyn"));
         map.shift_insert(at, "file".to_string(), json!(path));
@@ -60,15 +62,15 @@ fn refused(path: &Path, errors: &Errors) -> Value {
     document
 }
 
-/// What a file is understood as: for a terminal, as JSON, and the doubts about it.
-fn understood(path: &Path, args: &CheckArgs) -> Result<(String, Value, String), Errors> {
+/// What a file is understood as: for a terminal, as JSON, and the warnings about it.
+fn summarise(path: &Path, args: &CheckArgs) -> Result<(String, Value, String), Errors> {
     if path.extension().is_none_or(|e| e != "toml") {
         let log = check_log::check(path, &args.log, args.write)?;
-        return Ok((log.text, log.json, log.doubts));
+        return Ok((log.text, log.json, log.diagnostics));
     }
     let source = load::load(path)?;
-    if scene::log::is_sidecar(&source) {
-        let settings = scene::log::read(&source)?;
+    if scene::sidecar::is_sidecar(&source) {
+        let settings = scene::sidecar::read(&source)?;
         let text = format!(
             "{}   sidecar of a log, {} channels\n",
             path.display(),
@@ -78,63 +80,66 @@ fn understood(path: &Path, args: &CheckArgs) -> Result<(String, Value, String), 
             "channels": settings.channels.len(), "warnings": [] });
         return Ok((text, document, String::new()));
     }
-    if scene::measured::is_measured(&source) {
-        return measured(path, &source);
+    if scene::measured_gear::is_measured_gear(&source) {
+        return summarise_measured_gear(path, &source);
     }
-    let found = check(path)?;
-    let doubts = epilogue::warnings(&found.warnings);
-    Ok((found.line(), found.json(), doubts))
+    let summary = check(path)?;
+    let doubts = footer::warnings(&summary.diagnostics);
+    Ok((summary.line(), summary.json(), doubts))
 }
 
 /// A measured gear is checked by evaluating it: its columns are read, nothing is held against limits.
-fn measured(path: &Path, source: &Arc<Source>) -> Result<(String, Value, String), Errors> {
-    let gear = scene::measured::read(source)?;
+fn summarise_measured_gear(
+    path: &Path,
+    source: &Arc<SourceFile>,
+) -> Result<(String, Value, String), Errors> {
+    let gear = scene::measured_gear::read(source)?;
     let answer = plan::measure::run::run(&gear)?;
-    let (charts, values) = (gear.charts.len(), answer.rows.len());
+    let (charts, values) = (gear.charts.len(), answer.values.len());
     let text = format!(
         "{}   {}\n  measured gear of {} teeth, {charts} charts, {values} values\n",
         path.display(),
-        diagnostic::harmless(&gear.title),
+        render::sanitise(&gear.title),
         gear.gear.teeth
     );
     let document = json!({ "geardyn": report::json::header(&answer.sources, &[]), "file": path, "title": gear.title,
         "measured_gear": true, "teeth": gear.gear.teeth, "charts": charts, "values": values,
-        "warnings": report::json::warnings(&answer.warnings) });
-    Ok((text, document, epilogue::warnings(&answer.warnings)))
+        "warnings": report::json::warnings(&answer.diagnostics) });
+    Ok((text, document, footer::warnings(&answer.diagnostics)))
 }
 
-struct Found {
+struct SceneSummary {
     header: Value,
     path: String,
     title: String,
-    freedoms: usize,
+    dofs: usize,
     stay: usize,
     elements: usize,
     rigid: usize,
     studies: usize,
-    warnings: Vec<Warning>,
+    diagnostics: Vec<Diagnostic>,
 }
 
-fn check(path: &Path) -> Result<Found, Errors> {
+fn check(path: &Path) -> Result<SceneSummary, Errors> {
     let scene = scene::read(path)?;
-    let prepared = Prepared::new(&scene.model)?;
-    Errors::or(crate::study::check::refusals(&scene, &prepared), || ())?;
-    Ok(Found {
+    let machine = PreparedMachine::new(&scene.model)?;
+    Errors::into_result(crate::study::check::refusals(&scene, &machine), || ())?;
+    Ok(SceneSummary {
         header: report::json::header(&scene.sources, &[]),
         path: path.display().to_string(),
         title: scene.model.title.clone(),
-        freedoms: prepared.machine.freedoms.len(),
-        stay: prepared.linear.n,
-        elements: prepared.machine.elements.len(),
-        rigid: prepared.linear.rigid.len(),
+        dofs: machine.machine.dofs.len(),
+        stay: machine.model.n,
+        elements: machine.machine.elements.len(),
+        rigid: machine.model.rigid.len(),
         studies: scene.studies.len(),
-        warnings: prepared.warnings(),
+        diagnostics: machine.warnings(),
     })
 }
 
-impl Found {
+impl SceneSummary {
     fn line(&self) -> String {
-        let joints = match self.freedoms - self.stay {
+        let joints = match self.dofs - self.stay {
             0 => String::new(),
             _ => format!(", {} after rigid joints", self.stay),
         };
@@ -146,9 +151,9 @@ impl Found {
         format!(
             "{}   {}\n  {} elements, {} freedoms{joints}, {} rigid-body {}{studies}\n",
             self.path,
-            diagnostic::harmless(&self.title),
+            render::sanitise(&self.title),
             self.elements,
-            self.freedoms,
+            self.dofs,
             self.rigid,
             if self.rigid == 1 { "mode" } else { "modes" },
         )
@@ -160,11 +165,11 @@ impl Found {
             "file": self.path,
             "title": self.title,
             "elements": self.elements,
-            "freedoms": self.freedoms,
+            "freedoms": self.dofs,
             "freedoms_after_rigid_joints": self.stay,
             "rigid_body_modes": self.rigid,
             "studies": self.studies,
-            "warnings": report::json::warnings(&self.warnings),
+            "warnings": report::json::warnings(&self.diagnostics),
         })
     }
 }

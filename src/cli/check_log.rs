@@ -1,80 +1,80 @@
-//! `geardyn check LOG`: what was understood of a log, before it is used.
+//! `geardyn check LOG`: what was detected in a log.
 
 use std::path::Path;
 
 use serde_json::{Value, json};
 
 use super::args::LogArgs;
-use super::{epilogue, files, progress};
+use super::{files, footer, progress};
 use crate::base::code::Code;
-use crate::base::error::{Error, Errors, Warning};
-use crate::recording::raw::{Raw, Repair};
-use crate::recording::settings::{RateSource, Settings};
-use crate::recording::survey::{Survey, survey};
-use crate::recording::{faults, settle};
+use crate::base::error::{Diagnostic, Error, Errors};
+use crate::recording::channel_statistics::{ChannelStatistics, channel_statistics};
+use crate::recording::raw::{RawLog, Repair};
+use crate::recording::read_options::{RateSource, ReadOptions};
+use crate::recording::{faults, preprocess};
 use crate::report;
 use crate::scene;
 
 /// A log as understood: for a terminal and as JSON.
-pub struct Understood {
+pub struct LogSummary {
     /// The table.
     pub text: String,
     /// The document.
     pub json: Value,
-    /// Doubts and repairs, as text.
-    pub doubts: String,
+    /// Warnings and repairs, as text.
+    pub diagnostics: String,
 }
 
 /// Reads and surveys a log; `write` also writes its sidecar.
 ///
 /// # Errors
 /// Whatever is wrong with the log, the flags or the sidecar.
-pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Errors> {
-    let target = scene::log::beside(path);
+pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<LogSummary, Errors> {
+    let target = scene::sidecar::sidecar_path(path);
     if write && target.symlink_metadata().is_ok() {
         let message = format!("{} exists and would be overwritten", target.display());
         return Err(Error::new(Code::Usage, message)
-            .hint("correct it as it is, or move it away first")
+            .with_hint("correct it as it is, or move it away first")
             .into());
     }
-    let settings = args.settings(path)?.0;
-    let mut raw = progress::open(path, &settings, false)?;
-    let written: Vec<(String, String)> = raw
+    let options = args.settings(path)?.0;
+    let mut log = progress::open(path, &options, false)?;
+    let written: Vec<(String, String)> = log
         .groups
         .iter()
         .flat_map(|g| &g.channels)
         .map(|c| (c.name.clone(), c.unit.clone()))
         .collect();
-    let mut understood = settings.clone();
+    let mut understood = options.clone();
     if write {
-        understand(&mut understood, &raw);
+        fill_detected_settings(&mut understood, &log);
     }
-    let (responses, spectra) = (raw.responses.take(), std::mem::take(&mut raw.spectra));
-    let over_frequency = report::log_tables::over_frequency(responses.as_ref(), &spectra);
-    let (mut found, rate_hz) = match raw.groups.is_empty() && !over_frequency.is_empty() {
+    let (responses, spectra) = (log.responses.take(), std::mem::take(&mut log.spectra));
+    let over_frequency = report::log_tables::frequency_data_table(responses.as_ref(), &spectra);
+    let (mut found, rate_hz) = match log.groups.is_empty() && !over_frequency.is_empty() {
         true => {
-            let found = Understood {
-                text: format!("{}   {}\n", raw.path, raw.dialect),
-                json: report::recording::without_channels(&raw),
-                doubts: doubts(&raw.repairs, &raw.warnings),
+            let found = LogSummary {
+                text: format!("{}   {}\n", log.path, log.dialect),
+                json: report::recording::frequency_only_json(&log),
+                diagnostics: diagnostics_text(&log.repairs, &log.diagnostics),
             };
             (found, None)
         }
         false => {
-            let mut recording = settle::settle(raw, &settings)?;
-            let surveys = recording
+            let mut recording = preprocess::preprocess(log, &options)?;
+            let statistics = recording
                 .channels
                 .iter()
-                .map(|c| survey(&recording, c))
-                .collect::<Result<Vec<Survey>, Error>>()?;
+                .map(|c| channel_statistics(&recording, c))
+                .collect::<Result<Vec<ChannelStatistics>, Error>>()?;
             let all: Vec<usize> = (0..recording.channels.len()).collect();
             let stuck = faults::find_stuck(&recording, &all)?;
             let stuck = stuck.stuck_warnings(&recording, false);
-            recording.warnings.extend(stuck);
-            let found = Understood {
-                text: report::log_tables::survey(&recording, &surveys),
-                json: report::recording::json(&recording, &surveys),
-                doubts: doubts(&recording.repairs, &recording.warnings),
+            recording.diagnostics.extend(stuck);
+            let found = LogSummary {
+                text: report::log_tables::survey(&recording, &statistics),
+                json: report::recording::json(&recording, &statistics),
+                diagnostics: diagnostics_text(&recording.repairs, &recording.diagnostics),
             };
             (found, Some(recording.rate_hz))
         }
@@ -88,45 +88,43 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<Understood, Err
         map.insert("spectra".to_string(), spectra);
     }
     if write {
-        let text = scene::log::write(&understood, rate_hz, &written);
+        let text = scene::sidecar::write(&understood, rate_hz, &written);
         files::write_one(&target, text.as_bytes())?;
-        found.doubts += &format!("wrote {}\n", target.display());
+        found.diagnostics += &format!("wrote {}\n", target.display());
     }
     Ok(found)
 }
 
-/// What was found of a log, beside what was said of it.
-fn understand(settings: &mut Settings, raw: &Raw) {
-    let (said, found) = (&mut settings.dialect, &raw.layout);
+/// What was found of a log, next to what was said of it.
+fn fill_detected_settings(options: &mut ReadOptions, log: &RawLog) {
+    let (said, found) = (&mut options.dialect, &log.text_dialect);
     said.delimiter = said.delimiter.or(found.delimiter);
     said.decimal = said.decimal.or(found.decimal);
     said.encoding = said.encoding.take().or(found.encoding.clone());
     said.header_lines = said.header_lines.or(found.header_lines);
     // Of a text; other formats say themselves which numbers are times.
-    let one = raw
+    let one = log
         .groups
         .first()
-        .filter(|_| raw.groups.len() == 1 && found.decimal.is_some());
-    let Some(clock) = one.map(|group| &group.clock) else {
+        .filter(|_| log.groups.len() == 1 && found.decimal.is_some());
+    let Some(clock) = one.map(|group| &group.timing) else {
         return;
     };
     let Some(stamps) = &clock.stamps else {
         return;
     };
     if stamps.unit != "samples" {
-        settings
+        options
             .time_column
             .get_or_insert_with(|| stamps.name.clone());
-        settings.rate.get_or_insert(RateSource::Time);
+        options.rate.get_or_insert(RateSource::TimeStamps);
     }
     if stamps.unit != "date-time" && stamps.unit != "samples" {
-        settings
-            .time_unit
-            .get_or_insert_with(|| stamps.unit.clone());
+        options.time_unit.get_or_insert_with(|| stamps.unit.clone());
     }
 }
 
 /// What was done to the data, and what is in doubt.
-fn doubts(repairs: &[Repair], warnings: &[Warning]) -> String {
-    epilogue::repairs(repairs) + &epilogue::warnings(warnings)
+fn diagnostics_text(repairs: &[Repair], diagnostics: &[Diagnostic]) -> String {
+    footer::repairs(repairs) + &footer::warnings(diagnostics)
 }

@@ -3,18 +3,18 @@
 use std::io::Write;
 
 use super::args::ConvertArgs;
-use super::files::{self, Files};
-use super::{diagnostic, epilogue, output, progress};
+use super::files::{self, OutputFiles};
+use super::{footer, output, progress, render};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::words::counted;
-use crate::recording::names;
-use crate::recording::raw::Raw;
-use crate::recording::responses::FrequencyResponses;
-use crate::recording::settings::Settings;
-use crate::recording::settle::{self, no_channel};
+use crate::base::text::pluralise;
+use crate::recording::channel_names;
+use crate::recording::frequency_responses::FrequencyResponses;
+use crate::recording::preprocess::{self, unknown_channel};
+use crate::recording::raw::RawLog;
+use crate::recording::read_options::ReadOptions;
 use crate::recording::signals::Recording;
-use crate::recording::write::{self, uff::Form};
+use crate::recording::write::{self, uff::UffFormat};
 use crate::report::json::log_header;
 use crate::report::log_tables::rate;
 
@@ -39,23 +39,23 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
             Code::Usage,
             format!("--binary says how UFF is written, not {format}"),
         )
-        .hint("leave it out, or end the name in .uff")
+        .with_hint("leave it out, or end the name in .uff")
         .into());
     }
-    let (settings, sidecar) = args.log.settings(&args.file)?;
+    let (options, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<_> = sidecar.into_iter().chain([args.file.clone()]).collect();
-    let mut files = Files::new(std::slice::from_ref(&args.to), &inputs)?;
-    let raw = progress::open(&args.file, &settings, args.quiet)?;
+    let mut files = OutputFiles::new(std::slice::from_ref(&args.to), &inputs)?;
+    let log = progress::open(&args.file, &options, args.quiet)?;
     let mut told = String::new();
-    let content = content(raw, settings, &args.channel, &mut told)?;
-    let form = if args.binary {
-        Form::Binary
+    let content = content(log, options, &args.channel, &mut told)?;
+    let uff_format = if args.binary {
+        UffFormat::Binary
     } else {
-        Form::Text
+        UffFormat::Text
     };
     let name = args.to.display();
     files.write_with(&args.to, |mut to| {
-        write_as(&content, format, form, &mut to).map_err(|e| Error {
+        write_as(&content, format, uff_format, &mut to).map_err(|e| Error {
             message: format!("{name}: {}", e.message),
             ..e
         })
@@ -63,64 +63,73 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
     files.finish()?;
     if !args.quiet {
         told += &format!("wrote {}: {}\n", args.to.display(), summary(&content));
-        output::tell(&told);
+        output::print_note(&told);
     }
     Ok(0)
 }
 
 /// Signals where the file holds them, else responses; only the channels named.
 fn content(
-    raw: Raw,
-    mut settings: Settings,
+    raw_log: RawLog,
+    mut options: ReadOptions,
     words: &[String],
     told: &mut String,
 ) -> Result<Content, Errors> {
-    if raw.groups.is_empty()
-        && let Some(responses) = raw.responses
+    if raw_log.groups.is_empty()
+        && let Some(responses) = raw_log.responses
     {
-        return Ok(Content::Responses(named(responses, words)?));
+        return Ok(Content::Responses(select_outputs(responses, words)?));
     }
-    settings.only = words.to_vec();
-    let recording = settle::settle(raw, &settings)?;
-    *told += &epilogue::repairs(&recording.repairs);
-    *told += &epilogue::warnings(&recording.warnings);
+    options.keep_channels = words.to_vec();
+    let recording = preprocess::preprocess(raw_log, &options)?;
+    *told += &footer::repairs(&recording.repairs);
+    *told += &footer::warnings(&recording.diagnostics);
     if let Some(start) = &recording.start {
-        let start = diagnostic::harmless(start);
+        let start = render::sanitise(start);
         *told += &format!("times are seconds from {start}, the first sample of the log\n");
     }
     Ok(Content::Signals(recording))
 }
 
 /// Of the responses those whose output is named; all where none is.
-fn named(mut responses: FrequencyResponses, words: &[String]) -> Result<FrequencyResponses, Error> {
+fn select_outputs(
+    mut responses: FrequencyResponses,
+    words: &[String],
+) -> Result<FrequencyResponses, Error> {
     let known: Vec<String> = responses
-        .functions
+        .responses
         .iter()
         .map(|f| f.output.name.clone())
         .collect();
     let mut kept = Vec::new();
     for word in words {
-        let at = names::find(word, &known).ok_or_else(|| no_channel(word, &known))?;
+        let at = channel_names::find_channel(word, &known)
+            .ok_or_else(|| unknown_channel(word, &known))?;
         kept.push(known[at].clone());
     }
     if !kept.is_empty() {
         responses
-            .functions
+            .responses
             .retain(|f| kept.contains(&f.output.name));
     }
     Ok(responses)
 }
 
-fn write_as(content: &Content, format: &str, form: Form, to: &mut dyn Write) -> Result<(), Error> {
+fn write_as(
+    content: &Content,
+    format: &str,
+    uff_format: UffFormat,
+    to: &mut dyn Write,
+) -> Result<(), Error> {
     let mut to = to;
     let header = log_header(&[]);
     match (content, format) {
-        (Content::Signals(r), "csv") => write::csv::signals(r, &mut to),
-        (Content::Signals(r), "uff") => write::uff::signals(r, form, &mut to),
-        (Content::Signals(r), _) => write::json::signals(r, &header, &mut to),
-        (Content::Responses(r), "csv") => write::csv::responses(r, &mut to),
-        (Content::Responses(r), "uff") => write::uff::responses(r, form, &mut to),
-        (Content::Responses(r), _) => write::json::responses(r, &header, &mut to),
+        (Content::Signals(r), "csv") => write::csv::write_recording(r, &mut to),
+        (Content::Signals(r), "uff") => write::uff::write_recording(r, uff_format, &mut to),
+        (Content::Signals(r), _) => write::json::write_recording(r, &header, &mut to),
+        (Content::Responses(r), "csv") => write::csv::write_responses(r, &mut to),
+        (Content::Responses(r), "uff") => write::uff::write_responses(r, uff_format, &mut to),
+        (Content::Responses(r), _) => write::json::write_responses(r, &header, &mut to),
     }
 }
 
@@ -128,14 +137,14 @@ fn summary(content: &Content) -> String {
     match content {
         Content::Signals(r) => format!(
             "{}, {} at {} Hz",
-            counted(r.channels.len(), "channel"),
-            counted(r.samples, "sample"),
+            pluralise(r.channels.len(), "channel"),
+            pluralise(r.samples, "sample"),
             rate(r.rate_hz)
         ),
         Content::Responses(r) => format!(
             "{} over {}",
-            counted(r.functions.len(), "response"),
-            counted(r.frequency_hz.len(), "line")
+            pluralise(r.responses.len(), "response"),
+            pluralise(r.frequency_hz.len(), "line")
         ),
     }
 }

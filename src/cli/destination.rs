@@ -31,9 +31,10 @@ impl Destination {
     /// # Errors
     /// The path is empty, `-`, a folder, a link that does not resolve, a pipe without a reader or a read-only file, its folder is
     /// missing, or it is standard output where that is reserved.
-    pub fn of(path: &Path) -> Result<Destination, Error> {
+    pub fn from_path(path: &Path) -> Result<Destination, Error> {
         let name = path.display();
-        let usage = |message: String, hint: &str| Err(Error::new(Code::Usage, message).hint(hint));
+        let usage =
+            |message: String, hint: &str| Err(Error::new(Code::Usage, message).with_hint(hint));
         if path.as_os_str() == "-" {
             return usage(
                 "`-` names no file".into(),
@@ -52,7 +53,7 @@ impl Destination {
                 "{name} cannot be written: there is no folder {}",
                 folder.display()
             );
-            return Err(Error::new(Code::OutputFailed, message).hint("make the folder first"));
+            return Err(Error::new(Code::OutputFailed, message).with_hint("make the folder first"));
         }
         match path.metadata() {
             Ok(_) if RESERVED.load(Ordering::Relaxed) && is_standard_output(path) => usage(
@@ -66,9 +67,9 @@ impl Destination {
                     target.display()
                 );
                 Err(Error::new(Code::OutputFailed, message)
-                    .hint("remove the link, or create the file it leads to"))
+                    .with_hint("remove the link, or create the file it leads to"))
             }
-            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(failed(path, &e)),
+            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(output_error(path, &e)),
             Ok(_) if is_open_file(path) => Ok(Destination::Stream),
             Ok(found) if !found.is_file() && is_unread_pipe(path) => usage(
                 format!("{name} is a named pipe; writing to it would block without a reader"),
@@ -79,9 +80,9 @@ impl Destination {
                 format!("{name} is read-only and would be replaced"),
                 "name another file, or make this one writable",
             ),
-            _ => resolved(path)
+            _ => resolve_links(path)
                 .map(Destination::File)
-                .map_err(|e| failed(path, &e)),
+                .map_err(|e| output_error(path, &e)),
         }
     }
 }
@@ -97,7 +98,7 @@ pub fn folder(path: &Path) -> &Path {
 ///
 /// # Errors
 /// Its folder does not exist.
-pub fn resolved(path: &Path) -> io::Result<PathBuf> {
+pub fn resolve_links(path: &Path) -> io::Result<PathBuf> {
     let in_folder = || {
         Ok(folder(path)
             .canonicalize()?
@@ -107,18 +108,18 @@ pub fn resolved(path: &Path) -> io::Result<PathBuf> {
 }
 
 /// An output that could not be written.
-pub fn failed(path: &Path, error: &io::Error) -> Error {
+pub fn output_error(path: &Path, error: &io::Error) -> Error {
     let message = format!("{} could not be written: {error}", path.display());
-    Error::new(Code::OutputFailed, message).hint("name a file in a folder that can be written")
+    Error::new(Code::OutputFailed, message).with_hint("name a file in a folder that can be written")
 }
 
 /// Links followed at most, as in Linux (path_resolution(7)).
-const LINKS: usize = 40;
+const MAX_LINKS: usize = 40;
 
 /// A name such as `/dev/stdout` or `/dev/fd/3`: a link of the system to a file that is open already.
 fn is_open_file(path: &Path) -> bool {
     let mut path = path.to_path_buf();
-    for _ in 0..LINKS {
+    for _ in 0..MAX_LINKS {
         let (Ok(folder), Ok(target)) = (folder(&path).canonicalize(), path.read_link()) else {
             return false;
         };

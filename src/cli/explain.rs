@@ -1,16 +1,16 @@
-//! `geardyn explain`: a word behind an error, a warning or a repair, at length.
+//! `geardyn explain`: the full text of an error, warning or repair code.
 
 use super::output;
 use crate::base::code::Code;
+use crate::base::diagnostic::{self, DiagnosticKind};
 use crate::base::error::Error;
-use crate::base::remark::{self, Sort};
 
 /// Explains one word, or lists all.
 ///
 /// # Errors
 /// No such word.
 pub fn run(word: Option<&str>) -> Result<u8, Error> {
-    let all = all();
+    let all = catalogue();
     let text = match word {
         None => all
             .iter()
@@ -33,19 +33,21 @@ pub fn run(word: Option<&str>) -> Result<u8, Error> {
 }
 
 /// Every word, its explanation, and what it ends: errors first.
-fn all() -> Vec<(&'static str, &'static str, String)> {
+fn catalogue() -> Vec<(&'static str, &'static str, String)> {
     let errors = Code::ALL.iter().map(|code| {
-        let kind = format!("exit code {}", code.exit());
-        (code.word(), code.explanation(), kind)
+        let kind = format!("exit code {}", code.exit_code());
+        (code.as_str(), code.explanation(), kind)
     });
-    let remarks = remark::ALL.iter().map(|(word, sort, text)| {
-        let kind = match sort {
-            Sort::Warning => "a warning beside an answer: the exit code stays 0",
-            Sort::Repair => "what was done to a log: the exit code stays 0",
-        };
-        (*word, *text, kind.to_string())
-    });
-    errors.chain(remarks).collect()
+    let diagnostics = diagnostic::DIAGNOSTICS
+        .iter()
+        .map(|(word, diagnostic_kind, text)| {
+            let kind = match diagnostic_kind {
+                DiagnosticKind::Warning => "a warning beside an answer: the exit code stays 0",
+                DiagnosticKind::Repair => "what was done to a log: the exit code stays 0",
+            };
+            (*word, *text, kind.to_string())
+        });
+    errors.chain(diagnostics).collect()
 }
 
 fn first_sentence(text: &str) -> &str {
@@ -67,5 +69,5 @@ fn unknown(word: &str, all: &[(&str, &str, String)]) -> Error {
         Code::Usage,
         format!("there is no error, warning or repair `{word}`"),
     )
-    .hint(hint)
+    .with_hint(hint)
 }

@@ -6,48 +6,48 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::destination::{Destination, failed, folder, open_stream, resolved};
+use super::destination::{Destination, folder, open_stream, output_error, resolve_links};
 use super::interrupt;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// The output files of a run. Those not finished leave nothing behind.
 #[derive(Debug, Default)]
-pub struct Files {
+pub struct OutputFiles {
     complete: Vec<(NamedTempFile, PathBuf)>,
     written: Vec<PathBuf>,
 }
 
-impl Files {
+impl OutputFiles {
     /// Checks the outputs before any work is done, and removes the temporary files of killed runs from their folders.
     ///
     /// # Errors
     /// An output is no [`Destination`], its folder cannot be written, or it would overwrite an input or another output.
-    pub fn new(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<Files, Error> {
+    pub fn new(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<OutputFiles, Error> {
         let mut targets: Vec<PathBuf> = Vec::new();
         for path in outputs {
             let name = path.display();
-            let destination = Destination::of(path)?;
-            let same = |input: &PathBuf| resolved(input).ok() == resolved(path).ok();
+            let destination = Destination::from_path(path)?;
+            let same = |input: &PathBuf| resolve_links(input).ok() == resolve_links(path).ok();
             if inputs.iter().any(same) {
                 let message = format!(
                     "{name} is read by this command and would be overwritten by its output"
                 );
-                return Err(Error::new(Code::Usage, message).hint("name another file"));
+                return Err(Error::new(Code::Usage, message).with_hint("name another file"));
             }
             let Destination::File(target) = destination else {
                 continue;
             };
             if targets.contains(&target) {
                 let message = format!("two outputs go to {name}");
-                return Err(Error::new(Code::Usage, message).hint("name two files"));
+                return Err(Error::new(Code::Usage, message).with_hint("name two files"));
             }
             remove_stale(folder(&target));
             // A folder that takes no file is known before the work.
-            temporary(folder(&target)).map_err(|e| failed(path, &e))?;
+            temporary(folder(&target)).map_err(|e| output_error(path, &e))?;
             targets.push(target);
         }
-        Ok(Files::default())
+        Ok(OutputFiles::default())
     }
 
     /// Writes a file that is replaced when the run [finishes](Files::finish); a device or pipe is written at once.
@@ -55,10 +55,12 @@ impl Files {
     /// # Errors
     /// The folder or the file cannot be written.
     pub fn write(&mut self, path: &Path, bytes: &[u8]) -> Result<(), Error> {
-        self.write_with(path, |to| to.write_all(bytes).map_err(|e| failed(path, &e)))
+        self.write_with(path, |to| {
+            to.write_all(bytes).map_err(|e| output_error(path, &e))
+        })
     }
 
-    /// As [`Files::write`], with `fill` to write what is in it, so that it need not be in memory.
+    /// As [`OutputFiles::write`], with `fill` to write what is in it, so that it need not be in memory.
     ///
     /// # Errors
     /// The folder or the file cannot be written; those of `fill`.
@@ -67,8 +69,8 @@ impl Files {
         path: &Path,
         fill: impl FnOnce(&mut dyn Write) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let wrong = |e: io::Error| failed(path, &e);
-        match Destination::of(path)? {
+        let wrong = |e: io::Error| output_error(path, &e);
+        match Destination::from_path(path)? {
             Destination::Stream => {
                 let mut to = BufWriter::new(open_stream(path).map_err(wrong)?);
                 fill(&mut to)?;
@@ -96,7 +98,7 @@ impl Files {
         interrupt::commit(|| {
             for (file, target) in self.complete {
                 file.persist(&target)
-                    .map_err(|e| failed(&target, &e.error))?;
+                    .map_err(|e| output_error(&target, &e.error))?;
             }
             Ok(())
         })?;
@@ -107,9 +109,9 @@ impl Files {
 /// Writes one file, and nothing else.
 ///
 /// # Errors
-/// As for [`Files::new`] and [`Files::write`].
+/// As for [`OutputFiles::new`] and [`OutputFiles::write`].
 pub fn write_one(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let mut files = Files::new(&[path.to_path_buf()], &[])?;
+    let mut files = OutputFiles::new(&[path.to_path_buf()], &[])?;
     files.write(path, bytes)?;
     files.finish().map(drop)
 }
@@ -124,11 +126,11 @@ pub fn ends(path: &Path, known: &[&str]) -> Result<(), Error> {
         return Ok(());
     }
     let message = format!("{} does not say its format", path.display());
-    Err(Error::new(Code::Usage, message).hint(format!("end it in .{}", known.join(" or ."))))
+    Err(Error::new(Code::Usage, message).with_hint(format!("end it in .{}", known.join(" or ."))))
 }
 
-/// Where one of several pictures goes: `FILE-word.svg`, without a word FILE itself.
-pub fn beside(path: &Path, word: &str) -> PathBuf {
+/// Where one of several plots goes: `FILE-word.svg`, without a word FILE itself.
+pub fn sibling_path(path: &Path, word: &str) -> PathBuf {
     if word.is_empty() {
         return path.to_path_buf();
     }
@@ -138,13 +140,13 @@ pub fn beside(path: &Path, word: &str) -> PathBuf {
 }
 
 /// How names of temporary files begin.
-const PREFIX: &str = ".geardyn-";
+const TEMP_PREFIX: &str = ".geardyn-";
 
 /// A temporary file that a run holds under a lock, which ends with the process however it ends. Another run may have taken it for
 /// stale before it was locked; then another one is made. File systems without locks keep it, and keep stale ones.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(PREFIX);
+    builder.prefix(TEMP_PREFIX);
     // Temporary files are made for their owner alone; an answer has the rights of any new file.
     #[cfg(unix)]
     {
@@ -169,7 +171,7 @@ fn without_path(error: io::Error) -> io::Error {
 /// Removes temporary files that no run holds any more. What cannot be removed is left.
 fn remove_stale(folder: &Path) {
     let is_temporary = |entry: &DirEntry| {
-        entry.file_name().to_string_lossy().starts_with(PREFIX)
+        entry.file_name().to_string_lossy().starts_with(TEMP_PREFIX)
             && entry.file_type().is_ok_and(|kind| kind.is_file())
     };
     let entries = folder.read_dir().into_iter().flatten().flatten();

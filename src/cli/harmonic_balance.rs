@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use super::args::ResponseArgs;
-use super::files::{self, Files};
-use super::{epilogue, output, progress};
+use super::files::{self, OutputFiles};
+use super::{footer, output, progress};
 use crate::base::error::{Error, Errors};
-use crate::plan::prepared::Prepared;
-use crate::plan::response::harmonic_balance::{Answer, run as solve};
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::response::harmonic_balance::{HarmonicBalanceResult, run as solve};
 use crate::report;
 use crate::scene::study::{HarmonicBalanceStudy, SpeedRange, StudyKind};
 use crate::scene::{self, Scene};
@@ -18,21 +18,21 @@ use crate::scene::{self, Scene};
 /// Whatever is wrong with the file, the flags or the solution.
 pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
-    let study = asked(args, &scene)?;
+    let study = study_from_args(args, &scene)?;
     let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
     if let Some(path) = &args.svg {
         files::ends(path, &["svg"])?;
         outputs.push(path.clone());
     }
     let inputs: Vec<PathBuf> = scene.files();
-    let mut files = Files::new(&outputs, &inputs)?;
-    let found = Balanced::new(&scene, &study, args.quiet || args.json)?;
+    let mut files = OutputFiles::new(&outputs, &inputs)?;
+    let found = HarmonicBalanceReport::new(&scene, &study, args.quiet || args.json)?;
     if let Some(path) = &args.csv {
         files.write(path, report::harmonic_balance::csv(&found.0).as_bytes())?;
     }
     if let Some(path) = &args.svg {
-        let picture = report::harmonic_balance::picture(&scene.model.title, &found.0);
-        files.write(path, picture.as_bytes())?;
+        let plot = report::harmonic_balance::draw(&scene.model.title, &found.0);
+        files.write(path, plot.as_bytes())?;
     }
     let written = files.finish()?;
     match args.json {
@@ -40,16 +40,16 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
         false => output::print(&found.text())?,
     }
     if !args.quiet && !args.json {
-        output::tell(&found.epilogue());
-        output::tell(&epilogue::written(&written));
+        output::print_note(&found.epilogue());
+        output::print_note(&footer::written_files(&written));
     }
     Ok(0)
 }
 
 /// Periodic motions with all that is said of them.
-pub struct Balanced(Answer);
+pub struct HarmonicBalanceReport(HarmonicBalanceResult);
 
-impl Balanced {
+impl HarmonicBalanceReport {
     /// Prepares and solves.
     ///
     /// # Errors
@@ -58,12 +58,12 @@ impl Balanced {
         scene: &Scene,
         study: &HarmonicBalanceStudy,
         quiet: bool,
-    ) -> Result<Balanced, Error> {
-        let prepared = Prepared::new(&scene.model)?;
-        let bar = progress::share("following the curve", quiet);
-        let found = solve(&prepared, study, &mut |share| bar(Some(share)));
+    ) -> Result<HarmonicBalanceReport, Error> {
+        let machine = PreparedMachine::new(&scene.model)?;
+        let bar = progress::progress_bar("following the curve", quiet);
+        let found = solve(&machine, study, &mut |share| bar(Some(share)));
         bar(None);
-        found.map(Balanced)
+        found.map(HarmonicBalanceReport)
     }
 
     /// Folds, bifurcations, resonances.
@@ -76,18 +76,18 @@ impl Balanced {
         report::harmonic_balance::json(&scene.sources, &self.0)
     }
 
-    /// What was done and left out, doubts.
+    /// What was done and left out, warnings.
     pub fn epilogue(&self) -> String {
-        let (exact, rest) = self.0.counts();
+        let (exact, rest) = self.0.refinement_counts();
         let mut text = format!("\n{exact} motions found by events, {rest} by orders\n");
-        text += &epilogue::steps(&self.0.plan);
-        text += &epilogue::warnings(&self.0.warnings);
+        text += &footer::plan_steps(&self.0.plan);
+        text += &footer::warnings(&self.0.diagnostics);
         text
     }
 }
 
 /// The study that is asked for: the first a scene lists, with what the flags say put in its place.
-fn asked(args: &ResponseArgs, scene: &Scene) -> Result<HarmonicBalanceStudy, Error> {
+fn study_from_args(args: &ResponseArgs, scene: &Scene) -> Result<HarmonicBalanceStudy, Error> {
     let listed = scene.studies.iter().find_map(|study| match &study.kind {
         StudyKind::HarmonicBalance(study) => Some(study.clone()),
         _ => None,
@@ -107,6 +107,6 @@ fn asked(args: &ResponseArgs, scene: &Scene) -> Result<HarmonicBalanceStudy, Err
         },
         tolerance: args.tolerance.or(listed.tolerance),
         orders: args.orders.or(listed.orders),
-        orders_alone: args.orders_alone || listed.orders_alone,
+        skip_event_refinement: args.orders_alone || listed.skip_event_refinement,
     })
 }

@@ -3,36 +3,36 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{
-    DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord, RovingWord,
+    DelayArg, DiscretisationArg, EstimatorArg, IdentifyArgs, MethodArg, ResponseFormArg, RovingWord,
 };
-use super::files::{self, Files};
+use super::files::{self, OutputFiles};
 use super::logs::{self, Test};
-use super::{epilogue, output, progress};
+use super::{footer, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::kind::Kind;
-use crate::base::units;
-use crate::identify::rational::Delay;
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::identify::rational::DelayModel;
 use crate::identify::transfer::export::{to_mat, write_csv};
 use crate::identify::transfer::function::TransferFunction;
-use crate::identify::transfer::realisation::{Map, Realisation};
-use crate::plan::logs::acquire::EstimateStudy;
-use crate::plan::logs::found::Identification;
-use crate::plan::logs::identification::{self, Source};
-use crate::plan::logs::method::{Method, Needs};
-use crate::plan::logs::study::IdentifyStudy;
-use crate::recording::names;
+use crate::identify::transfer::realisation::{DiscretisationMethod, Realisation};
+use crate::plan::logs::frf_estimation::FrfStudy;
+use crate::plan::logs::identification::{self, IdentificationInput};
+use crate::plan::logs::identification_result::IdentificationResult;
+use crate::plan::logs::identify_study::IdentifyStudy;
+use crate::plan::logs::method::{IdentificationMethod, RequiredData};
+use crate::recording::channel_names;
+use crate::recording::frequency_responses::FrequencyResponses;
 use crate::recording::raw::Repair;
-use crate::recording::responses::FrequencyResponses;
-use crate::recording::settings::Roving;
+use crate::recording::read_options::Roving;
 use crate::recording::write;
-use crate::recording::write::uff::Form;
+use crate::recording::write::uff::UffFormat;
 use crate::report;
 use crate::spectrum::frf::Estimator;
 use crate::spectrum::window::Window;
 
 /// Modes that may be asked for.
-const MOST_MODES: usize = 500;
+const MAX_MODES: usize = 500;
 
 /// Identifies and prints.
 ///
@@ -41,30 +41,32 @@ const MOST_MODES: usize = 500;
 pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     let mut study = study(args)?;
     let outputs = outputs(args)?;
-    let logs = logs::named(&args.files, &args.log)?;
-    let files = Files::new(&outputs, &logs::paths(&logs))?;
-    let mut raw = progress::open(&logs[0].path, &logs[0].settings, args.quiet)?;
-    let responses = raw
+    let inputs = logs::open_logs(&args.files, &args.log)?;
+    let files = OutputFiles::new(&outputs, &logs::paths(&inputs))?;
+    let mut log = progress::open(&inputs[0].path, &inputs[0].options, args.quiet)?;
+    let responses = log
         .responses
         .take()
-        .filter(|r| raw.groups.is_empty() || are_meant(r, &study));
-    if responses.is_some() && logs.len() > 1 {
+        .filter(|r| log.groups.is_empty() || use_file_responses(r, &study));
+    if responses.is_some() && inputs.len() > 1 {
         let message =
             "the file holds frequency responses; only signals of several files are joined";
         let hint = "identify files of responses one by one, or join their columns in one table";
-        let error = Error::new(Code::Conflict, message).hint(hint);
-        return Err(error.in_file(&logs[0].path.display().to_string()).into());
+        let error = Error::new(Code::Conflict, message).with_hint(hint);
+        return Err(error
+            .with_file(&inputs[0].path.display().to_string())
+            .into());
     }
-    let work = |source: Source, study: &IdentifyStudy| {
-        progress::busy("identifying", args.quiet, || {
-            identification::identify(source, study)
+    let work = |input: IdentificationInput, study: &IdentifyStudy| {
+        progress::with_spinner("identifying", args.quiet, || {
+            identification::identify(input, study)
         })
     };
     let (found, repairs) = match responses {
         Some(responses) => {
-            let mut found = work(Source::Responses(responses), &study)?;
-            found.warnings.splice(0..0, raw.warnings);
-            (found, raw.repairs)
+            let mut found = work(IdentificationInput::Responses(responses), &study)?;
+            found.diagnostics.splice(0..0, log.diagnostics);
+            (found, log.repairs)
         }
         None => {
             let roving = args.roving.map(|word| match word {
@@ -73,18 +75,18 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             });
             let test = match study.outputs.is_empty() {
                 // All channels are settled, to be named in the error.
-                true => Test::Joined(Box::new(logs::settled(&logs, raw, &[], args.quiet)?)),
+                true => Test::Joined(Box::new(logs::preprocess(&inputs, log, &[], args.quiet)?)),
                 false => {
-                    refuse_twice(&study)?;
+                    reject_duplicates(&study)?;
                     let sides = (&study.inputs[..], &study.outputs[..]);
-                    logs::test(&logs, raw, sides, roving, args.quiet)?
+                    logs::test(&inputs, log, sides, roving, args.quiet)?
                 }
             };
             match test {
                 Test::Points(records) => {
-                    let mut found = work(Source::Points(&records), &study)?;
-                    let warnings = records.iter().flat_map(|r| &r.recording.warnings);
-                    found.warnings.splice(0..0, once(warnings));
+                    let mut found = work(IdentificationInput::Points(&records), &study)?;
+                    let warnings = records.iter().flat_map(|r| &r.recording.diagnostics);
+                    found.diagnostics.splice(0..0, once(warnings));
                     (
                         found,
                         once(records.iter().flat_map(|r| &r.recording.repairs)),
@@ -98,9 +100,9 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
                         let (drive, answer) = names.split_at(study.inputs.len().min(names.len()));
                         (study.inputs, study.outputs) = (drive.to_vec(), answer.to_vec());
                     }
-                    let mut found = work(Source::Signals(&recording), &study)?;
-                    let own = recording.warnings.iter().cloned();
-                    found.warnings.splice(0..0, own);
+                    let mut found = work(IdentificationInput::Signals(&recording), &study)?;
+                    let own = recording.diagnostics.iter().cloned();
+                    found.diagnostics.splice(0..0, own);
                     (found, recording.repairs)
                 }
             }
@@ -108,12 +110,12 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     };
     let written = written(files, args, &found)?;
     if args.json {
-        output::document(&report::identified::json(&found, &repairs)?)?;
+        output::document(&report::identification::json(&found, &repairs)?)?;
         return Ok(0);
     }
     output::print(&report::log_tables::identified(&found))?;
     if !args.quiet {
-        output::tell(&epilogue(&found, &repairs, &written));
+        output::print_note(&epilogue(&found, &repairs, &written));
     }
     Ok(0)
 }
@@ -130,23 +132,27 @@ fn once<'m, T: Clone + PartialEq + 'm>(all: impl Iterator<Item = &'m T>) -> Vec<
 }
 
 /// Whether what is asked for are the responses of a file that holds signals too.
-fn are_meant(responses: &FrequencyResponses, study: &IdentifyStudy) -> bool {
-    let known: Vec<String> = (responses.functions.iter())
+fn use_file_responses(responses: &FrequencyResponses, study: &IdentifyStudy) -> bool {
+    let known: Vec<String> = (responses.responses.iter())
         .map(|f| f.output.name.clone())
         .collect();
-    let takes = study.method.is_none_or(|m| m.needs() == Needs::Responses);
+    let takes = study
+        .method
+        .is_none_or(|m| m.required_data() == RequiredData::Responses);
     takes
         && study
             .outputs
             .iter()
-            .all(|word| names::find(word, &known).is_some())
+            .all(|word| channel_names::find_channel(word, &known).is_some())
 }
 
 /// Refuses a channel named twice, before channels are taken out of the log one by one.
-fn refuse_twice(study: &IdentifyStudy) -> Result<(), Error> {
+fn reject_duplicates(study: &IdentifyStudy) -> Result<(), Error> {
     let all: Vec<&String> = study.inputs.iter().chain(&study.outputs).collect();
     for (k, word) in all.iter().enumerate() {
-        let same = |other: &&&String| names::means(word, other) || names::means(other, word);
+        let same = |other: &&&String| {
+            channel_names::matches(word, other) || channel_names::matches(other, word)
+        };
         if all[..k].iter().any(|other| same(&other)) {
             let both = study.inputs.contains(word) && study.outputs.contains(word);
             let how = if both {
@@ -155,7 +161,7 @@ fn refuse_twice(study: &IdentifyStudy) -> Result<(), Error> {
                 "twice"
             };
             return Err(Error::new(Code::Conflict, format!("{word} is named {how}"))
-                .hint("name each channel once, as what drives or as what answers"));
+                .with_hint("name each channel once, as what drives or as what answers"));
         }
     }
     Ok(())
@@ -163,7 +169,7 @@ fn refuse_twice(study: &IdentifyStudy) -> Result<(), Error> {
 
 fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
     let above_zero = |text: &Option<String>, bare, flag, what| {
-        let value = text.as_deref().map(|t| above_zero(t, bare, flag, what));
+        let value = text.as_deref().map(|t| parse_positive(t, bare, flag, what));
         value.transpose()
     };
     let resolution_hz = above_zero(&args.resolution, HERTZ, "--resolution", "frequency")?;
@@ -172,52 +178,52 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
             Code::OutOfRange,
             "--overlap takes a share of a block, at least 0 and below 1",
         )
-        .hint("half of it: --overlap 0.5"));
+        .with_hint("half of it: --overlap 0.5"));
     }
     if args.order == Some(0) {
         return Err(Error::new(Code::OutOfRange, "--order 0 asks for no mode")
-            .hint("leave it out: as many modes as are significant"));
+            .with_hint("leave it out: as many modes as are significant"));
     }
-    if let Some(order) = args.order.filter(|order| *order > MOST_MODES) {
+    if let Some(order) = args.order.filter(|order| *order > MAX_MODES) {
         return Err(Error::new(
             Code::OutOfRange,
-            format!("--order {order} asks for more modes than any band holds; up to {MOST_MODES}"),
+            format!("--order {order} asks for more modes than any band holds; up to {MAX_MODES}"),
         )
-        .hint("leave it out: as many modes as are significant"));
+        .with_hint("leave it out: as many modes as are significant"));
     }
     Ok(IdentifyStudy {
         inputs: args.input.clone(),
         outputs: args.output.clone(),
-        estimate: EstimateStudy {
+        estimate: FrfStudy {
             estimator: match args.estimator {
-                EstimatorWord::H1 => Estimator::H1,
-                EstimatorWord::H2 => Estimator::H2,
-                EstimatorWord::Hv => Estimator::Hv,
+                EstimatorArg::H1 => Estimator::H1,
+                EstimatorArg::H2 => Estimator::H2,
+                EstimatorArg::Hv => Estimator::Hv,
             },
             window: args.window.as_deref().map(Window::parse).transpose()?,
-            resolution_hz,
+            frequency_resolution_hz: resolution_hz,
             overlap: args.overlap,
-            impact: said(args.impact, args.no_impact),
-            stepped: said(args.stepped, args.no_stepped),
+            impact: tri_state(args.impact, args.no_impact),
+            stepped: tri_state(args.stepped, args.no_stepped),
             dwells_s: (args.dwells.iter())
                 .map(|text| dwell(text))
                 .collect::<Result<_, _>>()?,
         },
-        band_hz: args.band.as_deref().map(band).transpose()?,
+        band_hz: args.band.as_deref().map(parse_band).transpose()?,
         order: args.order,
-        delay: match args.delay {
-            DelayWord::None => Delay::None,
-            DelayWord::Common => Delay::Common,
-            DelayWord::Each => Delay::PerResponse,
+        model: match args.delay {
+            DelayArg::None => DelayModel::None,
+            DelayArg::Common => DelayModel::Common,
+            DelayArg::Each => DelayModel::PerResponse,
         },
         allow_unstable: args.allow_unstable,
         all: args.all,
         derivative: args.kind.map(|kind| match kind {
-            KindWord::Receptance => 0,
-            KindWord::Mobility => 1,
-            KindWord::Accelerance => 2,
+            ResponseFormArg::Receptance => 0,
+            ResponseFormArg::Mobility => 1,
+            ResponseFormArg::Accelerance => 2,
         }),
-        method: args.method.map(method_of),
+        method: args.method.map(method_from_arg),
         speed_hz: above_zero(&args.speed, SPEED, "--speed", "speed")?,
         driving_points: args.driving_point.clone(),
         memory_s: above_zero(&args.memory, SECONDS, "--memory", "time")?,
@@ -225,20 +231,25 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
 }
 
 /// The unit of a flag's number where bare, and the size in SI of what the study counts in: turns a second where rad/s are SI.
-type Bare = (Kind, &'static str, f64);
+type DefaultUnit = (QuantityKind, &'static str, f64);
 
-const HERTZ: Bare = (Kind::Frequency, "Hz", std::f64::consts::TAU);
-const SPEED: Bare = (Kind::Speed, "rpm", std::f64::consts::TAU);
-const SECONDS: Bare = (Kind::Time, "s", 1.0);
+const HERTZ: DefaultUnit = (QuantityKind::Frequency, "Hz", std::f64::consts::TAU);
+const SPEED: DefaultUnit = (QuantityKind::Speed, "rpm", std::f64::consts::TAU);
+const SECONDS: DefaultUnit = (QuantityKind::Time, "s", 1.0);
 
 /// A number to the fifteen digits that 2π there and back leaves: 700, not 699.999 999 999 999 9.
-fn without_rounding(x: f64) -> f64 {
+fn round_15_digits(x: f64) -> f64 {
     format!("{x:.14e}").parse().unwrap_or(x)
 }
 
-/// What a flag takes, above zero; `what` it is in words.
-fn above_zero(text: &str, (kind, unit, size): Bare, flag: &str, what: &str) -> Result<f64, Error> {
-    let value = without_rounding(units::parse_or_bare(text, kind, unit, flag)? / size);
+/// What a flag takes, above zero; `what` it is as text.
+fn parse_positive(
+    text: &str,
+    (kind, unit, size): DefaultUnit,
+    flag: &str,
+    what: &str,
+) -> Result<f64, Error> {
+    let value = round_15_digits(quantity::parse_or_bare(text, kind, unit, flag)? / size);
     match value > 0.0 {
         true => Ok(value),
         false => Err(Error::new(
@@ -249,35 +260,35 @@ fn above_zero(text: &str, (kind, unit, size): Bare, flag: &str, what: &str) -> R
 }
 
 /// Of two flags that exclude each other, which was said.
-fn said(yes: bool, no: bool) -> Option<bool> {
+fn tri_state(yes: bool, no: bool) -> Option<bool> {
     (yes || no).then_some(yes)
 }
 
-fn method_of(word: MethodWord) -> Method {
+fn method_from_arg(word: MethodArg) -> IdentificationMethod {
     match word {
-        MethodWord::Rational => Method::Rational,
-        MethodWord::Plscf => Method::Plscf,
-        MethodWord::Lsce => Method::Lsce,
-        MethodWord::Rfp => Method::Rfp,
-        MethodWord::Circle => Method::Circle,
-        MethodWord::VectorFitting => Method::VectorFitting,
-        MethodWord::Aaa => Method::Aaa,
-        MethodWord::SsiCov => Method::SsiCov,
-        MethodWord::SsiData => Method::SsiData,
-        MethodWord::FreeDecay => Method::FreeDecay,
-        MethodWord::Fdd => Method::Fdd,
-        MethodWord::Efdd => Method::Efdd,
-        MethodWord::Ar => Method::Ar,
-        MethodWord::Arma => Method::Arma,
-        MethodWord::Arx => Method::Arx,
-        MethodWord::Armax => Method::Armax,
-        MethodWord::OutputError => Method::OutputError,
-        MethodWord::Rls => Method::Rls,
+        MethodArg::Rational => IdentificationMethod::Rational,
+        MethodArg::Plscf => IdentificationMethod::Plscf,
+        MethodArg::Lsce => IdentificationMethod::Lsce,
+        MethodArg::Rfp => IdentificationMethod::Rfp,
+        MethodArg::Circle => IdentificationMethod::Circle,
+        MethodArg::VectorFitting => IdentificationMethod::VectorFitting,
+        MethodArg::Aaa => IdentificationMethod::Aaa,
+        MethodArg::SsiCov => IdentificationMethod::SsiCov,
+        MethodArg::SsiData => IdentificationMethod::SsiData,
+        MethodArg::FreeDecay => IdentificationMethod::FreeDecay,
+        MethodArg::Fdd => IdentificationMethod::Fdd,
+        MethodArg::Efdd => IdentificationMethod::Efdd,
+        MethodArg::Ar => IdentificationMethod::Ar,
+        MethodArg::Arma => IdentificationMethod::Arma,
+        MethodArg::Arx => IdentificationMethod::Arx,
+        MethodArg::Armax => IdentificationMethod::Armax,
+        MethodArg::OutputError => IdentificationMethod::OutputError,
+        MethodArg::Rls => IdentificationMethod::Rls,
     }
 }
 
 /// `A:B`, frequencies, Hz where bare.
-pub fn band(text: &str) -> Result<(f64, f64), Error> {
+pub fn parse_band(text: &str) -> Result<(f64, f64), Error> {
     let hint = "--band takes low:high, such as 10:2000 or \"10 Hz:2 kHz\"";
     range(text, HERTZ, "--band", ("a band", hint))
 }
@@ -288,20 +299,20 @@ fn dwell(text: &str) -> Result<(f64, f64), Error> {
     range(text, SECONDS, "--dwells", ("a dwell", hint))
 }
 
-/// `A:B` with 0 ≤ A < B; `what` it is in words, and how it is written.
+/// `A:B` with 0 ≤ A < B; `what` it is as text, and how it is written.
 fn range(
     text: &str,
-    (kind, unit, size): Bare,
+    (kind, unit, size): DefaultUnit,
     flag: &str,
     (what, hint): (&str, &str),
 ) -> Result<(f64, f64), Error> {
     let wrong = || {
-        let message = format!("\"{}\" is not {what}", units::shortened(text));
-        Error::new(Code::OutOfRange, message).hint(hint)
+        let message = format!("\"{}\" is not {what}", quantity::truncate(text));
+        Error::new(Code::OutOfRange, message).with_hint(hint)
     };
     let (low, high) = text.split_once(':').ok_or_else(wrong)?;
     let value =
-        |t: &str| units::parse_or_bare(t, kind, unit, flag).map(|x| without_rounding(x / size));
+        |t: &str| quantity::parse_or_bare(t, kind, unit, flag).map(|x| round_15_digits(x / size));
     let (low, high) = (value(low)?, value(high)?);
     match low >= 0.0 && low < high {
         true => Ok((low, high)),
@@ -317,7 +328,7 @@ fn outputs(args: &IdentifyArgs) -> Result<Vec<PathBuf>, Error> {
     }
     if let Some(path) = &args.svg {
         files::ends(path, &["svg"])?;
-        all.extend(pictures(path));
+        all.extend(plot_paths(path));
     }
     if let Some(path) = &args.export {
         files::ends(path, &["json", "csv", "mat"])?;
@@ -330,8 +341,8 @@ fn outputs(args: &IdentifyArgs) -> Result<Vec<PathBuf>, Error> {
     Ok(all)
 }
 
-/// The pictures: the first at the name given, the others beside it.
-fn pictures(path: &Path) -> [PathBuf; 4] {
+/// The plots: the first at the name given, the others next to it.
+fn plot_paths(path: &Path) -> [PathBuf; 4] {
     let beside = |what: &str| {
         let mut name = path.file_stem().unwrap_or_default().to_os_string();
         name.push(what);
@@ -346,25 +357,29 @@ fn pictures(path: &Path) -> [PathBuf; 4] {
 }
 
 /// What the method has to show.
-fn drawn(path: &Path, name: &str, found: &Identification) -> Result<Vec<(PathBuf, String)>, Error> {
-    let [first, nyquist, poles, stabilisation] = pictures(path);
-    let diagram =
-        report::identified::diagram(found, name).map(|d| report::poles_picture::stabilisation(&d));
-    let Some(shown) = report::identified::curves(found, name) else {
-        // Without responses the first picture is what the modes were chosen from.
-        let course = found.course().map(|c| {
-            report::mode_course::draw(c, &format!("{name}: modes in the course of the record"))
+fn draw_plots(
+    path: &Path,
+    name: &str,
+    found: &IdentificationResult,
+) -> Result<Vec<(PathBuf, String)>, Error> {
+    let [first, nyquist, poles, stabilisation] = plot_paths(path);
+    let diagram = report::identification::stabilisation_diagram(found, name)
+        .map(|d| report::pole_plots::stabilisation(&d));
+    let Some(fdd_plot) = report::identification::curves(found, name) else {
+        // Without responses the first plot is what the modes were chosen from.
+        let course = found.tracking().map(|c| {
+            report::mode_tracking::draw(c, &format!("{name}: modes in the course of the record"))
         });
-        let picture = (course.or(diagram))
+        let plot = (course.or(diagram))
             .or_else(|| {
-                let shown = report::identified::decomposition(found, name);
-                shown.map(|s| report::decomposition_picture::draw(&s))
+                let fdd_plot = report::identification::decomposition(found, name);
+                fdd_plot.map(|s| report::fdd_plot::draw(&s))
             })
             .unwrap_or_else(|| {
                 let poles: Vec<_> = found.modes.iter().map(|m| m.mode.pole).collect();
-                report::poles_picture::pole_zero(&format!("{name}: poles"), &poles, &[])
+                report::pole_plots::pole_zero(&format!("{name}: poles"), &poles, &[])
             });
-        return Ok(vec![(first, picture)]);
+        return Ok(vec![(first, plot)]);
     };
     let transfer = found.functions.first();
     let crosses = transfer.map_or(Vec::new(), |f| f.poles().to_vec());
@@ -377,11 +392,11 @@ fn drawn(path: &Path, name: &str, found: &Identification) -> Result<Vec<(PathBuf
         None => name.to_string(),
     };
     let mut all = vec![
-        (first, report::bode::bode(&shown)),
-        (nyquist, report::bode::nyquist(&shown)),
+        (first, report::bode::draw_bode(&fdd_plot)),
+        (nyquist, report::bode::draw_nyquist(&fdd_plot)),
         (
             poles,
-            report::poles_picture::pole_zero(&title, &crosses, &zeros),
+            report::pole_plots::pole_zero(&title, &crosses, &zeros),
         ),
     ];
     all.extend(diagram.map(|d| (stabilisation, d)));
@@ -390,16 +405,19 @@ fn drawn(path: &Path, name: &str, found: &Identification) -> Result<Vec<(PathBuf
 
 /// Writes what was asked for and says what.
 fn written(
-    mut files: Files,
+    mut files: OutputFiles,
     args: &IdentifyArgs,
-    found: &Identification,
+    found: &IdentificationResult,
 ) -> Result<Vec<PathBuf>, Error> {
     let mut all: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     if let Some(path) = &args.csv {
-        all.push((path.clone(), report::identified::csv(found).into_bytes()));
+        all.push((
+            path.clone(),
+            report::identification::csv(found).into_bytes(),
+        ));
     }
     if let Some(path) = &args.svg {
-        let drawn = drawn(path, &logs::title(&args.files), found)?;
+        let drawn = draw_plots(path, &logs::title(&args.files), found)?;
         all.extend(
             drawn
                 .into_iter()
@@ -409,10 +427,10 @@ fn written(
     let none = |flag: &str, what: &str| {
         let message = format!(
             "{flag} has nothing to write: {} gives no {what}",
-            found.method.word()
+            found.method.name()
         );
         Error::new(Code::Usage, message)
-            .hint("name what drives: --input, and a method from responses such as rational")
+            .with_hint("name what drives: --input, and a method from responses such as rational")
     };
     if args.export.is_some() && found.functions.is_empty() {
         return Err(none("--export", "transfer functions"));
@@ -427,9 +445,11 @@ fn written(
             .ok_or_else(|| none("--frf", "frequency responses"))?;
         let mut bytes = Vec::new();
         match path.extension().and_then(|e| e.to_str()) {
-            Some("csv") => write::csv::responses(responses, &mut bytes)?,
-            Some("uff") => write::uff::responses(responses, Form::Text, &mut bytes)?,
-            _ => write::json::responses(responses, &report::json::log_header(&[]), &mut bytes)?,
+            Some("csv") => write::csv::write_responses(responses, &mut bytes)?,
+            Some("uff") => write::uff::write_responses(responses, UffFormat::Text, &mut bytes)?,
+            _ => {
+                write::json::write_responses(responses, &report::json::log_header(&[]), &mut bytes)?
+            }
         }
         all.push((path.clone(), bytes));
     }
@@ -440,11 +460,15 @@ fn written(
 }
 
 /// The identified model in the format that the file's name asks for.
-fn export(path: &Path, args: &IdentifyArgs, found: &Identification) -> Result<Vec<u8>, Error> {
+fn export(
+    path: &Path,
+    args: &IdentifyArgs,
+    found: &IdentificationResult,
+) -> Result<Vec<u8>, Error> {
     let time = args
         .sample_time
         .as_deref()
-        .map(|t| units::parse_or_bare(t, Kind::Time, "s", "--sample-time"))
+        .map(|t| quantity::parse_or_bare(t, QuantityKind::Time, "s", "--sample-time"))
         .transpose()?;
     // Accelerations of a stiff residual grow with s²: a state space holds their integrals.
     let (mut proper, mut integrated) = (found.functions.clone(), 0);
@@ -456,9 +480,9 @@ fn export(path: &Path, args: &IdentifyArgs, found: &Identification) -> Result<Ve
         integrated += 1;
     }
     let model = || -> Result<Realisation, Error> {
-        let model = Realisation::of(&proper)?;
+        let model = Realisation::from_transfer_functions(&proper)?;
         match time {
-            Some(time) => model.sampled(time, map_of(args.map)),
+            Some(time) => model.discretise(time, discretisation_from_arg(args.map)),
             None => Ok(model),
         }
     };
@@ -491,24 +515,24 @@ fn export(path: &Path, args: &IdentifyArgs, found: &Identification) -> Result<Ve
     }
 }
 
-fn map_of(word: MapWord) -> Map {
+fn discretisation_from_arg(word: DiscretisationArg) -> DiscretisationMethod {
     match word {
-        MapWord::ZeroOrderHold => Map::ZeroOrderHold,
-        MapWord::Bilinear => Map::Bilinear,
-        MapWord::Impulse => Map::ImpulseInvariant,
+        DiscretisationArg::ZeroOrderHold => DiscretisationMethod::ZeroOrderHold,
+        DiscretisationArg::Bilinear => DiscretisationMethod::Bilinear,
+        DiscretisationArg::Impulse => DiscretisationMethod::ImpulseInvariant,
     }
 }
 
-/// What was done to the data, doubts, what was written.
-fn epilogue(found: &Identification, repairs: &[Repair], written: &[PathBuf]) -> String {
+/// What was done to the data, warnings, what was written.
+fn epilogue(found: &IdentificationResult, repairs: &[Repair], written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
-    text += &epilogue::repairs(repairs);
-    for hit in found.hits.iter().filter(|h| h.fault.is_some()) {
-        let why = hit.fault.map_or("", |f| f.words());
+    text += &footer::repairs(repairs);
+    for hit in found.hits.iter().filter(|h| h.reason.is_some()) {
+        let why = hit.reason.map_or("", |f| f.description());
         let file = (hit.moment.file.as_ref()).map_or(String::new(), |f| format!(" of {f}"));
         text += &format!("hit at {:.4} s{file} left out: {why}\n", hit.moment.time_s);
     }
-    text += &epilogue::warnings(&found.warnings);
-    text += &epilogue::written(written);
+    text += &footer::warnings(&found.diagnostics);
+    text += &footer::written_files(written);
     text
 }

@@ -1,36 +1,36 @@
-//! Interrupts (SIGINT, SIGTERM, SIGHUP): work ends early, no file stays half-written, and the answer says so.
+//! Ctrl-C: cancels work at its next step; partial files are removed.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::base::error::Error;
-use crate::base::stop::Stop;
+use crate::base::time_budget::CancelToken;
 
 /// Exit code of interrupted work.
-pub const INTERRUPTED: u8 = 130;
+pub const EXIT_INTERRUPTED: u8 = 130;
 
 /// The state of this run as a signal finds it.
-struct Run {
+struct RunState {
     /// Raised by the first signal, where the command can end early with a partial answer.
-    stop: Option<Stop>,
+    cancel: Option<CancelToken>,
     /// The files are complete and the answer is being printed: one signal changes nothing any more.
     answering: bool,
     /// Files under temporary names.
     temporaries: Vec<PathBuf>,
 }
 
-static RUN: Mutex<Run> = Mutex::new(Run {
-    stop: None,
+static RUN: Mutex<RunState> = Mutex::new(RunState {
+    cancel: None,
     answering: false,
     temporaries: Vec::new(),
 });
 
-fn state() -> MutexGuard<'static, Run> {
+fn state() -> MutexGuard<'static, RunState> {
     RUN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Listens for interrupts. The first one raises [`stop`] where the command uses it; without it, and at the second one, temporary
-/// files are removed, `report` prints the error unless an answer has begun, and the process exits with [`INTERRUPTED`]. The first
+/// files are removed, `report` prints the error unless an answer has begun, and the process exits with [`EXIT_INTERRUPTED`]. The first
 /// one after an answer has begun lets it end, whatever came before. A signal that the caller of the process has ignored (`nohup`,
 /// background jobs of a script) stays ignored.
 pub fn listen(report: impl Fn() + Send + 'static) {
@@ -41,8 +41,8 @@ pub fn listen(report: impl Fn() + Send + 'static) {
         if run.answering && std::mem::replace(&mut first_of_answer, false) {
             return;
         }
-        if let Some(stop) = run.stop.as_ref().filter(|_| first) {
-            stop.raise();
+        if let Some(cancel) = run.cancel.as_ref().filter(|_| first) {
+            cancel.cancel();
             return;
         }
         for path in run.temporaries.drain(..) {
@@ -51,18 +51,21 @@ pub fn listen(report: impl Fn() + Send + 'static) {
         if !run.answering {
             report();
         }
-        std::process::exit(i32::from(INTERRUPTED));
+        std::process::exit(i32::from(EXIT_INTERRUPTED));
     });
 }
 
 /// A cancellation token that the first interrupt raises.
-pub fn stop() -> Stop {
-    state().stop.get_or_insert_default().clone()
+pub fn cancel_on_ctrl_c() -> CancelToken {
+    state().cancel.get_or_insert_default().clone()
 }
 
 /// Whether an interrupt has raised the token.
 pub fn is_raised() -> bool {
-    state().stop.as_ref().is_some_and(Stop::is_raised)
+    state()
+        .cancel
+        .as_ref()
+        .is_some_and(CancelToken::is_cancelled)
 }
 
 /// Registers a file under a temporary name: an interrupt removes it.
@@ -83,7 +86,7 @@ pub fn commit(rename: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
 }
 
 /// From here on a document is being printed: the first interrupt lets it end.
-pub fn answering() {
+pub fn begin_document() {
     state().answering = true;
 }
 

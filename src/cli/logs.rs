@@ -7,18 +7,18 @@ use super::progress;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::plan::logs::points::PointRecord;
-use crate::recording::raw::{Raw, Repair};
-use crate::recording::settings::{Roving, Settings};
+use crate::recording::raw::{RawLog, Repair};
+use crate::recording::read_options::{ReadOptions, Roving};
 use crate::recording::signals::Recording;
-use crate::recording::{join, names, settle};
+use crate::recording::{channel_names, join, preprocess};
 use crate::scene;
 
 /// A log and what is stated of it.
-pub struct Log {
+pub struct LogInput {
     /// The file.
     pub path: PathBuf,
     /// Flags before the sidecar.
-    pub settings: Settings,
+    pub options: ReadOptions,
     /// The sidecar that was read.
     pub sidecar: Option<PathBuf>,
 }
@@ -27,27 +27,27 @@ pub struct Log {
 ///
 /// # Errors
 /// Flags without sense; everything wrong in a sidecar.
-pub fn named(files: &[PathBuf], args: &LogArgs) -> Result<Vec<Log>, Errors> {
+pub fn open_logs(files: &[PathBuf], args: &LogArgs) -> Result<Vec<LogInput>, Errors> {
     let mut all = Vec::new();
     for file in files {
-        let Some(mut list) = scene::log::read_list(file)? else {
-            let (settings, sidecar) = args.settings(file)?;
-            all.push(Log {
+        let Some(mut list) = scene::sidecar::read_list(file)? else {
+            let (options, sidecar) = args.settings(file)?;
+            all.push(LogInput {
                 path: file.clone(),
-                settings,
+                options,
                 sidecar,
             });
             continue;
         };
-        list.notes.push(Repair {
+        list.sidecar_reports.push(Repair {
             kind: "sidecar",
             message: format!("read {}", file.display()),
         });
         let listed = std::mem::take(&mut list.files);
-        let settings = args.over(list)?;
-        all.extend(listed.into_iter().map(|path| Log {
+        let options = args.merge_into(list)?;
+        all.extend(listed.into_iter().map(|path| LogInput {
             path,
-            settings: settings.clone(),
+            options: options.clone(),
             sidecar: Some(file.clone()),
         }));
     }
@@ -55,9 +55,15 @@ pub fn named(files: &[PathBuf], args: &LogArgs) -> Result<Vec<Log>, Errors> {
 }
 
 /// Every file that is read, which no output may replace.
-pub fn paths(logs: &[Log]) -> Vec<PathBuf> {
-    let both = |log: &Log| log.sidecar.clone().into_iter().chain([log.path.clone()]);
-    logs.iter().flat_map(both).collect()
+pub fn paths(inputs: &[LogInput]) -> Vec<PathBuf> {
+    let both = |input: &LogInput| {
+        input
+            .sidecar
+            .clone()
+            .into_iter()
+            .chain([input.path.clone()])
+    };
+    inputs.iter().flat_map(both).collect()
 }
 
 /// What the logs are called in titles: the name of the file, and how many more there are.
@@ -75,17 +81,19 @@ pub fn title(files: &[PathBuf]) -> String {
     }
 }
 
-/// The channels named by `only` (all where empty) of every log, joined; `first` is the first log, opened.
+/// The channels named by `keep_channels` (all where empty) of every log, joined; `first` is the first log, opened.
 ///
 /// # Errors
 /// Whatever is wrong with a log; logs that are not of one test.
-pub fn settled(
-    logs: &[Log],
-    first: Raw,
+pub fn preprocess(
+    inputs: &[LogInput],
+    first: RawLog,
     only: &[String],
     quiet: bool,
 ) -> Result<Recording, Errors> {
-    let all = each(logs, first, quiet, |log, raw| settle_only(log, raw, only))?;
+    let all = each(inputs, first, quiet, |input, raw_log| {
+        settle_only(input, raw_log, only)
+    })?;
     Ok(join::join(all)?)
 }
 
@@ -103,21 +111,29 @@ pub enum Test {
 /// # Errors
 /// Whatever is wrong with a log; logs that are not of one test.
 pub fn test(
-    logs: &[Log],
-    first: Raw,
+    log_inputs: &[LogInput],
+    first: RawLog,
     (inputs, outputs): (&[String], &[String]),
     roving: Option<Roving>,
     quiet: bool,
 ) -> Result<Test, Errors> {
-    let roving = roving.or_else(|| logs.iter().find_map(|log| log.settings.roving));
-    if roving.is_some() && (logs.len() < 2 || inputs.is_empty()) {
+    let roving = roving.or_else(|| {
+        log_inputs
+            .iter()
+            .find_map(|log_input| log_input.options.roving)
+    });
+    if roving.is_some() && (log_inputs.len() < 2 || inputs.is_empty()) {
         let message = "a roving test has several files and an input";
         let hint = "name the file of every point, and what drives: --input; or leave --roving out";
-        return Err(Error::new(Code::Usage, message).hint(hint).into());
+        return Err(Error::new(Code::Usage, message).with_hint(hint).into());
     }
-    let all = each(logs, first, quiet, |log, raw| {
+    let all = each(log_inputs, first, quiet, |log_input, raw_log| {
         let of = |words: &[String]| -> Vec<String> {
-            (words.iter().filter(|word| is_in(word, &raw, log)).cloned()).collect()
+            (words
+                .iter()
+                .filter(|word| is_in(word, &raw_log, log_input))
+                .cloned())
+            .collect()
         };
         let (mut own, mut own_outputs) = (of(inputs), of(outputs));
         if own.is_empty() || own_outputs.is_empty() {
@@ -126,7 +142,7 @@ pub fn test(
         }
         let count = own.len();
         own.append(&mut own_outputs);
-        let recording = settle_only(log, raw, &own)?;
+        let recording = settle_only(log_input, raw_log, &own)?;
         Ok((own, count, recording))
     })?;
     let is_whole = |own: &[String]| own.len() == inputs.len() + outputs.len();
@@ -144,7 +160,7 @@ pub fn test(
     }
     let points = records.into_iter().map(|(_, count, files)| {
         let recording = join::join(files)?;
-        let file = is_named_by_file.then(|| point_of(&recording.path, logs));
+        let file = is_named_by_file.then(|| point_of(&recording.path, log_inputs));
         let names = recording.channels.iter().map(|c| c.name.clone());
         let (of_inputs, of_outputs): (Vec<_>, Vec<_>) =
             names.enumerate().partition(|(k, _)| *k < count);
@@ -167,45 +183,49 @@ pub fn test(
 }
 
 /// The name of a file without its ending; with its folder where another has the same name.
-fn point_of(path: &str, logs: &[Log]) -> String {
+fn point_of(path: &str, inputs: &[LogInput]) -> String {
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_os_string();
     let own = stem(Path::new(path));
-    match logs.iter().filter(|log| stem(&log.path) == own).count() {
+    match inputs
+        .iter()
+        .filter(|input| stem(&input.path) == own)
+        .count()
+    {
         1 => own.to_string_lossy().into(),
         _ => path.to_string(),
     }
 }
 
 /// Whether a log has the channel that a word means, by its name or that of its sidecar.
-fn is_in(word: &str, raw: &Raw, log: &Log) -> bool {
-    let renamed = (log.settings.channels.iter())
+fn is_in(word: &str, raw_log: &RawLog, input: &LogInput) -> bool {
+    let renamed = (input.options.channels.iter())
         .find(|s| s.rename.as_ref().is_some_and(|r| r == word))
         .map_or(word, |s| &s.name);
-    let channels = raw.groups.iter().flat_map(|g| &g.channels);
+    let channels = raw_log.groups.iter().flat_map(|g| &g.channels);
     let known: Vec<String> = channels.map(|c| c.name.clone()).collect();
-    names::find(renamed, &known).is_some()
+    channel_names::find_channel(renamed, &known).is_some()
 }
 
-fn settle_only(log: &Log, raw: Raw, only: &[String]) -> Result<Recording, Errors> {
-    let mut settings = log.settings.clone();
-    settings.only = only.to_vec();
-    Ok(settle::settle(raw, &settings)?)
+fn settle_only(input: &LogInput, raw_log: RawLog, only: &[String]) -> Result<Recording, Errors> {
+    let mut options = input.options.clone();
+    options.keep_channels = only.to_vec();
+    Ok(preprocess::preprocess(raw_log, &options)?)
 }
 
 /// Opens one log after the other.
 fn each<T>(
-    logs: &[Log],
-    first: Raw,
+    inputs: &[LogInput],
+    first: RawLog,
     quiet: bool,
-    read: impl Fn(&Log, Raw) -> Result<T, Errors>,
+    read: impl Fn(&LogInput, RawLog) -> Result<T, Errors>,
 ) -> Result<Vec<T>, Errors> {
     let (mut all, mut first) = (Vec::new(), Some(first));
-    for log in logs {
-        let raw = match first.take() {
-            Some(raw) => raw,
-            None => progress::open(&log.path, &log.settings, quiet)?,
+    for input in inputs {
+        let raw_log = match first.take() {
+            Some(raw_log) => raw_log,
+            None => progress::open(&input.path, &input.options, quiet)?,
         };
-        all.push(read(log, raw)?);
+        all.push(read(input, raw_log)?);
     }
     Ok(all)
 }

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use clap::CommandFactory;
 
-use super::args::Arguments;
-use super::files::Files;
+use super::args::Cli;
+use super::files::OutputFiles;
 use super::output;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -16,7 +16,7 @@ use crate::base::error::Error;
 /// Standard output cannot be written.
 pub fn completions(shell: clap_complete::Shell) -> Result<u8, Error> {
     let mut text = Vec::new();
-    clap_complete::generate(shell, &mut Arguments::command(), "geardyn", &mut text);
+    clap_complete::generate(shell, &mut Cli::command(), "geardyn", &mut text);
     output::print(&String::from_utf8_lossy(&text))?;
     Ok(0)
 }
@@ -33,9 +33,9 @@ pub fn pages(folder: &Path) -> Result<u8, Error> {
         )
     };
     std::fs::create_dir_all(folder).map_err(failed)?;
-    let mut root = Arguments::command();
+    let mut root = Cli::command();
     root.build();
-    let mut files = Files::default();
+    let mut files = OutputFiles::default();
     let subcommands: Vec<clap::Command> = root.get_subcommands().cloned().collect();
     for command in std::iter::once(root).chain(subcommands) {
         let name = command

@@ -1,102 +1,74 @@
-//! The command: one file a subcommand. Nothing else touches the terminal.
+//! Command-line interface, one file per subcommand; the only module that uses the terminal.
+//!
+//! Nothing else touches the terminal.
 
-/// Arguments as typed.
 pub mod args;
 
-/// Errors and warnings as text and JSON.
-pub mod diagnostic;
+pub mod render;
 
-/// Interrupts: SIGINT, SIGTERM, SIGHUP.
 pub mod interrupt;
 
-/// Standard output and standard error.
 pub mod output;
 
-/// Where an output file goes.
 pub mod destination;
 
-/// Output files that appear whole.
 pub mod files;
 
-/// What is said below an answer.
-pub mod epilogue;
+pub mod footer;
 
-/// How far long work is.
 pub mod progress;
 
-/// The logs of one test.
 pub mod logs;
 
-/// Flags as a study.
-pub mod study;
+pub mod modes_study;
 
-/// `new`.
 pub mod new;
 
-/// `check` of logs.
 pub mod check_log;
 
-/// `check`.
 pub mod check;
 
-/// `explain`.
 pub mod explain;
 
-/// Flags of motion as a study.
-pub mod motion_flags;
+pub mod simulate_study;
 
-/// `plan`.
 pub mod plan;
 
-/// `modes`.
 pub mod modes;
 
-/// `simulate`.
 pub mod simulate;
 
-/// `accuracy`.
 pub mod accuracy;
 
-/// `stability`.
 pub mod stability;
 
-/// `response`.
 pub mod response;
 
-/// `response --run-up`.
 pub mod run_up;
 
-/// `response --harmonic-balance`.
 pub mod harmonic_balance;
 
-/// `measure`.
 pub mod measure;
 
-/// `te` of a log.
 pub mod te_log;
 
-/// `te`.
 pub mod te;
 
-/// `run`.
 pub mod run_scene;
 
-/// `identify`.
 pub mod identify;
 
-/// `convert`.
 pub mod convert;
-/// `spectrum`.
+
 pub mod spectrum;
 
-/// `completions` and `man`.
 pub mod manual;
 
 use std::ffi::OsString;
 use std::io;
 use std::process::ExitCode;
 
-use args::{Arguments, Command};
+use args::{Cli, Command};
 use clap::Parser;
 
 use crate::base::code::Code;
@@ -107,9 +79,9 @@ use crate::base::error::{Error, Errors};
 pub fn run(arguments: &[OsString]) -> ExitCode {
     let json = arguments.iter().any(|argument| argument == "--json");
     if let Err(error) = refuse_unreadable(arguments) {
-        return ended(&error.into(), json);
+        return report_error(&error.into(), json);
     }
-    let command = match Arguments::try_parse_from(arguments) {
+    let command = match Cli::try_parse_from(arguments) {
         Ok(parsed) => parsed.command,
         Err(error) => return usage(&error, json),
     };
@@ -121,18 +93,18 @@ pub fn run(arguments: &[OsString]) -> ExitCode {
             Code::Interrupted,
             "interrupted before the work was finished",
         );
-        let _ = ended(
+        let _ = report_error(
             &error
-                .hint("files named as outputs are as they were before")
+                .with_hint("files named as outputs are as they were before")
                 .into(),
             json,
         );
     });
-    match carry_out(&command) {
+    match dispatch(&command) {
         Ok(exit) => ExitCode::from(exit),
         Err(errors) => {
-            interrupt::answering();
-            ended(&errors, json)
+            interrupt::begin_document();
+            report_error(&errors, json)
         }
     }
 }
@@ -147,19 +119,19 @@ fn refuse_unreadable(arguments: &[OsString]) -> Result<(), Error> {
         None => Ok(()),
         Some((k, shown)) => {
             let message = format!("argument {k} is not UTF-8: `{shown}`");
-            Err(Error::new(Code::Usage, message).hint("if it names a file, rename the file"))
+            Err(Error::new(Code::Usage, message).with_hint("if it names a file, rename the file"))
         }
     }
 }
 
 /// Prints why a command ended, and says with which exit code. Whoever asked for JSON reads standard output.
-fn ended(errors: &Errors, json: bool) -> ExitCode {
-    let document = || format!("{:#}\n", diagnostic::json(errors));
+fn report_error(errors: &Errors, json: bool) -> ExitCode {
+    let document = || format!("{:#}\n", render::json(errors));
     let printed = json && output::print(&document()).is_ok();
     if !printed {
-        output::tell(&diagnostic::errors(errors, diagnostic::colour()));
+        output::print_note(&render::render_errors(errors, render::use_colour()));
     }
-    let exit = errors.list().iter().map(|e| e.code.exit()).max();
+    let exit = errors.as_slice().iter().map(|e| e.code.exit_code()).max();
     ExitCode::from(exit.unwrap_or(2))
 }
 
@@ -171,7 +143,7 @@ fn usage(error: &clap::Error, json: bool) -> ExitCode {
         return match error.print() {
             Err(e) if help && e.kind() != io::ErrorKind::BrokenPipe => {
                 let message = format!("standard output could not be written: {e}");
-                ended(&Error::new(Code::OutputFailed, message).into(), false)
+                report_error(&Error::new(Code::OutputFailed, message).into(), false)
             }
             _ if help => ExitCode::SUCCESS,
             _ => ExitCode::from(2),
@@ -182,11 +154,11 @@ fn usage(error: &clap::Error, json: bool) -> ExitCode {
     let mut lines = text.trim_start_matches("error: ").lines().map(str::trim);
     let message: Vec<&str> = lines.by_ref().take_while(|line| !line.is_empty()).collect();
     let hint = lines.find_map(|line| line.strip_prefix("tip: "));
-    let wrong = Error::new(Code::Usage, message.join(" ")).hint(hint.unwrap_or("see --help"));
-    ended(&wrong.into(), json)
+    let wrong = Error::new(Code::Usage, message.join(" ")).with_hint(hint.unwrap_or("see --help"));
+    report_error(&wrong.into(), json)
 }
 
-fn carry_out(command: &Command) -> Result<u8, Errors> {
+fn dispatch(command: &Command) -> Result<u8, Errors> {
     Ok(match command {
         Command::New { file } => new::run(file)?,
         Command::Check(args) => check::run(args)?,

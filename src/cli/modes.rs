@@ -4,16 +4,16 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::args::ModesArgs;
-use super::files::{self, Files};
-use super::{epilogue, output, progress, study};
+use super::files::{self, OutputFiles};
+use super::{footer, modes_study, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::modes::state_space::StateSpace;
-use crate::plan::prepared::Prepared;
-use crate::plan::run::{self, Answer};
-use crate::plan::stages::{Plan, Verdict};
+use crate::plan::modes_run::{self, ModesResult};
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::stages::{ModesPlan, StageDecision};
 use crate::report;
-use crate::report::json::Detail;
+use crate::report::json::ShapeDetail;
 use crate::scene;
 
 /// Solves and prints.
@@ -22,48 +22,52 @@ use crate::scene;
 /// Whatever is wrong with the file, the flags or the solution.
 pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.model)?;
-    let study = study::of(&args.study, &scene)?;
+    let study = modes_study::from_args(&args.study, &scene)?;
     let inputs: Vec<PathBuf> = scene.files();
-    let mut files = Files::new(&outputs(args)?, &inputs)?;
-    let prepared = Prepared::new(&scene.model)?;
-    let plan = Plan::modes(&prepared, &study);
-    let answer = progress::busy("finding modes", args.quiet, || {
-        run::run(&prepared, &study, &plan)
+    let mut files = OutputFiles::new(&outputs(args)?, &inputs)?;
+    let machine = PreparedMachine::new(&scene.model)?;
+    let plan = ModesPlan::plan_modes(&machine, &study);
+    let result = progress::with_spinner("finding modes", args.quiet, || {
+        modes_run::run(&machine, &study, &plan)
     })?;
-    let chosen = chosen(args, &answer)?;
+    let chosen = selected_mode(args, &result)?;
     if let Some(path) = &args.csv {
-        files.write(path, report::csv::modes(&prepared, &answer).as_bytes())?;
+        files.write(path, report::modes_csv::modes(&machine, &result).as_bytes())?;
     }
     if let Some(path) = &args.svg {
-        for (path, picture) in pictures(path, &prepared, &answer) {
-            files.write(&path, picture.as_bytes())?;
+        for (path, plot) in draw_plots(path, &machine, &result) {
+            files.write(&path, plot.as_bytes())?;
         }
     }
-    if let (Some(path), Some((space, _))) = (&args.study.state_space, &answer.state_space) {
+    if let (Some(path), Some((space, _))) = (&args.study.state_space, &result.state_space) {
         files.write(path, &state_space(path, space)?)?;
     }
     let written = files.finish()?;
     if args.json {
-        let document =
-            report::json::modes(&scene.sources, &prepared, &answer, Detail { top: args.top });
+        let document = report::json::modes(
+            &scene.sources,
+            &machine,
+            &result,
+            ShapeDetail { top: args.top },
+        );
         output::document(&document)?;
         return Ok(0);
     }
-    let text = match (chosen, &answer.campbell) {
-        (Some(k), _) => report::table::mode(&prepared, &answer, k),
-        (None, Some(found)) => report::table::crossings(found, prepared.linear.rigid.len()),
-        (None, None) => report::table::modes(&prepared, &answer),
+    let text = match (chosen, &result.diagram) {
+        (Some(k), _) => report::modes_table::mode(&machine, &result, k),
+        (None, Some(found)) => report::modes_table::crossings(found, machine.model.rigid.len()),
+        (None, None) => report::modes_table::modes(&machine, &result),
     };
     let mut text = text;
-    if let Some((space, parts)) = &answer.state_space {
-        text += &report::system_tables::participation(space, parts);
+    if let Some((space, parts)) = &result.state_space {
+        text += &report::state_space_tables::participation(space, parts);
     }
-    if let Some(reduction) = &answer.reduction {
-        text += &report::system_tables::reduction(reduction);
+    if let Some(reduction_result) = &result.result {
+        text += &report::state_space_tables::reduction(reduction_result);
     }
     output::print(&text)?;
     if !args.quiet {
-        output::tell(&epilogue(&plan, &answer, &written));
+        output::print_note(&epilogue(&plan, &result, &written));
     }
     Ok(0)
 }
@@ -78,7 +82,7 @@ fn outputs(args: &ModesArgs) -> Result<Vec<PathBuf>, Error> {
             args.study
                 .campbell
                 .is_none()
-                .then(|| files::beside(path, "energies")),
+                .then(|| files::sibling_path(path, "energies")),
         );
     }
     if let Some(path) = &args.study.state_space {
@@ -105,16 +109,16 @@ fn state_space(path: &Path, space: &StateSpace) -> Result<Vec<u8>, Error> {
     written.map(|()| bytes).map_err(failed)
 }
 
-fn chosen(args: &ModesArgs, answer: &Answer) -> Result<Option<usize>, Error> {
+fn selected_mode(args: &ModesArgs, result: &ModesResult) -> Result<Option<usize>, Error> {
     let Some(number) = args.mode else {
         return Ok(None);
     };
-    if (1..=answer.modes.len()).contains(&number) {
+    if (1..=result.modes.len()).contains(&number) {
         return Ok(Some(number - 1));
     }
     let message = format!(
         "there is no mode {number}: the answer holds modes 1 to {}",
-        answer.modes.len()
+        result.modes.len()
     );
     Err(Error::new(Code::OutOfRange, message))
 }
@@ -122,48 +126,52 @@ fn chosen(args: &ModesArgs, answer: &Answer) -> Result<Option<usize>, Error> {
 /// Modes drawn at once.
 const PANELS: usize = 8;
 
-/// Rows of the picture of energies.
+/// Rows of the plot of energies.
 const ROWS: usize = 20;
 
-/// The pictures of an answer and where each goes.
-fn pictures(path: &Path, prepared: &Prepared, answer: &Answer) -> Vec<(PathBuf, String)> {
-    if let Some(found) = &answer.campbell {
+/// The plots of an answer and where each goes.
+fn draw_plots(
+    path: &Path,
+    machine: &PreparedMachine,
+    result: &ModesResult,
+) -> Vec<(PathBuf, String)> {
+    if let Some(found) = &result.diagram {
         return vec![(
             path.to_path_buf(),
-            report::campbell::picture(found, prepared.linear.rigid.len()),
+            report::campbell::draw(found, machine.model.rigid.len()),
         )];
     }
     vec![
         (
             path.to_path_buf(),
-            report::shapes::mode_shapes(prepared, answer, PANELS),
+            report::mode_shape_plot::draw_mode_shapes(machine, result, PANELS),
         ),
         (
-            files::beside(path, "energies"),
-            report::energy_bars::energy_matrix(prepared, answer, ROWS),
+            files::sibling_path(path, "energies"),
+            report::energy_matrix_plot::draw_energy_matrix(machine, result, ROWS),
         ),
     ]
 }
 
-/// What was done and left out, doubts, and what was written.
-pub fn epilogue(plan: &Plan, answer: &Answer, written: &[PathBuf]) -> String {
+/// What was done and left out, warnings, and what was written.
+pub fn epilogue(plan: &ModesPlan, result: &ModesResult, written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
-    for (_, name, verdict) in &plan.steps {
-        match (*name, verdict) {
+    for (_, name, decision) in &plan.stages {
+        match (*name, decision) {
             (
                 "undamped modes" | "few modes" | "complex modes" | "operating point"
                 | "rigid joints",
-                Verdict::Runs(what),
+                StageDecision::Runs(what),
             ) => {
                 text += &format!("{name}: {what}\n");
             }
-            ("operating point" | "complex modes", Verdict::LeftOut(why)) => {
+            ("operating point" | "complex modes", StageDecision::LeftOut(why)) => {
                 text += &format!("left out {name}: {why}\n")
             }
             _ => {}
         }
     }
-    text += &epilogue::warnings(&answer.warnings);
-    text += &epilogue::written(written);
+    text += &footer::warnings(&result.diagnostics);
+    text += &footer::written_files(written);
     text
 }

@@ -16,7 +16,7 @@ pub const STARTER: &str = include_str!("starter.toml");
 pub fn run(path: &Path) -> Result<u8, Error> {
     if path.symlink_metadata().is_ok() {
         let message = format!("{} exists already", path.display());
-        return Err(Error::new(Code::OutputFailed, message).hint("name another file"));
+        return Err(Error::new(Code::OutputFailed, message).with_hint("name another file"));
     }
     files::write_one(path, STARTER.as_bytes())?;
     let name = path.display();

@@ -1,4 +1,4 @@
-//! What goes to standard output and standard error.
+//! Standard output and atomic file writing.
 
 use std::io::{self, ErrorKind, IsTerminal, Write};
 
@@ -31,18 +31,18 @@ pub fn print(text: &str) -> Result<(), Error> {
 /// # Errors
 /// As for [`print()`].
 pub fn document(document: &Value) -> Result<(), Error> {
-    interrupt::answering();
+    interrupt::begin_document();
     print(&format!("{document:#}\n"))
 }
 
-/// Says something beside the answer, on standard error. Where that cannot be written nobody reads it.
-pub fn tell(text: &str) {
+/// Says something next to the answer, on standard error. Where that cannot be written nobody reads it.
+pub fn print_note(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 
 /// Says on a terminal what is worked at; the next line takes its place.
-pub fn working(what: &str, quiet: bool) {
+pub fn show_status(what: &str, quiet: bool) {
     if !quiet && io::stderr().is_terminal() {
-        tell(&format!("\r\x1b[K{what} …\r"));
+        print_note(&format!("\r\x1b[K{what} …\r"));
     }
 }

@@ -1,20 +1,20 @@
-//! `geardyn plan`: what would be computed, and what could be left out.
+//! `geardyn plan`: stages to be run, stages left out, condensation advice.
 
 use serde_json::json;
 
 use super::args::{IntegrationArgs, PlanArgs};
-use super::{motion_flags, output, study};
+use super::{modes_study, output, simulate_study};
 use crate::base::error::{Error, Errors};
-use crate::base::kind::Kind;
-use crate::base::units;
-use crate::modes::basis;
-use crate::modes::equations::Case;
-use crate::modes::reduction::{Advice, advise};
-use crate::plan::motion::scene::MotionScene;
-use crate::plan::motion::{choice, stages};
-use crate::plan::prepared::Prepared;
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::modes::modal_basis;
+use crate::modes::reduction::{CondensationAdvice, find_condensable};
+use crate::modes::system_matrices::AnalysisContext;
+use crate::plan::motion::simulation_setup::SimulationSetup;
+use crate::plan::motion::{method_choice, stages};
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::{harmonic_balance, run_up};
-use crate::plan::stages::{Plan, Verdict, solver};
+use crate::plan::stages::{ModesPlan, StageDecision, solver};
 use crate::report;
 use crate::scene::study::{SimulateStudy, StudyKind};
 use crate::scene::{self, Scene};
@@ -25,18 +25,18 @@ use crate::scene::{self, Scene};
 /// Whatever is wrong with the file or the flags.
 pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.model)?;
-    let study = study::of(&args.study, &scene)?;
-    let prepared = Prepared::new(&scene.model)?;
-    let plan = Plan::modes(&prepared, &study);
+    let study = modes_study::from_args(&args.study, &scene)?;
+    let machine = PreparedMachine::new(&scene.model)?;
+    let plan = ModesPlan::plan_modes(&machine, &study);
     let band = args
         .advise
         .as_deref()
-        .map(|text| units::parse_or_bare(text, Kind::Frequency, "Hz", "--advise"));
+        .map(|text| quantity::parse_or_bare(text, QuantityKind::Frequency, "Hz", "--advise"));
     let band_hz = band.transpose()?.map(|omega| omega / std::f64::consts::TAU);
     let advice = band_hz
         .map(|hz| {
-            let tolerance = args.integration.tolerance.unwrap_or(DOES_NOT_MATTER);
-            Ok::<_, Error>((hz, could_leave_out(&prepared, hz, tolerance)?))
+            let tolerance = args.integration.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+            Ok::<_, Error>((hz, condensation_advice(&machine, hz, tolerance)?))
         })
         .transpose()?;
     // With --advise the tolerance is that of the advice.
@@ -44,31 +44,31 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         tolerance: (args.integration.tolerance).filter(|_| args.advise.is_none()),
         ..args.integration.clone()
     };
-    let motions = motions(&scene, &prepared, &asked)?;
+    let motions = simulation_plans(&scene, &machine, &asked)?;
     if args.json {
-        let mut document = report::json::plan(&scene.sources, plan.rows(), &prepared.warnings());
-        let motion = |(kind, rows): &(&str, Rows)| json!({ "kind": kind, "stages": report::json::stages(each(rows)) });
+        let mut document = report::json::plan(&scene.sources, plan.rows(), &machine.warnings());
+        let motion = |(kind, rows): &(&str, StagePlan)| json!({ "kind": kind, "stages": report::json::stages(as_pairs(rows)) });
         document["motions"] = motions.iter().map(motion).collect();
         if let Some((hz, advice)) = &advice {
-            document["advice"] = report::systems::advice_json(&prepared.machine, advice, *hz);
+            document["advice"] = report::state_space::advice_json(&machine.machine, advice, *hz);
         }
         output::document(&document)?;
         return Ok(0);
     }
     let asks_modes = motions.len() < scene.studies.len();
     if asks_modes || motions.is_empty() {
-        output::print(&report::table::plan(plan.rows()))?;
+        output::print(&report::modes_table::plan(plan.rows()))?;
     }
     for (at, (kind, rows)) in motions.iter().enumerate() {
         let gap = if at > 0 || asks_modes { "\n" } else { "" };
         output::print(&format!(
             "{gap}── {kind}\n{}",
-            report::table::plan(each(rows))
+            report::modes_table::plan(as_pairs(rows))
         ))?;
     }
     if let Some((hz, advice)) = &advice {
-        output::print(&report::system_tables::advice(
-            &prepared.machine,
+        output::print(&report::state_space_tables::advice(
+            &machine.machine,
             advice,
             *hz,
         ))?;
@@ -77,31 +77,31 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
 }
 
 /// The plan of one study of motion.
-type Rows = Vec<(&'static str, Verdict)>;
+type StagePlan = Vec<(&'static str, StageDecision)>;
 
-fn each(rows: &Rows) -> impl Iterator<Item = (&str, &Verdict)> + Clone {
-    rows.iter().map(|(name, verdict)| (*name, verdict))
+fn as_pairs(rows: &StagePlan) -> impl Iterator<Item = (&str, &StageDecision)> + Clone {
+    rows.iter().map(|(name, decision)| (*name, decision))
 }
 
-/// Relative change of a frequency that does not matter, where nothing is said.
-const DOES_NOT_MATTER: f64 = 1e-3;
+/// Relative change of a frequency that does not matter, by default.
+const DEFAULT_TOLERANCE: f64 = 1e-3;
 
 /// The plans of every study of motion that a scene lists; where it lists none and the flags ask for one, of that.
-fn motions(
+fn simulation_plans(
     scene: &Scene,
-    prepared: &Prepared,
+    machine: &PreparedMachine,
     asked: &IntegrationArgs,
-) -> Result<Vec<(&'static str, Rows)>, Error> {
+) -> Result<Vec<(&'static str, StagePlan)>, Error> {
     let mut all = Vec::new();
     let in_time = |kind: &'static str, listed: &SimulateStudy| {
-        let motion = motion_flags::integrated(asked, listed.clone())?;
+        let motion = simulate_study::integration_from_args(asked, listed.clone())?;
         // `accuracy` and `stability` compare runs of their own.
         let motion = SimulateStudy {
             no_sensitivity: motion.no_sensitivity || kind != "simulate",
             ..motion
         };
-        let ready = MotionScene::new(prepared, &scene.start, &motion)?;
-        let choice = choice::choose(&ready.moving.train, &motion)?;
+        let ready = SimulationSetup::new(machine, &scene.conditions, &motion)?;
+        let choice = method_choice::choose_method(&ready.model.model, &motion)?;
         Ok::<_, Error>((kind, stages::plan(&ready, &choice, &motion)))
     };
     let moves = |kind: &StudyKind| {
@@ -110,7 +110,7 @@ fn motions(
             StudyKind::Simulate(_) | StudyKind::Accuracy(_) | StudyKind::Stability(_)
         )
     };
-    if motion_flags::says_how(asked) && !scene.studies.iter().any(|s| moves(&s.kind)) {
+    if simulate_study::any_integration_set(asked) && !scene.studies.iter().any(|s| moves(&s.kind)) {
         all.push(in_time("simulate", &SimulateStudy::default())?);
     }
     for study in &scene.studies {
@@ -119,25 +119,25 @@ fn motions(
             StudyKind::Response(response) => {
                 all.push((
                     "response",
-                    crate::plan::response::choice::plan(prepared, response),
+                    crate::plan::response::method_choice::plan(machine, response),
                 ));
                 continue;
             }
             StudyKind::HarmonicBalance(balance) => {
                 all.push((
                     "harmonic_balance",
-                    harmonic_balance::plan(prepared, balance)?,
+                    harmonic_balance::plan(machine, balance)?,
                 ));
                 continue;
             }
             StudyKind::RunUp(study) => {
-                all.push(("run_up", run_up::plan(prepared, study)?));
+                all.push(("run_up", run_up::plan(machine, study)?));
                 continue;
             }
             StudyKind::Transmission(te) => {
                 all.push((
                     "te",
-                    crate::plan::transmission::run::plan(&prepared.machine, te),
+                    crate::plan::transmission::run::plan(&machine.machine, te),
                 ));
                 continue;
             }
@@ -150,16 +150,22 @@ fn motions(
     Ok(all)
 }
 
-fn could_leave_out(prepared: &Prepared, hz: f64, tolerance: f64) -> Result<Advice, Error> {
-    let Prepared {
-        machine, linear, ..
-    } = prepared;
-    let basis = basis::solve(linear, solver(linear.n - linear.massless.len()))?;
-    let case = Case {
+fn condensation_advice(
+    prepared_machine: &PreparedMachine,
+    hz: f64,
+    tolerance: f64,
+) -> Result<CondensationAdvice, Error> {
+    let PreparedMachine {
         machine,
-        linear,
+        model: linear,
+        ..
+    } = prepared_machine;
+    let basis = modal_basis::solve(linear, solver(linear.n - linear.massless.len()))?;
+    let context = AnalysisContext {
+        machine,
+        model: linear,
         basis: &basis,
         speeds: None,
     };
-    advise(&case, hz, tolerance)
+    find_condensable(&context, hz, tolerance)
 }

@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-use super::args::{ResponseArgs, ResponseKindWord, ResponseWayWord};
-use super::files::{self, Files};
-use super::{epilogue, output, progress};
+use super::args::{FrfFormArg, ResponseArgs, ResponseMethodArg};
+use super::files::{self, OutputFiles};
+use super::{footer, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::kind::Kind;
-use crate::base::units;
-use crate::plan::prepared::Prepared;
-use crate::plan::response::run::{self, Answer};
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::response::run::{self, ResponseResult};
 use crate::report;
-use crate::scene::study::{self, ResponseKind, ResponseStudy, ResponseWay, StudyKind};
+use crate::scene::study::{self, ResponseMethodTag, ResponseQuantity, ResponseStudy, StudyKind};
 use crate::scene::{self, Scene};
 
 /// Solves and prints.
@@ -21,16 +21,16 @@ use crate::scene::{self, Scene};
 /// Whatever is wrong with the file, the flags or the solution.
 pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
-    let study = asked(args, &scene)?;
-    let mut files = planned(args, &scene)?;
-    let found = Linear::new(&scene, &study, args.svg.is_some(), args.quiet)?;
+    let study = study_from_args(args, &scene)?;
+    let mut files = output_files(args, &scene)?;
+    let found = ResponseReport::new(&scene, &study, args.svg.is_some(), args.quiet)?;
     if let Some(path) = &args.csv {
-        files.write(path, report::response::csv(&found.answer).as_bytes())?;
+        files.write(path, report::response::csv(&found.result).as_bytes())?;
     }
     if let Some(path) = &args.svg {
-        let (bode, nyquist) = report::response::pictures(&scene.model.title, &found.answer);
+        let (bode, nyquist) = report::response::draw_plots(&scene.model.title, &found.result);
         files.write(path, bode.as_bytes())?;
-        files.write(&files::beside(path, "nyquist"), nyquist.as_bytes())?;
+        files.write(&files::sibling_path(path, "nyquist"), nyquist.as_bytes())?;
     }
     let written = files.finish()?;
     match args.json {
@@ -38,23 +38,23 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
         false => output::print(&found.text())?,
     }
     if !args.quiet && !args.json {
-        output::tell(&found.epilogue());
-        output::tell(&epilogue::written(&written));
+        output::print_note(&found.epilogue());
+        output::print_note(&footer::written_files(&written));
         if args.svg.is_some() {
-            output::tell(&report::response::not_drawn(&found.answer));
+            output::print_note(&report::response::omitted_text(&found.result));
         }
     }
     Ok(0)
 }
 
 /// A linear response with all that is said of it.
-pub struct Linear {
-    prepared: Prepared,
-    answer: Answer,
+pub struct ResponseReport {
+    machine: PreparedMachine,
+    result: ResponseResult,
 }
 
-impl Linear {
-    /// Prepares and solves; `drawn`: pictures are wanted.
+impl ResponseReport {
+    /// Prepares and solves; `drawn`: plots are wanted.
     ///
     /// # Errors
     /// Whatever is wrong with the machine, the study or the solution.
@@ -63,35 +63,35 @@ impl Linear {
         study: &ResponseStudy,
         drawn: bool,
         quiet: bool,
-    ) -> Result<Linear, Error> {
-        let prepared = Prepared::new(&scene.model)?;
-        let answer = progress::busy("answering by frequency", quiet, || {
-            run::run(&prepared, study, drawn)
+    ) -> Result<ResponseReport, Error> {
+        let machine = PreparedMachine::new(&scene.model)?;
+        let result = progress::with_spinner("answering by frequency", quiet, || {
+            run::run(&machine, study, drawn)
         })?;
-        Ok(Linear { prepared, answer })
+        Ok(ResponseReport { machine, result })
     }
 
     /// The table of peaks.
     pub fn text(&self) -> String {
-        report::response_table::peaks(&self.prepared.machine, &self.answer)
+        report::response_table::peaks(&self.machine.machine, &self.result)
     }
 
     /// The document.
     pub fn json(&self, scene: &Scene) -> serde_json::Value {
-        report::response::json(&scene.sources, &self.prepared.machine, &self.answer)
+        report::response::json(&scene.sources, &self.machine.machine, &self.result)
     }
 
-    /// What was done and left out, doubts.
+    /// What was done and left out, warnings.
     pub fn epilogue(&self) -> String {
-        let mut text = format!("\n{}\n", report::response::how(&self.answer));
-        text += &epilogue::left_out(&self.answer.plan);
-        text += &epilogue::warnings(&self.answer.warnings);
+        let mut text = format!("\n{}\n", report::response::method_text(&self.result));
+        text += &footer::omitted_steps(&self.result.plan);
+        text += &footer::warnings(&self.result.diagnostics);
         text
     }
 }
 
 /// The study that is asked for: the first a scene lists, with what the flags say put in its place.
-fn asked(args: &ResponseArgs, scene: &Scene) -> Result<ResponseStudy, Error> {
+fn study_from_args(args: &ResponseArgs, scene: &Scene) -> Result<ResponseStudy, Error> {
     let listed = scene.studies.iter().find_map(|study| match &study.kind {
         StudyKind::Response(response) => Some(response.clone()),
         _ => None,
@@ -106,34 +106,34 @@ fn asked(args: &ResponseArgs, scene: &Scene) -> Result<ResponseStudy, Error> {
     };
     if args
         .lines
-        .is_some_and(|n| !(2..=study::MOST_LINES).contains(&n))
+        .is_some_and(|n| !(2..=study::MAX_LINES).contains(&n))
     {
-        let message = format!("--lines takes a count from 2 to {}", study::MOST_LINES);
+        let message = format!("--lines takes a count from 2 to {}", study::MAX_LINES);
         return Err(Error::new(Code::OutOfRange, message));
     }
     let speed = args
         .speed
         .as_deref()
-        .map(|text| units::parse_or_bare(text, Kind::Speed, "rpm", "--speed"))
+        .map(|text| quantity::parse_or_bare(text, QuantityKind::Speed, "rpm", "--speed"))
         .transpose()?;
     let shown = args.kind.map(|word| match word {
-        ResponseKindWord::Receptance => ResponseKind::Receptance,
-        ResponseKindWord::Mobility => ResponseKind::Mobility,
-        ResponseKindWord::Accelerance => ResponseKind::Accelerance,
+        FrfFormArg::Receptance => ResponseQuantity::Receptance,
+        FrfFormArg::Mobility => ResponseQuantity::Mobility,
+        FrfFormArg::Accelerance => ResponseQuantity::Accelerance,
     });
     let way = args.method.map(|word| match word {
-        ResponseWayWord::Direct => ResponseWay::Direct,
-        ResponseWayWord::Modal => ResponseWay::Modal,
+        ResponseMethodArg::Direct => ResponseMethodTag::Direct,
+        ResponseMethodArg::Modal => ResponseMethodTag::Modal,
     });
     Ok(ResponseStudy {
         inputs: or(&args.input, listed.inputs),
         outputs: or(&args.output, listed.outputs),
-        held: or(&args.hold, listed.held),
-        shown: shown.or(listed.shown),
+        fixed_dofs: or(&args.hold, listed.fixed_dofs),
+        motion_quantity: shown.or(listed.motion_quantity),
         band: args
             .band
             .as_deref()
-            .map(|text| study::band(text, "--band"))
+            .map(|text| study::parse_band(text, "--band"))
             .transpose()?
             .or(listed.band),
         lines: args.lines.or(listed.lines),
@@ -143,12 +143,12 @@ fn asked(args: &ResponseArgs, scene: &Scene) -> Result<ResponseStudy, Error> {
 }
 
 /// The files to write, checked before any work is done.
-fn planned(args: &ResponseArgs, scene: &Scene) -> Result<Files, Error> {
+fn output_files(args: &ResponseArgs, scene: &Scene) -> Result<OutputFiles, Error> {
     let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
     if let Some(path) = &args.svg {
         files::ends(path, &["svg"])?;
-        outputs.extend([path.clone(), files::beside(path, "nyquist")]);
+        outputs.extend([path.clone(), files::sibling_path(path, "nyquist")]);
     }
     let inputs: Vec<PathBuf> = scene.files();
-    Files::new(&outputs, &inputs)
+    OutputFiles::new(&outputs, &inputs)
 }

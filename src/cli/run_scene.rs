@@ -1,26 +1,26 @@
-//! `geardyn run`: every study a scene lists.
+//! `geardyn run`: all studies listed in a scene.
 
 use serde_json::{Value, json};
 
-use super::accuracy::Measured;
+use super::accuracy::AccuracyReport;
 use super::args::RunArgs;
-use super::harmonic_balance::Balanced;
-use super::response::Linear;
-use super::run_up::Raised;
-use super::te::Traced;
+use super::harmonic_balance::HarmonicBalanceReport;
+use super::response::ResponseReport;
+use super::run_up::RunUpReport;
+use super::te::TransmissionReport;
 use super::{interrupt, modes, output, progress, simulate, stability};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::plan::prepared::Prepared;
-use crate::plan::run;
-use crate::plan::stages::Plan;
+use crate::plan::modes_run;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::stages::ModesPlan;
 use crate::report;
-use crate::report::json::Detail;
+use crate::report::json::ShapeDetail;
 use crate::scene::study::{ModesStudy, StudyKind};
 use crate::scene::{self, Scene};
 
 /// What one study gave.
-struct Done {
+struct StudyReport {
     text: String,
     json: Value,
     epilogue: String,
@@ -38,9 +38,9 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             Code::MissingKey,
             format!("{} lists no [[study]]", args.scene.display()),
         );
-        return Err(error.hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
+        return Err(error.with_hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
-    let stop = interrupt::stop();
+    let stop = interrupt::cancel_on_ctrl_c();
     let mut documents = Vec::new();
     let mut exit = 0;
     let quiet = args.quiet || args.json;
@@ -49,29 +49,29 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         output::print(&format!("{title}\n\n"))?;
     }
     for study in &scene.studies {
-        let (name, done) = match &study.kind {
-            StudyKind::Modes(study) => ("modes", natural(&scene, study, quiet)),
+        let (name, study_report) = match &study.kind {
+            StudyKind::Modes(study) => ("modes", run_modes(&scene, study, quiet)),
             StudyKind::Simulate(study) => (
                 "simulate",
-                simulate::moved(&scene, study, &stop, quiet).map(|moved| Done {
-                    text: simulate::text(&moved),
-                    json: simulate::json(&moved, &scene),
-                    epilogue: simulate::epilogue(&moved),
-                    exit: simulate::exit(&moved),
+                simulate::simulate(&scene, study, &stop, quiet).map(|result| StudyReport {
+                    text: simulate::text(&result),
+                    json: simulate::json(&result, &scene),
+                    epilogue: simulate::epilogue(&result),
+                    exit: simulate::exit_code(&result),
                 }),
             ),
             StudyKind::Accuracy(study) => (
                 "accuracy",
-                Measured::new(&scene, study, quiet, &stop).map(|measured| Done {
-                    text: measured.text(),
-                    json: measured.json(&scene),
-                    epilogue: measured.epilogue().to_string(),
-                    exit: measured.exit(),
+                AccuracyReport::new(&scene, study, quiet, &stop).map(|report| StudyReport {
+                    text: report.text(),
+                    json: report.json(&scene),
+                    epilogue: report.epilogue().to_string(),
+                    exit: report.exit_code(),
                 }),
             ),
             StudyKind::Response(study) => (
                 "response",
-                Linear::new(&scene, study, false, quiet).map(|found| Done {
+                ResponseReport::new(&scene, study, false, quiet).map(|found| StudyReport {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),
@@ -80,7 +80,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::HarmonicBalance(study) => (
                 "harmonic_balance",
-                Balanced::new(&scene, study, quiet).map(|found| Done {
+                HarmonicBalanceReport::new(&scene, study, quiet).map(|found| StudyReport {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),
@@ -89,7 +89,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::RunUp(study) => (
                 "run_up",
-                Raised::new(&scene, study).map(|found| Done {
+                RunUpReport::new(&scene, study).map(|found| StudyReport {
                     text: found.text(),
                     json: found.json(&scene),
                     epilogue: found.epilogue(),
@@ -98,41 +98,43 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Transmission(study) => (
                 "te",
-                Traced::new(&scene, study, quiet).map(|traced| Done {
-                    text: traced.text(),
-                    json: traced.json(&scene),
-                    epilogue: traced.epilogue(),
-                    exit: 0,
+                TransmissionReport::new(&scene, study, quiet).map(|transmission_report| {
+                    StudyReport {
+                        text: transmission_report.text(),
+                        json: transmission_report.json(&scene),
+                        epilogue: transmission_report.epilogue(),
+                        exit: 0,
+                    }
                 }),
             ),
             StudyKind::Stability(study) => (
                 "stability",
-                stability::study_of(&scene, study, quiet, &stop).map(|found| Done {
+                stability::run_study(&scene, study, quiet, &stop).map(|found| StudyReport {
                     text: report::stability_table::table(&found),
                     json: report::stability::json(&scene.sources, &found),
                     epilogue: stability::epilogue(&found),
-                    exit: stability::exit(&found),
+                    exit: stability::exit_code(&found),
                 }),
             ),
         };
-        let done = done.map_err(|e| match e.place {
+        let study_report = study_report.map_err(|e| match e.span {
             Some(_) => e,
-            None => e.at(&study.place),
+            None => e.with_span(&study.span),
         })?;
         if !args.json {
             output::print(&format!(
                 "{}── {name}\n",
                 if documents.is_empty() { "" } else { "\n" }
             ))?;
-            output::print(&done.text)?;
+            output::print(&study_report.text)?;
             if !args.quiet {
-                output::tell(&done.epilogue);
+                output::print_note(&study_report.epilogue);
             }
         }
-        documents.push(json!({ "study": name, "answer": done.json }));
-        exit = exit.max(done.exit);
+        documents.push(json!({ "study": name, "answer": study_report.json }));
+        exit = exit.max(study_report.exit);
         if interrupt::is_raised() {
-            exit = interrupt::INTERRUPTED;
+            exit = interrupt::EXIT_INTERRUPTED;
             break;
         }
     }
@@ -143,13 +145,15 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
     Ok(exit)
 }
 
-fn natural(scene: &Scene, study: &ModesStudy, quiet: bool) -> Result<Done, Error> {
-    let prepared = Prepared::new(&scene.model)?;
-    let plan = Plan::modes(&prepared, study);
-    let answer = progress::busy("finding modes", quiet, || run::run(&prepared, study, &plan))?;
-    Ok(Done {
-        text: report::table::modes(&prepared, &answer),
-        json: report::json::modes(&scene.sources, &prepared, &answer, Detail::default()),
+fn run_modes(scene: &Scene, study: &ModesStudy, quiet: bool) -> Result<StudyReport, Error> {
+    let machine = PreparedMachine::new(&scene.model)?;
+    let plan = ModesPlan::plan_modes(&machine, study);
+    let answer = progress::with_spinner("finding modes", quiet, || {
+        modes_run::run(&machine, study, &plan)
+    })?;
+    Ok(StudyReport {
+        text: report::modes_table::modes(&machine, &answer),
+        json: report::json::modes(&scene.sources, &machine, &answer, ShapeDetail::default()),
         epilogue: modes::epilogue(&plan, &answer, &[]),
         exit: 0,
     })

@@ -3,26 +3,26 @@
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
-use super::args::{DetrendWord, MotionWord, SpectrumArgs, SpectrumWord};
-use super::files::{self, Files};
-use super::{epilogue, identify, logs, output, progress};
+use super::args::{DetrendArg, MotionQuantityArg, SpectrumArgs, SpectrumKindArg};
+use super::files::{self, OutputFiles};
+use super::{footer, identify, logs, output, progress};
 use crate::base::code::Code;
-use crate::base::error::{Error, Errors, Warning};
-use crate::base::kind::Kind;
-use crate::base::units;
-use crate::plan::logs::expected;
-use crate::plan::logs::held;
+use crate::base::error::{Diagnostic, Error, Errors};
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::plan::logs::expected_lines;
 use crate::plan::logs::order_cuts;
 use crate::plan::logs::spectrum;
-use crate::plan::logs::spectrum_study::{Spectrum, SpectrumKind, SpectrumStudy};
-use crate::plan::prepared::Prepared;
-use crate::recording::names;
-use crate::recording::raw::{Raw, Repair};
+use crate::plan::logs::spectrum_study::{SpectrumKind, SpectrumResult, SpectrumStudy};
+use crate::plan::logs::stored_spectra;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::recording::channel_names;
+use crate::recording::raw::{RawLog, Repair};
 use crate::recording::signals::Recording;
 use crate::report;
 use crate::scene;
-use crate::spectrum::integrate::Motion;
-use crate::spectrum::label::{Expected, RollingBearing};
+use crate::spectrum::integrate::MotionQuantity;
+use crate::spectrum::line_labels::{ExpectedLine, RollingBearing};
 use crate::spectrum::welch::{Averaging, Detrend};
 use crate::spectrum::window::Window;
 
@@ -41,40 +41,41 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     {
         files::ends(path, &[end])?;
     }
-    let logs = logs::named(&args.files, &args.log)?;
-    let mut inputs = logs::paths(&logs);
+    let log_inputs = logs::open_logs(&args.files, &args.log)?;
+    let mut inputs = logs::paths(&log_inputs);
     inputs.extend(args.model.clone());
-    let files = Files::new(&outputs, &inputs)?;
-    study.expected = expected_lines(args, &study)?;
+    let files = OutputFiles::new(&outputs, &inputs)?;
+    study.line = expected_lines(args, &study)?;
     let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
-    once(&only)?;
-    let mut settings = logs[0].settings.clone();
-    settings.only = only;
-    let raw = progress::open(&logs[0].path, &settings, args.quiet)?;
+    reject_duplicates(&only)?;
+    let mut settings = log_inputs[0].options.clone();
+    settings.keep_channels = only;
+    let log = progress::open(&log_inputs[0].path, &settings, args.quiet)?;
     for word in study.channels.iter_mut().chain(&mut study.tacho) {
-        *word = full_name(&raw, word);
+        *word = full_name(&log, word);
     }
     let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
-    once(&only)?;
-    let (mut found, warnings, repairs) = if are_held(&raw, &study) {
-        if logs.len() > 1 {
+    reject_duplicates(&only)?;
+    let (mut found, diagnostics, repairs) = if use_file_spectra(&log, &study) {
+        if log_inputs.len() > 1 {
             let message = "the file holds spectra; only signals of several files are averaged";
-            let error = Error::new(Code::Conflict, message).hint("name one file of spectra");
-            return Err(error.in_file(&raw.path).into());
+            let error = Error::new(Code::Conflict, message).with_hint("name one file of spectra");
+            return Err(error.with_file(&log.path).into());
         }
-        let found = held::spectrum(&raw.spectra, &study).map_err(|e| e.in_file(&raw.path))?;
-        (found, raw.warnings, raw.repairs)
+        let found = stored_spectra::analyse_stored(&log.spectra, &study)
+            .map_err(|e| e.with_file(&log.path))?;
+        (found, log.diagnostics, log.repairs)
     } else {
-        let recording = logs::settled(&logs, raw, &only, args.quiet)?;
-        if args.kind == SpectrumWord::OrderCut {
+        let recording = logs::preprocess(&log_inputs, log, &only, args.quiet)?;
+        if args.kind == SpectrumKindArg::OrderCut {
             return cut(files, args, &recording, &study);
         }
-        let found = progress::busy("analysing", args.quiet, || {
-            spectrum::spectrum(&recording, &study)
+        let found = progress::with_spinner("analysing", args.quiet, || {
+            spectrum::run_spectrum(&recording, &study)
         })?;
-        (found, recording.warnings, recording.repairs)
+        (found, recording.diagnostics, recording.repairs)
     };
-    found.warnings.splice(0..0, warnings);
+    found.diagnostics.splice(0..0, diagnostics);
     let written = written(files, args, &found)?;
     if args.json {
         let document = report::spectra::json(&found, &repairs);
@@ -83,30 +84,30 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     }
     output::print(&report::spectrum_table::spectrum(&found))?;
     if !args.quiet {
-        output::tell(&epilogue(&repairs, &found.warnings, &written));
+        output::print_note(&epilogue(&repairs, &found.diagnostics, &written));
     }
     Ok(0)
 }
 
 /// Cuts orders and prints.
 fn cut(
-    mut files: Files,
+    mut files: OutputFiles,
     args: &SpectrumArgs,
     recording: &Recording,
     study: &SpectrumStudy,
 ) -> Result<u8, Errors> {
-    let mut found = progress::busy("cutting orders", args.quiet, || {
+    let mut found = progress::with_spinner("cutting orders", args.quiet, || {
         order_cuts::order_cuts(recording, study)
     })?;
     found
-        .warnings
-        .splice(0..0, recording.warnings.iter().cloned());
+        .diagnostics
+        .splice(0..0, recording.diagnostics.iter().cloned());
     if let Some(path) = &args.csv {
         files.write(path, report::order_cuts::csv(&found).as_bytes())?;
     }
     if let Some(path) = &args.svg {
-        let picture = report::order_cuts::picture(&found, &logs::title(&args.files));
-        files.write(path, picture.as_bytes())?;
+        let plot = report::order_cuts::draw(&found, &logs::title(&args.files));
+        files.write(path, plot.as_bytes())?;
     }
     let written = files.finish()?;
     if args.json {
@@ -115,35 +116,36 @@ fn cut(
     }
     output::print(&report::order_cuts_table::table(&found))?;
     if !args.quiet {
-        output::tell(&epilogue(&recording.repairs, &found.warnings, &written));
+        output::print_note(&epilogue(&recording.repairs, &found.diagnostics, &written));
     }
     Ok(0)
 }
 
 /// Whether what is asked for are spectra that the file holds: it holds nothing else, or all words name one.
-fn are_held(raw: &Raw, study: &SpectrumStudy) -> bool {
-    let known: Vec<String> = raw.spectra.iter().map(|s| s.name.clone()).collect();
+fn use_file_spectra(log: &RawLog, study: &SpectrumStudy) -> bool {
+    let known: Vec<String> = log.spectra.iter().map(|s| s.name.clone()).collect();
     let mut words = study.channels.iter();
     !known.is_empty()
-        && (raw.groups.is_empty() || words.all(|word| names::find(word, &known).is_some()))
+        && (log.groups.is_empty()
+            || words.all(|word| channel_names::find_channel(word, &known).is_some()))
 }
 
 /// The channel a word means, with or without its unit, in capitals or not; the word itself where it means none.
-fn full_name(raw: &Raw, word: &str) -> String {
-    let all = raw.groups.iter().flat_map(|g| &g.channels);
+fn full_name(log: &RawLog, word: &str) -> String {
+    let all = log.groups.iter().flat_map(|g| &g.channels);
     let known: Vec<String> = all.map(|c| c.name.clone()).collect();
-    names::find(word, &known).map_or(word.to_string(), |at| known[at].clone())
+    channel_names::find_channel(word, &known).map_or(word.to_string(), |at| known[at].clone())
 }
 
 /// Refuses a channel named twice.
-fn once(list: &[String]) -> Result<(), Error> {
+fn reject_duplicates(list: &[String]) -> Result<(), Error> {
     let twice = (1..list.len()).find(|&k| list[..k].contains(&list[k]));
     match twice {
         Some(k) => Err(Error::new(
             Code::Usage,
             format!("the channel {} is named twice", list[k]),
         )
-        .hint("name each channel once")),
+        .with_hint("name each channel once")),
         None => Ok(()),
     }
 }
@@ -151,11 +153,12 @@ fn once(list: &[String]) -> Result<(), Error> {
 fn study(args: &SpectrumArgs) -> Result<SpectrumStudy, Error> {
     let kind = kind(args.kind);
     let resolution = |text: &str| {
-        units::parse_or_bare(text, Kind::Frequency, "Hz", "--resolution").map(|w| w / TAU)
+        quantity::parse_or_bare(text, QuantityKind::Frequency, "Hz", "--resolution")
+            .map(|w| w / TAU)
     };
     let resolution_hz = args.resolution.as_deref().map(resolution).transpose()?;
     let refuse = |message: &str, hint: &str| {
-        Err(Error::new(Code::OutOfRange, message.to_string()).hint(hint.to_string()))
+        Err(Error::new(Code::OutOfRange, message.to_string()).with_hint(hint.to_string()))
     };
     if resolution_hz.is_some_and(|r| r <= 0.0) {
         return refuse(
@@ -175,72 +178,72 @@ fn study(args: &SpectrumArgs) -> Result<SpectrumStudy, Error> {
             "such as --pulses 60 --turns 32",
         );
     }
-    let speed = |text: &str| units::parse_or_bare(text, Kind::Speed, "rpm", "--speed");
+    let speed = |text: &str| quantity::parse_or_bare(text, QuantityKind::Speed, "rpm", "--speed");
     let speed = args.speed.as_deref().map(speed).transpose()?;
     if speed.is_some_and(|s| s <= 0.0) {
         return refuse("--speed takes a speed above zero", "such as --speed 1500");
     }
     let band = match (&args.band, kind) {
         (Some(text), SpectrumKind::Order) => Some(orders(text)?),
-        (Some(text), _) => Some(identify::band(text)?),
+        (Some(text), _) => Some(identify::parse_band(text)?),
         (None, _) => None,
     };
     Ok(SpectrumStudy {
         channels: args.channel.clone(),
         kind,
-        resolution_hz,
+        frequency_resolution_hz: resolution_hz,
         window: args.window.as_deref().map(Window::parse).transpose()?,
         overlap: args.overlap,
         averaging: averaging(&args.average)?,
         detrend: match args.detrend {
-            DetrendWord::None => Detrend::None,
-            DetrendWord::Mean => Detrend::Mean,
-            DetrendWord::Linear => Detrend::Linear,
+            DetrendArg::None => Detrend::None,
+            DetrendArg::Mean => Detrend::Mean,
+            DetrendArg::Linear => Detrend::Linear,
         },
         band,
-        motion: args.motion.map(|word| match word {
-            MotionWord::Acceleration => Motion::Acceleration,
-            MotionWord::Velocity => Motion::Velocity,
-            MotionWord::Displacement => Motion::Displacement,
+        quantity: args.motion.map(|word| match word {
+            MotionQuantityArg::Acceleration => MotionQuantity::Acceleration,
+            MotionQuantityArg::Velocity => MotionQuantity::Velocity,
+            MotionQuantityArg::Displacement => MotionQuantity::Displacement,
         }),
         tacho: args.tacho.clone(),
-        pulses: args.pulses,
+        pulses_per_rev: args.pulses,
         speed,
-        turns: args.turns,
+        revolutions: args.turns,
         separate: args.separate,
         cuts: cuts(args)?,
-        expected: Vec::new(),
+        line: Vec::new(),
     })
 }
 
-fn kind(word: SpectrumWord) -> SpectrumKind {
+fn kind(word: SpectrumKindArg) -> SpectrumKind {
     match word {
         // An order cut is no spectrum and takes its own way.
-        SpectrumWord::OrderCut => SpectrumKind::default(),
-        SpectrumWord::Psd => SpectrumKind::Density,
-        SpectrumWord::Amplitude => SpectrumKind::Amplitude,
-        SpectrumWord::Rms => SpectrumKind::Rms,
-        SpectrumWord::Multitaper => SpectrumKind::Multitaper,
-        SpectrumWord::Envelope => SpectrumKind::Envelope,
-        SpectrumWord::Cepstrum => SpectrumKind::Cepstrum,
-        SpectrumWord::Spectrogram => SpectrumKind::Spectrogram,
-        SpectrumWord::Order => SpectrumKind::Order,
-        SpectrumWord::Average => SpectrumKind::Average,
+        SpectrumKindArg::OrderCut => SpectrumKind::default(),
+        SpectrumKindArg::Psd => SpectrumKind::Density,
+        SpectrumKindArg::Amplitude => SpectrumKind::Amplitude,
+        SpectrumKindArg::Rms => SpectrumKind::Rms,
+        SpectrumKindArg::Multitaper => SpectrumKind::Multitaper,
+        SpectrumKindArg::Envelope => SpectrumKind::Envelope,
+        SpectrumKindArg::Cepstrum => SpectrumKind::Cepstrum,
+        SpectrumKindArg::Spectrogram => SpectrumKind::Spectrogram,
+        SpectrumKindArg::Order => SpectrumKind::Order,
+        SpectrumKindArg::Average => SpectrumKind::SynchronousAverage,
     }
 }
 
 /// The orders to cut.
 fn cuts(args: &SpectrumArgs) -> Result<Vec<f64>, Error> {
-    if args.kind != SpectrumWord::OrderCut && !args.orders.is_empty() {
+    if args.kind != SpectrumKindArg::OrderCut && !args.orders.is_empty() {
         return Err(Error::new(Code::Usage, "--orders does nothing here")
-            .hint("it is for --kind order-cut"));
+            .with_hint("it is for --kind order-cut"));
     }
     match args.orders.iter().find(|o| !(**o > 0.0 && o.is_finite())) {
         Some(order) => Err(Error::new(
             Code::OutOfRange,
             format!("--orders takes cycles a turn above zero, not {order}"),
         )
-        .hint("such as --orders 1,2,21.5")),
+        .with_hint("such as --orders 1,2,21.5")),
         None => Ok(args.orders.clone()),
     }
 }
@@ -257,9 +260,10 @@ fn averaging(word: &str) -> Result<Averaging, Error> {
         ("peak-hold", _) => Ok(Averaging::PeakHold),
         (_, Some(n)) => Ok(Averaging::Exponential(n)),
         _ => {
-            let message = format!("\"{}\" is no way to average", units::shortened(word));
-            Err(Error::new(Code::Usage, message)
-                .hint("--average takes linear, exponential:8 (blocks, at least 1) or peak-hold"))
+            let message = format!("\"{}\" is no way to average", quantity::truncate(word));
+            Err(Error::new(Code::Usage, message).with_hint(
+                "--average takes linear, exponential:8 (blocks, at least 1) or peak-hold",
+            ))
         }
     }
 }
@@ -273,13 +277,13 @@ fn orders(text: &str) -> Result<(f64, f64), Error> {
     found
         .filter(|(low, high)| *low >= 0.0 && low < high)
         .ok_or_else(|| {
-            let message = format!("\"{}\" is not a band of orders", units::shortened(text));
-            Error::new(Code::OutOfRange, message).hint("--band takes low:high, such as 0.5:40")
+            let message = format!("\"{}\" is not a band of orders", quantity::truncate(text));
+            Error::new(Code::OutOfRange, message).with_hint("--band takes low:high, such as 0.5:40")
         })
 }
 
 /// The lines that model, speed and bearing let expect.
-fn expected_lines(args: &SpectrumArgs, study: &SpectrumStudy) -> Result<Vec<Expected>, Errors> {
+fn expected_lines(args: &SpectrumArgs, study: &SpectrumStudy) -> Result<Vec<ExpectedLine>, Errors> {
     let in_orders = study.kind == SpectrumKind::Order;
     let Some(turns_per_s) = (match (in_orders, study.speed) {
         (true, _) => Some(1.0),
@@ -288,20 +292,20 @@ fn expected_lines(args: &SpectrumArgs, study: &SpectrumStudy) -> Result<Vec<Expe
         if args.model.is_some() || args.bearing.is_some() {
             let message = "--model and --bearing name lines by a speed, and none is stated";
             return Err(Error::new(Code::Usage, message)
-                .hint("state it: --speed 1500; or take --kind order with --tacho")
+                .with_hint("state it: --speed 1500; or take --kind order with --tacho")
                 .into());
         }
         return Ok(Vec::new());
     };
     let mut all = match (&args.model, &args.at) {
         (Some(path), Some(at)) => {
-            let prepared = Prepared::new(&scene::read(path)?.model)?;
-            expected::of_machine(&prepared, at, TAU * turns_per_s, in_orders)?
+            let machine = PreparedMachine::new(&scene::read(path)?.model)?;
+            expected_lines::machine_lines(&machine, at, TAU * turns_per_s, in_orders)?
         }
-        _ => expected::of_shaft(turns_per_s),
+        _ => expected_lines::shaft_lines(turns_per_s),
     };
     if let Some(text) = &args.bearing {
-        all.extend(expected::of_bearing(&bearing(text)?, turns_per_s)?);
+        all.extend(expected_lines::bearing_lines(&bearing(text)?, turns_per_s)?);
     }
     Ok(all)
 }
@@ -311,9 +315,9 @@ fn bearing(text: &str) -> Result<RollingBearing, Error> {
     let wrong = || {
         Error::new(
             Code::Usage,
-            format!("\"{}\" is not a rolling bearing", units::shortened(text)),
+            format!("\"{}\" is not a rolling bearing", quantity::truncate(text)),
         )
-        .hint("--bearing takes the number of rolling elements, their diameter, the pitch diameter and the contact angle: --bearing 9,7.94,39.04,0")
+        .with_hint("--bearing takes the number of rolling elements, their diameter, the pitch diameter and the contact angle: --bearing 9,7.94,39.04,0")
     };
     let parts: Vec<&str> = text.split(',').map(str::trim).collect();
     let [rollers, roller, pitch, angle] = parts[..] else {
@@ -321,34 +325,40 @@ fn bearing(text: &str) -> Result<RollingBearing, Error> {
     };
     Ok(RollingBearing {
         rollers: rollers.parse().map_err(|_| wrong())?,
-        roller_diameter: units::parse_or_bare(roller, Kind::Length, "mm", "--bearing")?,
-        pitch_diameter: units::parse_or_bare(pitch, Kind::Length, "mm", "--bearing")?,
-        contact_angle: units::parse_or_bare(angle, Kind::Angle, "deg", "--bearing")?,
+        roller_diameter: quantity::parse_or_bare(roller, QuantityKind::Length, "mm", "--bearing")?,
+        pitch_diameter: quantity::parse_or_bare(pitch, QuantityKind::Length, "mm", "--bearing")?,
+        contact_angle: quantity::parse_or_bare(angle, QuantityKind::Angle, "deg", "--bearing")?,
     })
 }
 
 /// Writes what was asked for and says what.
-fn written(mut files: Files, args: &SpectrumArgs, found: &Spectrum) -> Result<Vec<PathBuf>, Error> {
+fn written(
+    mut files: OutputFiles,
+    args: &SpectrumArgs,
+    found: &SpectrumResult,
+) -> Result<Vec<PathBuf>, Error> {
     if let Some(path) = &args.csv {
         files.write(path, report::spectra::csv(found).as_bytes())?;
     }
     if let Some(path) = &args.svg {
         let name = logs::title(&args.files);
-        let maps = report::spectra::maps(found, &name);
-        let picture = match maps.is_empty() {
-            true => report::lines_picture::lines(&report::spectra::curves(found, &name)),
-            false => report::map_picture::maps(&maps),
+        let maps = report::spectra::heatmaps(found, &name);
+        let plot = match maps.is_empty() {
+            true => {
+                report::spectrum_plot::draw_spectra(&report::spectra::spectrum_plot(found, &name))
+            }
+            false => report::heatmap::draw_heatmaps(&maps),
         };
-        files.write(path, picture.as_bytes())?;
+        files.write(path, plot.as_bytes())?;
     }
     files.finish()
 }
 
-/// What was done to the data, doubts, what was written.
-fn epilogue(repairs: &[Repair], warnings: &[Warning], written: &[PathBuf]) -> String {
+/// What was done to the data, warnings, what was written.
+fn epilogue(repairs: &[Repair], diagnostics: &[Diagnostic], written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
-    text += &epilogue::repairs(repairs);
-    text += &epilogue::warnings(warnings);
-    text += &epilogue::written(written);
+    text += &footer::repairs(repairs);
+    text += &footer::warnings(diagnostics);
+    text += &footer::written_files(written);
     text
 }

@@ -3,16 +3,16 @@
 use std::path::PathBuf;
 
 use super::args::TeArgs;
-use super::files::{self, Files};
-use super::{epilogue, output, progress, te_log};
+use super::files::{self, OutputFiles};
+use super::{footer, output, progress, te_log};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::kind::Kind;
-use crate::base::units;
-use crate::plan::prepared::Prepared;
-use crate::plan::transmission::run::{self, Answer};
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::transmission::run::{self, TransmissionResult};
 use crate::report;
-use crate::scene::study::{IndexStudy, SpeedRange, StudyKind, TransmissionStudy};
+use crate::scene::study::{IndexingStudy, SpeedRange, StudyKind, TransmissionStudy};
 use crate::scene::{self, Scene};
 
 /// Solves and prints.
@@ -23,36 +23,38 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     if te_log::is_log(&args.file, &args.record) {
         return te_log::run(args);
     }
-    te_log::refuse_of_model(args)?;
+    te_log::reject_log_flags(args)?;
     let scene = scene::read(&args.file)?;
-    let study = asked(args, &scene)?;
+    let study = study_from_args(args, &scene)?;
     let outputs = outputs(args)?;
     let inputs: Vec<PathBuf> = scene.files();
-    let mut files = Files::new(&outputs, &inputs)?;
-    let mut traced = Traced::new(&scene, &study, args.quiet)?;
-    traced.all = args.all;
-    let (machine, answer) = (&traced.prepared.machine, &traced.answer);
+    let mut files = OutputFiles::new(&outputs, &inputs)?;
+    let mut report = TransmissionReport::new(&scene, &study, args.quiet)?;
+    report.all = args.all;
+    let (machine, result) = (&report.machine.machine, &report.result);
     if let Some(path) = &args.csv {
-        files.write(path, report::transmission::csv(machine, answer).as_bytes())?;
+        files.write(path, report::transmission::csv(machine, result).as_bytes())?;
     }
     if let Some(path) = &args.written {
-        files.write_with(path, |to| report::transmission::record(machine, answer, to))?;
+        files.write_with(path, |to| {
+            report::transmission::write_record(machine, result, to)
+        })?;
     }
     if let Some(path) = &args.svg {
         let title = &scene.model.title;
-        let pictures = report::transmission_pictures::all(title, machine, answer);
-        for (word, picture) in pictures {
-            files.write(&files::beside(path, word), picture.as_bytes())?;
+        let plots = report::transmission_plots::draw_all(title, machine, result);
+        for (word, plot) in plots {
+            files.write(&files::sibling_path(path, word), plot.as_bytes())?;
         }
     }
     let written = files.finish()?;
     match args.json {
-        true => output::document(&traced.json(&scene))?,
-        false => output::print(&traced.text())?,
+        true => output::document(&report.json(&scene))?,
+        false => output::print(&report.text())?,
     }
     if !args.quiet && !args.json {
-        output::tell(&traced.epilogue());
-        output::tell(&epilogue::written(&written));
+        output::print_note(&report.epilogue());
+        output::print_note(&footer::written_files(&written));
     }
     Ok(0)
 }
@@ -69,55 +71,60 @@ fn outputs(args: &TeArgs) -> Result<Vec<PathBuf>, Error> {
             Some(_) => &["", "budget", "speeds"],
             None => &["", "budget"],
         };
-        all.extend(words.iter().map(|word| files::beside(path, word)));
+        all.extend(words.iter().map(|word| files::sibling_path(path, word)));
     }
     Ok(all)
 }
 
 /// The transmission error of a chain with all that is said of it.
-pub struct Traced {
-    prepared: Prepared,
-    answer: Answer,
+pub struct TransmissionReport {
+    machine: PreparedMachine,
+    result: TransmissionResult,
     /// Every line is shown.
     all: bool,
 }
 
-impl Traced {
+impl TransmissionReport {
     /// Prepares and solves.
     ///
     /// # Errors
     /// Whatever is wrong with the machine, the study or the chain.
-    pub fn new(scene: &Scene, study: &TransmissionStudy, quiet: bool) -> Result<Traced, Error> {
-        let prepared = Prepared::new(&scene.model)?;
-        let answer = progress::busy("following the errors", quiet, || run::run(&prepared, study))?;
-        Ok(Traced {
-            prepared,
-            answer,
+    pub fn new(
+        scene: &Scene,
+        study: &TransmissionStudy,
+        quiet: bool,
+    ) -> Result<TransmissionReport, Error> {
+        let machine = PreparedMachine::new(&scene.model)?;
+        let result =
+            progress::with_spinner("following the errors", quiet, || run::run(&machine, study))?;
+        Ok(TransmissionReport {
+            machine,
+            result,
             all: false,
         })
     }
 
     /// The order table, what coincides, the sums.
     pub fn text(&self) -> String {
-        report::transmission_table::table(&self.prepared.machine, &self.answer, self.all)
+        report::transmission_table::table(&self.machine.machine, &self.result, self.all)
     }
 
     /// The document.
     pub fn json(&self, scene: &Scene) -> serde_json::Value {
-        report::transmission::json(&scene.sources, &self.prepared.machine, &self.answer)
+        report::transmission::json(&scene.sources, &self.machine.machine, &self.result)
     }
 
-    /// What was left out, doubts.
+    /// What was left out, warnings.
     pub fn epilogue(&self) -> String {
         let mut text = String::from("\n");
-        text += &epilogue::left_out(&self.answer.plan);
-        text += &epilogue::warnings(&self.answer.warnings);
+        text += &footer::omitted_steps(&self.result.plan);
+        text += &footer::warnings(&self.result.diagnostics);
         text
     }
 }
 
 /// The study that is asked for: the first a scene lists, with what the flags say put in its place.
-fn asked(args: &TeArgs, scene: &Scene) -> Result<TransmissionStudy, Error> {
+fn study_from_args(args: &TeArgs, scene: &Scene) -> Result<TransmissionStudy, Error> {
     let listed = scene.studies.iter().find_map(|study| match &study.kind {
         StudyKind::Transmission(study) => Some(study.clone()),
         _ => None,
@@ -127,12 +134,12 @@ fn asked(args: &TeArgs, scene: &Scene) -> Result<TransmissionStudy, Error> {
         // What another output turns with, and what indexes it, is not the study's.
         (listed.against, listed.index) = (None, None);
     }
-    let quantity = |text: &Option<String>, kind: Kind, unit: &str, flag: &str| {
+    let quantity = |text: &Option<String>, kind: QuantityKind, unit: &str, flag: &str| {
         text.as_deref()
-            .map(|text| units::parse_or_bare(text, kind, unit, flag))
+            .map(|text| quantity::parse_or_bare(text, kind, unit, flag))
             .transpose()
     };
-    let radius = quantity(&args.radius, Kind::Length, "mm", "--radius")?;
+    let radius = quantity(&args.radius, QuantityKind::Length, "mm", "--radius")?;
     if radius.is_some_and(|r| r <= 0.0) {
         return Err(Error::new(
             Code::OutOfRange,
@@ -144,15 +151,15 @@ fn asked(args: &TeArgs, scene: &Scene) -> Result<TransmissionStudy, Error> {
         driver: args.driver.clone().or(listed.driver),
         against: args.against.clone().or(listed.against),
         radius: radius.or(listed.radius),
-        speed: quantity(&args.speed, Kind::Speed, "rpm", "--speed")?.or(listed.speed),
+        speed: quantity(&args.speed, QuantityKind::Speed, "rpm", "--speed")?.or(listed.speed),
         speeds: (args.speeds.as_deref())
             .map(|text| SpeedRange::parse(text, "--speeds"))
             .transpose()?
             .or(listed.speeds),
-        window: args.window.or(listed.window),
+        window_revs: args.window.or(listed.window_revs),
         teeth: args.output_teeth.or(listed.teeth),
         index: (args.index.as_deref())
-            .map(|text| IndexStudy::parse(text, "--index"))
+            .map(|text| IndexingStudy::parse(text, "--index"))
             .transpose()?
             .or(listed.index),
         record: args.written.is_some(),

@@ -2,27 +2,27 @@
 
 use std::path::{Path, PathBuf};
 
-use super::args::{EncoderArgs, TeArgs};
-use super::files::{self, Files};
-use super::{epilogue, output, progress};
+use super::args::{EncoderTeArgs, TeArgs};
+use super::files::{self, OutputFiles};
+use super::{footer, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::kind::Kind;
-use crate::base::units;
-use crate::plan::logs::attribution::Model;
-use crate::plan::logs::encoder_study::{EncoderStudy, Read};
-use crate::plan::logs::encoders::{EncoderRecord, encoders};
-use crate::plan::prepared::Prepared;
-use crate::recording::raw::{Raw, Repair};
-use crate::recording::settings::{RateSource, Settings};
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::plan::logs::attribution::EncoderModel;
+use crate::plan::logs::encoder_analysis::{EncoderResult, evaluate_encoders};
+use crate::plan::logs::encoder_study::{EncoderRecordings, EncoderStudy};
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::recording::raw::{RawLog, Repair};
+use crate::recording::read_options::{RateSource, ReadOptions};
 use crate::recording::signals::Recording;
-use crate::recording::{names, settle};
+use crate::recording::{channel_names, preprocess};
 use crate::report;
 use crate::scene;
-use crate::transmission::measured::teeth::Teeth;
+use crate::transmission::encoder::gear_train::GearTrain;
 
 /// Whether a file is a log: all that is no TOML, and whatever teeth are stated of.
-pub fn is_log(file: &Path, args: &EncoderArgs) -> bool {
+pub fn is_log(file: &Path, args: &EncoderTeArgs) -> bool {
     let toml = file
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
@@ -33,7 +33,7 @@ pub fn is_log(file: &Path, args: &EncoderArgs) -> bool {
 ///
 /// # Errors
 /// Names the flag.
-pub fn refuse_of_model(args: &TeArgs) -> Result<(), Error> {
+pub fn reject_log_flags(args: &TeArgs) -> Result<(), Error> {
     let record = &args.record;
     let given = [
         (!record.input.is_empty(), "--input"),
@@ -56,12 +56,12 @@ pub fn refuse_of_model(args: &TeArgs) -> Result<(), Error> {
                 args.file.display()
             ),
         )
-        .hint("of a log, state --teeth as well; of a model, leave it out")),
+        .with_hint("of a log, state --teeth as well; of a model, leave it out")),
     }
 }
 
 /// Refuses what is said of a model where the file is a log.
-fn refuse_of_log(args: &TeArgs) -> Result<(), Error> {
+fn reject_model_flags(args: &TeArgs) -> Result<(), Error> {
     let given = [
         (args.speeds.is_some(), "--speeds"),
         (args.window.is_some(), "--window"),
@@ -73,7 +73,7 @@ fn refuse_of_log(args: &TeArgs) -> Result<(), Error> {
         None => Ok(()),
         Some((_, flag)) => {
             let message = format!("{flag} is of models, and {} is a log", args.file.display());
-            Err(Error::new(Code::Usage, message).hint("leave it out"))
+            Err(Error::new(Code::Usage, message).with_hint("leave it out"))
         }
     }
 }
@@ -83,7 +83,7 @@ fn refuse_of_log(args: &TeArgs) -> Result<(), Error> {
 /// # Errors
 /// Whatever is wrong with the flags or the log.
 pub fn run(args: &TeArgs) -> Result<u8, Errors> {
-    refuse_of_log(args)?;
+    reject_model_flags(args)?;
     let mut study = study(args)?;
     let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
     for (path, end) in [(&args.csv, "csv"), (&args.svg, "svg")] {
@@ -91,18 +91,18 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
             files::ends(path, &[end])?;
         }
     }
-    let (mut settings, sidecar) = args.log.settings(&args.file)?;
+    let (mut options, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<PathBuf> = sidecar.into_iter().chain([args.file.clone()]).collect();
-    let mut files = Files::new(&outputs, &inputs)?;
-    if study.stamps || study.angle_base {
+    let mut files = OutputFiles::new(&outputs, &inputs)?;
+    if study.pulse_times || study.angle_base {
         // No column is a clock of rows.
-        settings.time_column = Some("none".into());
-        settings.rate = Some(RateSource::Hertz(1.0));
+        options.time_column = Some("none".into());
+        options.rate = Some(RateSource::Hertz(1.0));
     }
     let model = model(args)?;
-    let (found, repairs) = evaluated(args, &mut study, model.as_ref(), settings)?;
+    let (found, repairs) = read_and_evaluate(args, &mut study, model.as_ref(), options)?;
     if let Some(path) = &args.csv {
-        files.write(path, report::encoders::csv(&found).as_bytes())?;
+        files.write(path, report::encoder_te::csv(&found).as_bytes())?;
     }
     if let Some(path) = &args.svg {
         let name = args.file.file_name().unwrap_or_default().to_string_lossy();
@@ -112,87 +112,91 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
             study.input.join(" and "),
             args.record.teeth.as_deref().unwrap_or_default()
         );
-        let picture = report::encoders_picture::record(&found, &title);
-        files.write(path, picture.as_bytes())?;
+        let plot = report::encoder_te_plot::draw_record(&found, &title);
+        files.write(path, plot.as_bytes())?;
     }
     let written = files.finish()?;
     if args.json {
-        let document = report::encoders::json(&found, &study.teeth, &repairs);
+        let document = report::encoder_te::json(&found, &study.train, &repairs);
         output::document(&document)?;
         return Ok(0);
     }
-    output::print(&report::encoders_table::record(&found, args.all))?;
+    output::print(&report::encoder_te_table::record(&found, args.all))?;
     if !args.quiet {
-        output::tell(&epilogue(&found, &repairs, &written));
+        output::print_note(&epilogue(&found, &repairs, &written));
     }
     Ok(0)
 }
 
 /// The machine that names the orders, and where the encoders sit in it.
-fn model(args: &TeArgs) -> Result<Option<Model>, Errors> {
+fn model(args: &TeArgs) -> Result<Option<EncoderModel>, Errors> {
     let (Some(path), Some(at)) = (&args.record.model, &args.record.at) else {
         return Ok(None);
     };
     let Some((input, output)) = at.split_once(',') else {
-        let message = format!("\"{}\" are no two nodes", units::shortened(at));
+        let message = format!("\"{}\" are no two nodes", quantity::truncate(at));
         return Err(Error::new(Code::Usage, message)
-            .hint("name the nodes of both encoders, input first: --at index_gear_1,work_spindle")
+            .with_hint(
+                "name the nodes of both encoders, input first: --at index_gear_1,work_spindle",
+            )
             .into());
     };
-    Ok(Some(Model {
-        prepared: Prepared::new(&scene::read(path)?.model)?,
+    Ok(Some(EncoderModel {
+        machine: PreparedMachine::new(&scene::read(path)?.model)?,
         input: input.trim().to_string(),
         output: output.trim().to_string(),
     }))
 }
 
 /// Reads the log and evaluates it; of pulses each shaft by itself, since their columns differ in length.
-fn evaluated(
+fn read_and_evaluate(
     args: &TeArgs,
     study: &mut EncoderStudy,
-    model: Option<&Model>,
-    settings: Settings,
-) -> Result<(EncoderRecord, Vec<Repair>), Errors> {
+    model: Option<&EncoderModel>,
+    options: ReadOptions,
+) -> Result<(EncoderResult, Vec<Repair>), Errors> {
     let open = |only: &[String]| -> Result<(Recording, Vec<String>), Errors> {
-        let mut settings = Settings {
-            only: only.to_vec(),
-            ..settings.clone()
+        let mut options = ReadOptions {
+            keep_channels: only.to_vec(),
+            ..options.clone()
         };
-        let raw = progress::open(&args.file, &settings, args.quiet)?;
-        let full: Vec<String> = only.iter().map(|word| full_name(&raw, word)).collect();
-        settings.only.clone_from(&full);
-        let recording = settle::settle(raw, &settings)?;
+        let log = progress::open(&args.file, &options, args.quiet)?;
+        let full: Vec<String> = only.iter().map(|word| full_name(&log, word)).collect();
+        options.keep_channels.clone_from(&full);
+        let recording = preprocess::preprocess(log, &options)?;
         if !recording.repairs.iter().any(|r| r.kind == "resampled") {
             return Ok((recording, full));
         }
         // Rows at uneven instants are evaluated as they were read: both encoders are read at once.
-        settings.time_column = Some("none".into());
-        settings.rate = Some(RateSource::Hertz(recording.rate_hz));
-        let raw = progress::open(&args.file, &settings, args.quiet)?;
-        Ok((settle::settle(raw, &settings)?, full))
+        options.time_column = Some("none".into());
+        options.rate = Some(RateSource::Hertz(recording.rate_hz));
+        let log = progress::open(&args.file, &options, args.quiet)?;
+        Ok((preprocess::preprocess(log, &options)?, full))
     };
-    let evaluate = |read: Read, study: &EncoderStudy| {
-        progress::busy("evaluating", args.quiet, || encoders(read, study, model))
-            .map_err(|e| Errors::from(e.in_file(&read.input.path)))
+    let evaluate = |recordings: EncoderRecordings, study: &EncoderStudy| {
+        progress::with_spinner("evaluating", args.quiet, || {
+            evaluate_encoders(recordings, study, model)
+        })
+        .map_err(|e| Errors::from(e.with_file(&recordings.input.path)))
     };
-    let (mut found, recording) = if study.stamps {
+    let (mut found, recording) = if study.pulse_times {
         let (a, first) = open(&study.input)?;
         let (b, second) = open(&study.output)?;
         (study.input, study.output) = (first, second);
         let mut marks = [None, None];
-        for (name, read) in study.index.iter_mut().zip(&mut marks) {
+        for (name, recordings) in study.index.iter_mut().zip(&mut marks) {
             if let Some(word) = name {
                 let (recording, mut full) = open(std::slice::from_ref(word))?;
                 *name = full.pop();
-                *read = Some(recording);
+                *recordings = Some(recording);
             }
         }
-        let read = Read {
+        let recordings = EncoderRecordings {
             input: &a,
             output: &b,
             index: [marks[0].as_ref(), marks[1].as_ref()],
         };
-        (evaluate(read, study)?, a)
+        (evaluate(recordings, study)?, a)
     } else {
         let shafts = study.input.iter().chain(&study.output);
         let all = shafts.chain(study.index.iter().flatten());
@@ -201,26 +205,26 @@ fn evaluated(
         let named = study.input.iter_mut().chain(&mut study.output);
         let named = named.chain(study.index.iter_mut().flatten());
         named.zip(&mut full).for_each(|(name, known)| *name = known);
-        let read = Read {
+        let recordings = EncoderRecordings {
             input: &a,
             output: &a,
             index: [0, 1].map(|k| study.index[k].as_ref().map(|_| &a)),
         };
-        (evaluate(read, study)?, a)
+        (evaluate(recordings, study)?, a)
     };
-    found.warnings.splice(0..0, recording.warnings);
+    found.diagnostics.splice(0..0, recording.diagnostics);
     Ok((found, recording.repairs))
 }
 
 /// The channel a word means, with or without its unit; the word itself where it means none.
-fn full_name(raw: &Raw, word: &str) -> String {
-    let all = raw.groups.iter().flat_map(|g| &g.channels);
+fn full_name(log: &RawLog, word: &str) -> String {
+    let all = log.groups.iter().flat_map(|g| &g.channels);
     let known: Vec<String> = all.map(|c| c.name.clone()).collect();
-    names::find(word, &known).map_or(word.to_string(), |at| known[at].clone())
+    channel_names::find_channel(word, &known).map_or(word.to_string(), |at| known[at].clone())
 }
 
 fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
-    let refuse = |message: &str, hint: &str| Err(Error::new(Code::Usage, message).hint(hint));
+    let refuse = |message: &str, hint: &str| Err(Error::new(Code::Usage, message).with_hint(hint));
     for (given, flag) in [
         (args.driver.is_some(), "--driver"),
         (args.against.is_some(), "--against"),
@@ -280,10 +284,15 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
         );
     }
     let quantity = |text: Option<&str>, kind, unit: &str, flag: &str| {
-        text.map(|t| units::parse_or_bare(t, kind, unit, flag))
+        text.map(|t| quantity::parse_or_bare(t, kind, unit, flag))
             .transpose()
     };
-    let radius = quantity(args.radius.as_deref(), Kind::Length, "mm", "--radius")?;
+    let radius = quantity(
+        args.radius.as_deref(),
+        QuantityKind::Length,
+        "mm",
+        "--radius",
+    )?;
     if radius.is_some_and(|r| r <= 0.0) {
         return refuse(
             "--radius takes a length above zero",
@@ -292,7 +301,7 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
     }
     let pressure_angle = quantity(
         args.record.pressure_angle.as_deref(),
-        Kind::Angle,
+        QuantityKind::Angle,
         "deg",
         "--pressure-angle",
     )?;
@@ -307,10 +316,15 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
         input: args.record.input.clone(),
         output,
         index,
-        teeth: Teeth::parse(teeth)?,
-        lines: args.record.lines.as_deref().map(lines).transpose()?,
+        train: GearTrain::parse(teeth)?,
+        lines: args
+            .record
+            .lines
+            .as_deref()
+            .map(parse_encoder_lines)
+            .transpose()?,
         counts_per_line: args.record.counts_per_line,
-        stamps: args.record.stamps,
+        pulse_times: args.record.stamps,
         angle_base: args.record.angle_base,
         multiples: args.record.harmonics,
         repair: args.record.repair,
@@ -321,20 +335,21 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
 }
 
 /// `N1,N2`: one number for two encoders would be a guess.
-fn lines(text: &str) -> Result<(usize, usize), Error> {
-    const MOST: usize = 100_000_000;
+fn parse_encoder_lines(text: &str) -> Result<(usize, usize), Error> {
+    const MAX_COUNT: usize = 100_000_000;
     let wrong = || {
         let message = format!(
             "\"{}\" are no lines of two encoders",
-            units::shortened(text)
+            quantity::truncate(text)
         );
-        Error::new(Code::Usage, message).hint("write the lines a turn of both: --lines 5000,5000")
+        Error::new(Code::Usage, message)
+            .with_hint("write the lines a turn of both: --lines 5000,5000")
     };
     let number = |t: &str| {
         t.trim()
             .parse()
             .ok()
-            .filter(|n| (1..=MOST).contains(n))
+            .filter(|n| (1..=MAX_COUNT).contains(n))
             .ok_or_else(wrong)
     };
     match text.split_once(',') {
@@ -342,20 +357,20 @@ fn lines(text: &str) -> Result<(usize, usize), Error> {
         None => {
             let message = format!(
                 "--lines {} is one number, and there are two encoders",
-                units::shortened(text)
+                quantity::truncate(text)
             );
-            Err(Error::new(Code::Usage, message).hint(format!(
+            Err(Error::new(Code::Usage, message).with_hint(format!(
                 "give two, input first: --lines {text},{text} where both are alike"
             )))
         }
     }
 }
 
-/// What was done to the data, doubts, what was written.
-fn epilogue(found: &EncoderRecord, repairs: &[Repair], written: &[PathBuf]) -> String {
+/// What was done to the data, warnings, what was written.
+fn epilogue(found: &EncoderResult, repairs: &[Repair], written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
-    text += &epilogue::repairs(repairs);
-    text += &epilogue::warnings(&found.warnings);
-    text += &epilogue::written(written);
+    text += &footer::repairs(repairs);
+    text += &footer::warnings(&found.diagnostics);
+    text += &footer::written_files(written);
     text
 }

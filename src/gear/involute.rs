@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// An involute cylindrical gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Involute {
+pub struct InvoluteGear {
     /// Number of teeth.
     pub teeth: u32,
     /// Normal module, m.
@@ -46,7 +46,7 @@ pub fn inv(angle: f64) -> f64 {
 }
 
 /// `t − atan t`.
-fn beyond_its_angle(t: f64) -> f64 {
+fn t_minus_atan(t: f64) -> f64 {
     if t.abs() >= SMALL {
         return t - t.atan();
     }
@@ -59,7 +59,7 @@ fn beyond_its_angle(t: f64) -> f64 {
 }
 
 /// The angle in [0, π/2) whose involute is `value`; NaN below 0.
-pub fn inverse_inv(value: f64) -> f64 {
+pub fn angle_from_inv(value: f64) -> f64 {
     if !(value >= 0.0 && value.is_finite()) {
         return f64::NAN;
     }
@@ -69,7 +69,7 @@ pub fn inverse_inv(value: f64) -> f64 {
     // With t = tan α: t − atan t = value is convex and rises, so from above Newton falls to the root.
     let mut t = (3.0 * value).cbrt() + value;
     for _ in 0..60 {
-        let step = (beyond_its_angle(t) - value) * (1.0 + t * t) / (t * t);
+        let step = (t_minus_atan(t) - value) * (1.0 + t * t) / (t * t);
         t -= step;
         if step.abs() <= 2.0 * f64::EPSILON * t {
             break;
@@ -78,20 +78,20 @@ pub fn inverse_inv(value: f64) -> f64 {
     t.atan()
 }
 
-impl Involute {
+impl InvoluteGear {
     /// Transverse pressure angle α_t at the reference cylinder.
-    pub fn transverse_angle(&self) -> f64 {
+    pub fn transverse_pressure_angle(&self) -> f64 {
         (self.pressure_angle.tan() / self.helix.cos()).atan()
     }
 
     /// Reference diameter d.
-    pub fn diameter(&self) -> f64 {
+    pub fn reference_diameter(&self) -> f64 {
         f64::from(self.teeth) * self.module / self.helix.cos()
     }
 
     /// Base diameter d_b.
     pub fn base_diameter(&self) -> f64 {
-        self.diameter() * self.transverse_angle().cos()
+        self.reference_diameter() * self.transverse_pressure_angle().cos()
     }
 
     /// Transverse base pitch p_bt, the distance of neighbouring flanks along the line of action.
@@ -100,7 +100,7 @@ impl Involute {
     }
 
     /// Normal tooth thickness at the reference cylinder without backlash.
-    pub fn thickness(&self) -> f64 {
+    pub fn nominal_thickness(&self) -> f64 {
         self.module * (FRAC_PI_2 + 2.0 * self.profile_shift * self.pressure_angle.tan())
     }
 
@@ -110,13 +110,13 @@ impl Involute {
     }
 
     /// Width of the space where the tooth has a thickness, both normal at the reference cylinder.
-    fn space(&self, thickness: f64) -> f64 {
+    fn space_width(&self, thickness: f64) -> f64 {
         PI * self.module - thickness
     }
 
     /// The external gear whose tooth fills a space of this internal one.
-    fn void(&self) -> Involute {
-        Involute {
+    fn space_as_gear(&self) -> InvoluteGear {
+        InvoluteGear {
             internal: false,
             profile_shift: -self.profile_shift,
             ..*self
@@ -126,17 +126,17 @@ impl Involute {
     /// Span W over `k` teeth, of an internal gear over `k` spaces, for a normal thickness at the reference cylinder.
     pub fn span(&self, k: u32, thickness: f64) -> f64 {
         if self.internal {
-            return self.void().span(k, self.space(thickness));
+            return self.space_as_gear().span(k, self.space_width(thickness));
         }
         let pitches = PI * (f64::from(k) - 1.0) * self.module;
-        let base = f64::from(self.teeth) * inv(self.transverse_angle()) * self.module;
+        let base = f64::from(self.teeth) * inv(self.transverse_pressure_angle()) * self.module;
         (pitches + base + thickness) * self.pressure_angle.cos()
     }
 
     /// The number of teeth, of an internal gear spaces, to span so that the anvils touch near the middle of the flanks.
-    pub fn teeth_to_span(&self) -> u32 {
+    pub fn default_span_teeth(&self) -> u32 {
         if self.internal {
-            return self.void().teeth_to_span();
+            return self.space_as_gear().default_span_teeth();
         }
         let z = f64::from(self.teeth);
         let shift = self.profile_shift / z;
@@ -145,27 +145,28 @@ impl Involute {
         let size = cosine * cosine + tangent * tangent;
         let reach = 1.0 / cosine + 2.0 * shift;
         let roll = (1.0 + sine * sine / size) * (size * reach * reach - 1.0).max(0.0).sqrt();
-        let k = (roll - inv(self.transverse_angle()) - 2.0 * shift * tangent) * z / PI + 0.5;
+        let k =
+            (roll - inv(self.transverse_pressure_angle()) - 2.0 * shift * tangent) * z / PI + 0.5;
         k.round().clamp(1.0, z) as u32
     }
 
     /// Dimension over two balls (pins where the helix is zero) of a diameter, of an internal gear between them, for a normal thickness;
     /// NaN where the ball falls through.
-    pub fn over_balls(&self, ball: f64, thickness: f64) -> f64 {
+    pub fn dimension_over_balls(&self, ball: f64, thickness: f64) -> f64 {
         let whole = f64::from(self.teeth) * self.module;
-        let wide = ball / self.pressure_angle.cos() - self.space(thickness);
+        let wide = ball / self.pressure_angle.cos() - self.space_width(thickness);
         // The ball touches flanks that bulge toward it, or inside ones that are hollow.
         let (beyond, half) = match self.internal {
             false => (wide, 0.5 * ball),
             true => (-wide, -0.5 * ball),
         };
-        let involute = inv(self.transverse_angle()) + beyond / whole;
-        let centres = self.base_diameter() / inverse_inv(involute).cos();
-        centres * self.across() + 2.0 * half
+        let involute = inv(self.transverse_pressure_angle()) + beyond / whole;
+        let centres = self.base_diameter() / angle_from_inv(involute).cos();
+        centres * self.odd_tooth_factor() + 2.0 * half
     }
 
     /// Two spaces lie across from each other, of an odd number of teeth not quite.
-    fn across(&self) -> f64 {
+    fn odd_tooth_factor(&self) -> f64 {
         match self.teeth.is_multiple_of(2) {
             true => 1.0,
             false => (FRAC_PI_2 / f64::from(self.teeth)).cos(),
@@ -174,25 +175,26 @@ impl Involute {
 
     /// The normal thickness at which the dimension over two balls (between them) is `over`; NaN where the balls would lie inside the base
     /// circle.
-    pub fn thickness_under_balls(&self, ball: f64, over: f64) -> f64 {
+    pub fn thickness_from_balls(&self, ball: f64, over: f64) -> f64 {
         let (sense, centres) = match self.internal {
             false => (1.0, over - ball),
             true => (-1.0, over + ball),
         };
-        let involute = inv((self.base_diameter() * self.across() / centres).acos());
-        let beyond =
-            (involute - inv(self.transverse_angle())) * f64::from(self.teeth) * self.module;
+        let involute = inv((self.base_diameter() * self.odd_tooth_factor() / centres).acos());
+        let beyond = (involute - inv(self.transverse_pressure_angle()))
+            * f64::from(self.teeth)
+            * self.module;
         sense * beyond - ball / self.pressure_angle.cos() + PI * self.module
     }
 
     /// How far the teeth reach from the reference cylinder to a tip cylinder.
     fn addendum(&self, tip_diameter: f64) -> f64 {
-        let outward = 0.5 * (tip_diameter - self.diameter());
+        let outward = 0.5 * (tip_diameter - self.reference_diameter());
         if self.internal { -outward } else { outward }
     }
 
     /// Chordal thickness at the reference cylinder, and its height below a tip cylinder: on the equivalent gear of z/cos³β teeth.
-    pub fn chord(&self, tip_diameter: f64, thickness: f64) -> (f64, f64) {
+    pub fn chordal_thickness(&self, tip_diameter: f64, thickness: f64) -> (f64, f64) {
         let virtual_diameter = f64::from(self.teeth) * self.module / self.helix.cos().powi(3);
         let half = thickness / virtual_diameter;
         let rise = 0.5 * virtual_diameter * (1.0 - half.cos());

@@ -1,16 +1,16 @@
-//! How well shapes agree with each other, how complex they are, and how well a model gives the measurement again.
+//! Comparison of mode shapes and responses: MAC, MPC, mean phase, FRAC, synthesis error.
 //!
 //! MAC: Allemang, Sound & Vibration 37 (2003), no. 8, 14–23. Phase collinearity: Pappa, Elliott & Schenk, J. Guid. Control Dyn. 16 (1993),
 //! 852–858. FRAC: Heylen & Lammens, ISMA (1996). Mean phase: Reynders, Houbrechts & De Roeck, Mech. Syst. Signal Process. 29 (2012), §3.2.
 
 use std::f64::consts::PI;
 
-use crate::numeric::collinearity::{self, product};
+use crate::numeric::mac::{self, hermitian_product};
 use crate::numeric::{Complex, Matrix};
 
 /// MAC of every shape of `a` with every shape of `b`.
 pub fn mac(a: &[Vec<Complex>], b: &[Vec<Complex>]) -> Matrix {
-    Matrix::from_fn(a.len(), b.len(), |i, j| collinearity::mac(&a[i], &b[j]))
+    Matrix::from_fn(a.len(), b.len(), |i, j| mac::mac(&a[i], &b[j]))
 }
 
 /// MAC of shapes with each other; large off the diagonal where the outputs do not tell two modes apart.
@@ -19,7 +19,7 @@ pub fn auto_mac(shapes: &[Vec<Complex>]) -> Matrix {
 }
 
 /// Sums `x·x, y·y, x·y` of the real and imaginary parts.
-fn parts(shape: &[Complex]) -> (f64, f64, f64) {
+fn moment_sums(shape: &[Complex]) -> (f64, f64, f64) {
     shape.iter().fold((0.0, 0.0, 0.0), |(xx, yy, xy), z| {
         (xx + z.re * z.re, yy + z.im * z.im, xy + z.re * z.im)
     })
@@ -29,14 +29,14 @@ fn parts(shape: &[Complex]) -> (f64, f64, f64) {
 ///
 /// `((xx − yy)² + 4 xy²) / (xx + yy)²`; 0 for a zero shape.
 pub fn phase_collinearity(shape: &[Complex]) -> f64 {
-    let (xx, yy, xy) = parts(shape);
+    let (xx, yy, xy) = moment_sums(shape);
     let value = ((xx - yy).powi(2) + 4.0 * xy * xy) / (xx + yy).powi(2);
     if value.is_finite() { value } else { 0.0 }
 }
 
 /// Mean phase of a shape, rad, −π/2 to π/2: the line through the origin nearest to its components in squares.
 pub fn mean_phase(shape: &[Complex]) -> f64 {
-    let (xx, yy, xy) = parts(shape);
+    let (xx, yy, xy) = moment_sums(shape);
     (2.0 * xy).atan2(xx - yy) / 2.0
 }
 
@@ -57,19 +57,20 @@ pub fn mean_phase_deviation(shape: &[Complex]) -> f64 {
 }
 
 /// Share of a shape's square that lies off its mean phase, 0 for a real shape, at most one half.
-pub fn complexity(shape: &[Complex]) -> f64 {
+pub fn off_axis_share(shape: &[Complex]) -> f64 {
     (1.0 - phase_collinearity(shape).sqrt()) / 2.0
 }
 
 /// Frequency response assurance criterion of a measured and a fitted response, 0 to 1; blind to a common factor.
 pub fn frac(measured: &[Complex], fitted: &[Complex]) -> f64 {
-    collinearity::mac(measured, fitted)
+    mac::mac(measured, fitted)
 }
 
 /// `‖fitted − measured‖ / ‖measured‖`; nothing where the measurement is zero or the lengths differ.
 pub fn synthesis_error(measured: &[Complex], fitted: &[Complex]) -> Option<f64> {
     let apart: Vec<Complex> = measured.iter().zip(fitted).map(|(m, f)| f - m).collect();
-    let error = (product(&apart, &apart).re / product(measured, measured).re).sqrt();
+    let error =
+        (hermitian_product(&apart, &apart).re / hermitian_product(measured, measured).re).sqrt();
     (measured.len() == fitted.len() && error.is_finite()).then_some(error)
 }
 
@@ -85,11 +86,11 @@ mod tests {
         let real: Vec<Complex> = [1.0, -0.5, 0.2].iter().map(|&x| turn * x).collect();
         assert!((phase_collinearity(&real) - 1.0).abs() < 1e-14);
         assert!((mean_phase(&real) - 0.4).abs() < 1e-14);
-        assert!(mean_phase_deviation(&real) < 1e-7 && complexity(&real) < 1e-14);
+        assert!(mean_phase_deviation(&real) < 1e-7 && off_axis_share(&real) < 1e-14);
         assert!(phase_collinearity(&[z(1.0, 0.0), z(0.0, 1.0)]) < 1e-15);
         let half = [z(1.0, 0.0), z(0.0, 0.5)];
         assert!((phase_collinearity(&half) - 0.36).abs() < 1e-15);
-        assert!((complexity(&half) - 0.2).abs() < 1e-15);
+        assert!((off_axis_share(&half) - 0.2).abs() < 1e-15);
         assert!((mean_phase_deviation(&half) - PI / 6.0).abs() < 1e-15);
     }
 

@@ -8,8 +8,8 @@
 
 use std::f64::consts::PI;
 
-use super::mode::IdentifiedMode;
-use super::rational::{self, Measured, RationalFit, RationalOptions};
+use super::modal_parameters::ModalParameters;
+use super::rational::{self, FrfData, RationalFit, RationalOptions};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -33,7 +33,7 @@ pub fn fit(
         .map_or(0, |y| y.len());
     if decays.iter().flatten().any(|y| y.len() != length) || length < 2 {
         let message = "free decays are fitted over one number of samples, two or more";
-        return Err(Error::new(Code::Conflict, message).hint("cut them to the shortest"));
+        return Err(Error::new(Code::Conflict, message).with_hint("cut them to the shortest"));
     }
     let mut fft = RealFft::new(length);
     let lines = ((TOP * length as f64).floor() as usize).min(fft.lines() - 1);
@@ -50,14 +50,14 @@ pub fn fit(
             responses.push(spectrum[1..=lines].iter().map(|z| z / rate_hz).collect());
         }
     }
-    let measured = Measured {
+    let data = FrfData {
         frequency_hz: &frequency_hz,
         responses: &responses,
         variance: None,
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
-        hits: None,
+        hit: None,
     };
     let top = TOP * rate_hz;
     let options = RationalOptions {
@@ -69,7 +69,7 @@ pub fn fit(
         }),
         ..*options
     };
-    Ok(unwarped(rational::fit(&measured, &options)?, rate_hz))
+    Ok(unwarped(rational::fit(&data, &options)?, rate_hz))
 }
 
 /// A frequency on the axis of Tustin's s, Hz.
@@ -88,10 +88,10 @@ fn pole(warped: Complex, rate_hz: f64) -> (Complex, Complex) {
 fn unwarped(mut fit: RationalFit, rate_hz: f64) -> RationalFit {
     for (k, mode) in fit.modes.iter_mut().enumerate() {
         let (own, slope) = pole(mode.pole, rate_hz);
-        if let Some(departure) = fit.departures.get_mut(k) {
+        if let Some(departure) = fit.shares.get_mut(k) {
             departure.frequency_spread_hz *= slope.norm();
         }
-        *mode = IdentifiedMode {
+        *mode = ModalParameters {
             pole: own,
             pole_covariance: mode.pole_covariance.map(|c| turned(c, slope)),
             shape: std::mem::take(&mut mode.shape),
@@ -100,7 +100,7 @@ fn unwarped(mut fit: RationalFit, rate_hz: f64) -> RationalFit {
     for one in &mut fit.poles {
         *one = pole(*one, rate_hz).0;
     }
-    for one in &mut fit.omitted {
+    for one in &mut fit.pole {
         one.pole = pole(one.pole, rate_hz).0;
     }
     fit

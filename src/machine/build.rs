@@ -1,42 +1,42 @@
-//! From what the file says to masses and branches.
+//! Builds a `Machine` from a model file: nodes, degrees of freedom, masses, branches.
 
 use std::collections::HashSet;
 
-use super::builder::{Builder, twist};
+use super::builder::{MachineBuilder, relative_rotation};
+use super::components::{FrictionCapacity, FrictionElement, Machine, MotorDrive};
 use super::elements::{
-    bearing, belt, body, chain, coupling, damper, form_error, gear_pair, planetary, screw, shaft,
-    worm_pair,
+    bearing, belt, body, chain, coupling, damper, gear_pair, geometric_error, planetary, screw,
+    shaft, worm_pair,
 };
-use super::parts::{Brake, Grip, Machine, Motor};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::scene::laws::{FaceMill, History};
-use crate::scene::model::{self, Axis, End, Model};
+use crate::scene::laws::{FaceMill, LoadHistory};
+use crate::scene::model::{self, Axis, BranchEnd, Model};
 
-/// Builds the machine of a model. No lateral freedom exists that no bearing or planetary stage gives.
+/// Builds the machine of a model. No lateral degree of freedom exists that no bearing or planetary stage gives.
 ///
 /// # Errors
 /// A machine without bodies, an unknown node, an axis whose mass is not stated.
 pub fn build(model: &Model) -> Result<Machine, Error> {
-    let mut builder = Builder::default();
-    let numbers = declare(&mut builder, model)?;
+    let mut builder = MachineBuilder::default();
+    let numbers = declare_nodes(&mut builder, model)?;
     if builder.machine.nodes.is_empty() {
         let hint = "add an [[inertia]]; `geardyn new` writes a model to start from";
         return Err(Error::new(
             Code::EmptyMachine,
             "the model has no body, so nothing can move",
         )
-        .hint(hint));
+        .with_hint(hint));
     }
-    builder.number();
-    place(&mut builder, model, &numbers)?;
+    builder.number_dofs();
+    add_elements(&mut builder, model, &numbers)?;
     let mut machine = builder.machine;
     machine.damping = model.damping.clone();
     Ok(machine)
 }
 
 /// Numbers of the elements, table by table.
-struct Numbers {
+struct ElementNumbers {
     bodies: Vec<usize>,
     chains: Vec<usize>,
     shafts: Vec<usize>,
@@ -46,8 +46,8 @@ struct Numbers {
 }
 
 /// Every node, and every axis some element gives it.
-fn declare(builder: &mut Builder, model: &Model) -> Result<Numbers, Error> {
-    let mut numbers = Numbers {
+fn declare_nodes(builder: &mut MachineBuilder, model: &Model) -> Result<ElementNumbers, Error> {
+    let mut numbers = ElementNumbers {
         bodies: Vec::new(),
         chains: Vec::new(),
         shafts: Vec::new(),
@@ -96,18 +96,18 @@ fn declare(builder: &mut Builder, model: &Model) -> Result<Numbers, Error> {
     for part in &model.bearings {
         for axis in bearing::axes(part) {
             for end in &part.between {
-                if let End::Node(node) = end {
+                if let BranchEnd::Node(node) = end {
                     builder.axis(node, axis)?;
                 }
             }
         }
     }
-    give_members_their_axes(builder, model)?;
+    add_member_axes(builder, model)?;
     Ok(numbers)
 }
 
 /// Sun, ring and carrier of a lateral stage move across their axis where they have a mass.
-fn give_members_their_axes(builder: &mut Builder, model: &Model) -> Result<(), Error> {
+fn add_member_axes(builder: &mut MachineBuilder, model: &Model) -> Result<(), Error> {
     let with_mass: HashSet<&str> = model
         .inertias
         .iter()
@@ -116,7 +116,7 @@ fn give_members_their_axes(builder: &mut Builder, model: &Model) -> Result<(), E
         .collect();
     for stage in model.planetaries.iter().filter(|stage| stage.lateral) {
         for member in planetary::members(stage) {
-            if let End::Node(node) = member
+            if let BranchEnd::Node(node) = member
                 && with_mass.contains(node.text.as_str())
             {
                 builder.axis(node, Axis::X)?;
@@ -127,7 +127,11 @@ fn give_members_their_axes(builder: &mut Builder, model: &Model) -> Result<(), E
     Ok(())
 }
 
-fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), Error> {
+fn add_elements(
+    builder: &mut MachineBuilder,
+    model: &Model,
+    numbers: &ElementNumbers,
+) -> Result<(), Error> {
     for (part, &element) in model.inertias.iter().zip(&numbers.bodies) {
         body::add(builder, element, part)?;
     }
@@ -148,7 +152,7 @@ fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), 
     for (part, &element) in model.planetaries.iter().zip(&numbers.planetaries) {
         planetary::add(builder, element, part)?;
         if part.lateral {
-            turn_members(builder, model, part, element)?;
+            add_carrier_frame_terms(builder, model, part, element)?;
         }
     }
     for part in &model.belts {
@@ -174,34 +178,35 @@ fn place(builder: &mut Builder, model: &Model, numbers: &Numbers) -> Result<(), 
         damper::add(builder, element, part)?;
     }
     for load in &model.loads {
-        let freedom = match load.pushes {
-            true => slide_of(builder, &load.at)?,
+        let dof = match load.is_force {
+            true => slide_dof(builder, &load.at)?,
             false => builder.theta(&load.at)?,
         };
-        let lasting = load.history.lasting();
+        let lasting = load.history.long_term_value();
         if lasting != 0.0 {
-            builder.machine.loads.push((freedom, lasting));
+            builder.machine.loads.push((dof, lasting));
         }
-        builder
-            .machine
-            .histories
-            .push((freedom, load.history.clone()));
-        if let History::FaceMill(mill) = &load.history {
-            push_head(builder, &load.at, mill)?;
+        builder.machine.histories.push((dof, load.history.clone()));
+        if let LoadHistory::FaceMill(mill) = &load.history {
+            add_face_mill_forces(builder, &load.at, mill)?;
         }
     }
-    excite(builder, model)?;
+    add_excitations(builder, model)?;
     for mean in &model.speeds {
-        let freedom = builder.theta(&mean.at)?;
-        builder.machine.speeds.push((freedom, mean.speed));
+        let dof = builder.theta(&mean.at)?;
+        builder.machine.speeds.push((dof, mean.speed));
     }
     Ok(())
 }
 
 /// The forces of a face mill along and about the axes that bearings give its head.
-fn push_head(builder: &mut Builder, head: &model::Name, mill: &FaceMill) -> Result<(), Error> {
+fn add_face_mill_forces(
+    builder: &mut MachineBuilder,
+    head: &model::Name,
+    mill: &FaceMill,
+) -> Result<(), Error> {
     for axis in Axis::ALL.into_iter().filter(|axis| *axis != Axis::Theta) {
-        let Some(freedom) = builder.freedom(head, axis)? else {
+        let Some(dof) = builder.dof(head, axis)? else {
             continue;
         };
         if mill.slot.is_none() && axis != Axis::Z {
@@ -211,88 +216,94 @@ fn push_head(builder: &mut Builder, head: &model::Name, mill: &FaceMill) -> Resu
                 axis.name()
             );
             return Err(Error::new(Code::Conflict, message)
-                .at(&head.place)
-                .hint("add `slot = \"0 deg\"`, the place of the slot round the head from x to y"));
+                .with_span(&head.span)
+                .with_hint(
+                    "add `slot = \"0 deg\"`, the place of the slot round the head from x to y",
+                ));
         }
-        let whole = History::FaceMill(mill.clone());
-        builder.machine.histories.push((freedom, whole));
+        let whole = LoadHistory::FaceMill(mill.clone());
+        builder.machine.histories.push((dof, whole));
     }
     Ok(())
 }
 
-/// The freedom that a force pushes.
-fn slide_of(builder: &Builder, node: &model::Name) -> Result<usize, Error> {
-    let turns = builder.freedom(node, Axis::Theta)?.is_some();
-    let along = builder.freedom(node, Axis::Z)?.filter(|_| !turns);
+/// The degree of freedom that a force pushes.
+fn slide_dof(builder: &MachineBuilder, node: &model::Name) -> Result<usize, Error> {
+    let turns = builder.dof(node, Axis::Theta)?.is_some();
+    let along = builder.dof(node, Axis::Z)?.filter(|_| !turns);
     along.ok_or_else(|| {
         let message = format!("`{}` turns, and a `force` pushes what slides", node.text);
         Error::new(Code::Conflict, message)
-            .at(&node.place)
-            .hint("give a `torque`, or name a [[slide]]")
+            .with_span(&node.span)
+            .with_hint("give a `torque`, or name a [[slide]]")
     })
 }
 
 /// Motors, brakes and errors of gears.
-fn excite(builder: &mut Builder, model: &Model) -> Result<(), Error> {
+fn add_excitations(builder: &mut MachineBuilder, model: &Model) -> Result<(), Error> {
     for part in &model.motors {
         let element = builder.element(&part.name, "motor");
-        let freedom = builder.theta(&part.at)?;
-        let drive = part.drive.clone();
-        builder.machine.motors.push(Motor {
+        let dof = builder.theta(&part.at)?;
+        let drive = part.model.clone();
+        builder.machine.drives.push(MotorDrive {
             element,
-            freedom,
-            drive,
+            dof,
+            model: drive,
         });
     }
     for part in &model.brakes {
         let element = builder.element(&part.name, "brake");
         let ends = [
-            builder.theta_of(&part.between[0])?,
-            builder.theta_of(&part.between[1])?,
+            builder.rotation_of_end(&part.between[0])?,
+            builder.rotation_of_end(&part.between[1])?,
         ];
-        builder.machine.brakes.push(Brake {
+        builder.machine.friction_elements.push(FrictionElement {
             element,
-            direction: twist(ends),
-            friction: part.friction,
-            grip: match &part.grip {
-                Some(points) => Grip::Timed(points.clone()),
-                None => Grip::Constant,
+            direction: relative_rotation(ends),
+            law: part.law,
+            capacity: match &part.capacity_history {
+                Some(points) => FrictionCapacity::Timed(points.clone()),
+                None => FrictionCapacity::Constant,
             },
         });
     }
     for part in &model.errors {
-        form_error::add(builder, model, part)?;
+        geometric_error::add(builder, model, part)?;
     }
     Ok(())
 }
 
 /// In a lateral stage all members are described in the carrier's frame, so that the meshes keep their place.
-fn turn_members(
-    builder: &mut Builder,
+fn add_carrier_frame_terms(
+    builder: &mut MachineBuilder,
     model: &Model,
     stage: &model::Planetary,
     element: usize,
 ) -> Result<(), Error> {
-    let End::Node(carrier) = &stage.carrier else {
+    let BranchEnd::Node(carrier) = &stage.carrier else {
         return Ok(());
     };
     let turning = builder.theta(carrier)?;
     for member in planetary::members(stage) {
-        let End::Node(node) = member else { continue };
+        let BranchEnd::Node(node) = member else {
+            continue;
+        };
         let mass = model
             .inertias
             .iter()
             .find(|body| body.name.text == node.text)
             .and_then(|body| body.mass);
-        let across = (
-            builder.freedom(node, Axis::X)?,
-            builder.freedom(node, Axis::Y)?,
-        );
+        let across = (builder.dof(node, Axis::X)?, builder.dof(node, Axis::Y)?);
         if let (Some(mass), (Some(x), Some(y))) = (mass, across) {
             builder
                 .machine
-                .spins
-                .push(planetary::turning_frame(element, turning, [x, y], mass));
+                .gyroscopic
+                .push(planetary::rotating_frame_terms(
+                    element,
+                    turning,
+                    [x, y],
+                    mass,
+                ));
         }
     }
     Ok(())

@@ -1,16 +1,16 @@
-//! Nodes and freedoms first, then the terms that elements put on them.
+//! Machine builder: registers nodes and axes, numbers the dofs, then takes masses and branches.
 
 use std::collections::{BTreeSet, HashMap};
 
+use super::components::{Branch, BranchLaw, Diagnostic, Dof, Element, Machine, Mass, Node};
 use super::direction::Direction;
-use super::parts::{Branch, Element, Freedom, Law, Machine, Mass, Node, Note};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::scene::model::{Axis, Contact, End, Loss, Name};
+use crate::scene::model::{Axis, BranchDamping, BranchEnd, ContactParameters, Name};
 
-/// Collects a machine. Freedoms are numbered once, when every node and axis is known.
+/// Collects a machine. Degrees of freedom are numbered once, when every node and axis is known.
 #[derive(Default)]
-pub struct Builder {
+pub struct MachineBuilder {
     /// The machine so far.
     pub machine: Machine,
     nodes: HashMap<String, usize>,
@@ -18,13 +18,13 @@ pub struct Builder {
     numbers: HashMap<(usize, Axis), usize>,
 }
 
-impl Builder {
+impl MachineBuilder {
     /// Registers an element; its number.
     pub fn element(&mut self, name: &Name, kind: &'static str) -> usize {
         self.machine.elements.push(Element {
             name: name.text.clone(),
             kind,
-            place: name.place.clone(),
+            span: name.span.clone(),
         });
         self.machine.elements.len() - 1
     }
@@ -55,7 +55,7 @@ impl Builder {
                 node.text,
                 axis.name()
             );
-            return Err(Error::new(Code::Conflict, message).at(&node.place).hint(
+            return Err(Error::new(Code::Conflict, message).with_span(&node.span).with_hint(
                 "a slide takes `k_z` and `c_z`; a body that moves in other ways is an [[inertia]]",
             ));
         }
@@ -63,13 +63,12 @@ impl Builder {
         Ok(())
     }
 
-    /// Numbers the freedoms, node by node.
-    pub fn number(&mut self) {
+    /// Numbers the degrees of freedom, node by node.
+    pub fn number_dofs(&mut self) {
         for (node, axes) in self.axes.iter().enumerate() {
             for &axis in axes {
-                self.numbers
-                    .insert((node, axis), self.machine.freedoms.len());
-                self.machine.freedoms.push(Freedom { node, axis });
+                self.numbers.insert((node, axis), self.machine.dofs.len());
+                self.machine.dofs.push(Dof { node, axis });
             }
         }
     }
@@ -80,32 +79,32 @@ impl Builder {
         self.numbers.get(&(at, Axis::Theta)).copied().ok_or_else(|| {
             let message = format!("`{}` slides, and does not turn", node.text);
             Error::new(Code::Conflict, message)
-                .at(&node.place)
-                .hint("a [[screw]] moves it, `k_z` and `c_z` of a [[bearing]] hold it, `force` of a [[load]] pushes it")
+                .with_span(&node.span)
+                .with_hint("a [[screw]] moves it, `k_z` and `c_z` of a [[bearing]] hold it, `force` of a [[load]] pushes it")
         })
     }
 
     /// The rotation of an end, or `None` where it is ground.
-    pub fn theta_of(&self, end: &End) -> Result<Option<usize>, Error> {
+    pub fn rotation_of_end(&self, end: &BranchEnd) -> Result<Option<usize>, Error> {
         match end {
-            End::Ground => Ok(None),
-            End::Node(node) => self.theta(node).map(Some),
+            BranchEnd::Ground => Ok(None),
+            BranchEnd::Node(node) => self.theta(node).map(Some),
         }
     }
 
-    /// A freedom, where the node has that axis.
-    pub fn freedom(&self, node: &Name, axis: Axis) -> Result<Option<usize>, Error> {
+    /// A degree of freedom, where the node has that axis.
+    pub fn dof(&self, node: &Name, axis: Axis) -> Result<Option<usize>, Error> {
         Ok(self.numbers.get(&(self.find(node)?, axis)).copied())
     }
 
     /// A node by its name alone, for nodes that elements made.
-    pub fn named(&self, node: &str, axis: Axis) -> Option<usize> {
+    pub fn dof_by_name(&self, node: &str, axis: Axis) -> Option<usize> {
         self.numbers.get(&(*self.nodes.get(node)?, axis)).copied()
     }
 
-    /// A mass on one freedom; zero is left out.
-    pub fn mass(&mut self, element: usize, freedom: usize, value: f64) {
-        self.mass_along(element, Direction::of(freedom), value);
+    /// A mass on one degree of freedom; zero is left out.
+    pub fn mass(&mut self, element: usize, dof: usize, value: f64) {
+        self.mass_along(element, Direction::unit(dof), value);
     }
 
     /// A mass along a direction; zero is left out.
@@ -120,7 +119,13 @@ impl Builder {
     }
 
     /// A branch without play whose force acts along its direction.
-    pub fn branch(&mut self, element: usize, part: Option<String>, direction: Direction, law: Law) {
+    pub fn branch(
+        &mut self,
+        element: usize,
+        part: Option<String>,
+        direction: Direction,
+        law: BranchLaw,
+    ) {
         self.machine.branches.push(Branch {
             element,
             part,
@@ -128,9 +133,9 @@ impl Builder {
             coast: None,
             force: None,
             law,
-            play: 0.0,
-            losses: None,
-            wave: None,
+            backlash: 0.0,
+            contact_damping: None,
+            stiffness_variation: None,
             characteristic: None,
         });
     }
@@ -142,9 +147,9 @@ impl Builder {
         part: Option<String>,
         drive: Direction,
         coast: Option<Direction>,
-        contact: &Contact,
+        parameters: &ContactParameters,
     ) {
-        let law = law(contact.stiffness, contact.loss);
+        let law = branch_law(parameters.stiffness, parameters.damping);
         let branch = Branch {
             element,
             part,
@@ -152,17 +157,17 @@ impl Builder {
             coast,
             force: None,
             law,
-            play: contact.backlash,
-            losses: contact.losses,
-            wave: contact.wave.clone(),
-            characteristic: contact.characteristic.clone(),
+            backlash: parameters.backlash,
+            contact_damping: parameters.damping_model,
+            stiffness_variation: parameters.wave.clone(),
+            characteristic: parameters.characteristic.clone(),
         };
         self.machine.branches.push(branch);
     }
 
-    /// A remark for the reader of an answer.
-    pub fn note(&mut self, code: &'static str, text: String) {
-        self.machine.notes.push(Note { code, text });
+    /// A diagnostic for the reader of an answer.
+    pub fn add_diagnostic(&mut self, code: &'static str, text: String) {
+        self.machine.diagnostics.push(Diagnostic { code, text });
     }
 
     fn find(&self, node: &Name) -> Result<usize, Error> {
@@ -171,13 +176,13 @@ impl Builder {
                 Code::UnknownNode,
                 format!("there is no node `{}`", node.text),
             )
-            .at(&node.place)
+            .with_span(&node.span)
         })
     }
 }
 
 /// `e₂ − e₁` of two rotations, ground left out: positive when end 2 is ahead.
-pub fn twist(ends: [Option<usize>; 2]) -> Direction {
+pub fn relative_rotation(ends: [Option<usize>; 2]) -> Direction {
     let [first, second] = ends;
     Direction::new(
         1.0,
@@ -189,6 +194,9 @@ pub fn twist(ends: [Option<usize>; 2]) -> Direction {
 }
 
 /// Elastic where a stiffness is given, rigid where not.
-pub fn law(stiffness: Option<f64>, loss: Loss) -> Law {
-    stiffness.map_or(Law::Rigid, |stiffness| Law::Linear { stiffness, loss })
+pub fn branch_law(stiffness: Option<f64>, damping: BranchDamping) -> BranchLaw {
+    stiffness.map_or(BranchLaw::Rigid, |stiffness| BranchLaw::Linear {
+        stiffness,
+        damping,
+    })
 }

@@ -1,14 +1,14 @@
-//! Force over deflection of what is not linear, odd in δ: a power, or a monotone cubic through points.
+//! Nonlinear force–deflection characteristic, odd in δ: power law or monotone cubic table.
 //!
 //! Cubics: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, eq. (5) with their weights; beyond the last point a straight line goes on.
 
 pub use crate::scene::laws::Characteristic;
 
 /// Secants that move less than this, relative, have settled: a few roundings of a dense solve.
-pub const SETTLED: f64 = 1e-12;
+pub const SECANT_TOLERANCE: f64 = 1e-12;
 
 /// Rounds after which secants that still move never settle.
-pub const MOST_ROUNDS: usize = 500;
+pub const MAX_SECANT_ITERATIONS: usize = 500;
 
 impl Characteristic {
     /// F at δ, N or N·m.
@@ -18,7 +18,7 @@ impl Characteristic {
             Characteristic::Power {
                 factor, exponent, ..
             } => factor * size.powf(*exponent),
-            Characteristic::Table(points) => Piece::at(points, size).value(size),
+            Characteristic::Table(points) => CubicSegment::segment_at(points, size).value(size),
         };
         force.copysign(delta)
     }
@@ -30,12 +30,12 @@ impl Characteristic {
             Characteristic::Power {
                 factor, exponent, ..
             } => factor * exponent * size.powf(exponent - 1.0),
-            Characteristic::Table(points) => Piece::at(points, size).slope(size),
+            Characteristic::Table(points) => CubicSegment::segment_at(points, size).slope(size),
         }
     }
 
     /// ∫F dδ from rest, J.
-    pub fn stored(&self, delta: f64) -> f64 {
+    pub fn potential_energy(&self, delta: f64) -> f64 {
         let size = delta.abs();
         match self {
             Characteristic::Power {
@@ -44,8 +44,8 @@ impl Characteristic {
             Characteristic::Table(points) => {
                 let whole = (1..points.len())
                     .take_while(|&i| points[i].0 <= size)
-                    .map(|i| Piece::of(points, i - 1).area(points[i].0));
-                whole.sum::<f64>() + Piece::at(points, size).area(size)
+                    .map(|i| CubicSegment::segment_after(points, i - 1).area(points[i].0));
+                whole.sum::<f64>() + CubicSegment::segment_at(points, size).area(size)
             }
         }
     }
@@ -65,7 +65,7 @@ impl Characteristic {
                         let last = points[at - 1];
                         last.0 + (size - last.1) / slope_at(points, at - 1)
                     }
-                    at => Piece::of(points, at - 1).solve(size),
+                    at => CubicSegment::segment_after(points, at - 1).solve(size),
                 }
             }
         };
@@ -82,7 +82,7 @@ impl Characteristic {
 
     /// Puts the secant where F acts in the place of the one before, and says by how much it moved, relative. What carries
     /// nothing rests wherever its secant puts it.
-    pub fn retake(&self, secant: &mut f64, force: f64) -> f64 {
+    pub fn update_secant(&self, secant: &mut f64, force: f64) -> f64 {
         let next = self.secant(force);
         if next <= 0.0 {
             return 0.0;
@@ -93,7 +93,7 @@ impl Characteristic {
     }
 
     /// F/δ at the deflection it is rated at, the last of a table.
-    pub fn rated(&self) -> f64 {
+    pub fn rated_secant(&self) -> f64 {
         let delta = match self {
             Characteristic::Power { rated, .. } => *rated,
             Characteristic::Table(points) => points[points.len() - 1].0,
@@ -111,35 +111,35 @@ impl Characteristic {
 }
 
 /// A cubic by values and slopes at both ends.
-struct Piece {
+struct CubicSegment {
     ends: [(f64, f64); 2],
     slopes: [f64; 2],
 }
 
-impl Piece {
+impl CubicSegment {
     /// The piece after a point; a straight line after the last.
-    fn of(points: &[(f64, f64)], at: usize) -> Piece {
+    fn segment_after(points: &[(f64, f64)], at: usize) -> CubicSegment {
         let slope = slope_at(points, at);
         if at + 1 == points.len() {
             let (x, y) = points[at];
             let width = x - points[at - 1].0;
-            return Piece {
+            return CubicSegment {
                 ends: [(x, y), (x + width, y + width * slope)],
                 slopes: [slope; 2],
             };
         }
-        Piece {
+        CubicSegment {
             ends: [points[at], points[at + 1]],
             slopes: [slope, slope_at(points, at + 1)],
         }
     }
 
     /// The piece over a deflection.
-    fn at(points: &[(f64, f64)], x: f64) -> Piece {
-        Piece::of(points, points.partition_point(|p| p.0 <= x).max(1) - 1)
+    fn segment_at(points: &[(f64, f64)], x: f64) -> CubicSegment {
+        CubicSegment::segment_after(points, points.partition_point(|p| p.0 <= x).max(1) - 1)
     }
 
-    /// Width, place within it, chord, and the coefficients of s² and s³ beside the first slope, as slopes.
+    /// Width, place within it, chord, and the coefficients of s² and s³ next to the first slope, as slopes.
     fn parts(&self, x: f64) -> (f64, f64, [f64; 3]) {
         let ([(x0, y0), (x1, y1)], [a, b]) = (self.ends, self.slopes);
         let h = x1 - x0;
@@ -246,7 +246,7 @@ mod tests {
             area += h * last;
             let slope = (law.force(x + 1e-8) - law.force(x - 1e-8)) / 2e-8;
             assert!((slope - law.tangent(x)).abs() < 1e-2, "{x}");
-            assert!((law.stored(x + h / 2.0) - area).abs() < 1e-6 * (1.0 + area));
+            assert!((law.potential_energy(x + h / 2.0) - area).abs() < 1e-6 * (1.0 + area));
             if last > 1e-6 {
                 assert!((law.deflection(last) - x).abs() < 1e-12, "{x}");
                 assert_eq!(law.deflection(-last), -law.deflection(last));
@@ -264,9 +264,9 @@ mod tests {
         };
         assert!((law.force(-1e-4) + 2000.0).abs() < 1e-11);
         assert!((law.tangent(1e-4) - 3e7).abs() < 1e-7);
-        assert!((law.stored(1e-4) - 2e9 * 1e-10 / 2.5).abs() < 1e-15);
+        assert!((law.potential_energy(1e-4) - 2e9 * 1e-10 / 2.5).abs() < 1e-15);
         assert!((law.deflection(2000.0) - 1e-4).abs() < 1e-18);
-        assert!((law.rated() - 2e7).abs() < 1e-7);
+        assert!((law.rated_secant() - 2e7).abs() < 1e-7);
         assert_eq!(law.secant(0.0), 0.0);
     }
 }

@@ -1,4 +1,4 @@
-//! A sparse direction `w = scale · Σ coefficient · e_freedom` in the space of all freedoms.
+//! Sparse direction vector `w = scale · Σ coefficient · e_dof`.
 //!
 //! The scale (half a module, a base radius) is kept apart so that the coefficients of torsional branches stay whole numbers: what can turn freely is then decided in exact fractions.
 
@@ -9,54 +9,47 @@ use crate::numeric::Complex;
 pub struct Direction {
     /// Common factor; 1 for shafts, m or m/rad for meshes.
     pub scale: f64,
-    /// Freedom and coefficient, sorted by freedom, none twice, none zero.
+    /// Degree of freedom and coefficient, sorted by degree of freedom, none twice, none zero.
     pub terms: Vec<(usize, f64)>,
 }
 
 impl Direction {
-    /// Sums terms of one freedom and leaves out zeros.
+    /// Sums terms of one degree of freedom and leaves out zeros.
     pub fn new(scale: f64, terms: impl IntoIterator<Item = (usize, f64)>) -> Direction {
         let mut all: Vec<(usize, f64)> = terms.into_iter().collect();
-        all.sort_by_key(|&(freedom, _)| freedom);
+        all.sort_by_key(|&(dof, _)| dof);
         let mut terms: Vec<(usize, f64)> = Vec::with_capacity(all.len());
-        for (freedom, coefficient) in all {
+        for (dof, coefficient) in all {
             match terms.last_mut() {
-                Some((last, sum)) if *last == freedom => *sum += coefficient,
-                _ => terms.push((freedom, coefficient)),
+                Some((last, sum)) if *last == dof => *sum += coefficient,
+                _ => terms.push((dof, coefficient)),
             }
         }
         terms.retain(|&(_, coefficient)| coefficient != 0.0);
         Direction { scale, terms }
     }
 
-    /// The unit direction of one freedom.
-    pub fn of(freedom: usize) -> Direction {
+    /// The unit direction of one degree of freedom.
+    pub fn unit(dof: usize) -> Direction {
         Direction {
             scale: 1.0,
-            terms: vec![(freedom, 1.0)],
+            terms: vec![(dof, 1.0)],
         }
     }
 
     /// `wᵀ q`.
     pub fn dot(&self, q: &[f64]) -> f64 {
-        self.scale
-            * self
-                .terms
-                .iter()
-                .map(|&(freedom, a)| a * q[freedom])
-                .sum::<f64>()
+        self.scale * self.terms.iter().map(|&(dof, a)| a * q[dof]).sum::<f64>()
     }
 
     /// `wᵀ q` of a complex q.
     pub fn dot_complex(&self, q: &[Complex]) -> Complex {
-        let sum = self.terms.iter().map(|&(freedom, a)| q[freedom] * a);
+        let sum = self.terms.iter().map(|&(dof, a)| q[dof] * a);
         sum.fold(Complex::ZERO, |s, x| s + x) * self.scale
     }
 
-    /// Freedom and `scale · coefficient`.
-    pub fn scaled(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.terms
-            .iter()
-            .map(|&(freedom, a)| (freedom, self.scale * a))
+    /// Degree of freedom and `scale · coefficient`.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.terms.iter().map(|&(dof, a)| (dof, self.scale * a))
     }
 }

@@ -1,20 +1,20 @@
-//! What can turn: rigid joints eliminated in exact fractions, and the motions that strain nothing.
+//! Rigid joints eliminated in exact fractions; rigid-body motions and mean speeds.
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::parts::{Branch, Law, Machine};
+use super::components::{Branch, BranchLaw, Machine};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::exact::{Constraints, Outcome};
+use crate::numeric::exact_constraints::{ConstraintEffect, ExactConstraints};
 use crate::numeric::fraction::Fraction;
 use crate::scene::model::Axis;
 
 /// The machine's rigid joints, solved.
 #[derive(Debug, Clone)]
 pub struct Kinematics {
-    constraints: Constraints,
-    /// Freedoms that stay, in order.
-    pub free: Vec<usize>,
+    constraints: ExactConstraints,
+    /// Degrees of freedom that stay, in order.
+    pub independent_dofs: Vec<usize>,
     number: HashMap<usize, usize>,
 }
 
@@ -24,55 +24,59 @@ impl Kinematics {
     /// # Errors
     /// Ratios that contradict each other round a loop, naming the loop and the mismatch.
     pub fn new(machine: &Machine) -> Result<Kinematics, Error> {
-        let mut constraints = Constraints::new(machine.freedoms.len());
+        let mut constraints = ExactConstraints::new(machine.dofs.len());
         for (index, branch) in machine.branches.iter().enumerate() {
-            if branch.law != Law::Rigid {
+            if branch.law != BranchLaw::Rigid {
                 continue;
             }
             let row = &branch.direction.terms;
-            let grounded = row.len() == 1 || row.iter().any(|&(i, _)| constraints.is_held(i));
+            let grounded = row.len() == 1 || row.iter().any(|&(i, _)| constraints.is_zero(i));
             let before = (!grounded).then(|| constraints.clone());
-            if let (Outcome::Held(_), Some(before)) = (constraints.impose(row), before) {
-                let rigid = |branch: &Branch| branch.law == Law::Rigid;
+            if let (ConstraintEffect::Zeroed(_), Some(before)) = (constraints.impose(row), before) {
+                let rigid = |branch: &Branch| branch.law == BranchLaw::Rigid;
                 let error = contradiction(machine, index, row, &before, &rigid);
-                return Err(error
-                    .hint("mend the tooth numbers, or give one pair of the loop a stiffness k"));
+                return Err(error.with_hint(
+                    "mend the tooth numbers, or give one pair of the loop a stiffness k",
+                ));
             }
         }
         let free = constraints.free();
         let number = free.iter().enumerate().map(|(p, &q)| (q, p)).collect();
         Ok(Kinematics {
             constraints,
-            free,
+            independent_dofs: free,
             number,
         })
     }
 
-    /// A row over all freedoms in the freedoms that stay.
-    pub fn reduced(&self, row: &[(usize, f64)]) -> Vec<(usize, f64)> {
+    /// A row over all degrees of freedom in the degrees of freedom that stay.
+    pub fn reduce_row(&self, row: &[(usize, f64)]) -> Vec<(usize, f64)> {
         self.constraints
-            .reduced(row)
+            .reduce_row(row)
             .into_iter()
             .map(|(q, a)| (self.number[&q], a))
             .collect()
     }
 
-    /// A freedom in the freedoms that stay.
-    pub fn combination(&self, freedom: usize) -> Vec<(usize, f64)> {
+    /// A degree of freedom in the degrees of freedom that stay.
+    pub fn in_independent_dofs(&self, dof: usize) -> Vec<(usize, f64)> {
         self.constraints
-            .combination(freedom)
+            .combination(dof)
             .into_iter()
             .map(|(q, a)| (self.number[&q], a))
             .collect()
     }
 
-    /// The motions over all freedoms that deform none of `branches`.
-    pub fn free_motions<'a>(&self, branches: impl Iterator<Item = &'a Branch>) -> Motions {
-        self.motions(branches.map(|branch| branch.direction.terms.as_slice()))
+    /// The motions over all degrees of freedom that deform none of `branches`.
+    pub fn undeformed_motions<'a>(
+        &self,
+        branches: impl Iterator<Item = &'a Branch>,
+    ) -> RigidMotions {
+        self.null_space(branches.map(|branch| branch.direction.terms.as_slice()))
     }
 
-    /// The motions over all freedoms that leave every row, `Σ coefficient · q`, at zero.
-    pub fn motions<'a>(&self, rows: impl Iterator<Item = &'a [(usize, f64)]>) -> Motions {
+    /// The motions over all degrees of freedom that leave every row, `Σ coefficient · q`, at zero.
+    pub fn null_space<'a>(&self, rows: impl Iterator<Item = &'a [(usize, f64)]>) -> RigidMotions {
         let mut constraints = self.constraints.clone();
         // Short rows first: what ground holds drops out before meshes are looked at.
         let mut rows: Vec<&[(usize, f64)]> = rows.collect();
@@ -80,7 +84,7 @@ impl Kinematics {
         for row in rows {
             constraints.impose(row);
         }
-        Motions {
+        RigidMotions {
             free: constraints.free(),
             constraints,
         }
@@ -89,14 +93,14 @@ impl Kinematics {
 
 /// Motions that deform nothing, in exact fractions.
 #[derive(Debug, Clone)]
-pub struct Motions {
-    constraints: Constraints,
-    /// One freedom a motion: the one that is 1 in it and 0 in the others.
+pub struct RigidMotions {
+    constraints: ExactConstraints,
+    /// One degree of freedom a motion: the one that is 1 in it and 0 in the others.
     pub free: Vec<usize>,
 }
 
-impl Motions {
-    /// The motions, each over all `n` freedoms.
+impl RigidMotions {
+    /// The motions, each over all `n` degrees of freedom.
     pub fn basis(&self, n: usize) -> Vec<Vec<f64>> {
         let at: HashMap<usize, usize> =
             self.free.iter().enumerate().map(|(k, &j)| (j, k)).collect();
@@ -109,26 +113,26 @@ impl Motions {
         basis
     }
 
-    /// The exact ratio of two freedoms, such as `-37/12`, where one motion moves both and no other does.
+    /// The exact ratio of two degrees of freedom, such as `-37/12`, where one motion moves both and no other does.
     pub fn ratio(&self, of: usize, to: usize) -> Option<String> {
-        self.constraints.ratio(of, to)
+        self.constraints.ratio_text(of, to)
     }
 
-    /// The speeds of all freedoms that follow from stated ones.
+    /// The speeds of all degrees of freedom that follow from stated ones.
     ///
     /// # Errors
-    /// The freedom whose speed does not follow from those stated, or a stated one that contradicts the others.
+    /// The degree of freedom whose speed does not follow from those stated, or a stated one that contradicts the others.
     pub fn speeds(&self, n: usize, stated: &[(usize, f64)]) -> Result<Vec<f64>, usize> {
         let fastest = stated.iter().fold(0.0f64, |m, s| m.max(s.1.abs()));
-        let mut solved: Vec<Solved> = Vec::new();
-        for &(freedom, speed) in stated {
-            let mut row = Solved {
-                terms: self.constraints.combination(freedom).into_iter().collect(),
+        let mut reduced_row: Vec<ReducedRow> = Vec::new();
+        for &(dof, speed) in stated {
+            let mut row = ReducedRow {
+                terms: self.constraints.combination(dof).into_iter().collect(),
                 value: speed,
-                pivot: freedom,
+                pivot: dof,
             };
             let size = row.size();
-            solved.iter().for_each(|other| row.take_out(other));
+            reduced_row.iter().for_each(|other| row.take_out(other));
             // Coefficients are fractions of tooth numbers: what cancels leaves rounding.
             let lead = row
                 .terms
@@ -139,15 +143,17 @@ impl Motions {
                 if row.value.abs() <= 1e-9 * fastest {
                     continue;
                 }
-                return Err(freedom);
+                return Err(dof);
             };
             row.terms.values_mut().for_each(|b| *b /= a);
             row.value /= a;
             row.pivot = pivot;
-            solved.iter_mut().for_each(|other| other.take_out(&row));
-            solved.push(row);
+            reduced_row
+                .iter_mut()
+                .for_each(|other| other.take_out(&row));
+            reduced_row.push(row);
         }
-        let known: HashMap<usize, f64> = solved
+        let known: HashMap<usize, f64> = reduced_row
             .iter()
             .filter(|row| row.terms.len() == 1)
             .map(|row| (row.pivot, row.value))
@@ -164,19 +170,19 @@ impl Motions {
 }
 
 /// `x_pivot + Σ a x = value`, of a system brought to reduced form.
-struct Solved {
+struct ReducedRow {
     pivot: usize,
     terms: BTreeMap<usize, f64>,
     value: f64,
 }
 
-impl Solved {
+impl ReducedRow {
     fn size(&self) -> f64 {
         self.terms.values().fold(0.0, |m, a| m.max(a.abs()))
     }
 
     /// Subtracts what the other row says of its pivot.
-    fn take_out(&mut self, other: &Solved) {
+    fn take_out(&mut self, other: &ReducedRow) {
         let Some(share) = self.terms.remove(&other.pivot) else {
             return;
         };
@@ -193,17 +199,17 @@ impl Solved {
 /// The first joint, rigid or elastic, that closes a loop by another ratio than the joints before it: such a loop does not turn.
 /// `joints`: branches with their directions.
 pub fn contradictory_loop(machine: &Machine, joints: &[(usize, &[(usize, f64)])]) -> Option<Error> {
-    let mut constraints = Constraints::new(machine.freedoms.len());
+    let mut constraints = ExactConstraints::new(machine.dofs.len());
     for &(index, row) in joints {
-        let grounded = row.len() == 1 || row.iter().any(|&(i, _)| constraints.is_held(i));
+        let grounded = row.len() == 1 || row.iter().any(|&(i, _)| constraints.is_zero(i));
         let before = (!grounded).then(|| constraints.clone());
-        if let (Outcome::Held(_), Some(before)) = (constraints.impose(row), before) {
+        if let (ConstraintEffect::Zeroed(_), Some(before)) = (constraints.impose(row), before) {
             let all = |branch: &Branch| match branch.law {
-                Law::Rigid => true,
-                Law::Linear { stiffness, .. } => stiffness != 0.0,
+                BranchLaw::Rigid => true,
+                BranchLaw::Linear { stiffness, .. } => stiffness != 0.0,
             };
             let error = contradiction(machine, index, row, &before, &all);
-            return Some(error.hint(
+            return Some(error.with_hint(
                 "mend the tooth numbers: however its joints yield, a loop whose ratios differ does not turn",
             ));
         }
@@ -216,14 +222,14 @@ fn contradiction(
     machine: &Machine,
     index: usize,
     row: &[(usize, f64)],
-    before: &Constraints,
+    before: &ExactConstraints,
     joins: &dyn Fn(&Branch) -> bool,
 ) -> Error {
     let branch = &machine.branches[index];
     let name = &machine.elements[branch.element].name;
     let message = match ratios(row, before) {
         Some((a, b, own, others)) => {
-            let path = path(machine, index, a, b, joins);
+            let path = shortest_path(machine, index, a, b, joins);
             let through = if path.is_empty() {
                 String::new()
             } else {
@@ -231,34 +237,34 @@ fn contradiction(
             };
             format!(
                 "ratios contradict each other: the loop{through} turns {} by {others} per turn of {}, `{name}` by {own}",
-                machine.freedom_name(b),
-                machine.freedom_name(a),
+                machine.dof_name(b),
+                machine.dof_name(a),
             )
         }
         None => format!("`{name}` closes a loop of joints that then cannot turn at all"),
     };
-    Error::new(Code::ContradictoryRatios, message).at(&machine.elements[branch.element].place)
+    Error::new(Code::ContradictoryRatios, message).with_span(&machine.elements[branch.element].span)
 }
 
-/// Two freedoms of a joint, the ratio of the second to the first by this joint, and by those before it.
+/// Two degrees of freedom of a joint, the ratio of the second to the first by this joint, and by those before it.
 fn ratios(
     row: &[(usize, f64)],
-    before: &Constraints,
+    before: &ExactConstraints,
 ) -> Option<(usize, usize, Fraction, Fraction)> {
-    let moves = |t: &&(usize, f64)| t.1 != 0.0 && !before.is_held(t.0);
+    let moves = |t: &&(usize, f64)| t.1 != 0.0 && !before.is_zero(t.0);
     let &(a, _) = row.iter().find(moves)?;
     let &(b, lead) = row.iter().rev().find(moves).filter(|t| t.0 != a)?;
-    let others = before.fraction(b, a)?;
+    let others = before.exact_ratio(b, a)?;
     let mut sum = Fraction::zero();
     for &(other, share) in row.iter().filter(|t| t.0 != b) {
-        sum = &sum + &(&Fraction::of(share) * &before.fraction(other, a)?);
+        sum = &sum + &(&Fraction::from_f64(share) * &before.exact_ratio(other, a)?);
     }
-    let own = &(&Fraction::zero() - &sum) / &Fraction::of(lead);
+    let own = &(&Fraction::zero() - &sum) / &Fraction::from_f64(lead);
     Some((a, b, own, others))
 }
 
 /// Names of the elements on the shortest way from `a` to `b` that come before branch `last`.
-fn path(
+fn shortest_path(
     machine: &Machine,
     last: usize,
     a: usize,
@@ -301,21 +307,25 @@ fn path(
 }
 
 /// The error of a machine of which nothing can turn: a loop of other ratios where there is one.
-pub fn nothing_turns(machine: &Machine) -> Error {
+pub fn no_rotation_error(machine: &Machine) -> Error {
     let joints: Vec<(usize, &[(usize, f64)])> = (machine.branches.iter().enumerate())
         .filter(|(_, b)| match b.law {
-            Law::Rigid => true,
-            Law::Linear { stiffness, .. } => stiffness != 0.0,
+            BranchLaw::Rigid => true,
+            BranchLaw::Linear { stiffness, .. } => stiffness != 0.0,
         })
         .map(|(index, b)| (index, b.direction.terms.as_slice()))
         .collect();
     contradictory_loop(machine, &joints).unwrap_or_else(|| {
         let hint = "a shaft to ground holds it; leave the speed out";
-        Error::new(Code::NoSpeed, "nothing of this machine can turn freely").hint(hint)
+        Error::new(
+            Code::UndeterminedSpeed,
+            "nothing of this machine can turn freely",
+        )
+        .with_hint(hint)
     })
 }
 
-/// Mean speed of every freedom, rad/s, from the stated ones or from `reference` times the first motion.
+/// Mean speed of every degree of freedom, rad/s, from the stated ones or from `reference` times the first motion.
 ///
 /// # Errors
 /// Nothing can turn, or the stated speeds leave a part open.
@@ -324,26 +334,25 @@ pub fn mean_speeds(
     kinematics: &Kinematics,
     reference: Option<f64>,
 ) -> Result<Vec<f64>, Error> {
-    let n = machine.freedoms.len();
+    let n = machine.dofs.len();
     // Springs and dampers that resist the deformation of a joint say how its ends turn together.
     let joints = || {
-        let elastic = |branch: &&Branch| matches!(branch.law, Law::Linear { stiffness, .. } if stiffness != 0.0);
+        let elastic = |branch: &&Branch| matches!(branch.law, BranchLaw::Linear { stiffness, .. } if stiffness != 0.0);
         machine.branches.iter().filter(elastic)
     };
-    let mut motions = kinematics.free_motions(joints());
-    let held =
-        |&(freedom, speed): &(usize, f64)| speed != 0.0 && motions.constraints.is_held(freedom);
+    let mut motions = kinematics.undeformed_motions(joints());
+    let held = |&(dof, speed): &(usize, f64)| speed != 0.0 && motions.constraints.is_zero(dof);
     if motions.free.is_empty() || machine.speeds.iter().any(held) {
         // A torsional support of what is said to turn holds it about its mean turn.
-        motions = kinematics.free_motions(joints().filter(|b| !supports_turning(machine, b)));
+        motions = kinematics.undeformed_motions(joints().filter(|b| !supports_turning(machine, b)));
     }
     if motions.free.is_empty() {
-        return Err(nothing_turns(machine));
+        return Err(no_rotation_error(machine));
     }
     let mut stated = machine.speeds.clone();
     if stated.is_empty() {
         stated.push((
-            first_that_turns(machine, &motions),
+            first_rotating_dof(machine, &motions),
             reference.unwrap_or(0.0),
         ));
     } else if let Some(speed) = reference {
@@ -354,25 +363,25 @@ pub fn mean_speeds(
         }
     }
     // Bodies about the axis of a stage stay on it.
-    let across = machine.spins.iter().filter_map(|spin| spin.across);
-    stated.extend(across.flatten().map(|freedom| (freedom, 0.0)));
-    motions.speeds(n, &stated).map_err(|freedom| {
-        let name = machine.freedom_name(freedom);
+    let across = machine.gyroscopic.iter().filter_map(|terms| terms.across);
+    stated.extend(across.flatten().map(|dof| (dof, 0.0)));
+    motions.speeds(n, &stated).map_err(|dof| {
+        let name = machine.dof_name(dof);
         let message = format!("the speed of {name} does not follow from those stated");
         let hint = "name in [speed] one node of every part that turns by itself, each once";
-        Error::new(Code::NoSpeed, message).hint(hint)
+        Error::new(Code::UndeterminedSpeed, message).with_hint(hint)
     })
 }
 
 /// A bearing that holds the rotation of one body.
 fn supports_turning(machine: &Machine, branch: &Branch) -> bool {
-    let turns = |t: &(usize, f64)| machine.freedoms[t.0].axis == Axis::Theta;
+    let turns = |t: &(usize, f64)| machine.dofs[t.0].axis == Axis::Theta;
     let grounded = matches!(&branch.direction.terms[..], [only] if turns(only));
     grounded && machine.elements[branch.element].kind == "bearing"
 }
 
-fn first_that_turns(machine: &Machine, motions: &Motions) -> usize {
-    (0..machine.freedoms.len())
-        .find(|&i| !motions.constraints.is_held(i))
+fn first_rotating_dof(machine: &Machine, motions: &RigidMotions) -> usize {
+    (0..machine.dofs.len())
+        .find(|&i| !motions.constraints.is_zero(i))
         .unwrap_or(0)
 }

@@ -1,22 +1,22 @@
-//! The linear machine at its operating point, in the freedoms that rigid joints leave: `M p̈ + C ṗ + Σ u_b k_b w_bᵀ p = 0`.
+//! Linear model at the operating point: `M p̈ + C ṗ + Σ u_b k_b w_bᵀ p = 0`.
 
+use super::components::{BranchLaw, Machine, Mass};
 use super::direction::Direction;
 use super::kinematics::Kinematics;
-use super::operating::{ContactState, Operating};
-use super::parts::{Law, Machine, Mass};
+use super::operating_point::{ActiveFlank, OperatingPoint};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::{Matrix, graded};
-use crate::scene::model::Loss;
+use crate::scene::model::BranchDamping;
 
-/// A linear machine. Coordinates p are the freedoms that stay; `q = T p` gives all of them.
+/// A linear machine. Coordinates p are the degrees of freedom that stay; `q = T p` gives all of them.
 #[derive(Debug, Clone)]
-pub struct Linear {
+pub struct LinearModel {
     /// How many coordinates stay.
     pub n: usize,
-    /// The freedom each coordinate is.
-    pub free: Vec<usize>,
-    /// Rows of T: each freedom of the machine in the coordinates that stay.
+    /// The degree of freedom each coordinate is.
+    pub independent_dofs: Vec<usize>,
+    /// Rows of T: each degree of freedom of the machine in the coordinates that stay.
     pub transform: Vec<Vec<(usize, f64)>>,
     /// `M = Σ m v vᵀ`.
     pub masses: Vec<Mass>,
@@ -49,24 +49,24 @@ pub struct LinearBranch {
 
 impl LinearBranch {
     /// The direction its force acts in.
-    pub fn acts(&self) -> &Direction {
+    pub fn force_direction(&self) -> &Direction {
         self.force.as_ref().unwrap_or(&self.direction)
     }
 }
 
-impl Linear {
+impl LinearModel {
     /// Eliminates rigid joints, and takes every contact as the operating point left it.
     ///
     /// # Errors
-    /// A part joined to nothing; a massless freedom that nothing holds.
+    /// A part joined to nothing; a massless degree of freedom that nothing holds.
     pub fn new(
         machine: &Machine,
         kinematics: &Kinematics,
-        operating: &Operating,
-    ) -> Result<Linear, Error> {
+        point: &OperatingPoint,
+    ) -> Result<LinearModel, Error> {
         let reduce = |d: &Direction| Direction {
             scale: d.scale,
-            terms: kinematics.reduced(&d.terms),
+            terms: kinematics.reduce_row(&d.terms),
         };
         let masses: Vec<Mass> = machine
             .masses
@@ -77,21 +77,25 @@ impl Linear {
             })
             .filter(|mass| !mass.direction.terms.is_empty())
             .collect();
-        let n = kinematics.free.len();
-        let massless = without_inertia(n, &masses);
-        let mobility = Mobility::new(n, &masses);
+        let n = kinematics.independent_dofs.len();
+        let massless = massless_coordinates(n, &masses);
+        let inverse_mass = InverseMass::new(n, &masses);
         let mut branches = Vec::new();
         for (index, branch) in machine.branches.iter().enumerate() {
-            let Law::Linear { stiffness, loss } = branch.law else {
+            let BranchLaw::Linear {
+                stiffness,
+                damping: branch_damping,
+            } = branch.law
+            else {
                 continue;
             };
-            let stiffness = operating.tangent(index).unwrap_or(stiffness);
-            let state = operating.state(index);
-            if state == ContactState::Open {
+            let stiffness = point.tangent(index).unwrap_or(stiffness);
+            let state = point.state(index);
+            if state == ActiveFlank::Open {
                 continue;
             }
             let flank = match (&branch.coast, state) {
-                (Some(coast), ContactState::Coast) => coast,
+                (Some(coast), ActiveFlank::Coast) => coast,
                 _ => &branch.direction,
             };
             let direction = reduce(flank);
@@ -99,12 +103,14 @@ impl Linear {
             if direction.terms.is_empty() {
                 continue;
             }
-            let damping = match loss {
-                Loss::Viscous(c) => c,
-                Loss::Ratio(zeta) => 2.0 * zeta * (stiffness / mobility.along(&direction)).sqrt(),
-                Loss::None | Loss::Factor(_) => 0.0,
+            let damping = match branch_damping {
+                BranchDamping::Viscous(c) => c,
+                BranchDamping::Ratio(zeta) => {
+                    2.0 * zeta * (stiffness / inverse_mass.inverse_mass_along(&direction)).sqrt()
+                }
+                BranchDamping::None | BranchDamping::Factor(_) => 0.0,
             };
-            let loss_factor = if let Loss::Factor(eta) = loss {
+            let loss_factor = if let BranchDamping::Factor(eta) = branch_damping {
                 eta
             } else {
                 0.0
@@ -118,17 +124,17 @@ impl Linear {
                 loss_factor,
             });
         }
-        let transform: Vec<Vec<(usize, f64)>> = (0..machine.freedoms.len())
-            .map(|freedom| kinematics.combination(freedom))
+        let transform: Vec<Vec<(usize, f64)>> = (0..machine.dofs.len())
+            .map(|dof| kinematics.in_independent_dofs(dof))
             .collect();
-        let Rigid {
+        let RigidMotionBasis {
             motions: rigid,
             undamped: n_undamped_rigid,
         } = rigid_motions(machine, kinematics, &branches);
-        let free = kinematics.free.clone();
-        let linear = Linear {
+        let free = kinematics.independent_dofs.clone();
+        let model = LinearModel {
             n,
-            free,
+            independent_dofs: free,
             transform,
             masses,
             branches,
@@ -136,8 +142,8 @@ impl Linear {
             n_undamped_rigid,
             massless,
         };
-        linear.check(machine, kinematics)?;
-        Ok(linear)
+        model.check(machine, kinematics)?;
+        Ok(model)
     }
 
     /// The branch of this number in the machine; nothing where it is open or between what moves as one.
@@ -146,17 +152,17 @@ impl Linear {
         at.ok().map(|at| &self.branches[at])
     }
 
-    /// All freedoms from the coordinates that stay.
-    pub fn recover(&self, p: &[f64]) -> Vec<f64> {
+    /// All degrees of freedom from the coordinates that stay.
+    pub fn expand(&self, p: &[f64]) -> Vec<f64> {
         self.transform
             .iter()
             .map(|row| row.iter().map(|&(j, a)| a * p[j]).sum())
             .collect()
     }
 
-    /// The coordinates that stay, from all freedoms.
-    pub fn stay<T: Copy>(&self, q: &[T]) -> Vec<T> {
-        self.free.iter().map(|&i| q[i]).collect()
+    /// The coordinates that stay, from all degrees of freedom.
+    pub fn select_independent<T: Copy>(&self, q: &[T]) -> Vec<T> {
+        self.independent_dofs.iter().map(|&i| q[i]).collect()
     }
 
     /// The diagonal of M, where M is diagonal.
@@ -191,44 +197,50 @@ impl Linear {
 
     fn check(&self, machine: &Machine, kinematics: &Kinematics) -> Result<(), Error> {
         let mut joined = vec![false; machine.nodes.len()];
-        for &(freedom, _) in machine.brakes.iter().flat_map(|b| &b.direction.terms) {
-            joined[machine.freedoms[freedom].node] = true;
+        for &(dof, _) in machine
+            .friction_elements
+            .iter()
+            .flat_map(|b| &b.direction.terms)
+        {
+            joined[machine.dofs[dof].node] = true;
         }
         for branch in &machine.branches {
-            for &(freedom, _) in branch
+            for &(dof, _) in branch
                 .direction
                 .terms
                 .iter()
                 .chain(branch.force.iter().flat_map(|u| &u.terms))
             {
-                joined[machine.freedoms[freedom].node] = true;
+                joined[machine.dofs[dof].node] = true;
             }
         }
         if let (Some(alone), true) = (joined.iter().position(|&is| !is), machine.nodes.len() > 1) {
             let node = &machine.nodes[alone];
             let message = format!("`{}` is joined to nothing", node.name);
             let hint = "name it in the `between` of a shaft, a gear pair or another element, or leave it out";
-            let place = &machine.elements[node.element].place;
-            return Err(Error::new(Code::Disconnected, message).at(place).hint(hint));
+            let place = &machine.elements[node.element].span;
+            return Err(Error::new(Code::Disconnected, message)
+                .with_span(place)
+                .with_hint(hint));
         }
-        if let Some(freedom) = self.loose(machine, kinematics) {
-            let name = machine.freedom_name(freedom);
+        if let Some(dof) = self.unconstrained_dof(machine, kinematics) {
+            let name = machine.dof_name(dof);
             let message = format!(
                 "{name} has no inertia, and no branch with stiffness ties it to anything that has"
             );
-            let element = machine.nodes[machine.freedoms[freedom].node].element;
+            let element = machine.nodes[machine.dofs[dof].node].element;
             let hint = "give the node an inertia, or join it by a branch with k";
             return Err(Error::new(Code::Disconnected, message)
-                .at(&machine.elements[element].place)
-                .hint(hint));
+                .with_span(&machine.elements[element].span)
+                .with_hint(hint));
         }
         Ok(())
     }
 }
 
-impl Linear {
-    /// A freedom that moves with all inertia at rest and no spring deformed: it has no equation of motion.
-    fn loose(&self, machine: &Machine, kinematics: &Kinematics) -> Option<usize> {
+impl LinearModel {
+    /// A degree of freedom that moves with all inertia at rest and no spring deformed: it has no equation of motion.
+    fn unconstrained_dof(&self, machine: &Machine, kinematics: &Kinematics) -> Option<usize> {
         if self.massless.is_empty() {
             return None;
         }
@@ -239,7 +251,7 @@ impl Linear {
             .iter()
             .map(|mass| mass.direction.terms.as_slice());
         kinematics
-            .motions(springs.chain(masses))
+            .null_space(springs.chain(masses))
             .free
             .first()
             .copied()
@@ -247,22 +259,28 @@ impl Linear {
 }
 
 /// Motions over the coordinates that stay, those that no damper resists first.
-struct Rigid {
+struct RigidMotionBasis {
     motions: Vec<Vec<f64>>,
     undamped: usize,
 }
 
-fn rigid_motions(machine: &Machine, kinematics: &Kinematics, branches: &[LinearBranch]) -> Rigid {
+fn rigid_motions(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    branches: &[LinearBranch],
+) -> RigidMotionBasis {
     let free_of = |resists: &dyn Fn(&LinearBranch) -> bool| -> Vec<Vec<f64>> {
         // The machine's own rows: whole numbers of teeth, where reduced ones may be thirds.
         let rows = branches
             .iter()
             .filter(|b| resists(b))
             .map(|b| &machine.branches[b.index]);
-        let motions = kinematics.free_motions(rows).basis(machine.freedoms.len());
+        let motions = kinematics
+            .undeformed_motions(rows)
+            .basis(machine.dofs.len());
         motions
             .iter()
-            .map(|q| kinematics.free.iter().map(|&i| q[i]).collect())
+            .map(|q| kinematics.independent_dofs.iter().map(|&i| q[i]).collect())
             .collect()
     };
     let strained = |b: &LinearBranch| b.stiffness != 0.0;
@@ -273,7 +291,7 @@ fn rigid_motions(machine: &Machine, kinematics: &Kinematics, branches: &[LinearB
             .filter(|b| strained(b))
             .map(|b| &b.direction)
             .collect();
-        let geometric = null_motions(kinematics.free.len(), &rows);
+        let geometric = null_motions(kinematics.independent_dofs.len(), &rows);
         // Exact turns first: what their terms cancel to stays zero.
         let all = geometric.len();
         for motion in geometric {
@@ -297,7 +315,7 @@ fn rigid_motions(machine: &Machine, kinematics: &Kinematics, branches: &[LinearB
     }
     let undamped = motions.len();
     if undamped == elastic.len() {
-        return Rigid { motions, undamped };
+        return RigidMotionBasis { motions, undamped };
     }
     // The rest of the elastic null space: motions that add a direction to those already listed.
     for motion in elastic {
@@ -306,7 +324,7 @@ fn rigid_motions(machine: &Machine, kinematics: &Kinematics, branches: &[LinearB
             motions.pop();
         }
     }
-    Rigid { motions, undamped }
+    RigidMotionBasis { motions, undamped }
 }
 
 /// Whether the last of the motions is a combination of the others.
@@ -359,7 +377,7 @@ fn null_motions(n: usize, rows: &[&Direction]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-fn without_inertia(n: usize, masses: &[Mass]) -> Vec<usize> {
+fn massless_coordinates(n: usize, masses: &[Mass]) -> Vec<usize> {
     let mut has = vec![false; n];
     for mass in masses.iter().filter(|mass| mass.value != 0.0) {
         mass.direction
@@ -374,27 +392,27 @@ fn without_inertia(n: usize, masses: &[Mass]) -> Vec<usize> {
 ///
 /// Off-diagonal terms come only from consistent shafts and differential stages, where a damping ratio per branch is a rule
 /// of thumb anyway; the diagonal is then the mass each end carries.
-struct Mobility {
+struct InverseMass {
     inverse: Vec<f64>,
 }
 
-impl Mobility {
-    fn new(n: usize, masses: &[Mass]) -> Mobility {
+impl InverseMass {
+    fn new(n: usize, masses: &[Mass]) -> InverseMass {
         let mut diagonal = vec![0.0; n];
         for mass in masses {
-            for (j, a) in mass.direction.scaled() {
+            for (j, a) in mass.direction.entries() {
                 diagonal[j] += mass.value * a * a;
             }
         }
-        Mobility {
+        InverseMass {
             inverse: diagonal.iter().map(|m| 1.0 / m).collect(),
         }
     }
 
     /// Infinite where an end is massless: the branch then has no damping of its own.
-    fn along(&self, direction: &Direction) -> f64 {
+    fn inverse_mass_along(&self, direction: &Direction) -> f64 {
         direction
-            .scaled()
+            .entries()
             .map(|(j, a)| a * a * self.inverse[j])
             .sum()
     }

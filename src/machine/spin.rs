@@ -3,13 +3,13 @@
 //! A lateral planetary stage is described in a frame that turns with its carrier; docs/signs.md derives its terms. A damper to
 //! ground along w resists the absolute velocity `q̇ + Ω S q`, S turning x into y; that is the last term, which circulates.
 
+use super::components::{Branch, BranchLaw, GyroscopicTerms, Machine};
 use super::direction::Direction;
 use super::kinematics::{Kinematics, mean_speeds};
-use super::linear::Linear;
-use super::parts::{Branch, Law, Machine, Spin};
+use super::linear::LinearModel;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::scene::model::Loss;
+use crate::scene::model::BranchDamping;
 
 /// Terms of given mean speeds, over the coordinates that stay.
 #[derive(Debug, Clone, Default)]
@@ -23,37 +23,37 @@ pub struct SpinTerms {
 }
 
 impl SpinTerms {
-    /// The terms at mean speeds, rad/s by freedom; dampers only where the study counts damping.
-    pub fn new(machine: &Machine, linear: &Linear, speeds: &[f64], damped: bool) -> SpinTerms {
+    /// The terms at mean speeds, rad/s by degree of freedom; dampers only where the study counts damping.
+    pub fn new(machine: &Machine, model: &LinearModel, speeds: &[f64], damped: bool) -> SpinTerms {
         let reduced = |d: &Direction| {
-            let rows = d.scaled().flat_map(|(freedom, x)| {
-                let row = linear.transform[freedom].iter();
+            let rows = d.entries().flat_map(|(dof, x)| {
+                let row = model.transform[dof].iter();
                 row.map(move |&(j, a)| (j, x * a))
             });
             Direction::new(1.0, rows)
         };
         let mut terms = SpinTerms::default();
-        for spin in &machine.spins {
-            let omega = speeds[spin.turning];
+        for gyroscopic_terms in &machine.gyroscopic {
+            let omega = speeds[gyroscopic_terms.turning];
             if omega == 0.0 {
                 continue;
             }
-            for &(a, b, g) in &spin.gyroscopic {
-                let [a, b] = [a, b].map(|freedom| reduced(&Direction::of(freedom)));
+            for &(a, b, g) in &gyroscopic_terms.gyroscopic {
+                let [a, b] = [a, b].map(|dof| reduced(&Direction::unit(dof)));
                 terms.gyroscopic.push((a, b, g * omega));
             }
-            for (v, m) in &spin.centripetal {
+            for (v, m) in &gyroscopic_terms.centripetal {
                 terms.centripetal.push((reduced(v), m * omega * omega));
             }
-            let Some([x, y]) = spin.across.filter(|_| damped) else {
+            let Some([x, y]) = gyroscopic_terms.across.filter(|_| damped) else {
                 continue;
             };
-            for lb in linear.branches.iter().filter(|b| b.damping != 0.0) {
+            for lb in model.branches.iter().filter(|b| b.damping != 0.0) {
                 let branch = &machine.branches[lb.index];
                 if !is_on(branch, [x, y]) {
                     continue;
                 }
-                let turned = branch.direction.scaled().map(|(i, w)| match i == x {
+                let turned = branch.direction.entries().map(|(i, w)| match i == x {
                     true => (y, -w),
                     false => (x, w),
                 });
@@ -66,7 +66,7 @@ impl SpinTerms {
     }
 }
 
-/// Mean speed of every freedom, rad/s, for studies that count the terms of speeds.
+/// Mean speed of every degree of freedom, rad/s, for studies that count the terms of speeds.
 ///
 /// # Errors
 /// Those of [`mean_speeds`]; a joint that is not the same at every angle of a frame that turns.
@@ -80,14 +80,14 @@ pub fn spinning(
     Ok(speeds)
 }
 
-/// The branch joins these two freedoms to ground and nothing else.
+/// The branch joins these two degrees of freedom to ground and nothing else.
 fn is_on(branch: &Branch, across: [usize; 2]) -> bool {
     let within = |d: &Direction| d.terms.iter().all(|t| across.contains(&t.0));
     within(&branch.direction) && branch.force.as_ref().is_none_or(within)
 }
 
-fn touches(branch: &Branch, freedom: usize) -> bool {
-    let on = |d: &Direction| d.terms.iter().any(|t| t.0 == freedom);
+fn touches(branch: &Branch, dof: usize) -> bool {
+    let on = |d: &Direction| d.terms.iter().any(|t| t.0 == dof);
     on(&branch.direction) || branch.force.as_ref().is_some_and(on)
 }
 
@@ -97,8 +97,8 @@ fn touches(branch: &Branch, freedom: usize) -> bool {
 /// A support that is not the same in all directions, a joint to a body outside the frame, a body in two frames, damping
 /// proportional to mass.
 pub fn refuse_varying(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
-    let turns = |spin: &&Spin| spin.across.is_some() && speeds[spin.turning] != 0.0;
-    let frames: Vec<&Spin> = machine.spins.iter().filter(turns).collect();
+    let turns = |terms: &&GyroscopicTerms| terms.across.is_some() && speeds[terms.turning] != 0.0;
+    let frames: Vec<&GyroscopicTerms> = machine.gyroscopic.iter().filter(turns).collect();
     if let (Some(frame), true) = (frames.first(), machine.damping.mass != 0.0) {
         return Err(refused(
             machine,
@@ -109,8 +109,9 @@ pub fn refuse_varying(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
     }
     for (at, frame) in frames.iter().enumerate() {
         let Some(across) = frame.across else { continue };
-        let shared =
-            |other: &&&Spin| other.across == frame.across && other.turning != frame.turning;
+        let shared = |other: &&&GyroscopicTerms| {
+            other.across == frame.across && other.turning != frame.turning
+        };
         if let Some(other) = frames[..at].iter().find(shared) {
             return Err(refused(
                 machine,
@@ -119,14 +120,14 @@ pub fn refuse_varying(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
                 "a second stage whose carrier turns by itself",
             ));
         }
-        let inside = |freedom: usize| {
+        let inside = |dof: usize| {
             let same = frames.iter().filter(|f| f.turning == frame.turning);
             same.flat_map(|f| f.across.into_iter().flatten())
-                .any(|i| i == freedom)
+                .any(|i| i == dof)
         };
         let own = |b: &&Branch| {
             let stage = machine
-                .spins
+                .gyroscopic
                 .iter()
                 .any(|s| s.across.is_some() && s.element == b.element);
             !stage && (touches(b, across[0]) || touches(b, across[1]))
@@ -152,7 +153,7 @@ pub fn refuse_varying(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
         let of = |value: fn(&Branch) -> f64| -> bool {
             let entry = |row: usize, column: usize| -> f64 {
                 let along = |d: &Direction, i: usize| -> f64 {
-                    d.scaled().filter(|t| t.0 == i).map(|t| t.1).sum()
+                    d.entries().filter(|t| t.0 == i).map(|t| t.1).sum()
                 };
                 let each = grounded.iter().map(|b| {
                     let acts = b.force.as_ref().unwrap_or(&b.direction);
@@ -184,15 +185,15 @@ const ALIKE: f64 = 1e-9;
 
 fn stiffness(branch: &Branch) -> f64 {
     match branch.law {
-        Law::Linear { stiffness, .. } => stiffness,
-        Law::Rigid => 0.0,
+        BranchLaw::Linear { stiffness, .. } => stiffness,
+        BranchLaw::Rigid => 0.0,
     }
 }
 
 fn viscous(branch: &Branch) -> f64 {
     match branch.law {
-        Law::Linear {
-            loss: Loss::Viscous(c),
+        BranchLaw::Linear {
+            damping: BranchDamping::Viscous(c),
             ..
         } => c,
         _ => 0.0,
@@ -202,8 +203,8 @@ fn viscous(branch: &Branch) -> f64 {
 /// `k ζ`: with one stiffness in all directions it says whether the damper has.
 fn ratio(branch: &Branch) -> f64 {
     match branch.law {
-        Law::Linear {
-            loss: Loss::Ratio(zeta),
+        BranchLaw::Linear {
+            damping: BranchDamping::Ratio(zeta),
             ..
         } => stiffness(branch) * zeta,
         _ => 0.0,
@@ -213,21 +214,21 @@ fn ratio(branch: &Branch) -> f64 {
 /// `k η`.
 fn hysteretic(branch: &Branch) -> f64 {
     match branch.law {
-        Law::Linear {
-            loss: Loss::Factor(eta),
+        BranchLaw::Linear {
+            damping: BranchDamping::Factor(eta),
             ..
         } => stiffness(branch) * eta,
         _ => 0.0,
     }
 }
 
-fn refused(machine: &Machine, frame: &Spin, element: usize, what: &str) -> Error {
+fn refused(machine: &Machine, frame: &GyroscopicTerms, element: usize, what: &str) -> Error {
     let (stage, other) = (&machine.elements[frame.element], &machine.elements[element]);
     let message = format!(
         "`{}` turns with its carrier, and {what} acts on one of its bodies (`{}`): its equations are not the same at every angle",
         stage.name, other.name
     );
     Error::new(Code::Conflict, message)
-        .at(&other.place)
-        .hint("give supports one radial stiffness and damping (`k_radial`, `c_radial`), study the stage with the carrier at rest, or leave out `lateral = true`")
+        .with_span(&other.span)
+        .with_hint("give supports one radial stiffness and damping (`k_radial`, `c_radial`), study the stage with the carrier at rest, or leave out `lateral = true`")
 }

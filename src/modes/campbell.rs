@@ -1,35 +1,36 @@
-//! The Campbell diagram: natural frequencies over the speed of the reference, followed by their shapes, and the orders that
-//! meet them (W. Campbell, Trans. ASME 46 (1924), 31–160).
+//! Campbell diagram: natural frequencies over speed, tracked by MAC, and their order crossings.
+//!
+//! ASME 46 (1924), 31–160).
 
 use std::f64::consts::TAU;
 
-use super::basis::Basis;
-use super::crossings::{above, meeting, participation};
+use super::crossings::{distance_to_order, find_crossing, participation};
+use super::excitation_orders::{ExcitationOrder, OrderOptions, excitation_orders, reference_dof};
+use super::modal_basis::ModalBasis;
 use super::mode::Mode;
-use super::orders::{Order, OrderOptions, orders, reference};
-use super::tracking::{Link, Snapshot, Tracker, TrackingOptions};
-use super::whirl::{Lateral, Whirl};
-use super::{damped, modal};
+use super::tracking::{ModeMatching, ModeSet, ModeTracker, TrackingOptions};
+use super::whirl::{Whirl, WhirlNodes};
+use super::{damped, modal_matrices};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::machine::components::Machine;
 use crate::machine::kinematics::{Kinematics, mean_speeds};
-use crate::machine::linear::Linear;
-use crate::machine::parts::Machine;
+use crate::machine::linear::LinearModel;
 use crate::machine::spin::spinning;
 
 /// A Campbell diagram.
 #[derive(Debug, Clone)]
-pub struct Campbell {
+pub struct CampbellDiagram {
     /// The node whose speed it is drawn over.
     pub reference: String,
     /// Its speeds, rpm.
     pub speeds_rpm: Vec<f64>,
     /// Every mode that swings at some of them.
-    pub branches: Vec<BranchLine>,
+    pub branches: Vec<CampbellBranch>,
     /// What excites.
-    pub orders: Vec<Order>,
+    pub orders: Vec<ExcitationOrder>,
     /// Where an order meets a branch, by rising speed.
-    pub crossings: Vec<Crossing>,
+    pub crossings: Vec<OrderCrossing>,
     /// No frequency depends on the speed: the modes were solved once.
     pub is_constant: bool,
     /// Speeds at which modes were solved, those for smaller steps and crossings included.
@@ -38,7 +39,7 @@ pub struct Campbell {
 
 /// One mode over the speeds of the diagram; `None` at speeds where it does not swing.
 #[derive(Debug, Clone, Default)]
-pub struct BranchLine {
+pub struct CampbellBranch {
     /// `|λ|/2π`, Hz.
     pub frequency_hz: Vec<Option<f64>>,
     /// ζ; `None` where there is no damping.
@@ -51,7 +52,7 @@ pub struct BranchLine {
 
 /// An order line meets a branch.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Crossing {
+pub struct OrderCrossing {
     /// Of the reference, rpm.
     pub speed_rpm: f64,
     /// Hz.
@@ -81,47 +82,47 @@ pub struct CampbellOptions {
 ///
 /// # Errors
 /// No speed, or speeds that do not rise or fall; nothing can turn; those of the solver.
-pub fn diagram(
+pub fn campbell_diagram(
     machine: &Machine,
     kinematics: &Kinematics,
-    linear: &Linear,
-    basis: &Basis,
+    model: &LinearModel,
+    basis: &ModalBasis,
     options: &CampbellOptions,
-) -> Result<Campbell, Error> {
+) -> Result<CampbellDiagram, Error> {
     check(&options.speeds)?;
-    let spins = Spins::new(machine, kinematics)?;
+    let ratios = SpeedRatios::new(machine, kinematics)?;
     let solve = |speed: f64| {
-        let speeds = spins.at(speed);
-        let modal = modal::project(machine, linear, basis, Some(&speeds), options.damped);
-        damped::modes(linear, basis, &modal)
+        let speeds = ratios.speeds_at(speed);
+        let modal = modal_matrices::project(machine, model, basis, Some(&speeds), options.damped);
+        damped::modes(model, basis, &modal)
     };
-    let orders = orders(machine, kinematics, &options.orders)?;
-    let tracker = Tracker::new(linear, options.tracking, solve);
-    let mut drawing = Drawing {
+    let orders = excitation_orders(machine, kinematics, &options.orders)?;
+    let tracker = ModeTracker::new(model, options.tracking, solve);
+    let mut builder = DiagramBuilder {
         machine,
-        linear,
-        spins: &spins,
-        lateral: Lateral::new(machine),
+        model,
+        ratios: &ratios,
+        nodes: WhirlNodes::new(machine),
         orders: &orders,
         lines: Vec::new(),
         line_of: Vec::new(),
         crossings: Vec::new(),
         drawn: 0,
     };
-    let is_constant = spins.change_nothing(machine);
+    let is_constant = ratios.is_speed_independent(machine);
     if is_constant {
-        drawing.draw_constant(&tracker, &options.speeds)?;
+        builder.draw_constant(&tracker, &options.speeds)?;
     } else {
-        drawing.draw(&tracker, &options.speeds)?;
+        builder.draw(&tracker, &options.speeds)?;
     }
-    let Drawing {
+    let DiagramBuilder {
         lines: branches,
         mut crossings,
         ..
-    } = drawing;
+    } = builder;
     crossings.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
-    Ok(Campbell {
-        reference: machine.nodes[machine.freedoms[spins.reference].node]
+    Ok(CampbellDiagram {
+        reference: machine.nodes[machine.dofs[ratios.reference].node]
             .name
             .clone(),
         speeds_rpm: options.speeds.iter().map(|&speed| rpm(speed)).collect(),
@@ -139,7 +140,7 @@ fn check(speeds: &[f64]) -> Result<(), Error> {
     if speeds.is_empty() || !rises || speeds.iter().any(|speed| !speed.is_finite()) {
         let message = "a Campbell diagram needs at least one speed, and each above, or each below, the one before";
         return Err(Error::new(Code::OutOfRange, message)
-            .hint("state them as first:last:points, such as 0:3000:61"));
+            .with_hint("state them as first:last:points, such as 0:3000:61"));
     }
     Ok(())
 }
@@ -148,15 +149,15 @@ fn rpm(speed: f64) -> f64 {
     speed * 60.0 / TAU
 }
 
-/// Mean speed of every freedom over that of the reference: a straight line.
-struct Spins {
+/// Mean speed of every degree of freedom over that of the reference: a straight line.
+struct SpeedRatios {
     reference: usize,
     at_rest: Vec<f64>,
     per_unit: Vec<f64>,
 }
 
-impl Spins {
-    fn new(machine: &Machine, kinematics: &Kinematics) -> Result<Spins, Error> {
+impl SpeedRatios {
+    fn new(machine: &Machine, kinematics: &Kinematics) -> Result<SpeedRatios, Error> {
         let at_rest = mean_speeds(machine, kinematics, Some(0.0))?;
         let at_one = spinning(machine, kinematics, Some(1.0))?;
         let per_unit = at_one
@@ -164,14 +165,14 @@ impl Spins {
             .zip(&at_rest)
             .map(|(one, rest)| one - rest)
             .collect();
-        Ok(Spins {
-            reference: reference(machine)?,
+        Ok(SpeedRatios {
+            reference: reference_dof(machine)?,
             at_rest,
             per_unit,
         })
     }
 
-    fn at(&self, speed: f64) -> Vec<f64> {
+    fn speeds_at(&self, speed: f64) -> Vec<f64> {
         self.at_rest
             .iter()
             .zip(&self.per_unit)
@@ -180,53 +181,53 @@ impl Spins {
     }
 
     /// Nothing tilts, or is described in a frame that turns, at a speed that varies with the reference's.
-    fn change_nothing(&self, machine: &Machine) -> bool {
+    fn is_speed_independent(&self, machine: &Machine) -> bool {
         machine
-            .spins
+            .gyroscopic
             .iter()
-            .all(|spin| self.per_unit[spin.turning] == 0.0)
+            .all(|terms| self.per_unit[terms.turning] == 0.0)
     }
 }
 
-struct Drawing<'a> {
+struct DiagramBuilder<'a> {
     machine: &'a Machine,
-    linear: &'a Linear,
-    spins: &'a Spins,
-    lateral: Lateral,
-    orders: &'a [Order],
-    lines: Vec<BranchLine>,
+    model: &'a LinearModel,
+    ratios: &'a SpeedRatios,
+    nodes: WhirlNodes,
+    orders: &'a [ExcitationOrder],
+    lines: Vec<CampbellBranch>,
     /// Of each mode of the last speed: its line.
     line_of: Vec<usize>,
-    crossings: Vec<Crossing>,
+    crossings: Vec<OrderCrossing>,
     /// Speeds drawn so far.
     drawn: usize,
 }
 
-impl Drawing<'_> {
-    fn draw<F>(&mut self, tracker: &Tracker<F>, speeds: &[f64]) -> Result<(), Error>
+impl DiagramBuilder<'_> {
+    fn draw<F>(&mut self, tracker: &ModeTracker<F>, speeds: &[f64]) -> Result<(), Error>
     where
         F: Fn(f64) -> Result<Vec<Mode>, Error>,
     {
         let mut here = tracker.start(speeds[0], speeds.get(1).copied().unwrap_or(speeds[0]))?;
         self.add(&here, vec![None; here.modes.len()]);
         for &speed in &speeds[1..] {
-            let (next, link) = tracker.follow(&here, speed)?;
-            self.cross(tracker, &here, &next, &link)?;
-            self.advance(&next, &link);
+            let (next, matching) = tracker.follow(&here, speed)?;
+            self.cross(tracker, &here, &next, &matching)?;
+            self.advance(&next, &matching);
             here = next;
         }
         Ok(())
     }
 
     /// One solution holds at every speed; order lines meet it at `|λ| / order`.
-    fn draw_constant<F>(&mut self, tracker: &Tracker<F>, speeds: &[f64]) -> Result<(), Error>
+    fn draw_constant<F>(&mut self, tracker: &ModeTracker<F>, speeds: &[f64]) -> Result<(), Error>
     where
         F: Fn(f64) -> Result<Vec<Mode>, Error>,
     {
         let modes = tracker.start(speeds[0], speeds[0])?;
         for followed in &modes.modes {
             let (mode, branch) = (&followed.mode, self.lines.len());
-            self.lines.push(BranchLine {
+            self.lines.push(CampbellBranch {
                 frequency_hz: vec![Some(mode.frequency_hz()); speeds.len()],
                 damping_ratio: vec![mode.damping_ratio; speeds.len()],
                 whirl: vec![None; speeds.len()],
@@ -246,18 +247,18 @@ impl Drawing<'_> {
     }
 
     /// Puts one speed on every line; modes without a line get a new one.
-    fn add(&mut self, snapshot: &Snapshot, lines: Vec<Option<usize>>) {
-        let speeds = self.spins.at(snapshot.speed);
+    fn add(&mut self, set: &ModeSet, lines: Vec<Option<usize>>) {
+        let speeds = self.ratios.speeds_at(set.speed);
         for line in &mut self.lines {
             line.frequency_hz.push(None);
             line.damping_ratio.push(None);
             line.whirl.push(None);
         }
         self.line_of = Vec::with_capacity(lines.len());
-        for (followed, line) in snapshot.modes.iter().zip(lines) {
+        for (followed, line) in set.modes.iter().zip(lines) {
             let number = line.unwrap_or_else(|| {
                 let absent = self.drawn + 1;
-                self.lines.push(BranchLine {
+                self.lines.push(CampbellBranch {
                     frequency_hz: vec![None; absent],
                     damping_ratio: vec![None; absent],
                     whirl: vec![None; absent],
@@ -266,11 +267,11 @@ impl Drawing<'_> {
                 self.lines.len() - 1
             });
             let mode = &followed.mode;
-            let whirl = self.lateral.whirl(
+            let whirl = self.nodes.whirl(
                 &mode.shape,
                 &speeds,
-                &self.spins.per_unit,
-                self.spins.reference,
+                &self.ratios.per_unit,
+                self.ratios.reference,
             );
             let line = &mut self.lines[number];
             line.frequency_hz[self.drawn] = Some(mode.frequency_hz());
@@ -281,13 +282,13 @@ impl Drawing<'_> {
         self.drawn += 1;
     }
 
-    fn advance(&mut self, next: &Snapshot, link: &Link) {
+    fn advance(&mut self, next: &ModeSet, matching: &ModeMatching) {
         let mut lines = vec![None; next.modes.len()];
         for (mode, &line) in self.line_of.iter().enumerate() {
-            if let Some(now) = link.to[mode] {
+            if let Some(now) = matching.to[mode] {
                 lines[now] = Some(line);
             }
-            if link.uncertain[mode] {
+            if matching.uncertain[mode] {
                 self.lines[line].uncertain_rpm.push(rpm(next.speed));
             }
         }
@@ -296,23 +297,23 @@ impl Drawing<'_> {
 
     fn cross<F>(
         &mut self,
-        tracker: &Tracker<F>,
-        here: &Snapshot,
-        next: &Snapshot,
-        link: &Link,
+        tracker: &ModeTracker<F>,
+        here: &ModeSet,
+        next: &ModeSet,
+        matching: &ModeMatching,
     ) -> Result<(), Error>
     where
         F: Fn(f64) -> Result<Vec<Mode>, Error>,
     {
-        for (from, to) in link.to.iter().enumerate() {
+        for (from, to) in matching.to.iter().enumerate() {
             let Some(to) = *to else { continue };
             for (number, order) in self.orders.iter().enumerate() {
                 let sides = [(here, from), (next, to)]
-                    .map(|(at, i)| above(&at.modes[i].mode, order, at.speed) < 0.0);
+                    .map(|(at, i)| distance_to_order(&at.modes[i].mode, order, at.speed) < 0.0);
                 if sides[0] == sides[1] {
                     continue;
                 }
-                if let Some(found) = meeting(tracker, order, (here, from), (next, to))? {
+                if let Some(found) = find_crossing(tracker, order, (here, from), (next, to))? {
                     self.note(number, self.line_of[from], found.speed, &found.mode);
                 }
             }
@@ -321,9 +322,9 @@ impl Drawing<'_> {
     }
 
     fn note(&mut self, order: usize, branch: usize, speed: f64, mode: &Mode) {
-        let participation = participation(self.machine, self.linear, mode, &self.orders[order]);
+        let participation = participation(self.machine, self.model, mode, &self.orders[order]);
         let frequency_hz = mode.frequency_hz();
-        self.crossings.push(Crossing {
+        self.crossings.push(OrderCrossing {
             speed_rpm: rpm(speed),
             frequency_hz,
             order,

@@ -1,35 +1,40 @@
-//! The first-order form of modal equations, over `(s η, η̇, y)` with the scale s of each position.
+//! Companion (first-order) form of the modal equations over `(s η, η̇, y)`.
 
-use super::basis::Basis;
+use super::modal_basis::ModalBasis;
 use super::mode::modulus;
 use crate::base::error::Error;
-use crate::numeric::quadratic::Quadratic;
-use crate::numeric::{Complex, Matrix, definite};
+use crate::numeric::quadratic::QuadraticEigenproblem;
+use crate::numeric::{Complex, Matrix, symmetric};
 
 /// A mode that no stiffness holds, so that zero is its root.
-pub(super) fn is_free(quadratic: &Quadratic, j: usize) -> bool {
-    let k = &quadratic.stiffness;
-    (0..quadratic.len()).all(|i| k[(i, j)] == 0.0 && k[(j, i)] == 0.0)
+pub(super) fn is_free(eigenproblem: &QuadraticEigenproblem, j: usize) -> bool {
+    let k = &eigenproblem.stiffness;
+    (0..eigenproblem.len()).all(|i| k[(i, j)] == 0.0 && k[(j, i)] == 0.0)
 }
 
 /// Which components the first-order form has: positions of some modes, rates of some, and y.
-pub(super) struct State {
+pub(super) struct CompanionForm {
     pub(super) positions: Vec<usize>,
     pub(super) rates: Vec<usize>,
     pub(super) scale: Vec<f64>,
-    pub(super) n_braked: usize,
+    pub(super) n_damped_massless: usize,
     pub(super) n_modes: usize,
 }
 
-impl State {
-    pub(super) fn new(quadratic: &Quadratic, basis: &Basis, n_undamped_rigid: usize) -> State {
-        let m = quadratic.inertial;
-        let positions: Vec<usize> = (0..m).filter(|&j| !is_free(quadratic, j)).collect();
+impl CompanionForm {
+    pub(super) fn new(
+        eigenproblem: &QuadraticEigenproblem,
+        basis: &ModalBasis,
+        n_undamped_rigid: usize,
+    ) -> CompanionForm {
+        let m = eigenproblem.n_inertial;
+        let positions: Vec<usize> = (0..m).filter(|&j| !is_free(eigenproblem, j)).collect();
         let alone = |j: usize| {
             j < n_undamped_rigid
-                && is_free(quadratic, j)
-                && (0..quadratic.len())
-                    .all(|i| quadratic.damping[(i, j)] == 0.0 && quadratic.damping[(j, i)] == 0.0)
+                && is_free(eigenproblem, j)
+                && (0..eigenproblem.len()).all(|i| {
+                    eigenproblem.damping[(i, j)] == 0.0 && eigenproblem.damping[(j, i)] == 0.0
+                })
         };
         let rates = (0..m).filter(|&j| !alone(j)).collect();
         let scale = positions
@@ -42,17 +47,17 @@ impl State {
                 }
             })
             .collect();
-        State {
+        CompanionForm {
             positions,
             rates,
             scale,
-            n_braked: quadratic.len() - m,
+            n_damped_massless: eigenproblem.len() - m,
             n_modes: m,
         }
     }
 
     pub(super) fn len(&self) -> usize {
-        self.positions.len() + self.rates.len() + self.n_braked
+        self.positions.len() + self.rates.len() + self.n_damped_massless
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -60,14 +65,14 @@ impl State {
     }
 
     /// The state matrix over `(s η, η̇, y)`, s the scale of each position.
-    pub(super) fn matrix(&self, quadratic: &Quadratic) -> Result<Matrix, Error> {
+    pub(super) fn matrix(&self, eigenproblem: &QuadraticEigenproblem) -> Result<Matrix, Error> {
         let (np, nr, ny, m) = (
             self.positions.len(),
             self.rates.len(),
-            self.n_braked,
+            self.n_damped_massless,
             self.n_modes,
         );
-        let (c, k) = (&quadratic.damping, &quadratic.stiffness);
+        let (c, k) = (&eigenproblem.damping, &eigenproblem.stiffness);
         let n = self.len();
         let mut a = Matrix::zeros(n, n);
         for (p, &j) in self.positions.iter().enumerate() {
@@ -93,7 +98,7 @@ impl State {
             let corner = Matrix::from_fn(ny, ny, |i, j| c[(m + i, m + j)]);
             let rows: Vec<Vec<f64>> = (0..ny).map(|y| row(m + y)).collect();
             let right = Matrix::from_fn(ny, n, |y, s| rows[y][s]);
-            let rate = definite::solve(&corner, &right)?;
+            let rate = symmetric::lu_solve(&corner, &right)?;
             (0..ny).for_each(|y| (0..n).for_each(|s| a[(np + nr + y, s)] = rate[(y, s)]));
         }
         for (r, &i) in self.rates.iter().enumerate() {
@@ -107,25 +112,29 @@ impl State {
     }
 
     /// What H adds to the state matrix: it acts as an imaginary part of K.
-    pub(super) fn hysteretic(&self, quadratic: &Quadratic, h: &Matrix) -> Result<Matrix, Error> {
-        let with = |stiffness: Matrix| Quadratic {
+    pub(super) fn hysteretic(
+        &self,
+        eigenproblem: &QuadraticEigenproblem,
+        h: &Matrix,
+    ) -> Result<Matrix, Error> {
+        let with = |stiffness: Matrix| QuadraticEigenproblem {
             stiffness,
             hysteretic: None,
-            ..quadratic.clone()
+            ..eigenproblem.clone()
         };
-        let n = quadratic.len();
+        let n = eigenproblem.len();
         Ok(self.matrix(&with(h.clone()))? - self.matrix(&with(Matrix::zeros(n, n)))?)
     }
 
     /// (η, y) from an eigenvector of the state matrix.
     pub(super) fn positions(
         &self,
-        quadratic: &Quadratic,
+        eigenproblem: &QuadraticEigenproblem,
         lambda: Complex,
         v: &[Complex],
     ) -> Vec<Complex> {
         let (np, nr) = (self.positions.len(), self.rates.len());
-        let mut x = vec![Complex::ZERO; quadratic.len()];
+        let mut x = vec![Complex::ZERO; eigenproblem.len()];
         for (r, &j) in self.rates.iter().enumerate() {
             // Where the root is far from zero the rate says the position too; else the stored position does.
             if modulus(lambda) > 0.0 {
@@ -135,7 +144,7 @@ impl State {
         for (p, &j) in self.positions.iter().enumerate() {
             x[j] = v[p] / self.scale[p];
         }
-        (0..self.n_braked).for_each(|y| x[self.n_modes + y] = v[np + nr + y]);
+        (0..self.n_damped_massless).for_each(|y| x[self.n_modes + y] = v[np + nr + y]);
         x
     }
 }

@@ -3,10 +3,10 @@
 
 use super::companion::is_free;
 use crate::numeric::Complex;
-use crate::numeric::quadratic::Quadratic;
+use crate::numeric::quadratic::QuadraticEigenproblem;
 
 /// Rigid motions taken out of the equations, and the way back.
-pub(super) struct Conserved {
+pub(super) struct RigidMotions {
     /// Modes that no stiffness holds.
     free: Vec<usize>,
     /// Each of them that is taken out, with `C_Fk`.
@@ -14,20 +14,23 @@ pub(super) struct Conserved {
 }
 
 /// Coupling of two rigid motions that is rounding, relative to the largest entry of C.
-const ROUNDED: f64 = 1e-12;
+const ROUNDING_TOLERANCE: f64 = 1e-12;
 
-impl Conserved {
+impl RigidMotions {
     /// Finds them among the first `n_rigid` modes; those that gyroscopic terms couple to one another are left alone.
-    pub fn new(quadratic: &Quadratic, n_rigid: usize) -> Conserved {
-        let c = &quadratic.damping;
-        let n = quadratic.len();
+    pub fn new(eigenproblem: &QuadraticEigenproblem, n_rigid: usize) -> RigidMotions {
+        let c = &eigenproblem.damping;
+        let n = eigenproblem.len();
         let largest = (0..n)
             .flat_map(|j| (0..n).map(move |i| c[(i, j)].abs()))
             .fold(0.0, f64::max);
         let all: Vec<usize> = (0..n_rigid.min(n))
-            .filter(|&j| is_free(quadratic, j))
+            .filter(|&j| is_free(eigenproblem, j))
             .collect();
-        let coupled = |&j: &usize| all.iter().any(|&i| c[(i, j)].abs() > ROUNDED * largest);
+        let coupled = |&j: &usize| {
+            all.iter()
+                .any(|&i| c[(i, j)].abs() > ROUNDING_TOLERANCE * largest)
+        };
         let rows = all.iter().filter(|j| !coupled(j)).map(|&j| {
             let row = (0..n).map(|k| if all.contains(&k) { 0.0 } else { c[(j, k)] });
             (j, row.collect::<Vec<f64>>())
@@ -35,27 +38,27 @@ impl Conserved {
         let rows = rows
             .filter(|(_, row)| row.iter().any(|x| *x != 0.0))
             .collect();
-        Conserved { free: all, rows }
+        RigidMotions { free: all, rows }
     }
 
     /// The equations of the others.
-    pub fn without(&self, mut quadratic: Quadratic) -> Quadratic {
-        let n = quadratic.len();
+    pub fn without(&self, mut eigenproblem: QuadraticEigenproblem) -> QuadraticEigenproblem {
+        let n = eigenproblem.len();
         for (f, row) in &self.rows {
             // Two rigid motions see no more of each other than rounding.
             let others = (0..n).filter(|i| !self.free.contains(i));
             for i in others {
-                let back = quadratic.damping[(i, *f)];
+                let back = eigenproblem.damping[(i, *f)];
                 for (k, x) in row.iter().enumerate().filter(|t| *t.1 != 0.0) {
-                    quadratic.stiffness[(i, k)] -= back * x;
+                    eigenproblem.stiffness[(i, k)] -= back * x;
                 }
             }
             for i in 0..n {
-                quadratic.damping[(i, *f)] = 0.0;
-                quadratic.damping[(*f, i)] = 0.0;
+                eigenproblem.damping[(i, *f)] = 0.0;
+                eigenproblem.damping[(*f, i)] = 0.0;
             }
         }
-        quadratic
+        eigenproblem
     }
 
     /// Their share in a mode: `λ η_F = −C_Fk η_k`.

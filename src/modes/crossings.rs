@@ -1,15 +1,15 @@
-//! Speeds at which a branch of the Campbell diagram meets an order line: `|λ(Ω)| = order · |Ω|`.
+//! Speeds at which a Campbell branch crosses an order line: `|λ(Ω)| = order · |Ω|`.
 
+use super::excitation_orders::{ExcitationCause, ExcitationOrder};
 use super::mode::Mode;
-use super::orders::{Cause, Order};
-use super::tracking::{Snapshot, Tracker};
+use super::tracking::{ModeSet, ModeTracker};
 use super::whirl::mass_diagonal;
 use crate::base::error::Error;
-use crate::machine::linear::Linear;
-use crate::machine::parts::Machine;
+use crate::machine::components::Machine;
+use crate::machine::linear::LinearModel;
 
 /// A mode that an order meets.
-pub struct Meeting {
+pub struct ModeAtCrossing {
     /// Of the reference, rad/s.
     pub speed: f64,
     /// The mode there.
@@ -17,10 +17,10 @@ pub struct Meeting {
 }
 
 /// Relative distance of |λ| from the order line at which a crossing is found.
-const FOUND: f64 = 1e-10;
+const CROSSING_TOLERANCE: f64 = 1e-10;
 
 /// How far a mode is above an order line, rad/s.
-pub fn above(mode: &Mode, order: &Order, speed: f64) -> f64 {
+pub fn distance_to_order(mode: &Mode, order: &ExcitationOrder, speed: f64) -> f64 {
     mode.omega() - order.value * speed.abs()
 }
 
@@ -31,14 +31,14 @@ pub fn above(mode: &Mode, order: &Order, speed: f64) -> f64 {
 ///
 /// # Errors
 /// Those of the solver.
-pub fn meeting<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
-    tracker: &Tracker<F>,
-    order: &Order,
-    (before, from): (&Snapshot, usize),
-    (after, to): (&Snapshot, usize),
-) -> Result<Option<Meeting>, Error> {
+pub fn find_crossing<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
+    tracker: &ModeTracker<F>,
+    order: &ExcitationOrder,
+    (before, from): (&ModeSet, usize),
+    (after, to): (&ModeSet, usize),
+) -> Result<Option<ModeAtCrossing>, Error> {
     let gap =
-        |snapshot: &Snapshot, mode: usize| above(&snapshot.modes[mode].mode, order, snapshot.speed);
+        |set: &ModeSet, mode: usize| distance_to_order(&set.modes[mode].mode, order, set.speed);
     let (mut low, mut high) = (gap(before, from), gap(after, to));
     if (low < 0.0) == (high < 0.0) {
         return Ok(None);
@@ -46,7 +46,7 @@ pub fn meeting<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
     let (mut here, mut mode) = (before.clone(), from);
     let (mut first, mut last) = (before.speed, after.speed);
     for _ in 0..60 {
-        if low.abs() <= FOUND * here.modes[mode].mode.omega() {
+        if low.abs() <= CROSSING_TOLERANCE * here.modes[mode].mode.omega() {
             break;
         }
         let speed = first + (last - first) * (low / (low - high));
@@ -58,7 +58,7 @@ pub fn meeting<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
             return Ok(None);
         };
         let value = gap(&next, same);
-        let found = value.abs() <= FOUND * next.modes[same].mode.omega();
+        let found = value.abs() <= CROSSING_TOLERANCE * next.modes[same].mode.omega();
         if found || (value < 0.0) == (low < 0.0) {
             (first, low, here, mode) = (speed, value, next, same);
             high /= 2.0;
@@ -70,7 +70,7 @@ pub fn meeting<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
             break;
         }
     }
-    Ok(Some(Meeting {
+    Ok(Some(ModeAtCrossing {
         speed: here.speed,
         mode: here.modes[mode].mode.clone(),
     }))
@@ -78,27 +78,32 @@ pub fn meeting<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
 
 /// How much of a mode sits where the order acts, 0 to 1: the share of its strain energy in the meshes whose teeth excite
 /// the order, or of its kinetic energy in the nodes whose rotation does, whichever is larger.
-pub fn participation(machine: &Machine, linear: &Linear, mode: &Mode, order: &Order) -> f64 {
+pub fn participation(
+    machine: &Machine,
+    model: &LinearModel,
+    mode: &Mode,
+    order: &ExcitationOrder,
+) -> f64 {
     let meshing = |branch: usize| {
         order
             .sources
             .iter()
-            .filter(|source| source.cause == Cause::Mesh)
+            .filter(|source| source.cause == ExcitationCause::Mesh)
             .any(|source| {
                 source
                     .gear
                     .is_some_and(|gear| machine.gears[gear].branches.contains(&branch))
             })
     };
-    let turning = |freedom: usize| {
-        let node = machine.freedoms[freedom].node;
+    let turning = |dof: usize| {
+        let node = machine.dofs[dof].node;
         order
             .sources
             .iter()
-            .any(|source| source.cause == Cause::Rotation && source.node == node)
+            .any(|source| source.cause == ExcitationCause::Rotation && source.node == node)
     };
-    let p = linear.stay(&mode.shape);
-    let springs = linear.branches.iter().filter(|b| b.stiffness > 0.0);
+    let p = model.select_independent(&mode.shape);
+    let springs = model.branches.iter().filter(|b| b.stiffness > 0.0);
     let strain = share(springs.map(|b| {
         (
             meshing(b.index),
@@ -111,7 +116,7 @@ pub fn participation(machine: &Machine, linear: &Linear, mode: &Mode, order: &Or
         .zip(&mode.shape)
         .map(|(m, q)| m * q.norm_sqr())
         .enumerate();
-    let kinetic = share(moving.map(|(freedom, energy)| (turning(freedom), energy)));
+    let kinetic = share(moving.map(|(dof, energy)| (turning(dof), energy)));
     strain.max(kinetic)
 }
 

@@ -1,49 +1,53 @@
 //! Complex modes of `λ² I + λ C̃ + K̃ + i sgn(Im λ) H̃` over modal coordinates.
 //!
 //! First-order form over `(Ω η, η̇, d)`: the positions of rigid motions are left out, since their root is exactly zero, as
-//! are the rates of those that nothing brakes. Each root is then polished on the quadratic itself, which gives small roots beside
-//! large ones their digits back and takes loss factors in.
+//! are the rates of those that nothing brakes. Each root is then polished on the quadratic itself, which gives small roots
+//! alongside large ones their digits back and takes loss factors in.
 
-use super::basis::Basis;
-use super::companion::{State, is_free};
-use super::conserved::Conserved;
-use super::gyroscopic::{self, Swing};
-use super::massless::Light;
-use super::modal::Modal;
+use super::companion::{CompanionForm, is_free};
+use super::conserved::RigidMotions;
+use super::gyroscopic::{self, GyroscopicMode};
+use super::massless::MasslessReduction;
+use super::modal_basis::ModalBasis;
+use super::modal_matrices::ModalMatrices;
 use super::mode::{Mode, modulus, orient};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::machine::linear::Linear;
-use crate::numeric::quadratic::Quadratic;
-use crate::numeric::{Complex, ComplexMatrix, general};
+use crate::machine::linear::LinearModel;
+use crate::numeric::quadratic::QuadraticEigenproblem;
+use crate::numeric::{Complex, ComplexMatrix, eigen};
 
 /// Complex modes, sorted by |λ|: rigid ones first, then each pair once, overdamped roots singly.
 ///
 /// # Errors
 /// No convergence of the eigenvalue iteration; numbers out of range.
-pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>, Error> {
-    let light = Light::new(modal)?;
-    let whole = light.condense(modal)?;
-    let conserved = Conserved::new(&whole, linear.n_undamped_rigid);
-    let quadratic = conserved.without(whole);
-    let state = State::new(&quadratic, basis, linear.n_undamped_rigid);
-    let symmetric = linear
+pub fn modes(
+    model: &LinearModel,
+    basis: &ModalBasis,
+    matrices: &ModalMatrices,
+) -> Result<Vec<Mode>, Error> {
+    let reduction = MasslessReduction::new(matrices)?;
+    let whole = reduction.condense(matrices)?;
+    let motions = RigidMotions::new(&whole, model.n_undamped_rigid);
+    let eigenproblem = motions.without(whole);
+    let form = CompanionForm::new(&eigenproblem, basis, model.n_undamped_rigid);
+    let symmetric = model
         .branches
         .iter()
         .all(|b| b.force.is_none() || b.stiffness == 0.0);
-    let lossless = symmetric && !modal.is_dissipative() && state.n_braked == 0;
+    let lossless = symmetric && !matrices.is_dissipative() && form.n_damped_massless == 0;
     let swings = match lossless {
-        true => gyroscopic::swings(
-            &quadratic.damping,
-            &quadratic.stiffness,
-            &state.positions,
-            &state.rates,
+        true => gyroscopic::gyroscopic_modes(
+            &eigenproblem.damping,
+            &eigenproblem.stiffness,
+            &form.positions,
+            &form.rates,
         )?,
         false => None,
     };
     let mut found = match swings {
-        Some((swings, error)) => on_the_axis(&quadratic, swings, error),
-        None => in_the_plane(&quadratic, &state)?,
+        Some((swings, error)) => undamped_roots(&eigenproblem, swings, error),
+        None => complex_roots(&eigenproblem, &form)?,
     };
     if let Some(lost) = found
         .iter()
@@ -54,13 +58,13 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
             lost.value
         );
         return Err(Error::new(Code::Overflow, message)
-            .hint("look for a damping or a speed of absurd size"));
+            .with_hint("look for a damping or a speed of absurd size"));
     }
     found.sort_by(|a, b| modulus(a.value).total_cmp(&modulus(b.value)));
-    let rigid = (0..basis.n_rigid).filter(|&j| is_free(&quadratic, j));
+    let rigid = (0..basis.n_rigid).filter(|&j| is_free(&eigenproblem, j));
     let rigid = rigid.map(|j| {
-        let mut shape: Vec<Complex> = linear
-            .recover(&super::basis::column(&modal.shapes, j))
+        let mut shape: Vec<Complex> = model
+            .expand(&super::modal_basis::column(&matrices.shapes, j))
             .iter()
             .map(|&x| Complex::new(x, 0.0))
             .collect();
@@ -72,25 +76,25 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
             damping_ratio: None,
             shape,
             residual: 0.0,
-            digits: f64::INFINITY,
+            trusted_digits: f64::INFINITY,
         }
     });
-    let damped = modal.is_dissipative();
-    let elastic = found.iter().map(|polished| {
-        let mut x = polished.x.clone();
-        conserved.recover(polished.value, &mut x);
-        let z = light.expand(&x);
-        let p: Vec<Complex> = (0..modal.shapes.nrows())
+    let damped = matrices.is_dissipative();
+    let elastic = found.iter().map(|polished_root| {
+        let mut x = polished_root.x.clone();
+        motions.recover(polished_root.value, &mut x);
+        let z = reduction.expand(&x);
+        let p: Vec<Complex> = (0..matrices.shapes.nrows())
             .map(|i| {
                 z.iter()
                     .enumerate()
-                    .map(|(j, &x)| x * modal.shapes[(i, j)])
+                    .map(|(j, &x)| x * matrices.shapes[(i, j)])
                     .fold(Complex::ZERO, |s, t| s + t)
             })
             .collect();
-        let mut shape = recover(linear, &p);
+        let mut shape = recover(model, &p);
         orient(&mut shape);
-        let lambda = polished.value;
+        let lambda = polished_root.value;
         let damping_ratio =
             (damped && lambda.im != 0.0 && lambda.re != 0.0).then(|| -lambda.re / modulus(lambda));
         Mode {
@@ -98,80 +102,87 @@ pub fn modes(linear: &Linear, basis: &Basis, modal: &Modal) -> Result<Vec<Mode>,
             rigid: false,
             damping_ratio,
             shape,
-            residual: polished.residual,
-            digits: polished.digits,
+            residual: polished_root.residual,
+            trusted_digits: polished_root.digits,
         }
     });
     Ok(rigid.chain(elastic).collect())
 }
 
 /// Roots without losses: Newton only where the small ones want digits back, and never off the imaginary axis.
-fn on_the_axis(quadratic: &Quadratic, swings: Vec<Swing>, error: f64) -> Vec<Polished> {
+fn undamped_roots(
+    eigenproblem: &QuadraticEigenproblem,
+    swings: Vec<GyroscopicMode>,
+    error: f64,
+) -> Vec<PolishedRoot> {
     let omega: Vec<Complex> = swings
         .iter()
-        .map(|swing| Complex::new(0.0, swing.omega))
+        .map(|mode| Complex::new(0.0, mode.omega))
         .collect();
-    let swings = swings.into_iter().enumerate().map(|(k, swing)| {
-        let wants = alone(k, &omega) && error > ENOUGH * swing.omega;
-        let start = Start {
+    let swings = swings.into_iter().enumerate().map(|(k, mode)| {
+        let wants = is_isolated(k, &omega) && error > POLISH_THRESHOLD * mode.omega;
+        let estimate = RootEstimate {
             value: omega[k],
-            vector: swing.shape,
+            vector: mode.shape,
             error,
         };
-        polish(quadratic, start, wants, Root::OnAxis)
+        polish(eigenproblem, estimate, wants, RootLocation::OnAxis)
     });
     swings.collect()
 }
 
 /// Roots of the first-order form.
-fn in_the_plane(quadratic: &Quadratic, state: &State) -> Result<Vec<Polished>, Error> {
+fn complex_roots(
+    eigenproblem: &QuadraticEigenproblem,
+    form: &CompanionForm,
+) -> Result<Vec<PolishedRoot>, Error> {
     let mut found = Vec::new();
-    if state.is_empty() {
+    if form.is_empty() {
         return Ok(found);
     }
-    let matrix = state.matrix(quadratic)?;
-    let eigen = general::eigen(&matrix)?;
+    let matrix = form.matrix(eigenproblem)?;
+    let eigen = eigen::eigen(&matrix)?;
     let swings = eigen.values.iter().filter(|value| value.im > 0.0).count();
     for k in (0..eigen.values.len()).filter(|&k| eigen.values[k].im >= 0.0) {
         let value = eigen.values[k];
-        if quadratic.hysteretic.is_some() && value.im > 0.0 {
+        if eigenproblem.hysteretic.is_some() && value.im > 0.0 {
             continue;
         }
-        let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
-        let vector = state.positions(quadratic, value, &right);
+        let right: Vec<Complex> = (0..form.len()).map(|i| eigen.right[(i, k)]).collect();
+        let vector = form.positions(eigenproblem, value, &right);
         let error = f64::EPSILON * eigen.norm * eigen.condition[k];
-        let wants = alone(k, &eigen.values);
+        let wants = is_isolated(k, &eigen.values);
         found.push(polish(
-            quadratic,
-            Start {
+            eigenproblem,
+            RootEstimate {
                 value,
                 vector,
                 error,
             },
             wants,
-            Root::Anywhere,
+            RootLocation::Anywhere,
         ));
     }
-    if let Some(h) = &quadratic.hysteretic {
-        let extra = state.hysteretic(quadratic, h)?;
-        let full = ComplexMatrix::from_fn(state.len(), state.len(), |i, j| {
+    if let Some(h) = &eigenproblem.hysteretic {
+        let extra = form.hysteretic(eigenproblem, h)?;
+        let full = ComplexMatrix::from_fn(form.len(), form.len(), |i, j| {
             Complex::new(matrix[(i, j)], extra[(i, j)])
         });
-        found.extend(with_loss_factors(quadratic, state, &full, swings)?);
+        found.extend(with_loss_factors(eigenproblem, form, &full, swings)?);
     }
     Ok(found)
 }
 
 /// Roots above the real axis, where H acts as an imaginary stiffness: as many as swing without it.
 fn with_loss_factors(
-    quadratic: &Quadratic,
-    state: &State,
+    eigenproblem: &QuadraticEigenproblem,
+    form: &CompanionForm,
     matrix: &ComplexMatrix,
     swings: usize,
-) -> Result<Vec<Polished>, Error> {
-    let (values, right) = general::eigen_complex(matrix)?;
+) -> Result<Vec<PolishedRoot>, Error> {
+    let (values, right) = eigen::eigen_complex(matrix)?;
     let mut above: Vec<usize> = (0..values.len()).filter(|&k| values[k].im > 0.0).collect();
-    // Roots that are real without H stand beside the axis here; where H has no meaning they are taken without it.
+    // Roots that are real without H stand next to the axis here; where H has no meaning they are taken without it.
     above.sort_by(|&a, &b| values[b].im.total_cmp(&values[a].im));
     above.truncate(swings);
     if above.len() < swings {
@@ -179,33 +190,35 @@ fn with_loss_factors(
             "only {} of {swings} modes still swing with these loss factors",
             above.len()
         );
-        return Err(Error::new(Code::NoConvergence, message).hint("give viscous damping c instead"));
+        return Err(
+            Error::new(Code::NoConvergence, message).with_hint("give viscous damping c instead")
+        );
     }
     let size = modulus(values[values.len() - 1]);
     let polished = above.iter().map(|&k| {
-        let vector: Vec<Complex> = (0..state.len()).map(|i| right[(i, k)]).collect();
-        let vector = state.positions(quadratic, values[k], &vector);
+        let vector: Vec<Complex> = (0..form.len()).map(|i| right[(i, k)]).collect();
+        let vector = form.positions(eigenproblem, values[k], &vector);
         // Without the condition of each root a backward error of some ε of the matrix is taken tenfold.
         let error = 10.0 * f64::EPSILON * size;
         polish(
-            quadratic,
-            Start {
+            eigenproblem,
+            RootEstimate {
                 value: values[k],
                 vector,
                 error,
             },
-            alone(k, &values),
-            Root::Anywhere,
+            is_isolated(k, &values),
+            RootLocation::Anywhere,
         )
     });
     Ok(polished.collect())
 }
 
 /// Relative error of a root that needs no polishing.
-const ENOUGH: f64 = 1e-13;
+const POLISH_THRESHOLD: f64 = 1e-13;
 
 /// No other root is so near that polishing would mix their shapes.
-fn alone(k: usize, roots: &[Complex]) -> bool {
+fn is_isolated(k: usize, roots: &[Complex]) -> bool {
     const REPEATED: f64 = 1e-8; // relative: √ε, where the shapes of a pair keep half their digits
     roots
         .iter()
@@ -213,8 +226,8 @@ fn alone(k: usize, roots: &[Complex]) -> bool {
         .all(|(i, &root)| i == k || modulus(root - roots[k]) > REPEATED * modulus(roots[k]))
 }
 
-fn recover(linear: &Linear, p: &[Complex]) -> Vec<Complex> {
-    linear
+fn recover(model: &LinearModel, p: &[Complex]) -> Vec<Complex> {
+    model
         .transform
         .iter()
         .map(|row| {
@@ -225,7 +238,7 @@ fn recover(linear: &Linear, p: &[Complex]) -> Vec<Complex> {
         .collect()
 }
 
-struct Polished {
+struct PolishedRoot {
     value: Complex,
     x: Vec<Complex>,
     residual: f64,
@@ -233,7 +246,7 @@ struct Polished {
 }
 
 /// A root as the first solution left it, with its absolute error.
-struct Start {
+struct RootEstimate {
     value: Complex,
     vector: Vec<Complex>,
     error: f64,
@@ -241,7 +254,7 @@ struct Start {
 
 /// What is known of a root.
 #[derive(Clone, Copy, PartialEq)]
-enum Root {
+enum RootLocation {
     /// Nothing.
     Anywhere,
     /// It is imaginary: nothing loses energy.
@@ -252,48 +265,53 @@ enum Root {
 const ROUNDING: f64 = 1e-12;
 
 /// Largest order for which every root is polished: a step is a complex LU of that order.
-const POLISH: usize = 160;
+const MAX_POLISH_ORDER: usize = 160;
 
 /// What a polished root keeps, with a margin: ε times its condition times this.
-const MARGIN: f64 = 10.0;
+const POLISH_SAFETY: f64 = 10.0;
 
 /// Polishes a root where that is wanted; keeps the start where polishing leads elsewhere.
-fn polish(quadratic: &Quadratic, start: Start, wanted: bool, known: Root) -> Polished {
-    let reach = 1e3 * start.error;
-    let tries = wanted && quadratic.len() <= POLISH;
+fn polish(
+    eigenproblem: &QuadraticEigenproblem,
+    estimate: RootEstimate,
+    wanted: bool,
+    known: RootLocation,
+) -> PolishedRoot {
+    let reach = 1e3 * estimate.error;
+    let tries = wanted && eigenproblem.len() <= MAX_POLISH_ORDER;
     let polished = tries
-        .then(|| quadratic.polish(start.value, &start.vector).ok())
+        .then(|| eigenproblem.polish(estimate.value, &estimate.vector).ok())
         .flatten();
-    let near = polished.filter(|root| modulus(root.value - start.value) <= reach);
+    let near = polished.filter(|location| modulus(location.value - estimate.value) <= reach);
     let (mut value, mut x, residual, lost) = match near {
-        Some(root) => {
-            let lost = MARGIN * f64::EPSILON * quadratic.condition(&root);
-            (root.value, root.right, root.residual, lost)
+        Some(location) => {
+            let lost = POLISH_SAFETY * f64::EPSILON * eigenproblem.condition(&location);
+            (location.value, location.right, location.residual, lost)
         }
         None => {
-            let residual = quadratic.residual(start.value, &start.vector);
+            let residual = eigenproblem.residual(estimate.value, &estimate.vector);
             (
-                start.value,
-                start.vector,
+                estimate.value,
+                estimate.vector,
                 residual,
-                MARGIN * start.error / modulus(start.value),
+                POLISH_SAFETY * estimate.error / modulus(estimate.value),
             )
         }
     };
-    if known == Root::OnAxis {
+    if known == RootLocation::OnAxis {
         value = Complex::new(0.0, value.im);
     }
     if value.im != 0.0 && value.re.abs() <= lost * modulus(value) {
         // Less than what is certain of λ: no damper sees this mode.
         value = Complex::new(0.0, value.im);
     }
-    normalise(quadratic, value, &mut x);
+    normalise(eigenproblem, value, &mut x);
     // No root is better than what is left of its equation.
     let digits = match lost.max(residual.min(1.0) - ROUNDING) {
         lost if lost.is_nan() => 0.0,
         lost => (-lost.log10()).clamp(0.0, 15.0),
     };
-    Polished {
+    PolishedRoot {
         value,
         x,
         residual,
@@ -302,8 +320,8 @@ fn polish(quadratic: &Quadratic, start: Start, wanted: bool, known: Root) -> Pol
 }
 
 /// `xᵀ (2λ I_η + C) x = 1`; where that product vanishes (defective, or with gyroscopic terms) `xᴴx = 1`.
-fn normalise(quadratic: &Quadratic, value: Complex, x: &mut [Complex]) {
-    let slope = quadratic.slope(value, x, false);
+fn normalise(eigenproblem: &QuadraticEigenproblem, value: Complex, x: &mut [Complex]) {
+    let slope = eigenproblem.derivative_times(value, x, false);
     let product = x
         .iter()
         .zip(&slope)

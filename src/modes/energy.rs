@@ -1,15 +1,15 @@
-//! Where the energy of a mode sits: kinetic by body, strain and dissipation by branch, summed over each element.
+//! Energy shares of a mode: kinetic, strain and dissipated energy by element.
 //!
 //! Shares of `Σ m |vᵀφ|²`, `Σ k |wᵀφ|²` and `Σ (c + ηk/|λ|) |wᵀφ|²`; each sums to 1. A negative stiffness has a negative share.
 
 use super::mode::{Mode, modulus};
-use crate::machine::linear::{Linear, LinearBranch};
-use crate::machine::parts::Machine;
+use crate::machine::components::Machine;
+use crate::machine::linear::{LinearBranch, LinearModel};
 use crate::numeric::Complex;
 
 /// Shares by element number; elements that take no part are left out.
 #[derive(Debug, Clone, Default)]
-pub struct Energies {
+pub struct EnergyShares {
     /// Of the kinetic energy.
     pub kinetic: Vec<(usize, f64)>,
     /// Of the strain energy; `None` for rigid-body modes.
@@ -17,28 +17,28 @@ pub struct Energies {
     /// Of the energy lost in a period by elements; `None` where none loses any.
     pub dissipated: Option<Vec<(usize, f64)>>,
     /// `ζ` estimated from the loss of the undamped shape, `Σ c|wᵀφ|²/(2ω φᵀMφ)`; `None` for rigid modes or without losses.
-    pub light_damping: Option<f64>,
+    pub estimated_damping_ratio: Option<f64>,
 }
 
 /// The energies of one mode.
-pub fn energies(machine: &Machine, linear: &Linear, mode: &Mode) -> Energies {
-    let p = linear.stay(&mode.shape);
+pub fn energy_shares(machine: &Machine, model: &LinearModel, mode: &Mode) -> EnergyShares {
+    let p = model.select_independent(&mode.shape);
     let n = machine.elements.len();
     let omega = mode.omega();
     let mut kinetic = vec![0.0; n];
-    for mass in &linear.masses {
+    for mass in &model.masses {
         kinetic[mass.element] += mass.value * modulus(mass.direction.dot_complex(&p)).powi(2);
     }
     let total: f64 = kinetic.iter().sum();
-    let mut result = Energies {
+    let mut result = EnergyShares {
         kinetic: shares(kinetic),
-        ..Energies::default()
+        ..EnergyShares::default()
     };
     if mode.rigid {
         return result;
     }
     let (mut strain, mut lost) = (vec![0.0; n], vec![0.0; n]);
-    for branch in &linear.branches {
+    for branch in &model.branches {
         let element = machine.branches[branch.index].element;
         let product = work(branch, &p);
         strain[element] += branch.stiffness * product;
@@ -48,7 +48,7 @@ pub fn energies(machine: &Machine, linear: &Linear, mode: &Mode) -> Energies {
     let by_elements: f64 = lost.iter().sum();
     let everywhere = global_loss(machine, omega) * total;
     if by_elements + everywhere > 0.0 && total > 0.0 {
-        result.light_damping = Some((by_elements + everywhere) / (2.0 * omega * total));
+        result.estimated_damping_ratio = Some((by_elements + everywhere) / (2.0 * omega * total));
     }
     result.dissipated = (by_elements > 0.0).then(|| shares(lost));
     result
@@ -57,7 +57,7 @@ pub fn energies(machine: &Machine, linear: &Linear, mode: &Mode) -> Energies {
 /// `Re(conj(uᵀφ) wᵀφ)`: what the branch's force does per cycle along its own direction.
 fn work(branch: &LinearBranch, p: &[Complex]) -> f64 {
     let (u, w) = (
-        branch.acts().dot_complex(p),
+        branch.force_direction().dot_complex(p),
         branch.direction.dot_complex(p),
     );
     u.re * w.re + u.im * w.im
@@ -80,6 +80,6 @@ fn shares(values: Vec<f64>) -> Vec<(usize, f64)> {
 }
 
 /// The element with the largest share.
-pub fn mostly(shares: &[(usize, f64)]) -> Option<(usize, f64)> {
+pub fn dominant_element(shares: &[(usize, f64)]) -> Option<(usize, f64)> {
     shares.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))
 }

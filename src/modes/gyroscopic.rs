@@ -1,14 +1,14 @@
-//! Modes that gyrate and lose nothing: `λ² I + λ G + K`, G skew, K symmetric and positive on what it holds.
+//! Modes of undamped gyroscopic systems: `λ² I + λ G + K`, G skew, K symmetric.
 //!
 //! With `K = L Lᵀ` the state `(Lᵀη, η̇)` has a skew matrix (Meirovitch, AIAA J. 12 (1974), 1337–1342), so that −i times it is
 //! Hermitian: every λ is on the imaginary axis exactly, and repeated ones have as many shapes as they should.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
+use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
 
 /// A frequency and its shape over the modal coordinates.
-pub struct Swing {
+pub struct GyroscopicMode {
     /// λ = iω, rad/s.
     pub omega: f64,
     /// η.
@@ -21,18 +21,18 @@ pub struct Swing {
 ///
 /// # Errors
 /// No convergence; numbers out of range.
-pub fn swings(
+pub fn gyroscopic_modes(
     g: &Matrix,
     k: &Matrix,
     held: &[usize],
     moving: &[usize],
-) -> Result<Option<(Vec<Swing>, f64)>, Error> {
+) -> Result<Option<(Vec<GyroscopicMode>, f64)>, Error> {
     let (np, nr) = (held.len(), moving.len());
     let n = np + nr;
     let block = Matrix::from_fn(np, np, |i, j| {
         (k[(held[i], held[j])] + k[(held[j], held[i])]) / 2.0
     });
-    let Ok(root) = definite::cholesky(&block) else {
+    let Ok(root) = symmetric::cholesky(&block) else {
         return Ok(None);
     };
     let place: Vec<Option<usize>> = moving
@@ -55,7 +55,7 @@ pub fn swings(
         }
     }
     let error = f64::EPSILON * size.sqrt();
-    let (values, vectors) = definite::hermitian(&h)?;
+    let (values, vectors) = symmetric::hermitian_eigen(&h)?;
     let nonzero = values
         .iter()
         .filter(|&&value| value > n as f64 * error)
@@ -65,7 +65,9 @@ pub fn swings(
             "{} of {np} frequencies are below the rounding of the fastest",
             np - nonzero
         );
-        return Err(Error::new(Code::Overflow, message).hint("look for a speed of absurd size"));
+        return Err(
+            Error::new(Code::Overflow, message).with_hint("look for a speed of absurd size")
+        );
     }
     let swings = (0..n)
         .filter(|&column| values[column] > n as f64 * error)
@@ -75,7 +77,7 @@ pub fn swings(
             moving.iter().enumerate().for_each(|(r, &j)| {
                 shape[j] = vectors[(np + r, column)] / Complex::new(0.0, omega)
             });
-            Swing { omega, shape }
+            GyroscopicMode { omega, shape }
         });
     Ok(Some((swings.collect(), error)))
 }

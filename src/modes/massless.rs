@@ -1,27 +1,27 @@
-//! Coordinates without inertia in the modal equations: those a damper brakes keep a state, the others follow statically.
+//! Massless coordinates in the modal equations: damped ones keep a state, others are condensed.
 
-use super::modal::Modal;
+use super::modal_matrices::ModalMatrices;
 use crate::base::error::Error;
-use crate::numeric::quadratic::Quadratic;
-use crate::numeric::{Complex, Matrix, definite};
+use crate::numeric::quadratic::QuadraticEigenproblem;
+use crate::numeric::{Complex, Matrix, symmetric};
 
 /// The massless coordinates in a basis of those a damper brakes (y) and those that follow statically (z).
-pub(super) struct Light {
+pub(super) struct MasslessReduction {
     n_modes: usize,
     /// Columns over d: y first, then z.
     turn: Matrix,
     n_braked: usize,
-    /// `z = follow · (η, y)`.
-    follow: Matrix,
+    /// `z = recovery · (η, y)`.
+    recovery: Matrix,
 }
 
-impl Light {
-    pub(super) fn new(modal: &Modal) -> Result<Light, Error> {
-        let (m, l) = (modal.n_modes, modal.n_light);
+impl MasslessReduction {
+    pub(super) fn new(matrices: &ModalMatrices) -> Result<MasslessReduction, Error> {
+        let (m, l) = (matrices.n_modes, matrices.n_massless);
         let block = Matrix::from_fn(l, l, |i, j| {
-            (modal.damping[(m + i, m + j)] + modal.damping[(m + j, m + i)]) / 2.0
+            (matrices.damping[(m + i, m + j)] + matrices.damping[(m + j, m + i)]) / 2.0
         });
-        let eigen = definite::symmetric(&block)?;
+        let eigen = symmetric::symmetric_eigen(&block)?;
         let largest = eigen.values.iter().fold(0.0f64, |a, b| a.max(b.abs()));
         // Relative to the largest damper on a massless coordinate: below this is rounding of the rank-one sums.
         let braked: Vec<bool> = eigen
@@ -35,16 +35,19 @@ impl Light {
             .collect();
         let turn = Matrix::from_fn(l, l, |i, k| eigen.vectors[(i, order[k])]);
         let n_braked = braked.iter().filter(|&&b| b).count();
-        Ok(Light {
+        Ok(MasslessReduction {
             n_modes: m,
             turn,
             n_braked,
-            follow: Matrix::zeros(l - n_braked, m + n_braked),
+            recovery: Matrix::zeros(l - n_braked, m + n_braked),
         })
     }
 
-    pub(super) fn condense(&self, modal: &Modal) -> Result<Quadratic, Error> {
-        let (m, l) = (modal.n_modes, modal.n_light);
+    pub(super) fn condense(
+        &self,
+        matrices: &ModalMatrices,
+    ) -> Result<QuadraticEigenproblem, Error> {
+        let (m, l) = (matrices.n_modes, matrices.n_massless);
         let keep = m + self.n_braked;
         let turned = |a: &Matrix| -> Matrix {
             let full = Matrix::from_fn(m + l, m + l, |i, j| match (i < m, j < m) {
@@ -58,23 +61,23 @@ impl Light {
                 full.transpose() * a * &full
             }
         };
-        let (damping, stiffness) = (turned(&modal.damping), turned(&modal.stiffness));
+        let (damping, stiffness) = (turned(&matrices.damping), turned(&matrices.stiffness));
         let cut = |a: &Matrix| Matrix::from_fn(keep, keep, |i, j| a[(i, j)]);
-        let mut quadratic = Quadratic {
-            inertial: m,
+        let mut eigenproblem = QuadraticEigenproblem {
+            n_inertial: m,
             damping: cut(&damping),
             stiffness: cut(&stiffness),
-            hysteretic: modal.hysteretic.as_ref().map(|h| cut(&turned(h))),
+            hysteretic: matrices.hysteretic.as_ref().map(|h| cut(&turned(h))),
         };
         if keep < m + l {
-            let follow = self.follow_of(&stiffness, keep, m + l)?;
+            let follow = self.static_recovery(&stiffness, keep, m + l)?;
             let up = Matrix::from_fn(keep, m + l - keep, |i, j| stiffness[(i, keep + j)]);
-            quadratic.stiffness = &quadratic.stiffness + &up * &follow;
+            eigenproblem.stiffness = &eigenproblem.stiffness + &up * &follow;
         }
-        Ok(quadratic)
+        Ok(eigenproblem)
     }
 
-    pub(super) fn follow_of(
+    pub(super) fn static_recovery(
         &self,
         stiffness: &Matrix,
         keep: usize,
@@ -84,7 +87,7 @@ impl Light {
             stiffness[(keep + i, keep + j)]
         });
         let side = Matrix::from_fn(all - keep, keep, |i, j| -stiffness[(keep + i, j)]);
-        definite::solve(&corner, &side)
+        symmetric::lu_solve(&corner, &side)
     }
 
     /// (η, d) from (η, y); what follows statically beyond the undamped shapes is nil where the strain energy is a sum of squares.
@@ -93,9 +96,9 @@ impl Light {
         let mut z: Vec<Complex> = x[..m].to_vec();
         for i in 0..self.turn.nrows() {
             let braked = (0..self.n_braked).map(|k| x[m + k] * self.turn[(i, k)]);
-            let follows = (0..self.follow.nrows()).map(|k| {
+            let follows = (0..self.recovery.nrows()).map(|k| {
                 let value = (0..x.len())
-                    .map(|j| x[j] * self.follow[(k, j)])
+                    .map(|j| x[j] * self.recovery[(k, j)])
                     .fold(Complex::ZERO, |s, t| s + t);
                 value * self.turn[(i, self.n_braked + k)]
             });

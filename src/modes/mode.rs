@@ -1,4 +1,4 @@
-//! One mode, and the list of them with what it took to find them.
+//! One natural mode: eigenvalue, damping ratio, shape, residual.
 
 use crate::numeric::Complex;
 
@@ -11,12 +11,12 @@ pub struct Mode {
     pub rigid: bool,
     /// ζ; `None` where there is no damping, or the root does not oscillate.
     pub damping_ratio: Option<f64>,
-    /// Over all freedoms of the machine: mass-normalised where real, `φᵀ(2λM + C)φ = 1` where complex.
+    /// Over all degrees of freedom of the machine: mass-normalised where real, `φᵀ(2λM + C)φ = 1` where complex.
     pub shape: Vec<Complex>,
     /// `‖(λ²M + λC + K) φ‖ / ‖(|λ|²M + |λ|C + K) |φ|‖`, entry by entry the largest.
     pub residual: f64,
     /// Decimal digits of λ that can be trusted; infinite for the exact zeros.
-    pub digits: f64,
+    pub trusted_digits: f64,
 }
 
 impl Mode {
@@ -31,7 +31,7 @@ impl Mode {
     }
 
     /// It swings: λ has an imaginary part.
-    pub fn oscillates(&self) -> bool {
+    pub fn is_oscillatory(&self) -> bool {
         self.eigenvalue.im != 0.0
     }
 }

@@ -1,17 +1,17 @@
-//! How a frequency follows the elements: `∂λ/∂k_b = (wᵀφ)²`, `∂λ/∂J_i = −λ φ_i²` of `λ = ω²`, mass-normalised.
+//! Sensitivity of frequencies: `∂λ/∂k_b = (wᵀφ)²`, `∂λ/∂J_i = −λ φ_i²`, λ = ω².
 //!
 //! For a repeated frequency the derivative depends on where the change pulls: its values are the eigenvalues of
 //! `Φᵀ (∂K − λ ∂M) Φ` over the whole set (Friswell 1996, J. Vib. Acoust. 118, 390, eq. (6)).
 
 use super::mode::Mode;
 use crate::base::error::Error;
-use crate::machine::linear::Linear;
-use crate::machine::parts::Machine;
-use crate::numeric::{Matrix, definite};
+use crate::machine::components::Machine;
+use crate::machine::linear::LinearModel;
+use crate::numeric::{Matrix, symmetric};
 
 /// What of an element is changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Parameter {
+pub enum SensitivityParameter {
     /// All its stiffnesses, by one factor.
     Stiffness,
     /// All its inertias, by one factor.
@@ -20,11 +20,11 @@ pub enum Parameter {
 
 /// The sensitivity of one mode to one element.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensitivity {
+pub struct FrequencySensitivity {
     /// The element.
     pub element: usize,
     /// What is changed.
-    pub parameter: Parameter,
+    pub parameter: SensitivityParameter,
     /// `(x/ω) ∂ω/∂x`: per cent of frequency per per cent of the parameter.
     pub relative: f64,
     /// `∂ω/∂x`, rad/s per unit of the parameter, where the element has one value of it.
@@ -40,9 +40,9 @@ const SAME_FREQUENCY: f64 = 1e-9;
 /// No convergence of the small eigenproblems of repeated frequencies.
 pub fn sensitivities(
     machine: &Machine,
-    linear: &Linear,
+    model: &LinearModel,
     modes: &[Mode],
-) -> Result<Vec<Vec<Sensitivity>>, Error> {
+) -> Result<Vec<Vec<FrequencySensitivity>>, Error> {
     let mut all = vec![Vec::new(); modes.len()];
     let mut at = 0;
     while at < modes.len() {
@@ -54,9 +54,15 @@ pub fn sensitivities(
         if !modes[at].rigid {
             let shapes: Vec<Vec<f64>> = modes[at..end]
                 .iter()
-                .map(|m| linear.stay(&m.shape).iter().map(|z| z.re).collect())
+                .map(|m| {
+                    model
+                        .select_independent(&m.shape)
+                        .iter()
+                        .map(|z| z.re)
+                        .collect()
+                })
                 .collect();
-            for (k, list) in of_set(machine, linear, omega, &shapes)?
+            for (k, list) in repeated_frequency_set(machine, model, omega, &shapes)?
                 .into_iter()
                 .enumerate()
             {
@@ -69,20 +75,20 @@ pub fn sensitivities(
 }
 
 /// Sensitivities of the modes of one frequency.
-fn of_set(
+fn repeated_frequency_set(
     machine: &Machine,
-    linear: &Linear,
+    model: &LinearModel,
     omega: f64,
     shapes: &[Vec<f64>],
-) -> Result<Vec<Vec<Sensitivity>>, Error> {
+) -> Result<Vec<Vec<FrequencySensitivity>>, Error> {
     let m = shapes.len();
     let lambda = omega * omega;
     let mut terms = Terms {
         list: Vec::new(),
-        of: vec![[None; 2]; machine.elements.len()],
+        by_element: vec![[None; 2]; machine.elements.len()],
         m,
     };
-    for branch in linear
+    for branch in model
         .branches
         .iter()
         .filter(|b| b.stiffness != 0.0 && b.force.is_none())
@@ -90,23 +96,23 @@ fn of_set(
         let seen: Vec<f64> = shapes.iter().map(|p| branch.direction.dot(p)).collect();
         let element = machine.branches[branch.index].element;
         terms
-            .of(element, Parameter::Stiffness)
+            .entry(element, SensitivityParameter::Stiffness)
             .add(branch.stiffness, 1.0, &seen);
     }
-    for mass in &linear.masses {
+    for mass in &model.masses {
         let seen: Vec<f64> = shapes.iter().map(|p| mass.direction.dot(p)).collect();
         terms
-            .of(mass.element, Parameter::Inertia)
+            .entry(mass.element, SensitivityParameter::Inertia)
             .add(mass.value, -lambda, &seen);
     }
     let mut lists = vec![Vec::new(); m];
     for term in &terms.list {
-        let values = definite::symmetric(&term.matrix)?.values;
+        let values = symmetric::symmetric_eigen(&term.matrix)?.values;
         for (list, &change) in lists.iter_mut().zip(&values) {
             // ∂ω = ∂λ / 2ω, per relative change of the parameter.
             let relative = change / (2.0 * lambda);
             let absolute = term.value.map(|value| relative * omega / value);
-            list.push(Sensitivity {
+            list.push(FrequencySensitivity {
                 element: term.element,
                 parameter: term.parameter,
                 relative,
@@ -115,15 +121,15 @@ fn of_set(
         }
     }
     for list in &mut lists {
-        list.sort_by(|a: &Sensitivity, b| b.relative.abs().total_cmp(&a.relative.abs()));
+        list.sort_by(|a: &FrequencySensitivity, b| b.relative.abs().total_cmp(&a.relative.abs()));
     }
     Ok(lists)
 }
 
 /// `x Φᵀ (∂K/∂x − λ ∂M/∂x) Φ` of one element.
-struct Term {
+struct SensitivityTerm {
     element: usize,
-    parameter: Parameter,
+    parameter: SensitivityParameter,
     matrix: Matrix,
     /// The one value its terms share.
     value: Option<f64>,
@@ -132,16 +138,16 @@ struct Term {
 
 /// Terms, found by element and parameter.
 struct Terms {
-    list: Vec<Term>,
-    of: Vec<[Option<usize>; 2]>,
+    list: Vec<SensitivityTerm>,
+    by_element: Vec<[Option<usize>; 2]>,
     m: usize,
 }
 
 impl Terms {
-    fn of(&mut self, element: usize, parameter: Parameter) -> &mut Term {
-        let slot = &mut self.of[element][parameter as usize];
+    fn entry(&mut self, element: usize, parameter: SensitivityParameter) -> &mut SensitivityTerm {
+        let slot = &mut self.by_element[element][parameter as usize];
         let at = *slot.get_or_insert_with(|| {
-            self.list.push(Term {
+            self.list.push(SensitivityTerm {
                 element,
                 parameter,
                 matrix: Matrix::zeros(self.m, self.m),
@@ -154,7 +160,7 @@ impl Terms {
     }
 }
 
-impl Term {
+impl SensitivityTerm {
     fn add(&mut self, value: f64, factor: f64, seen: &[f64]) {
         self.value = if !self.any || self.value == Some(value) {
             Some(value)

@@ -1,4 +1,4 @@
-//! Following modes from one speed to the next by the likeness of their complex states.
+//! Mode tracking over speed by the MAC of energy-weighted complex states.
 //!
 //! A mode is the state `(√k wᵀφ, λ √m vᵀφ)`, whose squared length is its energy. Without losses the states of one speed are
 //! orthogonal in this product (see `gyroscopic`), forward and backward whirl apart, so that the squares of their products
@@ -8,23 +8,23 @@ use std::cell::Cell;
 
 use super::mode::{Mode, modulus};
 use crate::base::error::Error;
-use crate::machine::linear::Linear;
+use crate::machine::linear::LinearModel;
 use crate::numeric::assignment::assign;
-use crate::numeric::collinearity::{self, product};
+use crate::numeric::mac::{self, hermitian_product};
 use crate::numeric::{Complex, Matrix};
 
 /// The modes that swing at one speed, by rising |λ|.
 #[derive(Debug, Clone)]
-pub struct Snapshot {
+pub struct ModeSet {
     /// Of the reference, rad/s.
     pub speed: f64,
     /// The modes.
-    pub modes: Vec<Followed>,
+    pub modes: Vec<TrackedMode>,
 }
 
 /// A mode with its state.
 #[derive(Debug, Clone)]
-pub struct Followed {
+pub struct TrackedMode {
     /// The mode. Of repeated ones the shape is the combination that continues its branch.
     pub mode: Mode,
     state: Vec<Complex>,
@@ -32,19 +32,19 @@ pub struct Followed {
 
 /// Which mode became which.
 #[derive(Debug, Clone)]
-pub struct Link {
+pub struct ModeMatching {
     /// For every mode before: its number now, or nothing where it ceased to swing.
     pub to: Vec<Option<usize>>,
     /// For every mode before: whether the smallest step still left a doubt.
     pub uncertain: Vec<bool>,
 }
 
-impl Link {
-    fn then(self, next: &Link) -> Link {
+impl ModeMatching {
+    fn compose(self, next: &ModeMatching) -> ModeMatching {
         let doubt =
             |(&to, &doubt): (&Option<usize>, &bool)| doubt || to.is_some_and(|j| next.uncertain[j]);
         let uncertain = self.to.iter().zip(&self.uncertain).map(doubt).collect();
-        Link {
+        ModeMatching {
             to: self
                 .to
                 .iter()
@@ -59,43 +59,43 @@ impl Link {
 #[derive(Debug, Clone, Copy)]
 pub struct TrackingOptions {
     /// Smallest MAC of a match that needs no smaller step.
-    pub sure: f64,
+    pub accept_mac: f64,
     /// Smallest MAC at which the smallest step still calls it the same mode.
-    pub same: f64,
+    pub min_mac: f64,
     /// How often a step may be halved.
     pub halvings: u32,
     /// Most speeds solved inside one step.
-    pub most_solves: usize,
+    pub max_solves: usize,
 }
 
 impl Default for TrackingOptions {
     /// 0.9, 0.5, 24 halvings, 120 solves.
     fn default() -> Self {
         TrackingOptions {
-            sure: 0.9,
-            same: 0.5,
+            accept_mac: 0.9,
+            min_mac: 0.5,
             halvings: 24,
-            most_solves: 120,
+            max_solves: 120,
         }
     }
 }
 
 /// Two frequencies, or two shapes, that are taken for equal: relative, √ε with a margin. A veering narrower than this is a crossing.
-const EQUAL: f64 = 1e-7;
+const REPEATED_TOLERANCE: f64 = 1e-7;
 
 /// Follows the modes that `solve` finds at a speed, rad/s.
-pub struct Tracker<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> {
-    linear: &'a Linear,
+pub struct ModeTracker<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> {
+    model: &'a LinearModel,
     solve: F,
     options: TrackingOptions,
     solves: Cell<usize>,
 }
 
-impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
+impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> ModeTracker<'a, F> {
     /// A tracker for the modes of one machine.
-    pub fn new(linear: &'a Linear, options: TrackingOptions, solve: F) -> Self {
-        Tracker {
-            linear,
+    pub fn new(model: &'a LinearModel, options: TrackingOptions, solve: F) -> Self {
+        ModeTracker {
+            model,
             solve,
             options,
             solves: Cell::new(0),
@@ -111,11 +111,11 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
     ///
     /// # Errors
     /// Those of the solver.
-    pub fn start(&self, speed: f64, next: f64) -> Result<Snapshot, Error> {
+    pub fn start(&self, speed: f64, next: f64) -> Result<ModeSet, Error> {
         let mut first = self.snapshot(speed)?;
         if next != speed && groups(&first).iter().any(|group| group.len() > 1) {
             let near = self.snapshot(speed + (next - speed) / 64.0)?; // so little that shapes have not changed yet
-            turn_repeated(&mut first, &near);
+            align_repeated(&mut first, &near);
         }
         Ok(first)
     }
@@ -124,7 +124,7 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
     ///
     /// # Errors
     /// Those of the solver.
-    pub fn follow(&self, from: &Snapshot, speed: f64) -> Result<(Snapshot, Link), Error> {
+    pub fn follow(&self, from: &ModeSet, speed: f64) -> Result<(ModeSet, ModeMatching), Error> {
         let spent = self.solves.get();
         let to = self.snapshot(speed)?;
         self.step(from, to, 0, spent)
@@ -132,31 +132,31 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
 
     fn step(
         &self,
-        from: &Snapshot,
-        mut to: Snapshot,
+        from: &ModeSet,
+        mut to: ModeSet,
         depth: u32,
         spent: usize,
-    ) -> Result<(Snapshot, Link), Error> {
-        turn_repeated(&mut to, from);
+    ) -> Result<(ModeSet, ModeMatching), Error> {
+        align_repeated(&mut to, from);
         let likeness = mac(from, &to);
         let pairs = assign(&likeness);
-        let doubt = self.doubt(from, &to, &likeness, &pairs);
+        let doubt = self.refinement_speed(from, &to, &likeness, &pairs);
         let is_last =
-            depth >= self.options.halvings || self.solves.get() - spent >= self.options.most_solves;
+            depth >= self.options.halvings || self.solves.get() - spent >= self.options.max_solves;
         let Some(middle) = doubt.filter(|_| !is_last) else {
-            return Ok((to, self.settle(&likeness, pairs)));
+            return Ok((to, self.assign_modes(&likeness, pairs)));
         };
         let middle = self.snapshot(middle)?;
         let (middle, first) = self.step(from, middle, depth + 1, spent)?;
         let (to, second) = self.step(&middle, to, depth + 1, spent)?;
-        Ok((to, first.then(&second)))
+        Ok((to, first.compose(&second)))
     }
 
     /// Where to look next, if a match is in doubt: halfway, or where two branches seem to cross and may veer instead.
-    fn doubt(
+    fn refinement_speed(
         &self,
-        from: &Snapshot,
-        to: &Snapshot,
+        from: &ModeSet,
+        to: &ModeSet,
         likeness: &Matrix,
         pairs: &[Option<usize>],
     ) -> Option<f64> {
@@ -167,7 +167,7 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
                 .filter(|&k| k != j)
                 .map(|k| likeness[(i, k)])
                 .fold(0.0, f64::max);
-            if likeness[(i, j)] < self.options.sure || rival > likeness[(i, j)] - 0.1 {
+            if likeness[(i, j)] < self.options.accept_mac || rival > likeness[(i, j)] - 0.1 {
                 return Some(from.speed + width / 2.0);
             }
         }
@@ -176,14 +176,15 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
             .enumerate()
             .filter_map(|(i, j)| j.map(|j| (i, j)))
             .collect();
-        let omega = |snapshot: &Snapshot, i: usize| snapshot.modes[i].mode.omega();
+        let omega = |set: &ModeSet, i: usize| set.modes[i].mode.omega();
         for (at, &(i, j)) in matched.iter().enumerate() {
             for &(k, l) in &matched[at + 1..] {
                 let before = omega(from, i) - omega(from, k);
                 let after = omega(to, j) - omega(to, l);
-                let is_apart =
-                    before.abs() > EQUAL * omega(from, i) && after.abs() > EQUAL * omega(to, j);
-                let is_coupled = likeness[(i, l)].max(likeness[(k, j)]) > EQUAL * EQUAL;
+                let is_apart = before.abs() > REPEATED_TOLERANCE * omega(from, i)
+                    && after.abs() > REPEATED_TOLERANCE * omega(to, j);
+                let is_coupled = likeness[(i, l)].max(likeness[(k, j)])
+                    > REPEATED_TOLERANCE * REPEATED_TOLERANCE;
                 if before * after < 0.0 && is_apart && is_coupled {
                     return Some(
                         from.speed + width * (before / (before - after)).clamp(0.01, 0.99),
@@ -194,48 +195,48 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> Tracker<'a, F> {
         None
     }
 
-    fn settle(&self, likeness: &Matrix, mut to: Vec<Option<usize>>) -> Link {
+    fn assign_modes(&self, likeness: &Matrix, mut to: Vec<Option<usize>>) -> ModeMatching {
         let mut uncertain = vec![false; to.len()];
         for (i, pair) in to.iter_mut().enumerate() {
             let Some(j) = *pair else { continue };
-            uncertain[i] = likeness[(i, j)] < self.options.sure;
-            if likeness[(i, j)] < self.options.same {
+            uncertain[i] = likeness[(i, j)] < self.options.accept_mac;
+            if likeness[(i, j)] < self.options.min_mac {
                 *pair = None;
             }
         }
-        Link { to, uncertain }
+        ModeMatching { to, uncertain }
     }
 
-    fn snapshot(&self, speed: f64) -> Result<Snapshot, Error> {
+    fn snapshot(&self, speed: f64) -> Result<ModeSet, Error> {
         self.solves.set(self.solves.get() + 1);
         let swinging = (self.solve)(speed)?
             .into_iter()
-            .filter(|mode| !mode.rigid && mode.oscillates());
-        let mut modes: Vec<Followed> = swinging
-            .map(|mode| Followed {
-                state: state(self.linear, &mode),
+            .filter(|mode| !mode.rigid && mode.is_oscillatory());
+        let mut modes: Vec<TrackedMode> = swinging
+            .map(|mode| TrackedMode {
+                state: state(self.model, &mode),
                 mode,
             })
             .collect();
         modes.sort_by(|a, b| a.mode.omega().total_cmp(&b.mode.omega()));
-        Ok(Snapshot { speed, modes })
+        Ok(ModeSet { speed, modes })
     }
 }
 
 /// `(√k wᵀφ, λ √m vᵀφ)` of length one. What is no square (negative or one-sided stiffness) has no part in it.
-fn state(linear: &Linear, mode: &Mode) -> Vec<Complex> {
-    let p = linear.stay(&mode.shape);
-    let springs = linear
+fn state(model: &LinearModel, mode: &Mode) -> Vec<Complex> {
+    let p = model.select_independent(&mode.shape);
+    let springs = model
         .branches
         .iter()
         .filter(|b| b.stiffness > 0.0 && b.force.is_none());
     let strained = springs.map(|b| b.direction.dot_complex(&p) * b.stiffness.sqrt());
-    let moving = linear
+    let moving = model
         .masses
         .iter()
         .map(|m| mode.eigenvalue * m.direction.dot_complex(&p) * m.value.sqrt());
     let mut state: Vec<Complex> = strained.chain(moving).collect();
-    let length = product(&state, &state).re.sqrt();
+    let length = hermitian_product(&state, &state).re.sqrt();
     if length > 0.0 {
         scale(&mut state, 1.0 / length);
     }
@@ -252,21 +253,21 @@ fn add(a: &mut [Complex], factor: Complex, b: &[Complex]) {
 }
 
 /// Modal assurance criterion of every mode before with every mode after.
-fn mac(from: &Snapshot, to: &Snapshot) -> Matrix {
+fn mac(from: &ModeSet, to: &ModeSet) -> Matrix {
     Matrix::from_fn(from.modes.len(), to.modes.len(), |i, j| {
-        collinearity::mac(&from.modes[i].state, &to.modes[j].state)
+        mac::mac(&from.modes[i].state, &to.modes[j].state)
     })
 }
 
 /// Runs of modes whose eigenvalues are equal.
-fn groups(snapshot: &Snapshot) -> Vec<std::ops::Range<usize>> {
+fn groups(set: &ModeSet) -> Vec<std::ops::Range<usize>> {
     let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
-    for (i, followed) in snapshot.modes.iter().enumerate() {
-        let lambda = followed.mode.eigenvalue;
+    for (i, mode) in set.modes.iter().enumerate() {
+        let lambda = mode.mode.eigenvalue;
         match groups.last_mut() {
             Some(group)
-                if modulus(lambda - snapshot.modes[i - 1].mode.eigenvalue)
-                    <= EQUAL * modulus(lambda) =>
+                if modulus(lambda - set.modes[i - 1].mode.eigenvalue)
+                    <= REPEATED_TOLERANCE * modulus(lambda) =>
             {
                 group.end = i + 1;
             }
@@ -277,11 +278,11 @@ fn groups(snapshot: &Snapshot) -> Vec<std::ops::Range<usize>> {
 }
 
 /// Shapes of repeated modes are any combination of each other: takes those most like the modes of `like`.
-fn turn_repeated(snapshot: &mut Snapshot, like: &Snapshot) {
-    for group in groups(snapshot).into_iter().filter(|group| group.len() > 1) {
-        let mut basis: Vec<Followed> = Vec::new();
-        for followed in &snapshot.modes[group.clone()] {
-            let mut next = followed.clone();
+fn align_repeated(set: &mut ModeSet, like: &ModeSet) {
+    for group in groups(set).into_iter().filter(|group| group.len() > 1) {
+        let mut basis: Vec<TrackedMode> = Vec::new();
+        for mode in &set.modes[group.clone()] {
+            let mut next = mode.clone();
             if orthonormalise(&mut next, &basis) {
                 basis.push(next);
             }
@@ -289,16 +290,16 @@ fn turn_repeated(snapshot: &mut Snapshot, like: &Snapshot) {
         if basis.len() < group.len() {
             continue; // defective: there are no others to choose from
         }
-        let parts = |target: &Followed| -> Vec<Complex> {
+        let parts = |target: &TrackedMode| -> Vec<Complex> {
             basis
                 .iter()
-                .map(|b| product(&b.state, &target.state))
+                .map(|b| hermitian_product(&b.state, &target.state))
                 .collect()
         };
         let mut targets: Vec<Vec<Complex>> = like.modes.iter().map(parts).collect();
         let size = |parts: &Vec<Complex>| parts.iter().map(|c| c.norm_sqr()).sum::<f64>();
         targets.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        let mut turned: Vec<Followed> = Vec::new();
+        let mut turned: Vec<TrackedMode> = Vec::new();
         let axes = (0..basis.len()).map(|i| {
             (0..basis.len())
                 .map(|j| Complex::new(f64::from(u8::from(i == j)), 0.0))
@@ -313,14 +314,14 @@ fn turn_repeated(snapshot: &mut Snapshot, like: &Snapshot) {
             }
         }
         turned.sort_by(|a, b| a.mode.omega().total_cmp(&b.mode.omega()));
-        for (place, followed) in group.zip(turned) {
-            snapshot.modes[place] = followed;
+        for (place, mode) in group.zip(turned) {
+            set.modes[place] = mode;
         }
     }
 }
 
 /// `Σ part · mode`; its eigenvalue, equal but for rounding, is the mean.
-fn combination(basis: &[Followed], parts: &[Complex]) -> Followed {
+fn combination(basis: &[TrackedMode], parts: &[Complex]) -> TrackedMode {
     let mut sum = basis[0].clone();
     let zero = Complex::ZERO;
     sum.state.fill(zero);
@@ -339,20 +340,20 @@ fn combination(basis: &[Followed], parts: &[Complex]) -> Followed {
 }
 
 /// Takes out what the others have of it; false where little is left.
-fn orthonormalise(followed: &mut Followed, others: &[Followed]) -> bool {
-    let whole = product(&followed.state, &followed.state).re.sqrt();
+fn orthonormalise(mode: &mut TrackedMode, others: &[TrackedMode]) -> bool {
+    let whole = hermitian_product(&mode.state, &mode.state).re.sqrt();
     for _ in 0..2 {
         for other in others {
-            let part = -product(&other.state, &followed.state);
-            add(&mut followed.state, part, &other.state);
-            add(&mut followed.mode.shape, part, &other.mode.shape);
+            let part = -hermitian_product(&other.state, &mode.state);
+            add(&mut mode.state, part, &other.state);
+            add(&mut mode.mode.shape, part, &other.mode.shape);
         }
     }
-    let length = product(&followed.state, &followed.state).re.sqrt();
+    let length = hermitian_product(&mode.state, &mode.state).re.sqrt();
     let is_new = length > 1e-3 * whole && length > 1e-6; // of unit states: less is no direction of its own
     if is_new {
-        scale(&mut followed.state, 1.0 / length);
-        scale(&mut followed.mode.shape, 1.0 / length);
+        scale(&mut mode.state, 1.0 / length);
+        scale(&mut mode.mode.shape, 1.0 / length);
     }
     is_new
 }

@@ -1,16 +1,16 @@
-//! Real modes of the undamped machine, over all its freedoms, with residuals.
+//! Real undamped modes over all degrees of freedom, with residuals.
 
-use super::basis::{Basis, column};
+use super::modal_basis::{ModalBasis, column};
 use super::mode::{Mode, orient};
-use crate::machine::linear::Linear;
+use crate::machine::linear::LinearModel;
 use crate::numeric::Complex;
 
-/// The modes of a basis as the machine's user knows them: every freedom recovered, signs fixed, residuals measured.
-pub fn modes(linear: &Linear, basis: &Basis) -> Vec<Mode> {
+/// The modes of a basis as the machine's user knows them: every degree of freedom recovered, signs fixed, residuals measured.
+pub fn modes(model: &LinearModel, basis: &ModalBasis) -> Vec<Mode> {
     (0..basis.omega.len())
         .map(|j| {
             mode(
-                linear,
+                model,
                 &column(&basis.shapes, j),
                 basis.omega[j],
                 j < basis.n_rigid,
@@ -21,44 +21,48 @@ pub fn modes(linear: &Linear, basis: &Basis) -> Vec<Mode> {
 }
 
 /// One real mode from its shape over the coordinates that stay.
-pub fn mode(linear: &Linear, p: &[f64], omega: f64, rigid: bool, digits: f64) -> Mode {
-    let mut shape: Vec<Complex> = linear
-        .recover(p)
+pub fn mode(model: &LinearModel, p: &[f64], omega: f64, rigid: bool, digits: f64) -> Mode {
+    let mut shape: Vec<Complex> = model
+        .expand(p)
         .into_iter()
         .map(|x| Complex::new(x, 0.0))
         .collect();
     orient(&mut shape);
-    let residual = residual(linear, p, omega);
+    let residual = residual(model, p, omega);
     Mode {
         eigenvalue: Complex::new(0.0, omega),
         rigid,
         damping_ratio: None,
         shape,
         residual,
-        digits,
+        trusted_digits: digits,
     }
 }
 
 /// `max |K p − ω² M p| / (|K||p| + ω² |M||p|)`, entry by entry: the backward error of the pair.
-pub fn residual(linear: &Linear, p: &[f64], omega: f64) -> f64 {
-    let (mut sum, mut size) = (vec![0.0; linear.n], vec![0.0; linear.n]);
-    for branch in &linear.branches {
+pub fn residual(model: &LinearModel, p: &[f64], omega: f64) -> f64 {
+    let (mut sum, mut size) = (vec![0.0; model.n], vec![0.0; model.n]);
+    for branch in &model.branches {
         let force = branch.stiffness * branch.direction.dot(p);
         let bound: f64 = branch
             .direction
-            .scaled()
+            .entries()
             .map(|(i, a)| (a * p[i]).abs())
             .sum();
-        for (i, a) in branch.acts().scaled() {
+        for (i, a) in branch.force_direction().entries() {
             sum[i] += a * force;
             size[i] += (a * branch.stiffness * bound).abs();
         }
     }
     let lambda = omega * omega;
-    for mass in &linear.masses {
+    for mass in &model.masses {
         let momentum = lambda * mass.value * mass.direction.dot(p);
-        let bound: f64 = mass.direction.scaled().map(|(i, a)| (a * p[i]).abs()).sum();
-        for (i, a) in mass.direction.scaled() {
+        let bound: f64 = mass
+            .direction
+            .entries()
+            .map(|(i, a)| (a * p[i]).abs())
+            .sum();
+        for (i, a) in mass.direction.entries() {
             sum[i] -= a * momentum;
             size[i] += (a * lambda * mass.value * bound).abs();
         }

@@ -1,8 +1,8 @@
-//! Which way a mode whirls: the sign of `Im(x̄ y)` at each node, weighed by its kinetic energy.
+//! Whirl direction of a mode: sign of `Im(x̄ y)` at each node, weighted by kinetic energy.
 //!
 //! Displacements `x`, `y` and tilts `rx`, `ry` go round with the spin where `Im(x̄ y) < 0`: x = cos ωt, y = sin ωt.
 
-use crate::machine::parts::Machine;
+use crate::machine::components::Machine;
 use crate::numeric::Complex;
 use crate::scene::model::Axis;
 
@@ -32,7 +32,7 @@ impl Whirl {
 }
 
 /// A node that moves along two axes across its shaft.
-struct Pair {
+struct LateralAxes {
     x: usize,
     y: usize,
     mass: [f64; 2],
@@ -40,41 +40,41 @@ struct Pair {
 }
 
 /// Where a machine can whirl.
-pub struct Lateral {
-    pairs: Vec<Pair>,
+pub struct WhirlNodes {
+    axes: Vec<LateralAxes>,
     mass: Vec<f64>,
 }
 
 /// Share of the kinetic energy across shafts below which a mode counts as torsional: a hundredth moves a bearing no more than a tenth of
 /// what a whirl of the same energy does.
-const LATERAL: f64 = 1e-2;
+const MIN_LATERAL_SHARE: f64 = 1e-2;
 /// Share of the orbits' area that may go the other way, or be flat, before a mode counts as mixed, or planar.
-const SLIGHT: f64 = 1e-3;
+const MIXED_ORBIT_SHARE: f64 = 1e-3;
 
-impl Lateral {
+impl WhirlNodes {
     /// Finds the nodes that can whirl.
-    pub fn new(machine: &Machine) -> Lateral {
+    pub fn new(machine: &Machine) -> WhirlNodes {
         let mass = mass_diagonal(machine);
-        let mut pairs = Vec::new();
+        let mut axes = Vec::new();
         for node in 0..machine.nodes.len() {
-            let freedom = |axis| {
+            let dof = |axis| {
                 machine
-                    .freedoms
+                    .dofs
                     .iter()
                     .position(|f| f.node == node && f.axis == axis)
             };
             for (x, y) in [(Axis::X, Axis::Y), (Axis::TiltX, Axis::TiltY)] {
-                if let (Some(x), Some(y)) = (freedom(x), freedom(y)) {
-                    pairs.push(Pair {
+                if let (Some(x), Some(y)) = (dof(x), dof(y)) {
+                    axes.push(LateralAxes {
                         x,
                         y,
                         mass: [mass[x], mass[y]],
-                        turning: freedom(Axis::Theta),
+                        turning: dof(Axis::Theta),
                     });
                 }
             }
         }
-        Lateral { pairs, mass }
+        WhirlNodes { axes, mass }
     }
 
     /// The sense of a mode at the mean speeds given; `spin` are those at a positive speed of the reference, for when all stand
@@ -93,40 +93,40 @@ impl Lateral {
             .map(|(m, q)| m * q.norm_sqr())
             .sum();
         let (mut with, mut against, mut across) = (0.0, 0.0, 0.0);
-        for pair in &self.pairs {
-            let (x, y) = (shape[pair.x], shape[pair.y]);
+        for axes in &self.axes {
+            let (x, y) = (shape[axes.x], shape[axes.y]);
             let sense = |i: usize| if speeds[i] != 0.0 { speeds[i] } else { spin[i] };
-            let turning = pair.turning.map_or(0.0, sense);
+            let turning = axes.turning.map_or(0.0, sense);
             let sense = if turning != 0.0 {
                 turning
             } else {
                 sense(reference)
             };
             let area =
-                -2.0 * (pair.mass[0] * pair.mass[1]).sqrt() * (x.conj() * y).im * sense.signum();
+                -2.0 * (axes.mass[0] * axes.mass[1]).sqrt() * (x.conj() * y).im * sense.signum();
             with += area.max(0.0);
             against += (-area).max(0.0);
-            across += pair.mass[0] * x.norm_sqr() + pair.mass[1] * y.norm_sqr();
+            across += axes.mass[0] * x.norm_sqr() + axes.mass[1] * y.norm_sqr();
         }
-        if across.is_nan() || across <= LATERAL * kinetic {
+        if across.is_nan() || across <= MIN_LATERAL_SHARE * kinetic {
             return None;
         }
         let round = with + against;
         Some(match () {
-            () if round <= SLIGHT * across => Whirl::Planar,
-            () if against <= SLIGHT * round => Whirl::Forward,
-            () if with <= SLIGHT * round => Whirl::Backward,
+            () if round <= MIXED_ORBIT_SHARE * across => Whirl::Planar,
+            () if against <= MIXED_ORBIT_SHARE * round => Whirl::Forward,
+            () if with <= MIXED_ORBIT_SHARE * round => Whirl::Backward,
             () => Whirl::Mixed,
         })
     }
 }
 
-/// The diagonal of the mass matrix over all freedoms.
+/// The diagonal of the mass matrix over all degrees of freedom.
 pub fn mass_diagonal(machine: &Machine) -> Vec<f64> {
-    let mut diagonal = vec![0.0; machine.freedoms.len()];
+    let mut diagonal = vec![0.0; machine.dofs.len()];
     for mass in &machine.masses {
         mass.direction
-            .scaled()
+            .entries()
             .for_each(|(i, a)| diagonal[i] += mass.value * a * a);
     }
     diagonal

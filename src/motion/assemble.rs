@@ -1,41 +1,42 @@
-//! From a machine and its scene to a machine in motion.
+//! Assembly of the dynamic model `M q̈ + C q̇ + K q + Σ u F = f` from a machine and its scene.
 
-use super::combination::Combination;
-use super::contact::{Contact, Flanks, Losses};
-use super::curve::Curve;
+use super::assembled::AssembledModel;
+use super::combination::LinearCombination;
+use super::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use super::curve::TorqueSpeedCurve;
 use super::cutting;
+use super::dynamic_model::{AppliedForce, DynamicModel, ForceElement, ForceLaw, MassMatrix};
 use super::known;
-use super::moving::Moving;
-use super::rubbing::{self, Pressed};
+use super::load_friction::{self, LoadFriction};
 use super::signal::Signal;
-use super::train::{Branch, Drive, Law, Mass, Train};
-use super::wave::{Phase, Shape, Wave};
+use super::wave::{PeriodicFunction, WavePhase, Waveform};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::machine::components::{self, FrictionCapacity, Machine};
 use crate::machine::direction::Direction;
 use crate::machine::kinematics::Kinematics;
-use crate::machine::linear::{Linear, LinearBranch};
+use crate::machine::linear::{LinearBranch, LinearModel};
 use crate::machine::mesh_cycle;
-use crate::machine::operating::Operating;
-use crate::machine::parts::{self, Grip, Machine};
+use crate::machine::operating_point::OperatingPoint;
 use crate::machine::spin::SpinTerms;
-use crate::modes::basis::{self, Solver};
-use crate::modes::equations::{Case, Equations};
+use crate::modes::modal_basis::{self, UndampedSolver};
+use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::Matrix;
-use crate::scene::laws::{self, Course, Friction, History, PhaseOf, StartAt};
-use crate::scene::start::Start;
+use crate::scene::initial_conditions::InitialConditions;
+use crate::scene::laws::{self, FrictionLaw, InitialState, LoadHistory, MeshPhase, MotionProfile};
 
 /// What all parts of the assembly look at.
-struct Site<'a> {
+struct Assembler<'a> {
     machine: &'a Machine,
     kinematics: &'a Kinematics,
-    linear: Linear,
-    /// Mean speed of every freedom, rad/s, where the file states any.
+    model: LinearModel,
+    /// Mean speed of every degree of freedom, rad/s, where the file states any.
     speeds: Option<&'a [f64]>,
-    phase: PhaseOf,
+    phase: MeshPhase,
 }
 
-/// Assembles a machine for integration in time, as it begins; `speeds` are the mean speeds of all freedoms, rad/s, where any are known.
+/// Assembles a machine for integration in time, as it begins; `speeds` are the mean speeds of all degrees of freedom, rad/s,
+/// where any are known.
 ///
 /// # Errors
 /// What has no motion in time: loss factors, nodes without inertia at anything but springs and dampers, contacts with play and damping of which nobody says what
@@ -43,96 +44,103 @@ struct Site<'a> {
 pub fn assemble(
     machine: &Machine,
     kinematics: &Kinematics,
-    begin: &Start,
+    begin: &InitialConditions,
     speeds: Option<&[f64]>,
-) -> Result<Moving, Error> {
-    let linear = Linear::new(machine, kinematics, &Operating::default())?;
-    refuse(machine, &linear)?;
-    let site = Site {
+) -> Result<AssembledModel, Error> {
+    let model = LinearModel::new(machine, kinematics, &OperatingPoint::default())?;
+    check_supported(machine, &model)?;
+    let assembler = Assembler {
         machine,
         kinematics,
-        linear,
+        model,
         speeds,
         phase: begin.phase,
     };
-    let coordinates = site
-        .linear
-        .free
+    let coordinates = assembler
+        .model
+        .independent_dofs
         .iter()
-        .map(|&i| machine.freedom_name(i))
+        .map(|&i| machine.dof_name(i))
         .collect();
-    let mass = site.mass()?;
-    let general = site.general()?;
-    let (mut branches, mut of) = (Vec::new(), vec![Vec::new(); machine.branches.len()]);
-    for lb in &site.linear.branches {
-        for branch in site.branch(lb)? {
-            of[lb.index].push(branches.len());
-            branches.push(branch);
+    let matrix = assembler.mass()?;
+    let general = assembler.gyroscopic_and_modal_terms()?;
+    let (mut elements, mut of) = (Vec::new(), vec![Vec::new(); machine.branches.len()]);
+    for lb in &assembler.model.branches {
+        for element in assembler.branch(lb)? {
+            of[lb.index].push(elements.len());
+            elements.push(element);
         }
     }
-    branches.extend(site.brakes(&of)?);
-    branches.extend(site.locked());
+    elements.extend(assembler.friction_elements(&of)?);
+    elements.extend(assembler.angle_locked_loads());
     let mut known: Vec<(String, usize, Signal)> = Vec::new();
-    for motor in &machine.motors {
-        let name = machine.elements[motor.element].name.clone();
-        match &motor.drive {
-            laws::Drive::Curve { curve, lag } => {
-                branches.push(motor_branch(name, site.row(motor.freedom), curve, *lag))
+    for drive in &machine.drives {
+        let name = machine.elements[drive.element].name.clone();
+        match &drive.model {
+            laws::MotorModel::Curve { curve, lag } => elements.push(motor_branch(
+                name,
+                assembler.dof_row(drive.dof),
+                curve,
+                *lag,
+            )),
+            laws::MotorModel::Speed(profile) => {
+                let (at, ratio) = assembler.prescribe(drive, &known)?;
+                known.push((
+                    name,
+                    at,
+                    history_to_signal(profile)?.integral().scaled(ratio),
+                ));
             }
-            laws::Drive::Speed(course) => {
-                let (at, ratio) = site.prescribe(motor, &known)?;
-                known.push((name, at, over_time(course)?.integral().times(ratio)));
-            }
-            laws::Drive::Angle(course) => {
-                let (at, ratio) = site.prescribe(motor, &known)?;
-                known.push((name, at, over_time(course)?.times(ratio)));
+            laws::MotorModel::Angle(profile) => {
+                let (at, ratio) = assembler.prescribe(drive, &known)?;
+                known.push((name, at, history_to_signal(profile)?.scaled(ratio)));
             }
         }
     }
-    let loads = site.loads()?;
-    let drives = loads.iter().map(|(freedom, signal)| Drive {
-        name: load_on(machine, *freedom),
-        direction: site.row(*freedom),
+    let loads = assembler.loads()?;
+    let drives = loads.iter().map(|(dof, signal)| AppliedForce {
+        name: load_name(machine, *dof),
+        direction: assembler.dof_row(*dof),
         signal: signal.clone(),
     });
-    let drives = drives.chain(site.carried_round(begin.at));
-    let train = Train {
+    let drives = drives.chain(assembler.carried_round(begin.at));
+    let dynamic_model = DynamicModel {
         coordinates,
-        mass,
-        branches,
-        drives: drives.collect(),
-        drag: machine.damping.mass,
-        general,
+        matrix,
+        elements,
+        forces: drives.collect(),
+        mass_damping: machine.damping.mass,
+        unattached: general,
     };
-    let freedoms = site.linear.transform.iter().map(|terms| {
-        Some(Combination {
+    let dofs = assembler.model.transform.iter().map(|terms| {
+        Some(LinearCombination {
             terms: terms.clone(),
             imposed: None,
         })
     });
-    let moving = Moving {
-        freedoms: freedoms.collect(),
-        kept: (0..train.n()).collect(),
-        train,
-        springs: vec![None; of.len()],
+    let assembled_model = AssembledModel {
+        dofs: dofs.collect(),
+        retained: (0..dynamic_model.coordinate_count()).collect(),
+        model: dynamic_model,
+        dampers: vec![None; of.len()],
         loads,
         branches: of,
-        rigid: site.linear.rigid.clone(),
-        prescribed: None,
+        rigid: assembler.model.rigid.clone(),
+        reduction: None,
     };
-    let light = site.linear.massless.iter().copied();
+    let light = assembler.model.massless.iter().copied();
     let light: Vec<usize> = light.filter(|j| known.iter().all(|k| k.1 != *j)).collect();
-    moving
+    assembled_model
         .without_massless(&light, &|j| {
-            let node = machine.freedoms[site.linear.free[j]].node;
-            machine.elements[machine.nodes[node].element].place.clone()
+            let node = machine.dofs[assembler.model.independent_dofs[j]].node;
+            machine.elements[machine.nodes[node].element].span.clone()
         })?
         .without_prescribed(known)
 }
 
 /// Says what has no motion in time.
-fn refuse(machine: &Machine, linear: &Linear) -> Result<(), Error> {
-    if let Some(lb) = linear.branches.iter().find(|b| b.loss_factor != 0.0) {
+fn check_supported(machine: &Machine, model: &LinearModel) -> Result<(), Error> {
+    if let Some(lb) = model.branches.iter().find(|b| b.loss_factor != 0.0) {
         let element = &machine.elements[machine.branches[lb.index].element];
         let message = format!(
             "the loss factor of `{}` is defined in frequency only",
@@ -140,95 +148,94 @@ fn refuse(machine: &Machine, linear: &Linear) -> Result<(), Error> {
         );
         let hint = "give it `c` or `damping_ratio` for motion in time";
         return Err(Error::new(Code::Conflict, message)
-            .at(&element.place)
-            .hint(hint));
+            .with_span(&element.span)
+            .with_hint(hint));
     }
-    for (at, motor) in machine.motors.iter().enumerate() {
-        let other = machine.motors[..at]
+    for (at, motor_drive) in machine.drives.iter().enumerate() {
+        let other = machine.drives[..at]
             .iter()
-            .find(|m| m.freedom == motor.freedom);
-        let is_speed = |m: &parts::Motor| !matches!(m.drive, laws::Drive::Curve { .. });
-        if let Some(other) = other.filter(|m| is_speed(m) || is_speed(motor)) {
+            .find(|m| m.dof == motor_drive.dof);
+        let is_speed =
+            |m: &components::MotorDrive| !matches!(m.model, laws::MotorModel::Curve { .. });
+        if let Some(other) = other.filter(|m| is_speed(m) || is_speed(motor_drive)) {
             let (one, two) = (
                 &machine.elements[other.element],
-                &machine.elements[motor.element],
+                &machine.elements[motor_drive.element],
             );
             let message = format!(
                 "`{}` and `{}` both drive {}, and one of them prescribes its motion",
                 one.name,
                 two.name,
-                machine.freedom_name(motor.freedom)
+                machine.dof_name(motor_drive.dof)
             );
             return Err(Error::new(Code::Conflict, message)
-                .at(&two.place)
-                .hint("leave one of them out"));
+                .with_span(&two.span)
+                .with_hint("leave one of them out"));
         }
     }
     Ok(())
 }
 
-impl Site<'_> {
-    /// A freedom over the coordinates that stay.
-    fn row(&self, freedom: usize) -> Direction {
-        Direction::new(1.0, self.linear.transform[freedom].iter().copied())
+impl Assembler<'_> {
+    /// A degree of freedom over the coordinates that stay.
+    fn dof_row(&self, dof: usize) -> Direction {
+        Direction::new(1.0, self.model.transform[dof].iter().copied())
     }
 
-    fn mass(&self) -> Result<Mass, Error> {
-        if let Some(diagonal) = self.linear.mass_diagonal() {
-            return Ok(Mass::Diagonal(diagonal));
+    fn mass(&self) -> Result<MassMatrix, Error> {
+        if let Some(diagonal) = self.model.mass_diagonal() {
+            return Ok(MassMatrix::Diagonal(diagonal));
         }
-        let n = self.linear.n;
+        let n = self.model.n;
         let mut matrix = Matrix::zeros(n, n);
-        for mass in &self.linear.masses {
-            for (i, a) in mass.direction.scaled() {
-                for (j, b) in mass.direction.scaled() {
-                    matrix[(i, j)] += mass.value * a * b;
+        for mass_matrix in &self.model.masses {
+            for (i, a) in mass_matrix.direction.entries() {
+                for (j, b) in mass_matrix.direction.entries() {
+                    matrix[(i, j)] += mass_matrix.value * a * b;
                 }
             }
         }
-        Mass::full(matrix)
+        MassMatrix::full(matrix)
     }
 
     /// K₀ and C₀: gyroscopic, centripetal and circulatory terms at the mean speeds, modal damping.
-    fn general(&self) -> Result<Option<(Matrix, Matrix)>, Error> {
+    fn gyroscopic_and_modal_terms(&self) -> Result<Option<(Matrix, Matrix)>, Error> {
         let modal = self.machine.damping.is_modal();
-        let speeds = self.speeds.filter(|_| !self.machine.spins.is_empty());
+        let speeds = self.speeds.filter(|_| !self.machine.gyroscopic.is_empty());
         if !modal && speeds.is_none() {
             return Ok(None);
         }
-        let basis = basis::solve(&self.linear, Solver::Factored)?;
+        let basis = modal_basis::solve(&self.model, UndampedSolver::Factored)?;
         let mut bare = self.machine.clone();
         (bare.damping.mass, bare.damping.stiffness) = (0.0, 0.0);
-        let mut linear = self.linear.clone();
-        linear.branches.clear();
-        let case = Case {
+        let mut model = self.model.clone();
+        model.branches.clear();
+        let context = AnalysisContext {
             machine: &bare,
-            linear: &linear,
+            model: &model,
             basis: &basis,
             speeds: None,
         };
-        let n = linear.n;
-        let mut equations = Equations::over(&case, Matrix::identity(n, n), Vec::new(), 0);
+        let n = model.n;
+        let mut matrices =
+            SystemMatrices::in_basis(&context, Matrix::identity(n, n), Vec::new(), 0);
         if let Some(speeds) = speeds {
-            let terms = SpinTerms::new(self.machine, &self.linear, speeds, true);
-            equations.add_spins(&terms, 0);
+            let terms = SpinTerms::new(self.machine, &self.model, speeds, true);
+            matrices.add_gyroscopic(&terms, 0);
         }
-        Ok(Some((equations.stiffness, equations.damping)))
+        Ok(Some((matrices.stiffness, matrices.damping)))
     }
 
     /// What `m r Ω²` pulls outwards on masses that a carrier takes round. Of a steady start the coordinates hold the mean turn, on which
     /// the Coriolis terms act with `2 m r Ω θ̇`: `m r Ω²` of it is too much. About a start at rest nothing is added.
-    fn carried_round(&self, at: StartAt) -> Vec<Drive> {
-        let speeds = self.speeds.filter(|_| at == StartAt::Steady);
-        let each = self.machine.spins.iter().filter_map(|spin| {
-            let (freedom, lever) = spin.outwards?;
-            let omega = speeds?[spin.turning];
-            (lever * omega != 0.0).then(|| Drive {
-                name: format!(
-                    "centrifugal force on {}",
-                    self.machine.freedom_name(freedom)
-                ),
-                direction: self.row(freedom),
+    fn carried_round(&self, at: InitialState) -> Vec<AppliedForce> {
+        let speeds = self.speeds.filter(|_| at == InitialState::Steady);
+        let each = self.machine.gyroscopic.iter().filter_map(|terms| {
+            let (dof, lever) = terms.outwards?;
+            let omega = speeds?[terms.turning];
+            (lever * omega != 0.0).then(|| AppliedForce {
+                name: format!("centrifugal force on {}", self.machine.dof_name(dof)),
+                direction: self.dof_row(dof),
                 signal: Signal::constant(-lever * omega * omega),
             })
         });
@@ -236,77 +243,82 @@ impl Site<'_> {
     }
 
     /// A branch of the machine, or one for each flank where these push in different directions.
-    fn branch(&self, lb: &LinearBranch) -> Result<Vec<Branch>, Error> {
+    fn branch(&self, lb: &LinearBranch) -> Result<Vec<ForceElement>, Error> {
         let part = &self.machine.branches[lb.index];
         let damping = lb.damping + self.machine.damping.stiffness * lb.stiffness;
-        let variation = match &part.wave {
+        let variation = match &part.stiffness_variation {
             None => None,
-            Some(wave) => Some(self.wave(lb.index, wave.shape.clone(), wave.lead)?),
+            Some(wave) => Some(self.wave(lb.index, wave.waveform.clone(), wave.phase)?),
         };
         let errors = [self.errors(lb.index, 0)?, self.errors(lb.index, 1)?];
-        let make = |direction: Direction, law: Law, flank: usize| {
+        let make = |direction: Direction, law: ForceLaw, flank: usize| {
             let (imposed, followed) = errors[flank].clone();
-            Branch {
+            ForceElement {
                 name: self.machine.branch_name(lb.index),
                 direction,
-                force: lb.force.clone(),
+                force_direction: lb.force.clone(),
                 law,
-                variation: variation.clone(),
-                imposed,
-                followed,
+                stiffness_wave: variation.clone(),
+                imposed_displacement: imposed,
+                angle_waves: followed,
             }
         };
         if let Some(characteristic) = part.characteristic.clone() {
-            let law = Law::Nonlinear {
+            let law = ForceLaw::Nonlinear {
                 characteristic,
                 damping,
             };
             return Ok(vec![make(lb.direction.clone(), law, 0)]);
         }
-        if part.play == 0.0 && part.wave.is_none() {
-            let law = Law::Linear {
+        if part.backlash == 0.0 && part.stiffness_variation.is_none() {
+            let law = ForceLaw::Linear {
                 stiffness: lb.stiffness,
                 damping,
             };
             return Ok(vec![make(lb.direction.clone(), law, 0)]);
         }
-        let losses = self.losses(part, damping)?;
-        let contact = |flanks: Flanks| {
-            Law::Contact(Contact {
+        let contact_damping = self.losses(part, damping)?;
+        let contact = |flanks: ActiveFlanks| {
+            ForceLaw::Contact(ContactLaw {
                 stiffness: lb.stiffness,
                 damping,
-                half: part.play / 2.0,
-                losses,
+                half_play: part.backlash / 2.0,
+                contact_damping,
                 flanks,
             })
         };
         Ok(match &part.coast {
-            Some(coast) if part.play > 0.0 => {
+            Some(coast) if part.backlash > 0.0 => {
                 vec![
-                    make(lb.direction.clone(), contact(Flanks::Drive), 0),
-                    make(self.reduced(coast), contact(Flanks::Coast), 1),
+                    make(lb.direction.clone(), contact(ActiveFlanks::Drive), 0),
+                    make(self.reduced(coast), contact(ActiveFlanks::Coast), 1),
                 ]
             }
-            _ => vec![make(lb.direction.clone(), contact(Flanks::Both), 0)],
+            _ => vec![make(lb.direction.clone(), contact(ActiveFlanks::Both), 0)],
         })
     }
 
     /// What the damper of a contact does where it opens; nobody may guess.
-    fn losses(&self, part: &parts::Branch, damping: f64) -> Result<Losses, Error> {
-        let stated = part.losses.or(self.machine.damping.contacts);
-        if part.play == 0.0 || damping == 0.0 {
-            return Ok(stated.unwrap_or(Losses::Adhesive));
+    fn losses(&self, part: &components::Branch, damping: f64) -> Result<ContactDamping, Error> {
+        let stated = part.contact_damping.or(self.machine.damping.contacts);
+        if part.backlash == 0.0 || damping == 0.0 {
+            return Ok(stated.unwrap_or(ContactDamping::Adhesive));
         }
         stated.ok_or_else(|| {
             let element = &self.machine.elements[part.element];
             let message = format!("`{}` has play and damping, and nothing says what its damper does when it opens", element.name);
             let hint = "write contact_damping = \"no-pull\" (or \"continuous\", \"adhesive\", \"throughout\") in it, or contacts = … in [damping] for all";
-            Error::new(Code::MissingKey, message).at(&element.place).hint(hint)
+            Error::new(Code::MissingKey, message).with_span(&element.span).with_hint(hint)
         })
     }
 
     /// The wave of a mesh over its cycle.
-    fn wave(&self, branch: usize, shape: Shape, lead: f64) -> Result<Wave, Error> {
+    fn wave(
+        &self,
+        branch: usize,
+        waveform: Waveform,
+        lead: f64,
+    ) -> Result<PeriodicFunction, Error> {
         let cycles = mesh_cycle::cycles(self.machine, branch);
         // The phase of a gear that moves as prescribed is known in time.
         let prescribed = cycles.iter().find(|c| self.is_prescribed(c.turning));
@@ -317,150 +329,157 @@ impl Site<'_> {
                 element.name
             );
             return Err(Error::new(Code::Conflict, message)
-                .at(&element.place)
-                .hint("waves belong to toothed pairs; a stage given by `base_radii` has no teeth, `teeth` and `module` give it some"));
+                .with_span(&element.span)
+                .with_hint("waves belong to toothed pairs; a stage given by `base_radii` has no teeth, `teeth` and `module` give it some"));
         };
         let teeth = cycle.teeth as f64;
-        self.turning(shape, cycle.turning, cycle.carrier, teeth, lead)
+        self.rotating_wave(waveform, cycle.turning, cycle.carrier, teeth, lead)
     }
 
-    /// A wave that passes `cycles` times a turn of a freedom against its carrier.
-    fn turning(
+    /// A wave that passes `cycles` times a turn of a degree of freedom against its carrier.
+    fn rotating_wave(
         &self,
-        shape: Shape,
-        freedom: usize,
+        waveform: Waveform,
+        dof: usize,
         carrier: Option<usize>,
         cycles: f64,
         lead: f64,
-    ) -> Result<Wave, Error> {
-        Ok(match self.phase(freedom, carrier, cycles, lead)? {
-            Phase::Imposed { omega, start } => Wave::imposed(shape, omega, start),
-            phase => Wave { shape, phase },
+    ) -> Result<PeriodicFunction, Error> {
+        Ok(match self.phase(dof, carrier, cycles, lead)? {
+            WavePhase::Imposed { omega, start } => {
+                PeriodicFunction::imposed(waveform, omega, start)
+            }
+            phase => PeriodicFunction { waveform, phase },
         })
     }
 
-    /// What passes `cycles` times a turn of a freedom against its carrier.
+    /// What passes `cycles` times a turn of a degree of freedom against its carrier.
     fn phase(
         &self,
-        freedom: usize,
+        dof: usize,
         carrier: Option<usize>,
         cycles: f64,
         start: f64,
-    ) -> Result<Phase, Error> {
-        if self.phase == PhaseOf::Angle {
-            let own = self.linear.transform[freedom].iter().copied();
-            let carried = carrier.map(|c| self.linear.transform[c].iter().map(|&(j, a)| (j, -a)));
-            return Ok(Phase::Followed {
+    ) -> Result<WavePhase, Error> {
+        if self.phase == MeshPhase::Angle {
+            let own = self.model.transform[dof].iter().copied();
+            let carried = carrier.map(|c| self.model.transform[c].iter().map(|&(j, a)| (j, -a)));
+            return Ok(WavePhase::FollowsAngle {
                 angle: Direction::new(cycles, own.chain(carried.into_iter().flatten())),
                 start,
                 known: None,
             });
         }
-        let omega = cycles * (self.speed(freedom)? - carrier.map_or(Ok(0.0), |c| self.speed(c))?);
-        Ok(Phase::Imposed { omega, start })
+        let omega = cycles * (self.speed(dof)? - carrier.map_or(Ok(0.0), |c| self.speed(c))?);
+        Ok(WavePhase::Imposed { omega, start })
     }
 
-    fn is_prescribed(&self, freedom: usize) -> bool {
-        let rows = &self.linear.transform;
-        let mut motors = self.machine.motors.iter();
+    fn is_prescribed(&self, dof: usize) -> bool {
+        let rows = &self.model.transform;
+        let mut motors = self.machine.drives.iter();
         motors.any(|m| {
-            let prescribes = !matches!(m.drive, laws::Drive::Curve { .. });
-            prescribes && rows[m.freedom].len() == 1 && rows[freedom] == rows[m.freedom]
+            let prescribes = !matches!(m.model, laws::MotorModel::Curve { .. });
+            prescribes && rows[m.dof].len() == 1 && rows[dof] == rows[m.dof]
         })
     }
 
-    fn speed(&self, freedom: usize) -> Result<f64, Error> {
-        self.speeds.as_ref().map(|s| s[freedom]).ok_or_else(|| {
+    fn speed(&self, dof: usize) -> Result<f64, Error> {
+        self.speeds.as_ref().map(|s| s[dof]).ok_or_else(|| {
             let message = format!(
                 "the speed of {} is needed, and no speed is stated",
-                self.machine.freedom_name(freedom)
+                self.machine.dof_name(dof)
             );
-            Error::new(Code::NoSpeed, message)
-                .hint("state the speed of a node in [speed] of the model")
+            Error::new(Code::UndeterminedSpeed, message)
+                .with_hint("state the speed of a node in [speed] of the model")
         })
     }
 
     /// e of a flank of a branch (0 drive, 1 coast): its harmonics where the speed is imposed, else waves that follow the angle.
-    fn errors(&self, branch: usize, flank: usize) -> Result<(Option<Signal>, Vec<Wave>), Error> {
-        let (mut imposed, mut followed): (Option<Signal>, Vec<Wave>) = (None, Vec::new());
+    fn errors(
+        &self,
+        branch: usize,
+        flank: usize,
+    ) -> Result<(Option<Signal>, Vec<PeriodicFunction>), Error> {
+        let (mut imposed, mut followed): (Option<Signal>, Vec<PeriodicFunction>) =
+            (None, Vec::new());
         let acting = self.machine.errors.iter().flat_map(|error| {
             let here = error.acts.iter().filter(|act| act.branch == branch);
             here.map(move |act| (error, act.flanks[flank]))
         });
         for (error, reach) in acting {
-            let pace = error.pace.0 as f64 / error.pace.1 as f64;
-            let wave = self.turning(
-                error.shape.times(-reach.gain),
-                error.turning,
+            let pace = error.periods_per_rev.0 as f64 / error.periods_per_rev.1 as f64;
+            let function = self.rotating_wave(
+                error.waveform.scaled(-reach.gain),
+                error.rotation_dof,
                 error.carrier,
                 pace,
-                reach.turn,
+                reach.phase,
             )?;
-            match wave.phase {
-                Phase::Imposed { omega, start } => {
-                    let signal = wave.shape.over_time(omega, start);
+            match function.phase {
+                WavePhase::Imposed { omega, start } => {
+                    let signal = function.waveform.to_signal(omega, start);
                     imposed = Some(imposed.map_or(signal.clone(), |s| s.plus(&signal)));
                 }
-                Phase::Followed { .. } => followed.push(wave),
+                WavePhase::FollowsAngle { .. } => followed.push(function),
             }
         }
         Ok((imposed, followed))
     }
 
     /// Dry friction; `of` are the branches of the train that each branch of the machine is.
-    fn brakes(&self, of: &[Vec<usize>]) -> Result<Vec<Branch>, Error> {
-        let mut branches = Vec::new();
-        for brake in &self.machine.brakes {
+    fn friction_elements(&self, of: &[Vec<usize>]) -> Result<Vec<ForceElement>, Error> {
+        let mut elements = Vec::new();
+        for brake in &self.machine.friction_elements {
             let direction = self.reduced(&brake.direction);
             let element = &self.machine.elements[brake.element];
             let name = element.name.clone();
-            match &brake.grip {
-                Grip::Constant => {
-                    branches.push(plain(name, direction, Law::Friction(brake.friction)));
+            match &brake.capacity {
+                FrictionCapacity::Constant => {
+                    elements.push(bare_element(name, direction, ForceLaw::Friction(brake.law)));
                 }
-                Grip::Timed(share) => {
-                    let law = Law::Clutch {
-                        friction: brake.friction,
+                FrictionCapacity::Timed(share) => {
+                    let law = ForceLaw::Clutch {
+                        law: brake.law,
                         grip: known::signal(share)?,
                     };
-                    branches.push(plain(name, direction, law));
+                    elements.push(bare_element(name, direction, law));
                 }
-                Grip::Pressed(pressed) if pressed.coefficient == 0.0 => {
-                    let law = Law::Friction(brake.friction.gripped(pressed.constant));
-                    branches.push(plain(format!("{name} friction"), direction, law));
+                FrictionCapacity::Pressed(load_friction) if load_friction.coefficient == 0.0 => {
+                    let law = ForceLaw::Friction(brake.law.scaled(load_friction.constant));
+                    elements.push(bare_element(format!("{name} friction"), direction, law));
                 }
-                Grip::Pressed(pressed) => {
+                FrictionCapacity::Pressed(load_friction) => {
                     let name = format!("{name} friction");
-                    for law in self.pressed(brake.friction, pressed, of)? {
-                        branches.push(plain(name.clone(), direction.clone(), law));
+                    for law in self.load_dependent_friction(brake.law, load_friction, of)? {
+                        elements.push(bare_element(name.clone(), direction.clone(), law));
                     }
                 }
             }
         }
-        Ok(branches)
+        Ok(elements)
     }
 
     fn reduced(&self, direction: &Direction) -> Direction {
         Direction {
             scale: direction.scale,
-            terms: self.kinematics.reduced(&direction.terms),
+            terms: self.kinematics.reduce_row(&direction.terms),
         }
     }
 
     /// Friction that goes by forces of branches; one law a flank where these are branches of their own.
-    fn pressed(
+    fn load_dependent_friction(
         &self,
-        friction: Friction,
-        pressed: &parts::Pressed,
+        friction_law: FrictionLaw,
+        load_friction: &components::LoadDependentCapacity,
         of: &[Vec<usize>],
-    ) -> Result<Vec<Law>, Error> {
-        let law = |by: Vec<Vec<(usize, f64)>>, path: Option<rubbing::Path>| {
-            Law::Pressed(Box::new(Pressed {
-                friction,
-                constant: pressed.constant,
-                coefficient: pressed.coefficient,
-                by,
-                path,
+    ) -> Result<Vec<ForceLaw>, Error> {
+        let law = |by: Vec<Vec<(usize, f64)>>, levers: Option<load_friction::FrictionLevers>| {
+            ForceLaw::LoadFriction(Box::new(LoadFriction {
+                law: friction_law,
+                constant: load_friction.constant,
+                coefficient: load_friction.coefficient,
+                force_components: by,
+                levers,
             }))
         };
         let component = |forces: &Vec<(usize, f64)>| {
@@ -469,44 +488,55 @@ impl Site<'_> {
                 .flat_map(|&(b, share)| of[b].iter().map(move |&at| (at, share)));
             each.collect()
         };
-        let Some(path) = &pressed.path else {
-            return Ok(vec![law(pressed.by.iter().map(component).collect(), None)]);
+        let Some(levers) = &load_friction.path else {
+            return Ok(vec![law(
+                load_friction
+                    .force_components
+                    .iter()
+                    .map(component)
+                    .collect(),
+                None,
+            )]);
         };
-        let phase = match path.cycle {
-            Some((freedom, teeth, start)) => {
-                Some(self.phase(freedom, None, f64::from(teeth), start)?)
-            }
+        let phase = match levers.cycle {
+            Some((dof, teeth, start)) => Some(self.phase(dof, None, f64::from(teeth), start)?),
             None => None,
         };
-        let flanks = pressed.by.iter().flatten().flat_map(|f| &of[f.0]);
+        let flanks = load_friction
+            .force_components
+            .iter()
+            .flatten()
+            .flat_map(|f| &of[f.0]);
         let flanks: Vec<usize> = flanks.copied().collect();
         let own = |(flank, &at): (usize, &usize)| {
             // A branch of its own for coast flanks pulls with a force below zero as well.
             let aside = match flanks.len() {
-                1 => [&path.aside[0]; 2],
-                _ => [&path.aside[flank]; 2],
+                1 => [&levers.pitch_point_sliding[0]; 2],
+                _ => [&levers.pitch_point_sliding[flank]; 2],
             };
-            let path = rubbing::Path {
-                aside: aside.map(|d| self.reduced(d)),
-                pieces: path.pieces.clone(),
+            let levers = load_friction::FrictionLevers {
+                pitch_point_sliding: aside.map(|d| self.reduced(d)),
+                segments: levers.segments.clone(),
                 phase: phase.clone(),
             };
-            law(vec![vec![(at, 1.0)]], Some(path))
+            law(vec![vec![(at, 1.0)]], Some(levers))
         };
         Ok(flanks.iter().enumerate().map(own).collect())
     }
 
     /// Loads whose orders are locked to the angle of their node.
-    fn locked(&self) -> Vec<Branch> {
-        let load = |(freedom, history): &(usize, History)| match history {
-            History::Orders { mean, orders } if self.phase == PhaseOf::Angle => Some(plain(
-                load_on(self.machine, *freedom),
-                self.row(*freedom),
-                Law::Orders {
-                    mean: *mean,
-                    terms: orders.clone(),
-                },
-            )),
+    fn angle_locked_loads(&self) -> Vec<ForceElement> {
+        let load = |(dof, history): &(usize, LoadHistory)| match history {
+            LoadHistory::Orders { mean, orders } if self.phase == MeshPhase::Angle => {
+                Some(bare_element(
+                    load_name(self.machine, *dof),
+                    self.dof_row(*dof),
+                    ForceLaw::AngleLocked {
+                        mean: *mean,
+                        terms: orders.clone(),
+                    },
+                ))
+            }
             _ => None,
         };
         self.machine.histories.iter().filter_map(load).collect()
@@ -514,45 +544,45 @@ impl Site<'_> {
 
     /// Whether a constant torque stood for a motor that is there now: one that pushes the way the motor starts, or any where the
     /// motion itself is prescribed.
-    fn stands_for_motor(&self, freedom: usize, torque: f64) -> bool {
-        let mut motors = self.machine.motors.iter();
-        motors.any(|motor| {
-            let takes = match &motor.drive {
-                laws::Drive::Curve { curve, .. } => curve.torque(0.0) * torque >= 0.0,
-                laws::Drive::Speed(_) | laws::Drive::Angle(_) => true,
+    fn is_replaced_by_motor(&self, dof: usize, torque: f64) -> bool {
+        let mut motors = self.machine.drives.iter();
+        motors.any(|drive| {
+            let takes = match &drive.model {
+                laws::MotorModel::Curve { curve, .. } => curve.torque(0.0) * torque >= 0.0,
+                laws::MotorModel::Speed(_) | laws::MotorModel::Angle(_) => true,
             };
-            motor.freedom == freedom && takes
+            drive.dof == dof && takes
         })
     }
 
-    /// Loads over time by freedom, orders where they turn at the mean speed.
+    /// Loads over time by degree of freedom, orders where they turn at the mean speed.
     fn loads(&self) -> Result<Vec<(usize, Signal)>, Error> {
         let mut loads = Vec::new();
-        for (freedom, history) in &self.machine.histories {
-            if matches!(history, History::Constant(torque) if self.stands_for_motor(*freedom, *torque))
+        for (dof, history) in &self.machine.histories {
+            if matches!(history, LoadHistory::Constant(torque) if self.is_replaced_by_motor(*dof, *torque))
             {
                 continue;
             }
             let signal = match history {
-                History::Orders { .. } if self.phase == PhaseOf::Angle => continue,
-                History::Orders { mean, orders } => {
-                    let omega = self.speed(*freedom)?;
+                LoadHistory::Orders { .. } if self.phase == MeshPhase::Angle => continue,
+                LoadHistory::Orders { mean, orders } => {
+                    let omega = self.speed(*dof)?;
                     orders
                         .iter()
                         .fold(Signal::constant(*mean), |sum, &(n, a, phase)| {
                             sum.plus(&Signal::harmonic(a, n * omega, phase))
                         })
                 }
-                History::FaceMill(mill) => {
-                    let moved = &self.machine.freedoms[*freedom];
-                    // The first of a node's freedoms is its rotation.
-                    let mut all = self.machine.freedoms.iter();
+                LoadHistory::FaceMill(mill) => {
+                    let moved = &self.machine.dofs[*dof];
+                    // The first of a node's degrees of freedom is its rotation.
+                    let mut all = self.machine.dofs.iter();
                     let head = all.position(|f| f.node == moved.node);
-                    cutting::force(mill, self.speed(head.unwrap_or(*freedom))?, moved.axis)?
+                    cutting::cutting_force(mill, self.speed(head.unwrap_or(*dof))?, moved.axis)?
                 }
                 history => known::signal(history)?,
             };
-            loads.push((*freedom, signal));
+            loads.push((*dof, signal));
         }
         Ok(loads)
     }
@@ -560,11 +590,11 @@ impl Site<'_> {
     /// The coordinate that a prescribed motion moves, and how far per unit.
     fn prescribe(
         &self,
-        motor: &parts::Motor,
+        drive: &components::MotorDrive,
         known: &[(String, usize, Signal)],
     ) -> Result<(usize, f64), Error> {
-        let element = &self.machine.elements[motor.element];
-        let terms = &self.linear.transform[motor.freedom];
+        let element = &self.machine.elements[drive.element];
+        let terms = &self.model.transform[drive.dof];
         let &[(j, a)] = &terms[..] else {
             let message = format!(
                 "the motion of `{}` cannot be prescribed: rigid joints tie it to several others",
@@ -572,8 +602,8 @@ impl Site<'_> {
             );
             let hint = "put the motor on the body that others are joined to, or give one of the joints its k";
             return Err(Error::new(Code::Conflict, message)
-                .at(&element.place)
-                .hint(hint));
+                .with_span(&element.span)
+                .with_hint(hint));
         };
         if let Some((other, ..)) = known.iter().find(|k| k.1 == j) {
             let message = format!(
@@ -581,46 +611,51 @@ impl Site<'_> {
                 element.name
             );
             return Err(Error::new(Code::Conflict, message)
-                .at(&element.place)
-                .hint("leave one of them out"));
+                .with_span(&element.span)
+                .with_hint("leave one of them out"));
         }
         Ok((j, 1.0 / a))
     }
 }
 
-/// What the load on a freedom is called, as a drive and as a branch.
-pub fn load_on(machine: &Machine, freedom: usize) -> String {
-    format!("load on {}", machine.freedom_name(freedom))
+/// What the load on a degree of freedom is called, as a drive and as a branch.
+pub fn load_name(machine: &Machine, dof: usize) -> String {
+    format!("load on {}", machine.dof_name(dof))
 }
 
 /// A course as a known function of time.
-fn over_time(course: &Course) -> Result<Signal, Error> {
-    let swing = course
-        .swing
+fn history_to_signal(profile: &MotionProfile) -> Result<Signal, Error> {
+    let swing = profile
+        .oscillation
         .map(|s| Signal::harmonic(s.amplitude, s.omega, s.phase));
-    let line = Signal::table(&course.points)?;
+    let line = Signal::table(&profile.points)?;
     Ok(swing.map_or(line.clone(), |swing| line.plus(&swing)))
 }
 
-fn plain(name: String, direction: Direction, law: Law) -> Branch {
-    Branch {
+fn bare_element(name: String, direction: Direction, law: ForceLaw) -> ForceElement {
+    ForceElement {
         name,
         direction,
-        force: None,
+        force_direction: None,
         law,
-        variation: None,
-        imposed: None,
-        followed: Vec::new(),
+        stiffness_wave: None,
+        imposed_displacement: None,
+        angle_waves: Vec::new(),
     }
 }
 
-fn motor_branch(name: String, direction: Direction, curve: &Curve, lag: f64) -> Branch {
+fn motor_branch(
+    name: String,
+    direction: Direction,
+    curve: &TorqueSpeedCurve,
+    lag: f64,
+) -> ForceElement {
     let law = match lag {
-        0.0 => Law::Curve(curve.clone()),
-        lag => Law::Lagged {
+        0.0 => ForceLaw::TorqueSpeed(curve.clone()),
+        lag => ForceLaw::LaggedTorque {
             curve: curve.clone(),
             lag,
         },
     };
-    plain(name, direction, law)
+    bare_element(name, direction, law)
 }

@@ -1,7 +1,7 @@
-//! The first crossing of zero of a function inside a step, by bounds that no double crossing slips through.
+//! First zero of a degree-8 polynomial in Bernstein form; no double crossing is missed.
 //!
 //! The function is taken as its polynomial of degree 8 through Chebyshev's points; where the coefficients in Bernstein's
-//! basis are all positive, so is the polynomial, else the stretch is halved by de Casteljau's rule (Farouki and Rajan 1987).
+//! basis are all positive, so is the polynomial, else the interval is halved by de Casteljau's rule (Farouki and Rajan 1987).
 
 use std::f64::consts::PI;
 
@@ -13,33 +13,33 @@ use crate::numeric::lu::Lu;
 const DEGREE: usize = 8;
 
 /// Values at its points, or its coefficients.
-pub type Nine = [f64; DEGREE + 1];
+pub type Coefficients = [f64; DEGREE + 1];
 
 /// How values at the points become coefficients.
-pub struct Basis {
+pub struct BernsteinBasis {
     lu: Lu,
     /// The points, shares of a step from 0 to 1.
-    pub points: Nine,
+    pub points: Coefficients,
 }
 
-/// What a border does in a step.
+/// What a switching surface does in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Course {
+pub enum ZeroCrossing {
     /// It stays above zero.
-    Clear,
+    NoCrossing,
     /// It comes to zero within rounding and stays above.
-    Grazed,
+    Grazing,
     /// It crosses first at this share of the step, falling by so much per step.
     Crossed(f64, f64),
 }
 
-impl Basis {
+impl BernsteinBasis {
     /// The basis.
     ///
     /// # Errors
     /// None in fact: the points are distinct.
-    pub fn new() -> Result<Basis, Error> {
-        let points: Nine =
+    pub fn new() -> Result<BernsteinBasis, Error> {
+        let points: Coefficients =
             std::array::from_fn(|j| 0.5 - 0.5 * (PI * j as f64 / DEGREE as f64).cos());
         let mut choose = [1.0; DEGREE + 1];
         for j in 1..=DEGREE {
@@ -50,11 +50,11 @@ impl Basis {
             choose[j] * x.powi(j as i32) * (1.0 - x).powi((DEGREE - j) as i32)
         };
         let lu = Lu::new(&Matrix::from_fn(DEGREE + 1, DEGREE + 1, value))?;
-        Ok(Basis { lu, points })
+        Ok(BernsteinBasis { lu, points })
     }
 
     /// Coefficients from values at the points.
-    pub fn coefficients(&self, values: &Nine) -> Nine {
+    pub fn coefficients(&self, values: &Coefficients) -> Coefficients {
         let mut b = *values;
         self.lu.solve(&mut b);
         (b[0], b[DEGREE]) = (values[0], values[DEGREE]);
@@ -65,15 +65,15 @@ impl Basis {
 /// The course of a polynomial that starts above zero, or at zero within `noise`.
 ///
 /// One that starts below zero has crossed at the start, unless `entered` says that it has just been crossed from there.
-pub fn course(b: &Nine, noise: f64, entered: bool) -> Course {
+pub fn zero_crossing(b: &Coefficients, noise: f64, entered: bool) -> ZeroCrossing {
     let mut b = *b;
     let rising = b[1] > b[0];
     if b[0] < -noise && !(entered && rising) {
-        return Course::Crossed(0.0, fall(&b));
+        return ZeroCrossing::Crossed(0.0, initial_slope(&b));
     }
     if b[0] <= noise {
         if b[1] < -noise && !entered {
-            return Course::Crossed(0.0, fall(&b));
+            return ZeroCrossing::Crossed(0.0, initial_slope(&b));
         }
         b[0] = b[0].max(0.0);
         b[1] = b[1].max(0.0);
@@ -92,35 +92,35 @@ pub fn course(b: &Nine, noise: f64, entered: bool) -> Course {
             .count();
         if changes == 1 && b[0] > 0.0 && b[DEGREE] < 0.0 {
             let at = root(&b);
-            return Course::Crossed(
+            return ZeroCrossing::Crossed(
                 from + width * at,
-                fall(&split(&b, at).1) / (1.0 - at) / width,
+                initial_slope(&subdivide(&b, at).1) / (1.0 - at) / width,
             );
         }
         if width < 1e-12 {
             if b[DEGREE] < -noise {
-                return Course::Crossed(from, fall(&b) / width);
+                return ZeroCrossing::Crossed(from, initial_slope(&b) / width);
             }
             grazed = true;
             continue;
         }
-        let (left, right) = split(&b, 0.5);
+        let (left, right) = subdivide(&b, 0.5);
         stack.push((from + 0.5 * width, 0.5 * width, right));
         stack.push((from, 0.5 * width, left));
     }
     match grazed {
-        true => Course::Grazed,
-        false => Course::Clear,
+        true => ZeroCrossing::Grazing,
+        false => ZeroCrossing::NoCrossing,
     }
 }
 
 /// How much it falls per unit at its start.
-fn fall(b: &Nine) -> f64 {
+fn initial_slope(b: &Coefficients) -> f64 {
     DEGREE as f64 * (b[0] - b[1])
 }
 
 /// The coefficients left and right of a share.
-fn split(b: &Nine, at: f64) -> (Nine, Nine) {
+fn subdivide(b: &Coefficients, at: f64) -> (Coefficients, Coefficients) {
     let (mut left, mut right) = (*b, *b);
     for round in 1..=DEGREE {
         for j in 0..=DEGREE - round {
@@ -132,8 +132,8 @@ fn split(b: &Nine, at: f64) -> (Nine, Nine) {
 }
 
 /// The one root between a positive start and a negative end.
-fn root(b: &Nine) -> f64 {
-    let value = |at: f64| split(b, at).1[0];
+fn root(b: &Coefficients) -> f64 {
+    let value = |at: f64| subdivide(b, at).1[0];
     let (mut low, mut high) = (0.0, 1.0);
     let (mut above, mut below) = (b[0], b[DEGREE]);
     for _ in 0..100 {
@@ -161,14 +161,14 @@ fn root(b: &Nine) -> f64 {
 mod tests {
     use super::*;
 
-    fn at(f: impl Fn(f64) -> f64) -> Course {
-        let basis = Basis::new().unwrap();
-        course(&basis.coefficients(&basis.points.map(f)), 1e-13, false)
+    fn value_at(f: impl Fn(f64) -> f64) -> ZeroCrossing {
+        let basis = BernsteinBasis::new().unwrap();
+        zero_crossing(&basis.coefficients(&basis.points.map(f)), 1e-13, false)
     }
 
     #[test]
     fn roots_are_found_to_rounding() {
-        let Course::Crossed(root, fall) = at(|x| 0.3 - x * x) else {
+        let ZeroCrossing::Crossed(root, fall) = value_at(|x| 0.3 - x * x) else {
             panic!("no root");
         };
         assert!((root - 0.3f64.sqrt()).abs() < 1e-13, "{root}");
@@ -178,20 +178,23 @@ mod tests {
     /// Both ends positive, twice below zero between, by 1e-9 of the range.
     #[test]
     fn double_crossings_are_seen() {
-        let Course::Crossed(root, _) = at(|x| (x - 0.6) * (x - 0.6) - 1e-9) else {
+        let ZeroCrossing::Crossed(root, _) = value_at(|x| (x - 0.6) * (x - 0.6) - 1e-9) else {
             panic!("no root");
         };
         assert!((root - (0.6 - 1e-9f64.sqrt())).abs() < 1e-8, "{root}");
-        assert_eq!(at(|x| (x - 0.6) * (x - 0.6) + 1e-9), Course::Clear);
-        assert_eq!(at(|x| (x - 0.6) * (x - 0.6)), Course::Grazed);
+        assert_eq!(
+            value_at(|x| (x - 0.6) * (x - 0.6) + 1e-9),
+            ZeroCrossing::NoCrossing
+        );
+        assert_eq!(value_at(|x| (x - 0.6) * (x - 0.6)), ZeroCrossing::Grazing);
     }
 
     #[test]
     fn a_start_on_the_border_counts_by_its_direction() {
-        assert_eq!(at(|x| x), Course::Clear);
-        assert!(matches!(at(|x| -x), Course::Crossed(0.0, _)));
+        assert_eq!(value_at(|x| x), ZeroCrossing::NoCrossing);
+        assert!(matches!(value_at(|x| -x), ZeroCrossing::Crossed(0.0, _)));
         assert!(
-            matches!(at(|x| x * (0.5 - x)), Course::Crossed(root, _) if (root - 0.5).abs() < 1e-12)
+            matches!(value_at(|x| x * (0.5 - x)), ZeroCrossing::Crossed(root, _) if (root - 0.5).abs() < 1e-12)
         );
     }
 }

@@ -33,7 +33,7 @@ impl Burst {
     }
 
     /// Value, slope and second derivative at `t`, carried on beyond both ends.
-    pub fn at(&self, t: f64) -> [f64; 3] {
+    pub fn value_at(&self, t: f64) -> [f64; 3] {
         let (size, omega) = (self.size(t), self.omega);
         let (sin, cos) = (omega * t + self.phase).sin_cos();
         [

@@ -1,20 +1,20 @@
-//! What follows from coordinates: `Σ aⱼ qⱼ + x(t)`.
+//! Linear combination of coordinates with an imposed motion, `Σ aⱼ qⱼ + x(t)`.
 
 use super::signal::Signal;
 
 /// Something in the coordinates that stay: `terms · q`, and what is imposed on it in time.
 #[derive(Debug, Clone, Default)]
-pub struct Combination {
+pub struct LinearCombination {
     /// Coordinate and factor.
     pub terms: Vec<(usize, f64)>,
     /// Motion imposed in time.
     pub imposed: Option<Signal>,
 }
 
-impl Combination {
+impl LinearCombination {
     /// One coordinate.
-    pub fn of(coordinate: usize) -> Combination {
-        Combination {
+    pub fn coordinate(coordinate: usize) -> LinearCombination {
+        LinearCombination {
             terms: vec![(coordinate, 1.0)],
             imposed: None,
         }
@@ -38,14 +38,14 @@ impl Combination {
     }
 
     /// The rate of that.
-    pub fn bend(&self, t: f64, a: &[f64]) -> f64 {
+    pub fn second_rate(&self, t: f64, a: &[f64]) -> f64 {
         let known = self.imposed.as_ref();
         self.dot(a) + known.map_or(0.0, |x| x.curvature(t, x.piece(t)))
     }
 
     /// The same with `x` imposed as well.
     #[must_use]
-    pub fn plus(mut self, x: &Signal) -> Combination {
+    pub fn with_imposed(mut self, x: &Signal) -> LinearCombination {
         self.imposed = Some(match self.imposed {
             None => x.clone(),
             Some(sum) => sum.plus(x),
@@ -54,9 +54,9 @@ impl Combination {
     }
 
     /// The same in other coordinates, in which `places` gives each of its own; none where one of these has none.
-    pub fn over(&self, places: &[Option<Combination>]) -> Option<Combination> {
+    pub fn substitute(&self, places: &[Option<LinearCombination>]) -> Option<LinearCombination> {
         let mut terms: Vec<(usize, f64)> = Vec::new();
-        let mut whole = Combination {
+        let mut whole = LinearCombination {
             terms: Vec::new(),
             imposed: self.imposed.clone(),
         };
@@ -69,7 +69,7 @@ impl Combination {
                 }
             }
             if let Some(x) = &place.imposed {
-                whole = whole.plus(&x.times(a));
+                whole = whole.with_imposed(&x.scaled(a));
             }
         }
         whole.terms = terms;

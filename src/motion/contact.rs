@@ -1,10 +1,11 @@
-//! A contact with play: where it stands, what it carries there, and at which borders it changes.
+//! Contact law with backlash: contact states, force `F = c₀ + k δ + c δ̇`, switching functions.
 //!
-//! Every stand is affine in the deflection δ and its rate, and so is every border: between two switches a contact is linear.
+//! Every stand is affine in the deflection δ and its rate, and so is every switching surface: between two switches a contact is
+//! linear.
 
-pub use crate::scene::laws::Losses;
+pub use crate::scene::laws::ContactDamping;
 
-/// A force or a border: `constant + deflection δ + rate δ̇`.
+/// A force or a switching surface: `constant + deflection δ + rate δ̇`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Affine {
     /// At rest in the middle.
@@ -17,29 +18,29 @@ pub struct Affine {
 
 impl Affine {
     /// Its value.
-    pub fn at(&self, delta: f64, rate: f64) -> f64 {
+    pub fn value_at(&self, delta: f64, rate: f64) -> f64 {
         self.constant + self.deflection * delta + self.rate * rate
     }
 }
 
 /// Teeth, splines or dogs that touch beyond half their play on either side.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Contact {
+pub struct ContactLaw {
     /// k, N/m or N·m/rad; its wave, if any, is a factor.
     pub stiffness: f64,
     /// c, N·s/m or N·m·s/rad.
     pub damping: f64,
     /// Half the play; zero: always closed.
-    pub half: f64,
+    pub half_play: f64,
     /// What the damper does where the contact opens and closes.
-    pub losses: Losses,
+    pub contact_damping: ContactDamping,
     /// Which flanks can touch.
-    pub flanks: Flanks,
+    pub flanks: ActiveFlanks,
 }
 
 /// Which flanks can touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Flanks {
+pub enum ActiveFlanks {
     /// Either.
     Both,
     /// Only δ > 0.
@@ -69,95 +70,95 @@ impl Flank {
 
 /// How a contact stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Stand {
+pub enum ContactState {
     /// In the gap.
     Open,
     /// Touching, with its whole law.
     Closed(Flank),
     /// Touching, with the damper held to the force of the spring.
-    Limited(Flank),
+    DamperLimited(Flank),
     /// The bodies still overlap, but the flank has let go.
-    Free(Flank),
+    Released(Flank),
 }
 
-impl Contact {
+impl ContactLaw {
     /// Whether it can open at all.
-    pub fn opens(&self) -> bool {
-        self.half > 0.0 || self.flanks != Flanks::Both
+    pub fn can_open(&self) -> bool {
+        self.half_play > 0.0 || self.flanks != ActiveFlanks::Both
     }
 
     /// Where it stands at a deflection and rate; `factor` is the value of its stiffness wave.
-    pub fn stand(&self, delta: f64, rate: f64, factor: f64) -> Stand {
-        if !self.opens() {
-            return Stand::Closed(Flank::Drive);
+    pub fn state(&self, delta: f64, rate: f64, factor: f64) -> ContactState {
+        if !self.can_open() {
+            return ContactState::Closed(Flank::Drive);
         }
-        let flank = if delta > self.half && self.flanks != Flanks::Coast {
+        let flank = if delta > self.half_play && self.flanks != ActiveFlanks::Coast {
             Flank::Drive
-        } else if delta < -self.half && self.flanks != Flanks::Drive {
+        } else if delta < -self.half_play && self.flanks != ActiveFlanks::Drive {
             Flank::Coast
         } else {
-            return Stand::Open;
+            return ContactState::Open;
         };
-        self.touching(flank, delta, rate, factor)
+        self.state_on_flank(flank, delta, rate, factor)
     }
 
     /// The stand on a flank that overlaps.
-    fn touching(&self, flank: Flank, delta: f64, rate: f64, factor: f64) -> Stand {
+    fn state_on_flank(&self, flank: Flank, delta: f64, rate: f64, factor: f64) -> ContactState {
         let s = flank.sign();
-        let spring = factor * self.stiffness * (s * delta - self.half);
+        let spring = factor * self.stiffness * (s * delta - self.half_play);
         let damper = self.damping * s * rate;
-        match self.law() {
-            Losses::Throughout | Losses::Adhesive => Stand::Closed(flank),
-            _ if spring + damper < 0.0 => Stand::Free(flank),
-            Losses::Continuous if damper > spring => Stand::Limited(flank),
-            Losses::NoPull | Losses::Continuous => Stand::Closed(flank),
+        match self.damping_convention() {
+            ContactDamping::ActsInGap | ContactDamping::Adhesive => ContactState::Closed(flank),
+            _ if spring + damper < 0.0 => ContactState::Released(flank),
+            ContactDamping::Continuous if damper > spring => ContactState::DamperLimited(flank),
+            ContactDamping::NoPull | ContactDamping::Continuous => ContactState::Closed(flank),
         }
     }
 
     /// The stand on touching `flank` from the gap.
-    pub fn touched(&self, flank: Flank) -> Stand {
-        match self.law() {
-            Losses::Continuous => Stand::Limited(flank),
-            _ => Stand::Closed(flank),
+    pub fn state_at_impact(&self, flank: Flank) -> ContactState {
+        match self.damping_convention() {
+            ContactDamping::Continuous => ContactState::DamperLimited(flank),
+            _ => ContactState::Closed(flank),
         }
     }
 
     /// Without a damper all conventions are one.
-    fn law(&self) -> Losses {
+    fn damping_convention(&self) -> ContactDamping {
         match self.damping {
-            0.0 => Losses::Adhesive,
-            _ => self.losses,
+            0.0 => ContactDamping::Adhesive,
+            _ => self.contact_damping,
         }
     }
 
     /// What it carries.
-    pub fn force(&self, stand: Stand, factor: f64) -> Affine {
+    pub fn force(&self, state: ContactState, factor: f64) -> Affine {
         let k = factor * self.stiffness;
-        let gap_damping = if self.law() == Losses::Throughout {
+        let gap_damping = if self.damping_convention() == ContactDamping::ActsInGap {
             self.damping
         } else {
             0.0
         };
-        if !self.opens() {
+        if !self.can_open() {
             return Affine {
                 constant: 0.0,
                 deflection: k,
                 rate: self.damping,
             };
         }
-        match stand {
-            Stand::Open => Affine {
+        match state {
+            ContactState::Open => Affine {
                 rate: gap_damping,
                 ..Affine::default()
             },
-            Stand::Free(_) => Affine::default(),
-            Stand::Closed(flank) => Affine {
-                constant: -k * flank.sign() * self.half,
+            ContactState::Released(_) => Affine::default(),
+            ContactState::Closed(flank) => Affine {
+                constant: -k * flank.sign() * self.half_play,
                 deflection: k,
                 rate: self.damping,
             },
-            Stand::Limited(flank) => Affine {
-                constant: -2.0 * k * flank.sign() * self.half,
+            ContactState::DamperLimited(flank) => Affine {
+                constant: -2.0 * k * flank.sign() * self.half_play,
                 deflection: 2.0 * k,
                 rate: 0.0,
             },
@@ -165,84 +166,89 @@ impl Contact {
     }
 
     /// The potential energy beyond the play.
-    pub fn stored(&self, stand: Stand, factor: f64, delta: f64) -> f64 {
-        let beyond = self.beyond(stand, delta);
-        match stand {
-            Stand::Open => 0.0,
+    pub fn potential_energy(&self, state: ContactState, factor: f64, delta: f64) -> f64 {
+        let beyond = self.penetration(state, delta);
+        match state {
+            ContactState::Open => 0.0,
             _ => 0.5 * factor * self.stiffness * beyond * beyond,
         }
     }
 
     /// g: the deflection beyond the play.
-    pub fn beyond(&self, stand: Stand, delta: f64) -> f64 {
-        if !self.opens() {
+    pub fn penetration(&self, state: ContactState, delta: f64) -> f64 {
+        if !self.can_open() {
             return delta;
         }
-        match stand {
-            Stand::Open => 0.0,
-            Stand::Closed(flank) | Stand::Limited(flank) | Stand::Free(flank) => {
-                delta - flank.sign() * self.half
-            }
+        match state {
+            ContactState::Open => 0.0,
+            ContactState::Closed(flank)
+            | ContactState::DamperLimited(flank)
+            | ContactState::Released(flank) => delta - flank.sign() * self.half_play,
         }
     }
 
-    /// The borders of a stand: it holds while all are above zero, and gives way to the stand beside the first that is not.
-    pub fn borders(&self, stand: Stand, factor: f64) -> Vec<(Affine, Stand)> {
-        if !self.opens() {
+    /// The switching surfaces of a stand: it holds while all are above zero, and gives way to the stand next to the first that
+    /// is not.
+    pub fn switching_functions(
+        &self,
+        state: ContactState,
+        factor: f64,
+    ) -> Vec<(Affine, ContactState)> {
+        if !self.can_open() {
             return Vec::new();
         }
         let k = factor * self.stiffness;
         let apart = |flank: Flank| Affine {
-            constant: -self.half,
+            constant: -self.half_play,
             deflection: flank.sign(),
             rate: 0.0,
         };
         let within = |flank: Flank| Affine {
-            constant: self.half,
+            constant: self.half_play,
             deflection: -flank.sign(),
             rate: 0.0,
         };
         let sum = |flank: Flank, sign: f64| Affine {
-            constant: -sign * k * self.half,
+            constant: -sign * k * self.half_play,
             deflection: sign * k * flank.sign(),
             rate: sign * self.damping * flank.sign(),
         };
         let surplus = |flank: Flank, sign: f64| Affine {
-            constant: -sign * k * self.half,
+            constant: -sign * k * self.half_play,
             deflection: sign * k * flank.sign(),
             rate: -sign * self.damping * flank.sign(),
         };
-        match (stand, self.law()) {
-            (Stand::Open, _) => {
+        match (state, self.damping_convention()) {
+            (ContactState::Open, _) => {
                 let mut all = Vec::new();
-                if self.flanks != Flanks::Coast {
-                    all.push((within(Flank::Drive), self.touched(Flank::Drive)));
+                if self.flanks != ActiveFlanks::Coast {
+                    all.push((within(Flank::Drive), self.state_at_impact(Flank::Drive)));
                 }
-                if self.flanks != Flanks::Drive {
-                    all.push((within(Flank::Coast), self.touched(Flank::Coast)));
+                if self.flanks != ActiveFlanks::Drive {
+                    all.push((within(Flank::Coast), self.state_at_impact(Flank::Coast)));
                 }
                 all
             }
-            (Stand::Closed(flank), Losses::Throughout | Losses::Adhesive) => {
-                vec![(apart(flank), Stand::Open)]
+            (ContactState::Closed(flank), ContactDamping::ActsInGap | ContactDamping::Adhesive) => {
+                vec![(apart(flank), ContactState::Open)]
             }
-            (Stand::Closed(flank), Losses::NoPull) => vec![
-                (sum(flank, 1.0), Stand::Free(flank)),
-                (apart(flank), Stand::Open),
+            (ContactState::Closed(flank), ContactDamping::NoPull) => vec![
+                (sum(flank, 1.0), ContactState::Released(flank)),
+                (apart(flank), ContactState::Open),
             ],
-            (Stand::Closed(flank), Losses::Continuous) => {
+            (ContactState::Closed(flank), ContactDamping::Continuous) => {
                 vec![
-                    (sum(flank, 1.0), Stand::Free(flank)),
-                    (surplus(flank, 1.0), Stand::Limited(flank)),
+                    (sum(flank, 1.0), ContactState::Released(flank)),
+                    (surplus(flank, 1.0), ContactState::DamperLimited(flank)),
                 ]
             }
-            (Stand::Limited(flank), _) => vec![
-                (surplus(flank, -1.0), Stand::Closed(flank)),
-                (apart(flank), Stand::Open),
+            (ContactState::DamperLimited(flank), _) => vec![
+                (surplus(flank, -1.0), ContactState::Closed(flank)),
+                (apart(flank), ContactState::Open),
             ],
-            (Stand::Free(flank), _) => vec![
-                (sum(flank, -1.0), Stand::Closed(flank)),
-                (apart(flank), Stand::Open),
+            (ContactState::Released(flank), _) => vec![
+                (sum(flank, -1.0), ContactState::Closed(flank)),
+                (apart(flank), ContactState::Open),
             ],
         }
     }

@@ -1,13 +1,13 @@
 //! Torque over speed: motors, brakes, fans.
 
-pub use crate::scene::laws::Curve;
+pub use crate::scene::laws::TorqueSpeedCurve;
 
-impl Curve {
+impl TorqueSpeedCurve {
     /// The torque at a speed.
     pub fn torque(&self, speed: f64) -> f64 {
         match self {
-            Curve::Straight { stall, idle } => stall * (1.0 - speed / idle),
-            Curve::Induction {
+            TorqueSpeedCurve::Linear { stall, idle } => stall * (1.0 - speed / idle),
+            TorqueSpeedCurve::Induction {
                 pull_out,
                 slip,
                 synchronous,
@@ -15,7 +15,7 @@ impl Curve {
                 let s = 1.0 - speed / synchronous;
                 2.0 * pull_out * s * slip / (s * s + slip * slip)
             }
-            Curve::Table(points) => {
+            TorqueSpeedCurve::Table(points) => {
                 let (first, last) = (points[0], points[points.len() - 1]);
                 if speed <= first.0 {
                     return first.1;
@@ -33,8 +33,8 @@ impl Curve {
     /// dT/dω.
     pub fn slope(&self, speed: f64) -> f64 {
         match self {
-            Curve::Straight { stall, idle } => -stall / idle,
-            Curve::Induction {
+            TorqueSpeedCurve::Linear { stall, idle } => -stall / idle,
+            TorqueSpeedCurve::Induction {
                 pull_out,
                 slip,
                 synchronous,
@@ -43,7 +43,7 @@ impl Curve {
                 let sum = s * s + slip * slip;
                 -2.0 * pull_out * slip * (slip * slip - s * s) / (sum * sum) / synchronous
             }
-            Curve::Table(points) => {
+            TorqueSpeedCurve::Table(points) => {
                 if speed < points[0].0 || speed >= points[points.len() - 1].0 {
                     return 0.0;
                 }

@@ -1,4 +1,4 @@
-//! The cutting forces of a face-mill head over time, at its mean speed.
+//! Cutting forces of a face-milling head over time at constant speed (Kienzle's law).
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,10 +9,10 @@ use crate::scene::laws::FaceMill;
 use crate::scene::model::Axis;
 
 /// Straight lines between one blade's entry or exit and the next; they crowd at both, where the chip is steep.
-const POINTS: usize = 24;
+const POINTS_PER_BLADE: usize = 24;
 
 /// The most points of a force over time.
-const MOST: f64 = 5e6;
+const MAX_POINTS: f64 = 5e6;
 
 /// What a head at the speed `omega`, rad/s, receives along or about one of its axes, N or N·m: straight lines through points.
 ///
@@ -25,30 +25,31 @@ const MOST: f64 = 5e6;
 ///
 /// # Errors
 /// The head does not turn, or turns so often that the table would be absurd.
-pub fn force(mill: &FaceMill, omega: f64, axis: Axis) -> Result<Signal, Error> {
+pub fn cutting_force(mill: &FaceMill, omega: f64, axis: Axis) -> Result<Signal, Error> {
     let [start, end] = mill.roll;
     if omega == 0.0 {
         let hint = "state the speed of the cutter's node in [speed]";
         return Err(Error::new(
-            Code::NoSpeed,
+            Code::UndeterminedSpeed,
             "a face-mill load needs the speed of its node",
         )
-        .hint(hint));
+        .with_hint(hint));
     }
     let pitch = TAU / (omega.abs() * f64::from(mill.blades));
     let passages = (end - start) / pitch;
-    if 2.0 * passages * POINTS as f64 > MOST {
+    if 2.0 * passages * POINTS_PER_BLADE as f64 > MAX_POINTS {
         let message = format!("{passages:.0} blade passages in one roll are too many");
-        return Err(Error::new(Code::Hopeless, message).hint("shorten the roll or slow the cutter"));
+        return Err(Error::new(Code::BudgetExceeded, message)
+            .with_hint("shorten the roll or slow the cutter"));
     }
-    let edges = edges(mill.roll, pitch, mill.arc / omega.abs());
+    let edges = engagement_instants(mill.roll, pitch, mill.arc / omega.abs());
     let mut points = vec![(start, 0.0)];
     for pair in edges.windows(2) {
         let (from, long) = (pair[0], pair[1] - pair[0]);
-        points.extend((1..=POINTS).map(|k| {
-            let share = 0.5 - 0.5 * (PI * k as f64 / POINTS as f64).cos();
+        points.extend((1..=POINTS_PER_BLADE).map(|k| {
+            let share = 0.5 - 0.5 * (PI * k as f64 / POINTS_PER_BLADE as f64).cos();
             let t = from + long * share;
-            (t, at(mill, omega, axis, t))
+            (t, force_at(mill, omega, axis, t))
         }));
     }
     if let Some(last) = points.last_mut() {
@@ -58,7 +59,7 @@ pub fn force(mill: &FaceMill, omega: f64, axis: Axis) -> Result<Signal, Error> {
 }
 
 /// Begin and end of the roll, and between them every instant at which a blade enters or leaves the slot.
-fn edges([start, end]: [f64; 2], pitch: f64, stay: f64) -> Vec<f64> {
+fn engagement_instants([start, end]: [f64; 2], pitch: f64, stay: f64) -> Vec<f64> {
     let first = (start / pitch).floor();
     let count = ((end - start) / pitch).ceil() as usize + 1;
     let leave = stay.rem_euclid(pitch);
@@ -68,7 +69,7 @@ fn edges([start, end]: [f64; 2], pitch: f64, stay: f64) -> Vec<f64> {
         all.extend([enter, enter + leave]);
     }
     all.push(end);
-    // What lies closer than rounding tells apart is one edge.
+    // What lies closer than rounding distinguishes is one edge.
     let apart = 1e-9 * pitch;
     all.retain(|t| (*t == start || *t > start + apart) && (*t == end || *t < end - apart));
     all.sort_by(f64::total_cmp);
@@ -77,7 +78,7 @@ fn edges([start, end]: [f64; 2], pitch: f64, stay: f64) -> Vec<f64> {
 }
 
 /// The sum over the blades at one instant.
-fn at(mill: &FaceMill, omega: f64, axis: Axis, t: f64) -> f64 {
+fn force_at(mill: &FaceMill, omega: f64, axis: Axis, t: f64) -> f64 {
     /// Kienzle's k is the force on a chip of 1 mm × 1 mm.
     const MILLIMETRE: f64 = 1e-3;
     let [start, end] = mill.roll;

@@ -1,22 +1,22 @@
-//! Energies and powers of a machine at an instant: what is stored, put in, lost.
+//! Mechanical energy, input power and dissipated power of a model at one instant.
 
-use super::train::{BranchStand, Law, Regime, Train};
-use super::wave::Wave;
+use super::dynamic_model::{DynamicModel, ElementState, ForceLaw, Regime};
+use super::wave::PeriodicFunction;
 use crate::numeric::Matrix;
 
 /// Powers at one instant, W.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Powers {
+pub struct PowerBalance {
     /// By loads, motors, imposed motions and stiffness that varies of itself.
-    pub put_in: f64,
+    pub input: f64,
     /// In dampers, friction, flanks that let go.
-    pub lost: f64,
+    pub dissipated: f64,
 }
 
-impl Train {
+impl DynamicModel {
     /// Kinetic and potential energy, J.
-    pub fn stored(&self, regime: &Regime, t: f64, y: &[f64]) -> f64 {
-        let n = self.n();
+    pub fn mechanical_energy(&self, regime: &Regime, t: f64, y: &[f64]) -> f64 {
+        let n = self.coordinate_count();
         let (q, v) = (&y[..n], &y[n..2 * n]);
         let kinetic: f64 = 0.5
             * v.iter()
@@ -25,107 +25,118 @@ impl Train {
                 .sum::<f64>();
         let mut inner = 2 * n;
         let mut potential = 0.0;
-        for (at, b) in self.branches.iter().enumerate() {
+        for (at, b) in self.elements.iter().enumerate() {
             let (delta, _) = b.deflection(t, q, v, self.imposed_piece(regime, at));
-            potential += match (&b.law, regime.stands[at]) {
-                (Law::Linear { stiffness, .. }, _) => 0.5 * stiffness * delta * delta,
-                (Law::Contact(contact), BranchStand::Contact(stand, piece)) => {
-                    contact.stored(stand, b.factor(t, q, piece).0, delta)
+            potential += match (&b.law, regime.states[at]) {
+                (ForceLaw::Linear { stiffness, .. }, _) => 0.5 * stiffness * delta * delta,
+                (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => {
+                    contact.potential_energy(state, b.factor(t, q, piece).0, delta)
                 }
-                (Law::Nonlinear { characteristic, .. }, _) => characteristic.stored(delta),
-                (Law::Maxwell { stiffness, .. }, _) => 0.5 * y[inner] * y[inner] / stiffness,
+                (ForceLaw::Nonlinear { characteristic, .. }, _) => {
+                    characteristic.potential_energy(delta)
+                }
+                (ForceLaw::Maxwell { stiffness, .. }, _) => 0.5 * y[inner] * y[inner] / stiffness,
                 _ => 0.0,
             };
-            inner += b.inner();
+            inner += b.internal_count();
         }
         let general = self
-            .general
+            .unattached
             .as_ref()
-            .map_or(0.0, |(k, _)| 0.5 * form(k, q, q));
+            .map_or(0.0, |(k, _)| 0.5 * bilinear_form(k, q, q));
         kinetic + potential + general
     }
 
     /// What a branch of dry friction loses at an instant, W.
-    pub fn rubbed_away(&self, regime: &Regime, t: f64, y: &[f64], branch: usize) -> f64 {
-        let n = self.n();
-        let b = &self.branches[branch];
+    pub fn friction_power(&self, regime: &Regime, t: f64, y: &[f64], branch: usize) -> f64 {
+        let n = self.coordinate_count();
+        let b = &self.elements[branch];
         let (_, rate) = b.deflection(t, &y[..n], &y[n..2 * n], self.imposed_piece(regime, branch));
-        let aside = self.aside(branch, Some(regime), t, y);
+        let aside = self.transverse_friction(branch, Some(regime), t, y);
         let beside = aside.map_or(0.0, |(force, along)| force * along.dot(&y[n..2 * n]));
-        self.held(regime, t, y, branch) * rate + beside
+        self.friction_force(regime, t, y, branch) * rate + beside
     }
 
     /// What is put in and lost at an instant.
-    pub fn powers(&self, regime: &Regime, t: f64, y: &[f64]) -> Powers {
-        let n = self.n();
+    pub fn power_balance(&self, regime: &Regime, t: f64, y: &[f64]) -> PowerBalance {
+        let n = self.coordinate_count();
         let (q, v) = (&y[..n], &y[n..2 * n]);
-        let mut powers = Powers::default();
-        for (at, drive) in self.drives.iter().enumerate() {
-            powers.put_in +=
+        let mut balance = PowerBalance::default();
+        for (at, drive) in self.forces.iter().enumerate() {
+            balance.input +=
                 drive.signal.value(t, regime.pieces[at] as usize) * drive.direction.dot(v);
         }
         let mut inner = 2 * n;
-        for (at, b) in self.branches.iter().enumerate() {
-            let z = if b.inner() > 0 { y[inner] } else { 0.0 };
-            inner += b.inner();
+        for (at, b) in self.elements.iter().enumerate() {
+            let z = if b.internal_count() > 0 {
+                y[inner]
+            } else {
+                0.0
+            };
+            inner += b.internal_count();
             let piece = self.imposed_piece(regime, at);
             let (delta, rate) = b.deflection(t, q, v, piece);
             let force = match b.law {
-                Law::Friction(_) | Law::Clutch { .. } | Law::Pressed(_) => {
-                    self.held(regime, t, y, at)
+                ForceLaw::Friction(_) | ForceLaw::Clutch { .. } | ForceLaw::LoadFriction(_) => {
+                    self.friction_force(regime, t, y, at)
                 }
-                _ => self.force(at, Some(regime), t, y, z).0,
+                _ => self.element_force(at, Some(regime), t, y, z).0,
             };
             // Where the force does not act along w, the difference is put in; so is what an imposed e pushes.
-            let acted = b.acts().dot(v);
-            powers.put_in += force * (b.direction.dot(v) - acted);
-            powers.put_in -= b
-                .imposed
+            let acted = b.force_direction().dot(v);
+            balance.input += force * (b.direction.dot(v) - acted);
+            balance.input -= b
+                .imposed_displacement
                 .as_ref()
                 .map_or(0.0, |e| force * e.slope(t, piece as usize));
-            for Wave { shape, phase } in &b.followed {
-                let psi = phase.at(t, q);
-                let slope = shape.slope_in(psi, shape.piece(psi));
-                powers.put_in -= force * slope * phase.imposed_rate(t);
+            for PeriodicFunction { waveform, phase } in &b.angle_waves {
+                let psi = phase.phase_at(t, q);
+                let slope = waveform.slope_in(psi, waveform.piece(psi));
+                balance.input -= force * slope * phase.imposed_rate(t);
             }
             match &b.law {
-                Law::Linear { stiffness, .. } => powers.lost += (force - stiffness * delta) * rate,
-                Law::Contact(contact) => {
-                    let BranchStand::Contact(stand, of_wave) = regime.stands[at] else {
+                ForceLaw::Linear { stiffness, .. } => {
+                    balance.dissipated += (force - stiffness * delta) * rate
+                }
+                ForceLaw::Contact(contact) => {
+                    let ElementState::Contact(state, of_wave) = regime.states[at] else {
                         continue;
                     };
                     let (factor, slope) = b.factor(t, q, of_wave);
-                    let beyond = contact.beyond(stand, delta);
-                    powers.lost += (force - factor * contact.stiffness * beyond) * rate;
-                    if let Some(wave) = &b.variation {
-                        let rate = slope * wave.phase.imposed_rate(t);
-                        powers.put_in += 0.5 * contact.stiffness * rate * beyond * beyond;
+                    let beyond = contact.penetration(state, delta);
+                    balance.dissipated += (force - factor * contact.stiffness * beyond) * rate;
+                    if let Some(function) = &b.stiffness_wave {
+                        let rate = slope * function.phase.imposed_rate(t);
+                        balance.input += 0.5 * contact.stiffness * rate * beyond * beyond;
                     }
                 }
-                Law::Nonlinear { damping, .. } => powers.lost += damping * rate * rate,
-                Law::Friction(_) | Law::Clutch { .. } | Law::Pressed(_) => {
-                    powers.lost += self.rubbed_away(regime, t, y, at);
+                ForceLaw::Nonlinear { damping, .. } => balance.dissipated += damping * rate * rate,
+                ForceLaw::Friction(_) | ForceLaw::Clutch { .. } | ForceLaw::LoadFriction(_) => {
+                    balance.dissipated += self.friction_power(regime, t, y, at);
                 }
-                Law::Curve(_) | Law::Lagged { .. } | Law::Orders { .. } => {
-                    powers.put_in -= force * rate;
+                ForceLaw::TorqueSpeed(_)
+                | ForceLaw::LaggedTorque { .. }
+                | ForceLaw::AngleLocked { .. } => {
+                    balance.input -= force * rate;
                 }
-                Law::Maxwell { damping, .. } => powers.lost += z * z / damping,
+                ForceLaw::Maxwell { damping, .. } => balance.dissipated += z * z / damping,
             }
         }
-        powers.lost += self.drag
+        balance.dissipated += self.mass_damping
             * v.iter()
                 .zip(self.momentum(v))
                 .map(|(v, p)| v * p)
                 .sum::<f64>();
-        if let Some((k, c)) = &self.general {
-            powers.lost += form(c, v, v) + 0.5 * (form(k, v, q) - form(k, q, v));
+        if let Some((k, c)) = &self.unattached {
+            balance.dissipated +=
+                bilinear_form(c, v, v) + 0.5 * (bilinear_form(k, v, q) - bilinear_form(k, q, v));
         }
-        powers
+        balance
     }
 }
 
 /// `xᵀ A y`.
-fn form(a: &Matrix, x: &[f64], y: &[f64]) -> f64 {
+fn bilinear_form(a: &Matrix, x: &[f64], y: &[f64]) -> f64 {
     (0..x.len())
         .map(|i| x[i] * (0..y.len()).map(|j| a[(i, j)] * y[j]).sum::<f64>())
         .sum()

@@ -1,51 +1,54 @@
-//! A machine stepped from regime to regime: every switch ends a step.
+//! Event-driven integration: each step runs in one frozen regime and ends at its first switch.
 //!
-//! In a step the regime is frozen, so the method sees a smooth problem and runs past the border. The border is then a
-//! polynomial of the step; where it crosses zero, the step is taken again with h ← h − p/ṗ until it ends on the border.
+//! In a step the regime is frozen, so the method sees a smooth problem and runs past the switching surface. The switching
+//! surface is then a polynomial of the step; where it crosses zero, the step is taken again with h ← h − p/ṗ until it ends on
+//! the switching surface.
 
-use super::bernstein::{Basis, Course, Nine, course};
-use super::borders::{Border, Of, Span, borders, of_contact, spans};
-use super::equations::Frozen;
-use super::friction::Slip;
-use super::problem::{Ask, Effort, Problem, Sink, Stretch};
-use super::progress::{Samples, check, next_stop, within_budget};
+use super::bernstein::{BernsteinBasis, Coefficients, ZeroCrossing, zero_crossing};
+use super::diagnostics;
+use super::dynamic_model::{DynamicModel, ElementState, ForceLaw, Regime};
+use super::equations::RegimeProblem;
+use super::friction::FrictionState;
+use super::problem::{DenseOutput, IntegrationOptions, IntegrationStats, OdeProblem, SampleSink};
+use super::progress::{SampleEmitter, check_budget, check_options, next_discontinuity_within};
 use super::stepper::Stepper;
-use super::train::{BranchStand, Law, Regime, Train};
-use super::trouble;
-use super::wave::Phase;
+use super::switching_surface::{
+    SwitchingSurface, WaveKind, WavePiece, contact_boundary, switching_surfaces, wave_pieces,
+};
+use super::wave::WavePhase;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::instant;
+use crate::base::quantity::format_instant;
 
-/// Rounding of a border's value and of the coefficients made from it, in units of ε and its size.
-const ROUNDING: f64 = 256.0 * f64::EPSILON;
+/// Rounding of a switching surface's value and of the coefficients made from it, in units of ε and its size.
+const ROUNDING_FACTOR: f64 = 256.0 * f64::EPSILON;
 
 /// A place that moves by more than this, relative to the largest, has jumped: it is no rounding of a switch located.
-const JUMP: f64 = 1e-9;
+const JUMP_TOLERANCE: f64 = 1e-9;
 
 /// Looks at how contacts stand where places jump.
-const LOOKS: usize = 20;
+const MAX_UPDATES: usize = 20;
 
-/// Where a border is crossed.
-struct Crossing {
-    border: Border,
+/// Where a switching surface is crossed.
+struct EventCrossing {
+    surface: SwitchingSurface,
     /// Share of the step.
     at: f64,
-    /// How fast the border's value falls there, per step.
+    /// How fast the switching surface's value falls there, per step.
     fall: f64,
 }
 
 /// A machine on its way.
-struct Way<'a> {
-    train: &'a Train,
-    basis: Basis,
+struct EventRun<'a> {
+    model: &'a DynamicModel,
+    basis: BernsteinBasis,
     regime: Regime,
-    spans: Vec<Span>,
+    pieces: Vec<WavePiece>,
     /// Branches that have switched at the present instant.
     entered: Vec<bool>,
     /// How often each branch has switched.
     switches: Vec<u64>,
-    effort: Effort,
+    stats: IntegrationStats,
     t: f64,
     y: Vec<f64>,
 }
@@ -54,146 +57,154 @@ struct Way<'a> {
 ///
 /// # Errors
 /// Those of the steps; `NoConvergence` where switches follow each other without time passing.
-pub fn run<S>(train: &Train, ask: &Ask, sink: &mut Sink, stepper: &mut S) -> Result<Effort, Error>
+pub fn run<S>(
+    model: &DynamicModel,
+    options: &IntegrationOptions,
+    sink: &mut SampleSink,
+    stepper: &mut S,
+) -> Result<IntegrationStats, Error>
 where
-    S: for<'f> Stepper<Frozen<'f>>,
+    S: for<'f> Stepper<RegimeProblem<'f>>,
 {
-    check(ask, train.len())?;
-    let mut samples = Samples::new(ask, sink);
-    let (regime, y) = train.settled(ask.from, &ask.start)?;
-    let mut way = Way {
-        train,
-        basis: Basis::new()?,
-        spans: spans(train, ask.from, &y),
+    check_options(options, model.len())?;
+    let mut emitter = SampleEmitter::new(options, sink);
+    let (regime, y) = model.consistent_regime(options.from, &options.initial_state)?;
+    let mut event_run = EventRun {
+        model,
+        basis: BernsteinBasis::new()?,
+        pieces: wave_pieces(model, options.from, &y),
         regime,
-        entered: vec![false; train.branches.len()],
-        switches: vec![0; train.branches.len()],
-        effort: Effort::default(),
-        t: ask.from,
+        entered: vec![false; model.elements.len()],
+        switches: vec![0; model.elements.len()],
+        stats: IntegrationStats::default(),
+        t: options.from,
         y,
     };
-    let mut sample = way.y.clone();
-    while samples.due().is_some() && way.t < ask.to {
-        let stop = next_stop(|t| train.next_break(t), way.t, ask.to);
-        way.enter_stretch(stop)?;
-        way.give(&mut samples, &mut sample)?;
+    let mut sample = event_run.y.clone();
+    while emitter.due().is_some() && event_run.t < options.to {
+        let stop =
+            next_discontinuity_within(|t| model.next_discontinuity(t), event_run.t, options.to);
+        event_run.enter_interval(stop)?;
+        event_run.emit(&mut emitter, &mut sample)?;
         stepper.restart();
         let mut standing = 0;
-        while way.t < stop && samples.due().is_some() {
-            let (t, y) = (way.t, way.y.clone());
-            let switched = way.step(stop, stepper)?;
-            within_budget(ask, &way.effort, way.t)
-                .map_err(|e| trouble::busiest(e, train, &way.switches))?;
-            if way.t > t {
-                let (before, span) = (way.t.next_down(), way.t - t);
-                ask.follower.follow(Stretch {
+        while event_run.t < stop && emitter.due().is_some() {
+            let (t, y) = (event_run.t, event_run.y.clone());
+            let switched = event_run.step(stop, stepper)?;
+            check_budget(options, &event_run.stats, event_run.t)
+                .map_err(|e| diagnostics::with_most_switched(e, model, &event_run.switches))?;
+            if event_run.t > t {
+                let (before, span) = (event_run.t.next_down(), event_run.t - t);
+                options.observer.observe(DenseOutput {
                     from: t,
-                    to: way.t,
-                    grain: span,
-                    regime: Some(&way.regime),
-                    state: &mut |at, into| match at == way.t {
-                        true => into.copy_from_slice(&way.y),
-                        false => stepper.inside((at - t) / span, into),
+                    to: event_run.t,
+                    time_scale: span,
+                    regime: Some(&event_run.regime),
+                    state: &mut |at, into| match at == event_run.t {
+                        true => into.copy_from_slice(&event_run.y),
+                        false => stepper.interpolate((at - t) / span, into),
                     },
                 });
-                samples.give_until(before, &mut sample, Some(&way.regime), |due, into| {
-                    stepper.inside((due - t) / span, into);
+                emitter.emit_until(before, &mut sample, Some(&event_run.regime), |due, into| {
+                    stepper.interpolate((due - t) / span, into);
                 })?;
-                way.entered.fill(false);
+                event_run.entered.fill(false);
             }
-            standing = match way.t - t > 64.0 * f64::EPSILON * t.abs() {
+            standing = match event_run.t - t > 64.0 * f64::EPSILON * t.abs() {
                 true => 0,
                 false => standing + 1,
             };
-            if let Some(border) = switched {
-                if standing > 20 + 4 * train.branches.len() {
-                    return Err(way.chatters(border, y));
+            if let Some(surface) = switched {
+                if standing > 20 + 4 * model.elements.len() {
+                    return Err(event_run.chattering_error(surface, y));
                 }
-                way.switch(border)?;
+                event_run.apply_switch(surface)?;
                 stepper.restart();
             }
-            if way.t < stop {
-                way.give(&mut samples, &mut sample)?;
+            if event_run.t < stop {
+                event_run.emit(&mut emitter, &mut sample)?;
             }
         }
     }
-    way.give(&mut samples, &mut sample)?;
-    Ok(way.effort)
+    event_run.emit(&mut emitter, &mut sample)?;
+    Ok(event_run.stats)
 }
 
-impl Way<'_> {
+impl EventRun<'_> {
     /// Hands over what is due at the present instant, as everything stands from then on.
-    fn give(&self, samples: &mut Samples, sample: &mut [f64]) -> Result<(), Error> {
-        samples.give_until(self.t, sample, Some(&self.regime), |_, into| {
+    fn emit(&self, emitter: &mut SampleEmitter, sample: &mut [f64]) -> Result<(), Error> {
+        emitter.emit_until(self.t, sample, Some(&self.regime), |_, into| {
             into.copy_from_slice(&self.y);
         })
     }
 
     /// The pieces known beforehand, up to the next known break.
-    fn enter_stretch(&mut self, stop: f64) -> Result<(), Error> {
+    fn enter_interval(&mut self, stop: f64) -> Result<(), Error> {
         let middle = self.t + 0.5 * (stop - self.t);
-        let train = self.train;
-        let drives = train.drives.len();
-        for (at, drive) in train.drives.iter().enumerate() {
+        let model = self.model;
+        let drives = model.forces.len();
+        for (at, drive) in model.forces.iter().enumerate() {
             self.regime.pieces[at] = drive.signal.piece(middle) as u32;
         }
-        for (at, branch) in train.branches.iter().enumerate() {
+        for (at, branch) in model.elements.iter().enumerate() {
             let mut jumps = false;
-            if let Some(e) = &branch.imposed {
+            if let Some(e) = &branch.imposed_displacement {
                 let piece = e.piece(middle) as u32;
                 jumps |= piece != self.regime.pieces[drives + at];
                 self.regime.pieces[drives + at] = piece;
             }
-            if let (Some(wave), BranchStand::Contact(stand, old)) =
-                (&branch.variation, self.regime.stands[at])
-                && let Phase::Imposed { .. } = wave.phase
+            if let (Some(function), ElementState::Contact(state, old)) =
+                (&branch.stiffness_wave, self.regime.states[at])
+                && let WavePhase::Imposed { .. } = function.phase
             {
-                let piece = wave.shape.piece(wave.phase.at(middle, &[])) as u32;
+                let piece = function
+                    .waveform
+                    .piece(function.phase.phase_at(middle, &[])) as u32;
                 jumps |= piece != old;
-                self.regime.stands[at] = BranchStand::Contact(stand, piece);
+                self.regime.states[at] = ElementState::Contact(state, piece);
             }
-            if let Some(Phase::Imposed { .. }) = branch.law.phase() {
-                let piece = train.path_piece(at, middle, &[]);
-                self.regime.pieces[train.path_at(at)] = piece;
+            if let Some(WavePhase::Imposed { .. }) = branch.law.phase() {
+                let piece = model.path_piece(at, middle, &[]);
+                self.regime.pieces[model.path_at(at)] = piece;
             }
             if jumps {
-                self.stand_anew(at);
+                self.update_contact_state(at);
             }
         }
-        self.settle()
+        self.settle_friction()
     }
 
-    /// One step, to `stop` at most, and the border it ends on.
-    fn step<S>(&mut self, stop: f64, stepper: &mut S) -> Result<Option<Border>, Error>
+    /// One step, to `project_stick_velocity` at most, and the switching surface it ends on.
+    fn step<S>(&mut self, stop: f64, stepper: &mut S) -> Result<Option<SwitchingSurface>, Error>
     where
-        S: for<'f> Stepper<Frozen<'f>>,
+        S: for<'f> Stepper<RegimeProblem<'f>>,
     {
-        let frozen = Frozen {
-            train: self.train,
+        let problem = RegimeProblem {
+            model: self.model,
             regime: &self.regime,
         };
         let (t, y) = (self.t, &self.y);
-        let mut effort = self.effort;
-        let (mut reached, mut state) = stepper.step(&frozen, (t, y), stop, &mut effort)?;
-        effort.steps += 1;
+        let mut stats = self.stats;
+        let (mut reached, mut state) = stepper.step(&problem, (t, y), stop, &mut stats)?;
+        stats.steps += 1;
         let h = reached - t;
         let mut switched = None;
-        if let Some(crossing) = self.crossing(t, h, stepper, &mut effort) {
+        if let Some(crossing) = self.locate_event(t, h, stepper, &mut stats) {
             let rounding = 4.0 * f64::EPSILON * t.abs().max(reached.abs());
             let mut target = t + crossing.at * h;
             if target - t <= rounding {
-                self.effort = effort;
-                return Ok(Some(crossing.border));
+                self.stats = stats;
+                return Ok(Some(crossing.surface));
             }
             let rate = crossing.fall / h;
             for _ in 0..4 {
-                (reached, state) = stepper.step(&frozen, (t, y), target, &mut effort)?;
-                switched = (reached == target).then_some(crossing.border);
+                (reached, state) = stepper.step(&problem, (t, y), target, &mut stats)?;
+                switched = (reached == target).then_some(crossing.surface);
                 let (value, size) =
                     crossing
-                        .border
-                        .value(self.train, &self.regime, &self.spans, reached, &state);
-                effort.evaluations += 1;
+                        .surface
+                        .value(self.model, &self.regime, &self.pieces, reached, &state);
+                stats.evaluations += 1;
                 let change = value / rate;
                 let better = (target + change).min(stop);
                 let near = value.abs() <= 8.0 * f64::EPSILON * size || change.abs() <= rounding;
@@ -204,21 +215,27 @@ impl Way<'_> {
                 target = better;
             }
         }
-        self.effort = effort;
+        self.stats = stats;
         (self.t, self.y) = (reached, state);
         Ok(switched)
     }
 
-    /// The first border that the last step crosses.
-    fn crossing<S>(&self, t: f64, h: f64, stepper: &S, effort: &mut Effort) -> Option<Crossing>
+    /// The first switching surface that the last step crosses.
+    fn locate_event<S>(
+        &self,
+        t: f64,
+        h: f64,
+        stepper: &S,
+        stats: &mut IntegrationStats,
+    ) -> Option<EventCrossing>
     where
-        S: for<'f> Stepper<Frozen<'f>>,
+        S: for<'f> Stepper<RegimeProblem<'f>>,
     {
-        let all = borders(self.train, &self.regime, &self.spans);
+        let all = switching_surfaces(self.model, &self.regime, &self.pieces);
         if all.is_empty() {
             return None;
         }
-        let mut first: Option<Crossing> = None;
+        let mut first: Option<EventCrossing> = None;
         let states: Vec<Vec<f64>> = self
             .basis
             .points
@@ -226,18 +243,18 @@ impl Way<'_> {
             .map(|&theta| {
                 let mut y = self.y.clone();
                 if theta > 0.0 {
-                    stepper.inside(theta, &mut y);
+                    stepper.interpolate(theta, &mut y);
                 }
                 y
             })
             .collect();
-        effort.evaluations += all.len() as u64;
-        for border in all {
+        stats.evaluations += all.len() as u64;
+        for surface in all {
             let mut size: f64 = 0.0;
-            let values: Nine = std::array::from_fn(|j| {
+            let values: Coefficients = std::array::from_fn(|j| {
                 let u = t + self.basis.points[j] * h;
                 let (value, of) =
-                    border.value(self.train, &self.regime, &self.spans, u, &states[j]);
+                    surface.value(self.model, &self.regime, &self.pieces, u, &states[j]);
                 size = size.max(of);
                 value
             });
@@ -248,13 +265,13 @@ impl Way<'_> {
                 .fold(0.0, f64::max)
                 * 8.0
                 / h;
-            let noise = ROUNDING * size + 8.0 * f64::EPSILON * t.abs() * steepest;
-            match course(&b, noise, self.entered[border.branch(&self.spans)]) {
-                Course::Clear => {}
-                Course::Grazed => effort.grazed += 1,
-                Course::Crossed(at, fall) => {
+            let noise = ROUNDING_FACTOR * size + 8.0 * f64::EPSILON * t.abs() * steepest;
+            match zero_crossing(&b, noise, self.entered[surface.branch(&self.pieces)]) {
+                ZeroCrossing::NoCrossing => {}
+                ZeroCrossing::Grazing => stats.grazings += 1,
+                ZeroCrossing::Crossed(at, fall) => {
                     if first.as_ref().is_none_or(|f| at < f.at) {
-                        first = Some(Crossing { border, at, fall });
+                        first = Some(EventCrossing { surface, at, fall });
                     }
                 }
             }
@@ -262,142 +279,147 @@ impl Way<'_> {
         first
     }
 
-    /// Goes to the other side of a border.
-    fn switch(&mut self, border: Border) -> Result<(), Error> {
-        let n = self.train.n();
-        let branch = border.branch(&self.spans);
+    /// Goes to the other side of a switching surface.
+    fn apply_switch(&mut self, surface: SwitchingSurface) -> Result<(), Error> {
+        let n = self.model.coordinate_count();
+        let branch = surface.branch(&self.pieces);
         self.entered[branch] = true;
         self.switches[branch] += 1;
-        self.effort.events += 1;
-        match border {
-            Border::Contact(_, which) => {
-                let beyond = of_contact(
-                    self.train,
+        self.stats.events += 1;
+        match surface {
+            SwitchingSurface::Contact(_, which) => {
+                let beyond = contact_boundary(
+                    self.model,
                     &self.regime,
                     branch,
                     which,
                     self.t,
                     &self.y[..n],
                 );
-                if let (Some((_, stand)), BranchStand::Contact(_, piece)) =
-                    (beyond, self.regime.stands[branch])
+                if let (Some((_, state)), ElementState::Contact(_, piece)) =
+                    (beyond, self.regime.states[branch])
                 {
-                    self.regime.stands[branch] = BranchStand::Contact(stand, piece);
+                    self.regime.states[branch] = ElementState::Contact(state, piece);
                 }
             }
-            Border::Rest(_) => {
-                self.regime.stands[branch] = BranchStand::Friction(Slip::Stick);
-                self.stop();
+            SwitchingSurface::SlipReversal(_) => {
+                self.regime.states[branch] = ElementState::Friction(FrictionState::Stick);
+                self.project_stick_velocity();
             }
-            Border::Loose(_, slip) => {
-                self.regime.stands[branch] = BranchStand::Friction(slip);
+            SwitchingSurface::Breakaway(_, friction_state) => {
+                self.regime.states[branch] = ElementState::Friction(friction_state);
             }
-            Border::Piece(span, up) => {
-                self.effort.events -= 1;
+            SwitchingSurface::PieceEnd(wave_piece, up) => {
+                self.stats.events -= 1;
                 self.switches[branch] -= 1;
-                self.spans[span].step(self.train, up);
-                let span = self.spans[span];
-                match (span.of, self.regime.stands[branch]) {
-                    (Of::Stiffness, BranchStand::Contact(stand, _)) => {
-                        self.regime.stands[branch] = BranchStand::Contact(stand, span.piece());
-                        self.stand_anew(branch);
+                self.pieces[wave_piece].advance(self.model, up);
+                let wave_piece = self.pieces[wave_piece];
+                match (wave_piece.kind, self.regime.states[branch]) {
+                    (WaveKind::Stiffness, ElementState::Contact(state, _)) => {
+                        self.regime.states[branch] =
+                            ElementState::Contact(state, wave_piece.piece());
+                        self.update_contact_state(branch);
                     }
-                    (Of::Path, _) => {
-                        let at = self.train.path_at(branch);
-                        self.regime.pieces[at] = span.piece();
+                    (WaveKind::Path, _) => {
+                        let at = self.model.path_at(branch);
+                        self.regime.pieces[at] = wave_piece.piece();
                     }
                     _ => {}
                 }
             }
         }
-        self.settle()
+        self.settle_friction()
     }
 
     /// How a contact stands after its stiffness or its e has jumped.
-    fn stand_anew(&mut self, branch: usize) {
-        let n = self.train.n();
-        let b = &self.train.branches[branch];
+    fn update_contact_state(&mut self, branch: usize) {
+        let n = self.model.coordinate_count();
+        let b = &self.model.elements[branch];
         let (q, v) = (&self.y[..n], &self.y[n..2 * n]);
-        if let (Law::Contact(contact), BranchStand::Contact(stand, piece)) =
-            (&b.law, self.regime.stands[branch])
+        if let (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) =
+            (&b.law, self.regime.states[branch])
         {
-            let imposed = self.train.imposed_piece(&self.regime, branch);
+            let imposed = self.model.imposed_piece(&self.regime, branch);
             let (delta, rate) = b.deflection(self.t, q, v, imposed);
-            let anew = contact.stand(delta, rate, b.factor(self.t, q, piece).0);
-            self.effort.events += u64::from(anew != stand);
-            self.regime.stands[branch] = BranchStand::Contact(anew, piece);
+            let anew = contact.state(delta, rate, b.factor(self.t, q, piece).0);
+            self.stats.events += u64::from(anew != state);
+            self.regime.states[branch] = ElementState::Contact(anew, piece);
         }
     }
 
     /// Lets overloaded pairs slide, and what has no inertia take its place.
-    fn settle(&mut self) -> Result<(), Error> {
-        let before = self.regime.sticking().len();
-        self.train.let_slip(&mut self.regime, self.t, &self.y);
-        let after = self.regime.sticking().len();
-        self.effort.events += (before - after) as u64;
-        if self.train.has_light() {
-            self.place_light()?;
+    fn settle_friction(&mut self) -> Result<(), Error> {
+        let before = self.regime.sticking_pairs().len();
+        self.model
+            .release_overloaded(&mut self.regime, self.t, &self.y);
+        let after = self.regime.sticking_pairs().len();
+        self.stats.events += (before - after) as u64;
+        if self.model.has_massless() {
+            self.solve_massless()?;
         }
         Ok(())
     }
 
     /// Where places jump, contacts may stand otherwise there.
-    fn place_light(&mut self) -> Result<(), Error> {
-        let n = self.train.n();
-        for _ in 0..LOOKS {
-            let y = self.train.consistent(&self.regime, self.t, &self.y)?;
+    fn solve_massless(&mut self) -> Result<(), Error> {
+        let n = self.model.coordinate_count();
+        for _ in 0..MAX_UPDATES {
+            let y = self.model.consistent_state(&self.regime, self.t, &self.y)?;
             let size = y[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
             let places = y[..n].iter().zip(&self.y[..n]);
-            let jumps = places.fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) > JUMP * size;
+            let jumps =
+                places.fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) > JUMP_TOLERANCE * size;
             self.y = y;
             if !jumps {
                 break;
             }
-            for branch in 0..self.train.branches.len() {
-                self.stand_anew(branch);
+            for branch in 0..self.model.elements.len() {
+                self.update_contact_state(branch);
             }
         }
         Ok(())
     }
 
     /// Takes the last rounding of a rate from pairs that have come to rest: `v ← v − M⁻¹Wᵀ(W M⁻¹Wᵀ)⁻¹ (W v − ė)`.
-    fn stop(&mut self) {
-        let n = self.train.n();
+    fn project_stick_velocity(&mut self) {
+        let n = self.model.coordinate_count();
         let v = self.y[n..2 * n].to_vec();
-        let sticking = self.regime.sticking();
+        let sticking = self.regime.sticking_pairs();
         let momentum: Vec<f64> = self
-            .train
+            .model
             .momentum(&v)
             .iter()
-            .map(|p| p * (1.0 + self.train.drag))
+            .map(|p| p * (1.0 + self.model.mass_damping))
             .collect();
         let imposed = |branch: usize| {
-            let piece = self.train.imposed_piece(&self.regime, branch) as usize;
-            let e = self.train.branches[branch].imposed.as_ref();
+            let piece = self.model.imposed_piece(&self.regime, branch) as usize;
+            let e = self.model.elements[branch].imposed_displacement.as_ref();
             e.map_or(0.0, |e| e.slope(self.t, piece))
         };
-        let held = self.train.reactions(&sticking, &momentum, &v, imposed);
+        let held = self
+            .model
+            .constraint_forces(&sticking, &momentum, &v, imposed);
         let mut change = vec![0.0; n];
         for (&at, held) in sticking.iter().zip(held) {
-            let direction = &self.train.branches[at].direction;
-            direction.scaled().for_each(|(i, a)| change[i] += a * held);
+            let direction = &self.model.elements[at].direction;
+            direction.entries().for_each(|(i, a)| change[i] += a * held);
         }
-        self.train.accelerate(&mut change);
+        self.model.apply_inverse_mass(&mut change);
         for (v, change) in self.y[n..2 * n].iter_mut().zip(change) {
             *v -= change;
         }
     }
 
-    fn chatters(&self, border: Border, y: Vec<f64>) -> Error {
-        let name = &self.train.branches[border.branch(&self.spans)].name;
-        let (_, size) = border.value(self.train, &self.regime, &self.spans, self.t, &y);
+    fn chattering_error(&self, surface: SwitchingSurface, y: Vec<f64>) -> Error {
+        let name = &self.model.elements[surface.branch(&self.pieces)].name;
+        let (_, size) = surface.value(self.model, &self.regime, &self.pieces, self.t, &y);
         Error::new(
             Code::NoConvergence,
             format!(
                 "branch {name} switches to and fro at t = {} without time passing (values of size {size:.1e})",
-                instant(self.t)
+                format_instant(self.t)
             ),
         )
-        .hint("give it damping, or take a method without events")
+        .with_hint("give it damping, or take a method without events")
     }
 }

@@ -1,34 +1,40 @@
-//! The forces of branches, and what they push.
+//! Forces of the force elements and their derivatives ∂F/∂δ, ∂F/∂δ̇.
 
 use std::f64::consts::TAU;
 
-use super::contact::{Contact, Stand};
-use super::train::{BranchStand, Law, Regime, Train, rubbed};
-use super::wave::Wave;
+use super::contact::{ContactLaw, ContactState};
+use super::dynamic_model::{DynamicModel, ElementState, ForceLaw, Regime, dry_friction_force};
+use super::wave::PeriodicFunction;
 
-impl Train {
+impl DynamicModel {
     /// All forces on the coordinates but inertia, drag and what sticking pairs hold.
-    pub fn pushed(&self, regime: Option<&Regime>, t: f64, y: &[f64]) -> Vec<f64> {
-        let n = self.n();
+    pub fn applied_forces(&self, regime: Option<&Regime>, t: f64, y: &[f64]) -> Vec<f64> {
+        let n = self.coordinate_count();
         let (q, v) = (&y[..n], &y[n..2 * n]);
         let mut g = vec![0.0; n];
-        for (at, drive) in self.drives.iter().enumerate() {
+        for (at, drive) in self.forces.iter().enumerate() {
             let piece = regime.map_or_else(|| drive.signal.piece(t), |r| r.pieces[at] as usize);
             let f = drive.signal.value(t, piece);
-            drive.direction.scaled().for_each(|(i, a)| g[i] += a * f);
+            drive.direction.entries().for_each(|(i, a)| g[i] += a * f);
         }
         let mut inner = 2 * n;
-        for (at, b) in self.branches.iter().enumerate() {
-            let z = if b.inner() > 0 { y[inner] } else { 0.0 };
-            inner += b.inner();
-            let (force, _, _) = self.force(at, regime, t, y, z);
-            b.acts().scaled().for_each(|(i, a)| g[i] -= a * force);
-            if let Some((force, direction)) = self.aside(at, regime, t, y) {
-                direction.scaled().for_each(|(i, a)| g[i] -= a * force);
+        for (at, b) in self.elements.iter().enumerate() {
+            let z = if b.internal_count() > 0 {
+                y[inner]
+            } else {
+                0.0
+            };
+            inner += b.internal_count();
+            let (force, _, _) = self.element_force(at, regime, t, y, z);
+            b.force_direction()
+                .entries()
+                .for_each(|(i, a)| g[i] -= a * force);
+            if let Some((force, direction)) = self.transverse_friction(at, regime, t, y) {
+                direction.entries().for_each(|(i, a)| g[i] -= a * force);
             }
-            self.follow(at, regime, t, y, force, &mut g);
+            self.add_angle_terms(at, regime, t, y, force, &mut g);
         }
-        if let Some((k, c)) = &self.general {
+        if let Some((k, c)) = &self.unattached {
             for i in 0..n {
                 g[i] -= (0..n)
                     .map(|j| k[(i, j)] * q[j] + c[(i, j)] * v[j])
@@ -39,7 +45,7 @@ impl Train {
     }
 
     /// The force F of a branch in a regime and ∂F/∂δ, ∂F/∂δ̇; friction that sticks gives zero, its force being a reaction.
-    pub fn force(
+    pub fn element_force(
         &self,
         branch: usize,
         regime: Option<&Regime>,
@@ -47,23 +53,28 @@ impl Train {
         y: &[f64],
         z: f64,
     ) -> (f64, f64, f64) {
-        let b = &self.branches[branch];
-        let (q, v) = (&y[..self.n()], &y[self.n()..2 * self.n()]);
-        let (delta, rate) = b.deflection(t, q, v, self.line(regime, branch, t));
+        let b = &self.elements[branch];
+        let (q, v) = (
+            &y[..self.coordinate_count()],
+            &y[self.coordinate_count()..2 * self.coordinate_count()],
+        );
+        let (delta, rate) = b.deflection(t, q, v, self.error_piece(regime, branch, t));
         match &b.law {
-            Law::Contact(contact) => {
-                let (stand, of_wave) = self.contact(branch, contact, regime, t, y);
-                let force = contact.force(stand, b.factor(t, q, of_wave).0);
-                (force.at(delta, rate), force.deflection, force.rate)
+            ForceLaw::Contact(contact_law) => {
+                let (state, of_wave) = self.contact_state(branch, contact_law, regime, t, y);
+                let force = contact_law.force(state, b.factor(t, q, of_wave).0);
+                (force.value_at(delta, rate), force.deflection, force.rate)
             }
-            Law::Friction(friction) => rubbed(friction, regime.map(|r| r.stands[branch]), rate),
-            Law::Clutch { .. } | Law::Pressed(_) => {
-                let dry = self.dry(branch, regime, t, y);
+            ForceLaw::Friction(friction_law) => {
+                dry_friction_force(friction_law, regime.map(|r| r.states[branch]), rate)
+            }
+            ForceLaw::Clutch { .. } | ForceLaw::LoadFriction(_) => {
+                let dry = self.friction_at(branch, regime, t, y);
                 dry.map_or((0.0, 0.0, 0.0), |dry| {
-                    rubbed(&dry, regime.map(|r| r.stands[branch]), rate)
+                    dry_friction_force(&dry, regime.map(|r| r.states[branch]), rate)
                 })
             }
-            Law::Orders { mean, terms } => {
+            ForceLaw::AngleLocked { mean, terms } => {
                 let sum = |(value, slope): (f64, f64), &(n, a, phase): &(f64, f64, f64)| {
                     let (sin, cos) = (n * delta + phase).sin_cos();
                     (value + a * cos, slope - a * n * sin)
@@ -71,59 +82,67 @@ impl Train {
                 let (value, slope) = terms.iter().fold((*mean, 0.0), sum);
                 (-value, -slope, 0.0)
             }
-            Law::Lagged { .. } => (-z, 0.0, 0.0),
-            Law::Maxwell { .. } => (z, 0.0, 0.0),
+            ForceLaw::LaggedTorque { .. } => (-z, 0.0, 0.0),
+            ForceLaw::Maxwell { .. } => (z, 0.0, 0.0),
             law => law.force_and_slopes(delta, rate),
         }
     }
 
     /// The force of a friction pair, its reaction where it sticks.
-    pub fn held(&self, regime: &Regime, t: f64, y: &[f64], branch: usize) -> f64 {
-        let sticking = regime.sticking();
+    pub fn friction_force(&self, regime: &Regime, t: f64, y: &[f64], branch: usize) -> f64 {
+        let sticking = regime.sticking_pairs();
         match sticking.iter().position(|&at| at == branch) {
-            None => self.force(branch, Some(regime), t, y, 0.0).0,
+            None => self.element_force(branch, Some(regime), t, y, 0.0).0,
             Some(at) => {
-                let n = self.n();
-                self.holding(regime, t, &self.pushed(Some(regime), t, y), &y[n..2 * n])[at]
+                let n = self.coordinate_count();
+                self.stick_forces(
+                    regime,
+                    t,
+                    &self.applied_forces(Some(regime), t, y),
+                    &y[n..2 * n],
+                )[at]
             }
         }
     }
 
     /// Which line carries the imposed e of a branch.
-    pub fn line(&self, regime: Option<&Regime>, branch: usize, t: f64) -> u32 {
+    pub fn error_piece(&self, regime: Option<&Regime>, branch: usize, t: f64) -> u32 {
         match regime {
             Some(regime) => self.imposed_piece(regime, branch),
-            None => self.branches[branch]
-                .imposed
+            None => self.elements[branch]
+                .imposed_displacement
                 .as_ref()
                 .map_or(0, |e| e.piece(t) as u32),
         }
     }
 
     /// How a contact stands and which piece carries its wave: as the regime has it, else as the state puts it.
-    fn contact(
+    fn contact_state(
         &self,
         branch: usize,
-        contact: &Contact,
+        law: &ContactLaw,
         regime: Option<&Regime>,
         t: f64,
         y: &[f64],
-    ) -> (Stand, u32) {
-        if let Some(BranchStand::Contact(stand, piece)) = regime.map(|r| r.stands[branch]) {
-            return (stand, piece);
+    ) -> (ContactState, u32) {
+        if let Some(ElementState::Contact(state, piece)) = regime.map(|r| r.states[branch]) {
+            return (state, piece);
         }
-        let b = &self.branches[branch];
-        let (q, v) = (&y[..self.n()], &y[self.n()..2 * self.n()]);
+        let b = &self.elements[branch];
+        let (q, v) = (
+            &y[..self.coordinate_count()],
+            &y[self.coordinate_count()..2 * self.coordinate_count()],
+        );
         let piece = b
-            .variation
+            .stiffness_wave
             .as_ref()
-            .map_or(0, |w| w.shape.piece(w.phase.at(t, q)) as u32);
-        let (delta, rate) = b.deflection(t, q, v, self.line(regime, branch, t));
-        (contact.stand(delta, rate, b.factor(t, q, piece).0), piece)
+            .map_or(0, |w| w.waveform.piece(w.phase.phase_at(t, q)) as u32);
+        let (delta, rate) = b.deflection(t, q, v, self.error_piece(regime, branch, t));
+        (law.state(delta, rate, b.factor(t, q, piece).0), piece)
     }
 
     /// What a wave that follows an angle adds: e(φ) turns the direction of its force, k(φ) adds ½ k′ g² along the angle.
-    fn follow(
+    fn add_angle_terms(
         &self,
         branch: usize,
         regime: Option<&Regime>,
@@ -132,22 +151,26 @@ impl Train {
         force: f64,
         g: &mut [f64],
     ) {
-        let b = &self.branches[branch];
-        let (q, v) = (&y[..self.n()], &y[self.n()..2 * self.n()]);
-        for Wave { shape, phase } in &b.followed {
+        let b = &self.elements[branch];
+        let (q, v) = (
+            &y[..self.coordinate_count()],
+            &y[self.coordinate_count()..2 * self.coordinate_count()],
+        );
+        for PeriodicFunction { waveform, phase } in &b.angle_waves {
             let Some(angle) = phase.angle() else { continue };
-            let psi = phase.at(t, q);
-            let slope = shape.slope_in(psi, shape.piece(psi)) / TAU;
-            angle.scaled().for_each(|(i, a)| g[i] += a * slope * force);
+            let psi = phase.phase_at(t, q);
+            let slope = waveform.slope_in(psi, waveform.piece(psi)) / TAU;
+            angle.entries().for_each(|(i, a)| g[i] += a * slope * force);
         }
-        if let (Some(angle), Law::Contact(contact)) =
-            (b.variation.as_ref().and_then(|w| w.phase.angle()), &b.law)
-        {
-            let (stand, piece) = self.contact(branch, contact, regime, t, y);
-            let (delta, _) = b.deflection(t, q, v, self.line(regime, branch, t));
-            let beyond = contact.beyond(stand, delta);
-            let push = 0.5 * contact.stiffness * b.factor(t, q, piece).1 / TAU * beyond * beyond;
-            angle.scaled().for_each(|(i, a)| g[i] -= a * push);
+        if let (Some(angle), ForceLaw::Contact(law)) = (
+            b.stiffness_wave.as_ref().and_then(|w| w.phase.angle()),
+            &b.law,
+        ) {
+            let (state, piece) = self.contact_state(branch, law, regime, t, y);
+            let (delta, _) = b.deflection(t, q, v, self.error_piece(regime, branch, t));
+            let beyond = law.penetration(state, delta);
+            let push = 0.5 * law.stiffness * b.factor(t, q, piece).1 / TAU * beyond * beyond;
+            angle.entries().for_each(|(i, a)| g[i] -= a * push);
         }
     }
 }

@@ -1,10 +1,10 @@
-//! Dry friction on a deflection's rate: Coulomb's law with a breakaway force and Stribeck's fall between them.
+//! Dry friction: Coulomb's law with a breakaway force and the Stribeck effect.
 
-pub use crate::scene::laws::Friction;
+pub use crate::scene::laws::FrictionLaw;
 
 /// How a friction pair stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Slip {
+pub enum FrictionState {
     /// δ̇ > 0.
     Forward,
     /// δ̇ < 0.
@@ -13,26 +13,26 @@ pub enum Slip {
     Stick,
 }
 
-impl Slip {
+impl FrictionState {
     /// The sign of δ̇.
     pub fn sign(self) -> f64 {
         match self {
-            Slip::Forward => 1.0,
-            Slip::Backward => -1.0,
-            Slip::Stick => 0.0,
+            FrictionState::Forward => 1.0,
+            FrictionState::Backward => -1.0,
+            FrictionState::Stick => 0.0,
         }
     }
 }
 
-impl Friction {
+impl FrictionLaw {
     /// The force while sliding in the sense of `slip`, carried on smoothly beyond δ̇ = 0.
-    pub fn sliding(&self, slip: Slip, rate: f64) -> f64 {
-        slip.sign() * self.size(self.stribeck, rate).0
+    pub fn sliding_force(&self, state: FrictionState, rate: f64) -> f64 {
+        state.sign() * self.size(self.stribeck_velocity, rate).0
     }
 
     /// dF/dδ̇ while sliding.
-    pub fn slope(&self, slip: Slip, rate: f64) -> f64 {
-        slip.sign() * self.size(self.stribeck, rate).1
+    pub fn slope(&self, state: FrictionState, rate: f64) -> f64 {
+        state.sign() * self.size(self.stribeck_velocity, rate).1
     }
 
     /// The size of the force while sliding, falling over a speed, and its derivative to δ̇.
@@ -47,9 +47,9 @@ impl Friction {
     }
 
     /// The same at a share of its capacity.
-    pub fn gripped(&self, share: f64) -> Friction {
+    pub fn scaled(&self, share: f64) -> FrictionLaw {
         let share = share.max(0.0);
-        Friction {
+        FrictionLaw {
             sliding: share * self.sliding,
             breakaway: share * self.breakaway,
             ..*self
@@ -58,19 +58,19 @@ impl Friction {
 
     /// Sliding costs the same force at every rate: piecewise linear.
     pub fn is_coulomb(&self) -> bool {
-        self.breakaway == self.sliding || self.stribeck == 0.0
+        self.breakaway == self.sliding || self.stribeck_velocity == 0.0
     }
 
-    /// The law with its step spread over the creep speed, `tanh(δ̇/creep)`, for methods without events; and its derivative. A force
+    /// The law with its step spread over the creep speed, `tanh(δ̇/regularisation_velocity)`, for methods without events; and its derivative. A force
     /// that falls at once falls over ten creep speeds here, so that the pair still holds up to its breakaway force.
-    pub fn smoothed(&self, rate: f64) -> (f64, f64) {
-        let over = match self.stribeck > 0.0 {
-            true => self.stribeck,
-            false => FALL * self.creep,
+    pub fn regularised(&self, rate: f64) -> (f64, f64) {
+        let over = match self.stribeck_velocity > 0.0 {
+            true => self.stribeck_velocity,
+            false => FALL * self.regularisation_velocity,
         };
-        let step = (rate / self.creep).tanh();
+        let step = (rate / self.regularisation_velocity).tanh();
         let (size, fall) = self.size(over, rate);
-        let slope = (1.0 - step * step) / self.creep * size + step * fall;
+        let slope = (1.0 - step * step) / self.regularisation_velocity * size + step * fall;
         (step * size, slope)
     }
 }

@@ -3,31 +3,31 @@
 use super::product::product;
 use super::signal::Signal;
 use crate::base::error::Error;
-use crate::scene::laws::History;
+use crate::scene::laws::LoadHistory;
 
 /// A history as a signal; nothing for one that goes by angles.
 ///
 /// # Errors
 /// Tables whose times fall; products beyond what signals hold.
-pub fn signal(history: &History) -> Result<Signal, Error> {
+pub fn signal(history: &LoadHistory) -> Result<Signal, Error> {
     Ok(match history {
-        History::Constant(value) => Signal::constant(*value),
-        History::Step { torque, time } => Signal::step(*torque, *time),
-        History::Ramp { from, to, between } => Signal::ramp(*from, *to, *between),
-        History::Harmonic {
+        LoadHistory::Constant(value) => Signal::constant(*value),
+        LoadHistory::Step { torque, time } => Signal::step(*torque, *time),
+        LoadHistory::Ramp { from, to, between } => Signal::ramp(*from, *to, *between),
+        LoadHistory::Harmonic {
             mean,
             amplitude,
             omega,
             phase,
         } => Signal::constant(*mean).plus(&Signal::harmonic(*amplitude, *omega, *phase)),
-        History::Table(points) => Signal::table(points)?,
-        History::Product { torque, factors } => {
+        LoadHistory::Table(points) => Signal::table(points)?,
+        LoadHistory::Product { torque, factors } => {
             let mut made = Signal::constant(*torque);
             for factor in factors {
                 made = product(&made, &signal(factor)?)?;
             }
             made
         }
-        History::Orders { .. } | History::FaceMill(_) => Signal::default(),
+        LoadHistory::Orders { .. } | LoadHistory::FaceMill(_) => Signal::default(),
     })
 }

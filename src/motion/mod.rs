@@ -1,127 +1,85 @@
-//! Integration in time: machines in motion, and plain first-order problems.
+//! Time integration of dynamic models and of plain first-order problems.
 
-/// Harmonics that begin and end.
 pub mod burst;
 
-/// Known functions of time.
 pub mod signal;
 
-/// Products of them.
 pub mod product;
 
-/// Periodic functions of a phase.
 pub mod wave;
 
-/// Contacts with play.
 pub mod contact;
 
-/// Dry friction.
 pub mod friction;
 
-/// Torque over speed.
 pub mod curve;
 
-/// Dry friction pressed by forces of the machine.
-pub mod rubbing;
+pub mod load_friction;
 
-/// How everything that switches stands.
 pub mod regime;
 
-/// What methods take and give.
 pub mod problem;
 
-/// A machine in motion.
-pub mod train;
+pub mod dynamic_model;
 
-/// Coordinates without inertia that stay.
-pub mod light;
+pub mod algebraic;
 
-/// What presses friction pairs at a state.
-pub mod pressing;
+pub mod normal_force;
 
-/// Forces of branches.
 pub mod forces;
 
-/// The equations of motion.
 pub mod equations;
 
-/// How a state makes everything stand.
-pub mod standing;
+pub mod regime_at;
 
-/// What follows from coordinates.
 pub mod combination;
 
-/// Motions known in time, taken out of the equations.
 pub mod prescribed;
 
-/// How far a run has come.
 pub mod progress;
 
-/// Which branch is nearest to trouble.
-pub mod trouble;
+pub mod diagnostics;
 
-/// Exact motion from switch to switch.
 pub mod segment;
 
-/// The size of every state.
-pub mod scale;
+pub mod error_scale;
 
-/// Steps with the motion inside each.
 pub mod stepper;
 
-/// Linear systems of implicit methods.
 pub mod pencil;
 
-/// The first crossing of zero inside a step.
 pub mod bernstein;
 
-/// Where a regime ends.
-pub mod borders;
+pub mod switching_surface;
 
-/// First roots of polynomials, none skipped.
-pub mod bracket;
+pub mod first_root;
 
-/// From regime to regime.
 pub mod events;
 
-/// Taylor series of what is known and of the motion it makes.
-pub mod series;
+pub mod taylor;
 
-/// The methods, one file each.
 pub mod methods;
 
-/// Parametric stability, periodic orbits.
 pub mod floquet;
 
-/// Sensitivity to the start.
 pub mod sensitivity;
 
-/// What of a state is wanted.
 pub mod outputs;
 
-/// What is stored, put in and lost at an instant.
 pub mod energy;
 
-/// The energy balance of a run.
-pub mod meter;
+pub mod energy_balance;
 
-/// Cutting torque.
 mod cutting;
 
-/// Functions of time alone.
 mod known;
 
-/// What meets at a coordinate without inertia, and what stands for it.
-mod star;
+mod star_mesh;
 
-/// Coordinates without inertia, taken out of the equations.
-pub mod massless;
+pub mod condensation;
 
-/// A machine in motion and the way back to what it was made from.
-pub mod moving;
+pub mod assembled;
 
-/// From a machine to a machine in motion.
 pub mod assemble;
 
-/// The state a scene starts from.
-pub mod start;
+pub mod initial_state;

@@ -1,21 +1,20 @@
-//! The linear systems of implicit methods, `(s I − ∂f/∂y) x = b`, with positions eliminated where the problem is a machine; without the
-//! one of I where no equation of motion moves a state.
+//! Linear systems `(s I − ∂f/∂y) x = b` of implicit methods, positions eliminated.
 
-use super::equations::Frozen;
-use super::problem::Problem;
-use super::train::{Branch, Law};
+use super::dynamic_model::{ForceElement, ForceLaw};
+use super::equations::RegimeProblem;
+use super::problem::OdeProblem;
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
-use crate::motion::problem::Effort;
+use crate::motion::problem::IntegrationStats;
 use crate::numeric::lu::{ComplexLu, Lu};
 use crate::numeric::{Complex, ComplexMatrix, Matrix};
 
 /// ∂f/∂y.
-pub enum Pencil {
+pub enum JacobianPencil {
     /// As it is, and whether an equation of motion moves each state.
-    Plain(Matrix, Vec<bool>),
+    FirstOrder(Matrix, Vec<bool>),
     /// Of a machine without inner states, `f = [v, a]`: `∂a/∂q = −K` and `∂a/∂v = −C`.
-    Second {
+    SecondOrder {
         /// K.
         stiffness: Matrix,
         /// C.
@@ -24,163 +23,183 @@ pub enum Pencil {
 }
 
 /// A problem that knows its ∂f/∂y.
-pub trait Linearised: Problem {
+pub trait HasPencil: OdeProblem {
     /// ∂f/∂y.
-    fn pencil(&self, t: f64, y: &[f64], effort: &mut Effort) -> Pencil;
+    fn pencil(&self, t: f64, y: &[f64], stats: &mut IntegrationStats) -> JacobianPencil;
 }
 
 /// Any problem, with its Jacobian as it is.
-pub struct Plain<'a, P>(pub &'a P);
+pub struct DenseProblem<'a, P>(pub &'a P);
 
-impl<P: Problem> Problem for Plain<'_, P> {
+impl<P: OdeProblem> OdeProblem for DenseProblem<'_, P> {
     fn len(&self) -> usize {
         self.0.len()
     }
 
-    fn slope(&self, t: f64, y: &[f64], dy: &mut [f64]) {
-        self.0.slope(t, y, dy);
+    fn derivative(&self, t: f64, y: &[f64], dy: &mut [f64]) {
+        self.0.derivative(t, y, dy);
     }
 
     fn jacobian(&self, t: f64, y: &[f64], jacobian: &mut Matrix) {
         self.0.jacobian(t, y, jacobian);
     }
 
-    fn next_break(&self, t: f64) -> f64 {
-        self.0.next_break(t)
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        self.0.next_discontinuity(t)
     }
 }
 
-impl<P: Problem> Linearised for Plain<'_, P> {
-    fn pencil(&self, t: f64, y: &[f64], effort: &mut Effort) -> Pencil {
-        plain(self.0, t, y, effort)
+impl<P: OdeProblem> HasPencil for DenseProblem<'_, P> {
+    fn pencil(&self, t: f64, y: &[f64], stats: &mut IntegrationStats) -> JacobianPencil {
+        plain(self.0, t, y, stats)
     }
 }
 
-fn plain(problem: &impl Problem, t: f64, y: &[f64], effort: &mut Effort) -> Pencil {
+fn plain(
+    problem: &impl OdeProblem,
+    t: f64,
+    y: &[f64],
+    stats: &mut IntegrationStats,
+) -> JacobianPencil {
     let n = problem.len();
     let mut jacobian = Matrix::zeros(n, n);
     problem.jacobian(t, y, &mut jacobian);
-    effort.jacobians += 1;
-    Pencil::Plain(jacobian, vec![true; n])
+    stats.jacobians += 1;
+    JacobianPencil::FirstOrder(jacobian, vec![true; n])
 }
 
-impl Linearised for Frozen<'_> {
-    fn pencil(&self, t: f64, y: &[f64], effort: &mut Effort) -> Pencil {
-        if self.train.inner() > 0 || self.train.has_light() {
-            let mut pencil = plain(self, t, y, effort);
-            if let Pencil::Plain(_, moving) = &mut pencil {
-                *moving = self.train.moving_states(self.regime);
+impl HasPencil for RegimeProblem<'_> {
+    fn pencil(&self, t: f64, y: &[f64], stats: &mut IntegrationStats) -> JacobianPencil {
+        if self.model.internal_count() > 0 || self.model.has_massless() {
+            let mut pencil = plain(self, t, y, stats);
+            if let JacobianPencil::FirstOrder(_, moving) = &mut pencil {
+                *moving = self.model.differential_states(self.regime);
             }
             return pencil;
         }
-        effort.jacobians += 1;
-        match self.train.branches.iter().any(leans) {
-            true => differences(self, t, y, effort),
-            false => exact(self, t, y),
+        stats.jacobians += 1;
+        match self.model.elements.iter().any(is_nonlocal) {
+            true => pencil_by_differences(self, t, y, stats),
+            false => analytic_pencil(self, t, y),
         }
     }
 }
 
 /// Whether a wave of a branch follows an angle.
-pub fn follows(branch: &Branch) -> bool {
-    !branch.followed.is_empty()
-        || branch
-            .variation
+pub fn follows_angle(element: &ForceElement) -> bool {
+    !element.angle_waves.is_empty()
+        || element
+            .stiffness_wave
             .as_ref()
             .is_some_and(|w| w.phase.angle().is_some())
 }
 
 /// Whether the force of a branch goes by what others do.
-fn leans(branch: &Branch) -> bool {
-    follows(branch) || matches!(branch.law, Law::Pressed(_))
+fn is_nonlocal(element: &ForceElement) -> bool {
+    follows_angle(element) || matches!(element.law, ForceLaw::LoadFriction(_))
 }
 
 /// By differences.
-fn differences(frozen: &Frozen, t: f64, y: &[f64], effort: &mut Effort) -> Pencil {
-    let n = frozen.train.n();
+fn pencil_by_differences(
+    problem: &RegimeProblem,
+    t: f64,
+    y: &[f64],
+    stats: &mut IntegrationStats,
+) -> JacobianPencil {
+    let n = problem.model.coordinate_count();
     let mut jacobian = Matrix::zeros(2 * n, 2 * n);
-    frozen.jacobian(t, y, &mut jacobian);
-    effort.evaluations += 2 * n as u64;
-    Pencil::Second {
+    problem.jacobian(t, y, &mut jacobian);
+    stats.evaluations += 2 * n as u64;
+    JacobianPencil::SecondOrder {
         stiffness: Matrix::from_fn(n, n, |i, j| -jacobian[(n + i, j)]),
         damping: Matrix::from_fn(n, n, |i, j| -jacobian[(n + i, n + j)]),
     }
 }
 
 /// From the laws of the branches: `∂a/∂q = (I − M⁻¹Wᵀ(W M⁻¹Wᵀ)⁻¹W) M⁻¹ ∂g/∂q`, W the directions that stick.
-fn exact(frozen: &Frozen, t: f64, y: &[f64]) -> Pencil {
-    let train = frozen.train;
-    let n = train.n();
+fn analytic_pencil(problem: &RegimeProblem, t: f64, y: &[f64]) -> JacobianPencil {
+    let model = problem.model;
+    let n = model.coordinate_count();
     let (mut stiffness, mut damping) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
-    for (at, branch) in train.branches.iter().enumerate() {
-        let (_, k, c) = train.force(at, Some(frozen.regime), t, y, 0.0);
-        add(&mut stiffness, branch.acts(), &branch.direction, k);
-        add(&mut damping, branch.acts(), &branch.direction, c);
+    for (at, element) in model.elements.iter().enumerate() {
+        let (_, k, c) = model.element_force(at, Some(problem.regime), t, y, 0.0);
+        add_outer_product(
+            &mut stiffness,
+            element.force_direction(),
+            &element.direction,
+            k,
+        );
+        add_outer_product(
+            &mut damping,
+            element.force_direction(),
+            &element.direction,
+            c,
+        );
     }
-    if let Some((k, c)) = &train.general {
+    if let Some((k, c)) = &model.unattached {
         stiffness += k;
         damping += c;
     }
-    let sticking = frozen.regime.sticking();
+    let sticking = problem.regime.sticking_pairs();
     let zero = vec![0.0; n];
     for j in 0..n {
         let mut unit = vec![0.0; n];
-        unit[j] = train.drag;
-        let drag = train.momentum(&unit);
+        unit[j] = model.mass_damping;
+        let drag = model.momentum(&unit);
         for (matrix, dragged) in [(&mut stiffness, false), (&mut damping, true)] {
             let mut column: Vec<f64> = (0..n).map(|i| matrix[(i, j)]).collect();
             if dragged {
                 column.iter_mut().zip(&drag).for_each(|(x, d)| *x += d);
             }
-            let held = train.reactions(&sticking, &column, &zero, |_| 0.0);
+            let held = model.constraint_forces(&sticking, &column, &zero, |_| 0.0);
             for (&at, held) in sticking.iter().zip(held) {
-                train.branches[at]
+                model.elements[at]
                     .direction
-                    .scaled()
+                    .entries()
                     .for_each(|(i, a)| column[i] -= a * held);
             }
-            train.accelerate(&mut column);
+            model.apply_inverse_mass(&mut column);
             (0..n).for_each(|i| matrix[(i, j)] = column[i]);
         }
     }
-    Pencil::Second { stiffness, damping }
+    JacobianPencil::SecondOrder { stiffness, damping }
 }
 
 /// `A += x u wᵀ`.
-pub fn add(a: &mut Matrix, u: &Direction, w: &Direction, x: f64) {
+pub fn add_outer_product(a: &mut Matrix, u: &Direction, w: &Direction, x: f64) {
     if x == 0.0 {
         return;
     }
-    for (i, ui) in u.scaled() {
-        for (j, wj) in w.scaled() {
+    for (i, ui) in u.entries() {
+        for (j, wj) in w.entries() {
             a[(i, j)] += x * ui * wj;
         }
     }
 }
 
 /// `s I − ∂f/∂y`, factored; T a real or complex number.
-pub struct Factored<T, L> {
+pub struct FactoredPencil<T, L> {
     s: T,
     lu: L,
 }
 
-impl Pencil {
+impl JacobianPencil {
     /// For a real s.
     ///
     /// # Errors
     /// `Indefinite` where s is an eigenvalue to working precision.
-    pub fn real(&self, s: f64) -> Result<Factored<f64, Lu>, Error> {
+    pub fn real(&self, s: f64) -> Result<FactoredPencil<f64, Lu>, Error> {
         let n = self.unknowns();
         let diagonal = |i: usize, j: usize, x: f64| if i == j { x } else { 0.0 };
         let matrix = match self {
-            Pencil::Plain(a, moving) => Matrix::from_fn(n, n, |i, j| {
+            JacobianPencil::FirstOrder(a, moving) => Matrix::from_fn(n, n, |i, j| {
                 diagonal(i, j, if moving[i] { s } else { 0.0 }) - a[(i, j)]
             }),
-            Pencil::Second { stiffness, damping } => Matrix::from_fn(n, n, |i, j| {
+            JacobianPencil::SecondOrder { stiffness, damping } => Matrix::from_fn(n, n, |i, j| {
                 diagonal(i, j, s) + damping[(i, j)] + stiffness[(i, j)] / s
             }),
         };
-        Ok(Factored {
+        Ok(FactoredPencil {
             s,
             lu: Lu::new(&matrix)?,
         })
@@ -189,64 +208,68 @@ impl Pencil {
     /// For a complex s.
     ///
     /// # Errors
-    /// As [`Pencil::real`].
-    pub fn complex(&self, s: Complex) -> Result<Factored<Complex, ComplexLu>, Error> {
+    /// As [`JacobianPencil::real`].
+    pub fn complex(&self, s: Complex) -> Result<FactoredPencil<Complex, ComplexLu>, Error> {
         let n = self.unknowns();
         let diagonal = |i: usize, j: usize| if i == j { s } else { Complex::ZERO };
         let matrix = match self {
-            Pencil::Plain(a, moving) => ComplexMatrix::from_fn(n, n, |i, j| match moving[i] {
-                true => diagonal(i, j) - a[(i, j)],
-                false => Complex::from(-a[(i, j)]),
-            }),
-            Pencil::Second { stiffness, damping } => ComplexMatrix::from_fn(n, n, |i, j| {
-                diagonal(i, j) + damping[(i, j)] + Complex::from(stiffness[(i, j)]) / s
-            }),
+            JacobianPencil::FirstOrder(a, moving) => {
+                ComplexMatrix::from_fn(n, n, |i, j| match moving[i] {
+                    true => diagonal(i, j) - a[(i, j)],
+                    false => Complex::from(-a[(i, j)]),
+                })
+            }
+            JacobianPencil::SecondOrder { stiffness, damping } => {
+                ComplexMatrix::from_fn(n, n, |i, j| {
+                    diagonal(i, j) + damping[(i, j)] + Complex::from(stiffness[(i, j)]) / s
+                })
+            }
         };
-        Ok(Factored {
+        Ok(FactoredPencil {
             s,
             lu: ComplexLu::new(&matrix)?,
         })
     }
 
     /// `(s I − ∂f/∂y)⁻¹ b`, in place.
-    pub fn solve(&self, factored: &Factored<f64, Lu>, b: &mut [f64]) {
-        let s = factored.s;
+    pub fn solve(&self, pencil: &FactoredPencil<f64, Lu>, b: &mut [f64]) {
+        let s = pencil.s;
         match self {
-            Pencil::Plain(..) => factored.lu.solve(b),
-            Pencil::Second { stiffness, .. } => {
+            JacobianPencil::FirstOrder(..) => pencil.lu.solve(b),
+            JacobianPencil::SecondOrder { stiffness, .. } => {
                 let n = stiffness.nrows();
                 let (q, v) = b.split_at_mut(n);
                 for i in 0..n {
                     v[i] -= (0..n).map(|j| stiffness[(i, j)] * q[j]).sum::<f64>() / s;
                 }
-                factored.lu.solve(v);
+                pencil.lu.solve(v);
                 q.iter_mut().zip(v).for_each(|(q, v)| *q = (*q + *v) / s);
             }
         }
     }
 
     /// The same for a complex s.
-    pub fn solve_complex(&self, factored: &Factored<Complex, ComplexLu>, b: &mut [Complex]) {
-        let s = factored.s;
+    pub fn solve_complex(&self, pencil: &FactoredPencil<Complex, ComplexLu>, b: &mut [Complex]) {
+        let s = pencil.s;
         match self {
-            Pencil::Plain(..) => factored.lu.solve(b),
-            Pencil::Second { stiffness, .. } => {
+            JacobianPencil::FirstOrder(..) => pencil.lu.solve(b),
+            JacobianPencil::SecondOrder { stiffness, .. } => {
                 let n = stiffness.nrows();
                 let (q, v) = b.split_at_mut(n);
                 for i in 0..n {
                     let sum = (0..n).fold(Complex::ZERO, |sum, j| sum + q[j] * stiffness[(i, j)]);
                     v[i] -= sum / s;
                 }
-                factored.lu.solve(v);
+                pencil.lu.solve(v);
                 q.iter_mut().zip(v).for_each(|(q, v)| *q = (*q + *v) / s);
             }
         }
     }
 
     /// One for a state that an equation of motion moves, else zero.
-    pub fn moves(&self, state: usize) -> f64 {
+    pub fn mass_entry(&self, state: usize) -> f64 {
         match self {
-            Pencil::Plain(_, moving) if !moving[state] => 0.0,
+            JacobianPencil::FirstOrder(_, moving) if !moving[state] => 0.0,
             _ => 1.0,
         }
     }
@@ -254,8 +277,8 @@ impl Pencil {
     /// The order of the linear systems.
     fn unknowns(&self) -> usize {
         match self {
-            Pencil::Plain(a, _) => a.nrows(),
-            Pencil::Second { stiffness, .. } => stiffness.nrows(),
+            JacobianPencil::FirstOrder(a, _) => a.nrows(),
+            JacobianPencil::SecondOrder { stiffness, .. } => stiffness.nrows(),
         }
     }
 }

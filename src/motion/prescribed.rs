@@ -1,14 +1,16 @@
-//! Coordinates whose motion is known in time, taken out of the equations: `q = Σ r x(t) + s`, `rᵀeₓ = 1`, s the rest.
+//! Elimination of prescribed coordinates, `q = Σ r x(t) + s`.
 //!
 //! Where a rigid motion carries the prescribed coordinate, r is that motion: no branch then sees x, the rest feels `−M r ẍ` and
 //! what is damped against ground, and a linear machine stays linear with known forces. Else r is the coordinate alone and
 //! its motion is imposed on the branches that join it.
 
-use super::combination::Combination;
-use super::pressing::unpressed;
+use super::combination::LinearCombination;
+use super::dynamic_model::{
+    AppliedForce, DynamicModel, ForceElement, ForceLaw, MassMatrix, Regime,
+};
+use super::normal_force::missing_normal_force;
 use super::signal::Signal;
-use super::train::{Branch, Drive, Law, Mass, Regime, Train};
-use super::wave::{Phase, Wave};
+use super::wave::{PeriodicFunction, WavePhase};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
@@ -19,162 +21,167 @@ const ROUNDING: f64 = 1e-14;
 
 /// A coordinate and its motion.
 #[derive(Debug, Clone)]
-pub struct Motion {
+pub struct PrescribedMotion {
     /// What prescribes it.
     pub name: String,
     /// The coordinate, among those of the whole machine.
     pub coordinate: usize,
     /// x.
-    pub course: Signal,
+    pub signal: Signal,
     /// r, over the coordinates of the whole machine.
-    pub share: Vec<f64>,
+    pub influence: Vec<f64>,
 }
 
 /// What was taken out of a machine, and the way back.
 #[derive(Debug, Clone)]
-pub struct Prescribed {
+pub struct PrescribedReduction {
     /// The machine with every coordinate.
-    pub whole: Train,
+    pub whole: DynamicModel,
     /// The coordinates that stay.
-    pub kept: Vec<usize>,
+    pub retained: Vec<usize>,
     /// Of every branch of the whole machine its number among those that stay; none where it joins prescribed motions alone.
     pub branches: Vec<Option<usize>>,
     /// What is prescribed.
-    pub motions: Vec<Motion>,
+    pub motions: Vec<PrescribedMotion>,
 }
 
 /// A machine without its prescribed coordinates.
-pub struct Rest {
+pub struct PartitionedModel {
     /// Its equations in s.
-    pub train: Train,
+    pub model: DynamicModel,
     /// Rigid motions left in it.
     pub rigid: Vec<Vec<f64>>,
     /// What was taken out.
-    pub prescribed: Prescribed,
+    pub reduction: PrescribedReduction,
 }
 
 /// Takes coordinates with known motion out of a machine; `rigid` are its rigid motions.
 ///
 /// # Errors
 /// Nothing left to move; a speed that jumps where inertia couples the coordinate to others.
-pub fn take_out(
-    whole: Train,
+pub fn eliminate(
+    whole: DynamicModel,
     rigid: &[Vec<f64>],
     known: Vec<(String, usize, Signal)>,
-) -> Result<Rest, Error> {
-    let (shares, left) = shares(whole.n(), rigid, &known);
+) -> Result<PartitionedModel, Error> {
+    let (shares, left) = influence_vectors(whole.coordinate_count(), rigid, &known);
     let motions = known
         .into_iter()
         .zip(shares)
-        .map(|((name, coordinate, course), share)| Motion {
+        .map(|((name, coordinate, course), share)| PrescribedMotion {
             name,
             coordinate,
-            course,
-            share,
+            signal: course,
+            influence: share,
         })
         .collect();
-    let (train, prescribed) = without(whole, motions)?;
-    let kept = &prescribed.kept;
+    let (model, reduction) = eliminate_motions(whole, motions)?;
+    let kept = &reduction.retained;
     let rigid = left.iter().map(|r| kept.iter().map(|&i| r[i]).collect());
-    Ok(Rest {
+    Ok(PartitionedModel {
         rigid: rigid.collect(),
-        train,
-        prescribed,
+        model,
+        reduction,
     })
 }
 
 /// A machine without the coordinates that motions prescribe, and the way back.
 ///
 /// # Errors
-/// Those of [`take_out`].
-pub fn without(mut whole: Train, motions: Vec<Motion>) -> Result<(Train, Prescribed), Error> {
+/// Those of [`eliminate`].
+pub fn eliminate_motions(
+    mut whole: DynamicModel,
+    motions: Vec<PrescribedMotion>,
+) -> Result<(DynamicModel, PrescribedReduction), Error> {
     let is_known = |j: &usize| motions.iter().any(|m| m.coordinate == *j);
-    let kept: Vec<usize> = (0..whole.n()).filter(|j| !is_known(j)).collect();
+    let kept: Vec<usize> = (0..whole.coordinate_count())
+        .filter(|j| !is_known(j))
+        .collect();
     if kept.is_empty() {
         let message = "every body moves as prescribed: nothing is left to compute";
         return Err(Error::new(Code::Conflict, message)
-            .hint("give a joint between the prescribed body and the others its k"));
+            .with_hint("give a joint between the prescribed body and the others its k"));
     }
-    for motion in motions.iter().filter(|m| m.course.has_kinks()) {
-        let momentum = whole.momentum(&motion.share);
+    for motion in motions.iter().filter(|m| m.signal.has_kinks()) {
+        let momentum = whole.momentum(&motion.influence);
         if kept.iter().any(|&i| momentum[i] != 0.0) {
             let message = format!(
                 "the speed that `{}` prescribes jumps, and inertia ties its body to others",
                 motion.name
             );
             return Err(Error::new(Code::Conflict, message)
-                .hint("let the speed rise over a short time in place of the jump"));
+                .with_hint("let the speed rise over a short time in place of the jump"));
         }
     }
-    let mut branches = Vec::new();
-    let numbers = whole.branches.iter_mut().map(|branch| {
-        let rest = of_branch(branch, &kept, &motions);
+    let mut elements = Vec::new();
+    let numbers = whole.elements.iter_mut().map(|element| {
+        let rest = restrict_element(element, &kept, &motions);
         // The torque on the angle of a stiffness in steps is no more than jolts; they are booked where it jumps in time.
-        if let Some(wave) = &rest.variation
-            && wave.shape.is_steps()
-            && wave.phase.angle().is_none()
+        if let Some(function) = &rest.stiffness_wave
+            && function.waveform.is_piecewise_constant()
+            && function.phase.angle().is_none()
         {
-            branch.variation.clone_from(&rest.variation);
+            element.stiffness_wave.clone_from(&rest.stiffness_wave);
         }
-        (!rest.direction.terms.is_empty() || rest.inner() > 0).then(|| {
-            branches.push(rest);
-            branches.len() - 1
+        (!rest.direction.terms.is_empty() || rest.internal_count() > 0).then(|| {
+            elements.push(rest);
+            elements.len() - 1
         })
     });
     let numbers: Vec<Option<usize>> = numbers.collect();
-    for branch in &mut branches {
-        if let Law::Pressed(pressed) = &mut branch.law {
-            let moved = pressed.moved(
-                |d| restricted(d, &kept),
-                |phase| of_phase(phase, &kept, &motions),
+    for element in &mut elements {
+        if let ForceLaw::LoadFriction(pressed) = &mut element.law {
+            let moved = pressed.with_coordinates(
+                |d| restrict(d, &kept),
+                |phase| restrict_phase(phase, &kept, &motions),
                 &numbers,
             );
-            **pressed = moved.map_err(|by| unpressed(&whole, &branch.name, by))?;
+            **pressed = moved.map_err(|by| missing_normal_force(&whole, &element.name, by))?;
         }
     }
-    let drives = whole.drives.iter().map(|drive| Drive {
-        direction: restricted(&drive.direction, &kept),
-        ..drive.clone()
+    let forces = whole.forces.iter().map(|force| AppliedForce {
+        direction: restrict(&force.direction, &kept),
+        ..force.clone()
     });
-    let mut drives: Vec<Drive> = drives.filter(|d| !d.direction.terms.is_empty()).collect();
+    let mut forces: Vec<AppliedForce> = forces.filter(|d| !d.direction.terms.is_empty()).collect();
     for motion in &motions {
-        drives.extend(felt(&whole, motion, &kept));
+        forces.extend(induced_forces(&whole, motion, &kept));
     }
-    let train = Train {
+    let model = DynamicModel {
         coordinates: kept.iter().map(|&i| whole.coordinates[i].clone()).collect(),
-        mass: of_mass(&whole.mass, &kept)?,
-        branches,
-        drives,
-        drag: whole.drag,
-        general: whole.general.as_ref().map(|(k, c)| {
+        matrix: restrict_mass(&whole.matrix, &kept)?,
+        elements,
+        forces,
+        mass_damping: whole.mass_damping,
+        unattached: whole.unattached.as_ref().map(|(k, c)| {
             let of =
                 |a: &Matrix| Matrix::from_fn(kept.len(), kept.len(), |i, j| a[(kept[i], kept[j])]);
             (of(k), of(c))
         }),
     };
-    let prescribed = Prescribed {
+    let reduction = PrescribedReduction {
         whole,
-        kept,
+        retained: kept,
         branches: numbers,
         motions,
     };
-    Ok((train, prescribed))
+    Ok((model, reduction))
 }
 
-impl Prescribed {
+impl PrescribedReduction {
     /// The state of the whole machine.
     pub fn state(&self, t: f64, y: &[f64]) -> Vec<f64> {
-        let (n, m) = (self.whole.n(), self.kept.len());
+        let (n, m) = (self.whole.coordinate_count(), self.retained.len());
         let mut all = vec![0.0; 2 * n];
         for motion in &self.motions {
-            let piece = motion.course.piece(t);
-            let (x, rate) = (motion.course.value(t, piece), motion.course.slope(t, piece));
-            for (i, r) in motion.share.iter().enumerate() {
+            let piece = motion.signal.piece(t);
+            let (x, rate) = (motion.signal.value(t, piece), motion.signal.slope(t, piece));
+            for (i, r) in motion.influence.iter().enumerate() {
                 all[i] += r * x;
                 all[n + i] += r * rate;
             }
         }
-        for (j, &i) in self.kept.iter().enumerate() {
+        for (j, &i) in self.retained.iter().enumerate() {
             all[i] += y[j];
             all[n + i] += y[m + j];
         }
@@ -185,66 +192,74 @@ impl Prescribed {
     /// How the whole machine stands at its state where the rest stands in `rest`.
     pub fn regime(&self, rest: &Regime, t: f64, state: &[f64]) -> Regime {
         let own = self.whole.regime(t, state);
-        let stands = self.branches.iter().zip(&own.stands);
+        let stands = self.branches.iter().zip(&own.states);
         Regime {
-            stands: stands
-                .map(|(at, own)| at.map_or(*own, |at| rest.stands[at]))
+            states: stands
+                .map(|(at, own)| at.map_or(*own, |at| rest.states[at]))
                 .collect(),
             pieces: own.pieces,
         }
     }
 
     /// Every coordinate of the whole machine in those that stay.
-    pub fn places(&self) -> Vec<Option<Combination>> {
+    pub fn recovery(&self) -> Vec<Option<LinearCombination>> {
         let place = |i: usize| {
-            let mut place = match self.kept.binary_search(&i) {
-                Ok(j) => Combination::of(j),
-                Err(_) => Combination::default(),
+            let mut place = match self.retained.binary_search(&i) {
+                Ok(j) => LinearCombination::coordinate(j),
+                Err(_) => LinearCombination::default(),
             };
-            for motion in self.motions.iter().filter(|m| m.share[i] != 0.0) {
-                place = place.plus(&motion.course.times(motion.share[i]));
+            for motion in self.motions.iter().filter(|m| m.influence[i] != 0.0) {
+                place = place.with_imposed(&motion.signal.scaled(motion.influence[i]));
             }
             Some(place)
         };
-        (0..self.whole.n()).map(place).collect()
+        (0..self.whole.coordinate_count()).map(place).collect()
     }
 
     /// The torques with which the motions are kept up, positive along them:
     /// `T = [M q̈ + α M q̇ + K₀q + C₀q̇ + Σ u F − f]` of their coordinates, N·m or N.
-    pub fn torques(&self, rest: &Train, regime: &Regime, t: f64, y: &[f64]) -> Vec<f64> {
-        let (n, m) = (self.whole.n(), self.kept.len());
+    pub fn torques(&self, rest: &DynamicModel, regime: &Regime, t: f64, y: &[f64]) -> Vec<f64> {
+        let (n, m) = (self.whole.coordinate_count(), self.retained.len());
         let mut slope = vec![0.0; y.len()];
-        rest.slope_in(Some(regime), t, y, &mut slope);
+        rest.derivative_in(Some(regime), t, y, &mut slope);
         let state = self.state(t, y);
         let all = self.regime(regime, t, &state);
-        let mut pushed = self.whole.pushed(Some(&all), t, &state);
-        let holding = rest.holding(regime, t, &rest.pushed(Some(regime), t, y), &y[m..2 * m]);
-        for (&at, held) in regime.sticking().iter().zip(holding) {
+        let mut pushed = self.whole.applied_forces(Some(&all), t, &state);
+        let holding = rest.stick_forces(
+            regime,
+            t,
+            &rest.applied_forces(Some(regime), t, y),
+            &y[m..2 * m],
+        );
+        for (&at, held) in regime.sticking_pairs().iter().zip(holding) {
             let whole = self.branches.iter().position(|b| *b == Some(at));
-            let direction = whole.map(|b| &self.whole.branches[b].direction);
+            let direction = whole.map(|b| &self.whole.elements[b].direction);
             direction
                 .into_iter()
-                .flat_map(Direction::scaled)
+                .flat_map(Direction::entries)
                 .for_each(|(i, a)| pushed[i] -= a * held);
         }
-        let mut braked: Vec<f64> = (0..n).map(|i| self.whole.drag * state[n + i]).collect();
-        for (j, &i) in self.kept.iter().enumerate() {
+        let mut braked: Vec<f64> = (0..n)
+            .map(|i| self.whole.mass_damping * state[n + i])
+            .collect();
+        for (j, &i) in self.retained.iter().enumerate() {
             braked[i] += slope[m + j];
         }
         for motion in &self.motions {
-            let bend = motion.course.curvature(t, motion.course.piece(t));
-            let share = braked.iter_mut().zip(&motion.share);
+            let bend = motion.signal.curvature(t, motion.signal.piece(t));
+            let share = braked.iter_mut().zip(&motion.influence);
             share.for_each(|(a, r)| *a += r * bend);
         }
         let momentum = self.whole.momentum(&braked);
-        let torque = |motion: &Motion| momentum[motion.coordinate] - pushed[motion.coordinate];
+        let torque =
+            |motion: &PrescribedMotion| momentum[motion.coordinate] - pushed[motion.coordinate];
         self.motions.iter().map(torque).collect()
     }
 
     /// What the prescribed motions put in at an instant, W.
-    pub fn power(&self, rest: &Train, regime: &Regime, t: f64, y: &[f64]) -> f64 {
+    pub fn power(&self, rest: &DynamicModel, regime: &Regime, t: f64, y: &[f64]) -> f64 {
         let torques = self.torques(rest, regime, t, y);
-        let rate = |m: &Motion| m.course.slope(t, m.course.piece(t));
+        let rate = |m: &PrescribedMotion| m.signal.slope(t, m.signal.piece(t));
         self.motions
             .iter()
             .zip(torques)
@@ -253,25 +268,25 @@ impl Prescribed {
     }
 
     /// The work of the jolts where prescribed speeds jump, after `from` and until `to`, J.
-    pub fn jolts(&self, from: f64, to: f64) -> f64 {
-        let of_motion = |motion: &Motion| {
-            let inertia = self.whole.momentum(&motion.share)[motion.coordinate];
-            let knots = motion.course.knots.iter().enumerate().skip(1);
+    pub fn impulse_work(&self, from: f64, to: f64) -> f64 {
+        let of_motion = |motion: &PrescribedMotion| {
+            let inertia = self.whole.momentum(&motion.influence)[motion.coordinate];
+            let knots = motion.signal.knots.iter().enumerate().skip(1);
             let within = knots.filter(|(_, knot)| knot.time > from && knot.time <= to);
             let jump = |(at, knot): (usize, &super::signal::Knot)| {
-                let before = motion.course.slope(knot.time, at);
-                let after = motion.course.slope(knot.time, at + 1);
+                let before = motion.signal.slope(knot.time, at);
+                let after = motion.signal.slope(knot.time, at + 1);
                 0.5 * inertia * (after - before) * (after + before)
             };
             within.map(jump).sum::<f64>()
         };
-        let jumps = self.motions.iter().filter(|m| m.course.has_kinks());
+        let jumps = self.motions.iter().filter(|m| m.signal.has_kinks());
         jumps.map(of_motion).sum()
     }
 }
 
 /// r of every motion, and the rigid motions in which all prescribed coordinates stand still.
-fn shares(
+fn influence_vectors(
     n: usize,
     rigid: &[Vec<f64>],
     known: &[(String, usize, Signal)],
@@ -320,60 +335,68 @@ fn shares(
 }
 
 /// What the rest feels of a motion: `−M r (ẍ + α ẋ) − K₀ r x − C₀ r ẋ`.
-fn felt(whole: &Train, motion: &Motion, kept: &[usize]) -> Vec<Drive> {
-    let n = whole.n();
-    let momentum = whole.momentum(&motion.share);
+fn induced_forces(
+    whole: &DynamicModel,
+    motion: &PrescribedMotion,
+    kept: &[usize],
+) -> Vec<AppliedForce> {
+    let n = whole.coordinate_count();
+    let momentum = whole.momentum(&motion.influence);
     let times = |a: &Matrix| -> Vec<f64> {
         (0..n)
-            .map(|i| (0..n).map(|j| a[(i, j)] * motion.share[j]).sum())
+            .map(|i| (0..n).map(|j| a[(i, j)] * motion.influence[j]).sum())
             .collect()
     };
-    let rate = motion.course.rate();
+    let rate = motion.signal.rate();
     let mut parts = vec![(momentum.clone(), rate.rate())];
     parts.push((
-        momentum.iter().map(|p| whole.drag * p).collect(),
+        momentum.iter().map(|p| whole.mass_damping * p).collect(),
         rate.clone(),
     ));
-    if let Some((k, c)) = &whole.general {
-        parts.push((times(k), motion.course.clone()));
+    if let Some((k, c)) = &whole.unattached {
+        parts.push((times(k), motion.signal.clone()));
         parts.push((times(c), rate));
     }
-    let drive = |(force, signal): (Vec<f64>, Signal)| Drive {
+    let drive = |(force, signal): (Vec<f64>, Signal)| AppliedForce {
         name: motion.name.clone(),
         direction: Direction::new(-1.0, kept.iter().enumerate().map(|(j, &i)| (j, force[i]))),
         signal,
     };
-    let acts = |d: &Drive| !d.direction.terms.is_empty() && !d.signal.is_zero();
+    let acts = |d: &AppliedForce| !d.direction.terms.is_empty() && !d.signal.is_zero();
     parts.into_iter().map(drive).filter(acts).collect()
 }
 
-fn of_branch(branch: &Branch, kept: &[usize], motions: &[Motion]) -> Branch {
-    let mut rest = branch.clone();
-    rest.direction = restricted(&branch.direction, kept);
-    rest.force = branch.force.as_ref().map(|u| restricted(u, kept));
+fn restrict_element(
+    element: &ForceElement,
+    kept: &[usize],
+    motions: &[PrescribedMotion],
+) -> ForceElement {
+    let mut rest = element.clone();
+    rest.direction = restrict(&element.direction, kept);
+    rest.force_direction = element.force_direction.as_ref().map(|u| restrict(u, kept));
     for motion in motions {
-        let seen = seen(&branch.direction, &motion.share);
+        let seen = project(&element.direction, &motion.influence);
         if seen != 0.0 {
-            let known = motion.course.times(-seen);
-            rest.imposed = Some(match &rest.imposed {
+            let known = motion.signal.scaled(-seen);
+            rest.imposed_displacement = Some(match &rest.imposed_displacement {
                 None => known,
                 Some(e) => e.plus(&known),
             });
         }
     }
-    rest.variation = branch
-        .variation
+    rest.stiffness_wave = element
+        .stiffness_wave
         .as_ref()
-        .map(|wave| of_wave(wave, kept, motions));
-    rest.followed.clear();
-    for wave in &branch.followed {
-        let wave = of_wave(wave, kept, motions);
-        let Phase::Imposed { omega, start } = wave.phase else {
-            rest.followed.push(wave);
+        .map(|function| restrict_wave(function, kept, motions));
+    rest.angle_waves.clear();
+    for function in &element.angle_waves {
+        let function = restrict_wave(function, kept, motions);
+        let WavePhase::Imposed { omega, start } = function.phase else {
+            rest.angle_waves.push(function);
             continue;
         };
-        let e = wave.shape.over_time(omega, start);
-        rest.imposed = Some(match &rest.imposed {
+        let e = function.waveform.to_signal(omega, start);
+        rest.imposed_displacement = Some(match &rest.imposed_displacement {
             None => e,
             Some(imposed) => imposed.plus(&e),
         });
@@ -382,21 +405,28 @@ fn of_branch(branch: &Branch, kept: &[usize], motions: &[Motion]) -> Branch {
 }
 
 /// A wave whose angle is in part, or wholly, known.
-fn of_wave(wave: &Wave, kept: &[usize], motions: &[Motion]) -> Wave {
-    match (of_phase(&wave.phase, kept, motions), &wave.phase) {
-        (Phase::Imposed { omega, start }, Phase::Followed { .. }) => {
-            Wave::imposed(wave.shape.clone(), omega, start)
+fn restrict_wave(
+    function: &PeriodicFunction,
+    kept: &[usize],
+    motions: &[PrescribedMotion],
+) -> PeriodicFunction {
+    match (
+        restrict_phase(&function.phase, kept, motions),
+        &function.phase,
+    ) {
+        (WavePhase::Imposed { omega, start }, WavePhase::FollowsAngle { .. }) => {
+            PeriodicFunction::imposed(function.waveform.clone(), omega, start)
         }
-        (phase, _) => Wave {
-            shape: wave.shape.clone(),
+        (phase, _) => PeriodicFunction {
+            waveform: function.waveform.clone(),
             phase,
         },
     }
 }
 
 /// A phase that is in part, or wholly, known.
-fn of_phase(phase: &Phase, kept: &[usize], motions: &[Motion]) -> Phase {
-    let Phase::Followed {
+fn restrict_phase(phase: &WavePhase, kept: &[usize], motions: &[PrescribedMotion]) -> WavePhase {
+    let WavePhase::FollowsAngle {
         angle,
         start,
         known,
@@ -406,23 +436,24 @@ fn of_phase(phase: &Phase, kept: &[usize], motions: &[Motion]) -> Phase {
     };
     let mut known = known.clone();
     for motion in motions {
-        let seen = seen(angle, &motion.share);
+        let seen = project(angle, &motion.influence);
         if seen != 0.0 {
-            let turn = motion.course.times(seen);
+            let turn = motion.signal.scaled(seen);
             known = Some(known.map_or(turn.clone(), |x| x.plus(&turn)));
         }
     }
-    let angle = restricted(angle, kept);
-    let steady = |x: &Signal| x.knots.len() == 1 && x.is_straight() && x.harmonics.is_empty();
+    let angle = restrict(angle, kept);
+    let steady =
+        |x: &Signal| x.knots.len() == 1 && x.is_piecewise_linear() && x.harmonics.is_empty();
     match &known {
         Some(x) if angle.terms.is_empty() && steady(x) => {
             let knot = x.knots[0];
-            Phase::Imposed {
+            WavePhase::Imposed {
                 omega: knot.slope,
-                start: start + knot.line(0.0),
+                start: start + knot.value_at(0.0),
             }
         }
-        _ => Phase::Followed {
+        _ => WavePhase::FollowsAngle {
             angle,
             start: *start,
             known,
@@ -431,9 +462,9 @@ fn of_phase(phase: &Phase, kept: &[usize], motions: &[Motion]) -> Phase {
 }
 
 /// `wᵀr`, zero where it cancels.
-fn seen(w: &Direction, r: &[f64]) -> f64 {
+fn project(w: &Direction, r: &[f64]) -> f64 {
     let (sum, size) = w
-        .scaled()
+        .entries()
         .fold((0.0, 0.0), |(sum, size): (f64, f64), (i, a)| {
             (sum + a * r[i], size + (a * r[i]).abs())
         });
@@ -443,7 +474,7 @@ fn seen(w: &Direction, r: &[f64]) -> f64 {
     }
 }
 
-fn restricted(direction: &Direction, kept: &[usize]) -> Direction {
+fn restrict(direction: &Direction, kept: &[usize]) -> Direction {
     let place = |i: usize| kept.binary_search(&i).ok();
     let terms = direction.terms.iter();
     Direction {
@@ -454,12 +485,14 @@ fn restricted(direction: &Direction, kept: &[usize]) -> Direction {
     }
 }
 
-fn of_mass(mass: &Mass, kept: &[usize]) -> Result<Mass, Error> {
-    Ok(match mass {
-        Mass::Diagonal(mass) => Mass::Diagonal(kept.iter().map(|&i| mass[i]).collect()),
-        Mass::Full { matrix, .. } => {
+fn restrict_mass(mass_matrix: &MassMatrix, kept: &[usize]) -> Result<MassMatrix, Error> {
+    Ok(match mass_matrix {
+        MassMatrix::Diagonal(mass_matrix) => {
+            MassMatrix::Diagonal(kept.iter().map(|&i| mass_matrix[i]).collect())
+        }
+        MassMatrix::Full { matrix, .. } => {
             let m = kept.len();
-            Mass::full(Matrix::from_fn(m, m, |i, j| matrix[(kept[i], kept[j])]))?
+            MassMatrix::full(Matrix::from_fn(m, m, |i, j| matrix[(kept[i], kept[j])]))?
         }
     })
 }

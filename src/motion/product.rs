@@ -27,11 +27,11 @@ pub fn product(a: &Signal, b: &Signal) -> Result<Signal, Error> {
     for (at, &from) in times.iter().enumerate() {
         let to = times.get(at + 1).copied().unwrap_or(f64::INFINITY);
         let always = times.len() == 1;
-        let mut line = Knot::straight(from, 0.0, 0.0);
+        let mut line = Knot::line(from, 0.0, 0.0);
         for x in terms(a, from) {
             for y in terms(b, from) {
                 for term in multiplied(&x, &y)? {
-                    put(&mut made, &mut line, term, (from, to, always))?;
+                    push_term(&mut made, &mut line, term, (from, to, always))?;
                 }
             }
         }
@@ -46,7 +46,11 @@ fn terms(signal: &Signal, from: f64) -> Vec<Term> {
     let piece = signal.piece(from);
     let mut all = Vec::new();
     if let Some(knot) = piece.checked_sub(1).map(|at| signal.knots[at]) {
-        let power = [knot.line(origin), knot.incline(origin), 0.5 * knot.bend];
+        let power = [
+            knot.value_at(origin),
+            knot.slope_at(origin),
+            0.5 * knot.curvature,
+        ];
         all.push(Term {
             power,
             omega: 0.0,
@@ -80,7 +84,7 @@ fn multiplied(x: &Term, y: &Term) -> Result<Vec<Term>, Error> {
     if b * f + c * e != 0.0 || c * f != 0.0 {
         let message = "the product of these functions is a cubic or more between its knots";
         return Err(Error::new(Code::Conflict, message)
-            .hint("at most two factors may change along straight lines at one time; write the others into one table"));
+            .with_hint("at most two factors may change along straight lines at one time; write the others into one table"));
     }
     let power = [a * d, a * e + b * d, a * f + b * e + c * d];
     let whole = |phase: f64, omega: f64, share: f64| Term {
@@ -100,7 +104,7 @@ fn multiplied(x: &Term, y: &Term) -> Result<Vec<Term>, Error> {
 }
 
 /// Adds a term to a signal: to its line, or as a harmonic where it lasts always, else as a burst.
-fn put(
+fn push_term(
     made: &mut Signal,
     line: &mut Knot,
     term: Term,
@@ -115,12 +119,12 @@ fn put(
         let share = phase.cos();
         line.value += share * value;
         line.slope += share * slope;
-        line.bend += 2.0 * share * square;
+        line.curvature += 2.0 * share * square;
         return Ok(());
     }
     if square != 0.0 {
         let message = "the amplitude of a harmonic in this product is a parabola";
-        return Err(Error::new(Code::Conflict, message).hint(
+        return Err(Error::new(Code::Conflict, message).with_hint(
             "at most one factor beside harmonics may change along straight lines at one time",
         ));
     }

@@ -1,7 +1,7 @@
-//! Everything that jumps, frozen: in one regime the right-hand side is smooth.
+//! Regime: the discrete state of a model in which its right-hand side is smooth.
 
-use super::contact::Stand;
-use super::friction::Slip;
+use super::contact::ContactState;
+use super::friction::FrictionState;
 
 /// How everything stands.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -10,26 +10,26 @@ pub struct Regime {
     /// contact, then of every branch: which piece of the path holds it.
     pub pieces: Vec<u32>,
     /// Of every branch: how it stands.
-    pub stands: Vec<BranchStand>,
+    pub states: Vec<ElementState>,
 }
 
 /// How a branch stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum BranchStand {
+pub enum ElementState {
     /// It has nothing to switch, or is dry friction whose step is spread over the creep speed.
     Smooth,
     /// A contact, and which piece of its stiffness wave carries it.
-    Contact(Stand, u32),
+    Contact(ContactState, u32),
     /// A friction pair whose switches are located.
-    Friction(Slip),
+    Friction(FrictionState),
 }
 
 impl Regime {
     /// Friction pairs that stick.
-    pub fn sticking(&self) -> Vec<usize> {
-        let stuck = |s: &BranchStand| *s == BranchStand::Friction(Slip::Stick);
-        (0..self.stands.len())
-            .filter(|&at| stuck(&self.stands[at]))
+    pub fn sticking_pairs(&self) -> Vec<usize> {
+        let stuck = |s: &ElementState| *s == ElementState::Friction(FrictionState::Stick);
+        (0..self.states.len())
+            .filter(|&at| stuck(&self.states[at]))
             .collect()
     }
 }

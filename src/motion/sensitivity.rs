@@ -4,14 +4,14 @@
 //! Angles that turn are no measure: a shaft that has turned a thousand radians is wound up by microradians, and a change by a
 //! share of the turned angle is larger than every deflection.
 
+use super::dynamic_model::{DynamicModel, ForceLaw};
 use super::signal::Signal;
-use super::train::{Law, Train};
 
 /// Numbers kept of a run, at most: deflections times instants.
-const KEPT: usize = 4_000_000;
+const MAX_KEPT: usize = 4_000_000;
 
 /// Instants at which deflections are compared, at most.
-const INSTANTS: usize = 2000;
+const MAX_INSTANTS: usize = 2000;
 
 /// Deflections of all elastic branches along a run.
 #[derive(Debug, Clone)]
@@ -19,7 +19,7 @@ pub struct Deflections {
     /// Branches with a stiffness.
     branches: Vec<usize>,
     /// One sample in so many is kept.
-    every: usize,
+    stride: usize,
     seen: usize,
     /// Instants, s.
     time: Vec<f64>,
@@ -31,15 +31,15 @@ pub struct Deflections {
 
 impl Deflections {
     /// For a run of so many samples.
-    pub fn new(train: &Train, samples: usize) -> Deflections {
-        let all = train.branches.iter().enumerate();
+    pub fn new(model: &DynamicModel, samples: usize) -> Deflections {
+        let all = model.elements.iter().enumerate();
         let elastic = all.filter(|(_, b)| is_elastic(&b.law));
         let branches: Vec<usize> = elastic.map(|(at, _)| at).collect();
-        let instants = (KEPT / branches.len().max(1)).clamp(1, INSTANTS);
+        let instants = (MAX_KEPT / branches.len().max(1)).clamp(1, MAX_INSTANTS);
         Deflections {
             largest: vec![(0.0, 0.0); branches.len()],
             branches,
-            every: samples / instants + 1,
+            stride: samples / instants + 1,
             seen: 0,
             time: Vec::new(),
             values: Vec::new(),
@@ -47,17 +47,17 @@ impl Deflections {
     }
 
     /// Takes the next sample.
-    pub fn see(&mut self, train: &Train, t: f64, y: &[f64]) {
-        let due = self.seen.is_multiple_of(self.every);
+    pub fn see(&mut self, model: &DynamicModel, t: f64, y: &[f64]) {
+        let due = self.seen.is_multiple_of(self.stride);
         self.seen += 1;
         if !due {
             return;
         }
-        let (n, piece) = (train.n(), |e: &Signal| e.piece(t) as u32);
+        let (n, piece) = (model.coordinate_count(), |e: &Signal| e.piece(t) as u32);
         self.time.push(t);
         for (&at, largest) in self.branches.iter().zip(&mut self.largest) {
-            let branch = &train.branches[at];
-            let piece = branch.imposed.as_ref().map_or(0, piece);
+            let branch = &model.elements[at];
+            let piece = branch.imposed_displacement.as_ref().map_or(0, piece);
             let (delta, rate) = branch.deflection(t, &y[..n], &y[n..2 * n], piece);
             largest.0 = largest.0.max(delta.abs());
             largest.1 = largest.1.max(rate.abs());
@@ -69,11 +69,11 @@ impl Deflections {
     /// joins, those without inertia and inner states keep their start.
     ///
     /// Every coordinate goes its own way, so that no branch is left out because its ends move alike.
-    pub fn moved(&self, train: &Train, start: &[f64], by: f64) -> Vec<f64> {
-        let n = train.n();
+    pub fn perturbed_start(&self, model: &DynamicModel, start: &[f64], by: f64) -> Vec<f64> {
+        let n = model.coordinate_count();
         let mut room = vec![f64::INFINITY; 2 * n];
         for (&at, largest) in self.branches.iter().zip(&self.largest) {
-            for (i, a) in train.branches[at].direction.scaled() {
+            for (i, a) in model.elements[at].direction.entries() {
                 for (j, size) in [(i, largest.0), (n + i, largest.1)] {
                     let own = size / a.abs();
                     if own > 0.0 {
@@ -84,7 +84,7 @@ impl Deflections {
         }
         let mut moved = start.to_vec();
         for (j, room) in room.into_iter().enumerate() {
-            if room.is_finite() && !train.is_light(j % n) {
+            if room.is_finite() && !model.is_massless(j % n) {
                 moved[j] += by * room * way(j);
             }
         }
@@ -92,7 +92,7 @@ impl Deflections {
     }
 
     /// The largest difference from another run up to an instant, by the size that each deflection reaches here.
-    pub fn apart(&self, other: &Deflections, until: f64) -> f64 {
+    pub fn max_difference(&self, other: &Deflections, until: f64) -> f64 {
         let count = self.branches.len().max(1);
         let rows = self.values.chunks(count).zip(other.values.chunks(count));
         let rows = rows.zip(&self.time).filter(|(_, t)| **t <= until);
@@ -108,10 +108,10 @@ impl Deflections {
 }
 
 /// Its deflection has a size: it does not turn or slip away.
-fn is_elastic(law: &Law) -> bool {
+fn is_elastic(law: &ForceLaw) -> bool {
     match law {
-        Law::Linear { stiffness, .. } => *stiffness != 0.0,
-        Law::Contact(_) | Law::Nonlinear { .. } => true,
+        ForceLaw::Linear { stiffness, .. } => *stiffness != 0.0,
+        ForceLaw::Contact(_) | ForceLaw::Nonlinear { .. } => true,
         _ => false,
     }
 }

@@ -1,4 +1,4 @@
-//! A known function of time: lines and parabolas with jumps, harmonics that never end, and such as begin and end.
+//! Known function of time: piecewise linear or quadratic with jumps, plus harmonics.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -17,7 +17,7 @@ pub struct Signal {
     pub bursts: Vec<Burst>,
 }
 
-/// From `time` on the signal is `value + slope (t − time) + ½ bend (t − time)²`.
+/// From `time` on the signal is `value + slope (t − time) + ½ curvature (t − time)²`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Knot {
     /// s; −∞ for what always was so.
@@ -27,7 +27,7 @@ pub struct Knot {
     /// Its change per second.
     pub slope: f64,
     /// The change of that per second; zero for a straight line.
-    pub bend: f64,
+    pub curvature: f64,
 }
 
 /// Lines meet where they differ by no more than this share: the rounding of their computed ends.
@@ -46,12 +46,12 @@ pub struct Harmonic {
 
 impl Knot {
     /// A straight line.
-    pub fn straight(time: f64, value: f64, slope: f64) -> Knot {
+    pub fn line(time: f64, value: f64, slope: f64) -> Knot {
         Knot {
             time,
             value,
             slope,
-            bend: 0.0,
+            curvature: 0.0,
         }
     }
 
@@ -64,8 +64,8 @@ impl Knot {
     }
 
     /// Its line at `t`.
-    pub fn line(&self, t: f64) -> f64 {
-        match (self.slope, self.bend) {
+    pub fn value_at(&self, t: f64) -> f64 {
+        match (self.slope, self.curvature) {
             (0.0, 0.0) => self.value,
             (slope, bend) => {
                 let since = self.since(t);
@@ -75,8 +75,8 @@ impl Knot {
     }
 
     /// The slope of its line at `t`.
-    pub fn incline(&self, t: f64) -> f64 {
-        match self.bend {
+    pub fn slope_at(&self, t: f64) -> f64 {
+        match self.curvature {
             0.0 => self.slope,
             bend => self.slope + bend * self.since(t),
         }
@@ -87,7 +87,7 @@ impl Signal {
     /// The same at all times.
     pub fn constant(value: f64) -> Signal {
         Signal {
-            knots: vec![Knot::straight(f64::NEG_INFINITY, value, 0.0)],
+            knots: vec![Knot::line(f64::NEG_INFINITY, value, 0.0)],
             ..Signal::default()
         }
     }
@@ -95,7 +95,7 @@ impl Signal {
     /// Zero before `time`, `size` from then on.
     pub fn step(size: f64, time: f64) -> Signal {
         Signal {
-            knots: vec![Knot::straight(time, size, 0.0)],
+            knots: vec![Knot::line(time, size, 0.0)],
             ..Signal::default()
         }
     }
@@ -104,9 +104,9 @@ impl Signal {
     pub fn ramp(from: f64, to: f64, [start, end]: [f64; 2]) -> Signal {
         let slope = (to - from) / (end - start);
         let knots = vec![
-            Knot::straight(f64::NEG_INFINITY, from, 0.0),
-            Knot::straight(start, from, slope),
-            Knot::straight(end, to, 0.0),
+            Knot::line(f64::NEG_INFINITY, from, 0.0),
+            Knot::line(start, from, slope),
+            Knot::line(end, to, 0.0),
         ];
         Signal {
             knots,
@@ -133,7 +133,7 @@ impl Signal {
     pub fn table(points: &[(f64, f64)]) -> Result<Signal, Error> {
         let bad = |message: &str| {
             Err(Error::new(Code::OutOfRange, message)
-                .hint("give time and value in rising order of time"))
+                .with_hint("give time and value in rising order of time"))
         };
         if points.iter().any(|p| !p.0.is_finite() || !p.1.is_finite()) {
             return bad("a table over time holds a number that is not finite");
@@ -144,15 +144,15 @@ impl Signal {
         let Some(first) = points.first() else {
             return bad("a table over time is empty");
         };
-        let mut knots = vec![Knot::straight(f64::NEG_INFINITY, first.1, 0.0)];
+        let mut knots = vec![Knot::line(f64::NEG_INFINITY, first.1, 0.0)];
         for pair in points.windows(2) {
             let ((t, x), (u, y)) = (pair[0], pair[1]);
             if u > t {
-                knots.push(Knot::straight(t, x, (y - x) / (u - t)));
+                knots.push(Knot::line(t, x, (y - x) / (u - t)));
             }
         }
         if let (Some(&(time, value)), true) = (points.last(), points.len() > 1) {
-            knots.push(Knot::straight(time, value, 0.0));
+            knots.push(Knot::line(time, value, 0.0));
         }
         Ok(Signal {
             knots,
@@ -169,7 +169,7 @@ impl Signal {
     pub fn value(&self, t: f64, piece: usize) -> f64 {
         let line = match piece {
             0 => 0.0,
-            at => self.knots[at - 1].line(t),
+            at => self.knots[at - 1].value_at(t),
         };
         let harmonics = self.harmonics.iter();
         let harmonics = harmonics.map(|h| h.amplitude * (h.omega * t + h.phase).cos());
@@ -185,14 +185,14 @@ impl Signal {
             .checked_sub(1)
             .map_or(f64::NEG_INFINITY, |at| self.knots[at].time);
         let lasting = self.bursts.iter().filter(|b| b.lasts(begins));
-        lasting.map(|b| b.at(t)[order]).sum()
+        lasting.map(|b| b.value_at(t)[order]).sum()
     }
 
     /// The derivative at `t` on the piece `piece`.
     pub fn slope(&self, t: f64, piece: usize) -> f64 {
         let line = match piece {
             0 => 0.0,
-            at => self.knots[at - 1].incline(t),
+            at => self.knots[at - 1].slope_at(t),
         };
         line - self
             .harmonics
@@ -206,7 +206,7 @@ impl Signal {
     pub fn curvature(&self, t: f64, piece: usize) -> f64 {
         let line = match piece {
             0 => 0.0,
-            at => self.knots[at - 1].bend,
+            at => self.knots[at - 1].curvature,
         };
         line - self
             .harmonics
@@ -241,7 +241,7 @@ impl Signal {
                     signal.knots[at - 1],
                     if time.is_finite() { time } else { 0.0 },
                 );
-                [knot.line(t), knot.incline(t), knot.bend]
+                [knot.value_at(t), knot.slope_at(t), knot.curvature]
             }
         };
         let knot = |&time: &f64| {
@@ -250,7 +250,7 @@ impl Signal {
                 time,
                 value: a[0] + b[0],
                 slope: a[1] + b[1],
-                bend: a[2] + b[2],
+                curvature: a[2] + b[2],
             }
         };
         let harmonics = self
@@ -268,12 +268,12 @@ impl Signal {
 
     /// This times a number.
     #[must_use]
-    pub fn times(&self, factor: f64) -> Signal {
+    pub fn scaled(&self, factor: f64) -> Signal {
         let knots = self.knots.iter().map(|k| Knot {
             time: k.time,
             value: factor * k.value,
             slope: factor * k.slope,
-            bend: factor * k.bend,
+            curvature: factor * k.curvature,
         });
         let harmonics = self.harmonics.iter().map(|h| Harmonic {
             amplitude: factor * h.amplitude,
@@ -292,8 +292,8 @@ impl Signal {
         let knots = self.knots.iter().map(|k| Knot {
             time: k.time,
             value: k.slope,
-            slope: k.bend,
-            bend: 0.0,
+            slope: k.curvature,
+            curvature: 0.0,
         });
         let harmonics = self.harmonics.iter().map(|h| Harmonic {
             amplitude: h.amplitude * h.omega,
@@ -312,12 +312,12 @@ impl Signal {
     pub fn integral(&self) -> Signal {
         let mut knots: Vec<Knot> = Vec::with_capacity(self.knots.len());
         for k in &self.knots {
-            let value = knots.last().map_or(0.0, |before| before.line(k.time));
+            let value = knots.last().map_or(0.0, |before| before.value_at(k.time));
             knots.push(Knot {
                 time: k.time,
                 value,
                 slope: k.value,
-                bend: k.slope,
+                curvature: k.slope,
             });
         }
         let swings = self.harmonics.iter().map(|h| Harmonic {
@@ -335,8 +335,8 @@ impl Signal {
     }
 
     /// Nothing but lines and harmonics that never end: no piece is a parabola.
-    pub fn is_straight(&self) -> bool {
-        self.knots.iter().all(|k| k.bend == 0.0) && self.bursts.is_empty()
+    pub fn is_piecewise_linear(&self) -> bool {
+        self.knots.iter().all(|k| k.curvature == 0.0) && self.bursts.is_empty()
     }
 
     /// The value or the rate jumps at a knot.
@@ -346,8 +346,8 @@ impl Signal {
         let (value, slope) = (largest(|k| k.value), largest(|k| k.slope));
         self.knots.windows(2).any(|pair| {
             let t = pair[1].time;
-            (pair[0].line(t) - pair[1].value).abs() > KINK * value
-                || (pair[0].incline(t) - pair[1].slope).abs() > KINK * slope
+            (pair[0].value_at(t) - pair[1].value).abs() > KINK * value
+                || (pair[0].slope_at(t) - pair[1].slope).abs() > KINK * slope
         })
     }
 
@@ -355,7 +355,7 @@ impl Signal {
     pub fn is_zero(&self) -> bool {
         self.knots
             .iter()
-            .all(|k| k.value == 0.0 && k.slope == 0.0 && k.bend == 0.0)
+            .all(|k| k.value == 0.0 && k.slope == 0.0 && k.curvature == 0.0)
             && self.harmonics.iter().all(|h| h.amplitude == 0.0)
             && self.bursts.is_empty()
     }

@@ -1,7 +1,7 @@
-//! Steps of whatever length keeps the error small, with the motion inside each.
+//! One-step methods with step-size control and dense output.
 
-use super::problem::{Ask, Effort, Problem, Sink};
-use super::progress::{Samples, check, next_stop, within_budget};
+use super::problem::{IntegrationOptions, IntegrationStats, OdeProblem, SampleSink};
+use super::progress::{SampleEmitter, check_budget, check_options, next_discontinuity_within};
 use crate::base::error::Error;
 
 /// A method of one step that knows the motion inside its last step.
@@ -18,58 +18,58 @@ pub trait Stepper<P> {
         problem: &P,
         at: (f64, &[f64]),
         end: f64,
-        effort: &mut Effort,
+        stats: &mut IntegrationStats,
     ) -> Result<(f64, Vec<f64>), Error>;
 
     /// The state at a share θ of the last step, from 0 to 1.
-    fn inside(&self, theta: f64, y: &mut [f64]);
+    fn interpolate(&self, theta: f64, y: &mut [f64]);
 }
 
 /// Integrates a problem without events, every known break at the end of a step.
 ///
 /// # Errors
 /// Those of the steps, and what cannot be asked.
-pub fn run<P: Problem>(
+pub fn run<P: OdeProblem>(
     problem: &P,
-    ask: &Ask,
-    sink: &mut Sink,
+    options: &IntegrationOptions,
+    sink: &mut SampleSink,
     stepper: &mut impl Stepper<P>,
-) -> Result<Effort, Error> {
-    check(ask, problem.len())?;
-    let mut effort = Effort::default();
-    let mut samples = Samples::new(ask, sink);
-    let (mut t, mut y) = (ask.from, ask.start.clone());
+) -> Result<IntegrationStats, Error> {
+    check_options(options, problem.len())?;
+    let mut stats = IntegrationStats::default();
+    let mut emitter = SampleEmitter::new(options, sink);
+    let (mut t, mut y) = (options.from, options.initial_state.clone());
     let mut sample = y.clone();
-    samples.give_until(t, &mut sample, None, |_, _| ())?;
-    while samples.due().is_some() && t < ask.to {
-        let stop = next_stop(|t| problem.next_break(t), t, ask.to);
+    emitter.emit_until(t, &mut sample, None, |_, _| ())?;
+    while emitter.due().is_some() && t < options.to {
+        let stop = next_discontinuity_within(|t| problem.next_discontinuity(t), t, options.to);
         stepper.restart();
-        while t < stop && samples.due().is_some() {
-            let (reached, state) = stepper.step(problem, (t, &y), stop, &mut effort)?;
-            effort.steps += 1;
-            within_budget(ask, &effort, reached)?;
-            samples.give_until(reached, &mut sample, None, |due, into| {
+        while t < stop && emitter.due().is_some() {
+            let (reached, state) = stepper.step(problem, (t, &y), stop, &mut stats)?;
+            stats.steps += 1;
+            check_budget(options, &stats, reached)?;
+            emitter.emit_until(reached, &mut sample, None, |due, into| {
                 match due == reached {
                     true => into.copy_from_slice(&state),
-                    false => stepper.inside((due - t) / (reached - t), into),
+                    false => stepper.interpolate((due - t) / (reached - t), into),
                 }
             })?;
             (t, y) = (reached, state);
         }
     }
-    Ok(effort)
+    Ok(stats)
 }
 
 /// How a stepper chooses its steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Control {
+pub enum StepSizeRule {
     /// By the error estimated, against this tolerance.
     Tolerance(f64),
-    /// It does not: equal parts of every stretch between breaks, this long at most, s.
+    /// It does not: equal parts of every interval between breaks, this long at most, s.
     Fixed(f64),
 }
 
 /// The part of what is left that a step of at most `h` takes, so that all that is left goes into equal steps, s.
-pub fn equal_part(left: f64, h: f64) -> f64 {
+pub fn equal_step(left: f64, h: f64) -> f64 {
     left / (left / h - 1e-6).ceil().max(1.0)
 }

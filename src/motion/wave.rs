@@ -1,4 +1,4 @@
-//! What repeats with every tooth or every turn: mesh stiffness over the mesh cycle, transmission error over the angle.
+//! Periodic functions of a phase: mesh stiffness and transmission error.
 
 use std::f64::consts::TAU;
 
@@ -6,20 +6,20 @@ use super::signal::Signal;
 use crate::machine::direction::Direction;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
-pub use crate::scene::laws::Shape;
+pub use crate::scene::laws::Waveform;
 
 /// A periodic function of a phase.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wave {
+pub struct PeriodicFunction {
     /// One period.
-    pub shape: Shape,
+    pub waveform: Waveform,
     /// What carries it on.
-    pub phase: Phase,
+    pub phase: WavePhase,
 }
 
 /// Where in its period a wave is.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Phase {
+pub enum WavePhase {
     /// `ψ = (ω t + start) / 2π`: the speed is imposed.
     Imposed {
         /// rad/s.
@@ -28,7 +28,7 @@ pub enum Phase {
         start: f64,
     },
     /// `ψ = (aᵀq + x(t) + start) / 2π`: it follows an angle.
-    Followed {
+    FollowsAngle {
         /// a, in radians of the wave's period per unit of q.
         angle: Direction,
         /// rad.
@@ -38,32 +38,32 @@ pub enum Phase {
     },
 }
 
-impl Wave {
+impl PeriodicFunction {
     /// A wave at imposed speed, in the sense of rising phase: run backward, a period is its mirror image.
-    pub fn imposed(shape: Shape, omega: f64, start: f64) -> Wave {
+    pub fn imposed(waveform: Waveform, omega: f64, start: f64) -> PeriodicFunction {
         if omega >= 0.0 {
-            return Wave {
-                shape,
-                phase: Phase::Imposed { omega, start },
+            return PeriodicFunction {
+                waveform,
+                phase: WavePhase::Imposed { omega, start },
             };
         }
-        let (shape, start) = match shape {
+        let (waveform, start) = match waveform {
             // High for 0 ≤ ψ < duty backward is high for 0 ≤ ψ + duty < duty forward.
-            Shape::Rectangular { duty, .. } => (shape, TAU * duty - start),
-            Shape::Fourier { mean, terms } => {
+            Waveform::Rectangular { duty, .. } => (waveform, TAU * duty - start),
+            Waveform::Fourier { mean, terms } => {
                 let terms = terms.into_iter().map(|(n, a, phase)| (n, a, -phase));
                 let terms = terms.collect();
-                (Shape::Fourier { mean, terms }, -start)
+                (Waveform::Fourier { mean, terms }, -start)
             }
-            Shape::Table(values) => {
+            Waveform::Table(values) => {
                 let n = values.len();
                 let mirrored = (0..n).map(|i| values[(n - i) % n]).collect();
-                (Shape::Table(mirrored), -start)
+                (Waveform::Table(mirrored), -start)
             }
         };
-        Wave {
-            shape,
-            phase: Phase::Imposed {
+        PeriodicFunction {
+            waveform,
+            phase: WavePhase::Imposed {
                 omega: -omega,
                 start,
             },
@@ -71,12 +71,12 @@ impl Wave {
     }
 }
 
-impl Phase {
+impl WavePhase {
     /// ψ, in periods.
-    pub fn at(&self, t: f64, q: &[f64]) -> f64 {
+    pub fn phase_at(&self, t: f64, q: &[f64]) -> f64 {
         match self {
-            Phase::Imposed { omega, start } => (omega * t + start) / TAU,
-            Phase::Followed {
+            WavePhase::Imposed { omega, start } => (omega * t + start) / TAU,
+            WavePhase::FollowsAngle {
                 angle,
                 start,
                 known,
@@ -98,8 +98,8 @@ impl Phase {
     /// What of dψ/dt is imposed in time, periods per second.
     pub fn imposed_rate(&self, t: f64) -> f64 {
         match self {
-            Phase::Imposed { omega, .. } => omega / TAU,
-            Phase::Followed { known, .. } => {
+            WavePhase::Imposed { omega, .. } => omega / TAU,
+            WavePhase::FollowsAngle { known, .. } => {
                 known.as_ref().map_or(0.0, |x| x.slope(t, x.piece(t))) / TAU
             }
         }
@@ -108,13 +108,13 @@ impl Phase {
     /// The angle it follows, where it follows one.
     pub fn angle(&self) -> Option<&Direction> {
         match self {
-            Phase::Imposed { .. } => None,
-            Phase::Followed { angle, .. } => Some(angle),
+            WavePhase::Imposed { .. } => None,
+            WavePhase::FollowsAngle { angle, .. } => Some(angle),
         }
     }
 }
 
-impl Shape {
+impl Waveform {
     /// The value at ψ; at a jump the one that follows.
     pub fn value(&self, psi: f64) -> f64 {
         self.value_in(psi, self.piece(psi))
@@ -124,23 +124,23 @@ impl Shape {
     pub fn piece(&self, psi: f64) -> usize {
         let psi = psi.rem_euclid(1.0);
         match self {
-            Shape::Rectangular { duty, .. } => usize::from(psi >= *duty),
-            Shape::Fourier { .. } => 0,
-            Shape::Table(values) => ((psi * values.len() as f64) as usize).min(values.len() - 1),
+            Waveform::Rectangular { duty, .. } => usize::from(psi >= *duty),
+            Waveform::Fourier { .. } => 0,
+            Waveform::Table(values) => ((psi * values.len() as f64) as usize).min(values.len() - 1),
         }
     }
 
     /// The value with the piece `piece` carried on beyond its ends.
     pub fn value_in(&self, psi: f64, piece: usize) -> f64 {
         match self {
-            Shape::Rectangular { high, low, .. } => [*high, *low][piece],
-            Shape::Fourier { mean, terms } => {
+            Waveform::Rectangular { high, low, .. } => [*high, *low][piece],
+            Waveform::Fourier { mean, terms } => {
                 mean + terms
                     .iter()
                     .map(|&(n, a, phi)| a * (TAU * f64::from(n) * psi + phi).cos())
                     .sum::<f64>()
             }
-            Shape::Table(values) => {
+            Waveform::Table(values) => {
                 let (a, b) = (values[piece], values[(piece + 1) % values.len()]);
                 a + (b - a) * into_piece(psi, piece, values.len())
             }
@@ -150,14 +150,14 @@ impl Shape {
     /// d/dψ on the piece `piece`.
     pub fn slope_in(&self, psi: f64, piece: usize) -> f64 {
         match self {
-            Shape::Rectangular { .. } => 0.0,
-            Shape::Fourier { terms, .. } => terms
+            Waveform::Rectangular { .. } => 0.0,
+            Waveform::Fourier { terms, .. } => terms
                 .iter()
                 .map(|&(n, a, phi)| {
                     -a * TAU * f64::from(n) * (TAU * f64::from(n) * psi + phi).sin()
                 })
                 .sum(),
-            Shape::Table(values) => {
+            Waveform::Table(values) => {
                 (values[(piece + 1) % values.len()] - values[piece]) * values.len() as f64
             }
         }
@@ -172,11 +172,11 @@ impl Shape {
             ahead.next().unwrap_or(f64::INFINITY)
         };
         match self {
-            Shape::Rectangular { duty, .. } => {
+            Waveform::Rectangular { duty, .. } => {
                 first([whole + duty, whole + 1.0, whole + 1.0 + duty])
             }
-            Shape::Fourier { .. } => f64::INFINITY,
-            Shape::Table(values) => {
+            Waveform::Fourier { .. } => f64::INFINITY,
+            Waveform::Table(values) => {
                 let n = values.len() as f64;
                 let at = ((psi - whole) * n).floor();
                 first([1.0, 2.0, 3.0].map(|ahead| whole + (at + ahead) / n))
@@ -185,18 +185,18 @@ impl Shape {
     }
 
     /// The same, so many times as large.
-    pub fn times(&self, factor: f64) -> Shape {
+    pub fn scaled(&self, factor: f64) -> Waveform {
         match self {
-            Shape::Rectangular { high, low, duty } => Shape::Rectangular {
+            Waveform::Rectangular { high, low, duty } => Waveform::Rectangular {
                 high: factor * high,
                 low: factor * low,
                 duty: *duty,
             },
-            Shape::Fourier { mean, terms } => Shape::Fourier {
+            Waveform::Fourier { mean, terms } => Waveform::Fourier {
                 mean: factor * mean,
                 terms: terms.iter().map(|&(n, a, p)| (n, factor * a, p)).collect(),
             },
-            Shape::Table(values) => Shape::Table(values.iter().map(|v| factor * v).collect()),
+            Waveform::Table(values) => Waveform::Table(values.iter().map(|v| factor * v).collect()),
         }
     }
 
@@ -204,32 +204,34 @@ impl Shape {
     /// them and gives none.
     pub fn harmonics(&self) -> Vec<(u32, f64, f64)> {
         match self {
-            Shape::Rectangular { .. } => Vec::new(),
-            Shape::Fourier { terms, .. } => terms.clone(),
-            Shape::Table(values) => through(values),
+            Waveform::Rectangular { .. } => Vec::new(),
+            Waveform::Fourier { terms, .. } => terms.clone(),
+            Waveform::Table(values) => trigonometric_interpolant(values),
         }
     }
 
     /// The mean over a period.
     pub fn mean(&self) -> f64 {
         match self {
-            Shape::Rectangular { high, low, duty } => high * duty + low * (1.0 - duty),
-            Shape::Fourier { mean, .. } => *mean,
-            Shape::Table(values) => values.iter().sum::<f64>() / values.len() as f64,
+            Waveform::Rectangular { high, low, duty } => high * duty + low * (1.0 - duty),
+            Waveform::Fourier { mean, .. } => *mean,
+            Waveform::Table(values) => values.iter().sum::<f64>() / values.len() as f64,
         }
     }
 
     /// No value is above this.
-    pub fn greatest(&self) -> f64 {
+    pub fn max(&self) -> f64 {
         match self {
-            Shape::Rectangular { high, low, .. } => high.max(*low),
-            Shape::Fourier { mean, terms } => mean + terms.iter().map(|t| t.1.abs()).sum::<f64>(),
-            Shape::Table(values) => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            Waveform::Rectangular { high, low, .. } => high.max(*low),
+            Waveform::Fourier { mean, terms } => {
+                mean + terms.iter().map(|t| t.1.abs()).sum::<f64>()
+            }
+            Waveform::Table(values) => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         }
     }
 
     /// A wave at imposed speed as harmonics in time. A table becomes as many as it can tell: the smooth curve through its points.
-    pub fn over_time(&self, omega: f64, start: f64) -> Signal {
+    pub fn to_signal(&self, omega: f64, start: f64) -> Signal {
         let mean = Signal::constant(self.mean());
         self.harmonics().iter().fold(mean, |sum, &(n, a, phase)| {
             let n = f64::from(n);
@@ -238,8 +240,8 @@ impl Shape {
     }
 
     /// Constant between jumps.
-    pub fn is_steps(&self) -> bool {
-        matches!(self, Shape::Rectangular { .. })
+    pub fn is_piecewise_constant(&self) -> bool {
+        matches!(self, Waveform::Rectangular { .. })
     }
 }
 
@@ -257,7 +259,7 @@ fn into_piece(psi: f64, piece: usize, pieces: usize) -> f64 {
 }
 
 /// The trigonometric polynomial through equally spaced values: n, a, φ.
-fn through(values: &[f64]) -> Vec<(u32, f64, f64)> {
+fn trigonometric_interpolant(values: &[f64]) -> Vec<(u32, f64, f64)> {
     let count = values.len();
     let mut transform = RealFft::new(count);
     let mut spectrum = vec![Complex::ZERO; transform.lines()];
@@ -276,16 +278,16 @@ mod tests {
     /// From edge to edge, whatever rounding does to them.
     #[test]
     fn law_pieces_go_on() {
-        let steps = Shape::Rectangular {
+        let steps = Waveform::Rectangular {
             high: 1.0,
             low: 0.0,
             duty: 0.4,
         };
-        let table = Shape::Table(vec![0.0; 7]);
-        for (shape, count) in [(steps, 2.0), (table, 7.0)] {
+        let table = Waveform::Table(vec![0.0; 7]);
+        for (waveform, count) in [(steps, 2.0), (table, 7.0)] {
             let mut psi = 1000.2;
             for _ in 0..7000 {
-                let next = shape.next_piece(psi);
+                let next = waveform.next_piece(psi);
                 assert!(next > psi && next < psi + 1.0, "{psi} {next}");
                 psi = next;
             }

@@ -1,4 +1,4 @@
-//! The one-to-one pairing of rows with columns whose scores sum highest.
+//! Linear assignment: one-to-one pairing of rows and columns with the highest total score.
 //!
 //! Shortest augmenting paths with potentials, O(rows² · columns): Jonker & Volgenant, Computing 38 (1987), 325–340,
 //! without their initialisation.
@@ -25,7 +25,7 @@ pub fn assign(score: &Matrix) -> Vec<Option<usize>> {
         column_price: vec![0.0; columns],
         row_of: vec![None; columns],
     };
-    (0..rows).for_each(|row| pairing.add(score, row));
+    (0..rows).for_each(|row| pairing.augment(score, row));
     let mut column_of = vec![None; rows];
     for (column, row) in pairing.row_of.iter().enumerate() {
         if let Some(row) = *row {
@@ -43,7 +43,7 @@ struct Pairing {
 
 impl Pairing {
     /// Pairs one more row, moving others along the cheapest path to a free column.
-    fn add(&mut self, score: &Matrix, start: usize) {
+    fn augment(&mut self, score: &Matrix, start: usize) {
         let columns = self.row_of.len();
         let mut distance = vec![f64::INFINITY; columns];
         let mut came_from: Vec<Option<usize>> = vec![None; columns];

@@ -8,7 +8,7 @@ use super::Matrix;
 pub fn balance(a: &Matrix, add: impl Fn(f64, f64) -> f64) -> (Matrix, Vec<f64>) {
     let n = a.nrows();
     let (mut b, mut scale) = (a.clone(), vec![1.0; n]);
-    for _ in 0..MOST_PASSES {
+    for _ in 0..MAX_PASSES {
         let mut settled = true;
         for i in 0..n {
             let others = || (0..n).filter(|&j| j != i);
@@ -21,7 +21,7 @@ pub fn balance(a: &Matrix, add: impl Fn(f64, f64) -> f64) -> (Matrix, Vec<f64>) 
                 .round()
                 .clamp(-500.0, 500.0)
                 .exp2();
-            if column * f + row / f < WORTH_IT * (column + row) {
+            if column * f + row / f < MIN_REDUCTION * (column + row) {
                 settled = false;
                 scale[i] *= f;
                 others().for_each(|j| b[(j, i)] *= f);
@@ -35,5 +35,5 @@ pub fn balance(a: &Matrix, add: impl Fn(f64, f64) -> f64) -> (Matrix, Vec<f64>) 
     (b, scale)
 }
 
-const WORTH_IT: f64 = 0.95; // of Parlett & Reinsch
-const MOST_PASSES: usize = 100; // a handful in practice
+const MIN_REDUCTION: f64 = 0.95; // of Parlett & Reinsch
+const MAX_PASSES: usize = 100; // a handful in practice

@@ -5,10 +5,10 @@
 use std::f64::consts::PI;
 
 /// Bounds what rounding and noise are amplified by; the interpolation error it leaves is its root, −120 dB.
-const BOUND: f64 = 1e-12;
+const REGULARISATION: f64 = 1e-12;
 
 /// An interpolator over a fixed number of neighbouring samples, with its workspace.
-pub struct BandLimited {
+pub struct BandLimitedInterpolator {
     band_hz: f64,
     points: usize,
     gram: Vec<f64>,
@@ -18,10 +18,10 @@ pub struct BandLimited {
     turns: Vec<(f64, f64)>,
 }
 
-impl BandLimited {
-    /// Signals up to `band_hz`, `points` samples at a time.
-    pub fn new(band_hz: f64, points: usize) -> BandLimited {
-        BandLimited {
+impl BandLimitedInterpolator {
+    /// Signals up to `band_hz`, `n_samples` samples at a time.
+    pub fn new(band_hz: f64, points: usize) -> BandLimitedInterpolator {
+        BandLimitedInterpolator {
             band_hz,
             points,
             gram: vec![0.0; points * points],
@@ -33,7 +33,7 @@ impl BandLimited {
     }
 
     /// Samples taken at a time.
-    pub fn points(&self) -> usize {
+    pub fn n_samples(&self) -> usize {
         self.points
     }
 
@@ -76,7 +76,7 @@ impl BandLimited {
                 let rest = self.gram[j * n + k] - dot;
                 self.factor[j * n + k] = match j == k {
                     // What rounding takes below the bound is put back to it.
-                    true => (rest + BOUND).max(BOUND).sqrt(),
+                    true => (rest + REGULARISATION).max(REGULARISATION).sqrt(),
                     false => rest / self.factor[k * n + k],
                 };
             }
@@ -114,7 +114,7 @@ mod tests {
         let times: Vec<f64> = (0..32)
             .map(|j| f64::from(j) + 0.2 * (random.f64() - 0.5))
             .collect();
-        let mut interpolator = BandLimited::new(0.35, 32);
+        let mut interpolator = BandLimitedInterpolator::new(0.35, 32);
         for f in [0.0, 0.05, 0.2, 0.33] {
             for at in [15.2, 16.0, 16.71] {
                 let (w, error) = interpolator.weights(&times, at);

@@ -5,7 +5,7 @@
 //! a stiff machine differ by a frequency: fewer squarings, fewer digits lost (ibid., step 1; Parlett & Reinsch 1969).
 
 use super::balance::balance;
-use super::definite::solve;
+use super::symmetric::lu_solve;
 use super::{Matrix, check_finite};
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -29,7 +29,7 @@ pub fn expm(a: &Matrix) -> Result<Matrix, Error> {
 
 /// Norms up to which degrees 7 and 9 are exact to rounding. Degrees 3 and 5 would be too, by norm; but entries of a short
 /// step far below the norm, of two masses apart from each other, then have 8 digits only (`tests/machine/state_space.rs`).
-const SMALL: [(f64, &[f64]); 2] = [
+const THETA_7_9: [(f64, &[f64]); 2] = [
     (
         9.504178996162932e-1,
         &[
@@ -54,8 +54,8 @@ const SMALL: [(f64, &[f64]); 2] = [
 ];
 
 /// The same bound for degree 13, and its coefficients.
-const LARGEST: f64 = 5.371920351148152;
-const DEGREE_13: [f64; 14] = [
+const THETA_13: f64 = 5.371920351148152;
+const PADE_13: [f64; 14] = [
     64764752532480000.0,
     32382376266240000.0,
     7771770303897600.0,
@@ -73,30 +73,30 @@ const DEGREE_13: [f64; 14] = [
 ];
 
 /// Halvings beyond which nothing is left of the digits: the radius would exceed 1e18.
-const MOST_HALVINGS: i32 = 60;
+const MAX_SQUARINGS: i32 = 60;
 
 fn scaled_exponential(a: &Matrix) -> Result<Matrix, Error> {
     let norm = one_norm(a);
-    for (bound, b) in SMALL {
+    for (bound, b) in THETA_7_9 {
         if norm <= bound {
             return pade(a, b);
         }
     }
     let halvings = if norm < 1e36 {
-        halvings(a, norm)
+        n_squarings(a, norm)
     } else {
         i32::MAX
     };
-    if halvings > MOST_HALVINGS {
+    if halvings > MAX_SQUARINGS {
         let message = format!(
             "the exponential of a matrix of norm {norm:.1e} keeps no digit: the time step is too long"
         );
         return Err(Error::new(Code::Overflow, message)
-            .hint("choose a shorter sample time, or leave out the fastest states"));
+            .with_hint("choose a shorter sample time, or leave out the fastest states"));
     }
     let factor = (-f64::from(halvings)).exp2();
     let small = Matrix::from_fn(a.nrows(), a.nrows(), |i, j| a[(i, j)] * factor);
-    let mut x = pade(&small, &DEGREE_13)?;
+    let mut x = pade(&small, &PADE_13)?;
     for _ in 0..halvings {
         x = &x * &x;
     }
@@ -105,14 +105,14 @@ fn scaled_exponential(a: &Matrix) -> Result<Matrix, Error> {
 
 /// How often to halve: by roots of norms of powers, which for what is nearly triangular are far below the norm, and as the
 /// rounding of `|A|²⁷` asks (Al-Mohy & Higham, SIAM J. Matrix Anal. Appl. 31 (2009), pp. 970–989, Algorithm 5.1).
-fn halvings(a: &Matrix, norm: f64) -> i32 {
+fn n_squarings(a: &Matrix, norm: f64) -> i32 {
     let a2 = a * a;
     let (a4, a6) = (&a2 * &a2, &a2 * &a2 * &a2);
     let a8 = &a4 * &a4;
     let root = |m: &Matrix, power: f64| one_norm(m).powf(1.0 / power);
     let (r4, r6, r8) = (root(&a4, 4.0), root(&a6, 6.0), root(&a8, 8.0));
     let radius = r4.max(r6).min(r6.max(r8));
-    let first = (radius / LARGEST).log2().ceil().max(0.0);
+    let first = (radius / THETA_13).log2().ceil().max(0.0);
     // ‖|A|²⁷‖₁ of A halved so often, by 27 products with a vector.
     let n = a.nrows();
     let factor = (-first).exp2();
@@ -138,7 +138,7 @@ fn pade(a: &Matrix, b: &[f64]) -> Result<Matrix, Error> {
     let identity = Matrix::identity(n, n);
     let a2 = a * a;
     let weigh = |c: f64, m: &Matrix| Matrix::from_fn(n, n, |i, j| c * m[(i, j)]);
-    let (odd, even) = if b.len() == DEGREE_13.len() {
+    let (odd, even) = if b.len() == PADE_13.len() {
         let a4 = &a2 * &a2;
         let a6 = &a2 * &a4;
         let three = |c: [f64; 3]| weigh(c[0], &a6) + weigh(c[1], &a4) + weigh(c[2], &a2);
@@ -158,7 +158,7 @@ fn pade(a: &Matrix, b: &[f64]) -> Result<Matrix, Error> {
         (odd, even)
     };
     let u = a * odd;
-    solve(&(&even - &u), &(&even + &u))
+    lu_solve(&(&even - &u), &(&even + &u))
 }
 
 fn one_norm(a: &Matrix) -> f64 {

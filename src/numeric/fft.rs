@@ -131,12 +131,12 @@ impl ComplexFft {
 }
 
 /// The next length at or above `n` whose only prime factors are 2, 3 and 5: quick to transform.
-pub fn quick_length(n: usize) -> usize {
+pub fn next_fast_len(n: usize) -> usize {
     (n.max(1)..).find(|&m| is_quick(m)).unwrap_or(n)
 }
 
 /// The next such length at or below `n`.
-pub fn quick_within(n: usize) -> usize {
+pub fn prev_fast_len(n: usize) -> usize {
     (1..=n).rev().find(|&m| is_quick(m)).unwrap_or(n)
 }
 
@@ -181,7 +181,7 @@ mod tests {
         fft.forward(&mut z);
         fft.inverse(&mut z);
         assert!(z.iter().zip(&start).all(|(a, b)| (a - b).norm() < 1e-14));
-        assert_eq!(quick_length(1021), 1024);
-        assert_eq!(quick_length(0), 1);
+        assert_eq!(next_fast_len(1021), 1024);
+        assert_eq!(next_fast_len(0), 1);
     }
 }

@@ -1,30 +1,30 @@
-//! The spanning forest of a machine's springs, `K = Σ k w wᵀ` with `wᵀx = a xᵢ + c xⱼ`: what hangs from what, and along which ratio.
+//! Spanning forest of a spring network: `K = Σ k w wᵀ`, `wᵀx = a xᵢ + c xⱼ`.
 //!
 //! On a forest the springs join in series and parallel from the leaves to the root (see `numeric::elimination`), and no digit is lost
-//! whatever their spread. Springs to ground only add to their node. A few springs that close loops are kept beside the forest.
+//! whatever their spread. Springs to ground only add to their node. A few springs that close loops are kept next to the forest.
 
 /// More springs than this closing loops, and the sparse factorisation is the better tool.
-const MOST_LOOPS: usize = 50;
+const MAX_LOOPS: usize = 50;
 
 /// A loop whose ratios multiply to one within this (relative; rounding of some hundred ratios) leaves the tree free to turn.
 const SAME_RATIO: f64 = 1e-12;
 
 /// A spring of energy `½ k (a xᵢ + c xⱼ)²`, or `½ k (a xᵢ)²` to ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spring {
-    /// The first freedom, i.
+pub struct ForestSpring {
+    /// The first degree of freedom, i.
     pub i: usize,
     /// Its coefficient.
     pub a: f64,
-    /// The second freedom and its coefficient, (j, c); none for a spring to ground.
-    pub other: Option<(usize, f64)>,
+    /// The second degree of freedom and its coefficient, (j, c); none for a spring to ground.
+    pub second: Option<(usize, f64)>,
     /// Stiffness, positive, in the units that make `k (wᵀx)²` an energy.
     pub k: f64,
 }
 
 /// What a node hangs from: `δ = a x_parent + c x_node`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Link {
+pub(super) struct TreeEdge {
     pub parent: usize,
     pub a: f64,
     pub c: f64,
@@ -33,7 +33,7 @@ pub(super) struct Link {
 
 /// A spring that closes a loop, in positions of the elimination order.
 #[derive(Debug, Clone)]
-pub(super) struct Loop {
+pub(super) struct ClosingSpring {
     pub k: f64,
     /// `wᵀx = Σ coefficient · δ` over the links of these nodes, for the part of x that deforms the tree.
     pub along: Vec<(usize, f64)>,
@@ -57,26 +57,26 @@ pub(super) struct Tree {
 /// A forest in elimination order: parents stand before their children, each tree in one piece.
 #[derive(Debug, Clone)]
 pub struct Forest {
-    /// `order[position]` = freedom.
+    /// `order[position]` = degree of freedom.
     pub(super) order: Vec<usize>,
     /// Per position; none at a root.
-    pub(super) links: Vec<Option<Link>>,
+    pub(super) edges: Vec<Option<TreeEdge>>,
     /// Stiffness to ground, per position.
     pub(super) ground: Vec<f64>,
     pub(super) trees: Vec<Tree>,
-    pub(super) loops: Vec<Loop>,
+    pub(super) springs: Vec<ClosingSpring>,
     /// How the tree turns without deforming, 1 at its root; per position.
-    pub(super) turning: Vec<f64>,
+    pub(super) rigid_shape: Vec<f64>,
 }
 
 impl Forest {
-    /// The forest over `n` freedoms, or none where more than some fifty springs close loops or a number is not finite.
+    /// The forest over `n` degrees of freedom, or none where more than some fifty springs close loops or a number is not finite.
     ///
-    /// `inertia` chooses the root of a free tree, its heaviest freedom: what is pinned there is recovered exactly.
+    /// `inertia` chooses the root of a free tree, its heaviest degree of freedom: what is pinned there is recovered exactly.
     /// Where there is a choice, the stiffest springs make the tree and the softest close the loops.
-    pub fn new(n: usize, springs: &[Spring], inertia: &[f64]) -> Option<Forest> {
-        let sound = |s: &Spring| {
-            let (j, c) = s.other.unwrap_or((s.i, 1.0));
+    pub fn new(n: usize, springs: &[ForestSpring], inertia: &[f64]) -> Option<Forest> {
+        let sound = |s: &ForestSpring| {
+            let (j, c) = s.second.unwrap_or((s.i, 1.0));
             s.k > 0.0
                 && (s.k * s.a * s.a).is_finite()
                 && (s.k * c * c).is_finite()
@@ -89,7 +89,7 @@ impl Forest {
         let mut ground = vec![0.0; n];
         let mut edges = Vec::with_capacity(springs.len());
         for s in springs {
-            match s.other {
+            match s.second {
                 None => ground[s.i] += s.k * s.a * s.a,
                 Some((j, c)) if j == s.i => ground[j] += s.k * (s.a + c) * (s.a + c),
                 Some((j, 0.0)) if j < n => ground[s.i] += s.k * s.a * s.a,
@@ -100,9 +100,9 @@ impl Forest {
                 }),
             }
         }
-        let rough = Hanging::new(n, &edges, &vec![true; edges.len()], |_, tree| tree[0]);
-        let in_tree = rough.strongest(&edges);
-        if in_tree.iter().filter(|kept| !**kept).count() > MOST_LOOPS {
+        let rough = BreadthFirstTree::new(n, &edges, &vec![true; edges.len()], |_, tree| tree[0]);
+        let in_tree = rough.stiffest_edges(&edges);
+        if in_tree.iter().filter(|kept| !**kept).count() > MAX_LOOPS {
             return None;
         }
         let root = |turning: &[f64], tree: &[usize]| -> usize {
@@ -114,20 +114,25 @@ impl Forest {
             )
         };
         Some(Forest::from_parts(
-            Hanging::new(n, &edges, &in_tree, root),
+            BreadthFirstTree::new(n, &edges, &in_tree, root),
             &edges,
             &in_tree,
             &ground,
         ))
     }
 
-    fn from_parts(hanging: Hanging, edges: &[Edge], in_tree: &[bool], ground: &[f64]) -> Forest {
-        let Hanging {
+    fn from_parts(
+        first_tree: BreadthFirstTree,
+        edges: &[Edge],
+        in_tree: &[bool],
+        ground: &[f64],
+    ) -> Forest {
+        let BreadthFirstTree {
             order,
-            links,
+            edges: tree_edges,
             roots,
             turning,
-        } = hanging;
+        } = first_tree;
         let n = order.len();
         let mut position = vec![0; n];
         for (at, &i) in order.iter().enumerate() {
@@ -147,33 +152,33 @@ impl Forest {
         }
         let mut forest = Forest {
             order,
-            links,
+            edges: tree_edges,
             ground,
             trees,
-            loops: Vec::new(),
-            turning,
+            springs: Vec::new(),
+            rigid_shape: turning,
         };
         for (edge, _) in edges.iter().zip(in_tree).filter(|(_, kept)| !**kept) {
-            let closing = forest.closing(edge.ends.map(|(i, a)| (position[i], a)), edge.k);
+            let closing = forest.closing_spring(edge.ends.map(|(i, a)| (position[i], a)), edge.k);
             if closing.slip != 0.0 {
                 let tree = forest.trees.partition_point(|t| t.end <= closing.apex);
                 forest.trees[tree].locked |= !forest.trees[tree].grounded;
             }
-            forest.loops.push(closing);
+            forest.springs.push(closing);
         }
         forest
     }
 
     /// The loop a spring closes: up from both ends to where they meet, `x_child = (δ − a x_parent) / c` all the way.
-    fn closing(&self, ends: [(usize, f64); 2], k: f64) -> Loop {
+    fn closing_spring(&self, ends: [(usize, f64); 2], k: f64) -> ClosingSpring {
         let mut at = ends;
         let mut along = Vec::new();
         while at[0].0 != at[1].0 {
             let lower = if at[0].0 > at[1].0 { 0 } else { 1 }; // parents come first: the later one is not the apex
             let (node, factor) = at[lower];
-            let Some(link) = self.links[node] else { break };
-            along.push((node, factor / link.c));
-            at[lower] = (link.parent, -factor * link.a / link.c);
+            let Some(edge) = self.edges[node] else { break };
+            along.push((node, factor / edge.c));
+            at[lower] = (edge.parent, -factor * edge.a / edge.c);
         }
         let slip = at[0].1 + at[1].1;
         let slip = if slip.abs() <= SAME_RATIO * (at[0].1.abs() + at[1].1.abs()) {
@@ -181,7 +186,7 @@ impl Forest {
         } else {
             slip
         };
-        Loop {
+        ClosingSpring {
             k,
             along,
             slip,
@@ -190,30 +195,30 @@ impl Forest {
         }
     }
 
-    /// The number of freedoms.
+    /// The number of degrees of freedom.
     pub fn len(&self) -> usize {
         self.order.len()
     }
 
-    /// Whether there is no freedom at all.
+    /// Whether there is no degree of freedom at all.
     pub fn is_empty(&self) -> bool {
         self.order.is_empty()
     }
 
     /// How many springs close loops.
-    pub fn loops(&self) -> usize {
-        self.loops.len()
+    pub fn n_loops(&self) -> usize {
+        self.springs.len()
     }
 
     /// The motions that deform no spring: one for each tree that neither ground nor contradicting ratios hold.
     ///
     /// Each is 1 at its tree's root and zero outside its tree; several are orthogonal in any diagonal mass.
-    pub fn rigid(&self) -> Vec<Vec<f64>> {
+    pub fn rigid_motions(&self) -> Vec<Vec<f64>> {
         let free = self.trees.iter().filter(|t| !t.grounded && !t.locked);
         free.map(|t| {
             let mut r = vec![0.0; self.len()];
             for at in t.start..t.end {
-                r[self.order[at]] = self.turning[at];
+                r[self.order[at]] = self.rigid_shape[at];
             }
             r
         })
@@ -227,24 +232,24 @@ struct Edge {
 }
 
 /// Breadth first from a root of each tree: who hangs from whom.
-struct Hanging {
+struct BreadthFirstTree {
     order: Vec<usize>,
-    links: Vec<Option<Link>>,
+    edges: Vec<Option<TreeEdge>>,
     roots: Vec<usize>,
     turning: Vec<f64>,
 }
 
-impl Hanging {
+impl BreadthFirstTree {
     fn new(
         n: usize,
         edges: &[Edge],
         used: &[bool],
         root: impl Fn(&[f64], &[usize]) -> usize,
-    ) -> Hanging {
+    ) -> BreadthFirstTree {
         let neighbours = Neighbours::new(n, edges, used);
-        let mut hanging = Hanging {
+        let mut tree = BreadthFirstTree {
             order: Vec::with_capacity(n),
-            links: Vec::with_capacity(n),
+            edges: Vec::with_capacity(n),
             roots: Vec::new(),
             turning: Vec::with_capacity(n),
         };
@@ -254,21 +259,21 @@ impl Hanging {
             if round[first] > 0 {
                 continue;
             }
-            let start = hanging.order.len();
-            hanging.walk(first, 1, &neighbours, edges, &mut round);
-            for at in start..hanging.order.len() {
-                by_freedom[hanging.order[at]] = hanging.turning[at];
+            let start = tree.order.len();
+            tree.walk(first, 1, &neighbours, edges, &mut round);
+            for at in start..tree.order.len() {
+                by_freedom[tree.order[at]] = tree.turning[at];
             }
-            let chosen = root(&by_freedom, &hanging.order[start..]);
+            let chosen = root(&by_freedom, &tree.order[start..]);
             if chosen != first {
-                hanging.order.truncate(start);
-                hanging.links.truncate(start);
-                hanging.turning.truncate(start);
-                hanging.walk(chosen, 2, &neighbours, edges, &mut round);
+                tree.order.truncate(start);
+                tree.edges.truncate(start);
+                tree.turning.truncate(start);
+                tree.walk(chosen, 2, &neighbours, edges, &mut round);
             }
-            hanging.roots.push(start);
+            tree.roots.push(start);
         }
-        hanging
+        tree
     }
 
     fn walk(
@@ -281,18 +286,18 @@ impl Hanging {
     ) {
         let mut next = self.order.len();
         self.order.push(root);
-        self.links.push(None);
+        self.edges.push(None);
         self.turning.push(1.0);
         round[root] = mark;
         while next < self.order.len() {
             let node = self.order[next];
-            for &e in neighbours.of(node) {
+            for &e in neighbours.edges_at(node) {
                 let [p, q] = edges[e].ends;
                 let ((_, a), (child, c)) = if p.0 == node { (p, q) } else { (q, p) };
                 if round[child] < mark {
                     round[child] = mark;
                     self.order.push(child);
-                    self.links.push(Some(Link {
+                    self.edges.push(Some(TreeEdge {
                         parent: next,
                         a,
                         c,
@@ -306,7 +311,7 @@ impl Hanging {
     }
 
     /// Which edges make the stiffest forest, measured in the angle of each tree's root.
-    fn strongest(&self, edges: &[Edge]) -> Vec<bool> {
+    fn stiffest_edges(&self, edges: &[Edge]) -> Vec<bool> {
         let n = self.order.len();
         if edges.len() + self.roots.len() == n {
             return vec![true; edges.len()];
@@ -341,7 +346,7 @@ fn find(leader: &mut [usize], mut i: usize) -> usize {
     i
 }
 
-/// The edges at each freedom, as rows of one array.
+/// The edges at each degree of freedom, as rows of one array.
 struct Neighbours {
     start: Vec<usize>,
     edges: Vec<usize>,
@@ -368,7 +373,7 @@ impl Neighbours {
         Neighbours { start, edges: rows }
     }
 
-    fn of(&self, i: usize) -> &[usize] {
+    fn edges_at(&self, i: usize) -> &[usize] {
         &self.edges[self.start[i]..self.start[i + 1]]
     }
 }

@@ -1,4 +1,4 @@
-//! Exact fractions of whole numbers of any size: ratios of tooth numbers, orders, common periods.
+//! Exact fractions of arbitrary size: tooth ratios, orders, common periods.
 
 use std::fmt;
 use std::ops::{Add, Div, Mul, Sub};
@@ -31,7 +31,7 @@ impl Fraction {
     }
 
     /// The fraction a double is; zero where it is not finite.
-    pub fn of(value: f64) -> Fraction {
+    pub fn from_f64(value: f64) -> Fraction {
         Fraction(BigRational::from_float(value).unwrap_or_else(BigRational::zero))
     }
 
@@ -46,7 +46,7 @@ impl Fraction {
     }
 
     /// It is a whole number.
-    pub fn is_whole(&self) -> bool {
+    pub fn is_integer(&self) -> bool {
         self.0.is_integer()
     }
 
@@ -66,12 +66,14 @@ impl Fraction {
     }
 
     /// The nearest double.
-    pub fn value(&self) -> f64 {
+    pub fn to_f64(&self) -> f64 {
         self.0.to_f64().unwrap_or(f64::NAN)
     }
 
     /// The least number above zero of which all of `all` that are not zero are whole multiples.
-    pub fn common_measure<'a>(all: impl Iterator<Item = &'a Fraction>) -> Option<Fraction> {
+    pub fn greatest_common_divisor<'a>(
+        all: impl Iterator<Item = &'a Fraction>,
+    ) -> Option<Fraction> {
         all.filter(|f| !f.is_zero())
             .map(|f| f.0.abs())
             .reduce(|a, b| {
@@ -137,10 +139,10 @@ mod tests {
     fn exact_common_measure() {
         let all = [Fraction::new(3, 4), Fraction::new(-5, 6), Fraction::zero()];
         assert_eq!(
-            Fraction::common_measure(all.iter()),
+            Fraction::greatest_common_divisor(all.iter()),
             Some(Fraction::new(1, 12))
         );
-        assert_eq!(Fraction::common_measure([].iter()), None);
+        assert_eq!(Fraction::greatest_common_divisor([].iter()), None);
     }
 
     /// A chain of primes whose common period has 40 digits keeps each of them.
@@ -157,7 +159,7 @@ mod tests {
             .fold(ratio.clone(), |r, &p| &r * &Fraction::new(p, p - 1));
         assert_eq!(back, Fraction::one());
         assert!(ratio.to_string().len() > 60, "{ratio}");
-        let measure = Fraction::common_measure([Fraction::one(), ratio].iter()).unwrap();
-        assert!(measure.value() < 1e-30 && measure.value() > 0.0);
+        let measure = Fraction::greatest_common_divisor([Fraction::one(), ratio].iter()).unwrap();
+        assert!(measure.to_f64() < 1e-30 && measure.to_f64() > 0.0);
     }
 }

@@ -1,6 +1,6 @@
-//! Singular values of graded matrices to high relative accuracy, and elimination of freedoms without inertia.
+//! Singular values of graded matrices to high relative accuracy; static condensation.
 //!
-//! With `A = √k W M^-½` (a row per branch, a column per freedom) the singular values are the natural frequencies,
+//! With `A = √k W M^-½` (a row per branch, a column per degree of freedom) the singular values are the natural frequencies,
 //! `ω² x = Aᵀ A x`. Forming `K = AᵀA` loses all digits of ω below √ε times the largest. Instead `A = L D U` with
 //! complete pivoting, `L D = Q R`, and one-sided Jacobi on the rows of `R U`: Demmel, Gu, Eisenstat, Slapničar,
 //! Veselić & Drmač, Linear Algebra Appl. 299 (1999), pp. 21–80, Algorithm 3.1. Measured at a spread of 1e14 in
@@ -10,8 +10,8 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 
 use super::jacobi::orthogonalise;
-use super::pivots::{Revealed, null_vectors, reveal, solve_upper};
-use super::rowwise::{back_substitute, dot, norm, reduce, subtract};
+use super::pivoted_qr::{back_substitute, dot, norm, pivoted_qr, subtract};
+use super::rank_revealing::{RankRevealingLdu, null_vectors, rank_revealing_ldu, solve_upper};
 use super::{Matrix, check_finite};
 
 /// Singular values and right singular vectors.
@@ -38,9 +38,9 @@ pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
     let rows = (0..a.nrows())
         .map(|i| (0..n).map(|j| a[(i, j)] / scale).collect())
         .collect();
-    let revealed = reveal(rows, rank.unwrap_or(n));
+    let ldu = rank_revealing_ldu(rows, rank.unwrap_or(n));
 
-    let mut turned = rows_of_product(&revealed, n);
+    let mut turned = rows_of_product(&ldu, n);
     let (lengths, sweeps) = orthogonalise(&mut turned)?;
     let mut by_value: Vec<usize> = (0..turned.len()).filter(|&i| lengths[i] > 0.0).collect();
     by_value.sort_by(|&i, &j| lengths[i].total_cmp(&lengths[j]));
@@ -49,7 +49,7 @@ pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
         .map(|&i| turned[i].iter().map(|x| x / lengths[i]).collect())
         .collect();
 
-    let mut vectors = null_space(null_vectors(&revealed, n), &live, n);
+    let mut vectors = null_space(null_vectors(&ldu, n), &live, n);
     let mut values = vec![0.0; vectors.len()];
     vectors.extend(live);
     values.extend(by_value.iter().map(|&i| lengths[i] * scale));
@@ -90,19 +90,19 @@ fn middle_scale(a: &Matrix) -> f64 {
 }
 
 /// Rows of `R Πᵀ U`, where `L D Π = Q R`: what is left of `A = L D U` once Q, which turns no right vector, is dropped.
-fn rows_of_product(revealed: &Revealed, n: usize) -> Vec<Vec<f64>> {
-    let rank = revealed.pivots.len();
-    let r = reduce(revealed.lower.clone(), rank, rank, 0.0);
+fn rows_of_product(ldu: &RankRevealingLdu, n: usize) -> Vec<Vec<f64>> {
+    let rank = ldu.pivots.len();
+    let r = pivoted_qr(ldu.lower.clone(), rank, rank, 0.0);
     let mut rows = vec![vec![0.0; n]; r.steps];
     for (column, &at) in r.columns.iter().zip(&r.order) {
         rows.iter_mut()
             .zip(column)
-            .for_each(|(row, x)| subtract(row, -x, &revealed.upper[at]));
+            .for_each(|(row, x)| subtract(row, -x, &ldu.upper[at]));
     }
     rows
 }
 
-/// Orthonormal vectors beside `live`: the known null vectors, then as many more as there is room for.
+/// Orthonormal vectors next to `live`: the known null vectors, then as many more as there is room for.
 fn null_space(known: Vec<Vec<f64>>, live: &[Vec<f64>], n: usize) -> Vec<Vec<f64>> {
     let independent = 0.5 / (n as f64).sqrt(); // at least one unit vector has 1/√n of itself in the complement
     let mut found: Vec<Vec<f64>> = Vec::new();
@@ -112,11 +112,11 @@ fn null_space(known: Vec<Vec<f64>>, live: &[Vec<f64>], n: usize) -> Vec<Vec<f64>
             break;
         }
         normalise(&mut x);
-        if remove(&mut x, &found, live) < independent {
+        if orthogonalise_against(&mut x, &found, live) < independent {
             continue;
         }
         normalise(&mut x);
-        remove(&mut x, &found, live);
+        orthogonalise_against(&mut x, &found, live);
         normalise(&mut x);
         found.push(x);
     }
@@ -124,7 +124,7 @@ fn null_space(known: Vec<Vec<f64>>, live: &[Vec<f64>], n: usize) -> Vec<Vec<f64>
 }
 
 /// Takes the parts along orthonormal vectors out of x; the length of what is left.
-fn remove(x: &mut [f64], found: &[Vec<f64>], live: &[Vec<f64>]) -> f64 {
+fn orthogonalise_against(x: &mut [f64], found: &[Vec<f64>], live: &[Vec<f64>]) -> f64 {
     for known in found.iter().chain(live) {
         let along = dot(x, known);
         subtract(x, along, known);
@@ -137,14 +137,14 @@ fn normalise(x: &mut [f64]) {
     x.iter_mut().for_each(|x| *x /= length);
 }
 
-/// Freedoms without inertia, taken out of `A`.
+/// Degrees of freedom without inertia, taken out of `A`.
 #[derive(Debug, Clone)]
-pub struct Elimination {
-    /// What the remaining freedoms feel: `A` of the condensed machine, a column for each of them.
+pub struct StaticCondensation {
+    /// What the remaining degrees of freedom feel: `A` of the condensed machine, a column for each of them.
     pub condensed: Matrix,
     /// `x_first = recovery · x_rest`.
     pub recovery: Matrix,
-    /// A freedom among the first that no branch holds, if there is one; it is then left at zero.
+    /// A degree of freedom among the first that no branch holds, if there is one; it is then left at zero.
     pub singular: Option<usize>,
 }
 
@@ -154,30 +154,25 @@ pub struct Elimination {
 /// `x_first = −U⁻¹ R₁₁⁻¹ R₁₂ x_rest`, where it is `½‖R₂₂ x_rest‖²`. The reflections lose no digit of a short row to a long one.
 ///
 /// Errors: `Overflow` where an entry is not finite.
-pub fn eliminate(a: &Matrix, first: usize) -> Result<Elimination, Error> {
+pub fn condense(a: &Matrix, first: usize) -> Result<StaticCondensation, Error> {
     check_finite(a, "a graded matrix")?;
     let first = first.min(a.ncols());
     let rest = a.ncols() - first;
     let columns: Vec<Vec<f64>> = (0..a.ncols()).map(|j| a.col_as_slice(j).to_vec()).collect();
     let negligible = 8.0 * (a.ncols() as f64) * f64::EPSILON; // of the row's size: its backward error, with a margin
-    let held = reduce(columns[..first].to_vec(), first, first, negligible);
+    let held = pivoted_qr(columns[..first].to_vec(), first, first, negligible);
     let rank = held.steps;
     let singular = held.order[rank..].iter().min().copied();
 
-    let revealed = reveal(
+    let ldu = rank_revealing_ldu(
         (0..a.nrows())
             .map(|i| (0..first).map(|j| a[(i, j)]).collect())
             .collect(),
         rank,
     );
-    let rank = revealed.pivots.len();
-    let reduced = reduce(
-        revealed
-            .lower
-            .iter()
-            .chain(&columns[first..])
-            .cloned()
-            .collect(),
+    let rank = ldu.pivots.len();
+    let reduced = pivoted_qr(
+        ldu.lower.iter().chain(&columns[first..]).cloned().collect(),
         rank,
         rank,
         0.0,
@@ -192,12 +187,12 @@ pub fn eliminate(a: &Matrix, first: usize) -> Result<Elimination, Error> {
             .iter()
             .zip(&reduced.order)
             .for_each(|(x, &at)| right[at] = -x);
-        let x = solve_upper(&revealed, vec![0.0; first], &right);
+        let x = solve_upper(&ldu, vec![0.0; first], &right);
         x.iter()
             .enumerate()
             .for_each(|(i, x)| recovery[(i, j)] = *x);
     }
-    Ok(Elimination {
+    Ok(StaticCondensation {
         condensed,
         recovery,
         singular,
@@ -307,7 +302,7 @@ mod tests {
             Code::Overflow
         );
         assert_eq!(
-            eliminate(&matrix(&[&[f64::INFINITY]]), 1).unwrap_err().code,
+            condense(&matrix(&[&[f64::INFINITY]]), 1).unwrap_err().code,
             Code::Overflow
         );
     }
@@ -316,7 +311,7 @@ mod tests {
     #[test]
     fn exact_springs_in_series() {
         // columns: massless node, stiff end, soft end
-        let out = eliminate(&matrix(&[&[1.0, 0.0, -1.0], &[1e7, -1e7, 0.0]]), 1).unwrap();
+        let out = condense(&matrix(&[&[1.0, 0.0, -1.0], &[1e7, -1e7, 0.0]]), 1).unwrap();
         assert_eq!(out.singular, None);
         assert_eq!((out.condensed.nrows(), out.condensed.ncols()), (1, 2));
         assert!((out.condensed[(0, 0)].abs() - 1.0).abs() < 1e-13);
@@ -331,7 +326,7 @@ mod tests {
     /// Two massless nodes joined to each other and to nothing else.
     #[test]
     fn survives_a_massless_node_that_nothing_holds() {
-        let out = eliminate(&matrix(&[&[1.0, -1.0, 0.0], &[0.0, 0.0, 1.0]]), 2).unwrap();
+        let out = condense(&matrix(&[&[1.0, -1.0, 0.0], &[0.0, 0.0, 1.0]]), 2).unwrap();
         assert!(out.singular.is_some());
         assert!(out.condensed.nrows() >= 1 && out.recovery.ncols() == 1);
     }

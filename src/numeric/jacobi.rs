@@ -7,16 +7,16 @@
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-use super::rowwise::{SAFE, dot, norm};
+use super::pivoted_qr::{SAFE_SQUARES, dot, norm};
 
-const MOST_SWEEPS: usize = 60; // 300 uniform discs take 11
+const MAX_SWEEPS: usize = 60; // 300 uniform discs take 11
 
 /// Turns the columns until they are orthogonal; their lengths, and the sweeps it took.
 pub(super) fn orthogonalise(columns: &mut [Vec<f64>]) -> Result<(Vec<f64>, usize), Error> {
     let orthogonal = (columns.first().map_or(0, Vec::len) as f64).sqrt() * f64::EPSILON; // LAPACK's dgesvj uses the same
     let mut lengths: Vec<f64> = columns.iter().map(|c| norm(c)).collect();
     let mut worst = 0.0;
-    for sweep in 1..=MOST_SWEEPS {
+    for sweep in 1..=MAX_SWEEPS {
         worst = 0.0;
         for p in 0..columns.len() {
             let longest = (p..columns.len())
@@ -40,7 +40,7 @@ pub(super) fn orthogonalise(columns: &mut [Vec<f64>]) -> Result<(Vec<f64>, usize
         }
     }
     let message = format!(
-        "Jacobi rotations of {} columns left a cosine of {worst:.1e} after {MOST_SWEEPS} sweeps",
+        "Jacobi rotations of {} columns left a cosine of {worst:.1e} after {MAX_SWEEPS} sweeps",
         columns.len()
     );
     Err(Error::new(Code::NoConvergence, message))
@@ -49,7 +49,7 @@ pub(super) fn orthogonalise(columns: &mut [Vec<f64>]) -> Result<(Vec<f64>, usize
 /// `xᵀ y / (‖x‖ ‖y‖)`; zero where a column is zero.
 fn cosine(x: &[f64], y: &[f64], x_length: f64, y_length: f64) -> f64 {
     let product = x_length * y_length;
-    if SAFE.contains(&product) {
+    if SAFE_SQUARES.contains(&product) {
         return dot(x, y) / product;
     }
     if x_length == 0.0 || y_length == 0.0 {

@@ -7,44 +7,44 @@
 use faer::Side;
 
 use super::Matrix;
-use super::inverse::Inverse;
-use super::slices::{add, combine, dot, scaled};
-use super::sparse::SparseSym;
+use super::shift_invert::ShiftInvert;
+use super::sparse::SparseSymmetric;
+use super::vector_ops::{axpy, dot, linear_combinations, normalised};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// A Ritz pair is taken when its residual is below this times |θ|; its value is then good to the square of it, over the gap.
-const CONVERGED: f64 = 1e-10;
+const RESIDUAL_TOLERANCE: f64 = 1e-10;
 
 /// A run takes no θ below this times its largest, whose rounding would spoil it; a later run sees it as large.
-const SAME_RUN: f64 = 1e-5;
+const MIN_THETA_RATIO: f64 = 1e-5;
 
 /// Two eigenvalues nearer than this (relative) are counted together.
 const SAME_VALUE: f64 = 1e-9;
 
 /// Orthogonalise again where the norm has fallen below this part of itself (Daniel, Gragg, Kaufman and Stewart 1976, 1/√2).
-const AGAIN: f64 = std::f64::consts::FRAC_1_SQRT_2;
+const REORTHOGONALISE_BELOW: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// How many eigenvalues of (K, M) lie below a value, those of rigid motions among them.
-pub type Count<'a> = &'a dyn Fn(f64) -> Result<usize, Error>;
+pub type SturmCount<'a> = &'a dyn Fn(f64) -> Result<usize, Error>;
 
 /// What is looked for.
-pub struct Search<'a> {
+pub struct LanczosProblem<'a> {
     /// The factorised `K − σM`.
-    pub inverse: &'a dyn Inverse,
+    pub inverse: &'a dyn ShiftInvert,
     /// M.
-    pub mass: &'a SparseSym,
+    pub mass: &'a SparseSymmetric,
     /// Motions without strain energy, which are left out exactly.
     pub rigid: &'a [Vec<f64>],
     /// The Sturm count that says when nothing is missing.
-    pub count: Option<Count<'a>>,
+    pub count: Option<SturmCount<'a>>,
     /// How many modes are wanted.
-    pub wanted: usize,
+    pub n_modes: usize,
 }
 
 /// Modes found, lowest first.
 #[derive(Debug, Clone)]
-pub struct Ritz {
+pub struct RitzPairs {
     /// λ = ω², rad²/s².
     pub values: Vec<f64>,
     /// Shapes with `φᵀMφ = 1`, of either sign.
@@ -56,64 +56,65 @@ pub struct Ritz {
     /// Runs, of which each finds at most one mode of a repeated frequency.
     pub runs: usize,
     /// Whether a Sturm count says that no mode among them is missing.
-    pub counted: bool,
+    pub sturm_verified: bool,
 }
 
-struct Mode {
+struct ConvergedPair {
     value: f64,
     vector: Vec<f64>,
     residual: f64,
 }
 
 /// The modes nearest σ without the rigid ones, or all where there are fewer.
-pub fn nearest(search: &Search) -> Result<Ritz, Error> {
-    let wanted = search
-        .wanted
-        .min(search.mass.len().saturating_sub(search.rigid.len()));
-    let mut work = Work {
-        search,
-        wanted,
+pub fn nearest_modes(problem: &LanczosProblem) -> Result<RitzPairs, Error> {
+    let wanted = problem
+        .n_modes
+        .min(problem.mass.len().saturating_sub(problem.rigid.len()));
+    let mut state = LanczosState {
+        problem,
+        n_modes: wanted,
         fixed: Vec::new(),
-        modes: Vec::new(),
+        pairs: Vec::new(),
         steps: 0,
     };
-    for r in search.rigid {
+    for r in problem.rigid {
         let mut r = r.clone();
-        let norm = work.orthogonalise(&mut r, &[]);
-        work.fixed.push(scaled(r, norm));
+        let norm = state.orthogonalise(&mut r, &[]);
+        state.fixed.push(normalised(r, norm));
     }
     let most_runs = 20 + 3 * wanted;
     let (mut start, mut nothing_new) = (None, false);
     for run in 0..most_runs {
-        let counted = work.is_counted()?;
-        if counted == Some(true) || (counted.is_none() && nothing_new && work.modes.len() >= wanted)
+        let counted = state.is_complete()?;
+        if counted == Some(true)
+            || (counted.is_none() && nothing_new && state.pairs.len() >= wanted)
         {
-            return Ok(work.finish(run, counted == Some(true)));
+            return Ok(state.finish(run, counted == Some(true)));
         }
-        let begin = start.take().unwrap_or_else(|| work.random(run as u64));
-        let found = work.run(begin)?;
-        if found.exhausted && found.modes.is_empty() {
-            return Ok(work.finish(run + 1, counted == Some(true)));
+        let begin = start.take().unwrap_or_else(|| state.random(run as u64));
+        let result = state.run(begin)?;
+        if result.exhausted && result.modes.is_empty() {
+            return Ok(state.finish(run + 1, counted == Some(true)));
         }
-        nothing_new = found.nothing_new;
-        start = found.restart;
-        for (theta, vector) in found.modes {
-            work.take(theta, vector);
+        nothing_new = result.nothing_new;
+        start = result.restart;
+        for (theta, vector) in result.modes {
+            state.accept_pair(theta, vector);
         }
     }
-    let have = work.modes.len();
+    let have = state.pairs.len();
     Err(Error::new(
         Code::NoConvergence,
         format!(
             "Lanczos ended after {most_runs} runs and {} solves with {have} modes of {wanted} wanted",
-            work.steps
+            state.steps
         ),
     ))
 }
 
 /// What one run brings.
 #[derive(Default)]
-struct Found {
+struct RunResult {
     modes: Vec<(f64, Vec<f64>)>,
     restart: Option<Vec<f64>>,
     nothing_new: bool,
@@ -121,20 +122,20 @@ struct Found {
     exhausted: bool,
 }
 
-struct Work<'a> {
-    search: &'a Search<'a>,
+struct LanczosState<'a> {
+    problem: &'a LanczosProblem<'a>,
     /// No more than there can be.
-    wanted: usize,
+    n_modes: usize,
     /// Rigid motions, then modes, all M-orthonormal.
     fixed: Vec<Vec<f64>>,
-    modes: Vec<Mode>,
+    pairs: Vec<ConvergedPair>,
     steps: usize,
 }
 
-impl Work<'_> {
+impl LanczosState<'_> {
     fn mass_times(&self, x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; x.len()];
-        self.search.mass.times(x, &mut y);
+        self.problem.mass.mul_vec(x, &mut y);
         y
     }
 
@@ -153,10 +154,10 @@ impl Work<'_> {
                 .iter()
                 .chain(basis)
                 .zip(&factors)
-                .for_each(|(v, &factor)| add(x, -factor, v));
-            self.search.mass.times(x, &mut mx);
+                .for_each(|(v, &factor)| axpy(x, -factor, v));
+            self.problem.mass.mul_vec(x, &mut mx);
             let left = dot(x, &mx).max(0.0).sqrt();
-            if left > AGAIN * norm || left == 0.0 {
+            if left > REORTHOGONALISE_BELOW * norm || left == 0.0 {
                 return left;
             }
             norm = left;
@@ -173,15 +174,15 @@ impl Work<'_> {
             state ^= state << 17;
             (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
         };
-        let mut x: Vec<f64> = (0..self.search.mass.len()).map(number).collect();
+        let mut x: Vec<f64> = (0..self.problem.mass.len()).map(number).collect();
         let norm = self.orthogonalise(&mut x, &[]);
         self.steps += 1;
-        let mut x = self.mass_times(&scaled(x, norm));
-        self.search.inverse.solve(&mut x);
+        let mut x = self.mass_times(&normalised(x, norm));
+        self.problem.inverse.solve(&mut x);
         x
     }
 
-    fn run(&mut self, mut begin: Vec<f64>) -> Result<Found, Error> {
+    fn run(&mut self, mut begin: Vec<f64>) -> Result<RunResult, Error> {
         let before = {
             let m = self.mass_times(&begin);
             dot(&begin, &m).max(0.0).sqrt()
@@ -194,24 +195,24 @@ impl Work<'_> {
             ));
         }
         if norm <= 1e3 * f64::EPSILON * before || norm == 0.0 {
-            return Ok(Found {
+            return Ok(RunResult {
                 exhausted: true,
-                ..Found::default()
+                ..RunResult::default()
             });
         }
-        let most = (2 * self.wanted + 60).min(begin.len());
+        let most = (2 * self.n_modes + 60).min(begin.len());
         let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        let mut basis = vec![scaled(begin, norm)];
+        let mut basis = vec![normalised(begin, norm)];
         loop {
             let j = basis.len() - 1;
             let mv = self.mass_times(&basis[j]);
             let mut w = mv.clone();
-            self.search.inverse.solve(&mut w);
+            self.problem.inverse.solve(&mut w);
             self.steps += 1;
             alpha.push(dot(&w, &mv));
-            add(&mut w, -alpha[j], &basis[j]);
+            axpy(&mut w, -alpha[j], &basis[j]);
             if j > 0 {
-                add(&mut w, -beta[j - 1], &basis[j - 1]);
+                axpy(&mut w, -beta[j - 1], &basis[j - 1]);
             }
             beta.push(self.orthogonalise(&mut w, &basis));
             let size = alpha
@@ -227,22 +228,24 @@ impl Work<'_> {
             let closed = beta[j] <= 1e2 * f64::EPSILON * size;
             let last = closed || basis.len() == most;
             let due = last || (basis.len() >= 10 && basis.len() % 5 == 0);
-            if due && let Some(found) = self.harvest(&alpha, &beta, &basis, closed, last)? {
-                return Ok(found);
+            if due
+                && let Some(result) = self.collect_converged(&alpha, &beta, &basis, closed, last)?
+            {
+                return Ok(result);
             }
-            basis.push(scaled(w, beta[j]));
+            basis.push(normalised(w, beta[j]));
         }
     }
 
     /// The converged pairs of a run, if they are enough or the run is at its end.
-    fn harvest(
+    fn collect_converged(
         &self,
         alpha: &[f64],
         beta: &[f64],
         basis: &[Vec<f64>],
         closed: bool,
         last: bool,
-    ) -> Result<Option<Found>, Error> {
+    ) -> Result<Option<RunResult>, Error> {
         let m = alpha.len();
         let projected = Matrix::from_fn(m, m, |i, j| match i.abs_diff(j) {
             0 => alpha[i],
@@ -260,13 +263,15 @@ impl Work<'_> {
         order.sort_by(|&i, &j| theta(j).abs().total_cmp(&theta(i).abs()));
         let largest = theta(order[0]).abs();
         let ready = |i: usize| {
-            closed || (beta[m - 1] * eigen.U()[(m - 1, i)]).abs() <= CONVERGED * theta(i).abs()
+            closed
+                || (beta[m - 1] * eigen.U()[(m - 1, i)]).abs()
+                    <= RESIDUAL_TOLERANCE * theta(i).abs()
         };
         let n_ready = order
             .iter()
-            .take_while(|&&i| ready(i) && theta(i).abs() > SAME_RUN * largest)
+            .take_while(|&&i| ready(i) && theta(i).abs() > MIN_THETA_RATIO * largest)
             .count();
-        let wanted = self.wanted.saturating_sub(self.modes.len());
+        let wanted = self.n_modes.saturating_sub(self.pairs.len());
         let cutoff = self.cutoff();
         let nothing_new = n_ready > 0 && largest < cutoff;
         let passed = |i: usize| theta(i).abs() < cutoff;
@@ -293,14 +298,14 @@ impl Work<'_> {
             factors
         };
         let factors: Vec<Vec<f64>> = (0..m).map(factors).collect();
-        let mut vectors = combine(basis, &factors);
+        let mut vectors = linear_combinations(basis, &factors);
         let restart = if restarts { vectors.pop() } else { None };
         let modes = order[..n_ready]
             .iter()
             .map(|&i| theta(i))
             .zip(vectors)
             .collect();
-        Ok(Some(Found {
+        Ok(Some(RunResult {
             modes,
             restart,
             nothing_new,
@@ -311,42 +316,42 @@ impl Work<'_> {
     /// |θ| below which a mode is not among the wanted.
     fn cutoff(&self) -> f64 {
         self.distances()
-            .get(self.wanted.wrapping_sub(1))
+            .get(self.n_modes.wrapping_sub(1))
             .map_or(0.0, |d| (1.0 - SAME_VALUE) / d)
     }
 
     fn distances(&self) -> Vec<f64> {
         let mut distances: Vec<f64> = self
-            .modes
+            .pairs
             .iter()
-            .map(|m| (m.value - self.search.inverse.shift()).abs())
+            .map(|m| (m.value - self.problem.inverse.shift()).abs())
             .collect();
         distances.sort_by(f64::total_cmp);
         distances
     }
 
     /// One more solve, the quotient `yᵀKy / yᵀMy` of what it gives, and the mode is set aside.
-    fn take(&mut self, theta: f64, vector: Vec<f64>) {
+    fn accept_pair(&mut self, theta: f64, vector: Vec<f64>) {
         let f = self.mass_times(&vector);
         let mut y = f.clone();
-        let energy = self.search.inverse.solve_with_energy(&mut y);
+        let energy = self.problem.inverse.solve_with_energy(&mut y);
         if energy.is_none() {
-            self.search.inverse.solve(&mut y);
+            self.problem.inverse.solve(&mut y);
         }
         self.steps += 1;
         let work = dot(&f, &y);
         let of_others = self.energy_of_modes(&y);
         let mut rest = y.clone();
-        add(&mut rest, -theta, &vector);
+        axpy(&mut rest, -theta, &vector);
         let residual = self.orthogonalise(&mut rest, &[]) / theta.abs();
         let norm = self.orthogonalise(&mut y, &[]);
         let value = match energy {
             Some(energy) => (energy - of_others) / (norm * norm),
-            None => self.search.inverse.shift() + work / (norm * norm),
+            None => self.problem.inverse.shift() + work / (norm * norm),
         };
-        let vector = scaled(y, norm);
+        let vector = normalised(y, norm);
         self.fixed.push(vector.clone());
-        self.modes.push(Mode {
+        self.pairs.push(ConvergedPair {
             value,
             vector,
             residual,
@@ -356,23 +361,23 @@ impl Work<'_> {
     /// The part of `yᵀKy` that modes already found have in it by rounding.
     fn energy_of_modes(&self, y: &[f64]) -> f64 {
         let my = self.mass_times(y);
-        let part = |mode: &Mode| mode.value * dot(&mode.vector, &my).powi(2);
-        self.modes.iter().map(part).sum()
+        let part = |pair: &ConvergedPair| pair.value * dot(&pair.vector, &my).powi(2);
+        self.pairs.iter().map(part).sum()
     }
 
     /// Whether no mode among the wanted is missing; none without a count.
-    fn is_counted(&self) -> Result<Option<bool>, Error> {
-        let Some(count) = self.search.count else {
+    fn is_complete(&self) -> Result<Option<bool>, Error> {
+        let Some(count) = self.problem.count else {
             return Ok(None);
         };
-        if self.wanted == 0 {
+        if self.n_modes == 0 {
             return Ok(Some(true));
         }
         let distances = self.distances();
-        let Some(&last) = distances.get(self.wanted - 1) else {
+        let Some(&last) = distances.get(self.n_modes - 1) else {
             return Ok(Some(false));
         };
-        let shift = self.search.inverse.shift();
+        let shift = self.problem.inverse.shift();
         let reach = last + SAME_VALUE * (last + shift.abs());
         let inside = distances.iter().filter(|d| **d <= reach).count();
         let below = shift - reach;
@@ -380,27 +385,27 @@ impl Work<'_> {
             + if below > 0.0 {
                 count(below)?
             } else {
-                self.search.rigid.len()
+                self.problem.rigid.len()
             };
         Ok(Some(count(shift + reach)? <= known))
     }
 
-    fn finish(self, runs: usize, counted: bool) -> Ritz {
-        let shift = self.search.inverse.shift();
-        let mut modes = self.modes;
-        modes.sort_by(|a, b| (a.value - shift).abs().total_cmp(&(b.value - shift).abs()));
-        modes.truncate(self.wanted);
-        modes.sort_by(|a, b| a.value.total_cmp(&b.value));
-        let values = modes.iter().map(|m| m.value).collect();
-        let residuals = modes.iter().map(|m| m.residual).collect();
-        let vectors = modes.into_iter().map(|m| m.vector).collect();
-        Ritz {
+    fn finish(self, runs: usize, counted: bool) -> RitzPairs {
+        let shift = self.problem.inverse.shift();
+        let mut pairs = self.pairs;
+        pairs.sort_by(|a, b| (a.value - shift).abs().total_cmp(&(b.value - shift).abs()));
+        pairs.truncate(self.n_modes);
+        pairs.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let values = pairs.iter().map(|m| m.value).collect();
+        let residuals = pairs.iter().map(|m| m.residual).collect();
+        let vectors = pairs.into_iter().map(|m| m.vector).collect();
+        RitzPairs {
             values,
             vectors,
             residuals,
             steps: self.steps,
             runs,
-            counted,
+            sturm_verified: counted,
         }
     }
 }

@@ -1,5 +1,4 @@
-//! Points that fill a cube evenly: rank-1 lattices of prime size, `x_i = frac(i z / N + Δ)`, `z_j = g^j mod N`, shifted several times so
-//! that the spread of what is averaged tells its error (Korobov's form: Sloan & Joe, Lattice Methods for Multiple Integration, 1994).
+//! Rank-1 lattice points for quasi-Monte-Carlo integration, with random shifts.
 //!
 //! The shifts come from a fixed seed: the same call gives the same points on every machine.
 
@@ -8,15 +7,15 @@ const SIZES: [(u64, u64); 4] = [(61, 2), (251, 6), (1021, 10), (8191, 17)];
 
 /// A lattice with its shifts.
 #[derive(Debug, Clone)]
-pub struct Lattice {
+pub struct RankOneLattice {
     size: u64,
     generator: Vec<u64>,
     shifts: Vec<Vec<f64>>,
 }
 
-impl Lattice {
+impl RankOneLattice {
     /// At least `points` points a shift (as far as 8191) in `dimensions` dimensions, shifted `shifts` times.
-    pub fn new(dimensions: usize, points: usize, shifts: usize) -> Lattice {
+    pub fn new(dimensions: usize, points: usize, shifts: usize) -> RankOneLattice {
         let wanted = (points as u64).max(dimensions as u64 + 1);
         let (size, root) = (SIZES.into_iter())
             .find(|(n, _)| *n >= wanted)
@@ -31,7 +30,7 @@ impl Lattice {
         let shifts = (0..shifts)
             .map(|_| (0..dimensions).map(|_| unit(&mut state)).collect())
             .collect();
-        Lattice {
+        RankOneLattice {
             size,
             generator,
             shifts,
@@ -80,7 +79,7 @@ mod tests {
     fn exact_means_of_waves() {
         for (n, _) in SIZES.into_iter().take(3) {
             let dimensions = (n - 1) as usize;
-            let lattice = Lattice::new(dimensions, n as usize, 2);
+            let lattice = RankOneLattice::new(dimensions, n as usize, 2);
             assert_eq!(lattice.points(), n as usize);
             let mut sums = vec![0.0; dimensions];
             for i in 0..lattice.points() {

@@ -1,10 +1,10 @@
-//! `min ‖A x − b‖` by Householder reflections of columns scaled to length one; the pieces that split such problems.
+//! Least squares `min ‖A x − b‖` by Householder QR with unit columns; related factorisations.
 //!
 //! Golub & Van Loan, Matrix Computations, 4th ed. (2013), §5.3; the scaling of columns: van der Sluis, Numer. Math. 14 (1969).
 
 use faer::linalg::solvers::SolveLstsqCore;
 
-use super::definite::singular_values;
+use super::symmetric::right_svd;
 use super::{Complex, ComplexMatrix, Matrix, check_finite};
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -50,7 +50,7 @@ pub fn solve(a: &Matrix, b: &Matrix) -> Result<Matrix, Error> {
 }
 
 /// Orthonormal columns Q of `A = Q R`; A has at least as many rows as columns.
-pub fn orthonormal(a: &Matrix) -> Matrix {
+pub fn orthonormal_basis(a: &Matrix) -> Matrix {
     if a.ncols() == 0 {
         return a.clone();
     }
@@ -58,7 +58,7 @@ pub fn orthonormal(a: &Matrix) -> Matrix {
 }
 
 /// R of `A = Q R`: with `‖R x‖ = ‖A x‖` for every x, in no more rows than columns.
-pub fn triangle(a: &Matrix) -> Matrix {
+pub fn qr_r(a: &Matrix) -> Matrix {
     if a.nrows() <= a.ncols() {
         return a.clone();
     }
@@ -66,7 +66,7 @@ pub fn triangle(a: &Matrix) -> Matrix {
 }
 
 /// `A − Q Qᵀ A`: what the orthonormal columns of Q do not reach.
-pub fn beside(q: &Matrix, a: &Matrix) -> Matrix {
+pub fn project_out(q: &Matrix, a: &Matrix) -> Matrix {
     let along = q.transpose() * a;
     a - q * along
 }
@@ -75,11 +75,11 @@ pub fn beside(q: &Matrix, a: &Matrix) -> Matrix {
 ///
 /// # Errors
 /// `NoConvergence`; `Overflow` where an entry is not finite.
-pub fn smallest(a: &Matrix) -> Result<(Vec<f64>, f64), Error> {
+pub fn smallest_singular(a: &Matrix) -> Result<(Vec<f64>, f64), Error> {
     let n = a.ncols();
     let mut square = Matrix::zeros(a.nrows().max(n), n); // full rows, so that every right vector is there
     (0..n).for_each(|j| square.col_as_slice_mut(j)[..a.nrows()].copy_from_slice(a.col_as_slice(j)));
-    let (values, vectors) = singular_values(&square)?;
+    let (values, vectors) = right_svd(&square)?;
     Ok((
         vectors.col_as_slice(n - 1).to_vec(),
         values.last().copied().unwrap_or(0.0),
@@ -90,7 +90,7 @@ pub fn smallest(a: &Matrix) -> Result<(Vec<f64>, f64), Error> {
 ///
 /// # Errors
 /// `NoConvergence`.
-pub fn factors(
+pub fn rank_factorisation(
     a: &ComplexMatrix,
     negligible: f64,
 ) -> Result<(ComplexMatrix, ComplexMatrix), Error> {
@@ -164,16 +164,16 @@ mod tests {
             })
         };
         let a = random(5, 2) * random(2, 3);
-        let (left, right) = factors(&a, 1e-12).unwrap();
+        let (left, right) = rank_factorisation(&a, 1e-12).unwrap();
         assert_eq!(left.ncols(), 2);
         assert!((left * right - a).norm_max() < 1e-15);
     }
 
-    /// `[1 −1]` annihilates what is equal in both columns; `Q Qᵀ` is reached, what is beside it is kept by its triangle.
+    /// `[1 −1]` annihilates what is equal in both columns; `Q Qᵀ` is reached, what is next to it is kept by its triangle.
     #[test]
     fn exact_smallest_and_triangle() {
         let a = Matrix::from_fn(6, 2, |i, _| i as f64);
-        let (x, least) = smallest(&a).unwrap();
+        let (x, least) = smallest_singular(&a).unwrap();
         assert!(
             least < 1e-14 && (x[0] + x[1]).abs() < 1e-14,
             "{x:?} {least}"
@@ -183,10 +183,10 @@ mod tests {
             Matrix::from_fn(20, 3, |_, _| rng.f64()),
             Matrix::from_fn(20, 2, |i, j| (i * i + j) as f64),
         );
-        let q = orthonormal(&q);
-        let left = beside(&q, &b);
+        let q = orthonormal_basis(&q);
+        let left = project_out(&q, &b);
         assert!((q.transpose() * &left).norm_max() < 1e-12);
-        let r = triangle(&left);
+        let r = qr_r(&left);
         assert!((r.norm_l2() / left.norm_l2() - 1.0).abs() < 1e-14);
     }
 }

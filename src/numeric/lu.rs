@@ -1,4 +1,4 @@
-//! LU factors that are kept, for one matrix and many right-hand sides.
+//! LU factorisation kept for several right-hand sides.
 
 use faer::linalg::solvers::{PartialPivLu, SolveCore};
 use faer::{Conj, Mat, MatMut};
@@ -19,10 +19,10 @@ impl Lu {
     /// Factors `a`, with row exchanges.
     ///
     /// # Errors
-    /// `Indefinite` where it is singular to working precision.
+    /// `NotPositiveDefinite` where it is singular to working precision.
     pub fn new(a: &Matrix) -> Result<Lu, Error> {
         let lu = a.partial_piv_lu();
-        registers::clear();
+        registers::zero_upper();
         check((0..a.nrows()).map(|i| lu.U()[(i, i)].abs()))?;
         Ok(Lu(lu))
     }
@@ -32,11 +32,11 @@ impl Lu {
         let rows = b.len();
         self.0
             .solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(b, rows, 1));
-        registers::clear();
+        registers::zero_upper();
     }
 
     /// `A⁻¹ B`.
-    pub fn solve_all(&self, b: &Matrix) -> Matrix {
+    pub fn solve_matrix(&self, b: &Matrix) -> Matrix {
         let mut x: Mat<f64> = b.clone();
         self.0.solve_in_place_with_conj(Conj::No, x.as_mut());
         x
@@ -47,10 +47,10 @@ impl ComplexLu {
     /// Factors `a`, with row exchanges.
     ///
     /// # Errors
-    /// `Indefinite` where it is singular to working precision.
+    /// `NotPositiveDefinite` where it is singular to working precision.
     pub fn new(a: &ComplexMatrix) -> Result<ComplexLu, Error> {
         let lu = a.partial_piv_lu();
-        registers::clear();
+        registers::zero_upper();
         check((0..a.nrows()).map(|i| lu.U()[(i, i)].norm()))?;
         Ok(ComplexLu(lu))
     }
@@ -60,7 +60,7 @@ impl ComplexLu {
         let rows = b.len();
         self.0
             .solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(b, rows, 1));
-        registers::clear();
+        registers::zero_upper();
     }
 }
 
@@ -68,7 +68,7 @@ fn check(pivots: impl Iterator<Item = f64>) -> Result<(), Error> {
     for (i, size) in pivots.enumerate() {
         if !(size > 0.0 && size.is_finite()) {
             return Err(Error::new(
-                Code::Indefinite,
+                Code::NotPositiveDefinite,
                 format!("a linear system is singular: pivot {i} is {size}"),
             ));
         }

@@ -1,4 +1,4 @@
-//! Linear algebra, the only files that name its packages.
+//! Linear algebra; the only module that uses faer, rustfft and statrs.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -12,107 +12,74 @@ pub type ComplexMatrix = faer::Mat<Complex>;
 /// A complex number.
 pub type Complex = faer::c64;
 
-/// Discrete Fourier transforms.
 pub mod fft;
 
-/// Values between samples at any instants.
 pub mod band_limited;
 
-/// Medians and distributions.
 pub mod statistics;
 
-/// Exact fractions.
 pub mod fraction;
 
-/// Points that fill a cube evenly.
 pub mod lattice;
 
-/// Constraints in exact fractions.
-pub mod exact;
+pub mod exact_constraints;
 
-/// Sums over long vectors.
-pub mod slices;
+pub mod vector_ops;
 
-/// Householder reduction that keeps the digits of small rows.
-mod rowwise;
+mod pivoted_qr;
 
-/// Factors that set the grading of a matrix apart.
-mod pivots;
+mod rank_revealing;
 
-/// One-sided Jacobi rotations.
 mod jacobi;
 
-/// Singular values of graded matrices, and elimination of freedoms without inertia.
 pub mod graded;
 
-/// One-to-one pairing.
 pub mod assignment;
 
-/// How alike two complex vectors are in direction.
-pub mod collinearity;
+pub mod mac;
 
-/// Vector registers as they should be left.
 pub mod registers;
 
-/// Products in place.
 pub mod products;
 
-/// Symmetric eigenproblems, Cholesky factors, linear systems.
-pub mod definite;
+pub mod symmetric;
 
-/// LU factors that are kept.
 pub mod lu;
 
-/// Least squares with many right-hand sides.
-pub mod overdetermined;
+pub mod lstsq;
 
-/// Rows and columns brought to like size.
 mod balance;
 
-/// Nonsymmetric eigenproblems with the condition of every eigenvalue.
-pub mod general;
+pub mod eigen;
 
-/// The matrix exponential.
 pub mod expm;
 
-/// Small systems solved where they stand.
-pub mod in_place;
+pub mod small_dense;
 
-/// Continuous state-space forms at a sample time.
-pub mod sampling;
+pub mod discretisation;
 
-/// Least squares, orthonormal columns, least singular vectors.
 pub mod least_squares;
 
-/// Polishing of damped modes.
 pub mod quadratic;
 
-/// Orthonormal bases of column spaces.
-pub mod orthonormal;
+pub mod thin_qr;
 
-/// Triangles of tall matrices, least squares, singular values with vectors.
-pub mod factors;
+pub mod factorisations;
 
-/// Sparse symmetric matrices, and their factorisation with a count of negative eigenvalues.
 pub mod sparse;
 
-/// Sparse complex systems of one pattern, solved for many values.
 pub mod sparse_lu;
 
-/// What hangs from what: the spanning forest of a machine's springs.
 pub mod forest;
 
-/// Series and parallel: a forest eliminated without subtraction, its solutions and its Sturm count.
-pub mod elimination;
+pub mod forest_factor;
 
-/// `(K − σM)⁻¹` from whatever factorised it.
-pub mod inverse;
+pub mod shift_invert;
 
-/// Modes nearest a shift.
 pub mod lanczos;
 
 /// The entries of a matrix, row by row.
-pub fn by_rows(a: &Matrix) -> Vec<Vec<f64>> {
+pub fn to_rows(a: &Matrix) -> Vec<Vec<f64>> {
     let row = |i| (0..a.ncols()).map(|j| a[(i, j)]).collect();
     (0..a.nrows()).map(row).collect()
 }

@@ -1,49 +1,49 @@
-//! Products of matrices and vectors into room that is there.
+//! Matrix–vector and matrix–matrix products into preallocated storage.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatRef, Par};
 
-use super::slices::add_columns;
+use super::vector_ops::gemv;
 use super::{Matrix, registers};
 
 /// A matrix column after column, without gaps.
 #[derive(Debug)]
-pub struct Columns {
+pub struct ColumnMatrix {
     rows: usize,
     entries: Vec<f64>,
 }
 
-impl Columns {
+impl ColumnMatrix {
     /// Of a matrix.
-    pub fn of(a: &Matrix) -> Columns {
+    pub fn from_matrix(a: &Matrix) -> ColumnMatrix {
         let columns = (0..a.ncols()).flat_map(|j| a.col_as_slice(j).iter().copied());
-        Columns {
+        ColumnMatrix {
             rows: a.nrows(),
             entries: columns.collect(),
         }
     }
 
     /// How many rows.
-    pub fn rows(&self) -> usize {
+    pub fn n_rows(&self) -> usize {
         self.rows
     }
 
     /// How many columns.
-    pub fn count(&self) -> usize {
+    pub fn n_columns(&self) -> usize {
         self.entries.len().checked_div(self.rows).unwrap_or(0)
     }
 
     /// `out = A x`.
-    pub fn times(&self, x: &[f64], out: &mut [f64]) {
+    pub fn mul_vec(&self, x: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         let column = |j: usize| &self.entries[j * self.rows..][..self.rows];
-        add_columns(out, x, column);
+        gemv(out, x, column);
     }
 
-    /// The first `count` columns of `A B`, into those of `out`.
-    pub fn first_columns(&self, b: &Matrix, count: usize, out: &mut Matrix) {
+    /// The first `n_columns` columns of `A B`, into those of `out`.
+    pub fn mul_leading_columns(&self, b: &Matrix, count: usize, out: &mut Matrix) {
         let columns = out.as_mut().subcols_mut(0, count);
-        let a = MatRef::from_column_major_slice(&self.entries, self.rows, self.count());
+        let a = MatRef::from_column_major_slice(&self.entries, self.rows, self.n_columns());
         matmul(
             columns,
             Accum::Replace,
@@ -52,6 +52,6 @@ impl Columns {
             1.0,
             Par::Seq,
         );
-        registers::clear();
+        registers::zero_upper();
     }
 }

@@ -1,4 +1,4 @@
-//! Single roots of `(λ² J + λ C + K + i sgn(Im λ) H) x = 0`, J the unit matrix on the coordinates that have inertia.
+//! Quadratic eigenproblem `(λ²J + λC + K + i sgn(Im λ) H) x = 0`: refinement of single roots.
 //!
 //! Inverse iteration on both sides with the Rayleigh functional `yᵀ Q(λ) x = 0`: Schwetlick & Schreiber,
 //! Nonlinear Rayleigh functionals, Linear Algebra Appl. 436 (2012), pp. 3991–4016; Lancaster, Lambda-matrices and
@@ -14,9 +14,9 @@ use super::{Complex, ComplexMatrix, Matrix, registers};
 
 /// A quadratic eigenproblem, C and K symmetric or not.
 #[derive(Debug, Clone)]
-pub struct Quadratic {
+pub struct QuadraticEigenproblem {
     /// How many coordinates, the first ones, have unit inertia; the others have none.
-    pub inertial: usize,
+    pub n_inertial: usize,
     /// C, with the gyroscopic part.
     pub damping: Matrix,
     /// K.
@@ -27,20 +27,20 @@ pub struct Quadratic {
 
 /// A root with its vectors.
 #[derive(Debug, Clone)]
-pub struct Root {
+pub struct QuadraticEigenpair {
     /// λ.
     pub value: Complex,
     /// x, of length one.
     pub right: Vec<Complex>,
     /// y of `yᵀ Q(λ) = 0`, of length one.
-    pub left: Vec<Complex>,
+    pub left_vector: Vec<Complex>,
     /// `max w_i |(Q x)_i| / max w_i (|Q| |x|)_i`, rows weighed as the mode feels them.
     pub residual: f64,
     /// Iterations, one factorisation each.
     pub steps: usize,
 }
 
-impl Quadratic {
+impl QuadraticEigenproblem {
     /// The order.
     pub fn len(&self) -> usize {
         self.damping.nrows()
@@ -58,28 +58,28 @@ impl Quadratic {
     ///
     /// # Errors
     /// `NoConvergence` with the last change of λ; `Overflow` where the numbers leave the range of doubles.
-    pub fn polish(&self, value: Complex, vector: &[Complex]) -> Result<Root, Error> {
+    pub fn polish(&self, value: Complex, vector: &[Complex]) -> Result<QuadraticEigenpair, Error> {
         let n = self.len();
         let (mut value, mut right) = (value, vector.to_vec());
         // The left vector starts from the conjugate: `xᵀx` of a whirling shape is nil.
         let mut left: Vec<Complex> = vector.iter().map(Complex::conj).collect();
         let mut last = f64::INFINITY;
-        for steps in 0..=MOST_STEPS {
-            if value.norm() == 0.0 || n == 0 || last <= SETTLED {
+        for steps in 0..=MAX_STEPS {
+            if value.norm() == 0.0 || n == 0 || last <= CONVERGENCE_TOLERANCE {
                 let residual = self.residual(value, &right);
-                return Ok(Root {
+                return Ok(QuadraticEigenpair {
                     value,
                     right,
-                    left,
+                    left_vector: left,
                     residual,
                     steps,
                 });
             }
             let weight = self.weights(value);
             let factor = self.factorise(value, &weight);
-            let of_right = self.slope(value, &right, false);
+            let of_right = self.derivative_times(value, &right, false);
             right = inverse_step(&weight, &of_right, |b| factor.solve(b));
-            let of_left = self.slope(value, &left, true);
+            let of_left = self.derivative_times(value, &left, true);
             left = inverse_step(&weight, &of_left, |b| factor.solve_transpose(b));
             let next = self.rayleigh(&left, &right, value);
             let change = (next - value).norm() / value.norm();
@@ -88,7 +88,7 @@ impl Quadratic {
                 return Err(Error::new(Code::Overflow, message));
             }
             // Rounding may hold λ at a few ε of change; an iteration that no longer shrinks has arrived.
-            last = if change < STALLED && change >= last {
+            last = if change < STAGNATION_TOLERANCE && change >= last {
                 0.0
             } else {
                 change
@@ -101,16 +101,31 @@ impl Quadratic {
     }
 
     /// Relative change of λ per relative change of every entry: `|yᵀ| |Q| |x| / (|λ| |yᵀ Q′ x|)`.
-    pub fn condition(&self, root: &Root) -> f64 {
-        let slope = self.slope(root.value, &root.right, false);
-        let bottom: Complex = root.left.iter().zip(&slope).map(|(y, s)| y * s).sum();
-        let size = self.sizes(root.value, &root.right);
-        let top: f64 = root.left.iter().zip(&size).map(|(y, s)| y.norm() * s).sum();
-        top / (root.value.norm() * bottom.norm())
+    pub fn condition(&self, eigenpair: &QuadraticEigenpair) -> f64 {
+        let slope = self.derivative_times(eigenpair.value, &eigenpair.right, false);
+        let bottom: Complex = eigenpair
+            .left_vector
+            .iter()
+            .zip(&slope)
+            .map(|(y, s)| y * s)
+            .sum();
+        let size = self.term_magnitudes(eigenpair.value, &eigenpair.right);
+        let top: f64 = eigenpair
+            .left_vector
+            .iter()
+            .zip(&size)
+            .map(|(y, s)| y.norm() * s)
+            .sum();
+        top / (eigenpair.value.norm() * bottom.norm())
     }
 
     /// `Q′(λ) x = (2λ J + C) x`, or with the transpose of Q.
-    pub fn slope(&self, value: Complex, x: &[Complex], transposed: bool) -> Vec<Complex> {
+    pub fn derivative_times(
+        &self,
+        value: Complex,
+        x: &[Complex],
+        transposed: bool,
+    ) -> Vec<Complex> {
         let c = |i: usize, j: usize| {
             if transposed {
                 self.damping[(j, i)]
@@ -121,7 +136,7 @@ impl Quadratic {
         (0..self.len())
             .map(|i| {
                 let damped: Complex = (0..self.len()).map(|j| x[j] * c(i, j)).sum();
-                if i < self.inertial {
+                if i < self.n_inertial {
                     damped + value * x[i] * 2.0
                 } else {
                     damped
@@ -135,7 +150,7 @@ impl Quadratic {
         if let Some(h) = &self.hysteretic {
             entry += Complex::new(0.0, h[(i, j)] * sign(value));
         }
-        if i == j && i < self.inertial {
+        if i == j && i < self.n_inertial {
             entry + value * value
         } else {
             entry
@@ -143,12 +158,12 @@ impl Quadratic {
     }
 
     /// `|Q|(|λ|) |x|`: the sizes of the terms that each row sums.
-    fn sizes(&self, value: Complex, x: &[Complex]) -> Vec<f64> {
+    fn term_magnitudes(&self, value: Complex, x: &[Complex]) -> Vec<f64> {
         let size = value.norm();
         let entry = |i: usize, j: usize| {
             let h = self.hysteretic.as_ref().map_or(0.0, |h| h[(i, j)].abs());
             let entry = size * self.damping[(i, j)].abs() + self.stiffness[(i, j)].abs() + h;
-            if i == j && i < self.inertial {
+            if i == j && i < self.n_inertial {
                 entry + size * size
             } else {
                 entry
@@ -163,7 +178,11 @@ impl Quadratic {
         let size = value.norm();
         let own = |i: usize| {
             let damped = size * self.damping[(i, i)].abs();
-            let inertia = if i < self.inertial { size * size } else { 0.0 };
+            let inertia = if i < self.n_inertial {
+                size * size
+            } else {
+                0.0
+            };
             let own = inertia.max(damped).max(self.stiffness[(i, i)].abs());
             if own > 0.0 { 1.0 / own.sqrt() } else { 1.0 }
         };
@@ -176,7 +195,7 @@ impl Quadratic {
         let at = |value: Complex| {
             let entry = |i: usize, j: usize| self.entry(value, i, j) * weight[i] * weight[j];
             let factor = ComplexMatrix::from_fn(n, n, entry).partial_piv_lu();
-            registers::clear();
+            registers::zero_upper();
             factor
         };
         let factor = at(value);
@@ -196,7 +215,7 @@ impl Quadratic {
                 .map(|i| y[i] * (0..n).map(|j| x[j] * m[(i, j)]).sum::<Complex>())
                 .sum()
         };
-        let a: Complex = (0..self.inertial).map(|i| y[i] * x[i]).sum();
+        let a: Complex = (0..self.n_inertial).map(|i| y[i] * x[i]).sum();
         let b = form(&self.damping);
         let h = self.hysteretic.as_ref().map_or(Complex::ZERO, &form);
         let c = form(&self.stiffness) + h * Complex::new(0.0, sign(near));
@@ -217,7 +236,7 @@ impl Quadratic {
     /// `max w_i |(Q x)_i| / max w_i (|Q| |x|)_i`, the backward error of a pair.
     pub fn residual(&self, value: Complex, x: &[Complex]) -> f64 {
         let weight = self.weights(value);
-        let size = self.sizes(value, x);
+        let size = self.term_magnitudes(value, x);
         let off = |i: usize| {
             (0..self.len())
                 .map(|j| self.entry(value, i, j) * x[j])
@@ -234,9 +253,9 @@ impl Quadratic {
     }
 }
 
-const MOST_STEPS: usize = 20; // cubic near the end: 3 or 4 from a start with two digits
-const SETTLED: f64 = 2.0 * f64::EPSILON;
-const STALLED: f64 = 1e-10; // relative change of λ below which cubic convergence is over in one step
+const MAX_STEPS: usize = 20; // cubic near the end: 3 or 4 from a start with two digits
+const CONVERGENCE_TOLERANCE: f64 = 2.0 * f64::EPSILON;
+const STAGNATION_TOLERANCE: f64 = 1e-10; // relative change of λ below which cubic convergence is over in one step
 
 fn sign(value: Complex) -> f64 {
     if value.im == 0.0 {
@@ -254,7 +273,7 @@ fn inverse_step(
 ) -> Vec<Complex> {
     let n = weight.len();
     let solved = solve(&ComplexMatrix::from_fn(n, 1, |i, _| b[i] * weight[i]));
-    registers::clear();
+    registers::zero_upper();
     let largest = solved.norm_max();
     let mut x: Vec<Complex> = (0..n)
         .map(|i| solved[(i, 0)] / largest * weight[i])
@@ -268,11 +287,11 @@ fn inverse_step(
 mod tests {
     use super::*;
 
-    fn undamped(squares: &[f64], damping: Matrix) -> Quadratic {
+    fn undamped(squares: &[f64], damping: Matrix) -> QuadraticEigenproblem {
         let n = squares.len();
         let stiffness = Matrix::from_fn(n, n, |i, j| if i == j { squares[i] } else { 0.0 });
-        Quadratic {
-            inertial: n,
+        QuadraticEigenproblem {
+            n_inertial: n,
             damping,
             stiffness,
             hysteretic: None,
@@ -371,7 +390,7 @@ mod tests {
     #[test]
     fn exact_without_inertia() {
         let mut problem = undamped(&[8.0], Matrix::from_fn(1, 1, |_, _| 2.0));
-        problem.inertial = 0;
+        problem.n_inertial = 0;
         let found = problem
             .polish(Complex::new(-3.5, 0.0), &start(1, 0))
             .unwrap();

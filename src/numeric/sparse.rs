@@ -17,27 +17,27 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// Growth of the pivots above this leaves fewer than half the digits: the shift is then moved.
-const MOST_GROWTH: f64 = 1e8;
+const MAX_PIVOT_GROWTH: f64 = 1e8;
 
 /// By how much a shift is moved, relative, each time twice as far.
-const MOVE: f64 = 1e-7;
+const SHIFT_PERTURBATION: f64 = 1e-7;
 
 /// How often.
-const MOST_MOVES: usize = 8;
+const MAX_MOVES: usize = 8;
 
 /// A sparse symmetric matrix, its lower triangle by columns, rows ascending, the diagonal always stored.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SparseSym {
+pub struct SparseSymmetric {
     start: Vec<usize>,
     rows: Vec<usize>,
     values: Vec<f64>,
 }
 
-impl SparseSym {
+impl SparseSymmetric {
     /// From entries (row, column, value), repeated ones summed in the order given.
     ///
-    /// Each pair of freedoms is given once, in either triangle.
-    pub fn from_entries(n: usize, entries: &[(usize, usize, f64)]) -> SparseSym {
+    /// Each pair of degrees of freedom is given once, in either triangle.
+    pub fn from_entries(n: usize, entries: &[(usize, usize, f64)]) -> SparseSymmetric {
         let mut all: Vec<(usize, usize, f64)> = (0..n).map(|i| (i, i, 0.0)).collect();
         all.extend(
             entries
@@ -59,7 +59,7 @@ impl SparseSym {
             start[j + 1] += start[j];
         }
         let (rows, values) = all.into_iter().map(|(i, _, v)| (i, v)).unzip();
-        SparseSym {
+        SparseSymmetric {
             start,
             rows,
             values,
@@ -67,9 +67,9 @@ impl SparseSym {
     }
 
     /// A diagonal matrix.
-    pub fn diagonal(values: &[f64]) -> SparseSym {
+    pub fn diagonal(values: &[f64]) -> SparseSymmetric {
         let n = values.len();
-        SparseSym {
+        SparseSymmetric {
             start: (0..=n).collect(),
             rows: (0..n).collect(),
             values: values.to_vec(),
@@ -87,7 +87,7 @@ impl SparseSym {
     }
 
     /// `y = A x`.
-    pub fn times(&self, x: &[f64], y: &mut [f64]) {
+    pub fn mul_vec(&self, x: &[f64], y: &mut [f64]) {
         if self.rows.len() == self.len() {
             y.iter_mut()
                 .zip(x)
@@ -108,10 +108,10 @@ impl SparseSym {
     }
 
     /// `A − σ B`.
-    pub fn minus(&self, sigma: f64, other: &SparseSym) -> SparseSym {
+    pub fn sub_scaled(&self, sigma: f64, other: &SparseSymmetric) -> SparseSymmetric {
         let mut entries: Vec<(usize, usize, f64)> = self.entries().collect();
         entries.extend(other.entries().map(|(i, j, v)| (i, j, -sigma * v)));
-        SparseSym::from_entries(self.len(), &entries)
+        SparseSymmetric::from_entries(self.len(), &entries)
     }
 
     /// The stored entries (row, column, value), row ≥ column.
@@ -123,8 +123,8 @@ impl SparseSym {
 }
 
 /// A factorised sparse symmetric matrix.
-pub struct Factor {
-    matrix: SparseSym,
+pub struct LdlFactor {
+    matrix: SparseSymmetric,
     /// Powers of two that bring the diagonal near one, so that units do not decide.
     scale: Vec<f64>,
     symbolic: SymbolicCholesky<usize>,
@@ -133,11 +133,11 @@ pub struct Factor {
     shift: f64,
 }
 
-impl Factor {
+impl LdlFactor {
     /// Factorises A by LDLᵀ in an order that keeps it sparse, without exchanging rows for the sake of size.
     ///
     /// Refused where a pivot vanishes, or is so small that D outgrows A by 1e8: then the count of negative pivots could not be trusted.
-    pub fn new(matrix: &SparseSym) -> Result<Factor, Error> {
+    pub fn new(matrix: &SparseSymmetric) -> Result<LdlFactor, Error> {
         let n = matrix.len();
         if !matrix.values.iter().all(|v| v.is_finite()) {
             return Err(Error::new(
@@ -171,7 +171,7 @@ impl Factor {
         };
         let memory = |_| {
             Error::new(
-                Code::Hopeless,
+                Code::BudgetExceeded,
                 format!("no memory to factorise a matrix of {n} rows"),
             )
         };
@@ -194,10 +194,10 @@ impl Factor {
             .map_err(|_| vanishing(0.0))?;
         let size = scaled.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let (negative, growth) = pivots(&symbolic, &values);
-        if growth > MOST_GROWTH * size || !growth.is_finite() {
+        if growth > MAX_PIVOT_GROWTH * size || !growth.is_finite() {
             return Err(vanishing(growth / size));
         }
-        Ok(Factor {
+        Ok(LdlFactor {
             matrix: matrix.clone(),
             scale,
             symbolic,
@@ -207,13 +207,17 @@ impl Factor {
         })
     }
 
-    /// Factorises `K − σM`, with σ moved by some 1e-7 of itself where it falls on an eigenvalue; [`Factor::shift`] is the one used.
-    pub fn shifted(stiffness: &SparseSym, mass: &SparseSym, sigma: f64) -> Result<Factor, Error> {
+    /// Factorises `K − σM`, with σ moved by some 1e-7 of itself where it falls on an eigenvalue; [`LdlFactor::shift`] is the one used.
+    pub fn shifted(
+        stiffness: &SparseSymmetric,
+        mass: &SparseSymmetric,
+        sigma: f64,
+    ) -> Result<LdlFactor, Error> {
         let mut moved = sigma;
-        for attempt in 0..MOST_MOVES {
-            match Factor::new(&stiffness.minus(moved, mass)) {
+        for attempt in 0..MAX_MOVES {
+            match LdlFactor::new(&stiffness.sub_scaled(moved, mass)) {
                 Ok(factor) => {
-                    return Ok(Factor {
+                    return Ok(LdlFactor {
                         shift: moved,
                         ..factor
                     });
@@ -221,10 +225,10 @@ impl Factor {
                 Err(error) if error.code != Code::NoConvergence || sigma == 0.0 => {
                     return Err(error);
                 }
-                Err(_) => moved = sigma * (1.0 + MOVE * (1 << attempt) as f64),
+                Err(_) => moved = sigma * (1.0 + SHIFT_PERTURBATION * (1 << attempt) as f64),
             }
         }
-        Factor::new(&stiffness.minus(moved, mass))
+        LdlFactor::new(&stiffness.sub_scaled(moved, mass))
     }
 
     /// Overwrites f by `A⁻¹ f`, refined once.
@@ -232,7 +236,7 @@ impl Factor {
         let mut x = f.to_vec();
         self.solve_once(&mut x);
         let mut residual = vec![0.0; f.len()];
-        self.matrix.times(&x, &mut residual);
+        self.matrix.mul_vec(&x, &mut residual);
         residual
             .iter_mut()
             .zip(f.iter())
@@ -257,7 +261,7 @@ impl Factor {
     }
 
     /// How many eigenvalues are negative: for `K − σM`, how many of (K, M) lie below σ.
-    pub fn negative(&self) -> usize {
+    pub fn n_negative(&self) -> usize {
         self.negative
     }
 
@@ -267,7 +271,7 @@ impl Factor {
     }
 }
 
-/// Negative pivots, and the largest `|d| l²` of any column: what LDLᵀ carries beside the matrix.
+/// Negative pivots, and the largest `|d| l²` of any column: what LDLᵀ carries next to the matrix.
 fn pivots(symbolic: &SymbolicCholesky<usize>, values: &[f64]) -> (usize, f64) {
     let SymbolicCholeskyRaw::Simplicial(simplicial) = symbolic.raw() else {
         return (0, f64::INFINITY);
@@ -289,5 +293,5 @@ fn vanishing(growth: f64) -> Error {
         _ => format!("the sparse factorisation grows {growth:.1e} times above its matrix"),
     };
     Error::new(Code::NoConvergence, message)
-        .hint("the shift is an eigenvalue, or a freedom is held by no spring; move the shift")
+        .with_hint("the shift is an eigenvalue, or a freedom is held by no spring; move the shift")
 }

@@ -1,4 +1,4 @@
-//! Sparse complex systems `A x = b` that keep one pattern while their values change: the order is found once.
+//! Sparse complex LU with a fixed pattern: one symbolic factorisation, many values.
 
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
@@ -9,20 +9,20 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// A pattern, and the order its systems are eliminated in.
-pub struct Pattern {
+pub struct SymbolicFactor {
     layout: SymbolicSparseColMat<usize>,
     order: SymbolicLu<usize>,
 }
 
-impl Pattern {
+impl SymbolicFactor {
     /// Of the entries (row, column) that may differ from zero, by columns, rows rising, none twice.
     ///
     /// # Errors
-    /// `Hopeless` where memory runs out.
+    /// `BudgetExceeded` where memory runs out.
     pub fn new(
         n: usize,
         entries: impl IntoIterator<Item = (usize, usize)>,
-    ) -> Result<Pattern, Error> {
+    ) -> Result<SymbolicFactor, Error> {
         let (mut start, mut rows) = (vec![0; n + 1], Vec::new());
         for (row, column) in entries {
             start[column + 1] += 1;
@@ -31,17 +31,22 @@ impl Pattern {
         (0..n).for_each(|j| start[j + 1] += start[j]);
         let layout = SymbolicSparseColMat::new_checked(n, n, start, None, rows);
         let memory = format!("no memory to factorise a matrix of {n} rows");
-        let order =
-            SymbolicLu::try_new(layout.as_ref()).map_err(|_| Error::new(Code::Hopeless, memory))?;
-        Ok(Pattern { layout, order })
+        let order = SymbolicLu::try_new(layout.as_ref())
+            .map_err(|_| Error::new(Code::BudgetExceeded, memory))?;
+        Ok(SymbolicFactor { layout, order })
     }
 
     /// `A⁻¹ B` for the values of the entries, in their order.
     ///
     /// # Errors
-    /// `Indefinite` where A is singular to working precision.
+    /// `NotPositiveDefinite` where A is singular to working precision.
     pub fn solve(&self, values: &[Complex], b: &ComplexMatrix) -> Result<ComplexMatrix, Error> {
-        let singular = || Error::new(Code::Indefinite, "a sparse linear system is singular");
+        let singular = || {
+            Error::new(
+                Code::NotPositiveDefinite,
+                "a sparse linear system is singular",
+            )
+        };
         let matrix = SparseColMatRef::new(self.layout.as_ref(), values);
         let lu = Lu::try_new_with_symbolic(self.order.clone(), matrix).map_err(|_| singular())?;
         let x: ComplexMatrix = lu.solve(b);

@@ -1,9 +1,9 @@
-//! Medians, and distributions: the only file that names their package.
+//! Median, quantiles and tail probabilities of the normal, χ², F and t distributions.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 /// Standard deviations of a normal number in half its 95 % interval.
-pub const HALF_INTERVAL: f64 = 1.96;
+pub const Z_95: f64 = 1.96;
 
 /// The middle value, of an even count the upper of the two; absent where there is none. The values change places.
 pub fn median(values: &mut [f64]) -> Option<f64> {
@@ -17,28 +17,28 @@ pub fn normal_quantile(p: f64) -> f64 {
 }
 
 /// The probability that a standard normal variable stays below `x`.
-pub fn normal_below(x: f64) -> f64 {
+pub fn normal_cdf(x: f64) -> f64 {
     Normal::standard().cdf(x)
 }
 
 /// The value a χ² variable of `freedoms` stays below with probability `p`; infinite where `freedoms` is not positive.
-pub fn chi_squared_quantile(p: f64, freedoms: f64) -> f64 {
-    ChiSquared::new(freedoms).map_or(f64::INFINITY, |d| d.inverse_cdf(p))
+pub fn chi_squared_quantile(p: f64, dofs: f64) -> f64 {
+    ChiSquared::new(dofs).map_or(f64::INFINITY, |d| d.inverse_cdf(p))
 }
 
 /// The probability that a χ² variable of `freedoms` exceeds `x`.
-pub fn chi_squared_above(x: f64, freedoms: f64) -> f64 {
-    ChiSquared::new(freedoms).map_or(f64::NAN, |d| d.sf(x))
+pub fn chi_squared_sf(x: f64, dofs: f64) -> f64 {
+    ChiSquared::new(dofs).map_or(f64::NAN, |d| d.sf(x))
 }
 
-/// The probability that an F variable with `(d1, d2)` freedoms exceeds `x`.
-pub fn fisher_above(x: f64, d1: f64, d2: f64) -> f64 {
+/// The probability that an F variable with `(d1, d2)` degrees of freedom exceeds `x`.
+pub fn f_sf(x: f64, d1: f64, d2: f64) -> f64 {
     FisherSnedecor::new(d1, d2).map_or(f64::NAN, |d| d.sf(x))
 }
 
 /// The value Student's t of `freedoms` stays below with probability `p`.
-pub fn student_quantile(p: f64, freedoms: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, freedoms).map_or(f64::INFINITY, |d| d.inverse_cdf(p))
+pub fn student_t_quantile(p: f64, dofs: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, dofs).map_or(f64::INFINITY, |d| d.inverse_cdf(p))
 }
 
 #[cfg(test)]
@@ -58,11 +58,11 @@ mod tests {
         let close = |a: f64, b: f64| assert!((a - b).abs() < 5e-4 * b.abs().max(1.0), "{a} {b}");
         close(normal_quantile(0.975), 1.960);
         close(chi_squared_quantile(0.95, 10.0), 18.307);
-        close(chi_squared_above(18.307, 10.0), 0.05);
-        close(student_quantile(0.975, 10.0), 2.228);
-        close(fisher_above(3.326, 5.0, 10.0), 0.05);
-        // exp(−x/2) for two freedoms, far out in the tail
-        let tail = chi_squared_above(200.0, 2.0);
+        close(chi_squared_sf(18.307, 10.0), 0.05);
+        close(student_t_quantile(0.975, 10.0), 2.228);
+        close(f_sf(3.326, 5.0, 10.0), 0.05);
+        // exp(−x/2) for two degrees of freedom, far out in the tail
+        let tail = chi_squared_sf(200.0, 2.0);
         assert!((tail / (-100.0_f64).exp() - 1.0).abs() < 1e-9);
     }
 }

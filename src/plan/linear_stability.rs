@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use super::prepared::Prepared;
-use crate::base::error::Warning;
-use crate::base::words::counted;
+use super::prepared_machine::PreparedMachine;
+use crate::base::error::Diagnostic;
+use crate::base::text::pluralise;
 use crate::machine::kinematics::mean_speeds;
 use crate::machine::spin::SpinTerms;
-use crate::modes::basis::{Basis, seen};
+use crate::modes::modal_basis::{ModalBasis, project_direction};
 use crate::modes::mode::modulus;
 use crate::numeric::Complex;
 use crate::scene::study::ModesStudy;
@@ -27,7 +27,7 @@ pub fn grows(root: Complex) -> bool {
 }
 
 /// A warning that names the root that grows fastest, with its rate; none where all decay or stay.
-pub fn unstable(roots: impl Iterator<Item = Complex>) -> Option<Warning> {
+pub fn unstable(roots: impl Iterator<Item = Complex>) -> Option<Diagnostic> {
     let growing: Vec<Complex> = roots.filter(|&root| grows(root)).collect();
     let fastest = growing.iter().max_by(|a, b| a.re.total_cmp(&b.re))?;
     let what = match fastest.im == 0.0 {
@@ -36,7 +36,7 @@ pub fn unstable(roots: impl Iterator<Item = Complex>) -> Option<Warning> {
     };
     let more = match growing.len() {
         1 => String::new(),
-        n => format!("; {} growing", counted(n - 1, "other root")),
+        n => format!("; {} growing", pluralise(n - 1, "other root")),
     };
     let message = format!(
         "unstable: {what} grows by {:.4} 1/s, twice as large every {:.4} s{more}",
@@ -44,7 +44,7 @@ pub fn unstable(roots: impl Iterator<Item = Complex>) -> Option<Warning> {
         2f64.ln() / fastest.re
     );
     let hint = "steady answers are not reached; look for cross terms of bearings, negative stiffness or damping, or a speed beyond the stability limit";
-    Some(Warning {
+    Some(Diagnostic {
         code: UNSTABLE,
         message,
         hint: Some(hint.to_string()),
@@ -52,13 +52,17 @@ pub fn unstable(roots: impl Iterator<Item = Complex>) -> Option<Warning> {
 }
 
 /// A warning of terms that the study leaves out: those of speeds without a speed, dampers that circulate or drive without damping.
-pub fn left_out(prepared: &Prepared, study: &ModesStudy, basis: Option<&Basis>) -> Vec<Warning> {
+pub fn left_out(
+    machine: &PreparedMachine,
+    study: &ModesStudy,
+    basis: Option<&ModalBasis>,
+) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     if study.speed.is_none() && study.campbell.is_none() {
-        all.extend(without_speed(prepared, basis));
+        all.extend(without_speed(machine, basis));
     }
     if !study.damped {
-        all.extend(without_damping(prepared));
+        all.extend(without_damping(machine));
     }
     all
 }
@@ -67,26 +71,29 @@ pub fn left_out(prepared: &Prepared, study: &ModesStudy, basis: Option<&Basis>) 
 const SHOWN: f64 = 1e3;
 
 /// The speed at which the terms are weighed where the file states none, rad/s: 1 000 rpm.
-const USUAL: f64 = 1000.0 * TAU / 60.0;
+const DEFAULT: f64 = 1000.0 * TAU / 60.0;
 
-fn without_speed(prepared: &Prepared, basis: Option<&Basis>) -> Option<Warning> {
-    let (machine, linear) = (&prepared.machine, &prepared.linear);
-    if machine.spins.is_empty() {
+fn without_speed(
+    prepared_machine: &PreparedMachine,
+    basis: Option<&ModalBasis>,
+) -> Option<Diagnostic> {
+    let (machine, linear) = (&prepared_machine.machine, &prepared_machine.model);
+    if machine.gyroscopic.is_empty() {
         return None;
     }
-    let reference = machine.speeds.is_empty().then_some(USUAL);
-    let speeds = mean_speeds(machine, &prepared.kinematics, reference).ok()?;
+    let reference = machine.speeds.is_empty().then_some(DEFAULT);
+    let speeds = mean_speeds(machine, &prepared_machine.kinematics, reference).ok()?;
     let terms = SpinTerms::new(machine, linear, &speeds, false);
     if terms.gyroscopic.is_empty() && terms.centripetal.is_empty() {
         return None;
     }
     let at = machine.speeds.first().map_or_else(
         || "at 1000 rpm of the first node that turns".to_string(),
-        |&(freedom, speed)| {
+        |&(dof, speed)| {
             format!(
                 "at the {} rpm stated for {}",
                 (speed * 60.0 / TAU * SHOWN).round() / SHOWN,
-                machine.freedom_name(freedom)
+                machine.dof_name(dof)
             )
         },
     );
@@ -103,7 +110,7 @@ fn without_speed(prepared: &Prepared, basis: Option<&Basis>) -> Option<Warning> 
     let message = format!(
         "the machine is taken at rest, without gyroscopic, Coriolis and centripetal terms;{size}"
     );
-    Some(Warning {
+    Some(Diagnostic {
         code: LEFT_OUT,
         message: message.trim_end_matches(';').to_string(),
         hint: Some("add --speed to count them".to_string()),
@@ -111,11 +118,14 @@ fn without_speed(prepared: &Prepared, basis: Option<&Basis>) -> Option<Warning> 
 }
 
 /// `(|G_j| + |K_j|/ω_j) / 2 ω_j` of the mode where it is largest: the share of its frequency that pairs of modes may shift by.
-fn largest_shift(terms: &SpinTerms, basis: &Basis) -> f64 {
+fn largest_shift(terms: &SpinTerms, basis: &ModalBasis) -> f64 {
     let n = basis.omega.len();
     let (mut turning, mut pulling) = (vec![0.0f64; n], vec![0.0f64; n]);
     for (a, b, g) in &terms.gyroscopic {
-        let (a, b) = (seen(a, &basis.shapes), seen(b, &basis.shapes));
+        let (a, b) = (
+            project_direction(a, &basis.shapes),
+            project_direction(b, &basis.shapes),
+        );
         let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let (long_a, long_b) = (length(&a), length(&b));
         for j in 0..n {
@@ -123,7 +133,7 @@ fn largest_shift(terms: &SpinTerms, basis: &Basis) -> f64 {
         }
     }
     for (v, m) in &terms.centripetal {
-        for (j, x) in seen(v, &basis.shapes).into_iter().enumerate() {
+        for (j, x) in project_direction(v, &basis.shapes).into_iter().enumerate() {
             pulling[j] += m * x * x;
         }
     }
@@ -131,17 +141,17 @@ fn largest_shift(terms: &SpinTerms, basis: &Basis) -> f64 {
     (basis.n_rigid..n).map(share).fold(0.0, f64::max)
 }
 
-fn without_damping(prepared: &Prepared) -> Option<Warning> {
+fn without_damping(machine: &PreparedMachine) -> Option<Diagnostic> {
     let drives = |b: &&crate::machine::linear::LinearBranch| {
         b.damping < 0.0 || (b.force.is_some() && b.damping != 0.0)
     };
-    let lb = prepared.linear.branches.iter().find(drives)?;
+    let lb = machine.model.branches.iter().find(drives)?;
     let message = format!(
         "damping is not counted, and that of {} ({:.4e} SI) acts across its own motion or feeds it",
-        prepared.machine.branch_name(lb.index),
+        machine.machine.branch_name(lb.index),
         lb.damping
     );
-    Some(Warning {
+    Some(Diagnostic {
         code: LEFT_OUT,
         message,
         hint: Some("add --damped to count it".to_string()),

@@ -1,37 +1,25 @@
-//! What one study needs: stages announced, run at most once, and a trace kept.
+//! Execution of one study: plan of stages, each run at most once, with a trace.
 
-/// Values far outside what machines have.
 pub mod plausible;
 
-/// A machine ready to be asked.
-pub mod prepared;
+pub mod prepared_machine;
 
-/// The table of stages.
 pub mod stages;
 
-/// Roots that grow, and terms that were left out.
 pub mod linear_stability;
 
-/// The run.
-pub mod run;
+pub mod modes_run;
 
-/// Motion in time.
 pub mod motion;
 
-/// Steady answers to steady excitation.
 pub mod response;
 
-/// Transmission error.
 pub mod transmission;
 
-/// Analyses of logs.
 pub mod logs;
 
-/// What is found while a motion runs.
-pub mod on_the_fly;
+pub mod online;
 
-/// A motion with all that is said of it.
 pub mod simulate;
 
-/// A gear's charts and readings.
 pub mod measure;

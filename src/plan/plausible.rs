@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use crate::base::error::Warning;
+use crate::base::error::Diagnostic;
+use crate::machine::components::{BranchLaw, Machine};
 use crate::machine::kinematics::{Kinematics, mean_speeds};
-use crate::machine::parts::{Law, Machine};
-use crate::scene::model::{Loss, Model, PlanetarySize};
+use crate::scene::model::{BranchDamping, Model, PlanetaryGeometry};
 
 /// Stiffness of a mesh by its face width: 14 N/(mm·µm) for one pair of steel teeth (ISO 6336-1), Pa.
 const BY_WIDTH: f64 = 14e9;
@@ -23,10 +23,10 @@ const RATIO: f64 = 0.5;
 const MODULE: f64 = 1.0;
 
 /// Rounding of a stated J_diametral, relative.
-const ROUNDED: f64 = 1e-6;
+const ROUNDING_TOLERANCE: f64 = 1e-6;
 
 /// What is implausible about a model.
-pub fn warnings(model: &Model, machine: &Machine, kinematics: &Kinematics) -> Vec<Warning> {
+pub fn warnings(model: &Model, machine: &Machine, kinematics: &Kinematics) -> Vec<Diagnostic> {
     let mut all = modules(model);
     all.extend(inertias(model));
     all.extend(ratios(machine));
@@ -34,8 +34,8 @@ pub fn warnings(model: &Model, machine: &Machine, kinematics: &Kinematics) -> Ve
     all
 }
 
-fn warning(code: &'static str, message: String, hint: &str) -> Warning {
-    Warning {
+fn warning(code: &'static str, message: String, hint: &str) -> Diagnostic {
+    Diagnostic {
         code,
         message,
         hint: Some(hint.to_string()),
@@ -43,15 +43,15 @@ fn warning(code: &'static str, message: String, hint: &str) -> Warning {
 }
 
 /// Modules, and mesh stiffnesses against them.
-fn modules(model: &Model) -> Vec<Warning> {
+fn modules(model: &Model) -> Vec<Diagnostic> {
     let pairs = model.gear_pairs.iter();
-    let pairs = pairs.map(|p| (p.name.text.clone(), p.module, p.contact.stiffness));
+    let pairs = pairs.map(|p| (p.name.text.clone(), p.module, p.parameters.stiffness));
     let worms = model.worm_pairs.iter();
-    let worms = worms.map(|p| (p.name.text.clone(), p.module, p.contact.stiffness));
+    let worms = worms.map(|p| (p.name.text.clone(), p.module, p.parameters.stiffness));
     let stages = model.planetaries.iter().flat_map(|p| {
         let module = match p.size {
-            PlanetarySize::Teeth { module, .. } => module,
-            PlanetarySize::Radii { .. } => None,
+            PlanetaryGeometry::Teeth { module, .. } => module,
+            PlanetaryGeometry::Radii { .. } => None,
         };
         let name = &p.name.text;
         let own = |part: &str| format!("{name} at the {part}");
@@ -95,11 +95,11 @@ fn modules(model: &Model) -> Vec<Warning> {
 }
 
 /// `J_d ≥ J/2`: the moments of inertia about two diameters add up to the polar one and what the length adds.
-fn inertias(model: &Model) -> Vec<Warning> {
+fn inertias(model: &Model) -> Vec<Diagnostic> {
     let thin = model.inertias.iter().filter_map(|body| {
         let diametral = body.diametral.filter(|d| *d > 0.0)?;
         let least = 0.5 * body.polar;
-        (diametral < least * (1.0 - ROUNDED)).then(|| {
+        (diametral < least * (1.0 - ROUNDING_TOLERANCE)).then(|| {
             let message = format!(
                 "J_diametral of `{}` is {diametral:.4e} kg·m², and no body has less than J/2 = {least:.4e} kg·m² (perpendicular-axis theorem; a thin disc has J/2)",
                 body.name.text
@@ -111,11 +111,11 @@ fn inertias(model: &Model) -> Vec<Warning> {
 }
 
 /// Damping ratios of elements.
-fn ratios(machine: &Machine) -> Vec<Warning> {
+fn ratios(machine: &Machine) -> Vec<Diagnostic> {
     let branches = machine.branches.iter().enumerate();
     let large = branches.filter_map(|(at, b)| match b.law {
-        Law::Linear {
-            loss: Loss::Ratio(ratio),
+        BranchLaw::Linear {
+            damping: BranchDamping::Ratio(ratio),
             ..
         } if ratio > RATIO => Some((at, ratio)),
         _ => None,
@@ -132,15 +132,15 @@ fn ratios(machine: &Machine) -> Vec<Warning> {
 }
 
 /// Stated speeds that the ratios do not allow.
-fn speeds(machine: &Machine, kinematics: &Kinematics) -> Option<Warning> {
+fn speeds(machine: &Machine, kinematics: &Kinematics) -> Option<Diagnostic> {
     if machine.speeds.is_empty() {
         return None;
     }
     let error = mean_speeds(machine, kinematics, None).err()?;
     let stated: Vec<String> = (machine.speeds.iter())
-        .map(|&(freedom, speed)| {
+        .map(|&(dof, speed)| {
             let rpm = speed * 60.0 / TAU;
-            format!("{} {rpm:.6} rpm", machine.freedom_name(freedom))
+            format!("{} {rpm:.6} rpm", machine.dof_name(dof))
         })
         .collect();
     let message = format!(

@@ -1,137 +1,143 @@
-//! A motion from its scene to all that is said of it: prepared, a method chosen, integrated, and handed to the next method where this one
-//! gives it up.
+//! Simulation study: setup, method choice, integration, fallback method, diagnostics.
 
 use std::f64::consts::TAU;
 
-use super::motion::choice::{self, Choice};
 use super::motion::cost;
-use super::motion::fineness::Coarse;
-use super::motion::run::{self, FEWEST, Motion, Watch};
-use super::motion::scene::MotionScene;
-use super::motion::sensitivity::{Seen, Sensitivity};
+use super::motion::method_choice::{self, MethodChoice};
+use super::motion::run::{self, MIN_SAMPLES_PER_PERIOD, MotionHistory, StepObserver};
+use super::motion::sampling_check::UndersampledOutput;
+use super::motion::sensitivity::{RunSamples, Sensitivity};
+use super::motion::simulation_setup::SimulationSetup;
 use super::motion::stages;
-use super::on_the_fly::{Found, OnTheFly};
-use super::prepared::Prepared;
-use super::stages::Verdict;
-use crate::base::error::{Error, Warning};
-use crate::base::stop::Stop;
-use crate::base::units::{figure, seconds};
+use super::online::{OnlineAnalysis, OnlineResult};
+use super::prepared_machine::PreparedMachine;
+use super::stages::StageDecision;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity::{format_number, format_time};
+use crate::base::time_budget::CancelToken;
+use crate::motion::diagnostics::fastest_mode_closed;
+use crate::motion::dynamic_model::DynamicModel;
 use crate::motion::methods::periodic::grid::frequencies;
-use crate::motion::problem::Wanted;
+use crate::motion::problem::StepSize;
 use crate::motion::progress::rounded;
-use crate::motion::train::Train;
-use crate::motion::trouble::fastest_closed;
 use crate::scene::Scene;
-use crate::scene::laws::History;
+use crate::scene::laws::LoadHistory;
 use crate::scene::study::SimulateStudy;
 
 /// A motion with all that is said of it.
-pub struct Moved {
+pub struct SimulationResult {
     /// What moved.
-    pub scene: MotionScene,
+    pub scene: SimulationSetup,
     /// By which method, and why.
-    pub choice: Choice,
+    pub choice: MethodChoice,
     /// How.
-    pub motion: Motion,
+    pub history: MotionHistory,
     /// How the motion amplifies a change of its start, where measured.
     pub sensitivity: Option<Sensitivity>,
     /// What was found on the way.
-    pub found: Found,
+    pub online: OnlineResult,
     /// Stages with what they do.
-    pub plan: Vec<(&'static str, Verdict)>,
+    pub plan: Vec<(&'static str, StageDecision)>,
     /// The instant of the one step among the loads, s: the answer to it can be read off.
-    pub step_at: Option<f64>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    pub step_time_s: Option<f64>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Doubts about an operating point, which belong to linear studies.
-const OF_LINEAR_STUDIES: [&str; 3] = ["no-load", "contact-open", "loads-accelerate"];
+/// Warnings about an operating point, which belong to linear studies.
+const LINEAR_STUDY_WARNINGS: [&str; 3] = ["no-load", "contact-open", "loads-accelerate"];
 
-impl Moved {
+impl SimulationResult {
     /// Prepares, chooses, integrates; `hear` hears at every sample what share of the time is done.
     ///
     /// # Errors
     /// Whatever is wrong with the machine or the motion.
-    pub fn new(
+    pub fn simulate(
         scene: &Scene,
         study: &SimulateStudy,
-        stop: &Stop,
+        cancel: &CancelToken,
         hear: &dyn Fn(f64),
-    ) -> Result<Moved, Error> {
-        let prepared = Prepared::new(&scene.model)?;
-        let ready = MotionScene::new(&prepared, &scene.start, study)?;
-        let compares = !study.no_sensitivity && !ready.moving.train.superposes();
+    ) -> Result<SimulationResult, Error> {
+        let machine = PreparedMachine::new(&scene.model)?;
+        let ready = SimulationSetup::new(&machine, &scene.conditions, study)?;
+        let compares = !study.no_sensitivity && !ready.model.model.superposes();
         let share = if compares { 0.5 } else { 1.0 };
-        let carry_out = |choice: &Choice| {
-            let mut seen = OnTheFly::new(&prepared, &ready, &study.running)?;
-            let mut first = compares.then(|| Seen::new(&ready));
+        let carry_out = |choice: &MethodChoice| {
+            let mut samples = OnlineAnalysis::new(&machine, &ready, &study.running)?;
+            let mut first = compares.then(|| RunSamples::new(&ready));
             let mut watch = |at: (f64, &[f64]), values: &[f64]| {
-                hear(share * at.0 / ready.until);
+                hear(share * at.0 / ready.end_time);
                 first
                     .iter_mut()
                     .for_each(|first| first.see(&ready, at, values));
-                seen.watch(&ready, at, values)
+                samples.push(&ready, at, values)
             };
-            let kept = (study.running.history, &mut watch as &mut Watch);
-            let motion = run::watched(&ready, choice, study.energy, stop, kept)?;
-            let found = seen.finish(motion.interrupted)?;
-            Ok::<_, Error>((motion, found, first))
+            let kept = (study.running.history, &mut watch as &mut StepObserver);
+            let history = run::run_observed(&ready, choice, study.energy, cancel, kept)?;
+            let result = samples.finish(history.interrupted)?;
+            Ok::<_, Error>((history, result, first))
         };
-        let first = choice::choose(&ready.moving.train, study)?;
-        cost::refuse(&ready, &first, study)?;
-        let (choice, motion, (found, seen), handed_over) = match carry_out(&first) {
-            Ok((motion, found, seen)) => (first, motion, (found, seen), None),
+        let first = method_choice::choose_method(&ready.model.model, study)?;
+        cost::check_budget(&ready, &first, study)?;
+        let (choice, history, (result, samples), handed_over) = match carry_out(&first) {
+            Ok((history, result, samples)) => (first, history, (result, samples), None),
             Err(error) => {
-                let next = choice::successor(&ready.moving.train, study, &first, &error);
+                let next = method_choice::fallback(&ready.model.model, study, &first, &error);
                 let Some(next) = next else { return Err(error) };
-                let said = handed_over(&first, &next, error);
-                let (motion, found, seen) = carry_out(&next)?;
-                (next, motion, (found, seen), Some(said))
+                let said = fallback_warning(&first, &next, error);
+                let (history, result, samples) = carry_out(&next)?;
+                (next, history, (result, samples), Some(said))
             }
         };
-        let seen = seen.filter(|_| !motion.interrupted);
-        let compared = seen.map(|seen| {
+        let samples = samples.filter(|_| !history.interrupted);
+        let compared = samples.map(|samples| {
             let hear = |done: f64| hear(share + (1.0 - share) * done);
-            let first = (&seen, motion.seconds);
-            Sensitivity::measure(&ready, &choice, first, stop, &hear)
+            let first = (&samples, history.seconds);
+            Sensitivity::measure(&ready, &choice, first, cancel, &hear)
         });
         let (sensitivity, not_compared) = match compared {
             Some(Ok(sensitivity)) => (Some(sensitivity), None),
             Some(Err(error)) => (None, Some(not_compared(&error))),
             None => (None, None),
         };
-        let warnings = (prepared.warnings().into_iter())
-            .filter(|w| !OF_LINEAR_STUDIES.contains(&w.code))
+        let diagnostics = (machine.warnings().into_iter())
+            .filter(|w| !LINEAR_STUDY_WARNINGS.contains(&w.code))
             .chain(handed_over)
-            .chain(choice.passed_over.map(|exact| not_exact(&choice, exact)))
-            .chain(long_step(&ready.moving.train, &choice))
-            .chain(coarse_samples(&ready).or_else(|| coarse_output(&ready, &motion)))
+            .chain(
+                choice
+                    .exact_alternative
+                    .map(|exact| inexact_step_warning(&choice, exact)),
+            )
+            .chain(step_size_warning(&ready.model.model, &choice))
+            .chain(
+                input_sampling_warning(&ready)
+                    .or_else(|| output_sampling_warning(&ready, &history)),
+            )
             .chain(sensitivity.as_ref().and_then(unpredictable))
             .chain(not_compared)
-            .chain(found.warnings.clone())
+            .chain(result.diagnostics.clone())
             .collect();
-        Ok(Moved {
+        Ok(SimulationResult {
             plan: stages::plan(&ready, &choice, study),
-            step_at: only_step(scene).filter(|t| *t < ready.until),
+            step_time_s: single_load_step(scene).filter(|t| *t < ready.end_time),
             scene: ready,
             choice,
-            motion,
+            history,
             sensitivity,
-            found,
-            warnings,
+            online: result,
+            diagnostics,
         })
     }
 }
 
 /// A history that cannot be predicted to its end.
-fn unpredictable(sensitivity: &Sensitivity) -> Option<Warning> {
+fn unpredictable(sensitivity: &Sensitivity) -> Option<Diagnostic> {
     let until = sensitivity.until()?;
-    Some(Warning {
+    Some(Diagnostic {
         code: "not-predictable",
         message: format!(
             "not predictable beyond t = {}: a second run from a slightly changed start diverges there; the history after it is one of many possible",
-            seconds(until)
+            format_time(until)
         ),
         hint: Some(
             "use the rms and the percentiles over the second half; a longer motion narrows their intervals"
@@ -141,8 +147,8 @@ fn unpredictable(sensitivity: &Sensitivity) -> Option<Warning> {
 }
 
 /// No second run tells which digits hold.
-fn not_compared(error: &Error) -> Warning {
-    Warning {
+fn not_compared(error: &Error) -> Diagnostic {
+    Diagnostic {
         code: "not-compared",
         message: format!(
             "the sensitivity to the start was not measured, so the number of significant digits is unknown: {}",
@@ -153,8 +159,8 @@ fn not_compared(error: &Error) -> Warning {
 }
 
 /// A step was asked for where a method without one would be exact.
-fn not_exact(choice: &Choice, exact: &str) -> Warning {
-    Warning {
+fn inexact_step_warning(choice: &MethodChoice, exact: &str) -> Diagnostic {
+    Diagnostic {
         code: "step-for-exact",
         message: format!(
             "a step was asked for, so that {} took the motion, which {exact} would give without an error of steps",
@@ -165,58 +171,61 @@ fn not_exact(choice: &Choice, exact: &str) -> Warning {
 }
 
 /// The highest frequency of loads, errors and stiffness waves of imposed speed, rad/s; zero where none acts.
-fn fastest_acting(train: &Train) -> f64 {
-    let all = train.harmonics().chain(frequencies(train));
+fn fastest_acting(model: &DynamicModel) -> f64 {
+    let all = model.harmonics().chain(frequencies(model));
     all.fold(0.0, f64::max)
 }
 
 /// Samples too far apart to see what the loads, the errors and the stiffness waves of imposed speed do.
-fn coarse_samples(scene: &MotionScene) -> Option<Warning> {
-    let fastest = fastest_acting(&scene.moving.train);
-    let step = scene.until / scene.samples as f64;
+fn input_sampling_warning(scene: &SimulationSetup) -> Option<Diagnostic> {
+    let fastest = fastest_acting(&scene.model.model);
+    let step = scene.end_time / scene.samples as f64;
     let per_period = TAU / (fastest * step);
-    (per_period < FEWEST).then(|| Warning {
+    (per_period < MIN_SAMPLES_PER_PERIOD).then(|| Diagnostic {
         code: "coarse-samples",
         message: format!(
             "{} samples in a period of the fastest that acts, {} Hz: extremes and means of the outputs are those of the samples, and miss what lies between",
-            few(per_period),
-            figure(fastest / TAU)
+            format_per_period(per_period),
+            format_number(fastest / TAU)
         ),
-        hint: Some(finer(scene, per_period)),
+        hint: Some(sampling_hint(scene, per_period)),
     })
 }
 
 /// Samples too far apart to see how an output swings.
-fn coarse_output(scene: &MotionScene, motion: &Motion) -> Option<Warning> {
-    let Coarse { output, per_period } = motion.coarse?;
-    Some(Warning {
+fn output_sampling_warning(scene: &SimulationSetup, history: &MotionHistory) -> Option<Diagnostic> {
+    let UndersampledOutput { output, per_period } = history.undersampled?;
+    Some(Diagnostic {
         code: "coarse-samples",
         message: format!(
             "`{}` swings so fast that {} samples lie in a period: extremes and means of the outputs are those of the samples, and miss what lies between",
             scene.outputs.list[output].name,
-            few(per_period)
+            format_per_period(per_period)
         ),
-        hint: Some(finer(scene, per_period)),
+        hint: Some(sampling_hint(scene, per_period)),
     })
 }
 
 /// How many samples would do, to two digits; where so many cannot be asked for, how short a time.
-fn finer(scene: &MotionScene, per_period: f64) -> String {
-    let samples = FINE / per_period * scene.samples as f64;
+fn sampling_hint(scene: &SimulationSetup, per_period: f64) -> String {
+    let samples = SAMPLES_PER_PERIOD / per_period * scene.samples as f64;
     let digit = 10f64.powf(samples.log10().floor() - 1.0).max(1.0);
     let samples = (samples / digit).ceil() * digit;
     if samples <= f64::from(u32::MAX) {
-        return format!("--samples {} gives {FINE} in each", rounded(samples));
+        return format!(
+            "--samples {} gives {SAMPLES_PER_PERIOD} in each",
+            rounded(samples)
+        );
     }
-    let until = scene.until * per_period / FINE;
+    let until = scene.end_time * per_period / SAMPLES_PER_PERIOD;
     format!(
-        "--until \"{}\" gives {FINE} in each, with as many samples",
-        flag(until)
+        "--until \"{}\" gives {SAMPLES_PER_PERIOD} in each, with as many samples",
+        format_flag_time(until)
     )
 }
 
 /// So many in a period, to two places, or two digits where it is far fewer than one.
-fn few(per_period: f64) -> String {
+fn format_per_period(per_period: f64) -> String {
     match per_period {
         n if n < 0.01 => format!("{n:.1e}"),
         n => format!("{n:.2}"),
@@ -224,70 +233,74 @@ fn few(per_period: f64) -> String {
 }
 
 /// A time as a flag takes it.
-fn flag(time_s: f64) -> String {
+fn format_flag_time(time_s: f64) -> String {
     match time_s {
         t if t < 1e-9 => format!("{t:.1e} s"),
-        t => seconds(t),
+        t => format_time(t),
     }
 }
 
 /// A fixed step too long for what can swing in the machine, or acts on it.
-fn long_step(train: &Train, choice: &Choice) -> Option<Warning> {
-    let Wanted::Step(step) = choice.wanted else {
+fn step_size_warning(model: &DynamicModel, choice: &MethodChoice) -> Option<Diagnostic> {
+    let StepSize::Fixed(step) = choice.step_size else {
         return None;
     };
-    let free = fastest_closed(train);
+    let free = fastest_mode_closed(model);
     if let (Some(bound), Some(free)) = (choice.method.bound, free)
         && step * free.rate > bound.radius
     {
         let limit = bound.radius / free.rate;
-        return Some(Warning {
+        return Some(Diagnostic {
             code: "long-step",
             message: format!(
                 "a step of {} is longer than {}, beyond which every free motion so fast grows from step to step; {}",
-                flag(step),
-                flag(limit),
-                free.told()
+                format_flag_time(step),
+                format_flag_time(limit),
+                free.describe()
             ),
             hint: Some(format!(
                 "take --step \"{}\" or less, or leave method and step out",
-                flag(0.5 * limit)
+                format_flag_time(0.5 * limit)
             )),
         });
     }
-    let acting = fastest_acting(train);
+    let acting = fastest_acting(model);
     let (rate, told) = match free {
-        Some(free) if free.rate >= acting => (free.rate, free.told()),
+        Some(free) if free.rate >= acting => (free.rate, free.describe()),
         _ => (
             acting,
-            format!("the fastest that acts has {} Hz", figure(acting / TAU)),
+            format!(
+                "the fastest that acts has {} Hz",
+                format_number(acting / TAU)
+            ),
         ),
     };
-    // The period of a swing is then off by 2 to 3 %: (hω)²/12 of Newmark's average acceleration, (hω)⁴/120 of Runge and Kutta's order 4.
+    // The period of an oscillation is then off by 2 to 3 %: (hω)²/12 of Newmark's average acceleration, (hω)⁴/120 of Runge and
+    // Kutta's order 4.
     let fewest = match choice.method.order {
         Some(2) => 10.0,
         _ => 5.0,
     };
     let per_period = TAU / (step * rate);
-    (per_period < fewest).then(|| Warning {
+    (per_period < fewest).then(|| Diagnostic {
         code: "long-step",
         message: format!(
             "{} steps in a period of the fastest that can swing: where it does, it is not followed; {told}",
-            few(per_period)
+            format_per_period(per_period)
         ),
         hint: Some(format!(
-            "--step \"{}\" gives {FINE} in each; where half the step changes nothing, it does not swing",
-            flag(step * per_period / FINE)
+            "--step \"{}\" gives {SAMPLES_PER_PERIOD} in each; where half the step changes nothing, it does not swing",
+            format_flag_time(step * per_period / SAMPLES_PER_PERIOD)
         )),
     })
 }
 
 /// Samples in a period from which extremes are true to 1 %: cos(π/20).
-const FINE: f64 = 20.0;
+const SAMPLES_PER_PERIOD: f64 = 20.0;
 
 /// One method gave a motion up, another took it.
-fn handed_over(first: &Choice, next: &Choice, error: Error) -> Warning {
-    Warning {
+fn fallback_warning(first: &MethodChoice, next: &MethodChoice, error: Error) -> Diagnostic {
+    Diagnostic {
         code: "handed-over",
         message: format!(
             "{}: {}; {} took the motion from its start",
@@ -298,13 +311,13 @@ fn handed_over(first: &Choice, next: &Choice, error: Error) -> Warning {
 }
 
 /// The instant of the one step among the loads.
-fn only_step(scene: &Scene) -> Option<f64> {
+fn single_load_step(scene: &Scene) -> Option<f64> {
     let steps = scene
         .model
         .loads
         .iter()
         .filter_map(|load| match load.history {
-            History::Step { time, .. } => Some(time),
+            LoadHistory::Step { time, .. } => Some(time),
             _ => None,
         });
     let mut instants: Vec<f64> = steps.collect();

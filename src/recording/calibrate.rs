@@ -1,7 +1,7 @@
-//! From numbers in a file to a quantity: what is said of a channel, and the sensitivity of its sensor.
+//! Channel calibration: scale factor from the unit and the sensor sensitivity (such as `100 mV/g`).
 
-use super::quantity::{self, Sensed};
-use super::settings::ChannelSettings;
+use super::channel_unit::{self, MeasuredQuantity};
+use super::read_options::ChannelOptions;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -22,7 +22,11 @@ pub struct Calibration {
 ///
 /// # Errors
 /// A sensitivity without sense, or of a channel that is not in volts.
-pub fn of(name: &str, unit: &str, said: Option<&ChannelSettings>) -> Result<Calibration, Error> {
+pub fn for_channel(
+    name: &str,
+    unit: &str,
+    said: Option<&ChannelOptions>,
+) -> Result<Calibration, Error> {
     let mut found = Calibration {
         name: name.to_string(),
         unit: unit.to_string(),
@@ -39,17 +43,17 @@ pub fn of(name: &str, unit: &str, said: Option<&ChannelSettings>) -> Result<Cali
         found.unit.clone_from(unit);
     }
     if let Some(sensitivity) = &said.sensitivity {
-        let (per_unit, unit) = parse(sensitivity, name)?;
+        let (per_unit, unit) = parse_sensitivity(sensitivity, name)?;
         // Numbers without a unit are taken as volts: what a converter writes.
-        let volts = match quantity::of(&found.unit) {
-            Some(q) if q.sensed == Sensed::Voltage => q.factor,
+        let volts = match channel_unit::parse(&found.unit) {
+            Some(q) if q.quantity == MeasuredQuantity::Voltage => q.factor,
             None if found.unit.is_empty() => 1.0,
             _ => {
                 let message = format!(
                     "channel \"{name}\" is in {}, not in volts, and takes no sensitivity",
                     found.unit
                 );
-                return Err(Error::new(Code::WrongUnit, message).hint(
+                return Err(Error::new(Code::WrongUnit, message).with_hint(
                     "leave the sensitivity out, or say that the numbers are volts: --unit NAME=V",
                 ));
             }
@@ -58,7 +62,7 @@ pub fn of(name: &str, unit: &str, said: Option<&ChannelSettings>) -> Result<Cali
         if !found.factor.is_normal() {
             let message = format!("the sensitivity \"{sensitivity}\" of \"{name}\" cannot be");
             return Err(Error::new(Code::OutOfRange, message)
-                .hint("write volts, or part of them, for one unit: \"100 mV/g\""));
+                .with_hint("write volts, or part of them, for one unit: \"100 mV/g\""));
         }
         found.unit = unit;
     }
@@ -67,10 +71,10 @@ pub fn of(name: &str, unit: &str, said: Option<&ChannelSettings>) -> Result<Cali
 }
 
 /// `100 mV/g`: volts for one unit, and the unit.
-fn parse(text: &str, channel: &str) -> Result<(f64, String), Error> {
+fn parse_sensitivity(text: &str, channel: &str) -> Result<(f64, String), Error> {
     let wrong = || {
         let message = format!("\"{text}\" is not the sensitivity of a sensor");
-        Error::new(Code::WrongUnit, message).hint(format!(
+        Error::new(Code::WrongUnit, message).with_hint(format!(
             "write volts per unit, such as --sensitivity \"{channel}=100 mV/g\""
         ))
     };
@@ -78,8 +82,8 @@ fn parse(text: &str, channel: &str) -> Result<(f64, String), Error> {
     let (volts, unit) = rest.trim().split_once('/').ok_or_else(wrong)?;
     let number: f64 = number.parse().map_err(|_| wrong())?;
     let unit = unit.trim().trim_start_matches('(').trim_end_matches(')');
-    let scale = quantity::of(volts)
-        .filter(|q| q.sensed == Sensed::Voltage)
+    let scale = channel_unit::parse(volts)
+        .filter(|q| q.quantity == MeasuredQuantity::Voltage)
         .ok_or_else(wrong)?;
     let per_unit = number * scale.factor;
     if !per_unit.is_finite() || per_unit == 0.0 || unit.is_empty() {
@@ -92,20 +96,20 @@ fn parse(text: &str, channel: &str) -> Result<(f64, String), Error> {
 mod tests {
     use super::*;
 
-    fn said(unit: Option<&str>, sensitivity: &str) -> ChannelSettings {
-        ChannelSettings {
+    fn stated_text(unit: Option<&str>, sensitivity: &str) -> ChannelOptions {
+        ChannelOptions {
             name: "a".into(),
             unit: unit.map(str::to_string),
             sensitivity: Some(sensitivity.into()),
-            ..ChannelSettings::default()
+            ..ChannelOptions::default()
         }
     }
 
     #[test]
     fn exact_sensitivities() {
-        let found = of("a", "mV", Some(&said(None, "100 mV/g"))).unwrap();
+        let found = for_channel("a", "mV", Some(&stated_text(None, "100 mV/g"))).unwrap();
         assert!((found.factor - 0.01).abs() < 1e-17 && found.unit == "g");
-        let found = of("a", "", Some(&said(None, "2.25 mV/N"))).unwrap();
+        let found = for_channel("a", "", Some(&stated_text(None, "2.25 mV/N"))).unwrap();
         assert!((found.factor - 1.0 / 2.25e-3).abs() < 1e-10 && found.unit == "N");
     }
 
@@ -113,11 +117,13 @@ mod tests {
     fn refuses_sensitivities_without_sense() {
         for wrong in ["100", "100 g/mV", "x mV/g", "0 mV/g", "nan mV/g", "100 mV/"] {
             assert_eq!(
-                of("a", "V", Some(&said(None, wrong))).unwrap_err().code,
+                for_channel("a", "V", Some(&stated_text(None, wrong)))
+                    .unwrap_err()
+                    .code,
                 Code::WrongUnit,
                 "{wrong}"
             );
         }
-        assert!(of("a", "m/s²", Some(&said(None, "100 mV/g"))).is_err());
+        assert!(for_channel("a", "m/s²", Some(&stated_text(None, "100 mV/g"))).is_err());
     }
 }

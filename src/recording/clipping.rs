@@ -1,135 +1,138 @@
-//! Clipping told from samples: a slow signal stays on its limit for several samples in a row, a fast one piles up there beyond what the
-//! values just below lead to.
+//! Detection of clipped samples: flat tops of slow signals, excess counts at the limits of fast ones.
 
 /// So many equal samples at an extreme are a flat top.
-const FLAT: usize = 3;
+const MIN_FLAT_SAMPLES: usize = 3;
 
 /// A flat top is clipping where the signal came into it at a jump of so many steps of its own resolution.
-const JUMP: f64 = 4.0;
+const MIN_JUMP_STEPS: f64 = 4.0;
 
 /// Windows that the range between the extremes is divided into, at most.
-const WINDOWS: f64 = 100.0;
+const MAX_BINS: f64 = 100.0;
 
 /// Steps of its resolution that a window holds, at least. Where a smooth wave turns, the last step holds at most half of what eight
 /// steps below it do: `√q` of `√(9q) − √q`; a flat one, `1 − x⁴`, 1.4 times as much.
-const STEPS: f64 = 8.0;
+const MIN_STEPS_PER_BIN: f64 = 8.0;
 
 /// Windows below an extreme of which so many hold a sample: a signal sampled in step with itself repeats a few values, and the highest as
 /// often as the others.
-const BELOW: usize = 10;
-const FILLED: usize = 5;
+const NEIGHBOUR_BINS: usize = 10;
+const MIN_FILLED_BINS: usize = 5;
 
 /// Those of them next to the extreme tell what to expect there.
-const NEXT: usize = 2;
+const ADJACENT_BINS: usize = 2;
 
 /// A pile holds more than this many times what the fullest of these holds, is reached so often, and there are at least so many samples
 /// below.
-const PILE: f64 = 3.0;
-const OFTEN: usize = 8;
-const TELLING: usize = 10;
+const MIN_EXCESS_RATIO: f64 = 3.0;
+const MIN_VISITS: usize = 8;
+const MIN_SAMPLES_BELOW: usize = 10;
 
 /// More samples than this share on one level are a state of rest, and on both levels together a signal of two states.
-const REST: f64 = 0.4;
-const TWO_STATES: f64 = 0.7;
+const MAX_IDLE_SHARE: f64 = 0.4;
+const TWO_LEVEL_SHARE: f64 = 0.7;
 
 /// What lies on the extremes of a channel and between them.
-pub struct Extremes {
+pub struct ClippingDetector {
     range: (f64, f64),
     resolution: f64,
     /// Samples.
     count: usize,
     /// At the low and the high extreme.
-    at: [Extreme; 2],
+    at: [LimitLevel; 2],
     /// Samples between, in equal windows from low to high.
-    windows: Vec<usize>,
+    bins: Vec<usize>,
     last: f64,
 }
 
 #[derive(Default, Clone, Copy)]
-struct Extreme {
+struct LimitLevel {
     samples: usize,
     visits: usize,
-    /// Visits of [`FLAT`] samples and more that came by a jump.
+    /// Visits of [`MIN_FLAT_SAMPLES`] samples and more that came by a jump.
     flat_tops: usize,
     /// Length of the present visit, and the jump into it.
     run: (usize, f64),
 }
 
-impl Extremes {
+impl ClippingDetector {
     /// Of a channel with this range and smallest step from one value to another.
-    pub fn new(range: (f64, f64), resolution: f64) -> Extremes {
+    pub fn new(range: (f64, f64), resolution: f64) -> ClippingDetector {
         let width = range.1 - range.0;
-        let windows = (width / (STEPS * resolution)).min(WINDOWS).floor();
-        Extremes {
+        let windows = (width / (MIN_STEPS_PER_BIN * resolution))
+            .min(MAX_BINS)
+            .floor();
+        ClippingDetector {
             range,
             resolution,
             count: 0,
-            at: [Extreme::default(); 2],
-            windows: vec![0; windows as usize],
+            at: [LimitLevel::default(); 2],
+            bins: vec![0; windows as usize],
             last: f64::NAN,
         }
     }
 
     /// Takes the next samples.
-    pub fn see(&mut self, samples: &[f64]) {
+    pub fn push(&mut self, samples: &[f64]) {
         let (low, high) = self.range;
-        let windows = self.windows.len();
+        let windows = self.bins.len();
         let per_unit = windows as f64 / (high - low);
         for &x in samples {
             self.count += 1;
-            for (extreme, level) in self.at.iter_mut().zip([low, high]) {
+            for (limit_level, level) in self.at.iter_mut().zip([low, high]) {
                 if x != level {
-                    extreme.run = (0, 0.0);
+                    limit_level.run = (0, 0.0);
                     continue;
                 }
-                if extreme.run.0 == 0 {
-                    extreme.run.1 = (x - self.last).abs();
-                    extreme.visits += 1;
+                if limit_level.run.0 == 0 {
+                    limit_level.run.1 = (x - self.last).abs();
+                    limit_level.visits += 1;
                 }
-                extreme.run.0 += 1;
-                extreme.samples += 1;
-                extreme.flat_tops +=
-                    usize::from(extreme.run.0 == FLAT && extreme.run.1 > JUMP * self.resolution);
+                limit_level.run.0 += 1;
+                limit_level.samples += 1;
+                limit_level.flat_tops += usize::from(
+                    limit_level.run.0 == MIN_FLAT_SAMPLES
+                        && limit_level.run.1 > MIN_JUMP_STEPS * self.resolution,
+                );
             }
             if windows > 0 && x > low && x < high {
-                self.windows[(((x - low) * per_unit) as usize).min(windows - 1)] += 1;
+                self.bins[(((x - low) * per_unit) as usize).min(windows - 1)] += 1;
             }
             self.last = x;
         }
     }
 
     /// Whether the samples at an extreme are more than those in the windows next to it, in order from it, lead to.
-    fn is_pile(&self, extreme: &Extreme, next: &mut dyn Iterator<Item = &usize>) -> bool {
-        let below: Vec<usize> = next.take(BELOW).copied().collect();
+    fn is_pile(&self, level: &LimitLevel, next: &mut dyn Iterator<Item = &usize>) -> bool {
+        let below: Vec<usize> = next.take(NEIGHBOUR_BINS).copied().collect();
         let filled = below.iter().filter(|&&n| n > 0).count();
-        let fullest = below.iter().take(NEXT).copied().max().unwrap_or(0) as f64;
-        extreme.visits >= OFTEN
-            && below.iter().sum::<usize>() >= TELLING
-            && filled >= FILLED
-            && extreme.samples as f64 > PILE * fullest
+        let fullest = below.iter().take(ADJACENT_BINS).copied().max().unwrap_or(0) as f64;
+        level.visits >= MIN_VISITS
+            && below.iter().sum::<usize>() >= MIN_SAMPLES_BELOW
+            && filled >= MIN_FILLED_BINS
+            && level.samples as f64 > MIN_EXCESS_RATIO * fullest
     }
 }
 
 /// How many tops are clipped and at what level: at the extreme with more of them; nothing where none is.
-pub fn told(found: &Extremes) -> Option<(usize, f64)> {
+pub fn clipped_tops(found: &ClippingDetector) -> Option<(usize, f64)> {
     let more = |a: (usize, f64), b: (usize, f64)| if a.0 > b.0 { a } else { b };
-    of_sides(found).into_iter().flatten().reduce(more)
+    clipping_by_side(found).into_iter().flatten().reduce(more)
 }
 
 /// The same of the low and of the high extreme.
-pub fn of_sides(found: &Extremes) -> [Option<(usize, f64)>; 2] {
+pub fn clipping_by_side(found: &ClippingDetector) -> [Option<(usize, f64)>; 2] {
     let [low, high] = &found.at;
-    let share = |extreme: &Extreme| extreme.samples as f64 / found.count.max(1) as f64;
-    if share(low) + share(high) > TWO_STATES {
+    let share = |level: &LimitLevel| level.samples as f64 / found.count.max(1) as f64;
+    if share(low) + share(high) > TWO_LEVEL_SHARE {
         return [None, None];
     }
-    let tops = |extreme: &Extreme, next: &mut dyn Iterator<Item = &usize>| match () {
-        () if share(extreme) > REST => 0,
-        () if found.is_pile(extreme, next) => extreme.visits,
-        () => extreme.flat_tops,
+    let tops = |level: &LimitLevel, next: &mut dyn Iterator<Item = &usize>| match () {
+        () if share(level) > MAX_IDLE_SHARE => 0,
+        () if found.is_pile(level, next) => level.visits,
+        () => level.flat_tops,
     };
-    let low = (tops(low, &mut found.windows.iter()), found.range.0);
-    let high = (tops(high, &mut found.windows.iter().rev()), found.range.1);
+    let low = (tops(low, &mut found.bins.iter()), found.range.0);
+    let high = (tops(high, &mut found.bins.iter().rev()), found.range.1);
     [low, high].map(|side| Some(side).filter(|s| s.0 > 0))
 }
 
@@ -138,13 +141,16 @@ mod tests {
     use super::*;
 
     /// Clipping of samples written to a resolution.
-    fn of(samples: impl Iterator<Item = f64>, resolution: f64) -> Option<(usize, f64)> {
+    fn clipping_with_resolution(
+        samples: impl Iterator<Item = f64>,
+        resolution: f64,
+    ) -> Option<(usize, f64)> {
         let written: Vec<f64> = samples.map(|x| (x / resolution).round()).collect();
         let low = written.iter().copied().fold(f64::INFINITY, f64::min);
         let high = written.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let mut extremes = Extremes::new((low, high), 1.0);
-        extremes.see(&written);
-        told(&extremes).map(|(count, level)| (count, level * resolution))
+        let mut detector = ClippingDetector::new((low, high), 1.0);
+        detector.push(&written);
+        clipped_tops(&detector).map(|(count, level)| (count, level * resolution))
     }
 
     fn sine(count: usize, per_period: f64) -> impl Iterator<Item = f64> {
@@ -161,11 +167,11 @@ mod tests {
     #[test]
     fn exact_slow() {
         let slow = || (0..314).map(|k| (0.2 * f64::from(k)).sin());
-        let cut = of(slow().map(|x| x.clamp(-0.8, 0.8)), 1e-6);
+        let cut = clipping_with_resolution(slow().map(|x| x.clamp(-0.8, 0.8)), 1e-6);
         assert!(cut.is_some_and(|c| c.0 == 10 && (c.1 - 0.8).abs() < 1e-12));
-        assert_eq!(of(slow(), 1e-6), None);
+        assert_eq!(clipping_with_resolution(slow(), 1e-6), None);
         let coarse = (0..3140).map(|k| (0.002 * f64::from(k)).sin());
-        assert_eq!(of(coarse, 0.02), None);
+        assert_eq!(clipping_with_resolution(coarse, 0.02), None);
     }
 
     /// Eight samples a period, one or two of them on the limit at a time: clipped by its pile, at both limits the same.
@@ -173,12 +179,12 @@ mod tests {
     fn exact_fast() {
         for (gain, bits) in [(1.1, 1e-3), (1.25, 1e-6), (2.0, 1.0 / 128.0)] {
             let cut = sine(4000, 8.13).map(|x| (gain * x).clamp(-1.0, 1.0));
-            let found = of(cut, bits).unwrap();
+            let found = clipping_with_resolution(cut, bits).unwrap();
             assert!((450..=493).contains(&found.0), "gain {gain}: {found:?}");
             assert_eq!(found.1.abs(), 1.0);
         }
         // Noise cut at two deviations on one side: one sample in fifty.
-        let found = of(noise(100_000).map(|x| x.min(2.0)), 1e-3).unwrap();
+        let found = clipping_with_resolution(noise(100_000).map(|x| x.min(2.0)), 1e-3).unwrap();
         assert!(
             (1900..2500).contains(&found.0) && found.1 == 2.0,
             "{found:?}"
@@ -190,7 +196,7 @@ mod tests {
     fn exact_unclipped() {
         for per_period in [8.0, 16.0, 50.0, 8.001, 8.13, 4.0, 3.0, 40.3] {
             for resolution in [1e-9, 1e-4, 0.01, 0.03, 0.3, 0.7] {
-                let found = of(sine(16_000, per_period), resolution);
+                let found = clipping_with_resolution(sine(16_000, per_period), resolution);
                 assert_eq!(
                     found, None,
                     "{per_period} a period in steps of {resolution}"
@@ -198,18 +204,22 @@ mod tests {
             }
         }
         for resolution in [1e-9, 0.01, 0.1, 0.5, 2.0] {
-            assert_eq!(of(noise(50_000), resolution), None, "noise in {resolution}");
+            assert_eq!(
+                clipping_with_resolution(noise(50_000), resolution),
+                None,
+                "noise in {resolution}"
+            );
         }
         let square = |edge: f64| sine(8000, 37.3).map(move |x| (x * edge).clamp(-1.0, 1.0));
         // Two states with edges of some samples; a pulse train that rests on one level.
-        assert_eq!(of(square(8.0), 1e-4), None);
-        assert_eq!(of(square(1e9), 1e-4), None);
+        assert_eq!(clipping_with_resolution(square(8.0), 1e-4), None);
+        assert_eq!(clipping_with_resolution(square(1e9), 1e-4), None);
         let pulses = sine(8000, 41.7).map(|x| ((x - 0.9) * 30.0).clamp(0.0, 5.0));
-        assert_eq!(of(pulses, 1e-3), None);
+        assert_eq!(clipping_with_resolution(pulses, 1e-3), None);
         // A flat-topped wave, and a speed that rests at both ends of its ramp.
         let flat = sine(20_000, 23.17).map(|x| x + (3.0 * x.asin()).sin() / 9.0);
-        assert_eq!(of(flat, 1e-4), None);
+        assert_eq!(clipping_with_resolution(flat, 1e-4), None);
         let ramp = (0..4000).map(|k| (0.001 * (f64::from(k) - 1000.0)).clamp(0.0, 1.0));
-        assert_eq!(of(ramp, 1e-3), None);
+        assert_eq!(clipping_with_resolution(ramp, 1e-3), None);
     }
 }

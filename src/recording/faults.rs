@@ -2,36 +2,36 @@
 
 use std::ops::Range;
 
-use super::clipping::{self, Extremes};
+use super::clipping::{self, ClippingDetector};
 use super::signals::Recording;
-use crate::base::error::{Error, Warning};
-use crate::base::words::counted;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::pluralise;
 
 /// Samples to either side of a clipped one that the sensor needs to recover.
 const RECOVERY: usize = 2;
 
 /// A run of equal samples shorter than this, in samples and as a share of the record, is not called stuck.
-const LEAST_RUN: usize = 64;
-const LEAST_SHARE: f64 = 0.02;
+const MIN_RUN: usize = 64;
+const MIN_SHARE: f64 = 0.02;
 
 /// A run that chance makes less often than once in e²⁰ records.
-const RARE: f64 = 20.0;
+const MAX_RUN_EXPONENT: f64 = 20.0;
 
 /// Channels that repeat their last sample more often than this are switches, tachos or coarsely quantised, and are not judged.
-const REPEATS: f64 = 0.9;
+const MAX_REPEAT_SHARE: f64 = 0.9;
 
 /// Runs that together take this share of a record are the channel's rest.
-const RESTS: f64 = 0.5;
+const MAX_REST_SHARE: f64 = 0.5;
 
 /// Just before or after a run of a stuck sensor its differences are this share of the usual ones at least: what decays comes to rest slowly.
-const SUDDEN: f64 = 0.3;
+const MIN_JUMP_RATIO: f64 = 0.3;
 
 /// Another channel moves during a run if its differences there are this share of those outside.
-const MOVES: f64 = 0.1;
+const MIN_MOTION_RATIO: f64 = 0.1;
 
 /// Where a channel rested on its limit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Clipped {
+pub struct ClippedInterval {
     /// Its place among the channels of the recording.
     pub channel: usize,
     /// How often.
@@ -44,7 +44,7 @@ pub struct Clipped {
 
 /// Where a channel held one value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stuck {
+pub struct StuckInterval {
     /// Its place among the channels of the recording.
     pub channel: usize,
     /// The value, in the unit of the channel.
@@ -59,9 +59,9 @@ pub struct Stuck {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Faults {
     /// At most one for each channel.
-    pub clipped: Vec<Clipped>,
+    pub interval: Vec<ClippedInterval>,
     /// Each run of its own.
-    pub stuck: Vec<Stuck>,
+    pub stuck_interval: Vec<StuckInterval>,
 }
 
 /// Looks for clipping of `inputs` and `outputs`, and for stuck sensors among `outputs`: an input may rest.
@@ -75,16 +75,18 @@ pub fn find(recording: &Recording, inputs: &[usize], outputs: &[usize]) -> Resul
         if seen.low >= seen.high {
             continue;
         }
-        found.clipped.extend(clipped(recording, channel, &seen)?);
+        found.interval.extend(clipped(recording, channel, &seen)?);
         if outputs.contains(&channel) {
-            found.stuck.extend(stuck(recording, channel, &seen)?);
+            found
+                .stuck_interval
+                .extend(stuck(recording, channel, &seen)?);
         }
     }
-    for stuck in &mut found.stuck {
+    for interval in &mut found.stuck_interval {
         let others = inputs.iter().chain(outputs);
-        for &other in others.filter(|&&other| other != stuck.channel) {
-            let [outside, inside] = differences(recording, other, &stuck.range)?;
-            stuck.is_proven |= outside > 0.0 && inside >= MOVES * outside;
+        for &other in others.filter(|&&other| other != interval.channel) {
+            let [outside, inside] = differences(recording, other, &interval.range)?;
+            interval.is_proven |= outside > 0.0 && inside >= MIN_MOTION_RATIO * outside;
         }
     }
     Ok(found)
@@ -98,13 +100,15 @@ pub fn find_stuck(recording: &Recording, channels: &[usize]) -> Result<Faults, E
     let mut found = Faults::default();
     for &channel in channels {
         let seen = scan(recording, channel)?;
-        found.stuck.extend(stuck(recording, channel, &seen)?);
+        found
+            .stuck_interval
+            .extend(stuck(recording, channel, &seen)?);
     }
     Ok(found)
 }
 
 /// What one pass over a channel shows.
-struct Scan {
+struct ChannelScan {
     low: f64,
     high: f64,
     /// The smallest step from one sample to the next that is none.
@@ -112,12 +116,12 @@ struct Scan {
     samples: usize,
     /// Samples equal to the one before.
     repeats: usize,
-    /// Runs of [`LEAST_RUN`] equal samples and more, and their value.
+    /// Runs of [`MIN_RUN`] equal samples and more, and their value.
     runs: Vec<(Range<usize>, f64)>,
 }
 
-fn scan(recording: &Recording, channel: usize) -> Result<Scan, Error> {
-    let mut seen = Scan {
+fn scan(recording: &Recording, channel: usize) -> Result<ChannelScan, Error> {
+    let mut seen = ChannelScan {
         low: f64::INFINITY,
         high: f64::NEG_INFINITY,
         resolution: f64::INFINITY,
@@ -127,7 +131,7 @@ fn scan(recording: &Recording, channel: usize) -> Result<Scan, Error> {
     };
     let mut run: Option<(Range<usize>, f64)> = None;
     let close = |run: &mut Option<(Range<usize>, f64)>, runs: &mut Vec<(Range<usize>, f64)>| {
-        runs.extend(run.take().filter(|r| r.0.len() >= LEAST_RUN));
+        runs.extend(run.take().filter(|r| r.0.len() >= MIN_RUN));
     };
     recording.each_block(&recording.channels[channel], |at, block, ends| {
         for (k, &x) in block.iter().enumerate() {
@@ -154,18 +158,20 @@ fn scan(recording: &Recording, channel: usize) -> Result<Scan, Error> {
     Ok(seen)
 }
 
-impl Scan {
+impl ChannelScan {
     /// The runs that chance does not make, by how often the channel repeats its last sample outside of them.
-    fn stuck(&self, channel: usize, samples: usize) -> Vec<Stuck> {
-        let least = LEAST_RUN.max((LEAST_SHARE * samples as f64) as usize);
+    fn stuck(&self, channel: usize, samples: usize) -> Vec<StuckInterval> {
+        let least = MIN_RUN.max((MIN_SHARE * samples as f64) as usize);
         let long: Vec<_> = self.runs.iter().filter(|r| r.0.len() >= least).collect();
         let inside: usize = long.iter().map(|r| r.0.len()).sum();
         let outside = self.samples.saturating_sub(inside).max(1) as f64;
         let repeats = (self.repeats + long.len()).saturating_sub(inside) as f64;
         let share = (repeats / outside).max(1.0 / outside);
         let surprise = |length: usize| -(length as f64) * share.ln() - outside.ln();
-        let is_stuck = |r: &&&(Range<usize>, f64)| share < REPEATS && surprise(r.0.len()) > RARE;
-        let stuck = |r: &&(Range<usize>, f64)| Stuck {
+        let is_stuck = |r: &&&(Range<usize>, f64)| {
+            share < MAX_REPEAT_SHARE && surprise(r.0.len()) > MAX_RUN_EXPONENT
+        };
+        let stuck = |r: &&(Range<usize>, f64)| StuckInterval {
             channel,
             value: r.1,
             range: r.0.clone(),
@@ -176,18 +182,22 @@ impl Scan {
 }
 
 /// Clipping of a channel: what its samples show, or its stated overload level.
-fn clipped(recording: &Recording, channel: usize, seen: &Scan) -> Result<Option<Clipped>, Error> {
-    let mut extremes = Extremes::new((seen.low, seen.high), seen.resolution);
+fn clipped(
+    recording: &Recording,
+    channel: usize,
+    seen: &ChannelScan,
+) -> Result<Option<ClippedInterval>, Error> {
+    let mut detector = ClippingDetector::new((seen.low, seen.high), seen.resolution);
     recording.each_block(&recording.channels[channel], |_, block, _| {
-        extremes.see(block)
+        detector.push(block)
     })?;
     let stated = recording.channels[channel].overload_level;
-    let by_shape = clipping::of_sides(&extremes);
+    let by_shape = clipping::clipping_by_side(&detector);
     let over = |x: f64| {
         stated.is_some_and(|level| x.abs() >= level)
             || by_shape.iter().flatten().any(|side| x == side.1)
     };
-    let mut found = Clipped {
+    let mut found = ClippedInterval {
         channel,
         tops: 0,
         level: f64::NAN,
@@ -232,19 +242,23 @@ fn differences(
 
 /// The runs of a channel that its sensor makes: the channel moves as usual until the run begins, or from its end on. What rests for half
 /// of the record and more, as the force of a hammer, is not judged.
-fn stuck(recording: &Recording, channel: usize, seen: &Scan) -> Result<Vec<Stuck>, Error> {
+fn stuck(
+    recording: &Recording,
+    channel: usize,
+    seen: &ChannelScan,
+) -> Result<Vec<StuckInterval>, Error> {
     let mut found = seen.stuck(channel, recording.samples);
     let held: usize = found.iter().map(|s| s.range.len()).sum();
-    if held as f64 >= RESTS * seen.samples as f64 {
+    if held as f64 >= MAX_REST_SHARE * seen.samples as f64 {
         return Ok(Vec::new());
     }
     let mut moving = Vec::new();
-    for stuck in &found {
-        let Range { start, end } = stuck.range;
-        let [usual, _] = differences(recording, channel, &stuck.range)?;
+    for interval in &found {
+        let Range { start, end } = interval.range;
+        let [usual, _] = differences(recording, channel, &interval.range)?;
         let near = [
-            start.saturating_sub(LEAST_RUN)..start,
-            end..(end + LEAST_RUN).min(recording.samples),
+            start.saturating_sub(MIN_RUN)..start,
+            end..(end + MIN_RUN).min(recording.samples),
         ];
         let mut level: f64 = 0.0;
         for range in near {
@@ -255,7 +269,7 @@ fn stuck(recording: &Recording, channel: usize, seen: &Scan) -> Result<Vec<Stuck
             let squares: f64 = block.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
             level = level.max((squares / block.len().max(1) as f64).sqrt());
         }
-        moving.push(level >= SUDDEN * usual);
+        moving.push(level >= MIN_JUMP_RATIO * usual);
     }
     let mut is_moving = moving.into_iter();
     found.retain(|_| is_moving.next().unwrap_or(false));
@@ -265,18 +279,21 @@ fn stuck(recording: &Recording, channel: usize, seen: &Scan) -> Result<Vec<Stuck
 impl Faults {
     /// The samples of stuck sensors, where another channel proves them.
     pub fn stuck_ranges(&self) -> Vec<Range<usize>> {
-        let proven = self.stuck.iter().filter(|s| s.is_proven);
+        let proven = self.stuck_interval.iter().filter(|s| s.is_proven);
         proven.map(|s| s.range.clone()).collect()
     }
 
     /// The samples at which any channel clipped.
     pub fn clipped_ranges(&self) -> Vec<Range<usize>> {
-        self.clipped.iter().flat_map(|c| c.ranges.clone()).collect()
+        self.interval
+            .iter()
+            .flat_map(|c| c.ranges.clone())
+            .collect()
     }
 
     /// What stuck sensors are said to be; `is_left_out` where their time was not analysed.
-    pub fn stuck_warnings(&self, recording: &Recording, is_left_out: bool) -> Vec<Warning> {
-        let warning = |s: &Stuck| {
+    pub fn stuck_warnings(&self, recording: &Recording, is_left_out: bool) -> Vec<Diagnostic> {
+        let warning = |s: &StuckInterval| {
             let channel = &recording.channels[s.channel];
             let (from, to) = (
                 recording.moment(s.range.start),
@@ -297,7 +314,7 @@ impl Faults {
                 to.time_s,
                 100.0 * s.range.len() as f64 / recording.samples as f64
             );
-            Warning {
+            Diagnostic {
                 code: "stuck",
                 message: message.replace("  ", " "),
                 hint: Some(
@@ -306,21 +323,21 @@ impl Faults {
                 ),
             }
         };
-        self.stuck.iter().map(warning).collect()
+        self.stuck_interval.iter().map(warning).collect()
     }
 
-    /// How often and where each channel clipped, in words; nothing where none did.
+    /// How often and where each channel clipped, as text; nothing where none did.
     pub fn clipped_in_words(&self, recording: &Recording) -> Option<String> {
-        let one = |c: &Clipped| {
+        let one = |c: &ClippedInterval| {
             let channel = &recording.channels[c.channel];
             let unit = match channel.unit.as_str() {
                 "" => String::new(),
                 unit => format!(" {unit}"),
             };
-            let times = counted(c.tops, "time");
+            let times = pluralise(c.tops, "time");
             format!("{} clipped {times} at {:.4}{unit}", channel.name, c.level)
         };
-        let all: Vec<String> = self.clipped.iter().map(one).collect();
+        let all: Vec<String> = self.interval.iter().map(one).collect();
         (!all.is_empty()).then(|| all.join(", "))
     }
 }
@@ -328,24 +345,24 @@ impl Faults {
 /// The same recording without some samples: stretches end there.
 pub fn without(recording: &Recording, mut left_out: Vec<Range<usize>>) -> Recording {
     left_out.sort_by_key(|r| r.start);
-    let (mut stretches, mut starts) = (Vec::new(), Vec::new());
-    for (stretch, start) in recording.stretches.iter().zip(&recording.starts) {
+    let (mut segments, mut starts) = (Vec::new(), Vec::new());
+    for (segment, start) in recording.segments.iter().zip(&recording.segment_starts) {
         let mut keep = |from: usize, to: usize| {
             if from < to {
-                stretches.push(from..to);
-                starts.push(start + (from - stretch.start) as f64);
+                segments.push(from..to);
+                starts.push(start + (from - segment.start) as f64);
             }
         };
-        let mut from = stretch.start;
+        let mut from = segment.start;
         for hole in &left_out {
-            keep(from, hole.start.clamp(from, stretch.end));
-            from = from.max(hole.end.min(stretch.end));
+            keep(from, hole.start.clamp(from, segment.end));
+            from = from.max(hole.end.min(segment.end));
         }
-        keep(from, stretch.end);
+        keep(from, segment.end);
     }
     Recording {
-        stretches,
-        starts,
+        segments,
+        segment_starts: starts,
         ..recording.clone()
     }
 }
@@ -355,14 +372,14 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::recording::column::Column;
+    use crate::recording::sample_column::SampleColumn;
     use crate::recording::signals::Channel;
 
     fn recorded(channels: &[Vec<f64>]) -> Recording {
         let channel = |samples: &Vec<f64>| Channel {
             name: "a".into(),
             unit: "g".into(),
-            samples: Arc::new(Column::from_slice(samples)),
+            samples: Arc::new(SampleColumn::from_slice(samples)),
             overload_level: None,
             overloads: 0,
         };
@@ -370,18 +387,18 @@ mod tests {
         Recording {
             path: "log.csv".into(),
             dialect: String::new(),
-            facts: Vec::new(),
+            metadata: Vec::new(),
             rate_hz: 1000.0,
             rate_std: 0.0,
             rate_source: String::new(),
             samples,
-            stretches: std::iter::once(0..samples).collect(),
-            starts: vec![0.0],
+            segments: std::iter::once(0..samples).collect(),
+            segment_starts: vec![0.0],
             start: None,
             files: Vec::new(),
             channels: channels.iter().map(channel).collect(),
             repairs: Vec::new(),
-            warnings: Vec::new(),
+            diagnostics: Vec::new(),
         }
     }
 
@@ -398,9 +415,9 @@ mod tests {
         let (moving, mut stuck) = (noise(1, 9000), noise(2, 9000));
         stuck[3000..6000].fill(77.0);
         let found = find(&recorded(&[moving.clone(), stuck.clone()]), &[0], &[1]).unwrap();
-        assert_eq!(found.stuck.len(), 1);
-        assert_eq!(found.stuck[0].range, 3000..6000);
-        assert!(found.stuck[0].is_proven && found.stuck[0].value == 77.0);
+        assert_eq!(found.stuck_interval.len(), 1);
+        assert_eq!(found.stuck_interval[0].range, 3000..6000);
+        assert!(found.stuck_interval[0].is_proven && found.stuck_interval[0].value == 77.0);
         // What decays into its last digit, and what rests before an event, is not stuck.
         let decay =
             |k: i32| (1e5 * (0.3 * f64::from(k)).sin() * (-4e-3 * f64::from(k)).exp()).round();
@@ -408,13 +425,13 @@ mod tests {
         let rest = [vec![0.0; 5000], moving[..4000].to_vec()].concat();
         for calm in [decay, rest] {
             let found = find(&recorded(&[moving.clone(), calm]), &[0], &[1]).unwrap();
-            assert_eq!(found.stuck, []);
+            assert_eq!(found.stuck_interval, []);
         }
         let coarse: Vec<f64> = (0..9000)
             .map(|k| (0.002 * f64::from(k)).sin().round())
             .collect();
         let found = find(&recorded(&[moving, coarse]), &[0], &[1]).unwrap();
-        assert_eq!(found.stuck, []);
+        assert_eq!(found.stuck_interval, []);
     }
 
     /// Stretches end at what is left out, and keep their time.
@@ -422,7 +439,7 @@ mod tests {
     fn exact_without() {
         let recording = recorded(&[noise(3, 100)]);
         let kept = without(&recording, vec![90..120, 10..20, 15..30]);
-        assert_eq!(kept.stretches, [0..10, 30..90]);
-        assert_eq!(kept.starts, [0.0, 30.0]);
+        assert_eq!(kept.segments, [0..10, 30..90]);
+        assert_eq!(kept.segment_starts, [0.0, 30.0]);
     }
 }

@@ -1,14 +1,14 @@
-//! Several files of one test become one recording: samples end to end, every file in stretches of its own.
+//! Several files of one test become one recording: samples end to end, every file in segments of its own.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
-use super::names;
+use super::channel_names;
 use super::raw::Repair;
 use super::signals::{Channel, LogFile, Recording};
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::base::words::{counted, listed};
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::{pluralise, quoted_list};
 
 /// Rates of one test differ by less, relative; a frequency is wrong by no more than that. Quartz clocks keep 50e-6.
 const EQUAL_RATES: f64 = 1e-4;
@@ -29,16 +29,16 @@ pub fn join(recordings: Vec<Recording>) -> Result<Recording, Error> {
     #[allow(clippy::expect_used, reason = "stated under Panics")]
     let mut joined = recordings.next().expect("a test has a file");
     let mut prints = vec![(joined.path.clone(), fingerprint(&joined)?)];
-    let (mut repairs, mut warnings) = (Messages::default(), Messages::default());
+    let (mut repairs, mut warnings) = (MessageCollector::default(), MessageCollector::default());
     let first = joined.path.clone();
     take_messages(&mut joined, &first, &mut repairs, &mut warnings);
     for mut next in recordings {
         let path = next.path.clone();
-        refuse_different(&joined, &next).map_err(|e| e.in_file(&path))?;
+        refuse_different(&joined, &next).map_err(|e| e.with_file(&path))?;
         let print = fingerprint(&next)?;
         if let Some((other, _)) = prints.iter().find(|(_, p)| *p == print) {
             let message = format!("{path} and {other} hold the same samples");
-            return Err(Error::new(Code::Conflict, message).hint(
+            return Err(Error::new(Code::Conflict, message).with_hint(
                 "name each record once: a record that counts twice makes intervals too narrow",
             ));
         }
@@ -49,14 +49,17 @@ pub fn join(recordings: Vec<Recording>) -> Result<Recording, Error> {
     let files = prints.len();
     let whose = |place: &[String], message: &str| match place.len() == files {
         true => message.to_string(),
-        false => format!("{}: {message}", listed(place.iter().map(String::as_str))),
+        false => format!(
+            "{}: {message}",
+            quoted_list(place.iter().map(String::as_str))
+        ),
     };
     if files > 1 {
-        let names = listed(prints.iter().map(|p| p.0.as_str()));
-        joined.path = format!("{} ({names})", counted(files, "file"));
+        let names = quoted_list(prints.iter().map(|p| p.0.as_str()));
+        joined.path = format!("{} ({names})", pluralise(files, "file"));
         let message = format!(
             "{} read as one test, {:.4} s at {} Hz: {names}",
-            counted(files, "file"),
+            pluralise(files, "file"),
             joined.duration_s(),
             joined.rate_hz
         );
@@ -65,30 +68,32 @@ pub fn join(recordings: Vec<Recording>) -> Result<Recording, Error> {
             message,
         });
     }
-    let repair = |(kind, message, _, place): Message| Repair {
+    let repair = |(kind, message, _, place): JoinedMessage| Repair {
         kind,
         message: whose(&place, &message),
     };
     joined.repairs.extend(repairs.0.into_iter().map(repair));
-    let warning = |(code, message, hint, place): Message| Warning {
+    let warning = |(code, message, hint, place): JoinedMessage| Diagnostic {
         code,
         message: whose(&place, &message),
         hint,
     };
-    joined.warnings.extend(warnings.0.into_iter().map(warning));
+    joined
+        .diagnostics
+        .extend(warnings.0.into_iter().map(warning));
     Ok(joined)
 }
 
 /// A kind, what is said, its remedy, and the files that say it.
-type Message = (&'static str, String, Option<String>, Vec<String>);
+type JoinedMessage = (&'static str, String, Option<String>, Vec<String>);
 
 /// Messages of several files, each once.
 #[derive(Default)]
-struct Messages(Vec<Message>);
+struct MessageCollector(Vec<JoinedMessage>);
 
-impl Messages {
+impl MessageCollector {
     fn take(&mut self, kind: &'static str, message: String, hint: Option<String>, path: &str) {
-        let same = |m: &&mut Message| m.0 == kind && m.1 == message;
+        let same = |m: &&mut JoinedMessage| m.0 == kind && m.1 == message;
         match self.0.iter_mut().find(same) {
             Some(known) => known.3.push(path.to_string()),
             None => self.0.push((kind, message, hint, vec![path.to_string()])),
@@ -99,13 +104,13 @@ impl Messages {
 fn take_messages(
     from: &mut Recording,
     path: &str,
-    repairs: &mut Messages,
-    warnings: &mut Messages,
+    repairs: &mut MessageCollector,
+    warnings: &mut MessageCollector,
 ) {
     for r in std::mem::take(&mut from.repairs) {
         repairs.take(r.kind, r.message, None, path);
     }
-    for w in std::mem::take(&mut from.warnings) {
+    for w in std::mem::take(&mut from.diagnostics) {
         warnings.take(w.code, w.message, w.hint, path);
     }
 }
@@ -124,21 +129,21 @@ fn refuse_different(first: &Recording, next: &Recording) -> Result<(), Error> {
             100.0 * EQUAL_RATES
         );
         return Err(Error::new(Code::RateDisagrees, message)
-            .hint("identify files of different rates one by one, or state the rate: --rate"));
+            .with_hint("identify files of different rates one by one, or state the rate: --rate"));
     }
-    let names = |r: &Recording| listed(r.channels.iter().map(|c| c.name.as_str()));
+    let names = |r: &Recording| quoted_list(r.channels.iter().map(|c| c.name.as_str()));
     if first.channels.len() != next.channels.len() {
         let message = format!(
             "the channels are {}, those of the first file {}",
             names(next),
             names(first)
         );
-        return Err(between(message).hint("name the channels to use: --input, --output"));
+        return Err(between(message).with_hint("name the channels to use: --input, --output"));
     }
     for channel in &first.channels {
         let Some(other) = place(next, channel).map(|at| &next.channels[at]) else {
             let message = format!("no channel {}, only {}", channel.name, names(next));
-            return Err(between(message).hint("rename channels in the sidecar of the file"));
+            return Err(between(message).with_hint("rename channels in the sidecar of the file"));
         };
         if other.unit != channel.unit {
             let word = |unit: &str| match unit {
@@ -151,11 +156,11 @@ fn refuse_different(first: &Recording, next: &Recording) -> Result<(), Error> {
                 word(&other.unit),
                 word(&channel.unit)
             );
-            return Err(between(message).hint("state the unit: --unit, or in the sidecar"));
+            return Err(between(message).with_hint("state the unit: --unit, or in the sidecar"));
         }
         if other.overload_level != channel.overload_level {
             let message = format!("{} has another overload level", channel.name);
-            return Err(between(message).hint("state one for all files: --overload"));
+            return Err(between(message).with_hint("state one for all files: --overload"));
         }
     }
     Ok(())
@@ -164,7 +169,7 @@ fn refuse_different(first: &Recording, next: &Recording) -> Result<(), Error> {
 /// The place of a channel of another file.
 fn place(among: &Recording, channel: &Channel) -> Option<usize> {
     let known: Vec<String> = among.channels.iter().map(|c| c.name.clone()).collect();
-    names::find(&channel.name, &known)
+    channel_names::find_channel(&channel.name, &known)
 }
 
 /// Puts the samples of a file behind those of the others.
@@ -189,9 +194,9 @@ fn append(joined: &mut Recording, next: Recording) -> Result<(), Error> {
         }
         channel.overloads += other.overloads;
     }
-    let moved = next.stretches.iter().map(|s| s.start + at..s.end + at);
-    joined.stretches.extend(moved);
-    joined.starts.extend(next.starts);
+    let moved = next.segments.iter().map(|s| s.start + at..s.end + at);
+    joined.segments.extend(moved);
+    joined.segment_starts.extend(next.segment_starts);
     joined.samples += next.samples;
     joined.files.push(LogFile {
         path: next.path,

@@ -1,48 +1,58 @@
-//! A log of any format, told by its first bytes.
+//! Opening of a log file: format detection from the first bytes (magic numbers), then the reader.
 
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 use zip::ZipArchive;
 
-use super::raw::Raw;
-use super::settings::Settings;
-use super::{container, lvm, mat, text, uff, wav};
+use super::raw::RawLog;
+use super::read_options::ReadOptions;
+use super::{compression, lvm, mat, text, uff, wav};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 
 /// Bytes from which the format is told.
-const TASTE: usize = 4096;
+const SNIFF_LEN: usize = 4096;
 
 /// How many containers may lie in each other.
-const DEPTH: usize = 3;
+const MAX_NESTING: usize = 3;
 
 /// Reads a log.
 ///
 /// # Errors
 /// The file cannot be read, is of no known format, or breaks the rules of its format.
-pub fn open(path: &str, settings: &Settings) -> Result<Raw, Errors> {
-    watched(path, settings, &|_| {})
+pub fn open(path: &str, options: &ReadOptions) -> Result<RawLog, Errors> {
+    open_with_progress(path, options, &|_| {})
 }
 
 /// Reads a log and says from time to time which share of the file is read.
 ///
 /// # Errors
 /// As for [`open`].
-pub fn watched(path: &str, settings: &Settings, progress: &dyn Fn(f64)) -> Result<Raw, Errors> {
-    let mut raw = file(path, settings, progress).map_err(|e| e.in_file(path))?;
-    raw.repairs.splice(0..0, settings.notes.iter().cloned());
-    Ok(raw)
+pub fn open_with_progress(
+    path: &str,
+    options: &ReadOptions,
+    progress: &dyn Fn(f64),
+) -> Result<RawLog, Errors> {
+    let mut log = open_file(path, options, progress).map_err(|e| e.with_file(path))?;
+    log.repairs
+        .splice(0..0, options.sidecar_reports.iter().cloned());
+    Ok(log)
 }
 
 /// Reads the log in a file.
-fn file(path: &str, settings: &Settings, progress: &dyn Fn(f64)) -> Result<Raw, Errors> {
-    let missing = |message: String, hint: &str| Error::new(Code::FileMissing, message).hint(hint);
-    const FOLDER: &str = "paths are taken from the folder the command is run in";
-    const RIGHT: &str = "the file is there: ask its owner for the right to read it";
+fn open_file(path: &str, options: &ReadOptions, progress: &dyn Fn(f64)) -> Result<RawLog, Errors> {
+    let missing =
+        |message: String, hint: &str| Error::new(Code::FileMissing, message).with_hint(hint);
+    const HINT_RELATIVE_PATH: &str = "paths are taken from the folder the command is run in";
+    const HINT_PERMISSION: &str = "the file is there: ask its owner for the right to read it";
     let unreadable = |e: io::Error| {
         let is_kept = e.kind() == io::ErrorKind::PermissionDenied;
-        let hint = if is_kept { RIGHT } else { FOLDER };
+        let hint = if is_kept {
+            HINT_PERMISSION
+        } else {
+            HINT_RELATIVE_PATH
+        };
         missing(format!("{path} cannot be read: {e}"), hint)
     };
     let facts = std::fs::metadata(path).map_err(unreadable)?;
@@ -55,41 +65,41 @@ fn file(path: &str, settings: &Settings, progress: &dyn Fn(f64)) -> Result<Raw, 
         let hint = "a log is read from a file: write what a pipe brings into one and name that";
         return Err(missing(format!("{path} is {what}, not a file"), hint).into());
     }
-    let mut file = Watched {
+    let mut file = ProgressReader {
         file: File::open(path).map_err(unreadable)?,
         read: 0,
         size: facts.len(),
         progress,
     };
-    let head = taste(path, &mut file)?;
+    let head = read_prefix(path, &mut file)?;
     file.seek(SeekFrom::Start(0)).map_err(unreadable)?;
-    if head.starts_with(container::ZIP) {
-        return unzip(path, file, settings, DEPTH);
+    if head.starts_with(compression::ZIP) {
+        return unzip(path, file, options, MAX_NESTING);
     }
-    stream(path, &mut file, settings, DEPTH)
+    read_stream(path, &mut file, options, MAX_NESTING)
 }
 
 /// Reads a log from memory; `path` is what it is called in messages.
 ///
 /// # Errors
 /// As for [`open`].
-pub fn from_bytes(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors> {
-    let read = match bytes.starts_with(container::ZIP) {
-        true => unzip(path, Cursor::new(bytes), settings, DEPTH),
-        false => stream(path, &mut Cursor::new(bytes), settings, DEPTH),
+pub fn from_bytes(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, Errors> {
+    let read = match bytes.starts_with(compression::ZIP) {
+        true => unzip(path, Cursor::new(bytes), options, MAX_NESTING),
+        false => read_stream(path, &mut Cursor::new(bytes), options, MAX_NESTING),
     };
-    read.map_err(|e| e.in_file(path))
+    read.map_err(|e| e.with_file(path))
 }
 
 /// A file that says how much of it is read.
-struct Watched<'p> {
+struct ProgressReader<'p> {
     file: File,
     read: u64,
     size: u64,
     progress: &'p dyn Fn(f64),
 }
 
-impl Read for Watched<'_> {
+impl Read for ProgressReader<'_> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         let count = self.file.read(bytes)?;
         self.read += count as u64;
@@ -98,7 +108,7 @@ impl Read for Watched<'_> {
     }
 }
 
-impl Seek for Watched<'_> {
+impl Seek for ProgressReader<'_> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.read = self.file.seek(to)?;
         Ok(self.read)
@@ -106,78 +116,80 @@ impl Seek for Watched<'_> {
 }
 
 /// The first bytes of a stream.
-fn taste(path: &str, reader: &mut dyn Read) -> Result<Vec<u8>, Error> {
+fn read_prefix(path: &str, reader: &mut dyn Read) -> Result<Vec<u8>, Error> {
     let mut head = Vec::new();
-    let read = reader.take(TASTE as u64).read_to_end(&mut head);
-    read.map(|_| head).map_err(|e| text::body::broken(path, &e))
+    let read = reader.take(SNIFF_LEN as u64).read_to_end(&mut head);
+    read.map(|_| head)
+        .map_err(|e| text::body::read_error(path, &e))
 }
 
 /// Reads the only log of a zip archive.
 fn unzip<R: Read + Seek>(
     path: &str,
     reader: R,
-    settings: &Settings,
+    options: &ReadOptions,
     depth: usize,
-) -> Result<Raw, Errors> {
-    let mut archive = ZipArchive::new(reader).map_err(|e| container::broken(path, &e))?;
-    let (index, name) = container::only_log(path, &mut archive)?;
+) -> Result<RawLog, Errors> {
+    let mut archive =
+        ZipArchive::new(reader).map_err(|e| compression::invalid_archive(path, &e))?;
+    let (index, name) = compression::find_log_member(path, &mut archive)?;
     let mut member = archive
         .by_index(index)
-        .map_err(|e| container::broken(path, &e))?;
-    let mut raw = stream(path, &mut member, settings, depth - 1)?;
-    raw.dialect = format!("zip ({name}), {}", raw.dialect);
-    Ok(raw)
+        .map_err(|e| compression::invalid_archive(path, &e))?;
+    let mut log = read_stream(path, &mut member, options, depth - 1)?;
+    log.dialect = format!("zip ({name}), {}", log.dialect);
+    Ok(log)
 }
 
 /// Reads a log from a stream, unpacking what is packed.
-fn stream(
+fn read_stream(
     path: &str,
     reader: &mut dyn Read,
-    settings: &Settings,
+    options: &ReadOptions,
     depth: usize,
-) -> Result<Raw, Errors> {
-    let head = taste(path, reader)?;
-    let packed = head.starts_with(container::GZIP) || head.starts_with(container::ZIP);
+) -> Result<RawLog, Errors> {
+    let head = read_prefix(path, reader)?;
+    let packed = head.starts_with(compression::GZIP) || head.starts_with(compression::ZIP);
     if packed && depth == 0 {
         let message = format!("{path} holds archives within archives");
         return Err(Error::new(Code::UnknownFormat, message)
-            .hint("unpack it and name the log inside")
+            .with_hint("unpack it and name the log inside")
             .into());
     }
     let mut whole = Cursor::new(&head).chain(reader);
-    if head.starts_with(container::GZIP) {
-        let mut inner = container::gunzipped(whole);
-        let mut raw = stream(path, &mut inner, settings, depth - 1)?;
-        raw.dialect = format!("gzip, {}", raw.dialect);
-        return Ok(raw);
+    if head.starts_with(compression::GZIP) {
+        let mut inner = compression::gunzip(whole);
+        let mut raw_log = read_stream(path, &mut inner, options, depth - 1)?;
+        raw_log.dialect = format!("gzip, {}", raw_log.dialect);
+        return Ok(raw_log);
     }
-    if head.starts_with(container::ZIP) {
+    if head.starts_with(compression::ZIP) {
         let mut bytes = Vec::new();
         whole
             .read_to_end(&mut bytes)
-            .map_err(|e| text::body::broken(path, &e))?;
-        return unzip(path, Cursor::new(bytes), settings, depth - 1);
+            .map_err(|e| text::body::read_error(path, &e))?;
+        return unzip(path, Cursor::new(bytes), options, depth - 1);
     }
-    match reader_of(&head) {
+    match reader_for(&head) {
         Some(read) => {
             let mut bytes = Vec::new();
             whole
                 .read_to_end(&mut bytes)
-                .map_err(|e| text::body::broken(path, &e))?;
-            read(path, &bytes, settings)
+                .map_err(|e| text::body::read_error(path, &e))?;
+            read(path, &bytes, options)
         }
         None => {
-            refuse_known(path, &head)?;
-            text::read(path, whole, settings)
+            reject_unsupported(path, &head)?;
+            text::read(path, whole, options)
         }
     }
 }
 
 /// Reads the bytes of one format.
-type Reader = fn(&str, &[u8], &Settings) -> Result<Raw, Errors>;
+type ReadFn = fn(&str, &[u8], &ReadOptions) -> Result<RawLog, Errors>;
 
 /// The reader of a format that has its own; `None` for delimited text.
-fn reader_of(head: &[u8]) -> Option<Reader> {
+fn reader_for(head: &[u8]) -> Option<ReadFn> {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     if text.trim_ascii_start().starts_with(b"LabVIEW Measurement") {
         Some(lvm::read)
@@ -185,7 +197,7 @@ fn reader_of(head: &[u8]) -> Option<Reader> {
         Some(wav::read)
     } else if head.starts_with(b"MATLAB 5.0") {
         Some(mat::read)
-    } else if is_universal(text) {
+    } else if is_uff(text) {
         Some(uff::read)
     } else {
         None
@@ -193,7 +205,7 @@ fn reader_of(head: &[u8]) -> Option<Reader> {
 }
 
 /// Whether a text begins as a universal file: a line `-1`, then the number of a data set, `58` or `58b` with more on its line.
-fn is_universal(text: &[u8]) -> bool {
+fn is_uff(text: &[u8]) -> bool {
     /// Columns of the mark and of the number, right-justified.
     const COLUMNS: usize = 6;
     let mut lines = text
@@ -233,7 +245,7 @@ fn is_universal(text: &[u8]) -> bool {
 }
 
 /// Formats that are known and not read, by their first bytes, and what to do.
-const NOT_READ: &[(&[u8], &str, &str)] = &[
+const UNSUPPORTED_FORMATS: &[(&[u8], &str, &str)] = &[
     (
         b"\x89HDF",
         "an HDF5 file",
@@ -273,7 +285,7 @@ const NOT_READ: &[(&[u8], &str, &str)] = &[
 /// Whether a file begins as a matrix of MATLAB's level 4: five numbers of 32 bits (type, rows, columns, imaginary part, length of the
 /// name) and a name that ends in NUL. The MathWorks, “MAT-File Format”, chapter 2.
 fn is_matlab_4(head: &[u8]) -> bool {
-    const LONGEST_NAME: usize = 64;
+    const MAX_NAME: usize = 64;
     let number = |at: usize, read: fn([u8; 4]) -> u32| {
         let bytes = head.get(4 * at..4 * at + 4)?;
         bytes.try_into().ok().map(read)
@@ -288,7 +300,7 @@ fn is_matlab_4(head: &[u8]) -> bool {
             // Thousands: byte order, hundreds: zero, tens: precision, ones: full, text or sparse.
             let is_kind =
                 kind <= 4052 && kind / 100 % 10 == 0 && kind / 10 % 10 <= 5 && kind % 10 <= 2;
-            let name = head.get(20..20 + (length as usize).min(LONGEST_NAME + 1));
+            let name = head.get(20..20 + (length as usize).min(MAX_NAME + 1));
             let is_name = name
                 .and_then(|n| n.split_last())
                 .is_some_and(|(end, name)| {
@@ -298,19 +310,22 @@ fn is_matlab_4(head: &[u8]) -> bool {
         })
 }
 
-fn refuse_known(path: &str, head: &[u8]) -> Result<(), Error> {
+fn reject_unsupported(path: &str, head: &[u8]) -> Result<(), Error> {
     if is_matlab_4(head) {
         let message = format!("{path} is a MATLAB file of level 4, which is not read");
-        return Err(Error::new(Code::UnknownFormat, message).hint(
+        return Err(Error::new(Code::UnknownFormat, message).with_hint(
             "save it as level 5: in MATLAB or Octave load it and save('new.mat', '-v7'), in Python scipy.io.loadmat and savemat",
         ));
     }
-    match NOT_READ.iter().find(|(magic, ..)| head.starts_with(magic)) {
+    match UNSUPPORTED_FORMATS
+        .iter()
+        .find(|(magic, ..)| head.starts_with(magic))
+    {
         None => Ok(()),
         Some((_, what, hint)) => Err(Error::new(
             Code::UnknownFormat,
             format!("{path} is {what}, which is not read"),
         )
-        .hint(*hint)),
+        .with_hint(*hint)),
     }
 }

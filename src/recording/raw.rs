@@ -1,39 +1,39 @@
-//! A log as written: values, units and stamps, nothing repaired.
+//! Log file as written: values, units and time stamps, no repair applied.
 
-use super::column::Column;
+use super::frequency_responses::{FrequencyResponses, StoredSpectrum};
 use super::resolution::Resolution;
-use super::responses::{FrequencyResponses, Spectrum};
+use super::sample_column::SampleColumn;
 use super::stated_rates::StatedRate;
-use crate::base::error::{Error, Warning};
+use crate::base::error::{Diagnostic, Error};
 
 /// What a reader understood of one file.
 #[derive(Debug, Default)]
-pub struct Raw {
+pub struct RawLog {
     /// The file, as the user named it.
     pub path: String,
-    /// Format and dialect in words: `CSV, semicolon, decimal comma, Latin-1, 3 header lines`.
+    /// Format and dialect as text: `CSV, semicolon, decimal comma, Latin-1, 3 header lines`.
     pub dialect: String,
     /// How a text was laid out, to be said again.
-    pub layout: Layout,
-    /// What the header says beside channels and rate, as written: date, operator, instrument.
-    pub facts: Vec<(String, String)>,
+    pub text_dialect: TextDialect,
+    /// What the header says next to channels and rate, as written: date, operator, instrument.
+    pub metadata: Vec<(String, String)>,
     /// Channels, grouped by the clock they share; nearly always one group.
-    pub groups: Vec<Group>,
+    pub groups: Vec<ChannelGroup>,
     /// Columns that are no channels: their names, and why (`holds words`).
-    pub left_out: Vec<(String, &'static str)>,
+    pub skipped_columns: Vec<(String, &'static str)>,
     /// Frequency responses, where the file holds them.
     pub responses: Option<FrequencyResponses>,
     /// Spectra, where the file holds them.
-    pub spectra: Vec<Spectrum>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    pub spectra: Vec<StoredSpectrum>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
     /// What was passed over or changed on the way in (footer lines, cells that hold no number), never silently.
     pub repairs: Vec<Repair>,
 }
 
 /// How a text was laid out; nothing of other formats.
 #[derive(Debug, Default)]
-pub struct Layout {
+pub struct TextDialect {
     /// Between cells; none of a single column.
     pub delimiter: Option<char>,
     /// `.` or `,`.
@@ -46,14 +46,14 @@ pub struct Layout {
 
 /// Channels sampled by one clock.
 #[derive(Debug, Default)]
-pub struct Group {
+pub struct ChannelGroup {
     /// What the file says of the clock.
-    pub clock: Clock,
+    pub timing: RawTiming,
     /// The channels, of equal length.
     pub channels: Vec<RawChannel>,
 }
 
-impl Group {
+impl ChannelGroup {
     /// Rows of its channels.
     pub fn rows(&self) -> usize {
         self.channels.first().map_or(0, |c| c.samples.len())
@@ -68,30 +68,30 @@ pub struct RawChannel {
     /// Its unit as written; empty where the file has none.
     pub unit: String,
     /// Values as written; NaN where a cell is blank, `NaN` or an overload word.
-    pub samples: Column,
+    pub samples: SampleColumn,
     /// How many cells were an overload word.
     pub overloads: usize,
 }
 
 /// What a file says of the clock of its channels.
 #[derive(Debug, Default)]
-pub struct Clock {
+pub struct RawTiming {
     /// The stamps of the rows, where there are any.
-    pub stamps: Option<Stamps>,
+    pub stamps: Option<TimeStamps>,
     /// Every sample rate that the file states.
     pub stated_rates: Vec<StatedRate>,
     /// What is wrong with the sample rate the header states, where it states one that cannot be read.
-    pub unread_rate: Option<Error>,
+    pub invalid_rate: Option<Error>,
     /// How many samples the header states.
     pub header_samples: Option<usize>,
     /// Date and time of the first sample as written.
     pub start: Option<String>,
     /// Line of the file each row stands on.
-    pub lines: Lines,
+    pub numbers: LineNumbers,
 }
 
 /// The sample rate of a step from sample to sample, Hz; whole where only the rounding of the division keeps it from that.
-pub(super) fn rate_of_step(step_s: f64) -> f64 {
+pub(super) fn rate_from_interval(step_s: f64) -> f64 {
     /// Of the division, and of the decimal step to binary.
     const ROUNDING: f64 = 4.0 * f64::EPSILON;
     let rate = step_s.recip();
@@ -103,7 +103,7 @@ pub(super) fn rate_of_step(step_s: f64) -> f64 {
 
 /// Time stamps of the rows.
 #[derive(Debug, Default)]
-pub struct Stamps {
+pub struct TimeStamps {
     /// What the column is called.
     pub name: String,
     /// Unit as written, or `date-time`.
@@ -111,18 +111,18 @@ pub struct Stamps {
     /// The first stamp as written, where text holds it.
     pub first: String,
     /// Seconds since the first stamp.
-    pub seconds: Column,
+    pub seconds: SampleColumn,
     /// What the last digit written is worth: stamps are rounded to it.
     pub resolution: Resolution,
 }
 
 /// Which line of a text file each row stands on, as runs of consecutive lines.
 #[derive(Debug, Clone, Default)]
-pub struct Lines(Vec<(usize, usize)>);
+pub struct LineNumbers(Vec<(usize, usize)>);
 
-impl Lines {
+impl LineNumbers {
     /// Row `row` (from 0) stands on line `line` (from 1); rows in rising order.
-    pub fn note(&mut self, row: usize, line: usize) {
+    pub fn push(&mut self, row: usize, line: usize) {
         let expected = self.0.last().map(|&(r, l)| l + (row - r));
         if expected != Some(line) {
             self.0.push((row, line));
@@ -130,7 +130,7 @@ impl Lines {
     }
 
     /// The line of a row; `None` for files that are not text.
-    pub fn of(&self, row: usize) -> Option<usize> {
+    pub fn line_of_row(&self, row: usize) -> Option<usize> {
         let run = self.0.partition_point(|&(r, _)| r <= row).checked_sub(1)?;
         self.0.get(run).map(|&(r, l)| l + (row - r))
     }

@@ -1,41 +1,41 @@
-//! Jittered samples to a uniform time base, by the best band-limited interpolator over the nearest stamps, its error known.
+//! Resampling of jittered samples to a uniform time base by least-squares band-limited interpolation.
 
 use std::ops::Range;
 
-use super::column::Column;
+use super::sample_column::SampleColumn;
 use crate::base::error::Error;
-use crate::numeric::band_limited::BandLimited;
+use crate::numeric::band_limited::BandLimitedInterpolator;
 
 /// Neighbours each value is made from.
-const POINTS: usize = 32;
+const KERNEL_LEN: usize = 32;
 
-/// Values at either end of a stretch that have fewer neighbours on one side.
-pub const ENDS: usize = POINTS / 2;
+/// Values at either end of a segment that have fewer neighbours on one side.
+pub const HALF_KERNEL: usize = KERNEL_LEN / 2;
 
 /// Bands tried from the widest, as parts of the rate; half of it could be had from endless even samples only.
-const BANDS: [f64; 6] = [0.4, 0.36, 0.32, 0.28, 0.24, 0.2];
+const BAND_EDGES: [f64; 6] = [0.4, 0.36, 0.32, 0.28, 0.24, 0.2];
 
 /// The error a band is taken for: −80 dB, below the noise of 16-bit converters in practice.
-const GOOD: f64 = 1e-4;
+const MAX_BAND_ERROR: f64 = 1e-4;
 
 /// Rows of stamps held at once.
 const BLOCK: usize = 1 << 14;
 
 /// How well a resampling keeps the signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quality {
+pub struct ResamplingError {
     /// Up to here the signal is kept, Hz.
     pub band_hz: f64,
     /// The largest rms error of a value relative to a signal spread over the band, where it has neighbours on both sides.
     pub error: f64,
-    /// The same of the first and last values of a stretch, [`ENDS`] to either end.
+    /// The same of the first and last values of a segment, [`HALF_KERNEL`] to either end.
     pub error_at_ends: f64,
 }
 
-/// A uniform grid laid over one stretch of stamps.
+/// A uniform grid laid over one segment of stamps.
 #[derive(Debug, Clone)]
-pub struct Grid {
-    /// Rows of the stretch.
+pub struct UniformGrid {
+    /// Rows of the segment.
     pub rows: Range<usize>,
     /// Time of the first value, s.
     pub start_s: f64,
@@ -43,46 +43,47 @@ pub struct Grid {
     pub count: usize,
 }
 
-/// The widest band that `GOOD` can be kept in, judged at windows spread over the stretch; the narrowest where none is good.
+/// The widest band that `MAX_BAND_ERROR` can be kept in, judged at windows spread over the segment; the narrowest where none is
+/// good.
 ///
 /// # Errors
 /// The stamps cannot be read.
-pub fn best_band(seconds: &Column, rows: &Range<usize>, rate_hz: f64) -> Result<f64, Error> {
-    const PLACES: usize = 64;
-    let points = POINTS.min(rows.len());
+pub fn best_band(seconds: &SampleColumn, rows: &Range<usize>, rate_hz: f64) -> Result<f64, Error> {
+    const TRIAL_WINDOWS: usize = 64;
+    let points = KERNEL_LEN.min(rows.len());
     let mut times = vec![0.0; points];
-    'bands: for part in BANDS {
-        let mut interpolator = BandLimited::new(part * rate_hz, points);
+    'bands: for part in BAND_EDGES {
+        let mut interpolator = BandLimitedInterpolator::new(part * rate_hz, points);
         let spare = rows.len() - points;
-        for place in 0..=PLACES.min(spare) {
-            let start = rows.start + spare * place / PLACES.min(spare).max(1);
+        for place in 0..=TRIAL_WINDOWS.min(spare) {
+            let start = rows.start + spare * place / TRIAL_WINDOWS.min(spare).max(1);
             seconds.read(start, &mut times)?;
             let middle = 0.5 * (times[(points - 1) / 2] + times[points / 2]);
-            if interpolator.weights(&times, middle).1 > GOOD {
+            if interpolator.weights(&times, middle).1 > MAX_BAND_ERROR {
                 continue 'bands;
             }
         }
         return Ok(part * rate_hz);
     }
-    Ok(BANDS[BANDS.len() - 1] * rate_hz)
+    Ok(BAND_EDGES[BAND_EDGES.len() - 1] * rate_hz)
 }
 
-/// Resamples several columns of one stretch together, since they share the weights; appends to `outputs`.
+/// Resamples several columns of one segment together, since they share the weights; appends to `outputs`.
 ///
 /// # Errors
 /// Samples cannot be read or written.
 pub fn resample(
-    seconds: &Column,
-    columns: &[&Column],
-    grid: &Grid,
+    seconds: &SampleColumn,
+    columns: &[&SampleColumn],
+    grid: &UniformGrid,
     rate_hz: f64,
     band_hz: f64,
-    outputs: &mut [Column],
-) -> Result<Quality, Error> {
-    let points = POINTS.min(grid.rows.len());
-    let mut interpolator = BandLimited::new(band_hz, points);
-    let mut window = Window::new(grid.rows.clone(), columns.len());
-    let mut quality = Quality {
+    outputs: &mut [SampleColumn],
+) -> Result<ResamplingError, Error> {
+    let points = KERNEL_LEN.min(grid.rows.len());
+    let mut interpolator = BandLimitedInterpolator::new(band_hz, points);
+    let mut window = KernelWindow::new(grid.rows.clone(), columns.len());
+    let mut resampling_error = ResamplingError {
         band_hz,
         error: 0.0,
         error_at_ends: 0.0,
@@ -93,7 +94,7 @@ pub fn resample(
         let at = grid.start_s + i as f64 / rate_hz;
         // The row whose stamp is the last at or before `at`.
         loop {
-            window.cover(seconds, columns, nearest, points)?;
+            window.load_around(seconds, columns, nearest, points)?;
             if nearest + 1 >= grid.rows.end || window.time(nearest + 1) > at {
                 break;
             }
@@ -104,11 +105,11 @@ pub fn resample(
             .clamp(grid.rows.start, grid.rows.end - points);
         let local = first - window.start;
         let (weights, error) = interpolator.weights(&window.times[local..local + points], at);
-        // The outermost values of a stretch have fewer neighbours on one side.
+        // The outermost values of a segment have fewer neighbours on one side.
         let inside = first > grid.rows.start && first + points < grid.rows.end;
         let worst = match inside {
-            true => &mut quality.error,
-            false => &mut quality.error_at_ends,
+            true => &mut resampling_error.error,
+            false => &mut resampling_error.error_at_ends,
         };
         *worst = worst.max(error);
         for (values, ready) in window.values.iter().zip(&mut ready) {
@@ -122,20 +123,20 @@ pub fn resample(
             }
         }
     }
-    Ok(quality)
+    Ok(resampling_error)
 }
 
 /// The stamps and samples about the place being interpolated.
-struct Window {
+struct KernelWindow {
     rows: Range<usize>,
     start: usize,
     times: Vec<f64>,
     values: Vec<Vec<f64>>,
 }
 
-impl Window {
-    fn new(rows: Range<usize>, columns: usize) -> Window {
-        Window {
+impl KernelWindow {
+    fn new(rows: Range<usize>, columns: usize) -> KernelWindow {
+        KernelWindow {
             start: rows.start,
             rows,
             times: Vec::new(),
@@ -148,10 +149,10 @@ impl Window {
     }
 
     /// Makes sure that `points` rows on both sides of `row` are held, as far as there are any.
-    fn cover(
+    fn load_around(
         &mut self,
-        seconds: &Column,
-        columns: &[&Column],
+        seconds: &SampleColumn,
+        columns: &[&SampleColumn],
         row: usize,
         points: usize,
     ) -> Result<(), Error> {
@@ -187,18 +188,18 @@ mod tests {
             .collect();
         let wave = |t: f64| (TAU * 17.3 * t).sin();
         let x: Vec<f64> = t.iter().map(|&t| wave(t)).collect();
-        let (seconds, column) = (Column::from_slice(&t), Column::from_slice(&x));
+        let (seconds, column) = (SampleColumn::from_slice(&t), SampleColumn::from_slice(&x));
         let rows = 0..t.len();
         let band = best_band(&seconds, &rows, rate).unwrap();
         assert!(band > 25.0, "{band}");
-        let grid = Grid {
+        let grid = UniformGrid {
             rows,
             start_s: 0.0,
             count: 40_000,
         };
-        let mut out = [Column::default()];
-        let quality = resample(&seconds, &[&column], &grid, rate, band, &mut out).unwrap();
-        let error = quality.error;
+        let mut out = [SampleColumn::default()];
+        let resampling_error = resample(&seconds, &[&column], &grid, rate, band, &mut out).unwrap();
+        let error = resampling_error.error;
         assert!(error < 2e-4, "{error}");
         let mut y = vec![0.0; out[0].len()];
         out[0].read(0, &mut y).unwrap();
@@ -207,8 +208,11 @@ mod tests {
             .fold(0.0, f64::max);
         assert!(worst < 10.0 * error, "{worst} {error}");
         let wrong = |i: usize| (y[i] - wave(i as f64 / rate)).abs();
-        let ends = (0..ENDS).chain(40_000 - ENDS..40_000);
+        let ends = (0..HALF_KERNEL).chain(40_000 - HALF_KERNEL..40_000);
         let worst = ends.map(wrong).fold(0.0, f64::max);
-        assert!(worst < 3.0 * quality.error_at_ends, "{worst} {quality:?}");
+        assert!(
+            worst < 3.0 * resampling_error.error_at_ends,
+            "{worst} {resampling_error:?}"
+        );
     }
 }

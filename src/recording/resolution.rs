@@ -6,12 +6,12 @@
 pub struct Resolution {
     /// One unit of the finest digit written, s.
     pub finest_s: f64,
-    significant: Option<Significant>,
+    digits: Option<SignificantDigits>,
 }
 
 /// Numbers of a fixed count of significant digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Significant {
+struct SignificantDigits {
     digits: i32,
     /// The first stamp, in its unit.
     first: f64,
@@ -21,39 +21,39 @@ struct Significant {
 
 impl Resolution {
     /// One unit, s, for all stamps.
-    pub fn fixed(finest_s: f64) -> Resolution {
+    pub fn constant(finest_s: f64) -> Resolution {
         Resolution {
             finest_s,
-            significant: None,
+            digits: None,
         }
     }
 
     /// Of stamps with at most `digits` significant digits and none finer than `finest_s`, the first of which is `first` units of
     /// `unit_s` seconds.
-    pub(super) fn of_digits(finest_s: f64, digits: i32, first: f64, unit_s: f64) -> Resolution {
-        let significant = Significant {
+    pub(super) fn from_digits(finest_s: f64, digits: i32, first: f64, unit_s: f64) -> Resolution {
+        let significant_digits = SignificantDigits {
             digits,
             first,
             unit_s,
         };
         Resolution {
             finest_s,
-            significant: Some(significant),
+            digits: Some(significant_digits),
         }
     }
 
     /// How many significant digits are written, where that is known and may matter.
     pub fn digits(&self) -> Option<i32> {
-        self.significant.map(|s| s.digits)
+        self.digits.map(|s| s.digits)
     }
 
     /// One unit of the last digit of a stamp, s; `since_s` after the first.
-    pub fn at(&self, since_s: f64) -> f64 {
-        let Some(Significant {
+    pub fn unit_at(&self, since_s: f64) -> f64 {
+        let Some(SignificantDigits {
             digits,
             first,
             unit_s,
-        }) = self.significant
+        }) = self.digits
         else {
             return self.finest_s;
         };
@@ -76,7 +76,7 @@ mod tests {
     /// Five digits: ten thousandths up to 10, thousandths up to 100; nothing finer than what was written.
     #[test]
     fn exact_unit_of_the_last_digit() {
-        let five = Resolution::of_digits(1e-6, 5, 0.0, 1.0);
+        let five = Resolution::from_digits(1e-6, 5, 0.0, 1.0);
         let cases = [
             (0.0, 1e-6),
             (0.002, 1e-6),
@@ -85,8 +85,11 @@ mod tests {
             (99.0, 1e-3),
         ];
         for (seconds, unit) in cases {
-            assert!((five.at(seconds) / unit - 1.0).abs() < 1e-12, "{seconds}");
+            assert!(
+                (five.unit_at(seconds) / unit - 1.0).abs() < 1e-12,
+                "{seconds}"
+            );
         }
-        assert_eq!(Resolution::fixed(1e-3).at(500.0), 1e-3);
+        assert_eq!(Resolution::constant(1e-3).unit_at(500.0), 1e-3);
     }
 }

@@ -1,33 +1,33 @@
-//! Channels with units on a uniform time base: what every analysis of a log starts from.
+//! `Recording`: channels with units on a uniform time base, in segments without gaps.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::column::Column;
 use super::raw::Repair;
-use crate::base::error::{Error, Warning};
+use super::sample_column::SampleColumn;
+use crate::base::error::{Diagnostic, Error};
 
 /// Channels on a uniform time base.
 #[derive(Debug, Clone)]
 pub struct Recording {
     /// The file, as the user named it.
     pub path: String,
-    /// Format and dialect in words.
+    /// Format and dialect as text.
     pub dialect: String,
-    /// What the header says beside, as written.
-    pub facts: Vec<(String, String)>,
+    /// What the header says alongside, as written.
+    pub metadata: Vec<(String, String)>,
     /// Samples a second, Hz.
     pub rate_hz: f64,
-    /// Where the rate comes from, in words: `by regression over 12 403 stamps`.
+    /// Where the rate comes from, as text: `by regression over 12 403 stamps`.
     pub rate_source: String,
     /// Standard deviation of the rate, relative; zero where it is stated.
     pub rate_std: f64,
     /// Samples of every channel.
     pub samples: usize,
     /// Stretches without a gap, in samples, rising; at least one.
-    pub stretches: Vec<Range<usize>>,
-    /// Where each stretch begins, in steps of 1/rate from the first sample of its file; whole but where a gap is not.
-    pub starts: Vec<f64>,
+    pub segments: Vec<Range<usize>>,
+    /// Where each segment begins, in steps of 1/rate from the first sample of its file; whole but where a gap is not.
+    pub segment_starts: Vec<f64>,
     /// Date and time of the log's first sample as written.
     pub start: Option<String>,
     /// The files that the samples come from, in their order; empty where they come from no file.
@@ -36,8 +36,8 @@ pub struct Recording {
     pub channels: Vec<Channel>,
     /// Everything done to the data.
     pub repairs: Vec<Repair>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// A file and its samples within a recording.
@@ -65,8 +65,8 @@ pub struct Channel {
     pub name: String,
     /// Its unit as shown; empty where unknown.
     pub unit: String,
-    /// Samples in that unit; finite inside every stretch, shared by the parts of a recording.
-    pub samples: Arc<Column>,
+    /// Samples in that unit; finite inside every segment, shared by the parts of a recording.
+    pub samples: Arc<SampleColumn>,
     /// Samples at or beyond this size are overloads, where somebody said so.
     pub overload_level: Option<f64>,
     /// Cells that held an overload word.
@@ -79,24 +79,24 @@ impl Recording {
         self.channels.iter().find(|c| c.name == name)
     }
 
-    /// When sample `at` of stretch `stretch` was taken, s from the log's first sample.
-    pub fn time_s(&self, stretch: usize, at: usize) -> f64 {
-        (self.starts[stretch] + at as f64) / self.rate_hz
+    /// When sample `at` of segment `stretch` was taken, s from the log's first sample.
+    pub fn time_s(&self, segment: usize, at: usize) -> f64 {
+        (self.segment_starts[segment] + at as f64) / self.rate_hz
     }
 
     /// When sample `at` of the recording was taken, in the time of its own file.
     pub fn moment(&self, at: usize) -> Moment {
-        let before = self.stretches.partition_point(|s| s.start <= at);
-        let stretch = before.saturating_sub(1);
-        let start = self.stretches.get(stretch).map_or(0, |s| s.start);
+        let before = self.segments.partition_point(|s| s.start <= at);
+        let segment = before.saturating_sub(1);
+        let start = self.segments.get(segment).map_or(0, |s| s.start);
         let file = self.files.iter().find(|f| f.samples.contains(&at));
         Moment {
             file: (file.filter(|_| self.files.len() > 1)).map(|f| f.path.clone()),
-            time_s: self.time_s(stretch, at - start),
+            time_s: self.time_s(segment, at - start),
         }
     }
 
-    /// Hands the samples of every stretch on in blocks: where a block begins, and whether its stretch ends with it.
+    /// Hands the samples of every segment on in blocks: where a block begins, and whether its segment ends with it.
     ///
     /// # Errors
     /// The samples cannot be read.
@@ -107,12 +107,12 @@ impl Recording {
     ) -> Result<(), Error> {
         const BLOCK: usize = 1 << 16;
         let mut block = vec![0.0; BLOCK.min(self.samples)];
-        for stretch in &self.stretches {
-            let mut at = stretch.start;
-            while at < stretch.end {
-                let count = BLOCK.min(stretch.end - at);
+        for segment in &self.segments {
+            let mut at = segment.start;
+            while at < segment.end {
+                let count = BLOCK.min(segment.end - at);
                 channel.samples.read(at, &mut block[..count])?;
-                see(at, &block[..count], at + count == stretch.end);
+                see(at, &block[..count], at + count == segment.end);
                 at += count;
             }
         }

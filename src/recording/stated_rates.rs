@@ -25,7 +25,7 @@ pub struct StatedRate {
 
 impl StatedRate {
     /// A rate whose key speaks of samples.
-    pub fn of_samples(hertz: f64, key: impl Into<String>) -> StatedRate {
+    pub fn is_sample_rate(hertz: f64, key: impl Into<String>) -> StatedRate {
         StatedRate {
             hertz,
             key: key.into(),
@@ -50,7 +50,7 @@ pub(super) fn candidates(rates: &[StatedRate]) -> impl Iterator<Item = &StatedRa
 /// # Errors
 /// Candidates that contradict each other (`rate-disagrees`); only a bare `rate` that may be the speed of a shaft (`rate-unknown`), unless
 /// bare rates are accepted.
-pub(super) fn agreed(
+pub(super) fn agreed_rate(
     rates: &[StatedRate],
     accepts_bare: bool,
 ) -> Result<Option<&StatedRate>, Error> {
@@ -63,7 +63,7 @@ pub(super) fn agreed(
             first.key, first.hertz, other.key, other.hertz
         );
         return Err(Error::new(Code::RateDisagrees, message)
-            .hint("state the right one: --rate HZ, or rate = \"… Hz\" in the sidecar"));
+            .with_hint("state the right one: --rate HZ, or rate = \"… Hz\" in the sidecar"));
     }
     if first.is_bare && first.hertz < SHAFT_SPEEDS_BELOW && !accepts_bare {
         let message = format!(
@@ -71,7 +71,7 @@ pub(super) fn agreed(
             first.key, first.hertz
         );
         return Err(Error::new(Code::RateUnknown, message)
-            .hint("if it is the sample rate: --rate-from header; else state it: --rate HZ"));
+            .with_hint("if it is the sample rate: --rate-from header; else state it: --rate HZ"));
     }
     Ok(Some(first))
 }

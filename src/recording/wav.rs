@@ -1,30 +1,30 @@
-//! WAV files: integers of 8 to 32 bits, divided by full scale, and 32-bit floats as they are.
+//! WAV files: integers of 8 to 32 bits scaled to full scale 1, and 32-bit floats.
 
 use std::io::Cursor;
 
 use hound::{SampleFormat, WavReader};
 
-use super::column::Column;
-use super::raw::{Clock, Group, Raw, RawChannel};
-use super::settings::Settings;
+use super::raw::{ChannelGroup, RawChannel, RawLog, RawTiming};
+use super::read_options::ReadOptions;
+use super::sample_column::SampleColumn;
 use super::stated_rates::StatedRate;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 
 /// Samples of a channel collected before they are handed on.
-const BLOCK: usize = 1 << 14;
+const BUFFER_LEN: usize = 1 << 14;
 
 /// Reads a WAV file: full scale is 1, without a unit, unless `settings` say otherwise of the channels later.
 ///
 /// # Errors
 /// `broken-file` where the file was cut off or damaged, `unknown-format` where its samples are coded.
-pub fn read(path: &str, bytes: &[u8], _settings: &Settings) -> Result<Raw, Errors> {
-    let mut reader = WavReader::new(Cursor::new(bytes)).map_err(|error| refused(&error))?;
+pub fn read(path: &str, bytes: &[u8], _settings: &ReadOptions) -> Result<RawLog, Errors> {
+    let mut reader = WavReader::new(Cursor::new(bytes)).map_err(|error| wav_error(&error))?;
     let spec = reader.spec();
     let n_channels = usize::from(spec.channels);
     if n_channels == 0 || spec.sample_rate == 0 {
         return Err(Error::new(
-            Code::BrokenFile,
+            Code::CorruptFile,
             format!(
                 "the WAV file states {n_channels} channels at {} Hz",
                 spec.sample_rate
@@ -56,7 +56,7 @@ pub fn read(path: &str, bytes: &[u8], _settings: &Settings) -> Result<Raw, Error
         .any(|channel| channel.len() != channels[0].len())
     {
         return Err(Error::new(
-            Code::BrokenFile,
+            Code::CorruptFile,
             "the WAV file ends between the samples of one instant",
         )
         .into());
@@ -65,14 +65,14 @@ pub fn read(path: &str, bytes: &[u8], _settings: &Settings) -> Result<Raw, Error
         return Err(Error::new(Code::EmptyLog, "the WAV file holds no samples").into());
     }
     let named = channels.into_iter().enumerate();
-    let group = Group {
-        clock: Clock {
-            stated_rates: vec![StatedRate::of_samples(
+    let group = ChannelGroup {
+        timing: RawTiming {
+            stated_rates: vec![StatedRate::is_sample_rate(
                 spec.sample_rate.into(),
                 "WAV header",
             )],
             header_samples: Some(stated),
-            ..Clock::default()
+            ..RawTiming::default()
         },
         channels: named
             .map(|(at, samples)| RawChannel {
@@ -82,11 +82,11 @@ pub fn read(path: &str, bytes: &[u8], _settings: &Settings) -> Result<Raw, Error
             })
             .collect(),
     };
-    Ok(Raw {
+    Ok(RawLog {
         path: path.to_string(),
         dialect: format!("WAV, {}-bit {kind}", spec.bits_per_sample),
         groups: vec![group],
-        ..Raw::default()
+        ..RawLog::default()
     })
 }
 
@@ -95,20 +95,20 @@ fn collect<S>(
     samples: impl Iterator<Item = hound::Result<S>>,
     n_channels: usize,
     scale: impl Fn(S) -> f64,
-) -> Result<Vec<Column>, Error> {
-    let mut columns: Vec<Column> = (0..n_channels).map(|_| Column::default()).collect();
+) -> Result<Vec<SampleColumn>, Error> {
+    let mut columns: Vec<SampleColumn> = (0..n_channels).map(|_| SampleColumn::default()).collect();
     let mut blocks: Vec<Vec<f64>> = vec![Vec::new(); n_channels];
     let mut channel = 0;
     for sample in samples {
         let sample = sample.map_err(|error| {
             let read = columns[channel].len() + blocks[channel].len();
             let hint = "the recording was cut off: repair its header with an audio editor";
-            refused(&error).hint(format!(
+            wav_error(&error).with_hint(format!(
                 "{read} samples of each channel could be read; {hint}"
             ))
         })?;
         blocks[channel].push(scale(sample));
-        if blocks[channel].len() == BLOCK {
+        if blocks[channel].len() == BUFFER_LEN {
             columns[channel].push(&blocks[channel])?;
             blocks[channel].clear();
         }
@@ -120,10 +120,10 @@ fn collect<S>(
     Ok(columns)
 }
 
-fn refused(error: &hound::Error) -> Error {
+fn wav_error(error: &hound::Error) -> Error {
     let code = match error {
         hound::Error::Unsupported => Code::UnknownFormat,
-        _ => Code::BrokenFile,
+        _ => Code::CorruptFile,
     };
     let message = match error {
         hound::Error::Unsupported => {

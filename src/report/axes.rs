@@ -1,12 +1,12 @@
-//! Axes of curves over frequency: logarithmic scales, units, thinning of what no eye could tell apart.
+//! Plot axes: linear and logarithmic ranges, grids, thinning of dense curves.
 
-use super::style::{Anchor, BLACK, Canvas, FAINT, GREY, Panel, SMALL, Spot, ticks};
+use super::svg::{Anchor, BLACK, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, Panel, Point2, ticks};
 
 /// Decades a logarithmic scale shows below its top; what lies deeper is noise of the arithmetic.
-const DEEPEST: f64 = 8.0;
+const MAX_DECADES: f64 = 8.0;
 
 /// The range of a logarithmic scale over positive values, in powers of ten; absent where no value is positive.
-pub fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+pub fn log_range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for x in values.filter(|x| *x > 0.0 && x.is_finite()) {
         (low, high) = (low.min(x.log10()), high.max(x.log10()));
@@ -14,14 +14,14 @@ pub fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     if low > high {
         return None;
     }
-    let low = low.max(high - DEEPEST);
+    let low = low.max(high - MAX_DECADES);
     // A little room, and never an empty range.
     let room = (0.06 * (high - low)).max(0.1);
     Some((low - room, high + room))
 }
 
 /// The range of a linear scale with a little room; absent where no value is finite.
-pub fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+pub fn linear_range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let (low, high) = values
         .filter(|x| x.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
@@ -38,7 +38,7 @@ pub fn span(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 }
 
 /// Grid and numbers of a vertical axis whose values are powers of ten.
-pub fn rule_decades(panel: &Panel, canvas: &mut Canvas) {
+pub fn draw_log_grid(panel: &Panel, canvas: &mut Canvas) {
     let (low, high) = panel.y;
     let (first, last) = (low.ceil() as i32, high.floor() as i32);
     if last - first < 2 {
@@ -47,7 +47,7 @@ pub fn rule_decades(panel: &Panel, canvas: &mut Canvas) {
             for digit in [1.0f64, 2.0, 5.0] {
                 let at = f64::from(decade) + digit.log10();
                 if (low..=high).contains(&at) {
-                    let text = super::number::brief(digit * 10f64.powi(decade));
+                    let text = super::number_format::four_digits(digit * 10f64.powi(decade));
                     line_and_text(panel, canvas, at, &text);
                 }
             }
@@ -61,61 +61,66 @@ pub fn rule_decades(panel: &Panel, canvas: &mut Canvas) {
 }
 
 fn line_and_text(panel: &Panel, canvas: &mut Canvas, at: f64, text: &str) {
-    let height = panel.height_of(at);
+    let height = panel.canvas_y(at);
     canvas.line(
         (panel.across.0, height),
         (panel.across.1, height),
-        FAINT,
+        LIGHT_GREY,
         0.5,
     );
     canvas.text(
         text,
         (panel.across.0 - 5.0, height),
-        SMALL,
+        LABEL_SIZE,
         BLACK,
         Anchor::End,
     );
 }
 
 /// Frame, frequency axis and the name of the vertical axis of one panel; numbers below only where it is the lowest.
-pub fn frame(panel: &Panel, canvas: &mut Canvas, name: &str, below: Option<&str>) {
+pub fn draw_frame(panel: &Panel, canvas: &mut Canvas, name: &str, below: Option<&str>) {
     let values = ticks(panel.x, 8);
     match below {
         Some(axis) => {
-            panel.rule_x(canvas, &values);
+            panel.draw_x_grid(canvas, &values);
             let middle = 0.5 * (panel.across.0 + panel.across.1);
             canvas.text(
                 axis,
                 (middle, panel.down.1 + 28.0),
-                SMALL,
+                LABEL_SIZE,
                 BLACK,
                 Anchor::Middle,
             );
         }
         None => {
             for &value in &values {
-                let right = panel.right_of(value);
-                canvas.line((right, panel.down.0), (right, panel.down.1), FAINT, 0.5);
+                let right = panel.canvas_x(value);
+                canvas.line(
+                    (right, panel.down.0),
+                    (right, panel.down.1),
+                    LIGHT_GREY,
+                    0.5,
+                );
             }
         }
     }
-    canvas.frame(
+    canvas.stroke_rect(
         (panel.across.0, panel.down.0),
         (panel.across.1, panel.down.1),
         GREY,
         0.6,
     );
     let middle = 0.5 * (panel.down.0 + panel.down.1);
-    canvas.upright(name, (14.0, middle), SMALL, BLACK, Anchor::Middle);
+    canvas.vertical_text(name, (14.0, middle), LABEL_SIZE, BLACK, Anchor::Middle);
 }
 
 /// A curve as spots, what lies outside the panel's height cut to its edge; runs of finite values only.
-pub fn runs(panel: &Panel, points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<Spot>> {
+pub fn clip_to_panel(panel: &Panel, points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<Point2>> {
     let mut all = vec![Vec::new()];
     for (x, y) in points {
         let inside = x >= panel.x.0 && x <= panel.x.1 && y.is_finite();
         match (inside, all.last_mut()) {
-            (true, Some(run)) => run.push(panel.at(x, y.clamp(panel.y.0, panel.y.1))),
+            (true, Some(run)) => run.push(panel.to_canvas(x, y.clamp(panel.y.0, panel.y.1))),
             (false, Some(run)) if !run.is_empty() => all.push(Vec::new()),
             _ => {}
         }
@@ -124,20 +129,20 @@ pub fn runs(panel: &Panel, points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<
 }
 
 /// Of the points that share a fifth of a point of width only the highest and the lowest, in their order.
-fn thin(run: Vec<Spot>) -> Vec<Spot> {
+fn thin(run: Vec<Point2>) -> Vec<Point2> {
     const COLUMN: f64 = 0.2;
-    const ENOUGH: usize = 3000;
-    if run.len() < ENOUGH {
+    const MIN_POINTS: usize = 3000;
+    if run.len() < MIN_POINTS {
         return run;
     }
-    let mut kept: Vec<Spot> = Vec::new();
+    let mut kept: Vec<Point2> = Vec::new();
     for column in run.chunk_by(|a, b| (a.0 / COLUMN).floor() == (b.0 / COLUMN).floor()) {
-        let by_height = |a: &(usize, &Spot), b: &(usize, &Spot)| a.1.1.total_cmp(&b.1.1);
+        let by_height = |a: &(usize, &Point2), b: &(usize, &Point2)| a.1.1.total_cmp(&b.1.1);
         let (low, high) = (
             column.iter().enumerate().min_by(by_height),
             column.iter().enumerate().max_by(by_height),
         );
-        let mut pair: Vec<(usize, &Spot)> = low.into_iter().chain(high).collect();
+        let mut pair: Vec<(usize, &Point2)> = low.into_iter().chain(high).collect();
         pair.sort_by_key(|p| p.0);
         pair.dedup_by_key(|p| p.0);
         kept.extend(pair.into_iter().map(|p| *p.1));

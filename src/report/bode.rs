@@ -1,15 +1,15 @@
-//! Frequency responses as pictures: magnitude, phase and coherence over frequency; measured against fitted; in the complex plane.
+//! Frequency responses as plots: magnitude, phase and coherence over frequency; measured against fitted; in the complex plane.
 
-use super::axes::{decades, frame, rule_decades, runs, span};
-use super::style::{
-    Anchor, BLACK, BLUE, Canvas, GREY, Ink, ORANGE, Panel, SMALL, Stroke, TITLE, WIDTH, paler,
-    picture, shortened, ticks, width_of,
+use super::axes::{clip_to_panel, draw_frame, draw_log_grid, linear_range, log_range};
+use super::svg::{
+    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LineStyle, ORANGE, Panel, TITLE_SIZE,
+    WIDTH, lighten, render_svg, text_width, ticks, truncate_label,
 };
 use crate::numeric::Complex;
 
 /// One response.
 #[derive(Debug, Clone, Default)]
-pub struct Curve {
+pub struct BodeCurve {
     /// What it is called.
     pub label: String,
     /// Unit of its values.
@@ -26,9 +26,9 @@ pub struct Curve {
     pub coherence: Option<Vec<f64>>,
 }
 
-/// What a Bode picture shows.
+/// What a Bode plot shows.
 #[derive(Debug, Clone, Default)]
-pub struct Bode {
+pub struct BodePlot {
     /// Above it.
     pub title: String,
     /// What it is over; frequency in Hz where empty.
@@ -36,39 +36,43 @@ pub struct Bode {
     /// Lines, in the unit of what it is over.
     pub frequency_hz: Vec<f64>,
     /// Responses; the first few are drawn.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<BodeCurve>,
     /// Identified natural frequencies, Hz.
     pub modes_hz: Vec<f64>,
 }
 
-/// Responses drawn at once: more cannot be told apart.
-const MOST: usize = 4;
+/// Responses drawn at once: more cannot be distinguished.
+const MAX_COUNT: usize = 4;
 
-const INKS: [Ink; MOST] = [BLUE, ORANGE, BLACK, GREY];
+const COLOURS: [Colour; MAX_COUNT] = [BLUE, ORANGE, BLACK, GREY];
 
-const LEFT: f64 = 70.0;
-const TALL: f64 = 230.0;
-const LOW: f64 = 110.0;
-const FLAT: f64 = 70.0;
-const GAP: f64 = 16.0;
+const MARGIN_LEFT: f64 = 70.0;
+const MAGNITUDE_HEIGHT: f64 = 230.0;
+const PHASE_HEIGHT: f64 = 110.0;
+const COHERENCE_HEIGHT: f64 = 70.0;
+const SPACING: f64 = 16.0;
 
 /// Magnitude, phase and, where it was measured, coherence.
-pub fn bode(shown: &Bode) -> String {
-    let curves = &shown.curves[..shown.curves.len().min(MOST)];
+pub fn draw_bode(shown: &BodePlot) -> String {
+    let curves = &shown.curves[..shown.curves.len().min(MAX_COUNT)];
     let coherent = curves.iter().any(|c| c.coherence.is_some());
     let axis = match shown.across {
         "" => "frequency, Hz",
         across => across,
     };
     let top = 52.0;
-    let heights = [TALL, LOW, if coherent { FLAT } else { 0.0 }];
+    let heights = [
+        MAGNITUDE_HEIGHT,
+        PHASE_HEIGHT,
+        if coherent { COHERENCE_HEIGHT } else { 0.0 },
+    ];
     let mut at = top;
     let mut panels = Vec::new();
     for height in heights.into_iter().filter(|h| *h > 0.0) {
         panels.push((at, at + height));
-        at += height + GAP;
+        at += height + SPACING;
     }
-    picture(WIDTH, at + 36.0, |canvas| {
+    render_svg(WIDTH, at + 36.0, |canvas| {
         heading(canvas, &shown.title, curves, shown.curves.len());
         let sizes = || {
             curves
@@ -78,18 +82,18 @@ pub fn bode(shown: &Bode) -> String {
         let (Some(&first), Some(&last), Some(y)) = (
             shown.frequency_hz.first(),
             shown.frequency_hz.last(),
-            decades(sizes()),
+            log_range(sizes()),
         ) else {
             canvas.text(
                 "no response",
                 (WIDTH / 2.0, at / 2.0),
-                TITLE,
+                TITLE_SIZE,
                 GREY,
                 Anchor::Middle,
             );
             return;
         };
-        let across = (LEFT, WIDTH - 24.0);
+        let across = (MARGIN_LEFT, WIDTH - 24.0);
         let panel = |down, y| Panel {
             across,
             down,
@@ -97,7 +101,7 @@ pub fn bode(shown: &Bode) -> String {
             y,
         };
         let magnitude = panel(panels[0], y);
-        rule_decades(&magnitude, canvas);
+        draw_log_grid(&magnitude, canvas);
         let units: Vec<&str> = curves
             .iter()
             .map(|c| c.unit.as_str())
@@ -107,27 +111,27 @@ pub fn bode(shown: &Bode) -> String {
             Some(unit) if units.iter().all(|u| u == unit) => format!("magnitude, {unit}"),
             _ => "magnitude".to_string(),
         };
-        frame(&magnitude, canvas, &unit, None);
+        draw_frame(&magnitude, canvas, &unit, None);
         let phase = panel(panels[1], (-190.0, 190.0));
-        phase.rule_y(canvas, &[-180.0, -90.0, 0.0, 90.0, 180.0]);
-        frame(&phase, canvas, "phase, deg", (!coherent).then_some(axis));
+        phase.draw_y_grid(canvas, &[-180.0, -90.0, 0.0, 90.0, 180.0]);
+        draw_frame(&phase, canvas, "phase, deg", (!coherent).then_some(axis));
         let coherence = coherent.then(|| panel(panels[2], (0.0, 1.05)));
         if let Some(coherence) = &coherence {
-            coherence.rule_y(canvas, &[0.0, 0.5, 1.0]);
-            frame(coherence, canvas, "coherence", Some(axis));
+            coherence.draw_y_grid(canvas, &[0.0, 0.5, 1.0]);
+            draw_frame(coherence, canvas, "coherence", Some(axis));
         }
         for &f in shown.modes_hz.iter().filter(|f| (first..=last).contains(f)) {
             for panel in [&magnitude, &phase] {
-                let right = panel.right_of(f);
-                canvas.path(
+                let right = panel.canvas_x(f);
+                canvas.polyline(
                     &[(right, panel.down.0), (right, panel.down.1)],
                     GREY,
                     0.6,
-                    Stroke::Dotted,
+                    LineStyle::Dotted,
                 );
             }
         }
-        for (curve, ink) in curves.iter().zip(INKS) {
+        for (curve, ink) in curves.iter().zip(COLOURS) {
             let over = |f: &dyn Fn(&Complex) -> f64, values: &[Complex]| -> Vec<(f64, f64)> {
                 shown
                     .frequency_hz
@@ -140,7 +144,7 @@ pub fn bode(shown: &Bode) -> String {
             let degrees = |z: &Complex| z.arg().to_degrees();
             let width = if curve.fitted.is_some() { 2.2 } else { 1.0 };
             let pale = if curve.fitted.is_some() {
-                paler(ink)
+                lighten(ink)
             } else {
                 ink
             };
@@ -171,7 +175,7 @@ fn stroke(
     canvas: &mut Canvas,
     panel: &Panel,
     mut points: Vec<(f64, f64)>,
-    ink: Ink,
+    ink: Colour,
     width: f64,
     wraps: bool,
 ) {
@@ -185,59 +189,74 @@ fn stroke(
         }
         points = broken;
     }
-    for run in runs(panel, points.into_iter()) {
-        canvas.path(&run, ink, width, Stroke::Solid);
+    for run in clip_to_panel(panel, points.into_iter()) {
+        canvas.polyline(&run, ink, width, LineStyle::Solid);
     }
 }
 
-fn heading(canvas: &mut Canvas, title: &str, curves: &[Curve], all: usize) {
-    canvas.text(title, (LEFT, 16.0), TITLE, BLACK, Anchor::Start);
-    let mut right = LEFT;
+fn heading(canvas: &mut Canvas, title: &str, curves: &[BodeCurve], all: usize) {
+    canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+    let mut right = MARGIN_LEFT;
     let fitted = curves.iter().any(|c| c.fitted.is_some());
-    for (curve, ink) in curves.iter().zip(INKS) {
+    for (curve, ink) in curves.iter().zip(COLOURS) {
         canvas.line((right, 36.0), (right + 18.0, 36.0), ink, 2.0);
-        let label = shortened(&curve.label, 28);
-        canvas.text(&label, (right + 23.0, 36.0), SMALL, BLACK, Anchor::Start);
-        right += 23.0 + width_of(&label, SMALL) + 16.0;
+        let label = truncate_label(&curve.label, 28);
+        canvas.text(
+            &label,
+            (right + 23.0, 36.0),
+            LABEL_SIZE,
+            BLACK,
+            Anchor::Start,
+        );
+        right += 23.0 + text_width(&label, LABEL_SIZE) + 16.0;
     }
-    let mut remark = String::new();
+    let mut diagnostic = String::new();
     if fitted {
-        remark += "broad and pale: measured, narrow: fitted";
+        diagnostic += "broad and pale: measured, narrow: fitted";
     }
     if all > curves.len() {
-        remark += &format!(
+        diagnostic += &format!(
             "{}{} of {all} responses",
             if fitted { "; " } else { "" },
             curves.len()
         );
     }
-    canvas.text(&remark, (WIDTH - 24.0, 16.0), SMALL, GREY, Anchor::End);
+    canvas.text(
+        &diagnostic,
+        (WIDTH - 24.0, 16.0),
+        LABEL_SIZE,
+        GREY,
+        Anchor::End,
+    );
 }
 
 /// The responses in the complex plane, equal scales; points measured, lines fitted.
-pub fn nyquist(shown: &Bode) -> String {
+pub fn draw_nyquist(shown: &BodePlot) -> String {
     const SIDE: f64 = 560.0;
-    let curves = &shown.curves[..shown.curves.len().min(MOST)];
+    let curves = &shown.curves[..shown.curves.len().min(MAX_COUNT)];
     let top = 52.0;
-    picture(WIDTH, top + SIDE + 52.0, |canvas| {
+    render_svg(WIDTH, top + SIDE + 52.0, |canvas| {
         heading(canvas, &shown.title, curves, shown.curves.len());
         let all = || {
             curves
                 .iter()
                 .flat_map(|c| c.measured.iter().chain(&c.traced))
         };
-        let (Some(re), Some(im)) = (span(all().map(|z| z.re)), span(all().map(|z| z.im))) else {
+        let (Some(re), Some(im)) = (
+            linear_range(all().map(|z| z.re)),
+            linear_range(all().map(|z| z.im)),
+        ) else {
             canvas.text(
                 "no response",
                 (WIDTH / 2.0, top + SIDE / 2.0),
-                TITLE,
+                TITLE_SIZE,
                 GREY,
                 Anchor::Middle,
             );
             return;
         };
-        // Equal scales: the larger range decides, the picture being wider than high.
-        let across = (LEFT, WIDTH - 24.0);
+        // Equal scales: the larger range decides, the plot being wider than high.
+        let across = (MARGIN_LEFT, WIDTH - 24.0);
         let scale = ((re.1 - re.0) / (across.1 - across.0)).max((im.1 - im.0) / SIDE);
         let about = |range: (f64, f64), length: f64| {
             let middle = 0.5 * (range.0 + range.1);
@@ -250,14 +269,14 @@ pub fn nyquist(shown: &Bode) -> String {
             y: about(im, SIDE),
         };
         grid(canvas, &panel);
-        for (curve, ink) in curves.iter().zip(INKS) {
+        for (curve, ink) in curves.iter().zip(COLOURS) {
             let known = curve.traced.iter().filter(|z| z.is_finite());
-            let points: Vec<_> = known.map(|z| panel.at(z.re, z.im)).collect();
-            canvas.path(&points, ink, 1.0, Stroke::Solid);
+            let points: Vec<_> = known.map(|z| panel.to_canvas(z.re, z.im)).collect();
+            canvas.polyline(&points, ink, 1.0, LineStyle::Solid);
             if curve.computed {
                 let known = curve.measured.iter().filter(|z| z.is_finite());
-                let points: Vec<_> = known.map(|z| panel.at(z.re, z.im)).collect();
-                canvas.path(&points, ink, 1.2, Stroke::Solid);
+                let points: Vec<_> = known.map(|z| panel.to_canvas(z.re, z.im)).collect();
+                canvas.polyline(&points, ink, 1.2, LineStyle::Solid);
                 continue;
             }
             // Points closer together than their own size are one.
@@ -267,9 +286,9 @@ pub fn nyquist(shown: &Bode) -> String {
                 .iter()
                 .filter(|z| z.re.is_finite() && z.im.is_finite())
             {
-                let spot = panel.at(z.re, z.im);
+                let spot = panel.to_canvas(z.re, z.im);
                 if !((spot.0 - last.0).hypot(spot.1 - last.1) < 0.5 * radius) {
-                    canvas.disc(spot, radius, ink);
+                    canvas.fill_circle(spot, radius, ink);
                     last = spot;
                 }
             }
@@ -279,9 +298,9 @@ pub fn nyquist(shown: &Bode) -> String {
 
 /// The grid of the complex plane.
 fn grid(canvas: &mut Canvas, panel: &Panel) {
-    panel.rule_x(canvas, &ticks(panel.x, 8));
-    panel.rule_y(canvas, &ticks(panel.y, 6));
-    canvas.frame(
+    panel.draw_x_grid(canvas, &ticks(panel.x, 8));
+    panel.draw_y_grid(canvas, &ticks(panel.y, 6));
+    canvas.stroke_rect(
         (panel.across.0, panel.down.0),
         (panel.across.1, panel.down.1),
         GREY,
@@ -290,14 +309,14 @@ fn grid(canvas: &mut Canvas, panel: &Panel) {
     canvas.text(
         "real part",
         (0.5 * (panel.across.0 + panel.across.1), panel.down.1 + 28.0),
-        SMALL,
+        LABEL_SIZE,
         BLACK,
         Anchor::Middle,
     );
-    canvas.upright(
+    canvas.vertical_text(
         "imaginary part",
         (14.0, 0.5 * (panel.down.0 + panel.down.1)),
-        SMALL,
+        LABEL_SIZE,
         BLACK,
         Anchor::Middle,
     );

@@ -1,10 +1,10 @@
-//! A Campbell diagram as JSON, as a table of crossings, and as what its picture shows.
+//! A Campbell diagram as JSON, as a table of crossings, and as what its plot shows.
 
 use serde_json::{Value, json};
 
-use super::campbell_picture::{self, Diagram};
-use crate::modes::campbell::{BranchLine, Campbell, Crossing};
-use crate::modes::orders::{Cause, Order, Source};
+use super::campbell_plot::{self, CampbellPlot};
+use crate::modes::campbell::{CampbellBranch, CampbellDiagram, OrderCrossing};
+use crate::modes::excitation_orders::{ExcitationCause, ExcitationOrder, ExcitationSource};
 use crate::modes::whirl::Whirl;
 
 /// Orders drawn: those whose parts take most part in the modes they meet.
@@ -14,17 +14,19 @@ const ORDERS: usize = 12;
 const BRANCHES: usize = 16;
 
 /// Crossings below this participation are not drawn on a crowded diagram.
-const FAINT: f64 = 0.01;
+const MIN_PARTICIPATION: f64 = 0.01;
 
-/// The picture. A large machine has more orders and modes than a picture can show: it shows those that matter, and the table and
+/// The plot. A large machine has more orders and modes than a plot can show: it shows those that matter, and the table and
 /// the JSON document hold all.
 ///
 /// Modes are numbered as they stand at the first speed, after `n_rigid` rigid ones.
-pub fn picture(found: &Campbell, n_rigid: usize) -> String {
+pub fn draw(found: &CampbellDiagram, n_rigid: usize) -> String {
     let orders = strongest_orders(found);
     let crowded = found.orders.len() > ORDERS || found.branches.len() > BRANCHES;
-    let drawn = |c: &&Crossing| orders.contains(&c.order) && (!crowded || c.participation >= FAINT);
-    let crossings: Vec<&Crossing> = found.crossings.iter().filter(drawn).collect();
+    let drawn = |c: &&OrderCrossing| {
+        orders.contains(&c.order) && (!crowded || c.participation >= MIN_PARTICIPATION)
+    };
+    let crossings: Vec<&OrderCrossing> = found.crossings.iter().filter(drawn).collect();
     let reach = crossings.iter().map(|c| c.frequency_hz).fold(0.0, f64::max);
     let branches = (0..found.branches.len()).filter(|&k| {
         let lowest = found.branches[k]
@@ -39,17 +41,20 @@ pub fn picture(found: &Campbell, n_rigid: usize) -> String {
     let crossings = crossings
         .into_iter()
         .filter(|c| branches.contains(&c.branch));
-    campbell_picture::campbell(&Diagram {
+    campbell_plot::draw_campbell(&CampbellPlot {
         shaft: found.reference.clone(),
         speeds_rpm: found.speeds_rpm.clone(),
         branches: branches.iter().map(|&k| line(found, k, n_rigid)).collect(),
-        orders: orders.iter().map(|&k| ray(&found.orders[k])).collect(),
-        crossings: crossings.map(ring).collect(),
+        orders: orders
+            .iter()
+            .map(|&k| plot_order(&found.orders[k]))
+            .collect(),
+        crossings: crossings.map(plot_crossing).collect(),
     })
 }
 
 /// The orders to draw, by number.
-fn strongest_orders(found: &Campbell) -> Vec<usize> {
+fn strongest_orders(found: &CampbellDiagram) -> Vec<usize> {
     let mut strength = vec![0.0f64; found.orders.len()];
     for c in &found.crossings {
         strength[c.order] = strength[c.order].max(c.participation);
@@ -57,33 +62,33 @@ fn strongest_orders(found: &Campbell) -> Vec<usize> {
     let mut order: Vec<usize> = (0..found.orders.len()).collect();
     order.sort_by(|&a, &b| strength[b].total_cmp(&strength[a]));
     order.truncate(ORDERS);
-    order.retain(|&k| found.orders.len() <= ORDERS || strength[k] >= FAINT);
+    order.retain(|&k| found.orders.len() <= ORDERS || strength[k] >= MIN_PARTICIPATION);
     order.sort_unstable();
     order
 }
 
-fn line(found: &Campbell, k: usize, n_rigid: usize) -> campbell_picture::BranchLine {
+fn line(found: &CampbellDiagram, k: usize, n_rigid: usize) -> campbell_plot::PlottedBranch {
     let whirl = found.branches[k].whirl.iter().rev().flatten().next();
-    campbell_picture::BranchLine {
+    campbell_plot::PlottedBranch {
         label: format!("mode {}", k + 1 + n_rigid),
         whirl: match whirl {
-            Some(Whirl::Forward) => campbell_picture::Whirl::Forward,
-            Some(Whirl::Backward) => campbell_picture::Whirl::Backward,
-            _ => campbell_picture::Whirl::None,
+            Some(Whirl::Forward) => campbell_plot::PlottedWhirl::Forward,
+            Some(Whirl::Backward) => campbell_plot::PlottedWhirl::Backward,
+            _ => campbell_plot::PlottedWhirl::None,
         },
         frequencies_hz: found.branches[k].frequency_hz.clone(),
     }
 }
 
-fn ray(order: &Order) -> campbell_picture::OrderLine {
-    campbell_picture::OrderLine {
-        label: words(order),
+fn plot_order(order: &ExcitationOrder) -> campbell_plot::PlottedOrder {
+    campbell_plot::PlottedOrder {
+        label: order_label(order),
         order: order.value,
     }
 }
 
-fn ring(c: &Crossing) -> campbell_picture::Crossing {
-    campbell_picture::Crossing {
+fn plot_crossing(c: &OrderCrossing) -> campbell_plot::PlottedCrossing {
+    campbell_plot::PlottedCrossing {
         speed_rpm: c.speed_rpm,
         frequency_hz: c.frequency_hz,
         participation: c.participation,
@@ -91,12 +96,12 @@ fn ring(c: &Crossing) -> campbell_picture::Crossing {
 }
 
 /// What excites an order: `wheel mesh`, `pinion, wheel`.
-pub fn words(order: &Order) -> String {
+pub fn order_label(order: &ExcitationOrder) -> String {
     let mut words: Vec<String> = Vec::new();
     for source in &order.sources {
         let word = match source.cause {
-            Cause::Mesh => format!("{} mesh", source.element),
-            Cause::Rotation => source.member.clone(),
+            ExcitationCause::Mesh => format!("{} mesh", source.element),
+            ExcitationCause::Rotation => source.member.clone(),
         };
         if !words.contains(&word) {
             words.push(word);
@@ -105,9 +110,9 @@ pub fn words(order: &Order) -> String {
     words.join(", ")
 }
 
-/// The diagram as the `campbell` block of a document.
-pub fn json(found: &Campbell) -> Value {
-    let branch = |line: &BranchLine| {
+/// The diagram as the `draw_campbell` block of a document.
+pub fn json(found: &CampbellDiagram) -> Value {
+    let branch = |line: &CampbellBranch| {
         json!({
             "frequency_hz": line.frequency_hz,
             "damping_ratio": line.damping_ratio,
@@ -115,11 +120,11 @@ pub fn json(found: &Campbell) -> Value {
             "uncertain_rpm": line.uncertain_rpm,
         })
     };
-    let order = |order: &Order| {
-        let source = |s: &Source| {
+    let order = |order: &ExcitationOrder| {
+        let source = |s: &ExcitationSource| {
             let cause = match s.cause {
-                Cause::Mesh => "mesh",
-                Cause::Rotation => "rotation",
+                ExcitationCause::Mesh => "mesh",
+                ExcitationCause::Rotation => "rotation",
             };
             json!({ "element": s.element, "member": s.member, "cause": cause, "multiple": s.multiple })
         };
@@ -129,7 +134,7 @@ pub fn json(found: &Campbell) -> Value {
             "sources": order.sources.iter().map(source).collect::<Vec<_>>(),
         })
     };
-    let crossing = |c: &Crossing| {
+    let crossing = |c: &OrderCrossing| {
         json!({
             "speed_rpm": c.speed_rpm,
             "frequency_hz": c.frequency_hz,

@@ -1,18 +1,18 @@
-//! Periodic motions over speed as JSON, CSV and a picture.
+//! Periodic solutions over speed as JSON, CSV and plot.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use serde_json::{Value, json};
 
+use super::amplitude_plot::{AmplitudePlot, draw_amplitude};
 use super::json::{complex, header, stages, warnings};
-use super::jump_curve::{JumpCurve, jump_curve};
-use super::style::significant;
-use crate::base::place::Source;
-use crate::plan::response::harmonic_balance::Answer;
-use crate::plan::stages::Verdict;
-use crate::response::harmonic::point::{Found, Point};
-use crate::response::harmonic::special::{Kind, Special};
+use super::svg::significant;
+use crate::base::source_span::SourceFile;
+use crate::plan::response::harmonic_balance::HarmonicBalanceResult;
+use crate::plan::stages::StageDecision;
+use crate::response::harmonic_balance::bifurcation::{Bifurcation, BifurcationKind};
+use crate::response::harmonic_balance::point::{PeriodicSolution, Refinement};
 
 /// rpm of rad/s.
 pub(super) fn rpm(speed: f64) -> f64 {
@@ -20,81 +20,81 @@ pub(super) fn rpm(speed: f64) -> f64 {
 }
 
 /// The name of what happens.
-pub(super) fn named(kind: Kind) -> &'static str {
+pub(super) fn bifurcation_name(kind: BifurcationKind) -> &'static str {
     match kind {
-        Kind::Fold => "fold",
-        Kind::PeriodDoubling => "period doubling",
-        Kind::NeimarkSacker => "Neimark–Sacker",
-        Kind::Branching => "branching",
+        BifurcationKind::Fold => "fold",
+        BifurcationKind::PeriodDoubling => "period doubling",
+        BifurcationKind::NeimarkSacker => "Neimark–Sacker",
+        BifurcationKind::BranchPoint => "branching",
     }
 }
 
 /// The document.
-pub fn json(sources: &[Arc<Source>], answer: &Answer) -> Value {
-    let trace: Vec<&str> = answer
+pub fn json(sources: &[Arc<SourceFile>], result: &HarmonicBalanceResult) -> Value {
+    let trace: Vec<&str> = result
         .plan
         .iter()
-        .filter(|r| matches!(r.1, Verdict::Runs(_)))
+        .filter(|r| matches!(r.1, StageDecision::Runs(_)))
         .map(|r| r.0)
         .collect();
-    let special = |(s, jump): (&Special, &Option<f64>)| {
-        let mut value = motion(answer, &s.point);
-        value["kind"] = json!(named(s.kind));
-        value["rising_speed"] = json!(s.point.sense > 0.0);
+    let special = |(s, jump): (&Bifurcation, &Option<f64>)| {
+        let mut value = motion(result, &s.solution);
+        value["kind"] = json!(bifurcation_name(s.kind));
+        value["rising_speed"] = json!(s.solution.sense > 0.0);
         value["after_point"] = json!(s.after);
         value["jumps_to"] = json!(jump);
         value
     };
-    let tongues = match &answer.tongues {
+    let tongues = match &result.instability_tongues {
         Ok(found) => json!(found.iter().map(|t| json!({
-            "from_rpm": rpm(answer.speed(t.from)), "to_rpm": rpm(answer.speed(t.to)), "worst_rpm": rpm(answer.speed(t.worst)),
+            "from_rpm": rpm(result.speed(t.from)), "to_rpm": rpm(result.speed(t.to)), "worst_rpm": rpm(result.speed(t.most_unstable)),
             "growth_per_period": t.growth, "name": t.name,
         })).collect::<Vec<_>>()),
         Err(why) => json!({ "left_out": why }),
     };
     json!({
         "geardyn": header(sources, &trace),
-        "node": answer.node,
-        "outputs": answer.outputs.iter().map(|(name, unit)| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),
-        "nonlinear": answer.branches,
-        "special": answer.curve.specials.iter().zip(&answer.jumps).map(special).collect::<Vec<_>>(),
-        "points": answer.curve.points.iter().map(|p| motion(answer, p)).collect::<Vec<_>>(),
-        "doubled": answer.curve.doubled.iter().map(|d| json!({
-            "born_at_special": d.born,
-            "points": d.points.iter().map(|p| motion(answer, p)).collect::<Vec<_>>(),
+        "node": result.node,
+        "outputs": result.outputs.iter().map(|(name, unit)| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),
+        "nonlinear": result.branches,
+        "special": result.curve.bifurcations.iter().zip(&result.jumps).map(special).collect::<Vec<_>>(),
+        "points": result.curve.solutions.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
+        "doubled": result.curve.period_doubled.iter().map(|d| json!({
+            "born_at_special": d.bifurcation,
+            "points": d.solutions.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "tongues": tongues,
-        "complete": answer.curve.ended.is_none(),
-        "effort": { "run_time_s": answer.seconds },
-        "stages": stages(answer.plan.iter().map(|(name, verdict)| (*name, verdict))),
-        "warnings": warnings(&answer.warnings),
+        "complete": result.curve.stopped_by.is_none(),
+        "effort": { "run_time_s": result.seconds },
+        "stages": stages(result.plan.iter().map(|(name, decision)| (*name, decision))),
+        "warnings": warnings(&result.diagnostics),
     })
 }
 
-fn motion(answer: &Answer, p: &Point) -> Value {
+fn motion(result: &HarmonicBalanceResult, p: &PeriodicSolution) -> Value {
     json!({
-        "speed_rpm": rpm(answer.speed(p.omega)),
+        "speed_rpm": rpm(result.speed(p.omega)),
         "frequency_hz": p.omega / TAU,
-        "stable": p.unstable() == 0,
+        "stable": p.unstable_count() == 0,
         "multipliers": p.multipliers.iter().map(|&m| complex(m)).collect::<Vec<_>>(),
         "orders": p.orders,
-        "left_out": p.left_out,
-        "found_by": found(p),
+        "left_out": p.truncation_error,
+        "found_by": solution_kind(p),
         "outputs": p.outputs.iter().map(|o| json!({
-            "amplitude": o.amplitude(), "mean": o.mean, "max": o.max, "min": o.min, "rms": o.rms,
+            "amplitude": o.amplitude(), "mean": o.mean, "max": o.max, "min": o.min, "rms": o.std_dev,
         })).collect::<Vec<_>>(),
     })
 }
 
-fn found(p: &Point) -> &'static str {
-    match p.found {
-        Found::Events => "events",
-        Found::Orders => "orders",
+fn solution_kind(p: &PeriodicSolution) -> &'static str {
+    match p.refinement {
+        Refinement::Shooting => "events",
+        Refinement::HarmonicBalance => "orders",
     }
 }
 
 /// One row a motion, along the curve.
-pub fn csv(answer: &Answer) -> String {
+pub fn csv(result: &HarmonicBalanceResult) -> String {
     let mut head: Vec<String> = [
         "speed [rpm]",
         "frequency [Hz]",
@@ -107,24 +107,30 @@ pub fn csv(answer: &Answer) -> String {
     ]
     .map(str::to_string)
     .to_vec();
-    for (name, unit) in &answer.outputs {
+    for (name, unit) in &result.outputs {
         for part in ["amplitude", "mean", "max", "min", "rms"] {
-            head.push(super::csv::quoted(&format!("{name} {part} [{unit}]")));
+            head.push(super::modes_csv::csv_field(&format!(
+                "{name} {part} [{unit}]"
+            )));
         }
     }
     let mut text = head.join(",") + "\n";
-    let single = answer.curve.points.iter().map(|p| (p, 1));
-    let doubled = answer.curve.doubled.iter().flat_map(|d| &d.points);
+    let single = result.curve.solutions.iter().map(|p| (p, 1));
+    let doubled = result
+        .curve
+        .period_doubled
+        .iter()
+        .flat_map(|d| &d.solutions);
     for (p, periods) in single.chain(doubled.map(|p| (p, 2))) {
         let largest = p.multipliers.first().map_or(0.0, |m| m.norm());
         text += &format!(
             "{},{},{},{largest},{},{},{},{periods}",
-            rpm(answer.speed(p.omega)),
+            rpm(result.speed(p.omega)),
             p.omega / TAU,
-            p.unstable() == 0,
+            p.unstable_count() == 0,
             p.orders,
-            p.left_out,
-            found(p)
+            p.truncation_error,
+            solution_kind(p)
         );
         for o in &p.outputs {
             text += &format!(
@@ -133,7 +139,7 @@ pub fn csv(answer: &Answer) -> String {
                 o.mean,
                 o.max,
                 o.min,
-                o.rms
+                o.std_dev
             );
         }
         text.push('\n');
@@ -142,64 +148,70 @@ pub fn csv(answer: &Answer) -> String {
 }
 
 /// The jump curve of the first output.
-pub fn picture(title: &str, answer: &Answer) -> String {
-    let (name, unit) = answer
+pub fn draw(title: &str, result: &HarmonicBalanceResult) -> String {
+    let (name, unit) = result
         .outputs
         .first()
         .map_or(("", ""), |(n, u)| (n.as_str(), u));
-    let amplitude = |p: &Point| p.outputs.first().map_or(0.0, |o| o.amplitude());
-    let (factor, unit) = scaled(
-        answer
+    let amplitude = |p: &PeriodicSolution| p.outputs.first().map_or(0.0, |o| o.amplitude());
+    let (factor, unit) = choose_unit(
+        result
             .curve
-            .points
+            .solutions
             .iter()
-            .chain(answer.curve.doubled.iter().flat_map(|d| &d.points))
+            .chain(
+                result
+                    .curve
+                    .period_doubled
+                    .iter()
+                    .flat_map(|d| &d.solutions),
+            )
             .map(amplitude)
             .fold(0.0, f64::max),
         unit,
     );
-    let at = |p: &Point| (rpm(answer.speed(p.omega)), factor * amplitude(p));
-    let shown = |p: &Point| {
+    let at = |p: &PeriodicSolution| (rpm(result.speed(p.omega)), factor * amplitude(p));
+    let shown = |p: &PeriodicSolution| {
         let (x, y) = at(p);
-        (x, y, p.unstable() == 0)
+        (x, y, p.unstable_count() == 0)
     };
-    let mark = |s: &Special| {
-        let (speed, height) = at(&s.point);
+    let mark = |s: &Bifurcation| {
+        let (speed, height) = at(&s.solution);
         (
             speed,
             height,
-            format!("{} {}", named(s.kind), significant(speed, 5)),
+            format!("{} {}", bifurcation_name(s.kind), significant(speed, 5)),
         )
     };
-    let jump = |(s, to): (&Special, &Option<f64>)| {
-        let (speed, from) = at(&s.point);
-        (s.kind == Kind::Fold).then_some((speed, from, factor * (*to)?))
+    let jump = |(s, to): (&Bifurcation, &Option<f64>)| {
+        let (speed, from) = at(&s.solution);
+        (s.kind == BifurcationKind::Fold).then_some((speed, from, factor * (*to)?))
     };
-    let tongues = answer.tongues.as_ref().map_or(Vec::new(), |t| {
+    let tongues = result.instability_tongues.as_ref().map_or(Vec::new(), |t| {
         t.iter()
             .map(|t| {
                 (
-                    rpm(answer.speed(t.from)),
-                    rpm(answer.speed(t.to)),
+                    rpm(result.speed(t.from)),
+                    rpm(result.speed(t.to)),
                     t.name.clone(),
                 )
             })
             .collect()
     });
-    jump_curve(&JumpCurve {
+    draw_amplitude(&AmplitudePlot {
         title: title.to_string(),
-        across: format!("speed of {}, rpm", answer.node),
+        across: format!("speed of {}, rpm", result.node),
         up: format!("{name}, half of peak to peak, {unit}"),
-        points: along(answer).into_iter().map(shown).collect(),
-        others: (answer.curve.doubled.iter())
-            .map(|d| d.points.iter().map(shown).collect())
+        points: points_with_folds(result).into_iter().map(shown).collect(),
+        others: (result.curve.period_doubled.iter())
+            .map(|d| d.solutions.iter().map(shown).collect())
             .collect(),
-        marks: answer.curve.specials.iter().map(mark).collect(),
-        jumps: answer
+        marks: result.curve.bifurcations.iter().map(mark).collect(),
+        jumps: result
             .curve
-            .specials
+            .bifurcations
             .iter()
-            .zip(&answer.jumps)
+            .zip(&result.jumps)
             .filter_map(jump)
             .collect(),
         bands: tongues,
@@ -207,24 +219,24 @@ pub fn picture(title: &str, answer: &Answer) -> String {
 }
 
 /// Points with the folds among them, so that the line goes through these.
-fn along(answer: &Answer) -> Vec<&Point> {
-    let curve = &answer.curve;
-    let mut all = Vec::with_capacity(curve.points.len() + curve.specials.len());
-    for (at, p) in curve.points.iter().enumerate() {
+fn points_with_folds(result: &HarmonicBalanceResult) -> Vec<&PeriodicSolution> {
+    let curve = &result.curve;
+    let mut all = Vec::with_capacity(curve.solutions.len() + curve.bifurcations.len());
+    for (at, p) in curve.solutions.iter().enumerate() {
         all.push(p);
         all.extend(
             curve
-                .specials
+                .bifurcations
                 .iter()
                 .filter(|s| s.after == at)
-                .map(|s| &s.point),
+                .map(|s| &s.solution),
         );
     }
     all
 }
 
 /// A unit in which the largest value is easily read.
-pub(super) fn scaled(largest: f64, unit: &'static str) -> (f64, String) {
+pub(super) fn choose_unit(largest: f64, unit: &'static str) -> (f64, String) {
     let (factor, prefix) = match (largest, unit) {
         (x, "m" | "rad") if x < 1e-3 => (1e6, "µ"),
         (x, "m" | "rad") if x < 1.0 => (1e3, "m"),

@@ -1,40 +1,44 @@
 //! Periodic motions over speed as tables for a terminal: folds and bifurcations, stretches, resonances.
 
-use super::harmonic_balance::{named, rpm, scaled};
-use super::number::{brief, significant};
-use super::table::{finish, plain, right_but_last};
-use crate::base::words::counted;
-use crate::plan::response::harmonic_balance::Answer;
-use crate::response::harmonic::point::Point;
-use crate::response::harmonic::special::{Kind, Special};
+use super::harmonic_balance::{bifurcation_name, choose_unit, rpm};
+use super::modes_table::{finish, plain, right_but_last};
+use super::number_format::{four_digits, significant};
+use crate::base::text::pluralise;
+use crate::plan::response::harmonic_balance::HarmonicBalanceResult;
+use crate::response::harmonic_balance::bifurcation::{Bifurcation, BifurcationKind};
+use crate::response::harmonic_balance::point::PeriodicSolution;
 
 /// The tables.
-pub fn table(answer: &Answer) -> String {
-    let amplitude = |p: &Point| p.outputs.first().map_or(0.0, |o| o.amplitude());
-    let (name, unit) = answer
+pub fn table(result: &HarmonicBalanceResult) -> String {
+    let amplitude = |p: &PeriodicSolution| p.outputs.first().map_or(0.0, |o| o.amplitude());
+    let (name, unit) = result
         .outputs
         .first()
         .map_or(("", ""), |(n, u)| (n.as_str(), u));
-    let largest = answer
+    let largest = result
         .curve
-        .points
+        .solutions
         .iter()
         .max_by(|a, b| amplitude(a).total_cmp(&amplitude(b)));
-    let (factor, unit) = scaled(largest.map_or(0.0, amplitude), unit);
+    let (factor, unit) = choose_unit(largest.map_or(0.0, amplitude), unit);
     let mut text = format!(
         "{name} over the speed of {}: {}",
-        answer.node,
-        counted(answer.curve.points.len(), "motion")
+        result.node,
+        pluralise(result.curve.solutions.len(), "motion")
     );
     if let Some(p) = largest {
         text += &format!(
             ", the largest {} {unit} (half of peak to peak) at {} rpm\n",
-            brief(factor * amplitude(p)),
-            significant(rpm(answer.speed(p.omega)))
+            four_digits(factor * amplitude(p)),
+            significant(rpm(result.speed(p.omega)))
         );
     }
-    if answer.curve.specials.is_empty() {
-        let stable = answer.curve.points.iter().all(|p| p.unstable() == 0);
+    if result.curve.bifurcations.is_empty() {
+        let stable = result
+            .curve
+            .solutions
+            .iter()
+            .all(|p| p.unstable_count() == 0);
         text += match stable {
             true => "no fold, no bifurcation: every motion is stable\n",
             false => "no fold, no bifurcation: every motion is unstable\n",
@@ -50,33 +54,33 @@ pub fn table(answer: &Answer) -> String {
             "what happens",
         ]);
         table.add_row(vec!["rpm", "Hz", &unit, &unit, "", ""]);
-        for (s, jump) in answer.curve.specials.iter().zip(&answer.jumps) {
-            let multiplier = s.point.multipliers.first().map_or("–".to_string(), |m| {
+        for (s, jump) in result.curve.bifurcations.iter().zip(&result.jumps) {
+            let multiplier = s.solution.multipliers.first().map_or("–".to_string(), |m| {
                 let sign = if m.im == 0.0 && m.re < 0.0 { "−" } else { "" };
-                format!("{sign}{}", brief(m.norm()))
+                format!("{sign}{}", four_digits(m.norm()))
             });
             table.add_row(vec![
-                significant(rpm(answer.speed(s.point.omega))),
-                significant(s.point.omega / std::f64::consts::TAU),
-                brief(factor * amplitude(&s.point)),
-                jump.map_or("–".to_string(), |j| brief(factor * j)),
+                significant(rpm(result.speed(s.solution.omega))),
+                significant(s.solution.omega / std::f64::consts::TAU),
+                four_digits(factor * amplitude(&s.solution)),
+                jump.map_or("–".to_string(), |j| four_digits(factor * j)),
                 multiplier,
-                happens(s),
+                describe_bifurcation(s),
             ]);
         }
         right_but_last(&mut table);
         text += &finish(&table);
     }
-    text += &doubled(answer, factor, &unit);
-    if let Ok(tongues) = &answer.tongues {
+    text += &period_doubled_text(result, factor, &unit);
+    if let Ok(tongues) = &result.instability_tongues {
         for t in tongues {
             text += &format!(
                 "parametric resonance {}: closed contacts are unstable from {} to {} rpm, growth {} % a period at {} rpm\n",
                 t.name,
-                significant(rpm(answer.speed(t.from))),
-                significant(rpm(answer.speed(t.to))),
-                brief(100.0 * (t.growth - 1.0)),
-                significant(rpm(answer.speed(t.worst))),
+                significant(rpm(result.speed(t.from))),
+                significant(rpm(result.speed(t.to))),
+                four_digits(100.0 * (t.growth - 1.0)),
+                significant(rpm(result.speed(t.most_unstable))),
             );
         }
     }
@@ -84,32 +88,34 @@ pub fn table(answer: &Answer) -> String {
 }
 
 /// What happens at a special place, seen from the motion the curve came along.
-fn happens(s: &Special) -> String {
-    let sense = if s.point.sense > 0.0 {
+fn describe_bifurcation(s: &Bifurcation) -> String {
+    let sense = if s.solution.sense > 0.0 {
         "rising"
     } else {
         "falling"
     };
     match s.kind {
-        Kind::Fold => format!("fold: the end for {sense} speed"),
-        kind => named(kind).to_string(),
+        BifurcationKind::Fold => format!("fold: the end for {sense} speed"),
+        kind => bifurcation_name(kind).to_string(),
     }
 }
 
 /// What the motions of two periods do that doublings begin.
-fn doubled(answer: &Answer, factor: f64, unit: &str) -> String {
-    let curve = &answer.curve;
-    let speed = |p: &Point| significant(rpm(answer.speed(p.omega)));
+fn period_doubled_text(result: &HarmonicBalanceResult, factor: f64, unit: &str) -> String {
+    let curve = &result.curve;
+    let speed = |p: &PeriodicSolution| significant(rpm(result.speed(p.omega)));
     let mut text = String::new();
-    for (at, special) in curve.specials.iter().enumerate() {
-        if special.kind != Kind::PeriodDoubling {
+    for (at, bifurcation) in curve.bifurcations.iter().enumerate() {
+        if bifurcation.kind != BifurcationKind::PeriodDoubling {
             continue;
         }
-        let born = speed(&special.point);
-        let Some(found) = curve.doubled.iter().find(|d| d.born == at) else {
+        let born = speed(&bifurcation.solution);
+        let Some(found) = curve.period_doubled.iter().find(|d| d.bifurcation == at) else {
             let reached =
-                |d: &&crate::response::harmonic::doubled::Doubled| d.stands_beside(special.after);
-            text += &match curve.doubled.iter().find(reached) {
+                |d: &&crate::response::harmonic_balance::period_doubling::PeriodDoubledBranch| {
+                    d.covers_point(bifurcation.after)
+                };
+            text += &match curve.period_doubled.iter().find(reached) {
                 Some(_) => format!(
                     "the doubling at {born} rpm ends the motions of two periods told above\n"
                 ),
@@ -119,25 +125,32 @@ fn doubled(answer: &Answer, factor: f64, unit: &str) -> String {
             };
             continue;
         };
-        let (first, last) = (&found.points[0], &found.points[found.points.len() - 1]);
-        let stable = found.points.iter().filter(|p| p.unstable() == 0).count();
+        let (first, last) = (
+            &found.solutions[0],
+            &found.solutions[found.solutions.len() - 1],
+        );
+        let stable = found
+            .solutions
+            .iter()
+            .filter(|p| p.unstable_count() == 0)
+            .count();
         let largest = found
-            .points
+            .solutions
             .iter()
             .filter_map(|p| p.outputs.first())
             .map(|o| o.amplitude())
             .fold(0.0, f64::max);
         text += &format!(
             "{} of two periods, born at {born} rpm, from {} to {} rpm, {} stable, the largest {} {unit}\n",
-            counted(found.points.len(), "motion"),
+            pluralise(found.solutions.len(), "motion"),
             speed(first),
             speed(last),
             match stable {
-                n if n == found.points.len() => "all".to_string(),
+                n if n == found.solutions.len() => "all".to_string(),
                 0 => "none".to_string(),
                 n => n.to_string(),
             },
-            brief(factor * largest)
+            four_digits(factor * largest)
         );
     }
     text

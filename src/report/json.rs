@@ -4,27 +4,27 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
-use super::{campbell, systems};
-use crate::base::error::Warning;
-use crate::base::place::Source;
-use crate::machine::operating::{ContactState, Tangent};
-use crate::machine::parts::Machine;
+use super::{campbell, state_space};
+use crate::base::error::Diagnostic;
+use crate::base::source_span::SourceFile;
+use crate::machine::components::Machine;
+use crate::machine::operating_point::{ActiveFlank, TangentStiffness};
 use crate::modes::mode::{Mode, modulus};
-use crate::modes::sensitivity::{Parameter, Sensitivity};
+use crate::modes::sensitivity::{FrequencySensitivity, SensitivityParameter};
 use crate::numeric::Complex;
-use crate::plan::prepared::Prepared;
-use crate::plan::run::Answer;
-use crate::plan::stages::Verdict;
+use crate::plan::modes_run::ModesResult;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::stages::StageDecision;
 
 /// How much of each mode is written.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Detail {
+pub struct ShapeDetail {
     /// Only so many of the largest components of each shape, energies and sensitivities; all where `None`.
     pub top: Option<usize>,
 }
 
 /// The `geardyn` block every document has.
-pub fn header(sources: &[Arc<Source>], trace: &[&str]) -> Value {
+pub fn header(sources: &[Arc<SourceFile>], trace: &[&str]) -> Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "model_hash": hash(sources),
@@ -38,7 +38,7 @@ pub fn log_header(trace: &[&str]) -> Value {
 }
 
 /// Warnings as a list.
-pub fn warnings(list: &[Warning]) -> Value {
+pub fn warnings(list: &[Diagnostic]) -> Value {
     list.iter()
         .map(|w| json!({ "code": w.code, "message": w.message, "hint": w.hint }))
         .collect()
@@ -46,59 +46,61 @@ pub fn warnings(list: &[Warning]) -> Value {
 
 /// The modes of a machine.
 pub fn modes(
-    sources: &[Arc<Source>],
-    prepared: &Prepared,
-    answer: &Answer,
-    detail: Detail,
+    sources: &[Arc<SourceFile>],
+    machine: &PreparedMachine,
+    result: &ModesResult,
+    detail: ShapeDetail,
 ) -> Value {
-    let trace: Vec<&str> = answer.trace.iter().map(|t| t.1).collect();
-    let list: Vec<Value> = (0..answer.modes.len())
-        .map(|k| mode(prepared, answer, k, detail))
+    let trace: Vec<&str> = result.trace.iter().map(|t| t.1).collect();
+    let list: Vec<Value> = (0..result.modes.len())
+        .map(|k| mode(machine, result, k, detail))
         .collect();
     json!({
         "geardyn": header(sources, &trace),
         "modes": list,
-        "contacts": contacts(prepared),
-        "tangents": tangents(prepared),
-        "campbell": answer.campbell.as_ref().map(campbell::json),
-        "state_space": answer.state_space.as_ref().map(|(space, parts)| systems::state_space_json(space, parts)),
-        "reduction": answer.reduction.as_ref().map(systems::reduction_json),
-        "effort": answer.trace.iter().map(|t| json!({ "stage": t.1, "time_s": t.2 })).collect::<Vec<_>>(),
-        "warnings": warnings(&answer.warnings),
+        "contacts": contacts(machine),
+        "tangents": tangents(machine),
+        "campbell": result.diagram.as_ref().map(campbell::json),
+        "state_space": result.state_space.as_ref().map(|(space, parts)| state_space::state_space_json(space, parts)),
+        "reduction": result.result.as_ref().map(state_space::reduction_json),
+        "effort": result.trace.iter().map(|t| json!({ "stage": t.1, "time_s": t.2 })).collect::<Vec<_>>(),
+        "warnings": warnings(&result.diagnostics),
     })
 }
 
 /// The operating point: how every contact with play stands, and what it carries, N or N·m.
-fn contacts(prepared: &Prepared) -> Value {
-    let contact = |(branch, state, force): &(usize, ContactState, Option<f64>)| {
+fn contacts(machine: &PreparedMachine) -> Value {
+    let contact = |(branch, state, force): &(usize, ActiveFlank, Option<f64>)| {
         json!({
-            "branch": prepared.machine.branch_name(*branch),
+            "branch": machine.machine.branch_name(*branch),
             "state": state.name(),
             "force_si": force,
         })
     };
-    prepared.operating.contacts.iter().map(contact).collect()
+    machine.point.contacts.iter().map(contact).collect()
 }
 
 /// What is not linear: the force it carries, N or N·m, and its tangent stiffness there, N/m or N·m/rad.
-fn tangents(prepared: &Prepared) -> Value {
-    let tangent = |t: &Tangent| {
+fn tangents(machine: &PreparedMachine) -> Value {
+    let tangent = |t: &TangentStiffness| {
         json!({
-            "branch": prepared.machine.branch_name(t.branch),
+            "branch": machine.machine.branch_name(t.branch),
             "force_si": t.force,
             "stiffness_si": t.stiffness,
         })
     };
-    prepared.operating.tangents.iter().map(tangent).collect()
+    machine.point.stiffness.iter().map(tangent).collect()
 }
 
 /// A plan.
 pub fn plan<'a>(
-    sources: &[Arc<Source>],
-    steps: impl Iterator<Item = (&'a str, &'a Verdict)> + Clone,
-    doubts: &[Warning],
+    sources: &[Arc<SourceFile>],
+    steps: impl Iterator<Item = (&'a str, &'a StageDecision)> + Clone,
+    doubts: &[Diagnostic],
 ) -> Value {
-    let runs = steps.clone().filter(|s| matches!(s.1, Verdict::Runs(_)));
+    let runs = steps
+        .clone()
+        .filter(|s| matches!(s.1, StageDecision::Runs(_)));
     let names: Vec<&str> = runs.map(|s| s.0).collect();
     json!({
         "geardyn": header(sources, &names),
@@ -108,23 +110,28 @@ pub fn plan<'a>(
 }
 
 /// Stages with what they do or why they are left out.
-pub fn stages<'a>(steps: impl Iterator<Item = (&'a str, &'a Verdict)>) -> Value {
-    let stage = |(name, verdict): (&str, &Verdict)| match verdict {
-        Verdict::Runs(what) => json!({ "stage": name, "runs": true, "what": what }),
-        Verdict::LeftOut(why) => json!({ "stage": name, "runs": false, "why": why }),
+pub fn stages<'a>(steps: impl Iterator<Item = (&'a str, &'a StageDecision)>) -> Value {
+    let stage = |(name, decision): (&str, &StageDecision)| match decision {
+        StageDecision::Runs(what) => json!({ "stage": name, "runs": true, "what": what }),
+        StageDecision::LeftOut(why) => json!({ "stage": name, "runs": false, "why": why }),
     };
     steps.map(stage).collect()
 }
 
-fn mode(prepared: &Prepared, answer: &Answer, k: usize, detail: Detail) -> Value {
-    let machine = &prepared.machine;
-    let mode = &answer.modes[k];
-    let energies = &answer.energies[k];
-    let sensitivities = answer
+fn mode(
+    prepared_machine: &PreparedMachine,
+    result: &ModesResult,
+    k: usize,
+    detail: ShapeDetail,
+) -> Value {
+    let machine = &prepared_machine.machine;
+    let mode = &result.modes[k];
+    let energy_shares = &result.shares[k];
+    let sensitivities = result
         .sensitivities
         .as_ref()
         .map(|all| sensitivities(machine, &all[k], detail));
-    let swings = mode.rigid || mode.oscillates();
+    let swings = mode.rigid || mode.is_oscillatory();
     let time_constants = (!swings).then(|| vec![-1.0 / mode.eigenvalue.re]);
     json!({
         "mode": k + 1,
@@ -132,15 +139,15 @@ fn mode(prepared: &Prepared, answer: &Answer, k: usize, detail: Detail) -> Value
         "damped_frequency_hz": swings.then(|| mode.eigenvalue.im / std::f64::consts::TAU),
         "time_constants_s": time_constants,
         "damping_ratio": mode.damping_ratio,
-        "light_damping_ratio": energies.light_damping.filter(|_| !answer.complex),
+        "light_damping_ratio": energy_shares.estimated_damping_ratio.filter(|_| !result.complex),
         "rigid": mode.rigid,
         "eigenvalue_rad_s": complex(mode.eigenvalue),
         "residual": mode.residual,
-        "digits_trusted": mode.digits.is_finite().then_some((mode.digits * 10.0).floor() / 10.0),
-        "shape": shape(machine, mode, answer.complex, detail),
-        "kinetic_energy": shares(machine, &energies.kinetic, detail),
-        "strain_energy": energies.strain.as_ref().map(|s| shares(machine, s, detail)),
-        "dissipation": energies.dissipated.as_ref().map(|s| shares(machine, s, detail)),
+        "digits_trusted": mode.trusted_digits.is_finite().then_some((mode.trusted_digits * 10.0).floor() / 10.0),
+        "shape": shape(machine, mode, result.complex, detail),
+        "kinetic_energy": shares(machine, &energy_shares.kinetic, detail),
+        "strain_energy": energy_shares.strain.as_ref().map(|s| shares(machine, s, detail)),
+        "dissipation": energy_shares.dissipated.as_ref().map(|s| shares(machine, s, detail)),
         "sensitivities": sensitivities,
     })
 }
@@ -150,7 +157,7 @@ pub fn complex(z: Complex) -> Value {
     json!({ "re": z.re, "im": z.im })
 }
 
-fn shape(machine: &Machine, mode: &Mode, is_complex: bool, detail: Detail) -> Value {
+fn shape(machine: &Machine, mode: &Mode, is_complex: bool, detail: ShapeDetail) -> Value {
     let mut order: Vec<usize> = (0..mode.shape.len()).collect();
     if let Some(top) = detail.top {
         order.sort_by(|&a, &b| modulus(mode.shape[b]).total_cmp(&modulus(mode.shape[a])));
@@ -160,11 +167,11 @@ fn shape(machine: &Machine, mode: &Mode, is_complex: bool, detail: Detail) -> Va
     let value = |z: Complex| if is_complex { complex(z) } else { json!(z.re) };
     let entries = order
         .into_iter()
-        .map(|i| (machine.freedom_name(i), value(mode.shape[i])));
+        .map(|i| (machine.dof_name(i), value(mode.shape[i])));
     Value::Object(entries.collect())
 }
 
-fn shares(machine: &Machine, shares: &[(usize, f64)], detail: Detail) -> Value {
+fn shares(machine: &Machine, shares: &[(usize, f64)], detail: ShapeDetail) -> Value {
     let mut sorted = shares.to_vec();
     sorted.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     sorted.truncate(detail.top.unwrap_or(usize::MAX));
@@ -174,11 +181,11 @@ fn shares(machine: &Machine, shares: &[(usize, f64)], detail: Detail) -> Value {
     Value::Object(entries.collect::<Map<String, Value>>())
 }
 
-fn sensitivities(machine: &Machine, list: &[Sensitivity], detail: Detail) -> Value {
-    let entry = |s: &Sensitivity| {
+fn sensitivities(machine: &Machine, list: &[FrequencySensitivity], detail: ShapeDetail) -> Value {
+    let entry = |s: &FrequencySensitivity| {
         json!({
             "element": machine.elements[s.element].name,
-            "parameter": match s.parameter { Parameter::Stiffness => "stiffness", Parameter::Inertia => "inertia" },
+            "parameter": match s.parameter { SensitivityParameter::Stiffness => "stiffness", SensitivityParameter::Inertia => "inertia" },
             "relative": s.relative,
             "domega_dparameter": s.absolute,
         })
@@ -190,7 +197,7 @@ fn sensitivities(machine: &Machine, list: &[Sensitivity], detail: Detail) -> Val
 }
 
 /// FNV-1a, 64 bits (Fowler, Noll & Vo), of every text read: the same input has the same hash on every machine.
-fn hash(sources: &[Arc<Source>]) -> String {
+fn hash(sources: &[Arc<SourceFile>]) -> String {
     let bytes = sources.iter().flat_map(|source| source.text.bytes());
     let hash = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |h, b| {
         (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)

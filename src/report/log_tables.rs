@@ -1,22 +1,24 @@
-//! Logs as tables for a terminal.
+//! Terminal tables of logs, frequency-domain data and identified modes.
 
-use super::mode_course_table;
-use super::number::{INTERVAL, brief, significant, with_deviation};
-use super::recording::note;
-use super::table::{finish, plain};
-use crate::base::words::{counted, wrapped};
-use crate::identify::modal::stabilisation::Stability;
-use crate::numeric::statistics::HALF_INTERVAL;
-use crate::plan::logs::doubts::{coherence_at, window_damping};
-use crate::plan::logs::found::{Evidence, FoundMode, Identification, Orders, Peak};
-use crate::plan::logs::method::family;
+use super::mode_tracking_table;
+use super::modes_table::{finish, plain};
+use super::number_format::{INTERVAL_FOOTNOTE, four_digits, significant, with_deviation};
+use super::recording::survey_note;
+use crate::base::text::{pluralise, wrap_lines};
+use crate::identify::modal::stabilisation::PoleStability;
+use crate::numeric::statistics::Z_95;
+use crate::plan::logs::diagnostics::{coherence_at, window_damping_ratio};
+use crate::plan::logs::identification_result::{
+    Evidence, IdentificationResult, IdentifiedMode, OrderSelection, PickedPeak,
+};
+use crate::plan::logs::method::structure_text;
 use crate::plan::logs::weak;
-use crate::recording::responses::{FrequencyResponses, Spectrum};
+use crate::recording::channel_statistics::ChannelStatistics;
+use crate::recording::frequency_responses::{FrequencyResponses, StoredSpectrum};
 use crate::recording::signals::Recording;
-use crate::recording::survey::Survey;
 
 /// What was understood of a log.
-pub fn survey(recording: &Recording, surveys: &[Survey]) -> String {
+pub fn survey(recording: &Recording, statistics: &[ChannelStatistics]) -> String {
     let mut text = format!("{}   {}\n", recording.path, recording.dialect);
     text += &format!(
         "  time base   {} Hz, {}\n",
@@ -25,30 +27,34 @@ pub fn survey(recording: &Recording, surveys: &[Survey]) -> String {
     );
     text += &format!(
         "              {}, {} s",
-        counted(recording.samples, "sample"),
-        brief(recording.duration_s())
+        pluralise(recording.samples, "sample"),
+        four_digits(recording.duration_s())
     );
-    text += &match recording.stretches.len() {
+    text += &match recording.segments.len() {
         1 => "\n".to_string(),
         n => format!(" in {n} stretches\n"),
     };
     if let Some(start) = &recording.start {
         text += &format!("  first sample   {start}\n");
     }
-    let facts = || recording.facts.iter().take(FACTS);
+    let facts = || recording.metadata.iter().take(MAX_HEADER_ENTRIES);
     let width = facts().map(|(key, _)| key.chars().count()).max();
     for (key, value) in facts() {
         text += &format!("  {key:width$}   {value}\n", width = width.unwrap_or(0));
     }
     let mut table = plain();
     table.add_row(vec!["  channel", "unit", "range", "noise ≤", "note"]);
-    for (channel, survey) in recording.channels.iter().zip(surveys) {
-        let (range, noise) = match survey.empty {
+    for (channel, channel_statistics) in recording.channels.iter().zip(statistics) {
+        let (range, noise) = match channel_statistics.empty {
             true => ("–".to_string(), "–".to_string()),
             false => (
-                format!("{} … {}", brief(survey.range.0), brief(survey.range.1)),
-                match survey.noise.is_finite() {
-                    true => brief(survey.noise),
+                format!(
+                    "{} … {}",
+                    four_digits(channel_statistics.range.0),
+                    four_digits(channel_statistics.range.1)
+                ),
+                match channel_statistics.noise.is_finite() {
+                    true => four_digits(channel_statistics.noise),
                     false => "–".to_string(),
                 },
             ),
@@ -63,14 +69,14 @@ pub fn survey(recording: &Recording, surveys: &[Survey]) -> String {
             unit.to_string(),
             range,
             noise,
-            note(survey),
+            survey_note(channel_statistics),
         ]);
     }
     text + &finish(&table)
 }
 
 /// What a file holds over frequency: responses and spectra; empty where nothing.
-pub fn over_frequency(found: Option<&FrequencyResponses>, held: &[Spectrum]) -> String {
+pub fn frequency_data_table(found: Option<&FrequencyResponses>, held: &[StoredSpectrum]) -> String {
     let mut text = found.map_or(String::new(), responses);
     if !held.is_empty() {
         text += &spectra(held);
@@ -80,17 +86,17 @@ pub fn over_frequency(found: Option<&FrequencyResponses>, held: &[Spectrum]) -> 
 
 /// `1601 lines, 0 … 800 Hz`.
 fn lines(frequency_hz: &[f64]) -> String {
-    let end = |f: Option<&f64>| f.map_or("–".to_string(), |&f| brief(f));
+    let end = |f: Option<&f64>| f.map_or("–".to_string(), |&f| four_digits(f));
     format!(
         "{}, {} … {} Hz",
-        counted(frequency_hz.len(), "line"),
+        pluralise(frequency_hz.len(), "line"),
         end(frequency_hz.first()),
         end(frequency_hz.last())
     )
 }
 
 /// A text from a file, or that it has none.
-fn or_unknown(text: &str) -> String {
+fn text_or_unknown(text: &str) -> String {
     match text {
         "" => "?".to_string(),
         text => text.to_string(),
@@ -100,19 +106,19 @@ fn or_unknown(text: &str) -> String {
 fn responses(found: &FrequencyResponses) -> String {
     let mut text = format!(
         "  {} over {}\n",
-        counted(found.functions.len(), "frequency response"),
+        pluralise(found.responses.len(), "frequency response"),
         lines(&found.frequency_hz)
     );
     let mut table = plain();
     table.add_row(vec!["  response", "unit", "input", "unit", "coherence"]);
-    for f in &found.functions {
+    for f in &found.responses {
         let input = f.input.clone().unwrap_or_default();
         let coherence = if f.coherence.is_some() { "yes" } else { "–" };
         table.add_row(vec![
-            format!("  {}", or_unknown(&f.output.name)),
-            or_unknown(&f.output.unit),
-            or_unknown(&input.name),
-            or_unknown(&input.unit),
+            format!("  {}", text_or_unknown(&f.output.name)),
+            text_or_unknown(&f.output.unit),
+            text_or_unknown(&input.name),
+            text_or_unknown(&input.unit),
             coherence.to_string(),
         ]);
     }
@@ -120,16 +126,16 @@ fn responses(found: &FrequencyResponses) -> String {
     text
 }
 
-fn spectra(held: &[Spectrum]) -> String {
+fn spectra(held: &[StoredSpectrum]) -> String {
     let mut table = plain();
     table.add_row(vec!["  spectrum", "unit", "kind", "over"]);
     for s in held {
         let unit = match s.is_decibel {
-            true => format!("dB of {}", or_unknown(&s.unit)),
-            false => or_unknown(&s.unit),
+            true => format!("dB of {}", text_or_unknown(&s.unit)),
+            false => text_or_unknown(&s.unit),
         };
         table.add_row(vec![
-            format!("  {}", or_unknown(&s.name)),
+            format!("  {}", text_or_unknown(&s.name)),
             unit,
             s.kind.to_string(),
             lines(&s.frequency_hz),
@@ -139,18 +145,24 @@ fn spectra(held: &[Spectrum]) -> String {
 }
 
 /// Identified modes.
-pub fn identified(found: &Identification) -> String {
-    let rule = wrapped(&format!("{}: {}", found.method.word(), found.rule));
-    let mut text = format!("{}\n{rule}\n\n", wrapped(&found.how));
-    if let Some(course) = found.course().filter(|c| !c.tracks.is_empty()) {
-        return text + &mode_course_table::table(course) + &mode_course_table::tried(course);
+pub fn identified(found: &IdentificationResult) -> String {
+    let rule = wrap_lines(&format!(
+        "{}: {}",
+        found.method.name(),
+        found.selection_rule
+    ));
+    let mut text = format!("{}\n{rule}\n\n", wrap_lines(&found.method_text));
+    if let Some(course) = found.tracking().filter(|c| !c.tracks.is_empty()) {
+        return text
+            + &mode_tracking_table::table(course)
+            + &mode_tracking_table::trials_table(course);
     }
     if found.modes.is_empty() && found.weak.is_empty() {
         text += "no mode is significant in the band\n";
         return text + &harmonics(found) + &evidence(found);
     }
     let responses = found.responses.as_ref();
-    let coherent = responses.is_some_and(|r| r.functions.iter().any(|f| f.coherence.is_some()));
+    let coherent = responses.is_some_and(|r| r.responses.iter().any(|f| f.coherence.is_some()));
     let mut table = plain();
     let mut heads = vec!["mode", "frequency", "damping"];
     let mut units = vec!["", "Hz", "%"];
@@ -172,13 +184,13 @@ pub fn identified(found: &Identification) -> String {
     for mode in &found.weak {
         table.add_row(mode_row(found, "weak".to_string(), mode, coherent));
     }
-    super::table::right_but_last(&mut table);
+    super::modes_table::right_but_last(&mut table);
     text += &finish(&table);
     if (found.modes.iter().chain(&found.weak)).any(|m| m.mode.pole_covariance.is_some()) {
-        text += INTERVAL;
+        text += INTERVAL_FOOTNOTE;
     }
     if !found.weak.is_empty() {
-        text += &(wrapped(weak::RULE) + "\n");
+        text += &(wrap_lines(weak::RULE) + "\n");
     }
     if let Some(point) = &found.driving_point {
         text += &format!(
@@ -186,12 +198,12 @@ pub fn identified(found: &Identification) -> String {
             point.output, point.input
         );
     }
-    if let Some(error) = super::identified::worst_error(found) {
-        text += &format!("fit error {} %\n", super::number::percent(error));
+    if let Some(error) = super::identification::worst_error(found) {
+        text += &format!("fit error {} %\n", super::number_format::percent(error));
     }
     for pair in &found.reciprocity {
         let explained = pair.explained.map_or(String::new(), |e| {
-            format!(", {} % by noise", super::number::percent(e))
+            format!(", {} % by noise", super::number_format::percent(e))
         });
         text += &format!(
             "reciprocity: {} over {} and {} over {} differ by {} %{explained}\n",
@@ -199,22 +211,22 @@ pub fn identified(found: &Identification) -> String {
             pair.first.1,
             pair.second.0,
             pair.second.1,
-            super::number::percent(pair.difference)
+            super::number_format::percent(pair.difference)
         );
     }
     text += &delays(found);
-    text += &alike(found);
+    text += &similar_modes_text(found);
     text += &harmonics(found);
     text += &evidence(found);
     let decay = found.window_decay();
     if decay > 0.0
         && let (Some(first), Some(last)) = (found.modes.first(), found.modes.last())
     {
-        let shift = |m: &FoundMode| {
+        let shift = |m: &IdentifiedMode| {
             format!(
                 "{} % at {} Hz",
-                super::number::percent(window_damping(decay, m.frequency_hz())),
-                brief(m.frequency_hz())
+                super::number_format::percent(window_damping_ratio(decay, m.frequency_hz())),
+                four_digits(m.frequency_hz())
             )
         };
         text += &format!(
@@ -227,29 +239,34 @@ pub fn identified(found: &Identification) -> String {
 }
 
 /// Delays that were taken off, with their intervals and what they turn the highest line by.
-fn delays(found: &Identification) -> String {
+fn delays(found: &IdentificationResult) -> String {
     let Some(fit) = found.fit().filter(|f| f.delay_s.iter().any(|d| *d != 0.0)) else {
         return String::new();
     };
     let one = |(delay, std): (&f64, &Option<f64>)| {
         let interval = std.map_or(String::new(), |s| {
-            format!(" ± {}", brief(1e3 * HALF_INTERVAL * s))
+            format!(" ± {}", four_digits(1e3 * Z_95 * s))
         });
         let degrees = 360.0 * delay * found.band_hz.1;
-        format!("{}{interval} ms ({degrees:.1}°)", brief(1e3 * delay))
+        format!("{}{interval} ms ({degrees:.1}°)", four_digits(1e3 * delay))
     };
     let all: Vec<String> = fit.delay_s.iter().zip(&fit.delay_std_s).map(one).collect();
     let text = format!(
         "delay taken off, in brackets its phase at {} Hz: {}",
-        brief(found.band_hz.1),
+        four_digits(found.band_hz.1),
         all.join(", ")
     );
-    wrapped(&text) + "\n"
+    wrap_lines(&text) + "\n"
 }
 
 /// A row of the table of modes.
-fn mode_row(found: &Identification, name: String, mode: &FoundMode, coherent: bool) -> Vec<String> {
-    let half = |x: Option<f64>| HALF_INTERVAL * x.unwrap_or(0.0);
+fn mode_row(
+    found: &IdentificationResult,
+    name: String,
+    mode: &IdentifiedMode,
+    coherent: bool,
+) -> Vec<String> {
+    let half = |x: Option<f64>| Z_95 * x.unwrap_or(0.0);
     let frequency = with_deviation(mode.frequency_hz(), half(mode.mode.frequency_std_hz()));
     let damping = mode.damping_ratio().map_or("–".to_string(), |d| {
         with_deviation(100.0 * d, 100.0 * half(mode.mode.damping_std()))
@@ -268,15 +285,15 @@ fn mode_row(found: &Identification, name: String, mode: &FoundMode, coherent: bo
     row
 }
 
-/// Modes whose shapes the outputs hardly tell apart.
-fn alike(found: &Identification) -> String {
+/// Modes whose shapes the outputs hardly distinguish.
+fn similar_modes_text(found: &IdentificationResult) -> String {
     /// MAC above which two shapes pass for one.
-    const ALIKE: f64 = 0.9;
-    let mac = super::identified::auto_mac(found);
+    const SIMILAR_MAC: f64 = 0.9;
+    let mac = super::identification::auto_mac(found);
     let mut pairs = Vec::new();
     for (i, row) in mac.iter().enumerate() {
         for (j, value) in row.iter().enumerate().skip(i + 1) {
-            if *value > ALIKE {
+            if *value > SIMILAR_MAC {
                 pairs.push(format!("{} and {} (MAC {value:.3})", i + 1, j + 1));
             }
         }
@@ -284,7 +301,7 @@ fn alike(found: &Identification) -> String {
     match pairs.is_empty() {
         true => String::new(),
         false => {
-            wrapped(&format!(
+            wrap_lines(&format!(
                 "the outputs hardly tell the shapes of modes {} apart",
                 pairs.join(", ")
             )) + "\n"
@@ -293,20 +310,23 @@ fn alike(found: &Identification) -> String {
 }
 
 /// Lines of running speed, apart from the modes.
-fn harmonics(found: &Identification) -> String {
+fn harmonics(found: &IdentificationResult) -> String {
     /// More are counted only.
-    const ROWS: usize = 20;
+    const MAX_ROWS: usize = 20;
     if found.harmonics.is_empty() {
         return String::new();
     }
     let mut table = plain();
     table.add_row(vec!["no mode", "amplitude", "", "note"]);
     table.add_row(vec!["Hz", "0 to peak", "", ""]);
-    for harmonic in found.harmonics.iter().take(ROWS) {
+    for harmonic in found.harmonics.iter().take(MAX_ROWS) {
         let strongest = (harmonic.amplitude.iter().zip(&found.outputs))
             .max_by(|a, b| a.0.total_cmp(b.0))
             .map_or((String::new(), String::new()), |(a, output)| {
-                (brief(*a), format!("{} in {}", output.unit, output.name))
+                (
+                    four_digits(*a),
+                    format!("{} in {}", output.unit, output.name),
+                )
             });
         let what = match harmonic.envelope_kurtosis {
             Some(kurtosis) => format!("envelope kurtosis {kurtosis:.2}: 1 of a sine, 2 of a mode"),
@@ -319,27 +339,27 @@ fn harmonics(found: &Identification) -> String {
         let at = significant(harmonic.frequency_hz);
         table.add_row(vec![at, strongest.0, strongest.1, note]);
     }
-    super::table::right_but_last(&mut table);
+    super::modes_table::right_but_last(&mut table);
     let mut text = format!("\n{}", finish(&table));
-    if found.harmonics.len() > ROWS {
-        text += &format!("{} more\n", found.harmonics.len() - ROWS);
+    if found.harmonics.len() > MAX_ROWS {
+        text += &format!("{} more\n", found.harmonics.len() - MAX_ROWS);
     }
     text + "\n"
 }
 
 /// What decided, in a few lines.
-fn evidence(found: &Identification) -> String {
+fn evidence(found: &IdentificationResult) -> String {
     match &found.evidence {
         Evidence::Rational(fit) => {
             let last = fit.evidence.iter().rev().find(|s| !s.accepted);
-            let last = last.map_or(String::new(), |step| format!("{}\n", step.words()));
+            let last = last.map_or(String::new(), |step| format!("{}\n", step.description()));
             last + &left_out(found)
         }
         Evidence::Diagram(diagram) => {
             let stable = diagram
                 .poles
                 .iter()
-                .filter(|p| p.stability == Stability::Stable)
+                .filter(|p| p.stability == PoleStability::Stable)
                 .count();
             let repeat = format!(
                 "{stable} of {} poles of all orders repeat the order before\n",
@@ -347,32 +367,32 @@ fn evidence(found: &Identification) -> String {
             );
             repeat + &left_out(found)
         }
-        Evidence::Peaks(peaks) => peaks.peaks.iter().filter_map(peak).collect(),
-        Evidence::Orders(orders) => order_table(orders) + &left_out(found),
-        Evidence::Course(course) => mode_course_table::tried(course),
+        Evidence::Peaks(picking) => picking.peaks.iter().filter_map(peak).collect(),
+        Evidence::Orders(selection) => order_table(selection) + &left_out(found),
+        Evidence::Tracking(course) => mode_tracking_table::trials_table(course),
     }
 }
 
 /// Poles that are no modes, those of one reason together, an exponential window taken off.
-fn left_out(found: &Identification) -> String {
+fn left_out(found: &IdentificationResult) -> String {
     let decay = found.window_decay();
-    let all = found.omitted();
+    let all = found.rejected_poles();
     let mut reasons: Vec<&str> = all.iter().map(|o| o.1).collect();
     reasons.sort_unstable();
     reasons.dedup();
     let of = |reason: &str| {
         let same = all.iter().filter(|o| o.1 == reason);
         let places: Vec<String> = same
-            .map(|o| brief((o.0 + decay).norm() / std::f64::consts::TAU))
+            .map(|o| four_digits((o.0 + decay).norm() / std::f64::consts::TAU))
             .collect();
-        wrapped(&format!("no mode at {} Hz: {reason}", places.join(", "))) + "\n"
+        wrap_lines(&format!("no mode at {} Hz: {reason}", places.join(", "))) + "\n"
     };
     reasons.into_iter().map(of).collect()
 }
 
 /// What half power makes of a peak, or why it is no mode.
-fn peak(peak: &Peak) -> Option<String> {
-    let at = brief(peak.frequency_hz);
+fn peak(peak: &PickedPeak) -> Option<String> {
+    let at = four_digits(peak.frequency_hz);
     match peak.half_power {
         _ if !peak.reason.is_empty() => {
             Some(format!("peak at {at} Hz left out: {}\n", peak.reason))
@@ -380,31 +400,31 @@ fn peak(peak: &Peak) -> Option<String> {
         Some((f, d)) => Some(format!(
             "peak at {at} Hz by half power: {} Hz, {} %\n",
             significant(f),
-            super::number::percent(d)
+            super::number_format::percent(d)
         )),
         None => None,
     }
 }
 
 /// Orders near the chosen one, and what the residuals tell.
-fn order_table(orders: &Orders) -> String {
+fn order_table(selection: &OrderSelection) -> String {
     let mut table = plain();
     table.add_row(vec!["model", "BIC", "AIC", "MDL", "note"]);
-    let chosen = orders
+    let chosen = selection
         .candidates
         .iter()
-        .position(|c| c.family == orders.chosen)
+        .position(|c| c.structure == selection.chosen)
         .unwrap_or(0);
-    let shown =
-        chosen.saturating_sub(NEIGHBOURS)..(chosen + NEIGHBOURS + 1).min(orders.candidates.len());
-    for candidate in &orders.candidates[shown] {
-        let note = if candidate.family == orders.chosen {
+    let shown = chosen.saturating_sub(NEIGHBOURS)
+        ..(chosen + NEIGHBOURS + 1).min(selection.candidates.len());
+    for candidate in &selection.candidates[shown] {
+        let note = if candidate.structure == selection.chosen {
             "taken"
         } else {
             ""
         };
         table.add_row(vec![
-            family(candidate.family),
+            structure_text(candidate.structure),
             format!("{:.1}", candidate.bic),
             format!("{:.1}", candidate.aic),
             format!("{:.1}", candidate.mdl),
@@ -412,18 +432,21 @@ fn order_table(orders: &Orders) -> String {
         ]);
     }
     let mut text = String::new();
-    if !orders.candidates.is_empty() {
-        super::table::right_but_last(&mut table);
+    if !selection.candidates.is_empty() {
+        super::modes_table::right_but_last(&mut table);
         text = finish(&table);
     }
-    for (what, test) in &orders.tests {
-        text += &format!("residuals {what}: {}\n", chance(test.probability));
+    for (what, test) in &selection.tests {
+        text += &format!(
+            "residuals {what}: {}\n",
+            format_probability(test.probability)
+        );
     }
     text
 }
 
-/// A probability in words.
-fn chance(p: f64) -> String {
+/// A probability as text.
+fn format_probability(p: f64) -> String {
     match p < 0.001 {
         true => "p below 0.001".to_string(),
         false => format!("p = {p:.3}"),
@@ -434,15 +457,15 @@ fn chance(p: f64) -> String {
 const NEIGHBOURS: usize = 3;
 
 /// What is remarkable about a mode.
-fn note_of(found: &Identification, mode: &FoundMode) -> String {
+fn note_of(found: &IdentificationResult, mode: &IdentifiedMode) -> String {
     let mut notes = Vec::new();
-    if let Some(departure) = &mode.departure {
+    if let Some(departure) = &mode.share {
         if departure.model_error > 0.0 {
-            let share = super::number::percent(departure.model_error);
+            let share = super::number_format::percent(departure.model_error);
             notes.push(format!("departs by {share} %"));
         }
         if departure.frequency_spread_hz > 0.0 {
-            let (what, spread) = (groups(found), brief(departure.frequency_spread_hz));
+            let (what, spread) = (groups(found), four_digits(departure.frequency_spread_hz));
             notes.push(format!("{what} differ by {spread} Hz"));
         }
     }
@@ -457,7 +480,7 @@ fn note_of(found: &Identification, mode: &FoundMode) -> String {
 }
 
 /// What a mode was found from, each for itself.
-fn groups(found: &Identification) -> &'static str {
+fn groups(found: &IdentificationResult) -> &'static str {
     match found.hits.is_empty() {
         true => "responses",
         false => "hits",
@@ -465,12 +488,12 @@ fn groups(found: &Identification) -> &'static str {
 }
 
 /// Facts of a header shown at once.
-const FACTS: usize = 6;
+const MAX_HEADER_ENTRIES: usize = 6;
 
 /// A rate with the digits a time base can have.
 pub fn rate(rate_hz: f64) -> String {
     if !(1.0..1e9).contains(&rate_hz) {
-        return brief(rate_hz);
+        return four_digits(rate_hz);
     }
     let text = format!("{rate_hz:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_string()

@@ -1,64 +1,68 @@
-//! Measured gears as tables for a terminal: today's name beside the older one, value, limit, grades, marks.
+//! Measured gears as tables for a terminal: today's name next to the older one, value, limit, grades, marks.
 
-use super::measure::{judged, standard};
-use super::number::INTERVAL;
-use super::table::{finish, plain, right_but_last};
-use crate::gear::measurement::quantity::Quantity;
-use crate::numeric::statistics::HALF_INTERVAL;
-use crate::plan::measure::grading::{Reached, Row};
-use crate::plan::measure::run::Answer;
-use crate::scene::measured::MeasuredGear;
+use super::measure::{required_grade_result, standard};
+use super::modes_table::{finish, plain, right_but_last};
+use super::number_format::INTERVAL_FOOTNOTE;
+use crate::gear::measurement::deviation::GearDeviation;
+use crate::numeric::statistics::Z_95;
+use crate::plan::measure::grading::{AchievedGrade, GradedValue};
+use crate::plan::measure::run::MeasurementResult;
+use crate::scene::measured_gear::MeasuredGear;
 
 /// The gear, what was asked, and all values.
-pub fn deviations(gear: &MeasuredGear, answer: &Answer) -> String {
+pub fn deviations(gear: &MeasuredGear, result: &MeasurementResult) -> String {
     let mut text = head(gear);
-    let (measured, predicted): (Vec<&Row>, Vec<&Row>) =
-        answer.rows.iter().partition(|row| !row.predicted);
+    let (measured, predicted): (Vec<&GradedValue>, Vec<&GradedValue>) =
+        result.values.iter().partition(|value| !value.predicted);
     text += "\n";
     text += &table(gear, &measured);
     if !predicted.is_empty() {
         text += "\nnot measured, from the other charts\n";
         text += &table(gear, &predicted);
     }
-    if !answer.notes.is_empty() {
+    if !result.notes.is_empty() {
         text += "\n";
-        for note in &answer.notes {
-            text += &(crate::base::words::wrapped(note) + "\n");
+        for note in &result.notes {
+            text += &(crate::base::text::wrap_lines(note) + "\n");
         }
     }
     text += "\n";
-    if answer.rows.iter().any(|row| row.estimate.std.is_some()) {
-        text += INTERVAL;
+    if result
+        .values
+        .iter()
+        .any(|value| value.estimate.std.is_some())
+    {
+        text += INTERVAL_FOOTNOTE;
     }
-    text + &verdict(gear, answer)
+    text + &verdict(gear, result)
 }
 
 fn head(gear: &MeasuredGear) -> String {
-    let involute = &gear.gear;
+    let involute_gear = &gear.gear;
     let mut text = format!("{}\n", gear.title);
     text += &format!(
         "z {}, m {} mm, α {} deg",
-        involute.teeth,
-        short(1e3 * involute.module),
-        short(involute.pressure_angle.to_degrees())
+        involute_gear.teeth,
+        short(1e3 * involute_gear.module),
+        short(involute_gear.pressure_angle.to_degrees())
     );
-    if involute.helix != 0.0 {
-        text += &format!(", β {} deg", short(involute.helix.to_degrees()));
+    if involute_gear.helix != 0.0 {
+        text += &format!(", β {} deg", short(involute_gear.helix.to_degrees()));
     }
-    if involute.profile_shift != 0.0 {
-        text += &format!(", x {}", short(involute.profile_shift));
+    if involute_gear.profile_shift != 0.0 {
+        text += &format!(", x {}", short(involute_gear.profile_shift));
     }
-    text += &format!(", d {} mm", short(1e3 * involute.diameter()));
+    text += &format!(", d {} mm", short(1e3 * involute_gear.reference_diameter()));
     if let Some(width) = gear.face_width {
         text += &format!(", b {} mm", short(1e3 * width));
     }
     text += "\n";
-    match &gear.demand {
-        Some(demand) => {
+    match &gear.requirement {
+        Some(requirement) => {
             text += &format!(
                 "asked: {}, {}\n",
-                demand.accuracy.explained(),
-                standard(demand)
+                requirement.grades.describe(),
+                standard(requirement)
             );
         }
         None => text += "no accuracy is asked\n",
@@ -68,11 +72,13 @@ fn head(gear: &MeasuredGear) -> String {
 
 /// Without the zeros no digit needs.
 fn short(x: f64) -> String {
-    super::number::brief((x * 1e6).round() / 1e6)
+    super::number_format::four_digits((x * 1e6).round() / 1e6)
 }
 
-fn table(gear: &MeasuredGear, rows: &[&Row]) -> String {
-    let by_table = rows.iter().any(|row| row.reached_by_table.is_some());
+fn table(gear: &MeasuredGear, values: &[&GradedValue]) -> String {
+    let by_table = values
+        .iter()
+        .any(|graded_value| graded_value.reached_by_table.is_some());
     let mut table = plain();
     let mut heads = vec![
         "",
@@ -95,35 +101,39 @@ fn table(gear: &MeasuredGear, rows: &[&Row]) -> String {
     units.extend(["", ""]);
     table.add_row(heads);
     table.add_row(units);
-    for row in rows {
+    for graded_value in values {
         let dash = || "–".to_string();
         let mut cells = vec![
-            symbol(row.quantity),
-            row.quantity.name().to_string(),
-            row.quantity
-                .old()
+            symbol(graded_value.deviation),
+            graded_value.deviation.name().to_string(),
+            graded_value
+                .deviation
+                .jb179_name()
                 .map_or(String::new(), |old| old.symbol.to_string()),
-            row.side.word().to_string(),
-            micro(row.estimate.value),
-            row.estimate
+            graded_value.side.name().to_string(),
+            micro(graded_value.estimate.value),
+            graded_value
+                .estimate
                 .std
-                .map_or(dash(), |u| micro(HALF_INTERVAL * u)),
-            limit(row).unwrap_or_else(dash),
-            row.asked.map_or(dash(), |grade| grade.to_string()),
-            grade(row.reached[0]),
-            grade(row.reached[1]),
+                .map_or(dash(), |u| micro(Z_95 * u)),
+            limit(graded_value).unwrap_or_else(dash),
+            graded_value
+                .required_grade
+                .map_or(dash(), |grade| grade.to_string()),
+            grade(graded_value.achieved[0]),
+            grade(graded_value.achieved[1]),
         ];
         if by_table {
-            cells.push(grade(row.reached_by_table));
+            cells.push(grade(graded_value.reached_by_table));
         }
-        cells.push(mark(row).to_string());
-        cells.push(match row.limiting {
+        cells.push(mark(graded_value).to_string());
+        cells.push(match graded_value.limiting {
             true => format!(
                 "{}  ◄ sets the grade, {}",
-                row.found,
-                grade(judged(gear, row))
+                graded_value.location,
+                grade(required_grade_result(gear, graded_value))
             ),
-            false => row.found.clone(),
+            false => graded_value.location.clone(),
         });
         table.add_row(cells);
     }
@@ -136,9 +146,9 @@ fn table(gear: &MeasuredGear, rows: &[&Row]) -> String {
     finish(&table)
 }
 
-fn symbol(quantity: Quantity) -> String {
-    match quantity {
-        Quantity::OverPitches(k) => format!("F_p{k}"),
+fn symbol(deviation: GearDeviation) -> String {
+    match deviation {
+        GearDeviation::OverPitches(k) => format!("F_p{k}"),
         other => other.symbol().to_string(),
     }
 }
@@ -152,25 +162,26 @@ fn micro(x: f64) -> String {
     }
 }
 
-fn limit(row: &Row) -> Option<String> {
-    let (low, high) = row.limits?;
-    let one = |x: f64| super::number::brief((1e7 * x).round() / 10.0).replace('-', "−");
+fn limit(value: &GradedValue) -> Option<String> {
+    let (low, high) = value.limits?;
+    let one =
+        |x: f64| super::number_format::four_digits((1e7 * x).round() / 10.0).replace('-', "−");
     Some(match low == -high {
         true => one(high),
         false => format!("{} to {}", one(low), one(high)),
     })
 }
 
-fn grade(reached: Option<Reached>) -> String {
-    match reached {
-        Some(Reached::Grade(grade)) => grade.to_string(),
-        Some(Reached::Beyond(coarsest)) => format!(">{coarsest}"),
+fn grade(achieved_grade: Option<AchievedGrade>) -> String {
+    match achieved_grade {
+        Some(AchievedGrade::Grade(grade)) => grade.to_string(),
+        Some(AchievedGrade::Beyond(coarsest)) => format!(">{coarsest}"),
         None => "–".to_string(),
     }
 }
 
-fn mark(row: &Row) -> &'static str {
-    match (row.within(), row.in_doubt()) {
+fn mark(value: &GradedValue) -> &'static str {
+    match (value.is_within_limits(), value.is_inconclusive()) {
         (None, _) => "",
         (Some(true), false) => "in",
         (Some(true), true) => "in?",
@@ -179,32 +190,34 @@ fn mark(row: &Row) -> &'static str {
     }
 }
 
-fn verdict(gear: &MeasuredGear, answer: &Answer) -> String {
-    let measured = || answer.rows.iter().filter(|row| !row.predicted);
-    let coarsest = measured().filter_map(|row| judged(gear, row)).max();
-    let by = match &gear.demand {
-        Some(demand) => standard(demand),
+fn verdict(gear: &MeasuredGear, result: &MeasurementResult) -> String {
+    let measured = || result.values.iter().filter(|value| !value.predicted);
+    let coarsest = measured()
+        .filter_map(|value| required_grade_result(gear, value))
+        .max();
+    let by = match &gear.requirement {
+        Some(requirement) => standard(requirement),
         None => "ISO 1328-1:2013",
     };
     let mut text = match coarsest {
-        Some(Reached::Grade(grade)) => {
+        Some(AchievedGrade::Grade(grade)) => {
             format!("reached: grade {grade}, of what {by} has tolerances for\n")
         }
-        Some(Reached::Beyond(coarsest)) => {
+        Some(AchievedGrade::Beyond(coarsest)) => {
             format!("coarser than grade {coarsest}, the coarsest of {by}\n")
         }
         None => String::new(),
     };
-    let out = measured().filter(|row| row.within() == Some(false));
+    let out = measured().filter(|value| value.is_within_limits() == Some(false));
     let out: Vec<String> = out
-        .map(|row| {
-            format!("{} {}", symbol(row.quantity), row.side.word())
+        .map(|value| {
+            format!("{} {}", symbol(value.deviation), value.side.name())
                 .trim_end()
                 .to_string()
         })
         .collect();
     let all = measured().count();
-    let held = measured().filter(|row| row.limits.is_some()).count();
+    let held = measured().filter(|value| value.limits.is_some()).count();
     text += &match (held, out.is_empty()) {
         (0, _) => "nothing is held against a limit\n".to_string(),
         (_, true) => format!("{held} of {all} values have a limit, all within it\n"),
@@ -214,8 +227,10 @@ fn verdict(gear: &MeasuredGear, answer: &Answer) -> String {
         ),
     };
     // Of what was asked by a standard, not of an allowance of thickness.
-    let by_grade = measured().filter(|row| row.asked.is_some()).count();
-    if gear.demand.is_some() && by_grade == 0 {
+    let by_grade = measured()
+        .filter(|value| value.required_grade.is_some())
+        .count();
+    if gear.requirement.is_some() && by_grade == 0 {
         text +=
             &format!("{by} gives none of these values a limit: the grade asked is not judged\n");
     }

@@ -1,202 +1,141 @@
-//! Results as tables, JSON, CSV and pictures. Computes nothing.
+//! Results as tables, JSON, CSV and plots. Computes nothing.
 
-/// Columns of numbers.
-pub mod number;
+pub mod number_format;
 
-/// The surface of every picture.
-pub mod style;
+pub mod svg;
 
-/// Axes of curves over frequency.
 pub mod axes;
 
-/// Frequency responses as pictures.
 pub mod bode;
 
-/// Poles as pictures.
-pub mod poles_picture;
+pub mod pole_plots;
 
-/// Spectra as pictures.
-pub mod lines_picture;
+pub mod spectrum_plot;
 
-/// Singular values, bells and decays as a picture.
-pub mod decomposition_picture;
+pub mod fdd_plot;
 
-/// Levels over time and frequency as a picture.
-pub mod map_picture;
+pub mod heatmap;
 
-/// Frequencies over speed, as a picture.
-pub mod campbell_picture;
+pub mod campbell_plot;
 
-/// Campbell diagrams.
 pub mod campbell;
 
-/// Modes in words.
-pub mod words;
+pub mod mode_text;
 
-/// State-space forms and reduced machines.
-pub mod systems;
+pub mod state_space;
 
-/// JSON documents.
 pub mod json;
 
-/// What was understood of a log.
 pub mod recording;
 
-/// Modes in the course of a record.
-pub mod mode_course;
+pub mod mode_tracking;
 
-/// What was identified from a log.
-pub mod identified;
+pub mod identification;
 
-/// Spectra of a log.
 pub mod spectra;
 
-/// Encoder records.
-pub mod encoders;
+pub mod encoder_te;
 
-/// Encoder records as pictures.
-pub mod encoders_picture;
+pub mod encoder_te_plot;
 
-/// CSV files.
-pub mod csv;
+pub mod modes_csv;
 
-/// Order cuts of measured run-ups.
 pub mod order_cuts;
 
-/// Motion in time.
-pub mod motion;
+pub mod simulation;
 
-/// Steady answers to steady excitation.
 pub mod response;
 
-/// Amplitude over speed, as a picture.
-mod jump_curve;
+mod amplitude_plot;
 
-/// Periodic motions over speed.
 pub mod harmonic_balance;
 
-/// Run-up maps.
 pub mod run_up;
 
-/// Transmission error of a chain.
 pub mod transmission;
 
-/// Error over run time, as a picture.
-mod work_precision;
+mod work_precision_plot;
 
-/// What is said of error against run time.
-mod accuracy_words;
+mod work_precision_text;
 
-/// Error against run time of a motion.
-pub mod accuracy;
+pub mod work_precision;
 
-/// What is said of what ways to one answer cost.
-mod ways_words;
+mod method_comparison_text;
 
-/// What ways to one answer cost.
-pub mod ways;
+pub mod method_comparison;
 
-/// Where methods and machine break.
 pub mod stability;
 
-/// Regions of stability as a picture.
-pub mod regions;
+pub mod stability_regions;
 
-/// Measured gears.
 pub mod measure;
 
-/// Tables for a terminal.
 #[cfg(feature = "cli")]
-pub mod table;
+pub mod modes_table;
 
-/// Tables of motion in time.
 #[cfg(feature = "cli")]
-pub mod motion_table;
+pub mod simulation_table;
 
-/// Sensitivity to the start.
 pub mod sensitivity;
 
-/// Its table.
 #[cfg(feature = "cli")]
 pub mod sensitivity_table;
 
-/// Tables of steady answers.
 #[cfg(feature = "cli")]
 pub mod response_table;
 
-/// Tables of run-ups.
 #[cfg(feature = "cli")]
 pub mod run_up_table;
 
-/// Tables of periodic motions over speed.
 #[cfg(feature = "cli")]
 pub mod harmonic_balance_table;
 
-/// Tables of transmission error.
 #[cfg(feature = "cli")]
 pub mod transmission_table;
 
-/// Tables of error against run time.
 #[cfg(feature = "cli")]
-pub mod accuracy_table;
+pub mod work_precision_table;
 
-/// Tables of what ways to one answer cost.
 #[cfg(feature = "cli")]
-pub mod ways_table;
+pub mod method_comparison_table;
 
-/// Tables of stability.
 #[cfg(feature = "cli")]
 pub mod stability_table;
 
-/// Tables of measured gears.
 #[cfg(feature = "cli")]
 pub mod measure_table;
 
-/// Tables of modes in the course of a record.
 #[cfg(feature = "cli")]
-pub mod mode_course_table;
+pub mod mode_tracking_table;
 
-/// Tables of logs.
 #[cfg(feature = "cli")]
 pub mod log_tables;
 
-/// Tables of spectra.
 #[cfg(feature = "cli")]
 pub mod spectrum_table;
 
-/// Order cuts as tables.
 #[cfg(feature = "cli")]
 pub mod order_cuts_table;
 
-/// Tables of encoder records.
 #[cfg(feature = "cli")]
-pub mod encoders_table;
+pub mod encoder_te_table;
 
-/// What was found while a motion ran.
-pub mod on_the_fly;
+pub mod online;
 
-/// The same as tables.
 #[cfg(feature = "cli")]
-pub mod on_the_fly_table;
+pub mod online_table;
 
-/// Tables of state-space forms and reduced machines.
 #[cfg(feature = "cli")]
-pub mod system_tables;
+pub mod state_space_tables;
 
-/// Charts of a gear, unrolled.
-pub mod measure_picture;
+pub mod measure_plot;
 
-/// Charts of a gear, round its axis.
-pub mod measure_polar;
+pub mod measure_polar_plot;
 
-/// The order of nodes along a train.
-pub mod train;
+pub mod node_layout;
 
-/// Pictures of mode shapes.
-pub mod shapes;
+pub mod mode_shape_plot;
 
-/// Where the energy of each mode sits, as a picture.
-pub mod energy_bars;
+pub mod energy_matrix_plot;
 
-/// Lines, budget and speeds of a transmission error as pictures.
-pub mod transmission_pictures;
+pub mod transmission_plots;

@@ -1,20 +1,20 @@
-//! Order cuts as JSON, CSV and a picture.
+//! Order cuts as JSON, CSV and a plot.
 
 use std::f64::consts::TAU;
 
 use serde_json::{Value, json};
 
-use super::bode::{self, Bode};
-use super::csv::quoted;
+use super::bode::{self, BodePlot};
 use super::json::{log_header, warnings};
+use super::modes_csv::csv_field;
 use super::recording::repairs;
-use crate::plan::logs::order_cuts::{Cut, OrderCuts, rpm};
+use crate::plan::logs::order_cuts::{OrderCut, OrderCuts, rpm};
 use crate::recording::raw::Repair;
 
 /// The JSON document.
 pub fn json(found: &OrderCuts, done: &[Repair]) -> Value {
     let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
-    let cut = |cut: &Cut| {
+    let cut = |cut: &OrderCut| {
         let largest = cut.largest().map(|at| {
             json!({ "amplitude": cut.value[at].norm(), "phase_rad": cut.value[at].arg(), "speed_rpm": rpm(found.speed[at]),
                 "frequency_hz": cut.order * found.speed[at] / TAU })
@@ -31,14 +31,14 @@ pub fn json(found: &OrderCuts, done: &[Repair]) -> Value {
     json!({
         "geardyn": log_header(&trace),
         "kind": "order-cut",
-        "how": found.how,
+        "how": found.method_text,
         "turns": found.turns,
         "time_s": found.time_s,
         "speed_rpm": found.speed.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),
         "cuts": found.cuts.iter().map(cut).collect::<Vec<_>>(),
         "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
         "repairs": repairs(done),
-        "warnings": warnings(&found.warnings),
+        "warnings": warnings(&found.diagnostics),
     })
 }
 
@@ -47,8 +47,8 @@ pub fn csv(found: &OrderCuts) -> String {
     let mut head = vec!["time_s".to_string(), "speed_rpm".to_string()];
     for cut in &found.cuts {
         let name = format!("{} order {}", cut.channel, cut.order);
-        head.push(quoted(&format!("{name} amplitude [{}]", cut.unit)));
-        head.push(quoted(&format!("{name} phase [deg]")));
+        head.push(csv_field(&format!("{name} amplitude [{}]", cut.unit)));
+        head.push(csv_field(&format!("{name} phase [deg]")));
     }
     let mut text = head.join(",") + "\n";
     for (at, (time, &speed)) in found.time_s.iter().zip(&found.speed).enumerate() {
@@ -63,20 +63,20 @@ pub fn csv(found: &OrderCuts) -> String {
 }
 
 /// Amplitude and phase over speed, by rising speed.
-pub fn picture(found: &OrderCuts, title: &str) -> String {
+pub fn draw(found: &OrderCuts, title: &str) -> String {
     let mut rising: Vec<usize> = (0..found.speed.len()).collect();
     rising.sort_by(|&a, &b| found.speed[a].total_cmp(&found.speed[b]));
-    bode::bode(&Bode {
+    bode::draw_bode(&BodePlot {
         title: format!("{title}: order cuts"),
         across: "speed, rpm",
         frequency_hz: rising.iter().map(|&at| rpm(found.speed[at])).collect(),
         curves: (found.cuts.iter())
-            .map(|cut| bode::Curve {
+            .map(|cut| bode::BodeCurve {
                 label: format!("{} order {}", cut.channel, cut.order),
                 unit: cut.unit.clone(),
                 measured: rising.iter().map(|&at| cut.value[at]).collect(),
                 computed: true,
-                ..bode::Curve::default()
+                ..bode::BodeCurve::default()
             })
             .collect(),
         modes_hz: Vec::new(),

@@ -3,55 +3,55 @@
 use serde_json::{Value, json};
 
 use super::json::warnings;
-use super::number::brief;
-use crate::recording::raw::{Raw, Repair};
-use crate::recording::responses::{FrequencyResponses, Spectrum};
+use super::number_format::four_digits;
+use crate::recording::channel_statistics::ChannelStatistics;
+use crate::recording::frequency_responses::{FrequencyResponses, StoredSpectrum};
+use crate::recording::raw::{RawLog, Repair};
 use crate::recording::signals::Recording;
-use crate::recording::survey::Survey;
 use crate::recording::write;
 
 /// The JSON document of `check LOG`, without its header.
-pub fn json(recording: &Recording, surveys: &[Survey]) -> Value {
+pub fn json(recording: &Recording, statistics: &[ChannelStatistics]) -> Value {
     let channels: Vec<Value> = recording
         .channels
         .iter()
-        .zip(surveys)
-        .map(|(channel, survey)| {
-            let known = |x: f64| (!survey.empty).then_some(x);
+        .zip(statistics)
+        .map(|(channel, channel_statistics)| {
+            let known = |x: f64| (!channel_statistics.empty).then_some(x);
             json!({
                 "name": channel.name,
                 "unit": channel.unit,
-                "minimum": known(survey.range.0),
-                "maximum": known(survey.range.1),
-                "mean": known(survey.mean),
-                "standard_deviation": known(survey.deviation),
-                "noise_rms": known(survey.noise),
-                "constant": survey.constant,
-                "empty": survey.empty,
-                "overloads": survey.overloads,
-                "clipped": survey.clipped.map(|(count, level)| json!({ "count": count, "level": level })),
+                "minimum": known(channel_statistics.range.0),
+                "maximum": known(channel_statistics.range.1),
+                "mean": known(channel_statistics.mean),
+                "standard_deviation": known(channel_statistics.std),
+                "noise_rms": known(channel_statistics.noise),
+                "constant": channel_statistics.constant,
+                "empty": channel_statistics.empty,
+                "overloads": channel_statistics.overloads,
+                "clipped": channel_statistics.clipped.map(|(count, level)| json!({ "count": count, "level": level })),
             })
         })
         .collect();
     json!({
         "file": recording.path,
         "dialect": recording.dialect,
-        "facts": facts(recording),
+        "facts": metadata_json(recording),
         "start": recording.start,
         "rate_hz": recording.rate_hz,
         "rate_source": recording.rate_source,
         "samples": recording.samples,
         "duration_s": recording.duration_s(),
-        "stretches": write::json::stretches(recording),
+        "stretches": write::json::segments(recording),
         "channels": channels,
         "repairs": repairs(&recording.repairs),
-        "warnings": warnings(&recording.warnings),
+        "warnings": warnings(&recording.diagnostics),
     })
 }
 
-fn facts(recording: &Recording) -> Value {
+fn metadata_json(recording: &Recording) -> Value {
     recording
-        .facts
+        .metadata
         .iter()
         .map(|(key, text)| (key.clone(), json!(text)))
         .collect::<serde_json::Map<_, _>>()
@@ -61,7 +61,7 @@ fn facts(recording: &Recording) -> Value {
 /// What frequency responses a file holds.
 pub fn responses(found: &FrequencyResponses) -> Value {
     let functions: Vec<Value> = found
-        .functions
+        .responses
         .iter()
         .map(|f| {
             json!({
@@ -82,8 +82,8 @@ pub fn responses(found: &FrequencyResponses) -> Value {
 }
 
 /// What spectra a file holds.
-pub fn spectra(found: &[Spectrum]) -> Value {
-    let spectrum = |s: &Spectrum| {
+pub fn spectra(found: &[StoredSpectrum]) -> Value {
+    let spectrum = |s: &StoredSpectrum| {
         json!({
             "name": s.name,
             "unit": s.unit,
@@ -98,12 +98,12 @@ pub fn spectra(found: &[Spectrum]) -> Value {
 }
 
 /// The document of a file that holds nothing over time, without its header.
-pub fn without_channels(raw: &Raw) -> Value {
+pub fn frequency_only_json(log: &RawLog) -> Value {
     json!({
-        "file": raw.path,
-        "dialect": raw.dialect,
-        "repairs": repairs(&raw.repairs),
-        "warnings": warnings(&raw.warnings),
+        "file": log.path,
+        "dialect": log.dialect,
+        "repairs": repairs(&log.repairs),
+        "warnings": warnings(&log.diagnostics),
     })
 }
 
@@ -114,32 +114,32 @@ pub fn repairs(list: &[Repair]) -> Value {
         .collect()
 }
 
-/// What a survey found remarkable, in words; empty where nothing is.
-pub fn note(survey: &Survey) -> String {
+/// What a survey found remarkable, as text; empty where nothing is.
+pub fn survey_note(statistics: &ChannelStatistics) -> String {
     let mut notes = Vec::new();
-    if survey.empty {
+    if statistics.empty {
         return "no number at all".to_string();
     }
-    if survey.constant {
+    if statistics.constant {
         notes.push("constant".to_string());
     }
-    if let Some((count, level)) = survey.clipped {
+    if let Some((count, level)) = statistics.clipped {
         let times = if count == 1 {
             "once".to_string()
         } else {
             format!("{count} times")
         };
-        notes.push(format!("clipped {times} at {}", brief(level)));
+        notes.push(format!("clipped {times} at {}", four_digits(level)));
     }
-    match survey.overloads {
+    match statistics.overloads {
         0 => {}
         1 => notes.push("1 overload".to_string()),
         n => notes.push(format!("{n} overloads")),
     }
-    // A mean of so many deviations hides the signal beside it until it is taken off.
+    // A mean of so many deviations hides the signal next to it until it is taken off.
     const LARGE: f64 = 3.0;
-    if !survey.constant && survey.mean.abs() > LARGE * survey.deviation {
-        notes.push(format!("mean {}", brief(survey.mean)));
+    if !statistics.constant && statistics.mean.abs() > LARGE * statistics.std {
+        notes.push(format!("mean {}", four_digits(statistics.mean)));
     }
     notes.join(", ")
 }

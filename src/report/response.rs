@@ -1,134 +1,137 @@
-//! Frequency responses as JSON, CSV and pictures.
+//! Frequency responses as JSON, CSV and plots.
 
 use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::bode::{Bode, Curve, bode, nyquist};
+use super::bode::{BodeCurve, BodePlot, draw_bode, draw_nyquist};
 use super::json::{complex, header, stages, warnings};
-use crate::base::place::Source;
-use crate::base::words::counted;
-use crate::machine::parts::Machine;
-use crate::plan::response::run::{Answer, Pair};
-use crate::plan::stages::Verdict;
-use crate::response::frequency::{How, Way};
+use crate::base::source_span::SourceFile;
+use crate::base::text::pluralise;
+use crate::machine::components::Machine;
+use crate::plan::response::run::{ResponseCurve, ResponseResult};
+use crate::plan::stages::StageDecision;
+use crate::response::frf::{ResponseMethod, SolverKind};
 
-/// How it was found, in words.
-pub fn how(answer: &Answer) -> String {
-    let n = answer.effort.coordinates;
-    let mut text = match answer.how {
-        How::Dense => format!("dynamic stiffness of {n} coordinates, line by line"),
-        How::Sparse => format!("sparse dynamic stiffness of {n} coordinates, line by line"),
-        How::RealModes => "sum over all real modes".to_string(),
-        How::ComplexModes => "sum over all complex modes".to_string(),
+/// How it was found, as text.
+pub fn method_text(result: &ResponseResult) -> String {
+    let n = result.stats.coordinates;
+    let mut text = match result.solver {
+        SolverKind::Dense => format!("dynamic stiffness of {n} coordinates, line by line"),
+        SolverKind::Sparse => format!("sparse dynamic stiffness of {n} coordinates, line by line"),
+        SolverKind::RealModes => "sum over all real modes".to_string(),
+        SolverKind::ComplexModes => "sum over all complex modes".to_string(),
     };
-    let summed = matches!(answer.how, How::RealModes | How::ComplexModes);
-    if summed || answer.choice.way == Way::Direct {
-        text += &format!(": {}", answer.choice.reason);
-    } else if answer.effort.given_up.is_none() {
+    let summed = matches!(
+        result.solver,
+        SolverKind::RealModes | SolverKind::ComplexModes
+    );
+    if summed || result.choice.method == ResponseMethod::Direct {
+        text += &format!(": {}", result.choice.reason);
+    } else if result.stats.rejected_error.is_none() {
         text += ": its modes do not come apart (damping at what has no inertia, loss factors that differ), so there is no sum over them";
     }
-    if let Some(error) = answer.effort.error {
+    if let Some(error) = result.stats.error {
         text += &format!(
             "; at {} lines solved directly it is off by {error:.1e} at most",
-            answer.effort.checked
+            result.stats.checked
         );
     }
-    if let Some(off) = answer.effort.given_up {
+    if let Some(off) = result.stats.rejected_error {
         text += &format!("; the sum over modes was off by {off:.1e} and given up");
     }
     text
 }
 
-/// The document of a frequency response. Of a single input and output `value` and `peaks` stand at the top as well.
-pub fn json(sources: &[Arc<Source>], machine: &Machine, answer: &Answer) -> Value {
-    let trace: Vec<&str> = answer
+/// The document of a frequency response. Of a single input and output `values` and `peaks` stand at the top as well.
+pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &ResponseResult) -> Value {
+    let trace: Vec<&str> = result
         .plan
         .iter()
-        .filter(|row| matches!(row.1, Verdict::Runs(_)))
+        .filter(|row| matches!(row.1, StageDecision::Runs(_)))
         .map(|row| row.0)
         .collect();
     let mut document = json!({
         "geardyn": header(sources, &trace),
-        "frequency_hz": answer.frequency_hz,
-        "responses": answer.pairs.iter().map(|pair| response(machine, pair)).collect::<Vec<_>>(),
-        "method": match answer.how {
-            How::Dense | How::Sparse => "direct",
-            How::RealModes => "real modes",
-            How::ComplexModes => "complex modes",
+        "frequency_hz": result.frequency_hz,
+        "responses": result.curves.iter().map(|curve| response(machine, curve)).collect::<Vec<_>>(),
+        "method": match result.solver {
+            SolverKind::Dense | SolverKind::Sparse => "direct",
+            SolverKind::RealModes => "real modes",
+            SolverKind::ComplexModes => "complex modes",
         },
-        "reason": answer.choice.reason,
-        "error": answer.effort.error,
-        "lines_checked": answer.effort.checked,
-        "effort": { "run_time_s": answer.effort.seconds, "coordinates": answer.effort.coordinates },
-        "stages": stages(answer.plan.iter().map(|(name, verdict)| (*name, verdict))),
-        "warnings": warnings(&answer.warnings),
+        "reason": result.choice.reason,
+        "error": result.stats.error,
+        "lines_checked": result.stats.checked,
+        "effort": { "run_time_s": result.stats.seconds, "coordinates": result.stats.coordinates },
+        "stages": stages(result.plan.iter().map(|(name, decision)| (*name, decision))),
+        "warnings": warnings(&result.diagnostics),
     });
-    if let [only] = &answer.pairs[..] {
+    if let [only] = &result.curves[..] {
         document["value"] = values(only);
         document["peaks"] = peaks(machine, only);
     }
     document
 }
 
-fn response(machine: &Machine, pair: &Pair) -> Value {
+fn response(machine: &Machine, curve: &ResponseCurve) -> Value {
     json!({
-        "input": pair.input,
-        "output": pair.output,
-        "unit": pair.unit,
-        "at_rest": pair.at_rest,
-        "value": values(pair),
-        "peaks": peaks(machine, pair),
+        "input": curve.input,
+        "output": curve.output,
+        "unit": curve.unit,
+        "at_rest": curve.static_response,
+        "value": values(curve),
+        "peaks": peaks(machine, curve),
     })
 }
 
-fn values(pair: &Pair) -> Value {
-    pair.value.iter().map(|&z| complex(z)).collect()
+fn values(curve: &ResponseCurve) -> Value {
+    curve.values.iter().map(|&z| complex(z)).collect()
 }
 
-fn peaks(machine: &Machine, pair: &Pair) -> Value {
-    let peak = |p: &crate::plan::response::run::Strained| {
+fn peaks(machine: &Machine, curve: &ResponseCurve) -> Value {
+    let peak = |p: &crate::plan::response::run::ResonancePeak| {
         json!({
             "frequency_hz": p.peak.omega / std::f64::consts::TAU,
             "magnitude": p.peak.height,
-            "amplification": pair.at_rest.map(|rest| p.peak.height / rest),
+            "amplification": curve.static_response.map(|rest| p.peak.height / rest),
             "damping_ratio": p.peak.damping(),
-            "mostly": p.mostly.map(|(element, _)| machine.elements[element].name.clone()),
-            "share": p.mostly.map(|(_, share)| share),
+            "mostly": p.dominant_element.map(|(element, _)| machine.elements[element].name.clone()),
+            "share": p.dominant_element.map(|(_, share)| share),
         })
     };
-    pair.peaks.iter().map(peak).collect()
+    curve.peaks.iter().map(peak).collect()
 }
 
 /// One row a line, real and imaginary part of every response.
-pub fn csv(answer: &Answer) -> String {
+pub fn csv(result: &ResponseResult) -> String {
     let mut head = vec!["frequency [Hz]".to_string()];
-    for pair in &answer.pairs {
+    for curve in &result.curves {
         for part in ["re", "im"] {
-            head.push(super::csv::quoted(&format!(
+            head.push(super::modes_csv::csv_field(&format!(
                 "{} by {} {part} [{}]",
-                pair.output, pair.input, pair.unit
+                curve.output, curve.input, curve.unit
             )));
         }
     }
     let mut text = head.join(",") + "\n";
-    for (k, f) in answer.frequency_hz.iter().enumerate() {
+    for (k, f) in result.frequency_hz.iter().enumerate() {
         text += &format!("{f}");
-        for pair in &answer.pairs {
-            text += &format!(",{},{}", pair.value[k].re, pair.value[k].im);
+        for curve in &result.curves {
+            text += &format!(",{},{}", curve.values[k].re, curve.values[k].im);
         }
         text.push('\n');
     }
     text
 }
 
-/// What the pictures leave out, in words; empty where they show every response.
-pub fn not_drawn(answer: &Answer) -> String {
-    let (all, shown) = (answer.pairs.len(), drawn(answer).count());
-    match drawn(answer).next() {
+/// What the plots leave out, as text; empty where they show every response.
+pub fn omitted_text(result: &ResponseResult) -> String {
+    let (all, shown) = (result.curves.len(), plotted_pairs(result).count());
+    match plotted_pairs(result).next() {
         Some(first) if shown < all => format!(
             "drawn: the {} in {}, of {all}; those in other units are drawn when asked for by themselves\n",
-            counted(shown, "response"),
+            pluralise(shown, "response"),
             first.unit
         ),
         _ => String::new(),
@@ -136,34 +139,34 @@ pub fn not_drawn(answer: &Answer) -> String {
 }
 
 /// The responses in the unit of the first.
-fn drawn(answer: &Answer) -> impl Iterator<Item = &Pair> {
-    let unit = answer.pairs.first().map(|pair| &pair.unit);
-    (answer.pairs.iter()).filter(move |pair| Some(&pair.unit) == unit)
+fn plotted_pairs(result: &ResponseResult) -> impl Iterator<Item = &ResponseCurve> {
+    let unit = result.curves.first().map(|curve| &curve.unit);
+    (result.curves.iter()).filter(move |curve| Some(&curve.unit) == unit)
 }
 
 /// Magnitude and phase over frequency, and the complex plane; of the responses in the unit of the first.
-pub fn pictures(title: &str, answer: &Answer) -> (String, String) {
-    let curve = |pair: &Pair| Curve {
+pub fn draw_plots(title: &str, result: &ResponseResult) -> (String, String) {
+    let curve = |response_curve: &ResponseCurve| BodeCurve {
         traced: Vec::new(),
-        label: format!("{} by {}", pair.output, pair.input),
-        unit: pair.unit.clone(),
-        measured: pair.drawn.clone(),
+        label: format!("{} by {}", response_curve.output, response_curve.input),
+        unit: response_curve.unit.clone(),
+        measured: response_curve.plotted.clone(),
         computed: true,
-        ..Curve::default()
+        ..BodeCurve::default()
     };
-    let mut modes: Vec<f64> = drawn(answer)
+    let mut modes: Vec<f64> = plotted_pairs(result)
         .flat_map(|p| &p.peaks)
         .map(|p| p.peak.omega / std::f64::consts::TAU)
         .collect();
     modes.sort_by(f64::total_cmp);
     // Peaks of several responses at one mode are one line.
     modes.dedup_by(|a, b| (*a - *b).abs() < 2e-3 * *a);
-    let shown = Bode {
+    let shown = BodePlot {
         title: title.to_string(),
         across: "",
-        frequency_hz: answer.drawn_hz.clone(),
-        curves: drawn(answer).map(curve).collect(),
+        frequency_hz: result.drawn_hz.clone(),
+        curves: plotted_pairs(result).map(curve).collect(),
         modes_hz: modes,
     };
-    (bode(&shown), nyquist(&shown))
+    (draw_bode(&shown), draw_nyquist(&shown))
 }

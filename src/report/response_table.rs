@@ -1,34 +1,34 @@
 //! Frequency responses as tables for a terminal: the peaks.
 
-use super::number::{brief, percent, significant};
-use super::table::{finish, plain, right_but_last};
-use crate::machine::parts::Machine;
-use crate::plan::response::run::{Answer, Pair};
+use super::modes_table::{finish, plain, right_but_last};
+use super::number_format::{four_digits, percent, significant};
+use crate::machine::components::Machine;
+use crate::plan::response::run::{ResponseCurve, ResponseResult};
 
 /// Peaks shown of a response, the highest.
-const ROWS: usize = 20;
+const MAX_ROWS: usize = 20;
 
 /// The peaks of every response.
-pub fn peaks(machine: &Machine, answer: &Answer) -> String {
+pub fn peaks(machine: &Machine, result: &ResponseResult) -> String {
     let mut text = String::new();
-    for (at, pair) in answer.pairs.iter().enumerate() {
+    for (at, curve) in result.curves.iter().enumerate() {
         let gap = if at > 0 { "\n" } else { "" };
-        text += &format!("{gap}{} by {}\n", pair.output, pair.input);
-        if let Some(rest) = pair.at_rest {
-            text += &format!("at rest {} {}\n", brief(rest), pair.unit);
+        text += &format!("{gap}{} by {}\n", curve.output, curve.input);
+        if let Some(rest) = curve.static_response {
+            text += &format!("at rest {} {}\n", four_digits(rest), curve.unit);
         }
-        text += &match pair.peaks.is_empty() {
+        text += &match curve.peaks.is_empty() {
             true => "  no peak in the band\n".to_string(),
-            false => table(machine, pair),
+            false => table(machine, curve),
         };
     }
     text
 }
 
-fn table(machine: &Machine, pair: &Pair) -> String {
-    let mut shown: Vec<_> = pair.peaks.iter().collect();
+fn table(machine: &Machine, curve: &ResponseCurve) -> String {
+    let mut shown: Vec<_> = curve.peaks.iter().collect();
     shown.sort_by(|a, b| b.peak.height.total_cmp(&a.peak.height));
-    shown.truncate(ROWS);
+    shown.truncate(MAX_ROWS);
     shown.sort_by(|a, b| a.peak.omega.total_cmp(&b.peak.omega));
     let mut table = plain();
     table.add_row(vec![
@@ -38,10 +38,10 @@ fn table(machine: &Machine, pair: &Pair) -> String {
         "damping",
         "mostly in",
     ]);
-    table.add_row(vec!["Hz", &pair.unit, "of rest", "%", ""]);
+    table.add_row(vec!["Hz", &curve.unit, "of rest", "%", ""]);
     let dash = || "–".to_string();
     for p in shown {
-        let mostly = p.mostly.map_or(dash(), |(element, share)| {
+        let mostly = p.dominant_element.map_or(dash(), |(element, share)| {
             format!(
                 "{} ({:.0} %)",
                 machine.elements[element].name,
@@ -50,17 +50,18 @@ fn table(machine: &Machine, pair: &Pair) -> String {
         });
         table.add_row(vec![
             significant(p.peak.omega / std::f64::consts::TAU),
-            brief(p.peak.height),
-            pair.at_rest
-                .map_or(dash(), |rest| brief(p.peak.height / rest)),
+            four_digits(p.peak.height),
+            curve
+                .static_response
+                .map_or(dash(), |rest| four_digits(p.peak.height / rest)),
             p.peak.damping().map_or(dash(), percent),
             mostly,
         ]);
     }
     right_but_last(&mut table);
     let mut text = finish(&table);
-    if pair.peaks.len() > ROWS {
-        text += &format!("{} lower ones\n", pair.peaks.len() - ROWS);
+    if curve.peaks.len() > MAX_ROWS {
+        text += &format!("{} lower ones\n", curve.peaks.len() - MAX_ROWS);
     }
     text
 }

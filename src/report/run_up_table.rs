@@ -1,52 +1,52 @@
-//! Run-ups as tables for a terminal: critical speeds with the element in danger.
+//! Run-ups as terminal tables: critical speeds with the element of highest strain energy.
 
 use std::f64::consts::TAU;
 
-use super::harmonic_balance::{rpm, scaled};
-use super::number::{brief, significant, with_minus_signs};
-use super::table::{finish, plain, right_but_last};
-use crate::base::words::counted;
-use crate::machine::parts::Machine;
-use crate::plan::response::run_up::Answer;
+use super::harmonic_balance::{choose_unit, rpm};
+use super::modes_table::{finish, plain, right_but_last};
+use super::number_format::{four_digits, significant, with_minus_signs};
+use crate::base::text::pluralise;
+use crate::machine::components::Machine;
+use crate::plan::response::run_up::RunUpResult;
 
 /// Critical speeds shown, those with the largest answers.
-const ROWS: usize = 24;
+const MAX_ROWS: usize = 24;
 
 /// The tables.
-pub fn table(machine: &Machine, answer: &Answer) -> String {
-    let (name, unit) = answer
+pub fn table(machine: &Machine, result: &RunUpResult) -> String {
+    let (name, unit) = result
         .outputs
         .first()
         .map_or(("", ""), |(n, u)| (n.as_str(), *u));
-    let mut text = driver(answer);
-    text += &match answer.assumed {
+    let mut text = driver(result);
+    text += &match result.assumed {
         Some(size) => format!(
             "no error is declared: every order has an assumed amplitude of {} µm, and answers go with it\n",
-            brief(1e6 * size)
+            four_digits(1e6 * size)
         ),
         None => "orders have the amplitudes of the errors declared; where none is, only the critical speed is told\n".to_string(),
     };
-    for ((name, unit), &(speed, total)) in answer.outputs.iter().zip(&answer.most) {
-        let (factor, unit) = scaled(total, unit);
+    for ((name, unit), &(speed, total)) in result.outputs.iter().zip(&result.max_amplitudes) {
+        let (factor, unit) = choose_unit(total, unit);
         text += &format!(
             "{name}: all orders together at most {} {unit}, at {} rpm\n",
-            brief(factor * total),
-            brief(rpm(speed))
+            four_digits(factor * total),
+            four_digits(rpm(speed))
         );
     }
-    if answer.critical.is_empty() {
+    if result.speed.is_empty() {
         return text + "no order meets a natural frequency that answers in this range\n";
     }
-    let largest = answer
-        .critical
+    let largest = result
+        .speed
         .iter()
         .filter_map(|c| c.amplitude)
         .fold(0.0, f64::max);
-    let (factor, unit) = scaled(largest, unit);
+    let (factor, unit) = choose_unit(largest, unit);
     text += &format!(
         "\n{} of {}\n",
-        counted(answer.critical.len(), "critical speed"),
-        answer.node
+        pluralise(result.speed.len(), "critical speed"),
+        result.node
     );
     let mut table = plain();
     table.add_row(vec![
@@ -58,48 +58,49 @@ pub fn table(machine: &Machine, answer: &Answer) -> String {
         "in danger",
     ]);
     table.add_row(vec!["rpm", "Hz", "", &unit, "", ""]);
-    for c in answer.critical.iter().take(ROWS) {
-        let e = &answer.excitations[c.excitation];
+    for c in result.speed.iter().take(MAX_ROWS) {
+        let e = &result.excitations[c.excitation];
         table.add_row(vec![
             significant(rpm(c.speed)),
             significant(c.omega / TAU),
             e.fraction.clone(),
             match c.amplitude {
-                Some(size) => brief(factor * size),
-                None if !answer.has_size(c.excitation) => "not declared".to_string(),
+                Some(size) => four_digits(factor * size),
+                None if !result.is_declared(c.excitation) => "not declared".to_string(),
                 None => "infinite".to_string(),
             },
             e.source.clone(),
-            c.danger.map_or("–".to_string(), |(element, share)| {
-                format!(
-                    "{} ({:.0} %)",
-                    machine.elements[element].name,
-                    100.0 * share
-                )
-            }),
+            c.highest_strain_energy
+                .map_or("–".to_string(), |(element, share)| {
+                    format!(
+                        "{} ({:.0} %)",
+                        machine.elements[element].name,
+                        100.0 * share
+                    )
+                }),
         ]);
     }
     right_but_last(&mut table);
     text += &finish(&table);
-    if answer.critical.len() > ROWS {
+    if result.speed.len() > MAX_ROWS {
         text += &format!(
             "… and {} with smaller answers; --json holds all\n",
-            answer.critical.len() - ROWS
+            result.speed.len() - MAX_ROWS
         );
     }
     with_minus_signs(&text)
 }
 
 /// Whether the driver's angle is prescribed or answers.
-fn driver(answer: &Answer) -> String {
-    match &answer.held[..] {
+fn driver(result: &RunUpResult) -> String {
+    match &result.fixed_dofs[..] {
         [] => format!(
             "run-up of {}: nothing is held, the driver is free and answers the orders too (--hold {} prescribes its angle)\n",
-            answer.node, answer.node
+            result.node, result.node
         ),
         held => format!(
             "run-up of {}: {} held, answering nothing\n",
-            answer.node,
+            result.node,
             match held {
                 [one] => format!("{one} is"),
                 many => format!("{} are", many.join(", ")),

@@ -2,35 +2,35 @@
 
 use serde_json::{Value, json};
 
-use super::motion::key;
-use crate::plan::motion::scene::MotionScene;
-use crate::plan::motion::sensitivity::{Digits, Sensitivity};
-use crate::plan::motion::statistics::{Known, PERCENTILES, Statistics};
+use super::simulation::key;
+use crate::plan::motion::sensitivity::{OutputPredictability, Sensitivity};
+use crate::plan::motion::simulation_setup::SimulationSetup;
+use crate::plan::motion::statistics::{PERCENTILES, Statistics, UncertainValue};
 
 /// Adds `sensitivity`, and takes out of `readings` what cannot be predicted.
-pub fn extend(document: &mut Value, scene: &MotionScene, sensitivity: Option<&Sensitivity>) {
+pub fn extend(document: &mut Value, scene: &SimulationSetup, sensitivity: Option<&Sensitivity>) {
     let Some(found) = sensitivity else {
         document["sensitivity"] = Value::Null;
         return;
     };
     let mut outputs = serde_json::Map::new();
-    for (output, digits) in scene.outputs.list.iter().zip(&found.outputs) {
+    for (output, predictability) in scene.outputs.list.iter().zip(&found.outputs) {
         let key = key(output);
-        for (name, error) in errors(digits) {
+        for (name, error) in errors(predictability) {
             if error.is_none() && document["readings"][&key].is_object() {
                 document["readings"][&key][name] = Value::Null;
             }
         }
-        let off: serde_json::Map<String, Value> = errors(digits)
+        let off: serde_json::Map<String, Value> = errors(predictability)
             .into_iter()
             .map(|(name, error)| (name.to_string(), json!(error)))
             .collect();
         outputs.insert(
             key,
             json!({
-                "predictable_until_s": digits.until,
+                "predictable_until_s": predictability.until,
                 "uncertainty": off,
-                "second_half": digits.second_half.as_ref().map(statistics),
+                "second_half": predictability.second_half.as_ref().map(statistics),
             }),
         );
     }
@@ -42,23 +42,23 @@ pub fn extend(document: &mut Value, scene: &MotionScene, sensitivity: Option<&Se
 }
 
 /// The readings by their keys, each with what it may be off by.
-fn errors(d: &Digits) -> [(&'static str, Option<f64>); 7] {
+fn errors(d: &OutputPredictability) -> [(&'static str, Option<f64>); 7] {
     [
         ("end", d.end),
-        ("least", d.least),
-        ("least_at_s", d.least_at),
-        ("greatest", d.greatest),
-        ("greatest_at_s", d.greatest_at),
+        ("least", d.min),
+        ("least_at_s", d.min_at),
+        ("greatest", d.max),
+        ("greatest_at_s", d.max_at),
         ("mean", Some(d.mean)),
         ("rms_about_mean", Some(d.rms)),
     ]
 }
 
 fn statistics(s: &Statistics) -> Value {
-    let of = |known: &Known| json!({ "value": known.value, "uncertainty": known.error });
+    let of = |uncertain_value: &UncertainValue| json!({ "value": uncertain_value.value, "uncertainty": uncertain_value.error });
     let percentiles = s.percentiles.map(|all| {
-        let one = |(share, known): (&f64, &Known)| {
-            json!({ "below": share, "value": known.value, "uncertainty": known.error })
+        let one = |(share, uncertain_value): (&f64, &UncertainValue)| {
+            json!({ "below": share, "value": uncertain_value.value, "uncertainty": uncertain_value.error })
         };
         PERCENTILES.iter().zip(&all).map(one).collect::<Vec<_>>()
     });

@@ -1,19 +1,19 @@
 //! Sensitivity of a motion to its start, as text.
 
-use super::number::{brief, held, with_deviation};
-use super::table::{finish, plain, right_but_first};
-use crate::base::units::seconds;
-use crate::plan::motion::scene::MotionScene;
+use super::modes_table::{finish, plain, right_but_first};
+use super::number_format::{four_digits, significant_text, with_deviation};
+use crate::base::quantity::format_time;
 use crate::plan::motion::sensitivity::Sensitivity;
-use crate::plan::motion::statistics::{Known, PERCENTILES, Statistics};
+use crate::plan::motion::simulation_setup::SimulationSetup;
+use crate::plan::motion::statistics::{PERCENTILES, Statistics, UncertainValue};
 
 /// How far the motion can be predicted, and what holds beyond; nothing where every digit shown holds.
-pub fn text(scene: &MotionScene, sensitivity: &Sensitivity) -> String {
+pub fn text(scene: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     if sensitivity.all_shown() {
         return String::new();
     }
     let what = match (sensitivity.until(), sensitivity.factor) {
-        (Some(until), _) => format!("not predictable beyond t = {}", seconds(until)),
+        (Some(until), _) => format!("not predictable beyond t = {}", format_time(until)),
         (None, Some(factor)) if factor < SLIGHT => {
             "the errors of the method leave the digits shown: ask for a tighter tolerance or a shorter step".to_string()
         }
@@ -24,8 +24,8 @@ pub fn text(scene: &MotionScene, sensitivity: &Sensitivity) -> String {
     let shares = PERCENTILES.map(|share| format!("{:.0} % below", 100.0 * share));
     let columns = ["second half", "unit", "mean", "rms about it"].map(str::to_string);
     table.set_header(columns.into_iter().chain(shares));
-    for (output, digits) in scene.outputs.list.iter().zip(&sensitivity.outputs) {
-        if let Some(statistics) = &digits.second_half {
+    for (output, predictability) in scene.outputs.list.iter().zip(&sensitivity.outputs) {
+        if let Some(statistics) = &predictability.second_half {
             let names = [output.name.clone(), output.unit.to_string()];
             table.add_row(names.into_iter().chain(cells(statistics)));
         }
@@ -46,14 +46,17 @@ const SLIGHT: f64 = 10.0;
 fn factor(sensitivity: &Sensitivity) -> String {
     let size = match (sensitivity.factor, sensitivity.parted) {
         (Some(factor), true) => format!("more than ×{:.0e}", 0.5 * factor),
-        (Some(factor), false) => format!("×{}", held(factor, 5e-3 * factor).unwrap_or_default()),
+        (Some(factor), false) => format!(
+            "×{}",
+            significant_text(factor, 5e-3 * factor).unwrap_or_default()
+        ),
         (None, _) => "not known".to_string(),
     };
     format!("sensitivity to initial conditions {size}")
 }
 
 fn cells(s: &Statistics) -> Vec<String> {
-    let cell = |known: &Known| with_deviation(known.value, known.error);
+    let cell = |value: &UncertainValue| with_deviation(value.value, value.error);
     let percentiles = match &s.percentiles {
         Some(all) => all.iter().map(cell).collect(),
         None => vec!["–".to_string(); PERCENTILES.len()],
@@ -71,6 +74,6 @@ pub fn effort(sensitivity: &Sensitivity) -> String {
     format!(
         "compared with a start changed by {:.0e} of the deflections: {found}, {} s\n",
         sensitivity.change,
-        brief(sensitivity.seconds)
+        four_digits(sensitivity.seconds)
     )
 }

@@ -1,27 +1,31 @@
 //! Spectra as tables for a terminal: the strongest lines of each channel.
 
-use super::number::{brief, significant};
+use super::modes_table::{finish, plain, right_but_last};
+use super::number_format::{four_digits, significant};
 use super::spectra::decibels;
-use super::table::{finish, plain, right_but_last};
-use crate::plan::logs::spectrum_study::{Across, Curve, Spectrum, SpectrumKind};
+use crate::plan::logs::spectrum_study::{
+    AbscissaKind, ChannelSpectrum, SpectrumKind, SpectrumResult,
+};
 
 /// Lines shown of a channel.
-const ROWS: usize = 20;
+const MAX_ROWS: usize = 20;
 
 /// What was done and the strongest lines.
-pub fn spectrum(found: &Spectrum) -> String {
-    let mut text = format!("{}\n", found.how);
-    for curve in &found.curves {
-        text += &format!("\n{}\n", curve.channel);
-        text += &match curve.lines.is_empty() {
-            true => nothing(found, curve),
-            false => lines(found, curve),
+pub fn spectrum(found: &SpectrumResult) -> String {
+    let mut text = format!("{}\n", found.method_text);
+    for channel_spectrum in &found.spectrums {
+        text += &format!("\n{}\n", channel_spectrum.channel);
+        text += &match channel_spectrum.peaks.is_empty() {
+            true => no_lines_text(found, channel_spectrum),
+            false => lines(found, channel_spectrum),
         };
     }
-    if found.across == Across::Order && found.curves.iter().any(|c| !c.lines.is_empty()) {
+    if found.abscissa_kind == AbscissaKind::Order
+        && found.spectrums.iter().any(|c| !c.peaks.is_empty())
+    {
         text += &format!(
             "\nan order may be off by a line, {}\n",
-            brief(found.resolution)
+            four_digits(found.abscissa_step)
         );
     }
     if let Some((lower, upper)) = found.interval {
@@ -35,35 +39,40 @@ pub fn spectrum(found: &Spectrum) -> String {
         };
         text += &format!(
             "\nrandom parts: the 95 % interval of the true {what} is {} … {} times the one shown\n",
-            brief(lower),
-            brief(upper)
+            four_digits(lower),
+            four_digits(upper)
         );
     }
     text
 }
 
 /// What a curve without lines shows.
-fn nothing(found: &Spectrum, curve: &Curve) -> String {
-    let (low, high) = curve
+fn no_lines_text(found: &SpectrumResult, channel_spectrum: &ChannelSpectrum) -> String {
+    let (low, high) = channel_spectrum
         .value
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| {
             (l.min(v), h.max(v))
         });
     match found.kind {
-        SpectrumKind::Average => format!("  {} … {} {}\n", brief(low), brief(high), curve.unit),
+        SpectrumKind::SynchronousAverage => format!(
+            "  {} … {} {}\n",
+            four_digits(low),
+            four_digits(high),
+            channel_spectrum.unit
+        ),
         _ => "  no line\n".to_string(),
     }
 }
 
 /// A place, to the digits it is known by.
-fn known_to(place: f64, known: f64) -> String {
+fn format_to_resolution(place: f64, known: f64) -> String {
     let digits = (1.0 - known.log10()).ceil().clamp(0.0, 6.0) as usize;
     format!("{place:.digits$}")
 }
 
-fn lines(found: &Spectrum, curve: &Curve) -> String {
-    let (across, unit) = found.across.words();
+fn lines(found: &SpectrumResult, channel_spectrum: &ChannelSpectrum) -> String {
+    let (across, unit) = found.abscissa_kind.label();
     let mut table = plain();
     let size = match found.kind {
         SpectrumKind::Rms => "rms",
@@ -71,8 +80,8 @@ fn lines(found: &Spectrum, curve: &Curve) -> String {
         _ => "amplitude",
     };
     table.add_row(vec![across, size, "signal to noise", "line"]);
-    table.add_row(vec![unit, &curve.amplitude_unit, "dB", ""]);
-    for line in curve.lines.iter().take(ROWS) {
+    table.add_row(vec![unit, &channel_spectrum.amplitude_unit, "dB", ""]);
+    for line in channel_spectrum.peaks.iter().take(MAX_ROWS) {
         let ratio = line
             .signal_to_noise
             .map_or("–".to_string(), |r| format!("{:.1}", decibels(r)));
@@ -83,16 +92,16 @@ fn lines(found: &Spectrum, curve: &Curve) -> String {
                 false => format!("{name}, not clear of the noise"),
             };
         }
-        let position = match found.across {
-            Across::Order => known_to(line.position, found.resolution),
+        let position = match found.abscissa_kind {
+            AbscissaKind::Order => format_to_resolution(line.position, found.abscissa_step),
             _ => significant(line.position),
         };
-        table.add_row(vec![position, brief(line.amplitude), ratio, name]);
+        table.add_row(vec![position, four_digits(line.amplitude), ratio, name]);
     }
     right_but_last(&mut table);
     let mut text = finish(&table);
-    if curve.lines.len() > ROWS {
-        text += &format!("{} more\n", curve.lines.len() - ROWS);
+    if channel_spectrum.peaks.len() > MAX_ROWS {
+        text += &format!("{} more\n", channel_spectrum.peaks.len() - MAX_ROWS);
     }
     text
 }

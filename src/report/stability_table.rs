@@ -1,66 +1,73 @@
-//! Where methods and machine break, as tables for a terminal.
+//! Stability study as terminal tables: linear stability, tongues, stress cases.
 
 use std::f64::consts::TAU;
 
-use super::number::brief;
-use super::stability::{Stability, count};
-use super::table::{finish, plain, right_but_first};
-use crate::base::units::seconds;
-use crate::motion::floquet::chart::Tongue;
+use super::modes_table::{finish, plain, right_but_first};
+use super::number_format::four_digits;
+use super::stability::{StabilityResult, count_verdicts};
+use crate::base::quantity::format_time;
+use crate::motion::floquet::stability_chart::InstabilityTongue;
 use crate::motion::progress::rounded;
 use crate::plan::linear_stability::UNSTABLE;
-use crate::study::parametric::Chart;
-use crate::study::stability::cases::AS_IT_IS;
-use crate::study::stability::extremes::Verdict;
+use crate::study::parametric::StabilityChart;
+use crate::study::stability::perturbations::BASELINE_FACTOR;
+use crate::study::stability::stress_test::CaseVerdict;
 
 /// Facts, parametric stability, the table of cases, what was refused and why.
-pub fn table(found: &Stability) -> String {
-    let facts = &found.facts;
-    let hertz = |omega: f64| format!("{} Hz", brief(omega / TAU));
-    let mut text = match facts.eigenvalues.is_empty() {
+pub fn table(found: &StabilityResult) -> String {
+    let linear_stability = &found.linear;
+    let hertz = |omega: f64| format!("{} Hz", four_digits(omega / TAU));
+    let mut text = match linear_stability.eigenvalues.is_empty() {
         true => "nothing swings or decays: any step is stable\n".to_string(),
         false => format!(
             "stiffness ratio {}   fastest {}, slowest {}   spectral abscissa {} 1/s\n",
-            brief(facts.stiffness_ratio),
-            hertz(facts.fastest),
-            hertz(facts.slowest),
-            brief(facts.abscissa),
+            four_digits(linear_stability.stiffness_ratio),
+            hertz(linear_stability.fastest),
+            hertz(linear_stability.slowest),
+            four_digits(linear_stability.spectral_abscissa),
         ),
     };
-    if let Some(speed) = facts.speed {
+    if let Some(speed) = linear_stability.speed {
         text += &format!(
             "gyroscopic, centripetal and circulatory terms of {} rpm are counted\n",
-            brief(speed * 60.0 / TAU)
+            four_digits(speed * 60.0 / TAU)
         );
     }
-    if let Some(growth) = facts.warnings.iter().find(|w| w.code == UNSTABLE) {
+    if let Some(growth) = linear_stability
+        .diagnostics
+        .iter()
+        .find(|w| w.code == UNSTABLE)
+    {
         text += &format!("{}\n", growth.message);
     }
-    let limits = facts.limits.iter().filter(|(_, h)| h.is_finite());
+    let limits = linear_stability
+        .max_steps
+        .iter()
+        .filter(|(_, h)| h.is_finite());
     let limits: Vec<String> = limits
-        .map(|(name, h)| format!("{name} {}", seconds(*h)))
+        .map(|(name, h)| format!("{name} {}", format_time(*h)))
         .collect();
     if !limits.is_empty() {
         text += &format!("explicit methods need steps below: {}\n", limits.join(", "));
     }
-    text += &amplified(found);
+    text += &amplification_table(found);
     text += &match &found.floquet {
         Err(why) => format!("parametric stability left out: {why}\n"),
         Ok(p) => {
-            let state = match p.largest <= 1.0 + 1e-9 {
+            let state = match p.max_multiplier <= 1.0 + 1e-9 {
                 true => "stable".to_string(),
                 false => format!(
                     "unstable, grows by {} 1/s",
-                    brief(p.largest.ln() / p.period)
+                    four_digits(p.max_multiplier.ln() / p.period)
                 ),
             };
             let mut line = format!(
                 "mesh stiffness at this speed: {state}, largest multiplier {} a period of {} s\n",
-                brief(p.largest),
-                brief(p.period)
+                four_digits(p.max_multiplier),
+                four_digits(p.period)
             );
             if let Some(chart) = &p.chart {
-                line += &charted(chart, p.speed);
+                line += &instability_tongues_table(chart, p.speed);
             }
             line
         }
@@ -83,8 +90,8 @@ pub fn table(found: &Stability) -> String {
                 .cases
                 .iter()
                 .find(|c| c.name == *name && c.method == *method);
-            case.map_or(String::new(), |c| match (c.verdict, c.figure) {
-                (Verdict::Refused, _) | (_, None) => c.verdict.name().to_string(),
+            case.map_or(String::new(), |c| match (c.verdict, c.energy_error) {
+                (CaseVerdict::Refused, _) | (_, None) => c.verdict.name().to_string(),
                 (verdict, Some(figure)) => format!("{} {figure:.0e}", verdict.name()),
             })
         };
@@ -98,7 +105,7 @@ pub fn table(found: &Stability) -> String {
     if !names.is_empty() {
         text += &format!(
             "\nthe scene at its extremes, within the work of {} evaluations as it is and of {} in each other case; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, what it may be off by counted in\n{}",
-            rounded((AS_IT_IS * found.budget) as f64),
+            rounded((BASELINE_FACTOR * found.budget) as f64),
             rounded(found.budget as f64),
             finish(&table)
         );
@@ -134,15 +141,15 @@ pub fn table(found: &Stability) -> String {
     }
     text + &format!(
         "\n{} pass, {} refused, {} fail\n",
-        count(found, Verdict::Pass),
-        count(found, Verdict::Refused),
-        count(found, Verdict::Fail)
+        count_verdicts(found, CaseVerdict::Pass),
+        count_verdicts(found, CaseVerdict::Refused),
+        count_verdicts(found, CaseVerdict::Fail)
     )
 }
 
 /// What a step of each method makes of the fastest and the slowest mode.
-fn amplified(found: &Stability) -> String {
-    let (step, all) = &found.amplified;
+fn amplification_table(found: &StabilityResult) -> String {
+    let (step, all) = &found.amplification;
     if all.is_empty() {
         return String::new();
     }
@@ -158,33 +165,33 @@ fn amplified(found: &Stability) -> String {
         table.add_row([
             a.method.to_string(),
             found
-                .facts
-                .limit(a.method)
-                .map_or("none".to_string(), seconds),
-            brief(a.fastest),
-            brief(a.slowest),
-            brief(a.added_damping),
+                .linear
+                .max_stable_step(a.method)
+                .map_or("none".to_string(), format_time),
+            four_digits(a.fastest),
+            four_digits(a.slowest),
+            four_digits(a.added_damping),
         ]);
     }
     right_but_first(&mut table);
     format!(
         "what a step of {} makes of the fastest and of the slowest mode\n{}",
-        seconds(*step),
+        format_time(*step),
         finish(&table)
     )
 }
 
 /// Unstable speeds; with a second parameter every tongue from where it opens.
-fn charted(chart: &Chart, speed: f64) -> String {
-    let rpm = |factor: f64| brief(factor * speed * 60.0 / TAU);
-    let hertz = |omega: f64| format!("{} Hz", brief(omega / TAU));
+fn instability_tongues_table(chart: &StabilityChart, speed: f64) -> String {
+    let rpm = |factor: f64| four_digits(factor * speed * 60.0 / TAU);
+    let hertz = |omega: f64| format!("{} Hz", four_digits(omega / TAU));
     let [low, high] = chart.span.map(rpm);
-    let mut found: Vec<(f64, &Tongue)> = Vec::new();
+    let mut found: Vec<(f64, &InstabilityTongue)> = Vec::new();
     for row in &chart.rows {
         for t in &row.tongues {
             match found.iter_mut().find(|(_, other)| other.name == t.name) {
                 // The last row a tongue stands in shows how wide it gets.
-                Some(seen) if chart.over.is_some() => seen.1 = t,
+                Some(seen) if chart.parameter.is_some() => seen.1 = t,
                 _ => found.push((row.factor, t)),
             }
         }
@@ -201,11 +208,11 @@ fn charted(chart: &Chart, speed: f64) -> String {
             "  {} to {}   growth {} % a period at {}   {}{}\n",
             hertz(t.from),
             hertz(t.to),
-            brief(100.0 * (t.growth - 1.0)),
-            hertz(t.worst),
+            four_digits(100.0 * (t.growth - 1.0)),
+            hertz(t.most_unstable),
             t.name,
-            match chart.over {
-                Some(over) => format!("   seen from {} × {}", over.name(), brief(factor)),
+            match chart.parameter {
+                Some(over) => format!("   seen from {} × {}", over.name(), four_digits(factor)),
                 None => String::new(),
             }
         );

@@ -1,37 +1,37 @@
 //! Transmission error of a chain as tables for a terminal.
 
-use super::number::{brief, percent, significant, with_minus_signs};
-use super::table::{finish, plain};
-use super::transmission::{Unit, cause, phase, source, test};
-use crate::base::words::counted;
-use crate::machine::parts::Machine;
-use crate::plan::transmission::run::Answer;
-use crate::transmission::budget::Budget;
-use crate::transmission::indexing::Mark;
+use super::modes_table::{finish, plain};
+use super::number_format::{four_digits, percent, significant, with_minus_signs};
+use super::transmission::{TeUnit, cause, phase, separation_test_text, source};
+use crate::base::text::pluralise;
+use crate::machine::components::Machine;
+use crate::plan::transmission::run::TransmissionResult;
+use crate::transmission::budget::ErrorBudget;
+use crate::transmission::indexing::IndexingEffect;
 
 /// Lines shown unless all are wanted: the largest.
-const ROWS: usize = 25;
+const MAX_ROWS: usize = 25;
 
 /// The order table, what coincides, the sums.
-pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
-    let chain = &answer.chain;
-    let name = |freedom: usize| machine.nodes[machine.freedoms[freedom].node].name.as_str();
+pub fn table(machine: &Machine, result: &TransmissionResult, all: bool) -> String {
+    let chain = &result.chain;
+    let name = |dof: usize| machine.nodes[machine.dofs[dof].node].name.as_str();
     let mut text = format!(
         "{} driven by {}",
         name(chain.ends.output),
         name(chain.ends.driver)
     );
-    if let Some(against) = chain.ends.against {
+    if let Some(against) = chain.ends.relative_to {
         text += &format!(", against {}", name(against));
     }
-    let unit = Unit::of(machine, answer);
-    let per = match chain.per == chain.ends.output {
+    let unit = TeUnit::for_output(machine, result);
+    let per = match chain.order_reference == chain.ends.output {
         true => "the output".to_string(),
-        false => format!("{}, which moves it", name(chain.per)),
+        false => format!("{}, which moves it", name(chain.order_reference)),
     };
     if let (Some(turns), true) = (
-        chain.turns(chain.ends.driver),
-        chain.per != chain.ends.driver,
+        chain.ratio(chain.ends.driver),
+        chain.order_reference != chain.ends.driver,
     ) {
         text += &format!(": {turns} turns of {} a turn", name(chain.ends.driver));
     }
@@ -39,10 +39,10 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
         ". Orders per turn of {per}. The angle of {} is prescribed and answers nothing.\n\n",
         name(chain.ends.driver)
     );
-    let shown = shown(answer, all);
+    let shown = largest_lines(result, all);
     let mut table = plain();
-    let at_speed = answer.speed.is_some();
-    let differs = answer.differs_under_load();
+    let at_speed = result.speed.is_some();
+    let differs = result.load_changes_lines();
     let mut head = vec!["order", "source", "cause", "amplitude"];
     let mut units = vec!["", "", "", unit.name];
     let mut column = |is: bool, name: &'static str, unit: &'static str| {
@@ -51,60 +51,60 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
             units.push(unit);
         }
     };
-    column(answer.radius.is_some(), "arc", "µm");
+    column(result.radius.is_some(), "arc", "µm");
     column(true, "phase", "deg");
     column(true, "share", "%");
     column(differs, "kinematic", unit.name);
     column(differs, "loaded", unit.name);
     column(at_speed, "at speed", unit.name);
     column(at_speed, "frequency", "Hz");
-    column(answer.map.is_some(), "largest", unit.name);
-    column(answer.map.is_some(), "at", "rpm");
-    column(answer.marks.is_some(), "work", "");
-    column(!answer.coincidences.is_empty(), "", "");
+    column(result.map.is_some(), "largest", unit.name);
+    column(result.map.is_some(), "at", "rpm");
+    column(result.effects.is_some(), "work", "");
+    column(!result.coincidences.is_empty(), "", "");
     table.add_row(head);
     table.add_row(units);
     for &k in &shown {
-        let row = &answer.rows[k];
-        let slow = answer.slow(row);
+        let row = &result.lines[k];
+        let slow = result.quasi_static(row);
         let mut cells = vec![
             order(&row.line.order),
             source(machine, row),
             with_harmonic(cause(machine, row), row.line.harmonic),
-            brief(slow.norm() * unit.times),
+            four_digits(slow.norm() * unit.times),
         ];
-        cells.extend(answer.radius.map(|r| brief(1e6 * r * slow.norm())));
+        cells.extend(result.radius.map(|r| four_digits(1e6 * r * slow.norm())));
         let turned = phase(machine, row, slow).map(f64::round);
         let half = |p: f64| if p <= -180.0 { 180.0 } else { p };
         cells.push(turned.map_or("?".to_string(), |p| format!("{:.0}", half(p))));
         cells.push(percent(row.share));
         if differs {
-            let rigid = row.kinematic.map(|z| brief(z.norm() * unit.times));
+            let rigid = row.kinematic.map(|z| four_digits(z.norm() * unit.times));
             cells.push(rigid.unwrap_or("–".to_string()));
-            cells.push(brief(row.loaded.norm() * unit.times));
+            cells.push(four_digits(row.loaded.norm() * unit.times));
         }
-        if let (Some(z), Some(speed)) = (row.dynamic, answer.speed) {
-            cells.push(brief(z.norm() * unit.times));
+        if let (Some(z), Some(speed)) = (row.dynamic, result.speed) {
+            cells.push(four_digits(z.norm() * unit.times));
             cells.push(significant(
-                row.line.order.value() * speed.abs() / std::f64::consts::TAU,
+                row.line.order.to_f64() * speed.abs() / std::f64::consts::TAU,
             ));
         }
-        if let Some(map) = &answer.map {
+        if let Some(map) = &result.map {
             let (speed, most) = map.largest[k];
-            cells.push(brief(most * unit.times));
-            cells.push(brief(speed * 30.0 / std::f64::consts::PI));
+            cells.push(four_digits(most * unit.times));
+            cells.push(four_digits(speed * 30.0 / std::f64::consts::PI));
         }
-        if let Some(marks) = &answer.marks {
-            cells.push(match &marks[k] {
-                Mark::Form => "form".to_string(),
-                Mark::Pitch { adjacent, .. } => format!(
+        if let Some(effects) = &result.effects {
+            cells.push(match &effects[k] {
+                IndexingEffect::Form => "form".to_string(),
+                IndexingEffect::Pitch { adjacent, .. } => format!(
                     "pitch, {} from tooth to tooth",
-                    brief(adjacent * slow.norm() * unit.times)
+                    four_digits(adjacent * slow.norm() * unit.times)
                 ),
             });
         }
-        if !answer.coincidences.is_empty() {
-            let group = answer
+        if !result.coincidences.is_empty() {
+            let group = result
                 .coincidences
                 .iter()
                 .position(|c| c.lines.contains(&k));
@@ -114,15 +114,15 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
     }
     align(&mut table);
     text += &finish(&table);
-    let still = answer.rows.len() - shown.len();
+    let still = result.lines.len() - shown.len();
     if all && still > 0 {
         text += &format!(
             "{} not shown: both ends move alike, or neither does\n",
-            counted(still, "line")
+            pluralise(still, "line")
         );
     } else if still > 0 {
         let hidden = |size: &dyn Fn(usize) -> f64| {
-            let all = 0..answer.rows.len();
+            let all = 0..result.lines.len();
             let (mut out, mut sum) = (0.0, 0.0);
             for k in all {
                 let square = size(k).powi(2);
@@ -131,21 +131,21 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
             }
             percent(if sum > 0.0 { out / sum } else { 0.0 })
         };
-        let slow = hidden(&|k| answer.slow(&answer.rows[k]).norm());
+        let slow = hidden(&|k| result.quasi_static(&result.lines[k]).norm());
         let fast = match at_speed {
             true => format!(
                 ", {} % of those at speed",
-                hidden(&|k| answer.rows[k].dynamic.map_or(0.0, |z| z.norm()))
+                hidden(&|k| result.lines[k].dynamic.map_or(0.0, |z| z.norm()))
             ),
             false => String::new(),
         };
         text += &format!(
             "{} smaller lines are not shown, {slow} % of the squares{fast}; --all shows them\n",
-            answer.rows.len() - shown.len(),
+            result.lines.len() - shown.len(),
         );
     }
     text += match differs {
-        true if answer.rows.iter().any(|row| row.kinematic.is_none()) => {
+        true if result.lines.iter().any(|row| row.kinematic.is_none()) => {
             "kinematic: with rigid joints; –: these would lock, for a loop does not fit the line alone\n"
         }
         true => "kinematic: with rigid joints\n",
@@ -153,20 +153,20 @@ pub fn table(machine: &Machine, answer: &Answer, all: bool) -> String {
             "kinematic and loaded amplitudes are alike: no loop shares errors out, and no stiffness changes under load\n"
         }
     };
-    text += &assumed(machine);
-    text += &coincidences(machine, answer, &shown);
-    text += &sums(machine, answer, unit);
+    text += &assumed_amplitudes_text(machine);
+    text += &coincidences(machine, result, &shown);
+    text += &sums(machine, result, unit);
     with_minus_signs(&text)
 }
 
 /// Amplitudes that were assumed from grades.
-fn assumed(machine: &Machine) -> String {
+fn assumed_amplitudes_text(machine: &Machine) -> String {
     let each = machine
         .errors
         .iter()
         .filter_map(|error| Some((error, error.assumed.as_ref()?)));
     let lines: String = each
-        .map(|(error, how)| format!("    {}: {how}\n", error.on))
+        .map(|(error, how)| format!("    {}: {how}\n", error.location))
         .collect();
     match lines.is_empty() {
         true => lines,
@@ -175,15 +175,15 @@ fn assumed(machine: &Machine) -> String {
 }
 
 /// The largest lines, by rising order.
-fn shown(answer: &Answer, all: bool) -> Vec<usize> {
+fn largest_lines(result: &TransmissionResult, all: bool) -> Vec<usize> {
     let moves = |k: &usize| {
-        let row = &answer.rows[*k];
-        answer.map.is_some() || row.dynamic.is_some() || answer.slow(row).norm() > 0.0
+        let row = &result.lines[*k];
+        result.map.is_some() || row.dynamic.is_some() || result.quasi_static(row).norm() > 0.0
     };
-    let mut shown: Vec<usize> = (0..answer.rows.len()).filter(moves).collect();
-    if !all && shown.len() > ROWS {
-        shown.sort_by(|&a, &b| answer.most(b).total_cmp(&answer.most(a)));
-        shown.truncate(ROWS);
+    let mut shown: Vec<usize> = (0..result.lines.len()).filter(moves).collect();
+    if !all && shown.len() > MAX_ROWS {
+        shown.sort_by(|&a, &b| result.max_amplitude(b).total_cmp(&result.max_amplitude(a)));
+        shown.truncate(MAX_ROWS);
         shown.sort_unstable();
     }
     shown
@@ -192,10 +192,10 @@ fn shown(answer: &Answer, all: bool) -> Vec<usize> {
 /// A fraction with its value where it is no whole number: `225/2 = 112.5`.
 fn order(order: &crate::numeric::fraction::Fraction) -> String {
     let text = order.to_string();
-    match order.is_whole() {
+    match order.is_integer() {
         true => text,
-        false if text.len() > 15 => significant(order.value()),
-        false => format!("{text} = {}", significant(order.value())),
+        false if text.len() > 15 => significant(order.to_f64()),
+        false => format!("{text} = {}", significant(order.to_f64())),
     }
 }
 
@@ -206,9 +206,9 @@ fn with_harmonic(cause: &str, harmonic: u32) -> String {
     }
 }
 
-fn coincidences(machine: &Machine, answer: &Answer, shown: &[usize]) -> String {
+fn coincidences(machine: &Machine, result: &TransmissionResult, shown: &[usize]) -> String {
     let mut text = String::new();
-    for (g, group) in answer.coincidences.iter().enumerate() {
+    for (g, group) in result.coincidences.iter().enumerate() {
         if !group.lines.iter().any(|k| shown.contains(k)) {
             continue;
         }
@@ -218,18 +218,22 @@ fn coincidences(machine: &Machine, answer: &Answer, shown: &[usize]) -> String {
         let name = |k: usize| {
             format!(
                 "{} ({})",
-                source(machine, &answer.rows[k]),
-                cause(machine, &answer.rows[k])
+                source(machine, &result.lines[k]),
+                cause(machine, &result.lines[k])
             )
         };
         text += &format!(
             "[{}] order {}: {}\n",
             g + 1,
-            order(&answer.rows[group.lines[0]].line.order),
+            order(&result.lines[group.lines[0]].line.order),
             name(group.lines[0])
         );
         for (&k, how) in group.lines[1..].iter().zip(&group.tests) {
-            text += &format!("    and {}; {}\n", name(k), test(machine, how));
+            text += &format!(
+                "    and {}; {}\n",
+                name(k),
+                separation_test_text(machine, how)
+            );
         }
     }
     text
@@ -238,12 +242,14 @@ fn coincidences(machine: &Machine, answer: &Answer, shown: &[usize]) -> String {
 /// Elements of the budget shown, the largest.
 const ELEMENTS: usize = 12;
 
-fn sums(machine: &Machine, answer: &Answer, unit: Unit) -> String {
+fn sums(machine: &Machine, result: &TransmissionResult, unit: TeUnit) -> String {
     let arc = |x: f64| {
-        let um = (answer.radius).map_or(String::new(), |r| format!(", {} µm", brief(1e6 * r * x)));
-        format!("{} {}{um}", brief(x * unit.times), unit.name)
+        let um = (result.radius).map_or(String::new(), |r| {
+            format!(", {} µm", four_digits(1e6 * r * x))
+        });
+        format!("{} {}{um}", four_digits(x * unit.times), unit.name)
     };
-    let both = |budget: &Budget, when: &str| {
+    let both = |budget: &ErrorBudget, when: &str| {
         let at_ends = match machine.errors.iter().any(|error| error.tolerance > 0.0) {
             true => ", amplitudes at the upper ends of their tolerances",
             false => "",
@@ -267,11 +273,11 @@ fn sums(machine: &Machine, answer: &Answer, unit: Unit) -> String {
         let counts = range
             .percentiles
             .get(1)
-            .is_some_and(|p| range.added > 1e-3 * p.1);
+            .is_some_and(|p| range.bound_added > 1e-3 * p.1);
         let added = match counts {
             true => format!(
                 "; lines too fine or too small for the samples are added whole, {} in all",
-                arc(range.added)
+                arc(range.bound_added)
             ),
             false => String::new(),
         };
@@ -286,7 +292,8 @@ fn sums(machine: &Machine, answer: &Answer, unit: Unit) -> String {
         let each = range.percentiles.iter().map(|&(p, value, error)| {
             // Closer than any amplitude is meant.
             let error = if error > 1e-6 * value { error } else { 0.0 };
-            let value = super::number::with_deviation(value * unit.times, error * unit.times);
+            let value =
+                super::number_format::with_deviation(value * unit.times, error * unit.times);
             format!("{p} % {value}")
         });
         text + &format!(
@@ -295,42 +302,42 @@ fn sums(machine: &Machine, answer: &Answer, unit: Unit) -> String {
             each.collect::<Vec<_>>().join(", ")
         )
     };
-    let mut text = match &answer.at_speed {
-        Some(fast) => both(&answer.budget, "slowly: ") + &both(&fast.budget, "at speed: "),
-        None => both(&answer.budget, ""),
+    let mut text = match &result.at_speed {
+        Some(fast) => both(&result.budget, "slowly: ") + &both(&fast.budget, "at speed: "),
+        None => both(&result.budget, ""),
     };
-    if answer.wind_up != 0.0 {
-        text += &format!("wind-up under the mean loads {}\n", arc(answer.wind_up));
+    if result.wind_up != 0.0 {
+        text += &format!("wind-up under the mean loads {}\n", arc(result.wind_up));
     }
-    if answer.second_order > 0.0 {
+    if result.second_order > 0.0 {
         text += &format!(
             "second order of offsets, left out of the lines: {} at most\n",
-            arc(answer.second_order)
+            arc(result.second_order)
         );
     }
-    if let Some(period) = &answer.period {
+    if let Some(period) = &result.period {
         let exact = period.to_string();
         let shown = if exact.len() > 20 {
-            format!("{:.3e}", period.value())
+            format!("{:.3e}", period.to_f64())
         } else {
             exact
         };
         let unit = if shown == "1" { "turn" } else { "turns" };
         text += &format!("everything repeats after {shown} {unit}\n");
     }
-    text += &elements(answer);
-    text += &record(answer, unit);
+    text += &elements(result);
+    text += &record(result, unit);
     text
 }
 
-/// What each element counts for, and what could be left out; at speed beside it where one is asked for.
-fn elements(answer: &Answer) -> String {
-    let fast = answer.at_speed.as_ref();
+/// What each element counts for, and what could be left out; at speed next to it where one is asked for.
+fn elements(result: &TransmissionResult) -> String {
+    let fast = result.at_speed.as_ref();
     let share = |e: usize| {
         let fast = fast.map_or(0.0, |f| f.budget.elements[e].share);
-        answer.budget.elements[e].share.max(fast)
+        result.budget.elements[e].share.max(fast)
     };
-    let mut order: Vec<usize> = (0..answer.elements.len()).collect();
+    let mut order: Vec<usize> = (0..result.elements.len()).collect();
     order.sort_by(|&a, &b| share(b).total_cmp(&share(a)));
     order.truncate(ELEMENTS);
     let mut table = plain();
@@ -343,17 +350,17 @@ fn elements(answer: &Answer) -> String {
     table.add_row(head);
     table.add_row(units);
     for &e in order.iter().filter(|&&e| share(e) > 0.0) {
-        let mut cells = vec![answer.elements[e].clone()];
-        for budget in [Some(&answer.budget), fast.map(|f| &f.budget)] {
+        let mut cells = vec![result.elements[e].clone()];
+        for budget in [Some(&result.budget), fast.map(|f| &f.budget)] {
             cells.extend(budget.into_iter().flat_map(|b| {
                 let found = &b.elements[e];
-                let better = found.one_grade.map_or(String::new(), percent);
-                [percent(found.share), better, percent(found.without)]
+                let better = found.one_grade_finer.map_or(String::new(), percent);
+                [percent(found.share), better, percent(found.rss_without)]
             }));
         }
         table.add_row(cells);
     }
-    super::table::right_but_first(&mut table);
+    super::modes_table::right_but_first(&mut table);
     let mut text = format!(
         "\nOff the root of the sum of squares (one grade: amplitudes 1/√2 of what they are):\n{}",
         finish(&table)
@@ -362,7 +369,7 @@ fn elements(answer: &Answer) -> String {
         if out.is_empty() {
             return String::new();
         }
-        let names: Vec<&str> = out.iter().map(|&e| answer.elements[e].as_str()).collect();
+        let names: Vec<&str> = out.iter().map(|&e| result.elements[e].as_str()).collect();
         format!(
             "could be left out{when}: {}; together {} % of the root of the sum of squares, {} % of the worst case\n",
             names.join(", "),
@@ -372,28 +379,28 @@ fn elements(answer: &Answer) -> String {
     };
     match fast {
         Some(fast) => {
-            text += &out(" as far as slow turning goes", &answer.negligible);
+            text += &out(" as far as slow turning goes", &result.negligible);
             text += &out(" as far as this speed goes", &fast.negligible);
         }
-        None => text += &out("", &answer.negligible),
+        None => text += &out("", &result.negligible),
     }
     text
 }
 
-fn record(answer: &Answer, unit: Unit) -> String {
-    let Some(made) = &answer.record else {
+fn record(result: &TransmissionResult, unit: TeUnit) -> String {
+    let Some(made) = &result.record else {
         return String::new();
     };
-    let arc = |x: f64| brief(x * unit.times);
+    let arc = |x: f64| four_digits(x * unit.times);
     let mut text = format!(
         "\nrecord over {}, {} samples, {}: F_i′ {} over all, {} over a turn",
-        counted(made.record.turns, "turn"),
+        pluralise(made.record.turns, "turn"),
         made.record.values.len(),
         unit.name,
         arc(made.total),
-        arc(made.by_turn)
+        arc(made.per_revolution)
     );
-    if let (Some([tooth, long, short]), Some(teeth)) = (made.by_tooth, made.teeth) {
+    if let (Some([tooth, long, short]), Some(teeth)) = (made.per_tooth, made.teeth) {
         text += &format!(
             "; by {teeth} teeth f_i′ {}, long wave {}, short wave {}",
             arc(tooth),

@@ -1,67 +1,67 @@
-//! The dynamic stiffness factored line by line, scaled to unit diagonal; sparse where it is large and mostly empty.
+//! Direct solution of `D(iω) x = b` at each frequency line, dense or sparse.
 
-use super::entries::{Entries, Entry};
-use super::factor::Factor;
+use super::dynamic_stiffness::{DynamicStiffness, StiffnessEntry};
+use super::factor::LaplaceFactor;
 use super::ports::Ports;
-use super::system::{Setting, System};
+use super::system::{InputOutputSystem, OperatingModel};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::figure;
-use crate::numeric::sparse_lu::Pattern;
-use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
+use crate::base::quantity::format_number;
+use crate::numeric::sparse_lu::SymbolicFactor;
+use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
 
 /// A system ready to be solved at any frequency.
-pub struct Direct {
-    system: System,
-    entries: Entries,
-    pattern: Option<Pattern>,
+pub struct DirectSolver {
+    system: InputOutputSystem,
+    stiffness: DynamicStiffness,
+    factor: Option<SymbolicFactor>,
 }
 
 /// Smaller systems are solved densely.
-const SMALL: usize = 24;
+const DENSE_LIMIT: usize = 24;
 
 /// So much of a matrix may differ from zero for it to be solved as a sparse one.
-const SPARSE: f64 = 0.25;
+const MAX_FILL: f64 = 0.25;
 
-impl Direct {
+impl DirectSolver {
     /// Sets up the equations and finds the order of elimination.
     ///
     /// # Errors
     /// Those of the machine's matrices; `Hopeless` where memory runs out.
-    pub fn new(setting: &Setting, ports: &Ports) -> Result<Direct, Error> {
-        let (system, entries) = System::plain(setting, ports)?;
-        let pattern = pattern(&entries)?;
-        Ok(Direct {
+    pub fn new(model: &OperatingModel, ports: &Ports) -> Result<DirectSolver, Error> {
+        let (system, stiffness) = InputOutputSystem::direct_system(model, ports)?;
+        let factor = pattern(&stiffness)?;
+        Ok(DirectSolver {
             system,
-            entries,
-            pattern,
+            stiffness,
+            factor,
         })
     }
 
     /// What is solved.
-    pub fn system(&self) -> &System {
+    pub fn system(&self) -> &InputOutputSystem {
         &self.system
     }
 
     /// Solved as a sparse matrix.
     pub fn is_sparse(&self) -> bool {
-        self.pattern.is_some()
+        self.factor.is_some()
     }
 
     /// Outputs by inputs at `s = iω`, ω in rad/s.
     ///
     /// # Errors
-    /// At ω = 0: an output that a free machine does not have at rest. `Indefinite` where nothing damps a resonance at ω.
-    pub fn at(&self, omega: f64) -> Result<ComplexMatrix, Error> {
+    /// At ω = 0: an output that a free machine does not have at rest. `NotPositiveDefinite` where nothing damps a resonance at ω.
+    pub fn response_at(&self, omega: f64) -> Result<ComplexMatrix, Error> {
         let system = &self.system;
         let s = Complex::new(0.0, omega);
         if omega == 0.0 && system.rigid > 0 {
-            return self.at_rest();
+            return self.static_response();
         }
-        let x = self.solve(s).map_err(|_| resonance(omega))?;
-        let answer = system.joined(s, |read, load| {
+        let x = self.solve(s).map_err(|_| undamped_resonance_error(omega))?;
+        let answer = system.combine(s, |read, load| {
             let of = |sum: Complex, &(j, c): &(usize, f64)| sum + x[(j, load)] * c;
-            system.reads[read].iter().fold(Complex::ZERO, of)
+            system.output_rows[read].iter().fold(Complex::ZERO, of)
         });
         let finite = (0..answer.ncols()).all(|j| {
             answer
@@ -72,66 +72,66 @@ impl Direct {
         if finite {
             Ok(answer)
         } else {
-            Err(resonance(omega))
+            Err(undamped_resonance_error(omega))
         }
     }
 
     /// `D(s)⁻¹ B`.
     fn solve(&self, s: Complex) -> Result<ComplexMatrix, Error> {
         let b = self.system.load_columns();
-        solved(&self.entries, self.pattern.as_ref(), s, &b)
+        solve_scaled(&self.stiffness, self.factor.as_ref(), s, &b)
     }
 
     /// The limit at rest of a free machine: it accelerates as one under what does not balance, and deforms under the rest.
     ///
     /// With R its rigid motions, `K x + M R a = b`, `Rᵀ M x = 0`: `x → x + R a / s²`.
-    fn at_rest(&self) -> Result<ComplexMatrix, Error> {
+    fn static_response(&self) -> Result<ComplexMatrix, Error> {
         let system = &self.system;
         let (rigid, n) = (system.rigid, system.len());
         let b = system.load_columns();
         if system.undamped_rigid < rigid {
             let message = "a machine that only dampers hold has no answer at rest";
             return Err(Error::new(Code::Conflict, message)
-                .hint("ask above 0 Hz, or prescribe an angle: --hold NODE"));
+                .with_hint("ask above 0 Hz, or prescribe an angle: --hold NODE"));
         }
         let mut own = Matrix::zeros(rigid, rigid);
-        let among = |e: &&Entry| e.row < rigid && e.column < rigid;
-        for e in self.entries.list.iter().filter(among) {
+        let among = |e: &&StiffnessEntry| e.row < rigid && e.column < rigid;
+        for e in self.stiffness.list.iter().filter(among) {
             own[(e.row, e.column)] = e.mass;
         }
         let push = Matrix::from_fn(rigid, b.ncols(), |i, j| b[(i, j)]);
-        let a = definite::solve(&own, &push)?;
+        let a = symmetric::lu_solve(&own, &push)?;
         // The rest deforms: rows and columns of K beyond the rigid motions, which are exactly zero there.
         let rest = n - rigid;
         let mut f = Matrix::from_fn(rest, b.ncols(), |i, j| b[(rigid + i, j)]);
-        let across = |e: &&Entry| e.row >= rigid && e.column < rigid;
-        for e in self.entries.list.iter().filter(across) {
+        let across = |e: &&StiffnessEntry| e.row >= rigid && e.column < rigid;
+        for e in self.stiffness.list.iter().filter(across) {
             for j in 0..b.ncols() {
                 f[(e.row - rigid, j)] -= e.mass * a[(e.column, j)];
             }
         }
-        let k = self.entries.behind(rigid);
-        let bent = solved(&k, pattern(&k)?.as_ref(), Complex::ZERO, &f)?;
+        let k = self.stiffness.trailing_block(rigid);
+        let bent = solve_scaled(&k, pattern(&k)?.as_ref(), Complex::ZERO, &f)?;
         let mut answer = ComplexMatrix::zeros(system.outputs.len(), system.inputs.len());
         for (o, terms) in system.outputs.iter().enumerate() {
-            if self.turns_away(terms) {
+            if self.sees_rigid_motion(terms) {
                 let message = format!(
                     "`{}` has no value at 0 Hz: the machine is free to turn away",
                     system.names[o]
                 );
                 let hint = "ask above 0 Hz, or for a difference that no rigid motion changes, or prescribe an angle: --hold NODE";
-                return Err(Error::new(Code::Conflict, message).hint(hint));
+                return Err(Error::new(Code::Conflict, message).with_hint(hint));
             }
             for (i, loads) in system.inputs.iter().enumerate() {
                 let mut sum = 0.0;
-                for &(_, load) in loads.iter().filter(|t| t.0 == Factor::ONE) {
-                    for &(factor, row) in terms.iter().filter(|t| !t.0.lossy) {
+                for &(_, load) in loads.iter().filter(|t| t.0 == LaplaceFactor::ONE) {
+                    for &(factor, row) in terms.iter().filter(|t| !t.0.hysteretic) {
                         let value = match factor.power {
-                            0 => (system.reads[row].iter())
+                            0 => (system.output_rows[row].iter())
                                 .filter(|term| term.0 >= rigid)
                                 .map(|&(j, c)| c * bent[(j - rigid, load)].re)
                                 .sum(),
-                            2 => (system.reads[row].iter())
+                            2 => (system.output_rows[row].iter())
                                 .filter(|term| term.0 < rigid)
                                 .map(|&(r, c)| c * a[(r, load)])
                                 .sum(),
@@ -140,7 +140,9 @@ impl Direct {
                         sum += value;
                     }
                 }
-                let direct = system.through[o][i].iter().filter(|t| t.0 == Factor::ONE);
+                let direct = system.feedthrough[o][i]
+                    .iter()
+                    .filter(|t| t.0 == LaplaceFactor::ONE);
                 answer[(o, i)] = Complex::new(sum + direct.map(|t| t.1).sum::<f64>(), 0.0);
             }
         }
@@ -148,15 +150,15 @@ impl Direct {
     }
 
     /// Whether rows for a displacement or a speed see a motion that strains nothing.
-    fn turns_away(&self, terms: &[(Factor, usize)]) -> bool {
+    fn sees_rigid_motion(&self, terms: &[(LaplaceFactor, usize)]) -> bool {
         let rigid = self.system.rigid;
         let turns = |row: usize| {
-            let read = &self.system.reads[row];
+            let read = &self.system.output_rows[row];
             let largest = |count: usize| {
                 let own = read.iter().filter(|term| term.0 < count);
                 own.map(|term| term.1.abs()).fold(0.0, f64::max)
             };
-            largest(rigid) > RELATIVE * largest(usize::MAX)
+            largest(rigid) > RIGID_TOLERANCE * largest(usize::MAX)
         };
         let mut terms = terms.iter().filter(|t| t.0.power < 2);
         terms.any(|&(_, row)| turns(row))
@@ -164,44 +166,44 @@ impl Direct {
 }
 
 /// The order in which a matrix is eliminated as a sparse one; nothing where it is small or full.
-fn pattern(entries: &Entries) -> Result<Option<Pattern>, Error> {
-    let (n, list) = (entries.n, &entries.list);
-    let sparse = n > SMALL && (list.len() as f64) < SPARSE * (n * n) as f64;
+fn pattern(stiffness: &DynamicStiffness) -> Result<Option<SymbolicFactor>, Error> {
+    let (n, list) = (stiffness.n, &stiffness.list);
+    let sparse = n > DENSE_LIMIT && (list.len() as f64) < MAX_FILL * (n * n) as f64;
     let places = list.iter().map(|e| (e.row, e.column));
-    sparse.then(|| Pattern::new(n, places)).transpose()
+    sparse.then(|| SymbolicFactor::new(n, places)).transpose()
 }
 
 /// `D(s)⁻¹ B`, with D scaled to unit diagonal.
-fn solved(
-    entries: &Entries,
-    pattern: Option<&Pattern>,
+fn solve_scaled(
+    stiffness: &DynamicStiffness,
+    factor: Option<&SymbolicFactor>,
     s: Complex,
     b: &Matrix,
 ) -> Result<ComplexMatrix, Error> {
-    let n = entries.n;
+    let n = stiffness.n;
     let mut scale = vec![1.0; n];
-    for own in entries.list.iter().filter(|e| e.row == e.column) {
+    for own in stiffness.list.iter().filter(|e| e.row == e.column) {
         let size = own.size(s);
         // A power of two, so that scaling rounds nothing.
         if size > 0.0 {
             scale[own.row] = (-0.5 * size.log2()).round().exp2();
         }
     }
-    let scaled = |e: &Entry| e.at(s) * (scale[e.row] * scale[e.column]);
+    let scaled = |e: &StiffnessEntry| e.value_at(s) * (scale[e.row] * scale[e.column]);
     let right =
         ComplexMatrix::from_fn(n, b.ncols(), |i, j| Complex::new(b[(i, j)] * scale[i], 0.0));
-    let mut x = match pattern {
+    let mut x = match factor {
         _ if n == 0 => right,
-        Some(pattern) => {
-            let values: Vec<Complex> = entries.list.iter().map(scaled).collect();
-            pattern.solve(&values, &right)?
+        Some(factor) => {
+            let values: Vec<Complex> = stiffness.list.iter().map(scaled).collect();
+            factor.solve(&values, &right)?
         }
         None => {
             let mut full = ComplexMatrix::zeros(n, n);
-            for e in &entries.list {
+            for e in &stiffness.list {
                 full[(e.row, e.column)] = scaled(e);
             }
-            definite::solve_complex(&full, &right)?
+            symmetric::lu_solve_complex(&full, &right)?
         }
     };
     for j in 0..x.ncols() {
@@ -212,19 +214,19 @@ fn solved(
 }
 
 /// Of the largest entry of a row: less along a rigid motion is rounding of ratios that are fractions.
-const RELATIVE: f64 = 1e-12;
+const RIGID_TOLERANCE: f64 = 1e-12;
 
 /// Frequencies whose square times an inertia may leave the range of numbers, rad/s.
-const HIGHEST: f64 = 1e100;
+const MAX_OMEGA: f64 = 1e100;
 
 /// No answer at a frequency, rad/s.
-pub(super) fn resonance(omega: f64) -> Error {
-    let at = format!("at {} Hz", figure(omega / std::f64::consts::TAU));
-    if omega > HIGHEST {
+pub(super) fn undamped_resonance_error(omega: f64) -> Error {
+    let at = format!("at {} Hz", format_number(omega / std::f64::consts::TAU));
+    if omega > MAX_OMEGA {
         let message = format!("{at} the forces of inertia leave the range of numbers");
-        return Error::new(Code::Overflow, message).hint("ask for lower frequencies");
+        return Error::new(Code::Overflow, message).with_hint("ask for lower frequencies");
     }
     let message = format!("{at} the machine is at a resonance that nothing damps");
-    Error::new(Code::Indefinite, message)
-        .hint("give the machine its damping, or ask beside this frequency")
+    Error::new(Code::NotPositiveDefinite, message)
+        .with_hint("give the machine its damping, or ask beside this frequency")
 }

@@ -1,23 +1,24 @@
-//! What excites a running machine, order by order: `e = a cos(n Ω t)` in the branches of a gear; declared errors with their
-//! amplitudes, and a unit amplitude for whatever turns or meshes and is not declared.
+//! Order excitations of a running machine, `e = a cos(n Ω t)`, declared or of unit amplitude.
 
 use crate::base::error::Error;
+use crate::machine::components::{ErrorAction, Machine};
 use crate::machine::kinematics::{Kinematics, mean_speeds};
-use crate::machine::operating::{ContactState, Operating};
-use crate::machine::parts::{Acting, Machine};
-use crate::modes::orders::{Cause, Order, OrderOptions, Source, orders};
+use crate::machine::operating_point::{ActiveFlank, OperatingPoint};
+use crate::modes::excitation_orders::{
+    ExcitationCause, ExcitationOrder, ExcitationSource, OrderOptions, excitation_orders,
+};
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
-use crate::scene::laws::Shape;
+use crate::scene::laws::Waveform;
 
 /// One order of one source.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Excitation {
+pub struct OrderExcitation {
     /// Per turn of the reference.
     pub order: f64,
     /// The same as a fraction, where it is one.
     pub fraction: String,
-    /// What excites, in words.
+    /// What excites, as text.
     pub source: String,
     /// The branches it acts in, each with its share of the amplitude and its phase.
     pub branches: Vec<(usize, Complex)>,
@@ -28,13 +29,13 @@ pub struct Excitation {
 }
 
 /// What is taken where no amplitude is declared, m.
-pub const UNIT: f64 = 1e-6;
+pub const UNIT_AMPLITUDE: f64 = 1e-6;
 
 /// Harmonics of a mesh that are looked at.
-const MESH: u32 = 3;
+const MESH_HARMONICS: u32 = 3;
 
 /// Two orders are one to this, relative: products of ratios of teeth.
-const SAME: f64 = 1e-9;
+const ORDER_TOLERANCE: f64 = 1e-9;
 
 /// All excitations of a machine, by rising order.
 ///
@@ -43,23 +44,23 @@ const SAME: f64 = 1e-9;
 pub fn excitations(
     machine: &Machine,
     kinematics: &Kinematics,
-    operating: &Operating,
-) -> Result<Vec<Excitation>, Error> {
+    point: &OperatingPoint,
+) -> Result<Vec<OrderExcitation>, Error> {
     let options = OrderOptions {
         rotation_multiples: 1,
-        mesh_multiples: MESH,
+        mesh_multiples: MESH_HARMONICS,
     };
     let unit = mean_speeds(machine, kinematics, Some(1.0))?;
-    let known = orders(machine, kinematics, &options)?;
-    let mut all = declared(machine, operating, &unit, &known);
+    let known = excitation_orders(machine, kinematics, &options)?;
+    let mut all = declared_errors(machine, point, &unit, &known);
     let first = all.len();
     let mut put = |order: f64, fraction: String, source: String, branches: &[usize]| {
-        let same = |e: &Excitation| {
-            (e.order - order).abs() <= SAME * order
+        let same = |e: &OrderExcitation| {
+            (e.order - order).abs() <= ORDER_TOLERANCE * order
                 && e.branches.iter().any(|b| branches.contains(&b.0))
         };
         if order > 0.0 && !branches.is_empty() && !all[..first].iter().any(same) {
-            all.push(Excitation {
+            all.push(OrderExcitation {
                 order,
                 fraction,
                 source,
@@ -67,7 +68,7 @@ pub fn excitations(
                     .iter()
                     .map(|&b| (b, Complex::new(1.0, 0.0)))
                     .collect(),
-                amplitude: UNIT,
+                amplitude: UNIT_AMPLITUDE,
                 declared: false,
             });
         }
@@ -78,8 +79,10 @@ pub fn excitations(
             let Some(gear) = source.gear else { continue };
             let branches = &machine.gears[gear].branches;
             let what = match (source.cause, source.multiple) {
-                (Cause::Rotation, _) => format!("{}: {} turns", source.element, source.member),
-                (Cause::Mesh, multiple) => {
+                (ExcitationCause::Rotation, _) => {
+                    format!("{}: {} turns", source.element, source.member)
+                }
+                (ExcitationCause::Mesh, multiple) => {
                     // Both gears of a pair name its mesh.
                     let mesh = (order.fraction.clone(), branches.clone());
                     if seen.contains(&mesh) {
@@ -93,14 +96,14 @@ pub fn excitations(
                 }
             };
             put(order.value, order.fraction.clone(), what, branches);
-            if source.cause != Cause::Mesh || source.multiple != 1 {
+            if source.cause != ExcitationCause::Mesh || source.multiple != 1 {
                 continue;
             }
             for turning in &known {
                 for member in turning
                     .sources
                     .iter()
-                    .filter(|m| m.cause == Cause::Rotation && m.element == source.element)
+                    .filter(|m| m.cause == ExcitationCause::Rotation && m.element == source.element)
                 {
                     for (sign, word) in [(-1.0, "−"), (1.0, "+")] {
                         let value = order.value + sign * turning.value;
@@ -126,46 +129,51 @@ pub fn excitations(
 }
 
 /// The errors a scene declares, harmonic by harmonic, on the flanks that carry.
-fn declared(
+fn declared_errors(
     machine: &Machine,
-    operating: &Operating,
+    point: &OperatingPoint,
     unit: &[f64],
-    known: &[Order],
-) -> Vec<Excitation> {
+    known: &[ExcitationOrder],
+) -> Vec<OrderExcitation> {
     let flank = |branch: usize| {
-        let state = operating.contacts.iter().find(|c| c.0 == branch);
-        usize::from(state.is_some_and(|c| c.1 == ContactState::Coast))
+        let state = point.contacts.iter().find(|c| c.0 == branch);
+        usize::from(state.is_some_and(|c| c.1 == ActiveFlank::Coast))
     };
     let mut all = Vec::new();
     for error in &machine.errors {
         let carried = error.carrier.map_or(0.0, |c| unit[c]);
-        let turns = (unit[error.turning] - carried).abs();
-        let node = machine.freedoms[error.turning].node;
+        let turns = (unit[error.rotation_dof] - carried).abs();
+        let node = machine.dofs[error.rotation_dof].node;
         let rotation = known.iter().find(|o| {
-            let turns = |s: &Source| s.cause == Cause::Rotation && s.node == node;
+            let turns =
+                |s: &ExcitationSource| s.cause == ExcitationCause::Rotation && s.node == node;
             error.carrier.is_none() && o.sources.iter().any(turns)
         });
-        for (n, amplitude) in harmonics(&error.shape) {
-            let order = f64::from(n) * turns * error.pace.0 as f64 / error.pace.1 as f64;
+        for (n, amplitude) in harmonics(&error.waveform) {
+            let order = f64::from(n) * turns * error.periods_per_rev.0 as f64
+                / error.periods_per_rev.1 as f64;
             let exact = rotation.and_then(|o| o.exact.as_ref());
             let text = exact
-                .map(|turn| &turn.times(n) * &Fraction::new(error.pace.0, error.pace.1))
+                .map(|turn| {
+                    &turn.times(n)
+                        * &Fraction::new(error.periods_per_rev.0, error.periods_per_rev.1)
+                })
                 .map_or_else(|| format!("{order:.9}"), |f| f.to_string());
             if order == 0.0 || amplitude == 0.0 {
                 continue;
             }
-            let share = |act: &Acting| {
+            let share = |act: &ErrorAction| {
                 let reach = act.flanks[flank(act.branch)];
-                let phase = f64::from(n) * reach.turn;
+                let phase = f64::from(n) * reach.phase;
                 (
                     act.branch,
                     Complex::new(phase.cos(), phase.sin()) * reach.gain,
                 )
             };
-            all.push(Excitation {
+            all.push(OrderExcitation {
                 order,
                 fraction: text,
-                source: format!("{}: {}", error.on, error.cause.name()),
+                source: format!("{}: {}", error.location, error.cause.name()),
                 branches: error.acts.iter().map(share).collect(),
                 amplitude: amplitude.abs(),
                 declared: true,
@@ -176,17 +184,17 @@ fn declared(
 }
 
 /// Harmonics of a shape per period with their amplitudes; of a table as many as it can tell, of steps as many as of a mesh.
-fn harmonics(shape: &Shape) -> Vec<(u32, f64)> {
+fn harmonics(waveform: &Waveform) -> Vec<(u32, f64)> {
     let known = |(n, a, _): (u32, f64, f64)| (n, a);
-    match shape {
-        Shape::Fourier { .. } => shape.harmonics().into_iter().map(known).collect(),
-        Shape::Table(values) => {
+    match waveform {
+        Waveform::Fourier { .. } => waveform.harmonics().into_iter().map(known).collect(),
+        Waveform::Table(values) => {
             let size = values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
             // What is left below is rounding of the transform.
-            let all = shape.harmonics().into_iter().map(known);
+            let all = waveform.harmonics().into_iter().map(known);
             all.filter(|t| t.1 > 1e-12 * size).collect()
         }
-        Shape::Rectangular { high, low, duty } => (1..=MESH)
+        Waveform::Rectangular { high, low, duty } => (1..=MESH_HARMONICS)
             .map(|n| {
                 let angle = std::f64::consts::PI * f64::from(n);
                 (

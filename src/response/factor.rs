@@ -1,36 +1,36 @@
-//! Powers of s that go with real columns, rows and matrices.
+//! Powers of s, with or without `i sgn(Im s)`, that multiply real vectors and matrices.
 
 use crate::numeric::Complex;
 
 /// A power of s, and whether `i sgn(Im s)` goes with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Factor {
+pub(super) struct LaplaceFactor {
     pub power: u8,
-    pub lossy: bool,
+    pub hysteretic: bool,
 }
 
-impl Factor {
-    pub const ONE: Factor = Factor {
+impl LaplaceFactor {
+    pub const ONE: LaplaceFactor = LaplaceFactor {
         power: 0,
-        lossy: false,
+        hysteretic: false,
     };
-    pub const S: Factor = Factor {
+    pub const S: LaplaceFactor = LaplaceFactor {
         power: 1,
-        lossy: false,
+        hysteretic: false,
     };
-    pub const SS: Factor = Factor {
+    pub const S_SQUARED: LaplaceFactor = LaplaceFactor {
         power: 2,
-        lossy: false,
+        hysteretic: false,
     };
-    pub const LOSSY: Factor = Factor {
+    pub const HYSTERETIC: LaplaceFactor = LaplaceFactor {
         power: 0,
-        lossy: true,
+        hysteretic: true,
     };
 
     /// Its value at s.
-    pub fn at(self, s: Complex) -> Complex {
+    pub fn value_at(self, s: Complex) -> Complex {
         let power = (0..self.power).fold(Complex::new(1.0, 0.0), |z, _| z * s);
-        match self.lossy {
+        match self.hysteretic {
             true => power * Complex::new(0.0, sign(s)),
             false => power,
         }

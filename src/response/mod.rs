@@ -1,40 +1,27 @@
-//! Steady answers to steady excitation: what a machine does at one frequency, by frequency.
+//! Steady-state response: frequency responses and nonlinear periodic solutions.
 
-/// What drives and what is measured, by name.
 pub mod ports;
 
-/// Powers of s.
 mod factor;
 
-/// The dynamic stiffness entry by entry.
-mod entries;
+mod dynamic_stiffness;
 
-/// Coordinates beside motions that are prescribed.
-mod coordinates;
+mod constrained;
 
-/// What inputs push and outputs read.
-mod columns;
+mod input_output;
 
-/// Equations between inputs and outputs.
 pub mod system;
 
-/// The dynamic stiffness solved line by line.
 pub mod direct;
 
-/// Sums over modes.
 pub mod modal;
 
-/// Frequency responses over lists of frequencies.
-pub mod frequency;
+pub mod frf;
 
-/// Peaks of a response.
 pub mod peaks;
 
-/// The course of responses for pictures.
-pub mod course;
+pub mod refinement;
 
-/// Strongly nonlinear steady motions over speed.
-pub mod harmonic;
+pub mod harmonic_balance;
 
-/// What excites a running machine.
 pub mod excitation;

@@ -1,44 +1,45 @@
-//! Sums over modes: real ones where damping is proportional, complex ones otherwise; the coordinates without inertia add a
-//! static term. Every mode counts, so that the sum is exact but for rounding.
+//! Frequency response as a sum over real or complex modes, with a static term.
+//!
+//! Every mode counts, so that the sum is exact but for rounding.
 
-use super::system::System;
+use super::system::InputOutputSystem;
 use crate::base::error::Error;
-use crate::modes::basis::Basis;
-use crate::modes::equations::Equations;
+use crate::modes::modal_basis::ModalBasis;
 use crate::modes::state_space::first_order::first_order;
-use crate::numeric::{Complex, ComplexMatrix, Matrix, definite, general};
+use crate::modes::system_matrices::SystemMatrices;
+use crate::numeric::{Complex, ComplexMatrix, Matrix, eigen, symmetric};
 
 /// A system taken apart into modes.
-pub struct Modes {
-    system: System,
-    terms: Vec<Term>,
+pub struct ModalSum {
+    system: InputOutputSystem,
+    terms: Vec<ModalTerm>,
     /// c D⁻¹ b of what follows statically.
-    still: Matrix,
+    static_term: Matrix,
     complex: bool,
 }
 
 /// One mode between rows and columns: `c_k b_k / denominator(s)`.
-struct Term {
-    reads: Vec<Complex>,
-    loads: Vec<Complex>,
-    root: Root,
+struct ModalTerm {
+    output_row: Vec<Complex>,
+    input_column: Vec<Complex>,
+    denominator: ModalDenominator,
 }
 
-enum Root {
+enum ModalDenominator {
     /// `s² + 2 d s + ω² + i sgn h`.
-    Second {
+    SecondOrder {
         damping: f64,
         stiffness: f64,
         lossy: f64,
     },
     /// `s − λ`.
-    First(Complex),
+    FirstOrder(Complex),
 }
 
-impl Root {
-    fn at(&self, s: Complex) -> Complex {
+impl ModalDenominator {
+    fn response_at(&self, s: Complex) -> Complex {
         match *self {
-            Root::Second {
+            ModalDenominator::SecondOrder {
                 damping,
                 stiffness,
                 lossy,
@@ -46,30 +47,30 @@ impl Root {
                 let sign = if s.im == 0.0 { 0.0 } else { s.im.signum() };
                 s * s + s * damping + Complex::new(stiffness, sign * lossy)
             }
-            Root::First(lambda) => s - lambda,
+            ModalDenominator::FirstOrder(lambda) => s - lambda,
         }
     }
 }
 
-impl Modes {
-    /// The modes of a system over modal coordinates, those of [`System::modal`]; `None` where they do not come apart: a rigid
+impl ModalSum {
+    /// The modes of a system over modal coordinates, those of [`InputOutputSystem::modal`]; `None` where they do not come apart: a rigid
     /// motion that damping couples to others, loss factors that are not proportional.
     ///
     /// # Errors
     /// Those of the eigenvalue problem.
     pub(super) fn new(
-        system: System,
-        equations: &Equations,
-        basis: &Basis,
-    ) -> Result<Option<Modes>, Error> {
+        system: InputOutputSystem,
+        matrices: &SystemMatrices,
+        basis: &ModalBasis,
+    ) -> Result<Option<ModalSum>, Error> {
         let modes = basis.omega.len();
-        if is_proportional(equations, modes) {
-            return Modes::real(system, equations, basis).map(Some);
+        if is_proportional(matrices, modes) {
+            return ModalSum::from_real_modes(system, matrices, basis).map(Some);
         }
-        if equations.hysteretic.is_some() {
+        if matrices.hysteretic.is_some() {
             return Ok(None);
         }
-        Modes::complex(system, equations, basis)
+        ModalSum::from_complex_modes(system, matrices, basis)
     }
 
     /// The modes are complex.
@@ -77,11 +78,17 @@ impl Modes {
         self.complex
     }
 
-    fn real(system: System, e: &Equations, basis: &Basis) -> Result<Modes, Error> {
+    fn from_real_modes(
+        system: InputOutputSystem,
+        e: &SystemMatrices,
+        basis: &ModalBasis,
+    ) -> Result<ModalSum, Error> {
         let modes = basis.omega.len();
         let (all_reads, all_loads) = (system.read_rows(), system.load_columns());
         let ports = (&all_reads, &all_loads);
-        let terms = (0..modes).map(|k| second(ports, e, basis, k)).collect();
+        let terms = (0..modes)
+            .map(|k| second_order_term(ports, e, basis, k))
+            .collect();
         let light = system.len() - modes;
         let still = match light {
             0 => Matrix::zeros(all_reads.nrows(), all_loads.ncols()),
@@ -92,18 +99,22 @@ impl Modes {
                     Matrix::from_fn(light, all_loads.ncols(), |i, j| all_loads[(modes + i, j)]);
                 let reads =
                     Matrix::from_fn(all_reads.nrows(), light, |i, j| all_reads[(i, modes + j)]);
-                reads * definite::solve(&block, &loads)?
+                reads * symmetric::lu_solve(&block, &loads)?
             }
         };
-        Ok(Modes {
+        Ok(ModalSum {
             system,
             terms,
-            still,
+            static_term: still,
             complex: false,
         })
     }
 
-    fn complex(system: System, e: &Equations, basis: &Basis) -> Result<Option<Modes>, Error> {
+    fn from_complex_modes(
+        system: InputOutputSystem,
+        e: &SystemMatrices,
+        basis: &ModalBasis,
+    ) -> Result<Option<ModalSum>, Error> {
         let (rigid, n) = (system.rigid, system.len());
         let (all_reads, all_loads) = (system.read_rows(), system.load_columns());
         let ports = (&all_reads, &all_loads);
@@ -119,10 +130,12 @@ impl Modes {
         if (0..rigid).any(couples) {
             return Ok(None);
         }
-        let mut terms: Vec<Term> = (0..rigid).map(|k| second(ports, e, basis, k)).collect();
+        let mut terms: Vec<ModalTerm> = (0..rigid)
+            .map(|k| second_order_term(ports, e, basis, k))
+            .collect();
         let rest = n - rigid;
         let cut = |a: &Matrix| Matrix::from_fn(rest, rest, |i, j| a[(rigid + i, rigid + j)]);
-        let elastic = Equations {
+        let elastic = SystemMatrices {
             mass: Matrix::from_fn(rest, rest, |i, j| {
                 if i == j && rigid + i < basis.omega.len() {
                     1.0
@@ -142,50 +155,49 @@ impl Modes {
         let forces = Matrix::from_fn(rest, all_loads.ncols(), |i, j| all_loads[(rigid + i, j)]);
         let first = first_order(&elastic, &forces)?;
         let reads = Matrix::from_fn(all_reads.nrows(), rest, |i, j| all_reads[(i, rigid + j)]);
-        let still = &reads * &first.at_u;
+        let still = &reads * &first.r_from_u;
         let states = first.a.nrows();
         if states > 0 {
-            let eigen = general::eigen(&first.a)?;
-            let seen = &reads * &first.at_x;
+            let eigen = eigen::eigen(&first.a)?;
+            let seen = &reads * &first.r_from_x;
             let real = |a: &Matrix| {
                 ComplexMatrix::from_fn(a.nrows(), a.ncols(), |i, j| Complex::new(a[(i, j)], 0.0))
             };
             let shown = real(&seen) * &eigen.right;
-            let reached = definite::solve_complex(&eigen.right, &real(&first.b))?;
-            terms.extend((0..states).map(|k| Term {
-                reads: (0..shown.nrows()).map(|i| shown[(i, k)]).collect(),
-                loads: (0..reached.ncols()).map(|j| reached[(k, j)]).collect(),
-                root: Root::First(eigen.values[k]),
+            let reached = symmetric::lu_solve_complex(&eigen.right, &real(&first.b))?;
+            terms.extend((0..states).map(|k| ModalTerm {
+                output_row: (0..shown.nrows()).map(|i| shown[(i, k)]).collect(),
+                input_column: (0..reached.ncols()).map(|j| reached[(k, j)]).collect(),
+                denominator: ModalDenominator::FirstOrder(eigen.values[k]),
             }));
         }
-        Ok(Some(Modes {
+        Ok(Some(ModalSum {
             system,
             terms,
-            still,
+            static_term: still,
             complex: true,
         }))
     }
 
     /// Outputs by inputs at `s = iω`, ω in rad/s; infinite or no number where nothing damps a resonance at ω.
-    pub fn at(&self, omega: f64) -> ComplexMatrix {
+    pub fn response_at(&self, omega: f64) -> ComplexMatrix {
         let s = Complex::new(0.0, omega);
         let weights: Vec<Complex> = self
             .terms
             .iter()
-            .map(|t| Complex::new(1.0, 0.0) / t.root.at(s))
+            .map(|t| Complex::new(1.0, 0.0) / t.denominator.response_at(s))
             .collect();
-        self.system.joined(s, |read, load| {
-            let start = Complex::new(self.still[(read, load)], 0.0);
-            self.terms
-                .iter()
-                .zip(&weights)
-                .fold(start, |sum, (t, w)| sum + t.reads[read] * t.loads[load] * w)
+        self.system.combine(s, |read, load| {
+            let start = Complex::new(self.static_term[(read, load)], 0.0);
+            self.terms.iter().zip(&weights).fold(start, |sum, (t, w)| {
+                sum + t.output_row[read] * t.input_column[load] * w
+            })
         })
     }
 }
 
-/// `K` of modal coordinates: squares of the frequencies, which keep their digits, and what is no square beside them.
-fn stiffness(e: &Equations, basis: &Basis, i: usize, j: usize) -> f64 {
+/// `K` of modal coordinates: squares of the frequencies, which keep their digits, and what is no square next to them.
+fn stiffness(e: &SystemMatrices, basis: &ModalBasis, i: usize, j: usize) -> f64 {
     match basis.omega.get(i) {
         Some(omega)
             if i == j
@@ -201,12 +213,17 @@ fn stiffness(e: &Equations, basis: &Basis, i: usize, j: usize) -> f64 {
 /// Relative: K summed from branches differs so from ω² of their squares by rounding, not by terms that are no squares.
 const SQUARE: f64 = 1e-9;
 
-fn second((reads, loads): (&Matrix, &Matrix), e: &Equations, basis: &Basis, k: usize) -> Term {
+fn second_order_term(
+    (reads, loads): (&Matrix, &Matrix),
+    e: &SystemMatrices,
+    basis: &ModalBasis,
+    k: usize,
+) -> ModalTerm {
     let real = |x: f64| Complex::new(x, 0.0);
-    Term {
-        reads: (0..reads.nrows()).map(|i| real(reads[(i, k)])).collect(),
-        loads: (0..loads.ncols()).map(|j| real(loads[(k, j)])).collect(),
-        root: Root::Second {
+    ModalTerm {
+        output_row: (0..reads.nrows()).map(|i| real(reads[(i, k)])).collect(),
+        input_column: (0..loads.ncols()).map(|j| real(loads[(k, j)])).collect(),
+        denominator: ModalDenominator::SecondOrder {
             damping: e.damping[(k, k)],
             stiffness: stiffness(e, basis, k, k),
             lossy: e.hysteretic.as_ref().map_or(0.0, |h| h[(k, k)]),
@@ -214,11 +231,11 @@ fn second((reads, loads): (&Matrix, &Matrix), e: &Equations, basis: &Basis, k: u
     }
 }
 
-/// Of the geometric mean of the diagonal: smaller entries beside it are rounding of the sums.
+/// Of the geometric mean of the diagonal: smaller entries next to it are rounding of the sums.
 const ROUNDING: f64 = 1e-11;
 
 /// Nothing couples the modes to each other, nor to coordinates without inertia, and these only follow statically.
-fn is_proportional(e: &Equations, modes: usize) -> bool {
+fn is_proportional(e: &SystemMatrices, modes: usize) -> bool {
     let n = e.len();
     let apart = |a: &Matrix| {
         let small =

@@ -1,10 +1,10 @@
-//! Peaks of a response over frequency, found between the lines, with half-power widths.
+//! Response peaks located between frequency lines, with half-power bandwidth.
 
 use crate::base::error::Error;
 
 /// A peak.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Peak {
+pub struct ResponsePeak {
     /// Where, rad/s.
     pub omega: f64,
     /// How high.
@@ -13,7 +13,7 @@ pub struct Peak {
     pub half_power: Option<(f64, f64)>,
 }
 
-impl Peak {
+impl ResponsePeak {
     /// `ζ = (ω₂ − ω₁) / (ω₂ + ω₁)`, right for a single lightly damped mode.
     pub fn damping(&self) -> Option<f64> {
         self.half_power
@@ -22,7 +22,7 @@ impl Peak {
 }
 
 /// Relative, of a peak's place: the height there is right to its square.
-const PLACE: f64 = 1e-8;
+const FREQUENCY_TOLERANCE: f64 = 1e-8;
 
 /// The peaks of `height` over lines and frequencies near which there may be some, ascending.
 ///
@@ -30,19 +30,23 @@ const PLACE: f64 = 1e-8;
 ///
 /// # Errors
 /// Those of `height`.
-pub fn peaks(
+pub fn find_peaks(
     lines: &[(f64, f64)],
     near: &[f64],
     mut height: impl FnMut(f64) -> Result<f64, Error>,
-) -> Result<Vec<Peak>, Error> {
+) -> Result<Vec<ResponsePeak>, Error> {
     // As far from a natural frequency as the damping of some per mille moves its peak.
-    const ASIDE: f64 = 2e-3;
+    const NEIGHBOUR_OFFSET: f64 = 2e-3;
     let (Some(first), Some(last)) = (lines.first(), lines.last()) else {
         return Ok(Vec::new());
     };
     let mut all = lines.to_vec();
     for &omega in near {
-        for place in [omega * (1.0 - ASIDE), omega, omega * (1.0 + ASIDE)] {
+        for place in [
+            omega * (1.0 - NEIGHBOUR_OFFSET),
+            omega,
+            omega * (1.0 + NEIGHBOUR_OFFSET),
+        ] {
             if place > first.0 && place < last.0 {
                 all.push((place, height(place)?));
             }
@@ -55,16 +59,17 @@ pub fn peaks(
         if !(all[k].1 >= all[k - 1].1 && all[k].1 > all[k + 1].1) {
             continue;
         }
-        let (omega, top) = summit(all[k - 1].0, all[k], all[k + 1].0, &mut height)?;
+        let (omega, top) = refine_maximum(all[k - 1].0, all[k], all[k + 1].0, &mut height)?;
         let target = top * std::f64::consts::FRAC_1_SQRT_2;
-        let below = slope(
+        let below = half_power_frequency(
             &mut all[..k].iter().rev(),
             (omega, top),
             target,
             &mut height,
         )?;
-        let above = slope(&mut all[k + 1..].iter(), (omega, top), target, &mut height)?;
-        found.push(Peak {
+        let above =
+            half_power_frequency(&mut all[k + 1..].iter(), (omega, top), target, &mut height)?;
+        found.push(ResponsePeak {
             omega,
             height: top,
             half_power: below.zip(above),
@@ -74,19 +79,19 @@ pub fn peaks(
 }
 
 /// The highest place between two neighbours, by golden section.
-fn summit(
+fn refine_maximum(
     mut low: f64,
     (mut best, mut top): (f64, f64),
     mut high: f64,
     height: &mut impl FnMut(f64) -> Result<f64, Error>,
 ) -> Result<(f64, f64), Error> {
-    const GOLDEN: f64 = 0.381_966_011_250_105; // (3 − √5) / 2
-    while high - low > PLACE * high {
+    const GOLDEN_RATIO: f64 = 0.381_966_011_250_105; // (3 − √5) / 2
+    while high - low > FREQUENCY_TOLERANCE * high {
         let above = high - best > best - low;
         let place = if above {
-            best + GOLDEN * (high - best)
+            best + GOLDEN_RATIO * (high - best)
         } else {
-            best - GOLDEN * (best - low)
+            best - GOLDEN_RATIO * (best - low)
         };
         let value = height(place)?;
         if value > top {
@@ -106,7 +111,7 @@ fn summit(
 }
 
 /// Where the height falls to `target` before it rises again.
-fn slope(
+fn half_power_frequency(
     points: &mut dyn Iterator<Item = &(f64, f64)>,
     top: (f64, f64),
     target: f64,
@@ -122,7 +127,7 @@ fn slope(
             continue;
         }
         let (mut over, mut under) = (last.0, point.0);
-        while (over - under).abs() > PLACE * PLACE.sqrt() * over {
+        while (over - under).abs() > FREQUENCY_TOLERANCE * FREQUENCY_TOLERANCE.sqrt() * over {
             let middle = 0.5 * (over + under);
             if middle == over || middle == under {
                 break;
@@ -152,7 +157,7 @@ mod tests {
             .iter()
             .map(|&x| (x, height(x).unwrap_or(0.0)))
             .collect();
-        let found = peaks(&lines, &[1.0], height).unwrap_or_default();
+        let found = find_peaks(&lines, &[1.0], height).unwrap_or_default();
         assert_eq!(found.len(), 1);
         assert!((found[0].omega - (1.0 - 2.0 * zeta * zeta).sqrt()).abs() < 1e-7);
         assert!((found[0].height * 2.0 * zeta * (1.0 - zeta * zeta).sqrt() - 1.0).abs() < 1e-12);

@@ -1,33 +1,33 @@
-//! Inputs and outputs of a frequency response, by name.
+//! Named inputs and outputs of a frequency response.
 //!
-//! Inputs: `motor.theta` a torque or force along a freedom; `first_pair.displacement` (or `.te`) the imposed displacement of
-//! a branch, positive where it lets the branch rest at a positive deflection; `ground.x` a motion of the base;
+//! Inputs: `motor.theta` a torque or force along a degree of freedom; `first_pair.displacement` (or `.te`) the imposed
+//! displacement of a branch, positive where it lets the branch rest at a positive deflection; `ground.x` a motion of the base;
 //! `motor.theta.motion` a prescribed angle. Outputs: `work.theta`, `.speed`, `.acceleration`, sums such as
 //! `work.theta - 1/27*motor.theta`, `first_pair.force`, `first_pair.deflection`.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::words::listed;
-use crate::machine::parts::{Law, Machine};
+use crate::base::text::quoted_list;
+use crate::machine::components::{BranchLaw, Machine};
 use crate::modes::state_space::signals;
 use crate::scene::model::Axis;
 
 /// What drives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Input {
-    /// A torque (N·m) or force (N) along a freedom.
+pub enum ResponseInput {
+    /// A torque (N·m) or force (N) along a degree of freedom.
     Torque(usize),
     /// A displacement imposed in a branch, its transmission error: rad or m.
     Displacement(usize),
     /// The base moves along an axis: rad or m.
     Base(Axis),
-    /// A freedom moves as prescribed: rad or m.
+    /// A degree of freedom moves as prescribed: rad or m.
     Motion(usize),
 }
 
 /// What is measured.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Output {
+pub enum ResponseOutput {
     /// `Σ a q`, differentiated so many times: 0, 1 or 2.
     Sum(Vec<(usize, f64)>, u8),
     /// The force or torque in a branch, N or N·m.
@@ -46,18 +46,18 @@ pub struct Port<What> {
     /// Its unit.
     pub unit: &'static str,
     /// What it is.
-    pub what: What,
+    pub kind: What,
 }
 
-/// All inputs and outputs, and the freedoms that are held still.
+/// All inputs and outputs, and the degrees of freedom that are held still.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Ports {
     /// What drives.
-    pub inputs: Vec<Port<Input>>,
+    pub inputs: Vec<Port<ResponseInput>>,
     /// What is measured.
-    pub outputs: Vec<Port<Output>>,
-    /// Freedoms that do not move, such as a driver whose angle is prescribed.
-    pub held: Vec<usize>,
+    pub outputs: Vec<Port<ResponseOutput>>,
+    /// Degrees of freedom that do not move, such as a driver whose angle is prescribed.
+    pub fixed: Vec<usize>,
 }
 
 impl Ports {
@@ -65,13 +65,13 @@ impl Ports {
     ///
     /// # Errors
     /// Names that do not exist, with the nearest; sums of unlike quantities; rigid branches where a deformation is asked.
-    pub fn read(
+    pub fn parse(
         machine: &Machine,
         inputs: &[String],
         outputs: &[String],
         held: &[String],
     ) -> Result<Ports, Error> {
-        let hold = |name: &String| signals::input(machine, name);
+        let hold = |name: &String| signals::parse_input(machine, name);
         Ok(Ports {
             inputs: inputs
                 .iter()
@@ -81,7 +81,7 @@ impl Ports {
                 .iter()
                 .map(|name| output(machine, name))
                 .collect::<Result<_, _>>()?,
-            held: held.iter().map(hold).collect::<Result<_, _>>()?,
+            fixed: held.iter().map(hold).collect::<Result<_, _>>()?,
         })
     }
 }
@@ -89,30 +89,30 @@ impl Ports {
 /// What an input's name means.
 ///
 /// # Errors
-/// Those of [`Ports::read`].
-pub fn input(machine: &Machine, name: &str) -> Result<Port<Input>, Error> {
-    let port = |what: Input, unit: &'static str| Port {
+/// Those of [`Ports::parse`].
+pub fn input(machine: &Machine, name: &str) -> Result<Port<ResponseInput>, Error> {
+    let port = |what: ResponseInput, unit: &'static str| Port {
         name: name.to_string(),
         unit,
-        what,
+        kind: what,
     };
-    if let Some(freedom) = machine.freedom(name) {
-        let unit = force(machine.freedoms[freedom].axis.turns());
-        return Ok(port(Input::Torque(freedom), unit));
+    if let Some(dof) = machine.dof(name) {
+        let unit = force_unit(machine.dofs[dof].axis.is_rotation());
+        return Ok(port(ResponseInput::Torque(dof), unit));
     }
     match name.rsplit_once('.') {
         Some((stem, "displacement" | "te")) => {
-            let branch = signals::branch(machine, stem, name)?;
+            let branch = signals::find_branch(machine, stem, name)?;
             Ok(port(
-                Input::Displacement(branch),
-                length(branch_turns(machine, branch)),
+                ResponseInput::Displacement(branch),
+                displacement_unit(is_rotational(machine, branch)),
             ))
         }
         Some((stem, "motion")) => {
-            let freedom = signals::input(machine, stem)?;
+            let dof = signals::parse_input(machine, stem)?;
             Ok(port(
-                Input::Motion(freedom),
-                length(machine.freedoms[freedom].axis.turns()),
+                ResponseInput::Motion(dof),
+                displacement_unit(machine.dofs[dof].axis.is_rotation()),
             ))
         }
         Some(("ground", word)) => {
@@ -120,12 +120,15 @@ pub fn input(machine: &Machine, name: &str) -> Result<Port<Input>, Error> {
             let Some(axis) = axes.into_iter().find(|axis| axis.name() == word) else {
                 let message = format!("the ground does not move along `{word}`");
                 let names = axes.iter().map(|axis| axis.name());
-                return Err(Error::new(Code::NoSuchFreedom, message)
-                    .hint(format!("it has {}", listed(names))));
+                return Err(Error::new(Code::UnknownDof, message)
+                    .with_hint(format!("it has {}", quoted_list(names))));
             };
-            Ok(port(Input::Base(axis), length(axis.turns())))
+            Ok(port(
+                ResponseInput::Base(axis),
+                displacement_unit(axis.is_rotation()),
+            ))
         }
-        _ => Err(match signals::input(machine, name) {
+        _ => Err(match signals::parse_input(machine, name) {
             Err(error) => error,
             Ok(_) => Error::new(Code::UnknownNode, format!("there is no input `{name}`")),
         }),
@@ -135,49 +138,57 @@ pub fn input(machine: &Machine, name: &str) -> Result<Port<Input>, Error> {
 /// What an output's name means.
 ///
 /// # Errors
-/// Those of [`Ports::read`].
-pub fn output(machine: &Machine, name: &str) -> Result<Port<Output>, Error> {
-    let port = |what: Output, unit: &'static str| Port {
+/// Those of [`Ports::parse`].
+pub fn output(machine: &Machine, name: &str) -> Result<Port<ResponseOutput>, Error> {
+    let port = |what: ResponseOutput, unit: &'static str| Port {
         name: name.to_string(),
         unit,
-        what,
+        kind: what,
     };
     if let Some((stem, word @ ("force" | "torque" | "deflection"))) = name.rsplit_once('.') {
         let support = machine.support(stem).map(|at| &machine.supports[at]);
         if let (Some(support), "force" | "torque") = (support, word) {
-            let unit = force(support.axis.turns());
-            return Ok(port(Output::Forces(support.forces.clone()), unit));
+            let unit = force_unit(support.axis.is_rotation());
+            return Ok(port(ResponseOutput::Forces(support.forces.clone()), unit));
         }
-        let branch = signals::branch(machine, stem, name)?;
-        let turns = branch_turns(machine, branch);
+        let branch = signals::find_branch(machine, stem, name)?;
+        let turns = is_rotational(machine, branch);
         if word != "deflection" {
-            return Ok(port(Output::Force(branch), force(turns)));
+            return Ok(port(ResponseOutput::Force(branch), force_unit(turns)));
         }
-        if machine.branches[branch].law == Law::Rigid {
+        if machine.branches[branch].law == BranchLaw::Rigid {
             let message = format!("`{stem}` is rigid and does not deform");
-            return Err(Error::new(Code::Conflict, message).hint(format!("it has `{stem}.force`")));
+            return Err(
+                Error::new(Code::Conflict, message).with_hint(format!("it has `{stem}.force`"))
+            );
         }
-        return Ok(port(Output::Deflection(branch), length(turns)));
+        return Ok(port(
+            ResponseOutput::Deflection(branch),
+            displacement_unit(turns),
+        ));
     }
     let terms = terms(name);
     let (mut sum, mut kind) = (Vec::new(), None);
     for (factor, term) in terms {
-        let signals::Output::Freedom(freedom, times) = signals::output(machine, term)? else {
+        let signals::OutputSignal::Dof(dof, times) = signals::parse_output(machine, term)? else {
             let message = format!("`{term}` of `{name}` is no motion of a freedom");
             return Err(Error::new(Code::Conflict, message)
-                .hint("sums are of freedoms: `work.theta - 1/27*motor.theta`"));
+                .with_hint("sums are of freedoms: `work.theta - 1/27*motor.theta`"));
         };
-        let own = (machine.freedoms[freedom].axis.turns(), times);
+        let own = (machine.dofs[dof].axis.is_rotation(), times);
         if kind.is_some_and(|kind: (bool, u8)| kind.1 != own.1) {
             let message = format!("`{name}` adds unlike quantities");
             return Err(Error::new(Code::Conflict, message)
-                .hint("take all of its terms as displacements, speeds or accelerations"));
+                .with_hint("take all of its terms as displacements, speeds or accelerations"));
         }
         kind.get_or_insert(own);
-        sum.push((freedom, factor));
+        sum.push((dof, factor));
     }
     let (turns, times) = kind.unwrap_or((true, 0));
-    Ok(port(Output::Sum(sum, times), rate(turns, times)))
+    Ok(port(
+        ResponseOutput::Sum(sum, times),
+        rate_unit(turns, times),
+    ))
 }
 
 /// `a*x + b*y - z` as factors and names; signs stand between blanks, since names may hold dashes.
@@ -209,24 +220,24 @@ fn number(text: &str) -> Option<f64> {
 }
 
 /// The deformation of a branch is an angle: of a shaft, coupling or damper, or a support against turning.
-pub fn branch_turns(machine: &Machine, branch: usize) -> bool {
+pub fn is_rotational(machine: &Machine, branch: usize) -> bool {
     let branch = &machine.branches[branch];
-    let alone = |&(freedom, _): &(usize, f64)| machine.freedoms[freedom].axis.turns();
+    let alone = |&(dof, _): &(usize, f64)| machine.dofs[dof].axis.is_rotation();
     match machine.elements[branch.element].kind {
         "gear_pair" | "worm_pair" | "planetary" | "belt" | "screw" => false,
         _ => branch.direction.terms.iter().all(alone),
     }
 }
 
-fn force(turns: bool) -> &'static str {
+fn force_unit(turns: bool) -> &'static str {
     if turns { "N·m" } else { "N" }
 }
 
-fn length(turns: bool) -> &'static str {
+fn displacement_unit(turns: bool) -> &'static str {
     if turns { "rad" } else { "m" }
 }
 
-fn rate(turns: bool, times: u8) -> &'static str {
+fn rate_unit(turns: bool, times: u8) -> &'static str {
     match (turns, times) {
         (true, 0) => "rad",
         (true, 1) => "rad/s",

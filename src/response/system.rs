@@ -1,36 +1,36 @@
-//! Equations between inputs and outputs: `D(s) x = b(s) u`, `y = c(s) x + d(s) u`, `D = s² M + s C + K + i sgn(Im s) H`.
+//! Input–output system `D(s) x = b(s) u`, `y = c(s) x + d(s) u`.
 //!
 //! b, c and d are sums of real columns and rows with the factors 1, s, s² and i sgn(Im s): what is prescribed acts through
 //! `−D_rh h`, a branch with an imposed displacement through `u (k + s c + iηk) e`.
 
-use super::columns::{Builder, List, Terms};
-use super::coordinates::{Coordinates, Origin};
-use super::entries::{Entries, Entry, Sparse, Transform};
-use super::factor::Factor;
+use super::constrained::{ConstrainedCoordinates, CoordinateInput};
+use super::dynamic_stiffness::{DynamicStiffness, SparseTransform, SparseVector, StiffnessEntry};
+use super::factor::LaplaceFactor;
+use super::input_output::{FactorTerms, PortBuilder, VectorSet};
 use super::ports::Ports;
 use crate::base::error::Error;
-use crate::machine::linear::Linear;
-use crate::machine::operating::Operating;
-use crate::machine::parts::Machine;
-use crate::modes::basis::{self, Basis, Solver};
-use crate::modes::equations::{Case, Equations};
+use crate::machine::components::Machine;
+use crate::machine::linear::LinearModel;
+use crate::machine::operating_point::OperatingPoint;
+use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver};
+use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::{Complex, ComplexMatrix, Matrix};
 
 /// A machine at its operating point, as frequency responses need it.
 #[derive(Clone, Copy)]
-pub struct Setting<'a> {
+pub struct OperatingModel<'a> {
     /// The machine.
     pub machine: &'a Machine,
     /// How its contacts stand.
-    pub operating: &'a Operating,
+    pub point: &'a OperatingPoint,
     /// The same, linear.
-    pub linear: &'a Linear,
-    /// Mean speed of every freedom, rad/s, for gyroscopic terms; absent: at rest.
+    pub model: &'a LinearModel,
+    /// Mean speed of every degree of freedom, rad/s, for gyroscopic terms; absent: at rest.
     pub speeds: Option<&'a [f64]>,
 }
 
 /// What stands on both sides of `D(s)`.
-pub struct System {
+pub struct InputOutputSystem {
     /// How many coordinates are solved for.
     n: usize,
     /// The first coordinates are so many motions that strain nothing.
@@ -38,70 +38,77 @@ pub struct System {
     /// Of these so many that no damper resists either.
     pub(super) undamped_rigid: usize,
     /// Columns b.
-    pub(super) loads: Vec<Sparse>,
+    pub(super) input_columns: Vec<SparseVector>,
     /// Rows c.
-    pub(super) reads: Vec<Sparse>,
+    pub(super) output_rows: Vec<SparseVector>,
     /// Of every input.
-    pub(super) inputs: Vec<Terms>,
+    pub(super) inputs: Vec<FactorTerms>,
     /// Of every output.
-    pub(super) outputs: Vec<Terms>,
+    pub(super) outputs: Vec<FactorTerms>,
     /// d of every output and input.
-    pub(super) through: Vec<Vec<Vec<(Factor, f64)>>>,
+    pub(super) feedthrough: Vec<Vec<Vec<(LaplaceFactor, f64)>>>,
     /// Names of the outputs, for messages.
     pub(super) names: Vec<String>,
 }
 
-impl System {
+impl InputOutputSystem {
     /// Over single coordinates, with D entry by entry: what is solved line by line.
     ///
     /// # Errors
     /// Prescribed motions that exclude each other; a displacement imposed where nothing carries it; those of the modes where
     /// modal damping needs them.
-    pub(super) fn plain(setting: &Setting, ports: &Ports) -> Result<(System, Entries), Error> {
-        let coordinates = coordinates(setting, ports)?;
-        let transform = Transform::of_columns(coordinates.linear.n, &coordinates.plain());
-        let rigid = (coordinates.rigid.len(), coordinates.still.n_undamped_rigid);
-        let all = match damped_modes(setting, &coordinates)? {
+    pub(super) fn direct_system(
+        model: &OperatingModel,
+        ports: &Ports,
+    ) -> Result<(InputOutputSystem, DynamicStiffness), Error> {
+        let coordinates = coordinates(model, ports)?;
+        let transform =
+            SparseTransform::from_columns(coordinates.model.n, &coordinates.sparse_basis());
+        let rigid = (coordinates.rigid.len(), coordinates.fixed.n_undamped_rigid);
+        let all = match damped_modes(model, &coordinates)? {
             Some(shapes) => {
-                let case = case(setting, &coordinates, &shapes);
-                let full = Equations::over(&case, transform.matrix(), Vec::new(), rigid.0);
-                Entries::of(&full)
+                let context = case(model, &coordinates, &shapes);
+                let full =
+                    SystemMatrices::in_basis(&context, transform.matrix(), Vec::new(), rigid.0);
+                DynamicStiffness::from_dense(&full)
             }
             None => {
-                let none = Basis::none(coordinates.linear.n);
-                Entries::over(&case(setting, &coordinates, &none), &transform, rigid.0)
+                let none = ModalBasis::empty(coordinates.model.n);
+                DynamicStiffness::assemble(&case(model, &coordinates, &none), &transform, rigid.0)
             }
         };
-        let (own, beside) = all.split(transform.columns() - coordinates.held.len());
-        let system = System::over(setting, ports, &coordinates, (&transform, &beside), rigid)?;
+        let (own, beside) = all.split(transform.columns() - coordinates.dof.len());
+        let system =
+            InputOutputSystem::over_band(model, ports, &coordinates, (&transform, &beside), rigid)?;
         Ok((system, own))
     }
 
     /// Over the undamped modes of the machine with what is prescribed held still; the dense equations of these, and the modes.
     ///
     /// # Errors
-    /// Those of [`System::plain`] and of the modes.
-    pub(super) fn modal(
-        setting: &Setting,
+    /// Those of [`InputOutputSystem::plain`] and of the modes.
+    pub(super) fn modal_system(
+        model: &OperatingModel,
         ports: &Ports,
-    ) -> Result<(System, Equations, Basis), Error> {
-        let coordinates = coordinates(setting, ports)?;
-        let basis = basis::solve(&coordinates.still, Solver::Factored)?;
-        let matrix = coordinates.modal(&basis);
-        let transform = Transform::of_matrix(&matrix);
-        let rigid = (basis.n_rigid, coordinates.still.n_undamped_rigid);
-        let shapes = damped_modes(setting, &coordinates)?;
-        let shapes = shapes.unwrap_or_else(|| Basis::none(coordinates.linear.n));
-        let case = case(setting, &coordinates, &shapes);
-        let all = Equations::over(&case, matrix, Vec::new(), rigid.0);
-        let n = all.len() - coordinates.held.len();
-        let beside = match coordinates.held.is_empty() {
+    ) -> Result<(InputOutputSystem, SystemMatrices, ModalBasis), Error> {
+        let coordinates = coordinates(model, ports)?;
+        let basis = modal_basis::solve(&coordinates.fixed, UndampedSolver::Factored)?;
+        let matrix = coordinates.modal_basis(&basis);
+        let transform = SparseTransform::from_matrix(&matrix);
+        let rigid = (basis.n_rigid, coordinates.fixed.n_undamped_rigid);
+        let shapes = damped_modes(model, &coordinates)?;
+        let shapes = shapes.unwrap_or_else(|| ModalBasis::empty(coordinates.model.n));
+        let context = case(model, &coordinates, &shapes);
+        let all = SystemMatrices::in_basis(&context, matrix, Vec::new(), rigid.0);
+        let n = all.len() - coordinates.dof.len();
+        let beside = match coordinates.dof.is_empty() {
             true => Vec::new(),
-            false => Entries::of(&all).split(n).1,
+            false => DynamicStiffness::from_dense(&all).split(n).1,
         };
-        let system = System::over(setting, ports, &coordinates, (&transform, &beside), rigid)?;
+        let system =
+            InputOutputSystem::over_band(model, ports, &coordinates, (&transform, &beside), rigid)?;
         let cut = |a: &Matrix| Matrix::from_fn(n, n, |i, j| a[(i, j)]);
-        let equations = Equations {
+        let matrices = SystemMatrices {
             mass: cut(&all.mass),
             damping: cut(&all.damping),
             stiffness: cut(&all.stiffness),
@@ -110,7 +117,7 @@ impl System {
             names: (0..n).map(|j| format!("{}", j + 1)).collect(),
             transform: Matrix::from_fn(all.transform.nrows(), n, |i, j| all.transform[(i, j)]),
         };
-        Ok((system, equations, basis))
+        Ok((system, matrices, basis))
     }
 
     /// How many coordinates are solved for.
@@ -128,61 +135,61 @@ impl System {
         self.rigid
     }
 
-    fn over(
-        setting: &Setting,
+    fn over_band(
+        model: &OperatingModel,
         ports: &Ports,
-        coordinates: &Coordinates,
-        (transform, beside): (&Transform, &[Entry]),
+        coordinates: &ConstrainedCoordinates,
+        (transform, beside): (&SparseTransform, &[StiffnessEntry]),
         (rigid, undamped_rigid): (usize, usize),
-    ) -> Result<System, Error> {
-        let n = transform.columns() - coordinates.held.len();
-        let builder = Builder {
-            machine: setting.machine,
+    ) -> Result<InputOutputSystem, Error> {
+        let n = transform.columns() - coordinates.dof.len();
+        let builder = PortBuilder {
+            machine: model.machine,
             coordinates,
-            beta: setting.machine.damping.stiffness,
+            beta: model.machine.damping.stiffness,
             transform,
-            beside,
+            prescribed_entries: beside,
             n,
         };
         let inputs = ports
             .inputs
             .iter()
-            .map(|port| builder.input(port.what))
+            .map(|port| builder.input(port.kind))
             .collect::<Result<Vec<_>, _>>()?;
-        let cut = |(factor, all): &(Factor, Sparse)| {
+        let cut = |(factor, all): &(LaplaceFactor, SparseVector)| {
             let own = all.iter().copied().filter(|term| term.0 < n);
-            (*factor, own.collect::<Sparse>())
+            (*factor, own.collect::<SparseVector>())
         };
-        let (mut loads, mut reads) = (List::default(), List::default());
+        let (mut loads, mut reads) = (VectorSet::default(), VectorSet::default());
         let input_terms = inputs.iter().map(|input| {
             let own = input.force.iter().map(cut);
-            loads.put(own.chain(builder.prescribed(&input.held)))
+            loads.insert(own.chain(builder.prescribed(&input.prescribed)))
         });
         let input_terms = input_terms.collect();
         let (mut output_terms, mut through) = (Vec::new(), Vec::new());
         for port in &ports.outputs {
-            let read = builder.output(&port.what);
-            let direct = inputs.iter().map(|input| builder.through(&read, input));
+            let read = builder.output(&port.kind);
+            let direct = inputs.iter().map(|input| builder.feedthrough(&read, input));
             through.push(direct.collect());
-            output_terms.push(reads.put(read.rows.iter().map(cut)));
+            output_terms.push(reads.insert(read.rows.iter().map(cut)));
         }
-        Ok(System {
+        Ok(InputOutputSystem {
             n,
             rigid,
             undamped_rigid,
-            loads: loads.all,
-            reads: reads.all,
+            input_columns: loads.all,
+            output_rows: reads.all,
             inputs: input_terms,
             outputs: output_terms,
-            through,
+            feedthrough: through,
             names: ports.outputs.iter().map(|port| port.name.clone()).collect(),
         })
     }
 
     /// Columns b.
     pub(super) fn load_columns(&self) -> Matrix {
-        let mut all = Matrix::zeros(self.n, self.loads.len());
-        for (j, load) in self.loads.iter().enumerate() {
+        let mut all = Matrix::zeros(self.n, self.input_columns.len());
+        for (j, load) in self.input_columns.iter().enumerate() {
             load.iter().for_each(|&(i, b)| all[(i, j)] = b);
         }
         all
@@ -190,25 +197,27 @@ impl System {
 
     /// Rows c.
     pub(super) fn read_rows(&self) -> Matrix {
-        let mut all = Matrix::zeros(self.reads.len(), self.n);
-        for (i, read) in self.reads.iter().enumerate() {
+        let mut all = Matrix::zeros(self.output_rows.len(), self.n);
+        for (i, read) in self.output_rows.iter().enumerate() {
             read.iter().for_each(|&(j, c)| all[(i, j)] = c);
         }
         all
     }
 
     /// `Σ φ_c φ_b g(c, b) + d`, outputs by inputs, from `g = c D⁻¹ b` of every row and column.
-    pub(super) fn joined(&self, s: Complex, g: impl Fn(usize, usize) -> Complex) -> ComplexMatrix {
+    pub(super) fn combine(&self, s: Complex, g: impl Fn(usize, usize) -> Complex) -> ComplexMatrix {
         ComplexMatrix::from_fn(self.outputs.len(), self.inputs.len(), |o, i| {
             let mut sum = Complex::ZERO;
             for &(read, row) in &self.outputs[o] {
                 for &(load, column) in &self.inputs[i] {
-                    sum += read.at(s) * load.at(s) * g(row, column);
+                    sum += read.value_at(s) * load.value_at(s) * g(row, column);
                 }
             }
-            self.through[o][i]
+            self.feedthrough[o][i]
                 .iter()
-                .fold(sum, |sum, &(factor, value)| sum + factor.at(s) * value)
+                .fold(sum, |sum, &(factor, value)| {
+                    sum + factor.value_at(s) * value
+                })
         })
     }
 }
@@ -217,39 +226,46 @@ impl System {
 ///
 /// # Errors
 /// Prescribed motions that exclude each other; those of the modes.
-pub fn held_frequencies(
-    setting: &Setting,
+pub fn fixed_frequencies(
+    model: &OperatingModel,
     ports: &Ports,
-    solver: Solver,
+    solver: UndampedSolver,
 ) -> Result<Vec<f64>, Error> {
-    let coordinates = coordinates(setting, ports)?;
-    Ok(basis::solve(&coordinates.still, solver)?.omega)
+    let coordinates = coordinates(model, ports)?;
+    Ok(modal_basis::solve(&coordinates.fixed, solver)?.omega)
 }
 
-fn coordinates(setting: &Setting, ports: &Ports) -> Result<Coordinates, Error> {
-    let origin = Origin {
-        machine: setting.machine,
-        operating: setting.operating,
-        linear: setting.linear,
+fn coordinates(model: &OperatingModel, ports: &Ports) -> Result<ConstrainedCoordinates, Error> {
+    let input = CoordinateInput {
+        machine: model.machine,
+        point: model.point,
+        model: model.model,
     };
-    Coordinates::new(&origin, ports)
+    ConstrainedCoordinates::new(&input, ports)
 }
 
 /// The equations that are to be summed; modal damping refers to `shapes`.
-fn case<'a>(setting: &Setting<'a>, coordinates: &'a Coordinates, shapes: &'a Basis) -> Case<'a> {
-    Case {
+fn case<'a>(
+    model: &OperatingModel<'a>,
+    coordinates: &'a ConstrainedCoordinates,
+    shapes: &'a ModalBasis,
+) -> AnalysisContext<'a> {
+    AnalysisContext {
         machine: &coordinates.machine,
-        linear: &coordinates.linear,
+        model: &coordinates.model,
         basis: shapes,
-        speeds: setting.speeds,
+        speeds: model.speeds,
     }
 }
 
 /// The modes that modal damping refers to; nothing where there is none.
-fn damped_modes(setting: &Setting, coordinates: &Coordinates) -> Result<Option<Basis>, Error> {
-    if !setting.machine.damping.is_modal() {
+fn damped_modes(
+    model: &OperatingModel,
+    coordinates: &ConstrainedCoordinates,
+) -> Result<Option<ModalBasis>, Error> {
+    if !model.machine.damping.is_modal() {
         return Ok(None);
     }
-    let own = basis::solve(setting.linear, Solver::Factored)?;
-    Ok(Some(coordinates.shapes(&own, setting.linear)))
+    let own = modal_basis::solve(model.model, UndampedSolver::Factored)?;
+    Ok(Some(coordinates.shapes(&own, model.model)))
 }

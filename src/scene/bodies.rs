@@ -1,21 +1,25 @@
-//! `[[inertia]]` and `[[chain]]`.
+//! Reads `[[inertia]]` and `[[chain]]`: rigid bodies and rows of equal discs.
 
 use std::f64::consts::PI;
 
-use super::common::{self, MOST};
 use super::materials;
-use super::model::{Chain, Inertia};
+use super::model::{DiscChain, Inertia};
+use super::shared_keys::{self, MAX_COUNT};
 use crate::base::code::Code;
-use crate::base::fields::Fields;
-use crate::base::kind::Kind;
-use crate::base::notes::Range;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::TableReader;
 
 /// A body: inertia given, or a disc from which it follows.
-pub fn inertia(f: &mut Fields) -> Inertia {
-    let name = common::name(f);
-    let polar = f.optional_quantity("J", Kind::Inertia, Range::NotNegative);
-    let mass = f.optional_quantity("mass", Kind::Mass, Range::NotNegative);
-    let diametral = f.optional_quantity("J_diametral", Kind::Inertia, Range::NotNegative);
+pub fn read_inertia(f: &mut TableReader) -> Inertia {
+    let name = shared_keys::name(f);
+    let polar = f.optional_quantity("J", QuantityKind::Inertia, ValueRange::NotNegative);
+    let mass = f.optional_quantity("mass", QuantityKind::Mass, ValueRange::NotNegative);
+    let diametral = f.optional_quantity(
+        "J_diametral",
+        QuantityKind::Inertia,
+        ValueRange::NotNegative,
+    );
     let disc = disc(f);
     if let Some(key) = ["diameter", "bore", "width", "density", "material"]
         .into_iter()
@@ -25,11 +29,11 @@ pub fn inertia(f: &mut Fields) -> Inertia {
             if f.has(given) {
                 let message = format!("`{given}` is given, and follows from `{key}` as well");
                 let hint = "give J, mass and J_diametral, or the size of the disc";
-                f.refuse_key(Code::Conflict, given, message, hint);
+                f.report_key(Code::Conflict, given, message, hint);
             }
         }
     } else if !f.has("J") {
-        f.missing(
+        f.report_missing(
             "J",
             ", nor diameter, width and material from which it would follow",
         );
@@ -53,20 +57,20 @@ pub fn inertia(f: &mut Fields) -> Inertia {
 /// Polar inertia, mass and diametral inertia of a hollow cylinder.
 ///
 /// `m = ρπ(D² − d²)w/4`, `J = m(D² + d²)/8`, `J_d = J/2 + mw²/12`.
-fn disc(f: &mut Fields) -> Option<(f64, f64, f64)> {
+fn disc(f: &mut TableReader) -> Option<(f64, f64, f64)> {
     let (outer, inner) = outer_and_bore(f);
-    let width = f.optional_quantity("width", Kind::Length, Range::Positive);
-    let density = f.optional_quantity("density", Kind::Density, Range::Positive);
-    let material = materials::read(f);
+    let width = f.optional_quantity("width", QuantityKind::Length, ValueRange::Positive);
+    let density = f.optional_quantity("density", QuantityKind::Density, ValueRange::Positive);
+    let material = materials::read_material(f);
     f.exclusive("material", "density");
     let keys = ["diameter", "bore", "width", "density", "material"];
     if !keys.iter().any(|key| f.has(key)) {
         return None;
     }
-    f.need("diameter");
-    f.need("width");
+    f.require("diameter");
+    f.require("width");
     if !f.has("density") {
-        f.need("material");
+        f.require("material");
     }
     let (outer, width) = (outer?, width?);
     let density = density.or(material.map(|m| m.density))?;
@@ -77,10 +81,10 @@ fn disc(f: &mut Fields) -> Option<(f64, f64, f64)> {
 }
 
 /// `diameter` and `bore`, the bore being less.
-pub fn outer_and_bore(f: &mut Fields) -> (Option<f64>, f64) {
-    let outer = f.optional_quantity("diameter", Kind::Length, Range::Positive);
+pub fn outer_and_bore(f: &mut TableReader) -> (Option<f64>, f64) {
+    let outer = f.optional_quantity("diameter", QuantityKind::Length, ValueRange::Positive);
     let inner = f
-        .optional_quantity("bore", Kind::Length, Range::NotNegative)
+        .optional_quantity("bore", QuantityKind::Length, ValueRange::NotNegative)
         .unwrap_or(0.0);
     if let Some(outer) = outer.filter(|outer| inner >= *outer) {
         let message = format!(
@@ -88,7 +92,7 @@ pub fn outer_and_bore(f: &mut Fields) -> (Option<f64>, f64) {
             1e3 * inner,
             1e3 * outer
         );
-        f.refuse_key(
+        f.report_key(
             Code::OutOfRange,
             "bore",
             message,
@@ -99,12 +103,16 @@ pub fn outer_and_bore(f: &mut Fields) -> (Option<f64>, f64) {
 }
 
 /// Equal discs on equal shafts.
-pub fn chain(f: &mut Fields) -> Chain {
-    let name = common::name(f);
-    let count = f.optional_count("count", 1, MOST);
-    f.need("count");
-    let polar = f.quantity("J", Kind::Inertia, Range::NotNegative);
-    let stiffness = f.quantity("k", Kind::TorsionalStiffness, Range::NotNegative);
+pub fn read_disc_chain(f: &mut TableReader) -> DiscChain {
+    let name = shared_keys::name(f);
+    let count = f.optional_count("count", 1, MAX_COUNT);
+    f.require("count");
+    let polar = f.quantity("J", QuantityKind::Inertia, ValueRange::NotNegative);
+    let stiffness = f.quantity(
+        "k",
+        QuantityKind::TorsionalStiffness,
+        ValueRange::NotNegative,
+    );
     let held = [
         ("none", (false, false)),
         ("start", (true, false)),
@@ -112,13 +120,13 @@ pub fn chain(f: &mut Fields) -> Chain {
         ("both", (true, true)),
     ];
     let (start_held, end_held) = f.choice("held", &held).unwrap_or_default();
-    Chain {
+    DiscChain {
         name,
         count: count.unwrap_or(1) as usize,
         polar,
         stiffness,
-        start_held,
-        end_held,
-        loss: common::loss(f, "", Kind::TorsionalDamping, "`k`", false),
+        start_fixed: start_held,
+        end_fixed: end_held,
+        damping: shared_keys::read_damping(f, "", QuantityKind::TorsionalDamping, "`k`", false),
     }
 }

@@ -2,53 +2,66 @@
 
 use super::laws::Characteristic;
 use crate::base::code::Code;
-use crate::base::fields::Fields;
-use crate::base::kind::Kind;
-use crate::base::notes::Range;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::TableReader;
 
 /// The most points of a curve.
-const MOST: usize = 10_000;
+const MAX_COUNT: usize = 10_000;
 
 /// Which kind a characteristic is of.
 #[derive(Clone, Copy)]
-enum Word {
+enum CharacteristicTag {
     Power,
     Table,
 }
 
-const WORDS: &[(&str, Word)] = &[("power", Word::Power), ("table", Word::Table)];
+const WORDS: &[(&str, CharacteristicTag)] = &[
+    ("power", CharacteristicTag::Power),
+    ("table", CharacteristicTag::Table),
+];
 
 /// Torque over twist.
-pub fn torsional(f: &mut Fields) -> Option<Characteristic> {
-    read(f, ["torque", "torques"], Kind::Torque, Kind::Angle)
+pub fn torque_twist(f: &mut TableReader) -> Option<Characteristic> {
+    read(
+        f,
+        ["torque", "torques"],
+        QuantityKind::Torque,
+        QuantityKind::Angle,
+    )
 }
 
 /// Force along the tooth normal over deflection.
-pub fn along_tooth(f: &mut Fields) -> Option<Characteristic> {
-    read(f, ["force", "forces"], Kind::Force, Kind::Length)
+pub fn force_deflection(f: &mut TableReader) -> Option<Characteristic> {
+    read(
+        f,
+        ["force", "forces"],
+        QuantityKind::Force,
+        QuantityKind::Length,
+    )
 }
 
 fn read(
-    f: &mut Fields,
+    f: &mut TableReader,
     [one, many]: [&str; 2],
-    force: Kind,
-    deflection: Kind,
+    force: QuantityKind,
+    deflection: QuantityKind,
 ) -> Option<Characteristic> {
-    const EXPONENT: Range = Range::Within(1.0, 20.0, "at least 1 and below 20");
-    let word = f.choice("kind", WORDS);
-    f.need("kind");
-    match word? {
-        Word::Power => {
-            let at = f.quantity(one, force, Range::Positive);
-            let rated = f.quantity("deflection", deflection, Range::Positive);
+    const EXPONENT: ValueRange = ValueRange::HalfOpen(1.0, 20.0, "at least 1 and below 20");
+    let tag = f.choice("kind", WORDS);
+    f.require("kind");
+    match tag? {
+        CharacteristicTag::Power => {
+            let at = f.quantity(one, force, ValueRange::Positive);
+            let rated = f.quantity("deflection", deflection, ValueRange::Positive);
             let exponent = f.optional_number("exponent", EXPONENT);
-            f.need("exponent");
+            f.require("exponent");
             let exponent = exponent?;
             let factor = at / rated.powf(exponent);
             if at.is_finite() && rated.is_finite() && !(factor.is_normal() && rated.is_normal()) {
                 let message =
                     format!("`{one}` over `deflection` to this power leaves the range of numbers");
-                f.refuse_key(
+                f.report_key(
                     Code::OutOfRange,
                     one,
                     message,
@@ -61,12 +74,12 @@ fn read(
                 rated,
             })
         }
-        Word::Table => {
+        CharacteristicTag::Table => {
             let deflections =
-                f.optional_quantities("deflections", deflection, Range::NotNegative, None);
-            let forces = f.optional_quantities(many, force, Range::NotNegative, None);
-            f.need("deflections");
-            f.need(many);
+                f.optional_quantities("deflections", deflection, ValueRange::NotNegative, None);
+            let forces = f.optional_quantities(many, force, ValueRange::NotNegative, None);
+            f.require("deflections");
+            f.require(many);
             points(f, many, deflections?, forces?)
         }
     }
@@ -74,13 +87,13 @@ fn read(
 
 /// Points from rest, rising: the same backward, so one side suffices.
 fn points(
-    f: &mut Fields,
+    f: &mut TableReader,
     many: &str,
     deflections: Vec<f64>,
     forces: Vec<f64>,
 ) -> Option<Characteristic> {
     let mut refuse = |key: &str, message: String, hint: &str| {
-        f.refuse_key(Code::OutOfRange, key, message, hint);
+        f.report_key(Code::OutOfRange, key, message, hint);
         None
     };
     let (n, m) = (deflections.len(), forces.len());
@@ -88,7 +101,7 @@ fn points(
         let message = format!("{n} deflections and {m} {many}");
         return refuse(many, message, "give one for each");
     }
-    if !(2..=MOST).contains(&n) {
+    if !(2..=MAX_COUNT).contains(&n) {
         return refuse(
             "deflections",
             format!("{n} points make no curve"),

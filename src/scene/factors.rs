@@ -1,15 +1,15 @@
 //! `factors` of a load or a clutch: plain numbers over time that are multiplied.
 
-use super::laws::History;
-use super::{tables, waves};
+use super::laws::LoadHistory;
+use super::{tables, waveforms};
 use crate::base::code::Code;
-use crate::base::fields::Fields;
-use crate::base::kind::Kind;
-use crate::base::notes::Range;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::TableReader;
 
 /// Which way a factor changes over time.
 #[derive(Clone, Copy)]
-enum Word {
+enum FactorTag {
     Constant,
     Step,
     Ramp,
@@ -17,65 +17,65 @@ enum Word {
     Table,
 }
 
-const WORDS: &[(&str, Word)] = &[
-    ("constant", Word::Constant),
-    ("step", Word::Step),
-    ("ramp", Word::Ramp),
-    ("harmonic", Word::Harmonic),
-    ("table", Word::Table),
+const WORDS: &[(&str, FactorTag)] = &[
+    ("constant", FactorTag::Constant),
+    ("step", FactorTag::Step),
+    ("ramp", FactorTag::Ramp),
+    ("harmonic", FactorTag::Harmonic),
+    ("table", FactorTag::Table),
 ];
 
 /// All factors, one at least.
-pub fn factors(f: &mut Fields) -> Vec<History> {
-    let all = tables::each(f, "factors", factor);
-    f.need("factors");
+pub fn factors(f: &mut TableReader) -> Vec<LoadHistory> {
+    let all = tables::read_tables(f, "factors", factor);
+    f.require("factors");
     if f.has("factors") && all.is_empty() {
         let hint = "write factors = [{ kind = \"step\", time = \"0.5 s\" }, …]";
-        f.refuse_key(Code::OutOfRange, "factors", "`factors` lists nothing", hint);
+        f.report_key(Code::OutOfRange, "factors", "`factors` lists nothing", hint);
     }
     all
 }
 
-fn factor(f: &mut Fields) -> History {
-    let word = f.choice("kind", WORDS).unwrap_or(Word::Constant);
-    let value = |f: &mut Fields| f.optional_number("value", Range::Any).unwrap_or(1.0);
-    match word {
-        Word::Constant => History::Constant(value(f)),
-        Word::Step => History::Step {
+fn factor(f: &mut TableReader) -> LoadHistory {
+    let tag = f.choice("kind", WORDS).unwrap_or(FactorTag::Constant);
+    let value = |f: &mut TableReader| f.optional_number("value", ValueRange::Any).unwrap_or(1.0);
+    match tag {
+        FactorTag::Constant => LoadHistory::Constant(value(f)),
+        FactorTag::Step => LoadHistory::Step {
             torque: value(f),
-            time: f.quantity("time", Kind::Time, Range::Any),
+            time: f.quantity("time", QuantityKind::Time, ValueRange::Any),
         },
-        Word::Ramp => History::Ramp {
-            from: f.optional_number("from", Range::Any).unwrap_or(0.0),
+        FactorTag::Ramp => LoadHistory::Ramp {
+            from: f.optional_number("from", ValueRange::Any).unwrap_or(0.0),
             to: value(f),
-            between: between(f, "between"),
+            between: read_interval(f, "between"),
         },
-        Word::Harmonic => History::Harmonic {
-            mean: f.optional_number("mean", Range::Any).unwrap_or(0.0),
+        FactorTag::Harmonic => LoadHistory::Harmonic {
+            mean: f.optional_number("mean", ValueRange::Any).unwrap_or(0.0),
             amplitude: value(f),
-            omega: f.quantity("frequency", Kind::Frequency, Range::Positive),
+            omega: f.quantity("frequency", QuantityKind::Frequency, ValueRange::Positive),
             phase: f
-                .optional_quantity("phase", Kind::Angle, Range::Any)
+                .optional_quantity("phase", QuantityKind::Angle, ValueRange::Any)
                 .unwrap_or(0.0),
         },
-        Word::Table => {
-            let times = f.optional_quantities("times", Kind::Time, Range::Any, None);
-            f.need("times");
-            let values = waves::numbers(f, "values", Range::Any);
-            History::Table(paired(f, ("times", times), ("values", values)))
+        FactorTag::Table => {
+            let times = f.optional_quantities("times", QuantityKind::Time, ValueRange::Any, None);
+            f.require("times");
+            let values = waveforms::read_number_list(f, "values", ValueRange::Any);
+            LoadHistory::Table(paired(f, ("times", times), ("values", values)))
         }
     }
 }
 
 /// Two instants, the second after the first.
-pub fn between(f: &mut Fields, key: &str) -> [f64; 2] {
-    let times = f.optional_quantities(key, Kind::Time, Range::Any, Some(2));
-    f.need(key);
+pub fn read_interval(f: &mut TableReader, key: &str) -> [f64; 2] {
+    let times = f.optional_quantities(key, QuantityKind::Time, ValueRange::Any, Some(2));
+    f.require(key);
     let Some(&[start, end]) = times.as_deref() else {
         return [0.0, 1.0];
     };
     if end <= start {
-        f.refuse_key(
+        f.report_key(
             Code::OutOfRange,
             key,
             format!("`{key}` ends before it begins"),
@@ -87,19 +87,19 @@ pub fn between(f: &mut Fields, key: &str) -> [f64; 2] {
 
 /// Points of a table by two lists of one length, the first rising.
 pub fn points(
-    f: &mut Fields,
-    (along, of): (&str, Kind),
-    (key, kind): (&str, Kind),
+    f: &mut TableReader,
+    (along, of): (&str, QuantityKind),
+    (key, kind): (&str, QuantityKind),
 ) -> Vec<(f64, f64)> {
-    let x = f.optional_quantities(along, of, Range::Any, None);
-    f.need(along);
-    let y = f.optional_quantities(key, kind, Range::Any, None);
-    f.need(key);
+    let x = f.optional_quantities(along, of, ValueRange::Any, None);
+    f.require(along);
+    let y = f.optional_quantities(key, kind, ValueRange::Any, None);
+    f.require(key);
     paired(f, (along, x), (key, y))
 }
 
 fn paired(
-    f: &mut Fields,
+    f: &mut TableReader,
     (along, x): (&str, Option<Vec<f64>>),
     (key, y): (&str, Option<Vec<f64>>),
 ) -> Vec<(f64, f64)> {
@@ -108,7 +108,7 @@ fn paired(
     };
     if x.len() != y.len() || x.is_empty() {
         let message = format!("`{along}` has {} values and `{key}` {}", x.len(), y.len());
-        f.refuse_key(
+        f.report_key(
             Code::WrongType,
             key,
             message,
@@ -116,7 +116,7 @@ fn paired(
         );
     }
     if x.windows(2).any(|pair| pair[1] < pair[0]) {
-        f.refuse_key(
+        f.report_key(
             Code::OutOfRange,
             along,
             format!("`{along}` runs backward"),

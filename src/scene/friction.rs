@@ -1,35 +1,43 @@
-//! Dry friction: how the force falls once a pair slides, and what bearings and teeth rub with.
+//! Reads friction laws: Stribeck parameters, bearing friction, tooth friction.
 
-use super::laws::{Friction, ToothFriction};
+use super::laws::{FrictionLaw, ToothFriction};
 use super::model::{BearingFriction, Name};
 use crate::base::code::Code;
-use crate::base::fields::Fields;
-use crate::base::kind::Kind;
-use crate::base::notes::Range;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::TableReader;
 
 /// Keys that say how a bearing is loaded, all of them with `friction`.
 const LOADED: [&str; 3] = ["friction_radius", "radial_load", "carries"];
 
 /// What `T₀`, `μ`, a radius and a load make of a bearing's friction; absent where nothing is said of it.
-pub fn of_bearing(f: &mut Fields) -> Option<BearingFriction> {
-    let constant = f.optional_quantity("friction_torque", Kind::Torque, Range::NotNegative);
-    let coefficient = f.optional_number("friction", Range::NotNegative);
-    let radius = f.optional_quantity("friction_radius", Kind::Length, Range::Positive);
-    let load = f.optional_quantity("radial_load", Kind::Force, Range::NotNegative);
+pub fn read_bearing_friction(f: &mut TableReader) -> Option<BearingFriction> {
+    let constant = f.optional_quantity(
+        "friction_torque",
+        QuantityKind::Torque,
+        ValueRange::NotNegative,
+    );
+    let coefficient = f.optional_number("friction", ValueRange::NotNegative);
+    let radius = f.optional_quantity(
+        "friction_radius",
+        QuantityKind::Length,
+        ValueRange::Positive,
+    );
+    let load = f.optional_quantity("radial_load", QuantityKind::Force, ValueRange::NotNegative);
     let carries = f.optional_text("carries").map(|text| Name {
         text: text.to_string(),
-        place: f.place_of("carries").clone(),
+        span: f.span_of("carries").clone(),
     });
-    let share = f.optional_number("share", Range::NotNegative);
-    let law = of_one(f);
+    let share = f.optional_number("share", ValueRange::NotNegative);
+    let law = read_unit_capacity_law(f);
     if f.has("friction") && !f.has("friction_radius") {
-        f.missing("friction_radius", ", at which `friction` acts");
+        f.report_missing("friction_radius", ", at which `friction` acts");
     }
     if let (false, Some(key)) = (f.has("friction"), LOADED.into_iter().find(|key| f.has(key))) {
-        f.missing("friction", &format!(", and `{key}` is given"));
+        f.report_missing("friction", &format!(", and `{key}` is given"));
     }
     if f.has("share") && !f.has("carries") {
-        f.missing(
+        f.report_missing(
             "carries",
             ", the pair of whose tooth force `share` is a part",
         );
@@ -46,40 +54,49 @@ pub fn of_bearing(f: &mut Fields) -> Option<BearingFriction> {
             Some(_) => 0.0,
             None => lever,
         },
-        carries: carries.map(|pair| (pair, share.unwrap_or(1.0))),
+        loaded_by: carries.map(|pair| (pair, share.unwrap_or(1.0))),
     })
 }
 
 /// A law of the capacity one, and how much more sticking bears.
-pub fn of_one(f: &mut Fields) -> Friction {
-    let over = Range::Within(1.0, 100.0, "at least 1 and below 100");
+pub fn read_unit_capacity_law(f: &mut TableReader) -> FrictionLaw {
+    let over = ValueRange::HalfOpen(1.0, 100.0, "at least 1 and below 100");
     let ratio = f.optional_number("breakaway_ratio", over).unwrap_or(1.0);
-    falling(f, 1.0, ratio)
+    read_stribeck_law(f, 1.0, ratio)
 }
 
 /// How fast breakaway falls to sliding, and how methods without events spread the step.
-pub fn falling(f: &mut Fields, sliding: f64, breakaway: f64) -> Friction {
-    let stribeck = f.optional_quantity("stribeck_speed", Kind::Speed, Range::Positive);
-    let creep = f.optional_quantity("creep_speed", Kind::Speed, Range::Positive);
-    Friction {
+pub fn read_stribeck_law(f: &mut TableReader, sliding: f64, breakaway: f64) -> FrictionLaw {
+    let stribeck = f.optional_quantity("stribeck_speed", QuantityKind::Speed, ValueRange::Positive);
+    let creep = f.optional_quantity("creep_speed", QuantityKind::Speed, ValueRange::Positive);
+    FrictionLaw {
         sliding,
         breakaway,
-        stribeck: stribeck.unwrap_or(0.0),
-        creep: creep.unwrap_or(1e-4), // rad/s: a turn in 17 h
+        stribeck_velocity: stribeck.unwrap_or(0.0),
+        regularisation_velocity: creep.unwrap_or(1e-4), // rad/s: a turn in 17 h
     }
 }
 
 /// Friction along the teeth of a pair; absent where no coefficient is given.
-pub fn of_teeth(f: &mut Fields, inclined: bool, bevel: bool) -> Option<ToothFriction> {
-    let coefficient = f.optional_number("friction", Range::NotNegative);
+pub fn read_tooth_friction(
+    f: &mut TableReader,
+    inclined: bool,
+    bevel: bool,
+) -> Option<ToothFriction> {
+    let coefficient = f.optional_number("friction", ValueRange::NotNegative);
     let along = f.choice("sliding", &[("mean", false), ("path", true)]);
-    let tips = f.optional_quantities("tip_diameters", Kind::Length, Range::Positive, Some(2));
-    let phase = f.optional_quantity("path_phase", Kind::Angle, Range::Any);
-    let creep = f.optional_quantity("creep_speed", Kind::Speed, Range::Positive);
+    let tips = f.optional_quantities(
+        "tip_diameters",
+        QuantityKind::Length,
+        ValueRange::Positive,
+        Some(2),
+    );
+    let phase = f.optional_quantity("path_phase", QuantityKind::Angle, ValueRange::Any);
+    let creep = f.optional_quantity("creep_speed", QuantityKind::Speed, ValueRange::Positive);
     let beside = ["sliding", "tip_diameters", "path_phase", "creep_speed"];
     if !f.has("friction") {
         if let Some(key) = beside.into_iter().find(|key| f.has(key)) {
-            f.missing("friction", &format!(", and `{key}` is given"));
+            f.report_missing("friction", &format!(", and `{key}` is given"));
         }
         return None;
     }
@@ -87,27 +104,27 @@ pub fn of_teeth(f: &mut Fields, inclined: bool, bevel: bool) -> Option<ToothFric
     if f.has("path_phase") && !path {
         let hint = "add sliding = \"path\", or leave the phase out";
         let message = "`path_phase` is of friction along the path of contact";
-        f.refuse_key(Code::Conflict, "path_phase", message, hint);
+        f.report_key(Code::Conflict, "path_phase", message, hint);
     }
     if !f.has("k") && !f.has("characteristic") {
-        f.missing("k", ", which gives the tooth force that `friction` goes by");
+        f.report_missing("k", ", which gives the tooth force that `friction` goes by");
     }
     if bevel {
         let message = "`friction` is of gears on parallel axes";
         let hint = "leave it out, or put what it costs into a [[bearing]] with `friction_torque`";
-        f.refuse_key(Code::Conflict, "friction", message, hint);
+        f.report_key(Code::Conflict, "friction", message, hint);
     }
     if inclined && path {
         let message = "teeth at a helix angle pass the pitch point bit by bit";
         let hint = "take sliding = \"mean\", their friction over the whole mesh cycle";
-        f.refuse_key(Code::Conflict, "sliding", message, hint);
+        f.report_key(Code::Conflict, "sliding", message, hint);
     }
     Some(ToothFriction {
-        law: Friction {
+        law: FrictionLaw {
             sliding: 1.0,
             breakaway: 1.0,
-            stribeck: 1.0,
-            creep: creep.unwrap_or(1e-4), // rad/s: a turn in 17 h
+            stribeck_velocity: 1.0,
+            regularisation_velocity: creep.unwrap_or(1e-4), // rad/s: a turn in 17 h
         },
         coefficient: coefficient.unwrap_or(0.0),
         tips: tips.map(|d| [0.5 * d[0], 0.5 * d[1]]),

@@ -1,10 +1,10 @@
-//! Laws that only motion in time asks for: contacts that open, waves, dry friction, torque over speed, histories of loads.
+//! Time-domain laws: contact damping, waveforms, friction, torque–speed curves, load histories.
 
 /// What the damper of a contact does where the contact opens and closes. With g the deflection beyond the play:
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Losses {
+pub enum ContactDamping {
     /// `F = k g + c δ̇`, the damper acting in the gap as well (Kahraman and Singh 1990).
-    Throughout,
+    ActsInGap,
     /// `F = k g + c δ̇` while touching: it jumps at touch and may pull before release.
     Adhesive,
     /// `F = max(0, k g + c δ̇)` while touching: it jumps at touch and never pulls (Modelica's ElastoBacklash2).
@@ -13,13 +13,13 @@ pub enum Losses {
     Continuous,
 }
 
-impl Losses {
+impl ContactDamping {
     /// Every convention by its word.
-    pub const WORDS: &'static [(&'static str, Losses)] = &[
-        ("throughout", Losses::Throughout),
-        ("adhesive", Losses::Adhesive),
-        ("no-pull", Losses::NoPull),
-        ("continuous", Losses::Continuous),
+    pub const WORDS: &'static [(&'static str, ContactDamping)] = &[
+        ("throughout", ContactDamping::ActsInGap),
+        ("adhesive", ContactDamping::Adhesive),
+        ("no-pull", ContactDamping::NoPull),
+        ("continuous", ContactDamping::Continuous),
     ];
 }
 
@@ -41,7 +41,7 @@ pub enum Characteristic {
 
 /// One period of a wave, over the phase ψ in turns of the period: ψ from 0 to 1.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
+pub enum Waveform {
     /// `high` for the first `duty` of the period, `low` for the rest.
     Rectangular {
         /// Value at first.
@@ -62,13 +62,15 @@ pub enum Shape {
     Table(Vec<f64>),
 }
 
-impl Shape {
+impl Waveform {
     /// No value is below this.
-    pub fn least(&self) -> f64 {
+    pub fn lower_bound(&self) -> f64 {
         match self {
-            Shape::Rectangular { high, low, .. } => high.min(*low),
-            Shape::Fourier { mean, terms } => mean - terms.iter().map(|t| t.1.abs()).sum::<f64>(),
-            Shape::Table(values) => values.iter().copied().fold(f64::INFINITY, f64::min),
+            Waveform::Rectangular { high, low, .. } => high.min(*low),
+            Waveform::Fourier { mean, terms } => {
+                mean - terms.iter().map(|t| t.1.abs()).sum::<f64>()
+            }
+            Waveform::Table(values) => values.iter().copied().fold(f64::INFINITY, f64::min),
         }
     }
 }
@@ -78,22 +80,22 @@ impl Shape {
 ///
 /// Source: Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, the static model.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Friction {
+pub struct FrictionLaw {
     /// F_c, N or N·m.
     pub sliding: f64,
     /// F_s ≥ F_c, N or N·m.
     pub breakaway: f64,
     /// v_s, m/s or rad/s; 0: no fall over speed; unused where F_s = F_c.
-    pub stribeck: f64,
+    pub stribeck_velocity: f64,
     /// Width over which methods without events let the force turn from one sign to the other, m/s or rad/s.
-    pub creep: f64,
+    pub regularisation_velocity: f64,
 }
 
 /// Friction along the teeth of a pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToothFriction {
     /// For a capacity of one N·m.
-    pub law: Friction,
+    pub law: FrictionLaw,
     /// μ.
     pub coefficient: f64,
     /// Radii of the tip circles, m; of one module of addendum where absent.
@@ -105,9 +107,9 @@ pub struct ToothFriction {
 
 /// A torque as a function of speed. It is what the machine receives: positive drives forward.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Curve {
+pub enum TorqueSpeedCurve {
     /// `T = T₀ (1 − ω/ω₀)`: a DC motor at constant voltage.
-    Straight {
+    Linear {
         /// T₀, at standstill, N·m.
         stall: f64,
         /// ω₀, without load, rad/s.
@@ -128,7 +130,7 @@ pub enum Curve {
 
 /// A load over time, as the file has it.
 #[derive(Debug, Clone, PartialEq)]
-pub enum History {
+pub enum LoadHistory {
     /// The same at all times.
     Constant(f64),
     /// Nothing before `time`.
@@ -174,22 +176,22 @@ pub enum History {
         /// N·m.
         torque: f64,
         /// Each a number over time.
-        factors: Vec<History>,
+        factors: Vec<LoadHistory>,
     },
 }
 
-impl History {
+impl LoadHistory {
     /// What it comes to in the long run, N·m: the load that decides which flanks carry.
-    pub fn lasting(&self) -> f64 {
+    pub fn long_term_value(&self) -> f64 {
         match self {
-            History::Constant(torque) | History::Step { torque, .. } => *torque,
-            History::Ramp { to, .. } => *to,
-            History::Harmonic { mean, .. } | History::Orders { mean, .. } => *mean,
-            History::Table(points) => points.last().map_or(0.0, |p| p.1),
-            History::FaceMill(_) => 0.0,
-            History::Product { torque, factors } => factors
+            LoadHistory::Constant(torque) | LoadHistory::Step { torque, .. } => *torque,
+            LoadHistory::Ramp { to, .. } => *to,
+            LoadHistory::Harmonic { mean, .. } | LoadHistory::Orders { mean, .. } => *mean,
+            LoadHistory::Table(points) => points.last().map_or(0.0, |p| p.1),
+            LoadHistory::FaceMill(_) => 0.0,
+            LoadHistory::Product { torque, factors } => factors
                 .iter()
-                .fold(*torque, |x, factor| x * factor.lasting()),
+                .fold(*torque, |x, factor| x * factor.long_term_value()),
         }
     }
 
@@ -204,15 +206,15 @@ impl History {
             ]
         };
         Some(match self {
-            History::Constant(torque) => of(&[*torque]),
-            History::Step { torque, .. } => of(&[0.0, *torque]),
-            History::Ramp { from, to, .. } => of(&[*from, *to]),
-            History::Harmonic {
+            LoadHistory::Constant(torque) => of(&[*torque]),
+            LoadHistory::Step { torque, .. } => of(&[0.0, *torque]),
+            LoadHistory::Ramp { from, to, .. } => of(&[*from, *to]),
+            LoadHistory::Harmonic {
                 mean, amplitude, ..
             } => of(&[mean - amplitude, mean + amplitude]),
-            History::Table(points) => of(&points.iter().map(|p| p.1).collect::<Vec<_>>()),
-            History::Orders { .. } | History::FaceMill(_) => return None,
-            History::Product { torque, factors } => {
+            LoadHistory::Table(points) => of(&points.iter().map(|p| p.1).collect::<Vec<_>>()),
+            LoadHistory::Orders { .. } | LoadHistory::FaceMill(_) => return None,
+            LoadHistory::Product { torque, factors } => {
                 let mut range = [*torque; 2];
                 for factor in factors {
                     let [low, high] = factor.range()?;
@@ -262,32 +264,32 @@ pub struct FaceMill {
 
 /// What drives a node by its speed, or moves it as prescribed.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Drive {
+pub enum MotorModel {
     /// A torque over speed, following at once or late.
     Curve {
         /// The torque.
-        curve: Curve,
+        curve: TorqueSpeedCurve,
         /// Electrical lag, s; zero: none.
         lag: f64,
     },
     /// The speed itself, rad/s.
-    Speed(Course),
+    Speed(MotionProfile),
     /// The angle itself, rad.
-    Angle(Course),
+    Angle(MotionProfile),
 }
 
 /// A motion prescribed over time: `x(t) + a cos(ω t + φ)`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct MotionProfile {
     /// x: straight lines through points: s, rad or rad/s.
     pub points: Vec<(f64, f64)>,
     /// What swings about it.
-    pub swing: Option<Swing>,
+    pub oscillation: Option<Sinusoid>,
 }
 
 /// `amplitude cos(omega t + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Swing {
+pub struct Sinusoid {
     /// rad or rad/s.
     pub amplitude: f64,
     /// rad/s.
@@ -298,7 +300,7 @@ pub struct Swing {
 
 /// How the angles that waves hang on are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum PhaseOf {
+pub enum MeshPhase {
     /// From the motion itself.
     #[default]
     Angle,
@@ -308,7 +310,7 @@ pub enum PhaseOf {
 
 /// Where a machine starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum StartAt {
+pub enum InitialState {
     /// Nothing moves, nothing is wound up.
     #[default]
     Rest,

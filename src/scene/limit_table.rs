@@ -8,13 +8,13 @@ use std::sync::Arc;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::load;
-use crate::base::place::{Place, Source};
-use crate::base::units::shortened;
-use crate::base::words::suggestion;
-use crate::gear::measurement::limits::Limit;
-use crate::gear::measurement::quantity::Quantity;
+use crate::base::quantity::truncate;
+use crate::base::source_span::{SourceFile, SourceSpan};
+use crate::base::text::suggestion;
+use crate::gear::measurement::deviation::GearDeviation;
+use crate::gear::measurement::limits::ToleranceLimit;
 
-const NEEDED: [&str; 7] = [
+const REQUIRED_COLUMNS: [&str; 7] = [
     "quantity",
     "grade",
     "module_from",
@@ -28,7 +28,7 @@ const NEEDED: [&str; 7] = [
 ///
 /// # Errors
 /// Everything wrong in it.
-pub fn read(path: &Path) -> Result<(Arc<Source>, Vec<Limit>), Errors> {
+pub fn read(path: &Path) -> Result<(Arc<SourceFile>, Vec<ToleranceLimit>), Errors> {
     let source = load::load(path)?;
     let mut lines = lines(&source);
     let head = lines
@@ -36,11 +36,14 @@ pub fn read(path: &Path) -> Result<(Arc<Source>, Vec<Limit>), Errors> {
         .map(|(_, text)| cells(text))
         .unwrap_or_default();
     let at = |name: &str| head.iter().position(|h| *h == name);
-    if let Some(missing) = NEEDED.iter().find(|name| at(name).is_none()) {
+    if let Some(missing) = REQUIRED_COLUMNS.iter().find(|name| at(name).is_none()) {
         let message = format!("the table of limits has no column `{missing}`");
         return Err(Error::new(Code::MissingKey, message)
-            .at(&Place::new(source.clone(), 0..0))
-            .hint(format!("its first line reads {}", NEEDED.join(",")))
+            .with_span(&SourceSpan::new(source.clone(), 0..0))
+            .with_hint(format!(
+                "its first line reads {}",
+                REQUIRED_COLUMNS.join(",")
+            ))
             .into());
     }
     let mut errors = Vec::new();
@@ -51,20 +54,20 @@ pub fn read(path: &Path) -> Result<(Arc<Source>, Vec<Limit>), Errors> {
         match line(&cell) {
             Ok(limit) => table.push(limit),
             Err(error) => {
-                let place = Place::new(source.clone(), start..start + text.len());
-                errors.push(error.at(&place));
+                let span = SourceSpan::new(source.clone(), start..start + text.len());
+                errors.push(error.with_span(&span));
             }
         }
     }
     if table.is_empty() && errors.is_empty() {
         let error = Error::new(Code::EmptyLog, "the table of limits has no line");
-        errors.push(error.at(&Place::new(source.clone(), 0..0)));
+        errors.push(error.with_span(&SourceSpan::new(source.clone(), 0..0)));
     }
-    Errors::or(errors, || (source, table))
+    Errors::into_result(errors, || (source, table))
 }
 
-/// Lines that hold something, with where they begin; `#` begins a remark.
-fn lines(source: &Source) -> impl Iterator<Item = (usize, &str)> {
+/// Lines that hold something, with where they begin; `#` begins a diagnostic.
+fn lines(source: &SourceFile) -> impl Iterator<Item = (usize, &str)> {
     let mut start = 0;
     source.text.split_inclusive('\n').filter_map(move |raw| {
         let begins = start;
@@ -80,23 +83,23 @@ fn cells(text: &str) -> Vec<&str> {
         .collect()
 }
 
-fn line<'c>(cell: &impl Fn(&str) -> &'c str) -> Result<Limit, Error> {
+fn line<'c>(cell: &impl Fn(&str) -> &'c str) -> Result<ToleranceLimit, Error> {
     let key = cell("quantity");
-    let quantity = Quantity::from_key(key).ok_or_else(|| {
-        let keys = Quantity::LIMITED
+    let deviation = GearDeviation::from_key(key).ok_or_else(|| {
+        let keys = GearDeviation::LIMITED
             .into_iter()
-            .flat_map(|q| std::iter::once(q.key()).chain(q.old().map(|old| old.key)));
+            .flat_map(|q| std::iter::once(q.key()).chain(q.jb179_name().map(|old| old.key)));
         let hint = match suggestion(key, keys) {
             Some(meant) => format!("did you mean {meant}?"),
             None => "it takes dF_sum, dt_sum, e0, d0L, d0a, dF, dt0, dt, df, dga, dB0, or today's keys such as Fp".into(),
         };
-        let message = format!("\"{}\" is no quantity known here", shortened(key));
-        Error::new(Code::OutOfRange, message).hint(hint)
+        let message = format!("\"{}\" is no quantity known here", truncate(key));
+        Error::new(Code::OutOfRange, message).with_hint(hint)
     })?;
     let grade = cell("grade");
     let grade = grade.parse().map_err(|_| {
-        let message = format!("grade \"{}\" is no whole number", shortened(grade));
-        Error::new(Code::OutOfRange, message).hint("it takes 0 to 12")
+        let message = format!("grade \"{}\" is no whole number", truncate(grade));
+        Error::new(Code::OutOfRange, message).with_hint("it takes 0 to 12")
     })?;
     let range = |what: &str| -> Result<(f64, f64), Error> {
         let (from, to) = (format!("{what}_from"), format!("{what}_to"));
@@ -108,16 +111,16 @@ fn line<'c>(cell: &impl Fn(&str) -> &'c str) -> Result<Limit, Error> {
                 Code::OutOfRange,
                 format!("`{from}` {low} is not below `{to}` {high}"),
             )
-            .hint("a size belongs to a line where it is above `from` and at most `to`")),
+            .with_hint("a size belongs to a line where it is above `from` and at most `to`")),
         }
     };
     let limit = number("limit", cell("limit"), f64::NAN)?;
     if !(limit > 0.0 && limit.is_finite()) {
-        let message = format!("`limit` \"{}\" is not above zero", shortened(cell("limit")));
-        return Err(Error::new(Code::OutOfRange, message).hint("limits are in µm"));
+        let message = format!("`limit` \"{}\" is not above zero", truncate(cell("limit")));
+        return Err(Error::new(Code::OutOfRange, message).with_hint("limits are in µm"));
     }
-    Ok(Limit {
-        quantity,
+    Ok(ToleranceLimit {
+        deviation,
         grade,
         modules: range("module")?,
         diameters: range("diameter")?,
@@ -132,8 +135,8 @@ fn number(name: &str, text: &str, empty: f64) -> Result<f64, Error> {
     }
     let found: Option<f64> = text.parse().ok();
     found.filter(|x| !x.is_nan()).ok_or_else(|| {
-        let message = format!("`{name}` \"{}\" is no number", shortened(text));
+        let message = format!("`{name}` \"{}\" is no number", truncate(text));
         Error::new(Code::NotANumber, message)
-            .hint("sizes are in mm, limits in µm, with a decimal point")
+            .with_hint("sizes are in mm, limits in µm, with a decimal point")
     })
 }

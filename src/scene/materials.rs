@@ -1,6 +1,6 @@
 //! The materials a file can name.
 
-use crate::base::fields::Fields;
+use crate::base::table_reader::TableReader;
 
 /// What shafts and discs need of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +31,6 @@ pub const MATERIALS: &[(&str, Material)] = &[
 ];
 
 /// The material under `material`.
-pub fn read(f: &mut Fields) -> Option<Material> {
+pub fn read_material(f: &mut TableReader) -> Option<Material> {
     f.choice("material", MATERIALS)
 }

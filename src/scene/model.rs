@@ -1,7 +1,9 @@
-//! A machine as its file describes it: parameters in SI units, each with the place it was written at.
+//! The model file as parameter structs: SI values, each with its source span.
 
-use super::laws::{Characteristic, Drive, Friction, History, Losses, Shape, ToothFriction};
-use crate::base::place::Place;
+use super::laws::{
+    Characteristic, ContactDamping, FrictionLaw, LoadHistory, MotorModel, ToothFriction, Waveform,
+};
+use crate::base::source_span::SourceSpan;
 
 /// A whole model file, read and checked value by value. Nothing is assembled yet.
 #[derive(Debug, Clone, Default)]
@@ -15,7 +17,7 @@ pub struct Model {
     /// Shaft lengths.
     pub shafts: Vec<Shaft>,
     /// Rows of equal discs on equal shafts.
-    pub chains: Vec<Chain>,
+    pub chains: Vec<DiscChain>,
     /// Spur, helical, bevel and hypoid pairs.
     pub gear_pairs: Vec<GearPair>,
     /// Worm pairs.
@@ -41,7 +43,7 @@ pub struct Model {
     /// Dry friction between nodes.
     pub brakes: Vec<Brake>,
     /// Errors of gears, couplings, belts and screws.
-    pub errors: Vec<FormError>,
+    pub errors: Vec<DeclaredError>,
     /// Damping of the whole machine.
     pub damping: GlobalDamping,
     /// Mean speeds of named nodes, the first being the one `--speed` refers to.
@@ -54,12 +56,12 @@ pub struct Name {
     /// The name as written.
     pub text: String,
     /// Where it is written.
-    pub place: Place,
+    pub span: SourceSpan,
 }
 
 /// One end of a branch.
 #[derive(Debug, Clone)]
-pub enum End {
+pub enum BranchEnd {
     /// The fixed frame.
     Ground,
     /// A node, by the name of its inertia.
@@ -68,7 +70,7 @@ pub enum End {
 
 /// How one branch loses energy.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Loss {
+pub enum BranchDamping {
     /// Not at all.
     #[default]
     None,
@@ -99,11 +101,11 @@ pub struct Shaft {
     /// The element.
     pub name: Name,
     /// Both ends.
-    pub between: [End; 2],
+    pub between: [BranchEnd; 2],
     /// Stiffness given or from geometry; absent: rigid.
     pub body: Option<ShaftBody>,
     /// Losses of each length.
-    pub loss: Loss,
+    pub damping: BranchDamping,
 }
 
 /// Where a shaft's stiffness comes from.
@@ -143,7 +145,7 @@ pub enum BarMass {
 
 /// Equal discs `name.1 … name.count` joined by equal shafts.
 #[derive(Debug, Clone)]
-pub struct Chain {
+pub struct DiscChain {
     /// The element.
     pub name: Name,
     /// Number of discs.
@@ -153,26 +155,26 @@ pub struct Chain {
     /// Stiffness of each shaft, N·m/rad.
     pub stiffness: f64,
     /// One more equal shaft from the first disc to ground.
-    pub start_held: bool,
+    pub start_fixed: bool,
     /// One more equal shaft from the last disc to ground.
-    pub end_held: bool,
+    pub end_fixed: bool,
     /// Losses of each shaft.
-    pub loss: Loss,
+    pub damping: BranchDamping,
 }
 
 /// How teeth or the halves of a coupling resist: along the tooth normal, in N and m, or the twist, in N·m and rad.
 #[derive(Debug, Clone)]
-pub struct Contact {
+pub struct ContactParameters {
     /// Stiffness; absent: rigid.
     pub stiffness: Option<f64>,
     /// Losses.
-    pub loss: Loss,
+    pub damping: BranchDamping,
     /// Play, flank to flank.
     pub backlash: f64,
     /// What the damper does where the contact opens.
-    pub losses: Option<Losses>,
+    pub damping_model: Option<ContactDamping>,
     /// The stiffness over one mesh cycle, as a factor.
-    pub wave: Option<StiffnessWave>,
+    pub wave: Option<StiffnessVariation>,
     /// Force over deflection, where it is not linear; `stiffness` is then its secant at the rated deflection.
     pub characteristic: Option<Characteristic>,
 }
@@ -189,11 +191,11 @@ pub enum Hand {
 
 /// Stiffness of a mesh over its cycle, as a factor.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StiffnessWave {
+pub struct StiffnessVariation {
     /// One mesh cycle; its mean need not be one.
-    pub shape: Shape,
+    pub waveform: Waveform,
     /// How far into the cycle the mesh stands when its gears stand at zero, rad of the mesh cycle.
-    pub lead: f64,
+    pub phase: f64,
 }
 
 /// A pair of spur, helical, bevel or hypoid gears; all are one direction in space.
@@ -220,7 +222,7 @@ pub struct GearPair {
     /// Where the mesh stands round each gear's axis, from its x to its y, rad.
     pub mesh_angles: [f64; 2],
     /// The contact.
-    pub contact: Contact,
+    pub parameters: ContactParameters,
     /// Dry friction along the teeth.
     pub friction: Option<ToothFriction>,
 }
@@ -247,7 +249,7 @@ pub struct WormPair {
     /// Where the mesh stands round each member's axis, rad.
     pub mesh_angles: [f64; 2],
     /// The contact.
-    pub contact: Contact,
+    pub parameters: ContactParameters,
 }
 
 /// A planetary stage. Members are nodes or ground; planets are made by the stage.
@@ -256,13 +258,13 @@ pub struct Planetary {
     /// The element; its planets are `name.planet_1 …`.
     pub name: Name,
     /// Sun.
-    pub sun: End,
+    pub sun: BranchEnd,
     /// Ring.
-    pub ring: End,
+    pub ring: BranchEnd,
     /// Carrier.
-    pub carrier: End,
+    pub carrier: BranchEnd,
     /// Radii.
-    pub size: PlanetarySize,
+    pub size: PlanetaryGeometry,
     /// Pressure angle at the sun and at the ring, rad.
     pub pressure_angles: [f64; 2],
     /// Angular position of each planet, rad; its length is the number of planets.
@@ -272,20 +274,20 @@ pub struct Planetary {
     /// Mass of one planet, kg.
     pub planet_mass: Option<f64>,
     /// Contact of each planet with the sun.
-    pub sun_contact: Contact,
+    pub sun_contact: ContactParameters,
     /// Contact of each planet with the ring.
-    pub ring_contact: Contact,
+    pub ring_contact: ContactParameters,
     /// Radial and tangential stiffness of one planet's bearing, N/m; absent: rigid.
     pub planet_bearing: Option<f64>,
     /// Losses of the planets' bearings.
-    pub bearing_loss: Loss,
+    pub bearing_loss: BranchDamping,
     /// Planets move along x and y too, described in the carrier's frame, as do sun, ring and carrier where supported.
     pub lateral: bool,
 }
 
 /// Radii of a planetary stage.
 #[derive(Debug, Clone, Copy)]
-pub enum PlanetarySize {
+pub enum PlanetaryGeometry {
     /// Tooth numbers of sun, planet, ring and the module in the transverse plane, m; the module is absent where only ratios matter.
     Teeth {
         /// Sun, planet, ring.
@@ -312,13 +314,13 @@ pub struct Belt {
     /// Effective radius of each pulley, m.
     pub radii: [f64; 2],
     /// Whole numbers in the ratio of the radii: teeth of a timing belt or chain, or radii in nanometres.
-    pub exact: [u64; 2],
+    pub ratio_integers: [u64; 2],
     /// The belt is crossed.
     pub crossed: bool,
     /// Stiffness of both strands together along the belt, N/m; absent: rigid.
     pub stiffness: Option<f64>,
     /// Losses.
-    pub loss: Loss,
+    pub damping: BranchDamping,
 }
 
 /// A body that moves along `z` and does not turn.
@@ -342,7 +344,7 @@ pub struct Screw {
     /// Right: the slide goes forward while the screw turns forward.
     pub hand: Hand,
     /// Along the axis, N/m.
-    pub contact: Contact,
+    pub parameters: ContactParameters,
 }
 
 /// A torsional coupling.
@@ -351,11 +353,11 @@ pub struct Coupling {
     /// The element.
     pub name: Name,
     /// Both ends.
-    pub between: [End; 2],
+    pub between: [BranchEnd; 2],
     /// Along the twist, N·m/rad and rad; a negative stiffness leaves the factored form. Without one the halves are rigid,
     /// or, where there are Maxwell elements, joined by these alone.
-    pub contact: Contact,
-    /// Springs and dampers in series beside it, as rubber has them: N·m/rad, N·m·s/rad.
+    pub parameters: ContactParameters,
+    /// Springs and dampers in series next to it, as rubber has them: N·m/rad, N·m·s/rad.
     pub maxwell: Vec<[f64; 2]>,
 }
 
@@ -377,7 +379,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// Every axis, in the order freedoms are numbered at a node.
+    /// Every axis, in the order degrees of freedom are numbered at a node.
     pub const ALL: [Axis; 6] = [
         Axis::Theta,
         Axis::X,
@@ -400,7 +402,7 @@ impl Axis {
     }
 
     /// A rotation, so that its inertia is a moment of inertia.
-    pub fn turns(self) -> bool {
+    pub fn is_rotation(self) -> bool {
         matches!(self, Axis::Theta | Axis::TiltX | Axis::TiltY)
     }
 }
@@ -411,14 +413,14 @@ pub struct Bearing {
     /// The element.
     pub name: Name,
     /// The node, and what it stands on.
-    pub between: [End; 2],
+    pub between: [BranchEnd; 2],
     /// Stiffness `(row, column, value)`: force along the row axis for a unit displacement along the column axis, SI.
     /// Direct terms have both axes equal; the rest are cross terms, symmetric only if both are listed equal.
     pub stiffness: Vec<(Axis, Axis, f64)>,
     /// Damping in the same form.
     pub damping: Vec<(Axis, Axis, f64)>,
     /// Losses of its stiffness, where no damping is given.
-    pub loss: Loss,
+    pub branch_damping: BranchDamping,
     /// Dry friction on the rotation.
     pub friction: Option<BearingFriction>,
 }
@@ -427,13 +429,13 @@ pub struct Bearing {
 #[derive(Debug, Clone)]
 pub struct BearingFriction {
     /// For a capacity of one N·m.
-    pub law: Friction,
+    pub law: FrictionLaw,
     /// T₀ with what constant loads add, N·m.
     pub constant: f64,
     /// μ r, m; zero where nothing of the machine's own forces loads it.
     pub coefficient: f64,
     /// The pair whose tooth force loads it, and the share it takes; its own forces where absent.
-    pub carries: Option<(Name, f64)>,
+    pub loaded_by: Option<(Name, f64)>,
 }
 
 /// A viscous damper on the rotation of a node against ground, or of two nodes against each other.
@@ -442,7 +444,7 @@ pub struct Damper {
     /// The element.
     pub name: Name,
     /// Both ends.
-    pub between: [End; 2],
+    pub between: [BranchEnd; 2],
     /// N·m·s/rad.
     pub coefficient: f64,
 }
@@ -453,9 +455,9 @@ pub struct Load {
     /// The node.
     pub at: Name,
     /// It is a force.
-    pub pushes: bool,
+    pub is_force: bool,
     /// N·m or N over time.
-    pub history: History,
+    pub history: LoadHistory,
 }
 
 /// What drives a node by its speed.
@@ -466,7 +468,7 @@ pub struct Motor {
     /// The node.
     pub at: Name,
     /// How.
-    pub drive: Drive,
+    pub model: MotorModel,
 }
 
 /// Dry friction on the rotation of a node against ground, or of two nodes against each other.
@@ -475,24 +477,24 @@ pub struct Brake {
     /// The element.
     pub name: Name,
     /// Both ends.
-    pub between: [End; 2],
+    pub between: [BranchEnd; 2],
     /// N·m and rad/s; of a clutch at its largest capacity.
-    pub friction: Friction,
-    /// The share of that capacity over time, s; always all of it where left out.
-    pub grip: Option<History>,
+    pub law: FrictionLaw,
+    /// The share of that capacity over time, s; always all of it by default.
+    pub capacity_history: Option<LoadHistory>,
 }
 
 /// An error of an element that repeats with its turn.
 #[derive(Debug, Clone)]
-pub struct FormError {
+pub struct DeclaredError {
     /// A gear's node; a coupling, a belt or a screw.
     pub on: Name,
-    /// Only in this element's meshes; in all of the gear's where left out.
+    /// Only in this element's meshes; in all of the gear's by default.
     pub mesh: Option<Name>,
     /// What it comes from.
-    pub cause: Cause,
+    pub cause: ErrorCause,
     /// How large it is.
-    pub size: ErrorSize,
+    pub size: ErrorDefinition,
     /// Where it stands in the turn is known; else the phases of `size` are no more than a start.
     pub phase_known: bool,
     /// Half the width of what the amplitude may be, relative to it.
@@ -501,14 +503,14 @@ pub struct FormError {
 
 /// What an error comes from; it says how the error reaches the line of action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cause {
+pub enum ErrorCause {
     /// Anything, as surplus along the line of action.
     Form,
-    /// The gear's pitch circle beside its bore: a vector that turns with it.
+    /// The gear's pitch circle next to its bore: a vector that turns with it.
     Eccentricity,
-    /// The gear's seat beside its shaft: a vector that turns with it.
-    Seat,
-    /// The shaft beside its bearings: a vector that turns with it.
+    /// The gear's seat next to its shaft: a vector that turns with it.
+    SeatEccentricity,
+    /// The shaft next to its bearings: a vector that turns with it.
     RunOut,
     /// Pitch deviations added up, as arcs of the pitch circle.
     CumulativePitch,
@@ -516,7 +518,7 @@ pub enum Cause {
     SinglePitch,
     /// Profiles, as surplus along the line of action.
     Profile,
-    /// What differs from tooth to tooth beside pitch, as surplus along the line of action.
+    /// What differs from tooth to tooth next to pitch, as surplus along the line of action.
     ToothForm,
     /// A worm moves along its axis.
     Axial,
@@ -528,53 +530,62 @@ pub enum Cause {
     Lead,
 }
 
-impl Cause {
+impl ErrorCause {
     /// Every cause by its word.
-    pub const WORDS: &'static [(&'static str, Cause)] = &[
-        ("form", Cause::Form),
-        ("eccentricity", Cause::Eccentricity),
-        ("seat", Cause::Seat),
-        ("run-out", Cause::RunOut),
-        ("cumulative-pitch", Cause::CumulativePitch),
-        ("single-pitch", Cause::SinglePitch),
-        ("profile", Cause::Profile),
-        ("tooth-form", Cause::ToothForm),
-        ("axial", Cause::Axial),
-        ("misalignment", Cause::Misalignment),
-        ("belt-joint", Cause::BeltJoint),
-        ("lead", Cause::Lead),
+    pub const WORDS: &'static [(&'static str, ErrorCause)] = &[
+        ("form", ErrorCause::Form),
+        ("eccentricity", ErrorCause::Eccentricity),
+        ("seat", ErrorCause::SeatEccentricity),
+        ("run-out", ErrorCause::RunOut),
+        ("cumulative-pitch", ErrorCause::CumulativePitch),
+        ("single-pitch", ErrorCause::SinglePitch),
+        ("profile", ErrorCause::Profile),
+        ("tooth-form", ErrorCause::ToothForm),
+        ("axial", ErrorCause::Axial),
+        ("misalignment", ErrorCause::Misalignment),
+        ("belt-joint", ErrorCause::BeltJoint),
+        ("lead", ErrorCause::Lead),
     ];
 
     /// The word for it in files.
     pub fn name(self) -> &'static str {
-        let word = Cause::WORDS.iter().find(|word| word.1 == self);
+        let word = ErrorCause::WORDS.iter().find(|word| word.1 == self);
         word.map_or("", |word| word.0)
     }
 
     /// A vector that turns with the gear.
     pub fn is_offset(self) -> bool {
-        matches!(self, Cause::Eccentricity | Cause::Seat | Cause::RunOut)
+        matches!(
+            self,
+            ErrorCause::Eccentricity | ErrorCause::SeatEccentricity | ErrorCause::RunOut
+        )
     }
 
     /// Teeth out of their places round the gear.
     pub fn is_pitch(self) -> bool {
-        matches!(self, Cause::CumulativePitch | Cause::SinglePitch)
+        matches!(self, ErrorCause::CumulativePitch | ErrorCause::SinglePitch)
     }
 
     /// It stands on an element that is no gear: a coupling, a belt, a screw.
-    pub fn is_of_element(self) -> bool {
-        matches!(self, Cause::Misalignment | Cause::BeltJoint | Cause::Lead)
+    pub fn is_on_non_gear(self) -> bool {
+        matches!(
+            self,
+            ErrorCause::Misalignment | ErrorCause::BeltJoint | ErrorCause::Lead
+        )
     }
 
     /// Too much or too little material on a flank, so that the other flank has its own.
-    pub fn is_material(self) -> bool {
-        matches!(self, Cause::Form | Cause::Profile | Cause::ToothForm)
+    pub fn is_flank_specific(self) -> bool {
+        matches!(
+            self,
+            ErrorCause::Form | ErrorCause::Profile | ErrorCause::ToothForm
+        )
     }
 }
 
 /// How large an error is: in m, of a misaligned coupling in rad.
 #[derive(Debug, Clone, PartialEq)]
-pub enum ErrorSize {
+pub enum ErrorDefinition {
     /// n, a, φ of `a cos(n θ + φ)`, n cycles a turn.
     Orders(Vec<(u32, f64, f64)>),
     /// The same, n cycles a tooth.
@@ -632,9 +643,9 @@ pub struct GlobalDamping {
     /// Damping ratio of each elastic mode in rising order; the last one holds for all above.
     pub modal: Vec<f64>,
     /// What dampers of contacts do where these open, unless an element says otherwise.
-    pub contacts: Option<Losses>,
+    pub contacts: Option<ContactDamping>,
     /// Where it is written.
-    pub place: Option<Place>,
+    pub span: Option<SourceSpan>,
 }
 
 impl GlobalDamping {

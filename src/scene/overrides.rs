@@ -2,32 +2,32 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::notes::Notes;
-use crate::base::words::suggestion;
+use crate::base::error_collector::ErrorCollector;
+use crate::base::text::suggestion;
 
-use crate::base::place::Place;
+use crate::base::quantity::truncate;
+use crate::base::source_span::SourceSpan;
 use crate::base::toml::{Entry, Item, Table, Value};
-use crate::base::units::shortened;
 
 /// Tables without a name, which `[set]` reaches by their header.
 const SINGLE: [&str; 2] = ["speed", "damping"];
 
 /// Puts every pair of `set` into `model`.
-pub fn apply(set: &Entry, model: &mut Table, notes: &mut Notes) {
+pub fn apply(set: &Entry, model: &mut Table, errors: &mut ErrorCollector) {
     let Value::Table(pairs) = &set.item.value else {
-        notes.push(
+        errors.push(
             Error::new(
                 Code::WrongType,
                 format!("`set` is {}", set.item.value.name()),
             )
-            .at(&set.key_place)
-            .hint("write [set] and below it \"element.key\" = value"),
+            .with_span(&set.key_place)
+            .with_hint("write [set] and below it \"element.key\" = value"),
         );
         return;
     };
     let given: Vec<String> = pairs.entries.iter().flat_map(names_of).collect();
     for pair in &pairs.entries {
-        if notes.full() {
+        if errors.is_full() {
             return;
         }
         match (&pair.item.value, pair.key.rsplit_once('.')) {
@@ -39,7 +39,7 @@ pub fn apply(set: &Entry, model: &mut Table, notes: &mut Notes) {
                         (&pair.key, &given),
                         &pair.key_place,
                         entry.clone(),
-                        notes,
+                        errors,
                     );
                 }
             }
@@ -48,16 +48,16 @@ pub fn apply(set: &Entry, model: &mut Table, notes: &mut Notes) {
                     key: key.to_string(),
                     ..pair.clone()
                 };
-                replace(model, (element, &given), &pair.key_place, entry, notes);
+                replace(model, (element, &given), &pair.key_place, entry, errors);
             }
-            (_, None) => notes.push(
+            (_, None) => errors.push(
                 Error::new(
                     Code::UnknownKey,
-                    format!("`{}` names no key of an element", shortened(&pair.key)),
+                    format!("`{}` names no key of an element", truncate(&pair.key)),
                 )
-                .at(&pair.key_place)
-                .label("in [set]")
-                .hint("write \"element.key\", such as \"roll_shaft.k\""),
+                .with_span(&pair.key_place)
+                .with_label("in [set]")
+                .with_hint("write \"element.key\", such as \"roll_shaft.k\""),
             ),
         }
     }
@@ -98,9 +98,9 @@ fn other_losses(key: &str) -> Vec<String> {
 fn replace(
     model: &mut Table,
     (element, given): (&str, &[String]),
-    at: &Place,
+    at: &SourceSpan,
     entry: Entry,
-    notes: &mut Notes,
+    errors: &mut ErrorCollector,
 ) {
     if SINGLE.contains(&element) && model.get(element).is_none() {
         model.entries.push(Entry {
@@ -108,7 +108,7 @@ fn replace(
             key_place: at.clone(),
             item: Item {
                 value: Value::Table(Table::default()),
-                place: at.clone(),
+                span: at.clone(),
             },
         });
     }
@@ -118,12 +118,12 @@ fn replace(
             Some(meant) => format!("did you mean `{meant}`?"),
             None => "the part before the dot is the name of an element of the model".to_string(),
         };
-        let message = format!("the model has no element `{}`", shortened(element));
-        notes.push(
+        let message = format!("the model has no element `{}`", truncate(element));
+        errors.push(
             Error::new(Code::UnknownKey, message)
-                .at(at)
-                .label("in [set]")
-                .hint(hint),
+                .with_span(at)
+                .with_label("in [set]")
+                .with_hint(hint),
         );
         return;
     };
@@ -132,7 +132,7 @@ fn replace(
             Code::Conflict,
             "`name` cannot be set: the model's branches use it",
         );
-        notes.push(error.at(at).label("in [set]"));
+        errors.push(error.with_span(at).with_label("in [set]"));
         return;
     }
     // Both set by the scene are left for the reader of the element to refuse.
@@ -147,8 +147,8 @@ fn replace(
     }
 }
 
-fn is_named(table: &Table, name: &str) -> bool {
-    matches!(table.get("name").map(|e| &e.item.value), Some(Value::Text(text)) if text == name)
+fn has_name(table: &Table, name: &str) -> bool {
+    matches!(table.get("name").map(|e| &e.item.value), Some(Value::String(text)) if text == name)
 }
 
 /// The table of an element.
@@ -159,7 +159,7 @@ fn find<'m>(model: &'m mut Table, element: &str) -> Option<&'m mut Table> {
         .find_map(|entry| match &mut entry.item.value {
             Value::Table(table) if entry.key == element && SINGLE.contains(&element) => Some(table),
             Value::List(list) => list.iter_mut().find_map(|item| match &mut item.value {
-                Value::Table(table) if is_named(table, element) => Some(table),
+                Value::Table(table) if has_name(table, element) => Some(table),
                 _ => None,
             }),
             _ => None,
@@ -177,7 +177,7 @@ fn names(model: &Table) -> Vec<String> {
         });
     let names = lists.flatten().filter_map(|item| match &item.value {
         Value::Table(table) => match &table.get("name")?.item.value {
-            Value::Text(text) => Some(text.clone()),
+            Value::String(text) => Some(text.clone()),
             _ => None,
         },
         _ => None,

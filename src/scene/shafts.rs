@@ -1,14 +1,14 @@
 //! `[[shaft]]` and `[[coupling]]`.
 
 use super::bodies::outer_and_bore;
-use super::common::{self, MOST};
 use super::materials;
-use super::model::{BarMass, Coupling, Loss, Shaft, ShaftBody};
+use super::model::{BarMass, BranchDamping, Coupling, Shaft, ShaftBody};
+use super::shared_keys::{self, MAX_COUNT};
 use super::tables;
 use crate::base::code::Code;
-use crate::base::fields::Fields;
-use crate::base::kind::Kind;
-use crate::base::notes::Range;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::TableReader;
 
 /// Keys that describe a bar.
 const GEOMETRY: [&str; 8] = [
@@ -23,26 +23,30 @@ const GEOMETRY: [&str; 8] = [
 ];
 
 /// A shaft length: stiffness given, from geometry, or rigid.
-pub fn shaft(f: &mut Fields) -> Shaft {
-    let name = common::name(f);
-    let between = common::ends(f);
-    let stiffness = f.optional_quantity("k", Kind::TorsionalStiffness, Range::NotNegative);
+pub fn shaft(f: &mut TableReader) -> Shaft {
+    let name = shared_keys::name(f);
+    let between = shared_keys::read_ends(f);
+    let stiffness = f.optional_quantity(
+        "k",
+        QuantityKind::TorsionalStiffness,
+        ValueRange::NotNegative,
+    );
     let bar = bar(f);
     let geometry = GEOMETRY.into_iter().find(|key| f.has(key));
     if let (true, Some(key)) = (f.has("k"), geometry) {
         let message = format!("`k` is given, and follows from `{key}` as well");
         let hint = "give k alone, or length, diameter and material";
-        f.refuse_key(Code::Conflict, "k", message, hint);
+        f.report_key(Code::Conflict, "k", message, hint);
     }
     let rigid = !f.has("k") && geometry.is_none();
     Shaft {
         name,
         between,
         body: stiffness.map(ShaftBody::Stiffness).or(bar),
-        loss: common::loss(
+        damping: shared_keys::read_damping(
             f,
             "",
-            Kind::TorsionalDamping,
+            QuantityKind::TorsionalDamping,
             "`k`, or length, diameter and material",
             rigid,
         ),
@@ -50,13 +54,17 @@ pub fn shaft(f: &mut Fields) -> Shaft {
 }
 
 /// A round bar, where any of its keys is given.
-fn bar(f: &mut Fields) -> Option<ShaftBody> {
-    let length = f.optional_quantity("length", Kind::Length, Range::Positive);
+fn bar(f: &mut TableReader) -> Option<ShaftBody> {
+    let length = f.optional_quantity("length", QuantityKind::Length, ValueRange::Positive);
     let (outer, inner) = outer_and_bore(f);
-    let material = materials::read(f);
-    let shear_modulus = f.optional_quantity("shear_modulus", Kind::Pressure, Range::Positive);
-    let density = f.optional_quantity("density", Kind::Density, Range::Positive);
-    let segments = f.optional_count("segments", 1, MOST).unwrap_or(1);
+    let material = materials::read_material(f);
+    let shear_modulus = f.optional_quantity(
+        "shear_modulus",
+        QuantityKind::Pressure,
+        ValueRange::Positive,
+    );
+    let density = f.optional_quantity("density", QuantityKind::Density, ValueRange::Positive);
+    let segments = f.optional_count("segments", 1, MAX_COUNT).unwrap_or(1);
     let kinds = [
         ("none", BarMass::None),
         ("lumped", BarMass::Lumped),
@@ -68,13 +76,13 @@ fn bar(f: &mut Fields) -> Option<ShaftBody> {
     if f.has("k") || !GEOMETRY.iter().any(|key| f.has(key)) {
         return None;
     }
-    f.need("length");
-    f.need("diameter");
+    f.require("length");
+    f.require("diameter");
     if !f.has("material") {
         if !f.has("shear_modulus") {
-            f.missing("material", " or `shear_modulus`");
+            f.report_missing("material", " or `shear_modulus`");
         } else if mass != BarMass::None && !f.has("density") {
-            f.missing("density", ", which its mass needs");
+            f.report_missing("density", ", which its mass needs");
         }
     }
     Some(ShaftBody::Bar {
@@ -89,18 +97,21 @@ fn bar(f: &mut Fields) -> Option<ShaftBody> {
 }
 
 /// A torsional coupling.
-pub fn coupling(f: &mut Fields) -> Coupling {
-    let name = common::name(f);
-    let between = common::ends(f);
-    let maxwell = tables::each(f, "maxwell", |f| {
+pub fn coupling(f: &mut TableReader) -> Coupling {
+    let name = shared_keys::name(f);
+    let between = shared_keys::read_ends(f);
+    let maxwell = tables::read_tables(f, "maxwell", |f| {
         [
-            f.quantity("k", Kind::TorsionalStiffness, Range::Positive),
-            f.quantity("c", Kind::TorsionalDamping, Range::Positive),
+            f.quantity("k", QuantityKind::TorsionalStiffness, ValueRange::Positive),
+            f.quantity("c", QuantityKind::TorsionalDamping, ValueRange::Positive),
         ]
     });
-    let contact = common::coupled(f);
+    let contact = shared_keys::read_coupling_contact(f);
     if contact.stiffness.is_some_and(|k| k < 0.0)
-        && matches!(contact.loss, Loss::Ratio(_) | Loss::Factor(_))
+        && matches!(
+            contact.damping,
+            BranchDamping::Ratio(_) | BranchDamping::Factor(_)
+        )
     {
         let key = if f.has("damping_ratio") {
             "damping_ratio"
@@ -108,12 +119,12 @@ pub fn coupling(f: &mut Fields) -> Coupling {
             "loss_factor"
         };
         let message = format!("`{key}` has no meaning beside a negative stiffness");
-        f.refuse_key(Code::Conflict, key, message, "give `c` instead");
+        f.report_key(Code::Conflict, key, message, "give `c` instead");
     }
     Coupling {
         name,
         between,
-        contact,
+        parameters: contact,
         maxwell,
     }
 }

@@ -1,69 +1,75 @@
 //! `[[bearing]]`, `[[damper]]`, `[speed]` and `[damping]`.
 
-use super::common;
 use super::friction;
-use super::laws::Losses;
-use super::model::{Axis, Bearing, Damper, GlobalDamping, Loss, MeanSpeed, Name};
+use super::laws::ContactDamping;
+use super::model::{Axis, Bearing, BranchDamping, Damper, GlobalDamping, MeanSpeed, Name};
+use super::shared_keys;
 use crate::base::code::Code;
-use crate::base::fields::Fields;
-use crate::base::kind::Kind;
-use crate::base::notes::Range;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::TableReader;
 use crate::base::toml::Value;
 
 /// A bearing: any terms of a stiffness and a damping matrix.
-pub fn bearing(f: &mut Fields) -> Bearing {
-    let name = common::name(f);
-    let between = common::ends_or_at(f);
-    let stiffness = terms(f, "k", stiffness_kind);
-    let damping = terms(f, "c", damping_kind);
-    let loss = loss(f, &stiffness);
-    let any = f.has_any("k_") || f.has_any("c_") || f.has_any("friction");
+pub fn bearing(f: &mut TableReader) -> Bearing {
+    let name = shared_keys::name(f);
+    let between = shared_keys::read_ends_or_node(f);
+    let stiffness = read_matrix_terms(f, "k", stiffness_kind);
+    let damping = read_matrix_terms(f, "c", damping_kind);
+    let branch_damping = loss(f, &stiffness);
+    let any = f.has_prefix("k_") || f.has_prefix("c_") || f.has_prefix("friction");
     if !any {
-        f.missing("k_radial", " nor any other stiffness, damping or friction");
+        f.report_missing("k_radial", " nor any other stiffness, damping or friction");
     }
-    let friction = friction::of_bearing(f);
+    let friction = friction::read_bearing_friction(f);
     Bearing {
         name,
         between,
         stiffness,
         damping,
-        loss,
+        branch_damping,
         friction,
     }
 }
 
 /// A ratio or a factor for every term of the stiffness; its dampers are terms of their own.
-fn loss(f: &mut Fields, stiffness: &[(Axis, Axis, f64)]) -> Loss {
-    let ratio = f.optional_number("damping_ratio", Range::NotNegative);
-    let factor = f.optional_number("loss_factor", Range::NotNegative);
+fn loss(f: &mut TableReader, stiffness: &[(Axis, Axis, f64)]) -> BranchDamping {
+    let ratio = f.optional_number("damping_ratio", ValueRange::NotNegative);
+    let factor = f.optional_number("loss_factor", ValueRange::NotNegative);
     f.exclusive("damping_ratio", "loss_factor");
     for key in ["damping_ratio", "loss_factor"] {
-        if f.has(key) && f.has_any("c_") {
+        if f.has(key) && f.has_prefix("c_") {
             let message = format!("`{key}` and a damper `c_…` are both losses of the bearing");
-            f.refuse_key(Code::Conflict, key, message, "give one of them");
+            f.report_key(Code::Conflict, key, message, "give one of them");
         } else if f.has(key) && stiffness.iter().any(|(row, column, _)| row != column) {
             let message = format!("`{key}` is of springs along the axes, and cross terms are none");
-            f.refuse_key(Code::Conflict, key, message, "give dampers `c_…` instead");
-        } else if f.has(key) && !f.has_any("k_") {
-            f.missing(
+            f.report_key(Code::Conflict, key, message, "give dampers `c_…` instead");
+        } else if f.has(key) && !f.has_prefix("k_") {
+            f.report_missing(
                 "k_radial",
                 &format!(" nor any other stiffness, and `{key}` is of it"),
             );
         }
     }
-    let ratio = ratio.map(Loss::Ratio);
-    ratio.or(factor.map(Loss::Factor)).unwrap_or_default()
+    let ratio = ratio.map(BranchDamping::Ratio);
+    ratio
+        .or(factor.map(BranchDamping::Factor))
+        .unwrap_or_default()
 }
 
 /// The terms whose keys start with `letter`; `radial` and `tilt` stand for two each.
-fn terms(f: &mut Fields, letter: &str, kind: fn(Axis, Axis) -> Kind) -> Vec<(Axis, Axis, f64)> {
+fn read_matrix_terms(
+    f: &mut TableReader,
+    letter: &str,
+    kind: fn(Axis, Axis) -> QuantityKind,
+) -> Vec<(Axis, Axis, f64)> {
     let mut terms = Vec::new();
     for (word, axes) in [
         ("radial", [Axis::X, Axis::Y]),
         ("tilt", [Axis::TiltX, Axis::TiltY]),
     ] {
         let both = format!("{letter}_{word}");
-        let value = f.optional_quantity(&both, kind(axes[0], axes[0]), Range::Any);
+        let value = f.optional_quantity(&both, kind(axes[0], axes[0]), ValueRange::Any);
         terms.extend(value.iter().flat_map(|v| axes.map(|axis| (axis, axis, *v))));
         for axis in axes {
             f.exclusive(&both, &format!("{letter}_{}", axis.name()));
@@ -76,47 +82,47 @@ fn terms(f: &mut Fields, letter: &str, kind: fn(Axis, Axis) -> Kind) -> Vec<(Axi
             } else {
                 format!("{letter}_{}_{}", row.name(), column.name())
             };
-            let value = f.optional_quantity(&key, kind(row, column), Range::Any);
+            let value = f.optional_quantity(&key, kind(row, column), ValueRange::Any);
             terms.extend(value.map(|v| (row, column, v)));
         }
     }
     terms
 }
 
-fn stiffness_kind(row: Axis, column: Axis) -> Kind {
-    match (row.turns(), column.turns()) {
-        (false, false) => Kind::Stiffness,
-        (false, true) => Kind::ForcePerAngle,
-        (true, false) => Kind::TorquePerLength,
-        (true, true) => Kind::TorsionalStiffness,
+fn stiffness_kind(row: Axis, column: Axis) -> QuantityKind {
+    match (row.is_rotation(), column.is_rotation()) {
+        (false, false) => QuantityKind::Stiffness,
+        (false, true) => QuantityKind::ForcePerAngle,
+        (true, false) => QuantityKind::TorquePerLength,
+        (true, true) => QuantityKind::TorsionalStiffness,
     }
 }
 
-fn damping_kind(row: Axis, column: Axis) -> Kind {
-    match (row.turns(), column.turns()) {
-        (false, false) => Kind::Damping,
-        (false, true) => Kind::ForceRatePerAngle,
-        (true, false) => Kind::TorqueRatePerLength,
-        (true, true) => Kind::TorsionalDamping,
+fn damping_kind(row: Axis, column: Axis) -> QuantityKind {
+    match (row.is_rotation(), column.is_rotation()) {
+        (false, false) => QuantityKind::Damping,
+        (false, true) => QuantityKind::ForceRatePerAngle,
+        (true, false) => QuantityKind::TorqueRatePerLength,
+        (true, true) => QuantityKind::TorsionalDamping,
     }
 }
 
 /// A damper on rotation.
-pub fn damper(f: &mut Fields) -> Damper {
+pub fn damper(f: &mut TableReader) -> Damper {
     Damper {
-        name: common::name(f),
-        between: common::ends_or_at(f),
-        coefficient: f.quantity("c", Kind::TorsionalDamping, Range::NotNegative),
+        name: shared_keys::name(f),
+        between: shared_keys::read_ends_or_node(f),
+        coefficient: f.quantity("c", QuantityKind::TorsionalDamping, ValueRange::NotNegative),
     }
 }
 
 /// Mean speeds, whose keys are nodes.
-pub fn speeds(f: &mut Fields) -> Vec<MeanSpeed> {
+pub fn speeds(f: &mut TableReader) -> Vec<MeanSpeed> {
     let mut speeds = Vec::new();
-    for (entry, speed) in f.every_quantity(Kind::Speed, Range::Any) {
+    for (entry, speed) in f.all_quantities(QuantityKind::Speed, ValueRange::Any) {
         if entry.key == "ground" {
             let hint = "name a node that turns";
-            f.refuse(
+            f.report(
                 Code::Conflict,
                 "`ground` does not turn",
                 &entry.key_place,
@@ -126,7 +132,7 @@ pub fn speeds(f: &mut Fields) -> Vec<MeanSpeed> {
         }
         let at = Name {
             text: entry.key.clone(),
-            place: entry.key_place.clone(),
+            span: entry.key_place.clone(),
         };
         speeds.push(MeanSpeed { at, speed });
     }
@@ -134,9 +140,17 @@ pub fn speeds(f: &mut Fields) -> Vec<MeanSpeed> {
 }
 
 /// Damping of the whole machine.
-pub fn damping(f: &mut Fields) -> GlobalDamping {
-    let mass = f.optional_quantity("rayleigh_mass", Kind::PerSecond, Range::NotNegative);
-    let stiffness = f.optional_quantity("rayleigh_stiffness", Kind::Time, Range::NotNegative);
+pub fn damping(f: &mut TableReader) -> GlobalDamping {
+    let mass = f.optional_quantity(
+        "rayleigh_mass",
+        QuantityKind::PerSecond,
+        ValueRange::NotNegative,
+    );
+    let stiffness = f.optional_quantity(
+        "rayleigh_stiffness",
+        QuantityKind::Time,
+        ValueRange::NotNegative,
+    );
     let modal = match f.item(
         "modal",
         "a ratio, or a list of ratios in rising order of modes",
@@ -145,16 +159,16 @@ pub fn damping(f: &mut Fields) -> GlobalDamping {
         Some(item) => match &item.value {
             Value::List(list) => list
                 .iter()
-                .filter_map(|item| f.number_of("modal", item, Range::NotNegative))
+                .filter_map(|item| f.number_of("modal", item, ValueRange::NotNegative))
                 .collect(),
-            _ => Vec::from_iter(f.number_of("modal", item, Range::NotNegative)),
+            _ => Vec::from_iter(f.number_of("modal", item, ValueRange::NotNegative)),
         },
     };
     GlobalDamping {
         mass: mass.unwrap_or(0.0),
         stiffness: stiffness.unwrap_or(0.0),
         modal,
-        contacts: f.choice("contacts", Losses::WORDS),
-        place: Some(f.place.clone()),
+        contacts: f.choice("contacts", ContactDamping::WORDS),
+        span: Some(f.span.clone()),
     }
 }

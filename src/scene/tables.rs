@@ -1,10 +1,14 @@
-//! Tables of a file by their headers.
+//! Reads one `[table]` or every `[[table]]` under a key.
 
-use crate::base::fields::Fields;
+use crate::base::table_reader::TableReader;
 use crate::base::toml::{Item, Table, Value};
 
 /// Every table under `[[key]]`.
-pub fn each<T>(f: &mut Fields, key: &str, read: impl Fn(&mut Fields) -> T) -> Vec<T> {
+pub fn read_tables<T>(
+    f: &mut TableReader,
+    key: &str,
+    read: impl Fn(&mut TableReader) -> T,
+) -> Vec<T> {
     let takes = format!("tables: write [[{key}]] above each");
     let Some(item) = f.item(key, takes.as_str()) else {
         return Vec::new();
@@ -26,7 +30,7 @@ pub fn each<T>(f: &mut Fields, key: &str, read: impl Fn(&mut Fields) -> T) -> Ve
 }
 
 /// The one table under `[key]`.
-pub fn one<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Option<T> {
+pub fn read_table<T>(f: &mut TableReader, key: &str, read: fn(&mut TableReader) -> T) -> Option<T> {
     let takes = format!("one table: write [{key}] above it");
     let item = f.item(key, takes.as_str())?;
     match &item.value {
@@ -36,14 +40,14 @@ pub fn one<T>(f: &mut Fields, key: &str, read: fn(&mut Fields) -> T) -> Option<T
 }
 
 fn inner<T>(
-    f: &mut Fields,
+    f: &mut TableReader,
     table: &Table,
     item: &Item,
     header: &str,
-    read: impl Fn(&mut Fields) -> T,
+    read: impl Fn(&mut TableReader) -> T,
 ) -> T {
-    let mut fields = Fields::new(table, item.place.clone(), header, f.notes);
-    let value = read(&mut fields);
-    fields.ends();
+    let mut reader = TableReader::new(table, item.span.clone(), header, f.errors);
+    let value = read(&mut reader);
+    reader.finish();
     value
 }

@@ -1,18 +1,18 @@
-//! One band of a signal by the transform of all of it: `z(t) = Σ_{low ≤ f_k ≤ high} 2 X_k/n e^{2πi f_k t}`, without the lines outside.
+//! Band-pass, analytic signal and zoom by one transform of a record: `z(t) = Σ 2 X_k/n e^{2πi f_k t}`.
 //!
 //! The analytic signal after D. Gabor, Theory of communication, J. IEE 93 (1946), 429–457; by discrete transforms after
 //! S. L. Marple, IEEE Trans. Signal Processing 47 (1999), 2600–2603. The edges of the band are sharp and the slice is taken as one period of a
 //! periodic signal: a jump between its ends rings near both, over a few times `1/(high − low)`.
 
-use super::samples::{check, check_positive};
+use super::validation::{check_positive, check_samples};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
-use crate::numeric::fft::{ComplexFft, RealFft, quick_length};
+use crate::numeric::fft::{ComplexFft, RealFft, next_fast_len};
 
 /// A band of frequencies, Hz.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Band {
+pub struct FrequencyBand {
     /// Lower edge, kept.
     pub low_hz: f64,
     /// Upper edge, kept.
@@ -21,7 +21,7 @@ pub struct Band {
 
 /// A band moved down to zero frequency: the signal is `Re z e^{2πi f₀ t}`.
 #[derive(Debug, Clone)]
-pub struct BaseBand {
+pub struct BasebandSignal {
     /// Frequency that became zero, `f₀`, Hz.
     pub origin_hz: f64,
     /// Samples a second of `values`, Hz.
@@ -31,13 +31,17 @@ pub struct BaseBand {
 }
 
 /// The lines of the analytic signal from `first` on: twice those of the signal, the first (zero) and last (half the rate) once.
-struct Lines {
+struct AnalyticSpectrum {
     first: usize,
     values: Vec<Complex>,
 }
 
-fn lines(samples: &[f64], rate_hz: f64, band: Option<Band>) -> Result<Lines, Error> {
-    check(samples, 2)?;
+fn analytic_spectrum(
+    samples: &[f64],
+    rate_hz: f64,
+    band: Option<FrequencyBand>,
+) -> Result<AnalyticSpectrum, Error> {
+    check_samples(samples, 2)?;
     check_positive(rate_hz, "the sample rate, Hz,")?;
     let n = samples.len();
     let mut fft = RealFft::new(n);
@@ -51,8 +55,8 @@ fn lines(samples: &[f64], rate_hz: f64, band: Option<Band>) -> Result<Lines, Err
             2.0 * scale
         };
     }
-    let Some(Band { low_hz, high_hz }) = band else {
-        return Ok(Lines {
+    let Some(FrequencyBand { low_hz, high_hz }) = band else {
+        return Ok(AnalyticSpectrum {
             first: 0,
             values: spectrum,
         });
@@ -63,7 +67,7 @@ fn lines(samples: &[f64], rate_hz: f64, band: Option<Band>) -> Result<Lines, Err
             Code::OutOfRange,
             format!("the band from {low_hz} to {high_hz} Hz holds nothing of a signal sampled at {rate_hz} Hz"),
         )
-        .hint("both edges between 0 and half the rate, the lower one first"));
+        .with_hint("both edges between 0 and half the rate, the lower one first"));
     }
     let first = (low_hz / step).ceil() as usize;
     let last = ((high_hz / step).floor() as usize).min(spectrum.len() - 1);
@@ -72,9 +76,9 @@ fn lines(samples: &[f64], rate_hz: f64, band: Option<Band>) -> Result<Lines, Err
             Code::TooShort,
             format!("no line of a spectrum with {step} Hz between lines falls into {low_hz} to {high_hz} Hz"),
         )
-        .hint("a wider band, or a longer record"));
+        .with_hint("a wider band, or a longer record"));
     }
-    Ok(Lines {
+    Ok(AnalyticSpectrum {
         first,
         values: spectrum[first..=last].to_vec(),
     })
@@ -84,11 +88,16 @@ fn lines(samples: &[f64], rate_hz: f64, band: Option<Band>) -> Result<Lines, Err
 ///
 /// # Errors
 /// Fewer than two samples, samples that are not finite, a band that holds no line.
-pub fn analytic(samples: &[f64], rate_hz: f64, band: Option<Band>) -> Result<Vec<Complex>, Error> {
-    let lines = lines(samples, rate_hz, band)?;
+pub fn analytic_signal(
+    samples: &[f64],
+    rate_hz: f64,
+    band: Option<FrequencyBand>,
+) -> Result<Vec<Complex>, Error> {
+    let spectrum = analytic_spectrum(samples, rate_hz, band)?;
     let n = samples.len();
     let mut values = vec![Complex::new(0.0, 0.0); n];
-    values[lines.first..lines.first + lines.values.len()].copy_from_slice(&lines.values);
+    values[spectrum.first..spectrum.first + spectrum.values.len()]
+        .copy_from_slice(&spectrum.values);
     synthesise(&mut values);
     Ok(values)
 }
@@ -96,25 +105,29 @@ pub fn analytic(samples: &[f64], rate_hz: f64, band: Option<Band>) -> Result<Vec
 /// The signal without anything outside the band.
 ///
 /// # Errors
-/// As [`analytic`].
-pub fn band_pass(samples: &[f64], rate_hz: f64, band: Band) -> Result<Vec<f64>, Error> {
-    let values = analytic(samples, rate_hz, Some(band))?;
+/// As [`analytic_signal`].
+pub fn band_pass(samples: &[f64], rate_hz: f64, band: FrequencyBand) -> Result<Vec<f64>, Error> {
+    let values = analytic_signal(samples, rate_hz, Some(band))?;
     Ok(values.iter().map(|z| z.re).collect())
 }
 
 /// The band alone, at the lowest rate (a little above twice its width) at which also the square of its envelope has no aliases.
 ///
 /// # Errors
-/// As [`analytic`].
-pub fn base_band(samples: &[f64], rate_hz: f64, band: Band) -> Result<BaseBand, Error> {
-    let lines = lines(samples, rate_hz, Some(band))?;
+/// As [`analytic_signal`].
+pub fn baseband(
+    samples: &[f64],
+    rate_hz: f64,
+    band: FrequencyBand,
+) -> Result<BasebandSignal, Error> {
+    let spectrum = analytic_spectrum(samples, rate_hz, Some(band))?;
     let n = samples.len() as f64;
-    let m = quick_length(2 * lines.values.len());
-    let mut values = lines.values;
+    let m = next_fast_len(2 * spectrum.values.len());
+    let mut values = spectrum.values;
     values.resize(m, Complex::new(0.0, 0.0));
     synthesise(&mut values);
-    Ok(BaseBand {
-        origin_hz: lines.first as f64 * rate_hz / n,
+    Ok(BasebandSignal {
+        origin_hz: spectrum.first as f64 * rate_hz / n,
         rate_hz: rate_hz * m as f64 / n,
         values,
     })

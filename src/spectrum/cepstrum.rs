@@ -1,17 +1,17 @@
-//! Cepstra: `c(τ) = F⁻¹{ln |X|}`, in which families of lines (harmonics, sidebands) and echoes become single peaks.
+//! Real cepstrum `c(τ) = F⁻¹{ln \
 //!
 //! A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, 3rd ed. (2010), chapter 13; the power cepstrum and its words
 //! (quefrency, rahmonic, lifter) after B. P. Bogert, M. J. R. Healy, J. W. Tukey (1963); editing with the phase kept after
 //! R. B. Randall, N. Sawalhi, A new method for separating discrete components from a signal, Sound and Vibration 45 (2011), no. 5, 6–9.
 
-use super::samples::{check, check_positive};
+use super::validation::{check_positive, check_samples};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 
 /// Lines of a power spectrum this far below the strongest are rounding, and are taken to lie here: their logarithm means nothing.
-const FLOOR: f64 = 1e-30;
+const LOG_FLOOR: f64 = 1e-30;
 
 /// The real cepstrum of a slice, for quefrencies from zero to half its length.
 #[derive(Debug, Clone)]
@@ -23,7 +23,7 @@ pub struct Cepstrum {
 }
 
 /// Lines next to 0 Hz that a mean taken off and a window leave, in an averaged spectrum.
-const NEAR_ZERO: usize = 3;
+const DC_LINES: usize = 3;
 
 /// A peak and its multiples.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,15 +57,15 @@ impl Cepstrum {
     ///
     /// # Errors
     /// Fewer than eight samples a block, a density that does not belong to them or is zero.
-    pub fn of_density(density: &[f64], samples: usize, rate_hz: f64) -> Result<Cepstrum, Error> {
+    pub fn from_psd(density: &[f64], samples: usize, rate_hz: f64) -> Result<Cepstrum, Error> {
         check_positive(rate_hz, "the sample rate, Hz,")?;
         if samples < 8 || density.len() != samples / 2 + 1 {
             let message = format!("{} lines of blocks of {samples} samples", density.len());
-            return Err(Error::new(Code::TooShort, message).hint("take longer blocks"));
+            return Err(Error::new(Code::TooShort, message).with_hint("take longer blocks"));
         }
-        let inner = density[NEAR_ZERO];
+        let inner = density[DC_LINES];
         let amplitude = |(k, s): (usize, &f64)| {
-            let density = if k < NEAR_ZERO { inner } else { *s };
+            let density = if k < DC_LINES { inner } else { *s };
             // The last line of an even number of samples stands alone, the others for two.
             let once = if 2 * k == samples { 1.0 } else { 0.5 };
             Complex::new((once * density).sqrt(), 0.0)
@@ -82,9 +82,9 @@ impl Cepstrum {
     }
 
     /// How high noise stands about a quefrency, neper: its standard deviation by the median of the sizes from half of it to twice it.
-    pub fn noise(&self, quefrency_s: f64) -> f64 {
+    pub fn noise_std(&self, quefrency_s: f64) -> f64 {
         /// The median of |x| over the standard deviation, of the normal distribution.
-        const MEDIAN: f64 = 0.674_489_750_196_081_7;
+        const MEDIAN_TO_STD: f64 = 0.674_489_750_196_081_7;
         let at = |part: f64| (part * quefrency_s / self.step_s).round() as usize;
         let end = self.real.len();
         let near = &self.real[at(0.5).min(end)..(at(2.0) + 1).min(end)];
@@ -92,7 +92,7 @@ impl Cepstrum {
         let middle = sizes.len() / 2;
         match sizes.is_empty() {
             true => 0.0,
-            false => *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN,
+            false => *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN_TO_STD,
         }
     }
 
@@ -120,7 +120,7 @@ impl Cepstrum {
                 .max_by(|&a, &b| c[a].total_cmp(&c[b]))
         };
         let low = (low_s / self.step_s).ceil().max(1.0) as usize;
-        let mut first = vertex(c, peak(low, (high_s / self.step_s).floor() as usize)?);
+        let mut first = parabola_vertex(c, peak(low, (high_s / self.step_s).floor() as usize)?);
         let mut height = vec![first.1];
         for k in 2..=number {
             let expected = first.0 * k as f64;
@@ -130,7 +130,7 @@ impl Cepstrum {
                 (expected + reach).round() as usize,
             );
             let Some(at) = found else { break };
-            let (place, top) = vertex(c, at);
+            let (place, top) = parabola_vertex(c, at);
             first.0 = place / k as f64;
             height.push(top);
         }
@@ -167,7 +167,7 @@ pub fn lifter(samples: &[f64], rate_hz: f64, keep: impl Fn(f64) -> f64) -> Resul
 }
 
 fn transform(samples: &[f64]) -> Result<(RealFft, Vec<Complex>), Error> {
-    check(samples, 4)?;
+    check_samples(samples, 4)?;
     let mut fft = RealFft::new(samples.len());
     let mut spectrum = vec![Complex::new(0.0, 0.0); fft.lines()];
     fft.forward(&mut samples.to_vec(), &mut spectrum);
@@ -183,12 +183,12 @@ fn log_amplitude(spectrum: &[Complex]) -> Result<Vec<Complex>, Error> {
             "the signal is zero throughout, and zero has no logarithm",
         ));
     }
-    let log = |z: &Complex| 0.5 * z.norm_sqr().max(FLOOR * strongest).ln();
+    let log = |z: &Complex| 0.5 * z.norm_sqr().max(LOG_FLOOR * strongest).ln();
     Ok(spectrum.iter().map(|z| Complex::new(log(z), 0.0)).collect())
 }
 
 /// Place and height of the parabola through a peak and its neighbours.
-fn vertex(c: &[f64], at: usize) -> (f64, f64) {
+fn parabola_vertex(c: &[f64], at: usize) -> (f64, f64) {
     let (before, here, after) = (c[at - 1], c[at], c[at + 1]);
     let bend = before - 2.0 * here + after;
     if bend >= 0.0 {
@@ -253,12 +253,12 @@ mod tests {
                 density[n / 2] *= 0.5;
             }
             density[0] = 0.0;
-            let found = Cepstrum::of_density(&density, n, 1000.0).unwrap();
+            let found = Cepstrum::from_psd(&density, n, 1000.0).unwrap();
             assert!((found.real[40] - 0.15).abs() < 1e-3, "{}", found.real[40]);
             let rest = (10..n / 2).filter(|j| *j != 40);
             assert!(rest.map(|j| found.real[j].abs()).fold(0.0, f64::max) < 1e-3);
         }
-        assert!(Cepstrum::of_density(&[1.0; 4], 9, 1.0).is_err());
+        assert!(Cepstrum::from_psd(&[1.0; 4], 9, 1.0).is_err());
     }
 
     #[test]

@@ -1,30 +1,30 @@
-//! Decimation: `y_j = Σ_i h_i x_{jM+i}`, `|i| ≤ m`, a linear-phase low-pass and every M-th value of it, without delay.
+//! Decimation without delay by linear-phase FIR stages: `y_j = Σ_i h_i x_{jM+i}`, `\
 //!
 //! Large factors fall into stages, each of which need only keep its aliases out of the final pass band (Crochiere & Rabiner,
 //! Multirate Digital Signal Processing (1983), chapter 5), so that the first stages are short filters.
 
-use super::lowpass::low_pass;
-use super::samples::check_count;
+use super::kaiser_fir::low_pass;
+use super::validation::check_count;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::slices::dot;
+use crate::numeric::vector_ops::dot;
 
 /// A stage divides by no more than this where the factor allows; above it one stage costs more than two.
-const LARGEST_STAGE: usize = 8;
+const MAX_STAGE_FACTOR: usize = 8;
 
 /// What the filter keeps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DecimationSettings {
+pub struct DecimationOptions {
     /// Edge of the pass band over half the new rate, `0 < pass < 1`; from half the new rate on everything is stopped.
     pub pass: f64,
     /// Stop-band attenuation, dB; the pass-band ripple is `10^(−attenuation/20)`, over all stages.
     pub attenuation_db: f64,
 }
 
-impl Default for DecimationSettings {
+impl Default for DecimationOptions {
     /// Flat to 10⁻⁴ up to 0.8 of half the new rate, aliases 80 dB down: below the noise of most logs.
     fn default() -> Self {
-        DecimationSettings {
+        DecimationOptions {
             pass: 0.8,
             attenuation_db: 80.0,
         }
@@ -33,17 +33,17 @@ impl Default for DecimationSettings {
 
 /// One filter and its memory.
 #[derive(Debug, Clone)]
-struct Stage {
+struct FilterStage {
     factor: usize,
     weights: Vec<f64>,
     /// Inputs still needed; the next output takes `weights.len()` of them from `next`.
-    held: Vec<f64>,
+    history: Vec<f64>,
     next: usize,
     started: bool,
     last: f64,
 }
 
-impl Stage {
+impl FilterStage {
     fn half(&self) -> usize {
         self.weights.len() / 2
     }
@@ -55,17 +55,17 @@ impl Stage {
         };
         if !self.started {
             self.started = true;
-            self.held.resize(self.half(), first);
+            self.history.resize(self.half(), first);
         }
         self.last = last;
-        self.held.extend_from_slice(samples);
+        self.history.extend_from_slice(samples);
         let n = self.weights.len();
-        while self.next + n <= self.held.len() {
-            out.push(dot(&self.weights, &self.held[self.next..self.next + n]));
+        while self.next + n <= self.history.len() {
+            out.push(dot(&self.weights, &self.history[self.next..self.next + n]));
             self.next += self.factor;
         }
-        let done = self.next.min(self.held.len());
-        self.held.drain(..done);
+        let done = self.next.min(self.history.len());
+        self.history.drain(..done);
         self.next -= done;
     }
 
@@ -81,9 +81,9 @@ impl Stage {
 #[derive(Debug, Clone)]
 pub struct Decimator {
     factor: usize,
-    stages: Vec<Stage>,
-    between: Vec<f64>,
-    within: Vec<f64>,
+    stages: Vec<FilterStage>,
+    stage_buffer: Vec<f64>,
+    block_buffer: Vec<f64>,
 }
 
 impl Decimator {
@@ -91,7 +91,7 @@ impl Decimator {
     ///
     /// # Errors
     /// A factor of zero, a pass band or an attenuation that cannot be had.
-    pub fn new(factor: usize, settings: DecimationSettings) -> Result<Decimator, Error> {
+    pub fn new(factor: usize, settings: DecimationOptions) -> Result<Decimator, Error> {
         check_count(factor, 1, "the factor of decimation")?;
         if !(settings.pass > 0.0 && settings.pass < 1.0) {
             return Err(Error::new(
@@ -102,7 +102,7 @@ impl Decimator {
                 ),
             ));
         }
-        let factors = stages_of(factor);
+        let factors = stage_factors(factor);
         // ripples of the stages add up at worst
         let db = settings.attenuation_db + 20.0 * (factors.len().max(1) as f64).log10();
         let mut stages = Vec::new();
@@ -111,10 +111,10 @@ impl Decimator {
             let pass = 0.5 * settings.pass / rest as f64;
             // what this stage folds must not reach below the end of the final band
             let stop = (rest / factor) as f64 / rest as f64 - 0.5 / rest as f64;
-            stages.push(Stage {
+            stages.push(FilterStage {
                 factor,
                 weights: low_pass(pass, stop, db)?,
-                held: Vec::new(),
+                history: Vec::new(),
                 next: 0,
                 started: false,
                 last: 0.0,
@@ -124,13 +124,13 @@ impl Decimator {
         Ok(Decimator {
             factor,
             stages,
-            between: Vec::new(),
-            within: Vec::new(),
+            stage_buffer: Vec::new(),
+            block_buffer: Vec::new(),
         })
     }
 
     /// How many outputs at each end feel that the signal is taken to stand still beyond its ends.
-    pub fn settling(&self) -> usize {
+    pub fn transient_len(&self) -> usize {
         let mut spacing = 1;
         let mut reach = 0;
         for stage in &self.stages {
@@ -147,14 +147,14 @@ impl Decimator {
 
     /// Samples through the stages from `first` on.
     fn run(&mut self, first: usize, samples: &[f64], out: &mut Vec<f64>) {
-        self.between.clear();
-        self.between.extend_from_slice(samples);
+        self.stage_buffer.clear();
+        self.stage_buffer.extend_from_slice(samples);
         for stage in &mut self.stages[first..] {
-            self.within.clear();
-            stage.push(&self.between, &mut self.within);
-            std::mem::swap(&mut self.between, &mut self.within);
+            self.block_buffer.clear();
+            stage.push(&self.stage_buffer, &mut self.block_buffer);
+            std::mem::swap(&mut self.stage_buffer, &mut self.block_buffer);
         }
-        out.extend_from_slice(&self.between);
+        out.extend_from_slice(&self.stage_buffer);
     }
 
     /// Appends the outputs at the end: `n` samples give `⌈n/factor⌉`, the first at the first sample.
@@ -174,7 +174,7 @@ impl Decimator {
 pub fn decimate(
     samples: &[f64],
     factor: usize,
-    settings: DecimationSettings,
+    settings: DecimationOptions,
 ) -> Result<Vec<f64>, Error> {
     const BLOCK: usize = 1 << 14; // stays in the cache between the stages
     let mut decimator = Decimator::new(factor, settings)?;
@@ -187,7 +187,7 @@ pub fn decimate(
 }
 
 /// The factors of the stages, the largest first: prime factors, multiplied together while they stay small.
-fn stages_of(factor: usize) -> Vec<usize> {
+fn stage_factors(factor: usize) -> Vec<usize> {
     let mut primes = Vec::new();
     let mut rest = factor;
     let mut prime = 2;
@@ -203,7 +203,7 @@ fn stages_of(factor: usize) -> Vec<usize> {
     }
     let mut stages: Vec<usize> = Vec::new();
     for prime in primes.into_iter().rev() {
-        match stages.iter_mut().find(|s| **s * prime <= LARGEST_STAGE) {
+        match stages.iter_mut().find(|s| **s * prime <= MAX_STAGE_FACTOR) {
             Some(stage) => *stage *= prime,
             None => stages.push(prime),
         }
@@ -218,11 +218,11 @@ mod tests {
 
     #[test]
     fn exact_stages() {
-        assert_eq!(stages_of(1), Vec::<usize>::new());
-        assert_eq!(stages_of(8), [8]);
-        assert_eq!(stages_of(13), [13]);
+        assert_eq!(stage_factors(1), Vec::<usize>::new());
+        assert_eq!(stage_factors(8), [8]);
+        assert_eq!(stage_factors(13), [13]);
         for factor in 1..2000 {
-            assert_eq!(stages_of(factor).iter().product::<usize>(), factor);
+            assert_eq!(stage_factors(factor).iter().product::<usize>(), factor);
         }
     }
 
@@ -232,10 +232,10 @@ mod tests {
         let mut rng = fastrand::Rng::with_seed(4);
         let x: Vec<f64> = (0..5003).map(|_| rng.f64() - 0.5).collect();
         for factor in [1, 2, 7, 10, 60, 128] {
-            let whole = decimate(&x, factor, DecimationSettings::default()).unwrap();
+            let whole = decimate(&x, factor, DecimationOptions::default()).unwrap();
             assert_eq!(whole.len(), x.len().div_ceil(factor));
             let mut parts = Vec::new();
-            let mut decimator = Decimator::new(factor, DecimationSettings::default()).unwrap();
+            let mut decimator = Decimator::new(factor, DecimationOptions::default()).unwrap();
             let mut at = 0;
             while at < x.len() {
                 let to = (at + rng.usize(0..300)).min(x.len());
@@ -254,14 +254,14 @@ mod tests {
 
     #[test]
     fn refuses_nonsense() {
-        assert!(Decimator::new(0, DecimationSettings::default()).is_err());
-        let wide = DecimationSettings {
+        assert!(Decimator::new(0, DecimationOptions::default()).is_err());
+        let wide = DecimationOptions {
             pass: 1.0,
-            ..DecimationSettings::default()
+            ..DecimationOptions::default()
         };
         assert_eq!(Decimator::new(4, wide).unwrap_err().code, Code::OutOfRange);
         assert!(
-            decimate(&[], 3, DecimationSettings::default())
+            decimate(&[], 3, DecimationOptions::default())
                 .unwrap()
                 .is_empty()
         );

@@ -1,10 +1,10 @@
-//! Envelope `|z(t)|` of a band and the lines of its square: what repeats as bursts, such as bearing faults, in the band they ring in.
+//! Envelope `\
 //!
 //! R. B. Randall, J. Antoni, Rolling element bearing diagnostics – a tutorial, Mech. Syst. Signal Process. 25 (2011), 485–520:
 //! the square of the envelope, since it has no lines beyond the width of the band and therefore no aliases.
 
-use super::band::{Band, analytic, base_band};
-use super::samples::mean;
+use super::band::{FrequencyBand, analytic_signal, baseband};
+use super::validation::mean;
 use super::window::Window;
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -27,8 +27,12 @@ pub struct EnvelopeSpectrum {
 ///
 /// # Errors
 /// Fewer than two samples, samples that are not finite, a band that holds no line.
-pub fn envelope(samples: &[f64], rate_hz: f64, band: Option<Band>) -> Result<Vec<f64>, Error> {
-    let values = analytic(samples, rate_hz, band)?;
+pub fn envelope(
+    samples: &[f64],
+    rate_hz: f64,
+    band: Option<FrequencyBand>,
+) -> Result<Vec<f64>, Error> {
+    let values = analytic_signal(samples, rate_hz, band)?;
     Ok(values.iter().map(|z| z.norm()).collect())
 }
 
@@ -39,9 +43,9 @@ pub fn envelope(samples: &[f64], rate_hz: f64, band: Option<Band>) -> Result<Vec
 pub fn squared_envelope_spectrum(
     samples: &[f64],
     rate_hz: f64,
-    band: Band,
+    band: FrequencyBand,
 ) -> Result<EnvelopeSpectrum, Error> {
-    let base = base_band(samples, rate_hz, band)?;
+    let base = baseband(samples, rate_hz, band)?;
     let mut square: Vec<f64> = base.values.iter().map(|z| z.norm_sqr()).collect();
     let n = square.len();
     let mean = mean(&square);
@@ -80,7 +84,7 @@ mod tests {
                 modulation(j) * (TAU * 200.0 * t + 0.3).cos() + 5.0 * (TAU * 50.0 * t).sin()
             })
             .collect();
-        let band = Band {
+        let band = FrequencyBand {
             low_hz: 150.0,
             high_hz: 250.0,
         };
@@ -103,7 +107,7 @@ mod tests {
     #[test]
     fn refuses_no_band_and_no_number() {
         let x = [1.0, -1.0, 1.0, -1.0];
-        let band = |low_hz, high_hz| Some(Band { low_hz, high_hz });
+        let band = |low_hz, high_hz| Some(FrequencyBand { low_hz, high_hz });
         assert_eq!(
             envelope(&x, 10.0, band(3.0, 1.0)).unwrap_err().code,
             Code::OutOfRange

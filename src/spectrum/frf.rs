@@ -1,21 +1,21 @@
-//! Frequency responses of `Y = Σ H_j X_j + N` from averaged spectra, line by line, with coherence and random error.
+//! FRF estimators H1, H2, Hv for `Y = Σ H_j X_j + N` from averaged spectra; coherence, random error.
 //!
 //! Bendat & Piersol, Random Data, 4th ed. (2010), chapters 6, 7 and 9; Hv: Rocklin, Crowley & Vold, A comparison of H1, H2, and Hv
 //! frequency response functions, Proc. 3rd IMAC (1985), pp. 272–278.
 //! With `S_ij = E[X_i* X_j]`, `C = S⁻¹`, `s_j = E[X_j* Y]` and q inputs over n independent averages:
 //!
-//! - H1 (noise on the output): `H = C s`. The residual `S_yy − sᴴ C s` estimates the noise with `n − q` freedoms, so that
-//!   `E|ΔH_j|² = C_jj (S_yy − sᴴ C s)/(n − q)`; with one input `|H|² (1 − γ²)/(γ² (n − 1))`.
+//! - H1 (noise on the output): `H = C s`. The residual `S_yy − sᴴ C s` estimates the noise with `n − q` degrees of freedom, so
+//!   that `E|ΔH_j|² = C_jj (S_yy − sᴴ C s)/(n − q)`; with one input `|H|² (1 − γ²)/(γ² (n − 1))`.
 //! - H2 (noise on the input, one input): `H = S_yy/S_yx`, the same relative variance.
 //! - Hv (noise on both, in proportion to the powers): the direction of least power of `(X, Y)`; with one input
 //!   `√(S_yy/S_xx) S_xy/|S_xy|`, whose size errs less than its angle: `|H|² (1 − γ²)(1 + 1/γ²)/(2 (n − 1))`.
 
 use super::spectra::{Spectra, coherence};
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::numeric::definite::{hermitian, solve_complex};
+use crate::base::error::{Diagnostic, Error};
+use crate::numeric::symmetric::{hermitian_eigen, lu_solve_complex};
 use crate::numeric::{Complex, ComplexMatrix};
-use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
+use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
 
 /// Where the noise is taken to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,49 +31,49 @@ pub enum Estimator {
 
 /// One frequency response with what is known of it, by line.
 #[derive(Debug, Clone)]
-pub struct Function {
+pub struct EstimatedFrf {
     /// Channel that drives.
     pub input: usize,
     /// Channel that answers.
     pub output: usize,
     /// Output over input; 0 on undetermined lines.
-    pub value: Vec<Complex>,
+    pub values: Vec<Complex>,
     /// `E|error|²`; infinite on undetermined lines. `None` where there are no more averages than inputs.
     pub variance: Option<Vec<f64>>,
     /// Coherence of the two, the other inputs left in.
-    pub ordinary: Vec<f64>,
+    pub ordinary_coherence: Vec<f64>,
     /// Coherence of the two with what the other inputs explain taken off both; the ordinary one with a single input.
-    pub partial: Vec<f64>,
+    pub partial_coherence: Vec<f64>,
 }
 
 /// Frequency responses from every input to every output.
 #[derive(Debug, Clone)]
-pub struct Estimate {
+pub struct FrfEstimate {
     /// Lines, Hz.
     pub frequency_hz: Vec<f64>,
     /// Output by output, inside it input by input.
-    pub functions: Vec<Function>,
+    pub frfs: Vec<EstimatedFrf>,
     /// Multiple coherence by output and line: the share of its power that all inputs explain.
-    pub multiple: Vec<Vec<f64>>,
+    pub multiple_coherence: Vec<Vec<f64>>,
     /// Lines where the inputs have no power or cannot be told from each other.
-    pub undetermined: Vec<usize>,
+    pub undetermined_lines: Vec<usize>,
     /// Effective number of independent averages.
     pub averages: f64,
     /// Rate of an exponential window on the blocks, 1/s.
     pub window_decay: f64,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Inputs of which one is explained by the others beyond this share are not told apart: noise on the inputs, thousandfold, would
-/// pass for the difference between them.
-const COHERENT_INPUTS: f64 = 0.999;
+/// Inputs of which one is explained by the others beyond this share are not distinguished: noise on the inputs, thousandfold,
+/// would pass for the difference between them.
+const MAX_INPUT_COHERENCE: f64 = 0.999;
 
 /// An input's power on a line, relative to its largest, that is but the rounding of transforms.
-const NO_POWER: f64 = 1e-26;
+const MIN_RELATIVE_POWER: f64 = 1e-26;
 
 /// The cross spectra that [`estimate`] needs.
-pub fn pairs(inputs: &[usize], outputs: &[usize]) -> Vec<(usize, usize)> {
+pub fn required_pairs(inputs: &[usize], outputs: &[usize]) -> Vec<(usize, usize)> {
     let between = inputs
         .iter()
         .enumerate()
@@ -89,103 +89,103 @@ pub fn pairs(inputs: &[usize], outputs: &[usize]) -> Vec<(usize, usize)> {
 /// # Errors
 /// `Conflict`: H2 with several inputs, a channel on both sides or twice, peak-hold spectra. `NoSignal`: an input without power.
 /// `TooShort`: fewer averages than inputs. `IllPosed`: inputs coherent with each other on every line. `NoChannel`: spectra without
-/// the cross spectra of [`pairs`].
+/// the cross spectra of [`required_pairs`].
 pub fn estimate(
     spectra: &Spectra,
     inputs: &[usize],
     outputs: &[usize],
     estimator: Estimator,
-) -> Result<Estimate, Error> {
+) -> Result<FrfEstimate, Error> {
     let averages = check(spectra, inputs, outputs, estimator)?;
-    let sides = Sides::new(spectra, inputs, outputs)?;
+    let output_spectra = InputOutputSpectra::new(spectra, inputs, outputs)?;
     let (lines, q) = (spectra.frequency_hz.len(), inputs.len());
-    let has_error = averages > q as f64 * (1.0 + ALIKE);
-    let mut functions: Vec<Function> = outputs
+    let has_error = averages > q as f64 * (1.0 + AVERAGES_TOLERANCE);
+    let mut frfs: Vec<EstimatedFrf> = outputs
         .iter()
         .flat_map(|&output| inputs.iter().map(move |&input| (input, output)))
-        .map(|(input, output)| Function {
+        .map(|(input, output)| EstimatedFrf {
             input,
             output,
-            value: vec![Complex::new(0.0, 0.0); lines],
+            values: vec![Complex::new(0.0, 0.0); lines],
             variance: has_error.then(|| vec![f64::INFINITY; lines]),
-            ordinary: vec![0.0; lines],
-            partial: vec![0.0; lines],
+            ordinary_coherence: vec![0.0; lines],
+            partial_coherence: vec![0.0; lines],
         })
         .collect();
     let mut multiple = vec![vec![0.0; lines]; outputs.len()];
     let mut undetermined = Vec::new();
     for line in 0..lines {
-        let Some(inverse) = sides.inverse(line) else {
+        let Some(inverse) = output_spectra.inverse(line) else {
             undetermined.push(line);
             continue;
         };
         for (y, multiple) in multiple.iter_mut().enumerate() {
-            let solved = sides.solve(line, y, &inverse, estimator)?;
-            multiple[line] = solved.multiple;
+            let line_estimate = output_spectra.solve(line, y, &inverse, estimator)?;
+            multiple[line] = line_estimate.multiple_coherence;
             for x in 0..q {
-                let function = &mut functions[y * q + x];
-                function.value[line] = solved.value[x];
-                function.ordinary[line] = coherence(
-                    sides.sxx[x][line],
-                    sides.sxy[y][x][line],
-                    sides.syy[y][line],
+                let frf = &mut frfs[y * q + x];
+                frf.values[line] = line_estimate.values[x];
+                frf.ordinary_coherence[line] = coherence(
+                    output_spectra.sxx[x][line],
+                    output_spectra.sxy[y][x][line],
+                    output_spectra.syy[y][line],
                 );
-                function.partial[line] = solved.partial[x];
-                if let Some(variance) = &mut function.variance {
-                    variance[line] = solved.spread[x] / (averages - q as f64);
+                frf.partial_coherence[line] = line_estimate.partial_coherence[x];
+                if let Some(variance) = &mut frf.variance {
+                    variance[line] = line_estimate.variance_times_dof[x] / (averages - q as f64);
                 }
             }
         }
     }
-    let warnings = doubts(undetermined.len(), lines, q, has_error)?;
-    Ok(Estimate {
+    let diagnostics = warnings(undetermined.len(), lines, q, has_error)?;
+    Ok(FrfEstimate {
         frequency_hz: spectra.frequency_hz.clone(),
-        functions,
-        multiple,
-        undetermined,
+        frfs,
+        multiple_coherence: multiple,
+        undetermined_lines: undetermined,
         averages,
         window_decay: spectra.window_decay,
-        warnings,
+        diagnostics,
     })
 }
 
 /// Averages that agree to this with a whole number are that number: rounding of the sum over blocks.
-const ALIKE: f64 = 1e-9;
+const AVERAGES_TOLERANCE: f64 = 1e-9;
 
-impl Estimate {
+impl FrfEstimate {
     /// The same as a set of responses; `channels` names each channel of the spectra. Coherence is the ordinary one with one input, the
     /// multiple one with several.
     ///
     /// # Panics
     /// Fewer names than channels: a mistake of the caller.
-    pub fn responses(&self, channels: &[Terminal]) -> FrequencyResponses {
-        let inputs = self.functions.len() / self.multiple.len().max(1);
-        let is_average = self.averages > inputs as f64 * (1.0 + ALIKE);
-        let function = |(at, f): (usize, &Function)| FrequencyResponse {
+    pub fn to_frequency_responses(&self, channels: &[ChannelLabel]) -> FrequencyResponses {
+        let inputs = self.frfs.len() / self.multiple_coherence.len().max(1);
+        let is_average = self.averages > inputs as f64 * (1.0 + AVERAGES_TOLERANCE);
+        let function = |(at, f): (usize, &EstimatedFrf)| FrequencyResponse {
             input: Some(channels[f.input].clone()),
             output: channels[f.output].clone(),
-            value: f.value.clone(),
+            values: f.values.clone(),
             variance: f.variance.clone(),
-            coherence: is_average.then(|| self.multiple[at / inputs].clone()),
-            partial: (is_average && inputs > 1).then(|| f.partial.clone()),
+            coherence: is_average.then(|| self.multiple_coherence[at / inputs].clone()),
+            partial_coherence: (is_average && inputs > 1).then(|| f.partial_coherence.clone()),
         };
         FrequencyResponses {
             frequency_hz: self.frequency_hz.clone(),
-            functions: self.functions.iter().enumerate().map(function).collect(),
+            responses: self.frfs.iter().enumerate().map(function).collect(),
             averages: Some(self.averages),
             window_decay: self.window_decay,
-            usable_hz: None,
-            line_independence: None,
+            usable_band_hz: None,
+            independent_lines_per_line: None,
         }
     }
 }
 
 /// The spectra sorted by side.
-struct Sides<'a> {
+struct InputOutputSpectra<'a> {
     sxx: Vec<&'a [f64]>,
     syy: Vec<&'a [f64]>,
     /// Between inputs, `[i][j]`, `j > i`.
-    between: Vec<Vec<Vec<Complex>>>,
+    input_cross: Vec<Vec<Vec<Complex>>>,
     /// From input to output, `[output][input]`.
     sxy: Vec<Vec<Vec<Complex>>>,
     /// Least power of each input that counts.
@@ -193,15 +193,15 @@ struct Sides<'a> {
 }
 
 /// The answer of one line and output.
-struct Solved {
-    value: Vec<Complex>,
-    /// Variance times the freedoms of the residual.
-    spread: Vec<f64>,
-    partial: Vec<f64>,
-    multiple: f64,
+struct LineEstimate {
+    values: Vec<Complex>,
+    /// Variance times the degrees of freedom of the residual.
+    variance_times_dof: Vec<f64>,
+    partial_coherence: Vec<f64>,
+    multiple_coherence: f64,
 }
 
-impl<'a> Sides<'a> {
+impl<'a> InputOutputSpectra<'a> {
     fn new(spectra: &'a Spectra, inputs: &[usize], outputs: &[usize]) -> Result<Self, Error> {
         let missing = |x: usize, y: usize| {
             Error::new(
@@ -220,10 +220,13 @@ impl<'a> Sides<'a> {
         let across = outputs
             .iter()
             .map(|&y| inputs.iter().map(|&x| cross(x, y)).collect());
-        Ok(Sides {
-            floor: sxx.iter().map(|s| NO_POWER * largest(s)).collect(),
+        Ok(InputOutputSpectra {
+            floor: sxx
+                .iter()
+                .map(|s| MIN_RELATIVE_POWER * largest(s))
+                .collect(),
             syy: outputs.iter().map(psd).collect(),
-            between: between.collect::<Result<_, _>>()?,
+            input_cross: between.collect::<Result<_, _>>()?,
             sxy: across.collect::<Result<_, _>>()?,
             sxx,
         })
@@ -237,12 +240,12 @@ impl<'a> Sides<'a> {
                 return Complex::new(1.0, 0.0);
             }
             let (low, high) = (i.min(j), i.max(j));
-            let s = self.between[low][high - low - 1][line] / size(i) / size(j);
+            let s = self.input_cross[low][high - low - 1][line] / size(i) / size(j);
             if i < j { s } else { s.conj() }
         })
     }
 
-    /// The inverse of [`Sides::matrix`]; its diagonal is `1/(1 − γ²)`, γ² the multiple coherence of an input with the others. `None`
+    /// The inverse of [`InputOutputSpectra::matrix`]; its diagonal is `1/(1 − γ²)`, γ² the multiple coherence of an input with the others. `None`
     /// where an input has no power or is told by the others.
     fn inverse(&self, line: usize) -> Option<ComplexMatrix> {
         let q = self.sxx.len();
@@ -253,10 +256,10 @@ impl<'a> Sides<'a> {
         if q == 1 {
             return Some(one);
         }
-        let inverse = solve_complex(&self.matrix(line), &one).ok()?;
+        let inverse = lu_solve_complex(&self.matrix(line), &one).ok()?;
         let is_told = |i: usize| {
             let inflation = inverse[(i, i)].re;
-            !(inflation > 0.0 && inflation * (1.0 - COHERENT_INPUTS) < 1.0)
+            !(inflation > 0.0 && inflation * (1.0 - MAX_INPUT_COHERENCE) < 1.0)
         };
         (!(0..q).any(is_told)).then_some(inverse)
     }
@@ -267,16 +270,16 @@ impl<'a> Sides<'a> {
         y: usize,
         inverse: &ComplexMatrix,
         estimator: Estimator,
-    ) -> Result<Solved, Error> {
+    ) -> Result<LineEstimate, Error> {
         let q = self.sxx.len();
         let syy = self.syy[y][line];
         if syy <= 0.0 {
             let zero = Complex::new(0.0, 0.0);
-            return Ok(Solved {
-                value: vec![zero; q],
-                spread: vec![0.0; q],
-                partial: vec![0.0; q],
-                multiple: 0.0,
+            return Ok(LineEstimate {
+                values: vec![zero; q],
+                variance_times_dof: vec![0.0; q],
+                partial_coherence: vec![0.0; q],
+                multiple_coherence: 0.0,
             });
         }
         // Everything over the powers of its channels: γ_j = s_j/√(S_jj S_yy), H_j = h_j √(S_yy/S_jj).
@@ -290,40 +293,43 @@ impl<'a> Sides<'a> {
         let residual = 1.0 - multiple;
         let c = |j: usize| inverse[(j, j)].re;
         let own = |j: usize| h[j].norm_sqr() / c(j);
-        let mut solved = Solved {
-            partial: (0..q)
+        let mut line_estimate = LineEstimate {
+            partial_coherence: (0..q)
                 .map(|j| own(j) / (own(j) + residual).max(f64::MIN_POSITIVE))
                 .collect(),
-            spread: (0..q).map(|j| residual * c(j) * ratio(j).powi(2)).collect(),
-            value: (0..q).map(|j| h[j] * ratio(j)).collect(),
-            multiple,
+            variance_times_dof: (0..q).map(|j| residual * c(j) * ratio(j).powi(2)).collect(),
+            values: (0..q).map(|j| h[j] * ratio(j)).collect(),
+            multiple_coherence: multiple,
         };
         match estimator {
             Estimator::H1 => {}
             Estimator::H2 => {
-                solved.value[0] /= multiple;
-                solved.spread[0] /= multiple * multiple;
+                line_estimate.values[0] /= multiple;
+                line_estimate.variance_times_dof[0] /= multiple * multiple;
             }
             Estimator::Hv if q == 1 => {
-                solved.value[0] /= multiple.sqrt();
-                solved.spread[0] = ratio(0).powi(2) * residual * 0.5 * (1.0 + 1.0 / multiple);
+                line_estimate.values[0] /= multiple.sqrt();
+                line_estimate.variance_times_dof[0] =
+                    ratio(0).powi(2) * residual * 0.5 * (1.0 + 1.0 / multiple);
             }
             Estimator::Hv => {
-                let total = self.least_power(line, &gamma)?;
-                solved.value = (0..q).map(|j| total[j] * ratio(j)).collect();
+                let total = self.min_power_direction(line, &gamma)?;
+                line_estimate.values = (0..q).map(|j| total[j] * ratio(j)).collect();
             }
         }
         for j in 0..q {
-            if !(solved.value[j].norm().is_finite() && solved.spread[j].is_finite()) {
-                solved.value[j] = Complex::new(0.0, 0.0);
-                solved.spread[j] = f64::INFINITY;
+            if !(line_estimate.values[j].norm().is_finite()
+                && line_estimate.variance_times_dof[j].is_finite())
+            {
+                line_estimate.values[j] = Complex::new(0.0, 0.0);
+                line_estimate.variance_times_dof[j] = f64::INFINITY;
             }
         }
-        Ok(solved)
+        Ok(line_estimate)
     }
 
     /// `h` with `(h, −1)` along the direction of least power of inputs and output.
-    fn least_power(&self, line: usize, gamma: &[Complex]) -> Result<Vec<Complex>, Error> {
+    fn min_power_direction(&self, line: usize, gamma: &[Complex]) -> Result<Vec<Complex>, Error> {
         let q = gamma.len();
         let inputs = self.matrix(line);
         let whole = ComplexMatrix::from_fn(q + 1, q + 1, |i, j| match (i == q, j == q) {
@@ -332,7 +338,7 @@ impl<'a> Sides<'a> {
             (true, false) => gamma[j].conj(),
             (true, true) => Complex::new(1.0, 0.0),
         });
-        let (_, vectors) = hermitian(&whole)?;
+        let (_, vectors) = hermitian_eigen(&whole)?;
         Ok((0..q).map(|j| -vectors[(j, 0)] / vectors[(q, 0)]).collect())
     }
 }
@@ -360,7 +366,7 @@ fn check(
     if estimator == Estimator::H2 && inputs.len() > 1 {
         return Err(
             conflict("H2 takes one input: with several, noise on the inputs alone does not determine the responses")
-                .hint("H1, or Hv for noise on both sides"),
+                .with_hint("H1, or Hv for noise on both sides"),
         );
     }
     if let Some(&channel) = all.iter().find(|&&c| c >= spectra.psd.len()) {
@@ -384,7 +390,7 @@ fn check(
     let averages = spectra
         .averages
         .ok_or_else(|| conflict("spectra that hold the largest of each line are no means"))?;
-    if inputs.len() > 1 && averages <= inputs.len() as f64 * (1.0 + ALIKE) {
+    if inputs.len() > 1 && averages <= inputs.len() as f64 * (1.0 + AVERAGES_TOLERANCE) {
         return Err(Error::new(
             Code::TooShort,
             format!(
@@ -392,42 +398,42 @@ fn check(
                 inputs.len()
             ),
         )
-        .hint("shorter blocks, or a longer record"));
+        .with_hint("shorter blocks, or a longer record"));
     }
     Ok(averages)
 }
 
-fn doubts(
+fn warnings(
     undetermined: usize,
     lines: usize,
     inputs: usize,
     has_error: bool,
-) -> Result<Vec<Warning>, Error> {
+) -> Result<Vec<Diagnostic>, Error> {
     if undetermined == lines {
         return Err(Error::new(
             Code::IllPosed,
             format!(
-                "the {inputs} inputs are coherent with each other on every line, above {COHERENT_INPUTS}: their effects cannot be told apart"
+                "the {inputs} inputs are coherent with each other on every line, above {MAX_INPUT_COHERENCE}: their effects cannot be told apart"
             ),
         )
-        .hint("drive them with independent signals, or name one of them as the only input"));
+        .with_hint("drive them with independent signals, or name one of them as the only input"));
     }
-    let mut warnings = Vec::new();
+    let mut diagnostics = Vec::new();
     if inputs > 1 && undetermined > 0 {
-        warnings.push(Warning {
+        diagnostics.push(Diagnostic {
             code: "coherent-inputs",
             message: format!(
-                "on {undetermined} of {lines} lines the inputs are coherent with each other above {COHERENT_INPUTS}, or one has no power; nothing is estimated there"
+                "on {undetermined} of {lines} lines the inputs are coherent with each other above {MAX_INPUT_COHERENCE}, or one has no power; nothing is estimated there"
             ),
             hint: Some("drive the inputs with independent signals".into()),
         });
     }
     if !has_error {
-        warnings.push(Warning {
+        diagnostics.push(Diagnostic {
             code: "one-average",
             message: "a single average has neither coherence nor random error".into(),
             hint: Some("average over more blocks: shorter blocks, or a longer record".into()),
         });
     }
-    Ok(warnings)
+    Ok(diagnostics)
 }

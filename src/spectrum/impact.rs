@@ -1,4 +1,4 @@
-//! Frequency responses from hits: pulses of the force are found, doubtful ones set aside, the others averaged by H1.
+//! FRFs from hammer hits: clipped, double and truncated hits rejected, the others averaged by H1.
 //!
 //! Halvorsen & Brown, Impulse technique for structural frequency response testing, Sound and Vibration 11 (1977), pp. 8–21. The
 //! force is zeroed behind its pulse. Where a response has not decayed at the end of the block, `exp(−σt)` lies on force and
@@ -7,14 +7,14 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use super::frf::{Estimate, Estimator, estimate, pairs};
-use super::hits::{Pulse, is_clipped, median, pulses_to};
-use super::spectra::{Cross, Spectra};
-use super::welch::{Welch, WelchOptions};
+use super::force_pulses::{ForcePulse, is_clipped, median, pulses_to};
+use super::frf::{Estimator, FrfEstimate, estimate, required_pairs};
+use super::spectra::{CrossSpectrum, Spectra};
+use super::welch::{WelchEstimator, WelchOptions};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
-use crate::numeric::fft::{RealFft, quick_length};
+use crate::numeric::fft::{RealFft, next_fast_len};
 
 /// How hits are cut out and judged.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,35 +49,35 @@ impl Default for ImpactOptions {
 
 /// Why a hit was set aside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fault {
+pub enum RejectReason {
     /// The hammer struck twice.
     Double,
     /// The force, or a response, ran into its limit.
     Overload,
-    /// The next hit, or the end of the stretch, comes before the block is full.
+    /// The next hit, or the end of the segment, comes before the block is full.
     CutShort,
     /// The stretch begins within the pulse.
     LateStart,
 }
 
-impl Fault {
+impl RejectReason {
     /// In one word or two.
-    pub fn word(self) -> &'static str {
+    pub fn label(self) -> &'static str {
         match self {
-            Fault::Double => "double",
-            Fault::Overload => "clipped",
-            Fault::CutShort => "cut short",
-            Fault::LateStart => "begun late",
+            RejectReason::Double => "double",
+            RejectReason::Overload => "clipped",
+            RejectReason::CutShort => "cut short",
+            RejectReason::LateStart => "begun late",
         }
     }
 
     /// In words.
-    pub fn words(self) -> &'static str {
+    pub fn description(self) -> &'static str {
         match self {
-            Fault::Double => "the hammer struck twice",
-            Fault::Overload => "the force or a response ran into its limit",
-            Fault::CutShort => "the next hit or the end comes before the block is full",
-            Fault::LateStart => "the record begins within the pulse",
+            RejectReason::Double => "the hammer struck twice",
+            RejectReason::Overload => "the force or a response ran into its limit",
+            RejectReason::CutShort => "the next hit or the end comes before the block is full",
+            RejectReason::LateStart => "the record begins within the pulse",
         }
     }
 }
@@ -90,12 +90,12 @@ pub struct Hit {
     /// Its largest force over the level between hits.
     pub peak: f64,
     /// Why it was set aside; `None` where it was used.
-    pub fault: Option<Fault>,
+    pub rejected: Option<RejectReason>,
 }
 
 /// Frequency responses from hits.
 #[derive(Debug, Clone)]
-pub struct Impact {
+pub struct ImpactEstimate {
     /// Every hit, used or not.
     pub hits: Vec<Hit>,
     /// Samples of a block.
@@ -106,7 +106,7 @@ pub struct Impact {
     pub by_hit: Vec<HitResponses>,
     /// Channel 0 is the force, 1, 2, … are the responses. With a single hit the variance is that of the noise before it, and there
     /// is no coherence. `window_decay` is σ.
-    pub estimate: Estimate,
+    pub estimate: FrfEstimate,
 }
 
 /// Frequency responses to one hit, or to a few that follow each other where there are many.
@@ -119,86 +119,88 @@ pub struct HitResponses {
 }
 
 /// Most responses hit by hit: more hits are joined to groups, alike in size to within one.
-const MOST_BY_HIT: usize = 64;
+const MAX_BY_HIT: usize = 64;
 
 /// Fewest groups of hits, however many responses there are: seven degrees of freedom of their scatter.
-const LEAST_GROUPS: usize = 8;
+const MIN_GROUPS: usize = 8;
 
 /// A second pulse of this share of the first makes a hit double.
-const DOUBLE: f64 = 0.1;
+const DOUBLE_HIT_SHARE: f64 = 0.1;
 
 /// A response has decayed at this share of its beginning, or in the noise, whichever is larger.
-const DECAYED: f64 = 1e-3;
+const DECAY_LEVEL: f64 = 1e-3;
 
 /// An exponential window brings what is left at the end of the block down to this share.
-const END: f64 = 0.01;
+const END_LEVEL: f64 = 0.01;
 
 /// The noise's level times this is still noise: of the root mean square of 20 samples or more, three times never happens.
-const IN_NOISE: f64 = 3.0;
+const NOISE_FACTOR: f64 = 3.0;
 
 /// Segments of a decay whose levels are compared.
-const SEGMENTS: usize = 64;
+const DECAY_SEGMENTS: usize = 64;
 
 /// A block is so many times as long as the response stands out of the noise: what lies below the noise of one sample still
 /// counts in the sum over many, and cutting it off biases the low modes.
-const TAIL: usize = 3;
+const BLOCK_PER_DECAY: usize = 3;
 
 /// Behind a pulse the force is kept for so many of its widths, and faded out over the next two.
-const KEPT_WIDTHS: usize = 4;
+const FORCE_WINDOW_WIDTHS: usize = 4;
 
 /// Fewer samples before a hit do not tell its noise.
-const LEAST_QUIET: usize = 32;
+const MIN_NOISE_SAMPLES: usize = 32;
 
-/// Frequency responses to the hits of `force`, over the stretches of a record.
+/// Frequency responses to the hits of `force`, over the segments of a record.
 ///
 /// # Errors
 /// `NoSignal`: no pulse in the force. `TooShort`: no hit fit for use, with the reason of each. `OutOfRange`: options that cannot be.
 ///
 /// # Panics
 /// Channels of unequal length, stretches beyond them: mistakes of the caller.
-pub fn analyse(
+pub fn estimate_from_hits(
     rate_hz: f64,
     force: &[f64],
     responses: &[&[f64]],
-    stretches: &[Range<usize>],
+    segments: &[Range<usize>],
     options: &ImpactOptions,
-) -> Result<Impact, Error> {
+) -> Result<ImpactEstimate, Error> {
     if options.block.is_some_and(|n| n < 16) || options.double_within_s.is_nan() {
         return Err(Error::new(
             Code::OutOfRange,
             "a block of a hit needs 16 samples or more, and bounces a time",
         ));
     }
-    let mut record = Record {
+    let mut record = ImpactRecord {
         rate_hz,
         channels: std::iter::once(force)
             .chain(responses.iter().copied())
             .collect(),
         force_share: options.force_share,
-        cuts: Vec::new(),
+        blocks: Vec::new(),
     };
-    for stretch in stretches {
-        record.cut(stretch, options);
+    for segment in segments {
+        record.cut(segment, options);
     }
-    if record.cuts.is_empty() {
-        return Err(Error::new(Code::NoSignal, "the force holds no hit").hint(
-            "name the channel of the hammer's force, or estimate with a steady input instead",
-        ));
+    if record.blocks.is_empty() {
+        return Err(
+            Error::new(Code::NoSignal, "the force holds no hit").with_hint(
+                "name the channel of the hammer's force, or estimate with a steady input instead",
+            ),
+        );
     }
-    record.set_aside_overloads(options);
-    let (block, sigma) = record.settle_block(options)?;
-    let Averaged {
+    record.reject_overloads(options);
+    let (block, sigma) = record.choose_block(options)?;
+    let HitSums {
         estimate,
         force_power,
         by_hit,
     } = record.estimate(block, sigma)?;
-    let hit = |cut: &Cut| Hit {
-        sample: cut.pulse.peak,
-        peak: cut.pulse.height,
-        fault: cut.fault,
+    let hit = |hit_block: &HitBlock| Hit {
+        sample: hit_block.pulse.peak,
+        peak: hit_block.pulse.height,
+        rejected: hit_block.rejected,
     };
-    Ok(Impact {
-        hits: record.cuts.iter().map(hit).collect(),
+    Ok(ImpactEstimate {
+        hits: record.blocks.iter().map(hit).collect(),
         block,
         force_power,
         by_hit,
@@ -207,117 +209,124 @@ pub fn analyse(
 }
 
 /// Sums over all hits, and over each.
-struct Averaged {
-    estimate: Estimate,
+struct HitSums {
+    estimate: FrfEstimate,
     force_power: Vec<f64>,
     by_hit: Vec<HitResponses>,
 }
 
 /// A hit with its surroundings, in samples of the record.
-struct Cut {
-    pulse: Pulse,
+struct HitBlock {
+    pulse: ForcePulse,
     /// Where its block begins.
     start: usize,
-    /// Where the next hit's block begins, or the stretch ends.
+    /// Where the next hit's block begins, or the segment ends.
     limit: usize,
     /// Before the block, back to the last hit.
     quiet: Range<usize>,
     /// Level of every channel between hits.
     baseline: Vec<f64>,
-    fault: Option<Fault>,
+    rejected: Option<RejectReason>,
 }
 
-struct Record<'a> {
+struct ImpactRecord<'a> {
     rate_hz: f64,
     channels: Vec<&'a [f64]>,
     force_share: Option<f64>,
-    cuts: Vec<Cut>,
+    blocks: Vec<HitBlock>,
 }
 
-impl Record<'_> {
-    /// Adds the hits of a stretch.
-    fn cut(&mut self, stretch: &Range<usize>, options: &ImpactOptions) {
-        let found = pulses_to(&self.channels[0][stretch.clone()], options.both_sides);
-        let level = |channel: &&[f64]| median(&channel[stretch.clone()]);
+impl ImpactRecord<'_> {
+    /// Adds the hits of a segment.
+    fn cut(&mut self, segment: &Range<usize>, options: &ImpactOptions) {
+        let found = pulses_to(&self.channels[0][segment.clone()], options.both_sides);
+        let level = |channel: &&[f64]| median(&channel[segment.clone()]);
         let mut baseline: Vec<f64> = self.channels.iter().map(level).collect();
         baseline[0] = found.baseline;
         let apart = (options.double_within_s * self.rate_hz) as usize;
-        let first = self.cuts.len();
+        let first = self.blocks.len();
         let mut strokes = found.pulses.into_iter().peekable();
-        let mut quiet_from = stretch.start;
+        let mut quiet_from = segment.start;
         while let Some(pulse) = strokes.next() {
             let mut stroke = vec![pulse];
             while let Some(next) = strokes.next_if(|p| {
                 stroke
                     .last()
-                    .is_some_and(|l| p.above.start < l.above.end + apart)
+                    .is_some_and(|l| p.samples.start < l.samples.end + apart)
             }) {
                 stroke.push(next);
             }
-            let begin = stretch.start + stroke[0].above.start;
-            let end = stretch.start + stroke.last().map_or(0, |p| p.above.end);
+            let begin = segment.start + stroke[0].samples.start;
+            let end = segment.start + stroke.last().map_or(0, |p| p.samples.end);
             stroke.sort_by(|a, b| b.height.abs().total_cmp(&a.height.abs()));
-            let is_double = stroke
-                .get(1)
-                .is_some_and(|second| second.height.abs() > DOUBLE * stroke[0].height.abs());
+            let is_double = stroke.get(1).is_some_and(|second| {
+                second.height.abs() > DOUBLE_HIT_SHARE * stroke[0].height.abs()
+            });
             let mut pulse = stroke.swap_remove(0);
-            pulse.peak += stretch.start;
-            pulse.above = begin..pulse.above.end + stretch.start;
-            let lead = (2 * pulse.above.len()).max(8);
-            let start = begin.saturating_sub(lead).max(stretch.start);
-            self.cuts.push(Cut {
-                fault: if is_double {
-                    Some(Fault::Double)
+            pulse.peak += segment.start;
+            pulse.samples = begin..pulse.samples.end + segment.start;
+            let lead = (2 * pulse.samples.len()).max(8);
+            let start = begin.saturating_sub(lead).max(segment.start);
+            self.blocks.push(HitBlock {
+                rejected: if is_double {
+                    Some(RejectReason::Double)
                 } else {
-                    (begin == stretch.start).then_some(Fault::LateStart)
+                    (begin == segment.start).then_some(RejectReason::LateStart)
                 },
                 quiet: quiet_from.min(start)..start,
                 start,
-                limit: stretch.end,
+                limit: segment.end,
                 baseline: baseline.clone(),
                 pulse,
             });
             quiet_from = end;
         }
-        for at in first + 1..self.cuts.len() {
-            self.cuts[at - 1].limit = self.cuts[at].start;
+        for at in first + 1..self.blocks.len() {
+            self.blocks[at - 1].limit = self.blocks[at].start;
         }
         // What still rings from the hit before is no noise: the later half of the quiet counts.
-        for cut in &mut self.cuts[first..] {
-            cut.quiet.start += cut.quiet.len() / 2;
+        for block in &mut self.blocks[first..] {
+            block.quiet.start += block.quiet.len() / 2;
         }
     }
 
-    fn set_aside_overloads(&mut self, options: &ImpactOptions) {
+    fn reject_overloads(&mut self, options: &ImpactOptions) {
         let is_over = |at: usize, samples: &[f64]| match options.overload.get(at) {
             Some(Some(level)) => samples.iter().any(|x| x.abs() >= *level),
             _ => is_clipped(samples),
         };
-        for cut in self.cuts.iter_mut().filter(|cut| cut.fault.is_none()) {
+        for block in self
+            .blocks
+            .iter_mut()
+            .filter(|block| block.rejected.is_none())
+        {
             let mut channels = self.channels.iter().enumerate();
-            if channels.any(|(at, channel)| is_over(at, &channel[cut.start..cut.limit])) {
-                cut.fault = Some(Fault::Overload);
+            if channels.any(|(at, channel)| is_over(at, &channel[block.start..block.limit])) {
+                block.rejected = Some(RejectReason::Overload);
             }
         }
     }
 
-    fn sound(&self) -> impl Iterator<Item = &Cut> {
-        self.cuts.iter().filter(|cut| cut.fault.is_none())
+    fn accepted(&self) -> impl Iterator<Item = &HitBlock> {
+        self.blocks.iter().filter(|block| block.rejected.is_none())
     }
 
     /// A response about its level.
-    fn response(&self, channel: usize, cut: &Cut, range: Range<usize>) -> Vec<f64> {
-        let level = cut.baseline[channel];
+    fn response(&self, channel: usize, block: &HitBlock, range: Range<usize>) -> Vec<f64> {
+        let level = block.baseline[channel];
         let samples = &self.channels[channel][range];
         samples.iter().map(|x| x - level).collect()
     }
 
     /// The block's length, and the rate of the exponential window it needs; hits that do not fill it are set aside.
-    fn settle_block(&mut self, options: &ImpactOptions) -> Result<(usize, f64), Error> {
+    fn choose_block(&mut self, options: &ImpactOptions) -> Result<(usize, f64), Error> {
         let noise: Vec<f64> = (0..self.channels.len())
             .map(|channel| self.noise(channel))
             .collect();
-        let mut free: Vec<usize> = self.sound().map(|cut| cut.limit - cut.start).collect();
+        let mut free: Vec<usize> = self
+            .accepted()
+            .map(|hit_block| hit_block.limit - hit_block.start)
+            .collect();
         free.sort_unstable();
         // So long that three quarters of the hits fill it at least, by the largest product of length and hits.
         let worth = |&at: &usize| free[at] * (free.len() - at);
@@ -325,53 +334,54 @@ impl Record<'_> {
             .rev()
             .max_by_key(worth)
         else {
-            return Err(self.none_left());
+            return Err(self.no_valid_hit());
         };
         let most = free[at];
         let mut decayed = 0;
-        for cut in self.sound() {
+        for hit_block in self.accepted() {
             for channel in 1..self.channels.len() {
-                let response = self.response(channel, cut, cut.start..cut.limit);
+                let response = self.response(channel, hit_block, hit_block.start..hit_block.limit);
                 decayed = decayed.max(decay_length(&response, noise[channel]));
             }
         }
         let wanted = options.block.unwrap_or(if decayed == 0 {
             most
         } else {
-            decayed.saturating_mul(TAIL).min(most)
+            decayed.saturating_mul(BLOCK_PER_DECAY).min(most)
         });
         let block = match options.block {
             Some(n) => n,
             None => (16..=wanted.max(16))
                 .rev()
-                .find(|&n| quick_length(n) == n)
+                .find(|&n| next_fast_len(n) == n)
                 .unwrap_or(16),
         };
-        for cut in &mut self.cuts {
-            if cut.fault.is_none() && cut.limit - cut.start < block {
-                cut.fault = Some(Fault::CutShort);
+        for hit_block in &mut self.blocks {
+            if hit_block.rejected.is_none() && hit_block.limit - hit_block.start < block {
+                hit_block.rejected = Some(RejectReason::CutShort);
             }
         }
-        if self.sound().next().is_none() {
-            return Err(self.none_left());
+        if self.accepted().next().is_none() {
+            return Err(self.no_valid_hit());
         }
         if let Some(end) = options.end {
             return Ok((block, -end.ln() * self.rate_hz / block as f64));
         }
         let mut left: f64 = 0.0;
-        for cut in self.sound() {
+        for hit_block in self.accepted() {
             for channel in 1..self.channels.len() {
-                let response = self.response(channel, cut, cut.start..cut.start + block);
+                let response =
+                    self.response(channel, hit_block, hit_block.start..hit_block.start + block);
                 let levels = levels(&response);
                 let largest = levels.iter().copied().fold(0.0, f64::max);
                 let last = levels.last().copied().unwrap_or(0.0);
-                if last > IN_NOISE * noise[channel] && largest > 0.0 {
+                if last > NOISE_FACTOR * noise[channel] && largest > 0.0 {
                     left = left.max(last / largest);
                 }
             }
         }
-        let sigma = if left > END {
-            (left / END).ln() * self.rate_hz / block as f64
+        let sigma = if left > END_LEVEL {
+            (left / END_LEVEL).ln() * self.rate_hz / block as f64
         } else {
             0.0
         };
@@ -380,40 +390,48 @@ impl Record<'_> {
 
     /// The least root mean square of a channel before a hit; 0 where nothing is quiet.
     fn noise(&self, channel: usize) -> f64 {
-        let before = self.cuts.iter().filter(|c| c.quiet.len() >= LEAST_QUIET);
+        let before = self
+            .blocks
+            .iter()
+            .filter(|c| c.quiet.len() >= MIN_NOISE_SAMPLES);
         let level = before
-            .map(|cut| rms(&self.response(channel, cut, cut.quiet.clone())))
+            .map(|block| rms(&self.response(channel, block, block.quiet.clone())))
             .fold(f64::INFINITY, f64::min);
         if level.is_finite() { level } else { 0.0 }
     }
 
-    fn none_left(&self) -> Error {
-        let count = |fault| self.cuts.iter().filter(|c| c.fault == Some(fault)).count();
+    fn no_valid_hit(&self) -> Error {
+        let count = |reason| {
+            self.blocks
+                .iter()
+                .filter(|c| c.rejected == Some(reason))
+                .count()
+        };
         let reasons: Vec<String> = [
-            Fault::Double,
-            Fault::Overload,
-            Fault::CutShort,
-            Fault::LateStart,
+            RejectReason::Double,
+            RejectReason::Overload,
+            RejectReason::CutShort,
+            RejectReason::LateStart,
         ]
         .into_iter()
-        .filter(|&fault| count(fault) > 0)
-        .map(|fault| format!("{} × {}", count(fault), fault.words()))
+        .filter(|&reason| count(reason) > 0)
+        .map(|reason| format!("{} × {}", count(reason), reason.description()))
         .collect();
         Error::new(
             Code::TooShort,
             format!(
                 "none of {} hits is fit for use: {}",
-                self.cuts.len(),
+                self.blocks.len(),
                 reasons.join(", ")
             ),
         )
-        .hint(match count(Fault::LateStart) == self.cuts.len() {
+        .with_hint(match count(RejectReason::LateStart) == self.blocks.len() {
             true => "record from before the hit; look with `geardyn check` whether the file holds finished responses",
             false => "a shorter block, or stated overload levels, let more of them through",
         })
     }
 
-    fn estimate(&self, block: usize, sigma: f64) -> Result<Averaged, Error> {
+    fn estimate(&self, block: usize, sigma: f64) -> Result<HitSums, Error> {
         let window: Vec<f64> = (0..block)
             .map(|j| (-sigma * j as f64 / self.rate_hz).exp())
             .collect();
@@ -421,18 +439,18 @@ impl Record<'_> {
         let zero = Complex::new(0.0, 0.0);
         let mut lines = vec![vec![zero; fft.lines()]; self.channels.len()];
         let outputs: Vec<usize> = (1..self.channels.len()).collect();
-        let hits = self.sound().count();
+        let hits = self.accepted().count();
         let mut spectra = Spectra {
             rate_hz: self.rate_hz,
             frequency_hz: (0..fft.lines())
                 .map(|k| k as f64 * self.rate_hz / block as f64)
                 .collect(),
             psd: vec![vec![0.0; fft.lines()]; self.channels.len()],
-            cross: pairs(&[0], &outputs)
+            spectrum: required_pairs(&[0], &outputs)
                 .into_iter()
-                .map(|pair| Cross {
+                .map(|pair| CrossSpectrum {
                     pair,
-                    value: vec![zero; fft.lines()],
+                    values: vec![zero; fft.lines()],
                 })
                 .collect(),
             bandwidth_hz: self.rate_hz / block as f64,
@@ -441,18 +459,19 @@ impl Record<'_> {
             window_decay: sigma,
             window: None,
         };
-        let groups = (MOST_BY_HIT / outputs.len().max(1))
-            .max(LEAST_GROUPS)
+        let groups = (MAX_BY_HIT / outputs.len().max(1))
+            .max(MIN_GROUPS)
             .min(hits);
         let group = |nth: usize| nth * groups / hits;
         let mut by_hit: Vec<HitResponses> = Vec::new();
         let mut power = vec![0.0; fft.lines()];
-        let places = (0..self.cuts.len()).filter(|&at| self.cuts[at].fault.is_none());
+        let places = (0..self.blocks.len()).filter(|&at| self.blocks[at].rejected.is_none());
         for (nth, place) in places.enumerate() {
-            let cut = &self.cuts[place];
-            let fade = force_window(cut, block, self.force_share);
+            let hit_block = &self.blocks[place];
+            let fade = force_window(hit_block, block, self.force_share);
             for (channel, lines) in lines.iter_mut().enumerate() {
-                let mut samples = self.response(channel, cut, cut.start..cut.start + block);
+                let mut samples =
+                    self.response(channel, hit_block, hit_block.start..hit_block.start + block);
                 for j in 0..block {
                     samples[j] *= window[j] * if channel == 0 { fade[j] } else { 1.0 };
                 }
@@ -460,7 +479,11 @@ impl Record<'_> {
                 let psd = spectra.psd[channel].iter_mut().zip(lines.iter());
                 psd.for_each(|(s, x)| *s += x.norm_sqr() / hits as f64);
             }
-            for Cross { pair, value } in &mut spectra.cross {
+            for CrossSpectrum {
+                pair,
+                values: value,
+            } in &mut spectra.spectrum
+            {
                 let ends = lines[pair.0].iter().zip(&lines[pair.1]);
                 for (s, (x, y)) in value.iter_mut().zip(ends) {
                     *s += x.conj() * y / hits as f64;
@@ -481,10 +504,10 @@ impl Record<'_> {
             }
         }
         let mut found = estimate(&spectra, &[0], &outputs, Estimator::H1)?;
-        if let (1, Some(cut)) = (hits, self.sound().next()) {
-            self.error_by_noise(cut, &window, &spectra, &mut found)?;
+        if let (1, Some(hit_block)) = (hits, self.accepted().next()) {
+            self.error_by_noise(hit_block, &window, &spectra, &mut found)?;
         }
-        Ok(Averaged {
+        Ok(HitSums {
             estimate: found,
             force_power: spectra.psd.swap_remove(0),
             by_hit,
@@ -495,15 +518,15 @@ impl Record<'_> {
     /// begins too near it, by what is left once the responses have decayed.
     fn error_by_noise(
         &self,
-        cut: &Cut,
+        hit_block: &HitBlock,
         window: &[f64],
         spectra: &Spectra,
-        found: &mut Estimate,
+        found: &mut FrfEstimate,
     ) -> Result<(), Error> {
-        let after = cut.start + window.len()..cut.limit;
-        let quiet = if cut.quiet.len() >= LEAST_QUIET {
-            cut.quiet.clone()
-        } else if spectra.window_decay == 0.0 && after.len() >= LEAST_QUIET {
+        let after = hit_block.start + window.len()..hit_block.limit;
+        let quiet = if hit_block.quiet.len() >= MIN_NOISE_SAMPLES {
+            hit_block.quiet.clone()
+        } else if spectra.window_decay == 0.0 && after.len() >= MIN_NOISE_SAMPLES {
             after
         } else {
             return Ok(());
@@ -513,34 +536,34 @@ impl Record<'_> {
             .iter()
             .map(|channel| &channel[quiet.clone()])
             .collect();
-        let mut welch = Welch::new(
+        let mut estimator = WelchEstimator::new(
             self.rate_hz,
             samples.len(),
             &[],
             &WelchOptions {
-                block: (quiet.len() / 8).clamp(LEAST_QUIET / 2, window.len()),
+                block: (quiet.len() / 8).clamp(MIN_NOISE_SAMPLES / 2, window.len()),
                 ..WelchOptions::default()
             },
         )?;
-        welch.push(&samples);
-        let noise_psd = welch.finish()?;
+        estimator.push(&samples);
+        let noise_psd = estimator.finish()?;
         let energy: f64 = window.iter().map(|w| w * w).sum();
-        let fade = force_window(cut, window.len(), self.force_share);
+        let fade = force_window(hit_block, window.len(), self.force_share);
         let weights = window.iter().zip(&fade);
         let force_energy: f64 = weights.map(|(w, f)| (w * f).powi(2)).sum();
         let noise = |channel: usize, energy: f64, f: f64| {
             0.5 * self.rate_hz
                 * energy
-                * between(&noise_psd.frequency_hz, &noise_psd.psd[channel], f)
+                * interpolate(&noise_psd.frequency_hz, &noise_psd.psd[channel], f)
         };
-        for function in &mut found.functions {
+        for function in &mut found.frfs {
             let error = |(line, h): (usize, &Complex)| {
                 let f = spectra.frequency_hz[line];
                 let variance =
                     noise(function.output, energy, f) + h.norm_sqr() * noise(0, force_energy, f);
                 variance / spectra.psd[0][line]
             };
-            let variance = function.value.iter().enumerate().map(error);
+            let variance = function.values.iter().enumerate().map(error);
             function.variance = Some(variance.collect());
         }
         Ok(())
@@ -574,11 +597,11 @@ impl HitResponses {
 }
 
 /// One over the share asked for, or over the pulse and some widths behind it, then a quarter of a cosine down to zero.
-fn force_window(cut: &Cut, block: usize, share: Option<f64>) -> Vec<f64> {
-    let width = cut.pulse.above.len();
+fn force_window(hit_block: &HitBlock, block: usize, share: Option<f64>) -> Vec<f64> {
+    let width = hit_block.pulse.samples.len();
     let kept = match share {
         Some(share) => (share * block as f64) as usize,
-        None => cut.pulse.above.end - cut.start + KEPT_WIDTHS * width,
+        None => hit_block.pulse.samples.end - hit_block.start + FORCE_WINDOW_WIDTHS * width,
     };
     let fade = 2 * width;
     (0..block)
@@ -596,7 +619,7 @@ fn force_window(cut: &Cut, block: usize, share: Option<f64>) -> Vec<f64> {
 /// Root mean squares of the segments of a decay.
 /// Root mean square of up to 64 segments of equal length.
 pub fn levels(samples: &[f64]) -> Vec<f64> {
-    let segment = samples.len().div_ceil(SEGMENTS).max(1);
+    let segment = samples.len().div_ceil(DECAY_SEGMENTS).max(1);
     samples.chunks(segment).map(rms).collect()
 }
 
@@ -608,14 +631,14 @@ fn rms(samples: &[f64]) -> f64 {
 pub fn decay_length(samples: &[f64], noise: f64) -> usize {
     let levels = levels(samples);
     let largest = levels.iter().copied().fold(0.0, f64::max);
-    let limit = (DECAYED * largest).max(IN_NOISE * noise);
-    let segment = samples.len().div_ceil(SEGMENTS).max(1);
+    let limit = (DECAY_LEVEL * largest).max(NOISE_FACTOR * noise);
+    let segment = samples.len().div_ceil(DECAY_SEGMENTS).max(1);
     let last = levels.iter().rposition(|&level| level > limit);
     last.map_or(0, |at| ((at + 1) * segment).min(samples.len()))
 }
 
 /// Straight between the lines of a table.
-fn between(x: &[f64], y: &[f64], at: f64) -> f64 {
+fn interpolate(x: &[f64], y: &[f64], at: f64) -> f64 {
     let next = x.partition_point(|&x| x < at).clamp(1, x.len() - 1);
     let share = (at - x[next - 1]) / (x[next] - x[next - 1]);
     y[next - 1] + share * (y[next] - y[next - 1])

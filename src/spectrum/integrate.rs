@@ -1,4 +1,4 @@
-//! Between acceleration, velocity and displacement by the transform of the whole slice: `Y(ω) = g(ω) (iω)^p X(ω)`.
+//! Conversion between acceleration, velocity and displacement: `Y = g(ω) (iω)^p X`, g a high-pass.
 //!
 //! `g` is zero up to the low cut, one from twice the low cut on, and half a cosine between them: the softer the edge, the sooner
 //! what the ends spoil dies away. The slice is taken as one period of a periodic signal. Where its ends do not meet, a
@@ -8,18 +8,18 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::samples::{check, check_positive};
+use super::validation::{check_positive, check_samples};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 
 /// What passes undiminished, over the low cut.
-pub const PASS: f64 = 2.0;
+pub const PASS_RATIO: f64 = 2.0;
 
 /// What a signal is of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Motion {
+pub enum MotionQuantity {
     /// Metres or radians.
     Displacement,
     /// A second's change of them.
@@ -28,23 +28,23 @@ pub enum Motion {
     Acceleration,
 }
 
-impl Motion {
-    fn order(self) -> i32 {
+impl MotionQuantity {
+    fn derivative_order(self) -> i32 {
         match self {
-            Motion::Displacement => 0,
-            Motion::Velocity => 1,
-            Motion::Acceleration => 2,
+            MotionQuantity::Displacement => 0,
+            MotionQuantity::Velocity => 1,
+            MotionQuantity::Acceleration => 2,
         }
     }
 }
 
 /// One motion from another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Conversion {
+pub struct MotionConversion {
     /// What the samples are.
-    pub from: Motion,
+    pub from: MotionQuantity,
     /// What is wanted.
-    pub to: Motion,
+    pub to: MotionQuantity,
     /// Nothing up to this frequency is kept, Hz; what has twice of it or more is kept whole. Zero takes off the mean alone, and only
     /// where nothing is integrated.
     pub low_cut_hz: f64,
@@ -54,17 +54,21 @@ pub struct Conversion {
 ///
 /// # Errors
 /// Fewer than two samples, samples not finite, a low cut that leaves nothing, integration without a low cut.
-pub fn convert(samples: &[f64], rate_hz: f64, conversion: Conversion) -> Result<Vec<f64>, Error> {
-    check(samples, 2)?;
+pub fn convert(
+    samples: &[f64],
+    rate_hz: f64,
+    conversion: MotionConversion,
+) -> Result<Vec<f64>, Error> {
+    check_samples(samples, 2)?;
     check_positive(rate_hz, "the sample rate, Hz,")?;
     let cut = conversion.low_cut_hz;
-    let power = conversion.to.order() - conversion.from.order();
-    if !(cut >= 0.0 && PASS * cut < rate_hz / 2.0) || (cut == 0.0 && power < 0) {
+    let power = conversion.to.derivative_order() - conversion.from.derivative_order();
+    if !(cut >= 0.0 && PASS_RATIO * cut < rate_hz / 2.0) || (cut == 0.0 && power < 0) {
         return Err(Error::new(
             Code::OutOfRange,
             format!("a low cut of {cut} Hz, where integration needs one above zero and below a quarter of the rate of {rate_hz} Hz"),
         )
-        .hint("half the lowest frequency that matters; what lies below is mostly drift of the sensor, which integration magnifies"));
+        .with_hint("half the lowest frequency that matters; what lies below is mostly drift of the sensor, which integration magnifies"));
     }
     let n = samples.len();
     let mut fft = RealFft::new(n);
@@ -73,14 +77,14 @@ pub fn convert(samples: &[f64], rate_hz: f64, conversion: Conversion) -> Result<
     fft.forward(&mut out, &mut values);
     for (k, z) in values.iter_mut().enumerate() {
         let frequency = rate_hz * k as f64 / n as f64;
-        *z *= gain(frequency, cut) * turn(TAU * frequency, power);
+        *z *= high_pass_gain(frequency, cut) * power_of_iomega(TAU * frequency, power);
     }
     fft.inverse(&mut values, &mut out);
     Ok(out)
 }
 
 /// `(iω)^p`; at zero only where nothing is divided.
-fn turn(omega: f64, power: i32) -> Complex {
+fn power_of_iomega(omega: f64, power: i32) -> Complex {
     match power {
         _ if omega == 0.0 => Complex::new(0.0, 0.0),
         0 => Complex::new(1.0, 0.0),
@@ -89,13 +93,13 @@ fn turn(omega: f64, power: i32) -> Complex {
     }
 }
 
-fn gain(frequency: f64, cut: f64) -> f64 {
+fn high_pass_gain(frequency: f64, cut: f64) -> f64 {
     if frequency <= cut {
         0.0
-    } else if frequency >= PASS * cut {
+    } else if frequency >= PASS_RATIO * cut {
         1.0
     } else {
-        0.5 - 0.5 * (PI * (frequency - cut) / ((PASS - 1.0) * cut)).cos()
+        0.5 - 0.5 * (PI * (frequency - cut) / ((PASS_RATIO - 1.0) * cut)).cos()
     }
 }
 
@@ -103,11 +107,15 @@ fn gain(frequency: f64, cut: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const ALL: [Motion; 3] = [Motion::Displacement, Motion::Velocity, Motion::Acceleration];
+    const ALL: [MotionQuantity; 3] = [
+        MotionQuantity::Displacement,
+        MotionQuantity::Velocity,
+        MotionQuantity::Acceleration,
+    ];
 
     /// The p-th derivative of cos ωt.
-    fn wave(omega: f64, t: f64, motion: Motion) -> f64 {
-        let p = motion.order();
+    fn wave(omega: f64, t: f64, quantity: MotionQuantity) -> f64 {
+        let p = quantity.derivative_order();
         omega.powi(p) * (omega * t + f64::from(p) * PI / 2.0).cos()
     }
 
@@ -120,13 +128,13 @@ mod tests {
             for to in ALL {
                 let t = |j: usize| j as f64 / rate;
                 let x: Vec<f64> = (0..n).map(|j| wave(omega, t(j), from) + 3.0).collect();
-                let conversion = Conversion {
+                let conversion = MotionConversion {
                     from,
                     to,
                     low_cut_hz: 10.0,
                 };
                 let y = convert(&x, rate, conversion).unwrap();
-                let size = omega.powi(to.order());
+                let size = omega.powi(to.derivative_order());
                 assert!((0..n).all(|j| (y[j] - wave(omega, t(j), to)).abs() < 1e-10 * size));
             }
         }
@@ -144,9 +152,9 @@ mod tests {
             let x: Vec<f64> = (0..n)
                 .map(|j| (omega * j as f64 / rate + phase).cos())
                 .collect();
-            let conversion = Conversion {
-                from: Motion::Acceleration,
-                to: Motion::Displacement,
+            let conversion = MotionConversion {
+                from: MotionQuantity::Acceleration,
+                to: MotionQuantity::Displacement,
                 low_cut_hz: cut,
             };
             let y = convert(&x, rate, conversion).unwrap();
@@ -163,9 +171,9 @@ mod tests {
     #[test]
     fn refuses_integration_without_a_cut() {
         let x = [0.0, 1.0, 0.0, -1.0];
-        let conversion = |low_cut_hz| Conversion {
-            from: Motion::Acceleration,
-            to: Motion::Velocity,
+        let conversion = |low_cut_hz| MotionConversion {
+            from: MotionQuantity::Acceleration,
+            to: MotionQuantity::Velocity,
             low_cut_hz,
         };
         assert_eq!(

@@ -73,7 +73,7 @@ fn family(positions: &[f64], uncertainty: f64, nominal: f64) -> Vec<Option<usize
 }
 
 /// The mains frequency and its multiple on which a frequency lies, within what the grid and `uncertainty` leave.
-pub fn on_mains(frequency_hz: f64, uncertainty: f64) -> Option<(f64, usize)> {
+pub fn mains_multiple(frequency_hz: f64, uncertainty: f64) -> Option<(f64, usize)> {
     NOMINAL.into_iter().find_map(|nominal| {
         let k = (frequency_hz / nominal).round();
         let off = (frequency_hz - k * nominal).abs();
@@ -110,8 +110,8 @@ mod tests {
 
     #[test]
     fn exact_on_mains() {
-        assert_eq!(on_mains(149.96, 0.0), Some((50.0, 3)));
-        assert_eq!(on_mains(60.03, 0.0), Some((60.0, 1)));
-        assert_eq!(on_mains(52.0, 0.1), None);
+        assert_eq!(mains_multiple(149.96, 0.0), Some((50.0, 3)));
+        assert_eq!(mains_multiple(60.03, 0.0), Some((60.0, 1)));
+        assert_eq!(mains_multiple(52.0, 0.1), None);
     }
 }

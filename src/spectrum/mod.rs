@@ -1,77 +1,53 @@
-//! What frequencies are in a signal: spectra, frequency response estimators, and what turns with a shaft. On slices and blocks of
-//! samples; knows neither files nor machines.
+//! Spectral analysis of sampled signals: spectra, FRF estimators, filters, order analysis.
+//!
+//! On slices and blocks of samples; knows neither files nor machines.
 
-/// Windows and their gains.
 pub mod window;
 
-/// Averaged spectra and their random error.
 pub mod spectra;
 
-/// Spectra averaged over overlapping blocks.
 pub mod welch;
 
-/// Frequency response functions from averaged spectra.
 pub mod frf;
 
-/// Pulses of a hammer.
-pub mod hits;
+pub mod force_pulses;
 
-/// Frequency responses from hits.
 pub mod impact;
 
-/// Spectra of one record by several tapers.
 pub mod multitaper;
 
-/// Peaks of a spectrum.
 pub mod peaks;
 
-/// Frequency responses by local polynomials.
-pub mod local;
+pub mod local_polynomial;
 
-/// Spectra of one record by neighbouring lines.
-pub mod sweep;
+pub mod frequency_smoothing;
 
-/// Sines fitted by least squares.
 pub mod sine;
 
-/// How a response settles on a dwell.
 pub mod settling;
 
-/// Stepped sines.
-pub mod stepped;
+pub mod stepped_sine;
 
-/// Sines told from noise.
 pub mod tones;
 
-/// What every method asks of its samples first.
-mod samples;
+mod validation;
 
-/// Linear-phase low-pass filters by Kaiser's window.
-pub mod lowpass;
+pub mod kaiser_fir;
 
-/// Decimation without aliases, in blocks that join exactly.
 pub mod decimate;
 
-/// One band of a signal: band-pass, analytic signal, zoom.
 pub mod band;
 
-/// Envelope and squared-envelope spectrum.
 pub mod envelope;
 
-/// Real and power cepstrum, liftering, rahmonics.
 pub mod cepstrum;
 
-/// Spectra by time block.
 pub mod spectrogram;
 
-/// Between acceleration, velocity and displacement.
 pub mod integrate;
 
-/// Lines of the mains.
 pub mod mains;
 
-/// Naming measured lines by what was expected.
-pub mod label;
+pub mod line_labels;
 
-/// What turns with a shaft: tacho, angle, orders, averages over revolutions.
 pub mod rotation;

@@ -1,4 +1,4 @@
-//! Spectra of one record under K tapers that do not overlap in what they see: `S = 2/f_s · mean_k |Σ_j h_k(j) x_j e^{−iωj}|²`.
+//! Multitaper spectra with K sine tapers: `S = 2/f_s · mean_k \
 //!
 //! Thomson, Spectrum estimation and harmonic analysis, Proc. IEEE 70 (1982), pp. 1055–1096, with the sine tapers
 //! `h_k(j) = √(2/(n+1)) sin(πkj/(n+1))` of Riedel & Sidorenko, Minimum bias multiple taper spectral estimation, IEEE Trans. Signal
@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use super::spectra::{Cross, Spectra, mean};
+use super::spectra::{CrossSpectrum, Spectra, mean};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -15,7 +15,7 @@ use crate::numeric::fft::RealFft;
 
 /// Spectra of a record without gaps, means taken off: auto spectra of all channels, cross spectra of `pairs`, lines `rate/(n+1)` apart.
 ///
-/// Each density has 2K freedoms; more tapers, less random error and coarser resolution.
+/// Each density has 2K degrees of freedom; more tapers, less random error and coarser resolution.
 ///
 /// # Errors
 /// `TooShort`: fewer than four samples for each taper. `OutOfRange`: no taper, or a rate that is none. `Overflow`: a sample that is not finite.
@@ -41,7 +41,7 @@ pub fn multitaper(
             Code::TooShort,
             format!("{n} samples are too few for {tapers} tapers"),
         )
-        .hint(format!(
+        .with_hint(format!(
             "at most {} tapers, or a longer record",
             (n / 4).max(1)
         )));
@@ -57,7 +57,7 @@ pub fn multitaper(
     let mean = |x: &[Complex], y: &[Complex], line: usize| {
         let tapered = |z: &[Complex], k: usize| {
             let m = 2 * line as isize;
-            at(z, m - k as isize) - at(z, m + k as isize)
+            line_value(z, m - k as isize) - line_value(z, m + k as isize)
         };
         let sum: Complex = (1..=tapers)
             .map(|k| tapered(x, k).conj() * tapered(y, k))
@@ -66,9 +66,9 @@ pub fn multitaper(
         sum * if is_edge { 0.5 * scale } else { scale }
     };
     let psd = |x: &Vec<Complex>| (0..lines).map(|line| mean(x, x, line).re).collect();
-    let cross = |&pair: &(usize, usize)| Cross {
+    let cross = |&pair: &(usize, usize)| CrossSpectrum {
         pair,
-        value: (0..lines)
+        values: (0..lines)
             .map(|line| mean(&transforms[pair.0], &transforms[pair.1], line))
             .collect(),
     };
@@ -78,7 +78,7 @@ pub fn multitaper(
             .map(|k| rate_hz * (k as f64 / whole as f64))
             .collect(),
         psd: transforms.iter().map(psd).collect(),
-        cross: pairs.iter().map(cross).collect(),
+        spectrum: pairs.iter().map(cross).collect(),
         bandwidth_hz: rate_hz / mean_square_sum(whole, tapers),
         blocks: tapers,
         averages: Some(tapers as f64),
@@ -100,7 +100,7 @@ pub(super) fn transform(channel: &[f64], fft: &mut RealFft) -> Result<Vec<Comple
 }
 
 /// Line `m` of a real signal's transform, below 0 and beyond the half as well.
-pub(super) fn at(z: &[Complex], m: isize) -> Complex {
+pub(super) fn line_value(z: &[Complex], m: isize) -> Complex {
     let last = z.len() as isize - 1;
     if m < 0 {
         z[-m as usize].conj()
@@ -143,15 +143,15 @@ mod tests {
                     (0..n).map(term).sum()
                 };
                 let power = (1..=3).map(|k| tapered(k).norm_sqr()).sum::<f64>() / 3.0;
-                let sides = if found.is_edge(line) { 1.0 } else { 2.0 };
+                let sides = if found.is_real_line(line) { 1.0 } else { 2.0 };
                 let exact = sides * power / 10.0;
                 assert!((found.psd[0][line] - exact).abs() < 1e-12, "{n} {line}");
-                assert!((found.cross[0].value[line].re - exact).abs() < 1e-12);
+                assert!((found.spectrum[0].values[line].re - exact).abs() < 1e-12);
             }
         }
     }
 
-    /// White noise: mean at the true density, spread by the χ² of 2K freedoms; a tone read by its bandwidth.
+    /// White noise: mean at the true density, spread by the χ² of 2K degrees of freedom; a tone read by its bandwidth.
     #[test]
     fn law_white_noise_and_tone() {
         let mut rng = fastrand::Rng::with_seed(5);

@@ -1,10 +1,10 @@
-//! Peaks of a spectrum: local maxima that stand above a robust floor, with frequency and height between the lines.
+//! Peaks of a spectrum above a median noise floor, with interpolated frequency and amplitude.
 //!
 //! The floor is the median over a sliding stretch of lines, turned into a mean by the median of χ². Where the three highest lines stand as
 //! those of a tone under the window do, place and height are the tone's; else they are the top of the parabola through the logarithms.
 
 use super::spectra::Spectra;
-use super::window::lobe;
+use super::window::leakage;
 use crate::numeric::statistics::chi_squared_quantile;
 
 /// What counts as a peak.
@@ -28,7 +28,7 @@ impl Default for PeakOptions {
 
 /// One peak.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Peak {
+pub struct SpectralPeak {
     /// Line of the local maximum.
     pub line: usize,
     /// Frequency between the lines, Hz.
@@ -42,29 +42,30 @@ pub struct Peak {
 }
 
 /// Whatever the averages, a floor is known no better than this factor where it slopes.
-const LEAST_RATIO: f64 = 4.0;
+const MIN_PEAK_RATIO: f64 = 4.0;
 
 /// Between two peaks the density falls by this factor at least.
-const LEAST_DIP: f64 = 2.0;
+const MIN_DIP_RATIO: f64 = 2.0;
 
 /// And by more than so improbable a ripple of the estimate.
-const RIPPLE: f64 = 1e-3;
+const RIPPLE_PROBABILITY: f64 = 1e-3;
 
 /// Lines nearest to a peak that are left to it; beyond, up to the next higher value, the lowest median over lines so far to twice as
 /// far off shows what lies between: the lowest single one of many lines of few averages is low by chance, and says nothing.
-const OWN: usize = 8;
+const PEAK_GUARD_LINES: usize = 8;
 
 /// The peaks of a channel, the highest above the floor first.
-pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Peak> {
+pub fn find_peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<SpectralPeak> {
     let psd = &spectra.psd[channel];
     let lines = psd.len();
     if lines < 3 {
         return Vec::new();
     }
-    let freedoms = 2.0 * spectra.averages.unwrap_or(spectra.blocks as f64);
-    let multiple = |p: f64| chi_squared_quantile(p, freedoms) / freedoms;
-    let ratio = multiple(1.0 - options.false_alarms / lines as f64).max(LEAST_RATIO);
-    let dip = (multiple(1.0 - RIPPLE) / multiple(RIPPLE)).max(LEAST_DIP);
+    let dofs = 2.0 * spectra.averages.unwrap_or(spectra.blocks as f64);
+    let multiple = |p: f64| chi_squared_quantile(p, dofs) / dofs;
+    let ratio = multiple(1.0 - options.false_alarms / lines as f64).max(MIN_PEAK_RATIO);
+    let dip =
+        (multiple(1.0 - RIPPLE_PROBABILITY) / multiple(RIPPLE_PROBABILITY)).max(MIN_DIP_RATIO);
     let half = options.floor_lines.unwrap_or((lines / 8).max(64));
     let floor: Vec<f64> = wide_median(psd, half)
         .iter()
@@ -78,7 +79,7 @@ pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Pe
         *between.select_nth_unstable_by(at, f64::total_cmp).1 / half_power
     };
     let falls = |s: f64, valley: &Valley, ring: &dyn Fn(usize) -> (usize, usize)| {
-        let widths = std::iter::successors(Some(OWN), |w| Some(2 * w));
+        let widths = std::iter::successors(Some(PEAK_GUARD_LINES), |w| Some(2 * w));
         let mut within = widths.take_while(|w| 2 * w <= valley.lines);
         let is_lower = |w: usize| {
             let (from, to) = ring(w);
@@ -95,13 +96,16 @@ pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Pe
             && falls(s, &right[k], &|w| (k + w, k + 2 * w))
     };
     let spacing = spectra.frequency_hz[1] - spectra.frequency_hz[0];
-    let window = spectra.window.map_or(Vec::new(), |w| w.samples(SHAPE));
-    let mut found: Vec<Peak> = (1..lines - 1)
+    let window = spectra
+        .window
+        .map_or(Vec::new(), |w| w.samples(WINDOW_TABLE_LEN));
+    let mut found: Vec<SpectralPeak> = (1..lines - 1)
         .filter(is_peak)
         .map(|k| {
             let three = [psd[k - 1], psd[k], psd[k + 1]];
-            let (shift, top) = tone(&window, three, floor[k]).unwrap_or_else(|| parabola(three));
-            Peak {
+            let (shift, top) =
+                fit_main_lobe(&window, three, floor[k]).unwrap_or_else(|| parabola(three));
+            SpectralPeak {
                 line: k,
                 frequency_hz: spectra.frequency_hz[k] + shift * spacing,
                 psd: top,
@@ -115,12 +119,16 @@ pub fn peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> Vec<Pe
 }
 
 /// Samples of a window that tell the shape of its main lobe.
-const SHAPE: usize = 256;
+const WINDOW_TABLE_LEN: usize = 256;
 
 /// Place, in lines from the middle, and height on its own line of the tone that three lines are; nothing where they are none: the line
 /// on the far side would be lower. Without a window nothing is known.
-fn tone(window: &[f64], [before, middle, after]: [f64; 3], floor: f64) -> Option<(f64, f64)> {
-    const HIGHER: f64 = 1.5;
+fn fit_main_lobe(
+    window: &[f64],
+    [before, middle, after]: [f64; 3],
+    floor: f64,
+) -> Option<(f64, f64)> {
+    const MAX_LOBE_RATIO: f64 = 1.5;
     if window.is_empty() {
         return None;
     }
@@ -128,7 +136,7 @@ fn tone(window: &[f64], [before, middle, after]: [f64; 3], floor: f64) -> Option
     let (near, far) = (above(before.max(after)), above(before.min(after)));
     let ratio = near / above(middle);
     // The share of the nearer line rises from the line itself to half way.
-    let share = |d: f64| lobe(window, 1.0 - d) / lobe(window, d);
+    let share = |d: f64| leakage(window, 1.0 - d) / leakage(window, d);
     if !(ratio <= 1.0 && ratio >= share(0.0)) {
         return None;
     }
@@ -142,9 +150,9 @@ fn tone(window: &[f64], [before, middle, after]: [f64; 3], floor: f64) -> Option
         }
     }
     let d = 0.5 * (low + high);
-    let height = above(middle) / lobe(window, d);
-    let expected = lobe(window, 1.0 + d) * height + floor;
-    let is_tone = far <= HIGHER * expected;
+    let height = above(middle) / leakage(window, d);
+    let expected = leakage(window, 1.0 + d) * height + floor;
+    let is_tone = far <= MAX_LOBE_RATIO * expected;
     let side = if after > before { 1.0 } else { -1.0 };
     is_tone.then_some((side * d, height))
 }
@@ -172,13 +180,13 @@ struct Valley {
 
 /// The valleys to the left and to the right of each line.
 fn valleys(psd: &[f64]) -> (Vec<Valley>, Vec<Valley>) {
-    let left = one_sided(psd.iter());
-    let mut right = one_sided(psd.iter().rev());
+    let left = valleys_on_one_side(psd.iter());
+    let mut right = valleys_on_one_side(psd.iter().rev());
     right.reverse();
     (left, right)
 }
 
-fn one_sided<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<Valley> {
+fn valleys_on_one_side<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<Valley> {
     // Values not yet topped, each with the lowest since the one before it, and their lines.
     let mut open: Vec<(f64, f64, usize)> = Vec::new();
     values
@@ -226,11 +234,11 @@ pub fn sliding_median(values: &[f64], half: usize) -> Vec<f64> {
 
 /// The same where `half` is large, from the medians of short stretches: of an odd number of values each, so that their median is that of all.
 fn wide_median(values: &[f64], half: usize) -> Vec<f64> {
-    const FEW: usize = 8192;
-    if half <= FEW {
+    const DIRECT_MEDIAN_LEN: usize = 8192;
+    if half <= DIRECT_MEDIAN_LEN {
         return sliding_median(values, half);
     }
-    let short = half / FEW * 2 + 1;
+    let short = half / DIRECT_MEDIAN_LEN * 2 + 1;
     let middle = |part: &[f64]| {
         let mut part = part.to_vec();
         part.sort_by(f64::total_cmp);
@@ -244,7 +252,7 @@ fn wide_median(values: &[f64], half: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::welch::{Welch, WelchOptions};
+    use crate::spectrum::welch::{WelchEstimator, WelchOptions};
     use std::f64::consts::TAU;
 
     #[test]
@@ -281,9 +289,9 @@ mod tests {
             block: 1024,
             ..WelchOptions::default()
         };
-        let mut welch = Welch::new(1024.0, 1, &[], &options).unwrap();
-        welch.push(&[samples]);
-        welch.finish().unwrap()
+        let mut estimator = WelchEstimator::new(1024.0, 1, &[], &options).unwrap();
+        estimator.push(&[samples]);
+        estimator.finish().unwrap()
     }
 
     /// Tones anywhere between lines: a thousandth of a line and of the amplitude, nothing else found.
@@ -301,7 +309,7 @@ mod tests {
                     3.0 * (TAU * f1 * t).sin() + 0.5 * (TAU * f2 * t).cos() + 0.01 * rng.f64()
                 })
                 .collect();
-            let found = peaks(&spectrum(&samples), 0, &PeakOptions::default());
+            let found = find_peaks(&spectrum(&samples), 0, &PeakOptions::default());
             assert_eq!(found.len(), 2, "{found:?}");
             for (peak, (f, a)) in found.iter().zip([(f1, 3.0), (f2, 0.5)]) {
                 assert!((peak.frequency_hz - f).abs() < 1e-3, "{peak:?} {f}");
@@ -329,7 +337,7 @@ mod tests {
             bandwidth_hz: 1.0,
             ..Spectra::default()
         };
-        let found = peaks(&spectra, 0, &PeakOptions::default());
+        let found = find_peaks(&spectra, 0, &PeakOptions::default());
         let near = |f: f64| {
             found
                 .iter()
@@ -359,7 +367,7 @@ mod tests {
                 bandwidth_hz: 1.0,
                 ..Spectra::default()
             };
-            let lines = peaks(&spectra, 0, &PeakOptions::default());
+            let lines = find_peaks(&spectra, 0, &PeakOptions::default());
             found.push(lines.iter().map(|p| p.line).collect::<Vec<_>>());
         }
         let wrong = found.iter().filter(|f| **f != [3000, 9000]).count();
@@ -373,7 +381,7 @@ mod tests {
         let found: usize = (0..50)
             .map(|_| {
                 let samples: Vec<f64> = (0..8192).map(|_| rng.f64() - 0.5).collect();
-                peaks(&spectrum(&samples), 0, &PeakOptions::default()).len()
+                find_peaks(&spectrum(&samples), 0, &PeakOptions::default()).len()
             })
             .sum();
         assert!(found <= 3, "{found}");

@@ -1,8 +1,8 @@
-//! How a response settles on a dwell of a stepped sine: what of the dwell counts, and what still rings at its end.
+//! Settling of the response on a dwell of a stepped sine; extrapolation of a decaying transient.
 
 use std::ops::Range;
 
-use super::sine::fit_at;
+use super::sine::fit_amplitude;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 
@@ -16,71 +16,71 @@ pub struct Dwell {
 }
 
 /// Parts of a dwell whose responses are compared.
-const PARTS: usize = 8;
+const DWELL_PARTS: usize = 8;
 
 /// A part is settled within this share of the response that the last half shows.
-const SETTLED: f64 = 5e-4;
+const SETTLING_TOLERANCE: f64 = 5e-4;
 
 /// Or within so many times their scatter.
-const SCATTERS: f64 = 4.0;
+const SCATTER_FACTOR: f64 = 4.0;
 
 /// The sample from which the response of a dwell stays where its last half is.
-pub fn settled(
+pub fn settled_from(
     dwell: &Dwell,
     frequency_hz: f64,
     rate_hz: f64,
     input: &[f64],
     output: &[f64],
 ) -> Result<usize, Error> {
-    let length = dwell.range.len() / PARTS;
-    let mut parts = Vec::with_capacity(PARTS);
-    for part in 0..PARTS {
+    let length = dwell.range.len() / DWELL_PARTS;
+    let mut parts = Vec::with_capacity(DWELL_PARTS);
+    for part in 0..DWELL_PARTS {
         let start = dwell.range.start + part * length;
         let range = start..start + length;
-        let x = fit_at(&input[range.clone()], rate_hz, frequency_hz)?;
-        let y = fit_at(&output[range], rate_hz, frequency_hz)?;
+        let x = fit_amplitude(&input[range.clone()], rate_hz, frequency_hz)?;
+        let y = fit_amplitude(&output[range], rate_hz, frequency_hz)?;
         parts.push(y.amplitude / x.amplitude);
     }
-    let last = &parts[PARTS / 2..];
+    let last = &parts[DWELL_PARTS / 2..];
     let mean = last.iter().sum::<Complex>() / last.len() as f64;
     let square: f64 = last.iter().map(|h| (h - mean).norm_sqr()).sum();
     let scatter = (square / (last.len() - 1) as f64).sqrt();
-    let limit = (SETTLED * mean.norm()).max(SCATTERS * scatter);
+    let limit = (SETTLING_TOLERANCE * mean.norm()).max(SCATTER_FACTOR * scatter);
     let off = parts.iter().rposition(|h| (h - mean).norm() > limit);
     Ok(dwell.range.start + off.map_or(0, |at| at + 1) * length)
 }
 
 /// The response of a dwell that ends before it has settled.
 #[derive(Debug, Clone, Copy)]
-pub struct Ringing {
+pub struct SteadyStateEstimate {
     /// Where the response goes.
-    pub value: Complex,
-    /// `E|error|²` of that, beside noise.
+    pub steady_state: Complex,
+    /// `E|error|²` of that, next to noise.
     pub variance: f64,
 }
 
 /// From one quarter of a dwell to the next the response moves by this many variances of what noise moves it by where it rings.
-const MOVES: f64 = 16.0;
+const MIN_CHANGE_SIGMA2: f64 = 16.0;
 
 /// What rings decays from quarter to quarter by this factor at least, or where it goes is not told.
-const FADES: f64 = 0.9;
+const MAX_DECAY_RATIO: f64 = 0.9;
 
 /// Share of the way from the last quarter to where the response goes by which that is uncertain: several modes ring, and noise is on it.
-const WAY: f64 = 0.2;
+const EXTRAPOLATION_UNCERTAINTY: f64 = 0.2;
 
-impl Ringing {
+impl SteadyStateEstimate {
     /// What rings on a dwell, if it does beyond noise. What one mode leaves falls from quarter to quarter by one factor, so that three
     /// quarters tell where it goes: `h₄ + d r/(1 − r)` with `d = h₄ − h₃` and `r = d/(h₃ − h₂)` (Aitken 1926).
     ///
     /// # Errors
-    /// As [`fit_at`].
-    pub fn of(
+    /// As [`fit_amplitude`].
+    pub fn extrapolate(
         dwell: &Dwell,
         frequency_hz: f64,
         rate_hz: f64,
         input: &[f64],
         output: &[f64],
-    ) -> Result<Option<Ringing>, Error> {
+    ) -> Result<Option<SteadyStateEstimate>, Error> {
         let length = dwell.range.len() / 4;
         let quarter = |part: usize| -> Result<(Complex, f64), Error> {
             let start = dwell.range.start + part * length;
@@ -89,8 +89,8 @@ impl Ringing {
                 &output[start..start + length],
             );
             let (of_x, of_y) = (
-                fit_at(x, rate_hz, frequency_hz)?,
-                fit_at(y, rate_hz, frequency_hz)?,
+                fit_amplitude(x, rate_hz, frequency_hz)?,
+                fit_amplitude(y, rate_hz, frequency_hz)?,
             );
             let h = of_y.amplitude / of_x.amplitude;
             let noise =
@@ -100,22 +100,22 @@ impl Ringing {
         let [second, third, fourth] = [quarter(1)?, quarter(2)?, quarter(3)?];
         let moved = fourth.0 - third.0;
         // Rounding moves as well.
-        let rounding = (SETTLED * fourth.0.norm()).powi(2);
-        if moved.norm_sqr() < MOVES * (third.1 + fourth.1) + rounding {
+        let rounding = (SETTLING_TOLERANCE * fourth.0.norm()).powi(2);
+        if moved.norm_sqr() < MIN_CHANGE_SIGMA2 * (third.1 + fourth.1) + rounding {
             return Ok(None);
         }
         let factor = moved / (third.0 - second.0);
-        let way = match factor.norm() < FADES {
+        let way = match factor.norm() < MAX_DECAY_RATIO {
             true => moved * factor / (1.0 - factor),
-            false => moved * FADES / (1.0 - FADES),
+            false => moved * MAX_DECAY_RATIO / (1.0 - MAX_DECAY_RATIO),
         };
-        Ok(Some(match factor.norm() < FADES {
-            true => Ringing {
-                value: fourth.0 + way,
-                variance: (WAY * way.norm()).powi(2) + fourth.1,
+        Ok(Some(match factor.norm() < MAX_DECAY_RATIO {
+            true => SteadyStateEstimate {
+                steady_state: fourth.0 + way,
+                variance: (EXTRAPOLATION_UNCERTAINTY * way.norm()).powi(2) + fourth.1,
             },
-            false => Ringing {
-                value: fourth.0,
+            false => SteadyStateEstimate {
+                steady_state: fourth.0,
                 variance: way.norm_sqr(),
             },
         }))
@@ -144,19 +144,19 @@ mod tests {
         let mut told = |noise: f64, left: f64| {
             let at = |j: usize| {
                 let wave = exact * Complex::from_polar(1.0, TAU * f * j as f64);
-                let ringing = left * (pole * j as f64).exp();
-                (wave - ringing).re + noise * (random.f64() - 0.5)
+                let estimate = left * (pole * j as f64).exp();
+                (wave - estimate).re + noise * (random.f64() - 0.5)
             };
             let output: Vec<f64> = (0..COUNT).map(at).collect();
-            Ringing::of(&dwell, f, 1.0, &input, &output).unwrap()
+            SteadyStateEstimate::extrapolate(&dwell, f, 1.0, &input, &output).unwrap()
         };
-        let off = |ringing: &Ringing| (ringing.value - exact).norm();
+        let off = |estimate: &SteadyStateEstimate| (estimate.steady_state - exact).norm();
         assert!(off(&told(0.0, 1.0).unwrap()) < 3e-3);
         let (mut square, mut stated) = (0.0, 0.0);
         for _ in 0..20 {
-            let ringing = told(0.2, 1.0).unwrap();
-            square += off(&ringing).powi(2);
-            stated += ringing.variance;
+            let estimate = told(0.2, 1.0).unwrap();
+            square += off(&estimate).powi(2);
+            stated += estimate.variance;
         }
         assert!(
             square < 1.5 * stated && stated < 20.0 * square,

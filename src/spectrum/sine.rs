@@ -1,4 +1,4 @@
-//! Sines fitted by least squares, `x = Re(A e^{iωt}) + x₀`, at a known frequency or with it.
+//! Sine fits with three or four parameters (IEEE 1057): `x = Re(A e^{iωt}) + x₀`.
 //!
 //! IEEE Std 1057-2017, section 4.6 (sine fits of three and four parameters); white residuals of variance σ² over N samples give
 //! `E|ΔA|² = 4σ²/N`.
@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::definite::solve;
+use crate::numeric::symmetric::lu_solve;
 use crate::numeric::{Complex, Matrix};
 
 /// A sine fitted by least squares.
@@ -25,12 +25,12 @@ pub struct SineFit {
 
 impl SineFit {
     /// Takes the sine, not its level, out of the samples it was fitted to.
-    pub fn take_out(&self, samples: &mut [f64], rate_hz: f64) {
+    pub fn subtract_from(&self, samples: &mut [f64], rate_hz: f64) {
         self.add(samples, rate_hz, -1.0);
     }
 
     /// Puts the sine back into the samples it was taken out of.
-    pub fn put_back(&self, samples: &mut [f64], rate_hz: f64) {
+    pub fn add_to(&self, samples: &mut [f64], rate_hz: f64) {
         self.add(samples, rate_hz, 1.0);
     }
 
@@ -49,9 +49,10 @@ impl SineFit {
         let n = samples.len() as f64;
         let line = rate_hz / n;
         let mut left = samples.to_vec();
-        self.take_out(&mut left, rate_hz);
+        self.subtract_from(&mut left, rate_hz);
         left.iter_mut().for_each(|x| *x -= self.offset);
-        let sides = NEAR.flat_map(|k| [-1.0, 1.0].map(|s| self.frequency_hz + s * k as f64 * line));
+        let sides =
+            NOISE_LINES.flat_map(|k| [-1.0, 1.0].map(|s| self.frequency_hz + s * k as f64 * line));
         let is_line = |f: &f64| *f > line && *f < 0.5 * rate_hz - line;
         let powers: Vec<f64> = sides
             .filter(is_line)
@@ -65,7 +66,7 @@ impl SineFit {
 }
 
 /// Lines either side of a sine whose residual is the noise on it, from the second on: the fit takes from the first.
-const NEAR: std::ops::RangeInclusive<usize> = 2..=9;
+const NOISE_LINES: std::ops::RangeInclusive<usize> = 2..=9;
 
 /// `Σ x_j e^{−iωj}`, by Goertzel's recursion.
 fn transform(samples: &[f64], turn: f64) -> Complex {
@@ -77,39 +78,39 @@ fn transform(samples: &[f64], turn: f64) -> Complex {
 }
 
 /// Steps of Gauss and Newton that a fit from a start within half a line takes at most.
-const MOST_STEPS: usize = 30;
+const MAX_ITERATIONS: usize = 30;
 
 /// The frequency stands still: turns over half the record.
-const STILL: f64 = 1e-12;
+const FREQUENCY_TOLERANCE: f64 = 1e-12;
 
 /// A change of less than this that is not half the last one is rounding: turns over half the record. The angle from one sample to the
 /// next is known to `2⁻⁵²` of the power of two below it; where it lies little above one, as 1.13 at 180 Hz of 1 000 Hz, a long record
-/// turns by more than [`STILL`] from one such angle to its neighbour, and the steps go back and forth between them without end.
-const ROUNDED: f64 = 1e-6;
+/// turns by more than [`FREQUENCY_TOLERANCE`] from one such angle to its neighbour, and the steps go back and forth between them without end.
+const ROUNDING_TOLERANCE: f64 = 1e-6;
 
 /// Fits amplitude and offset at a known frequency.
 ///
 /// # Errors
-/// `IllPosed`: fewer than five samples, or a frequency at which sine, cosine and level are not told apart.
-pub fn fit_at(samples: &[f64], rate_hz: f64, frequency_hz: f64) -> Result<SineFit, Error> {
+/// `IllPosed`: fewer than five samples, or a frequency at which sine, cosine and level are not distinguished.
+pub fn fit_amplitude(samples: &[f64], rate_hz: f64, frequency_hz: f64) -> Result<SineFit, Error> {
     Ok(step(samples, rate_hz, frequency_hz, None)?.0)
 }
 
 /// Fits amplitude, offset and frequency, from a start within about half of `rate/n` of it.
 ///
 /// # Errors
-/// As [`fit_at`]; `NoConvergence` where the frequency runs away.
+/// As [`fit_amplitude`]; `NoConvergence` where the frequency runs away.
 pub fn fit(samples: &[f64], rate_hz: f64, start_hz: f64) -> Result<SineFit, Error> {
     let half = 0.5 * samples.len() as f64 / rate_hz;
     let mut frequency = start_hz;
     let (mut found, _) = step(samples, rate_hz, frequency, None)?;
     let mut last = f64::INFINITY;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_ITERATIONS {
         let change;
         (found, change) = step(samples, rate_hz, frequency, Some(found.amplitude))?;
         frequency += change;
         let turns = change.abs() * half;
-        if turns < STILL || (turns < ROUNDED && turns > 0.5 * last) {
+        if turns < FREQUENCY_TOLERANCE || (turns < ROUNDING_TOLERANCE && turns > 0.5 * last) {
             return Ok(found);
         }
         last = turns;
@@ -158,7 +159,7 @@ fn step(
             }
         }
     }
-    let found = solve(&normal, &right).map_err(|_| {
+    let found = lu_solve(&normal, &right).map_err(|_| {
         Error::new(
             Code::IllPosed,
             format!("{n} samples do not determine a sine of {frequency_hz} Hz at {rate_hz} Hz"),
@@ -236,7 +237,7 @@ mod tests {
                 .iter()
                 .map(|x| x + rng.f64() - 0.5)
                 .collect();
-            let found = fit_at(&noisy, 1.0, 0.11).unwrap();
+            let found = fit_amplitude(&noisy, 1.0, 0.11).unwrap();
             scatter += (found.amplitude - exact).norm_sqr();
             stated += found.variance;
         }
@@ -258,7 +259,7 @@ mod tests {
             };
             let noisy: Vec<f64> = (-100..2000).map(step).collect();
             let noisy = &noisy[100..];
-            let found = fit_at(noisy, 1.0, 0.1).unwrap();
+            let found = fit_amplitude(noisy, 1.0, 0.1).unwrap();
             let exact = Complex::from_polar(1.0, TAU * 0.1 * 999.5);
             scatter += (found.amplitude - exact).norm_sqr();
             stated += found.variance_near(noisy, 1.0);
@@ -271,11 +272,11 @@ mod tests {
     #[test]
     fn refuses_too_little() {
         assert_eq!(
-            fit_at(&[1.0; 3], 1.0, 0.1).unwrap_err().code,
+            fit_amplitude(&[1.0; 3], 1.0, 0.1).unwrap_err().code,
             Code::IllPosed
         );
         assert_eq!(
-            fit_at(&[1.0; 30], 1.0, 0.0).unwrap_err().code,
+            fit_amplitude(&[1.0; 30], 1.0, 0.0).unwrap_err().code,
             Code::IllPosed
         );
     }

@@ -1,4 +1,4 @@
-//! Averaged spectra over common lines: one-sided, `S_xx` in unit²/Hz, `S_xy = E[X* Y]`, with the random error of averages.
+//! Averaged auto and cross spectra, one-sided: `S_xx` in unit²/Hz, `S_xy = E[X* Y]`, with random error.
 //!
 //! Bendat & Piersol, Random Data, 4th ed. (2010), sections 8.5 and 9.2.
 
@@ -18,7 +18,7 @@ pub struct Spectra {
     /// One-sided power spectral density of every channel, unit²/Hz.
     pub psd: Vec<Vec<f64>>,
     /// Cross spectra of the pairs asked for.
-    pub cross: Vec<Cross>,
+    pub spectrum: Vec<CrossSpectrum>,
     /// Equivalent noise bandwidth, Hz: a tone of rms `a` has a density of `a²/bandwidth` at its line.
     pub bandwidth_hz: f64,
     /// How many blocks (or tapers) were averaged.
@@ -33,11 +33,11 @@ pub struct Spectra {
 
 /// A one-sided cross spectral density.
 #[derive(Debug, Clone)]
-pub struct Cross {
+pub struct CrossSpectrum {
     /// Channels x and y.
     pub pair: (usize, usize),
     /// `E[X* Y]`: unit of x times unit of y over Hz.
-    pub value: Vec<Complex>,
+    pub values: Vec<Complex>,
 }
 
 /// The mean of a channel.
@@ -62,11 +62,11 @@ impl Spectra {
             let real = |&s: &f64| Complex::new(s, 0.0);
             return self.psd.get(x).map(|psd| psd.iter().map(real).collect());
         }
-        self.cross.iter().find_map(|c| {
+        self.spectrum.iter().find_map(|c| {
             if c.pair == (x, y) {
-                Some(c.value.clone())
+                Some(c.values.clone())
             } else if c.pair == (y, x) {
-                Some(c.value.iter().map(|z| z.conj()).collect())
+                Some(c.values.iter().map(|z| z.conj()).collect())
             } else {
                 None
             }
@@ -82,7 +82,7 @@ impl Spectra {
 
     /// Amplitude (0 to peak) of the tone at each line of a channel, in its unit; the mean value at 0 Hz.
     pub fn amplitude(&self, channel: usize) -> Vec<f64> {
-        let factor = |line| if self.is_edge(line) { 1.0 } else { 2.0 };
+        let factor = |line| if self.is_real_line(line) { 1.0 } else { 2.0 };
         let line = |(k, s): (usize, &f64)| (factor(k) * s * self.bandwidth_hz).sqrt();
         self.psd[channel].iter().enumerate().map(line).collect()
     }
@@ -93,21 +93,22 @@ impl Spectra {
         self.psd[channel].iter().map(line).collect()
     }
 
-    /// χ² freedoms of a density: two for each independent average, one at 0 Hz and at half the rate, where transforms are real.
-    pub fn freedoms(&self, line: usize) -> Option<f64> {
-        let each = if self.is_edge(line) { 1.0 } else { 2.0 };
+    /// χ² degrees of freedom of a density: two for each independent average, one at 0 Hz and at half the rate, where transforms
+    /// are real.
+    pub fn dof(&self, line: usize) -> Option<f64> {
+        let each = if self.is_real_line(line) { 1.0 } else { 2.0 };
         self.averages.map(|n| each * n)
     }
 
     /// Between which multiples of a density the true one of a random signal lies with probability `confidence`: `ν/χ²_{½±½p}(ν)`.
-    pub fn interval(&self, line: usize, confidence: f64) -> Option<(f64, f64)> {
-        let freedoms = self.freedoms(line)?;
-        let bound = |p: f64| freedoms / chi_squared_quantile(p, freedoms);
+    pub fn confidence_factors(&self, line: usize, confidence: f64) -> Option<(f64, f64)> {
+        let dofs = self.dof(line)?;
+        let bound = |p: f64| dofs / chi_squared_quantile(p, dofs);
         Some((bound(0.5 + 0.5 * confidence), bound(0.5 - 0.5 * confidence)))
     }
 
     /// Whether the transform is real at a line: 0 Hz, and half the rate where a line falls on it.
-    pub fn is_edge(&self, line: usize) -> bool {
+    pub fn is_real_line(&self, line: usize) -> bool {
         let f = self.frequency_hz[line];
         f == 0.0 || f == 0.5 * self.rate_hz
     }

@@ -1,9 +1,9 @@
-//! Spectra by time block: `X_b(f_k) = Σ_j w_j x_{bs+j} e^{−2πi jk/n}`, in one pass and in the memory of one block.
+//! Short-time Fourier transform and spectrogram, block by block in the memory of one block.
 //!
 //! One-sided power spectral density `2 |X|²/(f_s Σw²)` (once at zero and at half the rate), P. D. Welch, IEEE Trans. Audio
 //! Electroacoust. 15 (1967), 70–73, with Hann's window.
 
-use super::samples::{check_count, check_positive, mean};
+use super::validation::{check_count, check_positive, mean};
 use super::window::Window;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -11,12 +11,12 @@ use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 
 /// A short-time Fourier transform under way: Hann's window, one block after another.
-pub struct ShortTime {
+pub struct ShortTimeFft {
     fft: RealFft,
     weights: Vec<f64>,
     step: usize,
     remove_mean: bool,
-    held: Vec<f64>,
+    pending: Vec<f64>,
     /// Samples to pass over before the next block begins.
     skip: usize,
     start: usize,
@@ -24,20 +24,20 @@ pub struct ShortTime {
     lines: Vec<Complex>,
 }
 
-impl ShortTime {
+impl ShortTimeFft {
     /// Blocks of `block ≥ 2` samples, each `step ≥ 1` samples after the last.
     ///
     /// # Errors
     /// A block or a step too small.
-    pub fn new(block: usize, step: usize) -> Result<ShortTime, Error> {
+    pub fn new(block: usize, step: usize) -> Result<ShortTimeFft, Error> {
         check_count(block, 2, "the number of samples in a block")?;
         check_count(step, 1, "the number of samples between blocks")?;
         let fft = RealFft::new(block);
-        Ok(ShortTime {
+        Ok(ShortTimeFft {
             weights: Window::Hann.samples(block),
             step,
             remove_mean: false,
-            held: Vec::with_capacity(block),
+            pending: Vec::with_capacity(block),
             skip: 0,
             start: 0,
             block: vec![0.0; block],
@@ -54,14 +54,14 @@ impl ShortTime {
             let passed = self.skip.min(samples.len());
             self.skip -= passed;
             samples = &samples[passed..];
-            let taken = (n - self.held.len()).min(samples.len());
-            self.held.extend_from_slice(&samples[..taken]);
+            let taken = (n - self.pending.len()).min(samples.len());
+            self.pending.extend_from_slice(&samples[..taken]);
             samples = &samples[taken..];
-            if self.held.len() == n {
+            if self.pending.len() == n {
                 self.transform();
                 sink(self.start, &self.lines);
                 self.start += self.step;
-                self.held.drain(..self.step.min(n));
+                self.pending.drain(..self.step.min(n));
                 self.skip = self.step.saturating_sub(n);
             }
         }
@@ -69,12 +69,12 @@ impl ShortTime {
 
     fn transform(&mut self) {
         let mean = if self.remove_mean {
-            mean(&self.held)
+            mean(&self.pending)
         } else {
             0.0
         };
         let weighted = self
-            .held
+            .pending
             .iter()
             .zip(&self.weights)
             .map(|(x, w)| (x - mean) * w);
@@ -90,7 +90,7 @@ impl ShortTime {
 
 /// How a spectrogram is cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SpectrogramSettings {
+pub struct SpectrogramOptions {
     /// Samples in a block: lines are `rate/block` apart.
     pub block: usize,
     /// Samples from one block to the next; half a block uses all that Hann's window lets through.
@@ -101,16 +101,16 @@ pub struct SpectrogramSettings {
 
 /// A spectrogram under way: the mean taken off each block, power spectral densities averaged over a few blocks a row.
 pub struct Spectrogram {
-    transform: ShortTime,
+    transform: ShortTimeFft,
     rate_hz: f64,
-    settings: SpectrogramSettings,
+    settings: SpectrogramOptions,
     sum: Vec<f64>,
     blocks: usize,
 }
 
 /// One row.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct SpectrogramRow {
     /// Middle of the row's samples, s from the first sample's time.
     pub time_s: f64,
     /// One-sided power spectral density by line, unit²/Hz.
@@ -120,10 +120,10 @@ pub struct Row {
 impl Spectrogram {
     /// # Errors
     /// A rate that is not positive, a block of fewer than two samples, a step or a number of averages of zero.
-    pub fn new(rate_hz: f64, settings: SpectrogramSettings) -> Result<Spectrogram, Error> {
+    pub fn new(rate_hz: f64, settings: SpectrogramOptions) -> Result<Spectrogram, Error> {
         check_positive(rate_hz, "the sample rate, Hz,")?;
         check_count(settings.averages, 1, "the number of blocks in a row")?;
-        let mut transform = ShortTime::new(settings.block, settings.step)?;
+        let mut transform = ShortTimeFft::new(settings.block, settings.step)?;
         transform.remove_mean = true;
         Ok(Spectrogram {
             sum: vec![0.0; transform.lines.len()],
@@ -141,8 +141,8 @@ impl Spectrogram {
     }
 
     /// Takes the next samples and hands every row they complete to `sink`.
-    pub fn push(&mut self, samples: &[f64], mut sink: impl FnMut(Row)) {
-        let SpectrogramSettings {
+    pub fn push(&mut self, samples: &[f64], mut sink: impl FnMut(SpectrogramRow)) {
+        let SpectrogramOptions {
             block,
             step,
             averages,
@@ -168,7 +168,7 @@ impl Spectrogram {
             }
             let middle =
                 start as f64 - (averages - 1) as f64 * step as f64 / 2.0 + block as f64 / 2.0;
-            sink(Row {
+            sink(SpectrogramRow {
                 time_s: middle / rate,
                 density,
             });
@@ -185,8 +185,8 @@ impl Spectrogram {
 pub fn spectrogram(
     samples: &[f64],
     rate_hz: f64,
-    settings: SpectrogramSettings,
-) -> Result<Vec<Row>, Error> {
+    settings: SpectrogramOptions,
+) -> Result<Vec<SpectrogramRow>, Error> {
     let mut rows = Vec::new();
     Spectrogram::new(rate_hz, settings)?.push(samples, |row| rows.push(row));
     if rows.is_empty() {
@@ -199,7 +199,7 @@ pub fn spectrogram(
                 settings.block
             ),
         )
-        .hint("shorter blocks, or fewer of them in a row"));
+        .with_hint("shorter blocks, or fewer of them in a row"));
     }
     Ok(rows)
 }
@@ -217,7 +217,7 @@ mod tests {
             .map(|j| a * (TAU * f * j as f64 / rate + phase).cos())
             .collect();
         let mut blocks = 0;
-        ShortTime::new(n, 200)
+        ShortTimeFft::new(n, 200)
             .unwrap()
             .push(&x, &mut |start, lines| {
                 let expected = Complex::from_polar(a / 2.0, TAU * f * start as f64 / rate + phase);
@@ -225,7 +225,7 @@ mod tests {
                 blocks += 1;
             });
         assert_eq!(blocks, 5);
-        let settings = SpectrogramSettings {
+        let settings = SpectrogramOptions {
             block: n,
             step: 64,
             averages: 3,
@@ -245,7 +245,7 @@ mod tests {
         let mut rng = fastrand::Rng::with_seed(9);
         let x: Vec<f64> = (0..3000).map(|_| rng.f64()).collect();
         for step in [1, 17, 64, 150] {
-            let settings = SpectrogramSettings {
+            let settings = SpectrogramOptions {
                 block: 64,
                 step,
                 averages: 2,
@@ -261,8 +261,8 @@ mod tests {
 
     #[test]
     fn refuses_nonsense() {
-        assert!(ShortTime::new(1, 1).is_err() && ShortTime::new(8, 0).is_err());
-        let settings = SpectrogramSettings {
+        assert!(ShortTimeFft::new(1, 1).is_err() && ShortTimeFft::new(8, 0).is_err());
+        let settings = SpectrogramOptions {
             block: 64,
             step: 32,
             averages: 1,

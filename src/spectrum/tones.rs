@@ -1,15 +1,14 @@
-//! Sines told from noise, line by line: of the transforms `Y_k` under K sine tapers a sine makes `μ U_k`, `U_k = Σ_j h_k(j)`, and
-//! `F = (K − 1) |μ|² Σ U_k²/Σ |Y_k − μ U_k|²`, `μ = Σ U_k Y_k/Σ U_k²`, has 2 and 2(K − 1) freedoms where there is none.
+//! Detection of sines in noise by Thomson's F test on sine tapers.
 //!
 //! The harmonic test of Thomson, Spectrum estimation and harmonic analysis, Proc. IEEE 70 (1982), section XIII, with the tapers of
 //! [`multitaper`](crate::spectrum::multitaper). It asks for a density that is even over K lines: a resonance as narrow as a line of the whole
 //! record cannot be told from a sine. Two sines of like size within about four lines of each other stay unseen.
 
-use super::multitaper::{at, transform};
+use super::multitaper::{line_value, transform};
 use super::sine::{self, SineFit};
 use crate::base::error::Error;
 use crate::numeric::Complex;
-use crate::numeric::fft::{RealFft, quick_within};
+use crate::numeric::fft::{RealFft, prev_fast_len};
 
 /// A sine of constant amplitude and frequency.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,67 +26,67 @@ const TAPERS: [usize; 2] = [12, 4];
 
 /// Places looked at per half line. At half lines alone a sine midway between two has F of about 50 however strong it is, no more than
 /// noise reaches somewhere in a long record.
-const FINE: usize = 2;
+const GRID_PER_HALF_LINE: usize = 2;
 
 /// How often noise alone may show one tone, in a record.
 const FALSE_ALARM: f64 = 1e-3;
 
-/// Strong tones hide weak ones beside them: looked at again without, so often at most.
-const ROUNDS: usize = 4;
+/// Strong tones hide weak ones next to them: looked at again without, so often at most.
+const MAX_ROUNDS: usize = 4;
 
 /// Tones taken out in a round, at most.
-const MOST: usize = 64;
+const MAX_TONES_PER_ROUND: usize = 64;
 
 /// Lines: what is left of a tone that is none to the last digit lies within this of it, and is no second one.
-const SAME: f64 = 2.0;
+const SAME_TONE_LINES: f64 = 2.0;
 
 /// Lines: tones nearer than this are fitted again without each other.
-const NEAR: f64 = 12.0;
+const NEIGHBOUR_LINES: f64 = 12.0;
 
 /// Tones that are near each other stand still: lines; and how often they are fitted again at most.
-const STILL: f64 = 1e-5;
-const SWEEPS: usize = 20;
+const REFIT_TOLERANCE_LINES: f64 = 1e-5;
+const MAX_REFITS: usize = 20;
 
 /// Finds tones and takes them out of the channels, which are of equal length; by rising frequency. None where a record is shorter than
 /// eight samples a taper.
 ///
 /// # Errors
 /// `Overflow`: a sample that is not finite.
-pub fn take_out(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<Tone>, Error> {
+pub fn remove_tones(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<Tone>, Error> {
     let samples = channels.first().map_or(0, Vec::len);
     if samples < 8 * TAPERS[0] {
         return Ok(Vec::new());
     }
-    let whole = quick_within(samples + 1);
-    let mut search = Search {
+    let whole = prev_fast_len(samples + 1);
+    let mut search = ToneSearch {
         rate_hz,
-        whole,
+        transform_len: whole,
         channels,
-        fft: RealFft::new(2 * FINE * whole),
-        found: Vec::new(),
+        fft: RealFft::new(2 * GRID_PER_HALF_LINE * whole),
+        tones: Vec::new(),
     };
     for tapers in TAPERS {
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             if !search.round(tapers)? {
                 break;
             }
-            search.settle()?;
+            search.refine_neighbours()?;
         }
     }
-    let mut found = search.found;
+    let mut found = search.tones;
     found.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
-    Ok(found.iter().map(Sines::tone).collect())
+    Ok(found.iter().map(ToneFit::tone).collect())
 }
 
 /// One tone in every channel.
-struct Sines {
+struct ToneFit {
     fits: Vec<SineFit>,
     /// The channel that tells its frequency.
-    clearest: usize,
+    reference_channel: usize,
     probability: f64,
 }
 
-impl Sines {
+impl ToneFit {
     /// Fitted at its frequency, and taken out.
     fn new(
         rate_hz: f64,
@@ -95,24 +94,24 @@ impl Sines {
         clearest: usize,
         start_hz: f64,
         probability: f64,
-    ) -> Result<Sines, Error> {
+    ) -> Result<ToneFit, Error> {
         let frequency_hz = sine::fit(&channels[clearest], rate_hz, start_hz)?.frequency_hz;
         let fits = channels
             .iter()
-            .map(|channel| sine::fit_at(channel, rate_hz, frequency_hz))
+            .map(|channel| sine::fit_amplitude(channel, rate_hz, frequency_hz))
             .collect::<Result<Vec<_>, Error>>()?;
         for (channel, fit) in channels.iter_mut().zip(&fits) {
-            fit.take_out(channel, rate_hz);
+            fit.subtract_from(channel, rate_hz);
         }
-        Ok(Sines {
+        Ok(ToneFit {
             fits,
-            clearest,
+            reference_channel: clearest,
             probability,
         })
     }
 
     fn frequency_hz(&self) -> f64 {
-        self.fits[self.clearest].frequency_hz
+        self.fits[self.reference_channel].frequency_hz
     }
 
     fn tone(&self) -> Tone {
@@ -125,65 +124,73 @@ impl Sines {
 }
 
 /// Channels that tones are taken out of, one after another.
-struct Search<'a> {
+struct ToneSearch<'a> {
     rate_hz: f64,
     /// Samples of a transform and one more.
-    whole: usize,
+    transform_len: usize,
     channels: &'a mut [Vec<f64>],
     fft: RealFft,
-    found: Vec<Sines>,
+    tones: Vec<ToneFit>,
 }
 
-impl Search<'_> {
+impl ToneSearch<'_> {
     fn line_hz(&self) -> f64 {
-        self.rate_hz / self.whole as f64
+        self.rate_hz / self.transform_len as f64
     }
 
     /// Takes out what stands out now; says whether any of it is new.
     fn round(&mut self, tapers: usize) -> Result<bool, Error> {
         let mut tests = Vec::with_capacity(self.channels.len());
         for channel in self.channels.iter() {
-            let lines = transform(&channel[..self.whole - 1], &mut self.fft)?;
-            tests.push(test(&lines, self.whole, tapers));
+            let lines = transform(&channel[..self.transform_len - 1], &mut self.fft)?;
+            tests.push(f_statistics(&lines, self.transform_len, tapers));
         }
-        let looked_at = (self.channels.len() * self.whole * TAPERS.len()) as f64;
+        let looked_at = (self.channels.len() * self.transform_len * TAPERS.len()) as f64;
         let mut is_new = false;
-        for &(m, clearest) in peaks(&tests, looked_at, tapers).iter().take(MOST) {
-            let start = m as f64 * 0.5 / FINE as f64 * self.line_hz();
-            let probability = (above(tests[clearest][m], tapers) * looked_at).min(1.0);
-            let fitted = Sines::new(self.rate_hz, self.channels, clearest, start, probability);
+        for &(m, clearest) in peaks(&tests, looked_at, tapers)
+            .iter()
+            .take(MAX_TONES_PER_ROUND)
+        {
+            let start = m as f64 * 0.5 / GRID_PER_HALF_LINE as f64 * self.line_hz();
+            let probability =
+                (false_alarm_probability(tests[clearest][m], tapers) * looked_at).min(1.0);
+            let fitted = ToneFit::new(self.rate_hz, self.channels, clearest, start, probability);
             // What runs away from where it stands out is no sine there.
             let Ok(tone) = fitted else {
                 continue;
             };
-            let apart = |t: &Sines| (t.frequency_hz() - tone.frequency_hz()).abs();
-            if self.found.iter().all(|t| apart(t) > SAME * self.line_hz()) {
+            let apart = |t: &ToneFit| (t.frequency_hz() - tone.frequency_hz()).abs();
+            if self
+                .tones
+                .iter()
+                .all(|t| apart(t) > SAME_TONE_LINES * self.line_hz())
+            {
                 is_new = true;
-                self.found.push(tone);
+                self.tones.push(tone);
             }
         }
         Ok(is_new)
     }
 
     /// Fits tones near each other again, each without the others, until they stand still.
-    fn settle(&mut self) -> Result<(), Error> {
+    fn refine_neighbours(&mut self) -> Result<(), Error> {
         let line_hz = self.line_hz();
-        for _ in 0..SWEEPS {
+        for _ in 0..MAX_REFITS {
             let mut moved = 0.0_f64;
-            for at in 0..self.found.len() {
+            for at in 0..self.tones.len() {
                 let is_near = |other: usize| {
-                    let apart = self.found[other].frequency_hz() - self.found[at].frequency_hz();
-                    other != at && apart.abs() < NEAR * line_hz
+                    let apart = self.tones[other].frequency_hz() - self.tones[at].frequency_hz();
+                    other != at && apart.abs() < NEIGHBOUR_LINES * line_hz
                 };
-                if !(0..self.found.len()).any(is_near) {
+                if !(0..self.tones.len()).any(is_near) {
                     continue;
                 }
-                let old = &self.found[at];
+                let old = &self.tones[at];
                 for (channel, fit) in self.channels.iter_mut().zip(&old.fits) {
-                    fit.put_back(channel, self.rate_hz);
+                    fit.add_to(channel, self.rate_hz);
                 }
-                let (start, clearest) = (old.frequency_hz(), old.clearest);
-                match Sines::new(
+                let (start, clearest) = (old.frequency_hz(), old.reference_channel);
+                match ToneFit::new(
                     self.rate_hz,
                     self.channels,
                     clearest,
@@ -192,16 +199,16 @@ impl Search<'_> {
                 ) {
                     Ok(new) => {
                         moved = moved.max((new.frequency_hz() - start).abs() / line_hz);
-                        self.found[at] = new;
+                        self.tones[at] = new;
                     }
                     Err(_) => {
                         for (channel, fit) in self.channels.iter_mut().zip(&old.fits) {
-                            fit.take_out(channel, self.rate_hz);
+                            fit.subtract_from(channel, self.rate_hz);
                         }
                     }
                 }
             }
-            if moved < STILL {
+            if moved < REFIT_TOLERANCE_LINES {
                 break;
             }
         }
@@ -210,7 +217,7 @@ impl Search<'_> {
 }
 
 /// F at every place.
-fn test(transform: &[Complex], whole: usize, tapers: usize) -> Vec<f64> {
+fn f_statistics(transform: &[Complex], whole: usize, tapers: usize) -> Vec<f64> {
     let weight = |k: usize| match k % 2 {
         1 => 1.0 / (std::f64::consts::PI * k as f64 / (2 * whole) as f64).tan(),
         _ => 0.0,
@@ -218,35 +225,38 @@ fn test(transform: &[Complex], whole: usize, tapers: usize) -> Vec<f64> {
     let weights: Vec<f64> = (1..=tapers).map(weight).collect();
     let square: f64 = weights.iter().map(|u| u * u).sum();
     let one = |m: usize| {
-        if m <= FINE * tapers || m + FINE * tapers >= FINE * whole {
+        if m <= GRID_PER_HALF_LINE * tapers
+            || m + GRID_PER_HALF_LINE * tapers >= GRID_PER_HALF_LINE * whole
+        {
             return 0.0;
         }
-        let (m, half_line) = (m as isize, FINE as isize);
+        let (m, half_line) = (m as isize, GRID_PER_HALF_LINE as isize);
         let mut along = Complex::new(0.0, 0.0);
         let mut power = 0.0;
         for (k, u) in (1..).zip(&weights) {
-            let y = at(transform, m - k * half_line) - at(transform, m + k * half_line);
+            let y =
+                line_value(transform, m - k * half_line) - line_value(transform, m + k * half_line);
             along += y * *u;
             power += y.norm_sqr();
         }
         let tone = along.norm_sqr() / square;
         let left = (power - tone).max(f64::EPSILON * power);
         match left > 0.0 {
-            true => freedoms(tapers) * tone / left,
+            true => residual_dof(tapers) * tone / left,
             false => 0.0,
         }
     };
-    (0..FINE * whole).map(one).collect()
+    (0..GRID_PER_HALF_LINE * whole).map(one).collect()
 }
 
-/// Pairs of freedoms of what is left.
-fn freedoms(tapers: usize) -> f64 {
+/// Pairs of degrees of freedom of what is left.
+fn residual_dof(tapers: usize) -> f64 {
     (tapers - 1) as f64
 }
 
-/// The probability that F is above a value by noise alone: of 2 and 2ν freedoms, `(1 + F/ν)^−ν`.
-fn above(f: f64, tapers: usize) -> f64 {
-    (1.0 + f / freedoms(tapers)).powf(-freedoms(tapers))
+/// The probability that F is above a value by noise alone: of 2 and 2ν degrees of freedom, `(1 + F/ν)^−ν`.
+fn false_alarm_probability(f: f64, tapers: usize) -> f64 {
+    (1.0 + f / residual_dof(tapers)).powf(-residual_dof(tapers))
 }
 
 /// Places where a tone stands out in some channel, farther than in any as near as the tapers see, with that channel; the clearest
@@ -260,9 +270,9 @@ fn peaks(tests: &[Vec<f64>], looked_at: f64, tapers: usize) -> Vec<(usize, usize
     };
     let all: Vec<(f64, usize)> = (0..count).map(best).collect();
     let mut peaks: Vec<(usize, usize)> = (0..count)
-        .filter(|&m| above(all[m].0, tapers) * looked_at < FALSE_ALARM)
+        .filter(|&m| false_alarm_probability(all[m].0, tapers) * looked_at < FALSE_ALARM)
         .filter(|&m| {
-            let reach = FINE * tapers;
+            let reach = GRID_PER_HALF_LINE * tapers;
             let near = m.saturating_sub(reach)..(m + reach + 1).min(count);
             all[near].iter().all(|other| other.0 <= all[m].0)
         })
@@ -282,7 +292,7 @@ mod tests {
         (0..samples).map(|_| rng.f64() - 0.5).collect()
     }
 
-    /// A strong tone, one that is weaker than the noise beside it, and one near the strong one: found and taken out.
+    /// A strong tone, one that is weaker than the noise next to it, and one near the strong one: found and taken out.
     #[test]
     fn exact_tones_in_noise() {
         let tones = [(101.37, 20.0), (104.0, 0.1), (250.0, 0.05)];
@@ -295,7 +305,7 @@ mod tests {
                 *x += sum.iter().sum::<f64>() / (c + 1) as f64;
             }
         }
-        let found = take_out(1000.0, &mut channels).unwrap();
+        let found = remove_tones(1000.0, &mut channels).unwrap();
         assert_eq!(found.len(), 3, "{found:?}");
         for (tone, (f, a)) in found.iter().zip(tones) {
             // Of white noise a line of 20 s holds an amplitude of 2 √(1/12 · 1/20 000).
@@ -314,16 +324,16 @@ mod tests {
     #[test]
     fn law_noise_has_no_tones() {
         for seed in 0..40 {
-            let found = take_out(1.0, &mut [noise(3000, seed)]).unwrap();
+            let found = remove_tones(1.0, &mut [noise(3000, seed)]).unwrap();
             assert!(found.is_empty(), "{found:?}");
         }
     }
 
     #[test]
     fn survives_little() {
-        assert!(take_out(1.0, &mut []).unwrap().is_empty());
-        assert!(take_out(1.0, &mut [vec![1.0; 20]]).unwrap().is_empty());
-        assert!(take_out(1.0, &mut [vec![1.0; 500]]).unwrap().is_empty());
-        assert!(take_out(1.0, &mut [vec![f64::NAN; 500]]).is_err());
+        assert!(remove_tones(1.0, &mut []).unwrap().is_empty());
+        assert!(remove_tones(1.0, &mut [vec![1.0; 20]]).unwrap().is_empty());
+        assert!(remove_tones(1.0, &mut [vec![1.0; 500]]).unwrap().is_empty());
+        assert!(remove_tones(1.0, &mut [vec![f64::NAN; 500]]).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! Spectra averaged over overlapping blocks of a stream: `S = 2/(f_s Σw²) · mean |X|²`, in bounded memory.
+//! Welch's method on a stream: `S = 2/(f_s Σw²) · mean \
 //!
 //! Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Trans. Audio Electroacoust. 15 (1967),
 //! pp. 70–73. The random error counts the correlation of overlapping blocks exactly: an average `Σ a_i P_i` over blocks of white
@@ -10,13 +10,13 @@
 
 use std::collections::VecDeque;
 
-use super::spectra::{Cross, Spectra};
-use super::window::{Window, gains, overlap_correlation};
+use super::spectra::{CrossSpectrum, Spectra};
+use super::window::{Window, overlap_correlation, window_gains};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
-use crate::numeric::slices;
+use crate::numeric::vector_ops;
 
 /// What is taken off each block before the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -71,7 +71,7 @@ impl Default for WelchOptions {
 }
 
 /// Averages spectra of channels that arrive in chunks.
-pub struct Welch {
+pub struct WelchEstimator {
     rate_hz: f64,
     options: WelchOptions,
     hop: usize,
@@ -82,11 +82,11 @@ pub struct Welch {
     work: Vec<f64>,
     transforms: Vec<Vec<Complex>>,
     psd: Vec<Vec<f64>>,
-    cross: Vec<Cross>,
-    error: RandomError,
+    spectrum: Vec<CrossSpectrum>,
+    error: AverageWeights,
 }
 
-impl Welch {
+impl WelchEstimator {
     /// An empty average over `channels` channels; auto spectra of all of them, cross spectra of `pairs`.
     ///
     /// # Errors
@@ -97,7 +97,7 @@ impl Welch {
         channels: usize,
         pairs: &[(usize, usize)],
         options: &WelchOptions,
-    ) -> Result<Welch, Error> {
+    ) -> Result<WelchEstimator, Error> {
         check(rate_hz, pairs, options)?;
         let n = options.block;
         let hop = (n as f64 * (1.0 - options.overlap)).round().max(1.0) as usize;
@@ -105,21 +105,21 @@ impl Welch {
         let fft = RealFft::new(n);
         let lines = fft.lines();
         let zero = Complex::new(0.0, 0.0);
-        let empty = |&pair: &(usize, usize)| Cross {
+        let empty = |&pair: &(usize, usize)| CrossSpectrum {
             pair,
-            value: vec![zero; lines],
+            values: vec![zero; lines],
         };
-        Ok(Welch {
+        Ok(WelchEstimator {
             rate_hz,
             hop,
-            error: RandomError::new(&window, hop, options.averaging),
+            error: AverageWeights::new(&window, hop, options.averaging),
             window,
             fft,
             pending: (0..channels).map(|_| Vec::with_capacity(n)).collect(),
             work: vec![0.0; n],
             transforms: vec![vec![zero; lines]; channels],
             psd: vec![vec![0.0; lines]; channels],
-            cross: pairs.iter().map(empty).collect(),
+            spectrum: pairs.iter().map(empty).collect(),
             options: options.clone(),
         })
     }
@@ -147,9 +147,9 @@ impl Welch {
     }
 
     /// A gap: samples that no block has finished with are dropped, and no block spans it.
-    pub fn end_stretch(&mut self) {
+    pub fn end_segment(&mut self) {
         self.pending.iter_mut().for_each(Vec::clear);
-        self.error.end_stretch();
+        self.error.end_segment();
     }
 
     /// Blocks averaged so far.
@@ -168,17 +168,17 @@ impl Welch {
                 Code::TooShort,
                 format!("no stretch of the record fills one block of {n} samples"),
             )
-            .hint("choose a shorter block"));
+            .with_hint("choose a shorter block"));
         }
-        let gain = gains(&self.window);
+        let gain = window_gains(&self.window);
         let scale = 2.0 / (self.rate_hz * gain.energy * n as f64);
         let is_edge = |line: usize| line == 0 || 2 * line == n;
         let at = |line: usize| if is_edge(line) { 0.5 * scale } else { scale };
         for psd in &mut self.psd {
             psd.iter_mut().enumerate().for_each(|(k, s)| *s *= at(k));
         }
-        for cross in &mut self.cross {
-            let lines = cross.value.iter_mut().enumerate();
+        for spectrum in &mut self.spectrum {
+            let lines = spectrum.values.iter_mut().enumerate();
             lines.for_each(|(k, s)| *s *= at(k));
         }
         if let Some(bad) = self
@@ -207,14 +207,14 @@ impl Welch {
             rate_hz: self.rate_hz,
             frequency_hz: (0..self.fft.lines()).map(line_hz).collect(),
             psd: self.psd,
-            cross: self.cross,
+            spectrum: self.spectrum,
             bandwidth_hz: gain.bandwidth_lines * df,
             blocks: self.error.blocks,
             averages: match self.options.averaging {
                 Averaging::PeakHold => None,
                 _ => Some(self.error.averages()),
             },
-            window_decay: self.options.window.decay(n as f64 / self.rate_hz),
+            window_decay: self.options.window.decay_rate(n as f64 / self.rate_hz),
             window: Some(self.options.window),
         })
     }
@@ -222,7 +222,7 @@ impl Welch {
     /// Takes the full pending samples as one block.
     fn block(&mut self) {
         for (pending, transform) in self.pending.iter_mut().zip(&mut self.transforms) {
-            load(&mut self.work, pending, &self.window, self.options.detrend);
+            load_block(&mut self.work, pending, &self.window, self.options.detrend);
             self.fft.forward(&mut self.work, transform);
             let kept = pending.len() - self.hop;
             pending.copy_within(self.hop.., 0);
@@ -242,7 +242,11 @@ impl Welch {
                 lines.for_each(|(s, x)| *s += weight * (x.norm_sqr() - *s));
             }
         }
-        for Cross { pair, value } in &mut self.cross {
+        for CrossSpectrum {
+            pair,
+            values: value,
+        } in &mut self.spectrum
+        {
             let (x, y) = (&self.transforms[pair.0], &self.transforms[pair.1]);
             for ((s, x), y) in value.iter_mut().zip(x).zip(y) {
                 *s += (x.conj() * y - *s) * weight;
@@ -286,12 +290,12 @@ fn check(rate_hz: f64, pairs: &[(usize, usize)], options: &WelchOptions) -> Resu
 }
 
 /// `work` becomes the block, trend off, window on.
-fn load(work: &mut [f64], block: &[f64], window: &[f64], detrend: Detrend) {
+fn load_block(work: &mut [f64], block: &[f64], window: &[f64], detrend: Detrend) {
     let n = block.len() as f64;
     let middle = 0.5 * (n - 1.0);
     let mean = match detrend {
         Detrend::None => 0.0,
-        _ => slices::sum(block) / n,
+        _ => vector_ops::sum(block) / n,
     };
     let slope = match detrend {
         Detrend::Linear => {
@@ -311,22 +315,22 @@ fn load(work: &mut [f64], block: &[f64], window: &[f64], detrend: Detrend) {
 }
 
 /// The weights of blocks, and the variance of their weighted mean.
-struct RandomError {
+struct AverageWeights {
     averaging: Averaging,
     blocks: usize,
     /// `ρ(1), ρ(2), …` of blocks that overlap.
     correlation: Vec<f64>,
-    /// Weights of the latest blocks of this stretch, the latest first; as many as overlap with the next.
+    /// Weights of the latest blocks of this segment, the latest first; as many as overlap with the next.
     recent: VecDeque<f64>,
     /// `Σ_i Σ_j a_i a_j ρ(i − j)`.
     variance: f64,
 }
 
-impl RandomError {
-    fn new(window: &[f64], hop: usize, averaging: Averaging) -> RandomError {
+impl AverageWeights {
+    fn new(window: &[f64], hop: usize, averaging: Averaging) -> AverageWeights {
         let lags = (1..).map(|j| j * hop).take_while(|&lag| lag < window.len());
         let correlation: Vec<f64> = lags.map(|lag| overlap_correlation(window, lag)).collect();
-        RandomError {
+        AverageWeights {
             averaging,
             blocks: 0,
             recent: VecDeque::with_capacity(correlation.len() + 1),
@@ -356,7 +360,7 @@ impl RandomError {
         a
     }
 
-    fn end_stretch(&mut self) {
+    fn end_segment(&mut self) {
         self.recent.clear();
     }
 

@@ -1,4 +1,4 @@
-//! Windows `w_j`, `j = 0 … n−1`, periodic in `n` as a transform of `n` samples wants them, and their gains.
+//! Window functions `w_j` (periodic), their gains and correlations (Harris 1978).
 //!
 //! Harris, On the use of windows for harmonic analysis with the discrete Fourier transform, Proc. IEEE 66 (1978), pp. 51–83.
 
@@ -19,7 +19,7 @@ pub enum Window {
     Hamming,
     /// Five cosines whose top is flat within 0.01 dB over a line: for reading amplitudes of tones.
     FlatTop,
-    /// Four cosines, side lobes below −92 dB: for weak tones beside strong ones.
+    /// Four cosines, side lobes below −92 dB: for weak tones next to strong ones.
     BlackmanHarris,
     /// `I₀(β √(1 − x²))/I₀(β)`, `x = 2j/n − 1`: side lobes fall as β rises.
     Kaiser(f64),
@@ -45,7 +45,7 @@ const FLAT_TOP: [f64; 5] = [
 const BLACKMAN_HARRIS: [f64; 4] = [0.35875, 0.48829, 0.14128, 0.01168];
 
 /// Beyond it a Kaiser window is a spike, and `I₀(β)` nears the end of the number range.
-const LARGEST_BETA: f64 = 500.0;
+const MAX_BETA: f64 = 500.0;
 
 impl Window {
     /// The window a word names: `rectangular`, `hann`, `hamming`, `flat-top`, `blackman-harris`, `kaiser:8.6` (β), `force:0.1`
@@ -66,7 +66,7 @@ impl Window {
                         Code::Usage,
                         format!("window `{word}` lacks its {what}, a number after a colon"),
                     )
-                    .hint(format!("for example `{name}:{}`", example(name)))
+                    .with_hint(format!("for example `{name}:{}`", example(name)))
                 })
         };
         let window = match name {
@@ -83,7 +83,7 @@ impl Window {
                 ];
                 let found = plain.into_iter().find(|w| w.name() == name);
                 found.filter(|_| number.is_none()).ok_or_else(|| {
-                    Error::new(Code::Usage, format!("`{word}` is not a window")).hint(
+                    Error::new(Code::Usage, format!("`{word}` is not a window")).with_hint(
                         "rectangular, hann, hamming, flat-top, blackman-harris, kaiser:β, force:share or exponential:end",
                     )
                 })?
@@ -113,7 +113,7 @@ impl Window {
     /// `OutOfRange`.
     pub fn check(self) -> Result<(), Error> {
         let (is_sound, range) = match self {
-            Window::Kaiser(beta) => ((0.0..=LARGEST_BETA).contains(&beta), "β is 0 to 500"),
+            Window::Kaiser(beta) => ((0.0..=MAX_BETA).contains(&beta), "β is 0 to 500"),
             Window::Force(share) => (
                 share > 0.0 && share <= 1.0,
                 "the share is above 0 and at most 1",
@@ -131,7 +131,7 @@ impl Window {
             Code::OutOfRange,
             format!("window `{}` cannot be", self.name()),
         )
-        .hint(range))
+        .with_hint(range))
     }
 
     /// Its `n` samples.
@@ -154,7 +154,7 @@ impl Window {
 
     /// The rate σ of `exp(−σt)` it lays on a response in blocks of `duration_s`, 1/s: a pole found behind the window is `−σ` too far
     /// left, its damping ratio `σ/ω` too high.
-    pub fn decay(self, duration_s: f64) -> f64 {
+    pub fn decay_rate(self, duration_s: f64) -> f64 {
         match self {
             Window::Exponential(end) => -end.ln() / duration_s,
             _ => 0.0,
@@ -205,7 +205,7 @@ pub fn bessel_i0(x: f64) -> f64 {
 
 /// What a window does to tones and to noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gains {
+pub struct WindowGains {
     /// `Σw/n`: the factor on a tone's amplitude.
     pub coherent: f64,
     /// `Σw²/n`: the factor on a noise's mean square.
@@ -215,11 +215,11 @@ pub struct Gains {
 }
 
 /// The gains of a window's samples.
-pub fn gains(w: &[f64]) -> Gains {
+pub fn window_gains(w: &[f64]) -> WindowGains {
     let n = w.len() as f64;
     let coherent = w.iter().sum::<f64>() / n;
     let energy = w.iter().map(|w| w * w).sum::<f64>() / n;
-    Gains {
+    WindowGains {
         coherent,
         energy,
         bandwidth_lines: energy / (coherent * coherent),
@@ -227,7 +227,7 @@ pub fn gains(w: &[f64]) -> Gains {
 }
 
 /// Power of a tone so many lines from a line, over that of one on it: `|W(d)|²/|W(0)|²`, the same for every length that is not short.
-pub fn lobe(w: &[f64], d: f64) -> f64 {
+pub fn leakage(w: &[f64], d: f64) -> f64 {
     let n = w.len() as f64;
     let turned = |(j, w): (usize, &f64)| {
         let (s, c) = (TAU * d * j as f64 / n).sin_cos();
@@ -274,14 +274,18 @@ mod tests {
         ];
         for (window, a) in cases {
             for n in [16, 17, 1000] {
-                let found = gains(&window.samples(n));
+                let found = window_gains(&window.samples(n));
                 let energy = a[0] * a[0] + 0.5 * a[1..].iter().map(|a| a * a).sum::<f64>();
                 assert_close(found.coherent, a[0], 1e-14);
                 assert_close(found.energy, energy, 1e-14);
                 assert_close(found.bandwidth_lines, energy / (a[0] * a[0]), 1e-14);
             }
         }
-        assert_close(gains(&Window::Hann.samples(64)).bandwidth_lines, 1.5, 1e-14);
+        assert_close(
+            window_gains(&Window::Hann.samples(64)).bandwidth_lines,
+            1.5,
+            1e-14,
+        );
     }
 
     /// Kaiser: the mean tends to sinh β/(β I₀(β)), with the error of a trapezium rule, O(n⁻²).
@@ -290,7 +294,7 @@ mod tests {
         for beta in [2.0_f64, 8.6, 20.0] {
             let exact = beta.sinh() / beta / bessel_i0(beta);
             assert_close(
-                gains(&Window::Kaiser(beta).samples(100_000)).coherent,
+                window_gains(&Window::Kaiser(beta).samples(100_000)).coherent,
                 exact,
                 1e-8,
             );
@@ -302,17 +306,17 @@ mod tests {
     #[test]
     fn exact_force_and_exponential() {
         let (n, end) = (500, 0.01_f64);
-        let found = gains(&Window::Exponential(end).samples(n));
+        let found = window_gains(&Window::Exponential(end).samples(n));
         let sum = |q: f64| (1.0 - q.powi(n as i32)) / (1.0 - q) / n as f64;
         let q = end.powf(1.0 / n as f64);
         assert_close(found.coherent, sum(q), 1e-12);
         assert_close(found.energy, sum(q * q), 1e-12);
         assert_close(
-            Window::Exponential(end).decay(0.5),
+            Window::Exponential(end).decay_rate(0.5),
             9.210340371976184,
             1e-15,
         );
-        let found = gains(&Window::Force(0.1).samples(n));
+        let found = window_gains(&Window::Force(0.1).samples(n));
         assert_close(found.coherent, 0.1, 1e-14);
         assert_close(found.bandwidth_lines, 10.0, 1e-14);
     }

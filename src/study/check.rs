@@ -1,71 +1,71 @@
 //! What the studies of a scene would refuse, found without solving anything.
 
-use super::stability::facts;
-use super::{accuracy, frequencies, parametric, responses};
+use super::stability::linear;
+use super::{frequencies, parametric, responses, work_precision};
 use crate::base::error::Error;
-use crate::plan::motion::scene::MotionScene;
-use crate::plan::motion::{choice, cost};
-use crate::plan::on_the_fly::OnTheFly;
-use crate::plan::prepared::Prepared;
+use crate::plan::motion::simulation_setup::SimulationSetup;
+use crate::plan::motion::{cost, method_choice};
+use crate::plan::online::OnlineAnalysis;
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::{harmonic_balance, run_up};
-use crate::plan::stages::Plan;
-use crate::plan::{response, run, transmission};
+use crate::plan::stages::ModesPlan;
+use crate::plan::{modes_run, response, transmission};
 use crate::scene::Scene;
-use crate::scene::study::{ModesStudy, SimulateStudy, StudyKind, Subject};
+use crate::scene::study::{AccuracyTarget, ModesStudy, SimulateStudy, StudyKind};
 
 /// The refusals of all studies, each at its place.
-pub fn refusals(scene: &Scene, prepared: &Prepared) -> Vec<Error> {
+pub fn refusals(scene: &Scene, machine: &PreparedMachine) -> Vec<Error> {
     let of = |study: &crate::scene::study::Study| {
-        let error = of_study(scene, prepared, &study.kind).err()?;
-        Some(match error.place {
+        let error = of_study(scene, machine, &study.kind).err()?;
+        Some(match error.span {
             Some(_) => error,
-            None => error.at(&study.place),
+            None => error.with_span(&study.span),
         })
     };
     scene.studies.iter().filter_map(of).collect()
 }
 
-fn of_study(scene: &Scene, prepared: &Prepared, study: &StudyKind) -> Result<(), Error> {
+fn of_study(scene: &Scene, machine: &PreparedMachine, study: &StudyKind) -> Result<(), Error> {
     match study {
-        StudyKind::Modes(study) => modes(prepared, study),
-        StudyKind::Simulate(study) => motion(scene, prepared, study),
-        StudyKind::Accuracy(study) => match study.of {
-            Subject::Modes => frequencies::refuse(prepared),
-            Subject::Response => responses::refuse(prepared, &study.response),
-            Subject::Motion => {
-                let ready = MotionScene::new(prepared, &scene.start, &study.motion)?;
-                accuracy::refuse(&ready, &study.methods)
+        StudyKind::Modes(study) => modes(machine, study),
+        StudyKind::Simulate(study) => motion(scene, machine, study),
+        StudyKind::Accuracy(study) => match study.target {
+            AccuracyTarget::Modes => frequencies::refuse(machine),
+            AccuracyTarget::Response => responses::refuse(machine, &study.response),
+            AccuracyTarget::Motion => {
+                let ready = SimulationSetup::new(machine, &scene.conditions, &study.motion)?;
+                work_precision::refuse(&ready, &study.methods)
             }
         },
         StudyKind::Stability(study) => {
-            choice::each_named(&study.methods)?;
-            facts::refuse(prepared)?;
-            if study.motion.until.is_none() && study.speeds.is_none() {
+            method_choice::find_methods(&study.methods)?;
+            linear::refuse(machine)?;
+            if study.motion.end_time.is_none() && study.speeds.is_none() {
                 return Ok(());
             }
             let motion = SimulateStudy {
-                until: study.motion.until.or(Some(1.0)),
+                end_time: study.motion.end_time.or(Some(1.0)),
                 ..study.motion.clone()
             };
-            let ready = MotionScene::new(prepared, &scene.start, &motion)?;
-            parametric::refuse(prepared, &ready, study)
+            let ready = SimulationSetup::new(machine, &scene.conditions, &motion)?;
+            parametric::refuse(machine, &ready, study)
         }
-        StudyKind::Response(study) => response::run::refuse(prepared, study),
-        StudyKind::HarmonicBalance(study) => harmonic_balance::plan(prepared, study).map(|_| ()),
-        StudyKind::RunUp(study) => run_up::plan(prepared, study).map(|_| ()),
-        StudyKind::Transmission(study) => transmission::run::refuse(prepared, study),
+        StudyKind::Response(study) => response::run::refuse(machine, study),
+        StudyKind::HarmonicBalance(study) => harmonic_balance::plan(machine, study).map(|_| ()),
+        StudyKind::RunUp(study) => run_up::plan(machine, study).map(|_| ()),
+        StudyKind::Transmission(study) => transmission::run::refuse(machine, study),
     }
 }
 
-fn modes(prepared: &Prepared, study: &ModesStudy) -> Result<(), Error> {
-    prepared.speeds_at(study.speed)?;
-    run::refuse_hopeless(prepared, study, &Plan::modes(prepared, study))
+fn modes(machine: &PreparedMachine, study: &ModesStudy) -> Result<(), Error> {
+    machine.speeds_at(study.speed)?;
+    modes_run::check_budget(machine, study, &ModesPlan::plan_modes(machine, study))
 }
 
 /// A motion: its equations, outputs and start, its method, what it would cost.
-fn motion(scene: &Scene, prepared: &Prepared, study: &SimulateStudy) -> Result<(), Error> {
-    let ready = MotionScene::new(prepared, &scene.start, study)?;
-    let choice = choice::choose(&ready.moving.train, study)?;
-    OnTheFly::new(prepared, &ready, &study.running)?;
-    cost::refuse(&ready, &choice, study)
+fn motion(scene: &Scene, machine: &PreparedMachine, study: &SimulateStudy) -> Result<(), Error> {
+    let ready = SimulationSetup::new(machine, &scene.conditions, study)?;
+    let choice = method_choice::choose_method(&ready.model.model, study)?;
+    OnlineAnalysis::new(machine, &ready, &study.running)?;
+    cost::check_budget(&ready, &choice, study)
 }

@@ -1,9 +1,9 @@
 //! The sizes of states without what rigid motions carry them along: `q − R (RᵀMR)⁻¹ RᵀM q`.
 
-use crate::motion::problem::Problem;
-use crate::motion::train::Train;
-use crate::numeric::slices::dot;
-use crate::numeric::{Matrix, definite};
+use crate::motion::dynamic_model::DynamicModel;
+use crate::motion::problem::OdeProblem;
+use crate::numeric::vector_ops::dot;
+use crate::numeric::{Matrix, symmetric};
 
 /// The largest size of every state, and of its part that deforms something.
 pub struct ElasticSizes {
@@ -16,19 +16,19 @@ pub struct ElasticSizes {
 }
 
 /// A deformation below this, relative to the motion it is the rest of, is rounding.
-const ROUNDED: f64 = 1e-12;
+const ROUNDING_TOLERANCE: f64 = 1e-12;
 
 impl ElasticSizes {
     /// Of a machine with these rigid motions.
-    pub fn new(train: &Train, rigid: &[Vec<f64>]) -> ElasticSizes {
-        let momenta: Vec<Vec<f64>> = rigid.iter().map(|r| train.momentum(r)).collect();
+    pub fn new(model: &DynamicModel, rigid: &[Vec<f64>]) -> ElasticSizes {
+        let momenta: Vec<Vec<f64>> = rigid.iter().map(|r| model.momentum(r)).collect();
         let inertia = Matrix::from_fn(rigid.len(), rigid.len(), |i, j| dot(&rigid[i], &momenta[j]));
-        let states = train.len();
+        let states = model.len();
         ElasticSizes {
             rigid: rigid.to_vec(),
             momenta,
             inertia,
-            n: train.n(),
+            n: model.coordinate_count(),
             whole: vec![0.0; states],
             elastic: vec![0.0; states],
         }
@@ -43,7 +43,7 @@ impl ElasticSizes {
                 .iter()
                 .map(|p| dot(p, &y[part.clone()]))
                 .collect();
-            let Ok(shares) = definite::solve_semidefinite(&self.inertia, &right) else {
+            let Ok(shares) = symmetric::solve_semidefinite(&self.inertia, &right) else {
                 continue;
             };
             for (r, share) in self.rigid.iter().zip(shares) {
@@ -63,7 +63,8 @@ impl ElasticSizes {
     pub fn sizes(self) -> Vec<f64> {
         let largest = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
         let positions = 0..self.n;
-        match largest(&self.elastic[positions.clone()]) > ROUNDED * largest(&self.whole[positions])
+        match largest(&self.elastic[positions.clone()])
+            > ROUNDING_TOLERANCE * largest(&self.whole[positions])
         {
             true => self.elastic,
             false => self.whole,

@@ -1,167 +1,180 @@
-//! Error against run time of the lowest natural frequencies: every way to solve for them, and what approximations of the
-//! machine cost: fewer coordinates, shafts cut in fewer lengths.
+//! Work–precision study of natural frequencies: eigensolvers, reduction, shaft elements.
 //!
 //! The error of a way is the largest relative error of the frequencies asked for. Solvers and reductions are measured against
 //! the machine as written; lengths against the limit of ever finer ones, by Richardson's extrapolation of second order.
 
-use super::timing::least;
-use super::watch::{Watch, interrupted};
-use super::ways::{Size, Way, Ways};
+use super::comparison::{ComparedMethod, ComparisonResult, ModelSize};
+use super::monitor::{Monitor, interrupted_error};
+use super::timing::min_time;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::words::counted;
-use crate::machine::linear::Linear;
-use crate::modes::basis::{self, Basis, Solver};
-use crate::modes::equations::{Case, Equations};
-use crate::modes::lowest::{self, Wanted};
-use crate::modes::reduction::{Keep, Method, Reduced, frequencies};
-use crate::numeric::{Matrix, definite};
-use crate::plan::prepared::Prepared;
+use crate::base::text::pluralise;
+use crate::machine::linear::LinearModel;
+use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver};
+use crate::modes::mode_subset::{self, SubsetRequest};
+use crate::modes::reduction::{ModeSelection, ReducedModel, ReductionMethod, natural_frequencies};
+use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
+use crate::numeric::{Matrix, symmetric};
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::model::{BarMass, Model, ShaftBody};
 
-/// Modes compared where nobody says.
-pub const USUAL: usize = 10;
+/// Modes compared by default.
+pub const DEFAULT_MODES: usize = 10;
 
-/// Machines beyond this many freedoms are not decomposed whole.
-const DENSE: usize = 1000;
+/// Machines beyond this many degrees of freedom are not decomposed whole.
+const MAX_DENSE_DOFS: usize = 1000;
 
-/// Machines beyond this many freedoms are not built for a comparison of lengths.
-const LONGEST: usize = 100_000;
+/// Machines beyond this many degrees of freedom are not built for a comparison of lengths.
+const MAX_DOFS: usize = 100_000;
 
 /// Lengths of the ladder; the last two give the reference.
-const LENGTHS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
+const SUBDIVISIONS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 
 /// Refuses machines without frequencies to compare.
 ///
 /// # Errors
 /// A machine whose strain energy is no sum of squares, or without elastic modes.
-pub fn refuse(prepared: &Prepared) -> Result<(), Error> {
-    if !prepared.linear.is_sum_of_squares() {
+pub fn refuse(prepared_machine: &PreparedMachine) -> Result<(), Error> {
+    if !prepared_machine.model.is_sum_of_squares() {
         let message =
             "stiffnesses that are negative or act across have no undamped frequencies to compare";
         return Err(Error::new(Code::Conflict, message)
-            .hint("state the machine without them, or ask for its motion"));
+            .with_hint("state the machine without them, or ask for its motion"));
     }
-    if elastic_modes(&prepared.linear) == 0 {
+    if elastic_modes(&prepared_machine.model) == 0 {
         let message = "the machine has no elastic mode";
-        return Err(
-            Error::new(Code::OutOfRange, message).hint("give its shafts or meshes a stiffness")
-        );
+        return Err(Error::new(Code::OutOfRange, message)
+            .with_hint("give its shafts or meshes a stiffness"));
     }
     Ok(())
 }
 
-fn elastic_modes(linear: &Linear) -> usize {
-    linear.n - linear.massless.len() - linear.rigid.len()
+fn elastic_modes(model: &LinearModel) -> usize {
+    model.n - model.massless.len() - model.rigid.len()
 }
 
 /// Compares every way to the lowest elastic frequencies. Ended early, it gives the ways that were finished.
 ///
 /// # Errors
 /// Those of [`refuse`]; those of the reference.
-pub fn study(model: &Model, count: usize, watch: &mut Watch) -> Result<Ways, Error> {
-    let prepared = Prepared::new(model)?;
-    let linear = &prepared.linear;
-    refuse(&prepared)?;
-    let count = count.min(elastic_modes(linear));
-    if !watch.goes_on("reference") {
-        return Err(interrupted());
+pub fn compare_eigensolvers(
+    model: &Model,
+    count: usize,
+    monitor: &mut Monitor,
+) -> Result<ComparisonResult, Error> {
+    let prepared_machine = PreparedMachine::new(model)?;
+    let linear_model = &prepared_machine.model;
+    refuse(&prepared_machine)?;
+    let count = count.min(elastic_modes(linear_model));
+    if !monitor.proceed("reference") {
+        return Err(interrupted_error());
     }
-    let whole = linear.n <= DENSE;
+    let whole = linear_model.n <= MAX_DENSE_DOFS;
     let basis = match whole {
-        true => Some(basis::solve(linear, Solver::Factored)?),
+        true => Some(modal_basis::solve(linear_model, UndampedSolver::Factored)?),
         false => None,
     };
     let (omega, digits) = match &basis {
-        Some(basis) => elastic_of(basis, count),
-        None => found_few(&prepared, count)?,
+        Some(basis) => elastic_frequencies(basis, count),
+        None => lowest_frequencies(&prepared_machine, count)?,
     };
-    let truth = Truth {
+    let reference_frequencies = ReferenceFrequencies {
         omega,
         error: 10f64.powf(-digits),
     };
-    let mut ways = Vec::new();
+    let mut methods = Vec::new();
     let mut add =
         |method: &'static str, size, task: &mut dyn FnMut() -> Result<Vec<f64>, Error>| {
-            if !watch.goes_on(method) {
+            if !monitor.proceed(method) {
                 return;
             }
-            ways.push(Way::taken(method, size, task, |found| truth.judge(found)));
+            methods.push(ComparedMethod::time_method(method, size, task, |found| {
+                reference_frequencies.relative_error(found)
+            }));
         };
     add("lowest modes only", None, &mut || {
-        found_few(&prepared, count).map(|f| f.0)
+        lowest_frequencies(&prepared_machine, count).map(|f| f.0)
     });
-    let dense: [(&'static str, Task); 3] = [
+    let dense: [(&'static str, FrequencyFn); 3] = [
         ("all modes, graded", &|| {
-            basis::solve(linear, Solver::Factored).map(|b| elastic_of(&b, count).0)
+            modal_basis::solve(linear_model, UndampedSolver::Factored)
+                .map(|b| elastic_frequencies(&b, count).0)
         }),
         ("all modes, singular values", &|| {
-            basis::solve(linear, Solver::Singular).map(|b| elastic_of(&b, count).0)
+            modal_basis::solve(linear_model, UndampedSolver::Bidiagonal)
+                .map(|b| elastic_frequencies(&b, count).0)
         }),
         ("all modes, assembled K", &|| {
-            assembled(&prepared, basis.as_ref(), count)
+            assembled(&prepared_machine, basis.as_ref(), count)
         }),
     ];
     for (name, way) in dense {
         match whole {
             true => add(name, None, &mut || way()),
-            false => add(name, None, &mut || Err(too_large(linear.n))),
+            false => add(name, None, &mut || Err(too_large(linear_model.n))),
         }
     }
     if let Some(basis) = &basis {
-        let case = Case {
-            machine: &prepared.machine,
-            linear,
+        let context = AnalysisContext {
+            machine: &prepared_machine.machine,
+            model: linear_model,
             basis,
             speeds: None,
         };
-        let order = softest(linear);
-        for kept in ladder(count, order.len()) {
+        let order = master_dofs(linear_model);
+        for kept in size_sequence(count, order.len()) {
             add(
                 "static condensation",
-                Some(Size::Coordinates(kept)),
+                Some(ModelSize::Coordinates(kept)),
                 &mut || {
                     let masters = order[..kept].to_vec();
-                    reduced(&case, Method::Guyan { masters }, count)
+                    reduced(&context, ReductionMethod::Guyan { masters }, count)
                 },
             );
             add(
                 "fixed-interface modes",
-                Some(Size::Coordinates(kept)),
+                Some(ModelSize::Coordinates(kept)),
                 &mut || {
-                    let boundary = order[..BOUNDARY.min(kept)].to_vec();
-                    let keep = Keep::Count(kept - boundary.len());
-                    reduced(&case, Method::CraigBampton { boundary, keep }, count)
+                    let boundary = order[..BOUNDARY_DOFS.min(kept)].to_vec();
+                    let selection = ModeSelection::Count(kept - boundary.len());
+                    reduced(
+                        &context,
+                        ReductionMethod::CraigBampton {
+                            boundary,
+                            selection,
+                        },
+                        count,
+                    )
                 },
             );
         }
     }
-    ways.extend(lengths(model, count, watch));
-    let highest = truth.omega.last().copied().unwrap_or(0.0);
-    Ok(Ways {
-        compared: format!(
+    methods.extend(compare_subdivisions(model, count, monitor));
+    let highest = reference_frequencies.omega.last().copied().unwrap_or(0.0);
+    Ok(ComparisonResult {
+        quantity: format!(
             "the lowest {} to {:.4} Hz",
-            counted(count, "elastic mode"),
+            pluralise(count, "elastic mode"),
             highest / std::f64::consts::TAU
         ),
         norm: "largest relative error of the frequencies; of shafts in lengths, against the limit of ever finer ones",
-        freedoms: linear.n,
+        dofs: linear_model.n,
         reference: match whole {
             true => "all modes of the graded factor",
             false => "the lowest modes by elimination",
         }
         .to_string(),
-        reference_error: truth.error,
-        list: ways,
-        interrupted: watch.stop.is_raised(),
+        reference_error: reference_frequencies.error,
+        methods,
+        interrupted: monitor.cancel.is_cancelled(),
     })
 }
 
 /// Finds frequencies, rad/s.
-type Task<'a> = &'a dyn Fn() -> Result<Vec<f64>, Error>;
+type FrequencyFn<'a> = &'a dyn Fn() -> Result<Vec<f64>, Error>;
 
 /// What frequencies are compared with.
-struct Truth {
+struct ReferenceFrequencies {
     /// rad/s.
     omega: Vec<f64>,
     /// Their own relative error, below which none can be told.
@@ -169,23 +182,23 @@ struct Truth {
 }
 
 /// Coordinates that keep their place where the rest is replaced by modes.
-const BOUNDARY: usize = 2;
+const BOUNDARY_DOFS: usize = 2;
 
-impl Truth {
+impl ReferenceFrequencies {
     /// How far frequencies are off, where all are there.
-    fn judge(&self, found: Vec<f64>) -> Result<f64, String> {
+    fn relative_error(&self, found: Vec<f64>) -> Result<f64, String> {
         match found.len() < self.omega.len() {
             true => Err(format!(
                 "gives {} of {} modes",
                 found.len(),
                 self.omega.len()
             )),
-            false => Ok(worst(&found, &self.omega).max(self.error)),
+            false => Ok(max_error(&found, &self.omega).max(self.error)),
         }
     }
 }
 
-fn worst(found: &[f64], truth: &[f64]) -> f64 {
+fn max_error(found: &[f64], truth: &[f64]) -> f64 {
     found
         .iter()
         .zip(truth)
@@ -193,7 +206,7 @@ fn worst(found: &[f64], truth: &[f64]) -> f64 {
 }
 
 /// The lowest elastic frequencies of all, rad/s, and the digits of the poorest.
-fn elastic_of(basis: &Basis, count: usize) -> (Vec<f64>, f64) {
+fn elastic_frequencies(basis: &ModalBasis, count: usize) -> (Vec<f64>, f64) {
     let range = basis.n_rigid..basis.n_rigid + count;
     let digits = basis.digits[range.clone()]
         .iter()
@@ -201,72 +214,83 @@ fn elastic_of(basis: &Basis, count: usize) -> (Vec<f64>, f64) {
     (basis.omega[range].to_vec(), digits)
 }
 
-fn found_few(prepared: &Prepared, count: usize) -> Result<(Vec<f64>, f64), Error> {
-    let wanted = Wanted {
-        count: count + prepared.linear.rigid.len(),
+fn lowest_frequencies(machine: &PreparedMachine, count: usize) -> Result<(Vec<f64>, f64), Error> {
+    let request = SubsetRequest {
+        count: count + machine.model.rigid.len(),
         near: None,
     };
-    let found = lowest::find(&prepared.linear, prepared.forest.as_ref(), wanted)?;
+    let found = mode_subset::solve(&machine.model, machine.forest.as_ref(), request)?;
     let elastic: Vec<_> = found.modes.iter().filter(|m| !m.rigid).collect();
-    let digits = elastic.iter().fold(f64::INFINITY, |m, e| m.min(e.digits));
+    let digits = elastic
+        .iter()
+        .fold(f64::INFINITY, |m, e| m.min(e.trusted_digits));
     Ok((elastic.iter().map(|m| m.omega()).collect(), digits))
 }
 
 /// By the textbook's way: K and M assembled, one symmetric eigenvalue problem.
-fn assembled(prepared: &Prepared, basis: Option<&Basis>, count: usize) -> Result<Vec<f64>, Error> {
+fn assembled(
+    prepared_machine: &PreparedMachine,
+    basis: Option<&ModalBasis>,
+    count: usize,
+) -> Result<Vec<f64>, Error> {
     let Some(basis) = basis else {
-        return Err(too_large(prepared.linear.n));
+        return Err(too_large(prepared_machine.model.n));
     };
-    let linear = &prepared.linear;
-    let case = Case {
-        machine: &prepared.machine,
-        linear,
+    let model = &prepared_machine.model;
+    let context = AnalysisContext {
+        machine: &prepared_machine.machine,
+        model,
         basis,
         speeds: None,
     };
-    let identity = Matrix::identity(linear.n, linear.n);
-    let equations = Equations::over(&case, identity, Vec::new(), 0);
-    let values = definite::pencil(&equations.stiffness, &equations.mass)?.values;
-    let elastic = values.iter().skip(linear.rigid.len()).take(count);
+    let identity = Matrix::identity(model.n, model.n);
+    let matrices = SystemMatrices::in_basis(&context, identity, Vec::new(), 0);
+    let values =
+        symmetric::generalised_symmetric_eigen(&matrices.stiffness, &matrices.mass)?.values;
+    let elastic = values.iter().skip(model.rigid.len()).take(count);
     Ok(elastic.map(|v| v.max(0.0).sqrt()).collect())
 }
 
-fn reduced(case: &Case, method: Method, count: usize) -> Result<Vec<f64>, Error> {
-    let reduced = Reduced::new(case, method)?;
-    let all = frequencies(case.linear, &reduced.equations)?;
-    let rigid = case.linear.rigid.len();
+fn reduced(
+    context: &AnalysisContext,
+    method: ReductionMethod,
+    count: usize,
+) -> Result<Vec<f64>, Error> {
+    let model = ReducedModel::new(context, method)?;
+    let all = natural_frequencies(context.model, &model.matrices)?;
+    let rigid = context.model.rigid.len();
     Ok(all.into_iter().skip(rigid).take(count).collect())
 }
 
 fn too_large(n: usize) -> Error {
-    let message = format!("{n} freedoms are not decomposed whole (limit {DENSE})");
-    Error::new(Code::Hopeless, message)
+    let message = format!("{n} freedoms are not decomposed whole (limit {MAX_DENSE_DOFS})");
+    Error::new(Code::BudgetExceeded, message)
 }
 
 /// Coordinates with inertia by rising `k_ii/m_ii`: the softest and heaviest are kept first.
 ///
 /// Henshell and Ong, Earthquake Engineering and Structural Dynamics 3 (1975), pp. 375–383.
-fn softest(linear: &Linear) -> Vec<usize> {
-    let (mut k, mut m) = (vec![0.0; linear.n], vec![0.0; linear.n]);
-    for branch in &linear.branches {
-        for (i, a) in branch.direction.scaled() {
+fn master_dofs(model: &LinearModel) -> Vec<usize> {
+    let (mut k, mut m) = (vec![0.0; model.n], vec![0.0; model.n]);
+    for branch in &model.branches {
+        for (i, a) in branch.direction.entries() {
             k[i] += branch.stiffness * a * a;
         }
     }
-    for mass in &linear.masses {
-        for (i, a) in mass.direction.scaled() {
+    for mass in &model.masses {
+        for (i, a) in mass.direction.entries() {
             m[i] += mass.value * a * a;
         }
     }
-    let mut order: Vec<usize> = (0..linear.n).filter(|&i| m[i] > 0.0).collect();
+    let mut order: Vec<usize> = (0..model.n).filter(|&i| m[i] > 0.0).collect();
     order.sort_by(|&a, &b| (k[a] / m[a]).total_cmp(&(k[b] / m[b])));
     order
 }
 
 /// Doubling from what is just enough, below all.
-fn ladder(count: usize, all: usize) -> Vec<usize> {
+fn size_sequence(count: usize, all: usize) -> Vec<usize> {
     let mut sizes = Vec::new();
-    let mut size = count + BOUNDARY;
+    let mut size = count + BOUNDARY_DOFS;
     while size < all {
         sizes.push(size);
         size *= 2;
@@ -275,24 +299,24 @@ fn ladder(count: usize, all: usize) -> Vec<usize> {
 }
 
 /// Every shaft with a mass of its own cut in more and more lengths.
-fn lengths(model: &Model, count: usize, watch: &mut Watch) -> Vec<Way> {
+fn compare_subdivisions(model: &Model, count: usize, monitor: &mut Monitor) -> Vec<ComparedMethod> {
     const NAME: &str = "shafts in lengths";
-    let cut = model.shafts.iter().any(|s| weighs(&s.body));
+    let cut = model.shafts.iter().any(|s| has_mass(&s.body));
     if !cut {
         return Vec::new();
     }
     let mut rungs: Vec<(usize, Result<Vec<f64>, Error>, f64)> = Vec::new();
-    for lengths in LENGTHS {
-        if !watch.goes_on(NAME) {
+    for lengths in SUBDIVISIONS {
+        if !monitor.proceed(NAME) {
             return Vec::new();
         }
-        let finer = with_lengths(model, lengths);
-        let (found, seconds) = least(|| {
-            let prepared = Prepared::new(&finer)?;
-            if prepared.linear.n > LONGEST {
-                return Err(too_large(prepared.linear.n));
+        let finer = with_subdivisions(model, lengths);
+        let (found, seconds) = min_time(|| {
+            let machine = PreparedMachine::new(&finer)?;
+            if machine.model.n > MAX_DOFS {
+                return Err(too_large(machine.model.n));
             }
-            found_few(&prepared, count).map(|f| f.0)
+            lowest_frequencies(&machine, count).map(|f| f.0)
         });
         let ends = found.is_err();
         rungs.push((lengths, found, seconds));
@@ -315,27 +339,31 @@ fn lengths(model: &Model, count: usize, watch: &mut Watch) -> Vec<Way> {
         .map(|(f, c)| f + (f - c) / 3.0)
         .collect();
     // What is left after the extrapolation is of fourth order.
-    let error = worst(fine, &omega).powi(2);
-    let limit = Truth { omega, error };
+    let error = max_error(fine, &omega).powi(2);
+    let limit = ReferenceFrequencies { omega, error };
     // The finest gave the limit: its own error cannot be told from it.
     rungs.pop();
     rungs
         .into_iter()
         .map(|(lengths, found, seconds)| {
-            Way::judged(NAME, Some(Size::Lengths(lengths)), found, seconds, |f| {
-                limit.judge(f)
-            })
+            ComparedMethod::with_error(
+                NAME,
+                Some(ModelSize::ShaftElements(lengths)),
+                found,
+                seconds,
+                |f| limit.relative_error(f),
+            )
         })
         .collect()
 }
 
-fn weighs(body: &Option<ShaftBody>) -> bool {
+fn has_mass(body: &Option<ShaftBody>) -> bool {
     matches!(body, Some(ShaftBody::Bar { mass, .. }) if *mass != BarMass::None)
 }
 
-fn with_lengths(model: &Model, lengths: usize) -> Model {
+fn with_subdivisions(model: &Model, lengths: usize) -> Model {
     let mut finer = model.clone();
-    for shaft in finer.shafts.iter_mut().filter(|s| weighs(&s.body)) {
+    for shaft in finer.shafts.iter_mut().filter(|s| has_mass(&s.body)) {
         if let Some(ShaftBody::Bar { segments, .. }) = &mut shaft.body {
             *segments = lengths;
         }

@@ -1,37 +1,25 @@
-//! Studies over plans: what an answer costs, where methods break.
+//! Comparison studies: work–precision, stability of methods, parametric stability.
 
-/// Who watches.
-pub mod watch;
+pub mod monitor;
 
-/// How long something takes.
 mod timing;
 
-/// The sizes of states without rigid motion.
 mod elastic_sizes;
 
-/// One run of a method.
-mod trial;
+mod method_run;
 
-/// What errors are measured against.
 pub mod reference;
 
-/// Error against run time of a motion.
-pub mod accuracy;
+pub mod work_precision;
 
-/// Ways to one answer.
-pub mod ways;
+pub mod comparison;
 
-/// Error against run time of natural frequencies.
 pub mod frequencies;
 
-/// Error against run time of frequency responses.
 pub mod responses;
 
-/// Where methods and machine break.
 pub mod stability;
 
-/// Stability of machines whose stiffness varies at imposed speed.
 pub mod parametric;
 
-/// What the studies of a scene would refuse.
 pub mod check;

@@ -1,60 +1,65 @@
-//! Parametric stability: what a stiffness that varies at imposed speed feeds, over speed and a second parameter.
+//! Parametric stability: Floquet multipliers over speed and a second parameter.
 
-use super::watch::Watch;
+use super::monitor::Monitor;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::figure;
+use crate::base::quantity::format_number;
 use crate::machine::kinematics::mean_speeds;
-use crate::motion::floquet::{self, chart::Tongue, chart::tongues};
-use crate::motion::train::{Law, Train};
-use crate::plan::motion::scene::MotionScene;
-use crate::plan::prepared::Prepared;
-use crate::scene::laws::Shape;
-use crate::scene::study::{Over, Parameter, StabilityStudy};
+use crate::motion::dynamic_model::{DynamicModel, ForceLaw};
+use crate::motion::floquet::{
+    self, stability_chart::InstabilityTongue, stability_chart::instability_tongues,
+};
+use crate::plan::motion::simulation_setup::SimulationSetup;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::scene::laws::Waveform;
+use crate::scene::study::{ParameterSweep, StabilityStudy, SweepParameter};
 
 /// Parametric stability.
-pub struct Parametric {
+pub struct ParametricResult {
     /// The largest Floquet multiplier at the scene's speed, but those of free turning.
-    pub largest: f64,
+    pub max_multiplier: f64,
     /// The period, s.
     pub period: f64,
     /// Speed of the first node of `[speed]`, rad/s.
     pub speed: f64,
     /// Unstable speeds, where a chart was asked.
-    pub chart: Option<Chart>,
+    pub chart: Option<StabilityChart>,
 }
 
 /// Unstable speeds.
-pub struct Chart {
+pub struct StabilityChart {
     /// The first and the last speed looked at, as factors of the scene's.
     pub span: [f64; 2],
     /// By the second parameter; one row at the scene's own where there is none.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ChartRow>,
     /// What the rows go over.
-    pub over: Option<Parameter>,
+    pub parameter: Option<SweepParameter>,
     /// The frequency with which the whole machine repeats at the scene's speed, rad/s.
     pub base: f64,
 }
 
 /// Unstable speeds at one value of the second parameter.
-pub struct Row {
+pub struct ChartRow {
     /// The factor on what the scene has.
     pub factor: f64,
     /// By rising speed.
-    pub tongues: Vec<Tongue>,
+    pub tongues: Vec<InstabilityTongue>,
 }
 
 const CONSTANT: &str = "no stiffness varies at an imposed speed";
 
-fn varies(train: &Train) -> bool {
-    let mut waves = train.branches.iter().filter_map(|b| b.variation.as_ref());
+fn varies(model: &DynamicModel) -> bool {
+    let mut waves = model
+        .elements
+        .iter()
+        .filter_map(|b| b.stiffness_wave.as_ref());
     waves.any(|w| w.phase.angle().is_none())
 }
 
 /// Speed of the first node of `[speed]`, rad/s.
-fn first_speed(prepared: &Prepared, study: &StabilityStudy) -> Result<f64, Error> {
-    let speeds = mean_speeds(&prepared.machine, &prepared.kinematics, study.motion.speed)?;
-    Ok(prepared.machine.speeds.first().map_or(0.0, |s| speeds[s.0]))
+fn first_speed(machine: &PreparedMachine, study: &StabilityStudy) -> Result<f64, Error> {
+    let speeds = mean_speeds(&machine.machine, &machine.kinematics, study.motion.speed)?;
+    Ok(machine.machine.speeds.first().map_or(0.0, |s| speeds[s.0]))
 }
 
 /// Refuses a chart that has nothing to show.
@@ -62,22 +67,22 @@ fn first_speed(prepared: &Prepared, study: &StabilityStudy) -> Result<f64, Error
 /// # Errors
 /// A chart where no stiffness varies, or without a speed to start from.
 pub fn refuse(
-    prepared: &Prepared,
-    scene: &MotionScene,
+    machine: &PreparedMachine,
+    scene: &SimulationSetup,
     study: &StabilityStudy,
 ) -> Result<(), Error> {
     if study.speeds.is_none() {
         return Ok(());
     }
-    if !varies(&scene.moving.train) {
+    if !varies(&scene.model.model) {
         let message = format!("{CONSTANT}: there is nothing to chart");
         return Err(Error::new(Code::Conflict, message)
-            .hint("give a mesh `k_wave` and, in [start], mesh_phase = \"speed\""));
+            .with_hint("give a mesh `k_wave` and, in [start], mesh_phase = \"speed\""));
     }
-    if first_speed(prepared, study)? == 0.0 {
+    if first_speed(machine, study)? == 0.0 {
         let message = "a chart over speed needs the speed of the scene to start from";
-        return Err(Error::new(Code::NoSpeed, message)
-            .hint("state the speed of a node in [speed] of the model"));
+        return Err(Error::new(Code::UndeterminedSpeed, message)
+            .with_hint("state the speed of a node in [speed] of the model"));
     }
     Ok(())
 }
@@ -86,132 +91,139 @@ pub fn refuse(
 ///
 /// # Errors
 /// A chart without a speed to start from, or with a stiffness below zero; those of the multipliers.
-pub fn study(
-    prepared: &Prepared,
-    scene: &MotionScene,
+pub fn parametric_stability(
+    machine: &PreparedMachine,
+    scene: &SimulationSetup,
     study: &StabilityStudy,
-    watch: &mut Watch,
-) -> Result<Result<Parametric, String>, Error> {
-    refuse(prepared, scene, study)?;
-    let train = &unforced(&scene.moving.train);
-    if !varies(train) {
+    monitor: &mut Monitor,
+) -> Result<Result<ParametricResult, String>, Error> {
+    refuse(machine, scene, study)?;
+    let model = &unforced(&scene.model.model);
+    if !varies(model) {
         return Ok(Err(CONSTANT.to_string()));
     }
-    let monodromy = match floquet::monodromy(train, None) {
+    let monodromy = match floquet::monodromy(model, None) {
         Ok(monodromy) => monodromy,
         Err(error) => return Ok(Err(error.message)),
     };
     let multipliers = monodromy.multipliers()?;
-    let speed = first_speed(prepared, study)?;
-    let mut parametric = Parametric {
-        largest: multipliers.largest,
+    let speed = first_speed(machine, study)?;
+    let mut result = ParametricResult {
+        max_multiplier: multipliers.largest,
         period: monodromy.period,
         speed,
         chart: None,
     };
     let Some(range) = study.speeds else {
-        return Ok(Ok(parametric));
+        return Ok(Ok(result));
     };
     let span = [range.from / speed, range.to / speed];
     let points = range.count as usize;
-    let factors: Vec<f64> = match study.over {
+    let factors: Vec<f64> = match study.sweep {
         None => vec![1.0],
-        Some(over) => over.factors().collect(),
+        Some(sweep) => sweep.factors().collect(),
     };
     let mut rows = Vec::new();
     for factor in factors {
-        let (row, changed) = match study.over {
-            None => ("speeds".to_string(), train.clone()),
-            Some(over) => (
-                format!("{} × {factor:.4}", over.parameter.name()),
-                changed(train, over, factor)?,
+        let (row, changed) = match study.sweep {
+            None => ("speeds".to_string(), model.clone()),
+            Some(sweep) => (
+                format!("{} × {factor:.4}", sweep.parameter.name()),
+                scale_parameter(model, sweep, factor)?,
             ),
         };
-        if !watch.goes_on(&row) {
+        if !monitor.proceed(&row) {
             break;
         }
-        match tongues(&changed, span, points, watch.stop) {
-            Ok(tongues) => rows.push(Row { factor, tongues }),
+        match instability_tongues(&changed, span, points, monitor.cancel) {
+            Ok(tongues) => rows.push(ChartRow { factor, tongues }),
             Err(error) if error.code == Code::Interrupted => break,
             Err(error) => return Err(error),
         }
     }
     if rows.is_empty() {
-        return Ok(Ok(parametric));
+        return Ok(Ok(result));
     }
-    parametric.chart = Some(Chart {
+    result.chart = Some(StabilityChart {
         span,
         rows,
-        over: study.over.map(|o| o.parameter),
-        base: std::f64::consts::TAU / parametric.period,
+        parameter: study.sweep.map(|o| o.parameter),
+        base: std::f64::consts::TAU / result.period,
     });
-    Ok(Ok(parametric))
+    Ok(Ok(result))
 }
 
 /// The machine without loads and imposed errors: what grows by itself does so whatever acts, and repeats with the stiffness alone.
-fn unforced(train: &Train) -> Train {
-    let mut train = train.clone();
-    train.drives.clear();
-    train.branches.iter_mut().for_each(|b| b.imposed = None);
-    train
+fn unforced(model: &DynamicModel) -> DynamicModel {
+    let mut model = model.clone();
+    model.forces.clear();
+    model
+        .elements
+        .iter_mut()
+        .for_each(|b| b.imposed_displacement = None);
+    model
 }
 
 /// The machine with a parameter times a factor.
-fn changed(train: &Train, over: Over, factor: f64) -> Result<Train, Error> {
-    let mut train = train.clone();
-    match over.parameter {
-        Parameter::Depth => {
-            for wave in train
-                .branches
+fn scale_parameter(
+    model: &DynamicModel,
+    sweep: ParameterSweep,
+    factor: f64,
+) -> Result<DynamicModel, Error> {
+    let mut model = model.clone();
+    match sweep.parameter {
+        SweepParameter::Depth => {
+            for function in model
+                .elements
                 .iter_mut()
-                .filter_map(|b| b.variation.as_mut())
+                .filter_map(|b| b.stiffness_wave.as_mut())
             {
-                wave.shape = deeper(&wave.shape, factor);
-                if wave.shape.least() <= 0.0 {
+                function.waveform = scale_variation(&function.waveform, factor);
+                if function.waveform.lower_bound() <= 0.0 {
                     let message = format!(
                         "at {} times its depth a stiffness falls to zero or below",
-                        figure(factor)
+                        format_number(factor)
                     );
                     return Err(Error::new(Code::OutOfRange, message)
-                        .hint("end the range of `over` sooner"));
+                        .with_hint("end the range of `over` sooner"));
                 }
             }
         }
-        Parameter::Damping => {
-            for branch in &mut train.branches {
+        SweepParameter::Damping => {
+            for branch in &mut model.elements {
                 match &mut branch.law {
-                    Law::Linear { damping, .. } | Law::Nonlinear { damping, .. } => {
+                    ForceLaw::Linear { damping, .. } | ForceLaw::Nonlinear { damping, .. } => {
                         *damping *= factor
                     }
-                    Law::Contact(contact) => contact.damping *= factor,
+                    ForceLaw::Contact(contact) => contact.damping *= factor,
                     _ => {}
                 }
             }
-            train.drag *= factor;
-            if let Some((_, c)) = &mut train.general {
+            model.mass_damping *= factor;
+            if let Some((_, c)) = &mut model.unattached {
                 for j in 0..c.ncols() {
                     (0..c.nrows()).for_each(|i| c[(i, j)] *= factor);
                 }
             }
         }
     }
-    Ok(train)
+    Ok(model)
 }
 
 /// A wave with the same mean that goes further from it.
-fn deeper(shape: &Shape, factor: f64) -> Shape {
-    let mean = shape.mean();
+fn scale_variation(waveform: &Waveform, factor: f64) -> Waveform {
+    let mean = waveform.mean();
     let from_mean = |x: f64| mean + factor * (x - mean);
-    match shape {
-        Shape::Rectangular { high, low, duty } => Shape::Rectangular {
+    match waveform {
+        Waveform::Rectangular { high, low, duty } => Waveform::Rectangular {
             high: from_mean(*high),
             low: from_mean(*low),
             duty: *duty,
         },
-        Shape::Fourier { mean, terms } => Shape::Fourier {
+        Waveform::Fourier { mean, terms } => Waveform::Fourier {
             mean: *mean,
             terms: terms.iter().map(|&(n, a, p)| (n, factor * a, p)).collect(),
         },
-        Shape::Table(values) => Shape::Table(values.iter().map(|&v| from_mean(v)).collect()),
+        Waveform::Table(values) => Waveform::Table(values.iter().map(|&v| from_mean(v)).collect()),
     }
 }

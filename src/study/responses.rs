@@ -1,54 +1,62 @@
-//! Error against run time of frequency responses: line by line, sums over all and over a few modes, reduced machines.
+//! Work–precision study of frequency responses: direct, modal sum, reduced models.
 //!
 //! The error of a way is the largest difference from the direct solution over all lines, by the largest value of the same
 //! output and input; the worst pair counts.
 
-use super::watch::{Watch, interrupted};
-use super::ways::{Size, Way, Ways};
+use super::comparison::{ComparedMethod, ComparisonResult, ModelSize};
+use super::monitor::{Monitor, interrupted_error};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::words::counted;
-use crate::modes::basis::{self, Basis, Solver as BasisSolver};
-use crate::modes::equations::{Case, Equations};
-use crate::modes::reduction::{Keep, Method, Reduced};
-use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
-use crate::plan::prepared::Prepared;
-use crate::plan::response::choice::LINES;
-use crate::response::frequency::{Solver, Way as How, difference};
-use crate::response::ports::{Input, Output, Ports};
+use crate::base::text::pluralise;
+use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver as BasisSolver};
+use crate::modes::reduction::{ModeSelection, ReducedModel, ReductionMethod};
+use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
+use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::response::method_choice::DEFAULT_LINES;
+use crate::response::frf::{ResponseMethod as How, ResponseSolver, difference};
+use crate::response::ports::{Ports, ResponseInput, ResponseOutput};
 use crate::scene::study::ResponseStudy;
 
-/// Machines beyond this many freedoms are not taken apart into modes.
-const DENSE: usize = 1000;
+/// Machines beyond this many degrees of freedom are not taken apart into modes.
+const MAX_DENSE_DOFS: usize = 1000;
 
 /// Refuses what can be known before any solution.
 ///
 /// # Errors
 /// A study without band, input or output; a machine without damping; those of its speed.
-pub fn refuse(prepared: &Prepared, study: &ResponseStudy) -> Result<(), Error> {
-    asked(prepared, study)?;
-    prepared.speeds_at(study.speed).map(|_| ())
+pub fn refuse(machine: &PreparedMachine, study: &ResponseStudy) -> Result<(), Error> {
+    asked(machine, study)?;
+    machine.speeds_at(study.speed).map(|_| ())
 }
 
-fn asked(prepared: &Prepared, study: &ResponseStudy) -> Result<((f64, f64), Ports), Error> {
-    let Prepared {
-        machine, linear, ..
-    } = prepared;
+fn asked(
+    prepared_machine: &PreparedMachine,
+    study: &ResponseStudy,
+) -> Result<((f64, f64), Ports), Error> {
+    let PreparedMachine {
+        machine,
+        model: linear,
+        ..
+    } = prepared_machine;
     let Some((from, to)) = study.band else {
         return Err(
             Error::new(Code::Usage, "nothing says which frequencies are wanted")
-                .hint("add --band 1:500, or `band` to the study"),
+                .with_hint("add --band 1:500, or `band` to the study"),
         );
     };
-    let ports = Ports::read(machine, &study.inputs, &study.outputs, &study.held)?;
+    let ports = Ports::parse(machine, &study.inputs, &study.outputs, &study.fixed_dofs)?;
     if ports.inputs.is_empty() || ports.outputs.is_empty() {
-        return Err(Error::new(Code::Usage, "no input or no output is named")
-            .hint("add --input NAME and --output NAME, or `inputs` and `outputs` to the study"));
+        return Err(
+            Error::new(Code::Usage, "no input or no output is named").with_hint(
+                "add --input NAME and --output NAME, or `inputs` and `outputs` to the study",
+            ),
+        );
     }
     if !linear.is_damped(machine) {
         let message = "nothing is damped: at a resonance every response is infinite, and no error can be told";
         return Err(Error::new(Code::Conflict, message)
-            .hint("give the machine its damping, in [damping] or beside the stiffnesses"));
+            .with_hint("give the machine its damping, in [damping] or beside the stiffnesses"));
     }
     Ok(((from, to), ports))
 }
@@ -57,25 +65,31 @@ fn asked(prepared: &Prepared, study: &ResponseStudy) -> Result<((f64, f64), Port
 ///
 /// # Errors
 /// What is missing in the study; an undamped machine; those of the direct solution.
-pub fn study(prepared: &Prepared, study: &ResponseStudy, watch: &mut Watch) -> Result<Ways, Error> {
-    let Prepared {
-        machine, linear, ..
-    } = prepared;
-    let ((from, to), ports) = asked(prepared, study)?;
-    let speeds = prepared.speeds_at(study.speed)?;
-    let setting = prepared.setting(speeds.as_deref());
-    let lines = study.lines.unwrap_or(LINES).max(2);
+pub fn compare_responses(
+    prepared_machine: &PreparedMachine,
+    study: &ResponseStudy,
+    monitor: &mut Monitor,
+) -> Result<ComparisonResult, Error> {
+    let PreparedMachine {
+        machine,
+        model: linear,
+        ..
+    } = prepared_machine;
+    let ((from, to), ports) = asked(prepared_machine, study)?;
+    let speeds = prepared_machine.speeds_at(study.speed)?;
+    let model = prepared_machine.frequency_setting(speeds.as_deref());
+    let lines = study.lines.unwrap_or(DEFAULT_LINES).max(2);
     let step = (to - from) / f64::from(lines - 1);
     let omega: Vec<f64> = (0..lines).map(|k| from + step * f64::from(k)).collect();
     let by = |how: How| -> Result<Vec<ComplexMatrix>, Error> {
-        let solver = Solver::new(&setting, &ports, how)?;
-        omega.iter().map(|&w| solver.at(w)).collect()
+        let solver = ResponseSolver::new(&model, &ports, how)?;
+        omega.iter().map(|&w| solver.response_at(w)).collect()
     };
-    if !watch.goes_on("line by line") {
-        return Err(interrupted());
+    if !monitor.proceed("line by line") {
+        return Err(interrupted_error());
     }
     let exact = by(How::Direct)?;
-    let small = linear.n <= DENSE;
+    let small = linear.n <= MAX_DENSE_DOFS;
     let other = match small {
         true => by(How::Modal).ok(),
         false => None,
@@ -87,111 +101,111 @@ pub fn study(prepared: &Prepared, study: &ResponseStudy, watch: &mut Watch) -> R
     };
     let judge = |found: Vec<ComplexMatrix>| Ok(difference(&found, &exact).max(floor));
     let mut list = vec![
-        Way::taken("line by line", None, || by(How::Direct), judge),
-        Way::taken("all modes", None, || by(How::Modal), judge),
+        ComparedMethod::time_method("line by line", None, || by(How::Direct), judge),
+        ComparedMethod::time_method("all modes", None, || by(How::Modal), judge),
     ];
-    match (plain(&ports), small) {
-        (Some(plain), true) => {
-            let basis = basis::solve(linear, BasisSolver::Factored)?;
-            let case = Case {
+    match (torque_motion_ports(&ports), small) {
+        (Some(motion_ports), true) => {
+            let basis = modal_basis::solve(linear, BasisSolver::Factored)?;
+            let context = AnalysisContext {
                 machine,
-                linear,
+                model: linear,
                 basis: &basis,
                 speeds: speeds.as_deref(),
             };
-            for (method, size, reduce) in reductions(&case, &plain) {
-                if !watch.goes_on(method) {
+            for (method, size, reduce) in reductions(&context, &motion_ports) {
+                if !monitor.proceed(method) {
                     break;
                 }
                 let task = || {
-                    let equations = reduce()?;
+                    let matrices = reduce()?;
                     omega
                         .iter()
-                        .map(|&w| plain.through(&case, &equations, w))
+                        .map(|&w| motion_ports.reduced_response(&context, &matrices, w))
                         .collect()
                 };
-                list.push(Way::taken(method, Some(size), task, judge));
+                list.push(ComparedMethod::time_method(method, Some(size), task, judge));
             }
         }
-        (None, _) => list.push(left_out(
+        (None, _) => list.push(skipped(
             "reduced machines are compared between torques and motions of single freedoms, nothing held",
         )),
-        (_, false) => list.push(left_out(&format!(
-            "{} freedoms are not taken apart into modes (limit {DENSE})",
+        (_, false) => list.push(skipped(&format!(
+            "{} freedoms are not taken apart into modes (limit {MAX_DENSE_DOFS})",
             linear.n
         ))),
     }
-    Ok(Ways {
-        compared: format!(
+    Ok(ComparisonResult {
+        quantity: format!(
             "{} over {} to {:.4} Hz",
-            counted(ports.inputs.len() * ports.outputs.len(), "response"),
-            counted(lines as usize, "line"),
+            pluralise(ports.inputs.len() * ports.outputs.len(), "response"),
+            pluralise(lines as usize, "line"),
             to / std::f64::consts::TAU
         ),
         norm: "largest difference over all lines, by the largest value of the same response",
-        freedoms: linear.n,
+        dofs: linear.n,
         reference: match small {
             true => "the direct solution, beside a sum over all modes",
             false => "the direct solution",
         }
         .to_string(),
         reference_error: floor,
-        list,
-        interrupted: watch.stop.is_raised(),
+        methods: list,
+        interrupted: monitor.cancel.is_cancelled(),
     })
 }
 
-fn left_out(why: &str) -> Way {
-    Way {
+fn skipped(why: &str) -> ComparedMethod {
+    ComparedMethod {
         method: "reduced machines",
         size: None,
         error: None,
         seconds: 0.0,
-        failed: Some(why.to_string()),
+        failure: Some(why.to_string()),
     }
 }
 
-/// Torques on freedoms and motions of freedoms, all that a reduced machine is asked.
-struct Plain {
+/// Torques on degrees of freedom and motions of degrees of freedom, all that a reduced machine is asked.
+struct TorqueMotionPorts {
     inputs: Vec<usize>,
-    /// The freedom, and how often it is differentiated.
+    /// The degree of freedom, and how often it is differentiated.
     outputs: Vec<(usize, u8)>,
 }
 
-fn plain(ports: &Ports) -> Option<Plain> {
-    let inputs = ports.inputs.iter().map(|port| match port.what {
-        Input::Torque(freedom) => Some(freedom),
+fn torque_motion_ports(ports: &Ports) -> Option<TorqueMotionPorts> {
+    let inputs = ports.inputs.iter().map(|port| match port.kind {
+        ResponseInput::Torque(dof) => Some(dof),
         _ => None,
     });
-    let outputs = ports.outputs.iter().map(|port| match &port.what {
-        Output::Sum(terms, times) => match terms[..] {
-            [(freedom, 1.0)] => Some((freedom, *times)),
+    let outputs = ports.outputs.iter().map(|port| match &port.kind {
+        ResponseOutput::Sum(terms, times) => match terms[..] {
+            [(dof, 1.0)] => Some((dof, *times)),
             _ => None,
         },
         _ => None,
     });
-    Some(Plain {
+    Some(TorqueMotionPorts {
         inputs: inputs.collect::<Option<_>>()?,
         outputs: outputs.collect::<Option<_>>()?,
     })
-    .filter(|_| ports.held.is_empty())
+    .filter(|_| ports.fixed.is_empty())
 }
 
-impl Plain {
+impl TorqueMotionPorts {
     /// Outputs by inputs through reduced equations.
-    fn through(
+    fn reduced_response(
         &self,
-        case: &Case,
-        equations: &Equations,
+        context: &AnalysisContext,
+        matrices: &SystemMatrices,
         omega: f64,
     ) -> Result<ComplexMatrix, Error> {
         let s = Complex::new(0.0, omega);
-        let sees = |freedom: usize| equations.sees(&case.linear.transform[freedom]);
+        let sees = |dof: usize| matrices.project(&context.model.transform[dof]);
         let loads: Vec<Vec<f64>> = self.inputs.iter().map(|&f| sees(f)).collect();
-        let loads = ComplexMatrix::from_fn(equations.len(), loads.len(), |i, j| {
+        let loads = ComplexMatrix::from_fn(matrices.len(), loads.len(), |i, j| {
             Complex::new(loads[j][i], 0.0)
         });
-        let x = definite::solve_complex(&equations.dynamic_stiffness(s), &loads)?;
+        let x = symmetric::lu_solve_complex(&matrices.dynamic_stiffness(s), &loads)?;
         let rows: Vec<(Vec<f64>, Complex)> = self
             .outputs
             .iter()
@@ -208,12 +222,12 @@ impl Plain {
         ))
     }
 
-    /// Coordinates that are loaded or measured, where each freedom follows one alone.
-    fn ports(&self, case: &Case) -> Option<Vec<usize>> {
-        let freedoms = self.inputs.iter().copied();
-        let all = freedoms.chain(self.outputs.iter().map(|o| o.0));
+    /// Coordinates that are loaded or measured, where each degree of freedom follows one alone.
+    fn ports(&self, context: &AnalysisContext) -> Option<Vec<usize>> {
+        let dofs = self.inputs.iter().copied();
+        let all = dofs.chain(self.outputs.iter().map(|o| o.0));
         let mut ports = all
-            .map(|f| match case.linear.transform[f][..] {
+            .map(|f| match context.model.transform[f][..] {
                 [(j, _)] => Some(j),
                 _ => None,
             })
@@ -224,38 +238,55 @@ impl Plain {
     }
 }
 
-type Reduce<'a> = Box<dyn Fn() -> Result<Equations, Error> + 'a>;
+type ReductionFn<'a> = Box<dyn Fn() -> Result<SystemMatrices, Error> + 'a>;
 
 /// Every reduction over its ladder of sizes.
-fn reductions<'a>(case: &'a Case<'a>, plain: &Plain) -> Vec<(&'static str, Size, Reduce<'a>)> {
-    let mut all: Vec<(&'static str, Size, Reduce)> = Vec::new();
-    let elastic = case.basis.omega.len() - case.basis.n_rigid;
-    let ports = plain.ports(case);
+fn reductions<'a>(
+    context: &'a AnalysisContext<'a>,
+    motion_ports: &TorqueMotionPorts,
+) -> Vec<(&'static str, ModelSize, ReductionFn<'a>)> {
+    let mut all: Vec<(&'static str, ModelSize, ReductionFn)> = Vec::new();
+    let elastic = context.basis.omega.len() - context.basis.n_rigid;
+    let ports = motion_ports.ports(context);
     if let Some(masters) = ports.clone() {
-        let size = Size::Coordinates(masters.len());
+        let size = ModelSize::Coordinates(masters.len());
         let reduce = move || {
             let masters = masters.clone();
-            Ok(Reduced::new(case, Method::Guyan { masters })?.equations)
+            Ok(ReducedModel::new(context, ReductionMethod::Guyan { masters })?.matrices)
         };
         all.push(("static condensation", size, Box::new(reduce)));
     }
     let mut kept = 1;
     while kept < elastic {
-        let truncated = move || Ok(lowest(case, case.basis, kept));
-        all.push(("modes alone", Size::Modes(kept), Box::new(truncated)));
+        let truncated = move || Ok(truncated_modes(context, context.basis, kept));
+        all.push(("modes alone", ModelSize::Modes(kept), Box::new(truncated)));
         if let Some(ports) = ports.clone() {
             let boundary = ports.clone();
             let with_rest = move || {
-                let (keep, ports) = (Keep::Count(kept), ports.clone());
-                Ok(Reduced::new(case, Method::Modal { keep, ports })?.equations)
+                let (selection, ports) = (ModeSelection::Count(kept), ports.clone());
+                Ok(
+                    ReducedModel::new(context, ReductionMethod::Modal { selection, ports })?
+                        .matrices,
+                )
             };
             let name = "modes and static residual";
-            all.push((name, Size::Modes(kept), Box::new(with_rest)));
+            all.push((name, ModelSize::Modes(kept), Box::new(with_rest)));
             let fixed = move || {
-                let (keep, boundary) = (Keep::Count(kept), boundary.clone());
-                Ok(Reduced::new(case, Method::CraigBampton { boundary, keep })?.equations)
+                let (selection, boundary) = (ModeSelection::Count(kept), boundary.clone());
+                Ok(ReducedModel::new(
+                    context,
+                    ReductionMethod::CraigBampton {
+                        boundary,
+                        selection,
+                    },
+                )?
+                .matrices)
             };
-            all.push(("fixed-interface modes", Size::Modes(kept), Box::new(fixed)));
+            all.push((
+                "fixed-interface modes",
+                ModelSize::Modes(kept),
+                Box::new(fixed),
+            ));
         }
         kept *= 2;
     }
@@ -263,8 +294,8 @@ fn reductions<'a>(case: &'a Case<'a>, plain: &Plain) -> Vec<(&'static str, Size,
 }
 
 /// The machine over its rigid motions and its lowest elastic modes.
-fn lowest(case: &Case, basis: &Basis, kept: usize) -> Equations {
+fn truncated_modes(context: &AnalysisContext, basis: &ModalBasis, kept: usize) -> SystemMatrices {
     let columns = (basis.n_rigid + kept).min(basis.shapes.ncols());
     let transform = Matrix::from_fn(basis.shapes.nrows(), columns, |i, j| basis.shapes[(i, j)]);
-    Equations::over(case, transform, Vec::new(), basis.n_rigid)
+    SystemMatrices::in_basis(context, transform, Vec::new(), basis.n_rigid)
 }

@@ -1,4 +1,4 @@
-//! The budget of a chain: how far it can err, how far it is likely to, and what a better element buys.
+//! Error budget of a chain: worst case, root sum square, effect of each element.
 //!
 //! Sources are independent; the harmonics of one source share its unknown phase: turned by θ, the one of n cycles moves on by nθ.
 //! Worst case `Σ A (1 + t)`, all crests together and every amplitude at the upper end of its tolerance t; root of sum of squares `√Σ A²`
@@ -6,37 +6,42 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::spread::{Distribution, Source, Term, distribution};
+use super::range_distribution::{ErrorSource, HarmonicTerm, RangeDistribution, range_distribution};
 
 /// Sums over all sources.
 #[derive(Debug, Clone)]
-pub struct Budget {
+pub struct ErrorBudget {
     /// Every crest at once, at the end of every tolerance, rad zero to peak.
     pub worst_case: f64,
     /// rad zero to peak.
     pub rss: f64,
     /// The range over the window.
-    pub range: Distribution,
+    pub range: RangeDistribution,
     /// What each element counts for.
-    pub elements: Vec<Sensitivity>,
+    pub elements: Vec<ElementSensitivity>,
 }
 
 /// What an element counts for.
 #[derive(Debug, Clone, Copy)]
-pub struct Sensitivity {
+pub struct ElementSensitivity {
     /// Of the sum of squares.
     pub share: f64,
     /// Off the root of the sum of squares, as a share of it, with amplitudes 1/√2 of what they are: one ISO grade better. Absent where
     /// nothing of the element has a grade.
-    pub one_grade: Option<f64>,
+    pub one_grade_finer: Option<f64>,
     /// The same without the element.
-    pub without: f64,
+    pub rss_without: f64,
     /// Off the worst case without the element.
     pub worst_without: f64,
 }
 
 /// Adds up `terms` of `sources` over `window` turns of the output; a lattice of `points` points is shifted eight times.
-pub fn budget(terms: &[Term], sources: &[Source], window: f64, points: usize) -> Budget {
+pub fn error_budget(
+    terms: &[HarmonicTerm],
+    sources: &[ErrorSource],
+    window: f64,
+    points: usize,
+) -> ErrorBudget {
     let elements = sources.iter().map(|s| s.element + 1).max().unwrap_or(0);
     let mut squares = vec![0.0; elements];
     let mut graded = vec![None; elements];
@@ -56,24 +61,24 @@ pub fn budget(terms: &[Term], sources: &[Source], window: f64, points: usize) ->
         let share = of(squares[e], total);
         let off = |share: f64, kept: f64| 1.0 - (1.0 - share * (1.0 - kept)).max(0.0).sqrt();
         let better = |square| off(of(square, total), FRAC_1_SQRT_2 * FRAC_1_SQRT_2);
-        Sensitivity {
+        ElementSensitivity {
             share,
-            one_grade: graded[e].map(better),
-            without: off(share, 0.0),
+            one_grade_finer: graded[e].map(better),
+            rss_without: off(share, 0.0),
             worst_without: of(sums[e], worst),
         }
     };
-    Budget {
+    ErrorBudget {
         worst_case: worst,
         rss: total.sqrt(),
-        range: distribution(terms, sources, window, points),
+        range: range_distribution(terms, sources, window, points),
         elements: (0..elements).map(sensitivity).collect(),
     }
 }
 
 /// Elements that together change the root of the sum of squares by no more than `threshold` of it, the smallest first, and what leaving
 /// them out takes off the root of the sum of squares and off the worst case.
-pub fn negligible(elements: &[Sensitivity], threshold: f64) -> (Vec<usize>, f64, f64) {
+pub fn negligible(elements: &[ElementSensitivity], threshold: f64) -> (Vec<usize>, f64, f64) {
     let mut order: Vec<usize> = (0..elements.len()).collect();
     order.sort_by(|&a, &b| elements[a].share.total_cmp(&elements[b].share));
     let (mut out, mut share, mut worst) = (Vec::new(), 0.0, 0.0);
@@ -94,8 +99,8 @@ mod tests {
     use super::*;
     use crate::numeric::Complex;
 
-    fn term(source: usize, order: f64, value: f64) -> Term {
-        Term {
+    fn term(source: usize, order: f64, value: f64) -> HarmonicTerm {
+        HarmonicTerm {
             source,
             order,
             harmonic: 1,
@@ -103,8 +108,8 @@ mod tests {
         }
     }
 
-    fn unknown(element: usize) -> Source {
-        Source {
+    fn unknown(element: usize) -> ErrorSource {
+        ErrorSource {
             element,
             phase_known: false,
             tolerance: 0.0,
@@ -116,7 +121,7 @@ mod tests {
     /// 2 sin(πp/2), and the range twice that.
     #[test]
     fn exact_two_unknown_phases() {
-        let found = budget(
+        let found = error_budget(
             &[term(0, 1.0, 1.0), term(1, 1.0, 1.0)],
             &[0, 1].map(unknown),
             1.0,
@@ -131,19 +136,21 @@ mod tests {
         }
         assert_eq!((found.worst_case, found.rss), (2.0, 2f64.sqrt()));
         assert!((found.elements[0].share - 0.5).abs() < 1e-15);
-        assert!((found.elements[0].one_grade.unwrap() - (1.0 - 0.75f64.sqrt())).abs() < 1e-15);
+        assert!(
+            (found.elements[0].one_grade_finer.unwrap() - (1.0 - 0.75f64.sqrt())).abs() < 1e-15
+        );
     }
 
     /// One line whose amplitude lies anywhere within a half of it: the range is uniform between 1 and 3.
     #[test]
     fn exact_tolerance() {
-        let source = Source {
+        let source = ErrorSource {
             element: 0,
             phase_known: true,
             tolerance: 0.5,
             graded: false,
         };
-        let found = budget(&[term(0, 3.0, 1.0)], &[source], 1.0, 1000);
+        let found = error_budget(&[term(0, 3.0, 1.0)], &[source], 1.0, 1000);
         for (p, value, _) in &found.range.percentiles {
             assert!(
                 (value - (1.0 + 2.0 * f64::from(*p) / 100.0)).abs() < 0.02,
@@ -151,17 +158,17 @@ mod tests {
             );
         }
         assert_eq!(found.worst_case, 1.5);
-        assert_eq!(found.elements[0].one_grade, None);
+        assert_eq!(found.elements[0].one_grade_finer, None);
     }
 
     /// Whatever is left out costs no more than is said.
     #[test]
     fn law_what_is_left_out_costs_what_is_said() {
         let terms = [term(0, 1.0, 10.0), term(1, 5.0, 1.0), term(2, 7.0, 0.5)];
-        let full = budget(&terms, &[0, 1, 2].map(unknown), 1.0, 61);
+        let full = error_budget(&terms, &[0, 1, 2].map(unknown), 1.0, 61);
         let (out, off, worst) = negligible(&full.elements, 0.01);
         assert_eq!(out, [2, 1]);
-        let kept = budget(&terms[..1], &[0, 1, 2].map(unknown), 1.0, 61);
+        let kept = error_budget(&terms[..1], &[0, 1, 2].map(unknown), 1.0, 61);
         assert!((kept.rss - full.rss * (1.0 - off)).abs() < 1e-12);
         assert!((kept.worst_case - full.worst_case * (1.0 - worst)).abs() < 1e-12);
     }

@@ -1,62 +1,62 @@
-//! Transmission with elastic joints: `T_b(ω) = cᵀ (K + iω(C + G) − ω²M)⁻¹ w_b (k_b + iω c_b)`, the driver's angle prescribed.
+//! Dynamic transmission with elastic joints, `T_b(ω) = cᵀ D(ω)⁻¹ w_b (k_b + iω c_b)`.
 //!
 //! At ω = 0 it is the static transmission: on a tree that of rigid joints, in loops shared out by stiffness.
 
-use super::chain::Chain;
-use super::lines::Line;
+use super::chain::TransmissionChain;
+use super::order_lines::OrderLine;
 use crate::base::error::Error;
-use crate::machine::parts::Law;
+use crate::machine::components::BranchLaw;
 use crate::numeric::Complex;
-use crate::response::frequency::{Solver, Way};
-use crate::response::ports::{Input, Output, Port, Ports};
-use crate::response::system::Setting;
+use crate::response::frf::{ResponseMethod, ResponseSolver};
+use crate::response::ports::{Port, Ports, ResponseInput, ResponseOutput};
+use crate::response::system::OperatingModel;
 
 /// From the displacement of every branch that carries an error to the end of the chain.
-pub struct Transfer {
-    solver: Solver,
+pub struct ErrorTransfer {
+    solver: ResponseSolver,
     ports: Ports,
     branches: Vec<usize>,
     sense: f64,
 }
 
-impl Transfer {
+impl ErrorTransfer {
     /// Sets up the equations for all branches that `lines` displace.
     ///
     /// # Errors
     /// A joint of a rigid loop displaced; those of the equations.
     pub fn new(
-        setting: &Setting,
-        chain: &Chain,
-        lines: &[Line],
-        way: Way,
-    ) -> Result<Transfer, Error> {
+        model: &OperatingModel,
+        chain: &TransmissionChain,
+        lines: &[OrderLine],
+        method: ResponseMethod,
+    ) -> Result<ErrorTransfer, Error> {
         let mut branches: Vec<usize> = Vec::new();
         for &(branch, _) in lines.iter().flat_map(|line| &line.displacements) {
-            let moves = setting.machine.branches[branch].law == Law::Rigid
-                || setting.linear.branches.iter().any(|b| b.index == branch);
+            let moves = model.machine.branches[branch].law == BranchLaw::Rigid
+                || model.model.branches.iter().any(|b| b.index == branch);
             if moves && !branches.contains(&branch) {
                 branches.push(branch);
             }
         }
         let input = |&branch: &usize| Port {
-            name: setting.machine.branch_name(branch),
+            name: model.machine.branch_name(branch),
             unit: "",
-            what: Input::Displacement(branch),
+            kind: ResponseInput::Displacement(branch),
         };
         let ports = Ports {
             inputs: branches.iter().map(input).collect(),
             outputs: vec![Port {
-                name: setting.machine.freedom_name(chain.ends.output),
+                name: model.machine.dof_name(chain.ends.output),
                 unit: "",
-                what: Output::Sum(chain.combination.clone(), 0),
+                kind: ResponseOutput::Sum(chain.combination.clone(), 0),
             }],
-            held: chain.held.clone(),
+            fixed: chain.fixed.clone(),
         };
-        Ok(Transfer {
-            solver: Solver::new(setting, &ports, way)?,
+        Ok(ErrorTransfer {
+            solver: ResponseSolver::new(model, &ports, method)?,
             ports,
             branches,
-            sense: chain.sense(),
+            sense: chain.output_sense(),
         })
     }
 
@@ -69,12 +69,12 @@ impl Transfer {
     ///
     /// # Errors
     /// An undamped resonance.
-    pub fn at(&self, omega: f64, lines: &[&Line]) -> Result<Vec<Complex>, Error> {
+    pub fn response_at(&self, omega: f64, lines: &[&OrderLine]) -> Result<Vec<Complex>, Error> {
         if self.branches.is_empty() {
             return Ok(vec![Complex::ZERO; lines.len()]);
         }
-        let t = self.solver.at(omega)?;
-        let of = |line: &&Line| {
+        let t = self.solver.response_at(omega)?;
+        let of = |line: &&OrderLine| {
             let parts = line.displacements.iter().filter_map(|&(branch, e)| {
                 let at = self.branches.iter().position(|&b| b == branch)?;
                 Some(t[(0, at)] * e)
@@ -87,8 +87,8 @@ impl Transfer {
     /// Every line at its own frequency, the output turning at `speed`, rad/s: equal orders are solved once.
     ///
     /// # Errors
-    /// Those of [`Transfer::at`].
-    pub fn at_speed(&self, speed: f64, lines: &[Line]) -> Result<Vec<Complex>, Error> {
+    /// Those of [`ErrorTransfer::response_at`].
+    pub fn at_speed(&self, speed: f64, lines: &[OrderLine]) -> Result<Vec<Complex>, Error> {
         let mut all = Vec::with_capacity(lines.len());
         let mut rest = lines;
         while let Some(first) = rest.first() {
@@ -97,8 +97,8 @@ impl Transfer {
                 .take_while(|line| line.order == first.order)
                 .count();
             let (group, after) = rest.split_at(count);
-            let group: Vec<&Line> = group.iter().collect();
-            all.extend(self.at(first.order.value() * speed.abs(), &group)?);
+            let group: Vec<&OrderLine> = group.iter().collect();
+            all.extend(self.response_at(first.order.to_f64() * speed.abs(), &group)?);
             rest = after;
         }
         Ok(all)
@@ -106,43 +106,46 @@ impl Transfer {
 }
 
 /// From the motion of the driver to the end of the chain: `G(ω) = θ_out/θ_driver`.
-pub struct Passing {
-    solver: Solver,
-    slow: Complex,
+pub struct DriverTransfer {
+    solver: ResponseSolver,
+    static_gain: Complex,
 }
 
-impl Passing {
+impl DriverTransfer {
     /// Sets up the equations.
     ///
     /// # Errors
     /// Those of the equations.
-    pub fn new(setting: &Setting, chain: &Chain) -> Result<Passing, Error> {
+    pub fn new(model: &OperatingModel, chain: &TransmissionChain) -> Result<DriverTransfer, Error> {
         let driver = chain.ends.driver;
         let ports = Ports {
             inputs: vec![Port {
-                name: setting.machine.freedom_name(driver),
+                name: model.machine.dof_name(driver),
                 unit: "",
-                what: Input::Motion(driver),
+                kind: ResponseInput::Motion(driver),
             }],
             outputs: vec![Port {
-                name: setting.machine.freedom_name(chain.ends.output),
+                name: model.machine.dof_name(chain.ends.output),
                 unit: "",
-                what: Output::Sum(chain.combination.clone(), 0),
+                kind: ResponseOutput::Sum(chain.combination.clone(), 0),
             }],
-            held: (chain.held.iter().copied())
-                .filter(|&freedom| freedom != driver)
+            fixed: (chain.fixed.iter().copied())
+                .filter(|&dof| dof != driver)
                 .collect(),
         };
-        let solver = Solver::new(setting, &ports, Way::Direct)?;
-        let slow = solver.at(0.0)?[(0, 0)];
-        Ok(Passing { solver, slow })
+        let solver = ResponseSolver::new(model, &ports, ResponseMethod::Direct)?;
+        let slow = solver.response_at(0.0)?[(0, 0)];
+        Ok(DriverTransfer {
+            solver,
+            static_gain: slow,
+        })
     }
 
     /// `G(ω)/G(0) − 1`: what the end turns beyond what the ratio says, of what the driver runs ahead, both in angles of the end.
     ///
     /// # Errors
     /// An undamped resonance.
-    pub fn beyond(&self, omega: f64) -> Result<Complex, Error> {
-        Ok(self.solver.at(omega)?[(0, 0)] / self.slow - 1.0)
+    pub fn dynamic_deviation(&self, omega: f64) -> Result<Complex, Error> {
+        Ok(self.solver.response_at(omega)?[(0, 0)] / self.static_gain - 1.0)
     }
 }

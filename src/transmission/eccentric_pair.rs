@@ -1,14 +1,13 @@
-//! An involute pair whose second gear is off its axis by e, exactly: with C₂ = O₂ + e (cos φ₂, sin φ₂) at (d, ψ) from O₁,
-//! `r_b1 (φ₁ − ψ) + r_b2 (φ₂ − ψ) + (r_b1 + r_b2) inv α_w = const`, `cos α_w = (r_b1 + r_b2)/d`.
+//! Exact transmission error of an involute pair with an eccentric second gear.
 //!
 //! To first order it is a wave of amplitude e along the line of action; the second is of the order of e²/a, some thousandths of that.
 
 use std::f64::consts::TAU;
 
-use super::chain::Chain;
+use super::chain::TransmissionChain;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::machine::parts::{Gear, Machine};
+use crate::machine::components::{Gear, Machine};
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 
@@ -45,7 +44,7 @@ impl EccentricPair {
             base[0], base[1]
         );
         Err(Error::new(Code::OutOfRange, message)
-            .hint("the centres must be farther apart than the base circles reach"))
+            .with_hint("the centres must be farther apart than the base circles reach"))
     }
 
     /// φ₂ less that of a true gear, rad, where a true gear would stand at `nominal`, rad.
@@ -54,7 +53,7 @@ impl EccentricPair {
     /// No convergence, which no pair within the limits has shown.
     pub fn deviation(&self, nominal: f64) -> Result<f64, Error> {
         /// Of an angle; the iteration is quadratic, and this is rounding.
-        const SMALL: f64 = 1e-15;
+        const ANGLE_TOLERANCE: f64 = 1e-15;
         let [r1, r2] = self.base;
         let sum = r1 + r2;
         let driver = -nominal * r2 / r1;
@@ -80,7 +79,7 @@ impl EccentricPair {
             let derivative = r2 - sum * across + sum * tan * along / d;
             let step = value / derivative;
             angle -= step;
-            if step.abs() <= SMALL * angle.abs().max(1.0) {
+            if step.abs() <= ANGLE_TOLERANCE * angle.abs().max(1.0) {
                 return Ok(angle - nominal);
             }
         }
@@ -110,30 +109,33 @@ impl EccentricPair {
 
 /// What the order table leaves out: the second order of every offset of a gear in an external pair of parallel axes, summed at the
 /// output, rad. Other pairs have one of the same size.
-pub fn second_order(machine: &Machine, chain: &Chain) -> f64 {
+pub fn neglected_second_order(machine: &Machine, chain: &TransmissionChain) -> f64 {
     let mut sum = 0.0;
     for error in machine
         .errors
         .iter()
         .filter(|error| error.cause.is_offset())
     {
-        let offset: f64 = error.shape.harmonics().iter().map(|h| h.1).sum();
+        let offset: f64 = error.waveform.harmonics().iter().map(|h| h.1).sum();
         for act in &error.acts {
             let pair = |gear: &&Gear| gear.branches.contains(&act.branch) && gear.teeth.is_some();
             let gears: Vec<&Gear> = machine.gears.iter().filter(pair).collect();
             let [one, other] = gears[..] else { continue };
             let direction = &machine.branches[act.branch].direction;
             let arm = |gear: &Gear| {
-                let term = direction.terms.iter().find(|t| t.0 == gear.turning);
+                let term = direction.terms.iter().find(|t| t.0 == gear.rotation_dof);
                 term.map_or(0.0, |t| direction.scale * t.1)
             };
-            let (own, mate) = if one.turning == error.turning {
+            let (own, mate) = if one.rotation_dof == error.rotation_dof {
                 (one, other)
             } else {
                 (other, one)
             };
             let base = [arm(mate), arm(own)];
-            let lever = own.seats.first().map_or(1.0, |seat| seat.lever);
+            let lever = own
+                .geometries
+                .first()
+                .map_or(1.0, |geometry| geometry.lever);
             let pair = EccentricPair::new(base, (base[0] + base[1]) / lever, offset);
             let second = pair
                 .and_then(|pair| pair.harmonics())

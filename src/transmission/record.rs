@@ -1,4 +1,4 @@
-//! A transmission error over the angle of the output: `e(φ) = Σ A cos(o φ + ψ)`.
+//! Synthetic transmission error over the output angle, `e(φ) = Σ A cos(o φ + ψ)`.
 
 use std::f64::consts::TAU;
 
@@ -8,14 +8,14 @@ use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
 
 /// The most samples of a record.
-pub const MOST: usize = 1 << 24;
+pub const MAX_SAMPLES: usize = 1 << 24;
 
 /// Samples of the fastest cycle.
 const PER_CYCLE: f64 = 8.0;
 
 /// A record at even steps of angle.
 #[derive(Debug, Clone)]
-pub struct Synthetic {
+pub struct SyntheticRecord {
     /// Turns of the output.
     pub turns: usize,
     /// What comes after the last sample is the first.
@@ -28,7 +28,7 @@ pub struct Synthetic {
 ///
 /// # Errors
 /// A common period that no record holds.
-pub fn turns(
+pub fn record_revolutions(
     asked: Option<u32>,
     period: Option<&Fraction>,
     fastest: f64,
@@ -36,42 +36,47 @@ pub fn turns(
     let whole = |turns: f64| (turns * fastest.max(1.0) * PER_CYCLE).ceil();
     let period = period.map_or(Fraction::one(), |period| {
         // A period of part of a turn is gone through so often that a turn is whole.
-        let times = Fraction::common_measure([period, &Fraction::one()].into_iter());
+        let times = Fraction::greatest_common_divisor([period, &Fraction::one()].into_iter());
         times.map_or(period.clone(), |m| &(period * &Fraction::one()) / &m)
     });
-    let turns = asked.map_or(period.value(), f64::from);
-    if whole(turns) > MOST as f64 {
+    let turns = asked.map_or(period.to_f64(), f64::from);
+    if whole(turns) > MAX_SAMPLES as f64 {
         let message = format!(
-            "{turns} turns of the output with {fastest:.0} cycles in each need {:.1e} samples, and {MOST} are the most",
+            "{turns} turns of the output with {fastest:.0} cycles in each need {:.1e} samples, and {MAX_SAMPLES} are the most",
             whole(turns)
         );
-        return Err(
-            Error::new(Code::Hopeless, message).hint("state a shorter --window, in whole turns")
-        );
+        return Err(Error::new(Code::BudgetExceeded, message)
+            .with_hint("state a shorter --window, in whole turns"));
     }
-    let closed = (&Fraction::new(turns as i64, 1) / &period).is_whole();
+    let closed = (&Fraction::new(turns as i64, 1) / &period).is_integer();
     Ok((turns as usize, closed))
 }
 
 /// Adds the lines up: order, A and ψ; `fastest` cycles a turn have their samples.
-pub fn synthetic(lines: &[(f64, Complex)], turns: usize, fastest: f64, closed: bool) -> Synthetic {
+pub fn synthesise(
+    lines: &[(f64, Complex)],
+    turns: usize,
+    fastest: f64,
+    closed: bool,
+) -> SyntheticRecord {
     /// The running phase is set anew so often, so that its rounding stays that of so many products.
-    const ANEW: usize = 1024;
+    const PHASOR_RESTART: usize = 1024;
     let count = ((turns as f64 * fastest * PER_CYCLE).ceil() as usize).max(64 * turns);
     let mut values = vec![0.0; count];
     for &(order, value) in lines {
         let cycles = order * turns as f64 / count as f64;
         let step = Complex::cis(TAU * cycles);
-        for (block, part) in values.chunks_mut(ANEW).enumerate() {
+        for (block, part) in values.chunks_mut(PHASOR_RESTART).enumerate() {
             // Whole cycles are taken off before the angle is formed.
-            let mut z = value * Complex::cis(TAU * (cycles * (block * ANEW) as f64).fract());
+            let mut z =
+                value * Complex::cis(TAU * (cycles * (block * PHASOR_RESTART) as f64).fract());
             for e in part {
                 *e += z.re;
                 z *= step;
             }
         }
     }
-    Synthetic {
+    SyntheticRecord {
         turns,
         closed,
         values,
@@ -90,7 +95,7 @@ mod tests {
             (112.5, Complex::new(-0.2, 0.1)),
             (6750.0, Complex::new(0.0, 0.1)),
         ];
-        let made = synthetic(&lines, 20, 6750.0, true);
+        let made = synthesise(&lines, 20, 6750.0, true);
         for i in [0, 1, 17, 54_321, made.values.len() - 1] {
             let phi = 20.0 * i as f64 / made.values.len() as f64;
             let exact: f64 = lines
@@ -105,18 +110,19 @@ mod tests {
     #[test]
     fn refuses_periods_beyond_a_record() {
         assert_eq!(
-            turns(None, Some(&Fraction::new(4, 1)), 100.0).unwrap(),
+            record_revolutions(None, Some(&Fraction::new(4, 1)), 100.0).unwrap(),
             (4, true)
         );
         assert_eq!(
-            turns(None, Some(&Fraction::new(3, 2)), 100.0).unwrap(),
+            record_revolutions(None, Some(&Fraction::new(3, 2)), 100.0).unwrap(),
             (3, true)
         );
         assert_eq!(
-            turns(Some(2), Some(&Fraction::new(4, 1)), 100.0).unwrap(),
+            record_revolutions(Some(2), Some(&Fraction::new(4, 1)), 100.0).unwrap(),
             (2, false)
         );
-        let error = turns(None, Some(&Fraction::new(1_000_000_007, 1)), 100.0).unwrap_err();
-        assert_eq!(error.code, Code::Hopeless);
+        let error =
+            record_revolutions(None, Some(&Fraction::new(1_000_000_007, 1)), 100.0).unwrap_err();
+        assert_eq!(error.code, Code::BudgetExceeded);
     }
 }

@@ -1,42 +1,42 @@
 //! `accuracy` of motions: what errors are measured against, rungs that were not run, what is recommended.
 
 use crate::support::command::said;
-use geardyn::base::stop::Stop;
-use geardyn::motion::methods::{Kin, METHODS, find};
-use geardyn::motion::problem::Wanted;
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
+use geardyn::base::time_budget::CancelToken;
+use geardyn::motion::methods::{METHODS, MethodFamily, method_by_name};
+use geardyn::motion::problem::StepSize;
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::scene;
-use geardyn::scene::laws::StartAt;
-use geardyn::scene::start::Start;
+use geardyn::scene::initial_conditions::InitialConditions;
+use geardyn::scene::laws::InitialState;
 use geardyn::scene::study::SimulateStudy;
-use geardyn::study::accuracy::{self, Accuracy, Advice, Outcome};
-use geardyn::study::watch::Watch;
+use geardyn::study::monitor::Monitor;
+use geardyn::study::work_precision::{self, Recommendation, RunOutcome, WorkPrecisionResult};
 use serde_json::Value;
 
-fn study(text: &str, asked: SimulateStudy, methods: &[&str], patience: f64) -> Accuracy {
+fn study(text: &str, asked: SimulateStudy, methods: &[&str], patience: f64) -> WorkPrecisionResult {
     let scene = scene::read_text("x.toml", text).unwrap();
-    let prepared = Prepared::new(&scene.model).unwrap();
-    let ready = MotionScene::new(&prepared, &scene.start, &asked).unwrap();
+    let machine = PreparedMachine::new(&scene.model).unwrap();
+    let ready = SimulationSetup::new(&machine, &scene.conditions, &asked).unwrap();
     let methods: Vec<String> = methods.iter().map(|m| m.to_string()).collect();
-    let mut watch = Watch {
-        stop: &Stop::default(),
-        hear: &mut |_| {},
+    let mut monitor = Monitor {
+        cancel: &CancelToken::default(),
+        on_progress: &mut |_| {},
     };
-    accuracy::study(&ready, &methods, patience, &mut watch).unwrap()
+    work_precision::work_precision(&ready, &methods, patience, &mut monitor).unwrap()
 }
 
 fn asked(until: f64, output: &str) -> SimulateStudy {
     SimulateStudy {
-        until: Some(until),
+        end_time: Some(until),
         outputs: vec![output.to_string()],
         samples: Some(100),
         ..SimulateStudy::default()
     }
 }
 
-fn kin(method: &str) -> Kin {
-    find(method).unwrap().kin
+fn kin(method: &str) -> MethodFamily {
+    method_by_name(method).unwrap().family
 }
 
 const TWO_DISCS: &str = r#"
@@ -71,15 +71,15 @@ fn law_linear_references_are_confirmed_by_strangers() {
         &["exact", "switched"],
         10.0,
     );
-    let reference = &found.reference;
-    assert_eq!(reference.method, "exact");
-    for witness in &reference.witnesses {
-        assert!(kin(witness.method) != Kin::Propagation && !witness.related);
-        assert!(witness.wanted.is_some() && witness.distance > 0.0);
+    let solution = &found.solution;
+    assert_eq!(solution.method, "exact");
+    for check in &solution.cross_checks {
+        assert!(kin(check.method) != MethodFamily::Propagation && !check.related);
+        assert!(check.step_size.is_some() && check.distance > 0.0);
     }
-    let known = reference.agreement().unwrap();
+    let known = solution.agreement().unwrap();
     assert!(known < 1e-11, "{known}");
-    assert!(reference.amplification.unwrap() >= 1.0);
+    assert!(solution.sensitivity.unwrap() >= 1.0);
     // Whatever is nearer to the reference than its witness is not called better than that.
     assert!(found.runs.iter().all(|r| r.error() == Some(known)));
 }
@@ -90,7 +90,7 @@ fn law_linear_references_are_confirmed_by_strangers() {
 fn case_growth_of_a_change_of_a_free_disc() {
     let text = "title = \"x\"\nsource = \"x\"\n[[inertia]]\nname = \"a\"\nJ = \"1 kg·m²\"\n[[load]]\nat = \"a\"\nkind = \"step\"\ntorque = \"2 N·m\"\ntime = \"0 s\"\n";
     let found = study(text, asked(4.0, "a.theta"), &["exact"], 10.0);
-    let growth = found.reference.amplification.unwrap();
+    let growth = found.solution.sensitivity.unwrap();
     assert!((growth - 2.5).abs() < 1e-4, "{growth}");
 }
 
@@ -100,12 +100,12 @@ fn law_witnesses_stand_in_order() {
     let pair = std::fs::read_to_string("examples/backlash_pair.toml").unwrap();
     let pair = pair.replace("../models/", "models/");
     let found = study(&pair, asked(2e-3, "pair.deflection"), &["switched"], 10.0);
-    let all = &found.reference.witnesses;
+    let all = &found.solution.cross_checks;
     assert!(!all.is_empty() && all.is_sorted_by(|a, b| a.distance <= b.distance));
     let strangers = all
         .iter()
-        .all(|w| kin(w.method) != kin(found.reference.method));
-    assert!(strangers && found.reference.agreement().unwrap() < 1e-9);
+        .all(|w| kin(w.method) != kin(found.solution.method));
+    assert!(strangers && found.solution.agreement().unwrap() < 1e-9);
 }
 
 /// Every rung of every method is listed, with an error or with the reason why there is none.
@@ -126,8 +126,8 @@ fn law_no_rung_is_missing() {
     let last = |method: &str| found.runs.iter().rfind(|r| r.method == method).unwrap();
     // A million steps of forty states are not done in a fifth of a second.
     for method in ["rk4", "newmark"] {
-        assert!(matches!(last(method).wanted, Some(Wanted::Step(_))));
-        let Outcome::NotRun(why) = &last(method).outcome else {
+        assert!(matches!(last(method).step_size, Some(StepSize::Fixed(_))));
+        let RunOutcome::Skipped(why) = &last(method).outcome else {
             panic!("{method} ran to the end")
         };
         assert!(why.contains("not run"), "{why}");
@@ -138,17 +138,18 @@ fn law_no_rung_is_missing() {
 #[test]
 fn law_recommendations_are_never_empty() {
     let found = study(&struck(), asked(2.0, "b.theta"), &["dopri5", "rk4"], 0.5);
-    let of = |error: f64| match found.advice(error) {
-        Advice::Cheapest(run, _) => (true, run),
-        Advice::Nearest(run) => (false, run),
-        Advice::Nothing => panic!("nothing for {error}"),
+    let of = |error: f64| match found.recommend(error) {
+        Recommendation::Cheapest(run, _) => (true, run),
+        Recommendation::Nearest(run) => (false, run),
+        Recommendation::Unavailable => panic!("nothing for {error}"),
     };
     let ended: Vec<_> = found.runs.iter().filter(|r| r.error().is_some()).collect();
     for error in [1e-2, 1e-5, 1e-8] {
         let (reached, best) = of(error);
         assert!(reached && best.error().unwrap() <= error);
-        let cheaper =
-            |r: &&&accuracy::Run| r.error().unwrap() <= error && r.seconds() < best.seconds();
+        let cheaper = |r: &&&work_precision::WorkPrecisionRun| {
+            r.error().unwrap() <= error && r.seconds() < best.seconds()
+        };
         assert!(!ended.iter().any(|r| cheaper(&r)));
     }
     let (reached, nearest) = of(1e-30);
@@ -215,19 +216,19 @@ fn law_growth_goes_by_deformations() {
              [speed]\na = \"{speed:?} rad/s\"\n"
         );
         let scene = scene::read_text("x.toml", &text).unwrap_or_else(|e| panic!("{e}"));
-        let prepared = Prepared::new(&scene.model).unwrap();
-        let begin = Start {
-            at: StartAt::Steady,
-            ..Start::default()
+        let machine = PreparedMachine::new(&scene.model).unwrap();
+        let begin = InitialConditions {
+            at: InitialState::Steady,
+            ..InitialConditions::default()
         };
-        let ready = MotionScene::new(&prepared, &begin, &asked(0.04, "g.deflection")).unwrap();
-        let mut watch = Watch {
-            stop: &Stop::default(),
-            hear: &mut |_| {},
+        let ready = SimulationSetup::new(&machine, &begin, &asked(0.04, "g.deflection")).unwrap();
+        let mut monitor = Monitor {
+            cancel: &CancelToken::default(),
+            on_progress: &mut |_| {},
         };
         let methods = ["switched".to_string()];
-        let found = accuracy::study(&ready, &methods, 10.0, &mut watch).unwrap();
-        found.reference.amplification.unwrap()
+        let found = work_precision::work_precision(&ready, &methods, 10.0, &mut monitor).unwrap();
+        found.solution.sensitivity.unwrap()
     };
     let (slow, fast) = (growth(1.0), growth(1000.0));
     println!("{slow:e} {fast:e}");

@@ -3,35 +3,36 @@
 use std::f64::consts::PI;
 
 use crate::support::command::said;
-use geardyn::base::stop::Stop;
-use geardyn::plan::prepared::Prepared;
+use geardyn::base::time_budget::CancelToken;
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::scene;
 use geardyn::scene::study::ResponseStudy;
-use geardyn::study::watch::Watch;
-use geardyn::study::ways::{Size, Way, Ways};
+use geardyn::study::comparison::{ComparedMethod, ComparisonResult, ModelSize};
+use geardyn::study::monitor::Monitor;
 use geardyn::study::{frequencies, responses};
 use serde_json::Value;
 
 /// Nobody watches.
 macro_rules! quiet {
     () => {
-        Watch {
-            stop: &Stop::default(),
-            hear: &mut |_| {},
+        Monitor {
+            cancel: &CancelToken::default(),
+            on_progress: &mut |_| {},
         }
     };
 }
 
-fn study(text: &str, count: usize) -> Ways {
+fn study(text: &str, count: usize) -> ComparisonResult {
     let scene = scene::read_text("x.toml", text).unwrap();
-    frequencies::study(&scene.model, count, &mut quiet!()).unwrap()
+    frequencies::compare_eigensolvers(&scene.model, count, &mut quiet!()).unwrap()
 }
 
-fn error(found: &Ways, method: &str, size: Option<Size>) -> f64 {
-    let of = |w: &&Way| w.method == method && w.size == size;
-    let way = found.list.iter().find(of).unwrap();
-    way.error
-        .unwrap_or_else(|| panic!("{method}: {:?}", way.failed))
+fn error(found: &ComparisonResult, method: &str, size: Option<ModelSize>) -> f64 {
+    let of = |w: &&ComparedMethod| w.method == method && w.size == size;
+    let compared_method = found.methods.iter().find(of).unwrap();
+    compared_method
+        .error
+        .unwrap_or_else(|| panic!("{method}: {:?}", compared_method.failure))
 }
 
 const ROD: &str = r#"
@@ -60,15 +61,19 @@ fn case_lengths_of_a_held_rod() {
     };
     for lengths in [4, 8, 16, 32, 64] {
         let want = exact(lengths as f64, 3.0);
-        let got = error(&found, "shafts in lengths", Some(Size::Lengths(lengths)));
+        let got = error(
+            &found,
+            "shafts in lengths",
+            Some(ModelSize::ShaftElements(lengths)),
+        );
         assert!(
             (got / want - 1.0).abs() < 1e-3,
             "{lengths}: {got} for {want}"
         );
     }
-    let few = |w: &&Way| w.size == Some(Size::Lengths(2));
-    let two = found.list.iter().find(few).unwrap();
-    assert_eq!(two.failed.as_deref(), Some("gives 2 of 3 modes"));
+    let few = |w: &&ComparedMethod| w.size == Some(ModelSize::ShaftElements(2));
+    let two = found.methods.iter().find(few).unwrap();
+    assert_eq!(two.failure.as_deref(), Some("gives 2 of 3 modes"));
 }
 
 /// Fixed-interface modes converge much faster than static condensation.
@@ -76,7 +81,7 @@ fn case_lengths_of_a_held_rod() {
 fn law_reductions_of_a_held_rod() {
     let found = study(ROD, 3);
     for kept in [5, 10, 20] {
-        let size = Some(Size::Coordinates(kept));
+        let size = Some(ModelSize::Coordinates(kept));
         let (condensed, modes) = (
             error(&found, "static condensation", size),
             error(&found, "fixed-interface modes", size),
@@ -149,7 +154,7 @@ fn refused_flags_that_do_nothing() {
 fn refused_machines_without_elastic_modes() {
     let text = "title = \"x\"\nsource = \"x\"\n[[inertia]]\nname = \"a\"\nJ = \"1 kg·m²\"\n";
     let scene = scene::read_text("x.toml", text).unwrap();
-    let error = frequencies::study(&scene.model, 3, &mut quiet!())
+    let error = frequencies::compare_eigensolvers(&scene.model, 3, &mut quiet!())
         .err()
         .unwrap();
     assert!(
@@ -187,7 +192,7 @@ k = "1 N·m/rad"
 modal = [0.01, 0.01]
 "#;
     let scene = scene::read_text("x.toml", text).unwrap();
-    let prepared = Prepared::new(&scene.model).unwrap();
+    let machine = PreparedMachine::new(&scene.model).unwrap();
     let study = ResponseStudy {
         inputs: vec!["a".into()],
         outputs: vec!["c".into()],
@@ -195,7 +200,7 @@ modal = [0.01, 0.01]
         lines: Some(7),
         ..ResponseStudy::default()
     };
-    let found = responses::study(&prepared, &study, &mut quiet!()).unwrap();
+    let found = responses::compare_responses(&machine, &study, &mut quiet!()).unwrap();
     // Modes of three equal discs: ω² = 0, 1, 3 with shapes (1,1,1)/√3, (1,0,−1)/√2, (1,−2,1)/√6.
     let term = |square: f64, product: f64, w: f64| {
         let (re, im) = (square - w * w, 0.02 * square.sqrt() * w);
@@ -217,23 +222,29 @@ modal = [0.01, 0.01]
         t.0.hypot(t.1)
     };
     let want = lines().map(missed).fold(0.0, f64::max) / lines().map(whole).fold(0.0, f64::max);
-    let got = error(&found, "modes alone", Some(Size::Modes(1)));
+    let got = error(&found, "modes alone", Some(ModelSize::Modes(1)));
     assert!((got / want - 1.0).abs() < 1e-9, "{got} for {want}");
-    assert!(error(&found, "modes and static residual", Some(Size::Modes(1))) < 0.2 * want);
+    assert!(
+        error(
+            &found,
+            "modes and static residual",
+            Some(ModelSize::Modes(1))
+        ) < 0.2 * want
+    );
     assert!(error(&found, "all modes", None) < 1e-12);
 }
 
 #[test]
 fn refused_undamped_responses() {
     let scene = scene::read_text("x.toml", ROD).unwrap();
-    let prepared = Prepared::new(&scene.model).unwrap();
+    let machine = PreparedMachine::new(&scene.model).unwrap();
     let study = ResponseStudy {
         inputs: vec!["end".into()],
         outputs: vec!["end".into()],
         band: Some((1.0, 2.0)),
         ..ResponseStudy::default()
     };
-    let error = responses::study(&prepared, &study, &mut quiet!())
+    let error = responses::compare_responses(&machine, &study, &mut quiet!())
         .err()
         .unwrap();
     assert!(

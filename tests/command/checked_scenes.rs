@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use geardyn::plan::prepared::Prepared;
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::scene;
 
 use crate::support::command::{document, put, refusal, said};
@@ -17,7 +17,7 @@ shaft = [{ name = "s", between = ["a", "b"], k = 100.0, damping_ratio = 0.02 }]
 
 fn warnings(text: &str) -> Vec<(&'static str, String)> {
     let scene = scene::read_text("test.toml", &format!("{HEAD}{text}")).unwrap();
-    let all = Prepared::new(&scene.model).unwrap().warnings();
+    let all = PreparedMachine::new(&scene.model).unwrap().warnings();
     all.into_iter().map(|w| (w.code, w.message)).collect()
 }
 
@@ -266,8 +266,9 @@ fn law_every_elastic_element_takes_the_loss_keys() {
             };
             let scene =
                 scene::read_text("test.toml", &text).unwrap_or_else(|e| panic!("{text}\n{e}"));
-            let prepared = Prepared::new(&scene.model).unwrap_or_else(|e| panic!("{text}\n{e}"));
-            assert!(prepared.linear.is_damped(&prepared.machine), "{text}");
+            let machine =
+                PreparedMachine::new(&scene.model).unwrap_or_else(|e| panic!("{text}\n{e}"));
+            assert!(machine.model.is_damped(&machine.machine), "{text}");
         }
     }
 }

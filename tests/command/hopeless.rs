@@ -5,40 +5,45 @@ use std::ops::ControlFlow;
 
 use crate::support::command::said;
 use geardyn::base::code::Code;
-use geardyn::base::stop::Stop;
-use geardyn::motion::methods::{METHODS, find};
-use geardyn::motion::problem::{Ask, Follower, Wanted};
-use geardyn::motion::trouble::fastest;
+use geardyn::base::time_budget::CancelToken;
+use geardyn::motion::diagnostics::fastest_mode;
+use geardyn::motion::methods::{METHODS, method_by_name};
+use geardyn::motion::problem::{IntegrationOptions, Observer, StepSize};
 use geardyn::numeric::Complex;
-use geardyn::plan::motion::choice;
-use geardyn::plan::motion::cost::Cost;
+use geardyn::plan::motion::cost::CostModel;
+use geardyn::plan::motion::method_choice;
 use geardyn::plan::motion::run;
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::scene;
 use geardyn::scene::study::SimulateStudy;
-use geardyn::study::accuracy::{self, Outcome};
-use geardyn::study::stability::amplification::{amplification, polynomial};
-use geardyn::study::watch::Watch;
+use geardyn::study::monitor::Monitor;
+use geardyn::study::stability::amplification::{amplification_factor, stability_polynomial};
+use geardyn::study::work_precision::{self, RunOutcome};
 
-fn ready(example: &str, until: f64, output: &str) -> MotionScene {
+fn ready(example: &str, until: f64, output: &str) -> SimulationSetup {
     let text = std::fs::read_to_string(format!("examples/{example}.toml")).unwrap();
     let text = text.replace("../models/", "models/");
     let scene = scene::read_text("x.toml", &text).unwrap();
     let study = SimulateStudy {
-        until: Some(until),
+        end_time: Some(until),
         outputs: vec![output.to_string()],
         samples: Some(50),
         ..SimulateStudy::default()
     };
-    MotionScene::new(&Prepared::new(&scene.model).unwrap(), &scene.start, &study).unwrap()
+    SimulationSetup::new(
+        &PreparedMachine::new(&scene.model).unwrap(),
+        &scene.conditions,
+        &study,
+    )
+    .unwrap()
 }
 
 /// No hλ in the left half-plane beyond the radius of a method is stable along its ray, and some just within is.
 #[test]
 fn law_bounds_are_the_radii_of_stability() {
     for method in METHODS {
-        let Some(coefficients) = polynomial(method.name) else {
+        let Some(coefficients) = stability_polynomial(method.name) else {
             continue;
         };
         let bound = method.bound.unwrap();
@@ -46,7 +51,7 @@ fn law_bounds_are_the_radii_of_stability() {
             let angle = PI * (0.5 + 0.5 * f64::from(k) / 400.0);
             let stable = |r: f64| {
                 let z = Complex::new(r * angle.cos(), r * angle.sin());
-                amplification(&coefficients, z) <= 1.0 + 1e-6
+                amplification_factor(&coefficients, z) <= 1.0 + 1e-6
             };
             let ray = (1..=1000).map(|k| 0.01 * f64::from(k));
             ray.take_while(|&r| stable(r)).last().unwrap_or(0.0)
@@ -62,32 +67,32 @@ fn law_bounds_are_the_radii_of_stability() {
 fn case_fastest_motion_of_a_chain() {
     let scene = ready("linear_chain", 1.0, "chain.20.theta");
     let omega = 2.0 * (8000.0f64 / 0.02).sqrt() * (39.0 * PI / 82.0).sin();
-    let found = fastest(&scene.moving.train).unwrap();
+    let found = fastest_mode(&scene.model.model).unwrap();
     let ratio = found.rate / omega;
     assert!((0.98..=1.0 + 1e-12).contains(&ratio), "{ratio}");
     // Steps at the edge of stability: `ω T` over the radius.
-    let method = find("dop853-events").unwrap();
-    let least = Cost::new(&scene)
-        .least(method, Wanted::Tolerance(1e-3))
+    let method = method_by_name("dop853-events").unwrap();
+    let bound = CostModel::new(&scene)
+        .lower_bound(method, StepSize::Adaptive(1e-3))
         .unwrap();
-    assert!((least.steps * 6.8 / found.rate - 1.0).abs() < 1e-12 && least.seconds > 0.0);
+    assert!((bound.steps * 6.8 / found.rate - 1.0).abs() < 1e-12 && bound.seconds > 0.0);
     let mut seen = 0;
-    let ask = Ask {
+    let options = IntegrationOptions {
         from: 0.0,
         to: 1.0,
-        start: scene.start.clone(),
+        initial_state: scene.initial_state.clone(),
         samples: 1,
-        effort: Wanted::Tolerance(1e-3),
-        budget: u64::MAX,
-        stop: Stop::default(),
-        follower: Follower::default(),
+        step_size: StepSize::Adaptive(1e-3),
+        max_work: u64::MAX,
+        cancel: CancelToken::default(),
+        observer: Observer::default(),
     };
-    let effort = (method.run)(&scene.moving.train, &ask, &mut |_, _, _| {
+    let effort = (method.run)(&scene.model.model, &options, &mut |_, _, _| {
         seen += 1;
         ControlFlow::Continue(())
     })
     .unwrap();
-    assert!(effort.steps as f64 >= least.steps, "{effort:?}");
+    assert!(effort.steps as f64 >= bound.steps, "{effort:?}");
 }
 
 /// Known before any work: said with the estimate, the element that costs, and what to try.
@@ -155,22 +160,22 @@ fn refused_histories_of_accuracy() {
 fn refused_by_the_pace() {
     let scene = ready("backlash_pair", 1e9, "pair.deflection");
     for method in ["switched", "dop853-events"] {
-        let ask = Ask {
+        let options = IntegrationOptions {
             from: 0.0,
             to: 1e9,
-            start: scene.start.clone(),
+            initial_state: scene.initial_state.clone(),
             samples: 2,
-            effort: Wanted::Tolerance(1e-6),
-            budget: u64::MAX,
-            stop: Stop::default().allowing(10.0),
-            follower: Follower::default(),
+            step_size: StepSize::Adaptive(1e-6),
+            max_work: u64::MAX,
+            cancel: CancelToken::default().with_budget(10.0),
+            observer: Observer::default(),
         };
-        let run = find(method).unwrap().run;
-        let error = run(&scene.moving.train, &ask, &mut |_, _, _| {
+        let run = method_by_name(method).unwrap().run;
+        let error = run(&scene.model.model, &options, &mut |_, _, _| {
             ControlFlow::Continue(())
         });
         let error = error.unwrap_err();
-        assert_eq!(error.code, Code::Hopeless);
+        assert_eq!(error.code, Code::BudgetExceeded);
         for word in [
             "of 1.0e9 s",
             "would take",
@@ -188,13 +193,13 @@ fn refused_by_the_pace() {
 fn law_accuracy_refuses_what_cannot() {
     let scene = ready("stiff_chain", 100.0, "body_20.theta");
     let methods = ["exact", "dop853-events", "dopri5"].map(String::from);
-    let mut watch = Watch {
-        stop: &Stop::default(),
-        hear: &mut |_| {},
+    let mut monitor = Monitor {
+        cancel: &CancelToken::default(),
+        on_progress: &mut |_| {},
     };
-    let found = accuracy::study(&scene, &methods, 2.0, &mut watch).unwrap();
+    let found = work_precision::work_precision(&scene, &methods, 2.0, &mut monitor).unwrap();
     for run in found.runs.iter().filter(|r| r.method != "exact") {
-        let Outcome::NotRun(why) = &run.outcome else {
+        let RunOutcome::Skipped(why) = &run.outcome else {
             panic!("{} ran", run.method)
         };
         assert!(
@@ -202,10 +207,10 @@ fn law_accuracy_refuses_what_cannot() {
             "{why}"
         );
     }
-    assert_eq!(found.reference.method, "exact");
-    let kin = |name: &str| find(name).unwrap().kin;
-    let witness = &found.reference.witnesses[0];
-    assert!(kin(witness.method) != kin("exact") && witness.distance > 0.0);
+    assert_eq!(found.solution.method, "exact");
+    let kin = |name: &str| method_by_name(name).unwrap().family;
+    let check = &found.solution.cross_checks[0];
+    assert!(kin(check.method) != kin("exact") && check.distance > 0.0);
 }
 
 /// What makes no sense ends with 2 and says what would.
@@ -265,15 +270,19 @@ load = [{ at = \"a\", kind = \"harmonic\", torque = 5.0, frequency = 7.0 }]
 ";
     let scene = scene::read_text("x.toml", text).unwrap();
     let study = SimulateStudy {
-        until: Some(10.0),
+        end_time: Some(10.0),
         method: Some("switched".to_string()),
-        allow: Some(0.2),
+        time_limit: Some(0.2),
         ..SimulateStudy::default()
     };
-    let ready =
-        MotionScene::new(&Prepared::new(&scene.model).unwrap(), &scene.start, &study).unwrap();
-    let choice = choice::choose(&ready.moving.train, &study).unwrap();
-    let error = run::run(&ready, &choice, false, &Stop::default()).unwrap_err();
-    assert_eq!(error.code, Code::Hopeless, "{}", error.message);
+    let ready = SimulationSetup::new(
+        &PreparedMachine::new(&scene.model).unwrap(),
+        &scene.conditions,
+        &study,
+    )
+    .unwrap();
+    let choice = method_choice::choose_method(&ready.model.model, &study).unwrap();
+    let error = run::run(&ready, &choice, false, &CancelToken::default()).unwrap_err();
+    assert_eq!(error.code, Code::BudgetExceeded, "{}", error.message);
     assert!(error.message.contains("are allowed"), "{}", error.message);
 }

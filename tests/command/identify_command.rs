@@ -535,25 +535,27 @@ fn law_left_out_poles() {
 #[test]
 fn exact_poor_fit() {
     use geardyn::numeric::Complex;
-    use geardyn::plan::logs::doubts::of_fit;
-    use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
+    use geardyn::plan::logs::diagnostics::check_fit;
+    use geardyn::recording::frequency_responses::{
+        ChannelLabel, FrequencyResponse, FrequencyResponses,
+    };
     let function = |name: &str| FrequencyResponse {
-        output: Terminal {
+        output: ChannelLabel {
             name: name.into(),
             unit: String::new(),
         },
-        value: [1.0, 1.0, 50.0].map(Complex::from).to_vec(),
+        values: [1.0, 1.0, 50.0].map(Complex::from).to_vec(),
         // Nothing drives the last line.
         variance: Some(vec![0.01, 0.01, 2500.0]),
         ..FrequencyResponse::default()
     };
     let responses = FrequencyResponses {
         frequency_hz: vec![10.0, 20.0, 30.0],
-        functions: vec![function("ax"), function("ay")],
+        responses: vec![function("ax"), function("ay")],
         ..FrequencyResponses::default()
     };
     let fit = |ay: f64| {
-        of_fit(&responses, (1.0, 100.0), move |_| {
+        check_fit(&responses, (1.0, 100.0), move |_| {
             [1.2, ay].map(Complex::from).to_vec()
         })
     };
@@ -757,23 +759,25 @@ fn refuses_what_cannot_be() {
 /// Units that say another kind than the flag are heard.
 #[test]
 fn keeps_units_beside_kind() {
-    use geardyn::plan::logs::doubts::of_stated_kind;
-    use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
-    let terminal = |name: &str, unit: &str| Terminal {
+    use geardyn::plan::logs::diagnostics::check_stated_kind;
+    use geardyn::recording::frequency_responses::{
+        ChannelLabel, FrequencyResponse, FrequencyResponses,
+    };
+    let terminal = |name: &str, unit: &str| ChannelLabel {
         name: name.into(),
         unit: unit.into(),
     };
     let responses = FrequencyResponses {
-        functions: vec![FrequencyResponse {
+        responses: vec![FrequencyResponse {
             input: Some(terminal("f", "N")),
             output: terminal("x", "m"),
             ..FrequencyResponse::default()
         }],
         ..FrequencyResponses::default()
     };
-    assert!(of_stated_kind(&responses, None).is_none());
-    assert!(of_stated_kind(&responses, Some(0)).is_none());
-    let said = of_stated_kind(&responses, Some(2)).unwrap();
+    assert!(check_stated_kind(&responses, None).is_none());
+    assert!(check_stated_kind(&responses, Some(0)).is_none());
+    let said = check_stated_kind(&responses, Some(2)).unwrap();
     assert_eq!(said.code, "kind-differs");
     assert!(said.message.contains("receptance"), "{}", said.message);
 }

@@ -5,19 +5,19 @@ use std::f64::consts::PI;
 
 use crate::support::command::said;
 use crate::support::verification::within;
-use geardyn::base::stop::Stop;
-use geardyn::modes::basis::Basis;
-use geardyn::modes::equations::{Case, Equations};
-use geardyn::numeric::{Complex, ComplexMatrix, definite};
-use geardyn::plan::motion::choice::choose;
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
-use geardyn::plan::simulate::Moved;
-use geardyn::response::frequency::{How, Responses, Way, responses};
+use geardyn::base::time_budget::CancelToken;
+use geardyn::modes::modal_basis::ModalBasis;
+use geardyn::modes::system_matrices::{AnalysisContext, SystemMatrices};
+use geardyn::numeric::{Complex, ComplexMatrix, symmetric};
+use geardyn::plan::motion::method_choice::choose_method;
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::plan::simulate::SimulationResult;
+use geardyn::response::frf::{FrfMatrix, ResponseMethod, SolverKind, frf_matrix};
 use geardyn::response::ports::Ports;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
-use geardyn::study::stability::cases::{BUDGET, budget};
+use geardyn::study::stability::perturbations::{MAX_WORK, work_limit};
 
 const INERTIA: f64 = 1.0;
 const STIFFNESS: f64 = 1e6;
@@ -44,14 +44,20 @@ fn read(text: &str) -> Scene {
     scene::read_text("chain.toml", text).unwrap()
 }
 
-fn prepared(text: &str) -> Prepared {
-    Prepared::new(&read(text).model).unwrap()
+fn prepared(text: &str) -> PreparedMachine {
+    PreparedMachine::new(&read(text).model).unwrap()
 }
 
-fn answer(prepared: &Prepared, input: &str, output: &str, omega: &[f64]) -> Responses {
+fn answer(machine: &PreparedMachine, input: &str, output: &str, omega: &[f64]) -> FrfMatrix {
     let names = |word: &str| [word.to_string()];
-    let ports = Ports::read(&prepared.machine, &names(input), &names(output), &[]).unwrap();
-    responses(&prepared.setting(None), &ports, omega, Way::Direct).unwrap()
+    let ports = Ports::parse(&machine.machine, &names(input), &names(output), &[]).unwrap();
+    frf_matrix(
+        &machine.frequency_setting(None),
+        &ports,
+        omega,
+        ResponseMethod::Direct,
+    )
+    .unwrap()
 }
 
 /// z of a shaft and e^μ of the chain: `z = k + s c`, `2 cosh μ = 2 + s² J / z`, Re μ ≥ 0.
@@ -87,7 +93,7 @@ fn exact_response_of_a_long_chain() {
     const N: usize = 3000;
     let own = prepared(&chain(N, "start", DAMPING));
     let found = answer(&own, "disc.3000.theta", "disc.3000.theta", &LINES);
-    assert_eq!(found.how, How::Sparse);
+    assert_eq!(found.solver, SolverKind::Sparse);
     for (k, &omega) in LINES.iter().enumerate() {
         let (z, step) = travelling(omega);
         let back = power(step.inv(), N);
@@ -104,7 +110,7 @@ fn exact_response_of_a_long_free_chain() {
     const N: usize = 2000;
     let own = prepared(&chain(N, "none", DAMPING));
     let found = answer(&own, "disc.2000.theta", "disc.2000.theta", &LINES);
-    assert_eq!(found.how, How::Sparse);
+    assert_eq!(found.solver, SolverKind::Sparse);
     for (k, &omega) in LINES.iter().enumerate() {
         let (z, step) = travelling(omega);
         let back = power(step.inv(), 2 * N - 1);
@@ -137,23 +143,23 @@ fn law_sparse_is_dense() {
     }
     let own = prepared(&text);
     let found = answer(&own, "disc.3.theta", "other.27.theta", &LINES);
-    assert_eq!(found.how, How::Sparse);
-    let none = Basis::none(own.linear.n);
-    let equations = Equations::physical(&Case {
+    assert_eq!(found.solver, SolverKind::Sparse);
+    let none = ModalBasis::empty(own.model.n);
+    let matrices = SystemMatrices::physical(&AnalysisContext {
         machine: &own.machine,
-        linear: &own.linear,
+        model: &own.model,
         basis: &none,
         speeds: None,
     });
     let seen = |name: &str| {
-        let freedom = own.machine.freedom(name).unwrap();
-        equations.sees(&own.linear.transform[freedom])
+        let dof = own.machine.dof(name).unwrap();
+        matrices.project(&own.model.transform[dof])
     };
     let (load, read) = (seen("disc.3.theta"), seen("other.27.theta"));
     let load = ComplexMatrix::from_fn(load.len(), 1, |i, _| Complex::new(load[i], 0.0));
     for (k, &omega) in LINES.iter().enumerate() {
-        let full = equations.dynamic_stiffness(Complex::new(0.0, omega));
-        let x = definite::solve_complex(&full, &load).unwrap();
+        let full = matrices.dynamic_stiffness(Complex::new(0.0, omega));
+        let x = symmetric::lu_solve_complex(&full, &load).unwrap();
         let terms = read.iter().enumerate().map(|(i, c)| x[(i, 0)] * *c);
         let exact = terms.fold(Complex::new(0.0, 0.0), |sum, term| sum + term);
         assert_close(found.values[k][(0, 0)], exact, 1e-10, "in loops");
@@ -162,7 +168,7 @@ fn law_sparse_is_dense() {
 
 fn until(end: f64, output: &str) -> SimulateStudy {
     SimulateStudy {
-        until: Some(end),
+        end_time: Some(end),
         outputs: vec![output.to_string()],
         samples: Some(20),
         ..SimulateStudy::default()
@@ -183,10 +189,11 @@ fn exact_motion_of_a_long_chain() {
         told.set(told.get() + 1);
     };
     let study = until(0.05, "disc.1000.theta");
-    let moved = Moved::new(&scene, &study, &Stop::default(), &hear).unwrap();
-    assert_eq!(moved.choice.method.name, "dop853-events");
+    let result =
+        SimulationResult::simulate(&scene, &study, &CancelToken::default(), &hear).unwrap();
+    assert_eq!(result.choice.method.name, "dop853-events");
     assert!(
-        moved
+        result
             .choice
             .reason
             .contains("all modes of 1000 coordinates")
@@ -204,7 +211,7 @@ fn exact_motion_of_a_long_chain() {
         (1..=N).map(mode).sum()
     };
     let largest = exact(0.05 - STRUCK);
-    for (t, value) in moved.motion.time.iter().zip(&moved.motion.values[0]) {
+    for (t, value) in result.history.time.iter().zip(&result.history.values[0]) {
         let exact = exact((t - STRUCK).max(0.0));
         within(
             "angle of the end, of the largest",
@@ -215,18 +222,18 @@ fn exact_motion_of_a_long_chain() {
 }
 
 /// For a second.
-fn ready(text: &str) -> MotionScene {
+fn ready(text: &str) -> SimulationSetup {
     let study = until(1.0, "disc.1.theta");
-    MotionScene::new(&prepared(text), &read(text).start, &study).unwrap()
+    SimulationSetup::new(&prepared(text), &read(text).conditions, &study).unwrap()
 }
 
 /// Few discs go by all modes; many too where a stiff shaft would hold steps short.
 #[test]
 fn case_steps_only_where_they_are_quicker() {
     let method = |text: &str| {
-        let train = ready(text).moving.train;
+        let model = ready(text).model.model;
         let study = until(1.0, "disc.1.theta");
-        choose(&train, &study).unwrap().method.name
+        choose_method(&model, &study).unwrap().method.name
     };
     assert_eq!(method(&struck(100, 30.0)), "exact");
     assert_eq!(method(&struck(2000, 30.0)), "dop853-events");
@@ -237,8 +244,11 @@ fn case_steps_only_where_they_are_quicker() {
 /// A case of stability of a hundred times as many freedoms may be a hundredth of the evaluations, each of which costs as many times more.
 #[test]
 fn law_budget_goes_by_size() {
-    let of = |count: usize| budget(&ready(&struck(count, 30.0)));
-    assert_eq!((of(2), of(20), of(2000)), (BUDGET, BUDGET, BUDGET / 100));
+    let of = |count: usize| work_limit(&ready(&struck(count, 30.0)));
+    assert_eq!(
+        (of(2), of(20), of(2000)),
+        (MAX_WORK, MAX_WORK, MAX_WORK / 100)
+    );
 }
 
 /// What full matrices of thousands of coordinates would take is known before the work.

@@ -415,8 +415,8 @@ fn law_examples_of_help_run() {
 /// Every way to tooth thickness tells the same thinning; columns of angles become lengths on the reference circle.
 #[test]
 fn law_every_gauge_and_angles() {
-    use geardyn::gear::involute::Involute;
-    let gear = Involute {
+    use geardyn::gear::involute::InvoluteGear;
+    let gear = InvoluteGear {
         teeth: 18,
         module: 3e-3,
         pressure_angle: 20f64.to_radians(),
@@ -425,12 +425,12 @@ fn law_every_gauge_and_angles() {
         internal: false,
     };
     let (tip, thin) = (61e-3, -80e-6);
-    let s = gear.thickness() + thin;
+    let s = gear.nominal_thickness() + thin;
     let folder = tempfile::tempdir().unwrap();
     let sizes = [
         gear.span(3, s),
-        gear.over_balls(5.5e-3, s),
-        gear.chord(tip, s).0,
+        gear.dimension_over_balls(5.5e-3, s),
+        gear.chordal_thickness(tip, s).0,
         gear.constant_chord(tip, s).0,
     ];
     let cells: Vec<String> = sizes.iter().map(|x| format!("{:.9}", 1e3 * x)).collect();
@@ -557,8 +557,8 @@ fn survives_extreme_gears() {
 /// the tip, run-out from both sides' pitch is what its excentric ring was made with.
 #[test]
 fn exact_internal_gear() {
-    use geardyn::gear::involute::Involute;
-    let gear = Involute {
+    use geardyn::gear::involute::InvoluteGear;
+    let gear = InvoluteGear {
         teeth: 60,
         module: 3e-3,
         pressure_angle: 20f64.to_radians(),
@@ -566,17 +566,17 @@ fn exact_internal_gear() {
         profile_shift: 0.1,
         internal: true,
     };
-    let s = gear.thickness() - 60e-6;
-    let k = gear.teeth_to_span();
+    let s = gear.nominal_thickness() - 60e-6;
+    let k = gear.default_span_teeth();
     let folder = tempfile::tempdir().unwrap();
     let sizes = format!(
         "w [mm],m [mm]\n{0:.9},{1:.9}\n{0:.9},{1:.9}\n",
         1e3 * gear.span(k, s),
-        1e3 * gear.over_balls(5e-3, s)
+        1e3 * gear.dimension_over_balls(5e-3, s)
     );
     put(folder.path(), "sizes.csv", &sizes);
     // The ring sits 5 µm off: on both sides' places 5 µm · sin(φ ∓ α)/cos α, spaces shift and widen.
-    let (alpha, e) = (gear.transverse_angle(), 5.0);
+    let (alpha, e) = (gear.transverse_pressure_angle(), 5.0);
     let mut pitch = String::from("left [µm],right [µm]\n");
     for i in 0..60 {
         let phi = std::f64::consts::TAU * f64::from(i) / 60.0;
@@ -586,7 +586,7 @@ fn exact_internal_gear() {
     }
     put(folder.path(), "pitch.csv", &pitch);
     // Roll from the tip on: 6 µm of relief over the first 2 mm, material rising by 0.5 µm a millimetre of roll, so falling to the tip.
-    let from = 1e3 * gear.roll_length(gear.diameter() - 2.0 * 2.7e-3);
+    let from = 1e3 * gear.roll_length(gear.reference_diameter() - 2.0 * 2.7e-3);
     let mut profile = String::from("roll [mm],right [µm]\n");
     for i in 0..=160 {
         let x = 0.1 * f64::from(i);

@@ -5,15 +5,15 @@ use std::path::PathBuf;
 
 use crate::support::command::{document, put, refusal};
 use crate::support::verification::within;
-use geardyn::base::stop::Stop;
-use geardyn::plan::motion::choice;
-use geardyn::plan::motion::run::{self, Motion};
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::on_the_fly::{Found, OnTheFly};
-use geardyn::plan::prepared::Prepared;
-use geardyn::scene::study::{RunningStudy, SimulateStudy, TrackStudy};
+use geardyn::base::time_budget::CancelToken;
+use geardyn::plan::motion::method_choice;
+use geardyn::plan::motion::run::{self, MotionHistory};
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::online::{OnlineAnalysis, OnlineResult};
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::scene::study::{OnlineStudy, OrderTrackingStudy, SimulateStudy};
 use geardyn::scene::{self};
-use geardyn::spectrum::welch::{Welch, WelchOptions};
+use geardyn::spectrum::welch::{WelchEstimator, WelchOptions};
 use serde_json::Value;
 
 /// A motor at a constant speed turns a wheel by a shaft; on the wheel a load of one order and one of a frequency.
@@ -27,31 +27,31 @@ load = [{ at = "wheel", kind = "harmonic", mean = -3.0, torque = 2.0, frequency 
 const HEAD: &str = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
 
 /// The motion, what was found, and the most numbers held.
-fn moved(until: f64, samples: u32, running: RunningStudy) -> (Motion, Found, usize) {
+fn moved(until: f64, samples: u32, running: OnlineStudy) -> (MotionHistory, OnlineResult, usize) {
     let scene = scene::read_text("test.toml", &format!("{HEAD}{DRIVE}")).unwrap();
     let study = SimulateStudy {
-        until: Some(until),
+        end_time: Some(until),
         outputs: vec!["wheel.theta.speed".into(), "s.force".into(), "wheel".into()],
         samples: Some(samples),
         running,
         ..SimulateStudy::default()
     };
-    let prepared = Prepared::new(&scene.model).unwrap();
-    let ready = MotionScene::new(&prepared, &scene.start, &study).unwrap();
-    let choice = choice::choose(&ready.moving.train, &study).unwrap();
-    let mut seen = OnTheFly::new(&prepared, &ready, &study.running).unwrap();
+    let machine = PreparedMachine::new(&scene.model).unwrap();
+    let ready = SimulationSetup::new(&machine, &scene.conditions, &study).unwrap();
+    let choice = method_choice::choose_method(&ready.model.model, &study).unwrap();
+    let mut seen = OnlineAnalysis::new(&machine, &ready, &study.running).unwrap();
     if !study.running.history {
-        seen.keep(1000, 8);
+        seen.set_limits(1000, 8);
     }
-    let mut watch = |at: (f64, &[f64]), values: &[f64]| seen.watch(&ready, at, values);
-    let kept = (study.running.history, &mut watch as &mut run::Watch);
-    let motion = run::watched(&ready, &choice, false, &Stop::default(), kept).unwrap();
-    let most = seen.most_held();
-    (motion, seen.finish(false).unwrap(), most)
+    let mut watch = |at: (f64, &[f64]), values: &[f64]| seen.push(&ready, at, values);
+    let kept = (study.running.history, &mut watch as &mut run::StepObserver);
+    let history = run::run_observed(&ready, &choice, false, &CancelToken::default(), kept).unwrap();
+    let most = seen.peak_stored_values();
+    (history, seen.finish(false).unwrap(), most)
 }
 
-fn track(node: &str, orders: &[f64]) -> Option<TrackStudy> {
-    Some(TrackStudy {
+fn track(node: &str, orders: &[f64]) -> Option<OrderTrackingStudy> {
+    Some(OrderTrackingStudy {
         node: node.into(),
         orders: orders.to_vec(),
     })
@@ -60,20 +60,20 @@ fn track(node: &str, orders: &[f64]) -> Option<TrackStudy> {
 /// To the last bit the spectrum of the history.
 #[test]
 fn exact_spectrum_of_the_history() {
-    let running = RunningStudy {
+    let running = OnlineStudy {
         spectrum: Some(500),
-        ..RunningStudy::default()
+        ..OnlineStudy::default()
     };
-    let (motion, found, _) = moved(3.0, 6000, running);
-    let spectra = found.spectra.unwrap();
+    let (motion_history, result, _) = moved(3.0, 6000, running);
+    let spectra = result.spectra.unwrap();
     let options = WelchOptions {
         block: 500,
         ..WelchOptions::default()
     };
-    let mut welch = Welch::new(2000.0, 3, &[], &options).unwrap();
-    let views: Vec<&[f64]> = motion.values.iter().map(Vec::as_slice).collect();
-    welch.push(&views);
-    let history = welch.finish().unwrap();
+    let mut estimator = WelchEstimator::new(2000.0, 3, &[], &options).unwrap();
+    let views: Vec<&[f64]> = motion_history.values.iter().map(Vec::as_slice).collect();
+    estimator.push(&views);
+    let history = estimator.finish().unwrap();
     assert_eq!(spectra.psd, history.psd);
     assert_eq!(spectra.frequency_hz, history.frequency_hz);
     assert!(spectra.blocks > 20);
@@ -82,20 +82,20 @@ fn exact_spectrum_of_the_history() {
 /// A torque of order 3 answers with its transfer function: amplitude and phase against the angle of the motor.
 #[test]
 fn exact_order_of_a_linear_machine() {
-    let running = RunningStudy {
+    let running = OnlineStudy {
         track: track("motor", &[3.0]),
         turns: 20,
-        ..RunningStudy::default()
+        ..OnlineStudy::default()
     };
-    let (_, found, _) = moved(40.0, 80_000, running);
-    let (node, tracks) = found.tracks.unwrap();
+    let (_, result, _) = moved(40.0, 80_000, running);
+    let (node, orders) = result.tracks.unwrap();
     assert_eq!(node, "motor");
     // J ω̇ = 2 cos 90t − k δ − c δ̇: the torque of the shaft holds the wheel back with δ = wheel − motor.
     let (w, k, c, j) = (90.0, 2e4, 5.0, 0.5);
     let (re, im) = (k - w * w * j, w * c);
     let size = 2.0 / f64::hypot(re, im);
     // The start has died away in the last half: c/2J = 5/s.
-    for point in &tracks.points[tracks.points.len() / 2..] {
+    for point in &orders.points[orders.points.len() / 2..] {
         let value = point.values[0][0];
         assert!((point.speed - 30.0).abs() < 1e-9);
         within("amplitude", (value.norm() / (w * size) - 1.0).abs(), 1e-3);
@@ -106,14 +106,14 @@ fn exact_order_of_a_linear_machine() {
             value.arg()
         );
     }
-    assert!(tracks.points.len() > 10);
+    assert!(orders.points.len() > 10);
 }
 
 /// A hundred times the duration holds no number more, and no history.
 #[test]
 fn law_memory_goes_by_the_analysis() {
     let most = |times: u32| {
-        let running = RunningStudy {
+        let running = OnlineStudy {
             history: false,
             spectrum: Some(64),
             track: track("motor", &[1.0, 3.0]),
@@ -123,10 +123,10 @@ fn law_memory_goes_by_the_analysis() {
         };
         let samples = 200 * times;
         let until = 0.4 * f64::from(times);
-        let (motion, found, most) = moved(until, samples, running);
-        assert!(motion.time.is_empty() && motion.values.iter().all(Vec::is_empty));
-        assert!(motion.readings.iter().all(Option::is_some));
-        assert!(found.spectra.is_some() && found.te.is_some());
+        let (motion_history, result, most) = moved(until, samples, running);
+        assert!(motion_history.time.is_empty() && motion_history.values.iter().all(Vec::is_empty));
+        assert!(motion_history.statistics.iter().all(Option::is_some));
+        assert!(result.spectra.is_some() && result.te.is_some());
         most
     };
     assert_eq!(most(10), most(1000));

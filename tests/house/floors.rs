@@ -189,11 +189,11 @@ const OWNERS: &[(&str, &str)] = &[
     ("signal_hook", "cli/interrupt.rs"),
     ("ctrlc", "cli/interrupt.rs"),
     ("tempfile", "cli/files.rs"),
-    ("tempfile", "recording/column.rs"),
+    ("tempfile", "recording/sample_column.rs"),
     ("encoding_rs", "recording/"),
     ("zip", "recording/"),
-    ("ode_solvers", "motion/methods/explicit.rs"),
-    ("nalgebra", "motion/methods/explicit.rs"),
+    ("ode_solvers", "motion/methods/explicit_runge_kutta.rs"),
+    ("nalgebra", "motion/methods/explicit_runge_kutta.rs"),
 ];
 
 /// Outside packages are named where they belong and nowhere else.

@@ -5,16 +5,18 @@ use std::path::Path;
 
 use crate::support::verification::{printed, within};
 use geardyn::machine::build::build;
+use geardyn::machine::components::Machine;
 use geardyn::machine::kinematics::Kinematics;
-use geardyn::machine::linear::Linear;
-use geardyn::machine::operating::Operating;
-use geardyn::machine::parts::Machine;
-use geardyn::modes::basis::{self, Basis, Solver};
-use geardyn::modes::campbell::{BranchLine, Campbell, CampbellOptions, diagram};
+use geardyn::machine::linear::LinearModel;
+use geardyn::machine::operating_point::OperatingPoint;
+use geardyn::modes::campbell::{
+    CampbellBranch, CampbellDiagram, CampbellOptions, campbell_diagram,
+};
 use geardyn::modes::damped;
-use geardyn::modes::modal;
+use geardyn::modes::excitation_orders::{ExcitationCause, OrderOptions, excitation_orders};
+use geardyn::modes::modal_basis::{self, ModalBasis, UndampedSolver};
+use geardyn::modes::modal_matrices;
 use geardyn::modes::mode::Mode;
-use geardyn::modes::orders::{Cause, OrderOptions, orders};
 use geardyn::modes::tracking::TrackingOptions;
 use geardyn::modes::whirl::Whirl;
 use geardyn::numeric::Complex;
@@ -23,21 +25,21 @@ use geardyn::scene;
 struct Case {
     machine: Machine,
     kinematics: Kinematics,
-    linear: Linear,
-    basis: Basis,
+    linear: LinearModel,
+    basis: ModalBasis,
 }
 
 impl Case {
     fn of(scene: scene::Scene) -> Case {
         let machine = build(&scene.model).unwrap();
         let kinematics = Kinematics::new(&machine).unwrap();
-        let operating = Operating::find(&machine, &kinematics).unwrap();
-        let linear = Linear::new(&machine, &kinematics, &operating).unwrap();
-        let basis = basis::solve(&linear, Solver::Factored).unwrap();
+        let point = OperatingPoint::solve(&machine, &kinematics).unwrap();
+        let model = LinearModel::new(&machine, &kinematics, &point).unwrap();
+        let basis = modal_basis::solve(&model, UndampedSolver::Factored).unwrap();
         Case {
             machine,
             kinematics,
-            linear,
+            linear: model,
             basis,
         }
     }
@@ -59,14 +61,14 @@ impl Case {
     }
 
     /// The diagram over speeds in rpm.
-    fn diagram(&self, speeds_rpm: &[f64], damped: bool) -> Campbell {
+    fn diagram(&self, speeds_rpm: &[f64], damped: bool) -> CampbellDiagram {
         let options = CampbellOptions {
             speeds: speeds_rpm.iter().map(|rpm| rpm * TAU / 60.0).collect(),
             damped,
             orders: OrderOptions::default(),
             tracking: TrackingOptions::default(),
         };
-        diagram(
+        campbell_diagram(
             &self.machine,
             &self.kinematics,
             &self.linear,
@@ -83,7 +85,7 @@ impl Case {
             Some(rpm * TAU / 60.0),
         )
         .unwrap();
-        let modal = modal::project(
+        let modal = modal_matrices::project(
             &self.machine,
             &self.linear,
             &self.basis,
@@ -111,7 +113,7 @@ fn whirl_of_disc(polar: f64, diametral: f64, k: f64, rpm: f64) -> [f64; 2] {
     ]
 }
 
-fn worst(line: &BranchLine, exact: impl Fn(usize) -> f64) -> f64 {
+fn worst(line: &CampbellBranch, exact: impl Fn(usize) -> f64) -> f64 {
     let relative = |(i, f): (usize, &Option<f64>)| (f.unwrap_or(f64::NAN) / exact(i) - 1.0).abs();
     line.frequency_hz
         .iter()
@@ -298,8 +300,8 @@ fn exact_branches_that_cross() {
     );
 }
 
-fn forward(found: &Campbell) -> Vec<&BranchLine> {
-    let mut lines: Vec<&BranchLine> = found
+fn forward(found: &CampbellDiagram) -> Vec<&CampbellBranch> {
+    let mut lines: Vec<&CampbellBranch> = found
         .branches
         .iter()
         .filter(|line| line.whirl.iter().all(|w| *w == Some(Whirl::Forward)))
@@ -346,7 +348,7 @@ fn law_speeds_of_either_sign_mirror_each_other() {
     }
     let found = case.diagram(&grid(-6000.0, 6000.0, 12), false);
     assert_eq!(found.branches.len(), 5);
-    let mirrored = |line: &BranchLine| {
+    let mirrored = |line: &CampbellBranch| {
         found.branches.iter().any(|other| {
             worst(line, |i| other.frequency_hz[12 - i].unwrap()) < 1e-12 && {
                 let (a, b) = (line.whirl[0], other.whirl[12]);
@@ -443,7 +445,7 @@ fn exact_constant_without_gyroscopic_terms() {
     }
     // The mode of the mesh takes part in the mesh's orders more than the others do.
     let share = |branch: usize| {
-        let mesh = |c: &&geardyn::modes::campbell::Crossing| {
+        let mesh = |c: &&geardyn::modes::campbell::OrderCrossing| {
             c.branch == branch && found.orders[c.order].fraction == "21"
         };
         found.crossings.iter().find(mesh).map(|c| c.participation)
@@ -459,7 +461,8 @@ fn exact_constant_without_gyroscopic_terms() {
 #[test]
 fn exact_orders_of_a_gear_pair() {
     let case = Case::new(GEARED);
-    let found = orders(&case.machine, &case.kinematics, &OrderOptions::default()).unwrap();
+    let found =
+        excitation_orders(&case.machine, &case.kinematics, &OrderOptions::default()).unwrap();
     let fractions: Vec<&str> = found.iter().map(|order| order.fraction.as_str()).collect();
     assert_eq!(fractions, ["1/3", "2/3", "1", "2", "21", "42", "63"]);
     let teeth = &found[4];
@@ -474,7 +477,7 @@ fn exact_orders_of_a_gear_pair() {
         teeth
             .sources
             .iter()
-            .all(|source| source.cause == Cause::Mesh && source.element == "pair")
+            .all(|source| source.cause == ExcitationCause::Mesh && source.element == "pair")
     );
     let turning: Vec<&str> = found[2]
         .sources
@@ -529,14 +532,15 @@ sun = 300.0
         ("", "ring = -100.0", "20", Some("1/3")),
     ] {
         let case = stage(ring, speed);
-        let found = orders(&case.machine, &case.kinematics, &OrderOptions::default()).unwrap();
+        let found =
+            excitation_orders(&case.machine, &case.kinematics, &OrderOptions::default()).unwrap();
         let teeth = found
             .iter()
             .find(|order| {
                 order
                     .sources
                     .iter()
-                    .any(|source| source.cause == Cause::Mesh)
+                    .any(|source| source.cause == ExcitationCause::Mesh)
             })
             .unwrap();
         assert_eq!(teeth.fraction, mesh);
@@ -582,8 +586,8 @@ fn exact_modes_that_appear() {
 }
 
 /// The mode that is the n-th forward, or backward, just above standstill.
-fn numbered(found: &Campbell, sense: Whirl, n: usize) -> &BranchLine {
-    let mut lines: Vec<&BranchLine> = found
+fn numbered(found: &CampbellDiagram, sense: Whirl, n: usize) -> &CampbellBranch {
+    let mut lines: Vec<&CampbellBranch> = found
         .branches
         .iter()
         .filter(|line| line.whirl[1] == Some(sense))
@@ -593,7 +597,7 @@ fn numbered(found: &Campbell, sense: Whirl, n: usize) -> &BranchLine {
 }
 
 /// Where two branches meet, by linear interpolation, rpm and Hz.
-fn meet(found: &Campbell, a: &BranchLine, b: &BranchLine) -> Vec<(f64, f64)> {
+fn meet(found: &CampbellDiagram, a: &CampbellBranch, b: &CampbellBranch) -> Vec<(f64, f64)> {
     let gap = |i: usize| a.frequency_hz[i].unwrap() - b.frequency_hz[i].unwrap();
     let between = |i: usize| {
         let t = gap(i) / (gap(i) - gap(i + 1));
@@ -679,7 +683,7 @@ fn law_overhung_rotor_at_any_step() {
     assert_eq!(coarse.branches.len(), fine.branches.len());
     for line in &coarse.branches {
         let is_same =
-            |other: &&BranchLine| worst(line, |i| other.frequency_hz[60 * i].unwrap()) < 1e-12;
+            |other: &&CampbellBranch| worst(line, |i| other.frequency_hz[60 * i].unwrap()) < 1e-12;
         assert!(
             fine.branches.iter().any(|other| is_same(&other)),
             "{line:?}"
@@ -746,7 +750,7 @@ fn law_light_losses_move_no_branch() {
     assert_eq!(with.branches.len(), without.branches.len());
     for line in &with.branches {
         assert!(line.uncertain_rpm.is_empty());
-        let is_same = |other: &&BranchLine| {
+        let is_same = |other: &&CampbellBranch| {
             worst(line, |i| other.frequency_hz[i].unwrap()) < 1e-5 && line.whirl == other.whirl
         };
         let same = without.branches.iter().find(is_same);

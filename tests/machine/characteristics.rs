@@ -1,15 +1,15 @@
 //! Couplings and teeth that are not linear: their tangents under load, their motion, what is refused.
 
-use geardyn::base::stop::Stop;
+use geardyn::base::time_budget::CancelToken;
 
 use crate::support::verification::within;
-use geardyn::plan::motion::run::{self, Motion};
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::motion::{choice, choice::Choice};
-use geardyn::plan::prepared::Prepared;
-use geardyn::plan::run::run as modes_of;
-use geardyn::plan::stages::Plan;
-use geardyn::scene::laws::StartAt;
+use geardyn::plan::modes_run::run as modes_of;
+use geardyn::plan::motion::run::{self, MotionHistory};
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::motion::{method_choice, method_choice::MethodChoice};
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::plan::stages::ModesPlan;
+use geardyn::scene::laws::InitialState;
 use geardyn::scene::study::{ModesStudy, SimulateStudy};
 use geardyn::scene::{self, Scene};
 
@@ -22,15 +22,20 @@ fn scene_of(text: &str) -> Scene {
 }
 
 fn frequencies(scene: &Scene) -> Vec<f64> {
-    let prepared = Prepared::new(&scene.model).unwrap();
+    let machine = PreparedMachine::new(&scene.model).unwrap();
     let study = ModesStudy::default();
-    let answer = modes_of(&prepared, &study, &Plan::modes(&prepared, &study)).unwrap();
+    let answer = modes_of(&machine, &study, &ModesPlan::plan_modes(&machine, &study)).unwrap();
     answer.modes.iter().map(|m| m.frequency_hz()).collect()
 }
 
-fn moved(scene: &Scene, until: f64, outputs: &[&str], method: Option<&str>) -> (Choice, Motion) {
+fn moved(
+    scene: &Scene,
+    until: f64,
+    outputs: &[&str],
+    method: Option<&str>,
+) -> (MethodChoice, MotionHistory) {
     let study = SimulateStudy {
-        until: Some(until),
+        end_time: Some(until),
         outputs: outputs.iter().map(|s| s.to_string()).collect(),
         samples: Some(2000),
         tolerance: Some(1e-11),
@@ -38,11 +43,15 @@ fn moved(scene: &Scene, until: f64, outputs: &[&str], method: Option<&str>) -> (
         energy: true,
         ..SimulateStudy::default()
     };
-    let ready =
-        MotionScene::new(&Prepared::new(&scene.model).unwrap(), &scene.start, &study).unwrap();
-    let choice = choice::choose(&ready.moving.train, &study).unwrap();
-    let motion = run::run(&ready, &choice, study.energy, &Stop::default()).unwrap();
-    (choice, motion)
+    let ready = SimulationSetup::new(
+        &PreparedMachine::new(&scene.model).unwrap(),
+        &scene.conditions,
+        &study,
+    )
+    .unwrap();
+    let choice = method_choice::choose_method(&ready.model.model, &study).unwrap();
+    let history = run::run(&ready, &choice, study.energy, &CancelToken::default()).unwrap();
+    (choice, history)
 }
 
 /// One disc held by a hard coupling: about a torque T it swings with `k = n T/δ(T)`.
@@ -75,9 +84,9 @@ load = [{ at = \"disc\", torque = 14.0 }]",
     let exact = (3.0 * x * x + 3.0).sqrt() / std::f64::consts::TAU;
     let found = frequencies(&scene)[0];
     within("frequency", (found / exact - 1.0).abs(), 1e-11);
-    let prepared = Prepared::new(&scene.model).unwrap();
-    assert!((prepared.operating.tangents[0].force - x.powi(3)).abs() < 1e-9);
-    assert!(prepared.warnings().iter().any(|w| w.code == "linearised"));
+    let machine = PreparedMachine::new(&scene.model).unwrap();
+    assert!((machine.point.stiffness[0].force - x.powi(3)).abs() < 1e-9);
+    assert!(machine.warnings().iter().any(|w| w.code == "linearised"));
 }
 
 /// `J θ̈ + K θ³ = 0` from θ = a: the period is 4 K(1/√2)/(a √(K/J)), 7.416298709205487 over that (Lyapunov's cosine).
@@ -87,13 +96,13 @@ fn exact_period_of_a_cubic_spring() {
         "inertia = [{ name = \"disc\", J = 0.5 }]
 coupling = [{ name = \"hard\", between = [\"ground\", \"disc\"], characteristic = { kind = \"power\", torque = 8.0, deflection = 0.2, exponent = 3.0 } }]",
     );
-    scene.start.angles = vec![(scene.model.inertias[0].name.clone(), 0.3)];
+    scene.conditions.angles = vec![(scene.model.inertias[0].name.clone(), 0.3)];
     let omega = (8.0 / 0.2f64.powi(3) / 0.5).sqrt();
     let period = 7.416_298_709_205_487 / (0.3 * omega);
     for method in [None, Some("radau5"), Some("dop853")] {
-        let (choice, motion) = moved(&scene, 4.0 * period, &["disc", "disc.theta.speed"], method);
-        let last = motion.time.len() - 1;
-        let (angle, speed) = (motion.values[0][last], motion.values[1][last]);
+        let (choice, history) = moved(&scene, 4.0 * period, &["disc", "disc.theta.speed"], method);
+        let last = history.time.len() - 1;
+        let (angle, speed) = (history.values[0][last], history.values[1][last]);
         let name = choice.method.name;
         within(
             &format!("angle after four periods, {name}"),
@@ -101,7 +110,10 @@ coupling = [{ name = \"hard\", between = [\"ground\", \"disc\"], characteristic 
             1e-7,
         );
         assert!(speed.abs() < 1e-6 * omega * 0.09, "{name}: {speed}");
-        assert!(motion.balance.unwrap().gap().abs() < 1e-6, "{name}");
+        assert!(
+            history.balance.unwrap().relative_error().abs() < 1e-6,
+            "{name}"
+        );
     }
 }
 
@@ -114,8 +126,8 @@ inertia = [{ name = \"motor\", J = 0.01 }, { name = \"roll\", J = 0.4 }]
 coupling = [{ name = \"rubber\", between = [\"motor\", \"roll\"], c = 0.1, characteristic = { kind = \"table\", deflections = [0.0, 0.01, 0.05, 0.1], torques = [0.0, 0.0, 20.0, 120.0] } }]
 load = [{ at = \"motor\", torque = 30.0 }, { at = \"roll\", torque = -30.0 }]",
     );
-    scene.start.at = StartAt::Steady;
-    let (_, motion) = moved(
+    scene.conditions.at = InitialState::Steady;
+    let (_, history) = moved(
         &scene,
         0.5,
         &["rubber.deflection", "rubber.force", "roll"],
@@ -125,12 +137,12 @@ load = [{ at = \"motor\", torque = 30.0 }, { at = \"roll\", torque = -30.0 }]",
         v.iter()
             .fold((f64::MAX, f64::MIN), |(a, b), &x| (a.min(x), b.max(x)))
     };
-    let (low, high) = span(&motion.values[0]);
+    let (low, high) = span(&history.values[0]);
     assert!(
         high - low < 1e-9 && (0.05..0.1).contains(&high.abs()),
         "{low} {high}"
     );
-    let (low, high) = span(&motion.values[1]);
+    let (low, high) = span(&history.values[1]);
     assert!(
         (low.abs() - 30.0).abs() < 1e-7 && high - low < 1e-7,
         "{low} {high}"
@@ -231,12 +243,12 @@ fn exact_poles_of_a_standard_solid() {
         "inertia = [{{ name = \"disc\", J = {j} }}]
 coupling = [{{ name = \"rubber\", between = [\"ground\", \"disc\"], k = {k:?}, maxwell = [{{ k = {k1:?}, c = {c1:?} }}] }}]"
     ));
-    let prepared = Prepared::new(&scene.model).unwrap();
+    let machine = PreparedMachine::new(&scene.model).unwrap();
     let study = ModesStudy {
         damped: true,
         ..ModesStudy::default()
     };
-    let answer = modes_of(&prepared, &study, &Plan::modes(&prepared, &study)).unwrap();
+    let answer = modes_of(&machine, &study, &ModesPlan::plan_modes(&machine, &study)).unwrap();
     let poles: Vec<_> = answer.modes.iter().map(|m| m.eigenvalue).collect();
     assert!(!poles.is_empty());
     for s in poles {
@@ -257,7 +269,7 @@ fn law_maxwell_in_motion() {
 coupling = [{ name = \"oil\", between = [\"a\", \"b\"], maxwell = [{ k = 400.0, c = 3.0 }] }]
 load = [{ at = \"a\", torque = -2.0 }, { at = \"b\", torque = 2.0 }]",
     );
-    scene.start.at = StartAt::Rest;
+    scene.conditions.at = InitialState::Rest;
     let outputs = ["a", "b", "b.theta.speed"];
     let (exact, by_exact) = moved(&scene, 10.0, &outputs, None);
     assert_eq!(exact.method.name, "exact");

@@ -4,20 +4,20 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use crate::support::{numbers, reference, within};
-use geardyn::base::stop::Stop;
-use geardyn::plan::motion::choice;
-use geardyn::plan::motion::run::{self, Motion};
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
+use geardyn::base::time_budget::CancelToken;
+use geardyn::plan::motion::method_choice;
+use geardyn::plan::motion::run::{self, MotionHistory};
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::scene::study::{SimulateStudy, StudyKind};
 use geardyn::scene::{self, Scene};
 
-fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, Motion) {
-    let prepared = Prepared::new(&scene.model).unwrap();
-    let ready = MotionScene::new(&prepared, &scene.start, study).unwrap();
-    let choice = choice::choose(&ready.moving.train, study).unwrap();
-    let motion = run::run(&ready, &choice, study.energy, &Stop::default()).unwrap();
-    (choice.method.name, motion)
+fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, MotionHistory) {
+    let machine = PreparedMachine::new(&scene.model).unwrap();
+    let ready = SimulationSetup::new(&machine, &scene.conditions, study).unwrap();
+    let choice = method_choice::choose_method(&ready.model.model, study).unwrap();
+    let history = run::run(&ready, &choice, study.energy, &CancelToken::default()).unwrap();
+    (choice.method.name, history)
 }
 
 fn scene_of(text: &str) -> Scene {
@@ -27,7 +27,7 @@ fn scene_of(text: &str) -> Scene {
 
 fn study(until: f64, samples: u32, outputs: &[&str], method: Option<&str>) -> SimulateStudy {
     SimulateStudy {
-        until: Some(until),
+        end_time: Some(until),
         outputs: outputs.iter().map(|s| s.to_string()).collect(),
         samples: Some(samples),
         energy: true,
@@ -84,9 +84,9 @@ load = [{{ at = "b", kind = "harmonic", torque = 6.0, frequency = "1 Hz" }}]
         let asked = (name != "switched").then_some(name);
         let mut study = study(8.0, 800, &outputs, asked);
         study.energy = name == "switched";
-        let (method, motion) = moved(&scene_of(&text(clutch)), &study);
+        let (method, history) = moved(&scene_of(&text(clutch)), &study);
         assert_eq!(method, name);
-        let [speed, torque, loss, drive] = &motion.values[..] else {
+        let [speed, torque, loss, drive] = &history.values[..] else {
             panic!()
         };
         assert!(
@@ -97,7 +97,7 @@ load = [{{ at = "b", kind = "harmonic", torque = 6.0, frequency = "1 Hz" }}]
         let locked = (0..800).find(|&k| (speed[k] - omega).abs() < 1e-6).unwrap();
         assert!((200..600).contains(&locked), "{clutch}: {locked}");
         for k in locked + 1..=800 {
-            let t = motion.time[k];
+            let t = history.time[k];
             within("speed once locked, rad/s", (speed[k] - omega).abs(), 1e-8);
             within(
                 "torque once locked, N·m",
@@ -111,20 +111,24 @@ load = [{{ at = "b", kind = "harmonic", torque = 6.0, frequency = "1 Hz" }}]
             );
             assert!(loss[k].abs() < 1e-6, "{clutch} {t}: {}", loss[k]);
         }
-        if let Some(balance) = motion.balance {
+        if let Some(balance) = history.balance {
             let speed = |t: f64| 7.5 * t + 3.0 / (2.0 * PI) * (2.0 * PI * t).sin();
-            for (k, found) in motion.values[0].iter().enumerate().take(400) {
+            for (k, found) in history.values[0].iter().enumerate().take(400) {
                 within(
                     "speed while slipping, rad/s",
-                    (found - speed(motion.time[k])).abs(),
+                    (found - speed(history.time[k])).abs(),
                     1e-11,
                 );
             }
             // 4 s of slipping: the way between both, ω t − ½ 7.5 t², the swing having come round.
             let slipped: f64 = 15.0 * (omega * 4.0 - 60.0);
-            let lost = balance.lost;
+            let lost = balance.dissipated;
             within("heat", (lost / slipped - 1.0).abs(), 1e-5);
-            assert!(balance.gap().abs() < 1e-4, "{clutch}: {:e}", balance.gap());
+            assert!(
+                balance.relative_error().abs() < 1e-4,
+                "{clutch}: {:e}",
+                balance.relative_error()
+            );
         }
     }
 }
@@ -153,7 +157,7 @@ fn ref_lock_up_while_running_up() {
         let mut asked = study(1.2, 59, &SEEN, method);
         asked.energy = false;
         asked.tolerance = Some(1e-9);
-        let (_, motion) = moved(&lock_up("creep_speed = 1e-4"), &asked);
+        let (_, history) = moved(&lock_up("creep_speed = 1e-4"), &asked);
         for (at, (key, near)) in [
             ("speed_rad_s", 1e-6),
             ("clutch_nm", 5e-3),
@@ -163,7 +167,7 @@ fn ref_lock_up_while_running_up() {
         .enumerate()
         {
             let exact = numbers(&expected[key]);
-            for (found, exact) in motion.values[at].iter().zip(&exact).skip(1) {
+            for (found, exact) in history.values[at].iter().zip(&exact).skip(1) {
                 let off = (found - exact).abs();
                 within("outputs", off, near);
             }
@@ -175,19 +179,19 @@ fn ref_lock_up_while_running_up() {
 #[test]
 fn law_spread_friction_shows_what_it_carries() {
     let expected = numbers(&reference("clutch")["drive_nm"]);
-    let (_, motion) = moved(
+    let (_, history) = moved(
         &lock_up("creep_speed = 1e-2"),
         &study(1.2, 59, &SEEN, Some("dopri5")),
     );
     assert!(
-        largest(&motion.values[1]) < 260.0,
+        largest(&history.values[1]) < 260.0,
         "{}",
-        largest(&motion.values[1])
+        largest(&history.values[1])
     );
     let mean = |list: &[f64]| list[1..48].iter().sum::<f64>() / 47.0;
-    let (found, exact) = (mean(&motion.values[2]), mean(&expected));
+    let (found, exact) = (mean(&history.values[2]), mean(&expected));
     assert!((found / exact - 1.0).abs() < 0.05, "{found} {exact}");
-    let gap = motion.balance.unwrap().gap().abs();
+    let gap = history.balance.unwrap().relative_error().abs();
     assert!(gap < 1e-4, "{gap:e}");
 }
 
@@ -208,11 +212,11 @@ load = [{ at = "b", torque = 5.0 }]
         .collect();
     let together = 0.1 + 0.2;
     assert_ne!(together, 0.3);
-    scene.start.speeds = vec![(names[0].clone(), together), (names[1].clone(), 0.3)];
+    scene.conditions.speeds = vec![(names[0].clone(), together), (names[1].clone(), 0.3)];
     for method in [None, Some("radau5"), Some("dop853-events")] {
-        let (_, motion) = moved(&scene, &study(1.0, 10, &["k.torque", "a.speed"], method));
-        for (k, t) in motion.time.iter().enumerate() {
-            let (torque, speed) = (motion.values[0][k], motion.values[1][k]);
+        let (_, history) = moved(&scene, &study(1.0, 10, &["k.torque", "a.speed"], method));
+        for (k, t) in history.time.iter().enumerate() {
+            let (torque, speed) = (history.values[0][k], history.values[1][k]);
             assert!(
                 (torque.abs() - 2.0).abs() < 1e-12,
                 "{method:?} {t}: {torque}"
@@ -231,16 +235,16 @@ fn law_shipped_engagement() {
         StudyKind::Simulate(study) => Some(study.clone()),
         _ => None,
     });
-    let (method, motion) = moved(&scene, &listed.unwrap());
+    let (method, history) = moved(&scene, &listed.unwrap());
     assert_eq!(method, "radau5");
-    let [flywheel, hub, torque, loss, ..] = &motion.values[..] else {
+    let [flywheel, hub, torque, loss, ..] = &history.values[..] else {
         panic!()
     };
     let apart = |k: usize| (flywheel[k] - hub[k]).abs();
     assert!(apart(0) > 70.0);
     let locked = (0..4000).find(|&k| apart(k) < 1e-9).unwrap();
     assert!((locked..=4000).all(|k| apart(k) < 1e-6), "it stays locked");
-    for (k, t) in motion.time.iter().enumerate() {
+    for (k, t) in history.time.iter().enumerate() {
         let pressed = 90.0 * ((t - 0.05) / 0.2).clamp(0.0, 1.0);
         assert!(
             torque[k].abs() <= 1.2 * pressed + 1e-9,
@@ -255,6 +259,6 @@ fn law_shipped_engagement() {
         (last.abs() / (12.0 * 26.0 / 50.0) - 1.0).abs() < 0.2,
         "{last}"
     );
-    let gap = motion.balance.unwrap().gap().abs();
+    let gap = history.balance.unwrap().relative_error().abs();
     assert!(gap < 1e-5, "{gap:e}");
 }

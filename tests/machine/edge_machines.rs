@@ -1,9 +1,9 @@
 //! Machines at the edge of what is one: two trains, one body, numbers at the ends of what is taken.
 
 use geardyn::base::error::Error;
-use geardyn::plan::prepared::Prepared;
-use geardyn::plan::run::{Answer, run};
-use geardyn::plan::stages::Plan;
+use geardyn::plan::modes_run::{ModesResult, run};
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::plan::stages::ModesPlan;
 use geardyn::scene;
 use geardyn::scene::study::ModesStudy;
 
@@ -17,12 +17,12 @@ fn spring(name: &str, a: &str, b: &str, k: f64) -> String {
     format!("[[coupling]]\nname = \"{name}\"\nbetween = [\"{a}\", \"{b}\"]\nk = {k:?}\n")
 }
 
-fn solve(text: &str) -> Result<Answer, Error> {
+fn solve(text: &str) -> Result<ModesResult, Error> {
     let scene =
         scene::read_text("test.toml", &(HEAD.to_string() + text)).unwrap_or_else(|e| panic!("{e}"));
-    let prepared = Prepared::new(&scene.model)?;
+    let machine = PreparedMachine::new(&scene.model)?;
     let study = ModesStudy::default();
-    run(&prepared, &study, &Plan::modes(&prepared, &study))
+    run(&machine, &study, &ModesPlan::plan_modes(&machine, &study))
 }
 
 /// Two trains in one file are two rigid-body modes, not an error.
@@ -55,12 +55,12 @@ fn survives_absurd_scales() {
     for (j, k) in [(1e-50, 1e50), (1e50, 1e-50), (1e-50, 1e-50), (1e50, 1e50)] {
         let text = body("a", j) + &body("b", j) + &spring("s", "a", "b", k);
         match solve(&text) {
-            Ok(answer) => {
-                let omega = answer.modes[1].omega();
+            Ok(result) => {
+                let omega = result.modes[1].omega();
                 assert!(omega.is_finite() && omega > 0.0, "{j:e} {k:e}: {omega}");
                 assert!((omega / (2.0f64.sqrt() * k.sqrt() / j.sqrt()) - 1.0).abs() < 1e-9);
             }
-            Err(error) => assert_eq!(error.code.exit(), 3, "{error}"),
+            Err(error) => assert_eq!(error.code.exit_code(), 3, "{error}"),
         }
     }
 }

@@ -3,20 +3,20 @@
 use crate::support::moving::{apart, branch, contact, inertias, push, run, run_with, spring};
 use crate::support::verification::{order, within};
 use geardyn::machine::characteristic::Characteristic;
-use geardyn::motion::contact::Losses;
-use geardyn::motion::methods::{self, exponential::Kernel};
-use geardyn::motion::problem::Wanted;
+use geardyn::motion::contact::ContactDamping;
+use geardyn::motion::dynamic_model::{DynamicModel, ForceLaw};
+use geardyn::motion::methods::{self, exponential::PhiKernel};
+use geardyn::motion::problem::StepSize;
 use geardyn::motion::signal::Signal;
-use geardyn::motion::train::{Law, Train};
 
 /// `K δ³`.
-fn cube(factor: f64) -> Law {
+fn cube(factor: f64) -> ForceLaw {
     let characteristic = Characteristic::Power {
         factor,
         exponent: 3.0,
         rated: 1.0,
     };
-    Law::Nonlinear {
+    ForceLaw::Nonlinear {
         characteristic,
         damping: 0.0,
     }
@@ -38,10 +38,10 @@ fn exact_kernels() {
         (-4.0, 1.0, 1.5),
         (1e12, 0.0, 1.0),
     ] {
-        let Kernel {
+        let PhiKernel {
             rate,
             integrals: [s, first, second, third],
-        } = Kernel::new((square, damping), tau);
+        } = PhiKernel::new((square, damping), tau);
         let near = |sum: f64, exact: f64, size: f64| {
             let off = (sum - exact).abs();
             within("kernels", off / size.max(exact.abs()), 1e-13);
@@ -80,20 +80,20 @@ fn exact_kernels() {
 /// Of a linear machine the stages see no difference whatever the torque does: the tolerance still holds the error.
 #[test]
 fn law_tolerance_holds_linear_machines() {
-    let mut train = inertias(&[1.0, 0.5, 2.0]);
+    let mut model = inertias(&[1.0, 0.5, 2.0]);
     for (a, b, k) in [(0, 1, 3e4), (1, 2, 1e4)] {
-        train
-            .branches
+        model
+            .elements
             .push(branch("shaft", &[(a, -1.0), (b, 1.0)], spring(k, 0.5)));
     }
-    train
-        .drives
+    model
+        .forces
         .push(push(2, Signal::harmonic(10.0, 345.0, 0.3)));
     let start = [0.0; 6];
-    let (_, exact, _) = run("exact", &train, &start, 1.0, 40).unwrap();
+    let (_, exact, _) = run("exact", &model, &start, 1.0, 40).unwrap();
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
-        let wanted = Wanted::Tolerance(tolerance);
-        let (_, found, effort) = run_with("exponential", &train, &start, 1.0, 40, wanted).unwrap();
+        let size = StepSize::Adaptive(tolerance);
+        let (_, found, effort) = run_with("exponential", &model, &start, 1.0, 40, size).unwrap();
         let error = apart(&found, &exact);
         eprintln!("{tolerance}: {error:e}, {effort:?}");
         assert!(error < 30.0 * tolerance, "{tolerance}: {error:e}");
@@ -103,43 +103,50 @@ fn law_tolerance_holds_linear_machines() {
 /// A linear chain, free to turn, under a steady torque is exact in one step, however long.
 #[test]
 fn exact_linear_in_one_step() {
-    let mut train = inertias(&[1.0, 1e-2, 2.0]);
-    train
-        .branches
+    let mut model = inertias(&[1.0, 1e-2, 2.0]);
+    model
+        .elements
         .push(branch("a", &[(0, -1.0), (1, 1.0)], spring(1e5, 0.01)));
-    train
-        .branches
+    model
+        .elements
         .push(branch("b", &[(1, -1.0), (2, 1.0)], spring(1e3, 1e-4)));
-    train.drives.push(push(0, Signal::constant(2.0)));
+    model.forces.push(push(0, Signal::constant(2.0)));
     let start = [0.1, -0.2, 0.0, 1.0, 0.0, -1.0];
-    let (_, exact, _) = run("exact", &train, &start, 20.0, 40).unwrap();
-    let (_, found, effort) =
-        run_with("exponential", &train, &start, 20.0, 40, Wanted::Step(20.0)).unwrap();
+    let (_, exact, _) = run("exact", &model, &start, 20.0, 40).unwrap();
+    let (_, found, effort) = run_with(
+        "exponential",
+        &model,
+        &start,
+        20.0,
+        40,
+        StepSize::Fixed(20.0),
+    )
+    .unwrap();
     assert_eq!(effort.steps, 1);
     within("states", apart(&found, &exact), 1e-9);
 }
 
 /// Two discs on a stiff shaft, the second on a cubic spring; where the fast swing stands as its load asks, and at the rest.
-fn pair(stiffness: f64) -> (Train, [f64; 4]) {
-    let mut train = inertias(&[1.0, 1.0]);
-    train.branches.push(branch(
+fn pair(stiffness: f64) -> (DynamicModel, [f64; 4]) {
+    let mut model = inertias(&[1.0, 1.0]);
+    model.elements.push(branch(
         "stiff",
         &[(0, -1.0), (1, 1.0)],
         spring(stiffness, 0.0),
     ));
-    train
-        .branches
+    model
+        .elements
         .push(branch("soft", &[(0, 1.0)], spring(5.0, 0.0)));
-    train.branches.push(branch("cube", &[(1, 1.0)], cube(40.0)));
+    model.elements.push(branch("cube", &[(1, 1.0)], cube(40.0)));
     let load = Signal::harmonic(3.0, 2.0, 0.3);
-    train.drives.push(push(0, load));
+    model.forces.push(push(0, load));
     // Both accelerate alike where the shaft carries half the difference of what acts on them; its rate changes as that does.
     let carried =
         |t: f64| 0.5 * (-40.0 * 0.2f64.powi(3) - (3.0 * (2.0 * t + 0.3).cos() - 5.0 * 0.2));
     let twist = carried(0.0) / stiffness;
     let rate = (carried(1e-5) - carried(-1e-5)) / 2e-5 / stiffness;
     (
-        train,
+        model,
         [
             0.2 - 0.5 * twist,
             0.2 + 0.5 * twist,
@@ -152,11 +159,11 @@ fn pair(stiffness: f64) -> (Train, [f64; 4]) {
 /// Order 4 with steps of 25 to 200 radians of the fast swing: stiffness takes none of it away where the motion is smooth.
 #[test]
 fn order_is_kept_where_it_is_stiff() {
-    let (train, start) = pair(1e6);
-    let (_, exact, _) = run("dop853-events", &train, &start, 1.0, 1).unwrap();
+    let (model, start) = pair(1e6);
+    let (_, exact, _) = run("dop853-events", &model, &start, 1.0, 1).unwrap();
     let error = |step: f64| {
         let (_, found, _) =
-            run_with("exponential", &train, &start, 1.0, 1, Wanted::Step(step)).unwrap();
+            run_with("exponential", &model, &start, 1.0, 1, StepSize::Fixed(step)).unwrap();
         (found[1][1] - exact[1][1]).abs()
     };
     let errors = [0.1, 0.05, 0.025].map(error);
@@ -169,11 +176,11 @@ fn order_is_kept_where_it_is_stiff() {
 /// What it costs beside the others: far fewer evaluations than explicit steps on a stiff shaft whose fast swing is not excited.
 #[test]
 fn law_pays_where_it_is_stiff_and_smooth() {
-    let (train, smooth) = pair(1e6);
-    let (_, exact, _) = run("dop853-events", &train, &smooth, 1.0, 20).unwrap();
+    let (model, smooth) = pair(1e6);
+    let (_, exact, _) = run("dop853-events", &model, &smooth, 1.0, 20).unwrap();
     let cost = |method: &str, tolerance: f64| {
-        let effort = Wanted::Tolerance(tolerance);
-        let (_, found, effort) = run_with(method, &train, &smooth, 1.0, 20, effort).unwrap();
+        let effort = StepSize::Adaptive(tolerance);
+        let (_, found, effort) = run_with(method, &model, &smooth, 1.0, 20, effort).unwrap();
         let gap = apart(
             &found.iter().map(|y| y[..2].to_vec()).collect::<Vec<_>>(),
             &exact.iter().map(|y| y[..2].to_vec()).collect::<Vec<_>>(),
@@ -197,11 +204,11 @@ fn law_pays_where_it_is_stiff_and_smooth() {
 /// The error follows the tolerance.
 #[test]
 fn law_error_follows_the_tolerance() {
-    let (train, start) = pair(100.0);
-    let (_, exact, _) = run("dop853-events", &train, &start, 3.0, 20).unwrap();
+    let (model, start) = pair(100.0);
+    let (_, exact, _) = run("dop853-events", &model, &start, 3.0, 20).unwrap();
     let error = |tolerance: f64| {
-        let effort = Wanted::Tolerance(tolerance);
-        let (_, found, _) = run_with("exponential", &train, &start, 3.0, 20, effort).unwrap();
+        let effort = StepSize::Adaptive(tolerance);
+        let (_, found, _) = run_with("exponential", &model, &start, 3.0, 20, effort).unwrap();
         apart(&found, &exact)
     };
     let errors = [1e-4, 1e-6, 1e-8].map(error);
@@ -216,21 +223,21 @@ fn law_error_follows_the_tolerance() {
 /// A torque that turns seven times between two outputs of a linear machine: no step goes over it unseen.
 #[test]
 fn law_fast_drives_are_followed() {
-    let mut train = inertias(&[1.0, 2.0]);
+    let mut model = inertias(&[1.0, 2.0]);
     let joint = spring(100.0, 0.1);
-    train
-        .branches
+    model
+        .elements
         .push(branch("s", &[(0, -1.0), (1, 1.0)], joint));
-    train
-        .branches
+    model
+        .elements
         .push(branch("held", &[(0, 1.0)], spring(50.0, 0.0)));
-    train
-        .drives
+    model
+        .forces
         .push(push(1, Signal::harmonic(1.0, 350.0, 0.3)));
-    let (_, exact, _) = run("exact", &train, &[0.0; 4], 2.0, 16).unwrap();
+    let (_, exact, _) = run("exact", &model, &[0.0; 4], 2.0, 16).unwrap();
     for tolerance in [1e-4, 1e-8] {
-        let effort = Wanted::Tolerance(tolerance);
-        let (_, found, _) = run_with("exponential", &train, &[0.0; 4], 2.0, 16, effort).unwrap();
+        let effort = StepSize::Adaptive(tolerance);
+        let (_, found, _) = run_with("exponential", &model, &[0.0; 4], 2.0, 16, effort).unwrap();
         let off = apart(&found, &exact);
         println!("{tolerance}: {off}");
         assert!(off < 1e3 * tolerance, "{tolerance}: {off}");
@@ -242,13 +249,13 @@ fn law_fast_drives_are_followed() {
 #[test]
 fn survives_extremes() {
     let build = |inertia: f64, k: f64, c: f64| {
-        let mut train = inertias(&[1.0, inertia]);
-        train
-            .branches
+        let mut model = inertias(&[1.0, inertia]);
+        model
+            .elements
             .push(branch("s", &[(0, -1.0), (1, 1.0)], spring(k, c)));
-        train.branches.push(branch("cube", &[(0, 1.0)], cube(3.0)));
-        train.drives.push(push(0, Signal::harmonic(1.0, 2.0, 0.0)));
-        train
+        model.elements.push(branch("cube", &[(0, 1.0)], cube(3.0)));
+        model.forces.push(push(0, Signal::harmonic(1.0, 2.0, 0.0)));
+        model
     };
     for (inertia, k, c, to, slow) in [
         (1.0, 1e12, 0.0, 1.0, (1.0, 1e4)),
@@ -257,14 +264,14 @@ fn survives_extremes() {
         (1e-12, 100.0, 0.0, 1e-3, (1e-6, 100.0)),
         (1e-12, 100.0, 1.0, 1e-3, (1e-6, 100.0)),
     ] {
-        let by = |method: &str, train: &Train| {
+        let by = |method: &str, model: &DynamicModel| {
             run_with(
                 method,
-                train,
+                model,
                 &[0.1, 0.1, 0.0, 0.0],
                 to,
                 10,
-                Wanted::Tolerance(1e-6),
+                StepSize::Adaptive(1e-6),
             )
             .unwrap()
             .1
@@ -281,18 +288,18 @@ fn survives_extremes() {
 /// Without losses the energy of a hardening swing stays.
 #[test]
 fn law_energy_stays() {
-    let mut train = inertias(&[1.0, 2.0]);
-    train
-        .branches
+    let mut model = inertias(&[1.0, 2.0]);
+    model
+        .elements
         .push(branch("s", &[(0, -1.0), (1, 1.0)], spring(1e4, 0.0)));
-    train.branches.push(branch("cube", &[(0, 1.0)], cube(3.0)));
+    model.elements.push(branch("cube", &[(0, 1.0)], cube(3.0)));
     let (_, states, _) = run_with(
         "exponential",
-        &train,
+        &model,
         &[0.5, 0.5, 0.0, 0.0],
         10.0,
         50,
-        Wanted::Tolerance(1e-8),
+        StepSize::Adaptive(1e-8),
     )
     .unwrap();
     let energy = |y: &Vec<f64>| {
@@ -312,17 +319,19 @@ fn law_energy_stays() {
 
 #[test]
 fn refuses_inner_states_and_switches() {
-    let refuses = methods::find("exponential").unwrap().refuses;
-    let mut train = inertias(&[1.0]);
-    assert!(refuses(&train).is_none());
-    let law = Law::Maxwell {
+    let refuses = methods::method_by_name("exponential")
+        .unwrap()
+        .unsupported_reason;
+    let mut model = inertias(&[1.0]);
+    assert!(refuses(&model).is_none());
+    let law = ForceLaw::Maxwell {
         stiffness: 1.0,
         damping: 1.0,
     };
-    train.branches.push(branch("b", &[(0, 1.0)], law));
-    assert!(refuses(&train).unwrap().contains("inner state"));
-    train.branches[0].law = contact(1.0, 0.0, 0.1, Losses::Adhesive);
-    assert!(refuses(&train).unwrap().contains("switch"));
+    model.elements.push(branch("b", &[(0, 1.0)], law));
+    assert!(refuses(&model).unwrap().contains("inner state"));
+    model.elements[0].law = contact(1.0, 0.0, 0.1, ContactDamping::Adhesive);
+    assert!(refuses(&model).unwrap().contains("switch"));
     let light = inertias(&[1.0, 0.0]);
     assert!(refuses(&light).unwrap().contains("no inertia"));
 }

@@ -3,45 +3,47 @@
 use std::path::Path;
 
 use geardyn::base::code::Code;
-use geardyn::base::stop::Stop;
-use geardyn::motion::meter::Balance;
+use geardyn::base::time_budget::CancelToken;
+use geardyn::motion::energy_balance::EnergyBalance;
 use geardyn::motion::methods;
 use geardyn::numeric::Complex;
-use geardyn::plan::motion::choice;
-use geardyn::plan::motion::run::{self, Motion};
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
-use geardyn::scene::laws::PhaseOf;
+use geardyn::plan::motion::method_choice;
+use geardyn::plan::motion::run::{self, MotionHistory};
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::scene::laws::MeshPhase;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
+use geardyn::study::monitor::Monitor;
 use geardyn::study::stability::amplification::{
-    EXPLICIT, Spectrum, TOLD, amplified, boundary, growth,
+    AmplificationChart, EXPLICIT_METHODS, METHODS, amplification_factors, stability_boundary,
+    step_amplification,
 };
-use geardyn::study::stability::cases::{BUDGET, Extreme};
-use geardyn::study::stability::extremes::{
-    ADDS_UP, Asked, Methods, Verdict, extremes, judged, rerun,
+use geardyn::study::stability::linear::linear_stability;
+use geardyn::study::stability::perturbations::{MAX_WORK, PerturbedScene};
+use geardyn::study::stability::stress_test::{
+    CaseMethods, CaseVerdict, MAX_ENERGY_ERROR, RequestedAccuracy, judge_balance, run_case,
+    stress_test,
 };
-use geardyn::study::stability::facts::facts;
-use geardyn::study::watch::Watch;
 
 fn scene_of(text: &str) -> Scene {
     let head = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
     scene::read_text("test.toml", &format!("{head}{text}")).unwrap()
 }
 
-fn ready(scene: &Scene, study: &SimulateStudy) -> MotionScene {
-    let prepared = Prepared::new(&scene.model).unwrap();
-    MotionScene::new(&prepared, &scene.start, study).unwrap()
+fn ready(scene: &Scene, study: &SimulateStudy) -> SimulationSetup {
+    let machine = PreparedMachine::new(&scene.model).unwrap();
+    SimulationSetup::new(&machine, &scene.conditions, study).unwrap()
 }
 
-fn moved(ready: &MotionScene, study: &SimulateStudy) -> Motion {
-    let choice = choice::choose(&ready.moving.train, study).unwrap();
-    run::run(ready, &choice, true, &Stop::default()).unwrap()
+fn moved(ready: &SimulationSetup, study: &SimulateStudy) -> MotionHistory {
+    let choice = method_choice::choose_method(&ready.model.model, study).unwrap();
+    run::run(ready, &choice, true, &CancelToken::default()).unwrap()
 }
 
 fn by(method: &str, until: f64) -> SimulateStudy {
     SimulateStudy {
-        until: Some(until),
+        end_time: Some(until),
         samples: Some(50),
         method: Some(method.to_string()),
         ..SimulateStudy::default()
@@ -72,13 +74,19 @@ fn law_kinks_off_the_samples_cost_nothing() {
         let study = by(method, 1.0);
         let ready = ready(&scene, &study);
         let balance = moved(&ready, &study).balance.unwrap();
-        assert!(balance.put_in > 0.1 && balance.lost > 1e-4, "{balance:?}");
         assert!(
-            balance.gap().abs() < within,
-            "{method}: {:e}",
-            balance.gap()
+            balance.work_in > 0.1 && balance.dissipated > 1e-4,
+            "{balance:?}"
         );
-        assert!(balance.doubt().unwrap() < 1e-4, "{method}: {balance:?}");
+        assert!(
+            balance.relative_error().abs() < within,
+            "{method}: {:e}",
+            balance.relative_error()
+        );
+        assert!(
+            balance.error_bound().unwrap() < 1e-4,
+            "{method}: {balance:?}"
+        );
     }
 }
 
@@ -96,8 +104,11 @@ load = [{ at = "disc", kind = "step", torque = 4e6, time = 0.0 }]
     let study = by("exact", 1.0);
     let ready = ready(&scene, &study);
     let balance = moved(&ready, &study).balance.unwrap();
-    assert!((balance.put_in / 4000.0 - 1.0).abs() < 1e-7, "{balance:?}");
-    assert!((balance.lost / 2000.0 - 1.0).abs() < 1e-9, "{balance:?}");
+    assert!((balance.work_in / 4000.0 - 1.0).abs() < 1e-7, "{balance:?}");
+    assert!(
+        (balance.dissipated / 2000.0 - 1.0).abs() < 1e-9,
+        "{balance:?}"
+    );
 }
 
 /// The figure of the unchanged scene is the gap that `simulate --energy` prints, whatever the method.
@@ -107,65 +118,90 @@ fn law_the_figure_is_that_of_the_simulation() {
     for method in ["exact", "radau5", "dopri5", "generalized-alpha-controlled"] {
         let study = by(method, 0.2);
         let ready = ready(&scene, &study);
-        let gap = moved(&ready, &study).balance.unwrap().gap().abs();
-        let as_it_is = Extreme::of(&ready, choice::TOLERANCE, 1e-3);
-        let method = methods::find(method).unwrap();
-        let case = rerun("", method, (&as_it_is, ready.samples), &Stop::default()).unwrap();
-        assert_eq!(case.figure, Some(gap), "{}", case.method);
-        assert_eq!(case.verdict, Verdict::Pass, "{}", case.method);
+        let gap = moved(&ready, &study)
+            .balance
+            .unwrap()
+            .relative_error()
+            .abs();
+        let as_it_is = PerturbedScene::new(&ready, method_choice::DEFAULT_TOLERANCE, 1e-3);
+        let method = methods::method_by_name(method).unwrap();
+        let case = run_case(
+            "",
+            method,
+            (&as_it_is, ready.samples),
+            &CancelToken::default(),
+        )
+        .unwrap();
+        assert_eq!(case.energy_error, Some(gap), "{}", case.method);
+        assert_eq!(case.verdict, CaseVerdict::Pass, "{}", case.method);
     }
 }
 
 /// With half of its energy missing no case passes: where that is known it has failed, where it is not it is refused.
 #[test]
 fn law_no_pass_without_knowing() {
-    let lost = Balance {
+    let lost = EnergyBalance {
         before: 1.0,
-        largest: 1.0,
+        peak_stored: 1.0,
         after: 0.5,
-        readings: 700,
-        ..Balance::default()
+        evaluations: 700,
+        ..EnergyBalance::default()
     };
-    assert_eq!(judged(&lost, Asked::Exact).0, Verdict::Fail);
-    let vague = Balance { off: 0.6, ..lost };
-    let (verdict, _, why) = judged(&vague, Asked::Exact);
-    assert_eq!(verdict, Verdict::Refused);
+    assert_eq!(
+        judge_balance(&lost, RequestedAccuracy::Exact).0,
+        CaseVerdict::Fail
+    );
+    let vague = EnergyBalance {
+        quadrature_error: 0.6,
+        ..lost
+    };
+    let (verdict, _, why) = judge_balance(&vague, RequestedAccuracy::Exact);
+    assert_eq!(verdict, CaseVerdict::Refused);
     assert!(why.unwrap().contains("cannot be told"));
-    let half = Balance {
-        given_up: Some(0.5),
+    let half = EnergyBalance {
+        stopped_at: Some(0.5),
         ..lost
     };
-    let (verdict, figure, why) = judged(&half, Asked::Exact);
-    assert_eq!((verdict, figure), (Verdict::Refused, None));
+    let (verdict, figure, why) = judge_balance(&half, RequestedAccuracy::Exact);
+    assert_eq!((verdict, figure), (CaseVerdict::Refused, None));
     assert!(why.unwrap().contains("about 1400"));
-    let fine = Balance {
-        after: 1.0 - 0.5 * ADDS_UP,
+    let fine = EnergyBalance {
+        after: 1.0 - 0.5 * MAX_ENERGY_ERROR,
         ..lost
     };
-    assert_eq!(judged(&fine, Asked::Exact).0, Verdict::Pass);
-    let doubtful = Balance {
-        off: 0.6 * ADDS_UP,
+    assert_eq!(
+        judge_balance(&fine, RequestedAccuracy::Exact).0,
+        CaseVerdict::Pass
+    );
+    let doubtful = EnergyBalance {
+        quadrature_error: 0.6 * MAX_ENERGY_ERROR,
         ..fine
     };
-    assert_eq!(judged(&doubtful, Asked::Exact).0, Verdict::Refused);
+    assert_eq!(
+        judge_balance(&doubtful, RequestedAccuracy::Exact).0,
+        CaseVerdict::Refused
+    );
 }
 
 /// What a tolerance allows, added up over the steps, is no fault of the method: it is refused with the tolerance that would do.
 /// More than that is.
 #[test]
 fn law_coarse_is_not_wrong() {
-    let lost = Balance {
+    let lost = EnergyBalance {
         before: 1.0,
-        largest: 1.0,
+        peak_stored: 1.0,
         after: 0.9,
-        ..Balance::default()
+        ..EnergyBalance::default()
     };
-    let (verdict, _, why) = judged(&lost, Asked::Tolerance(1e-2, 10));
-    assert_eq!(verdict, Verdict::Refused);
+    let (verdict, _, why) = judge_balance(&lost, RequestedAccuracy::Tolerance(1e-2, 10));
+    assert_eq!(verdict, CaseVerdict::Refused);
     assert!(why.unwrap().contains("about 1e-4"));
-    assert_eq!(judged(&lost, Asked::Tolerance(1e-8, 10)).0, Verdict::Fail);
-    let (verdict, _, why) = judged(&lost, Asked::Step(0.1, 2));
-    assert_eq!(verdict, Verdict::Refused);
+    assert_eq!(
+        judge_balance(&lost, RequestedAccuracy::Tolerance(1e-8, 10)).0,
+        CaseVerdict::Fail
+    );
+    let (verdict, _, why) = judge_balance(&lost, RequestedAccuracy::Step(0.1, 2));
+    assert_eq!(verdict, CaseVerdict::Refused);
     assert!(why.unwrap().contains("steps of about 10.0 ms"));
 }
 
@@ -178,14 +214,14 @@ fn law_jumps_are_booked() {
             .join(name);
         let scene = scene::read(&path).unwrap();
         let study = SimulateStudy {
-            until: Some(0.01),
+            end_time: Some(0.01),
             samples: Some(7),
             ..SimulateStudy::default()
         };
         let ready = ready(&scene, &study);
         let balance = moved(&ready, &study).balance.unwrap();
-        let apart = balance.gap().abs() * balance.size();
-        let turned = balance.put_in.abs().max(balance.lost);
+        let apart = balance.relative_error().abs() * balance.size();
+        let turned = balance.work_in.abs().max(balance.dissipated);
         assert!(apart < 1e-6 * turned, "{name}: {apart} of {balance:?}");
     }
 }
@@ -194,7 +230,9 @@ fn law_jumps_are_booked() {
 /// infinity; and the method itself, which must multiply the energy of an undamped swing by the square of it in each step.
 #[test]
 fn law_amplification() {
-    let at = |method: &str, re: f64, im: f64| growth(method, Complex::new(re, im), 1.0).unwrap();
+    let at = |method: &str, re: f64, im: f64| {
+        step_amplification(method, Complex::new(re, im), 1.0).unwrap()
+    };
     // On the real axis Runge and Kutta's reaches 2.785, Dormand and Prince's 3.307 (Hairer and Wanner 1996, fig. 2.1).
     for (method, limit) in [("rk4", 2.785_293), ("dopri5", 3.306_6)] {
         assert!(at(method, -limit * 0.999, 0.0) < 1.0 && at(method, -limit * 1.001, 0.0) > 1.0);
@@ -222,12 +260,12 @@ fn law_amplification() {
         }
     }
     // To its order every one follows the mode.
-    for method in TOLD {
+    for method in METHODS {
         let off = (at(method, -0.01, 0.1) - (-0.01f64).exp()).abs();
         assert!(off < 1e-4, "{method} {off:e}");
     }
     let stiff = [Complex::new(-1.0, 1e6), Complex::new(-0.1, 10.0)];
-    let all = amplified(&stiff, 0.03).unwrap();
+    let all = amplification_factors(&stiff, 0.03).unwrap();
     assert!(all[0].fastest > 1e6 && all[3].fastest < 1e-3);
     assert!(all[5].added_damping > all[6].added_damping);
     // A radian a step of an undamped swing: Newmark's loses nothing, Chung and Hulbert's less than Hilber's of the same ρ.
@@ -256,9 +294,9 @@ fn law_amplification_is_what_the_method_does() {
         study.step = Some(h);
         study.samples = Some(2);
         let mut ready = ready(&scene, &study);
-        ready.start[0] = 1e-3;
+        ready.initial_state[0] = 1e-3;
         let balance = moved(&ready, &study).balance.unwrap();
-        let factor = growth(method, Complex::new(0.0, 10.0), h).unwrap();
+        let factor = step_amplification(method, Complex::new(0.0, 10.0), h).unwrap();
         let steps = 20.0 / h;
         let found = (balance.after / balance.before).ln() / (2.0 * steps);
         assert!(
@@ -276,14 +314,22 @@ fn law_refusals_are_counted() {
     let scene = scene_of(SWING);
     let study = by("dopri5", 1.0);
     let mut ready = ready(&scene, &study);
-    ready.start[0] = 1e-3;
-    let mut long = Extreme::of(&ready, 1e-8, 1e-3);
-    long.until *= 1e7;
+    ready.initial_state[0] = 1e-3;
+    let mut long = PerturbedScene::new(&ready, 1e-8, 1e-3);
+    long.end_time *= 1e7;
     for name in ["dopri5", "radau5", "generalized-alpha-controlled"] {
-        let method = methods::find(name).unwrap();
-        let case = || rerun("long", method, (&long, ready.samples), &Stop::default()).unwrap();
+        let method = methods::method_by_name(name).unwrap();
+        let case = || {
+            run_case(
+                "long",
+                method,
+                (&long, ready.samples),
+                &CancelToken::default(),
+            )
+            .unwrap()
+        };
         let (first, second) = (case(), case());
-        assert_eq!(first.verdict, Verdict::Refused, "{name}");
+        assert_eq!(first.verdict, CaseVerdict::Refused, "{name}");
         assert_eq!(first.reason, second.reason);
         let why = first.reason.unwrap();
         let (spent, rest) = why
@@ -292,10 +338,10 @@ fn law_refusals_are_counted() {
             .split_once(' ')
             .unwrap();
         let spent: f64 = spent.parse().unwrap();
-        assert!(spent < 0.2 * BUDGET as f64, "{why}");
+        assert!(spent < 0.2 * MAX_WORK as f64, "{why}");
         let (_, whole) = rest.split_once("would take about ").unwrap();
         let whole: f64 = whole.split_once(' ').unwrap().0.parse().unwrap();
-        assert!(whole > 10.0 * BUDGET as f64, "{why}");
+        assert!(whole > 10.0 * MAX_WORK as f64, "{why}");
     }
 }
 
@@ -318,10 +364,10 @@ shaft = [
         let mut study = by("generalized-alpha-controlled", 0.05);
         study.tolerance = Some(tolerance);
         let mut ready = ready(&scene, &study);
-        ready.start = vec![1.0, 1.0, 5.0, -5.0];
+        ready.initial_state = vec![1.0, 1.0, 5.0, -5.0];
         let found = moved(&ready, &study);
-        let gap = found.balance.unwrap().gap().abs();
-        let allowed = 2.0 * tolerance * found.effort.steps as f64;
+        let gap = found.balance.unwrap().relative_error().abs();
+        let allowed = 2.0 * tolerance * found.stats.steps as f64;
         assert!(gap < allowed, "{tolerance:e}: {gap:e} of {allowed:e}");
         gaps.push(gap);
     }
@@ -349,10 +395,10 @@ load = [{ at = "far", kind = "harmonic", torque = 40.0, frequency = 3.0 }]
         let ready = ready(&scene, &study);
         let balance = moved(&ready, &study).balance.unwrap();
         assert!(
-            balance.doubt().unwrap() < 0.1 * balance.gap().abs(),
+            balance.error_bound().unwrap() < 0.1 * balance.relative_error().abs(),
             "{balance:?}"
         );
-        balance.gap().abs()
+        balance.relative_error().abs()
     });
     let slope = (gaps[0] / gaps[1]).log10() / 5.0;
     assert!(slope > 0.55, "{gaps:?}: {slope}");
@@ -378,7 +424,7 @@ c = 30.0
 k_wave = { kind = "rectangular", high = 1.3, low = 0.7, share = 0.4 }
 "#,
     );
-    scene.start.phase = PhaseOf::Angle;
+    scene.conditions.phase = MeshPhase::Angle;
     for (method, within) in [
         ("radau5", 1e-7),
         ("dop853-events", 1e-7),
@@ -388,7 +434,10 @@ k_wave = { kind = "rectangular", high = 1.3, low = 0.7, share = 0.4 }
         let study = by(method, 0.5);
         let ready = ready(&scene, &study);
         let balance = moved(&ready, &study).balance.unwrap();
-        assert!(balance.gap().abs() < within, "{method}: {balance:?}");
+        assert!(
+            balance.relative_error().abs() < within,
+            "{method}: {balance:?}"
+        );
     }
 }
 
@@ -410,15 +459,15 @@ fn refused_facts_of_some_modes() {
             discs.join(", "),
             bars.join(", ")
         ));
-        facts(&Prepared::new(&scene.model).unwrap(), None)
+        linear_stability(&PreparedMachine::new(&scene.model).unwrap(), None)
     };
     let Err(error) = discs(2001) else {
         panic!("facts of the lowest modes alone")
     };
-    assert_eq!(error.code, Code::Hopeless);
+    assert_eq!(error.code, Code::BudgetExceeded);
     assert!(error.message.contains("2001"), "{}", error.message);
     let rigid = discs(1).unwrap();
-    assert!(rigid.abscissa == 0.0 && rigid.eigenvalues.is_empty());
+    assert!(rigid.spectral_abscissa == 0.0 && rigid.eigenvalues.is_empty());
 }
 
 /// A load that turns more often than double precision has phases is refused, as a swing of the machine is.
@@ -431,11 +480,11 @@ fn refused_phases_of_loads() {
     for (until, taken) in [(1e10, true), (1e14, false)] {
         let study = by("exact", until);
         let ready = ready(&scene, &study);
-        let choice = choice::choose(&ready.moving.train, &study).unwrap();
-        let ran = run::run(&ready, &choice, false, &Stop::default());
+        let choice = method_choice::choose_method(&ready.model.model, &study).unwrap();
+        let ran = run::run(&ready, &choice, false, &CancelToken::default());
         assert_eq!(ran.is_ok(), taken, "{until}");
         if let Err(error) = ran {
-            assert_eq!(error.code, Code::Hopeless, "{}", error.message);
+            assert_eq!(error.code, Code::BudgetExceeded, "{}", error.message);
         }
     }
 }
@@ -453,19 +502,19 @@ load = [{ at = "disc", kind = "step", torque = 1.0, time = 0.0 }]
     let study = by("radau5", 0.1);
     let ready = ready(&scene, &study);
     let names = ["newmark", "radau5"].map(String::from);
-    let methods = Methods::new(&ready, &study, &names).unwrap();
-    let [(name, why)] = &methods.left_out[..] else {
-        panic!("{:?}", methods.left_out);
+    let methods = CaseMethods::new(&ready, &study, &names).unwrap();
+    let [(name, why)] = &methods.unsupported[..] else {
+        panic!("{:?}", methods.unsupported);
     };
     assert!(*name == "newmark" && why.contains("inner state"), "{why}");
-    let stop = Stop::default();
-    let mut watch = Watch {
-        stop: &stop,
-        hear: &mut |_| (),
+    let cancel = CancelToken::default();
+    let mut monitor = Monitor {
+        cancel: &cancel,
+        on_progress: &mut |_| (),
     };
-    let cases = extremes(&ready, &study, &methods, &mut watch);
+    let cases = stress_test(&ready, &study, &methods, &mut monitor);
     assert!(cases.len() > 5 && cases.iter().all(|c| c.method == "radau5"));
-    assert_eq!(cases[0].verdict, Verdict::Pass);
+    assert_eq!(cases[0].verdict, CaseVerdict::Pass);
 }
 
 /// On the curve around a region a step neither grows nor shrinks a mode; Radau's keeps clear of the left half-plane. The spectrum
@@ -473,22 +522,25 @@ load = [{ at = "disc", kind = "step", torque = 1.0, time = 0.0 }]
 #[test]
 fn law_regions_are_bounded_by_one() {
     for (method, leftmost) in [("rk4", -2.785_3), ("dopri5", -3.306_6), ("radau5", 0.0)] {
-        let curve = boundary(method);
+        let curve = stability_boundary(method);
         let least = curve.iter().map(|z| z.re).fold(0.0, f64::min);
         assert!((least - leftmost).abs() < 1e-4, "{method}: {least}");
         assert!(curve.last().unwrap().im < 0.0 && curve.len() > 300);
         for z in &curve {
-            let factor = growth(method, *z, 1.0).unwrap();
+            let factor = step_amplification(method, *z, 1.0).unwrap();
             assert!((factor - 1.0).abs() < 1e-9, "{method} at {z}: {factor}");
         }
     }
-    assert!(boundary("newmark").is_empty());
+    assert!(stability_boundary("newmark").is_empty());
     let modes = [Complex::new(0.0, 0.0), Complex::new(-1.0, 200.0)];
-    let found = Spectrum::new(&modes, 0.01).unwrap();
+    let found = AmplificationChart::new(&modes, 0.01).unwrap();
     for course in &found.methods {
-        let expected = growth(course.method, modes[1], 0.01).unwrap();
-        assert_eq!(course.marks.len(), 1);
-        assert!((course.marks[0].1 / expected - 1.0).abs() < 1e-12);
-        assert_eq!(course.limited, EXPLICIT.contains(&course.method));
+        let expected = step_amplification(course.method, modes[1], 0.01).unwrap();
+        assert_eq!(course.eigenvalues.len(), 1);
+        assert!((course.eigenvalues[0].1 / expected - 1.0).abs() < 1e-12);
+        assert_eq!(
+            course.conditionally_stable,
+            EXPLICIT_METHODS.contains(&course.method)
+        );
     }
 }

@@ -6,23 +6,23 @@ use crate::support::machines::Random;
 use crate::support::moving::{branch, contact, cosine, gear_pair, inertias, run, spring, wave};
 use crate::support::verification::printed;
 use crate::support::{number, numbers, reference, within};
-use geardyn::base::stop::Stop;
-use geardyn::motion::contact::Losses;
-use geardyn::motion::floquet::chart::tongues;
-use geardyn::motion::floquet::fold::{Course, fold};
-use geardyn::motion::floquet::orbit::{after, orbit};
+use geardyn::base::time_budget::CancelToken;
+use geardyn::motion::contact::ContactDamping;
+use geardyn::motion::dynamic_model::DynamicModel;
+use geardyn::motion::floquet::fold::{FoldOptions, find_fold};
+use geardyn::motion::floquet::orbit::{find_orbit, return_map};
+use geardyn::motion::floquet::stability_chart::instability_tongues;
 use geardyn::motion::floquet::{Monodromy, monodromy};
-use geardyn::motion::train::Train;
-use geardyn::motion::wave::Shape;
+use geardyn::motion::wave::Waveform;
 
 /// `x″ + 2ζ x′ + shape(ωt) x = 0`.
-fn oscillator(shape: Shape, omega: f64, zeta: f64) -> Train {
-    let mut train = inertias(&[1.0]);
-    let law = contact(1.0, 2.0 * zeta, 0.0, Losses::Adhesive);
+fn oscillator(waveform: Waveform, omega: f64, zeta: f64) -> DynamicModel {
+    let mut model = inertias(&[1.0]);
+    let law = contact(1.0, 2.0 * zeta, 0.0, ContactDamping::Adhesive);
     let mut mesh = branch("mesh", &[(0, 1.0)], law);
-    mesh.variation = wave(shape, omega, 0.0);
-    train.branches.push(mesh);
-    train
+    mesh.stiffness_wave = wave(waveform, omega, 0.0);
+    model.elements.push(mesh);
+    model
 }
 
 fn trace(phi: &Monodromy) -> f64 {
@@ -64,11 +64,11 @@ fn ref_mathieu_boundaries() {
                     (0, 1)
                 };
                 let phi = |a: f64| {
-                    let shape = Shape::Fourier {
+                    let waveform = Waveform::Fourier {
                         mean: a,
                         terms: vec![(1, -2.0 * q, 0.0)],
                     };
-                    monodromy(&oscillator(shape, 2.0, 0.0), None)
+                    monodromy(&oscillator(waveform, 2.0, 0.0), None)
                         .unwrap()
                         .matrix[entry]
                 };
@@ -91,7 +91,7 @@ fn ref_mathieu_boundaries() {
 }
 
 /// A damped edge: a multiplier of −1, `tr Φ + 1 + det Φ = 0`.
-fn check_edges(table: &str, shape: impl Fn(f64) -> Shape) {
+fn check_edges(table: &str, shape: impl Fn(f64) -> Waveform) {
     let all = reference("floquet");
     for (key, edges) in all[table].as_object().unwrap() {
         let (e, zeta) = key.split_once(',').unwrap();
@@ -113,7 +113,7 @@ fn check_edges(table: &str, shape: impl Fn(f64) -> Shape) {
 #[test]
 fn ref_damped_edges() {
     check_edges("damped_edges", cosine);
-    check_edges("square_edges", |e| Shape::Rectangular {
+    check_edges("square_edges", |e| Waveform::Rectangular {
         high: 1.0 + e,
         low: 1.0 - e,
         duty: 0.5,
@@ -128,12 +128,12 @@ fn ref_meissner_traces() {
     let mut worst: f64 = 0.0;
     for row in all["square"].as_array().unwrap() {
         let [omega, e, duty, zeta, expected, radius] = [0, 1, 2, 3, 4, 5].map(|i| number(&row[i]));
-        let shape = Shape::Rectangular {
+        let waveform = Waveform::Rectangular {
             high: 1.0 + e,
             low: 1.0 - e * duty / (1.0 - duty),
             duty,
         };
-        let phi = monodromy(&oscillator(shape, omega, zeta), None).unwrap();
+        let phi = monodromy(&oscillator(waveform, omega, zeta), None).unwrap();
         let multipliers = phi.multipliers().unwrap();
         worst = worst.max((trace(&phi) - expected).abs());
         worst = worst.max((multipliers.largest - radius).abs());
@@ -153,14 +153,14 @@ fn ref_gear_pair_orbits() {
         let set = &all["sets"][row[0].as_str().unwrap()];
         let of = |key: &str| number(&set[key]);
         let [omega, x, v, largest] = [1, 2, 3, 4].map(|i| number(&row[i]));
-        let train = gear_pair(omega, of("zeta"), of("eps"), of("Fm"), of("Fah"));
-        let found = orbit(&train, &[x + 1e-4, v - 1e-4], 1).unwrap();
+        let model = gear_pair(omega, of("zeta"), of("eps"), of("Fm"), of("Fah"));
+        let found = find_orbit(&model, &[x + 1e-4, v - 1e-4], 1).unwrap();
         state = state
             .max((found.start[0] - x).abs())
             .max((found.start[1] - v).abs());
         multiplier = multiplier.max((found.multipliers[0].norm() - largest).abs());
         assert_eq!(found.events, row[9].as_u64().unwrap(), "{row}");
-        let (_, states, _) = run("periodic", &train, &found.start, TAU / omega, 4000).unwrap();
+        let (_, states, _) = run("periodic", &model, &found.start, TAU / omega, 4000).unwrap();
         let x: Vec<f64> = states[1..].iter().map(|y| y[0]).collect();
         let mean = x.iter().sum::<f64>() / x.len() as f64;
         let square = x.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / x.len() as f64;
@@ -187,12 +187,12 @@ fn ref_gear_pair_folds() {
         ([0.83384301254, 0.164078751799], 0.75, -5e-3),
     ];
     for (expected, (near, from, step)) in folds.into_iter().zip(starts) {
-        let course = Course {
+        let options = FoldOptions {
             from,
             step,
-            most_steps: 200,
+            max_steps: 200,
         };
-        let (omega, orbit) = fold(&family, &near, 1, course).unwrap();
+        let (omega, orbit) = find_fold(&family, &near, 1, options).unwrap();
         println!(
             "{omega} for {expected}, multipliers {:?}",
             orbit.multipliers
@@ -205,55 +205,55 @@ fn ref_gear_pair_folds() {
 /// P′ against differences of P, where the force jumps at touch and release.
 #[test]
 fn law_saltation_agrees_with_differences() {
-    for losses in [
-        Losses::Throughout,
-        Losses::Adhesive,
-        Losses::NoPull,
-        Losses::Continuous,
+    for damping in [
+        ContactDamping::ActsInGap,
+        ContactDamping::Adhesive,
+        ContactDamping::NoPull,
+        ContactDamping::Continuous,
     ] {
-        let mut train = gear_pair(0.85, 0.1, 0.2, 0.1, 0.05);
-        let shape = cosine(0.2);
-        let mut mesh = branch("mesh", &[(0, 1.0)], contact(1.0, 0.2, 1.0, losses));
-        mesh.variation = wave(shape, 0.85, 0.0);
-        train.branches[0] = mesh;
+        let mut model = gear_pair(0.85, 0.1, 0.2, 0.1, 0.05);
+        let waveform = cosine(0.2);
+        let mut mesh = branch("mesh", &[(0, 1.0)], contact(1.0, 0.2, 1.0, damping));
+        mesh.stiffness_wave = wave(waveform, 0.85, 0.0);
+        model.elements[0] = mesh;
         let start = [1.4, 0.1];
-        let map = after(&train, &start, 2).unwrap();
+        let map = return_map(&model, &start, 2).unwrap();
         let moved = |i: usize, by: f64| {
             let mut start = start;
             start[i] += by;
-            after(&train, &start, 2).unwrap().end
+            return_map(&model, &start, 2).unwrap().end
         };
         let h = 1e-6;
         for j in 0..2 {
             let (up, down) = (moved(j, h), moved(j, -h));
             for i in 0..2 {
                 let difference = (up[i] - down[i]) / (2.0 * h) * map.units[j];
-                let off = (map.slope[i * 2 + j] - difference).abs();
-                assert!(off < 1e-7, "{losses:?} ({i}, {j}): {off:.1e}");
+                let off = (map.jacobian[i * 2 + j] - difference).abs();
+                assert!(off < 1e-7, "{damping:?} ({i}, {j}): {off:.1e}");
             }
         }
-        assert!(map.events > 1, "{losses:?}");
+        assert!(map.events > 1, "{damping:?}");
     }
 }
 
 /// Three inertias in a row, two meshes of varying stiffness.
-fn chain(damping: f64, ground: f64) -> Train {
-    let mut train = inertias(&[1.0, 0.5, 2.0]);
-    for (at, shape) in [cosine(0.25), Shape::Table(vec![0.9, 1.2, 0.95, 0.95])]
+fn chain(damping: f64, ground: f64) -> DynamicModel {
+    let mut model = inertias(&[1.0, 0.5, 2.0]);
+    for (at, waveform) in [cosine(0.25), Waveform::Table(vec![0.9, 1.2, 0.95, 0.95])]
         .into_iter()
         .enumerate()
     {
-        let law = contact([40.0, 25.0][at], damping, 0.0, Losses::Adhesive);
+        let law = contact([40.0, 25.0][at], damping, 0.0, ContactDamping::Adhesive);
         let mut mesh = branch("mesh", &[(at, 1.0), (at + 1, -1.0)], law);
-        mesh.variation = wave(shape, [3.0, 6.0][at], [0.3, 1.1][at]);
-        train.branches.push(mesh);
+        mesh.stiffness_wave = wave(waveform, [3.0, 6.0][at], [0.3, 1.1][at]);
+        model.elements.push(mesh);
     }
     if ground > 0.0 {
-        train
-            .branches
+        model
+            .elements
             .push(branch("ground", &[(2, 1.0)], spring(ground, damping)));
     }
-    train
+    model
 }
 
 /// `det Φ = exp(∫ tr A dt)` (Liouville 1838).
@@ -300,11 +300,11 @@ fn law_free_turning_stands_apart() {
 /// Source: M. Abramowitz and I. A. Stegun, Handbook of Mathematical Functions (1964), sec. 20.3.
 #[test]
 fn ref_chart_of_one_freedom() {
-    let found = tongues(
+    let found = instability_tongues(
         &oscillator(cosine(0.2), 1.0, 0.0),
         [0.9, 2.5],
         160,
-        &Stop::default(),
+        &CancelToken::default(),
     )
     .unwrap();
     let names: Vec<&str> = found.iter().map(|t| t.name.as_str()).collect();
@@ -313,13 +313,15 @@ fn ref_chart_of_one_freedom() {
     let edges = numbers(&reference("floquet")["damped_edges"]["e=0.2,zeta=0.0"]);
     assert!((found[1].from - edges[0]).abs() < 4e-6 && (found[1].to - edges[1]).abs() < 4e-6);
     assert!(
-        found[1].growth > 1.15 && found[1].worst > found[1].from && found[1].worst < found[1].to
+        found[1].growth > 1.15
+            && found[1].most_unstable > found[1].from
+            && found[1].most_unstable < found[1].to
     );
-    let damped = tongues(
+    let damped = instability_tongues(
         &oscillator(cosine(0.2), 1.0, 0.02),
         [0.9, 2.5],
         160,
-        &Stop::default(),
+        &CancelToken::default(),
     )
     .unwrap();
     assert_eq!(damped.len(), 1);
@@ -329,7 +331,7 @@ fn ref_chart_of_one_freedom() {
 #[test]
 fn law_chart_names_high_orders() {
     let deep = oscillator(cosine(0.8), 1.0, 0.0);
-    let found = tongues(&deep, [0.37, 0.85], 500, &Stop::default()).unwrap();
+    let found = instability_tongues(&deep, [0.37, 0.85], 500, &CancelToken::default()).unwrap();
     let names: Vec<&str> = found.iter().map(|t| t.name.as_str()).collect();
     println!("{found:?}");
     assert_eq!(names, ["2 ω1/5", "2 ω1/4", "2 ω1/3"]);
@@ -338,21 +340,21 @@ fn law_chart_names_high_orders() {
 /// Two freedoms joined by one mesh: a combination resonance where they are.
 #[test]
 fn law_chart_names_sums() {
-    let mut train = inertias(&[1.0, 1.0]);
+    let mut model = inertias(&[1.0, 1.0]);
     let mut mesh = branch(
         "mesh",
         &[(0, 1.0), (1, 1.0)],
-        contact(1.0, 0.0, 0.0, Losses::Adhesive),
+        contact(1.0, 0.0, 0.0, ContactDamping::Adhesive),
     );
-    mesh.variation = wave(cosine(0.6), 1.0, 0.0);
-    train.branches.push(mesh);
-    train
-        .branches
+    mesh.stiffness_wave = wave(cosine(0.6), 1.0, 0.0);
+    model.elements.push(mesh);
+    model
+        .elements
         .push(branch("a", &[(0, 1.0)], spring(1.0, 0.01)));
-    train
-        .branches
+    model
+        .elements
         .push(branch("b", &[(1, 1.0)], spring(8.0, 0.01)));
-    let found = tongues(&train, [2.0, 7.0], 250, &Stop::default()).unwrap();
+    let found = instability_tongues(&model, [2.0, 7.0], 250, &CancelToken::default()).unwrap();
     println!("{found:#?}");
     assert!(found.iter().any(|t| t.name == "ω1 + ω2"));
     assert!(found.iter().any(|t| t.name == "2 ω2"));
@@ -364,7 +366,7 @@ fn law_chart_names_sums() {
 #[test]
 fn ref_chart_finds_narrow_tongues() {
     let at = |omega: f64| oscillator(cosine(0.3), omega, 0.0);
-    let found = tongues(&at(1.0), [0.42, 2.6], 7, &Stop::default()).unwrap();
+    let found = instability_tongues(&at(1.0), [0.42, 2.6], 7, &CancelToken::default()).unwrap();
     let names: Vec<&str> = found.iter().map(|t| t.name.as_str()).collect();
     println!("{found:#?}");
     assert_eq!(names, ["2 ω1/4", "2 ω1/3", "ω1", "2 ω1"]);
@@ -382,19 +384,21 @@ fn ref_chart_finds_narrow_tongues() {
 #[test]
 fn law_chart_does_not_hang_on_its_steps() {
     for damping in [0.0, 0.004] {
-        let mut train = inertias(&[1.0, 1.0]);
+        let mut model = inertias(&[1.0, 1.0]);
         let mut mesh = branch(
             "mesh",
             &[(0, 1.0), (1, 1.0)],
-            contact(1.0, damping, 0.0, Losses::Adhesive),
+            contact(1.0, damping, 0.0, ContactDamping::Adhesive),
         );
-        mesh.variation = wave(cosine(0.5), 1.0, 0.0);
-        train.branches.push(mesh);
+        mesh.stiffness_wave = wave(cosine(0.5), 1.0, 0.0);
+        model.elements.push(mesh);
         for (at, stiffness) in [(0, 1.0), (1, 8.0)] {
             let law = spring(stiffness, damping);
-            train.branches.push(branch("ground", &[(at, 1.0)], law));
+            model.elements.push(branch("ground", &[(at, 1.0)], law));
         }
-        let chart = |points| tongues(&train, [1.2, 7.0], points, &Stop::default()).unwrap();
+        let chart = |points| {
+            instability_tongues(&model, [1.2, 7.0], points, &CancelToken::default()).unwrap()
+        };
         let (coarse, fine) = (chart(5), chart(4000));
         println!("{coarse:#?}");
         assert!(fine.len() > 3 || damping > 0.0, "{fine:?}");
@@ -418,10 +422,10 @@ fn law_coarse_charts_of_random_chains() {
     let mut random = Random::new(11);
     let (mut missing, mut all) = (0, 0);
     for _ in 0..12 {
-        let mut train = inertias(&[(); 4].map(|()| random.between(0.3, 1.3)));
+        let mut model = inertias(&[(); 4].map(|()| random.between(0.3, 1.3)));
         let damping = [0.0, 0.002, 0.02][random.below(3)] * random.unit();
         let depth = 0.6 * random.unit();
-        let rectangular = Shape::Rectangular {
+        let rectangular = Waveform::Rectangular {
             high: 1.0 + depth,
             low: 1.0 - depth,
             duty: 0.5,
@@ -429,19 +433,27 @@ fn law_coarse_charts_of_random_chains() {
         let waves = [Some((cosine(depth), 1.0)), Some((rectangular, 2.0)), None];
         for (at, varying) in waves.into_iter().enumerate() {
             let stiffness = random.between(3.0, 13.0);
-            let law = contact(stiffness, damping * stiffness, 0.0, Losses::Adhesive);
+            let law = contact(
+                stiffness,
+                damping * stiffness,
+                0.0,
+                ContactDamping::Adhesive,
+            );
             let mut mesh = branch("mesh", &[(at, 1.0), (at + 1, -1.0)], law);
-            mesh.variation = varying.and_then(|(shape, omega)| wave(shape, omega, random.unit()));
-            train.branches.push(mesh);
+            mesh.stiffness_wave =
+                varying.and_then(|(waveform, omega)| wave(waveform, omega, random.unit()));
+            model.elements.push(mesh);
         }
         let ground = spring(random.between(0.3, 3.0), damping);
-        train.branches.push(branch("ground", &[(0, 1.0)], ground));
-        let chart = |points| tongues(&train, [1.0, 6.0], points, &Stop::default()).unwrap();
+        model.elements.push(branch("ground", &[(0, 1.0)], ground));
+        let chart = |points| {
+            instability_tongues(&model, [1.0, 6.0], points, &CancelToken::default()).unwrap()
+        };
         let (coarse, fine) = (chart(12), chart(400));
         let found = |at: f64| coarse.iter().any(|t| t.from <= at && at <= t.to);
         for tongue in &fine {
             all += 1;
-            if !found(tongue.worst) {
+            if !found(tongue.most_unstable) {
                 missing += 1;
                 println!("{tongue:?}");
             }

@@ -3,12 +3,12 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::support::{numbers, reference, within};
-use geardyn::base::stop::Stop;
-use geardyn::machine::parts::{Grip, ToothPath};
-use geardyn::plan::motion::choice;
-use geardyn::plan::motion::run::{self, Motion};
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
+use geardyn::base::time_budget::CancelToken;
+use geardyn::machine::components::{FrictionCapacity, ToothFrictionPath};
+use geardyn::plan::motion::method_choice;
+use geardyn::plan::motion::run::{self, MotionHistory};
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
 
@@ -29,7 +29,7 @@ fn moved(
     (until, samples): (f64, u32),
     outputs: &[&str],
     method: Option<&str>,
-) -> Motion {
+) -> MotionHistory {
     let mut scene = scene_of(text);
     let [a, b, va, vb] = begin;
     let named = |node: &str, x: f64| {
@@ -47,9 +47,9 @@ fn moved(
         .into_iter()
         .filter_map(|(node, x)| named(node, x));
     let speeds: Vec<_> = speeds.collect();
-    (scene.start.angles, scene.start.speeds) = (angles, speeds);
+    (scene.conditions.angles, scene.conditions.speeds) = (angles, speeds);
     let study = SimulateStudy {
-        until: Some(until),
+        end_time: Some(until),
         outputs: outputs.iter().map(|s| s.to_string()).collect(),
         samples: Some(samples),
         energy: true,
@@ -57,14 +57,18 @@ fn moved(
         method: method.map(str::to_string),
         ..SimulateStudy::default()
     };
-    let ready = MotionScene::new(&Prepared::new(&scene.model).unwrap(), &scene.start, &study);
+    let ready = SimulationSetup::new(
+        &PreparedMachine::new(&scene.model).unwrap(),
+        &scene.conditions,
+        &study,
+    );
     let ready = ready.unwrap();
-    let choice = choice::choose(&ready.moving.train, &study).unwrap();
-    run::run(&ready, &choice, true, &Stop::default()).unwrap()
+    let choice = method_choice::choose_method(&ready.model.model, &study).unwrap();
+    run::run(&ready, &choice, true, &CancelToken::default()).unwrap()
 }
 
-fn gap(motion: &Motion) -> f64 {
-    motion.balance.unwrap().gap().abs()
+fn gap(history: &MotionHistory) -> f64 {
+    history.balance.unwrap().relative_error().abs()
 }
 
 /// The pair of the reference; positive turns of the two are opposite.
@@ -94,31 +98,31 @@ bearing = [{{ name = "b", at = "a", friction_torque = 0.8, friction = 0.004, fri
     // The least swing that still leaves ±T/k: 0.3 → −0.28 → 0.26 → …
     let swings = (start / (2.0 * torque / k)).round() as usize;
     for method in [None, Some("radau5"), Some("dop853-events")] {
-        let motion = moved(
+        let history = moved(
             &text,
             [start, 0.0, 0.0, 0.0],
             (half * 16.0, 16),
             &["a", "b.friction", "b.loss"],
             method,
         );
-        for (n, found) in motion.values[0].iter().enumerate() {
+        for (n, found) in history.values[0].iter().enumerate() {
             let left = start - n.min(swings) as f64 * 2.0 * torque / k;
             let exact = if n % 2 == 0 { left } else { -left };
             // At rest wherever the last swing ended.
             let exact = if n > swings {
-                motion.values[0][swings]
+                history.values[0][swings]
             } else {
                 exact
             };
             within("amplitude, rad", (found - exact).abs(), 1e-10);
         }
-        assert!(motion.values[0][16].abs() <= torque / k + 1e-12);
-        let spring = -k * motion.values[0][16];
+        assert!(history.values[0][16].abs() <= torque / k + 1e-12);
+        let spring = -k * history.values[0][16];
         assert!(
-            (motion.values[1][16] + spring).abs() < 1e-9,
+            (history.values[1][16] + spring).abs() < 1e-9,
             "holds the spring"
         );
-        assert!(gap(&motion) < 1e-5, "{method:?} {:e}", gap(&motion));
+        assert!(gap(&history) < 1e-5, "{method:?} {:e}", gap(&history));
     }
 }
 
@@ -151,7 +155,7 @@ motor = [{{ name = "m", at = "d", kind = "speed", speed = 0.4 }}]
         &["a", "b.friction", "b.loss"],
         None,
     );
-    assert!(one.effort.events > 3, "sticks and slips");
+    assert!(one.stats.events > 3, "sticks and slips");
     assert_eq!(one.values, two.values);
 }
 
@@ -170,8 +174,8 @@ load = [{ at = "a", kind = "ramp", torque = 10.0, between = [0.0, 10.0] }]
         // Creeps until 0.97 of the breakaway torque, and lets go so much earlier.
         (Some("dop853"), 3e-2),
     ] {
-        let motion = moved(text, STILL, (5.0, 5), &["a.theta.speed"], method);
-        let speed = &motion.values[0];
+        let history = moved(text, STILL, (5.0, 5), &["a.theta.speed"], method);
+        let speed = &history.values[0];
         let exact = [0.0, 0.0, 0.0, 0.0, 1.5, 4.0];
         for (x, y) in speed.iter().zip(exact) {
             assert!((x - y).abs() < digits * 4.0, "{method:?} {speed:?}");
@@ -192,7 +196,7 @@ bearing = [{ name = "bear", at = "a", friction_torque = 0.6, friction = 0.15, fr
     let known = &reference("friction")["bearing"];
     let states = known["states"].as_array().unwrap();
     for method in [None, Some("dop853-events")] {
-        let motion = moved(
+        let history = moved(
             text,
             [0.3, 0.0, 0.0, 0.0],
             (4.0, 80),
@@ -202,12 +206,12 @@ bearing = [{ name = "bear", at = "a", friction_torque = 0.6, friction = 0.15, fr
         for (n, state) in states.iter().enumerate() {
             let exact = numbers(state);
             for (at, size) in [(0, 0.3), (1, 3.0)] {
-                let error = (motion.values[at][n] - exact[at]).abs() / size;
+                let error = (history.values[at][n] - exact[at]).abs() / size;
                 let allowed = if method.is_some() { 1e-9 } else { 1e-6 };
                 within("angle and speed", error, allowed);
             }
         }
-        assert!(gap(&motion) < 1e-5, "{:e}", gap(&motion));
+        assert!(gap(&history) < 1e-5, "{:e}", gap(&history));
     }
 }
 
@@ -225,13 +229,13 @@ fn ref_teeth_along_the_path() {
     let text = pair("friction = 0.08, sliding = \"path\"");
     for method in ["radau5", "dop853-events"] {
         let outputs = ["a", "b", "a.speed", "b.speed"];
-        let motion = moved(&text, RUNNING, (0.05, 50), &outputs, Some(method));
+        let history = moved(&text, RUNNING, (0.05, 50), &outputs, Some(method));
         for (at, size) in [(0, 2.0), (1, 0.7), (2, 40.0), (3, 13.0)] {
-            let error = states.iter().zip(&motion.values[at]);
+            let error = states.iter().zip(&history.values[at]);
             let error = error.map(|(y, x)| (x - y[at]).abs()).fold(0.0, f64::max) / size;
             within("outputs", error, 1e-8);
         }
-        assert!(motion.effort.events == 0 && motion.effort.steps > 50);
+        assert!(history.stats.events == 0 && history.stats.steps > 50);
     }
 }
 
@@ -245,17 +249,17 @@ fn law_energy_closes() {
         (play, STILL, 1e-4),
         (&format!("{play}, sliding = \"path\""), STILL, 1e-4),
     ] {
-        let motion = moved(
+        let history = moved(
             &pair(friction),
             start,
             (0.02, 500),
             &["a.speed", "mesh.loss"],
             None,
         );
-        let balance = motion.balance.unwrap();
-        let sum: f64 = motion.values[1].iter().sum::<f64>() * 0.02 / 500.0;
-        assert!(sum > 0.0 && sum < balance.lost, "{sum} {balance:?}");
-        assert!(gap(&motion) < bound, "{friction} {:e}", gap(&motion));
+        let balance = history.balance.unwrap();
+        let sum: f64 = history.values[1].iter().sum::<f64>() * 0.02 / 500.0;
+        assert!(sum > 0.0 && sum < balance.dissipated, "{sum} {balance:?}");
+        assert!(gap(&history) < bound, "{friction} {:e}", gap(&history));
     }
 }
 
@@ -285,7 +289,7 @@ damper = [{{ name = "d", at = "b", c = 20.0 }}]
         // Whole mesh cycles.
         let until = 20.0 * TAU / (20.0 * speed);
         let outputs = ["mesh.loss", "mesh.force", "b.speed"];
-        let motion = moved(
+        let history = moved(
             &text,
             [0.0, 0.0, 0.0, -speed / 3.0],
             (until, samples),
@@ -293,7 +297,7 @@ damper = [{{ name = "d", at = "b", c = 20.0 }}]
             None,
         );
         let (half, whole) = (samples as usize / 2, samples as usize);
-        let mean = |at: usize| motion.values[at][half..whole].iter().sum::<f64>() / half as f64;
+        let mean = |at: usize| history.values[at][half..whole].iter().sum::<f64>() / half as f64;
         let carried = mean(1).abs() * 0.5 * z1 * m * alpha.cos() * speed;
         let found = mean(0) / (mu * carried);
         within("mean loss", (found / factor - 1.0).abs(), bound);
@@ -357,11 +361,17 @@ gear_pair = [{{ name = "mesh", between = ["a", "b"], teeth = [20, 60], {kind}mod
 bearing = [{{ name = "one", at = "a", k_radial = 1e8 }}, {{ name = "two", at = "b", k_radial = 1e8 }}]
 "#
         );
-        let machine = Prepared::new(&scene_of(&text).model).unwrap().machine;
-        let Grip::Pressed(pressed) = &machine.brakes[0].grip else {
-            panic!("{:?}", machine.brakes)
+        let machine = PreparedMachine::new(&scene_of(&text).model)
+            .unwrap()
+            .machine;
+        let FrictionCapacity::Pressed(pressed) = &machine.friction_elements[0].capacity else {
+            panic!("{:?}", machine.friction_elements)
         };
-        let Some(ToothPath { aside, .. }) = &pressed.path else {
+        let Some(ToothFrictionPath {
+            pitch_point_sliding: aside,
+            ..
+        }) = &pressed.path
+        else {
             panic!("{pressed:?}")
         };
         let radius = |z: f64| 0.5 * z * m / f64::to_radians(beta).cos();
@@ -370,13 +380,13 @@ bearing = [{{ name = "one", at = "a", k_radial = 1e8 }}, {{ name = "two", at = "
         } else {
             radius(20.0) + radius(60.0)
         };
-        let mut motion = vec![0.0; machine.freedoms.len()];
+        let mut motion = vec![0.0; machine.dofs.len()];
         for (name, x) in [("a.theta", 1.0), ("b.theta", 1.0), ("b.y", far)] {
-            motion[machine.freedom(name).unwrap()] = x;
+            motion[machine.dof(name).unwrap()] = x;
         }
-        assert!(machine.brakes[0].direction.dot(&motion).abs() < 1e-15);
+        assert!(machine.friction_elements[0].direction.dot(&motion).abs() < 1e-15);
         for aside in aside {
-            let size: f64 = aside.scaled().map(|(i, a)| (a * motion[i]).abs()).sum();
+            let size: f64 = aside.entries().map(|(i, a)| (a * motion[i]).abs()).sum();
             assert!(
                 size > 0.5 * m * alpha.sin() && aside.dot(&motion).abs() < 1e-14 * size.max(1.0),
                 "{kind}{}",
@@ -392,14 +402,14 @@ fn law_teeth_at_rest() {
     let text = pair("friction = 0.3").replace("torque = 30.0", "torque = 13.2");
     let text = text.replace("c = 400.0", "c = 4e4");
     // 13.2 N·m on 20 teeth hold 39.6 on 60 without friction; 40 are there, and friction bears the difference.
-    let motion = moved(&text, STILL, (0.1, 50), &["a", "b", "mesh.loss"], None);
-    let end = motion.values[0][50];
+    let history = moved(&text, STILL, (0.1, 50), &["a", "b", "mesh.loss"], None);
+    let end = history.values[0][50];
     assert!(
-        (end - motion.values[0][40]).abs() < 1e-9 * end.abs().max(1e-6),
+        (end - history.values[0][40]).abs() < 1e-9 * end.abs().max(1e-6),
         "{:?}",
-        &motion.values[0][40..]
+        &history.values[0][40..]
     );
-    assert!(motion.values[2][50].abs() < 1e-9);
+    assert!(history.values[2][50].abs() < 1e-9);
 }
 
 #[test]
@@ -458,7 +468,7 @@ fn refuses_what_makes_no_sense() {
         let read = scene::read_text("test.toml", &format!("{head}{text}"));
         let errors = match read {
             Err(errors) => format!("{errors:?}"),
-            Ok(scene) => format!("{:?}", Prepared::new(&scene.model).err()),
+            Ok(scene) => format!("{:?}", PreparedMachine::new(&scene.model).err()),
         };
         assert!(errors.contains(said), "{text}\n{errors}");
     }

@@ -3,28 +3,28 @@
 use crate::support;
 use std::f64::consts::TAU;
 
-use geardyn::base::error::Warning;
-use geardyn::plan::prepared::Prepared;
+use geardyn::base::error::Diagnostic;
+use geardyn::plan::modes_run::{ModesResult, run};
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::plan::response::run as response;
-use geardyn::plan::run::{Answer, run};
-use geardyn::plan::stages::Plan;
+use geardyn::plan::stages::ModesPlan;
 use geardyn::scene;
 use geardyn::scene::study::{ModesStudy, ResponseStudy};
-use geardyn::study::stability::facts::facts;
+use geardyn::study::stability::linear::linear_stability;
 
-fn prepared(text: &str) -> Prepared {
+fn prepared(text: &str) -> PreparedMachine {
     let head = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
     let scene =
         scene::read_text("test.toml", &format!("{head}{text}")).unwrap_or_else(|e| panic!("{e}"));
-    Prepared::new(&scene.model).unwrap()
+    PreparedMachine::new(&scene.model).unwrap()
 }
 
-fn modes(prepared: &Prepared, study: &ModesStudy) -> Answer {
-    run(prepared, study, &Plan::modes(prepared, study)).unwrap()
+fn modes(machine: &PreparedMachine, study: &ModesStudy) -> ModesResult {
+    run(machine, study, &ModesPlan::plan_modes(machine, study)).unwrap()
 }
 
-fn of<'a>(warnings: &'a [Warning], code: &str) -> Option<&'a str> {
-    let found = warnings.iter().find(|w| w.code == code);
+fn of<'a>(diagnostics: &'a [Diagnostic], code: &str) -> Option<&'a str> {
+    let found = diagnostics.iter().find(|w| w.code == code);
     found.map(|w| w.message.as_str())
 }
 
@@ -37,18 +37,18 @@ fn exact_growth_of_a_whirl_in_an_oil_film() {
          bearing = [{{ name = \"film\", at = \"disc\", k_x = {k:?}, k_y = {k:?}, k_x_y = {cross:?}, k_y_x = -{cross:?} }}]\n"
     ));
     let rate = cross / (2.0 * k.sqrt());
-    let found = facts(&ready, None).unwrap();
+    let found = linear_stability(&ready, None).unwrap();
     assert!(
-        (found.abscissa / rate - 1.0).abs() < 1e-6,
+        (found.spectral_abscissa / rate - 1.0).abs() < 1e-6,
         "{}",
-        found.abscissa
+        found.spectral_abscissa
     );
     let said = format!("grows by {rate:.4} 1/s");
-    for warnings in [
-        &found.warnings,
-        &modes(&ready, &ModesStudy::default()).warnings,
+    for diagnostics in [
+        &found.diagnostics,
+        &modes(&ready, &ModesStudy::default()).diagnostics,
     ] {
-        let message = of(warnings, "unstable").unwrap();
+        let message = of(diagnostics, "unstable").unwrap();
         assert!(
             message.starts_with("unstable: ") && message.contains(&said),
             "{message}"
@@ -61,18 +61,18 @@ fn exact_growth_of_a_whirl_in_an_oil_film() {
         lines: Some(11),
         ..ResponseStudy::default()
     };
-    let answer = response::run(&ready, &study, false).unwrap();
-    assert!(of(&answer.warnings, "unstable").unwrap().contains(&said));
+    let result = response::run(&ready, &study, false).unwrap();
+    assert!(of(&result.diagnostics, "unstable").unwrap().contains(&said));
 }
 
-/// The linear facts of `stability` are the damped modes at the speed of the file, not those at rest; `modes` says what it leaves out.
+/// The linear facts of `stability` are the damped modes at the speed of the file, not those at rest; `plan_modes` says what it leaves out.
 #[test]
 fn law_stability_counts_the_terms_of_speed() {
     let text = std::fs::read_to_string("models/overhung_rotor.toml").unwrap();
     let scene = scene::read_text("test.toml", &text).unwrap();
-    let ready = Prepared::new(&scene.model).unwrap();
+    let ready = PreparedMachine::new(&scene.model).unwrap();
     let speed = 6000.0 * TAU / 60.0;
-    let found = facts(&ready, None).unwrap();
+    let found = linear_stability(&ready, None).unwrap();
     assert_eq!(found.speed, Some(speed));
     let damped = ModesStudy {
         damped: true,
@@ -93,12 +93,12 @@ fn law_stability_counts_the_terms_of_speed() {
     assert_eq!(found.eigenvalues, roots(&turning));
     assert_ne!(found.eigenvalues, roots(&damped));
     let at_rest = modes(&ready, &damped);
-    let left_out = of(&at_rest.warnings, "speed-terms").unwrap();
+    let left_out = of(&at_rest.diagnostics, "speed-terms").unwrap();
     assert!(
         left_out.contains("at the 6000 rpm stated for wheel.theta") && left_out.contains('%'),
         "{left_out}"
     );
-    assert!(of(&modes(&ready, &turning).warnings, "speed-terms").is_none());
+    assert!(of(&modes(&ready, &turning).diagnostics, "speed-terms").is_none());
 }
 
 /// What a torsional support holds may be given a speed: the support turns along, and gyroscopic terms are those of a rotor without it.
@@ -115,8 +115,8 @@ fn law_torsional_supports_take_a_speed() {
         ..ModesStudy::default()
     };
     let [free, held] = ["", ", k_theta = 5e3"].map(|support| modes(&rotor(support), &study));
-    let tilts = |answer: &Answer| -> Vec<f64> {
-        let all = answer.modes.iter().filter(|m| !m.rigid).map(|m| m.omega());
+    let tilts = |result: &ModesResult| -> Vec<f64> {
+        let all = result.modes.iter().filter(|m| !m.rigid).map(|m| m.omega());
         all.filter(|w| (w - 50.0).abs() > 1e-6 && (w - 1e5f64.sqrt()).abs() > 1e-6)
             .collect()
     };

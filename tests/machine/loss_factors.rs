@@ -3,9 +3,9 @@
 use crate::support::verification::within;
 use geardyn::modes::mode::Mode;
 use geardyn::numeric::Complex;
-use geardyn::plan::prepared::Prepared;
-use geardyn::plan::run::run;
-use geardyn::plan::stages::Plan;
+use geardyn::plan::modes_run::run;
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::plan::stages::ModesPlan;
 use geardyn::scene;
 use geardyn::scene::study::ModesStudy;
 
@@ -25,12 +25,12 @@ fn spring(name: &str, ends: [&str; 2], k: f64, eta: f64) -> String {
 fn damped(text: &str) -> Vec<Mode> {
     let scene =
         scene::read_text("test.toml", &(HEAD.to_string() + text)).unwrap_or_else(|e| panic!("{e}"));
-    let prepared = Prepared::new(&scene.model).unwrap_or_else(|e| panic!("{e}"));
+    let machine = PreparedMachine::new(&scene.model).unwrap_or_else(|e| panic!("{e}"));
     let study = ModesStudy {
         damped: true,
         ..Default::default()
     };
-    run(&prepared, &study, &Plan::modes(&prepared, &study))
+    run(&machine, &study, &ModesPlan::plan_modes(&machine, &study))
         .unwrap_or_else(|e| panic!("{e}"))
         .modes
 }
@@ -112,9 +112,9 @@ fn exact_long_chain_with_a_loss_factor() {
         let error = (mode.eigenvalue - exact).norm() / exact.norm();
         within("eigenvalues", error, 1e-9);
         assert!(
-            error < 3.0 * 10f64.powf(-mode.digits),
+            error < 3.0 * 10f64.powf(-mode.trusted_digits),
             "{k}: {error:.1e}, {} digits",
-            mode.digits
+            mode.trusted_digits
         );
     }
 }
@@ -129,7 +129,7 @@ fn refuses_absurd_damping() {
     ];
     let errors = scene::read_text("test.toml", &(HEAD.to_string() + &text.concat())).unwrap_err();
     assert!(
-        errors.list()[0].message.contains("`c` must not exceed"),
+        errors.as_slice()[0].message.contains("`c` must not exceed"),
         "{errors}"
     );
 }

@@ -1,6 +1,6 @@
 //! Spectrograms as pictures: cells where there was signal, the colours of their levels, and no more of them than an eye can tell apart.
 
-use geardyn::report::map_picture::{Map, maps};
+use geardyn::report::heatmap::{Heatmap, draw_heatmaps};
 
 /// Colours of the ends of the scale.
 const LOWEST: &str = "#440154";
@@ -11,8 +11,8 @@ fn count(svg: &str, what: &str) -> usize {
 }
 
 /// Ten rows of four lines, the last line the loudest by 60 dB.
-fn map() -> Map {
-    Map {
+fn map() -> Heatmap {
+    Heatmap {
         title: "log.csv: ax".into(),
         across: "time, s".to_string(),
         level: "dB re 1 g²/Hz".into(),
@@ -25,7 +25,7 @@ fn map() -> Map {
 /// A map of two levels has the cells that were put in.
 #[test]
 fn exact_cells_of_two_levels() {
-    let svg = maps(&[map()]);
+    let svg = draw_heatmaps(&[map()]);
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
     // Ten columns of two blocks each, and the colours of the scale once.
@@ -57,13 +57,13 @@ fn law_bounded_cells() {
             })
             .collect()
     };
-    let long = Map {
+    let long = Heatmap {
         times: (0..2000).map(|t| 0.1 * t as f64).collect(),
         places: (0..lines).map(|k| k as f64).collect(),
         rows: (0..2000).map(row).collect(),
         ..map()
     };
-    let svg = maps(&[long]);
+    let svg = draw_heatmaps(&[long]);
     assert!(svg.len() < 6_000_000, "{} bytes", svg.len());
     assert!(count(&svg, HIGHEST) > 100);
 }
@@ -72,7 +72,7 @@ fn law_bounded_cells() {
 #[test]
 fn survives_gaps_and_silence() {
     let whole = map();
-    let gap = Map {
+    let gap = Heatmap {
         times: (0..10)
             .map(|t| if t < 5 { t } else { t + 20 })
             .map(f64::from)
@@ -86,15 +86,15 @@ fn survives_gaps_and_silence() {
         let text = tag.split(" width=\"").nth(1).unwrap();
         text.split('"').next().unwrap().parse::<f64>().unwrap()
     };
-    let (one, other) = (maps(&[whole]), maps(&[gap]));
+    let (one, other) = (draw_heatmaps(&[whole]), draw_heatmaps(&[gap]));
     assert!((width(&one) / width(&other) - 3.0).abs() < 0.1);
     for rows in [vec![vec![0.0; 4]; 10], Vec::new()] {
         let times = (0..rows.len()).map(|t| t as f64).collect();
-        let silent = Map {
+        let silent = Heatmap {
             rows,
             times,
             ..map()
         };
-        assert!(maps(&[silent]).contains("nothing to show"));
+        assert!(draw_heatmaps(&[silent]).contains("nothing to show"));
     }
 }

@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use crate::support::verification::within;
 use geardyn::base::code::Code;
-use geardyn::gear::measurement::composite::Record;
-use geardyn::gear::measurement::ranges::{range, ranges};
+use geardyn::gear::measurement::composite::SingleFlankRecord;
+use geardyn::gear::measurement::ranges::{peak_to_peak, windowed_ranges};
 
 /// `n` samples over `turns` turns of Σ a cos(order φ + phase).
 fn waves(n: usize, turns: usize, lines: &[(f64, f64, f64)]) -> Vec<f64> {
@@ -27,16 +27,16 @@ fn exact_eccentricity() {
     let (z, a) = (24, 10.0);
     // 300 samples a pitch, even in number, so that the steepest pitch begins on a sample.
     let values = waves(24 * 300, 1, &[(1.0, a, 0.0)]);
-    let record = Record::new(&values, 1, z, true).unwrap();
-    near(record.total(), 2.0 * a, 1e-12);
+    let record = SingleFlankRecord::new(&values, 1, z, true).unwrap();
+    near(record.total_deviation(), 2.0 * a, 1e-12);
     near(
-        record.by_pitch().sliding,
+        record.ranges_per_pitch().sliding,
         2.0 * a * (PI / 24.0).sin(),
         1e-12,
     );
     let split = record.split_by_order();
     near(split.long_range, 2.0 * a, 1e-12);
-    assert!(range(&split.short) < 1e-12);
+    assert!(peak_to_peak(&split.short) < 1e-12);
     // The mean over a pitch passes order 1 by sin(π/z)/(π/z), less what straight lines between samples cut off: h²/12 of it.
     let passed = (PI / 24.0).sin() / (PI / 24.0);
     near(
@@ -51,15 +51,19 @@ fn exact_eccentricity() {
 fn exact_mesh_orders() {
     let values = waves(3 * 17 * 40, 3, &[(17.0, 2.0, 0.3), (34.0, 0.5, 1.0)]);
     for closed in [true, false] {
-        let record = Record::new(&values, 3, 17, closed).unwrap();
-        let pitch = record.by_pitch();
-        near(pitch.sliding, record.total(), 1e-12);
+        let record = SingleFlankRecord::new(&values, 3, 17, closed).unwrap();
+        let pitch = record.ranges_per_pitch();
+        near(pitch.sliding, record.total_deviation(), 1e-12);
         // A fixed window of a closed record misses nothing; of an open one only the last lacks its end.
-        near(pitch.fixed, record.total(), 1e-12);
+        near(pitch.fixed, record.total_deviation(), 1e-12);
         assert_eq!(pitch.each.len(), 51);
         let averaged = record.split_by_pitch_average();
         assert!(averaged.long_range < 1e-11, "{}", averaged.long_range);
-        near(averaged.short_ranges.sliding, record.total(), 1e-11);
+        near(
+            averaged.short_ranges.sliding,
+            record.total_deviation(),
+            1e-11,
+        );
         if closed {
             assert!(record.split_by_order().long_range < 1e-12);
         }
@@ -72,7 +76,7 @@ fn exact_split_and_harmonics() {
     let z = 10;
     let (below, at, sub) = ((4.5, 3.0, 0.7), (5.0, 2.0, -1.1), (1.5, 1.0, 2.9));
     let values = waves(2 * z * 31, 2, &[below, at, sub, (0.0, 6.0, 0.0)]);
-    let record = Record::new(&values, 2, z, true).unwrap();
+    let record = SingleFlankRecord::new(&values, 2, z, true).unwrap();
     let split = record.split_by_order();
     let expected = waves(values.len(), 2, &[below, sub, (0.0, 6.0, 0.0)]);
     for (found, expected) in split.long.iter().zip(&expected) {
@@ -102,7 +106,9 @@ fn exact_line_at_half_the_sampling() {
     let values: Vec<f64> = (0..8)
         .map(|i| if i % 2 == 0 { 3.0 } else { -3.0 })
         .collect();
-    let lines = Record::new(&values, 1, 4, true).unwrap().harmonics(9.0);
+    let lines = SingleFlankRecord::new(&values, 1, 4, true)
+        .unwrap()
+        .harmonics(9.0);
     assert_eq!(lines.len(), 5);
     near(lines[4].amplitude, 3.0, 1e-15);
 }
@@ -112,15 +118,15 @@ fn exact_line_at_half_the_sampling() {
 fn exact_ranges_between_samples() {
     // A triangle over 10 samples, 3 windows of 10/3 samples: slope 1 per sample, so one window holds 10/3.
     let triangle: Vec<f64> = (0..10).map(|i: i32| f64::from((i - 5).abs())).collect();
-    let found = ranges(&triangle, 3, true);
+    let found = windowed_ranges(&triangle, 3, true);
     near(found.sliding, 10.0 / 3.0, 1e-15);
     near(found.each[0], 10.0 / 3.0, 1e-15);
     near(found.each[1], 5.0 - 10.0 / 3.0, 1e-15);
     near(found.each[2], 10.0 / 3.0, 1e-15);
     // An open record does not go on at its start.
     let ramp: Vec<f64> = (0..10).map(f64::from).collect();
-    near(ranges(&ramp, 3, false).sliding, 10.0 / 3.0, 1e-15);
-    near(ranges(&ramp, 3, true).sliding, 9.0, 1e-15);
+    near(windowed_ranges(&ramp, 3, false).sliding, 10.0 / 3.0, 1e-15);
+    near(windowed_ranges(&ramp, 3, true).sliding, 9.0, 1e-15);
 }
 
 /// Sliding windows against every pair of places looked at one by one.
@@ -164,27 +170,31 @@ fn law_sliding_range_is_the_largest_of_all_pairs() {
                 }
             }
         }
-        near(ranges(&values, count, closed).sliding, largest, 1e-12);
+        near(
+            windowed_ranges(&values, count, closed).sliding,
+            largest,
+            1e-12,
+        );
     }
 }
 
 /// A full hunting cycle of 21 and 63: the pinion turns 3 times. Of 20 and 21: 21 times.
 #[test]
 fn exact_hunting_cycle() {
-    assert_eq!(Record::hunting_turns(21, 63), 3);
-    assert_eq!(Record::hunting_turns(63, 21), 1);
-    assert_eq!(Record::hunting_turns(20, 21), 21);
+    assert_eq!(SingleFlankRecord::hunting_turns(21, 63), 3);
+    assert_eq!(SingleFlankRecord::hunting_turns(63, 21), 1);
+    assert_eq!(SingleFlankRecord::hunting_turns(20, 21), 21);
     // Both gears eccentric: over the cycle both add up, over one turn of the wheel less may show.
     let (pinion, wheel) = (20, 21);
-    let turns = Record::hunting_turns(wheel, pinion);
+    let turns = SingleFlankRecord::hunting_turns(wheel, pinion);
     let values = waves(
         turns * wheel * 24,
         turns,
         &[(1.0, 5.0, 0.0), (wheel as f64 / pinion as f64, 5.0, 0.0)],
     );
-    let record = Record::new(&values, turns, wheel, true).unwrap();
-    near(record.total(), 20.0, 0.2);
-    let by_turn = record.by_turn();
+    let record = SingleFlankRecord::new(&values, turns, wheel, true).unwrap();
+    near(record.total_deviation(), 20.0, 0.2);
+    let by_turn = record.ranges_per_rev();
     assert_eq!(by_turn.each.len(), 20);
     let least = by_turn.each.iter().fold(f64::INFINITY, |m, &r| m.min(r));
     assert!(least < 4.0, "the two nearly cancel in one turn: {least}");
@@ -200,13 +210,13 @@ fn law_open_record_does_not_leak() {
     let values: Vec<f64> = (0..n)
         .map(|i| mesh[i] + 40.0 * i as f64 / n as f64)
         .collect();
-    let open = Record::new(&values, turns, z, false)
+    let open = SingleFlankRecord::new(&values, turns, z, false)
         .unwrap()
         .split_by_order();
-    let closed = Record::new(&values, turns, z, true)
+    let closed = SingleFlankRecord::new(&values, turns, z, true)
         .unwrap()
         .split_by_order();
-    let inside = |split: &[f64]| range(&split[3 * per_pitch..n - 3 * per_pitch]);
+    let inside = |split: &[f64]| peak_to_peak(&split[3 * per_pitch..n - 3 * per_pitch]);
     near(inside(&open.short), 2.0, 0.05);
     assert!(
         inside(&closed.short) > 2.3,
@@ -216,8 +226,11 @@ fn law_open_record_does_not_leak() {
 
 #[test]
 fn refuses_records_without_sense() {
-    let code =
-        |values: &[f64], turns, teeth| Record::new(values, turns, teeth, true).unwrap_err().code;
+    let code = |values: &[f64], turns, teeth| {
+        SingleFlankRecord::new(values, turns, teeth, true)
+            .unwrap_err()
+            .code
+    };
     assert_eq!(code(&[0.0; 8], 0, 4), Code::OutOfRange);
     assert_eq!(code(&[0.0; 8], 1, 0), Code::OutOfRange);
     assert_eq!(code(&[0.0; 8], usize::MAX, 2), Code::OutOfRange);

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use crate::support::verification::{printed, within};
 use geardyn::base::code::Code;
-use geardyn::gear::involute::{Involute, inv, inverse_inv};
-use geardyn::gear::measurement::pitch::{Method, Pitches, usual_reach};
+use geardyn::gear::involute::{InvoluteGear, angle_from_inv, inv};
+use geardyn::gear::measurement::pitch::{PitchDeviations, PitchMethod, default_span};
 use geardyn::gear::measurement::runout;
-use geardyn::gear::measurement::sizes::Way;
+use geardyn::gear::measurement::tooth_thickness::ThicknessMethod;
 use geardyn::gear::measurement::trace::{self, Modification};
 
 fn near(found: f64, expected: f64, tolerance: f64) {
@@ -67,35 +67,39 @@ fn ref_pitch_by_both_methods() {
         .collect();
     let shifted: Vec<f64> = READINGS.iter().map(|f| f + 30.0).collect();
     for (readings, method) in [
-        (&READINGS[..], Method::Comparator),
-        (&shifted, Method::Comparator),
-        (&index, Method::Index),
+        (&READINGS[..], PitchMethod::Comparator),
+        (&shifted, PitchMethod::Comparator),
+        (&index, PitchMethod::Index),
     ] {
-        let pitches = Pitches::new(readings, method, 18, Some(0.5)).unwrap();
-        near(pitches.single().estimate.value, 5.0, 1e-14);
-        assert_eq!(pitches.single().first, 6);
-        near(pitches.total().estimate.value, 8.0, 1e-13);
-        near(pitches.over(usual_reach(18)).estimate.value, 7.0, 1e-13);
-        near(pitches.adjacent().estimate.value, 6.0, 1e-14);
-        assert_eq!(pitches.cumulative.last(), Some(&0.0));
-        assert_eq!(pitches.places().len(), 18);
+        let deviations = PitchDeviations::new(readings, method, 18, Some(0.5)).unwrap();
+        near(deviations.single_pitch().estimate.value, 5.0, 1e-14);
+        assert_eq!(deviations.single_pitch().first, 6);
+        near(deviations.cumulative_total().estimate.value, 8.0, 1e-13);
+        near(
+            deviations.span_deviation(default_span(18)).estimate.value,
+            7.0,
+            1e-13,
+        );
+        near(deviations.adjacent().estimate.value, 6.0, 1e-14);
+        assert_eq!(deviations.cumulative.last(), Some(&0.0));
+        assert_eq!(deviations.flank_positions().len(), 18);
     }
-    assert_eq!(usual_reach(18), 2);
-    assert_eq!(usual_reach(40), 5);
+    assert_eq!(default_span(18), 2);
+    assert_eq!(default_span(40), 5);
 }
 
 /// Sums over k pitches and differences of neighbours wrap round the gear.
 #[test]
 fn exact_pitch_wraps_round() {
     let readings = [5.0, -1.0, -3.0, -3.0, -3.0, 5.0];
-    let pitches = Pitches::new(&readings, Method::Comparator, 6, None).unwrap();
-    let over = pitches.over(2);
+    let deviations = PitchDeviations::new(&readings, PitchMethod::Comparator, 6, None).unwrap();
+    let over = deviations.span_deviation(2);
     near(over.estimate.value, 10.0, 1e-14);
     assert_eq!((over.first, over.end), (5, 7));
-    let few = Pitches::new(&[3.0, 0.0, -3.0], Method::Comparator, 3, None).unwrap();
+    let few = PitchDeviations::new(&[3.0, 0.0, -3.0], PitchMethod::Comparator, 3, None).unwrap();
     near(few.adjacent().estimate.value, 6.0, 1e-15);
     assert_eq!(few.adjacent().first, 2);
-    assert_eq!(few.single().estimate.std, None);
+    assert_eq!(few.single_pitch().estimate.std, None);
 }
 
 /// A first flank read again at the end tells the drift, which is taken off evenly.
@@ -105,9 +109,9 @@ fn exact_drift() {
     let readings: Vec<f64> = (0..5)
         .map(|i| true_places[i % 4] + 0.8 * i as f64 / 4.0)
         .collect();
-    let pitches = Pitches::new(&readings, Method::Index, 4, None).unwrap();
-    near(pitches.drift, 0.8, 1e-15);
-    for (found, expected) in pitches.places().iter().zip(true_places) {
+    let deviations = PitchDeviations::new(&readings, PitchMethod::Index, 4, None).unwrap();
+    near(deviations.drift, 0.8, 1e-15);
+    for (found, expected) in deviations.flank_positions().iter().zip(true_places) {
         near(*found, expected, 1e-15);
     }
 }
@@ -120,9 +124,12 @@ fn law_pitch_uncertainty_is_the_scatter() {
     (single[3], single[4], single[15]) = (20.0, -30.0, 10.0);
     let places: Vec<f64> = (0..24).map(|i| single[..i].iter().sum()).collect();
     let u = 0.6;
-    for (method, readings) in [(Method::Comparator, single), (Method::Index, places)] {
-        let of = |r: &[f64]| Pitches::new(r, method, 24, Some(u)).unwrap();
-        let check = |value: &dyn Fn(&Pitches) -> f64, stated: f64| {
+    for (method, readings) in [
+        (PitchMethod::Comparator, single),
+        (PitchMethod::Index, places),
+    ] {
+        let of = |r: &[f64]| PitchDeviations::new(r, method, 24, Some(u)).unwrap();
+        let check = |value: &dyn Fn(&PitchDeviations) -> f64, stated: f64| {
             let found = scatter(&readings, u, |r| value(&of(r)));
             assert!(
                 (found / stated - 1.0).abs() < SCATTER,
@@ -131,18 +138,18 @@ fn law_pitch_uncertainty_is_the_scatter() {
         };
         let stated = of(&readings);
         check(
-            &|p| p.single().estimate.value,
-            stated.single().estimate.std.unwrap(),
+            &|p| p.single_pitch().estimate.value,
+            stated.single_pitch().estimate.std.unwrap(),
         );
         check(
             &|p| p.adjacent().estimate.value,
             stated.adjacent().estimate.std.unwrap(),
         );
         check(
-            &|p| p.over(4).estimate.value,
-            stated.over(4).estimate.std.unwrap(),
+            &|p| p.span_deviation(4).estimate.value,
+            stated.span_deviation(4).estimate.std.unwrap(),
         );
-        let both = |p: &Pitches| p.places()[9] - p.places()[2];
+        let both = |p: &PitchDeviations| p.flank_positions()[9] - p.flank_positions()[2];
         check(&both, stated.std_over(7).unwrap());
     }
 }
@@ -164,10 +171,11 @@ fn exact_eccentric_gear() {
             .map(|i| e * (at - angle(i)).sin() + side * alpha.tan() * e * (angle(i) - at).cos())
             .collect()
     };
-    let side = |s: f64| Pitches::new(&places(s), Method::Index, z, Some(1e-6)).unwrap();
+    let side =
+        |s: f64| PitchDeviations::new(&places(s), PitchMethod::Index, z, Some(1e-6)).unwrap();
     let (left, right) = (side(-1.0), side(1.0));
     near(
-        left.total().estimate.value,
+        left.cumulative_total().estimate.value,
         2.0 * e / alpha.cos(),
         0.008 * e,
     );
@@ -185,10 +193,13 @@ fn law_runout_uncertainty_is_the_scatter() {
         .map(|i| 40.0 * (TAU * i as f64 / z as f64).cos())
         .collect();
     let pitches: Vec<f64> = (0..z).map(|i| wave[(i + 1) % z] - wave[i]).collect();
-    for (readings, method) in [(&wave, Method::Index), (&pitches, Method::Comparator)] {
+    for (readings, method) in [
+        (&wave, PitchMethod::Index),
+        (&pitches, PitchMethod::Comparator),
+    ] {
         let evaluated = |noisy: &[f64]| {
             let (l, r) = noisy.split_at(z);
-            let side = |r: &[f64]| Pitches::new(r, method, z, Some(u)).unwrap();
+            let side = |r: &[f64]| PitchDeviations::new(r, method, z, Some(u)).unwrap();
             runout::from_pitches(&side(l), &side(r), alpha).unwrap()
         };
         let mirrored: Vec<f64> = readings.iter().map(|x| -x).collect();
@@ -207,18 +218,18 @@ fn law_runout_uncertainty_is_the_scatter() {
 fn exact_trace() {
     let along: Vec<f64> = (0..101).map(|i| 1e-4 * f64::from(i)).collect();
     let tilted: Vec<f64> = along.iter().map(|x| 1e-6 + 4e-4 * x).collect();
-    let found = trace::line(&along, &tilted, (1e-3, 9e-3), 10e-3, Some(1e-7)).unwrap();
+    let found = trace::fit_mean_line(&along, &tilted, (1e-3, 9e-3), 10e-3, Some(1e-7)).unwrap();
     near(found.total.value, 3.2e-6, 1e-18);
     near(found.slope.value, 4e-6, 1e-18);
     near(found.form.value, 0.0, 1e-18);
-    near(found.at(0.0), 1e-6, 1e-18);
+    near(found.height_at(0.0), 1e-6, 1e-18);
     // A cubic over [−1, 1]: its line has slope 3/5, and about it the extremes are 4/(5√5)·½ each side and at the ends 2/5.
     let n = 4001;
     let along: Vec<f64> = (0..n)
         .map(|i| 2.0 * f64::from(i) / f64::from(n - 1) - 1.0)
         .collect();
     let cubic: Vec<f64> = along.iter().map(|x| x.powi(3)).collect();
-    let found = trace::line(&along, &cubic, (-1.0, 1.0), 2.0, None).unwrap();
+    let found = trace::fit_mean_line(&along, &cubic, (-1.0, 1.0), 2.0, None).unwrap();
     near(found.slope.value, 1.2, 2e-3);
     near(found.form.value, 0.8, 2e-3);
     near(found.total.value, 2.0, 1e-12);
@@ -233,7 +244,7 @@ fn law_trace_uncertainty_is_the_scatter() {
         .map(|x| if *x > 9.0 { -4.0 * (x - 9.0) } else { 0.1 * x } + if *x == 4.0 { 9.0 } else { 0.0 })
         .collect();
     let u = 0.2;
-    let line = |r: &[f64]| trace::line(&along, r, (1.0, 9.0), 11.0, Some(u)).unwrap();
+    let line = |r: &[f64]| trace::fit_mean_line(&along, r, (1.0, 9.0), 11.0, Some(u)).unwrap();
     let relief = |r: &[f64]| trace::tip_relief(&along, r, (1.0, 9.0), false, Some(u)).unwrap();
     let stated = line(&design);
     for (found, stated) in [
@@ -265,7 +276,7 @@ fn exact_designs() {
         amount: 8.0,
     };
     assert_eq!(
-        [5.0, 6.0, 8.0, 10.0, 11.0].map(|x| relief.at(x)),
+        [5.0, 6.0, 8.0, 10.0, 11.0].map(|x| relief.deviation_at(x)),
         [0.0, 0.0, -4.0, -8.0, -8.0]
     );
     let root = Modification::Relief {
@@ -273,38 +284,48 @@ fn exact_designs() {
         to: 1.0,
         amount: 2.0,
     };
-    assert_eq!([1.0, 2.0, 4.0].map(|x| root.at(x)), [-2.0, -1.0, 0.0]);
+    assert_eq!(
+        [1.0, 2.0, 4.0].map(|x| root.deviation_at(x)),
+        [-2.0, -1.0, 0.0]
+    );
     let crown = Modification::Crowning {
         from: 0.0,
         to: 20.0,
         amount: 5.0,
     };
     assert_eq!(
-        [0.0, 10.0, 15.0, 20.0].map(|x| crown.at(x)),
+        [0.0, 10.0, 15.0, 20.0].map(|x| crown.deviation_at(x)),
         [-5.0, 0.0, -1.25, -5.0]
     );
 }
 
 #[test]
 fn refuses_readings_without_sense() {
-    let pitch = |r: &[f64], method, z| Pitches::new(r, method, z, None).unwrap_err();
-    let error = pitch(&[0.0; 17], Method::Comparator, 18);
+    let pitch = |r: &[f64], method, z| PitchDeviations::new(r, method, z, None).unwrap_err();
+    let error = pitch(&[0.0; 17], PitchMethod::Comparator, 18);
     assert_eq!(error.code, Code::OutOfRange);
     assert!(error.message.contains("17") && error.message.contains("18"));
     assert_eq!(
-        pitch(&[0.0; 19], Method::Comparator, 18).code,
+        pitch(&[0.0; 19], PitchMethod::Comparator, 18).code,
         Code::OutOfRange
     );
-    assert_eq!(pitch(&[0.0; 2], Method::Index, 2).code, Code::OutOfRange);
-    let error = pitch(&[0.0, f64::NAN, 1.0], Method::Index, 3);
+    assert_eq!(
+        pitch(&[0.0; 2], PitchMethod::Index, 2).code,
+        Code::OutOfRange
+    );
+    let error = pitch(&[0.0, f64::NAN, 1.0], PitchMethod::Index, 3);
     assert_eq!(error.code, Code::NotANumber);
     assert!(error.message.contains("reading 2"));
-    assert!(Pitches::new(&[0.0; 19], Method::Index, 18, None).is_ok());
+    assert!(PitchDeviations::new(&[0.0; 19], PitchMethod::Index, 18, None).is_ok());
     assert_eq!(
         runout::from_ball(&[0.0; 4], 5, None).unwrap_err().code,
         Code::OutOfRange
     );
-    let line = |x: &[f64], y: &[f64]| trace::line(x, y, (0.0, 9.0), 9.0, None).unwrap_err().code;
+    let line = |x: &[f64], y: &[f64]| {
+        trace::fit_mean_line(x, y, (0.0, 9.0), 9.0, None)
+            .unwrap_err()
+            .code
+    };
     assert_eq!(line(&[0.0, 1.0, 1.0, 2.0], &[0.0; 4]), Code::OutOfRange);
     assert_eq!(line(&[0.0, 1.0, 2.0], &[0.0; 4]), Code::OutOfRange);
     assert_eq!(line(&[0.0, 1.0, 12.0], &[0.0; 3]), Code::TooShort);
@@ -314,8 +335,8 @@ fn refuses_readings_without_sense() {
     );
 }
 
-fn spur(teeth: u32, module: f64, shift: f64) -> Involute {
-    Involute {
+fn spur(teeth: u32, module: f64, shift: f64) -> InvoluteGear {
+    InvoluteGear {
         teeth,
         module,
         pressure_angle: 20f64.to_radians(),
@@ -334,12 +355,12 @@ fn ref_sizes() {
         "z 24, m 1: span over 3",
         "mm",
         7.716462,
-        plain.span(3, plain.thickness()),
+        plain.span(3, plain.nominal_thickness()),
         5e-7,
     );
-    assert_eq!(plain.teeth_to_span(), 3);
+    assert_eq!(plain.default_span_teeth(), 3);
     let tip = 26.0;
-    let chord = Way::Chord(tip).nominal(&plain).unwrap();
+    let chord = ThicknessMethod::Chord(tip).nominal(&plain).unwrap();
     printed("z 24, m 1: chord", "mm", 1.569675, chord.size, 5e-7);
     printed(
         "z 24, m 1: height of the chord",
@@ -348,7 +369,7 @@ fn ref_sizes() {
         chord.height.unwrap(),
         5e-7,
     );
-    let constant = Way::ConstantChord(tip).nominal(&plain).unwrap();
+    let constant = ThicknessMethod::ConstantChord(tip).nominal(&plain).unwrap();
     printed(
         "z 24, m 1: constant chord",
         "mm",
@@ -364,12 +385,12 @@ fn ref_sizes() {
         5e-7,
     );
     let shifted = spur(24, 3.0, 0.4);
-    assert_eq!(shifted.teeth_to_span(), 4);
+    assert_eq!(shifted.default_span_teeth(), 4);
     printed(
         "z 24, m 3, x 0.4: span over 4",
         "mm",
         32.8266,
-        shifted.span(4, shifted.thickness()),
+        shifted.span(4, shifted.nominal_thickness()),
         5e-5,
     );
     let ten = spur(12, 10.0, 0.3);
@@ -377,10 +398,10 @@ fn ref_sizes() {
         "z 12, m 10, x 0.3: thickness",
         "mm",
         17.8918,
-        ten.thickness(),
+        ten.nominal_thickness(),
         5e-5,
     );
-    let chord = Way::Chord(146.0).nominal(&ten).unwrap();
+    let chord = ThicknessMethod::Chord(146.0).nominal(&ten).unwrap();
     printed("z 12, m 10, x 0.3: chord", "mm", 17.8256, chord.size, 5e-5);
     printed(
         "z 12, m 10, x 0.3: height of the chord",
@@ -393,8 +414,8 @@ fn ref_sizes() {
         (spur(18, 21.0, 0.389), 3, 45.0, 165.869, 466.306),
         (spur(36, 21.0, 0.5039), 5, 40.0, 296.803, 836.492),
     ] {
-        let (by_span, by_balls) = (Way::Span(k), Way::Balls(ball));
-        let found = [by_span, by_balls].map(|way| way.nominal(&gear).unwrap().size);
+        let (by_span, by_balls) = (ThicknessMethod::Span(k), ThicknessMethod::Balls(ball));
+        let found = [by_span, by_balls].map(|method| method.nominal(&gear).unwrap().size);
         printed(&format!("m 21: span over {k}"), "mm", span, found[0], 6e-4);
         printed(
             &format!("m 21: over balls of {ball} mm"),
@@ -410,31 +431,43 @@ fn ref_sizes() {
 #[test]
 fn law_every_way_tells_the_same_thickness() {
     for (teeth, helix) in [(25, 0.0), (40, 0.3), (12, 0.5)] {
-        let gear = Involute {
+        let gear = InvoluteGear {
             helix,
             ..spur(teeth, 3e-3, 0.2)
         };
-        let tip = gear.diameter() + 2.0 * 1.2 * gear.module;
+        let tip = gear.reference_diameter() + 2.0 * 1.2 * gear.module;
         let thin = -90e-6;
-        let s = gear.thickness() + thin;
-        let k = gear.teeth_to_span();
+        let s = gear.nominal_thickness() + thin;
+        let k = gear.default_span_teeth();
         let ball = 1.75 * gear.module;
         let readings = [
-            (Way::Span(k), gear.span(k, s), 1e-15),
-            (Way::Balls(ball), gear.over_balls(ball, s), 1e-13),
-            // A chord is set at the nominal height, so what it tells is right to the second order.
-            (Way::Chord(tip), gear.chord(tip, s).0, 2e-8),
+            (ThicknessMethod::Span(k), gear.span(k, s), 1e-15),
             (
-                Way::ConstantChord(tip),
+                ThicknessMethod::Balls(ball),
+                gear.dimension_over_balls(ball, s),
+                1e-13,
+            ),
+            // A chord is set at the nominal height, so what it tells is right to the second order.
+            (
+                ThicknessMethod::Chord(tip),
+                gear.chordal_thickness(tip, s).0,
+                2e-8,
+            ),
+            (
+                ThicknessMethod::ConstantChord(tip),
                 gear.constant_chord(tip, s).0,
                 1e-15,
             ),
         ];
-        for (way, reading, tolerance) in readings {
-            let found = way.thickness(&gear, reading, Some(1e-6)).unwrap();
+        for (method, reading, tolerance) in readings {
+            let found = method
+                .thickness_deviation(&gear, reading, Some(1e-6))
+                .unwrap();
             near(found.value, thin, tolerance);
             // What the gauge's uncertainty becomes, by moving the reading.
-            let moved = way.thickness(&gear, reading + 1e-6, None).unwrap();
+            let moved = method
+                .thickness_deviation(&gear, reading + 1e-6, None)
+                .unwrap();
             near(found.std.unwrap(), moved.value - found.value, 2e-9);
         }
     }
@@ -443,31 +476,46 @@ fn law_every_way_tells_the_same_thickness() {
 #[test]
 fn law_involute_and_back() {
     for angle in [1e-8, 1e-4, 0.1, 0.35, 1.0, 1.5, 1.57] {
-        let back = inverse_inv(inv(angle));
+        let back = angle_from_inv(inv(angle));
         // Where the series end, tan α − α has lost two digits.
         near(back / angle, 1.0, 64.0 * f64::EPSILON);
     }
-    assert_eq!(inverse_inv(0.0), 0.0);
-    assert!(inverse_inv(-1e-3).is_nan() && inverse_inv(f64::NAN).is_nan());
+    assert_eq!(angle_from_inv(0.0), 0.0);
+    assert!(angle_from_inv(-1e-3).is_nan() && angle_from_inv(f64::NAN).is_nan());
 }
 
 #[test]
 fn refuses_gauges_that_do_not_fit() {
     let gear = spur(24, 3e-3, 0.0);
-    let nominal = |way: Way| way.nominal(&gear).unwrap_err();
-    assert!(nominal(Way::Span(12)).hint.unwrap().contains('3'));
-    assert_eq!(nominal(Way::Span(0)).code, Code::OutOfRange);
-    assert_eq!(nominal(Way::Balls(0.1e-3)).code, Code::OutOfRange);
-    assert_eq!(nominal(Way::Chord(60e-3)).code, Code::OutOfRange);
+    let nominal = |method: ThicknessMethod| method.nominal(&gear).unwrap_err();
+    assert!(
+        nominal(ThicknessMethod::Span(12))
+            .hint
+            .unwrap()
+            .contains('3')
+    );
+    assert_eq!(nominal(ThicknessMethod::Span(0)).code, Code::OutOfRange);
+    assert_eq!(
+        nominal(ThicknessMethod::Balls(0.1e-3)).code,
+        Code::OutOfRange
+    );
+    assert_eq!(
+        nominal(ThicknessMethod::Chord(60e-3)).code,
+        Code::OutOfRange
+    );
     // Millimetres taken for metres.
-    let wrong = Way::Span(3).thickness(&gear, 23.1, None).unwrap_err();
+    let wrong = ThicknessMethod::Span(3)
+        .thickness_deviation(&gear, 23.1, None)
+        .unwrap_err();
     assert!(wrong.hint.unwrap().contains("unit"));
-    let none = Way::Span(3).thickness(&gear, f64::NAN, None).unwrap_err();
+    let none = ThicknessMethod::Span(3)
+        .thickness_deviation(&gear, f64::NAN, None)
+        .unwrap_err();
     assert_eq!(none.code, Code::NotANumber);
 }
 
-fn ring(teeth: u32, module: f64, shift: f64) -> Involute {
-    Involute {
+fn ring(teeth: u32, module: f64, shift: f64) -> InvoluteGear {
+    InvoluteGear {
         internal: true,
         ..spur(teeth, module, shift)
     }
@@ -479,9 +527,9 @@ fn ring(teeth: u32, module: f64, shift: f64) -> Involute {
 #[test]
 fn ref_between_pins() {
     let gear = ring(40, 1.0, 0.0);
-    let between = gear.over_balls(1.7, gear.thickness());
+    let between = gear.dimension_over_balls(1.7, gear.nominal_thickness());
     printed("between pins", "mm", 37.5951, between, 5e-5);
-    let found = Way::Balls(1.7).nominal(&gear).unwrap();
+    let found = ThicknessMethod::Balls(1.7).nominal(&gear).unwrap();
     near(found.size, 37.5951, 5e-5);
 }
 
@@ -490,10 +538,10 @@ fn ref_between_pins() {
 fn exact_gauges_on_internal_flanks() {
     for (teeth, shift) in [(40, 0.0), (41, 0.3), (77, -0.2)] {
         let gear = ring(teeth, 3.0, shift);
-        let s = gear.thickness() - 0.08;
-        let (d, base) = (gear.diameter(), gear.base_diameter());
+        let s = gear.nominal_thickness() - 0.08;
+        let (d, base) = (gear.reference_diameter(), gear.base_diameter());
         let tau = TAU;
-        let alpha = gear.transverse_angle();
+        let alpha = gear.transverse_pressure_angle();
         let half_tooth = |r: f64| s / d - inv(alpha) + inv((0.5 * base / r).acos());
         let half_space = |r: f64| tau / 2.0 / f64::from(teeth) - half_tooth(r);
         let radii = |f: &dyn Fn(f64) -> f64| -> f64 {
@@ -503,7 +551,7 @@ fn exact_gauges_on_internal_flanks() {
         };
         // A ball on the axis of a space: the distance from its centre to the flank is its radius.
         let ball = 1.65 * 3.0;
-        let over = gear.over_balls(ball, s);
+        let over = gear.dimension_over_balls(ball, s);
         let centre = 0.5 * (over + ball)
             / match teeth % 2 {
                 0 => 1.0,
@@ -514,9 +562,9 @@ fn exact_gauges_on_internal_flanks() {
             (r * at.cos() - centre).hypot(r * at.sin())
         };
         near(radii(&away), 0.5 * ball, 1e-7);
-        near(gear.thickness_under_balls(ball, over), s, 1e-9);
+        near(gear.thickness_from_balls(ball, over), s, 1e-9);
         // A span over k spaces: along a tangent of the base circle, from the flank of the first space to that of the last.
-        let k = gear.teeth_to_span();
+        let k = gear.default_span_teeth();
         let inside = 0.5 * f64::from(k - 1) * tau / f64::from(teeth);
         let span = gear.span(k, s);
         let r = (0.5 * base).hypot(0.5 * span);
@@ -528,7 +576,7 @@ fn exact_gauges_on_internal_flanks() {
         );
         // Chords, seen from the tip, which lies inward.
         let tip = d - 2.0 * 3.0;
-        let (chord, height) = gear.chord(tip, s);
+        let (chord, height) = gear.chordal_thickness(tip, s);
         near(chord, d * half_tooth(0.5 * d).sin(), 1e-12);
         near(
             height,
@@ -550,32 +598,47 @@ fn exact_gauges_on_internal_flanks() {
 fn law_every_way_tells_the_thickness_of_a_ring() {
     let gear = ring(61, 3e-3, 0.2);
     let thin = -90e-6;
-    let s = gear.thickness() + thin;
-    let tip = gear.diameter() - 2.0 * gear.module;
-    let (k, ball) = (gear.teeth_to_span(), 1.7 * gear.module);
-    for (way, reading, tolerance) in [
-        (Way::Span(k), gear.span(k, s), 1e-15),
-        (Way::Balls(ball), gear.over_balls(ball, s), 1e-13),
-        (Way::Chord(tip), gear.chord(tip, s).0, 2e-8),
+    let s = gear.nominal_thickness() + thin;
+    let tip = gear.reference_diameter() - 2.0 * gear.module;
+    let (k, ball) = (gear.default_span_teeth(), 1.7 * gear.module);
+    for (method, reading, tolerance) in [
+        (ThicknessMethod::Span(k), gear.span(k, s), 1e-15),
         (
-            Way::ConstantChord(tip),
+            ThicknessMethod::Balls(ball),
+            gear.dimension_over_balls(ball, s),
+            1e-13,
+        ),
+        (
+            ThicknessMethod::Chord(tip),
+            gear.chordal_thickness(tip, s).0,
+            2e-8,
+        ),
+        (
+            ThicknessMethod::ConstantChord(tip),
             gear.constant_chord(tip, s).0,
             1e-15,
         ),
     ] {
-        let found = way.thickness(&gear, reading, Some(1e-6)).unwrap();
+        let found = method
+            .thickness_deviation(&gear, reading, Some(1e-6))
+            .unwrap();
         near(found.value, thin, tolerance);
-        let moved = way.thickness(&gear, reading + 1e-6, None).unwrap();
+        let moved = method
+            .thickness_deviation(&gear, reading + 1e-6, None)
+            .unwrap();
         near(found.std.unwrap(), (moved.value - found.value).abs(), 2e-9);
     }
     // Thinner teeth leave more between the balls and over the spaces.
-    assert!(gear.span(k, s) > gear.span(k, gear.thickness()));
-    assert!(gear.over_balls(ball, s) > gear.over_balls(ball, gear.thickness()));
-    let helical = Involute { helix: 0.2, ..gear };
-    let refused = Way::Span(k).nominal(&helical).unwrap_err();
+    assert!(gear.span(k, s) > gear.span(k, gear.nominal_thickness()));
+    assert!(
+        gear.dimension_over_balls(ball, s)
+            > gear.dimension_over_balls(ball, gear.nominal_thickness())
+    );
+    let helical = InvoluteGear { helix: 0.2, ..gear };
+    let refused = ThicknessMethod::Span(k).nominal(&helical).unwrap_err();
     assert!(refused.hint.unwrap().contains("balls"));
-    assert!(Way::Balls(ball).nominal(&helical).is_ok());
-    let outside = Way::Chord(gear.diameter() + 6e-3)
+    assert!(ThicknessMethod::Balls(ball).nominal(&helical).is_ok());
+    let outside = ThicknessMethod::Chord(gear.reference_diameter() + 6e-3)
         .nominal(&gear)
         .unwrap_err();
     assert!(outside.hint.unwrap().contains("below"));

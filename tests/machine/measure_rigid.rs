@@ -4,8 +4,10 @@ use std::f64::consts::TAU;
 
 use crate::support::verification::within;
 use geardyn::base::code::Code;
-use geardyn::gear::measurement::composite::Record;
-use geardyn::gear::measurement::rigid::{Flanks, of_pair, teeth_of, with_master};
+use geardyn::gear::measurement::composite::SingleFlankRecord;
+use geardyn::gear::measurement::unloaded_te::{
+    FlankDeviations, separate_pitch_and_profile, te_against_master, te_of_pair,
+};
 
 const BASE_PITCH: f64 = 8.856e-3;
 
@@ -25,12 +27,12 @@ fn exact_pitch_alone() {
     let places = [0.0, 3e-6, -2e-6, 5e-6, 1e-6];
     let along = along(1.4 * BASE_PITCH, 30);
     let flat = [vec![0.0; 30]];
-    let flanks = Flanks {
-        places: &places,
+    let deviations = FlankDeviations {
+        pitch_surplus: &places,
         along: &along,
         profiles: &flat,
     };
-    let record = with_master(&flanks, BASE_PITCH, 100).unwrap();
+    let record = te_against_master(&deviations, BASE_PITCH, 100).unwrap();
     assert_eq!(record.len(), 500);
     for j in 0..5 {
         // From 0 to 0.4 pitches the tooth before is still in contact.
@@ -38,8 +40,8 @@ fn exact_pitch_alone() {
         near(record[100 * j + 20], both, 0.0);
         near(record[100 * j + 70], places[j], 0.0);
     }
-    let composite = Record::new(&record, 1, 5, true).unwrap();
-    near(composite.total(), 7e-6, 1e-18);
+    let composite = SingleFlankRecord::new(&record, 1, 5, true).unwrap();
+    near(composite.total_deviation(), 7e-6, 1e-18);
 }
 
 /// Crowned profiles: neighbours hand over where their parabolas cross, half a pitch from the middle; f_i′ is the parabola's drop there.
@@ -52,15 +54,15 @@ fn exact_crowned_profiles() {
     let parabola = |s: f64| -crown * (2.0 * (s - middle) / reach).powi(2);
     let profile = [along.iter().map(|&s| parabola(s)).collect()];
     let places = [0.0; 12];
-    let flanks = Flanks {
-        places: &places,
+    let deviations = FlankDeviations {
+        pitch_surplus: &places,
         along: &along,
         profiles: &profile,
     };
-    let record = with_master(&flanks, BASE_PITCH, 400).unwrap();
+    let record = te_against_master(&deviations, BASE_PITCH, 400).unwrap();
     let drop = -parabola(middle + 0.5 * BASE_PITCH);
-    let composite = Record::new(&record, 1, 12, true).unwrap();
-    near(composite.by_pitch().sliding, drop, 1e-11);
+    let composite = SingleFlankRecord::new(&record, 1, 12, true).unwrap();
+    near(composite.ranges_per_pitch().sliding, drop, 1e-11);
     near(composite.split_by_order().long_range, 0.0, 1e-18);
 }
 
@@ -77,20 +79,20 @@ fn law_pair_adds_up() {
     };
     let (first, second) = (eccentric(z1, 4e-6), eccentric(z2, 3e-6));
     let flat = [vec![0.0; 50]];
-    let flanks = |places| Flanks {
-        places,
+    let flanks = |places| FlankDeviations {
+        pitch_surplus: places,
         along: &line,
         profiles: &flat,
     };
-    let pair = of_pair(&flanks(&first), &flanks(&second), BASE_PITCH, centre, 60).unwrap();
+    let pair = te_of_pair(&flanks(&first), &flanks(&second), BASE_PITCH, centre, 60).unwrap();
     assert_eq!(
         pair.len(),
         18 * 60,
         "18 pitches until the same teeth meet again"
     );
     let none = vec![0.0; z2];
-    let alone = of_pair(&flanks(&first), &flanks(&none), BASE_PITCH, centre, 60).unwrap();
-    let master = with_master(&flanks(&first), BASE_PITCH, 60).unwrap();
+    let alone = te_of_pair(&flanks(&first), &flanks(&none), BASE_PITCH, centre, 60).unwrap();
+    let master = te_against_master(&flanks(&first), BASE_PITCH, 60).unwrap();
     for (i, e) in alone.iter().enumerate() {
         near(*e, master[i % master.len()], 1e-20);
     }
@@ -116,13 +118,13 @@ fn law_round_trip() {
     let along = along(overlap * BASE_PITCH, 400);
     let shape = |s: f64| 2e-6 * (400.0 * s).sin();
     let profiles = [along.iter().map(|&s| shape(s)).collect()];
-    let flanks = Flanks {
-        places: &places,
+    let deviations = FlankDeviations {
+        pitch_surplus: &places,
         along: &along,
         profiles: &profiles,
     };
-    let record = with_master(&flanks, BASE_PITCH, 200).unwrap();
-    let teeth = teeth_of(&record, z, overlap, Some(0.1e-6)).unwrap();
+    let record = te_against_master(&deviations, BASE_PITCH, 200).unwrap();
+    let teeth = separate_pitch_and_profile(&record, z, overlap, Some(0.1e-6)).unwrap();
     for (found, place) in teeth.places.iter().zip(&places) {
         near(found.value, place - mean, 1e-18);
     }
@@ -151,36 +153,42 @@ fn refuses_what_cannot_be_known() {
     let places = [0.0; 5];
     let flat = [vec![0.0; 30]];
     let short = along(0.9 * BASE_PITCH, 30);
-    let flanks = Flanks {
-        places: &places,
+    let deviations = FlankDeviations {
+        pitch_surplus: &places,
         along: &short,
         profiles: &flat,
     };
-    let error = with_master(&flanks, BASE_PITCH, 50).unwrap_err();
+    let error = te_against_master(&deviations, BASE_PITCH, 50).unwrap_err();
     assert_eq!(error.code, Code::OutOfRange);
     assert!(error.message.contains("no teeth touch"));
     let twice = [vec![0.0; 30], vec![0.0; 30]];
-    let flanks = Flanks {
-        places: &places,
+    let deviations = FlankDeviations {
+        pitch_surplus: &places,
         along: &short,
         profiles: &twice,
     };
     assert!(
-        with_master(&flanks, BASE_PITCH, 50)
+        te_against_master(&deviations, BASE_PITCH, 50)
             .unwrap_err()
             .message
             .contains("2 profiles for 5")
     );
     assert_eq!(
-        teeth_of(&[0.0; 50], 5, 2.0, None).unwrap_err().code,
+        separate_pitch_and_profile(&[0.0; 50], 5, 2.0, None)
+            .unwrap_err()
+            .code,
         Code::IllPosed
     );
     assert_eq!(
-        teeth_of(&[0.0; 51], 5, 1.5, None).unwrap_err().code,
+        separate_pitch_and_profile(&[0.0; 51], 5, 1.5, None)
+            .unwrap_err()
+            .code,
         Code::OutOfRange
     );
     assert_eq!(
-        teeth_of(&[0.0; 5], 5, 1.5, None).unwrap_err().code,
+        separate_pitch_and_profile(&[0.0; 5], 5, 1.5, None)
+            .unwrap_err()
+            .code,
         Code::OutOfRange
     );
 }

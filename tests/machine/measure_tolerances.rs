@@ -1,13 +1,13 @@
 //! Tolerances of both editions of ISO 1328 and the grades read from them; grades as JB 179-60 wrote them.
 
 use crate::support::verification::printed;
-use Quantity::*;
-use geardyn::gear::measurement::iso::{Edition, Size, keeps, rounded};
-use geardyn::gear::measurement::notation::{Accuracy, Backlash};
-use geardyn::gear::measurement::quantity::{Group, Quantity};
+use GearDeviation::*;
+use geardyn::gear::measurement::accuracy_grades::{AccuracyGrades, BacklashClass};
+use geardyn::gear::measurement::deviation::{GearDeviation, ToleranceGroup};
+use geardyn::gear::measurement::iso1328::{Edition, GearSize, is_within, round_tolerance};
 
-fn size(module_mm: f64, teeth: u32, width_mm: f64) -> Size {
-    Size {
+fn size(module_mm: f64, teeth: u32, width_mm: f64) -> GearSize {
+    GearSize {
         teeth,
         module: 1e-3 * module_mm,
         diameter: 1e-3 * module_mm * f64::from(teeth),
@@ -27,7 +27,7 @@ fn micro(found: Option<f64>) -> f64 {
 #[test]
 fn ref_newer_edition_to_its_digits() {
     let gear = size(3.0, 40, 30.0);
-    for (quantity, expected) in [
+    for (deviation, expected) in [
         (SinglePitch, 8.937829714),
         (CumulativePitch, 28.800385846),
         (ProfileSlope, 7.523616152),
@@ -38,23 +38,23 @@ fn ref_newer_edition_to_its_digits() {
         (HelixTotal, 13.717763432),
         (Runout, 25.920347261),
     ] {
-        let found = micro(Edition::Y2013.exact(quantity, &gear, 6));
+        let found = micro(Edition::Y2013.unrounded_tolerance(deviation, &gear, 6));
         printed(
-            &format!("{quantity:?}, unrounded"),
+            &format!("{deviation:?}, unrounded"),
             "µm",
             expected,
             found,
             6e-10,
         );
     }
-    for (quantity, expected) in [
+    for (deviation, expected) in [
         (SinglePitch, 9.0),
         (CumulativePitch, 29.0),
         (ProfileTotal, 12.0),
     ] {
-        let found = micro(Edition::Y2013.tolerance(quantity, &gear, 6));
+        let found = micro(Edition::Y2013.tolerance(deviation, &gear, 6));
         printed(
-            &format!("{quantity:?}, rounded"),
+            &format!("{deviation:?}, rounded"),
             "µm",
             expected,
             found,
@@ -62,7 +62,7 @@ fn ref_newer_edition_to_its_digits() {
         );
     }
     // Over a quarter of the teeth the tolerance is that of all of them.
-    let quarter = micro(Edition::Y2013.exact(OverPitches(10), &gear, 6));
+    let quarter = micro(Edition::Y2013.unrounded_tolerance(OverPitches(10), &gear, 6));
     assert!((quarter - 28.800385846).abs() < 1e-9);
 }
 
@@ -78,10 +78,10 @@ fn ref_rounding() {
         (4.96, 5.0),
         (4.94, 4.9),
     ] {
-        assert_eq!(rounded(exact, false), expected, "{exact}");
+        assert_eq!(round_tolerance(exact, false), expected, "{exact}");
     }
-    assert_eq!(rounded(1.2, true), 1.0);
-    assert_eq!(rounded(1.2, false), 1.2);
+    assert_eq!(round_tolerance(1.2, true), 1.0);
+    assert_eq!(round_tolerance(1.2, false), 1.2);
 }
 
 /// A published report of a planetary stage (m 21, z 18 and 36, b 550, grade 6 of 1995 and 1997) by a commercial program.
@@ -91,7 +91,7 @@ fn ref_older_edition_against_a_report() {
     let (mut sun, mut planet) = (size(21.0, 18, 550.0), size(21.0, 36, 550.0));
     sun.contact_ratio = Some(1.37);
     planet.contact_ratio = Some(1.37);
-    for (quantity, expected) in [
+    for (deviation, expected) in [
         (SinglePitch, [18.0, 19.0]),
         (ProfileForm, [21.0, 23.0]),
         (ProfileSlope, [17.0, 19.0]),
@@ -105,9 +105,9 @@ fn ref_older_edition_against_a_report() {
     ] {
         let gears = [("sun", &sun), ("planet", &planet)];
         for ((name, gear), expected) in gears.into_iter().zip(expected) {
-            let found = micro(Edition::Y1995.tolerance(quantity, gear, 6));
+            let found = micro(Edition::Y1995.tolerance(deviation, gear, 6));
             printed(
-                &format!("{quantity:?}, {name}"),
+                &format!("{deviation:?}, {name}"),
                 "µm",
                 expected,
                 found,
@@ -120,9 +120,9 @@ fn ref_older_edition_against_a_report() {
         let found = micro(Edition::Y1995.tolerance(OverPitches(k), gear, 6));
         printed(&format!("over {k} pitches"), "µm", expected, found, 1e-9);
     }
-    for (quantity, expected) in [(SingleFlankTooth, 40.0), (SingleFlankTotal, 94.0)] {
-        let found = micro(Edition::Y1995.tolerance(quantity, &sun, 6));
-        printed(&format!("{quantity:?}, sun"), "µm", expected, found, 1e-9);
+    for (deviation, expected) in [(SingleFlankTooth, 40.0), (SingleFlankTotal, 94.0)] {
+        let found = micro(Edition::Y1995.tolerance(deviation, &sun, 6));
+        printed(&format!("{deviation:?}, sun"), "µm", expected, found, 1e-9);
     }
 }
 
@@ -130,32 +130,35 @@ fn ref_older_edition_against_a_report() {
 #[test]
 fn law_grades_grow_and_are_found_again() {
     for edition in Edition::ALL {
-        for quantity in Quantity::LIMITED {
+        for deviation in GearDeviation::LIMITED {
             let mut gear = size(4.0, 31, 25.0);
             gear.contact_ratio = Some(1.6);
-            let grades = edition.grades(quantity);
+            let grades = edition.grades(deviation);
             let Some(limits) = grades
                 .clone()
-                .map(|grade| edition.tolerance(quantity, &gear, grade))
+                .map(|grade| edition.tolerance(deviation, &gear, grade))
                 .collect::<Option<Vec<f64>>>()
             else {
                 continue;
             };
             for (pair, grade) in limits.windows(2).zip(grades.clone()) {
-                let exact = |g| edition.exact(quantity, &gear, g).unwrap();
+                let exact = |g| edition.unrounded_tolerance(deviation, &gear, g).unwrap();
                 assert!((exact(grade + 1) / exact(grade) - 2f64.sqrt()).abs() < 1e-12);
-                assert!(pair[1] > pair[0], "{quantity:?} {grade}");
+                assert!(pair[1] > pair[0], "{deviation:?} {grade}");
                 // Exactly at the limit keeps it, a little above does not.
-                assert_eq!(edition.reached(quantity, &gear, -pair[0]), Some(grade));
+                assert_eq!(edition.grade_of(deviation, &gear, -pair[0]), Some(grade));
                 let above = pair[0] + 1e-9;
-                assert_eq!(edition.reached(quantity, &gear, above), Some(grade + 1));
+                assert_eq!(edition.grade_of(deviation, &gear, above), Some(grade + 1));
             }
             let last = *limits.last().unwrap();
-            assert_eq!(edition.reached(quantity, &gear, 1.01 * last), None);
-            assert_eq!(edition.reached(quantity, &gear, 0.0), grades.clone().next());
+            assert_eq!(edition.grade_of(deviation, &gear, 1.01 * last), None);
+            assert_eq!(
+                edition.grade_of(deviation, &gear, 0.0),
+                grades.clone().next()
+            );
         }
     }
-    assert!(keeps(9.0 * 1e-6, 9e-6) && !keeps(9.001e-6, 9e-6));
+    assert!(is_within(9.0 * 1e-6, 9e-6) && !is_within(9.001e-6, 9e-6));
 }
 
 /// Steps of the older edition: the gear's own size does not matter within a range of the tables, the newer edition's does.
@@ -163,7 +166,11 @@ fn law_grades_grow_and_are_found_again() {
 fn law_older_edition_steps_newer_is_smooth() {
     let (one, other) = (size(2.5, 22, 15.0), size(3.4, 36, 18.0));
     let both = |edition: Edition| {
-        [&one, &other].map(|gear| edition.exact(CumulativePitch, gear, 7).unwrap())
+        [&one, &other].map(|gear| {
+            edition
+                .unrounded_tolerance(CumulativePitch, gear, 7)
+                .unwrap()
+        })
     };
     let [a, b] = both(Edition::Y1995);
     assert_eq!(a, b);
@@ -177,18 +184,18 @@ fn exact_designed_short_wave() {
     let mut gear = size(3.0, 40, 30.0);
     assert_eq!(Edition::Y2013.tolerance(SingleFlankShort, &gear, 6), None);
     gear.designed_short_wave = Some(4e-6);
-    let at = |grade| micro(Edition::Y2013.exact(SingleFlankShort, &gear, grade));
+    let at = |grade| micro(Edition::Y2013.unrounded_tolerance(SingleFlankShort, &gear, grade));
     assert!((at(5) - (4.0 + 6.125)).abs() < 1e-12);
     assert!((at(7) - (4.0 + 12.25)).abs() < 1e-12);
 }
 
 #[test]
 fn refuses_sizes_outside_the_editions() {
-    let outside = |edition: Edition, quantity, gear: &Size| {
-        let why = edition.outside(quantity, gear);
+    let outside = |edition: Edition, deviation, gear: &GearSize| {
+        let why = edition.out_of_scope(deviation, gear);
         assert_eq!(
             why.is_some(),
-            edition.tolerance(quantity, gear, 6).is_none()
+            edition.tolerance(deviation, gear, 6).is_none()
         );
         why.unwrap_or_default()
     };
@@ -210,7 +217,7 @@ fn refuses_sizes_outside_the_editions() {
         outside(Edition::Y1995, DoubleFlankTotal, &size(0.3, 40, 5.0)),
         ""
     );
-    let steep = Size { helix: 0.8, ..gear };
+    let steep = GearSize { helix: 0.8, ..gear };
     assert!(outside(Edition::Y2013, Runout, &steep).contains("helix"));
     assert_eq!(Edition::Y2013.tolerance(SinglePitch, &gear, 12), None);
     assert_eq!(Edition::Y1995.tolerance(DoubleFlankTotal, &gear, 3), None);
@@ -219,23 +226,28 @@ fn refuses_sizes_outside_the_editions() {
 /// Grades are written as the standard writes them.
 #[test]
 fn exact_notation() {
-    let read = |text: &str| Accuracy::parse(text).unwrap();
-    assert_eq!(read("7"), Accuracy::uniform(7));
+    let read = |text: &str| AccuracyGrades::parse(text).unwrap();
+    assert_eq!(read("7"), AccuracyGrades::uniform(7));
     let one = read("7-Dc");
     assert_eq!(
-        (one.motion, one.contact, one.backlash),
-        (7, 7, Some(Backlash::Normal))
+        (one.motion, one.contact, one.class),
+        (7, 7, Some(BacklashClass::Normal))
     );
     let all = read("8-7-7 Dc");
     assert_eq!(
-        [Group::Motion, Group::Smoothness, Group::Contact].map(|g| all.of(g)),
+        [
+            ToleranceGroup::Motion,
+            ToleranceGroup::Smoothness,
+            ToleranceGroup::Contact
+        ]
+        .map(|g| all.grade(g)),
         [8, 7, 7]
     );
     assert_eq!(
-        all.explained(),
+        all.describe(),
         "grade 8 in motion, 7 in smoothness, 7 in contact, normal backlash"
     );
-    assert_eq!(read("6-D").backlash, Some(Backlash::None));
+    assert_eq!(read("6-D").class, Some(BacklashClass::None));
     for allowed in ["8-7-7", "8-6-6", "7-8-8", "8-7-6 De", "7-7-7-Db"] {
         read(allowed);
     }
@@ -251,9 +263,9 @@ fn exact_notation() {
         ("13", "above"),
         ("7.5", "notation"),
     ] {
-        match Accuracy::parse(refused) {
+        match AccuracyGrades::parse(refused) {
             Err(error) => assert!(error.message.contains(why), "{refused}: {}", error.message),
-            Ok(read) => assert_eq!(read.explained(), why, "{refused}"),
+            Ok(read) => assert_eq!(read.describe(), why, "{refused}"),
         }
     }
 }
@@ -262,12 +274,12 @@ fn exact_notation() {
 #[test]
 fn law_keys_are_unique() {
     let mut keys = Vec::new();
-    for quantity in Quantity::LIMITED {
-        keys.push(quantity.key());
-        assert_eq!(Quantity::from_key(quantity.key()), Some(quantity));
-        if let Some(old) = quantity.old() {
+    for deviation in GearDeviation::LIMITED {
+        keys.push(deviation.key());
+        assert_eq!(GearDeviation::from_key(deviation.key()), Some(deviation));
+        if let Some(old) = deviation.jb179_name() {
             keys.push(old.key);
-            assert_eq!(Quantity::from_key(old.key), Some(quantity));
+            assert_eq!(GearDeviation::from_key(old.key), Some(deviation));
         }
     }
     let all = keys.len();

@@ -2,16 +2,16 @@
 
 use std::f64::consts::{PI, TAU};
 
-use geardyn::motion::train::{Branch, Train};
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
+use geardyn::motion::dynamic_model::{DynamicModel, ForceElement};
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::plan::transmission::run::run;
-use geardyn::response::harmonic::family::Family;
+use geardyn::response::harmonic_balance::family::SpeedFamily;
 use geardyn::scene;
-use geardyn::scene::laws::{PhaseOf, StartAt};
-use geardyn::scene::start::Start;
+use geardyn::scene::initial_conditions::InitialConditions;
+use geardyn::scene::laws::{InitialState, MeshPhase};
 use geardyn::scene::study::{SimulateStudy, TransmissionStudy};
-use geardyn::transmission::lines::Origin;
+use geardyn::transmission::order_lines::LineOrigin;
 
 /// A toothed pair: its elements, the shaft that carries its cycle forward, that shaft's speed per speed of `a`, and the teeth of the cycle.
 struct Mesh {
@@ -107,43 +107,43 @@ impl Mesh {
     }
 }
 
-fn prepared(text: &str) -> Prepared {
+fn prepared(text: &str) -> PreparedMachine {
     let model = format!("title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n{text}");
     let scene = scene::read_text("test.toml", &model).unwrap_or_else(|e| panic!("{e}\n{text}"));
-    Prepared::new(&scene.model).unwrap_or_else(|e| panic!("{e}\n{text}"))
+    PreparedMachine::new(&scene.model).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
 /// The machine in motion from a steady start.
-fn moving(ready: &Prepared, phase: PhaseOf) -> MotionScene {
-    let begin = Start {
-        at: StartAt::Steady,
+fn moving(ready: &PreparedMachine, phase: MeshPhase) -> SimulationSetup {
+    let begin = InitialConditions {
+        at: InitialState::Steady,
         phase,
-        ..Start::default()
+        ..InitialConditions::default()
     };
     let study = SimulateStudy {
-        until: Some(1.0),
+        end_time: Some(1.0),
         ..SimulateStudy::default()
     };
-    MotionScene::new(ready, &begin, &study).unwrap_or_else(|e| panic!("{e}"))
+    SimulationSetup::new(ready, &begin, &study).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn branch<'a>(train: &'a Train, name: &str) -> &'a Branch {
-    let found = train.branches.iter().find(|b| b.name == name);
+fn branch<'a>(model: &'a DynamicModel, name: &str) -> &'a ForceElement {
+    let found = model.elements.iter().find(|b| b.name == name);
     found.unwrap_or_else(|| {
         panic!(
             "{name} is not among {:?}",
-            train.branches.iter().map(|b| &b.name).collect::<Vec<_>>()
+            model.elements.iter().map(|b| &b.name).collect::<Vec<_>>()
         )
     })
 }
 
 /// How the phase of a cycle is known.
-const WAYS: [(&str, PhaseOf); 5] = [
-    ("", PhaseOf::Angle),
-    ("", PhaseOf::Speed),
-    (FIRST, PhaseOf::Angle),
-    (SECOND, PhaseOf::Angle),
-    (SECOND, PhaseOf::Speed),
+const WAYS: [(&str, MeshPhase); 5] = [
+    ("", MeshPhase::Angle),
+    ("", MeshPhase::Speed),
+    (FIRST, MeshPhase::Angle),
+    (SECOND, MeshPhase::Angle),
+    (SECOND, MeshPhase::Speed),
 ];
 
 const FIRST: &str =
@@ -169,9 +169,10 @@ fn law_every_wave_runs_by_one_rule() {
             for (at, (motor, phase)) in WAYS.into_iter().enumerate() {
                 let text = driven(&mesh.text(), motor, [omega, omega * mesh.ratio]);
                 let moving = moving(&prepared(&text), phase);
-                let train = &moving.moving.train;
-                let wave = branch(train, mesh.mesh).variation.clone().unwrap();
-                let speeds = &moving.start[train.n()..2 * train.n()];
+                let model = &moving.model.model;
+                let function = branch(model, mesh.mesh).stiffness_wave.clone().unwrap();
+                let speeds =
+                    &moving.initial_state[model.coordinate_count()..2 * model.coordinate_count()];
                 for share in [0.1, 0.3, 0.7, 0.9] {
                     let t = share * TAU / (mesh.cycles * omega).abs();
                     let q: Vec<f64> = speeds.iter().map(|v| v * t).collect();
@@ -179,7 +180,7 @@ fn law_every_wave_runs_by_one_rule() {
                         true => share < 0.25,
                         false => share > 0.75,
                     };
-                    let found = wave.shape.value(wave.phase.at(t, &q));
+                    let found = function.waveform.value(function.phase.phase_at(t, &q));
                     let wanted = if high { 1.2 } else { 0.8 };
                     assert_eq!(
                         found, wanted,
@@ -191,7 +192,7 @@ fn law_every_wave_runs_by_one_rule() {
     }
 }
 
-/// An error goes by the turn of its own gear, `cos(n φ + phase)`, forward and backward, however that turn is known.
+/// An error goes by the turn of its own gear, `cos(coordinate_count φ + phase)`, forward and backward, however that turn is known.
 #[test]
 fn law_every_error_goes_by_its_own_gear() {
     const PHASE: f64 = 0.7;
@@ -206,15 +207,19 @@ fn law_every_error_goes_by_its_own_gear() {
                     &prepared(&driven(&text, motor, [omega, -0.5 * omega])),
                     phase,
                 );
-                let train = &moving.moving.train;
-                let branch = branch(train, "g");
-                let speeds = &moving.start[train.n()..2 * train.n()];
-                let still = vec![0.0; train.n()];
+                let model = &moving.model.model;
+                let element = branch(model, "g");
+                let speeds =
+                    &moving.initial_state[model.coordinate_count()..2 * model.coordinate_count()];
+                let still = vec![0.0; model.coordinate_count()];
                 let e = |t: f64| {
                     let q: Vec<f64> = speeds.iter().map(|v| v * t).collect();
-                    let piece = branch.imposed.as_ref().map_or(0, |e| e.piece(t) as u32);
-                    let known = branch.deflection(t, &q, &still, piece).0;
-                    known - branch.direction.dot(&q)
+                    let piece = element
+                        .imposed_displacement
+                        .as_ref()
+                        .map_or(0, |e| e.piece(t) as u32);
+                    let known = element.deflection(t, &q, &still, piece).0;
+                    known - element.direction.dot(&q)
                 };
                 let wanted = |t: f64| (3.0 * turns * omega * t + PHASE).cos();
                 // What prescribed motions add is straight in time: second differences see the error alone. The start adds what keeps the mesh
@@ -241,14 +246,14 @@ fn law_harmonic_balance_runs_with_the_wave() {
     for (number, mesh) in MESHES.iter().enumerate() {
         for omega in [30.0, -30.0] {
             let text = driven(&mesh.text(), "", [omega, omega * mesh.ratio]);
-            let moving = moving(&prepared(&text), PhaseOf::Speed);
-            let n = moving.moving.train.n();
-            let family = Family::new(&moving.moving.train, &moving.start[n..2 * n])
+            let moving = moving(&prepared(&text), MeshPhase::Speed);
+            let n = moving.model.model.coordinate_count();
+            let family = SpeedFamily::new(&moving.model.model, &moving.initial_state[n..2 * n])
                 .unwrap_or_else(|e| panic!("mesh {number}: {e}"));
             for factor in [0.5, 2.0] {
-                let train = family.at(factor * family.base);
-                let wave = branch(&train, mesh.mesh).variation.clone().unwrap();
-                let still = vec![0.0; train.n()];
+                let model = family.relative_at(factor * family.base);
+                let function = branch(&model, mesh.mesh).stiffness_wave.clone().unwrap();
+                let still = vec![0.0; model.coordinate_count()];
                 for share in [0.1, 0.3, 0.7, 0.9] {
                     let t = share * TAU / (factor * mesh.cycles * omega).abs();
                     let high = match mesh.cycles * omega > 0.0 {
@@ -256,7 +261,7 @@ fn law_harmonic_balance_runs_with_the_wave() {
                         false => share > 0.75,
                     };
                     let wanted = if high { 1.2 } else { 0.8 };
-                    let found = wave.shape.value(wave.phase.at(t, &still));
+                    let found = function.waveform.value(function.phase.phase_at(t, &still));
                     assert_eq!(
                         found, wanted,
                         "mesh {number}, {omega} rad/s × {factor}, {share}"
@@ -284,14 +289,14 @@ fn law_transmission_error_runs_with_the_wave() {
             .machine
             .branches
             .iter()
-            .position(|b| b.wave.is_some())
+            .position(|b| b.stiffness_variation.is_some())
             .unwrap();
         let of = |n: u32| {
             let line = answer
-                .rows
+                .lines
                 .iter()
                 .map(|r| &r.line)
-                .filter(|l| matches!(l.origin, Origin::Stiffness(_)));
+                .filter(|l| matches!(l.origin, LineOrigin::Stiffness(_)));
             let own = line
                 .filter(|l| l.harmonic == n)
                 .find_map(|l| l.displacements.iter().find(|d| d.0 == at));

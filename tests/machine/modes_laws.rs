@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use crate::support::machines::{self, Description, Random, Unit};
 use crate::support::{Solved, damped, model, plain, solve, solve_file, solve_model, within, worst};
 use geardyn::base::code::Code;
-use geardyn::machine::parts::{Law, Machine};
+use geardyn::machine::components::{BranchLaw, Machine};
 use geardyn::modes::mode::Mode;
-use geardyn::modes::sensitivity::Parameter;
+use geardyn::modes::sensitivity::SensitivityParameter;
 use geardyn::numeric::Complex;
 
 const HEAD: &str = "units = \"SI\"\ntitle = \"small\"\nsource = \"a test\"\n";
@@ -28,10 +28,10 @@ fn strain(machine: &Machine, a: &[f64], b: &[f64]) -> f64 {
     let branches = machine.branches.iter();
     branches
         .map(|branch| match branch.law {
-            Law::Linear { stiffness, .. } => {
+            BranchLaw::Linear { stiffness, .. } => {
                 stiffness * branch.direction.dot(a) * branch.direction.dot(b)
             }
-            Law::Rigid => 0.0,
+            BranchLaw::Rigid => 0.0,
         })
         .sum()
 }
@@ -89,11 +89,15 @@ fn law_rigid_joints_do_not_strain() {
     let check = |_: &Description, solved: &Solved| {
         let mut worst: f64 = 0.0;
         let machine = &solved.prepared.machine;
-        for branch in machine.branches.iter().filter(|b| b.law == Law::Rigid) {
+        for branch in machine
+            .branches
+            .iter()
+            .filter(|b| b.law == BranchLaw::Rigid)
+        {
             for shape in solved.answer.modes.iter().map(real) {
                 let size: f64 = branch
                     .direction
-                    .scaled()
+                    .entries()
                     .map(|(i, a)| (a * shape[i]).abs())
                     .sum();
                 if size > 0.0 {
@@ -111,11 +115,11 @@ fn law_rigid_joints_do_not_strain() {
 fn law_energy_shares_sum_to_one() {
     let check = |_: &Description, solved: &Solved| {
         let mut worst: f64 = 0.0;
-        for (mode, energies) in solved.answer.modes.iter().zip(&solved.answer.energies) {
+        for (mode, energy_shares) in solved.answer.modes.iter().zip(&solved.answer.shares) {
             let sum = |shares: &[(usize, f64)]| shares.iter().map(|s| s.1).sum::<f64>();
-            worst = worst.max((sum(&energies.kinetic) - 1.0).abs());
-            assert_eq!(energies.strain.is_none(), mode.rigid);
-            if let Some(strain) = &energies.strain {
+            worst = worst.max((sum(&energy_shares.kinetic) - 1.0).abs());
+            assert_eq!(energy_shares.strain.is_none(), mode.rigid);
+            if let Some(strain) = &energy_shares.strain {
                 worst = worst.max((sum(strain) - 1.0).abs());
             }
         }
@@ -146,7 +150,10 @@ fn law_sensitivities_sum_to_halves() {
                 continue;
             }
             // Of a repeated frequency, the mean over its set: the trace.
-            for (parameter, half) in [(Parameter::Stiffness, 0.5), (Parameter::Inertia, -0.5)] {
+            for (parameter, half) in [
+                (SensitivityParameter::Stiffness, 0.5),
+                (SensitivityParameter::Inertia, -0.5),
+            ] {
                 let sum: f64 = group
                     .iter()
                     .flat_map(|&g| &lists[g])
@@ -216,7 +223,7 @@ fn law_order_of_the_file_does_not_matter() {
                 continue;
             }
             let shape = &other.answer.modes[at].shape;
-            let named = |i: usize| shape[there.freedom(&here.freedom_name(i)).unwrap()].re;
+            let named = |i: usize| shape[there.dof(&here.dof_name(i)).unwrap()].re;
             let largest = mode.shape.iter().fold(0.0f64, |m, x| m.max(x.re.abs()));
             let lead = mode
                 .shape
@@ -263,7 +270,7 @@ fn slopes(solved: &Solved, changed: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
 }
 
 /// Compares every sensitivity with central differences of the whole computation.
-fn compare(solved: &Solved, change: impl Fn(&str, Parameter, f64) -> Vec<f64>) -> f64 {
+fn compare(solved: &Solved, change: impl Fn(&str, SensitivityParameter, f64) -> Vec<f64>) -> f64 {
     let machine = &solved.prepared.machine;
     let lists = solved.answer.sensitivities.as_ref().unwrap();
     let mut measured: HashMap<(usize, usize), Vec<f64>> = HashMap::new();
@@ -286,8 +293,8 @@ fn law_sensitivities_are_slopes() {
     let check = |description: &Description, solved: &Solved| {
         compare(solved, |name, parameter, factor| {
             let which = match parameter {
-                Parameter::Stiffness => Unit::is_stiffness,
-                Parameter::Inertia => Unit::is_inertia,
+                SensitivityParameter::Stiffness => Unit::is_stiffness,
+                SensitivityParameter::Inertia => Unit::is_inertia,
             };
             let changed = description.changed(Some(name), which, factor);
             solve(&changed.text(), &plain()).omega()
@@ -332,7 +339,7 @@ fn law_roots_sum_to_the_trace_of_damping() {
     for description in machines::all() {
         let lossy = description.with_losses(&mut Random::new(11));
         let solved = solve(&lossy.text(), &damped());
-        let linear = &solved.prepared.linear;
+        let linear = &solved.prepared.model;
         if !linear.massless.is_empty() {
             continue; // a massless coordinate brings a root of its own
         }
@@ -343,7 +350,7 @@ fn law_roots_sum_to_the_trace_of_damping() {
             .iter()
             .flat_map(|b| {
                 b.direction
-                    .scaled()
+                    .entries()
                     .map(|(i, a)| b.damping * a * a / mass[i])
             })
             .sum();
@@ -351,7 +358,7 @@ fn law_roots_sum_to_the_trace_of_damping() {
             .answer
             .modes
             .iter()
-            .map(|m| m.eigenvalue.re * if m.oscillates() { 2.0 } else { 1.0 })
+            .map(|m| m.eigenvalue.re * if m.is_oscillatory() { 2.0 } else { 1.0 })
             .sum();
         assert!(trace > 0.0);
         within(
@@ -378,17 +385,19 @@ fn law_complex_shapes_are_normalised() {
         let lossy = description.with_losses(&mut Random::new(12));
         let solved = solve(&lossy.text(), &damped());
         let Solved {
-            prepared, answer, ..
+            prepared: machine,
+            answer,
+            ..
         } = &solved;
         assert_eq!(solved.n_rigid(), description.n_rigid);
         let (mut norm, mut quotient): (f64, f64) = (0.0, 0.0);
         for mode in answer.modes.iter().filter(|mode| !mode.rigid) {
             let lambda = mode.eigenvalue;
-            let p = prepared.linear.stay(&mode.shape);
-            let mut product = of_complex(&prepared.machine, &mode.shape, lambda);
+            let p = machine.model.select_independent(&mode.shape);
+            let mut product = of_complex(&machine.machine, &mode.shape, lambda);
             let mut energy = product * lambda / 2.0;
             let mut size = energy.norm();
-            for branch in &prepared.linear.branches {
+            for branch in &machine.model.branches {
                 let along = branch.direction.dot_complex(&p);
                 product += along * along * branch.damping;
                 let force = lambda * branch.damping + branch.stiffness;
@@ -430,7 +439,7 @@ fn exact_rayleigh_damping() {
             .answer
             .modes
             .iter()
-            .filter(|m| m.oscillates())
+            .filter(|m| m.is_oscillatory())
             .collect();
         assert_eq!(pairs.len(), omega.len(), "{}", description.family);
         for (mode, omega) in pairs.iter().zip(&omega) {
@@ -445,10 +454,10 @@ fn exact_rayleigh_damping() {
             .answer
             .modes
             .iter()
-            .filter(|m| !m.rigid && !m.oscillates())
+            .filter(|m| !m.rigid && !m.is_oscillatory())
             .map(|m| m.eigenvalue.re)
             .collect();
-        let light = solved.prepared.linear.massless.len();
+        let light = solved.prepared.model.massless.len();
         let exact: Vec<f64> = std::iter::repeat_n(-alpha, description.n_rigid)
             .chain(std::iter::repeat_n(-1.0 / beta, light))
             .collect();

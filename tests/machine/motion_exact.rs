@@ -6,69 +6,73 @@ use std::ops::ControlFlow;
 use crate::support::verification::within;
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
-use geardyn::base::stop::Stop;
+use geardyn::base::time_budget::CancelToken;
 use geardyn::machine::characteristic::Characteristic;
 use geardyn::machine::direction::Direction;
-use geardyn::motion::contact::{Contact, Flanks, Losses};
-use geardyn::motion::curve::Curve;
-use geardyn::motion::friction::Friction;
+use geardyn::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use geardyn::motion::curve::TorqueSpeedCurve;
+use geardyn::motion::dynamic_model::{
+    AppliedForce, DynamicModel, ElementState, ForceElement, ForceLaw, MassMatrix,
+};
+use geardyn::motion::friction::FrictionLaw;
 use geardyn::motion::methods;
-use geardyn::motion::problem::{Ask, Effort, Follower, Problem, Wanted};
-use geardyn::motion::segment::{journey, met};
+use geardyn::motion::problem::{
+    IntegrationOptions, IntegrationStats, Observer, OdeProblem, StepSize,
+};
+use geardyn::motion::segment::{regime_cache, run};
 use geardyn::motion::signal::Signal;
-use geardyn::motion::train::{Branch, BranchStand, Drive, Law, Mass, Train};
-use geardyn::motion::wave::{Phase, Shape, Wave};
+use geardyn::motion::wave::{PeriodicFunction, WavePhase, Waveform};
 use geardyn::numeric::{Matrix, expm::expm};
 use serde_json::Value;
 
 // machines
 
-fn train(mass: &[f64], branches: Vec<Branch>, drives: Vec<Drive>) -> Train {
-    Train {
+fn train(mass: &[f64], elements: Vec<ForceElement>, forces: Vec<AppliedForce>) -> DynamicModel {
+    DynamicModel {
         coordinates: (0..mass.len()).map(|i| format!("disc_{i}.theta")).collect(),
-        mass: Mass::Diagonal(mass.to_vec()),
-        branches,
-        drives,
-        drag: 0.0,
-        general: None,
+        matrix: MassMatrix::Diagonal(mass.to_vec()),
+        elements,
+        forces,
+        mass_damping: 0.0,
+        unattached: None,
     }
 }
 
-fn branch(terms: &[(usize, f64)], law: Law) -> Branch {
-    Branch {
+fn branch(terms: &[(usize, f64)], law: ForceLaw) -> ForceElement {
+    ForceElement {
         name: format!("branch of {terms:?}"),
         direction: Direction::new(1.0, terms.iter().copied()),
-        force: None,
+        force_direction: None,
         law,
-        variation: None,
-        imposed: None,
-        followed: Vec::new(),
+        stiffness_wave: None,
+        imposed_displacement: None,
+        angle_waves: Vec::new(),
     }
 }
 
-fn spring(terms: &[(usize, f64)], stiffness: f64, damping: f64) -> Branch {
-    branch(terms, Law::Linear { stiffness, damping })
+fn spring(terms: &[(usize, f64)], stiffness: f64, damping: f64) -> ForceElement {
+    branch(terms, ForceLaw::Linear { stiffness, damping })
 }
 
-fn drive(at: usize, signal: Signal) -> Drive {
-    Drive {
+fn drive(at: usize, signal: Signal) -> AppliedForce {
+    AppliedForce {
         name: "torque".into(),
-        direction: Direction::of(at),
+        direction: Direction::unit(at),
         signal,
     }
 }
 
-fn play(stiffness: f64, damping: f64, half: f64, losses: Losses) -> Law {
-    Law::Contact(Contact {
+fn play(stiffness: f64, damping: f64, half: f64, contact_damping: ContactDamping) -> ForceLaw {
+    ForceLaw::Contact(ContactLaw {
         stiffness,
         damping,
-        half,
-        losses,
-        flanks: Flanks::Both,
+        half_play: half,
+        contact_damping,
+        flanks: ActiveFlanks::Both,
     })
 }
 
-fn chain(inertia: &[f64], stiffness: &[f64], damping: &[f64]) -> Vec<Branch> {
+fn chain(inertia: &[f64], stiffness: &[f64], damping: &[f64]) -> Vec<ForceElement> {
     (0..inertia.len() - 1)
         .map(|i| spring(&[(i, -1.0), (i + 1, 1.0)], stiffness[i], damping[i]))
         .collect()
@@ -78,42 +82,51 @@ fn chain(inertia: &[f64], stiffness: &[f64], damping: &[f64]) -> Vec<Branch> {
 
 type Samples = Vec<(f64, Vec<f64>)>;
 
-fn try_run(method: &str, train: &Train, ask: &Ask) -> Result<(Samples, Effort), Error> {
-    let method = methods::find(method).unwrap();
-    assert_eq!((method.refuses)(train), None);
+fn try_run(
+    method: &str,
+    model: &DynamicModel,
+    options: &IntegrationOptions,
+) -> Result<(Samples, IntegrationStats), Error> {
+    let method = methods::method_by_name(method).unwrap();
+    assert_eq!((method.unsupported_reason)(model), None);
     let mut samples = Vec::new();
-    let effort = (method.run)(train, ask, &mut |t, y, _| {
+    let stats = (method.run)(model, options, &mut |t, y, _| {
         samples.push((t, y.to_vec()));
         ControlFlow::Continue(())
     })?;
-    assert_eq!(samples.len(), ask.samples + 1);
-    Ok((samples, effort))
+    assert_eq!(samples.len(), options.samples + 1);
+    Ok((samples, stats))
 }
 
-fn ask(start: &[f64], to: f64, samples: usize) -> Ask {
-    Ask {
+fn ask(start: &[f64], to: f64, samples: usize) -> IntegrationOptions {
+    IntegrationOptions {
         from: 0.0,
         to,
-        start: start.to_vec(),
+        initial_state: start.to_vec(),
         samples,
-        effort: Wanted::Step(1.0),
-        budget: 100_000_000,
-        stop: Stop::default(),
-        follower: Follower::default(),
+        step_size: StepSize::Fixed(1.0),
+        max_work: 100_000_000,
+        cancel: CancelToken::default(),
+        observer: Observer::default(),
     }
 }
 
-fn run(train: &Train, start: &[f64], to: f64, samples: usize) -> (Samples, Effort) {
-    let method = if train.is_linear() {
+fn run(
+    model: &DynamicModel,
+    start: &[f64],
+    to: f64,
+    samples: usize,
+) -> (Samples, IntegrationStats) {
+    let method = if model.is_linear() {
         "exact"
     } else {
         "switched"
     };
-    try_run(method, train, &ask(start, to, samples)).unwrap()
+    try_run(method, model, &ask(start, to, samples)).unwrap()
 }
 
-fn end(train: &Train, start: &[f64], to: f64) -> Vec<f64> {
-    run(train, start, to, 1).0.pop().unwrap().1
+fn end(model: &DynamicModel, start: &[f64], to: f64) -> Vec<f64> {
+    run(model, start, to, 1).0.pop().unwrap().1
 }
 
 fn assert_near(found: &[f64], exact: &[f64], tolerance: f64) {
@@ -228,7 +241,7 @@ fn exact_resonance() {
     }
 }
 
-/// A resonance long after every start has died out, `e^(−at)` beyond the range of numbers: the answer is the steady one.
+/// A resonance long after every start has died out, `e^(−value_at)` beyond the range of numbers: the answer is the steady one.
 #[test]
 fn survives_resonance_for_ever() {
     let (w2, a, omega) = (1.0e4, 1.0, 100.5);
@@ -289,7 +302,7 @@ fn exact_rigid_motion() {
             ..Signal::table(&[(0.0, 1.0), (10.0, 2.0)]).unwrap()
         };
         let mut machine = train(&[2.0], vec![], vec![drive(0, force)]);
-        machine.drag = drag;
+        machine.mass_damping = drag;
         for (t, y) in run(&machine, &[1.0, -1.0], 8.0, 9).0 {
             // v' = −a v + (1 + t/10)/2 + cos 5t, power series of the smooth part in a t where a is small
             let a: f64 = drag;
@@ -337,7 +350,7 @@ fn exact_slow_torque_on_a_free_disc() {
 #[test]
 fn exact_imposed_motion() {
     let mut wall = spring(&[(0, 1.0)], 9.0, 0.6);
-    wall.imposed = Some(Signal::harmonic(0.2, 2.5, 0.3));
+    wall.imposed_displacement = Some(Signal::harmonic(0.2, 2.5, 0.3));
     let machine = train(&[1.0], vec![wall], vec![]);
     let (_, y) = run(&machine, &[0.0, 0.0], 200.0, 1).0.pop().unwrap();
     // after 200 s only the steady answer is left, e^{−60}
@@ -399,10 +412,10 @@ fn ref_stiff_chain() {
     let (inertia, stiffness) = (numbers(&case["J_kg_m2"]), numbers(&case["k_Nm_per_rad"]));
     let start = [numbers(&case["start_q"]), numbers(&case["start_v"])].concat();
     for run in case["cases"].as_array().unwrap() {
-        let branches = chain(&inertia, &stiffness, &numbers(&run["c_Nms_per_rad"]));
+        let elements = chain(&inertia, &stiffness, &numbers(&run["c_Nms_per_rad"]));
         let torque = Signal::harmonic(3.0, 2.5, 0.5);
-        let mut machine = train(&inertia, branches, vec![drive(0, torque)]);
-        machine.drag = run["drag_per_s"].as_f64().unwrap();
+        let mut machine = train(&inertia, elements, vec![drive(0, torque)]);
+        machine.mass_damping = run["drag_per_s"].as_f64().unwrap();
         for (t, y) in run["y_at_s"].as_object().unwrap() {
             let exact = numbers(y);
             let time: f64 = t.parse().unwrap();
@@ -463,15 +476,20 @@ fn law_undamped_chain_keeps_its_energy() {
 }
 
 /// ẏ = A y + b + Re(c e^{iωt}) from the machine's own right-hand side, by one exponential with the forces as further states.
-fn by_exponential(machine: &Train, stand: Option<&[BranchStand]>, omega: f64, h: f64) -> Matrix {
+fn by_exponential(
+    machine: &DynamicModel,
+    stand: Option<&[ElementState]>,
+    omega: f64,
+    h: f64,
+) -> Matrix {
     let n = machine.len();
     let slope = |t: f64, y: &[f64]| {
         let mut dy = vec![0.0; n];
         let mut regime = machine.regime(0.0, &vec![0.0; n]);
         if let Some(stand) = stand {
-            regime.stands = stand.to_vec();
+            regime.states = stand.to_vec();
         }
-        machine.slope_in(Some(&regime), t, y, &mut dy);
+        machine.derivative_in(Some(&regime), t, y, &mut dy);
         dy
     };
     let zero = vec![0.0; n];
@@ -504,53 +522,53 @@ fn apply(e: &Matrix, y: &[f64]) -> Vec<f64> {
 /// not act where it is seen, gyroscopic and centrifugal terms, coupled inertia, drag.
 #[test]
 fn law_general_machine_against_an_exponential() {
-    let mut branches = chain(&[1.0; 4], &[40.0, 90.0, 15.0], &[0.1, 0.0, 0.5]);
-    branches.push(branch(
+    let mut elements = chain(&[1.0; 4], &[40.0, 90.0, 15.0], &[0.1, 0.0, 0.5]);
+    elements.push(branch(
         &[(0, -1.0), (2, 2.0)],
-        Law::Maxwell {
+        ForceLaw::Maxwell {
             stiffness: 30.0,
             damping: 4.0,
         },
     ));
-    branches.push(branch(
+    elements.push(branch(
         &[(0, 1.0)],
-        Law::Lagged {
-            curve: Curve::Straight {
+        ForceLaw::LaggedTorque {
+            curve: TorqueSpeedCurve::Linear {
                 stall: 8.0,
                 idle: 20.0,
             },
             lag: 0.2,
         },
     ));
-    branches.push(branch(
+    elements.push(branch(
         &[(3, 1.0)],
-        Law::Curve(Curve::Straight {
+        ForceLaw::TorqueSpeed(TorqueSpeedCurve::Linear {
             stall: -2.0,
             idle: 30.0,
         }),
     ));
-    branches.push(spring(&[(1, 1.0)], 0.0, 0.3));
+    elements.push(spring(&[(1, 1.0)], 0.0, 0.3));
     let mut skew = spring(&[(1, 1.0), (2, -1.0)], 5.0, 0.2);
-    skew.force = Some(Direction::new(1.0, [(1, 1.0), (3, -0.5)]));
-    branches.push(skew);
+    skew.force_direction = Some(Direction::new(1.0, [(1, 1.0), (3, -0.5)]));
+    elements.push(skew);
     let mut machine = train(
         &[1.0; 4],
-        branches,
+        elements,
         vec![
             drive(2, Signal::harmonic(2.0, 3.0, 0.0)),
             drive(0, Signal::constant(0.7)),
         ],
     );
     let matrix = Matrix::from_fn(4, 4, |i, j| if i == j { 1.0 + i as f64 } else { 0.2 });
-    let inverse = geardyn::numeric::definite::solve(&matrix, &Matrix::identity(4, 4)).unwrap();
+    let inverse = geardyn::numeric::symmetric::lu_solve(&matrix, &Matrix::identity(4, 4)).unwrap();
     for variant in 0..3 {
         let mut machine = machine.clone();
         if variant > 0 {
-            machine.mass = Mass::Full {
+            machine.matrix = MassMatrix::Full {
                 matrix: matrix.clone(),
                 inverse: inverse.clone(),
             };
-            machine.drag = 0.05;
+            machine.mass_damping = 0.05;
         }
         if variant > 1 {
             let k = Matrix::from_fn(4, 4, |i, j| if i == j && i == 1 { -3.0 } else { 0.0 });
@@ -561,7 +579,7 @@ fn law_general_machine_against_an_exponential() {
                     .copied()
                     .unwrap_or(0.0)
             });
-            machine.general = Some((k, c));
+            machine.unattached = Some((k, c));
         }
         let start: Vec<f64> = (0..machine.len()).map(|i| 0.3 * (i as f64).sin()).collect();
         let y = end(&machine, &start, 3.0);
@@ -577,7 +595,7 @@ fn law_general_machine_against_an_exponential() {
         );
         assert_near(&y, &exact, 5e-13);
     }
-    machine.branches.truncate(3);
+    machine.elements.truncate(3);
 }
 
 /// A mass on a spring and a spring with damper in series, so chosen that all three roots are −1.5: no eigenvectors to speak of.
@@ -585,17 +603,17 @@ fn law_general_machine_against_an_exponential() {
 fn exact_triple_root() {
     let a: f64 = 1.5;
     let (k0, k) = (a * a / 3.0, 8.0 * a * a / 3.0);
-    let branches = vec![
+    let elements = vec![
         spring(&[(0, 1.0)], k0, 0.0),
         branch(
             &[(0, 1.0)],
-            Law::Maxwell {
+            ForceLaw::Maxwell {
                 stiffness: k,
                 damping: 8.0 * a / 9.0,
             },
         ),
     ];
-    let machine = train(&[1.0], branches, vec![drive(0, Signal::constant(k0))]);
+    let machine = train(&[1.0], elements, vec![drive(0, Signal::constant(k0))]);
     // x = 1 + (c₀ + c₁ t + c₂ t²) e^{−at} with x = 0, v = 0, z = 0: ẍ(0) = k0
     let (c0, c1) = (-1.0, -a);
     let c2 = 0.5 * (k0 + 2.0 * a * c1 - a * a * c0);
@@ -615,13 +633,16 @@ fn exact_clearance_period() {
             let a = over * b;
             let machine = train(
                 &[1.0],
-                vec![branch(&[(0, 1.0)], play(w * w, 0.0, b, Losses::Adhesive))],
+                vec![branch(
+                    &[(0, 1.0)],
+                    play(w * w, 0.0, b, ContactDamping::Adhesive),
+                )],
                 vec![],
             );
             let period = TAU / w + 4.0 * b / (w * (a - b));
-            let (samples, effort) = run(&machine, &[a, 0.0], 100.25 * period, 1);
-            assert_eq!(effort.events, 401, "A/b = {over}");
-            assert_eq!(effort.machines, 3);
+            let (samples, stats) = run(&machine, &[a, 0.0], 100.25 * period, 1);
+            assert_eq!(stats.events, 401, "A/b = {over}");
+            assert_eq!(stats.regimes, 3);
             // a quarter of a period in, it passes zero at its full rate: what is off there is the period
             let y = &samples[1].1;
             let late = (y[0] / y[1]) / (100.25 * period);
@@ -640,13 +661,19 @@ fn ref_backlash() {
     let laws = [
         (
             "springDamper",
-            Law::Linear {
+            ForceLaw::Linear {
                 stiffness: 2e4,
                 damping: 50.0,
             },
         ),
-        ("elastoBacklash", play(2e4, 50.0, half, Losses::Continuous)),
-        ("elastoBacklash2", play(2e4, 50.0, half, Losses::NoPull)),
+        (
+            "elastoBacklash",
+            play(2e4, 50.0, half, ContactDamping::Continuous),
+        ),
+        (
+            "elastoBacklash2",
+            play(2e4, 50.0, half, ContactDamping::NoPull),
+        ),
     ];
     for (name, law) in laws {
         let machine = train(&[5.0], vec![branch(&[(0, 1.0)], law)], vec![]);
@@ -665,8 +692,8 @@ fn ref_backlash() {
             );
         }
         let events = known["events_t_phi_w"].as_array().unwrap();
-        let (_, effort) = run(&machine, &start, 1.0, 1);
-        assert_eq!(effort.events as usize, events.len(), "{name}");
+        let (_, stats) = run(&machine, &start, 1.0, 1);
+        assert_eq!(stats.events as usize, events.len(), "{name}");
         for event in events {
             let [t, phi, w] = numbers(event)[..] else {
                 panic!()
@@ -677,13 +704,13 @@ fn ref_backlash() {
     }
 }
 
-fn gear_pair(omega: f64) -> Train {
-    let mesh = branch(&[(0, 1.0)], play(1.0, 0.1, 1.0, Losses::Throughout));
-    let drives = vec![
+fn gear_pair(omega: f64) -> DynamicModel {
+    let mesh = branch(&[(0, 1.0)], play(1.0, 0.1, 1.0, ContactDamping::ActsInGap));
+    let forces = vec![
         drive(0, Signal::constant(0.1)),
         drive(0, Signal::harmonic(0.05 * omega * omega, omega, 0.0)),
     ];
-    train(&[1.0], vec![mesh], drives)
+    train(&[1.0], vec![mesh], forces)
 }
 
 /// Orbits with contact loss come back to where they began, and stay for a hundred periods.
@@ -697,12 +724,12 @@ fn ref_gear_pair_orbits() {
     {
         let [omega, x, v] = ["Omega", "x0", "v0"].map(|key| orbit[key].as_f64().unwrap());
         let machine = gear_pair(omega);
-        let (samples, effort) = run(&machine, &[x, v], 100.0 * TAU / omega, 100);
+        let (samples, stats) = run(&machine, &[x, v], 100.0 * TAU / omega, 100);
         for (_, y) in &samples {
             assert_near(y, &[x, v], 1e-11);
         }
         assert_eq!(
-            effort.events,
+            stats.events,
             100 * orbit["side_changes_per_period"].as_u64().unwrap()
         );
     }
@@ -712,14 +739,14 @@ fn ref_gear_pair_orbits() {
 #[test]
 fn exact_rectangular_stiffness() {
     for (omega, start, duty) in [(1.7, 0.4, 0.3), (-1.7, 0.4, 0.3), (2.0, 0.0, 0.5)] {
-        let mut mesh = branch(&[(0, 1.0)], play(1.0, 0.0, 0.0, Losses::Adhesive));
-        mesh.variation = Some(Wave {
-            shape: Shape::Rectangular {
+        let mut mesh = branch(&[(0, 1.0)], play(1.0, 0.0, 0.0, ContactDamping::Adhesive));
+        mesh.stiffness_wave = Some(PeriodicFunction {
+            waveform: Waveform::Rectangular {
                 high: 1.4,
                 low: 0.6,
                 duty,
             },
-            phase: Phase::Imposed { omega, start },
+            phase: WavePhase::Imposed { omega, start },
         });
         let machine = train(&[1.0], vec![mesh], vec![]);
         let periods = 40;
@@ -760,12 +787,12 @@ fn exact_rectangular_stiffness() {
 /// Thrown up it just touches the tooth and falls back: the state does not care whether that counts.
 #[test]
 fn survives_an_exact_touch() {
-    let mesh = branch(&[(0, 1.0)], play(100.0, 0.0, 1.0, Losses::Adhesive));
+    let mesh = branch(&[(0, 1.0)], play(100.0, 0.0, 1.0, ContactDamping::Adhesive));
     let machine = train(&[1.0], vec![mesh], vec![drive(0, Signal::constant(-1.0))]);
     for off in [-1e-9, -1e-15, -1e-16, 0.0, 1e-16, 1e-15, 1e-9] {
-        let (samples, effort) = run(&machine, &[0.5 + off, 1.0], 1.9, 1);
-        assert!(effort.evaluations < 300, "{effort:?}");
-        assert!(effort.events == 0 || effort.events == 2, "{effort:?}");
+        let (samples, stats) = run(&machine, &[0.5 + off, 1.0], 1.9, 1);
+        assert!(stats.evaluations < 300, "{stats:?}");
+        assert!(stats.events == 0 || stats.events == 2, "{stats:?}");
         let slack = if off > 1e-12 { 2e-4 } else { 1e-7 };
         assert_near(&samples[1].1, &[0.595 + off, -0.9], slack);
         if off <= 0.0 {
@@ -775,80 +802,86 @@ fn survives_an_exact_touch() {
 }
 
 /// A chain of discs with two meshes that have play, one with stiffness in steps; damping on shafts and meshes.
-fn two_meshes(seed: u64, n: usize, wave: bool) -> (Train, Vec<f64>) {
+fn two_meshes(seed: u64, n: usize, wave: bool) -> (DynamicModel, Vec<f64>) {
     let mut random = fastrand::Rng::with_seed(seed);
     let inertia: Vec<f64> = (0..n).map(|_| 0.5 + random.f64()).collect();
     let stiffness: Vec<f64> = (0..n).map(|_| 200.0 + 800.0 * random.f64()).collect();
     let damping: Vec<f64> = (0..n).map(|_| 0.2 + 0.5 * random.f64()).collect();
-    let mut branches = chain(&inertia, &stiffness, &damping);
-    let losses = [
-        Losses::Throughout,
-        Losses::Adhesive,
-        Losses::NoPull,
-        Losses::Continuous,
+    let mut elements = chain(&inertia, &stiffness, &damping);
+    let contact_damping = [
+        ContactDamping::ActsInGap,
+        ContactDamping::Adhesive,
+        ContactDamping::NoPull,
+        ContactDamping::Continuous,
     ];
     for at in [n / 4, 2 * n / 3] {
         let half = 0.002 + 0.01 * random.f64();
-        branches[at].law = play(
+        elements[at].law = play(
             stiffness[at],
             2.0 * damping[at],
             half,
-            losses[random.usize(0..4)],
+            contact_damping[random.usize(0..4)],
         );
     }
     if wave {
-        branches[n / 2].law = play(stiffness[n / 2], damping[n / 2], 0.0, Losses::Adhesive);
-        branches[n / 2].variation = Some(Wave {
-            shape: Shape::Rectangular {
+        elements[n / 2].law = play(
+            stiffness[n / 2],
+            damping[n / 2],
+            0.0,
+            ContactDamping::Adhesive,
+        );
+        elements[n / 2].stiffness_wave = Some(PeriodicFunction {
+            waveform: Waveform::Rectangular {
                 high: 1.2,
                 low: 0.8,
                 duty: 0.6,
             },
-            phase: Phase::Imposed {
+            phase: WavePhase::Imposed {
                 omega: 8.0 * TAU,
                 start: 0.0,
             },
         });
     }
-    branches.push(spring(&[(n - 1, 1.0)], 50.0, 0.5));
-    let drives = vec![
+    elements.push(spring(&[(n - 1, 1.0)], 50.0, 0.5));
+    let forces = vec![
         drive(0, Signal::constant(0.3)),
         drive(1, Signal::harmonic(6.0, 4.0 + 8.0 * random.f64(), 0.0)),
     ];
     let mut start = vec![0.0; 2 * n];
     (0..n).for_each(|i| start[n + i] = 0.2 * (random.f64() - 0.5));
-    (train(&inertia, branches, drives), start)
+    (train(&inertia, elements, forces), start)
 }
 
 /// States at samples and the number of switches by short steps of matrix exponentials, borders looked at after every step.
 fn brute_force(
-    machine: &Train,
+    machine: &DynamicModel,
     start: &[f64],
     to: f64,
     samples: usize,
     h: f64,
 ) -> (Vec<Vec<f64>>, u64) {
-    let n = machine.n();
-    let omega = machine.drives[1].signal.harmonics[0].omega;
-    let stands_at = |y: &[f64]| machine.regime(0.0, y).stands;
-    let mut steps: Vec<(Vec<BranchStand>, Matrix)> = Vec::new();
+    let n = machine.coordinate_count();
+    let omega = machine.forces[1].signal.harmonics[0].omega;
+    let stands_at = |y: &[f64]| machine.regime(0.0, y).states;
+    let mut steps: Vec<(Vec<ElementState>, Matrix)> = Vec::new();
     let mut stands = stands_at(&start[..2 * n]);
     let mut y = [start, &[1.0, 1.0, 0.0]].concat();
     let (mut out, mut events) = (vec![start.to_vec()], 0);
     // the first border that is not above zero, and how far p is
-    let worst = |stands: &[BranchStand], y: &[f64]| -> Option<(usize, f64, BranchStand)> {
-        let mut found: Option<(usize, f64, BranchStand)> = None;
-        for (at, b) in machine.branches.iter().enumerate() {
-            let (Law::Contact(contact), BranchStand::Contact(stand, piece)) = (&b.law, stands[at])
+    let worst = |stands: &[ElementState], y: &[f64]| -> Option<(usize, f64, ElementState)> {
+        let mut found: Option<(usize, f64, ElementState)> = None;
+        for (at, b) in machine.elements.iter().enumerate() {
+            let (ForceLaw::Contact(law), ElementState::Contact(contact_state, piece)) =
+                (&b.law, stands[at])
             else {
                 continue;
             };
             let (delta, rate) = b.deflection(0.0, &y[..n], &y[n..2 * n], 0);
-            for (border, to) in contact.borders(stand, 1.0) {
-                let p = border.at(delta, rate);
+            for (border, to) in law.switching_functions(contact_state, 1.0) {
+                let p = border.value_at(delta, rate);
                 let scale = border.deflection.abs() + border.rate.abs();
                 if p < -1e-13 * scale && found.as_ref().is_none_or(|f| p / scale < f.1) {
-                    found = Some((at, p / scale, BranchStand::Contact(to, piece)));
+                    found = Some((at, p / scale, ElementState::Contact(to, piece)));
                 }
             }
         }
@@ -902,13 +935,13 @@ fn brute_force(
 
 fn compare_with_brute_force(seed: u64, n: usize, to: f64, h: f64) -> (f64, u64, u64) {
     let (machine, start) = two_meshes(seed, n, false);
-    let (exact, effort) = run(&machine, &start, to, 16);
+    let (exact, stats) = run(&machine, &start, to, 16);
     let (brute, events) = brute_force(&machine, &start, to, 16, h);
     let mut off: f64 = 0.0;
     for ((_, a), b) in exact.iter().zip(&brute) {
         off = a.iter().zip(b).fold(off, |m, (a, b)| m.max((a - b).abs()));
     }
-    (off, effort.events, events)
+    (off, stats.events, events)
 }
 
 /// Twenty discs, two meshes with play, every convention, dampers that mix modes: states and number of switches.
@@ -941,11 +974,11 @@ fn study_many_scenes_against_brute_force() {
 #[test]
 fn law_samples_do_not_matter() {
     let (machine, start) = two_meshes(7, 20, true);
-    let (few, effort) = run(&machine, &start, 5.0, 7);
+    let (few, stats) = run(&machine, &start, 5.0, 7);
     let (many, again) = run(&machine, &start, 5.0, 400);
     assert_near(&few[7].1, &many[400].1, 1e-13);
-    assert_eq!(effort.events, again.events);
-    println!("{effort:?}");
+    assert_eq!(stats.events, again.events);
+    println!("{stats:?}");
 }
 
 /// However few machines are kept of the regimes that were met, the end is the same; where there is no room for any, nearly every switch
@@ -953,10 +986,10 @@ fn law_samples_do_not_matter() {
 #[test]
 fn law_room_for_machines_does_not_matter() {
     let (machine, start) = two_meshes(7, 20, true);
-    let ask = ask(&start, 5.0, 1);
-    let ends = [met::ROOM, 0].map(|room| {
+    let options = ask(&start, 5.0, 1);
+    let ends = [regime_cache::MAX_BYTES, 0].map(|room| {
         let mut end = Vec::new();
-        let effort = journey::run(&machine, &ask, room, &mut |_, y, _| {
+        let effort = run::run(&machine, &options, room, &mut |_, y, _| {
             end = y.to_vec();
             ControlFlow::Continue(())
         });
@@ -965,20 +998,20 @@ fn law_room_for_machines_does_not_matter() {
     let [(roomy, kept), (narrow, anew)] = ends;
     assert_near(&narrow, &roomy, 1e-13);
     assert_eq!(kept.events, anew.events);
-    assert!(kept.machines < 20, "{kept:?}");
-    assert!(anew.machines > anew.events / 2, "{anew:?}");
+    assert!(kept.regimes < 20, "{kept:?}");
+    assert!(anew.regimes > anew.events / 2, "{anew:?}");
 }
 
 // dry friction
 
-fn rubbing(force: f64) -> Branch {
+fn rubbing(force: f64) -> ForceElement {
     branch(
         &[(0, 1.0)],
-        Law::Friction(Friction {
+        ForceLaw::Friction(FrictionLaw {
             sliding: force,
             breakaway: force,
-            stribeck: 1.0,
-            creep: 1e-3,
+            stribeck_velocity: 1.0,
+            regularisation_velocity: 1e-3,
         }),
     )
 }
@@ -992,12 +1025,12 @@ fn exact_coulomb_decay() {
         vec![],
     );
     let half = FRAC_PI_2;
-    let (samples, effort) = run(&machine, &[2.1, 0.0], 6.0 * half, 6);
+    let (samples, stats) = run(&machine, &[2.1, 0.0], 6.0 * half, 6);
     let exact = [2.1, -1.6, 1.1, -0.6, 0.1, 0.1, 0.1];
     for ((_, y), x) in samples.iter().zip(exact) {
         assert_near(y, &[x, 0.0], 1e-14);
     }
-    assert_eq!(effort.events, 4);
+    assert_eq!(stats.events, 4);
 }
 
 /// A ramp of force breaks it loose at the breakaway force; a step that is too small does not.
@@ -1005,7 +1038,7 @@ fn exact_coulomb_decay() {
 fn exact_breakaway() {
     let ramp = Signal::table(&[(0.0, 0.0), (10.0, 5.0)]).unwrap();
     let machine = train(&[2.0], vec![rubbing(1.0)], vec![drive(0, ramp)]);
-    let (samples, effort) = run(&machine, &[0.3, 0.0], 8.0, 8);
+    let (samples, stats) = run(&machine, &[0.3, 0.0], 8.0, 8);
     for (t, y) in samples {
         let over = f64::max(0.0, t - 2.0);
         assert_near(
@@ -1014,8 +1047,8 @@ fn exact_breakaway() {
             1e-14,
         );
     }
-    assert_eq!(effort.events, 1);
-    println!("breakaway: {effort:?}");
+    assert_eq!(stats.events, 1);
+    println!("breakaway: {stats:?}");
 
     let steps = Signal::step(0.9, 1.0).plus(&Signal::step(0.6, 2.0));
     let machine = train(&[2.0], vec![rubbing(1.0)], vec![drive(0, steps)]);
@@ -1029,7 +1062,7 @@ fn exact_breakaway() {
 #[test]
 fn exact_block_on_a_belt() {
     let mut belt = rubbing(1.0);
-    belt.imposed = Some(Signal::ramp(0.0, 20.0, [1.0, 21.0]));
+    belt.imposed_displacement = Some(Signal::ramp(0.0, 20.0, [1.0, 21.0]));
     let machine = train(&[1.0], vec![spring(&[(0, 1.0)], 4.0, 0.0), belt], vec![]);
     // The belt starts at 1 m/s at t = 1: friction pulls with 1 N, x = (1 − cos 2τ)/4, which never reaches the belt's speed.
     for (t, y) in run(&machine, &[0.0, 0.0], 6.0, 12).0 {
@@ -1038,21 +1071,21 @@ fn exact_block_on_a_belt() {
     }
     // At 0.3 m/s it catches up, is carried until the spring has 1 N, and swings about that.
     let mut belt = rubbing(1.0);
-    belt.imposed = Some(Signal::ramp(0.0, 6.0, [1.0, 21.0]));
+    belt.imposed_displacement = Some(Signal::ramp(0.0, 6.0, [1.0, 21.0]));
     let machine = train(&[1.0], vec![spring(&[(0, 1.0)], 4.0, 0.0), belt], vec![]);
     let caught = 0.5 * 0.6f64.asin();
     let place = 0.25 * (1.0 - 0.8);
     let carried = (0.25 - place) / 0.3;
-    let (samples, effort) = run(&machine, &[0.0, 0.0], 1.0 + caught + carried + 0.4, 1);
+    let (samples, stats) = run(&machine, &[0.0, 0.0], 1.0 + caught + carried + 0.4, 1);
     let x = 0.25 + 0.15 * (0.8f64).sin();
     assert_near(&samples[1].1, &[x, 0.3 * (0.8f64).cos()], 1e-13);
-    println!("belt: {effort:?}");
+    println!("belt: {stats:?}");
 }
 
 /// Two discs that stick to each other turn as one, and the spring behind them knows it.
 #[test]
 fn exact_two_stick_together() {
-    let clutch = Branch {
+    let clutch = ForceElement {
         direction: Direction::new(1.0, [(0, -1.0), (1, 1.0)]),
         ..rubbing(10.0)
     };
@@ -1072,10 +1105,10 @@ fn exact_two_stick_together() {
 #[test]
 fn refuses_more_than_the_budget() {
     let machine = gear_pair(0.85);
-    let mut ask = ask(&[0.841, 0.0987], 1e4, 1);
-    ask.budget = 1000;
-    let error = try_run("switched", &machine, &ask).unwrap_err();
-    assert_eq!(error.code, Code::Hopeless);
+    let mut options = ask(&[0.841, 0.0987], 1e4, 1);
+    options.max_work = 1000;
+    let error = try_run("switched", &machine, &options).unwrap_err();
+    assert_eq!(error.code, Code::BudgetExceeded);
     assert!(
         error.message.contains("branch of") && error.message.contains("switched most"),
         "{error}"
@@ -1084,11 +1117,11 @@ fn refuses_more_than_the_budget() {
 
 #[test]
 fn refuses_what_is_not_linear() {
-    let exact = methods::find("exact").unwrap();
-    assert!((exact.refuses)(&gear_pair(1.0)).is_some());
+    let exact = methods::method_by_name("exact").unwrap();
+    assert!((exact.unsupported_reason)(&gear_pair(1.0)).is_some());
     let power = branch(
         &[(0, 1.0)],
-        Law::Nonlinear {
+        ForceLaw::Nonlinear {
             characteristic: Characteristic::Power {
                 factor: 1.0,
                 exponent: 1.5,
@@ -1098,14 +1131,19 @@ fn refuses_what_is_not_linear() {
         },
     );
     let machine = train(&[1.0], vec![power], vec![]);
-    assert!((methods::find("switched").unwrap().refuses)(&machine).is_some());
+    assert!(
+        (methods::method_by_name("switched")
+            .unwrap()
+            .unsupported_reason)(&machine)
+        .is_some()
+    );
 }
 
 /// The caller may end a run early.
 #[test]
 fn survives_a_break() {
     let machine = gear_pair(0.85);
-    let method = methods::find("switched").unwrap();
+    let method = methods::method_by_name("switched").unwrap();
     let mut seen = 0;
     let effort = (method.run)(
         &machine,
@@ -1125,21 +1163,24 @@ fn survives_a_break() {
 /// A spring so stiff, or a time so long, that no phase is left is refused at once; so is a pace that would never end.
 #[test]
 fn refuses_hopeless_motion() {
-    let refused = |method: &str, train: &Train, to: f64| {
-        let mut start = vec![0.0; train.len()];
+    let refused = |method: &str, model: &DynamicModel, to: f64| {
+        let mut start = vec![0.0; model.len()];
         start[0] = 1e-3;
-        let mut ask = ask(&start, to, 2);
-        ask.effort = Wanted::Tolerance(1e-8);
-        ask.budget = 400_000_000;
-        try_run(method, train, &ask).unwrap_err().code
+        let mut options = ask(&start, to, 2);
+        options.step_size = StepSize::Adaptive(1e-8);
+        options.max_work = 400_000_000;
+        try_run(method, model, &options).unwrap_err().code
     };
     let stiff = train(&[1.0, 1.0], chain(&[1.0, 1.0], &[1e300], &[0.0]), vec![]);
-    assert_eq!(refused("exact", &stiff, 1.0), Code::Hopeless);
+    assert_eq!(refused("exact", &stiff, 1.0), Code::BudgetExceeded);
     let plain = train(&[1.0, 2.0], chain(&[1.0, 2.0], &[100.0], &[0.0]), vec![]);
-    assert_eq!(refused("exact", &plain, 1e14), Code::Hopeless);
-    assert_eq!(refused("dop853-events", &plain, 1e12), Code::Hopeless);
-    let rattle = branch(&[(0, 1.0)], play(100.0, 0.1, 1e-3, Losses::Throughout));
+    assert_eq!(refused("exact", &plain, 1e14), Code::BudgetExceeded);
+    assert_eq!(refused("dop853-events", &plain, 1e12), Code::BudgetExceeded);
+    let rattle = branch(
+        &[(0, 1.0)],
+        play(100.0, 0.1, 1e-3, ContactDamping::ActsInGap),
+    );
     let push = drive(0, Signal::harmonic(1.0, 9.0, 0.0));
     let driven = train(&[1.0], vec![rattle], vec![push]);
-    assert_eq!(refused("switched", &driven, 1e13), Code::Hopeless);
+    assert_eq!(refused("switched", &driven, 1e13), Code::BudgetExceeded);
 }

@@ -1,8 +1,8 @@
 //! Damped chains against mpmath: `data/reference/damped.json`, made by `tools/reference_graded.py`.
 
 use crate::support::verification::within;
-use geardyn::numeric::quadratic::Quadratic;
-use geardyn::numeric::{Complex, Matrix, general, graded};
+use geardyn::numeric::quadratic::QuadraticEigenproblem;
+use geardyn::numeric::{Complex, Matrix, eigen, graded};
 use serde_json::Value;
 
 /// `λ² I + λ C + Ω²` in the modal coordinates of an undamped machine, and its exact eigenvalues.
@@ -107,7 +107,7 @@ fn matched(found: &[Complex], exact: &[Complex]) -> Vec<Complex> {
 #[test]
 fn ref_mpmath_conditions_bound_errors() {
     for p in problems() {
-        let found = general::eigen(&companion(&p)).unwrap();
+        let found = eigen::eigen(&companion(&p)).unwrap();
         let exact = matched(&found.values, &p.values);
         let mut worst_share: f64 = 0.0;
         for i in 0..exact.len() {
@@ -128,16 +128,16 @@ fn ref_mpmath_conditions_bound_errors() {
 fn ref_mpmath_polished() {
     for p in problems() {
         let n = p.omega.len();
-        let found = general::eigen(&companion(&p)).unwrap();
+        let found = eigen::eigen(&companion(&p)).unwrap();
         let start = |i: usize| (0..n).map(|j| found.right[(n + j, i)]).collect::<Vec<_>>();
         let square = |i: usize, j: usize| if i == j { p.omega[i] * p.omega[i] } else { 0.0 };
-        let quadratic = Quadratic {
-            inertial: n,
+        let eigenproblem = QuadraticEigenproblem {
+            n_inertial: n,
             damping: p.c.clone(),
             stiffness: Matrix::from_fn(n, n, square),
             hysteretic: None,
         };
-        let polish = |i: usize| quadratic.polish(found.values[i], &start(i)).unwrap();
+        let polish = |i: usize| eigenproblem.polish(found.values[i], &start(i)).unwrap();
         let polished: Vec<_> = (0..2 * n).map(polish).collect();
         let values: Vec<Complex> = polished.iter().map(|m| m.value).collect();
         let worst = |found: &[Complex]| {

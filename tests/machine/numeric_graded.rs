@@ -128,7 +128,7 @@ fn ref_mpmath_massless() {
             (0..n).partition(|&i| p.inertia[i] == 0.0);
         let order = [massless.clone(), heavy.clone()].concat();
         let sorted = Matrix::from_fn(p.a.nrows(), n, |i, j| p.a[(i, order[j])]);
-        let out = graded::eliminate(&sorted, massless.len()).unwrap();
+        let out = graded::condense(&sorted, massless.len()).unwrap();
         assert_eq!(out.singular, None, "{}", p.name);
         let inertia: Vec<f64> = heavy.iter().map(|&i| p.inertia[i]).collect();
         let error = worst_error(&scaled(&out.condensed, &inertia), &p.omega);

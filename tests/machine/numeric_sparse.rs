@@ -6,43 +6,43 @@ use std::time::Instant;
 use crate::support::verification::within;
 use faer::Side;
 use geardyn::numeric::Matrix;
-use geardyn::numeric::forest::{Forest, Spring};
-use geardyn::numeric::inverse::{Measured, Shifted};
-use geardyn::numeric::lanczos::{Ritz, Search, nearest};
-use geardyn::numeric::sparse::{Factor, SparseSym};
+use geardyn::numeric::forest::{Forest, ForestSpring};
+use geardyn::numeric::lanczos::{LanczosProblem, RitzPairs, nearest_modes};
+use geardyn::numeric::shift_invert::{EnergyCorrected, ShiftedForest};
+use geardyn::numeric::sparse::{LdlFactor, SparseSymmetric};
 use serde_json::Value;
 
 /// The lowest modes of springs and a diagonal mass.
-fn lowest(springs: &[Spring], mass: &[f64], wanted: usize) -> Ritz {
+fn lowest(springs: &[ForestSpring], mass: &[f64], wanted: usize) -> RitzPairs {
     let forest = Forest::new(mass.len(), springs, mass).unwrap();
-    let rigid = forest.rigid();
-    let inverse = Shifted::at_zero(&forest);
-    let matrix = SparseSym::diagonal(mass);
+    let rigid = forest.rigid_motions();
+    let inverse = ShiftedForest::unshifted(&forest);
+    let matrix = SparseSymmetric::diagonal(mass);
     let count = |sigma: f64| Ok(forest.count_below(mass, sigma));
-    let search = Search {
+    let problem = LanczosProblem {
         inverse: &inverse,
         mass: &matrix,
         rigid: &rigid,
         count: Some(&count),
-        wanted,
+        n_modes: wanted,
     };
-    nearest(&search).unwrap()
+    nearest_modes(&problem).unwrap()
 }
 
-fn shaft(i: usize, j: usize, k: f64) -> Spring {
-    Spring {
+fn shaft(i: usize, j: usize, k: f64) -> ForestSpring {
+    ForestSpring {
         i,
         a: -1.0,
-        other: Some((j, 1.0)),
+        second: Some((j, 1.0)),
         k,
     }
 }
 
-fn ground(i: usize, k: f64) -> Spring {
-    Spring {
+fn ground(i: usize, k: f64) -> ForestSpring {
+    ForestSpring {
         i,
         a: 1.0,
-        other: None,
+        second: None,
         k,
     }
 }
@@ -56,18 +56,18 @@ fn worst<'a>(found: &'a [f64], expected: impl Iterator<Item = f64> + 'a) -> f64 
 }
 
 /// K from its springs.
-fn assembled(springs: &[Spring]) -> Vec<(usize, usize, f64)> {
+fn assembled(springs: &[ForestSpring]) -> Vec<(usize, usize, f64)> {
     let mut entries = Vec::new();
     for s in springs {
         entries.push((s.i, s.i, s.k * s.a * s.a));
-        if let Some((j, c)) = s.other {
+        if let Some((j, c)) = s.second {
             entries.extend([(j, j, s.k * c * c), (s.i, j, s.k * s.a * c)]);
         }
     }
     entries
 }
 
-fn dense_values(springs: &[Spring], mass: &[f64]) -> Vec<f64> {
+fn dense_values(springs: &[ForestSpring], mass: &[f64]) -> Vec<f64> {
     let mut k = Matrix::zeros(mass.len(), mass.len());
     for (i, j, v) in assembled(springs) {
         let v = v / (mass[i] * mass[j]).sqrt();
@@ -96,7 +96,7 @@ impl Dice {
 }
 
 /// A tree with ratios of powers of two, loops that fit them, and springs to ground.
-fn train(n: usize, loops: usize, grounds: usize, seed: u64) -> (Vec<Spring>, Vec<f64>) {
+fn train(n: usize, loops: usize, grounds: usize, seed: u64) -> (Vec<ForestSpring>, Vec<f64>) {
     let mut dice = Dice(seed);
     let mut turning = vec![1.0_f64; n];
     let mut springs = Vec::new();
@@ -113,19 +113,19 @@ fn train(n: usize, loops: usize, grounds: usize, seed: u64) -> (Vec<Spring>, Vec
             turning[i]
         };
         let a = 0.5 + dice.roll();
-        springs.push(Spring {
+        springs.push(ForestSpring {
             i,
             a,
-            other: Some((j, -a * turning[i] / turning[j])),
+            second: Some((j, -a * turning[i] / turning[j])),
             k: 10_f64.powf(2.0 * dice.roll()),
         });
     }
     for _ in 0..loops {
         let (i, j) = (dice.below(n / 2), n / 2 + dice.below(n / 2));
-        springs.push(Spring {
+        springs.push(ForestSpring {
             i,
             a: 1.0 / turning[i],
-            other: Some((j, -1.0 / turning[j])),
+            second: Some((j, -1.0 / turning[j])),
             k: 10.0,
         });
     }
@@ -138,7 +138,7 @@ fn train(n: usize, loops: usize, grounds: usize, seed: u64) -> (Vec<Spring>, Vec
 #[test]
 fn exact_uniform_chains() {
     for n in [10, 1000, 100_000] {
-        let mut springs: Vec<Spring> = (1..n).map(|j| shaft(j - 1, j, 1.0)).collect();
+        let mut springs: Vec<ForestSpring> = (1..n).map(|j| shaft(j - 1, j, 1.0)).collect();
         let mass = vec![1.0; n];
         for fixed in [false, true] {
             if fixed {
@@ -146,7 +146,7 @@ fn exact_uniform_chains() {
             }
             let wanted = 20.min(n - 1);
             let begin = Instant::now();
-            let ritz = lowest(&springs, &mass, wanted);
+            let pairs = lowest(&springs, &mass, wanted);
             let seconds = begin.elapsed().as_secs_f64();
             let size = n as f64;
             let angle = |k: f64| {
@@ -157,15 +157,18 @@ fn exact_uniform_chains() {
                 }
             };
             let omega = |k: usize| 2.0 * (PI * angle(k as f64)).sin();
-            let found: Vec<f64> = ritz.values.iter().map(|v| v.sqrt()).collect();
+            let found: Vec<f64> = pairs.values.iter().map(|v| v.sqrt()).collect();
             let error = worst(&found, (1..=wanted).map(omega));
             println!(
                 "n {n} fixed {fixed}: worst {error:.1e}, {} solves, {} runs, {seconds:.3} s",
-                ritz.steps, ritz.runs
+                pairs.steps, pairs.runs
             );
             let held = if fixed { "held" } else { "free" };
             within(&format!("{n} discs {held}, lowest {wanted}"), error, 1e-12);
-            assert!(ritz.counted && found.len() == wanted, "n {n}, {held}");
+            assert!(
+                pairs.sturm_verified && found.len() == wanted,
+                "n {n}, {held}"
+            );
             let forest = Forest::new(n, &springs, &mass).unwrap();
             let rigid = usize::from(!fixed);
             for k in 1..=wanted {
@@ -181,13 +184,13 @@ fn exact_uniform_chains() {
 #[test]
 fn exact_repeated_frequencies() {
     let arms = 12;
-    let mut springs: Vec<Spring> = (1..=arms).map(|j| shaft(0, j, 3.0)).collect();
+    let mut springs: Vec<ForestSpring> = (1..=arms).map(|j| shaft(0, j, 3.0)).collect();
     let mut mass = vec![2.0; arms + 1];
     mass[0] = 5.0;
-    let ritz = lowest(&springs, &mass, arms);
+    let pairs = lowest(&springs, &mass, arms);
     let last = 3.0 * (1.0 / 2.0 + arms as f64 / 5.0);
     let exact = (1..=arms).map(|k| if k < arms { 1.5 } else { last });
-    within("hub", worst(&ritz.values, exact), 1e-14);
+    within("hub", worst(&pairs.values, exact), 1e-14);
     springs.push(ground(0, 7.0));
     let grounded = lowest(&springs, &mass, arms + 1);
     let dense = dense_values(&springs, &mass);
@@ -208,23 +211,24 @@ fn law_repeated_frequencies_of_long_arms_are_all_found() {
         springs.extend((1..=length).map(|s| shaft(node(s - 1), node(s), 1.0)));
     }
     let mass = vec![1.0; arms * length + 1];
-    let ritz = lowest(&springs, &mass, 25);
+    let pairs = lowest(&springs, &mass, 25);
     let fixed =
         |k: f64| (2.0 * (PI * (2.0 * k - 1.0) / (2.0 * (2.0 * length as f64 + 1.0))).sin()).powi(2);
     let copies = |k: f64| {
-        ritz.values
+        pairs
+            .values
             .iter()
             .filter(|v| (**v / fixed(k) - 1.0).abs() < 1e-12)
             .count()
     };
-    println!("long arms: {} solves in {} runs", ritz.steps, ritz.runs);
+    println!("long arms: {} solves in {} runs", pairs.steps, pairs.runs);
     assert_eq!(
         (copies(1.0), copies(2.0)),
         (arms - 1, arms - 1),
         "{:?}",
-        ritz.values
+        pairs.values
     );
-    assert!(ritz.counted);
+    assert!(pairs.sturm_verified);
 }
 
 #[test]
@@ -241,9 +245,12 @@ fn law_trains_agree_with_dense() {
         let (springs, mass) = train(500, loops, grounds, seed);
         let dense = dense_values(&springs, &mass);
         let rigid = usize::from(grounds == 0);
-        let ritz = lowest(&springs, &mass, 20);
-        let error = worst(&ritz.values, dense[rigid..].iter().copied());
-        assert!(error < 1e-9 && ritz.counted, "seed {seed}: {error:e}"); // ε λ_max / λ_1 of the dense answer
+        let pairs = lowest(&springs, &mass, 20);
+        let error = worst(&pairs.values, dense[rigid..].iter().copied());
+        assert!(
+            error < 1e-9 && pairs.sturm_verified,
+            "seed {seed}: {error:e}"
+        ); // ε λ_max / λ_1 of the dense answer
         let forest = Forest::new(500, &springs, &mass).unwrap();
         for k in (rigid..499)
             .step_by(7)
@@ -268,38 +275,38 @@ fn law_nearest_modes_agree_with_dense() {
         dense.truncate(12);
         dense.sort_by(f64::total_cmp);
         let (k, m) = (
-            SparseSym::from_entries(400, &assembled(&springs)),
-            SparseSym::diagonal(&mass),
+            SparseSymmetric::from_entries(400, &assembled(&springs)),
+            SparseSymmetric::diagonal(&mass),
         );
-        let factor = Factor::shifted(&k, &m, target).unwrap();
-        let count = |sigma: f64| Factor::shifted(&k, &m, sigma).map(|f| f.negative());
-        let search = Search {
+        let factor = LdlFactor::shifted(&k, &m, target).unwrap();
+        let count = |sigma: f64| LdlFactor::shifted(&k, &m, sigma).map(|f| f.n_negative());
+        let problem = LanczosProblem {
             inverse: &factor,
             mass: &m,
             rigid: &[],
             count: Some(&count),
-            wanted: 12,
+            n_modes: 12,
         };
-        let found = nearest(&search).unwrap();
+        let found = nearest_modes(&problem).unwrap();
         assert!(
-            worst(&found.values, dense.iter().copied()) < 1e-11 && found.counted,
+            worst(&found.values, dense.iter().copied()) < 1e-11 && found.sturm_verified,
             "seed {seed}"
         );
         let Some(forest) = Forest::new(400, &springs, &mass) else {
             continue;
         };
-        let inverse = Shifted::near(&forest, &mass, target);
-        let uncounted = nearest(&Search {
+        let inverse = ShiftedForest::shifted(&forest, &mass, target);
+        let uncounted = nearest_modes(&LanczosProblem {
             inverse: &inverse,
             count: None,
-            ..search
+            ..problem
         })
         .unwrap();
         assert!(
-            worst(&uncounted.values, dense.iter().copied()) < 1e-11 && !uncounted.counted,
+            worst(&uncounted.values, dense.iter().copied()) < 1e-11 && !uncounted.sturm_verified,
             "seed {seed}, forest"
         );
-        assert_eq!(forest.count_below(&mass, target), factor.negative());
+        assert_eq!(forest.count_below(&mass, target), factor.n_negative());
     }
 }
 
@@ -307,23 +314,23 @@ fn law_nearest_modes_agree_with_dense() {
 #[test]
 fn exact_contradicting_ratios_hold_the_train() {
     let springs = [
-        Spring {
+        ForestSpring {
             i: 0,
             a: 1.0,
-            other: Some((1, 2.0)),
+            second: Some((1, 2.0)),
             k: 3.0,
         },
-        Spring {
+        ForestSpring {
             i: 0,
             a: 1.0,
-            other: Some((1, 1.0)),
+            second: Some((1, 1.0)),
             k: 5.0,
         },
         shaft(1, 2, 7.0),
     ];
     let mass = [1.0, 2.0, 3.0];
     let forest = Forest::new(3, &springs, &mass).unwrap();
-    assert!(forest.rigid().is_empty());
+    assert!(forest.rigid_motions().is_empty());
     let found = lowest(&springs, &mass, 3);
     let dense = dense_values(&springs, &mass);
     within(
@@ -349,7 +356,7 @@ fn ref_mpmath_graded_forests() {
     for case in file["cases"].as_array().unwrap() {
         let name = case["name"].as_str().unwrap();
         let mass = numbers(&case["mass"]);
-        let springs: Vec<Spring> = case["springs"]
+        let springs: Vec<ForestSpring> = case["springs"]
             .as_array()
             .unwrap()
             .iter()
@@ -358,11 +365,11 @@ fn ref_mpmath_graded_forests() {
         let forest = Forest::new(mass.len(), &springs, &mass).unwrap();
         if let Some(x) = case.get("x") {
             let mut found = numbers(&case["f"]);
-            forest.eliminate().solve(&mut found);
+            forest.factorise().solve(&mut found);
             let error = worst(&found, numbers(x).into_iter());
             within("static solutions", error, 1e-12);
         }
-        let rigid = forest.rigid().len();
+        let rigid = forest.rigid_motions().len();
         let values = numbers(&case["values"]);
         let exact = |tolerance: f64| {
             values.iter().enumerate().all(|(k, v)| {
@@ -374,24 +381,24 @@ fn ref_mpmath_graded_forests() {
             .rev()
             .map(|digits| 10_f64.powi(-digits))
             .find(|&t| exact(t));
-        let ritz = lowest(&springs, &mass, values.len());
+        let pairs = lowest(&springs, &mass, values.len());
         println!("{name}: counts to {good:?}");
         within(
             "eigenvalues by Lanczos",
-            worst(&ritz.values, values.iter().copied()),
+            worst(&pairs.values, values.iter().copied()),
             1e-9,
         );
         assert!(good.is_some_and(|t| t <= 1e-12), "{name}: {good:?}");
     }
 }
 
-fn spring(row: &Value) -> Spring {
+fn spring(row: &Value) -> ForestSpring {
     let number = |i: usize| row[i].as_f64().unwrap();
     let other = row[2].as_u64().map(|j| (j as usize, number(3)));
-    Spring {
+    ForestSpring {
         i: row[0].as_u64().unwrap() as usize,
         a: number(1),
-        other,
+        second: other,
         k: number(4),
     }
 }
@@ -416,21 +423,21 @@ fn survives_graded_trains() {
         mass.iter_mut()
             .for_each(|m| *m *= 10_f64.powf(12.0 * dice.roll() - 6.0));
         let begin = Instant::now();
-        let ritz = lowest(&springs, &mass, 20);
+        let pairs = lowest(&springs, &mass, 20);
         let seconds = begin.elapsed().as_secs_f64();
         let forest = Forest::new(n, &springs, &mass).unwrap();
-        let rigid = forest.rigid().len();
+        let rigid = forest.rigid_motions().len();
         let good = |t: f64| {
-            ritz.values.iter().enumerate().all(|(k, v)| {
+            pairs.values.iter().enumerate().all(|(k, v)| {
                 forest.count_below(&mass, v * (1.0 - t)) <= rigid + k
                     && forest.count_below(&mass, v * (1.0 + t)) > rigid + k
             })
         };
         let digits = (1..16).rev().find(|&d| good(10_f64.powi(-d)));
-        let worst = ritz.residuals.iter().copied().fold(0.0, f64::max);
+        let worst = pairs.residuals.iter().copied().fold(0.0, f64::max);
         println!(
             "graded n {n} loops {loops} grounds {grounds}: within counts to {digits:?} digits, residual {worst:.0e}, {} solves, {} runs, {seconds:.3} s, counted {}",
-            ritz.steps, ritz.runs, ritz.counted
+            pairs.steps, pairs.runs, pairs.sturm_verified
         );
         assert!(digits.is_some_and(|d| d >= 11), "seed {seed}");
     }
@@ -452,9 +459,11 @@ fn survives_nothing_and_too_much() {
         2
     );
     assert!(lowest(&[ground(0, 1.0)], &[0.0], 1).values.is_empty());
-    assert!(lowest(&[shaft(0, 1, 2.0)], &[1.0, 1.0], 5).counted);
+    assert!(lowest(&[shaft(0, 1, 2.0)], &[1.0, 1.0], 5).sturm_verified);
     assert_eq!(
-        Factor::new(&SparseSym::diagonal(&[])).unwrap().negative(),
+        LdlFactor::new(&SparseSymmetric::diagonal(&[]))
+            .unwrap()
+            .n_negative(),
         0
     );
     assert!(Forest::new(2, &[shaft(0, 1, f64::NAN)], &[1.0; 2]).is_none());
@@ -467,23 +476,23 @@ fn survives_nothing_and_too_much() {
         )
         .is_none()
     );
-    let many: Vec<Spring> = (0..60).map(|k| shaft(0, 1, 1.0 + k as f64)).collect();
+    let many: Vec<ForestSpring> = (0..60).map(|k| shaft(0, 1, 1.0 + k as f64)).collect();
     assert!(Forest::new(2, &many, &[1.0; 2]).is_none());
 }
 
 #[test]
 fn refuses_a_singular_matrix() {
-    let k = SparseSym::from_entries(2, &assembled(&[shaft(0, 1, 1.0)]));
-    let error = Factor::new(&k).err().unwrap();
+    let k = SparseSymmetric::from_entries(2, &assembled(&[shaft(0, 1, 1.0)]));
+    let error = LdlFactor::new(&k).err().unwrap();
     assert_eq!(error.code, geardyn::base::code::Code::NoConvergence);
-    let m = SparseSym::diagonal(&[1.0, 1.0]);
-    let moved = Factor::shifted(&k, &m, 2.0).unwrap();
+    let m = SparseSymmetric::diagonal(&[1.0, 1.0]);
+    let moved = LdlFactor::shifted(&k, &m, 2.0).unwrap();
     assert!(
-        (moved.shift() / 2.0 - 1.0).abs() < 1e-4 && moved.shift() != 2.0 && moved.negative() == 2
+        (moved.shift() / 2.0 - 1.0).abs() < 1e-4 && moved.shift() != 2.0 && moved.n_negative() == 2
     );
-    let broken = SparseSym::diagonal(&[1.0, f64::NAN]);
+    let broken = SparseSymmetric::diagonal(&[1.0, f64::NAN]);
     assert_eq!(
-        Factor::new(&broken).err().unwrap().code,
+        LdlFactor::new(&broken).err().unwrap().code,
         geardyn::base::code::Code::Overflow
     );
 }
@@ -496,17 +505,17 @@ fn survives_a_shift_on_an_eigenvalue() {
         [1.0, 1.0, 1.0, 1.0],
     );
     let forest = Forest::new(4, &springs, &mass).unwrap();
-    let m = SparseSym::diagonal(&mass);
-    let inverse = Shifted::near(&forest, &mass, 4.0);
+    let m = SparseSymmetric::diagonal(&mass);
+    let inverse = ShiftedForest::shifted(&forest, &mass, 4.0);
     let count = |sigma: f64| Ok(forest.count_below(&mass, sigma));
-    let search = Search {
+    let problem = LanczosProblem {
         inverse: &inverse,
         mass: &m,
-        rigid: &forest.rigid(),
+        rigid: &forest.rigid_motions(),
         count: Some(&count),
-        wanted: 1,
+        n_modes: 1,
     };
-    assert!((nearest(&search).unwrap().values[0] / 4.0 - 1.0).abs() < 1e-14);
+    assert!((nearest_modes(&problem).unwrap().values[0] / 4.0 - 1.0).abs() < 1e-14);
 }
 
 /// A free square net of springs, k = J = 1, too many loops for a forest: λ = 4 sin²(pπ/2N) + 4 sin²(qπ/2N), most of them twice.
@@ -526,31 +535,31 @@ fn exact_net() {
     let n = side * side;
     assert!(Forest::new(n, &springs, &vec![1.0; n]).is_none());
     let (k, m) = (
-        SparseSym::from_entries(n, &assembled(&springs)),
-        SparseSym::diagonal(&vec![1.0; n]),
+        SparseSymmetric::from_entries(n, &assembled(&springs)),
+        SparseSymmetric::diagonal(&vec![1.0; n]),
     );
-    let factor = Factor::shifted(&k, &m, -1e-4).unwrap();
+    let factor = LdlFactor::shifted(&k, &m, -1e-4).unwrap();
     let energy = |y: &[f64]| {
         springs
             .iter()
-            .map(|s| s.k * (s.other.map_or(0.0, |(j, c)| c * y[j]) + s.a * y[s.i]).powi(2))
+            .map(|s| s.k * (s.second.map_or(0.0, |(j, c)| c * y[j]) + s.a * y[s.i]).powi(2))
             .sum()
     };
-    let count = |sigma: f64| Factor::shifted(&k, &m, sigma).map(|f| f.negative());
+    let count = |sigma: f64| LdlFactor::shifted(&k, &m, sigma).map(|f| f.n_negative());
     let rigid = [vec![1.0; n]];
-    let inverse = Measured {
+    let inverse = EnergyCorrected {
         factor: &factor,
         energy: &energy,
     };
     let begin = Instant::now();
-    let search = Search {
+    let problem = LanczosProblem {
         inverse: &inverse,
         mass: &m,
         rigid: &rigid,
         count: Some(&count),
-        wanted: 20,
+        n_modes: 20,
     };
-    let found = nearest(&search).unwrap();
+    let found = nearest_modes(&problem).unwrap();
     println!(
         "net: {} solves, {} runs, {:.3} s",
         found.steps,
@@ -562,14 +571,14 @@ fn exact_net() {
     exact.sort_by(f64::total_cmp);
     let error = worst(&found.values, exact.into_iter());
     within("lowest 20", error, 1e-12);
-    assert!(found.counted);
+    assert!(found.sturm_verified);
 }
 
 /// A free bar of linear elements with consistent mass: λ = 12 sin²(θ/2) / (2 + cos θ), θ = kπ/(n − 1).
 #[test]
 fn exact_consistent_mass() {
     let n = 2000;
-    let springs: Vec<Spring> = (1..n).map(|j| shaft(j - 1, j, 1.0)).collect();
+    let springs: Vec<ForestSpring> = (1..n).map(|j| shaft(j - 1, j, 1.0)).collect();
     let elements = (1..n).flat_map(|j| {
         [
             (j - 1, j - 1, 1.0 / 3.0),
@@ -577,29 +586,29 @@ fn exact_consistent_mass() {
             (j, j - 1, 1.0 / 6.0),
         ]
     });
-    let m = SparseSym::from_entries(n, &elements.collect::<Vec<_>>());
-    let k = SparseSym::from_entries(n, &assembled(&springs));
+    let m = SparseSymmetric::from_entries(n, &elements.collect::<Vec<_>>());
+    let k = SparseSymmetric::from_entries(n, &assembled(&springs));
     let forest = Forest::new(n, &springs, &vec![1.0; n]).unwrap();
-    let inverse = Shifted::at_zero(&forest);
-    let count = |sigma: f64| Factor::shifted(&k, &m, sigma).map(|f| f.negative());
-    let search = Search {
+    let inverse = ShiftedForest::unshifted(&forest);
+    let count = |sigma: f64| LdlFactor::shifted(&k, &m, sigma).map(|f| f.n_negative());
+    let problem = LanczosProblem {
         inverse: &inverse,
         mass: &m,
-        rigid: &forest.rigid(),
+        rigid: &forest.rigid_motions(),
         count: Some(&count),
-        wanted: 20,
+        n_modes: 20,
     };
-    let found = nearest(&search).unwrap();
+    let found = nearest_modes(&problem).unwrap();
     let angle = |k: usize| k as f64 * PI / (n as f64 - 1.0);
     let error = worst(
         &found.values,
         (1..=20).map(|k| 12.0 * (angle(k) / 2.0).sin().powi(2) / (2.0 + angle(k).cos())),
     );
     within("lowest 20", error, 1e-12);
-    assert!(found.counted);
+    assert!(found.sturm_verified);
     for (i, v) in found.vectors.iter().enumerate() {
         let mut mv = vec![0.0; n];
-        m.times(v, &mut mv);
+        m.mul_vec(v, &mut mv);
         for (j, w) in found.vectors.iter().enumerate() {
             let product: f64 = w.iter().zip(&mv).map(|(w, v)| w * v).sum();
             assert!((product - f64::from(u8::from(i == j))).abs() < 1e-12);

@@ -1,25 +1,25 @@
 //! Which contacts carry under the mean loads, on which flank, and what follows for the modes.
 
 use crate::support::verification::{printed, within};
-use geardyn::machine::operating::ContactState;
-use geardyn::plan::prepared::Prepared;
-use geardyn::plan::run::{Answer, run};
-use geardyn::plan::stages::Plan;
+use geardyn::machine::operating_point::ActiveFlank;
+use geardyn::plan::modes_run::{ModesResult, run};
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::plan::stages::ModesPlan;
 use geardyn::scene;
 use geardyn::scene::study::ModesStudy;
 
-fn prepared(text: &str) -> Prepared {
+fn prepared(text: &str) -> PreparedMachine {
     let scene = scene::read_text("test.toml", text).unwrap_or_else(|e| panic!("{e}"));
-    Prepared::new(&scene.model).unwrap_or_else(|e| panic!("{e}"))
+    PreparedMachine::new(&scene.model).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn modes(prepared: &Prepared) -> Answer {
+fn modes(machine: &PreparedMachine) -> ModesResult {
     let study = ModesStudy::default();
-    run(prepared, &study, &Plan::modes(prepared, &study)).unwrap()
+    run(machine, &study, &ModesPlan::plan_modes(machine, &study)).unwrap()
 }
 
 /// Motor, pinion, wheel, roll; `loads` as (node, N·m).
-fn drive(loads: &[(&str, f64)]) -> Prepared {
+fn drive(loads: &[(&str, f64)]) -> PreparedMachine {
     let body = |name: &str, j: f64| format!("[[inertia]]\nname = \"{name}\"\nJ = {j}\n");
     let mut text = "title = \"t\"\nsource = \"test\"\nunits = \"SI\"\n".to_string();
     text += &[
@@ -42,8 +42,8 @@ fn drive(loads: &[(&str, f64)]) -> Prepared {
 #[test]
 fn exact_flank_and_force_of_a_pair() {
     let base = 21.0 * 0.003 * 20f64.to_radians().cos() / 2.0;
-    for (torque, state) in [(30.0, ContactState::Drive), (-30.0, ContactState::Coast)] {
-        let found = drive(&[("motor", torque), ("roll", 3.0 * torque)]).operating;
+    for (torque, state) in [(30.0, ActiveFlank::Drive), (-30.0, ActiveFlank::Coast)] {
+        let found = drive(&[("motor", torque), ("roll", 3.0 * torque)]).point;
         let (_, found_state, force) = found.contacts[0];
         assert_eq!(found_state, state);
         let exact = torque / base;
@@ -54,7 +54,7 @@ fn exact_flank_and_force_of_a_pair() {
 /// Loads that do not balance accelerate the train: the mesh carries what the roll's side of the inertia takes.
 #[test]
 fn exact_inertia_relief() {
-    let found = drive(&[("motor", 30.0)]).operating;
+    let found = drive(&[("motor", 30.0)]).point;
     let (upper, lower) = (0.01 + 0.001, (0.04 + 1.5) / 9.0);
     let base = 21.0 * 0.003 * 20f64.to_radians().cos() / 2.0;
     let exact = 30.0 * lower / (upper + lower) / base;
@@ -68,15 +68,15 @@ fn exact_open_contact() {
     // Torque and inertia in the same ratio on both sides of the mesh: nothing passes through it.
     let lower = 3.0 * (0.04 + 1.5) / 9.0 / (0.01 + 0.001);
     let machine = drive(&[("motor", 1.0), ("roll", -lower)]);
-    assert_eq!(machine.operating.contacts[0].1, ContactState::Open);
-    let answer = modes(&machine);
-    assert_eq!(answer.modes.iter().filter(|m| m.rigid).count(), 2);
-    assert!(answer.warnings.iter().any(|w| w.code == "contact-open"));
+    assert_eq!(machine.point.contacts[0].1, ActiveFlank::Open);
+    let result = modes(&machine);
+    assert_eq!(result.modes.iter().filter(|m| m.rigid).count(), 2);
+    assert!(result.diagnostics.iter().any(|w| w.code == "contact-open"));
     // The two halves are two discs on a spring each.
     let two = |k: f64, a: f64, b: f64| (k * (1.0 / a + 1.0 / b)).sqrt();
     let mut exact = [two(8000.0, 0.01, 0.001), two(50000.0, 0.04, 1.5)];
     exact.sort_by(f64::total_cmp);
-    for (mode, exact) in answer.modes[2..].iter().zip(exact) {
+    for (mode, exact) in result.modes[2..].iter().zip(exact) {
         within("frequencies", (mode.omega() / exact - 1.0).abs(), 1e-12);
     }
 }
@@ -85,7 +85,7 @@ fn exact_open_contact() {
 #[test]
 fn law_no_load_is_said() {
     let machine = drive(&[]);
-    assert_eq!(machine.operating.contacts[0].1, ContactState::Drive);
+    assert_eq!(machine.point.contacts[0].1, ActiveFlank::Drive);
     assert!(machine.warnings().iter().any(|w| w.code == "no-load"));
 }
 
@@ -103,9 +103,9 @@ fn ref_numpy_four_square() {
         let machine = prepared(text);
         ["test_pair", "slave_pair"].map(|name| {
             let of_pair =
-                |c: &&(usize, ContactState, Option<f64>)| machine.machine.branch_name(c.0) == name;
+                |c: &&(usize, ActiveFlank, Option<f64>)| machine.machine.branch_name(c.0) == name;
             machine
-                .operating
+                .point
                 .contacts
                 .iter()
                 .find(of_pair)
@@ -140,8 +140,8 @@ fn exact_contact_that_carries_nothing() {
              [[load]]\nat = \"a\"\ntorque = {torque:?}\n"
         ));
         assert_eq!(
-            machine.operating.contacts[0].1,
-            ContactState::Open,
+            machine.point.contacts[0].1,
+            ActiveFlank::Open,
             "{torque} N·m"
         );
     }
@@ -150,7 +150,7 @@ fn exact_contact_that_carries_nothing() {
 /// Loads that do not balance are said to accelerate the train.
 #[test]
 fn law_unbalanced_loads_are_said() {
-    let codes = |machine: &Prepared| {
+    let codes = |machine: &PreparedMachine| {
         machine
             .warnings()
             .iter()

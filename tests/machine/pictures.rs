@@ -4,29 +4,32 @@
 
 use std::path::Path;
 
-use geardyn::plan::prepared::Prepared;
-use geardyn::plan::run::{Answer, run};
-use geardyn::plan::stages::Plan;
-use geardyn::report::campbell_picture::{
-    BranchLine, Crossing, Diagram, OrderLine, Whirl, campbell,
+use geardyn::plan::modes_run::{ModesResult, run};
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::plan::stages::ModesPlan;
+use geardyn::report::campbell_plot::{
+    CampbellPlot, PlottedBranch, PlottedCrossing, PlottedOrder, PlottedWhirl, draw_campbell,
 };
-use geardyn::report::energy_bars::energy_matrix;
-use geardyn::report::shapes::mode_shapes;
+use geardyn::report::energy_matrix_plot::draw_energy_matrix;
+use geardyn::report::mode_shape_plot::draw_mode_shapes;
 use geardyn::scene::study::ModesStudy;
 use geardyn::scene::{read, read_text};
 
-fn answer(model: &str, study: &ModesStudy) -> (Prepared, Answer) {
+fn answer(model: &str, study: &ModesStudy) -> (PreparedMachine, ModesResult) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("models")
         .join(format!("{model}.toml"));
     prepared(&read(&path).unwrap().model, study)
 }
 
-fn prepared(model: &geardyn::scene::model::Model, study: &ModesStudy) -> (Prepared, Answer) {
-    let prepared = Prepared::new(model).unwrap_or_else(|e| panic!("{}", e.message));
-    let plan = Plan::modes(&prepared, study);
-    let answer = run(&prepared, study, &plan).unwrap_or_else(|e| panic!("{}", e.message));
-    (prepared, answer)
+fn prepared(
+    model: &geardyn::scene::model::Model,
+    study: &ModesStudy,
+) -> (PreparedMachine, ModesResult) {
+    let machine = PreparedMachine::new(model).unwrap_or_else(|e| panic!("{}", e.message));
+    let plan = ModesPlan::plan_modes(&machine, study);
+    let result = run(&machine, study, &plan).unwrap_or_else(|e| panic!("{}", e.message));
+    (machine, result)
 }
 
 fn keep(name: &str, svg: &str) {
@@ -126,15 +129,15 @@ fn law_every_model_can_be_drawn() {
             if damped && model == "uniform_chain" {
                 continue; // a thousand discs
             }
-            let (prepared, answer) = answer(model, &study);
-            if damped && !answer.complex {
+            let (machine, result) = answer(model, &study);
+            if damped && !result.complex {
                 continue;
             }
             let suffix = if damped { "_damped" } else { "" };
-            let shapes = mode_shapes(&prepared, &answer, 8);
+            let shapes = draw_mode_shapes(&machine, &result, 8);
             assert_whole(&shapes);
             keep(&format!("{model}{suffix}_shapes"), &shapes);
-            let energies = energy_matrix(&prepared, &answer, 20);
+            let energies = draw_energy_matrix(&machine, &result, 20);
             assert_whole(&energies);
             keep(&format!("{model}{suffix}_energies"), &energies);
         }
@@ -156,7 +159,7 @@ between = ["motor", "roll"]
 k = "1200 N·m/rad"
 "#;
 
-fn two_discs() -> (Prepared, Answer) {
+fn two_discs() -> (PreparedMachine, ModesResult) {
     let scene = read_text("two.toml", TWO_DISCS).unwrap();
     prepared(&scene.model, &ModesStudy::default())
 }
@@ -164,8 +167,8 @@ fn two_discs() -> (Prepared, Answer) {
 /// Two modes, one shaft: two panels with their titles, and a line in each.
 #[test]
 fn exact_panels_of_two_discs() {
-    let (prepared, answer) = two_discs();
-    let svg = mode_shapes(&prepared, &answer, 8);
+    let (machine, result) = two_discs();
+    let svg = draw_mode_shapes(&machine, &result, 8);
     assert_whole(&svg);
     assert_eq!(count(&svg, "<polyline"), 2);
     let texts = texts(&svg);
@@ -180,9 +183,9 @@ fn exact_panels_of_two_discs() {
 /// The rigid mode of a geared train is a flat line.
 #[test]
 fn exact_rigid_mode_is_flat() {
-    let (prepared, answer) = answer("geared_damped", &ModesStudy::default());
-    assert!(answer.modes[0].rigid);
-    let svg = mode_shapes(&prepared, &answer, 1);
+    let (machine, result) = answer("geared_damped", &ModesStudy::default());
+    assert!(result.modes[0].rigid);
+    let svg = draw_mode_shapes(&machine, &result, 1);
     for line in svg.split("<polyline").skip(1) {
         let points = line
             .split("points=\"")
@@ -201,12 +204,12 @@ fn exact_rigid_mode_is_flat() {
 #[test]
 fn law_same_bytes() {
     let draw = || {
-        let (prepared, answer) = two_discs();
+        let (machine, result) = two_discs();
         let (shapes, energies) = (
-            mode_shapes(&prepared, &answer, 8),
-            energy_matrix(&prepared, &answer, 8),
+            draw_mode_shapes(&machine, &result, 8),
+            draw_energy_matrix(&machine, &result, 8),
         );
-        (shapes, energies, campbell(&turbine(25)))
+        (shapes, energies, draw_campbell(&turbine(25)))
     };
     assert_eq!(draw(), draw());
 }
@@ -214,23 +217,29 @@ fn law_same_bytes() {
 /// Nothing to show is said, not a panic.
 #[test]
 fn survives_nothing_to_show() {
-    let (prepared, mut answer) = two_discs();
+    let (machine, mut result) = two_discs();
     for count in [0, 1] {
-        assert_whole(&mode_shapes(&prepared, &answer, count));
-        assert_whole(&energy_matrix(&prepared, &answer, count));
+        assert_whole(&draw_mode_shapes(&machine, &result, count));
+        assert_whole(&draw_energy_matrix(&machine, &result, count));
     }
-    answer.modes.clear();
-    answer.energies.clear();
-    assert_eq!(texts(&mode_shapes(&prepared, &answer, 8)), ["no modes"]);
-    assert_eq!(texts(&energy_matrix(&prepared, &answer, 8)), ["no modes"]);
-    assert_eq!(texts(&campbell(&Diagram::default())), ["no modes"]);
+    result.modes.clear();
+    result.shares.clear();
+    assert_eq!(texts(&draw_mode_shapes(&machine, &result, 8)), ["no modes"]);
+    assert_eq!(
+        texts(&draw_energy_matrix(&machine, &result, 8)),
+        ["no modes"]
+    );
+    assert_eq!(
+        texts(&draw_campbell(&CampbellPlot::default())),
+        ["no modes"]
+    );
 }
 
 /// Each element is named once, its share shown where it takes part.
 #[test]
 fn exact_energies_of_two_discs() {
-    let (prepared, answer) = two_discs();
-    let svg = energy_matrix(&prepared, &answer, 8);
+    let (machine, result) = two_discs();
+    let svg = draw_energy_matrix(&machine, &result, 8);
     assert_whole(&svg);
     for name in ["motor", "roll", "shaft"] {
         assert_eq!(
@@ -244,35 +253,35 @@ fn exact_energies_of_two_discs() {
 }
 
 /// Two torsional modes, two whirling pairs and four orders.
-fn turbine(n: usize) -> Diagram {
+fn turbine(n: usize) -> CampbellPlot {
     let speeds: Vec<f64> = (0..n)
         .map(|i| 3000.0 * i as f64 / (n - 1).max(1) as f64)
         .collect();
-    let branch = |label: &str, whirl, start: f64, slope: f64| BranchLine {
+    let branch = |label: &str, whirl, start: f64, slope: f64| PlottedBranch {
         label: label.to_string(),
         whirl,
         frequencies_hz: speeds.iter().map(|n| Some(start + slope * n)).collect(),
     };
-    let order = |order, label: &str| OrderLine {
+    let order = |order, label: &str| PlottedOrder {
         order,
         label: label.to_string(),
     };
-    let crossing = |speed_rpm, frequency_hz, participation| Crossing {
+    let crossing = |speed_rpm, frequency_hz, participation| PlottedCrossing {
         speed_rpm,
         frequency_hz,
         participation,
     };
     let mut branches = vec![
-        branch("mode 2 · centre_shaft", Whirl::None, 95.0, 0.0),
-        branch("mode 3 · cradle", Whirl::None, 99.0, 0.0),
-        branch("forward 1", Whirl::Forward, 60.0, 0.011),
-        branch("backward 1", Whirl::Backward, 60.0, -0.009),
-        branch("forward 2", Whirl::Forward, 140.0, 0.02),
-        branch("backward 2", Whirl::Backward, 140.0, -0.015),
+        branch("mode 2 · centre_shaft", PlottedWhirl::None, 95.0, 0.0),
+        branch("mode 3 · cradle", PlottedWhirl::None, 99.0, 0.0),
+        branch("forward 1", PlottedWhirl::Forward, 60.0, 0.011),
+        branch("backward 1", PlottedWhirl::Backward, 60.0, -0.009),
+        branch("forward 2", PlottedWhirl::Forward, 140.0, 0.02),
+        branch("backward 2", PlottedWhirl::Backward, 140.0, -0.015),
     ];
     let hole = n / 3..n / 2;
     branches[4].frequencies_hz[hole].fill(None);
-    Diagram {
+    CampbellPlot {
         shaft: "motor".to_string(),
         branches,
         orders: vec![
@@ -293,7 +302,7 @@ fn turbine(n: usize) -> Diagram {
 /// Every mode and order is named, and every crossing ringed.
 #[test]
 fn exact_labels_of_a_campbell_diagram() {
-    let svg = campbell(&turbine(61));
+    let svg = draw_campbell(&turbine(61));
     keep("campbell", &svg);
     assert_whole(&svg);
     let texts = texts(&svg);
@@ -318,17 +327,17 @@ fn exact_labels_of_a_campbell_diagram() {
 /// One speed, no frequency, a wild number: still a picture.
 #[test]
 fn survives_poor_campbell_diagrams() {
-    assert_whole(&campbell(&turbine(1)));
-    assert_whole(&campbell(&turbine(2)));
+    assert_whole(&draw_campbell(&turbine(1)));
+    assert_whole(&draw_campbell(&turbine(2)));
     let mut lost = turbine(20);
     lost.branches[0].frequencies_hz.fill(None);
     lost.branches[1].frequencies_hz[3] = Some(f64::NAN);
     lost.crossings[0].participation = f64::NAN;
     lost.orders[0].order = 0.0;
     lost.orders[1].order = -1.0;
-    assert_whole(&campbell(&lost));
+    assert_whole(&draw_campbell(&lost));
     lost.branches
         .iter_mut()
         .for_each(|b| b.frequencies_hz.fill(None));
-    assert_whole(&campbell(&lost));
+    assert_whole(&draw_campbell(&lost));
 }

@@ -9,7 +9,7 @@ use crate::support::{
     Solved, damped, lowest, model, plain, solve, solve_file, solve_model, within, worst,
 };
 use geardyn::base::code::Code;
-use geardyn::plan::stages::{Plan, Stage, Verdict};
+use geardyn::plan::stages::{ModesPlan, Stage, StageDecision};
 use geardyn::scene::study::ModesStudy;
 
 fn models() -> Vec<String> {
@@ -25,8 +25,10 @@ fn models() -> Vec<String> {
 
 /// A speed where the model states one.
 /// Stages the plan says will run.
-fn announced(plan: &Plan) -> Vec<&str> {
-    let runs = plan.rows().filter(|r| matches!(r.1, Verdict::Runs(_)));
+fn announced(plan: &ModesPlan) -> Vec<&str> {
+    let runs = plan
+        .rows()
+        .filter(|r| matches!(r.1, StageDecision::Runs(_)));
     runs.map(|r| r.0).collect()
 }
 
@@ -82,10 +84,10 @@ fn keeps_left_out() {
                 "{name}, {what}: announced and run"
             );
             text += &format!("{what}\n");
-            for (_, stage, verdict) in &solved.plan.steps {
-                text += &match verdict {
-                    Verdict::Runs(how) => format!("  runs      {stage}: {how}\n"),
-                    Verdict::LeftOut(why) => format!("  left out  {stage}: {why}\n"),
+            for (_, stage, decision) in &solved.plan.stages {
+                text += &match decision {
+                    StageDecision::Runs(how) => format!("  runs      {stage}: {how}\n"),
+                    StageDecision::LeftOut(why) => format!("  left out  {stage}: {why}\n"),
                 };
             }
         }
@@ -161,7 +163,7 @@ fn compare(what: &str, few: &Solved, all: &Solved, from: usize) {
     // The dense answer says how many digits it has.
     let digits = all.answer.modes[part.clone()]
         .iter()
-        .map(|mode| mode.digits)
+        .map(|mode| mode.trusted_digits)
         .fold(f64::INFINITY, f64::min);
     within(what, error, 10f64.powf(-digits).max(1e-12));
     for (one, other) in few.answer.modes.iter().zip(&all.answer.modes[part]) {

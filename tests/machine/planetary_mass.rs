@@ -3,17 +3,17 @@
 use crate::support;
 use std::f64::consts::TAU;
 
-use geardyn::base::stop::Stop;
+use geardyn::base::time_budget::CancelToken;
 use geardyn::modes::mode::Mode;
-use geardyn::plan::motion::choice;
+use geardyn::plan::modes_run::run;
+use geardyn::plan::motion::method_choice;
 use geardyn::plan::motion::run as motion;
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
-use geardyn::plan::run::run;
-use geardyn::plan::stages::Plan;
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::plan::stages::ModesPlan;
 use geardyn::scene;
-use geardyn::scene::laws::StartAt;
-use geardyn::scene::start::Start;
+use geardyn::scene::initial_conditions::InitialConditions;
+use geardyn::scene::laws::InitialState;
 use geardyn::scene::study::{ModesStudy, SimulateStudy};
 
 fn first_hz(lateral: &str) -> f64 {
@@ -25,9 +25,9 @@ fn first_hz(lateral: &str) -> f64 {
          [[bearing]]\nname = \"s\"\nat = \"sun\"\nk_radial = 1e12\n[[bearing]]\nname = \"c\"\nat = \"carrier\"\nk_radial = 1e12\n"
     );
     let scene = scene::read_text("test.toml", &text).unwrap_or_else(|e| panic!("{e}"));
-    let prepared = Prepared::new(&scene.model).unwrap_or_else(|e| panic!("{e}"));
+    let machine = PreparedMachine::new(&scene.model).unwrap_or_else(|e| panic!("{e}"));
     let study = ModesStudy::default();
-    let answer = run(&prepared, &study, &Plan::modes(&prepared, &study)).unwrap();
+    let answer = run(&machine, &study, &ModesPlan::plan_modes(&machine, &study)).unwrap();
     answer
         .modes
         .iter()
@@ -55,7 +55,7 @@ fn refuses_planet_bearings_without_lateral() {
          [[planetary]]\nname = \"stage\"\nsun = \"sun\"\nring = \"ground\"\ncarrier = \"carrier\"\nplanets = 3\nteeth = [20, 31, 82]\nmodule = 0.006\nplanet_J = 0.01\nk_bearing = 1e9\n";
     let scene = scene::read_text("test.toml", text).unwrap();
     assert!(
-        Prepared::new(&scene.model)
+        PreparedMachine::new(&scene.model)
             .err()
             .unwrap()
             .message
@@ -69,20 +69,20 @@ fn turning(change: impl Fn(String) -> String) -> String {
     format!("{}\n[speed]\ncarrier = \"1000 rpm\"\n", change(text))
 }
 
-fn prepared(text: &str) -> Result<Prepared, String> {
+fn prepared(text: &str) -> Result<PreparedMachine, String> {
     let scene = scene::read_text("test.toml", text).map_err(|e| e.to_string())?;
-    Prepared::new(&scene.model).map_err(|e| e.to_string())
+    PreparedMachine::new(&scene.model).map_err(|e| e.to_string())
 }
 
 fn at_speed(text: &str, damped: bool) -> Result<Vec<Mode>, String> {
-    let prepared = prepared(text)?;
+    let machine = prepared(text)?;
     let study = ModesStudy {
         speed: Some(1000.0 * TAU / 60.0),
         damped,
         ..ModesStudy::default()
     };
-    let plan = Plan::modes(&prepared, &study);
-    let answer = run(&prepared, &study, &plan).map_err(|e| e.message)?;
+    let plan = ModesPlan::plan_modes(&machine, &study);
+    let answer = run(&machine, &study, &plan).map_err(|e| e.message)?;
     Ok(answer.modes)
 }
 
@@ -115,26 +115,26 @@ fn ref_stage_that_turns_in_the_inertial_frame() {
 #[test]
 fn ref_stage_that_turns_keeps_its_speed() {
     let reference = support::reference("turning_stage");
-    let prepared = prepared(&turning(|text| text)).unwrap();
-    let start = Start {
-        at: StartAt::Steady,
-        ..Start::default()
+    let machine = prepared(&turning(|text| text)).unwrap();
+    let conditions = InitialConditions {
+        at: InitialState::Steady,
+        ..InitialConditions::default()
     };
     let study = SimulateStudy {
-        until: Some(0.2),
+        end_time: Some(0.2),
         outputs: vec!["carrier.speed".to_string(), "stage.planet_1.x".to_string()],
         ..SimulateStudy::default()
     };
-    let ready = MotionScene::new(&prepared, &start, &study).unwrap();
-    let choice = choice::choose(&ready.moving.train, &study).unwrap();
-    let motion = motion::run(&ready, &choice, false, &Stop::default())
+    let ready = SimulationSetup::new(&machine, &conditions, &study).unwrap();
+    let choice = method_choice::choose_method(&ready.model.model, &study).unwrap();
+    let motion = motion::run(&ready, &choice, false, &CancelToken::default())
         .unwrap()
         .values;
     let speed = 1000.0 * TAU / 60.0;
-    let stretch = support::number(&reference["planet_stretch_m"]);
+    let interval = support::number(&reference["planet_stretch_m"]);
     for (&v, &x) in motion[0].iter().zip(&motion[1]) {
         assert!((v / speed - 1.0).abs() < 1e-6, "{v}");
-        assert!((x / stretch - 1.0).abs() < 1e-3, "{x}");
+        assert!((x / interval - 1.0).abs() < 1e-3, "{x}");
     }
 }
 
@@ -250,6 +250,6 @@ fn refuses_what_varies_in_a_turning_frame() {
         assert!(message.contains(named), "{message}");
         let rest = prepared(&text).unwrap();
         let study = ModesStudy::default();
-        assert!(run(&rest, &study, &Plan::modes(&rest, &study)).is_ok());
+        assert!(run(&rest, &study, &ModesPlan::plan_modes(&rest, &study)).is_ok());
     }
 }

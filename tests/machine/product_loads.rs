@@ -2,13 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::base::stop::Stop;
+use geardyn::base::time_budget::CancelToken;
 use geardyn::motion::product::product;
 use geardyn::motion::signal::Signal;
-use geardyn::plan::motion::choice;
+use geardyn::plan::motion::method_choice;
 use geardyn::plan::motion::run;
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::scene;
 use geardyn::scene::study::SimulateStudy;
 
@@ -18,17 +18,21 @@ const HEAD: &str = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
 fn speeds(text: &str, method: Option<&str>) -> (Vec<f64>, &'static str) {
     let scene = scene::read_text("test.toml", &format!("{HEAD}{text}")).unwrap();
     let study = SimulateStudy {
-        until: Some(1.0),
+        end_time: Some(1.0),
         outputs: vec!["a.theta.speed".to_string()],
         samples: Some(50),
         tolerance: Some(1e-11),
         method: method.map(str::to_string),
         ..SimulateStudy::default()
     };
-    let ready =
-        MotionScene::new(&Prepared::new(&scene.model).unwrap(), &scene.start, &study).unwrap();
-    let choice = choice::choose(&ready.moving.train, &study).unwrap();
-    let motion = run::run(&ready, &choice, false, &Stop::default()).unwrap();
+    let ready = SimulationSetup::new(
+        &PreparedMachine::new(&scene.model).unwrap(),
+        &scene.conditions,
+        &study,
+    )
+    .unwrap();
+    let choice = method_choice::choose_method(&ready.model.model, &study).unwrap();
+    let motion = run::run(&ready, &choice, false, &CancelToken::default()).unwrap();
     (motion.values[0].clone(), choice.method.name)
 }
 
@@ -155,7 +159,7 @@ fn exact_products() {
         }
     }
     // What lasts always stays exact for the methods that know harmonics.
-    assert!(product(&sine, &beat).unwrap().is_straight());
-    assert!(!product(&sine, &step).unwrap().is_straight());
+    assert!(product(&sine, &beat).unwrap().is_piecewise_linear());
+    assert!(!product(&sine, &step).unwrap().is_piecewise_linear());
     assert!(product(&product(&ramp, &ramp).unwrap(), &sine).is_err());
 }

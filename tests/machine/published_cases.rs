@@ -436,9 +436,9 @@ fn exact_uniform_chains_all_modes() {
             {
                 let error = (mode.omega() / exact - 1.0).abs();
                 assert!(
-                    error <= 3.0 * 10f64.powf(-mode.digits),
+                    error <= 3.0 * 10f64.powf(-mode.trusted_digits),
                     "{error:.1e}, {} digits",
-                    mode.digits
+                    mode.trusted_digits
                 );
             }
         }

@@ -5,10 +5,10 @@ use std::f64::consts::{PI, TAU};
 use crate::support::verification::printed;
 use crate::support::{damped, model, plain, solve, within, worst};
 use geardyn::numeric::Complex;
-use geardyn::plan::prepared::Prepared;
-use geardyn::response::frequency::{Way, responses};
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::response::frf::{ResponseMethod, frf_matrix};
 use geardyn::response::ports::Ports;
-use geardyn::response::system::Setting;
+use geardyn::response::system::OperatingModel;
 use geardyn::scene::study::ModesStudy;
 
 const HEAD: &str = "units = \"SI\"\ntitle = \"rotor\"\nsource = \"a test\"\n";
@@ -211,15 +211,15 @@ fn exact_jeffcott_unbalance() {
         "{HEAD}[[inertia]]\nname = \"disc\"\nJ = 1.0\nmass = {mass:?}\n\
          [[bearing]]\nname = \"shaft\"\nat = \"disc\"\nk_x = {k:?}\nk_y = {k:?}\nc_x = {c:?}\nc_y = {c:?}\n"
     );
-    let prepared = Prepared::new(&model(&text)).unwrap();
-    let setting = Setting {
-        machine: &prepared.machine,
-        operating: &prepared.operating,
-        linear: &prepared.linear,
+    let prepared_machine = PreparedMachine::new(&model(&text)).unwrap();
+    let operating_model = OperatingModel {
+        machine: &prepared_machine.machine,
+        point: &prepared_machine.point,
+        model: &prepared_machine.model,
         speeds: None,
     };
     let port = ["disc.x".to_string()];
-    let ports = Ports::read(&prepared.machine, &port, &port, &[]).unwrap();
+    let ports = Ports::parse(&prepared_machine.machine, &port, &port, &[]).unwrap();
     for (rpm, amplitude, lag) in [
         (1500.0, 6.53706294326e-6, Some(3.77284814)),
         (3000.0, 1.97002069938e-4, Some(82.52243566)),
@@ -230,7 +230,7 @@ fn exact_jeffcott_unbalance() {
         (3191.75479635, 2.00250469729e-4 / 2f64.sqrt(), None),
     ] {
         let speed = rpm * TAU / 60.0;
-        let found = responses(&setting, &ports, &[speed], Way::Direct).unwrap();
+        let found = frf_matrix(&operating_model, &ports, &[speed], ResponseMethod::Direct).unwrap();
         let whirl = found.values[0][(0, 0)] * (mass * eccentricity * speed * speed);
         // Speeds with twelve digits stand on flanks of the peak, 10 times as steep.
         within("amplitudes", (whirl.norm() / amplitude - 1.0).abs(), 1e-10);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::fs;
 
-use geardyn::scene::model::{BarMass, End, Loss, PlanetarySize, ShaftBody};
+use geardyn::scene::model::{BarMass, BranchDamping, BranchEnd, PlanetaryGeometry, ShaftBody};
 use geardyn::scene::study::{SpeedRange, StudyKind};
 use geardyn::scene::{read, read_text};
 
@@ -147,7 +147,7 @@ fn exact_one_of_each_element() {
     close(m.inertias[2].mass.unwrap(), mass);
     close(m.inertias[2].polar, mass * (0.2 * 0.2 + 0.04 * 0.04) / 8.0);
     assert!(matches!(m.shafts[0].body, Some(ShaftBody::Stiffness(k)) if k == 8500.0));
-    assert_eq!(m.shafts[0].loss, Loss::Ratio(0.01));
+    assert_eq!(m.shafts[0].damping, BranchDamping::Ratio(0.01));
     let Some(ShaftBody::Bar {
         shear_modulus,
         segments,
@@ -159,28 +159,28 @@ fn exact_one_of_each_element() {
     };
     assert_eq!((segments, mass), (4, BarMass::Consistent));
     close(shear_modulus, 79.3e9);
-    assert!(m.chains[0].start_held && !m.chains[0].end_held);
+    assert!(m.chains[0].start_fixed && !m.chains[0].end_fixed);
     let pair = &m.gear_pairs[0];
-    close(pair.contact.stiffness.unwrap(), 420e6);
-    close(pair.contact.backlash, 80e-6);
+    close(pair.parameters.stiffness.unwrap(), 420e6);
+    close(pair.parameters.backlash, 80e-6);
     close(pair.spiral_angles[1], PI / 12.0);
     close(pair.pressure_angle, PI / 9.0);
     assert_eq!(pair.mesh_angles, [0.0, PI]);
     assert_eq!(m.worm_pairs[0].module, None);
     let stage = &m.planetaries[0];
     assert_eq!(stage.positions.len(), 3);
-    assert!(matches!(stage.ring, End::Ground));
+    assert!(matches!(stage.ring, BranchEnd::Ground));
     assert!(matches!(
         stage.size,
-        PlanetarySize::Teeth {
+        PlanetaryGeometry::Teeth {
             teeth: [20, 40, 100],
             ..
         }
     ));
-    assert_eq!(stage.ring_contact.loss, Loss::Viscous(1000.0));
+    assert_eq!(stage.ring_contact.damping, BranchDamping::Viscous(1000.0));
     close(stage.pressure_angles[1], 21.0 * PI / 180.0);
-    assert_eq!(m.belts[0].exact, [50_000_000, 125_000_000]);
-    assert_eq!(m.couplings[0].contact.stiffness, Some(-5.0));
+    assert_eq!(m.belts[0].ratio_integers, [50_000_000, 125_000_000]);
+    assert_eq!(m.couplings[0].parameters.stiffness, Some(-5.0));
     assert_eq!(m.bearings[0].stiffness.len(), 4);
     assert_eq!(m.bearings[0].damping.len(), 1);
     close(m.speeds[0].speed, 1450.0 * PI / 30.0);
@@ -311,10 +311,10 @@ fn survives_random_mutations() {
         }
         let text: String = text.into_iter().collect();
         if let Err(errors) = read_text("m.toml", &text) {
-            assert!(!errors.list().is_empty());
+            assert!(!errors.as_slice().is_empty());
             assert!(errors.to_string().len() < 20_000);
             #[cfg(feature = "cli")]
-            assert!(!geardyn::cli::diagnostic::errors(&errors, false).is_empty());
+            assert!(!geardyn::cli::render::render_errors(&errors, false).is_empty());
         }
     }
 }
@@ -344,5 +344,5 @@ fn survives_a_hundred_thousand_tables() {
     );
     let wrong = text.replace("name = \"b", "nam = \"b");
     let errors = read_text("m.toml", &wrong).unwrap_err();
-    assert_eq!(errors.list().len(), 1000);
+    assert_eq!(errors.as_slice().len(), 1000);
 }

@@ -5,29 +5,31 @@ use std::path::Path;
 use crate::support::verification::within;
 use geardyn::base::code::Code;
 use geardyn::machine::{
-    build::build, kinematics::Kinematics, linear::Linear, operating::Operating, parts::Machine,
+    build::build, components::Machine, kinematics::Kinematics, linear::LinearModel,
+    operating_point::OperatingPoint,
 };
-use geardyn::modes::basis::{self, Basis, Solver};
-use geardyn::modes::equations::{Case, Equations};
+use geardyn::modes::modal_basis::{self, ModalBasis, UndampedSolver};
 use geardyn::modes::reduction::{
-    Band, BandError, Keep, Method, Reduced, advise, coordinate, frequencies,
+    BandError, ComparisonBand, ModeSelection, ReducedModel, ReductionMethod, coordinate_by_name,
+    find_condensable, natural_frequencies,
 };
 use geardyn::modes::state_space::StateSpace;
-use geardyn::numeric::{Complex, ComplexMatrix, definite};
+use geardyn::modes::system_matrices::{AnalysisContext, SystemMatrices};
+use geardyn::numeric::{Complex, ComplexMatrix, symmetric};
 
 const TAU: f64 = std::f64::consts::TAU;
 
 struct Ready {
     machine: Machine,
-    linear: Linear,
-    basis: Basis,
+    linear: LinearModel,
+    basis: ModalBasis,
 }
 
 impl Ready {
-    fn case(&self) -> Case<'_> {
-        Case {
+    fn case(&self) -> AnalysisContext<'_> {
+        AnalysisContext {
             machine: &self.machine,
-            linear: &self.linear,
+            model: &self.linear,
             basis: &self.basis,
             speeds: None,
         }
@@ -36,7 +38,7 @@ impl Ready {
     fn at(&self, names: &[&str]) -> Vec<usize> {
         names
             .iter()
-            .map(|name| coordinate(&self.machine, &self.linear, name).unwrap())
+            .map(|name| coordinate_by_name(&self.machine, &self.linear, name).unwrap())
             .collect()
     }
 
@@ -44,33 +46,31 @@ impl Ready {
         self.basis.omega[mode] / TAU
     }
 
-    fn reduce(&self, method: Method) -> Reduced {
-        Reduced::new(&self.case(), method).unwrap()
+    fn reduce(&self, method: ReductionMethod) -> ReducedModel {
+        ReducedModel::new(&self.case(), method).unwrap()
     }
 
-    fn compare(&self, method: Method, f_max_hz: f64, ports: &[&str]) -> BandError {
-        let freedoms: Vec<usize> = ports
-            .iter()
-            .map(|p| self.machine.freedom(p).unwrap())
-            .collect();
+    fn compare(&self, method: ReductionMethod, f_max_hz: f64, ports: &[&str]) -> BandError {
+        let dofs: Vec<usize> = ports.iter().map(|p| self.machine.dof(p).unwrap()).collect();
         self.reduce(method)
             .compare(
                 &self.case(),
-                &Band::new(f_max_hz, freedoms.clone(), freedoms),
+                &ComparisonBand::new(f_max_hz, dofs.clone(), dofs),
             )
             .unwrap()
     }
 
     /// Receptance between coordinates: of the full machine, and of the reduced one.
-    fn receptance(&self, reduced: &Equations, at: &[usize], s: Complex) -> ComplexMatrix {
+    fn receptance(&self, reduced: &SystemMatrices, at: &[usize], s: Complex) -> ComplexMatrix {
         let n = reduced.len();
         let t = |j: usize, i: usize| Complex::new(reduced.transform[(at[i], j)], 0.0);
         let load = ComplexMatrix::from_fn(n, at.len(), t);
-        load.transpose() * definite::solve_complex(&reduced.dynamic_stiffness(s), &load).unwrap()
+        load.transpose()
+            * symmetric::lu_solve_complex(&reduced.dynamic_stiffness(s), &load).unwrap()
     }
 
-    fn full(&self) -> Equations {
-        Equations::over(
+    fn full(&self) -> SystemMatrices {
+        SystemMatrices::in_basis(
             &self.case(),
             geardyn::numeric::Matrix::identity(self.linear.n, self.linear.n),
             Vec::new(),
@@ -82,12 +82,12 @@ impl Ready {
 fn ready(model: &geardyn::scene::model::Model) -> Ready {
     let machine = build(model).unwrap();
     let kinematics = Kinematics::new(&machine).unwrap();
-    let operating = Operating::find(&machine, &kinematics).unwrap();
-    let linear = Linear::new(&machine, &kinematics, &operating).unwrap();
-    let basis = basis::solve(&linear, Solver::Factored).unwrap();
+    let point = OperatingPoint::solve(&machine, &kinematics).unwrap();
+    let linear_model = LinearModel::new(&machine, &kinematics, &point).unwrap();
+    let basis = modal_basis::solve(&linear_model, UndampedSolver::Factored).unwrap();
     Ready {
         machine,
-        linear,
+        linear: linear_model,
         basis,
     }
 }
@@ -151,13 +151,13 @@ fn every(n: usize, step: usize) -> Vec<usize> {
 fn exact_guyan_at_rest() {
     for ready in [chain("start", ""), tree(true, "")] {
         let masters = every(ready.linear.n, 4);
-        let reduced = ready.reduce(Method::Guyan {
+        let model = ready.reduce(ReductionMethod::Guyan {
             masters: masters.clone(),
         });
         let zero = Complex::new(0.0, 0.0);
         let error = difference(
             &ready.receptance(&ready.full(), &masters, zero),
-            &ready.receptance(&reduced.equations, &masters, zero),
+            &ready.receptance(&model.matrices, &masters, zero),
         );
         within("receptances", error, 1e-12);
     }
@@ -169,7 +169,7 @@ fn exact_dynamic_at_its_frequency() {
     for ready in [chain("none", ""), tree(true, "")] {
         let masters = every(ready.linear.n, 4);
         let at_hz = 0.5 * (ready.hz(3) + ready.hz(4));
-        let reduced = ready.reduce(Method::Dynamic {
+        let model = ready.reduce(ReductionMethod::Dynamic {
             masters: masters.clone(),
             at_hz,
         });
@@ -177,7 +177,7 @@ fn exact_dynamic_at_its_frequency() {
             let s = Complex::new(0.0, TAU * hz);
             difference(
                 &ready.receptance(&ready.full(), &masters, s),
-                &ready.receptance(&reduced.equations, &masters, s),
+                &ready.receptance(&model.matrices, &masters, s),
             )
         };
         within("receptances", error(at_hz), 1e-10);
@@ -194,16 +194,16 @@ fn exact_craig_bampton_with_all_modes() {
         tree(false, "loss_factor = 0.02"),
         shipped("lin_parker_n3.toml"),
     ] {
-        let reduced = ready.reduce(Method::CraigBampton {
+        let model = ready.reduce(ReductionMethod::CraigBampton {
             boundary: vec![0, 1],
-            keep: Keep::Count(usize::MAX),
+            selection: ModeSelection::Count(usize::MAX),
         });
-        assert!(reduced.lowest_dropped.is_none());
+        assert!(model.lowest_dropped.is_none());
         let all: Vec<usize> = (0..ready.linear.n).collect();
         let s = Complex::new(0.02, 1.0) * ready.basis.omega[ready.basis.n_rigid + 1] * 1.1;
         let error = difference(
             &ready.receptance(&ready.full(), &all, s),
-            &ready.receptance(&reduced.equations, &all, s),
+            &ready.receptance(&model.matrices, &all, s),
         );
         within("receptances", error, 1e-9);
     }
@@ -220,11 +220,11 @@ fn law_craig_bampton_converges_from_above() {
         let rigid = ready.basis.n_rigid;
         let mut before = f64::INFINITY;
         for n in 0..5 {
-            let reduced = ready.reduce(Method::CraigBampton {
+            let model = ready.reduce(ReductionMethod::CraigBampton {
                 boundary: vec![0, ready.linear.n - 1],
-                keep: Keep::Count(n),
+                selection: ModeSelection::Count(n),
             });
-            let found = frequencies(&ready.linear, &reduced.equations).unwrap();
+            let found = natural_frequencies(&ready.linear, &model.matrices).unwrap();
             assert!(found[..rigid].iter().all(|&w| w == 0.0));
             let error = found[rigid] / ready.basis.omega[rigid] - 1.0;
             println!("{name} {n} {error:.2e}");
@@ -249,25 +249,25 @@ fn law_rigid_motions_survive() {
     ] {
         let n = ready.linear.n;
         let methods = [
-            Method::Guyan {
+            ReductionMethod::Guyan {
                 masters: vec![0, n - 1],
             },
-            Method::CraigBampton {
+            ReductionMethod::CraigBampton {
                 boundary: vec![0, n - 1],
-                keep: Keep::Count(2),
+                selection: ModeSelection::Count(2),
             },
-            Method::Modal {
-                keep: Keep::Count(1),
+            ReductionMethod::Modal {
+                selection: ModeSelection::Count(1),
                 ports: vec![0],
             },
         ];
         for method in methods {
-            let reduced = ready.reduce(method.clone());
-            for motion in basis::rigid_modes(&ready.linear) {
-                let e = &reduced.equations;
+            let model = ready.reduce(method.clone());
+            for motion in modal_basis::rigid_modes(&ready.linear) {
+                let e = &model.matrices;
                 // The coordinates of the motion: kept ones, modes at rest; or the rigid mode itself.
                 let r: Vec<f64> = match &method {
-                    Method::Modal { .. } => {
+                    ReductionMethod::Modal { .. } => {
                         (0..e.len()).map(|j| f64::from(u8::from(j == 0))).collect()
                     }
                     _ => (0..e.len())
@@ -293,7 +293,7 @@ fn law_rigid_motions_survive() {
             }
             if ready.basis.n_rigid > 0 {
                 assert_eq!(
-                    frequencies(&ready.linear, &reduced.equations).unwrap()[0],
+                    natural_frequencies(&ready.linear, &model.matrices).unwrap()[0],
                     0.0
                 );
             }
@@ -311,25 +311,25 @@ fn law_reciprocity() {
     ] {
         let n = ready.linear.n;
         for method in [
-            Method::Guyan {
+            ReductionMethod::Guyan {
                 masters: vec![0, 7, n - 1],
             },
-            Method::Dynamic {
+            ReductionMethod::Dynamic {
                 masters: vec![0, 7, n - 1],
                 at_hz: 0.8 * ready.hz(1),
             },
-            Method::CraigBampton {
+            ReductionMethod::CraigBampton {
                 boundary: vec![0, 7],
-                keep: Keep::Count(4),
+                selection: ModeSelection::Count(4),
             },
-            Method::Modal {
-                keep: Keep::Count(4),
+            ReductionMethod::Modal {
+                selection: ModeSelection::Count(4),
                 ports: vec![0, n - 1],
             },
         ] {
-            let reduced = ready.reduce(method);
+            let model = ready.reduce(method);
             let h = ready.receptance(
-                &reduced.equations,
+                &model.matrices,
                 &[0, 3, n - 1],
                 Complex::new(0.0, 0.7 * ready.basis.omega[2]),
             );
@@ -344,13 +344,13 @@ fn exact_modal_at_rest() {
     let ready = tree(true, "");
     let zero = Complex::new(0.0, 0.0);
     let ports = [0, 9, 14];
-    let reduced = ready.reduce(Method::Modal {
-        keep: Keep::Count(2),
+    let model = ready.reduce(ReductionMethod::Modal {
+        selection: ModeSelection::Count(2),
         ports: ports.to_vec(),
     });
     let error = difference(
         &ready.receptance(&ready.full(), &ports, zero),
-        &ready.receptance(&reduced.equations, &ports, zero),
+        &ready.receptance(&model.matrices, &ports, zero),
     );
     within("receptances", error, 1e-12);
 }
@@ -389,28 +389,28 @@ fn law_estimates_hold() {
         let methods = [
             (
                 "guyan",
-                Method::Guyan {
+                ReductionMethod::Guyan {
                     masters: masters.clone(),
                 },
             ),
             (
                 "dynamic",
-                Method::Dynamic {
+                ReductionMethod::Dynamic {
                     masters,
                     at_hz: ready.hz(rigid + 1) * 1.1,
                 },
             ),
             (
                 "craig-bampton",
-                Method::CraigBampton {
+                ReductionMethod::CraigBampton {
                     boundary: at.clone(),
-                    keep: Keep::Count(6),
+                    selection: ModeSelection::Count(6),
                 },
             ),
             (
                 "modal",
-                Method::Modal {
-                    keep: Keep::Count(6),
+                ReductionMethod::Modal {
+                    selection: ModeSelection::Count(6),
                     ports: at.clone(),
                 },
             ),
@@ -442,15 +442,15 @@ fn law_estimates_hold() {
 #[test]
 fn exact_reduced_state_space() {
     let ready = tree(true, "c = 1.0");
-    let reduced = ready.reduce(Method::CraigBampton {
+    let model = ready.reduce(ReductionMethod::CraigBampton {
         boundary: vec![0, 14],
-        keep: Keep::Below(ready.hz(5)),
+        selection: ModeSelection::Below(ready.hz(5)),
     });
     let names = ["d0".to_string(), "d14".to_string()];
-    let space = StateSpace::of(&ready.case(), &reduced.equations, &names, &names).unwrap();
+    let space = StateSpace::from_matrices(&ready.case(), &model.matrices, &names, &names).unwrap();
     let s = Complex::new(0.0, 0.9 * ready.basis.omega[2]);
     let error = difference(
-        &ready.receptance(&reduced.equations, &[0, 14], s),
+        &ready.receptance(&model.matrices, &[0, 14], s),
         &space.transfer(s).unwrap(),
     );
     within("receptances", error, 1e-10);
@@ -487,23 +487,23 @@ between = [\"joint\", \"roll\"]
 k = 1e4
 ",
     );
-    let advice = advise(&ready.case(), 100.0, 1e-3).unwrap();
+    let advice = find_condensable(&ready.case(), 100.0, 1e-3).unwrap();
     let names: Vec<String> = advice
         .leave_out
         .iter()
-        .map(|c| ready.machine.freedom_name(c.freedom))
+        .map(|c| ready.machine.dof_name(c.dof))
         .collect();
     assert_eq!(names, ["joint.theta", "hub.theta"]);
     assert!(
-        advice.leave_out[0].own_hz.is_infinite()
-            && (advice.leave_out[1].own_hz - (2e10f64).sqrt() / TAU).abs() < 1e-6
+        advice.leave_out[0].fixed_frequency_hz.is_infinite()
+            && (advice.leave_out[1].fixed_frequency_hz - (2e10f64).sqrt() / TAU).abs() < 1e-6
     );
     assert_eq!(advice.compared, 1);
     assert!(advice.worst_change < 1e-6, "{}", advice.worst_change);
     // Nothing can go from a chain whose whole band is asked for.
     let uniform = chain("start", "");
     assert!(
-        advise(&uniform.case(), uniform.hz(29), 1e-6)
+        find_condensable(&uniform.case(), uniform.hz(29), 1e-6)
             .unwrap()
             .leave_out
             .is_empty()
@@ -523,7 +523,7 @@ fn survives_shipped_models() {
             continue;
         }
         let f_max = ready.hz(ready.basis.n_rigid) * 1.5;
-        let advice = advise(&ready.case(), f_max, 0.01).unwrap();
+        let advice = find_condensable(&ready.case(), f_max, 0.01).unwrap();
         println!(
             "{name}: {} of {} can go below {f_max:.1} Hz, change {:.1e}",
             advice.leave_out.len(),
@@ -537,29 +537,30 @@ fn survives_shipped_models() {
 #[test]
 fn refuses_what_cannot_be_kept() {
     let ready = tree(false, "");
-    let refused = |method: Method| Reduced::new(&ready.case(), method).unwrap_err().code;
+    let refused =
+        |method: ReductionMethod| ReducedModel::new(&ready.case(), method).unwrap_err().code;
     assert_eq!(
-        refused(Method::Guyan { masters: vec![] }),
+        refused(ReductionMethod::Guyan { masters: vec![] }),
         Code::Disconnected
     );
     assert_eq!(
-        refused(Method::Guyan { masters: vec![99] }),
+        refused(ReductionMethod::Guyan { masters: vec![99] }),
         Code::OutOfRange
     );
     assert_eq!(
-        refused(Method::Modal {
-            keep: Keep::Count(1),
+        refused(ReductionMethod::Modal {
+            selection: ModeSelection::Count(1),
             ports: vec![3, 3]
         }),
         Code::OutOfRange
     );
-    let reduced = ready.reduce(Method::Guyan { masters: vec![0] });
-    let error = reduced
-        .compare(&ready.case(), &Band::new(0.0, vec![0], vec![0]))
+    let model = ready.reduce(ReductionMethod::Guyan { masters: vec![0] });
+    let error = model
+        .compare(&ready.case(), &ComparisonBand::new(0.0, vec![0], vec![0]))
         .unwrap_err();
     assert_eq!(error.code, Code::OutOfRange);
     assert_eq!(
-        advise(&ready.case(), 10.0, 0.0).unwrap_err().code,
+        find_condensable(&ready.case(), 10.0, 0.0).unwrap_err().code,
         Code::OutOfRange
     );
 }

@@ -10,18 +10,18 @@ use geardyn::base::error::Error;
 use geardyn::machine::kinematics::mean_speeds;
 use geardyn::motion::assemble::assemble;
 use geardyn::numeric::{Complex, ComplexMatrix, Matrix};
-use geardyn::plan::prepared::Prepared;
-use geardyn::response::frequency::{How, Responses, Way, responses};
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::response::frf::{FrfMatrix, ResponseMethod, SolverKind, frf_matrix};
 use geardyn::response::ports::Ports;
-use geardyn::response::system::Setting;
-use geardyn::scene::laws::PhaseOf;
-use geardyn::scene::start::Start;
+use geardyn::response::system::OperatingModel;
+use geardyn::scene::initial_conditions::InitialConditions;
+use geardyn::scene::laws::MeshPhase;
 use serde_json::Value;
 
 const HEAD: &str = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
 
-fn written(text: &str) -> Prepared {
-    Prepared::new(
+fn written(text: &str) -> PreparedMachine {
+    PreparedMachine::new(
         &geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}"))
             .unwrap()
             .model,
@@ -29,18 +29,18 @@ fn written(text: &str) -> Prepared {
     .unwrap()
 }
 
-fn shipped(name: &str) -> Prepared {
+fn shipped(name: &str) -> PreparedMachine {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("models")
         .join(name);
-    Prepared::new(&geardyn::scene::read(&path).unwrap().model).unwrap()
+    PreparedMachine::new(&geardyn::scene::read(&path).unwrap().model).unwrap()
 }
 
 struct Ask<'a> {
     inputs: &'a [&'a str],
     outputs: &'a [&'a str],
     held: &'a [&'a str],
-    way: Way,
+    way: ResponseMethod,
     turning: bool,
 }
 
@@ -50,7 +50,7 @@ impl Default for Ask<'_> {
             inputs: &[],
             outputs: &[],
             held: &[],
-            way: Way::Direct,
+            way: ResponseMethod::Direct,
             turning: false,
         }
     }
@@ -60,30 +60,34 @@ fn names(words: &[&str]) -> Vec<String> {
     words.iter().map(|w| w.to_string()).collect()
 }
 
-fn answer(prepared: &Prepared, ask: &Ask, omega: &[f64]) -> Result<Responses, Error> {
-    let Prepared {
+fn answer(
+    prepared_machine: &PreparedMachine,
+    ask: &Ask,
+    omega: &[f64],
+) -> Result<FrfMatrix, Error> {
+    let PreparedMachine {
         machine,
         kinematics,
-        operating,
-        linear,
+        point,
+        model: linear,
         ..
-    } = prepared;
+    } = prepared_machine;
     let speeds = ask
         .turning
         .then(|| mean_speeds(machine, kinematics, None).unwrap());
-    let setting = Setting {
+    let model = OperatingModel {
         machine,
-        operating,
-        linear,
+        point,
+        model: linear,
         speeds: speeds.as_deref(),
     };
-    let ports = Ports::read(
+    let ports = Ports::parse(
         machine,
         &names(ask.inputs),
         &names(ask.outputs),
         &names(ask.held),
     )?;
-    responses(&setting, &ports, omega, ask.way)
+    frf_matrix(&model, &ports, omega, ask.way)
 }
 
 fn close(found: Complex, exact: Complex, tolerance: f64) {
@@ -101,7 +105,7 @@ fn apart(a: &ComplexMatrix, b: &ComplexMatrix) -> f64 {
 }
 
 const I: Complex = Complex::new(0.0, 1.0);
-const WAYS: [Way; 2] = [Way::Direct, Way::Modal];
+const WAYS: [ResponseMethod; 2] = [ResponseMethod::Direct, ResponseMethod::Modal];
 
 /// What a bearing exerts along an axis is all of it: spring, dashpot, cross terms of either kind. The body's balance closes,
 /// `F = f − m a`, driven by a force or by the base.
@@ -119,7 +123,7 @@ fn law_bearing_forces_are_whole() {
         let body = written(&format!(
             "{own}\nbearing = [{{ name = \"b\", at = \"s\", k_theta = 10.0, {terms} }}]"
         ));
-        for way in WAYS {
+        for method in WAYS {
             let ask = Ask {
                 inputs: &["s.x", "ground.x", "ground.y"],
                 outputs: &[
@@ -128,13 +132,13 @@ fn law_bearing_forces_are_whole() {
                     "s.x.acceleration",
                     "s.y.acceleration",
                 ],
-                way,
+                way: method,
                 ..Ask::default()
             };
             let found = match answer(&body, &ask, &[20.0, 60.0, 300.0, 2000.0]) {
                 Ok(found) => found,
                 // Without symmetry there are no real modes to sum over.
-                Err(_) if way == Way::Modal && terms.contains("-4e5") => continue,
+                Err(_) if method == ResponseMethod::Modal && terms.contains("-4e5") => continue,
                 Err(error) => panic!("{error:?}"),
             };
             for h in &found.values {
@@ -158,7 +162,7 @@ fn exact_one_freedom() {
     let one = written(&format!(
         "inertia = [{{ name = \"disc\", J = {j} }}]\nshaft = [{{ name = \"shaft\", between = [\"ground\", \"disc\"], k = {k}, c = {c} }}]"
     ));
-    for way in WAYS {
+    for method in WAYS {
         let ask = Ask {
             inputs: &["disc", "ground.theta", "shaft.displacement"],
             outputs: &[
@@ -168,7 +172,7 @@ fn exact_one_freedom() {
                 "shaft.force",
                 "shaft.deflection",
             ],
-            way,
+            way: method,
             ..Ask::default()
         };
         let omega = [0.0, 3.0, (k / j).sqrt(), 500.0];
@@ -207,11 +211,11 @@ fn exact_two_discs() {
         "disc_2.acceleration",
     ];
     let omega = [1e-6, 0.1, 100.0, 1000.0, 1200.0, 1e5];
-    for way in WAYS {
+    for method in WAYS {
         let ask = Ask {
             inputs: &["disc_1"],
             outputs: &outputs,
-            way,
+            way: method,
             ..Ask::default()
         };
         for (h, w) in answer(&two, &ask, &omega).unwrap().values.iter().zip(omega) {
@@ -226,7 +230,7 @@ fn exact_two_discs() {
         let still = Ask {
             inputs: &["disc_1"],
             outputs: &outputs[2..],
-            way,
+            way: method,
             ..Ask::default()
         };
         let h = &answer(&two, &still, &[0.0]).unwrap().values[0];
@@ -255,11 +259,11 @@ fn ref_numpy_multipliers() {
     for case in ["free", "driven"] {
         let inputs = list(&reference[case]["inputs"]);
         let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
-        for way in WAYS {
+        for method in WAYS {
             let ask = Ask {
                 inputs: &inputs,
                 outputs: &outputs,
-                way,
+                way: method,
                 ..Ask::default()
             };
             for (line, rows) in reference[case]["values"]
@@ -292,28 +296,28 @@ fn ref_numpy_multipliers() {
 /// Reciprocity, and a sum over modes against direct solutions, on shipped machines.
 #[test]
 fn law_reciprocity_and_modal_sum() {
-    let cases: [(&str, [&str; 3], How); 4] = [
+    let cases: [(&str, [&str; 3], SolverKind); 4] = [
         (
             "y2250.toml",
             ["motor", "workpiece", "cutter_head"],
-            How::ComplexModes,
+            SolverKind::ComplexModes,
         ),
         (
             "five_disc_chain.toml",
             ["disc_1", "disc_3", "disc_5"],
-            How::RealModes,
+            SolverKind::RealModes,
         ),
         (
             "helical_lateral.toml",
             ["motor", "pinion.x", "machine"],
-            How::ComplexModes,
+            SolverKind::ComplexModes,
         ),
-        ("drill_string.toml", ["", "", ""], How::RealModes),
+        ("drill_string.toml", ["", "", ""], SolverKind::RealModes),
     ];
-    for (file, ports, how) in cases {
+    for (file, ports, kind) in cases {
         let machine = shipped(file);
-        let all: Vec<String> = (0..machine.machine.freedoms.len())
-            .map(|f| machine.machine.freedom_name(f))
+        let all: Vec<String> = (0..machine.machine.dofs.len())
+            .map(|f| machine.machine.dof_name(f))
             .collect();
         let ports: Vec<&str> = match ports[0] {
             "" => vec![&all[0], &all[all.len() / 2], &all[all.len() - 1]],
@@ -322,15 +326,15 @@ fn law_reciprocity_and_modal_sum() {
         let omega: Vec<f64> = (0..40)
             .map(|k| TAU * 10f64.powf(-1.0 + 0.1 * f64::from(k)))
             .collect();
-        let ask = |way| Ask {
+        let ask = |method| Ask {
             inputs: &ports,
             outputs: &ports,
-            way,
+            way: method,
             ..Ask::default()
         };
-        let direct = answer(&machine, &ask(Way::Direct), &omega).unwrap();
-        let modal = answer(&machine, &ask(Way::Modal), &omega).unwrap();
-        assert_eq!(modal.how, how, "{file}: {:?}", modal.effort);
+        let direct = answer(&machine, &ask(ResponseMethod::Direct), &omega).unwrap();
+        let modal = answer(&machine, &ask(ResponseMethod::Modal), &omega).unwrap();
+        assert_eq!(modal.solver, kind, "{file}: {:?}", modal.stats);
         for (line, (d, m)) in direct.values.iter().zip(&modal.values).enumerate() {
             let symmetric = apart(d, &d.transpose().to_owned());
             assert!(
@@ -413,23 +417,23 @@ error = [{ on = "c", mesh = "p1", cause = "eccentricity", amplitude = 1e-2, phas
 a = "900 rad/s"
 "#;
     let scene = geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}")).unwrap();
-    let prepared = Prepared::new(&scene.model).unwrap();
-    let speeds = mean_speeds(&prepared.machine, &prepared.kinematics, None).unwrap();
-    let moving = assemble(
-        &prepared.machine,
-        &prepared.kinematics,
-        &Start {
-            phase: PhaseOf::Speed,
-            ..Start::default()
+    let machine = PreparedMachine::new(&scene.model).unwrap();
+    let speeds = mean_speeds(&machine.machine, &machine.kinematics, None).unwrap();
+    let model = assemble(
+        &machine.machine,
+        &machine.kinematics,
+        &InitialConditions {
+            phase: MeshPhase::Speed,
+            ..InitialConditions::default()
         },
         Some(&speeds),
     )
     .unwrap();
-    let error = moving
-        .train
-        .branches
+    let error = model
+        .model
+        .elements
         .iter()
-        .find_map(|b| b.imposed.clone())
+        .find_map(|b| b.imposed_displacement.clone())
         .unwrap()
         .harmonics[0];
     let period = TAU / error.omega.abs();
@@ -438,7 +442,7 @@ a = "900 rad/s"
     let n = 4;
     let samples = 32;
     let run = |start: &[f64]| {
-        support::moving::run("dop853", &moving.train, start, period, samples)
+        support::moving::run("dop853", &model.model, start, period, samples)
             .unwrap()
             .1
     };
@@ -454,7 +458,7 @@ a = "900 rad/s"
         }
     }
     let right = Matrix::from_fn(2 * n, 1, |i, _| -end[i]);
-    let start = geardyn::numeric::definite::solve(&system, &right).unwrap();
+    let start = geardyn::numeric::symmetric::lu_solve(&system, &right).unwrap();
     let periodic: Vec<f64> = (0..2 * n).map(|i| start[(i, 0)]).collect();
     let states = run(&periodic);
 
@@ -464,9 +468,7 @@ a = "900 rad/s"
         held: &["a"],
         ..Ask::default()
     };
-    let h = &answer(&prepared, &ask, &[error.omega.abs()])
-        .unwrap()
-        .values[0];
+    let h = &answer(&machine, &ask, &[error.omega.abs()]).unwrap().values[0];
     let drive = Complex::new(
         error.amplitude * error.phase.cos(),
         error.amplitude * error.phase.sin(),

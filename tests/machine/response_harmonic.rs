@@ -5,68 +5,70 @@ use std::f64::consts::TAU;
 use crate::support::moving::{apart, branch, brute, contact, cosine, inertias, push, spring, wave};
 use crate::support::{number, numbers, reference, within};
 use geardyn::base::code::Code;
-use geardyn::base::stop::Stop;
+use geardyn::base::time_budget::CancelToken;
 use geardyn::machine::characteristic::Characteristic;
-use geardyn::motion::contact::Losses;
-use geardyn::motion::floquet::chart::tongues;
-use geardyn::motion::floquet::orbit::orbit;
-use geardyn::motion::friction::Friction;
+use geardyn::motion::contact::ContactDamping;
+use geardyn::motion::dynamic_model::{DynamicModel, ForceLaw};
+use geardyn::motion::floquet::orbit::find_orbit;
+use geardyn::motion::floquet::stability_chart::instability_tongues;
+use geardyn::motion::friction::FrictionLaw;
 use geardyn::motion::methods;
-use geardyn::motion::outputs::{Output, Outputs, Quantity};
-use geardyn::motion::problem::{Ask, Follower, Wanted};
+use geardyn::motion::outputs::{MotionOutput, MotionOutputs, OutputQuantity};
+use geardyn::motion::problem::{IntegrationOptions, Observer, StepSize};
 use geardyn::motion::regime::Regime;
 use geardyn::motion::signal::Signal;
-use geardyn::motion::train::{Law, Train};
-use geardyn::response::harmonic::curve::{Course, Curve, TOLERANCE, follow};
-use geardyn::response::harmonic::family::Family;
-use geardyn::response::harmonic::point::{Asked, Found};
-use geardyn::response::harmonic::special::Kind;
+use geardyn::response::harmonic_balance::bifurcation::BifurcationKind;
+use geardyn::response::harmonic_balance::curve::{
+    ContinuationOptions, DEFAULT_TOLERANCE, SolutionCurve, continue_curve,
+};
+use geardyn::response::harmonic_balance::family::SpeedFamily;
+use geardyn::response::harmonic_balance::point::{PointOptions, Refinement};
 
 /// Case S1 and its like: `δ″ + 2ζ δ′ + (1 + ε cos Ωt) g(δ) = Fm − e″`, e = Fah cos Ωt, on a free pair of inertias 2.
-fn pair(set: &str) -> Train {
+fn pair(set: &str) -> DynamicModel {
     let all = reference("floquet");
     let of = |key: &str| number(&all["sets"][set][key]);
-    let mut train = inertias(&[2.0, 2.0]);
-    let law = contact(1.0, 2.0 * of("zeta"), 1.0, Losses::Throughout);
+    let mut model = inertias(&[2.0, 2.0]);
+    let law = contact(1.0, 2.0 * of("zeta"), 1.0, ContactDamping::ActsInGap);
     let mut mesh = branch("mesh", &[(0, 1.0), (1, -1.0)], law);
-    mesh.variation = wave(cosine(of("eps")), 1.0, 0.0);
-    mesh.imposed = Some(Signal::harmonic(of("Fah"), 1.0, 0.0));
-    train.branches.push(mesh);
-    train.drives.push(push(0, Signal::constant(of("Fm"))));
-    train.drives.push(push(1, Signal::constant(-of("Fm"))));
-    train
+    mesh.stiffness_wave = wave(cosine(of("eps")), 1.0, 0.0);
+    mesh.imposed_displacement = Some(Signal::harmonic(of("Fah"), 1.0, 0.0));
+    model.elements.push(mesh);
+    model.forces.push(push(0, Signal::constant(of("Fm"))));
+    model.forces.push(push(1, Signal::constant(-of("Fm"))));
+    model
 }
 
 /// The deflection of the first branch.
-fn deflection() -> Outputs {
-    Outputs {
-        list: vec![Output {
+fn deflection() -> MotionOutputs {
+    MotionOutputs {
+        list: vec![MotionOutput {
             name: "mesh.deflection".into(),
-            quantity: Quantity::Deflection(0),
+            quantity: OutputQuantity::Deflection(0),
             unit: "m",
         }],
-        ..Outputs::default()
+        ..MotionOutputs::default()
     }
 }
 
-fn course(from: f64, to: f64, step: f64) -> Course {
-    Course {
+fn course(from: f64, to: f64, step: f64) -> ContinuationOptions {
+    ContinuationOptions {
         from,
         to,
         step,
-        tolerance: TOLERANCE,
+        tolerance: DEFAULT_TOLERANCE,
         orders: None,
-        most: 2000,
+        max_points: 2000,
     }
 }
 
-fn curve(family: &Family, course: Course, events: bool) -> Curve {
+fn curve(family: &SpeedFamily, options: ContinuationOptions, events: bool) -> SolutionCurve {
     let outputs = deflection();
-    let asked = Asked {
+    let point_options = PointOptions {
         outputs: &outputs,
         events,
     };
-    follow(family, asked, course, &mut |_| {}).unwrap()
+    continue_curve(family, point_options, options, &mut |_| {}).unwrap()
 }
 
 /// The two folds of the gear pair with play, good to 5e-6 in the reference; and its stable orbits, from the nearest point of the
@@ -75,19 +77,33 @@ fn curve(family: &Family, course: Course, events: bool) -> Curve {
 #[test]
 fn ref_folds_and_orbits_of_the_gear_pair() {
     let all = reference("floquet");
-    let family = Family::new(&pair("S1"), &[0.0, 0.0]).unwrap();
+    let family = SpeedFamily::new(&pair("S1"), &[0.0, 0.0]).unwrap();
     let found = curve(
         &family,
-        Course {
+        ContinuationOptions {
             tolerance: 1e-5,
             ..course(0.6, 1.2, 0.06)
         },
         true,
     );
-    assert!(found.ended.is_none());
-    assert!(found.points.iter().all(|p| p.found == Found::Events));
-    let folds: Vec<f64> = found.specials.iter().map(|s| s.point.omega).collect();
-    assert!(found.specials.iter().all(|s| s.kind == Kind::Fold));
+    assert!(found.stopped_by.is_none());
+    assert!(
+        found
+            .solutions
+            .iter()
+            .all(|p| p.refinement == Refinement::Shooting)
+    );
+    let folds: Vec<f64> = found
+        .bifurcations
+        .iter()
+        .map(|s| s.solution.omega)
+        .collect();
+    assert!(
+        found
+            .bifurcations
+            .iter()
+            .all(|s| s.kind == BifurcationKind::Fold)
+    );
     assert_eq!(folds.len(), 2);
     for (fold, expected) in folds.iter().zip(numbers(&all["folds_S1"])) {
         within("speeds of folds", (fold - expected).abs(), 2e-5);
@@ -98,15 +114,15 @@ fn ref_folds_and_orbits_of_the_gear_pair() {
         if row[0].as_str() != Some("S1") || !(0.62..1.18).contains(&omega) {
             continue;
         }
-        let train = family.at(omega);
-        let stable = found.points.windows(2).filter(|pair| {
+        let model = family.relative_at(omega);
+        let stable = found.solutions.windows(2).filter(|pair| {
             let spans = (pair[0].omega - omega) * (pair[1].omega - omega) <= 0.0;
-            spans && pair.iter().all(|p| p.unstable() == 0)
+            spans && pair.iter().all(|p| p.unstable_count() == 0)
         });
         let off = stable.filter_map(|pair| {
-            let found = orbit(&train, &pair[0].start, 1).ok()?;
+            let found = find_orbit(&model, &pair[0].start, 1).ok()?;
             let (q, v0) = found.start.split_at(1);
-            let (delta, rate) = train.branches[0].deflection(0.0, q, v0, 0);
+            let (delta, rate) = model.elements[0].deflection(0.0, q, v0, 0);
             let multiplier = found.multipliers[0].norm() - largest;
             Some(((delta - x).abs().max((rate - v).abs()), multiplier.abs()))
         });
@@ -122,17 +138,17 @@ fn ref_folds_and_orbits_of_the_gear_pair() {
 /// Source: describing function of play, evaluated by mpmath.
 #[test]
 fn ref_folds_of_one_order() {
-    let family = Family::new(&pair("S1"), &[0.0, 0.0]).unwrap();
-    let one = Course {
+    let family = SpeedFamily::new(&pair("S1"), &[0.0, 0.0]).unwrap();
+    let one = ContinuationOptions {
         orders: Some(1),
         ..course(0.6, 1.0, 0.03)
     };
     let found = curve(&family, one, false);
     let folds: Vec<f64> = found
-        .specials
+        .bifurcations
         .iter()
-        .filter(|s| s.kind == Kind::Fold)
-        .map(|s| s.point.omega)
+        .filter(|s| s.kind == BifurcationKind::Fold)
+        .map(|s| s.solution.omega)
         .collect();
     assert_eq!(folds.len(), 2, "{folds:?}");
     for (fold, expected) in folds.iter().zip([0.826070049838, 0.68013692186]) {
@@ -144,16 +160,16 @@ fn ref_folds_of_one_order() {
 #[test]
 fn law_orders_agree_with_events() {
     for set in ["S1", "S2"] {
-        let family = Family::new(&pair(set), &[0.0, 0.0]).unwrap();
-        let many = Course {
+        let family = SpeedFamily::new(&pair(set), &[0.0, 0.0]).unwrap();
+        let many = ContinuationOptions {
             orders: Some(80),
             ..course(1.13, 0.74, 0.13)
         };
         let found = curve(&family, many, false);
         let mut worst = 0.0f64;
         let mut lost = 0;
-        for p in found.points.iter().filter(|p| p.unstable() == 0) {
-            let exact = orbit(&family.at(p.omega), &p.start, 1).unwrap();
+        for p in found.solutions.iter().filter(|p| p.unstable_count() == 0) {
+            let exact = find_orbit(&family.relative_at(p.omega), &p.start, 1).unwrap();
             lost += exact.events;
             let apart = p.start.iter().zip(&exact.start).map(|(a, b)| (a - b).abs());
             worst = worst.max(apart.fold(0.0, f64::max));
@@ -163,7 +179,7 @@ fn law_orders_agree_with_events() {
         }
         println!(
             "{set}: {} motions, {lost} switches, apart {worst:.1e}",
-            found.points.len()
+            found.solutions.len()
         );
         assert!(lost > 8 || set == "S2");
         assert!(worst < 1e-6, "{set}: {worst:.1e}");
@@ -173,65 +189,85 @@ fn law_orders_agree_with_events() {
 /// A stiffness that varies doubles the period at the edges of its first tongue.
 #[test]
 fn law_period_doubles_at_the_edges_of_the_tongue() {
-    let family = Family::new(&pair("S3"), &[0.0, 0.0]).unwrap();
-    let expected = tongues(&family.relative.train, [1.7, 2.3], 60, &Stop::default()).unwrap();
+    let family = SpeedFamily::new(&pair("S3"), &[0.0, 0.0]).unwrap();
+    let expected = instability_tongues(
+        &family.relative_model.model,
+        [1.7, 2.3],
+        60,
+        &CancelToken::default(),
+    )
+    .unwrap();
     let [tongue] = &expected[..] else {
         unreachable!("{expected:?}")
     };
     let found = curve(&family, course(1.75, 2.25, 0.06), true);
-    let kinds: Vec<Kind> = found.specials.iter().map(|s| s.kind).collect();
-    assert_eq!(kinds, [Kind::PeriodDoubling; 2]);
-    for (special, edge) in found.specials.iter().zip([tongue.from, tongue.to]) {
-        let off = special.point.omega / edge - 1.0;
-        assert!(off.abs() < 1e-5, "{} for {edge}", special.point.omega);
+    let kinds: Vec<BifurcationKind> = found.bifurcations.iter().map(|s| s.kind).collect();
+    assert_eq!(kinds, [BifurcationKind::PeriodDoubling; 2]);
+    for (bifurcation, edge) in found.bifurcations.iter().zip([tongue.from, tongue.to]) {
+        let off = bifurcation.solution.omega / edge - 1.0;
+        assert!(
+            off.abs() < 1e-5,
+            "{} for {edge}",
+            bifurcation.solution.omega
+        );
     }
 }
 
 /// A resonance of the sum of two modes: a pair of multipliers leaves the circle.
 #[test]
 fn law_pair_leaves_the_circle_at_a_sum_of_modes() {
-    let mut train = inertias(&[1.0, 1.0]);
-    let law = contact(1.0, 0.0, 0.0, Losses::Adhesive);
+    let mut model = inertias(&[1.0, 1.0]);
+    let law = contact(1.0, 0.0, 0.0, ContactDamping::Adhesive);
     let mut mesh = branch("mesh", &[(0, 1.0), (1, 1.0)], law);
-    mesh.variation = wave(cosine(0.6), 1.0, 0.0);
-    train.branches.push(mesh);
-    train
-        .branches
+    mesh.stiffness_wave = wave(cosine(0.6), 1.0, 0.0);
+    model.elements.push(mesh);
+    model
+        .elements
         .push(branch("a", &[(0, 1.0)], spring(1.0, 0.01)));
-    train
-        .branches
+    model
+        .elements
         .push(branch("b", &[(1, 1.0)], spring(8.0, 0.01)));
-    train.drives.push(push(0, Signal::constant(0.1)));
-    let family = Family::new(&train, &[0.0, 0.0]).unwrap();
-    let charted = tongues(&family.relative.train, [3.8, 5.0], 60, &Stop::default()).unwrap();
+    model.forces.push(push(0, Signal::constant(0.1)));
+    let family = SpeedFamily::new(&model, &[0.0, 0.0]).unwrap();
+    let charted = instability_tongues(
+        &family.relative_model.model,
+        [3.8, 5.0],
+        60,
+        &CancelToken::default(),
+    )
+    .unwrap();
     let tongue = charted.iter().find(|t| t.name == "ω1 + ω2").unwrap();
     let found = curve(
         &family,
         course(0.98 * tongue.from, 1.02 * tongue.to, 0.04),
         true,
     );
-    let kinds: Vec<Kind> = found.specials.iter().map(|s| s.kind).collect();
-    assert_eq!(kinds, [Kind::NeimarkSacker; 2]);
-    for (special, edge) in found.specials.iter().zip([tongue.from, tongue.to]) {
-        let off = special.point.omega / edge - 1.0;
-        assert!(off.abs() < 1e-5, "{} for {edge}", special.point.omega);
+    let kinds: Vec<BifurcationKind> = found.bifurcations.iter().map(|s| s.kind).collect();
+    assert_eq!(kinds, [BifurcationKind::NeimarkSacker; 2]);
+    for (bifurcation, edge) in found.bifurcations.iter().zip([tongue.from, tongue.to]) {
+        let off = bifurcation.solution.omega / edge - 1.0;
+        assert!(
+            off.abs() < 1e-5,
+            "{} for {edge}",
+            bifurcation.solution.omega
+        );
     }
 }
 
 /// Dry friction over its creep speed, a Hertzian contact and a spring behind a damper against integration until it is steady.
 #[test]
 fn law_smooth_laws_agree_with_integration() {
-    let friction = Friction {
+    let friction_law = FrictionLaw {
         sliding: 0.1,
         breakaway: 0.13,
-        stribeck: 0.2,
-        creep: 0.05,
+        stribeck_velocity: 0.2,
+        regularisation_velocity: 0.05,
     };
     let laws = [
-        ("friction", Law::Friction(friction), 0.0),
+        ("friction", ForceLaw::Friction(friction_law), 0.0),
         (
             "power",
-            Law::Nonlinear {
+            ForceLaw::Nonlinear {
                 characteristic: Characteristic::Power {
                     factor: 1.0,
                     exponent: 1.5,
@@ -243,41 +279,45 @@ fn law_smooth_laws_agree_with_integration() {
         ),
     ];
     for (name, law, mean) in laws {
-        let mut train = inertias(&[1.0]);
-        train.branches.push(branch("mesh", &[(0, 1.0)], law));
-        train
-            .branches
+        let mut model = inertias(&[1.0]);
+        model.elements.push(branch("mesh", &[(0, 1.0)], law));
+        model
+            .elements
             .push(branch("spring", &[(0, 1.0)], spring(1.0, 0.1)));
-        let maxwell = Law::Maxwell {
+        let maxwell = ForceLaw::Maxwell {
             stiffness: 0.5,
             damping: 0.4,
         };
-        train.branches.push(branch("late", &[(0, 1.0)], maxwell));
+        model.elements.push(branch("late", &[(0, 1.0)], maxwell));
         let shaking = Signal::harmonic(0.3, 0.9, 0.4);
-        train
-            .drives
+        model
+            .forces
             .push(push(0, Signal::constant(mean).plus(&shaking)));
-        let family = Family::new(&train, &[0.0]).unwrap();
-        let few = Course {
+        let family = SpeedFamily::new(&model, &[0.0]).unwrap();
+        let few = ContinuationOptions {
             tolerance: 1e-8,
-            most: 2,
+            max_points: 2,
             ..course(0.9, 1.0, 0.05)
         };
         let found = curve(&family, few, true);
-        let p = &found.points[0];
+        let p = &found.solutions[0];
         assert!(
             (p.omega - 0.9).abs() < 1e-12,
             "the curve begins where it was told to"
         );
-        assert_eq!((p.found, p.unstable()), (Found::Orders, 0), "{name}");
+        assert_eq!(
+            (p.refinement, p.unstable_count()),
+            (Refinement::HarmonicBalance, 0),
+            "{name}"
+        );
         let period = TAU / p.omega;
-        let train = family.at(p.omega);
-        let steady = brute(&train, &p.start, period, 1, 4000);
+        let model = family.relative_at(p.omega);
+        let steady = brute(&model, &p.start, period, 1, 4000);
         let off = apart(&steady[1..], std::slice::from_ref(&p.start));
         println!("{name}: {} orders, comes back to {off:.1e}", p.orders);
         assert!(off < 1e-6, "{name}: {off:.1e}");
         // From elsewhere it ends there as well.
-        let settled = brute(&train, &[0.0, 0.0, 0.0], 40.0 * period, 1, 20_000);
+        let settled = brute(&model, &[0.0, 0.0, 0.0], 40.0 * period, 1, 20_000);
         assert!(
             apart(&settled[1..], std::slice::from_ref(&p.start)) < 1e-5,
             "{name}"
@@ -286,43 +326,43 @@ fn law_smooth_laws_agree_with_integration() {
 }
 
 /// Two bodies that turn freely, a mesh with play between them, swung by its error.
-fn swinging() -> Train {
-    let mut train = inertias(&[1.0, 2.0]);
+fn swinging() -> DynamicModel {
+    let mut model = inertias(&[1.0, 2.0]);
     let mut mesh = branch(
         "mesh",
         &[(0, 1.0), (1, -1.0)],
-        contact(1.0, 0.1, 1.0, Losses::Throughout),
+        contact(1.0, 0.1, 1.0, ContactDamping::ActsInGap),
     );
-    mesh.imposed = Some(Signal::harmonic(0.05, 1.0, 0.0));
-    train.branches.push(mesh);
-    train
+    mesh.imposed_displacement = Some(Signal::harmonic(0.05, 1.0, 0.0));
+    model.elements.push(mesh);
+    model
 }
 
 /// A machine that turns against a fan: its angle is nobody's business, and its motion is that of the whole machine in time.
 #[test]
 fn law_turning_against_a_damper_keeps_no_angle() {
-    let mut train = swinging();
-    train
-        .branches
+    let mut model = swinging();
+    model
+        .elements
         .push(branch("fan", &[(1, 1.0)], spring(0.0, 0.02)));
-    train.drives.push(push(0, Signal::constant(0.1)));
-    let family = Family::new(&train, &[5.0, 5.0]).unwrap();
-    assert!(!family.comes_back());
+    model.forces.push(push(0, Signal::constant(0.1)));
+    let family = SpeedFamily::new(&model, &[5.0, 5.0]).unwrap();
+    assert!(!family.is_periodic());
     let found = curve(&family, course(0.8, 1.0, 0.1), true);
     assert!(
         found
-            .points
+            .solutions
             .iter()
-            .all(|p| p.found == Found::Orders && p.unstable() == 0)
+            .all(|p| p.refinement == Refinement::HarmonicBalance && p.unstable_count() == 0)
     );
-    let p = &found.points[0];
-    let mut train = family.at(p.omega);
+    let p = &found.solutions[0];
+    let mut model = family.relative_at(p.omega);
     // At that frequency the fan turns at 4 rad/s and takes 0.08 of the torque of 0.1; the rest accelerates both, and is taken off.
     let rest = 0.02 / 3.0;
-    train.drives.push(push(1, Signal::constant(-0.08)));
-    train.drives.push(push(0, Signal::constant(-rest)));
-    train.drives.push(push(1, Signal::constant(-2.0 * rest)));
-    let steady = brute(&train, &p.start, TAU / p.omega, 1, 4000);
+    model.forces.push(push(1, Signal::constant(-0.08)));
+    model.forces.push(push(0, Signal::constant(-rest)));
+    model.forces.push(push(1, Signal::constant(-2.0 * rest)));
+    let steady = brute(&model, &p.start, TAU / p.omega, 1, 4000);
     let off = apart(&steady[1..], std::slice::from_ref(&p.start));
     println!("comes back to {off:.1e}");
     assert!(off < 1e-5, "{off:.1e}");
@@ -332,25 +372,25 @@ fn law_turning_against_a_damper_keeps_no_angle() {
 #[test]
 fn law_sliding_friction_takes_no_stability() {
     let multipliers = |torque: f64| {
-        let mut train = swinging();
+        let mut model = swinging();
         if torque > 0.0 {
-            let friction = Friction {
+            let friction_law = FrictionLaw {
                 sliding: torque,
                 breakaway: torque,
-                stribeck: 1.0,
-                creep: 1e-3,
+                stribeck_velocity: 1.0,
+                regularisation_velocity: 1e-3,
             };
-            let law = Law::Friction(friction);
-            train.branches.push(branch("bearing", &[(1, 1.0)], law));
+            let law = ForceLaw::Friction(friction_law);
+            model.elements.push(branch("bearing", &[(1, 1.0)], law));
         }
-        train.drives.push(push(0, Signal::constant(0.1)));
-        train.drives.push(push(1, Signal::constant(torque - 0.1)));
-        let family = Family::new(&train, &[5.0, 5.0]).unwrap();
+        model.forces.push(push(0, Signal::constant(0.1)));
+        model.forces.push(push(1, Signal::constant(torque - 0.1)));
+        let family = SpeedFamily::new(&model, &[5.0, 5.0]).unwrap();
         let found = curve(&family, course(0.8, 1.0, 0.1), false);
-        assert!(found.specials.is_empty());
-        let points = found.points.iter();
+        assert!(found.bifurcations.is_empty());
+        let points = found.solutions.iter();
         points
-            .map(|p| (p.unstable(), p.multipliers.clone()))
+            .map(|p| (p.unstable_count(), p.multipliers.clone()))
             .collect::<Vec<_>>()
     };
     // The first motions have the same speed.
@@ -365,9 +405,9 @@ fn law_sliding_friction_takes_no_stability() {
 
 #[test]
 fn refuses_what_has_no_curve() {
-    let family = Family::new(&pair("S1"), &[0.0, 0.0]).unwrap();
+    let family = SpeedFamily::new(&pair("S1"), &[0.0, 0.0]).unwrap();
     let outputs = deflection();
-    let asked = Asked {
+    let options = PointOptions {
         outputs: &outputs,
         events: true,
     };
@@ -379,68 +419,73 @@ fn refuses_what_has_no_curve() {
         (0.5, f64::INFINITY, 0.1),
         (0.5, 1.0, 0.0),
     ] {
-        let error = follow(&family, asked, course(from, to, step), &mut |_| {}).unwrap_err();
+        let error =
+            continue_curve(&family, options, course(from, to, step), &mut |_| {}).unwrap_err();
         assert_eq!(error.code, Code::OutOfRange, "{from} {to} {step}");
     }
     // Nothing repeats.
     let mut still = pair("S1");
-    still.branches[0].imposed = None;
-    still.branches[0].variation = None;
-    assert!(Family::new(&still, &[0.0, 0.0]).is_err());
+    still.elements[0].imposed_displacement = None;
+    still.elements[0].stiffness_wave = None;
+    assert!(SpeedFamily::new(&still, &[0.0, 0.0]).is_err());
     // A load that steps is no steady one.
     let mut stepping = pair("S1");
-    stepping.drives.push(push(0, Signal::step(1.0, 2.0)));
-    assert!(Family::new(&stepping, &[0.0, 0.0]).is_err());
+    stepping.forces.push(push(0, Signal::step(1.0, 2.0)));
+    assert!(SpeedFamily::new(&stepping, &[0.0, 0.0]).is_err());
     // The two sides of a mesh at different speeds.
-    assert!(Family::new(&pair("S1"), &[1.0, 2.0]).is_err());
+    assert!(SpeedFamily::new(&pair("S1"), &[1.0, 2.0]).is_err());
     // Orders of 1 and 1000 together.
     let mut slow = pair("S1");
-    slow.drives.push(push(0, Signal::harmonic(0.1, 1e-3, 0.0)));
-    assert!(Family::new(&slow, &[0.0, 0.0]).is_err());
+    slow.forces.push(push(0, Signal::harmonic(0.1, 1e-3, 0.0)));
+    assert!(SpeedFamily::new(&slow, &[0.0, 0.0]).is_err());
 }
 
 /// A pair whose stiffness swings by 0.3 about twice its frequency: within Mathieu's tongue the motion of one period repels, and the one of
 /// two periods, held by loss of contact, is where an integration in time settles.
 #[test]
 fn exact_motions_of_two_periods() {
-    let family = Family::new(&pair("S3"), &[0.0, 0.0]).unwrap();
+    let family = SpeedFamily::new(&pair("S3"), &[0.0, 0.0]).unwrap();
     let found = curve(
         &family,
-        Course {
+        ContinuationOptions {
             tolerance: 1e-5,
             ..course(1.7, 2.3, 0.05)
         },
         true,
     );
     let doublings = found
-        .specials
+        .bifurcations
         .iter()
-        .filter(|s| s.kind == Kind::PeriodDoubling);
+        .filter(|s| s.kind == BifurcationKind::PeriodDoubling);
     assert_eq!(doublings.count(), 2);
-    assert_eq!(found.doubled.len(), 1);
-    let doubled = &found.doubled[0].points;
+    assert_eq!(found.period_doubled.len(), 1);
+    let doubled = &found.period_doubled[0].solutions;
     assert!(doubled.len() > 3);
     let mut compared = 0;
-    for point in doubled.iter().filter(|p| p.unstable() == 0).step_by(2) {
-        let train = family.at(point.omega);
+    for point in doubled
+        .iter()
+        .filter(|p| p.unstable_count() == 0)
+        .step_by(2)
+    {
+        let model = family.relative_at(point.omega);
         // From beside the motion of one period, until 400 periods have passed.
-        let ask = Ask {
+        let options = IntegrationOptions {
             from: 0.0,
             to: 400.0 * TAU / point.omega,
-            start: vec![1.2, 0.05],
+            initial_state: vec![1.2, 0.05],
             samples: 400,
-            effort: Wanted::Tolerance(1e-11),
-            budget: 100_000_000,
-            stop: Stop::default(),
-            follower: Follower::default(),
+            step_size: StepSize::Adaptive(1e-11),
+            max_work: 100_000_000,
+            cancel: CancelToken::default(),
+            observer: Observer::default(),
         };
         let mut states: Vec<Vec<f64>> = Vec::new();
         let mut sink = |_: f64, y: &[f64], _: Option<&Regime>| {
             states.push(y.to_vec());
             std::ops::ControlFlow::Continue(())
         };
-        let method = methods::find("dop853-events").unwrap();
-        (method.run)(&train, &ask, &mut sink).unwrap();
+        let method = methods::method_by_name("dop853-events").unwrap();
+        (method.run)(&model, &options, &mut sink).unwrap();
         let last = &states[states.len() - 2..];
         let off = |y: &Vec<f64>| {
             y.iter()

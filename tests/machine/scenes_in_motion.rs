@@ -5,13 +5,13 @@ use std::path::Path;
 use crate::support::verification::within;
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
-use geardyn::base::stop::Stop;
-use geardyn::motion::train::Law;
-use geardyn::plan::motion::choice;
-use geardyn::plan::motion::reading;
-use geardyn::plan::motion::run::{self, Motion};
-use geardyn::plan::motion::scene::MotionScene;
-use geardyn::plan::prepared::Prepared;
+use geardyn::base::time_budget::CancelToken;
+use geardyn::motion::dynamic_model::ForceLaw;
+use geardyn::plan::motion::method_choice;
+use geardyn::plan::motion::output_statistics;
+use geardyn::plan::motion::run::{self, MotionHistory};
+use geardyn::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::plan::prepared_machine::PreparedMachine;
 use geardyn::scene::study::SimulateStudy;
 use geardyn::scene::{self, Scene};
 
@@ -26,22 +26,26 @@ fn scene_of(text: &str) -> Scene {
 
 fn study(until: f64, outputs: &[&str]) -> SimulateStudy {
     SimulateStudy {
-        until: Some(until),
+        end_time: Some(until),
         outputs: outputs.iter().map(|s| s.to_string()).collect(),
         samples: Some(2000),
         ..SimulateStudy::default()
     }
 }
 
-fn ready(scene: &Scene, study: &SimulateStudy) -> Result<MotionScene, Error> {
-    MotionScene::new(&Prepared::new(&scene.model)?, &scene.start, study)
+fn ready(scene: &Scene, study: &SimulateStudy) -> Result<SimulationSetup, Error> {
+    SimulationSetup::new(
+        &PreparedMachine::new(&scene.model)?,
+        &scene.conditions,
+        study,
+    )
 }
 
-fn moved(scene: &Scene, study: &SimulateStudy) -> (MotionScene, Motion) {
+fn moved(scene: &Scene, study: &SimulateStudy) -> (SimulationSetup, MotionHistory) {
     let ready = ready(scene, study).unwrap();
-    let choice = choice::choose(&ready.moving.train, study).unwrap();
-    let motion = run::run(&ready, &choice, study.energy, &Stop::default()).unwrap();
-    (ready, motion)
+    let choice = method_choice::choose_method(&ready.model.model, study).unwrap();
+    let history = run::run(&ready, &choice, study.energy, &CancelToken::default()).unwrap();
+    (ready, history)
 }
 
 fn shipped(name: &str) -> Scene {
@@ -67,10 +71,10 @@ fn exact_step_of_one_freedom() {
     ));
     let mut study = study(8.0, &["disc", "bar.force"]);
     study.samples = Some(16_000);
-    let (_, motion) = moved(&scene, &study);
+    let (_, history) = moved(&scene, &study);
     let zeta: f64 = 0.1;
     let damped = 10.0 * (1.0 - zeta * zeta).sqrt();
-    let answer = reading::step(&motion.time, &motion.values[0], 0.5).unwrap();
+    let answer = output_statistics::step_response(&history.time, &history.values[0], 0.5).unwrap();
     let overshoot = (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
     within(
         "overshoot",
@@ -82,7 +86,11 @@ fn exact_step_of_one_freedom() {
         (answer.overshoot.1 - std::f64::consts::PI / damped).abs(),
         1e-3,
     );
-    within("final value", (answer.after / 0.025 - 1.0).abs(), 2e-3);
+    within(
+        "final value",
+        (answer.final_value / 0.025 - 1.0).abs(),
+        2e-3,
+    );
     // The envelope exp(−ζωt)/√(1 − ζ²) bounds the settling; the last swing beyond 2 % lies within half a period of it.
     let envelope = -(0.02 * (1.0 - zeta * zeta).sqrt()).ln() / (zeta * 10.0);
     assert!(
@@ -99,8 +107,9 @@ fn exact_step_of_one_freedom() {
             samples: Some(samples),
             ..study.clone()
         };
-        let (_, motion) = moved(&scene, &rough);
-        let found = reading::step(&motion.time, &motion.values[0], time).unwrap();
+        let (_, history) = moved(&scene, &rough);
+        let found =
+            output_statistics::step_response(&history.time, &history.values[0], time).unwrap();
         let off = [
             found.overshoot.0 / answer.overshoot.0 - 1.0,
             found.overshoot.1 / answer.overshoot.1 - 1.0,
@@ -111,7 +120,7 @@ fn exact_step_of_one_freedom() {
         assert_eq!(found.oscillations, answer.oscillations);
     }
     // Every value in closed form.
-    for (t, x) in motion.time.iter().zip(&motion.values[0]) {
+    for (t, x) in history.time.iter().zip(&history.values[0]) {
         let s = t - 0.5;
         let exact = match s > 0.0 {
             false => 0.0,
@@ -145,8 +154,8 @@ fn exact_loads_on_a_free_disc() {
         let text = format!(
             "inertia = [{{ name = \"disc\", J = 1.0 }}]\nload = [{{ at = \"disc\", {frequency} }}]\n[speed]\ndisc = \"2 rad/s\""
         );
-        let (_, motion) = moved(&scene_of(&text), &study(2.0, &["disc"]));
-        let end = motion.values[0].last().unwrap();
+        let (_, history) = moved(&scene_of(&text), &study(2.0, &["disc"]));
+        let end = history.values[0].last().unwrap();
         assert!(
             (end - position).abs() < 1e-12 * position.abs().max(1.0),
             "{load}: {end} {position}"
@@ -159,19 +168,19 @@ fn exact_loads_on_a_free_disc() {
 fn exact_brake_stops_and_holds() {
     let text = "inertia = [{ name = \"disc\", J = 2.0 }]\nbrake = [{ name = \"b\", at = \"disc\", torque = 4.0 }]\n[speed]\ndisc = \"6 rad/s\"";
     let mut scene = scene_of(text);
-    scene.start.at = scene::laws::StartAt::Steady;
-    let (_, motion) = moved(&scene, &study(5.0, &["disc", "disc.speed", "b.force"]));
-    for (k, t) in motion.time.iter().enumerate() {
+    scene.conditions.at = scene::laws::InitialState::Steady;
+    let (_, history) = moved(&scene, &study(5.0, &["disc", "disc.speed", "b.force"]));
+    for (k, t) in history.time.iter().enumerate() {
         let speed = (6.0 - 2.0 * t).max(0.0);
-        within("speed, rad/s", (motion.values[1][k] - speed).abs(), 1e-11);
+        within("speed, rad/s", (history.values[1][k] - speed).abs(), 1e-11);
     }
     within(
         "angle at standstill, rad",
-        (motion.values[0].last().unwrap() - 9.0).abs(),
+        (history.values[0].last().unwrap() - 9.0).abs(),
         1e-11,
     );
     assert!(
-        motion.values[2].last().unwrap().abs() < 1e-9,
+        history.values[2].last().unwrap().abs() < 1e-9,
         "at rest without a load it holds nothing"
     );
 }
@@ -180,8 +189,8 @@ fn exact_brake_stops_and_holds() {
 #[test]
 fn exact_motors_run_up() {
     let text = "inertia = [{ name = \"disc\", J = 2.0 }]\nmotor = [{ name = \"m\", at = \"disc\", kind = \"dc\", stall = 10.0, idle = \"100 rad/s\" }]";
-    let (_, motion) = moved(&scene_of(text), &study(30.0, &["disc.speed"]));
-    for (t, x) in motion.time.iter().zip(&motion.values[0]) {
+    let (_, history) = moved(&scene_of(text), &study(30.0, &["disc.speed"]));
+    for (t, x) in history.time.iter().zip(&history.values[0]) {
         within(
             "speed of a straight motor, rad/s",
             (x - 100.0 * (1.0 - (-t / 20.0).exp())).abs(),
@@ -190,11 +199,11 @@ fn exact_motors_run_up() {
     }
     // t(s) = J ω_s/(2 T_k) [(1 − s²)/(2 s_k) + s_k ln(1/s)].
     let text = "inertia = [{ name = \"disc\", J = 0.5 }]\nmotor = [{ name = \"m\", at = \"disc\", kind = \"induction\", pull_out = 60.0, pull_out_slip = 0.2, synchronous = \"150 rad/s\" }]";
-    let (_, motion) = moved(&scene_of(text), &study(2.5, &["disc.speed", "m.force"]));
-    for (t, x) in motion
+    let (_, history) = moved(&scene_of(text), &study(2.5, &["disc.speed", "m.force"]));
+    for (t, x) in history
         .time
         .iter()
-        .zip(&motion.values[0])
+        .zip(&history.values[0])
         .filter(|p| *p.1 > 1.0 && *p.1 < 149.0)
     {
         let s = 1.0 - x / 150.0;
@@ -206,7 +215,10 @@ fn exact_motors_run_up() {
         );
     }
     // The motor's branch carries what the machine receives, with the opposite sign.
-    let (s, pushed) = (1.0 - motion.values[0][1000] / 150.0, motion.values[1][1000]);
+    let (s, pushed) = (
+        1.0 - history.values[0][1000] / 150.0,
+        history.values[1][1000],
+    );
     assert!((pushed + 120.0 * s * 0.2 / (s * s + 0.04)).abs() < 1e-6);
 }
 
@@ -215,16 +227,20 @@ fn exact_motors_run_up() {
 fn exact_prescribed_speed() {
     let text = "inertia = [{ name = \"a\", J = 1.0 }, { name = \"b\", J = 2.0 }]\nshaft = [{ name = \"s\", between = [\"a\", \"b\"], k = 50.0 }]\nload = [{ at = \"a\", torque = 7.0 }]\n\
         motor = [{ name = \"m\", at = \"a\", kind = \"speed\", times = [0.0, 2.0], speeds = [\"0 rad/s\", \"4 rad/s\"] }]";
-    let (_, motion) = moved(&scene_of(text), &study(2.0, &["a.speed", "b", "s.force"]));
-    for (k, t) in motion.time.iter().enumerate() {
+    let (_, history) = moved(&scene_of(text), &study(2.0, &["a.speed", "b", "s.force"]));
+    for (k, t) in history.time.iter().enumerate() {
         within(
             "speed prescribed, rad/s",
-            (motion.values[0][k] - 2.0 * t).abs(),
+            (history.values[0][k] - 2.0 * t).abs(),
             1e-13,
         );
         // J b̈ = k (t² − b): b = t² − 2/25 (1 − cos 5t).
         let exact = t * t - 2.0 / 25.0 * (1.0 - (5.0 * t).cos());
-        within("neighbour, rad", (motion.values[1][k] - exact).abs(), 1e-13);
+        within(
+            "neighbour, rad",
+            (history.values[1][k] - exact).abs(),
+            1e-13,
+        );
     }
 }
 
@@ -236,19 +252,19 @@ fn law_steady_start_stays() {
     )
     .unwrap();
     let mut scene = scene::read_text("m.toml", &text).unwrap();
-    scene.start.at = scene::laws::StartAt::Steady;
-    let (_, motion) = moved(
+    scene.conditions.at = scene::laws::InitialState::Steady;
+    let (_, history) = moved(
         &scene,
         &study(0.05, &["pair.deflection", "pair.force", "pinion.speed"]),
     );
     let force = 93.97 / (0.5 * 25.0 * 4e-3 * 20f64.to_radians().cos());
-    for k in 0..motion.time.len() {
+    for k in 0..history.time.len() {
         assert!(
-            (motion.values[1][k] / force - 1.0).abs() < 1e-9,
+            (history.values[1][k] / force - 1.0).abs() < 1e-9,
             "{}",
-            motion.values[1][k]
+            history.values[1][k]
         );
-        assert!((motion.values[0][k] - (50e-6 + force / 4e8)).abs() < 1e-13);
+        assert!((history.values[0][k] - (50e-6 + force / 4e8)).abs() < 1e-13);
     }
 }
 
@@ -267,11 +283,11 @@ p = "40 rad/s"
 "#
         );
         let mut scene = scene_of(&text);
-        scene.start.at = scene::laws::StartAt::Steady;
-        scene.start.phase = if phase == "speed" {
-            scene::laws::PhaseOf::Speed
+        scene.conditions.at = scene::laws::InitialState::Steady;
+        scene.conditions.phase = if phase == "speed" {
+            scene::laws::MeshPhase::Speed
         } else {
-            scene::laws::PhaseOf::Angle
+            scene::laws::MeshPhase::Angle
         };
         let mut study = study(0.05, &["g.deflection"]);
         study.method = Some("radau5".to_string());
@@ -319,7 +335,7 @@ roll = [0.2, 2.2]
 "#;
     let scene = scene_of(text);
     let ready = ready(&scene, &study(2.5, &["head.speed"])).unwrap();
-    let signal = &ready.moving.train.drives[0].signal;
+    let signal = &ready.model.model.forces[0].signal;
     let exact = |t: f64| {
         let depth = (std::f64::consts::PI * (t - 0.2) / 2.0).sin().powi(2);
         let mut sum = 0.0;
@@ -437,7 +453,7 @@ roll = [0.0, 1.0]
     let units: Vec<&str> = ready_whole.outputs.list.iter().map(|o| o.unit).collect();
     assert_eq!(units, ["N·m", "N", "N", "N", "N·m", "N·m"]);
     // Each axis is driven once; where there is none, nothing is.
-    let drives = |ready: &MotionScene| ready.moving.train.drives.len();
+    let drives = |ready: &SimulationSetup| ready.model.model.forces.len();
     assert_eq!(drives(&ready_whole), 6);
     let axial = ready(&scene("", "k_z = 1e8"), &study(1.0, &["head.z.load"])).unwrap();
     assert_eq!(drives(&axial), 2);
@@ -460,7 +476,7 @@ fn law_tolerance_decides() {
             ..study(4.0, &[])
         };
         let ready = ready(&scene, &study).unwrap();
-        choice::choose(&ready.moving.train, &study).unwrap()
+        method_choice::choose_method(&ready.model.model, &study).unwrap()
     };
     let (tight, loose) = (chosen(1e-9), chosen(1e-4));
     assert_eq!(tight.method.name, "dop853-events", "{}", tight.reason);
@@ -487,10 +503,10 @@ load = [
         &study(1.0, &["a.load", "a", "a.acceleration", "bar.force"]),
     )
     .unwrap();
-    let train = &ready.moving.train;
+    let model = &ready.model.model;
     let y = [0.7, 0.2, 1.0, -1.0];
     for t in [0.2, 0.8] {
-        let found = ready.outputs.at(train, None, t, &y);
+        let found = ready.outputs.evaluate(model, None, t, &y);
         let late = if t > 0.5 { 3.0 } else { 0.0 };
         let want = 1.0 + 4.0 * (2.0 * 0.7f64).cos() + late;
         assert!((found[0] - want).abs() < 1e-12, "{found:?} {want}");
@@ -517,13 +533,13 @@ fn law_energy_closes() {
             samples: Some(4000),
             ..study(until, &[])
         };
-        let (_, motion) = moved(&scene, &study);
-        let fine = motion.balance.unwrap();
-        assert!(fine.put_in.abs() > 0.0, "{name}: something is put in");
+        let (_, history) = moved(&scene, &study);
+        let fine = history.balance.unwrap();
+        assert!(fine.work_in.abs() > 0.0, "{name}: something is put in");
         assert!(
-            fine.gap().abs() < 2e-5,
+            fine.relative_error().abs() < 2e-5,
             "{name}: {} of {fine:?}",
-            fine.gap()
+            fine.relative_error()
         );
     }
 }
@@ -543,24 +559,24 @@ fn law_shipped_scenes_start() {
         for listed in &scene.studies {
             if let scene::study::StudyKind::Simulate(study) = &listed.kind {
                 let short = SimulateStudy {
-                    until: Some(2e-4),
+                    end_time: Some(2e-4),
                     samples: Some(10),
                     ..study.clone()
                 };
-                let (ready, motion) = moved(&scene, &short);
-                assert_eq!(motion.time.len(), 11, "{}", path.display());
+                let (ready, history) = moved(&scene, &short);
+                assert_eq!(history.time.len(), 11, "{}", path.display());
                 assert!(
-                    motion.values.iter().flatten().all(|x| x.is_finite()),
+                    history.values.iter().flatten().all(|x| x.is_finite()),
                     "{}",
                     path.display()
                 );
                 assert!(
                     !ready
-                        .moving
-                        .train
-                        .branches
+                        .model
+                        .model
+                        .elements
                         .iter()
-                        .any(|b| matches!(b.law, Law::Nonlinear { .. }))
+                        .any(|b| matches!(b.law, ForceLaw::Nonlinear { .. }))
                 );
                 count += 1;
             }
@@ -622,17 +638,17 @@ contact_damping = "{conduct}"
 fn law_who_takes_over() {
     let scene = shipped("backlash_pair.toml");
     let mut study = study(1e-3, &["pair.deflection"]);
-    let train = ready(&scene, &study).unwrap().moving.train;
-    let first = choice::choose(&train, &study).unwrap();
+    let model = ready(&scene, &study).unwrap().model.model;
+    let first = method_choice::choose_method(&model, &study).unwrap();
     assert_eq!(first.method.name, "switched");
     let endless = Error::new(Code::NoConvergence, "endless");
-    let next = choice::successor(&train, &study, &first, &endless).unwrap();
+    let next = method_choice::fallback(&model, &study, &first, &endless).unwrap();
     assert_eq!(next.method.name, "radau5");
-    assert!(choice::successor(&train, &study, &next, &endless).is_none());
-    let hopeless = Error::new(Code::Hopeless, "hopeless");
-    assert!(choice::successor(&train, &study, &first, &hopeless).is_none());
+    assert!(method_choice::fallback(&model, &study, &next, &endless).is_none());
+    let hopeless = Error::new(Code::BudgetExceeded, "hopeless");
+    assert!(method_choice::fallback(&model, &study, &first, &hopeless).is_none());
     study.method = Some("switched".to_string());
-    assert!(choice::successor(&train, &study, &first, &endless).is_none());
+    assert!(method_choice::fallback(&model, &study, &first, &endless).is_none());
 }
 
 /// What has no motion in time, or none without a word more, is refused with the code that explains it.
@@ -671,7 +687,7 @@ fn refused_machines_and_studies() {
         error(
             ONE,
             SimulateStudy {
-                until: None,
+                end_time: None,
                 ..one()
             }
         )
@@ -685,14 +701,17 @@ fn refused_machines_and_studies() {
     let mut imposed = scene_of(&pair(
         ", k_wave = { kind = \"fourier\", amplitudes = [0.1] }",
     ));
-    imposed.start.phase = scene::laws::PhaseOf::Speed;
-    assert_eq!(ready(&imposed, &one()).err().unwrap().code, Code::NoSpeed);
+    imposed.conditions.phase = scene::laws::MeshPhase::Speed;
+    assert_eq!(
+        ready(&imposed, &one()).err().unwrap().code,
+        Code::UndeterminedSpeed
+    );
     let cutter = "inertia = [{ name = \"h\", J = 1.0 }]\nload = [{ at = \"h\", kind = \"face-mill\", sense = \"forward\", blade_groups = 4, radius = 0.1, arc = 0.5, specific_force = 1e9, chip_width = 0.01, chip_thickness = 1e-4, roll = [0.0, 1.0] }]";
-    assert_eq!(error(cutter, one()).code, Code::NoSpeed);
+    assert_eq!(error(cutter, one()).code, Code::UndeterminedSpeed);
     let ready = ready(&scene_of(ONE), &one()).unwrap();
     let choose = |method: &str, step: Option<f64>| {
-        choice::choose(
-            &ready.moving.train,
+        method_choice::choose_method(
+            &ready.model.model,
             &SimulateStudy {
                 method: Some(method.into()),
                 step,

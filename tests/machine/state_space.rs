@@ -5,29 +5,30 @@ use std::path::Path;
 use crate::support::verification::within;
 use geardyn::base::code::Code;
 use geardyn::machine::{
-    build::build, kinematics::Kinematics, linear::Linear, operating::Operating, parts::Machine,
+    build::build, components::Machine, kinematics::Kinematics, linear::LinearModel,
+    operating_point::OperatingPoint,
 };
-use geardyn::modes::basis::{self, Basis, Solver};
-use geardyn::modes::equations::{Case, Equations};
+use geardyn::modes::modal_basis::{self, ModalBasis, UndampedSolver};
 use geardyn::modes::state_space::StateSpace;
 use geardyn::modes::state_space::participation::participation;
+use geardyn::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use geardyn::numeric::{Complex, Matrix};
-use geardyn::scene::study::Hold;
+use geardyn::scene::study::DiscretisationMethod;
 use serde_json::Value;
 
 /// A machine with what its equations need.
 struct Ready {
     machine: Machine,
-    linear: Linear,
-    basis: Basis,
+    linear: LinearModel,
+    basis: ModalBasis,
     speeds: Option<Vec<f64>>,
 }
 
 impl Ready {
-    fn case(&self) -> Case<'_> {
-        Case {
+    fn case(&self) -> AnalysisContext<'_> {
+        AnalysisContext {
             machine: &self.machine,
-            linear: &self.linear,
+            model: &self.linear,
             basis: &self.basis,
             speeds: self.speeds.as_deref(),
         }
@@ -49,12 +50,12 @@ fn names(words: &[&str]) -> Vec<String> {
 fn ready(model: &geardyn::scene::model::Model) -> Ready {
     let machine = build(model).unwrap();
     let kinematics = Kinematics::new(&machine).unwrap();
-    let operating = Operating::find(&machine, &kinematics).unwrap();
-    let linear = Linear::new(&machine, &kinematics, &operating).unwrap();
-    let basis = basis::solve(&linear, Solver::Factored).unwrap();
+    let point = OperatingPoint::solve(&machine, &kinematics).unwrap();
+    let linear_model = LinearModel::new(&machine, &kinematics, &point).unwrap();
+    let basis = modal_basis::solve(&linear_model, UndampedSolver::Factored).unwrap();
     Ready {
         machine,
-        linear,
+        linear: linear_model,
         basis,
         speeds: None,
     }
@@ -128,7 +129,10 @@ fn ref_opentorsion_geared_damped() {
     );
     let a = worst(&found.a, &table(&reference["recomputed_A"]), 1e-300);
     let sampled = found
-        .sampled(reference["time_step_s"].as_f64().unwrap(), Hold::Zero)
+        .discretise(
+            reference["time_step_s"].as_f64().unwrap(),
+            DiscretisationMethod::Zero,
+        )
         .unwrap();
     let ad = worst(&sampled.a, &table(&reference["Ad"]), 1e-300);
     let bd = worst(&sampled.b, &table(&reference["Bd"]), 1e-300);
@@ -180,7 +184,9 @@ fn exact_step_response_sampled() {
     let continuous = written(OSCILLATOR).physical(&["mass"], &["mass"]);
     let (sigma, omega) = (2.0f64, (400.0f64 - 4.0).sqrt());
     for h in [1e-3, 0.05, 0.3] {
-        let found = continuous.sampled(h, Hold::Zero).unwrap();
+        let found = continuous
+            .discretise(h, DiscretisationMethod::Zero)
+            .unwrap();
         let mut x = Matrix::zeros(2, 1);
         for n in 0..20 {
             let t = h * n as f64;
@@ -209,8 +215,8 @@ fn exact_ramp_response_sampled() {
         let swing = lag * (omega * t).cos() + (sigma * lag - 1.0) / omega * (omega * t).sin();
         (t - lag + (-sigma * t).exp() * swing) / 800.0
     };
-    let follow = |hold: Hold| -> f64 {
-        let found = continuous.sampled(h, hold).unwrap();
+    let follow = |method: DiscretisationMethod| -> f64 {
+        let found = continuous.discretise(h, method).unwrap();
         let mut x = Matrix::zeros(2, 1);
         (0..20).fold(0.0f64, |error, n| {
             let u = h * n as f64;
@@ -219,8 +225,16 @@ fn exact_ramp_response_sampled() {
             error.max((y - exact(u)).abs())
         })
     };
-    within("of 1/800 rad/(N·m)", follow(Hold::First) * 800.0, 8e-14);
-    assert!(follow(Hold::Zero) > 1e-5, "{}", follow(Hold::Zero));
+    within(
+        "of 1/800 rad/(N·m)",
+        follow(DiscretisationMethod::First) * 800.0,
+        8e-14,
+    );
+    assert!(
+        follow(DiscretisationMethod::Zero) > 1e-5,
+        "{}",
+        follow(DiscretisationMethod::Zero)
+    );
 }
 
 /// `H_d(z) = H(2/h (z − 1)/(z + 1))`.
@@ -229,7 +243,9 @@ fn exact_bilinear_is_a_substitution() {
     let continuous =
         shipped("geared_damped.toml").physical(&["disc_1"], &["disc_4.speed", "shaft_a.force"]);
     let h = 0.01;
-    let sampled = continuous.sampled(h, Hold::Bilinear).unwrap();
+    let sampled = continuous
+        .discretise(h, DiscretisationMethod::Bilinear)
+        .unwrap();
     for angle in [0.1, 0.5, 2.0] {
         let z = Complex::new(f64::cos(angle), f64::sin(angle));
         let s = (z - 1.0) / (z + 1.0) * (2.0 / h);
@@ -258,15 +274,15 @@ fn law_physical_is_modal() {
         if ready.linear.n > 60 || name == "stiff_chain.toml" {
             continue;
         }
-        let first = ready.machine.freedom_name(ready.linear.free[0]);
+        let first = ready.machine.dof_name(ready.linear.independent_dofs[0]);
         let last = ready
             .machine
-            .freedom_name(*ready.linear.free.last().unwrap());
+            .dof_name(*ready.linear.independent_dofs.last().unwrap());
         let speed = format!("{last}.speed");
         let (inputs, outputs) = (names(&[&first, &last]), names(&[&first, &last, &speed]));
         let Ok(physical) = StateSpace::physical(&ready.case(), &inputs, &outputs) else {
             assert!(
-                Equations::physical(&ready.case()).hysteretic.is_some(),
+                SystemMatrices::physical(&ready.case()).hysteretic.is_some(),
                 "{name}"
             );
             continue;
@@ -288,17 +304,17 @@ fn law_gyroscopic_terms_at_speed() {
     let mut rotor = shipped("overhung_rotor.toml");
     let spun = rotor
         .machine
-        .spins
+        .gyroscopic
         .iter()
         .find(|s| !s.gyroscopic.is_empty())
         .unwrap()
         .clone();
     let (a, b, _) = spun.gyroscopic[0];
-    let (a, b) = (rotor.machine.freedom_name(a), rotor.machine.freedom_name(b));
+    let (a, b) = (rotor.machine.dof_name(a), rotor.machine.dof_name(b));
     let ports = [a.as_str(), b.as_str()];
     let s = Complex::new(0.0, 0.8 * rotor.basis.omega[rotor.basis.n_rigid + 1]);
     let at_rest = rotor.physical(&ports, &ports).transfer(s).unwrap();
-    rotor.speeds = Some(vec![500.0; rotor.machine.freedoms.len()]);
+    rotor.speeds = Some(vec![500.0; rotor.machine.dofs.len()]);
     let physical = rotor.physical(&ports, &ports).transfer(s).unwrap();
     let modal = rotor.modal(&ports, &ports).transfer(s).unwrap();
     assert!(difference(&physical, &modal) < 1e-10 && difference(&physical, &at_rest) > 1e-4);
@@ -492,7 +508,7 @@ fn law_participation_sums_to_one() {
         "lin_parker_n3.toml",
     ] {
         let ready = shipped(model);
-        let first = ready.machine.freedom_name(ready.linear.free[0]);
+        let first = ready.machine.dof_name(ready.linear.independent_dofs[0]);
         let found = participation(
             &ready.case(),
             std::slice::from_ref(&first),
@@ -505,9 +521,10 @@ fn law_participation_sums_to_one() {
         {
             continue; // damped
         }
-        let sum = |of: fn(&geardyn::modes::state_space::participation::Participation) -> f64| {
-            found.iter().map(|m| of(m).powi(2)).sum::<f64>()
-        };
+        let sum =
+            |of: fn(&geardyn::modes::state_space::participation::ModalParticipation) -> f64| {
+                found.iter().map(|m| of(m).powi(2)).sum::<f64>()
+            };
         let (reach, show) = (sum(|m| m.controllability[0]), sum(|m| m.observability[0]));
         println!("{model}: {reach} {show}");
         assert!(
@@ -560,15 +577,15 @@ fn refuses_loss_factors() {
 #[test]
 fn refuses_wrong_names() {
     let ready = shipped("geared_damped.toml");
-    let case = ready.case();
+    let context = ready.case();
     let refused = |input: &str, output: &str| {
-        StateSpace::physical(&case, &names(&[input]), &names(&[output])).unwrap_err()
+        StateSpace::physical(&context, &names(&[input]), &names(&[output])).unwrap_err()
     };
     let wrong = refused("disk_1", "disc_1");
     assert_eq!(wrong.code, Code::UnknownNode);
     assert!(wrong.hint.unwrap().contains("`disc_1`"));
     let wrong = refused("disc_1.x", "disc_1");
-    assert_eq!(wrong.code, Code::NoSuchFreedom);
+    assert_eq!(wrong.code, Code::UnknownDof);
     assert!(wrong.hint.unwrap().contains("disc_1.theta"));
     let wrong = refused("disc_1", "disc_1.sped");
     assert!(wrong.hint.unwrap().contains("disc_1.theta.speed"));
@@ -578,7 +595,7 @@ fn refuses_wrong_names() {
     assert_eq!(refused("disc_1", "pair.force").code, Code::Conflict);
     let sampled = ready
         .physical(&[], &[])
-        .sampled(0.0, Hold::Zero)
+        .discretise(0.0, DiscretisationMethod::Zero)
         .unwrap_err();
     assert_eq!(sampled.code, Code::OutOfRange);
 }
@@ -588,7 +605,7 @@ fn refuses_wrong_names() {
 fn exact_json_and_csv() {
     let found = written(OSCILLATOR)
         .physical(&["mass"], &["mass.speed"])
-        .sampled(0.01, Hold::Bilinear)
+        .discretise(0.01, DiscretisationMethod::Bilinear)
         .unwrap();
     let json = found.to_json();
     assert_eq!(json["a"][1][0].as_f64().unwrap(), found.a[(1, 0)]);
@@ -653,7 +670,7 @@ fn alike(a: &Value, b: &Value) -> bool {
 fn ref_scipy_reads_mat() {
     let found = shipped("geared_damped.toml")
         .physical(&[], &["disc_1.speed", "shaft_b.force"])
-        .sampled(1e-4, Hold::First)
+        .discretise(1e-4, DiscretisationMethod::First)
         .unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("space.mat");

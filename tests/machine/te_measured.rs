@@ -5,12 +5,12 @@ use std::f64::consts::TAU;
 
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
-use geardyn::transmission::measured::eccentricity::parted;
-use geardyn::transmission::measured::evaluate::{Ask, Measured, evaluate};
-use geardyn::transmission::measured::index::{Edge, Signal};
-use geardyn::transmission::measured::orders::Named;
-use geardyn::transmission::measured::rows::{InMemory, Scale, Scales};
-use geardyn::transmission::measured::teeth::Teeth;
+use geardyn::transmission::encoder::eccentricity::split_eccentricity;
+use geardyn::transmission::encoder::evaluate::{EvaluationOptions, TeEvaluation, evaluate};
+use geardyn::transmission::encoder::gear_train::GearTrain;
+use geardyn::transmission::encoder::index_pulses::{IndexSignal, PulseEdge};
+use geardyn::transmission::encoder::orders::KnownOrders;
+use geardyn::transmission::encoder::readings::{EncoderScale, EncoderScales, MemoryReadings};
 
 use crate::support::noise::normal;
 use crate::support::verification::{coverage as enter_coverage, within};
@@ -65,26 +65,26 @@ impl Rig {
         self.errors.iter().map(wave).sum()
     }
 
-    fn ask(&self) -> Ask {
+    fn ask(&self) -> EvaluationOptions {
         let scale = |counts: f64| match counts > 0.0 {
-            true => Scale {
+            true => EncoderScale {
                 unit: TAU / counts,
                 wrap: None,
                 step: TAU / counts,
             },
-            false => Scale::RAD,
+            false => EncoderScale::RAD,
         };
-        Ask {
-            teeth: Teeth::parse(self.teeth).unwrap(),
-            scales: Scales {
+        EvaluationOptions {
+            train: GearTrain::parse(self.teeth).unwrap(),
+            scales: EncoderScales {
                 input: scale(self.counts[0]),
                 output: scale(self.counts[1]),
             },
             rate_hz: Some(1000.0),
             multiples: None,
             repair: false,
-            named: Named::default(),
-            every: false,
+            known_orders: KnownOrders::default(),
+            all_multiples: false,
             input: false,
             index: [None, None],
         }
@@ -92,13 +92,13 @@ impl Rig {
 
     /// Readings of both encoders.
     fn readings(&self) -> (Vec<f64>, Vec<f64>) {
-        let teeth = Teeth::parse(self.teeth).unwrap();
-        let ratio = teeth.ratio().value();
-        let per_turn = self.rows_per_tooth * teeth.last() as f64;
-        let mut normal = Normal(fastrand::Rng::with_seed(self.seed));
+        let train = GearTrain::parse(self.teeth).unwrap();
+        let ratio = train.ratio().to_f64();
+        let per_turn = self.rows_per_tooth * train.output_teeth() as f64;
+        let mut equations = Normal(fastrand::Rng::with_seed(self.seed));
         let rows = (self.turns * per_turn) as usize;
         let mut read = |angle: f64, counts: f64| match counts > 0.0 {
-            true => (angle / TAU * counts + self.noise * normal.draw()).floor(),
+            true => (angle / TAU * counts + self.noise * equations.draw()).floor(),
             false => angle,
         };
         let one = |i: usize| {
@@ -113,9 +113,9 @@ impl Rig {
         (0..rows).map(one).unzip()
     }
 
-    fn measured(&self) -> Result<Measured, Error> {
+    fn measured(&self) -> Result<TeEvaluation, Error> {
         let (a, b) = self.readings();
-        evaluate(&InMemory(&a, &b), &self.ask())
+        evaluate(&MemoryReadings(&a, &b), &self.ask())
     }
 }
 
@@ -137,23 +137,23 @@ fn exact_lines_without_noise() {
             ..Rig::default()
         };
         let found = rig.measured().unwrap();
-        assert!(found.error <= 5.005e-4);
-        let flank = &found.flanks[0];
+        assert!(found.order_error <= 5.005e-4);
+        let flank = &found.evaluations[0];
         for (order, amplitude, phase) in &errors {
             let line = flank
-                .lines
+                .estimates
                 .iter()
                 .find(|l| (l.order.value - order).abs() < 1e-9);
             let line = line.unwrap_or_else(|| panic!("order {order} is not listed"));
             let off = (line.amplitude / amplitude - 1.0).abs();
-            assert!(off < 3.0 * found.error, "{order}: {off:e}");
+            assert!(off < 3.0 * found.order_error, "{order}: {off:e}");
             let turned = (line.phase - phase + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
             assert!(turned.abs() < 1e-3, "{order}: {turned}");
             assert!(line.significant);
         }
-        assert!(flank.unexplained.is_empty(), "{:?}", flank.unexplained);
-        let speed = found.speed.unwrap();
-        let (mean, least, most) = speed.range();
+        assert!(flank.line.is_empty(), "{:?}", flank.line);
+        let trace = found.trace.unwrap();
+        let (mean, least, most) = trace.range();
         assert!((mean / (1000.0 * TAU / (rows_per_tooth * 64.0)) - 1.0).abs() < 0.03);
         assert!(least < 0.96 * mean && most > 1.03 * mean);
     }
@@ -169,10 +169,10 @@ fn coverage(rigs: u64) -> [(usize, usize); 2] {
     for seed in 0..rigs {
         let mut rng = fastrand::Rng::with_seed(1000 + seed);
         let teeth = PAIRS[rng.usize(0..PAIRS.len())];
-        let train = Teeth::parse(teeth).unwrap();
+        let train = GearTrain::parse(teeth).unwrap();
         let (shafts, meshes) = (train.shafts(), train.meshes());
-        let mesh = meshes[0].order.value();
-        let input = shafts[0].order.value();
+        let mesh = meshes[0].order.to_f64();
+        let input = shafts[0].order.to_f64();
         let mut errors = Vec::new();
         for order in [
             1.0,
@@ -210,7 +210,7 @@ fn coverage(rigs: u64) -> [(usize, usize); 2] {
             let sum = truth.entry(key(*order)).or_default();
             *sum = (sum.0 + a * p.cos(), sum.1 + a * p.sin());
         }
-        for line in &found.flanks[0].lines {
+        for line in &found.evaluations[0].estimates {
             let Some((low, high)) = line.interval else {
                 continue;
             };
@@ -283,17 +283,17 @@ fn exact_play_between_flanks() {
             TAU * turns + Rig::default().error(turns)
         });
     }
-    let found = evaluate(&InMemory(&input, &output), &Rig::default().ask()).unwrap();
+    let found = evaluate(&MemoryReadings(&input, &output), &Rig::default().ask()).unwrap();
     assert_eq!(found.runs.len(), 2);
-    assert_eq!(found.flanks.len(), 2);
-    let shown = found.play.unwrap();
-    let course = shown.course.unwrap();
+    assert_eq!(found.evaluations.len(), 2);
+    let shown = found.backlash.unwrap();
+    let course = shown.variation.unwrap();
     let size = 20.0 * ARCSEC; // the error itself at an angle shifted by the play
     within("play, arcsec", (shown.mean - play).abs() / ARCSEC, 0.1);
     assert!(course.range.1 - course.range.0 < size);
-    for flank in &found.flanks {
+    for flank in &found.evaluations {
         let one = flank
-            .lines
+            .estimates
             .iter()
             .find(|l| l.order.names[0] == "output")
             .unwrap();
@@ -306,7 +306,7 @@ fn exact_play_between_flanks() {
     }
 }
 
-fn refused(found: Result<Measured, Error>, code: Code, words: &[&str]) {
+fn refused(found: Result<TeEvaluation, Error>, code: Code, words: &[&str]) {
     let error = match found {
         Ok(_) => panic!("not refused: {words:?}"),
         Err(error) => error,
@@ -327,16 +327,16 @@ fn refuses_wrong_teeth() {
     };
     let (a, b) = rig.readings();
     for (said, _) in [("21:63", 0), ("63:21", 0), ("22:64", 0)] {
-        let ask = Ask {
-            teeth: Teeth::parse(said).unwrap(),
+        let options = EvaluationOptions {
+            train: GearTrain::parse(said).unwrap(),
             ..rig.ask()
         };
-        let found = evaluate(&InMemory(&a, &b), &ask);
+        let found = evaluate(&MemoryReadings(&a, &b), &options);
         refused(found, Code::RatioMismatch, &["0.328", "21:64"]);
     }
     // A shaft that counts the other way round is no other ratio.
     let back: Vec<f64> = b.iter().map(|x| -x).collect();
-    evaluate(&InMemory(&a, &back), &rig.ask()).unwrap();
+    evaluate(&MemoryReadings(&a, &back), &rig.ask()).unwrap();
 }
 
 #[test]
@@ -351,7 +351,7 @@ fn refuses_slip() {
         *x -= (0.05 * i as f64).min(150.0).floor();
     }
     refused(
-        evaluate(&InMemory(&a, &b), &rig.ask()),
+        evaluate(&MemoryReadings(&a, &b), &rig.ask()),
         Code::Slip,
         &["slips", "s"],
     );
@@ -366,10 +366,10 @@ fn refuses_lost_counts_or_mends_them() {
         ..Rig::default()
     };
     let (mut a, mut b) = rig.readings();
-    assert!(evaluate(&InMemory(&a, &b), &rig.ask()).is_ok());
+    assert!(evaluate(&MemoryReadings(&a, &b), &rig.ask()).is_ok());
     b[3000..].iter_mut().for_each(|x| *x -= 2.0);
     a[6000..].iter_mut().for_each(|x| *x += 7.0);
-    let found = evaluate(&InMemory(&a, &b), &rig.ask());
+    let found = evaluate(&MemoryReadings(&a, &b), &rig.ask());
     refused(
         found,
         Code::LostCounts,
@@ -379,13 +379,13 @@ fn refuses_lost_counts_or_mends_them() {
             "--repair",
         ],
     );
-    let ask = Ask {
+    let options = EvaluationOptions {
         repair: true,
         ..rig.ask()
     };
-    let found = evaluate(&InMemory(&a, &b), &ask).unwrap();
-    assert_eq!(found.repaired.len(), 2);
-    let one = &found.flanks[0].lines[0];
+    let found = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
+    assert_eq!(found.removed_steps.len(), 2);
+    let one = &found.evaluations[0].estimates[0];
     assert!(
         (one.amplitude / ARCSEC - 12.0).abs() < 1.0,
         "{}",
@@ -412,7 +412,7 @@ fn refuses_single_lost_counts_of_unlike_encoders() {
         ..Rig::default()
     };
     let (a, b) = rig.readings();
-    assert!(evaluate(&InMemory(&a, &b), &rig.ask()).is_ok());
+    assert!(evaluate(&MemoryReadings(&a, &b), &rig.ask()).is_ok());
     let third = a.len() / 3;
     for lost in 1..=5 {
         for whose in ["input", "output"] {
@@ -421,15 +421,15 @@ fn refuses_single_lost_counts_of_unlike_encoders() {
             side[third..].iter_mut().for_each(|x| *x -= f64::from(lost));
             let words = format!("{lost} ");
             let on = format!("on the {whose}");
-            let found = evaluate(&InMemory(&a, &b), &rig.ask());
+            let found = evaluate(&MemoryReadings(&a, &b), &rig.ask());
             refused(found, Code::LostCounts, &["lost", &words, &on]);
-            let ask = Ask {
+            let options = EvaluationOptions {
                 repair: true,
                 ..rig.ask()
             };
-            let mended = evaluate(&InMemory(&a, &b), &ask).unwrap();
-            let total = mended.flanks[0].of_orders.total / ARCSEC;
-            let clean = rig.measured().unwrap().flanks[0].of_orders.total / ARCSEC;
+            let mended = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
+            let total = mended.evaluations[0].fitted.total / ARCSEC;
+            let clean = rig.measured().unwrap().evaluations[0].fitted.total / ARCSEC;
             assert!(
                 (total - clean).abs() < 1.5,
                 "{whose} {lost}: {total} {clean}"
@@ -438,7 +438,7 @@ fn refuses_single_lost_counts_of_unlike_encoders() {
     }
     let mut b = b;
     b[third..].iter_mut().for_each(|x| *x -= 5.0);
-    let error = evaluate(&InMemory(&a, &b), &rig.ask()).unwrap_err();
+    let error = evaluate(&MemoryReadings(&a, &b), &rig.ask()).unwrap_err();
     assert!(
         error.message.contains("5 lost on the output")
             || error.message.contains("5 counts lost on the output"),
@@ -460,14 +460,14 @@ fn law_intervals_hold_the_bound_of_the_cells() {
     };
     let found = rig.measured().unwrap();
     for (order, amplitude, _) in &rig.errors {
-        let lines = &found.flanks[0].lines;
+        let lines = &found.evaluations[0].estimates;
         let line = lines.iter().find(|l| (l.order.value - order).abs() < 1e-9);
         let (low, high) = line.unwrap().interval.unwrap();
         assert!(
             low < *amplitude && *amplitude < high,
             "{order}: {low} {high}"
         );
-        assert!(high - low >= 2.0 * found.error * 0.99 * amplitude);
+        assert!(high - low >= 2.0 * found.order_error * 0.99 * amplitude);
     }
 }
 
@@ -487,21 +487,21 @@ fn exact_ranges_of_the_orders() {
         }
     };
     let (truth, found) = (fine.measured().unwrap(), coarse.measured().unwrap());
-    let (truth, found) = (&truth.flanks[0], &found.flanks[0]);
+    let (truth, found) = (&truth.evaluations[0], &found.evaluations[0]);
     for (exact, raw, orders) in [
         (
-            truth.composite.total,
-            found.composite.total,
-            found.of_orders.total,
+            truth.deviations.total,
+            found.deviations.total,
+            found.fitted.total,
         ),
         (
-            truth.composite.by_pitch.sliding,
-            found.composite.by_pitch.sliding,
-            found.of_orders.by_pitch,
+            truth.deviations.per_pitch.sliding,
+            found.deviations.per_pitch.sliding,
+            found.fitted.per_pitch,
         ),
     ] {
         assert!(raw > 1.1 * exact, "{raw} {exact}");
-        let deviation = found.of_orders.deviation;
+        let deviation = found.fitted.deviation;
         assert!(
             (orders - exact).abs() < 4.0 * deviation,
             "{orders} {exact} {deviation}"
@@ -510,7 +510,7 @@ fn exact_ranges_of_the_orders() {
     }
 }
 
-/// The largest change of `error` within `window` of `turns` turns from `start` on, by brute force.
+/// The largest change of `order_error` within `window` of `revolutions` turns from `start` on, by brute force.
 fn range_of(error: impl Fn(f64) -> f64, start: f64, turns: f64, window: f64, steps: usize) -> f64 {
     let at = |i: usize| error(start + turns * i as f64 / steps as f64);
     let values: Vec<f64> = (0..=steps).map(at).collect();
@@ -554,14 +554,14 @@ fn exact_waves_between_cells() {
             turns,
             ..Rig::default()
         };
-        let flank = &rig.measured().unwrap().flanks[0];
-        let composite = &flank.composite;
-        assert_eq!(composite.closed, turns > 21.0);
-        assert_eq!(composite.turns, if turns > 21.0 { 21 } else { 4 });
-        let start = flank.signal.first as f64 / flank.signal.per_turn as f64;
-        let whole = composite.turns as f64;
+        let flank = &rig.measured().unwrap().evaluations[0];
+        let deviations = &flank.deviations;
+        assert_eq!(deviations.closed, turns > 21.0);
+        assert_eq!(deviations.turns, if turns > 21.0 { 21 } else { 4 });
+        let start = flank.signal.first as f64 / flank.signal.samples_per_rev as f64;
+        let whole = deviations.turns as f64;
         // No step beyond 1/512 of a tooth's second multiple.
-        let steps = composite.turns * 64 * 1024;
+        let steps = deviations.turns * 64 * 1024;
         let near = |name: &str, found: f64, truth: f64, within: f64| {
             assert!(
                 (found - truth).abs() < within,
@@ -573,17 +573,17 @@ fn exact_waves_between_cells() {
         };
         let total = range_of(|x| rig.error(x), start, whole, whole, steps);
         let pitch = range_of(|x| rig.error(x), start, whole, 1.0 / 64.0, steps);
-        let orders = &flank.of_orders;
+        let orders = &flank.fitted;
         near("F_i′ of the orders", orders.total, total, orders.bound);
         near(
             "f_i′ of the orders",
-            orders.by_pitch,
+            orders.per_pitch,
             pitch,
             orders.bound_by_pitch,
         );
         assert!(orders.bound < 2e-3 * total && orders.bound_by_pitch < 2e-3 * pitch);
-        near("F_i′", composite.total, total, 1e-3 * total);
-        near("f_i′", composite.by_pitch.sliding, pitch, 1e-3 * pitch);
+        near("F_i′", deviations.total, total, 1e-3 * total);
+        near("f_i′", deviations.per_pitch.sliding, pitch, 1e-3 * pitch);
         let part = |long: bool| {
             let kept: Vec<_> = (rig.errors.iter().copied())
                 .filter(|e| (e.0 < 32.0) == long)
@@ -595,9 +595,19 @@ fn exact_waves_between_cells() {
             move |x: f64| waves.error(x)
         };
         let long = range_of(part(true), start, whole, whole, steps);
-        near("long wave", composite.long.0, long, 1e-3 * long);
+        near(
+            "long wave",
+            deviations.long_wave_component.0,
+            long,
+            1e-3 * long,
+        );
         let short = 8.0 * ARCSEC;
-        near("short wave", composite.short.0.sliding, short, 1e-3 * short);
+        near(
+            "short wave",
+            deviations.short_wave_component.0.sliding,
+            short,
+            1e-3 * short,
+        );
     }
 }
 
@@ -627,14 +637,15 @@ fn exact_course_of_play() {
         input.push(*x);
         output.push(y + play(x * ratio / TAU));
     }
-    let mut normal = Normal(fastrand::Rng::with_seed(3));
-    let mut read = |angle: f64, counts: f64| (angle / TAU * counts + 0.3 * normal.draw()).floor();
+    let mut equations = Normal(fastrand::Rng::with_seed(3));
+    let mut read =
+        |angle: f64, counts: f64| (angle / TAU * counts + 0.3 * equations.draw()).floor();
     let input: Vec<f64> = input.iter().map(|x| read(*x, rig.counts[0])).collect();
     let output: Vec<f64> = output.iter().map(|x| read(*x, rig.counts[1])).collect();
-    let found = evaluate(&InMemory(&input, &output), &rig.ask()).unwrap();
-    let shown = found.play.unwrap();
+    let found = evaluate(&MemoryReadings(&input, &output), &rig.ask()).unwrap();
+    let shown = found.backlash.unwrap();
     within("mean play, arcsec", (shown.mean / ARCSEC - 60.0).abs(), 1.5);
-    let course = shown.course.unwrap();
+    let course = shown.variation.unwrap();
     assert!(course.deviation < 2.0 * ARCSEC);
     for (i, p) in course.signal.values.iter().enumerate() {
         let truth = play(course.signal.angle(i) / TAU);
@@ -660,7 +671,7 @@ fn keeps_names_near_unexplained_lines() {
     };
     rig.errors = vec![(1.0, 12.0 * ARCSEC, 0.3), (53.0, 4.0 * ARCSEC, 1.0)];
     let found = rig.measured().unwrap();
-    let line = &found.flanks[0].unexplained[0];
+    let line = &found.evaluations[0].line[0];
     assert_eq!(line.nearest.as_deref(), Some("53 × output"), "{line:?}");
     let mut rig = Rig {
         teeth: "21:64",
@@ -669,12 +680,12 @@ fn keeps_names_near_unexplained_lines() {
     };
     rig.errors.push((8.0, 0.2 * ARCSEC, 1.0));
     let (a, b) = rig.readings();
-    let ask = Ask {
-        every: true,
+    let options = EvaluationOptions {
+        all_multiples: true,
         ..rig.ask()
     };
-    let found = evaluate(&InMemory(&a, &b), &ask).unwrap();
-    let lines = &found.flanks[0].lines;
+    let found = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
+    let lines = &found.evaluations[0].estimates;
     let eight = lines.iter().find(|l| l.order.value == 8.0).unwrap();
     assert_eq!(eight.order.names, ["8 × output"]);
     assert!((eight.amplitude / ARCSEC - 0.2).abs() < 0.02);
@@ -694,35 +705,35 @@ fn refuses_too_little() {
     refused(short.measured(), Code::TooShort, &["turns of the output"]);
     let rig = Rig::default();
     let (a, b) = rig.readings();
-    let ask = Ask {
+    let options = EvaluationOptions {
         multiples: Some(9),
         ..rig.ask()
     };
     refused(
-        evaluate(&InMemory(&a, &b), &ask),
+        evaluate(&MemoryReadings(&a, &b), &options),
         Code::OutOfRange,
         &["order 576", "--harmonics"],
     );
     let still = vec![0.5; a.len()];
     refused(
-        evaluate(&InMemory(&still, &b), &rig.ask()),
+        evaluate(&MemoryReadings(&still, &b), &rig.ask()),
         Code::NoSignal,
         &["input"],
     );
     refused(
-        evaluate(&InMemory(&a, &still), &rig.ask()),
+        evaluate(&MemoryReadings(&a, &still), &rig.ask()),
         Code::NoSignal,
         &["output"],
     );
     let mut broken = b.clone();
     broken[77] = f64::NAN;
     refused(
-        evaluate(&InMemory(&a, &broken), &rig.ask()),
+        evaluate(&MemoryReadings(&a, &broken), &rig.ask()),
         Code::NotANumber,
         &["row 78", "output"],
     );
     refused(
-        evaluate(&InMemory(&[], &[]), &rig.ask()),
+        evaluate(&MemoryReadings(&[], &[]), &rig.ask()),
         Code::NoSignal,
         &[],
     );
@@ -747,14 +758,14 @@ fn survives_extremes() {
             ..Rig::default()
         };
         let found = rig.measured().unwrap_or_else(|e| panic!("{teeth}: {e}"));
-        let flank = &found.flanks[0];
+        let flank = &found.evaluations[0];
         assert!(
             flank
-                .lines
+                .estimates
                 .iter()
                 .all(|l| l.amplitude.is_finite() && l.deviation.is_finite())
         );
-        assert!(flank.composite.total.is_finite());
+        assert!(flank.deviations.total.is_finite());
     }
 }
 
@@ -797,8 +808,8 @@ fn exact_eccentricity_of_encoder_and_gear() {
             ratio * back + play + rig(-1.0).error(turns)
         });
     }
-    let found = evaluate(&InMemory(&a, &b), &rig(1.0).ask()).unwrap();
-    let parts = parted(&found, &Teeth::parse("20:47").unwrap(), alpha);
+    let found = evaluate(&MemoryReadings(&a, &b), &rig(1.0).ask()).unwrap();
+    let parts = split_eccentricity(&found, &GearTrain::parse("20:47").unwrap(), alpha);
     assert_eq!(parts.len(), 2);
     for (part, (shaft, encoder, gear)) in parts
         .iter()
@@ -814,19 +825,19 @@ fn exact_eccentricity_of_encoder_and_gear() {
     }
     // of one flank nothing is parted
     let one = rig(1.0).measured().unwrap();
-    assert!(parted(&one, &Teeth::parse("20:47").unwrap(), alpha).is_empty());
+    assert!(split_eccentricity(&one, &GearTrain::parse("20:47").unwrap(), alpha).is_empty());
 }
 
-/// The edges of a mark that stands at `at` turns of a shaft, a twentieth of a turn wide: as a level read row by row shows them, or timed
-/// between rows. `turns` is where the shaft stands at each row.
-fn edges(turns: &[f64], at: f64, timed: bool) -> Vec<Edge> {
+/// The edges of a mark that stands at `mark_angle` turns of a shaft, a twentieth of a turn wide: as a level read row by row shows them, or timed
+/// between rows. `revolutions` is where the shaft stands at each row.
+fn edges(turns: &[f64], at: f64, timed: bool) -> Vec<PulseEdge> {
     let high = |x: f64| (x - at).rem_euclid(1.0) < 0.05;
     let changes = (1..turns.len()).filter(|&i| high(turns[i - 1]) != high(turns[i]));
     let edge = |i: usize| {
         let (before, here) = (turns[i - 1] - at, turns[i] - at);
         let border = if high(turns[i]) { 0.0 } else { 0.05 };
         let after = (here - border).rem_euclid(1.0) / (here - before);
-        Edge {
+        PulseEdge {
             row: i as f64 - if timed { after } else { 0.5 },
             rising: high(turns[i]),
         }
@@ -835,7 +846,7 @@ fn edges(turns: &[f64], at: f64, timed: bool) -> Vec<Edge> {
 }
 
 /// Marks of both shafts of a rig, by the angles it really has.
-fn marked(rig: &Rig, at: [f64; 2], timed: bool) -> [Option<Signal>; 2] {
+fn marked(rig: &Rig, at: [f64; 2], timed: bool) -> [Option<IndexSignal>; 2] {
     let exact = Rig {
         counts: [0.0; 2],
         errors: rig.errors.clone(),
@@ -844,9 +855,9 @@ fn marked(rig: &Rig, at: [f64; 2], timed: bool) -> [Option<Signal>; 2] {
     let (a, b) = exact.readings();
     let turns = |list: Vec<f64>| -> Vec<f64> { list.iter().map(|x| x / TAU).collect() };
     let signal = |k: usize, list: Vec<f64>| {
-        Some(Signal {
+        Some(IndexSignal {
             edges: edges(&turns(list), at[k], timed),
-            sharp: if timed { 0.0 } else { 0.5 },
+            edge_uncertainty: if timed { 0.0 } else { 0.5 },
             counts: Some(rig.counts[k]).filter(|c| *c > 0.0),
         })
     };
@@ -877,17 +888,17 @@ fn exact_phases_from_marks() {
     let start = |list: Vec<f64>, by: f64| -> Vec<f64> { list.iter().map(|x| x + by).collect() };
     let (a, b) = (start(a, 5_123.0), start(b, -31_777.0));
     let at = [0.31, 0.72];
-    let ask = Ask {
+    let options = EvaluationOptions {
         index: marked(&rig, at, false),
         ..rig.ask()
     };
-    let found = evaluate(&InMemory(&a, &b), &ask).unwrap();
-    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
-    let lines = &found.flanks[0].lines;
+    let found = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
+    assert!(found.diagnostics.is_empty(), "{:?}", found.diagnostics);
+    let lines = &found.evaluations[0].estimates;
     for (order, _, phase) in &rig.errors {
         let line = lines.iter().find(|l| (l.order.value - order).abs() < 1e-9);
         let line = line.unwrap();
-        let (shown, mark) = line.marked.unwrap();
+        let (shown, mark) = line.mark_phase.unwrap();
         let (expected, whose) = match order.fract() == 0.0 {
             true => (phase + order * TAU * at[1], "output"),
             false => (phase + TAU * at[0], "input"),
@@ -898,25 +909,25 @@ fn exact_phases_from_marks() {
         let known = 4.0 * line.deviation / line.amplitude + order * TAU / 3080.0;
         assert!(off.abs() < known, "{order}: {off} {known}");
     }
-    for (index, at) in found.index.iter().flatten().zip(at) {
-        assert!(index.passages >= 8 && index.missing + index.extra == 0);
-        let counts = index.counts_apart.unwrap();
-        let a_turn = rig.counts[usize::from(index.shaft == "output")];
+    for (evaluation, at) in found.evaluation.iter().flatten().zip(at) {
+        assert!(evaluation.passages >= 8 && evaluation.missing + evaluation.extra == 0);
+        let counts = evaluation.counts_apart.unwrap();
+        let a_turn = rig.counts[usize::from(evaluation.shaft == "output")];
         assert!((counts - a_turn).abs() < 8.0, "{counts}");
-        let by = if index.shaft == "input" {
+        let by = if evaluation.shaft == "input" {
             5_123.0
         } else {
             -31_777.0
         };
-        let off = (index.at - at - by / a_turn + 0.5).rem_euclid(1.0) - 0.5;
+        let off = (evaluation.mark_angle - at - by / a_turn + 0.5).rem_euclid(1.0) - 0.5;
         assert!(off.abs() < 2e-3, "{off}");
     }
     // The mean turn of the input begins at its mark: what it shows there is the wave of the input.
-    let means = &found.flanks[0].mean_turns;
+    let means = &found.evaluations[0].shaft_averages;
     let input = means.iter().find(|m| m.shaft == "input").unwrap();
-    assert!(input.average.turns >= 20);
-    let n = input.average.turn.len() as f64;
-    for (i, e) in input.average.turn.iter().enumerate() {
+    assert!(input.average.revolutions >= 20);
+    let n = input.average.values.len() as f64;
+    for (i, e) in input.average.values.iter().enumerate() {
         let turns = i as f64 / n + at[0];
         let wave = |k: f64, a: f64, p: f64| a * ARCSEC * (TAU * k * turns + p).cos();
         // The mesh repeats with the input as well.
@@ -940,11 +951,11 @@ fn exact_mean_turns_of_a_short_record() {
         ..Rig::default()
     };
     let found = rig.measured().unwrap();
-    let means = &found.flanks[0].mean_turns;
+    let means = &found.evaluations[0].shaft_averages;
     let range = |name: &str| {
         let mean = means.iter().find(|m| m.shaft == name).unwrap();
         let ends =
-            (mean.average.turn.iter()).fold((0.0f64, 0.0f64), |e, x| (e.0.min(*x), e.1.max(*x)));
+            (mean.average.values.iter()).fold((0.0f64, 0.0f64), |e, x| (e.0.min(*x), e.1.max(*x)));
         (ends.1 - ends.0) / ARCSEC
     };
     within(
@@ -965,33 +976,33 @@ fn refuses_lost_counts_by_marks() {
     let rig = counting();
     let (a, b) = rig.readings();
     let third = a.len() / 3;
-    let ask = |repair: bool| Ask {
+    let ask = |repair: bool| EvaluationOptions {
         index: marked(&rig, [0.31, 0.72], true),
         repair,
         ..rig.ask()
     };
     let mut short = b.clone();
     short[third..].iter_mut().for_each(|x| *x -= 5.0);
-    let error = evaluate(&InMemory(&a, &short), &ask(false)).unwrap_err();
+    let error = evaluate(&MemoryReadings(&a, &short), &ask(false)).unwrap_err();
     assert_eq!(error.code, Code::LostCounts);
     assert!(
         error.message.contains("5 counts lost on the output at"),
         "{error}"
     );
-    let mended = evaluate(&InMemory(&a, &short), &ask(true)).unwrap();
-    let total = |m: &Measured| m.flanks[0].of_orders.total / ARCSEC;
+    let mended = evaluate(&MemoryReadings(&a, &short), &ask(true)).unwrap();
+    let total = |m: &TeEvaluation| m.evaluations[0].fitted.total / ARCSEC;
     let clean = total(&rig.measured().unwrap());
     assert!((total(&mended) - clean).abs() < 1.5);
     // Both encoders lose what makes one step: the error shows nothing.
     let (mut a2, mut b2) = (a.clone(), b.clone());
     a2[third..].iter_mut().for_each(|x| *x -= 8.0 * 40.0);
     b2[third..].iter_mut().for_each(|x| *x -= 8.0 * 13.0 * 5.0);
-    let blind = Ask {
+    let blind = EvaluationOptions {
         index: [None, None],
         ..ask(false)
     };
-    assert!(evaluate(&InMemory(&a2, &b2), &blind).is_ok());
-    let error = evaluate(&InMemory(&a2, &b2), &ask(false)).unwrap_err();
+    assert!(evaluate(&MemoryReadings(&a2, &b2), &blind).is_ok());
+    let error = evaluate(&MemoryReadings(&a2, &b2), &ask(false)).unwrap_err();
     assert!(
         error.message.contains("320 counts lost on the input")
             && error.message.contains("520 counts lost on the output"),
@@ -1009,16 +1020,16 @@ fn refuses_wrong_lines_by_marks() {
         errors: rig.errors.clone(),
         ..rig
     };
-    let ask = Ask {
+    let options = EvaluationOptions {
         index: marked(&rig, [0.1, 0.2], false).map(|s| {
-            s.map(|s| Signal {
+            s.map(|s| IndexSignal {
                 counts: s.counts.map(|c| 2.0 * c),
                 ..s
             })
         }),
         ..wrong.ask()
     };
-    let found = evaluate(&InMemory(&a, &b), &ask);
+    let found = evaluate(&MemoryReadings(&a, &b), &options);
     refused(
         found,
         Code::RatioMismatch,
@@ -1027,12 +1038,12 @@ fn refuses_wrong_lines_by_marks() {
     // Forty counts a turn missing, every turn alike.
     let dirty = |x: &f64| (x * (1.0 - 40.0 / 14_400.0)).floor();
     let dirty: Vec<f64> = a.iter().map(dirty).collect();
-    let mut ask = Ask {
+    let mut options = EvaluationOptions {
         index: marked(&rig, [0.1, 0.2], false),
         ..rig.ask()
     };
-    ask.index[1] = None;
-    let found = evaluate(&InMemory(&dirty, &b), &ask);
+    options.index[1] = None;
+    let found = evaluate(&MemoryReadings(&dirty, &b), &options);
     refused(found, Code::LostCounts, &["turn by turn", "14400"]);
 }
 
@@ -1046,29 +1057,29 @@ fn survives_bad_index_pulses() {
     output.edges.remove(6);
     output.edges.remove(6);
     let from = output.edges[3].row;
-    output
-        .edges
-        .extend([(700.0, true), (703.0, false)].map(|(more, rising)| Edge {
+    output.edges.extend(
+        [(700.0, true), (703.0, false)].map(|(more, rising)| PulseEdge {
             row: from + more,
             rising,
-        }));
+        }),
+    );
     output.edges.sort_by(|a, b| a.row.total_cmp(&b.row));
-    let ask = Ask { index, ..rig.ask() };
-    let found = evaluate(&InMemory(&a, &b), &ask).unwrap();
-    let said: Vec<&str> = found.warnings.iter().map(|w| w.code).collect();
+    let options = EvaluationOptions { index, ..rig.ask() };
+    let found = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
+    let said: Vec<&str> = found.diagnostics.iter().map(|w| w.code).collect();
     assert_eq!(said, ["index-pulses"]);
-    let output = found.index[1].as_ref().unwrap();
+    let output = found.evaluation[1].as_ref().unwrap();
     assert_eq!((output.missing, output.extra), (1, 1));
     for edges in [
         Vec::new(),
-        vec![Edge {
+        vec![PulseEdge {
             row: 5e3,
             rising: true,
         }],
     ] {
-        let mut ask = ask.clone();
-        ask.index[1].as_mut().unwrap().edges = edges;
-        let found = evaluate(&InMemory(&a, &b), &ask);
+        let mut options = options.clone();
+        options.index[1].as_mut().unwrap().edges = edges;
+        let found = evaluate(&MemoryReadings(&a, &b), &options);
         refused(found, Code::NoSignal, &["output", "twice"]);
     }
 }
@@ -1092,11 +1103,11 @@ fn keeps_steps_that_are_no_counts() {
         .iter_mut()
         .for_each(|x| *x += 60.0 / 72_000.0);
     index[1].as_mut().unwrap().edges = edges(&turns, 0.72, true);
-    let ask = Ask { index, ..rig.ask() };
-    let found = evaluate(&InMemory(&a, &b), &ask).unwrap();
-    let said: Vec<&str> = found.warnings.iter().map(|w| w.code).collect();
+    let options = EvaluationOptions { index, ..rig.ask() };
+    let found = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
+    let said: Vec<&str> = found.diagnostics.iter().map(|w| w.code).collect();
     assert!(said.contains(&"step-without-counts"), "{said:?}");
-    assert!(found.repaired.is_empty());
+    assert!(found.removed_steps.is_empty());
 }
 
 /// A direction that turns too little is said to be left out.
@@ -1117,8 +1128,8 @@ fn keeps_word_of_a_short_way_back() {
         .collect();
     a.extend(back.iter().map(|x| x.0));
     b.extend(back.iter().map(|x| x.1));
-    let found = evaluate(&InMemory(&a, &b), &rig.ask()).unwrap();
-    assert_eq!(found.flanks.len(), 1);
-    let said: Vec<&str> = found.warnings.iter().map(|w| w.code).collect();
+    let found = evaluate(&MemoryReadings(&a, &b), &rig.ask()).unwrap();
+    assert_eq!(found.evaluations.len(), 1);
+    let said: Vec<&str> = found.diagnostics.iter().map(|w| w.code).collect();
     assert_eq!(said, ["direction-too-short"]);
 }

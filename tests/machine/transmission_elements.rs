@@ -4,30 +4,30 @@ use std::f64::consts::{PI, TAU};
 
 use crate::support::verification::within;
 use geardyn::base::code::Code;
-use geardyn::modes::basis::{self, Solver as Decomposition};
-use geardyn::plan::prepared::Prepared;
-use geardyn::plan::transmission::run::{Answer, run};
+use geardyn::modes::modal_basis::{self, UndampedSolver as Decomposition};
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::plan::transmission::run::{TransmissionResult, run};
 use geardyn::report::transmission::{cause, source};
-use geardyn::response::frequency::{Solver, Way};
+use geardyn::response::frf::{ResponseMethod, ResponseSolver};
 use geardyn::response::ports::Ports;
-use geardyn::response::system::Setting;
+use geardyn::response::system::OperatingModel;
 use geardyn::scene::study::TransmissionStudy;
 
 const HEAD: &str = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
 
 fn refusal(text: &str) -> geardyn::base::error::Error {
     match geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}")) {
-        Err(errors) => errors.list()[0].clone(),
-        Ok(scene) => Prepared::new(&scene.model)
+        Err(errors) => errors.as_slice()[0].clone(),
+        Ok(scene) => PreparedMachine::new(&scene.model)
             .err()
             .unwrap_or_else(|| panic!("this was taken:\n{text}")),
     }
 }
 
-fn written(text: &str) -> Prepared {
+fn written(text: &str) -> PreparedMachine {
     let scene = geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}"))
         .unwrap_or_else(|e| panic!("{e}\n{text}"));
-    Prepared::new(&scene.model).unwrap()
+    PreparedMachine::new(&scene.model).unwrap()
 }
 
 /// Motor, pair 20/50, screw of 12 mm lead, table.
@@ -47,44 +47,50 @@ fn study_of(output: &str) -> TransmissionStudy {
     }
 }
 
-fn traced(prepared: &Prepared, window: Option<u32>) -> Answer {
+fn traced(machine: &PreparedMachine, window: Option<u32>) -> TransmissionResult {
     let study = TransmissionStudy {
-        window,
+        window_revs: window,
         record: window.is_some(),
         ..study_of("table")
     };
-    run(prepared, &study).unwrap()
+    run(machine, &study).unwrap()
 }
 
 /// A turning inertia and a sliding mass, free: `ω² = k (1/m + (p/2π)²/J)`, and one rigid motion.
 #[test]
 fn exact_axial_mode() {
-    let prepared = written(&feed("right", ""));
-    let basis = basis::solve(&prepared.linear, Decomposition::Factored).unwrap();
+    let machine = written(&feed("right", ""));
+    let basis = modal_basis::solve(&machine.model, Decomposition::Factored).unwrap();
     let frequencies = &basis.omega;
     let polar = 0.03 + 0.01 * 2.5f64.powi(2);
     let exact = (2e8 * (1.0 / 300.0 + (0.012 / TAU).powi(2) / polar)).sqrt();
     assert_eq!(frequencies.len(), 2);
     assert_eq!(frequencies[0], 0.0);
     within("frequency", (frequencies[1] / exact - 1.0).abs(), 1e-14);
-    assert!(!prepared.machine.is_lateral());
+    assert!(!machine.machine.is_lateral());
 }
 
 /// From a torque at the shaft to the table, against the two equations solved by hand.
 #[test]
 fn exact_response_to_a_torque() {
-    let prepared = written(&feed("left", ""));
-    let setting = Setting {
-        machine: &prepared.machine,
-        operating: &prepared.operating,
-        linear: &prepared.linear,
+    let prepared_machine = written(&feed("left", ""));
+    let model = OperatingModel {
+        machine: &prepared_machine.machine,
+        point: &prepared_machine.point,
+        model: &prepared_machine.model,
         speeds: None,
     };
     let names = |name: &str| [name.to_string()];
-    let ports = Ports::read(&prepared.machine, &names("shaft"), &names("table"), &[]).unwrap();
-    let solver = Solver::new(&setting, &ports, Way::Direct).unwrap();
+    let ports = Ports::parse(
+        &prepared_machine.machine,
+        &names("shaft"),
+        &names("table"),
+        &[],
+    )
+    .unwrap();
+    let solver = ResponseSolver::new(&model, &ports, ResponseMethod::Direct).unwrap();
     for omega in [3.0, 500.0, 900.0, 4000.0] {
-        let found = solver.at(omega).unwrap()[(0, 0)];
+        let found = solver.response_at(omega).unwrap()[(0, 0)];
         // −m ω² z = F, −J ω² θ = τ + (p/2π) F, F = (k + icω)(−(p/2π) θ − z) with a left-hand thread.
         let arm = 0.012 / TAU;
         let i = geardyn::numeric::Complex::new(0.0, 1.0);
@@ -105,17 +111,20 @@ fn exact_lines_of_a_table() {
             [[error]]\non = \"screw\"\ncause = \"lead\"\norders = [2, 5]\namplitudes = [1e-6, 5e-7]\n\
             [[error]]\non = \"shaft\"\ncause = \"cumulative-pitch\"\namplitude = 8e-6\nphase = 0.2\n\
             [[error]]\non = \"motor\"\ncause = \"profile\"\namplitude = 2e-6\n";
-        let prepared = written(&feed(hand, errors));
-        let answer = traced(&prepared, None);
-        let machine = &prepared.machine;
-        assert_eq!(machine.freedom_name(answer.chain.per), "shaft.theta");
+        let prepared_machine = written(&feed(hand, errors));
+        let result = traced(&prepared_machine, None);
+        let machine = &prepared_machine.machine;
+        assert_eq!(
+            machine.dof_name(result.chain.order_reference),
+            "shaft.theta"
+        );
         let line = |of: &str, order: &str| {
-            let row = answer
-                .rows
+            let row = result
+                .lines
                 .iter()
                 .find(|r| cause(machine, r) == of && r.line.order.to_string() == order);
             let row = row.unwrap_or_else(|| panic!("{of} {order}"));
-            answer.slow(row)
+            result.quasi_static(row)
         };
         // A surplus along the screw takes the table where it goes; the pattern runs forward while the screw does. The pair turns the shaft
         // backward while the motor turns forward, so a right-hand thread takes the table backward, and its lead of e is a lag.
@@ -143,7 +152,7 @@ fn exact_lines_of_a_table() {
             (mesh / (2e-6 / base * 0.012 / TAU) - 1.0).abs(),
             1e-13,
         );
-        assert_eq!(source(machine, &answer.rows[0]), "screw");
+        assert_eq!(source(machine, &result.lines[0]), "screw");
     }
 }
 
@@ -152,11 +161,11 @@ fn exact_lines_of_a_table() {
 fn exact_table_over_a_travel() {
     let values = [0.0, 2e-6, 7e-6, 6e-6, 9e-6];
     let errors = "[[error]]\non = \"screw\"\ncause = \"lead\"\nvalues = [0.0, 2e-6, 7e-6, 6e-6, 9e-6]\ntravel = 0.48\n";
-    let prepared = written(&feed("left", errors));
-    let answer = traced(&prepared, Some(80));
-    let made = &answer.record.as_ref().unwrap().record;
-    assert_eq!(answer.rows[0].line.order.to_string(), "1/80");
-    assert_eq!(answer.period.as_ref().unwrap().to_string(), "80");
+    let machine = written(&feed("left", errors));
+    let result = traced(&machine, Some(80));
+    let made = &result.record.as_ref().unwrap().record;
+    assert_eq!(result.lines[0].line.order.to_string(), "1/80");
+    assert_eq!(result.period.as_ref().unwrap().to_string(), "80");
     assert!(made.closed);
     let mean = (0.5 * (values[0] + values[4]) + values[1..4].iter().sum::<f64>()) / 4.0;
     for (at, value) in values.iter().enumerate() {
@@ -172,22 +181,22 @@ fn exact_table_over_a_travel() {
 #[test]
 fn exact_table_under_load_and_at_speed() {
     let more = "[[load]]\nat = \"table\"\nforce = -2000.0\n[[error]]\non = \"screw\"\ncause = \"lead\"\norder = 30\namplitude = 1e-6\n";
-    let prepared = written(&feed("left", more));
+    let machine = written(&feed("left", more));
     let study = TransmissionStudy {
         speed: Some(60.0),
         ..study_of("table")
     };
-    let answer = run(&prepared, &study).unwrap();
+    let result = run(&machine, &study).unwrap();
     assert!(
-        (answer.wind_up + 2000.0 / 2e8).abs() < 1e-18,
+        (result.wind_up + 2000.0 / 2e8).abs() < 1e-18,
         "{}",
-        answer.wind_up
+        result.wind_up
     );
-    assert_eq!(answer.speed.unwrap().abs(), 24.0);
+    assert_eq!(result.speed.unwrap().abs(), 24.0);
     let omega = 30.0 * 24.0;
     let spring = geardyn::numeric::Complex::new(2e8, 5e3 * omega);
     let exact = (spring / (spring - 300.0 * omega * omega)).norm() * 1e-6;
-    let found = answer.rows[0].dynamic.unwrap().norm();
+    let found = result.lines[0].dynamic.unwrap().norm();
     within("amplification", (found / exact - 1.0).abs(), 1e-11);
 }
 
@@ -202,28 +211,32 @@ fn law_gantry_forgets_what_is_common() {
         [[screw]]\nname = \"screw_b\"\nbetween = [\"two\", \"right\"]\nlead = 0.01\n\
         [[error]]\non = \"motor\"\nmesh = \"a\"\ncause = \"form\"\namplitude = 1e-6\n\
         [[error]]\non = \"screw_a\"\ncause = \"lead\"\namplitude = 3e-6\n[[error]]\non = \"screw_b\"\ncause = \"lead\"\namplitude = 1e-6\n";
-    let prepared = written(text);
+    let prepared_machine = written(text);
     let study = TransmissionStudy {
         against: Some("right".to_string()),
         ..study_of("left")
     };
-    let answer = run(&prepared, &study).unwrap();
-    let orders: Vec<String> = answer
-        .rows
+    let result = run(&prepared_machine, &study).unwrap();
+    let orders: Vec<String> = result
+        .lines
         .iter()
         .map(|r| r.line.order.to_string())
         .collect();
     assert_eq!(orders, ["1", "3", "3"]);
-    let sizes: Vec<f64> = answer.rows.iter().map(|r| answer.slow(r).norm()).collect();
+    let sizes: Vec<f64> = result
+        .lines
+        .iter()
+        .map(|r| result.quasi_static(r).norm())
+        .collect();
     assert!((sizes[0] - 3e-6).abs() < 1e-19, "{sizes:?}");
-    let combination: Vec<f64> = answer.chain.combination.iter().map(|t| t.1).collect();
+    let combination: Vec<f64> = result.chain.combination.iter().map(|t| t.1).collect();
     assert_eq!(combination, [1.0, -1.0]);
     // Both tables joined to one: a rigid loop that turns.
     let one = text
         .replace("[[slide]]\nname = \"right\"\nmass = 300.0\n", "")
         .replace("\"right\"]", "\"left\"]");
     let machine = &one[..one.find("[[error]]").unwrap()];
-    assert_eq!(written(machine).linear.rigid.len(), 1);
+    assert_eq!(written(machine).model.rigid.len(), 1);
     // Their errors differ, and nothing gives way.
     assert_eq!(
         run(&written(&one), &study_of("left")).err().unwrap().code,
@@ -316,7 +329,7 @@ fn refuses_what_cannot_be() {
 
 /// Sun driving, ring standing, carrier out, meshes of one stiffness: planets are free, so `F_n = k/2 (δ_s + δ_r)` of each and `Σ F_n = 0`:
 /// the carrier errs by `−mean(e_s,n + e_r,n) / (r_bs + r_br)`.
-fn stage(teeth: [u32; 3], planets: u32, errors: &str) -> Prepared {
+fn stage(teeth: [u32; 3], planets: u32, errors: &str) -> PreparedMachine {
     written(&format!(
         "inertia = [{{ name = \"sun\", J = 0.01 }}, {{ name = \"carrier\", J = 0.1 }}]\n\
          planetary = [{{ name = \"set\", sun = \"sun\", ring = \"ground\", carrier = \"carrier\", planets = {planets}, teeth = [{}, {}, {}], \
@@ -325,22 +338,22 @@ fn stage(teeth: [u32; 3], planets: u32, errors: &str) -> Prepared {
     ))
 }
 
-fn carried(prepared: &Prepared) -> Answer {
+fn carried(machine: &PreparedMachine) -> TransmissionResult {
     let study = TransmissionStudy {
         driver: Some("sun".to_string()),
         output: Some("carrier".to_string()),
         ..TransmissionStudy::default()
     };
-    run(prepared, &study).unwrap()
+    run(machine, &study).unwrap()
 }
 
 /// Size of a line by its order, rad; zero where there is none.
-fn line(answer: &Answer, order: &str) -> f64 {
-    let rows = answer
-        .rows
+fn line(result: &TransmissionResult, order: &str) -> f64 {
+    let rows = result
+        .lines
         .iter()
         .filter(|r| r.line.order.to_string() == order);
-    rows.map(|r| answer.slow(r).norm()).sum()
+    rows.map(|r| result.quasi_static(r).norm()).sum()
 }
 
 /// One planet's errors by hand. Off its axis by ε it moves its carrier pin to and fro: the carrier by `ε / (N r_c)`. An arc of its pitch
@@ -405,21 +418,26 @@ fn exact_orders_that_planets_cancel() {
             let errors = format!(
                 "error = [{{ on = \"{on}\", cause = \"form\", amplitudes = [1e-6, 1e-6, 1e-6, 1e-6, 1e-6], orders = [1, 2, 3, 4, {z}] }}]\n"
             );
-            let answer = carried(&stage(teeth, planets as u32, &errors));
+            let result = carried(&stage(teeth, planets as u32, &errors));
             for n in [1.0, 2.0, 3.0, 4.0, z] {
-                let row = answer
-                    .rows
+                let row = result
+                    .lines
                     .iter()
-                    .find(|r| (r.line.order.value() - n * turns).abs() < 1e-9)
+                    .find(|r| (r.line.order.to_f64() - n * turns).abs() < 1e-9)
                     .unwrap();
-                let found = answer.slow(row).norm() * base / 1e-6;
+                let found = result.quasi_static(row).norm() * base / 1e-6;
                 within("orders that survive", (found - in_step(n)).abs(), 1e-11);
             }
         }
         // Off its axis, a sun among equal planets turns nothing.
         let errors = "error = [{ on = \"sun\", cause = \"eccentricity\", amplitude = 1e-5 }]\n";
-        let answer = carried(&stage(teeth, planets as u32, errors));
-        assert!(answer.rows.iter().all(|r| answer.slow(r).norm() < 1e-15));
+        let result = carried(&stage(teeth, planets as u32, errors));
+        assert!(
+            result
+                .lines
+                .iter()
+                .all(|r| result.quasi_static(r).norm() < 1e-15)
+        );
     }
 }
 
@@ -431,9 +449,9 @@ fn exact_standing_ring_is_run_through_by_its_planets() {
     let errors = format!(
         "error = [{{ on = \"set.ring\", cause = \"cumulative-pitch\", values = {values:?} }}]\n"
     );
-    let prepared = stage([21, 30, 81], 1, &errors);
-    let answer = run(
-        &prepared,
+    let machine = stage([21, 30, 81], 1, &errors);
+    let result = run(
+        &machine,
         &TransmissionStudy {
             driver: Some("sun".to_string()),
             output: Some("carrier".to_string()),
@@ -442,17 +460,17 @@ fn exact_standing_ring_is_run_through_by_its_planets() {
         },
     )
     .unwrap();
-    let made = &answer.record.as_ref().unwrap().record;
+    let made = &result.record.as_ref().unwrap().record;
     // One planet alone rolls in the ring: where the ring's teeth are ahead by F, on the pitch circle, the planet finds them early, and the
     // carrier goes with them, by F over twice its arm.
     let radius = 0.003 * 51.0 / 2.0;
     for (k, value) in values.iter().enumerate() {
         // Samples lie beside the teeth: the record's own lines say what is there.
         let phi = TAU * k as f64 / 81.0;
-        let sum: f64 = (answer.rows.iter())
+        let sum: f64 = (result.lines.iter())
             .map(|r| {
-                let z = answer.slow(r);
-                z.norm() * (r.line.order.value() * phi + z.arg()).cos()
+                let z = result.quasi_static(r);
+                z.norm() * (r.line.order.to_f64() * phi + z.arg()).cos()
             })
             .sum();
         let exact = (value - mean) / (2.0 * radius);
@@ -467,10 +485,10 @@ fn exact_grade_of_single_pitches() {
     let text = "inertia = [{ name = \"a\", J = 0.1 }, { name = \"b\", J = 0.1 }]\n\
          gear_pair = [{ name = \"pair\", between = [\"a\", \"b\"], teeth = [30, 60], module = 0.003, k = 1e8 }]\n\
          error = [{ on = \"b\", cause = \"single-pitch\", grade = 5, phase = \"unknown\" }]\n";
-    let prepared = written(text);
-    let error = &prepared.machine.errors[0];
+    let machine = written(text);
+    let error = &machine.machine.errors[0];
     assert!(error.assumed.as_ref().unwrap().contains("f_pt"));
-    let terms = error.shape.harmonics();
+    let terms = error.waveform.harmonics();
     assert_eq!(terms.len(), 10);
     // f_pt = 0.3 (m + 0.4 √d) + 4 µm, sizes as the standard rounds them: d = 180 mm lies between 125 and 280, m = 3 mm between 2 and 3.5.
     let (m, d) = (7f64.sqrt(), (125f64 * 280.0).sqrt());

@@ -3,9 +3,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use geardyn::identify::rational::{Hits, Measured, RationalFit, RationalOptions, fit};
+use geardyn::identify::rational::{FrfData, RationalFit, RationalOptions, ResponsesByHit, fit};
 use geardyn::numeric::Complex;
-use geardyn::spectrum::impact::{Impact, ImpactOptions, analyse};
+use geardyn::spectrum::impact::{ImpactEstimate, ImpactOptions, estimate_from_hits};
 
 use crate::support::verification::coverage;
 
@@ -34,7 +34,7 @@ struct Test {
 }
 
 /// Two seconds a hit, acceleration over force.
-fn struck(test: Test, seed: u64) -> Impact {
+fn struck(test: Test, seed: u64) -> ImpactEstimate {
     let mut rng = fastrand::Rng::with_seed(seed * 7919 + 13);
     let n = (2.0 * test.rate_hz) as usize;
     let (lead, width) = (
@@ -75,7 +75,7 @@ fn struck(test: Test, seed: u64) -> Impact {
         force.extend(pulse.iter().map(|f| f + 0.1 * normal(&mut rng)));
     }
     let views: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
-    analyse(
+    estimate_from_hits(
         test.rate_hz,
         &force,
         &views,
@@ -85,25 +85,24 @@ fn struck(test: Test, seed: u64) -> Impact {
     .unwrap()
 }
 
-fn identified(found: &Impact) -> RationalFit {
+fn identified(found: &ImpactEstimate) -> RationalFit {
     let estimate = &found.estimate;
-    let values: Vec<Vec<Complex>> = estimate.functions.iter().map(|f| f.value.clone()).collect();
-    let variance: Option<Vec<Vec<f64>>> = (estimate.functions.iter())
-        .map(|f| f.variance.clone())
-        .collect();
+    let values: Vec<Vec<Complex>> = estimate.frfs.iter().map(|f| f.values.clone()).collect();
+    let variance: Option<Vec<Vec<f64>>> =
+        (estimate.frfs.iter()).map(|f| f.variance.clone()).collect();
     let by_hit: Vec<Vec<Vec<Complex>>> = found.by_hit.iter().map(|h| h.value.clone()).collect();
     assert_eq!(
         estimate.window_decay, 0.0,
         "the responses decay inside a block"
     );
-    let measured = Measured {
+    let data = FrfData {
         frequency_hz: &estimate.frequency_hz,
         responses: &values,
         variance: variance.as_deref(),
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
-        hits: Some(Hits {
+        hit: Some(ResponsesByHit {
             responses: &by_hit,
             joined: found.hits.len() as f64 / by_hit.len() as f64,
             fourth: 70.0,
@@ -113,7 +112,7 @@ fn identified(found: &Impact) -> RationalFit {
         band_hz: Some((20.0, 700.0)),
         ..RationalOptions::default()
     };
-    fit(&measured, &options).unwrap()
+    fit(&data, &options).unwrap()
 }
 
 /// What several runs found.
@@ -134,10 +133,12 @@ fn score(test: Test, seeds: std::ops::Range<u64>) -> Score {
         score.departing += usize::from(fit.departs);
         let mut own = 0;
         for (f, d) in TRUTH {
-            let near = |m: &&geardyn::identify::mode::IdentifiedMode| {
+            let near = |m: &&geardyn::identify::modal_parameters::ModalParameters| {
                 (m.frequency_hz() / f - 1.0).abs() < 0.01
             };
-            let off = |m: &geardyn::identify::mode::IdentifiedMode| (m.frequency_hz() - f).abs();
+            let off = |m: &geardyn::identify::modal_parameters::ModalParameters| {
+                (m.frequency_hz() - f).abs()
+            };
             let nearest = (fit.modes.iter().filter(near)).min_by(|a, b| off(a).total_cmp(&off(b)));
             score.modes += 1;
             if let Some(m) = nearest {
@@ -249,7 +250,7 @@ fn law_responses_hit_by_hit() {
     let found = struck(FOUR, 1);
     let hits: Vec<&[usize]> = found.by_hit.iter().map(|h| h.hits.as_slice()).collect();
     assert_eq!(hits, [&[0], &[1], &[2], &[3]]);
-    let all = &found.estimate.functions[0].value;
+    let all = &found.estimate.frfs[0].values;
     for line in [100, 400, 900] {
         let mean: Complex = (found.by_hit.iter()).map(|h| h.value[0][line] / 4.0).sum();
         assert!((mean - all[line]).norm() < 0.2 * all[line].norm(), "{line}");
@@ -292,21 +293,21 @@ fn law_a_resonance_off_its_model_is_one() {
             .map(|z| z + Complex::new(normal(&mut rng), normal(&mut rng)) * noise)
             .collect::<Vec<Complex>>(),
     ];
-    let measured = Measured {
+    let data = FrfData {
         frequency_hz: &lines,
         responses: &response,
         variance: None,
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
-        hits: None,
+        hit: None,
     };
     for band in [(1.0, 700.0), (150.0, 220.0)] {
         let options = RationalOptions {
             band_hz: Some(band),
             ..RationalOptions::default()
         };
-        let found = fit(&measured, &options).unwrap();
+        let found = fit(&data, &options).unwrap();
         let inside = TRUTH.iter().filter(|t| (band.0..band.1).contains(&t.0));
         let own: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
         assert_eq!(own.len(), inside.count(), "{band:?}: {own:?}");

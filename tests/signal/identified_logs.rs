@@ -2,15 +2,17 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::identify::mode::IdentifiedMode;
+use geardyn::identify::modal_parameters::ModalParameters;
 use geardyn::numeric::Complex;
-use geardyn::plan::logs::acquire::EstimateStudy;
-use geardyn::plan::logs::found::Identification;
-use geardyn::plan::logs::identification::{Source, identify};
-use geardyn::plan::logs::method::Method;
-use geardyn::plan::logs::study::IdentifyStudy;
-use geardyn::recording::column::Column;
-use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
+use geardyn::plan::logs::frf_estimation::FrfStudy;
+use geardyn::plan::logs::identification::{IdentificationInput, identify};
+use geardyn::plan::logs::identification_result::IdentificationResult;
+use geardyn::plan::logs::identify_study::IdentifyStudy;
+use geardyn::plan::logs::method::IdentificationMethod;
+use geardyn::recording::frequency_responses::{
+    ChannelLabel, FrequencyResponse, FrequencyResponses,
+};
+use geardyn::recording::sample_column::SampleColumn;
 use geardyn::recording::signals::{Channel, Recording};
 
 use crate::support::noise::normal;
@@ -68,25 +70,25 @@ fn recording(channels: &[(&str, &str, &[f64])]) -> Recording {
     let channel = |(name, unit, samples): &(&str, &str, &[f64])| Channel {
         name: (*name).to_string(),
         unit: (*unit).to_string(),
-        samples: Column::from_slice(samples).into(),
+        samples: SampleColumn::from_slice(samples).into(),
         overload_level: None,
         overloads: 0,
     };
     Recording {
         path: "memory".to_string(),
         dialect: String::new(),
-        facts: Vec::new(),
+        metadata: Vec::new(),
         rate_hz: RATE,
         rate_std: 0.0,
         rate_source: String::new(),
         samples,
-        stretches: std::iter::once(0..samples).collect(),
-        starts: vec![0.0],
+        segments: std::iter::once(0..samples).collect(),
+        segment_starts: vec![0.0],
         start: None,
         files: Vec::new(),
         channels: channels.iter().map(channel).collect(),
         repairs: Vec::new(),
-        warnings: Vec::new(),
+        diagnostics: Vec::new(),
     }
 }
 
@@ -107,18 +109,18 @@ fn two_forces(seed: u64, samples: usize) -> Recording {
     ])
 }
 
-fn by_two_forces(recording: &Recording) -> Identification {
+fn by_two_forces(recording: &Recording) -> IdentificationResult {
     let words = |all: [&str; 2]| all.map(str::to_string).to_vec();
     let study = IdentifyStudy {
         inputs: words(["f1", "f2"]),
         outputs: words(["x1", "x2"]),
         ..IdentifyStudy::default()
     };
-    identify(Source::Signals(recording), &study).unwrap()
+    identify(IdentificationInput::Signals(recording), &study).unwrap()
 }
 
 /// How many of the frequencies lie within 1.96 of their standard deviations, and how many modes were lost or invented.
-fn score(found: &Identification) -> (usize, bool) {
+fn score(found: &IdentificationResult) -> (usize, bool) {
     let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
     let within = |(at, mode): (usize, &Mode)| {
         let near = found.modes.get(at)?;
@@ -129,7 +131,7 @@ fn score(found: &Identification) -> (usize, bool) {
         && (frequencies.iter().zip(MODES)).all(|(f, m)| (f / m.0 - 1.0).abs() < 0.01);
     let inside = MODES.iter().enumerate().filter_map(within).count();
     if !is_whole {
-        eprintln!("{} {frequencies:?}", found.how);
+        eprintln!("{} {frequencies:?}", found.method_text);
     }
     (inside, is_whole)
 }
@@ -139,7 +141,11 @@ fn score(found: &Identification) -> (usize, bool) {
 fn exact_modes_of_two_forces_without_leakage() {
     let found = by_two_forces(&two_forces(0, 60_000));
     let (inside, is_whole) = score(&found);
-    assert!(found.how.contains("local parabolas"), "{}", found.how);
+    assert!(
+        found.method_text.contains("local parabolas"),
+        "{}",
+        found.method_text
+    );
     assert!(is_whole && inside >= 3, "{inside}");
 }
 
@@ -176,12 +182,12 @@ fn running(seed: u64, tones: &[(f64, f64)]) -> Recording {
     recording(&[("x1", "m", &moved[0]), ("x2", "m", &moved[1])])
 }
 
-fn by_responses(recording: &Recording) -> Identification {
+fn by_responses(recording: &Recording) -> IdentificationResult {
     let study = IdentifyStudy {
         outputs: ["x1", "x2"].map(str::to_string).to_vec(),
         ..IdentifyStudy::default()
     };
-    identify(Source::Signals(recording), &study).unwrap()
+    identify(IdentificationInput::Signals(recording), &study).unwrap()
 }
 
 const TONES: [(f64, f64); 3] = [(40.2, 1.0), (60.0, 0.05), (140.0, 2.0)];
@@ -319,32 +325,36 @@ fn stepped(seed: u64, noise: f64) -> Recording {
     ])
 }
 
-fn by_steps(recording: &Recording, estimate: EstimateStudy) -> Identification {
+fn by_steps(recording: &Recording, estimate: FrfStudy) -> IdentificationResult {
     let study = IdentifyStudy {
         inputs: vec!["force".to_string()],
         outputs: ["x1", "x2"].map(str::to_string).to_vec(),
         estimate,
         ..IdentifyStudy::default()
     };
-    identify(Source::Signals(recording), &study).unwrap()
+    identify(IdentificationInput::Signals(recording), &study).unwrap()
 }
 
 /// Unasked, a stepped sine is seen as one: its dwells, one line each, as far from the exact response as the variance says; its modes.
 #[test]
 fn exact_stepped_sine_and_its_modes() {
     let log = stepped(3, 0.02);
-    let found = by_steps(&log, EstimateStudy::default());
-    assert!(found.how.starts_with("stepped sine"), "{}", found.how);
+    let found = by_steps(&log, FrfStudy::default());
+    assert!(
+        found.method_text.starts_with("stepped sine"),
+        "{}",
+        found.method_text
+    );
     let responses = found.responses.as_ref().unwrap();
     // 60 Hz was dwelt on twice.
     assert_eq!(responses.frequency_hz.len(), steps().len() - 1);
     let mut far = Vec::new();
-    for (output, function) in responses.functions.iter().enumerate() {
+    for (output, function) in responses.responses.iter().enumerate() {
         let variance = function.variance.as_ref().unwrap();
         for (line, &f) in responses.frequency_hz.iter().enumerate() {
             let step = steps().into_iter().map(|s| (s - f).abs());
             assert!(step.fold(f64::INFINITY, f64::min) < 1e-3, "{f}");
-            far.push((function.value[line] - exact(output, f)).norm_sqr() / variance[line]);
+            far.push((function.values[line] - exact(output, f)).norm_sqr() / variance[line]);
         }
     }
     let mean = far.iter().sum::<f64>() / far.len() as f64;
@@ -369,9 +379,9 @@ fn exact_given_dwells() {
     let dwells_s: Vec<(f64, f64)> = (0..40)
         .map(|k| (2.0 * f64::from(k) + 1.2, 2.0 * f64::from(k) + 2.0))
         .collect();
-    let study = EstimateStudy {
+    let study = FrfStudy {
         dwells_s,
-        ..EstimateStudy::default()
+        ..FrfStudy::default()
     };
     let found = by_steps(&log, study);
     let lines = &found.responses.as_ref().unwrap().frequency_hz;
@@ -401,8 +411,12 @@ fn exact_modes_of_a_sweep() {
         ("x1", "m", &moved[0]),
         ("x2", "m", &moved[1]),
     ]);
-    let found = by_steps(&log, EstimateStudy::default());
-    assert!(found.how.contains("local parabolas"), "{}", found.how);
+    let found = by_steps(&log, FrfStudy::default());
+    assert!(
+        found.method_text.contains("local parabolas"),
+        "{}",
+        found.method_text
+    );
     let (inside, is_whole) = score(&found);
     let told: Vec<_> = found
         .modes
@@ -452,20 +466,24 @@ fn exact_modes_of_a_free_body() {
             sum * (1.0 + 0.01 * Complex::new(random.next(), random.next()))
         });
         functions.push(FrequencyResponse {
-            output: Terminal {
+            output: ChannelLabel {
                 name: format!("H{output}"),
                 unit: String::new(),
             },
-            value: value.collect(),
+            values: value.collect(),
             ..FrequencyResponse::default()
         });
     }
     let responses = FrequencyResponses {
         frequency_hz: lines,
-        functions,
+        responses: functions,
         ..FrequencyResponses::default()
     };
-    let found = identify(Source::Responses(responses), &IdentifyStudy::default()).unwrap();
+    let found = identify(
+        IdentificationInput::Responses(responses),
+        &IdentifyStudy::default(),
+    )
+    .unwrap();
     let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
     assert_eq!(frequencies.len(), FREE.len(), "{frequencies:?}");
     for (mode, (f, ..)) in found.modes.iter().zip(FREE) {
@@ -490,18 +508,22 @@ fn law_coarse_lines_are_said() {
             noise / (s * s + 2.0 * d * omega * s + omega * omega)
         });
         let function = FrequencyResponse {
-            value: value.collect(),
+            values: value.collect(),
             ..FrequencyResponse::default()
         };
         let responses = FrequencyResponses {
             frequency_hz: lines.clone(),
-            functions: vec![function],
+            responses: vec![function],
             ..FrequencyResponses::default()
         };
-        let found = identify(Source::Responses(responses), &IdentifyStudy::default()).unwrap();
+        let found = identify(
+            IdentificationInput::Responses(responses),
+            &IdentifyStudy::default(),
+        )
+        .unwrap();
         assert_eq!(found.modes.len(), 1, "{:?}", found.modes);
-        let said = found.warnings.iter().any(|w| w.code == "coarse-lines");
-        assert_eq!(said, is_coarse, "{:?}", found.warnings);
+        let said = found.diagnostics.iter().any(|w| w.code == "coarse-lines");
+        assert_eq!(said, is_coarse, "{:?}", found.diagnostics);
     }
 }
 
@@ -523,33 +545,33 @@ fn law_sidebands_of_a_mesh_are_no_modes() {
     let log = running(4, &lines);
     let study = IdentifyStudy {
         outputs: ["x1", "x2"].map(str::to_string).to_vec(),
-        method: Some(Method::SsiCov),
+        method: Some(IdentificationMethod::SsiCov),
         ..IdentifyStudy::default()
     };
-    let found = identify(Source::Signals(&log), &study).unwrap();
+    let found = identify(IdentificationInput::Signals(&log), &study).unwrap();
     let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
     assert_eq!(frequencies.len(), MODES.len(), "{frequencies:?}");
     for (f, mode) in frequencies.iter().zip(MODES) {
         assert!((f / mode.0 - 1.0).abs() < 0.01, "{frequencies:?}");
     }
     assert!(found.harmonics.len() >= 11, "{:?}", found.harmonics);
-    assert!(found.warnings.iter().any(|w| w.code == "evenly-spaced"));
+    assert!(found.diagnostics.iter().any(|w| w.code == "evenly-spaced"));
 }
 
 fn check_mode_on_an_order(seed: u64, speed_hz: f64) {
     let orders = [(1.0, 0.5), (2.0, 0.4), (3.0, 0.1)];
     let log = running(seed, &orders.map(|(order, a)| (order * speed_hz, a)));
-    for method in [Method::Fdd, Method::Efdd] {
+    for method in [IdentificationMethod::Fdd, IdentificationMethod::Efdd] {
         let study = IdentifyStudy {
             outputs: ["x1", "x2"].map(str::to_string).to_vec(),
             method: Some(method),
             speed_hz: Some(speed_hz),
             ..IdentifyStudy::default()
         };
-        let found = identify(Source::Signals(&log), &study).unwrap();
+        let found = identify(IdentificationInput::Signals(&log), &study).unwrap();
         let on: Vec<f64> = found.modes.iter().filter_map(|m| m.on_order).collect();
         assert_eq!(on, [3.0], "{:?}", found.modes);
-        assert!(found.warnings.iter().any(|w| w.code == "mode-on-order"));
+        assert!(found.diagnostics.iter().any(|w| w.code == "mode-on-order"));
         let orders: Vec<_> = found.harmonics.iter().map(|h| h.order).collect();
         assert_eq!(orders, [Some(1.0), Some(2.0), Some(3.0)]);
         let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
@@ -584,23 +606,32 @@ fn exact_modes_beside_a_gap() {
         ("x1", "m", &moved[0]),
         ("x2", "m", &moved[1]),
     ]);
-    recording.stretches = vec![0..missing, missing + 1..samples];
-    recording.starts = vec![0.0, (missing + 1) as f64 / RATE];
+    recording.segments = vec![0..missing, missing + 1..samples];
+    recording.segment_starts = vec![0.0, (missing + 1) as f64 / RATE];
     let asked = |input: &str, outputs: &[&str]| {
         let study = IdentifyStudy {
             inputs: vec![input.to_string()],
             outputs: outputs.iter().map(|o| (*o).to_string()).collect(),
             ..IdentifyStudy::default()
         };
-        identify(Source::Signals(&recording), &study).unwrap()
+        identify(IdentificationInput::Signals(&recording), &study).unwrap()
     };
     let found = asked("f", &["x1", "x2"]);
     let (inside, is_whole) = score(&found);
     assert!(is_whole && inside == MODES.len(), "{inside}");
-    assert!(found.how.contains("2 blocks of"), "{}", found.how);
-    assert!(found.how.contains("left out"), "{}", found.how);
-    let codes =
-        |found: &Identification| -> Vec<&str> { found.warnings.iter().map(|w| w.code).collect() };
+    assert!(
+        found.method_text.contains("2 blocks of"),
+        "{}",
+        found.method_text
+    );
+    assert!(
+        found.method_text.contains("left out"),
+        "{}",
+        found.method_text
+    );
+    let codes = |found: &IdentificationResult| -> Vec<&str> {
+        found.diagnostics.iter().map(|w| w.code).collect()
+    };
     let said = codes(&found);
     assert!(!said.contains(&"leakage") && !said.contains(&"inverse-response"));
     // The other way round: poles of a force over a motion are zeros.
@@ -620,10 +651,10 @@ fn law_uncertain_sample_rate_enters_the_frequencies() {
     let (a, b) = (by_two_forces(&exact), by_two_forces(&uncertain));
     assert_eq!(a.modes.len(), MODES.len());
     for (a, b) in a.modes.iter().zip(&b.modes) {
-        let std = |m: &IdentifiedMode| m.frequency_std_hz().unwrap();
+        let std = |m: &ModalParameters| m.frequency_std_hz().unwrap();
         let added = (std(&b.mode).powi(2) - std(&a.mode).powi(2)).sqrt();
         assert!((added / (STD * a.frequency_hz()) - 1.0).abs() < 1e-6);
-        let damping = |m: &IdentifiedMode| m.damping_std().unwrap();
+        let damping = |m: &ModalParameters| m.damping_std().unwrap();
         assert!((damping(&b.mode) / damping(&a.mode) - 1.0).abs() < 1e-6);
     }
 }

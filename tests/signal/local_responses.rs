@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use crate::support::verification::within;
 use geardyn::numeric::Complex;
 use geardyn::spectrum::frf::{self, Estimator};
-use geardyn::spectrum::local::{Local, least_half_width};
-use geardyn::spectrum::welch::{Welch, WelchOptions};
+use geardyn::spectrum::local_polynomial::{LocalPolynomialEstimator, min_half_width};
+use geardyn::spectrum::welch::{WelchEstimator, WelchOptions};
 
 const RATE: f64 = 1000.0;
 
@@ -63,11 +63,12 @@ fn exact_without_leakage() {
     let mode = Mode::new(50.0, 0.01);
     let u = noise(16_000, 1);
     let y = mode.answer(&u, [3.0, -2.0]);
-    let half = least_half_width(1, 1, 8);
-    let mut local = Local::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
-    local.push(&[&u, &y]);
-    let found = local.finish().unwrap();
-    let sharp = error(&found.frequency_hz, &found.functions[0].value, |f| {
+    let half = min_half_width(1, 1, 8);
+    let mut estimator =
+        LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
+    estimator.push(&[&u, &y]);
+    let found = estimator.finish().unwrap();
+    let sharp = error(&found.frequency_hz, &found.frfs[0].values, |f| {
         mode.response(f)
     });
     // Windows of 15 lines of 1/16 Hz reach to a = 7/8 of the half-power half-bandwidth: of 1/(1 + jx) a parabola misses
@@ -77,10 +78,17 @@ fn exact_without_leakage() {
         block: 1024,
         ..WelchOptions::default()
     };
-    let mut welch = Welch::new(RATE, 2, &frf::pairs(&[0], &[1]), &options).unwrap();
-    welch.push(&[&u, &y]);
-    let averaged = frf::estimate(&welch.finish().unwrap(), &[0], &[1], Estimator::H1).unwrap();
-    let blunt = error(&averaged.frequency_hz, &averaged.functions[0].value, |f| {
+    let mut welch_estimator =
+        WelchEstimator::new(RATE, 2, &frf::required_pairs(&[0], &[1]), &options).unwrap();
+    welch_estimator.push(&[&u, &y]);
+    let averaged = frf::estimate(
+        &welch_estimator.finish().unwrap(),
+        &[0],
+        &[1],
+        Estimator::H1,
+    )
+    .unwrap();
+    let blunt = error(&averaged.frequency_hz, &averaged.frfs[0].values, |f| {
         mode.response(f)
     });
     assert!(blunt > 5.0 * sharp, "{blunt} {sharp}");
@@ -100,12 +108,13 @@ fn exact_of_resonances_narrower_than_windows() {
         let answer = mode.answer(&u, [3.0, -2.0]);
         y.iter_mut().zip(answer).for_each(|(y, a)| *y += a);
     }
-    let half = least_half_width(1, 1, 8);
-    let mut local = Local::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
-    local.push(&[&u, &y]);
-    let found = local.finish().unwrap();
+    let half = min_half_width(1, 1, 8);
+    let mut estimator =
+        LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
+    estimator.push(&[&u, &y]);
+    let found = estimator.finish().unwrap();
     let truth = |f: f64| modes.iter().map(|m| m.response(f)).sum();
-    let off = error(&found.frequency_hz, &found.functions[0].value, truth);
+    let off = error(&found.frequency_hz, &found.frfs[0].values, truth);
     within("responses, of the largest", off, 0.01);
 }
 
@@ -118,14 +127,15 @@ fn law_variance_is_that_of_the_errors() {
         let u = noise(16_384, 2 * seed);
         let mut y = mode.answer(&u, [0.0; 2]);
         (y.iter_mut().zip(noise(16_384, 2 * seed + 1))).for_each(|(y, e)| *y += e);
-        let half = least_half_width(1, 1, 8);
-        let mut local = Local::new(RATE, 1, 1, u.len(), half, (10.0, 400.0)).unwrap();
-        local.push(&[&u, &y]);
-        let found = local.finish().unwrap();
-        let f = &found.functions[0];
+        let half = min_half_width(1, 1, 8);
+        let mut estimator =
+            LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (10.0, 400.0)).unwrap();
+        estimator.push(&[&u, &y]);
+        let found = estimator.finish().unwrap();
+        let f = &found.frfs[0];
         let variance = f.variance.as_ref().unwrap();
         for (k, &at) in found.frequency_hz.iter().enumerate() {
-            sum += (f.value[k] - mode.response(at)).norm_sqr() / variance[k];
+            sum += (f.values[k] - mode.response(at)).norm_sqr() / variance[k];
             count += 1.0;
         }
     }
@@ -149,14 +159,15 @@ fn law_sweeps_are_followed_from_their_beginning() {
         .zip(noise(samples, 3))
         .map(|(y, e)| y + size * e)
         .collect();
-    let half = least_half_width(1, 1, 5);
-    let mut local = Local::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
-    local.push(&[&u, &y]);
-    let found = local.finish().unwrap();
+    let half = min_half_width(1, 1, 5);
+    let mut estimator =
+        LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
+    estimator.push(&[&u, &y]);
+    let found = estimator.finish().unwrap();
     let largest = mode.response(40.0).norm();
-    let variance = found.functions[0].variance.as_ref().unwrap();
+    let variance = found.frfs[0].variance.as_ref().unwrap();
     let (mut near, mut all) = (0, 0);
-    let values = found.functions[0].value.iter().zip(variance);
+    let values = found.frfs[0].values.iter().zip(variance);
     for (f, (h, variance)) in found.frequency_hz.iter().zip(values) {
         if !(7.0..60.0).contains(f) {
             continue;
@@ -182,29 +193,29 @@ fn exact_of_two_inputs() {
         .map(|(a, b)| a - 2.0 * b)
         .collect();
     let block = u.len() / 2;
-    let half = least_half_width(2, 2, 8);
-    let mut local = Local::new(RATE, 2, 1, block, half, (0.0, 500.0)).unwrap();
+    let half = min_half_width(2, 2, 8);
+    let mut estimator =
+        LocalPolynomialEstimator::new(RATE, 2, 1, block, half, (0.0, 500.0)).unwrap();
     for part in [0..block, block..2 * block] {
-        local.push(&[&u[part.clone()], &v[part.clone()], &y[part]]);
+        estimator.push(&[&u[part.clone()], &v[part.clone()], &y[part]]);
     }
-    let found = local.finish().unwrap();
+    let found = estimator.finish().unwrap();
     let lines = &found.frequency_hz;
-    let one = error(lines, &found.functions[0].value, |f| first.response(f));
-    let two = error(lines, &found.functions[1].value, |f| {
-        second.response(f) * -2.0
-    });
+    let one = error(lines, &found.frfs[0].values, |f| first.response(f));
+    let two = error(lines, &found.frfs[1].values, |f| second.response(f) * -2.0);
     assert!(one < 0.01 && two < 0.01, "{one} {two}");
-    assert!(found.multiple[0].iter().all(|c| *c > 0.99));
+    assert!(found.multiple_coherence[0].iter().all(|c| *c > 0.99));
 }
 
 /// Noise fills half the lines, what repeats eight times every eighth.
 #[test]
 fn law_evenness_tells_what_repeats() {
     let evenness = |u: &[f64]| {
-        let half = least_half_width(1, 1, 8);
-        let mut local = Local::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
-        local.push(&[u, u]);
-        local.evenness((10.0, 400.0))
+        let half = min_half_width(1, 1, 8);
+        let mut estimator =
+            LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
+        estimator.push(&[u, u]);
+        estimator.input_flatness((10.0, 400.0))
     };
     let even = evenness(&noise(16_384, 3));
     assert!((even - 0.5).abs() < 0.1, "{even}");

@@ -6,40 +6,40 @@ use std::path::PathBuf;
 use fastrand::Rng;
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
-use geardyn::recording::column::Column;
 use geardyn::recording::open;
-use geardyn::recording::raw::{Raw, RawChannel};
-use geardyn::recording::settings::{RateSource, Settings};
-use geardyn::recording::settle::settle;
+use geardyn::recording::preprocess::preprocess;
+use geardyn::recording::raw::{RawChannel, RawLog};
+use geardyn::recording::read_options::{RateSource, ReadOptions};
+use geardyn::recording::sample_column::SampleColumn;
 use geardyn::recording::signals::Recording;
 use geardyn::recording::stated_rates::StatedRate;
 
-fn read(bytes: &[u8]) -> Raw {
+fn read(bytes: &[u8]) -> RawLog {
     let text = String::from_utf8_lossy(bytes).into_owned();
-    open::from_bytes("log.csv", bytes, &Settings::default())
+    open::from_bytes("log.csv", bytes, &ReadOptions::default())
         .unwrap_or_else(|e| panic!("{text}\n{e}"))
 }
 
 fn refused(text: &str) -> Error {
-    refused_with(text, &Settings::default())
+    refused_with(text, &ReadOptions::default())
 }
 
-fn refused_with(text: &str, settings: &Settings) -> Error {
-    match open::from_bytes("log.csv", text.as_bytes(), settings) {
-        Ok(raw) => panic!("{text}\nread as {raw:?}"),
-        Err(errors) => errors.list()[0].clone(),
+fn refused_with(text: &str, options: &ReadOptions) -> Error {
+    match open::from_bytes("log.csv", text.as_bytes(), options) {
+        Ok(raw_log) => panic!("{text}\nread as {raw_log:?}"),
+        Err(errors) => errors.as_slice()[0].clone(),
     }
 }
 
-fn samples(column: &Column) -> Vec<f64> {
+fn samples(column: &SampleColumn) -> Vec<f64> {
     let mut samples = vec![0.0; column.len()];
     column.read(0, &mut samples).unwrap();
     samples
 }
 
 /// Everything a test looks at, in one line of text: `name [unit]=samples` by channel, `|` before another clock, `t=stamps` first.
-fn summary(raw: &Raw) -> String {
-    let numbers = |column: &Column| {
+fn summary(log: &RawLog) -> String {
+    let numbers = |column: &SampleColumn| {
         let texts: Vec<String> = samples(column)
             .iter()
             .map(|x| format!("{}", (x * 1e9).round() / 1e9))
@@ -47,12 +47,12 @@ fn summary(raw: &Raw) -> String {
         texts.join(",")
     };
     let channel = |c: &RawChannel| format!("{} [{}]={}", c.name, c.unit, numbers(&c.samples));
-    let groups: Vec<String> = raw
+    let groups: Vec<String> = log
         .groups
         .iter()
         .map(|group| {
             let time = group
-                .clock
+                .timing
                 .stamps
                 .iter()
                 .map(|s| format!("t={}", numbers(&s.seconds)));
@@ -63,8 +63,8 @@ fn summary(raw: &Raw) -> String {
     groups.join(" | ")
 }
 
-fn repairs(raw: &Raw) -> Vec<&str> {
-    raw.repairs.iter().map(|r| r.kind).collect()
+fn repairs(log: &RawLog) -> Vec<&str> {
+    log.repairs.iter().map(|r| r.kind).collect()
 }
 
 /// One text for each dialect, with what must come out.
@@ -310,8 +310,8 @@ const DIALECTS: &[(&str, &str, &str)] = &[
 fn exact_each_dialect_of_the_table() {
     let mut wrong = String::new();
     for (name, text, right) in DIALECTS {
-        let got = match open::from_bytes("log.csv", text.as_bytes(), &Settings::default()) {
-            Ok(raw) => format!("{}   <{}>", summary(&raw), raw.dialect),
+        let got = match open::from_bytes("log.csv", text.as_bytes(), &ReadOptions::default()) {
+            Ok(raw_log) => format!("{}   <{}>", summary(&raw_log), raw_log.dialect),
             Err(errors) => errors.to_string(),
         };
         if got.split("   <").next() != Some(right) {
@@ -339,9 +339,9 @@ fn exact_encodings_give_the_same_names() {
         (marked(b"\xfe\xff", &wide(u16::to_be_bytes)), "UTF-16BE"),
     ];
     for (bytes, word) in cases {
-        let raw = read(&bytes);
-        assert_eq!(summary(&raw), right, "{word}");
-        assert!(raw.dialect.contains(word), "{word}: {}", raw.dialect);
+        let log = read(&bytes);
+        assert_eq!(summary(&log), right, "{word}");
+        assert!(log.dialect.contains(word), "{word}: {}", log.dialect);
     }
     // 时间,加速度 in GBK.
     let gbk = b"\xca\xb1\xbc\xe4,\xbc\xd3\xcb\xd9\xb6\xc8\n0,1\n1,2\n";
@@ -356,9 +356,9 @@ fn exact_rows_of_another_dialect_are_reported() {
     };
     let commas = rows(0, &|k| format!("{}.000,{}.5\n", k, k + 1));
     let semicolons = rows(40, &|k| format!("{}.000;{}.5\n", k, k + 1));
-    let raw = read(format!("t,a\n{commas}{semicolons}{semicolons}").as_bytes());
-    assert_eq!(repairs(&raw), ["rows-of-another-dialect"]);
-    let message = &raw.repairs[0].message;
+    let log = read(format!("t,a\n{commas}{semicolons}{semicolons}").as_bytes());
+    assert_eq!(repairs(&log), ["rows-of-another-dialect"]);
+    let message = &log.repairs[0].message;
     assert!(
         message.starts_with("40 rows") && message.contains("lines 2 to 41"),
         "{message}"
@@ -370,28 +370,34 @@ fn exact_rows_of_another_dialect_are_reported() {
 /// What was passed over is said, and overloads are counted.
 #[test]
 fn exact_repairs_are_reported() {
-    let raw = read(b"t,a\n0,Over\n1,\n2,5\nEnd\n");
-    assert_eq!(repairs(&raw), ["footer-skipped", "cells-missing"]);
-    let message = &raw.repairs[1].message;
+    let log = read(b"t,a\n0,Over\n1,\n2,5\nEnd\n");
+    assert_eq!(repairs(&log), ["footer-skipped", "cells-missing"]);
+    let message = &log.repairs[1].message;
     assert!(
         message.contains("2 cells of `a`")
             && message.contains("1 of them overloads")
             && message.contains("lines 2, 3"),
         "{message}"
     );
-    assert_eq!(raw.groups[0].channels[0].overloads, 1);
+    assert_eq!(log.groups[0].channels[0].overloads, 1);
     assert!(
-        raw.repairs[0].message.contains("line 5"),
+        log.repairs[0].message.contains("line 5"),
         "{:?}",
-        raw.repairs[0]
+        log.repairs[0]
     );
-    let raw = read(b"fs: 100\n\nt,a\n0,1\n\n1,2\n");
-    let clock = &raw.groups[0].clock;
-    assert_eq!(clock.stated_rates, [StatedRate::of_samples(100.0, "fs")]);
-    assert_eq!((clock.lines.of(0), clock.lines.of(1)), (Some(4), Some(6)));
-    assert_eq!(raw.dialect, "CSV, comma, 3 header lines");
-    let raw = read(b"Samples: 12\nDate: 2022-01-02\nt,a\n0.001,1\n0.002,2\n0.003,1\n");
-    let clock = &raw.groups[0].clock;
+    let log = read(b"fs: 100\n\nt,a\n0,1\n\n1,2\n");
+    let clock = &log.groups[0].timing;
+    assert_eq!(
+        clock.stated_rates,
+        [StatedRate::is_sample_rate(100.0, "fs")]
+    );
+    assert_eq!(
+        (clock.numbers.line_of_row(0), clock.numbers.line_of_row(1)),
+        (Some(4), Some(6))
+    );
+    assert_eq!(log.dialect, "CSV, comma, 3 header lines");
+    let log = read(b"Samples: 12\nDate: 2022-01-02\nt,a\n0.001,1\n0.002,2\n0.003,1\n");
+    let clock = &log.groups[0].timing;
     assert_eq!(
         (clock.header_samples, clock.start.as_deref()),
         (Some(12), Some("2022-01-02"))
@@ -416,8 +422,8 @@ fn exact_tables_over_frequency() {
         assert_eq!(found.frequency_hz, [1.0, 2.0], "{text}");
         let value = |i: usize, k: usize| {
             (
-                found.functions[i].value[k].re,
-                found.functions[i].value[k].im,
+                found.responses[i].values[k].re,
+                found.responses[i].values[k].im,
             )
         };
         assert_eq!(
@@ -430,17 +436,17 @@ fn exact_tables_over_frequency() {
             ((3.0, 4.0), (5.0, 6.0)),
             "{text}"
         );
-        assert_eq!(found.functions[1].output.name, "H2", "{text}");
+        assert_eq!(found.responses[1].output.name, "H2", "{text}");
     }
     let found = read(b"freq (Hz),Mag (dB),Phase (deg),Coherence\n1,20,90,0.5\n2,0,180,1\n")
         .responses
         .unwrap();
-    let value = found.functions[0].value[0];
+    let value = found.responses[0].values[0];
     assert!(
         value.re.abs() < 1e-14 && (value.im - 10.0).abs() < 1e-14,
         "{value}"
     );
-    assert_eq!(found.functions[0].coherence, Some(vec![0.5, 1.0]));
+    assert_eq!(found.responses[0].coherence, Some(vec![0.5, 1.0]));
 }
 
 /// What is wrong is refused by its code, at its line and cell.
@@ -459,7 +465,7 @@ fn refuses_what_is_wrong_at_its_place() {
         ("t,a\n0,1\n1,1e400\n2,1\n", Code::NotANumber, 3, "1e400"),
         (
             "date,a\n03/04/2023 1:00,1\n05/07/2023 1:00,2\n",
-            Code::BadTime,
+            Code::InvalidTimeStamps,
             3,
             "05/07/2023 1:00",
         ),
@@ -468,7 +474,7 @@ fn refuses_what_is_wrong_at_its_place() {
         let error = refused(text);
         assert_eq!(error.code, *code, "{text}{error}");
         let place = error
-            .place
+            .span
             .clone()
             .unwrap_or_else(|| panic!("{text}{error}"));
         assert_eq!(
@@ -494,7 +500,7 @@ fn refuses_what_is_wrong_at_its_place() {
     assert_eq!(refused("(1+2j)\n(2+3j)\n(3-4j)\n").code, Code::NotANumber);
     assert_eq!(
         refused("f,H_re,H_im\n2,1,1\n2,1,1\n").code,
-        Code::BrokenFile
+        Code::CorruptFile
     );
 }
 
@@ -502,12 +508,12 @@ fn refuses_what_is_wrong_at_its_place() {
 #[test]
 fn exact_settings_are_followed() {
     let text = "time;acc_x;acc_y;force\n0;1,234;2;5\n1;2,345;3;6\n";
-    let with = |change: fn(&mut Settings)| {
-        let mut settings = Settings::default();
-        change(&mut settings);
-        open::from_bytes("log.csv", text.as_bytes(), &settings)
+    let with = |change: fn(&mut ReadOptions)| {
+        let mut options = ReadOptions::default();
+        change(&mut options);
+        open::from_bytes("log.csv", text.as_bytes(), &options)
     };
-    let only = with(|s| s.only = vec!["force".into(), "acc_x".into()]).unwrap();
+    let only = with(|s| s.keep_channels = vec!["force".into(), "acc_x".into()]).unwrap();
     assert_eq!(summary(&only), "t=0,1 force []=5,6 acc_x []=1.234,2.345");
     let point = with(|s| s.dialect.decimal = Some('.')).unwrap();
     assert_eq!(
@@ -515,7 +521,7 @@ fn exact_settings_are_followed() {
         "t=0,1 acc_x []=1234,2345 acc_y []=2,3 force []=5,6"
     );
     let none = with(|s| s.time_column = Some("none".into())).unwrap();
-    assert!(none.groups[0].clock.stamps.is_none() && none.groups[0].channels.len() == 4);
+    assert!(none.groups[0].timing.stamps.is_none() && none.groups[0].channels.len() == 4);
     let other =
         with(|s| (s.time_column, s.time_unit) = (Some("force".into()), Some("ms".into()))).unwrap();
     assert!(
@@ -525,18 +531,21 @@ fn exact_settings_are_followed() {
     );
     let later = with(|s| s.dialect.header_lines = Some(2)).unwrap();
     assert_eq!(later.groups[0].channels[0].samples.len(), 1);
-    let error = with(|s| s.only = vec!["acc_z".into()]).unwrap_err().list()[0].clone();
+    let error = with(|s| s.keep_channels = vec!["acc_z".into()])
+        .unwrap_err()
+        .as_slice()[0]
+        .clone();
     assert_eq!(error.code, Code::NoChannel);
     assert!(
         error.hint.clone().unwrap_or_default().contains("acc_"),
         "{error}"
     );
     assert!(with(|s| s.dialect.encoding = Some("klingon".into())).is_err());
-    let settings = Settings {
+    let options = ReadOptions {
         rate: Some(RateSource::Hertz(10.0)),
-        ..Settings::default()
+        ..ReadOptions::default()
     };
-    let counted = open::from_bytes("log.csv", b"n,a\n1,5\n2,6\n", &settings).unwrap();
+    let counted = open::from_bytes("log.csv", b"n,a\n1,5\n2,6\n", &options).unwrap();
     assert_eq!(summary(&counted), "t=0,0.1 a []=5,6");
 }
 
@@ -551,22 +560,22 @@ fn keeps_clocks_apart() {
         let rows: String = (0..200).map(row).collect();
         format!("t1 [s],F [N],t2 [s],a [g]\n{rows}")
     };
-    let both = Settings {
-        only: vec!["F".into(), "a".into()],
-        ..Settings::default()
+    let both = ReadOptions {
+        keep_channels: vec!["F".into(), "a".into()],
+        ..ReadOptions::default()
     };
-    let settled = |text: &str, settings: &Settings| settle(read(text.as_bytes()), settings);
+    let settled = |text: &str, options: &ReadOptions| preprocess(read(text.as_bytes()), options);
     let names = |recording: &Recording| -> Vec<String> {
         recording.channels.iter().map(|c| c.name.clone()).collect()
     };
-    let together = settled(&log(0.0), &Settings::default()).unwrap();
+    let together = settled(&log(0.0), &ReadOptions::default()).unwrap();
     assert_eq!(names(&together), ["F", "a"]);
-    assert!(together.warnings.is_empty());
-    let apart = settled(&log(2.5e-4), &Settings::default()).unwrap();
+    assert!(together.diagnostics.is_empty());
+    let apart = settled(&log(2.5e-4), &ReadOptions::default()).unwrap();
     assert_eq!(names(&apart), ["F"]);
-    assert_eq!(apart.warnings[0].code, "another-clock");
+    assert_eq!(apart.diagnostics[0].code, "another-clock");
     assert!(
-        apart.warnings[0]
+        apart.diagnostics[0]
             .message
             .contains("200 samples by another clock")
     );
@@ -606,9 +615,9 @@ fn exact_containers() {
     assert_eq!(summary(&read(&zipped(&[("b.csv.gz", &gzip(text))]))), right);
     assert_eq!(summary(&read(&gzip(&zipped(&[("b", text)])))), right);
     let code = |bytes: &[u8]| {
-        open::from_bytes("log", bytes, &Settings::default())
+        open::from_bytes("log", bytes, &ReadOptions::default())
             .unwrap_err()
-            .list()[0]
+            .as_slice()[0]
             .code
     };
     assert_eq!(
@@ -618,11 +627,11 @@ fn exact_containers() {
     assert_eq!(code(&zipped(&[])[..]), Code::UnknownFormat);
     let long = text.repeat(1000);
     let packed = gzip(&long);
-    assert_eq!(code(&packed[..packed.len() - 9]), Code::BrokenFile);
-    assert_eq!(code(&packed[..5]), Code::BrokenFile);
+    assert_eq!(code(&packed[..packed.len() - 9]), Code::CorruptFile);
+    assert_eq!(code(&packed[..5]), Code::CorruptFile);
     assert_eq!(code(&gzip(b"")), Code::EmptyLog);
     let archive = zipped(&[("a.csv", &long)]);
-    assert_eq!(code(&archive[..archive.len() / 2]), Code::BrokenFile);
+    assert_eq!(code(&archive[..archive.len() / 2]), Code::CorruptFile);
 }
 
 /// A log longer than several blocks: every sample is there and on its line, whatever the line ends.
@@ -639,17 +648,17 @@ fn exact_long_logs_over_block_boundaries() {
                 -0.5 * i as f64
             ));
         }
-        let raw = read(text.as_bytes());
-        let group = &raw.groups[0];
-        assert_eq!(group.clock.stamps.as_ref().unwrap().seconds.len(), n);
+        let log = read(text.as_bytes());
+        let group = &log.groups[0];
+        assert_eq!(group.timing.stamps.as_ref().unwrap().seconds.len(), n);
         let a = samples(&group.channels[0].samples);
         assert!(a.len() == n && a.iter().enumerate().all(|(i, x)| *x == i as f64));
-        assert_eq!(group.clock.lines.of(n - 1), Some(n + 1));
+        assert_eq!(group.timing.numbers.line_of_row(n - 1), Some(n + 1));
         text.truncate(text.len() - end.len());
         text.push_str(",7");
         let error = refused(&text);
         assert_eq!(
-            (error.code, error.place.unwrap().line()),
+            (error.code, error.span.unwrap().line()),
             (Code::RaggedRow, n + 1)
         );
     }
@@ -740,26 +749,26 @@ fn fuzz(seed: u64, count: usize) {
     let mut rng = Rng::with_seed(seed);
     for at in 0..count {
         let bytes = mutate(&mut rng, &seeds);
-        let mut settings = Settings::default();
+        let mut options = ReadOptions::default();
         if rng.u8(0..8) == 0 {
-            settings.dialect.delimiter = rng.choice([',', ';', ' ', '\t', 'x', 'é']);
-            settings.dialect.decimal = rng.choice(['.', ',', 'é']);
-            settings.dialect.header_lines = Some(rng.usize(0..5));
-            settings.time_column = rng.choice(["none", "a", "time"]).map(str::to_string);
-            settings.only = rng
+            options.dialect.delimiter = rng.choice([',', ';', ' ', '\t', 'x', 'é']);
+            options.dialect.decimal = rng.choice(['.', ',', 'é']);
+            options.dialect.header_lines = Some(rng.usize(0..5));
+            options.time_column = rng.choice(["none", "a", "time"]).map(str::to_string);
+            options.keep_channels = rng
                 .choice(["a", "b", "time"])
                 .map(|c| vec![c.to_string()])
                 .unwrap_or_default();
         }
-        let outcome = std::panic::catch_unwind(|| open::from_bytes("log", &bytes, &settings));
+        let outcome = std::panic::catch_unwind(|| open::from_bytes("log", &bytes, &options));
         let result = outcome.unwrap_or_else(|_| {
             panic!(
                 "seed {seed}, input {at}: {:?}",
                 String::from_utf8_lossy(&bytes)
             )
         });
-        if let Ok(raw) = result {
-            for group in &raw.groups {
+        if let Ok(raw_log) = result {
+            for group in &raw_log.groups {
                 let n = group.channels[0].samples.len();
                 assert!(
                     group.channels.iter().all(|c| c.samples.len() == n),
@@ -855,22 +864,22 @@ fn ref_recordings_are_read_whole() {
     let folder = recordings();
     for (file, rows, channels, rate, stamped) in RECORDINGS {
         let path = folder.join(file);
-        let raw = open::open(&path.display().to_string(), &Settings::default())
+        let log = open::open(&path.display().to_string(), &ReadOptions::default())
             .unwrap_or_else(|e| panic!("{e}"));
-        let group = &raw.groups[0];
+        let group = &log.groups[0];
         let lengths: Vec<usize> = group.channels.iter().map(|c| c.samples.len()).collect();
-        assert_eq!(lengths, vec![*rows; *channels], "{file}: {}", raw.dialect);
+        assert_eq!(lengths, vec![*rows; *channels], "{file}: {}", log.dialect);
         assert_eq!(
-            group.clock.stated_rates.first().map(|r| r.hertz),
+            group.timing.stated_rates.first().map(|r| r.hertz),
             *rate,
             "{file}"
         );
-        assert_eq!(group.clock.stamps.is_some(), *stamped, "{file}");
+        assert_eq!(group.timing.stamps.is_some(), *stamped, "{file}");
         assert!(
-            raw.repairs.is_empty() && raw.warnings.is_empty(),
+            log.repairs.is_empty() && log.diagnostics.is_empty(),
             "{file}: {:?} {:?}",
-            raw.repairs,
-            raw.warnings
+            log.repairs,
+            log.diagnostics
         );
     }
     let table = open::open(
@@ -878,13 +887,13 @@ fn ref_recordings_are_read_whole() {
             .join("sdypy_ema_beam/sdypy_beam_frf_resp1.csv")
             .display()
             .to_string(),
-        &Settings::default(),
+        &ReadOptions::default(),
     );
     let table = table.unwrap_or_else(|e| panic!("{e}")).responses.unwrap();
     assert_eq!(
         (
-            table.functions.len(),
-            table.functions[5].output.name.as_str()
+            table.responses.len(),
+            table.responses[5].output.name.as_str()
         ),
         (6, "H6")
     );
@@ -895,10 +904,10 @@ fn ref_recordings_are_read_whole() {
     ] {
         let errors = open::open(
             &folder.join(file).display().to_string(),
-            &Settings::default(),
+            &ReadOptions::default(),
         )
         .unwrap_err();
-        assert_eq!(errors.list()[0].code, code, "{errors}");
+        assert_eq!(errors.as_slice()[0].code, code, "{errors}");
     }
 }
 
@@ -922,12 +931,12 @@ fn survives_a_large_log_in_bounded_memory() {
         ("all channels", vec![]),
         ("one channel", vec!["c_g".to_string()]),
     ] {
-        let settings = Settings {
-            only,
-            ..Settings::default()
+        let options = ReadOptions {
+            keep_channels: only,
+            ..ReadOptions::default()
         };
         let start = std::time::Instant::now();
-        let raw = open::from_bytes("log.csv", text.as_bytes(), &settings).unwrap();
+        let raw_log = open::from_bytes("log.csv", text.as_bytes(), &options).unwrap();
         let seconds = start.elapsed().as_secs_f64();
         let megabytes = text.len() as f64 / 1e6;
         eprintln!(
@@ -935,17 +944,17 @@ fn survives_a_large_log_in_bounded_memory() {
             megabytes,
             megabytes / seconds
         );
-        assert_eq!(raw.groups[0].channels[0].samples.len(), 2_000_000);
+        assert_eq!(raw_log.groups[0].channels[0].samples.len(), 2_000_000);
     }
 }
 
 fn channel_names(text: &str, only: &[&str]) -> Vec<String> {
-    let settings = Settings {
-        only: only.iter().map(ToString::to_string).collect(),
-        ..Settings::default()
+    let options = ReadOptions {
+        keep_channels: only.iter().map(ToString::to_string).collect(),
+        ..ReadOptions::default()
     };
-    let raw = open::from_bytes("log.csv", text.as_bytes(), &settings).unwrap();
-    let channels = raw.groups.iter().flat_map(|g| &g.channels);
+    let raw_log = open::from_bytes("log.csv", text.as_bytes(), &options).unwrap();
+    let channels = raw_log.groups.iter().flat_map(|g| &g.channels);
     channels.map(|c| c.name.clone()).collect()
 }
 
@@ -954,12 +963,12 @@ fn channel_names(text: &str, only: &[&str]) -> Vec<String> {
 fn exact_second_column_of_a_name() {
     let text = "t [s],a,a,b\n0,1,2,3\n1,4,5,6\n2,7,8,9\n";
     assert_eq!(channel_names(text, &[]), ["a", "a 2", "b"]);
-    let settings = Settings {
-        only: vec!["a 2".into()],
-        ..Settings::default()
+    let options = ReadOptions {
+        keep_channels: vec!["a 2".into()],
+        ..ReadOptions::default()
     };
-    let raw = open::from_bytes("log.csv", text.as_bytes(), &settings).unwrap();
-    let channel = &raw.groups[0].channels[0];
+    let raw_log = open::from_bytes("log.csv", text.as_bytes(), &options).unwrap();
+    let channel = &raw_log.groups[0].channels[0];
     assert_eq!(channel.name, "a 2");
     assert_eq!(samples(&channel.samples), [2.0, 5.0, 8.0]);
 }
@@ -970,10 +979,10 @@ fn exact_names_over_several_lines() {
     let text = "\"t [s]\";\"a\nforce\";b\n0;1;2\n1;3;4\n2;5;6\n";
     assert_eq!(channel_names(text, &[]), ["a force", "b"]);
     let error = refused(&text.replace("3;4", "3;x"));
-    assert_eq!(error.place.map(|p| p.line()), Some(4));
-    let raw = read(b"t [s],,,\n0,1,2,3\n0.1,4,5,6\n0.2,4,5,6\n");
-    assert!(raw.groups[0].clock.stamps.is_some());
-    assert_eq!(raw.groups[0].channels.len(), 3);
+    assert_eq!(error.span.map(|p| p.line()), Some(4));
+    let log = read(b"t [s],,,\n0,1,2,3\n0.1,4,5,6\n0.2,4,5,6\n");
+    assert!(log.groups[0].timing.stamps.is_some());
+    assert_eq!(log.groups[0].channels.len(), 3);
 }
 
 /// Dates of no calendar, hours of no day, and dates against what was stated.
@@ -984,7 +993,7 @@ fn refuses_dates_that_cannot_be() {
         open::from_bytes(
             "log.csv",
             log("2023-02-28 10:00:01").as_bytes(),
-            &Settings::default()
+            &ReadOptions::default()
         )
         .is_ok()
     );
@@ -996,11 +1005,11 @@ fn refuses_dates_that_cannot_be() {
         assert_eq!(refused(&log(wrong)).code, Code::NotANumber, "{wrong}");
     }
     let text = "time,a\n13/04/2023 10:00:00,1\n13/04/2023 10:00:01,2\n13/04/2023 10:00:02,2\n";
-    let mut settings = Settings::default();
-    settings.dialect.day_first = Some(false);
-    assert_eq!(refused_with(text, &settings).code, Code::BadTime);
-    let raw = read(text.replace("13/", "03/").as_bytes());
-    assert!(raw.warnings.iter().any(|w| w.code == "date-order"));
+    let mut options = ReadOptions::default();
+    options.dialect.day_first = Some(false);
+    assert_eq!(refused_with(text, &options).code, Code::InvalidTimeStamps);
+    let raw_log = read(text.replace("13/", "03/").as_bytes());
+    assert!(raw_log.diagnostics.iter().any(|w| w.code == "date-order"));
 }
 
 /// A number too large is no footer.

@@ -7,39 +7,41 @@ use geardyn::base::code::Code;
 use geardyn::base::error::Errors;
 use geardyn::base::mat5;
 use geardyn::numeric::Complex;
-use geardyn::recording::column::Column;
-use geardyn::recording::raw::{Group, Raw};
-use geardyn::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
-use geardyn::recording::settings::Settings;
+use geardyn::recording::frequency_responses::{
+    ChannelLabel, FrequencyResponse, FrequencyResponses,
+};
+use geardyn::recording::raw::{ChannelGroup, RawLog};
+use geardyn::recording::read_options::ReadOptions;
+use geardyn::recording::sample_column::SampleColumn;
 use geardyn::recording::signals::{Channel, Recording};
 use geardyn::recording::stated_rates::StatedRate;
 use geardyn::recording::{lvm, mat, uff, wav, write};
 use serde_json::Value;
 
-type Reader = fn(&str, &[u8], &Settings) -> Result<Raw, Errors>;
+type Reader = fn(&str, &[u8], &ReadOptions) -> Result<RawLog, Errors>;
 
-fn read_with(reader: Reader, bytes: &[u8]) -> Raw {
-    reader("log", bytes, &Settings::default()).unwrap_or_else(|e| panic!("{e}"))
+fn read_with(reader: Reader, bytes: &[u8]) -> RawLog {
+    reader("log", bytes, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn refused(reader: Reader, bytes: &[u8]) -> (Code, String) {
-    let errors = reader("log", bytes, &Settings::default()).unwrap_err();
-    let first = &errors.list()[0];
+    let errors = reader("log", bytes, &ReadOptions::default()).unwrap_err();
+    let first = &errors.as_slice()[0];
     (first.code, errors.to_string())
 }
 
-fn numbers(column: &Column) -> Vec<f64> {
+fn numbers(column: &SampleColumn) -> Vec<f64> {
     let mut values = vec![0.0; column.len()];
     column.read(0, &mut values).unwrap();
     values
 }
 
-fn names(group: &Group) -> Vec<&str> {
+fn names(group: &ChannelGroup) -> Vec<&str> {
     group.channels.iter().map(|c| c.name.as_str()).collect()
 }
 
-fn seconds(group: &Group) -> Vec<f64> {
-    numbers(&group.clock.stamps.as_ref().unwrap().seconds)
+fn seconds(group: &ChannelGroup) -> Vec<f64> {
+    numbers(&group.timing.stamps.as_ref().unwrap().seconds)
 }
 
 fn reference() -> Value {
@@ -79,9 +81,10 @@ fn exact_progress_of_reading() {
     std::fs::write(&path, text).unwrap();
     let seen = std::cell::RefCell::new(Vec::new());
     let path = path.display().to_string();
-    let raw = geardyn::recording::open::watched(&path, &Settings::default(), &|share| {
-        seen.borrow_mut().push(share);
-    });
+    let raw =
+        geardyn::recording::open::open_with_progress(&path, &ReadOptions::default(), &|share| {
+            seen.borrow_mut().push(share);
+        });
     assert_eq!(raw.unwrap().groups[0].channels[0].samples.len(), 200_000);
     let seen = seen.into_inner();
     assert!(seen.len() > 10 && seen.iter().all(|s| (0.0..=1.0).contains(s)));
@@ -96,9 +99,9 @@ fn exact_progress_of_reading() {
 fn ref_scipy_every_class_of_numbers() {
     let reference = reference();
     for key in ["mat_classes", "mat_classes_compressed"] {
-        let raw = read_with(mat::read, &file(&reference, key));
-        let [group] = raw.groups.as_slice() else {
-            panic!("{}", raw.groups.len())
+        let log = read_with(mat::read, &file(&reference, key));
+        let [group] = log.groups.as_slice() else {
+            panic!("{}", log.groups.len())
         };
         assert_eq!(group.channels.len(), 10, "{key}");
         for channel in &group.channels {
@@ -119,23 +122,23 @@ fn ref_scipy_every_class_of_numbers() {
 #[test]
 fn ref_scipy_structures_and_cells() {
     let reference = reference();
-    let raw = read_with(mat::read, &file(&reference, "mat_struct"));
-    let [group] = raw.groups.as_slice() else {
-        panic!("{}", raw.groups.len())
+    let log = read_with(mat::read, &file(&reference, "mat_struct"));
+    let [group] = log.groups.as_slice() else {
+        panic!("{}", log.groups.len())
     };
     assert_eq!(names(group), ["run.data"]);
     assert_eq!(numbers(&group.channels[0].samples), list(&reference["run"]));
-    assert_eq!(group.clock.stamps.as_ref().unwrap().name, "run.time");
+    assert_eq!(group.timing.stamps.as_ref().unwrap().name, "run.time");
     assert!(
-        raw.facts
+        log.metadata
             .contains(&("run.note".to_string(), "second gear".to_string()))
     );
     assert!(
-        raw.warnings
+        log.diagnostics
             .iter()
             .any(|w| w.message.contains("`cells{2}`")),
         "{:?}",
-        raw.warnings
+        log.diagnostics
     );
 }
 
@@ -151,15 +154,15 @@ fn ref_scipy_responses_with_coherence() {
         responses.frequency_hz,
         (1..=10).map(|k| 2.5 * f64::from(k)).collect::<Vec<_>>()
     );
-    assert_eq!(responses.functions.len(), 2);
-    for (at, function) in responses.functions.iter().enumerate() {
+    assert_eq!(responses.responses.len(), 2);
+    for (at, function) in responses.responses.iter().enumerate() {
         assert_eq!(function.output.name, format!("H {}", at + 1));
         assert_eq!(
-            function.value.iter().map(|v| v.re).collect::<Vec<_>>(),
+            function.values.iter().map(|v| v.re).collect::<Vec<_>>(),
             list(&reference["h_re"][at])
         );
         assert_eq!(
-            function.value.iter().map(|v| v.im).collect::<Vec<_>>(),
+            function.values.iter().map(|v| v.im).collect::<Vec<_>>(),
             list(&reference["h_im"][at])
         );
         assert_eq!(
@@ -173,14 +176,14 @@ fn ref_scipy_responses_with_coherence() {
 #[test]
 fn exact_other_byte_order() {
     let reference = reference();
-    let raw = read_with(mat::read, &file(&reference, "mat_big_endian"));
+    let log = read_with(mat::read, &file(&reference, "mat_big_endian"));
     assert_eq!(
-        numbers(&raw.groups[0].channels[0].samples),
+        numbers(&log.groups[0].channels[0].samples),
         list(&reference["big_x"])
     );
     assert_eq!(
-        raw.groups[0].clock.stated_rates,
-        [StatedRate::of_samples(250.0, "dt")]
+        log.groups[0].timing.stated_rates,
+        [StatedRate::is_sample_rate(250.0, "dt")]
     );
 }
 
@@ -192,7 +195,7 @@ fn law_what_is_written_for_matlab_reads_back() {
         mat5::write::real("a", [2, 3], [1.0, 2.0, 3.0, 4.0, 5.0, -0.1]).unwrap(),
         mat5::write::complex("long_name", [1, 2], [1.0, 2.0], [0.5, f64::NAN]).unwrap(),
         mat5::write::text("hold", "zero order").unwrap(),
-        mat5::write::texts("names", &names).unwrap(),
+        mat5::write::cell_strings("names", &names).unwrap(),
     ]
     .concat();
     use mat5::read::Contents;
@@ -234,10 +237,10 @@ fn survives_a_variable_twice() {
         one("fs", &[50.0]),
     ]
     .concat();
-    let raw = read_with(mat::read, &bytes);
-    assert_eq!(names(&raw.groups[0]), ["x", "x #2"]);
-    assert_eq!(numbers(&raw.groups[0].channels[1].samples), twice);
-    assert!(raw.warnings.iter().any(|w| w.code == "name-twice"));
+    let log = read_with(mat::read, &bytes);
+    assert_eq!(names(&log.groups[0]), ["x", "x #2"]);
+    assert_eq!(numbers(&log.groups[0].channels[1].samples), twice);
+    assert!(log.diagnostics.iter().any(|w| w.code == "name-twice"));
 }
 
 #[test]
@@ -261,7 +264,7 @@ fn refuses_other_levels_of_matlab_by_name() {
     let whole = file(&reference, "mat_classes");
     let (code, message) = refused(mat::read, &whole[..whole.len() - 20]);
     assert!(
-        code == Code::BrokenFile && message.contains("cut off"),
+        code == Code::CorruptFile && message.contains("cut off"),
         "{message}"
     );
 }
@@ -298,9 +301,9 @@ fn exact_segments_follow_each_other_by_their_time() {
             lvm_segment("10:00:00.52", x_columns, &[3.0, 4.0]), // its clock strays by 20 ms
             lvm_segment("10:00:05.0", x_columns, &[5.0]),
         );
-        let raw = read_with(lvm::read, text.as_bytes());
-        let [group] = raw.groups.as_slice() else {
-            panic!("{}", raw.groups.len())
+        let log = read_with(lvm::read, text.as_bytes());
+        let [group] = log.groups.as_slice() else {
+            panic!("{}", log.groups.len())
         };
         assert_eq!(
             numbers(&group.channels[1].samples),
@@ -308,11 +311,11 @@ fn exact_segments_follow_each_other_by_their_time() {
         );
         assert_eq!(seconds(group), [0.0, 0.25, 0.5, 0.75, 5.0]);
         assert_eq!(
-            group.clock.stated_rates,
-            [StatedRate::of_samples(4.0, "Delta_X")]
+            group.timing.stated_rates,
+            [StatedRate::is_sample_rate(4.0, "Delta_X")]
         );
         assert_eq!(
-            group.clock.lines.of(2),
+            group.timing.numbers.line_of_row(2),
             Some(text.lines().position(|l| l.contains("\t3\t30")).unwrap() + 1)
         );
         assert_eq!(
@@ -330,10 +333,10 @@ fn exact_segments_at_one_time_stay_apart() {
         lvm_segment("10:00:00.0", true, &[1.0, 2.0]),
         lvm_segment("10:00:00.0", true, &[3.0, 4.0]),
     );
-    let raw = read_with(lvm::read, text.as_bytes());
-    assert_eq!(raw.groups.len(), 2);
+    let log = read_with(lvm::read, text.as_bytes());
+    assert_eq!(log.groups.len(), 2);
     assert_eq!(
-        names(&raw.groups[1]),
+        names(&log.groups[1]),
         ["acc (segment 2)", "force (segment 2)"]
     );
 }
@@ -349,12 +352,12 @@ fn exact_commas_between_cells_and_windows_lines() {
         .replace("Separator\tTab", "Separator\tComma")
         .replace('\t', ",")
         .replace('\n', "\r\n");
-    let raw = read_with(lvm::read, text.as_bytes());
-    assert_eq!(numbers(&raw.groups[0].channels[0].samples), [1.5, 2.0]);
+    let log = read_with(lvm::read, text.as_bytes());
+    assert_eq!(numbers(&log.groups[0].channels[0].samples), [1.5, 2.0]);
     assert!(
-        raw.dialect.contains("comma, decimal point"),
+        log.dialect.contains("comma, decimal point"),
         "{}",
-        raw.dialect
+        log.dialect
     );
 }
 
@@ -368,14 +371,14 @@ fn exact_shorter_channel_has_a_clock_of_its_own() {
     let text = text
         .replace("Samples\t3\t3", "Samples\t3\t2")
         .replace("\t3\t30\n", "\t3\t\n");
-    let raw = read_with(lvm::read, text.as_bytes());
-    assert_eq!(raw.groups.len(), 2);
-    assert_eq!(numbers(&raw.groups[1].channels[0].samples), [10.0, 20.0]);
+    let log = read_with(lvm::read, text.as_bytes());
+    assert_eq!(log.groups.len(), 2);
+    assert_eq!(numbers(&log.groups[1].channels[0].samples), [10.0, 20.0]);
     // A blank where the header states a sample is a missing one.
     let text = text.replace("Samples\t3\t2", "Samples\t3\t3");
-    let raw = read_with(lvm::read, text.as_bytes());
-    assert_eq!(raw.groups.len(), 1);
-    assert!(numbers(&raw.groups[0].channels[1].samples)[2].is_nan());
+    let log = read_with(lvm::read, text.as_bytes());
+    assert_eq!(log.groups.len(), 1);
+    assert!(numbers(&log.groups[0].channels[1].samples)[2].is_nan());
 }
 
 #[test]
@@ -390,10 +393,10 @@ fn refuses_words_among_numbers_and_short_rows() {
         ("0.25\t2", Code::RaggedRow),
     ] {
         let text = text.replace("0.25\t2\t20", wrong);
-        let errors = lvm::read("beam.lvm", text.as_bytes(), &Settings::default()).unwrap_err();
-        let first = &errors.list()[0];
+        let errors = lvm::read("beam.lvm", text.as_bytes(), &ReadOptions::default()).unwrap_err();
+        let first = &errors.as_slice()[0];
         assert_eq!(first.code, expected);
-        assert_eq!(first.place.as_ref().unwrap().line(), line, "{errors}");
+        assert_eq!(first.span.as_ref().unwrap().line(), line, "{errors}");
     }
 }
 
@@ -406,12 +409,12 @@ fn law_incomplete_last_row_of_lvm_is_a_repair() {
     );
     let text = text.strip_suffix("0.75\t4\t40\n").unwrap();
     for cut in ["0.75\t4", "0.75", "0.75\t", "0.75\t4\t-", "0.75\t4e\t40"] {
-        let raw = read_with(lvm::read, format!("{text}{cut}").as_bytes());
-        assert_eq!(raw.groups[0].channels[1].samples.len(), 3, "{cut}");
-        let words: Vec<&str> = raw.repairs.iter().map(|r| r.kind).collect();
+        let log = read_with(lvm::read, format!("{text}{cut}").as_bytes());
+        assert_eq!(log.groups[0].channels[1].samples.len(), 3, "{cut}");
+        let words: Vec<&str> = log.repairs.iter().map(|r| r.kind).collect();
         assert_eq!(words, ["row-incomplete"], "{cut}");
         let line = text.lines().count() + 1;
-        assert!(raw.repairs[0].message.contains(&format!("line {line},")));
+        assert!(log.repairs[0].message.contains(&format!("line {line},")));
     }
 }
 
@@ -424,9 +427,9 @@ fn ref_pyuff_time_response() {
     let reference = reference();
     let expected = list(&reference["signal"]);
     for (key, tolerance) in [("uff_time_text", 5e-12), ("uff_time_binary", 0.0)] {
-        let raw = read_with(uff::read, &file(&reference, key));
-        let [group] = raw.groups.as_slice() else {
-            panic!("{}", raw.groups.len())
+        let log = read_with(uff::read, &file(&reference, key));
+        let [group] = log.groups.as_slice() else {
+            panic!("{}", log.groups.len())
         };
         let channel = &group.channels[0];
         assert_eq!(
@@ -437,8 +440,8 @@ fn ref_pyuff_time_response() {
             assert!((a - b).abs() <= tolerance, "{key}: {a} {b}");
         }
         assert_eq!(channel.samples.len(), expected.len());
-        assert_eq!(group.clock.stated_rates[0].hertz, 400.0);
-        assert_eq!(group.clock.start.as_deref(), Some("01-Jan-24 12:00:00"));
+        assert_eq!(group.timing.stated_rates[0].hertz, 400.0);
+        assert_eq!(group.timing.start.as_deref(), Some("01-Jan-24 12:00:00"));
     }
 }
 
@@ -452,18 +455,18 @@ fn ref_pyuff_frequency_responses() {
             .responses
             .unwrap();
         assert_eq!(responses.frequency_hz[9], 25.0);
-        for (at, function) in responses.functions.iter().enumerate() {
+        for (at, function) in responses.responses.iter().enumerate() {
             assert_eq!(function.output.name, format!("{}+Z", 7 + at));
             let input = function.input.as_ref().unwrap();
             assert_eq!((input.name.as_str(), input.unit.as_str()), ("1+Z", "N"));
             let (re, im) = (list(&reference["h_re"][at]), list(&reference["h_im"][at]));
-            for (k, value) in function.value.iter().enumerate() {
+            for (k, value) in function.values.iter().enumerate() {
                 assert!(
                     (value.re - re[k]).abs() <= tolerance && (value.im - im[k]).abs() <= tolerance
                 );
             }
         }
-        assert_eq!(responses.functions.len(), 2);
+        assert_eq!(responses.responses.len(), 2);
     }
 }
 
@@ -485,9 +488,9 @@ fn exact_other_byte_order_of_58b() {
     let order = bytes.windows(4).position(|w| w == b"58b ").unwrap() + 8;
     assert_eq!(bytes[order], b'1');
     bytes[order] = b'2';
-    let raw = read_with(uff::read, &bytes);
+    let log = read_with(uff::read, &bytes);
     assert_eq!(
-        numbers(&raw.groups[0].channels[0].samples),
+        numbers(&log.groups[0].channels[0].samples),
         list(&reference["signal"])
     );
 }
@@ -498,7 +501,7 @@ fn refuses_cut_and_foreign_uff() {
     let text = file(&reference, "uff_time_text");
     let (code, message) = refused(uff::read, &text[..text.len() - 60]);
     assert!(
-        code == Code::BrokenFile && message.contains("13 values"),
+        code == Code::CorruptFile && message.contains("13 values"),
         "{message}"
     );
     let (code, message) = refused(uff::read, b"    -1\n   151\nmodel\n    -1\n");
@@ -521,11 +524,11 @@ fn survives_fortran_numbers() {
     let start = text.find("   1.26128190653e+00").unwrap();
     let end = text.rfind("    -1").unwrap();
     let rows = " 1.00000E+000-2.00000E+000 3.00000-101 4.0D+02 ************* -6.0\n 7 8 9 10 11 12\n 13 0.00000E+00 0.00000E+00\n";
-    let raw = read_with(
+    let log = read_with(
         uff::read,
         format!("{}{rows}{}", &text[..start], &text[end..]).as_bytes(),
     );
-    let channel = &raw.groups[0].channels[0];
+    let channel = &log.groups[0].channels[0];
     let values = numbers(&channel.samples);
     assert_eq!(values[..4], [1.0, -2.0, 3e-101, 400.0]);
     assert!(values[4].is_nan() && channel.overloads == 1);
@@ -544,11 +547,11 @@ fn exact_wav_of_every_width() {
         let bytes = wav_of(2, bits, hound::SampleFormat::Int, |w| {
             samples.iter().for_each(|&s| w.write_sample(s).unwrap())
         });
-        let raw = read_with(wav::read, &bytes);
-        let group = &raw.groups[0];
+        let log = read_with(wav::read, &bytes);
+        let group = &log.groups[0];
         assert_eq!(
-            group.clock.stated_rates,
-            [StatedRate::of_samples(48_000.0, "WAV header")]
+            group.timing.stated_rates,
+            [StatedRate::is_sample_rate(48_000.0, "WAV header")]
         );
         let expected = |at: usize| -> Vec<f64> {
             samples
@@ -597,7 +600,7 @@ fn refuses_a_cut_wav() {
     });
     let (code, message) = refused(wav::read, &bytes[..bytes.len() - 7]);
     assert!(
-        code == Code::BrokenFile && message.contains("cut off"),
+        code == Code::CorruptFile && message.contains("cut off"),
         "{message}"
     );
 }
@@ -609,7 +612,7 @@ fn recording(samples: usize) -> Recording {
     let channel = |name: &str, unit: &str, samples: Vec<f64>| Channel {
         name: name.to_string(),
         unit: unit.to_string(),
-        samples: Column::from_slice(&samples).into(),
+        samples: SampleColumn::from_slice(&samples).into(),
         overload_level: None,
         overloads: 0,
     };
@@ -620,13 +623,13 @@ fn recording(samples: usize) -> Recording {
     Recording {
         path: "made".into(),
         dialect: String::new(),
-        facts: Vec::new(),
+        metadata: Vec::new(),
         rate_hz: 1000.0 / 3.0,
         rate_std: 0.0,
         rate_source: String::new(),
         samples,
-        stretches: std::iter::once(0..samples).collect(),
-        starts: vec![0.0],
+        segments: std::iter::once(0..samples).collect(),
+        segment_starts: vec![0.0],
         start: None,
         files: Vec::new(),
         channels: vec![
@@ -634,7 +637,7 @@ fn recording(samples: usize) -> Recording {
             channel("force", "N", tame),
         ],
         repairs: Vec::new(),
-        warnings: Vec::new(),
+        diagnostics: Vec::new(),
     }
 }
 
@@ -642,7 +645,7 @@ fn recording(samples: usize) -> Recording {
 fn law_csv_of_signals_reads_back_to_the_bit() {
     let recording = recording(20_000);
     let mut bytes = Vec::new();
-    write::csv::signals(&recording, &mut bytes).unwrap();
+    write::csv::write_recording(&recording, &mut bytes).unwrap();
     let text = String::from_utf8(bytes).unwrap();
     let mut lines = text.lines();
     assert_eq!(
@@ -669,24 +672,24 @@ fn law_csv_of_signals_reads_back_to_the_bit() {
 #[test]
 fn law_uff_of_signals_reads_back() {
     let recording = recording(20_000);
-    for form in [write::uff::Form::Binary, write::uff::Form::Text] {
+    for format in [write::uff::UffFormat::Binary, write::uff::UffFormat::Text] {
         let mut bytes = Vec::new();
-        write::uff::signals(&recording, form, &mut bytes).unwrap();
-        let raw = read_with(uff::read, &bytes);
-        let [group] = raw.groups.as_slice() else {
-            panic!("{}", raw.groups.len())
+        write::uff::write_recording(&recording, format, &mut bytes).unwrap();
+        let log = read_with(uff::read, &bytes);
+        let [group] = log.groups.as_slice() else {
+            panic!("{}", log.groups.len())
         };
-        assert_eq!(group.clock.stated_rates[0].hertz, recording.rate_hz);
+        assert_eq!(group.timing.stated_rates[0].hertz, recording.rate_hz);
         for (read, written) in group.channels.iter().zip(&recording.channels) {
             assert_eq!((&read.name, &read.unit), (&written.name, &written.unit));
             for (a, b) in numbers(&read.samples)
                 .iter()
                 .zip(&numbers(&written.samples))
             {
-                match form {
-                    write::uff::Form::Binary => assert_eq!(a.to_bits(), b.to_bits()),
+                match format {
+                    write::uff::UffFormat::Binary => assert_eq!(a.to_bits(), b.to_bits()),
                     // Twelve digits after the point.
-                    write::uff::Form::Text => {
+                    write::uff::UffFormat::Text => {
                         assert!((a - b).abs() <= 5.1e-13 * b.abs(), "{a} {b}")
                     }
                 }
@@ -700,9 +703,10 @@ fn law_uff_of_signals_reads_back() {
 #[test]
 fn exact_json_of_signals() {
     let mut recording = recording(3);
-    recording.channels[1].samples = Column::from_slice(&[0.1, f64::NAN, -2.0]).into();
+    recording.channels[1].samples = SampleColumn::from_slice(&[0.1, f64::NAN, -2.0]).into();
     let mut bytes = Vec::new();
-    write::json::signals(&recording, &serde_json::json!({"version": "0"}), &mut bytes).unwrap();
+    write::json::write_recording(&recording, &serde_json::json!({"version": "0"}), &mut bytes)
+        .unwrap();
     let document: Value = serde_json::from_slice(&bytes).unwrap();
     assert!((document["rate_hz"].as_f64().unwrap() - 1000.0 / 3.0).abs() < 1e-12);
     assert_eq!(document["samples"], 3);
@@ -721,29 +725,29 @@ fn exact_json_of_signals() {
 /// Responses on lines that are or are not those of a start and an increment.
 fn responses(lines: impl Fn(f64) -> f64) -> FrequencyResponses {
     let mut rng = fastrand::Rng::with_seed(4);
-    let terminal = |name: &str, unit: &str| Terminal {
+    let terminal = |name: &str, unit: &str| ChannelLabel {
         name: name.into(),
         unit: unit.into(),
     };
     let mut function = |output: &str, with_coherence: bool| FrequencyResponse {
         input: Some(terminal("hammer", "N")),
         output: terminal(output, "m/s²"),
-        value: (0..50)
+        values: (0..50)
             .map(|_| Complex::new(rng.f64() - 0.5, rng.f64()))
             .collect(),
         coherence: with_coherence.then(|| (0..50).map(|_| rng.f64()).collect()),
         ..FrequencyResponse::default()
     };
     FrequencyResponses {
-        functions: vec![
+        responses: vec![
             function("bearing of the pinion", true),
             function("wheel", false),
         ],
         frequency_hz: (0..50).map(|k| lines(f64::from(k))).collect(),
         averages: Some(10.0),
         window_decay: 3.25,
-        usable_hz: Some((1.5, 20.0 / 3.0)),
-        line_independence: Some(0.625),
+        usable_band_hz: Some((1.5, 20.0 / 3.0)),
+        independent_lines_per_line: Some(0.625),
     }
 }
 
@@ -751,26 +755,31 @@ fn responses(lines: impl Fn(f64) -> f64) -> FrequencyResponses {
 fn law_uff_of_responses_reads_back() {
     for lines in [|k| 10.0 + 0.5 * k, |k: f64| 1.0 + k.sqrt(), |k| k / 3.0] {
         let written = responses(lines);
-        for form in [write::uff::Form::Binary, write::uff::Form::Text] {
+        for format in [write::uff::UffFormat::Binary, write::uff::UffFormat::Text] {
             let mut bytes = Vec::new();
-            write::uff::responses(&written, form, &mut bytes).unwrap();
+            write::uff::write_responses(&written, format, &mut bytes).unwrap();
             let read = read_with(uff::read, &bytes).responses.unwrap();
             let behind = |r: &FrequencyResponses| {
-                (r.averages, r.window_decay, r.usable_hz, r.line_independence)
+                (
+                    r.averages,
+                    r.window_decay,
+                    r.usable_band_hz,
+                    r.independent_lines_per_line,
+                )
             };
             assert_eq!(behind(&read), behind(&written));
             // Thirteen digits in text, seven of uneven lines.
-            let (digits, line_digits) = match form {
-                write::uff::Form::Binary => (0.0, 0.0),
-                write::uff::Form::Text => (6e-13, 6e-7),
+            let (digits, line_digits) = match format {
+                write::uff::UffFormat::Binary => (0.0, 0.0),
+                write::uff::UffFormat::Text => (6e-13, 6e-7),
             };
             for (a, b) in read.frequency_hz.iter().zip(&written.frequency_hz) {
                 assert!((a - b).abs() <= line_digits * b.abs(), "{a} {b}");
             }
-            for (a, b) in read.functions.iter().zip(&written.functions) {
+            for (a, b) in read.responses.iter().zip(&written.responses) {
                 assert_eq!((&a.input, &a.output), (&b.input, &b.output));
                 assert_eq!(a.coherence.is_some(), b.coherence.is_some());
-                for (x, y) in a.value.iter().zip(&b.value) {
+                for (x, y) in a.values.iter().zip(&b.values) {
                     assert!(
                         (x.re - y.re).abs() <= digits && (x.im - y.im).abs() <= digits,
                         "{x} {y}"
@@ -785,7 +794,7 @@ fn law_uff_of_responses_reads_back() {
                     assert!((x - y).abs() <= digits);
                 }
             }
-            assert_eq!((read.functions.len(), read.frequency_hz.len()), (2, 50));
+            assert_eq!((read.responses.len(), read.frequency_hz.len()), (2, 50));
         }
     }
 }
@@ -795,7 +804,7 @@ fn law_uff_of_responses_reads_back() {
 fn exact_csv_and_json_of_responses() {
     let written = responses(|k| k / 3.0);
     let mut bytes = Vec::new();
-    write::csv::responses(&written, &mut bytes).unwrap();
+    write::csv::write_responses(&written, &mut bytes).unwrap();
     let text = String::from_utf8(bytes).unwrap();
     let head = "frequency [Hz],Re bearing of the pinion / hammer [m/s²/N],Im bearing of the pinion / hammer [m/s²/N],\
                 coherence bearing of the pinion / hammer,Re wheel / hammer [m/s²/N],Im wheel / hammer [m/s²/N]";
@@ -807,20 +816,20 @@ fn exact_csv_and_json_of_responses() {
         .split(',')
         .map(|cell| cell.parse().unwrap())
         .collect();
-    let (first, second) = (&written.functions[0], &written.functions[1]);
+    let (first, second) = (&written.responses[0], &written.responses[1]);
     let coherence = first.coherence.as_ref().unwrap()[7];
     let expected = [
         7.0 / 3.0,
-        first.value[7].re,
-        first.value[7].im,
+        first.values[7].re,
+        first.values[7].im,
         coherence,
-        second.value[7].re,
-        second.value[7].im,
+        second.values[7].re,
+        second.values[7].im,
     ];
     assert_eq!(row, expected);
 
     let mut bytes = Vec::new();
-    write::json::responses(&written, &Value::Null, &mut bytes).unwrap();
+    write::json::write_responses(&written, &Value::Null, &mut bytes).unwrap();
     let document: Value = serde_json::from_slice(&bytes).unwrap();
     let text = std::str::from_utf8(&bytes).unwrap();
     assert_eq!(listed(text, "frequency_hz", 1), written.frequency_hz);
@@ -829,7 +838,7 @@ fn exact_csv_and_json_of_responses() {
         *first.coherence.as_ref().unwrap()
     );
     let function = &document["functions"][1];
-    assert!((function["value"][7]["im"].as_f64().unwrap() - second.value[7].im).abs() < 1e-15);
+    assert!((function["value"][7]["im"].as_f64().unwrap() - second.values[7].im).abs() < 1e-15);
     assert_eq!(function["coherence"], Value::Null);
     assert_eq!(function["input"]["name"], "hammer");
 }
@@ -851,7 +860,12 @@ fn seeds() -> Vec<(&'static str, Reader, Vec<u8>)> {
         (0..40).for_each(|s| w.write_sample(s as f32).unwrap())
     });
     let mut uneven = Vec::new();
-    write::uff::responses(&responses(f64::sqrt), write::uff::Form::Text, &mut uneven).unwrap();
+    write::uff::write_responses(
+        &responses(f64::sqrt),
+        write::uff::UffFormat::Text,
+        &mut uneven,
+    )
+    .unwrap();
     let keyed = |reader: Reader, key: &'static str| (key, reader, file(&reference, key));
     vec![
         keyed(mat::read, "mat_classes"),
@@ -901,10 +915,10 @@ fn fuzz(rounds: usize, seed: u64) -> (usize, usize) {
         for round in 0..rounds {
             let mut bytes = whole.clone();
             damage(&mut bytes, &mut rng);
-            match reader("log", &bytes, &Settings::default()) {
-                Ok(raw) => {
+            match reader("log", &bytes, &ReadOptions::default()) {
+                Ok(raw_log) => {
                     read += 1;
-                    let values: usize = raw
+                    let values: usize = raw_log
                         .groups
                         .iter()
                         .flat_map(|g| &g.channels)
@@ -915,23 +929,23 @@ fn fuzz(rounds: usize, seed: u64) -> (usize, usize) {
                         values <= 1100 * bytes.len(),
                         "{name} round {round}: {values} samples"
                     );
-                    for group in &raw.groups {
+                    for group in &raw_log.groups {
                         let length = group.channels[0].samples.len();
                         assert!(
                             group.channels.iter().all(|c| c.samples.len() == length),
                             "{name} round {round}"
                         );
-                        let stamps = group.clock.stamps.as_ref().map(|s| s.seconds.len());
+                        let stamps = group.timing.stamps.as_ref().map(|s| s.seconds.len());
                         assert!(stamps.is_none_or(|n| n == length), "{name} round {round}");
                     }
-                    for function in raw.responses.iter().flat_map(|r| &r.functions) {
-                        let lines = raw.responses.as_ref().map(|r| r.frequency_hz.len());
-                        assert_eq!(Some(function.value.len()), lines, "{name} round {round}");
+                    for function in raw_log.responses.iter().flat_map(|r| &r.responses) {
+                        let lines = raw_log.responses.as_ref().map(|r| r.frequency_hz.len());
+                        assert_eq!(Some(function.values.len()), lines, "{name} round {round}");
                     }
                 }
                 Err(errors) => {
                     refused += 1;
-                    assert!(!errors.list().is_empty());
+                    assert!(!errors.as_slice().is_empty());
                 }
             }
         }
@@ -965,18 +979,18 @@ fn survives_many_damaged_files() {
 #[ignore = "study: speed on files of 100 MB"]
 fn survives_large_files() {
     let recording = recording(4_000_000);
-    for form in [write::uff::Form::Binary, write::uff::Form::Text] {
+    for uff_format in [write::uff::UffFormat::Binary, write::uff::UffFormat::Text] {
         let mut bytes = Vec::new();
         let start = std::time::Instant::now();
-        write::uff::signals(&recording, form, &mut bytes).unwrap();
+        write::uff::write_recording(&recording, uff_format, &mut bytes).unwrap();
         let written = start.elapsed().as_secs_f64();
         let start = std::time::Instant::now();
-        let raw = read_with(uff::read, &bytes);
+        let log = read_with(uff::read, &bytes);
         let read = start.elapsed().as_secs_f64();
         let size = bytes.len() as f64 / 1e6;
         println!(
-            "UFF {form:?}: {size:.0} MB written in {written:.2} s, read in {read:.2} s ({})",
-            raw.dialect
+            "UFF {uff_format:?}: {size:.0} MB written in {written:.2} s, read in {read:.2} s ({})",
+            log.dialect
         );
     }
     let mut text = format!(
@@ -993,12 +1007,12 @@ fn survives_large_files() {
         );
     }
     let start = std::time::Instant::now();
-    let raw = read_with(lvm::read, text.as_bytes());
+    let log = read_with(lvm::read, text.as_bytes());
     let read = start.elapsed().as_secs_f64();
     println!(
         "LVM: {:.0} MB read in {read:.2} s ({})",
         text.len() as f64 / 1e6,
-        raw.dialect
+        log.dialect
     );
     let bytes = wav_of(2, 16, hound::SampleFormat::Int, |w| {
         (0..25_000_000).for_each(|s| w.write_sample((s % 30_000) as i16).unwrap())
@@ -1014,7 +1028,7 @@ fn survives_large_files() {
 
 // measured logs
 
-fn recorded(reader: Reader, path: &str) -> Raw {
+fn recorded(reader: Reader, path: &str) -> RawLog {
     let folder = PathBuf::from(std::env::var("GEARDYN_RECORDINGS").unwrap());
     read_with(reader, &std::fs::read(folder.join(path)).unwrap())
 }
@@ -1031,8 +1045,8 @@ fn ref_recordings_lvm() {
     let group = &beam.groups[0];
     assert_eq!(group.channels[0].samples.len(), 50_030);
     assert_eq!(
-        group.clock.stated_rates,
-        [StatedRate::of_samples(50_000.0, "Delta_X")]
+        group.timing.stated_rates,
+        [StatedRate::is_sample_rate(50_000.0, "Delta_X")]
     );
     let force = numbers(&group.channels[1].samples);
     assert_eq!(
@@ -1042,7 +1056,7 @@ fn ref_recordings_lvm() {
 
     // A header from before the samples were thinned out: both rates are handed on.
     let arts = recorded(lvm::read, "arts_beam_lvm/data_set_1_downsampled_by_16.lvm");
-    let clock = &arts.groups[0].clock;
+    let clock = &arts.groups[0].timing;
     assert_eq!(clock.stated_rates[0].hertz, 51_200.0);
     assert_eq!(clock.header_samples, Some(1_050_000));
     let t = seconds(&arts.groups[0]);
@@ -1050,7 +1064,7 @@ fn ref_recordings_lvm() {
     assert_eq!(names(&arts.groups[0]), ["Voltage", "Force", "Acceleratio"]);
 
     let spectrum = &recorded(lvm::read, "arts_beam_lvm/FFT_data.lvm").spectra[0];
-    assert!(spectrum.is_decibel && spectrum.value.len() == 150_000);
+    assert!(spectrum.is_decibel && spectrum.values.len() == 150_000);
 
     let samples = [
         ("long_single_header_multi_ch", 3, 16_384),
@@ -1062,8 +1076,8 @@ fn ref_recordings_lvm() {
         ("with_empty_fields", 3, 7),
     ];
     for (name, channels, length) in samples {
-        let raw = recorded(lvm::read, &format!("lvm_read_samples/{name}.lvm"));
-        let [group] = raw.groups.as_slice() else {
+        let log = recorded(lvm::read, &format!("lvm_read_samples/{name}.lvm"));
+        let [group] = log.groups.as_slice() else {
             panic!("{name}")
         };
         assert_eq!(
@@ -1086,8 +1100,8 @@ fn ref_recordings_lvm() {
 fn ref_recordings_uff() {
     let sample = |name: &str| recorded(uff::read, &format!("pyuff_samples/{name}"));
     for name in ["Sample_UFF58_ascii.uff", "Sample_UFF58b_bin.uff"] {
-        let raw = sample(name);
-        let channel = &raw.groups[0].channels[0];
+        let log = sample(name);
+        let channel = &log.groups[0].channels[0];
         let values = numbers(&channel.samples);
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
@@ -1106,21 +1120,21 @@ fn ref_recordings_uff() {
             .iter()
             .all(|c| c.samples.len() == 222_400 && c.unit == "m/s2")
     );
-    assert_eq!(group.clock.stated_rates[0].hertz, 3200.0);
+    assert_eq!(group.timing.stated_rates[0].hertz, 3200.0);
 
     let psd = &sample("sample_dataset58_psd.uff").spectra[0];
     assert_eq!(
-        (psd.value.len(), psd.unit.as_str(), psd.frequency_hz[3200]),
+        (psd.values.len(), psd.unit.as_str(), psd.frequency_hz[3200]),
         (3201, "g²/Hz", 3200.0)
     );
-    let function = &sample("non_ascii_header.uff").responses.unwrap().functions[0];
+    let function = &sample("non_ascii_header.uff").responses.unwrap().responses[0];
     assert_eq!(
-        (function.output.unit.as_str(), function.value.len()),
+        (function.output.unit.as_str(), function.values.len()),
         ("(1/N)*(m/s²)", 6)
     );
     let short = sample("dataset_milestone_in_header.uff");
     assert_eq!(short.groups[0].channels[0].samples.len(), 42);
-    assert!(short.warnings.iter().any(|w| w.code == "values-missing"));
+    assert!(short.diagnostics.iter().any(|w| w.code == "values-missing"));
     assert_eq!(
         sample("time-history-not-all-columns-filled.uff").groups[0].channels[0]
             .samples
@@ -1152,9 +1166,9 @@ fn ref_recordings_matlab() {
 
     let case = recorded(mat::read, "vibration_toolbox_frf/case1.mat");
     assert_eq!(names(&case.groups[0]), ["Time_chan_1", "Time_chan_2"]);
-    assert_eq!(case.groups[0].clock.stated_rates[0].hertz, 1280.0);
+    assert_eq!(case.groups[0].timing.stated_rates[0].hertz, 1280.0);
     let responses = case.responses.unwrap();
-    let [function] = responses.functions.as_slice() else {
+    let [function] = responses.responses.as_slice() else {
         panic!()
     };
     assert_eq!(
@@ -1163,9 +1177,9 @@ fn ref_recordings_matlab() {
     );
     let peak = (0..1601)
         .max_by(|&a, &b| {
-            function.value[a]
+            function.values[a]
                 .norm()
-                .total_cmp(&function.value[b].norm())
+                .total_cmp(&function.values[b].norm())
         })
         .unwrap();
     assert!(
@@ -1179,7 +1193,7 @@ fn ref_recordings_matlab() {
     assert_eq!(
         (
             names(&old.groups[0]),
-            old.groups[0].clock.stated_rates[0].hertz
+            old.groups[0].timing.stated_rates[0].hertz
         ),
         (vec!["x", "f"], 10.0)
     );

@@ -5,25 +5,25 @@ use std::f64::consts::TAU;
 use geardyn::base::code::Code;
 use geardyn::base::error::Error;
 use geardyn::base::mat5;
-use geardyn::plan::logs::identification::{Source, identify};
-use geardyn::plan::logs::study::IdentifyStudy;
+use geardyn::plan::logs::identification::{IdentificationInput, identify};
+use geardyn::plan::logs::identify_study::IdentifyStudy;
 use geardyn::recording::open;
-use geardyn::recording::raw::Raw;
-use geardyn::recording::settings::{RateSource, Settings};
-use geardyn::recording::settle::settle;
+use geardyn::recording::preprocess::preprocess;
+use geardyn::recording::raw::RawLog;
+use geardyn::recording::read_options::{RateSource, ReadOptions};
 use geardyn::recording::signals::Recording;
 
 fn settled(name: &str, bytes: &[u8], rate: Option<RateSource>) -> Result<Recording, Error> {
-    let settings = Settings {
+    let options = ReadOptions {
         rate,
-        ..Settings::default()
+        ..ReadOptions::default()
     };
-    let raw = open::from_bytes(name, bytes, &settings).map_err(|e| e.list()[0].clone())?;
-    settle(raw, &settings)
+    let log = open::from_bytes(name, bytes, &options).map_err(|e| e.as_slice()[0].clone())?;
+    preprocess(log, &options)
 }
 
 fn warning<'r>(recording: &'r Recording, code: &str) -> Option<&'r str> {
-    let found = recording.warnings.iter().find(|w| w.code == code);
+    let found = recording.diagnostics.iter().find(|w| w.code == code);
     found.map(|w| w.message.as_str())
 }
 
@@ -174,7 +174,7 @@ fn exact_rate_of_stamps_with_significant_digits() {
         // Roundings of the coarsest digit, a thousandth of the length, over many rows.
         assert!(off.abs() < 2e-6, "{case}: {off:e}");
         assert_eq!(found.samples as f64, rate * seconds, "{case}");
-        assert_eq!(found.stretches.len(), 1, "{case}: {:?}", found.repairs);
+        assert_eq!(found.segments.len(), 1, "{case}: {:?}", found.repairs);
         assert!(
             found.repairs.iter().all(|r| r.kind != "resampled"),
             "{case}"
@@ -193,8 +193,12 @@ fn exact_jitter_and_gaps_of_stamps_with_significant_digits() {
         significant(if t < 30.0 { t } else { t + 0.05 }, 5)
     });
     let found = settled("log.csv", text.as_bytes(), None).unwrap();
-    assert_eq!(found.stretches.len(), 2);
-    assert!((found.starts[1] - 6010.0).abs() < 0.2, "{:?}", found.starts);
+    assert_eq!(found.segments.len(), 2);
+    assert!(
+        (found.segment_starts[1] - 6010.0).abs() < 0.2,
+        "{:?}",
+        found.segment_starts
+    );
 }
 
 /// A table of a mode without names, its lines from `first` on, each written by `cells(Re, Im)`.
@@ -220,12 +224,16 @@ fn exact_responses_without_names() {
     });
     let two = table(1, |re, im| format!("{re:e},{im:e},{:e},{im:e}", re + 0.1));
     for (text, count) in [(cartesian, 1), (degrees, 1), (radians, 1), (two, 2)] {
-        let raw = open::from_bytes("frf.csv", text.as_bytes(), &Settings::default()).unwrap();
-        let found = raw.responses.unwrap();
-        assert_eq!(found.functions.len(), count);
-        assert!(raw.warnings.iter().any(|w| w.code == "frequency-guessed"));
+        let log = open::from_bytes("frf.csv", text.as_bytes(), &ReadOptions::default()).unwrap();
+        let found = log.responses.unwrap();
+        assert_eq!(found.responses.len(), count);
+        assert!(
+            log.diagnostics
+                .iter()
+                .any(|w| w.code == "frequency-guessed")
+        );
         let line = found.frequency_hz.iter().position(|f| *f == 300.0).unwrap();
-        let peak = found.functions[0].value[line];
+        let peak = found.responses[0].values[line];
         assert!(
             (peak.im + 50.0).abs() < 1e-3 && peak.re.abs() < 1e-3,
             "{peak}"
@@ -235,16 +243,16 @@ fn exact_responses_without_names() {
         .map(f64::from)
         .map(|k| format!("{k},{:.5},{:.5}\n", (0.7 * k).sin(), (0.31 * k).cos()))
         .collect();
-    let raw = open::from_bytes("two.csv", text.as_bytes(), &Settings::default()).unwrap();
-    assert!(raw.responses.is_none());
-    let settings = Settings {
+    let log = open::from_bytes("two.csv", text.as_bytes(), &ReadOptions::default()).unwrap();
+    assert!(log.responses.is_none());
+    let options = ReadOptions {
         time_column: Some("column 1".into()),
-        ..Settings::default()
+        ..ReadOptions::default()
     };
     let asked = open::from_bytes(
         "frf.csv",
         table(1, |re, im| format!("{re},{im}")).as_bytes(),
-        &settings,
+        &options,
     );
     assert!(asked.unwrap().responses.is_none());
 }
@@ -258,14 +266,15 @@ fn law_line_at_zero_hertz_gives_no_nan() {
         }];
     for (kind, at_zero) in kinds.iter().zip(["0,0,0\n", "0,0,3.141593\n"]) {
         for first in [table(0, kind), at_zero.to_string() + &table(1, kind)] {
-            let raw = open::from_bytes("frf.csv", first.as_bytes(), &Settings::default()).unwrap();
-            let responses = raw.responses.unwrap();
+            let log =
+                open::from_bytes("frf.csv", first.as_bytes(), &ReadOptions::default()).unwrap();
+            let responses = log.responses.unwrap();
             assert_eq!(responses.frequency_hz[0], 0.0);
             let study = IdentifyStudy {
                 order: Some(1),
                 ..IdentifyStudy::default()
             };
-            let found = identify(Source::Responses(responses), &study).unwrap();
+            let found = identify(IdentificationInput::Responses(responses), &study).unwrap();
             assert_eq!(found.modes.len(), 1);
             let mode = &found.modes[0];
             assert!((mode.frequency_hz() / 300.0 - 1.0).abs() < 1e-4);
@@ -294,8 +303,8 @@ fn refuses_other_files_by_name() {
         (nodes, "no data set 58", "export"),
         (shapes, "no data set 58", "export"),
     ] {
-        let errors = open::from_bytes("file", &file, &Settings::default()).unwrap_err();
-        let error = &errors.list()[0];
+        let errors = open::from_bytes("file", &file, &ReadOptions::default()).unwrap_err();
+        let error = &errors.as_slice()[0];
         assert!(error.message.contains(named), "{}", error.message);
         assert!(
             error.hint.as_ref().is_some_and(|h| h.contains(way)),
@@ -304,8 +313,8 @@ fn refuses_other_files_by_name() {
     }
 }
 
-fn repair<'r>(raw: &'r Raw, kind: &str) -> Option<&'r str> {
-    let found = raw.repairs.iter().find(|r| r.kind == kind);
+fn repair<'r>(log: &'r RawLog, kind: &str) -> Option<&'r str> {
+    let found = log.repairs.iter().find(|r| r.kind == kind);
     found.map(|r| r.message.as_str())
 }
 
@@ -326,21 +335,22 @@ fn survives_a_last_row_that_breaks_off() {
         "\0\0\0\0",
     ] {
         let file = format!("{text}{end}");
-        let raw = open::from_bytes("log.csv", file.as_bytes(), &Settings::default()).unwrap();
-        let count = raw.groups[0].channels[0].samples.len();
+        let raw_log =
+            open::from_bytes("log.csv", file.as_bytes(), &ReadOptions::default()).unwrap();
+        let count = raw_log.groups[0].channels[0].samples.len();
         assert_eq!(count, 300, "{end:?}");
-        let said = repair(&raw, "row-incomplete");
+        let said = repair(&raw_log, "row-incomplete");
         assert!(
             said.is_some_and(|s| s.contains("line 302")),
             "{end:?}: {:?}",
-            raw.repairs
+            raw_log.repairs
         );
     }
     // Within the log the same is an error, and so is a word in the last row.
     let within = format!("{text}0.300,0.1\n0.301,1,2\n");
     let word = format!("{text}0.300,0.1,broken\n");
     for file in [within, word] {
-        assert!(open::from_bytes("log.csv", file.as_bytes(), &Settings::default()).is_err());
+        assert!(open::from_bytes("log.csv", file.as_bytes(), &ReadOptions::default()).is_err());
     }
 }
 
@@ -348,8 +358,8 @@ fn survives_a_last_row_that_breaks_off() {
 #[test]
 fn refuses_nul_bytes_with_their_line() {
     let text = format!("time,a,b\n{}0.300,\0\0.5,2\n0.301,1,2\n", rows(300));
-    let errors = open::from_bytes("log.csv", text.as_bytes(), &Settings::default()).unwrap_err();
-    let error = &errors.list()[0];
+    let errors = open::from_bytes("log.csv", text.as_bytes(), &ReadOptions::default()).unwrap_err();
+    let error = &errors.as_slice()[0];
     assert_eq!(error.message, "line 302 holds 2 NUL bytes");
 }
 
@@ -366,9 +376,9 @@ fn survives_a_header_repeated_between_the_rows() {
         head("10:05"),
         &all[cut..]
     );
-    let raw = open::from_bytes("log.csv", text.as_bytes(), &Settings::default()).unwrap();
-    assert_eq!(raw.groups[0].channels[0].samples.len(), 400);
-    let said = repair(&raw, "header-repeated").unwrap();
+    let raw_log = open::from_bytes("log.csv", text.as_bytes(), &ReadOptions::default()).unwrap();
+    assert_eq!(raw_log.groups[0].channels[0].samples.len(), 400);
+    let said = repair(&raw_log, "header-repeated").unwrap();
     assert!(said.contains("line 205"), "{said}");
     let other = format!(
         "{}{}{}{}",
@@ -377,7 +387,7 @@ fn survives_a_header_repeated_between_the_rows() {
         "other,names,here\n",
         &all[cut..]
     );
-    assert!(open::from_bytes("log.csv", other.as_bytes(), &Settings::default()).is_err());
+    assert!(open::from_bytes("log.csv", other.as_bytes(), &ReadOptions::default()).is_err());
 }
 
 /// The six responses of a measured beam without their line of names are the same responses.
@@ -392,15 +402,15 @@ fn ref_beam_responses_without_names() {
     let path = std::path::Path::new(&folder).join("sdypy_ema_beam/sdypy_beam_frf_resp1.csv");
     let text = std::fs::read_to_string(path).unwrap();
     let read = |text: &str| {
-        let raw = open::from_bytes("beam.csv", text.as_bytes(), &Settings::default()).unwrap();
-        raw.responses.unwrap()
+        let log = open::from_bytes("beam.csv", text.as_bytes(), &ReadOptions::default()).unwrap();
+        log.responses.unwrap()
     };
     let named = read(&text);
     let bare = read(text.split_once('\n').unwrap().1);
     assert_eq!(named.frequency_hz, bare.frequency_hz);
-    let values = |f: &geardyn::recording::responses::FrequencyResponses| -> Vec<_> {
-        f.functions.iter().map(|f| f.value.clone()).collect()
+    let values = |f: &geardyn::recording::frequency_responses::FrequencyResponses| -> Vec<_> {
+        f.responses.iter().map(|f| f.values.clone()).collect()
     };
     assert_eq!(values(&named), values(&bare));
-    assert_eq!(named.functions.len(), 6);
+    assert_eq!(named.responses.len(), 6);
 }

@@ -5,15 +5,17 @@ use std::f64::consts::TAU;
 
 use geardyn::identify::modal::candidates::OrderPoles;
 use geardyn::identify::modal::lsce::lsce;
-use geardyn::identify::modal::lsfd::residues;
+use geardyn::identify::modal::lsfd::fit_residues;
+use geardyn::identify::modal::measured_frf::{MeasuredFrf, MotionQuantity};
 use geardyn::identify::modal::plscf::{PlscfOptions, plscf};
-use geardyn::identify::modal::responses::{Quantity, Responses};
 use geardyn::identify::modal::rfp::rfp;
-use geardyn::identify::modal::selection::{SelectedMode, SelectionRule, select};
-use geardyn::identify::modal::single::{circle_fit, half_power, peaks};
-use geardyn::identify::modal::stabilisation::{Stability, Tolerances, stabilisation};
+use geardyn::identify::modal::sdof::{circle_fit, half_power, pick_peaks};
+use geardyn::identify::modal::selection::{SelectedMode, SelectionRule, select_modes};
+use geardyn::identify::modal::stabilisation::{
+    PoleStability, StabilisationTolerances, stabilisation,
+};
 use geardyn::numeric::Complex;
-use geardyn::numeric::collinearity::mac;
+use geardyn::numeric::mac::mac;
 
 const HZ: [f64; 5] = [60.0, 180.0, 330.0, 560.0, 820.0];
 const ZETA: [f64; 5] = [0.01, 0.02, 0.005, 0.01, 0.015];
@@ -60,7 +62,7 @@ fn machine(inputs: usize, noise: f64, seed: u64) -> (Vec<f64>, Vec<Vec<Vec<Compl
 }
 
 fn chosen(orders: &[OrderPoles], spacing: f64) -> Vec<SelectedMode> {
-    select(orders, spacing, &SelectionRule::default())
+    select_modes(orders, spacing, &SelectionRule::default())
 }
 
 /// Largest relative errors of frequency and damping; every mode must be there and no other.
@@ -91,9 +93,9 @@ fn within(what: &str, (frequency, damping): (f64, f64), allowed: (f64, f64)) {
 fn exact_five_modes_without_noise() {
     for inputs in [1, 3] {
         let (f, h) = machine(inputs, 0.0, 1);
-        let responses = Responses::new(&f, &h).unwrap();
+        let frf = MeasuredFrf::new(&f, &h).unwrap();
         let orders = plscf(
-            &responses,
+            &frf,
             &PlscfOptions {
                 max_order: Some(60 / inputs),
             },
@@ -107,8 +109,8 @@ fn exact_five_modes_without_noise() {
 fn survives_noise_of_40_db() {
     for (inputs, seed) in [(1, 2), (1, 3), (3, 4)] {
         let (f, h) = machine(inputs, 0.01, seed);
-        let responses = Responses::new(&f, &h).unwrap();
-        let orders = plscf(&responses, &PlscfOptions::default()).unwrap();
+        let frf = MeasuredFrf::new(&f, &h).unwrap();
+        let orders = plscf(&frf, &PlscfOptions::default()).unwrap();
         within("plscf, 40 dB", errors(&chosen(&orders, 0.5)), (1e-3, 0.15));
     }
 }
@@ -117,15 +119,15 @@ fn survives_noise_of_40_db() {
 #[test]
 fn exact_other_methods_without_noise() {
     let (f, h) = machine(1, 0.0, 1);
-    let responses = Responses::new(&f, &h).unwrap();
+    let frf = MeasuredFrf::new(&f, &h).unwrap();
     within(
         "rfp",
-        errors(&chosen(&rfp(&responses, 24).unwrap(), 0.5)),
+        errors(&chosen(&rfp(&frf, 24).unwrap(), 0.5)),
         (1e-9, 1e-7),
     );
     within(
         "lsce",
-        errors(&chosen(&lsce(&responses, 60).unwrap(), 0.5)),
+        errors(&chosen(&lsce(&frf, 60).unwrap(), 0.5)),
         (1e-3, 0.1),
     );
 }
@@ -134,17 +136,17 @@ fn exact_other_methods_without_noise() {
 #[test]
 fn exact_residues_and_modal_mass() {
     let (f, h) = machine(2, 0.0, 1);
-    let responses = Responses::new(&f, &h).unwrap();
+    let frf = MeasuredFrf::new(&f, &h).unwrap();
     let poles: Vec<Complex> = (0..5).map(|r| pole(HZ[r], ZETA[r])).collect();
-    let fit = residues(&responses, &poles, Quantity::Displacement).unwrap();
+    let fit = fit_residues(&frf, &poles, MotionQuantity::Displacement).unwrap();
     for r in 0..5 {
         let exact: Vec<Complex> = (0..6)
             .map(|o| Complex::new(string(r, (o + 1) as f64 / 7.0), 0.0))
             .collect();
-        let found = fit.shape(r).unwrap();
+        let found = fit.mode_shape(r).unwrap();
         assert!(mac(&found.shape, &exact) > 1.0 - 1e-12 && found.rank_one_share > 1.0 - 1e-12);
         let largest = exact.iter().fold(0.0_f64, |m, z| m.max(z.norm()));
-        let scaling = fit.scaling(r, 1, 1).unwrap();
+        let scaling = fit.modal_scaling(r, 1, 1).unwrap();
         // mode r has unit mass for the string's own shape, so largest² for the shape with largest component 1
         assert!(
             (scaling.modal_mass * largest * largest - 1.0).abs() < 1e-9,
@@ -162,16 +164,16 @@ fn exact_single_mode() {
     let f: Vec<f64> = (1..4000).map(|k| 0.05 * f64::from(k)).collect();
     let p = pole(100.0, 0.1);
     for (quantity, n) in [
-        (Quantity::Displacement, 0),
-        (Quantity::Velocity, 1),
-        (Quantity::Acceleration, 2),
+        (MotionQuantity::Displacement, 0),
+        (MotionQuantity::Velocity, 1),
+        (MotionQuantity::Acceleration, 2),
     ] {
         let h = |f: &f64| {
             let s = Complex::new(0.0, TAU * f);
             s.powi(n) / ((s - p) * (s - p.conj()))
         };
         let h: Vec<Complex> = f.iter().map(h).collect();
-        let peak = peaks(&h, 0.5)[0];
+        let peak = pick_peaks(&h, 0.5)[0];
         let found = half_power(&f, &h, peak, quantity).unwrap();
         assert!(
             (found.frequency_hz() / 100.0 - 1.0).abs() < 1e-6,
@@ -193,25 +195,30 @@ fn exact_single_mode() {
             mobility * Complex::new(0.0, 0.7).exp() + Complex::new(1e-4, -2e-4)
         })
         .collect();
-    let found = circle_fit(&f[1800..2200], &turned[1800..2200], Quantity::Velocity).unwrap();
+    let found = circle_fit(
+        &f[1800..2200],
+        &turned[1800..2200],
+        MotionQuantity::Velocity,
+    )
+    .unwrap();
     assert!((found.pole - p).norm() < 1e-8 * p.norm(), "{found:?}");
 }
 
 #[test]
 fn law_diagram_marks_repeated_poles() {
     let (f, h) = machine(1, 0.0, 1);
-    let responses = Responses::new(&f, &h).unwrap();
+    let frf = MeasuredFrf::new(&f, &h).unwrap();
     let orders = plscf(
-        &responses,
+        &frf,
         &PlscfOptions {
             max_order: Some(40),
         },
     )
     .unwrap();
-    let points = stabilisation(&orders, &Tolerances::default());
+    let points = stabilisation(&orders, &StabilisationTolerances::default());
     for hz in HZ {
         let stable = points.iter().filter(|p| {
-            p.stability == Stability::Stable && (p.frequency_hz / hz - 1.0).abs() < 1e-3
+            p.stability == PoleStability::Stable && (p.frequency_hz / hz - 1.0).abs() < 1e-3
         });
         assert!(stable.count() > 8, "{hz}");
     }
@@ -219,7 +226,7 @@ fn law_diagram_marks_repeated_poles() {
         points
             .iter()
             .filter(|p| p.order == 2)
-            .all(|p| p.stability == Stability::New)
+            .all(|p| p.stability == PoleStability::New)
     );
 }
 
@@ -228,9 +235,9 @@ fn refuses_what_cannot_be_fitted() {
     let f: Vec<f64> = (1..=50).map(f64::from).collect();
     let good: Vec<Complex> = f.iter().map(|x| Complex::new(1.0, x * 0.1).inv()).collect();
     let word = |f: &[f64], h: &[Vec<Complex>]| {
-        let error = Responses::single_input(f, h).unwrap_err();
+        let error = MeasuredFrf::single_input(f, h).unwrap_err();
         assert!(error.hint.is_some(), "{error}");
-        error.code.word()
+        error.code.as_str()
     };
     let mut bad = good.clone();
     bad[7].im = f64::NAN;
@@ -244,41 +251,41 @@ fn refuses_what_cannot_be_fitted() {
     assert_eq!(word(&repeated, std::slice::from_ref(&good)), "bad-time");
     // one response without a mode: methods return, whatever they find
     let one = [good];
-    let responses = Responses::single_input(&f, &one).unwrap();
-    let orders = plscf(&responses, &PlscfOptions::default()).unwrap();
+    let frf = MeasuredFrf::single_input(&f, &one).unwrap();
+    let orders = plscf(&frf, &PlscfOptions::default()).unwrap();
     chosen(&orders, 1.0);
     assert_eq!(
         plscf(
-            &responses,
+            &frf,
             &PlscfOptions {
                 max_order: Some(1000)
             }
         )
         .unwrap_err()
         .code
-        .word(),
+        .as_str(),
         "too-short"
     );
-    assert_eq!(rfp(&responses, 0).unwrap_err().code.word(), "too-short");
-    assert_eq!(lsce(&responses, 900).unwrap_err().code.word(), "too-short");
+    assert_eq!(rfp(&frf, 0).unwrap_err().code.as_str(), "too-short");
+    assert_eq!(lsce(&frf, 900).unwrap_err().code.as_str(), "too-short");
     assert_eq!(
-        residues(&responses, &[], Quantity::Displacement)
+        fit_residues(&frf, &[], MotionQuantity::Displacement)
             .unwrap_err()
             .code
-            .word(),
+            .as_str(),
         "ill-posed"
     );
-    assert!(responses.band(100.0, 90.0).is_err());
+    assert!(frf.band(100.0, 90.0).is_err());
 }
 
 const BEAM_HZ: [f64; 7] = [177.05, 477.37, 933.10, 1535.48, 2286.86, 3162.52, 4181.87];
 const BEAM_ZETA: [f64; 7] = [0.0080, 0.0017, 0.0015, 0.0020, 0.0028, 0.0018, 0.0015];
 
-fn check_beam(responses: &Responses) {
+fn check_beam(frf: &MeasuredFrf) {
     let start = std::time::Instant::now();
-    let orders = plscf(responses, &PlscfOptions::default()).unwrap();
+    let orders = plscf(frf, &PlscfOptions::default()).unwrap();
     let poles = start.elapsed();
-    let modes = chosen(&orders, responses.spacing_hz());
+    let modes = chosen(&orders, frf.frequency_resolution_hz());
     println!(
         "poles {poles:.2?}, selection {:.2?}",
         start.elapsed() - poles
@@ -322,7 +329,7 @@ fn ref_beam_recordings() {
         })
         .collect();
     check_beam(
-        &Responses::single_input(&f, &six)
+        &MeasuredFrf::single_input(&f, &six)
             .unwrap()
             .band(10.0, 5000.0)
             .unwrap(),
@@ -337,7 +344,7 @@ fn ref_beam_recordings() {
     };
     let all: Vec<Vec<Complex>> = (0..42).map(value).collect();
     check_beam(
-        &Responses::single_input(&arrays[0], &all)
+        &MeasuredFrf::single_input(&arrays[0], &all)
             .unwrap()
             .band(10.0, 5000.0)
             .unwrap(),
@@ -346,7 +353,7 @@ fn ref_beam_recordings() {
         .map(|o| (0..6).map(|i| value(i * 7 + o)).collect())
         .collect();
     check_beam(
-        &Responses::new(&arrays[0], &by_input)
+        &MeasuredFrf::new(&arrays[0], &by_input)
             .unwrap()
             .band(10.0, 5000.0)
             .unwrap(),

@@ -3,12 +3,12 @@
 use std::f64::consts::{PI, TAU};
 
 use geardyn::base::code::Code;
-use geardyn::identify::operational::channels::Channels;
-use geardyn::identify::operational::decomposition::{self, decompose};
-use geardyn::identify::operational::harmonics::Running;
+use geardyn::identify::operational::fdd::{self, fdd};
+use geardyn::identify::operational::harmonics::RunningSpeed;
+use geardyn::identify::operational::merge_levels::OperationalMode;
 use geardyn::identify::operational::realisation::Weighting;
-use geardyn::identify::operational::rungs::OperationalMode;
-use geardyn::identify::operational::subspace::{self, Settings, Subspace};
+use geardyn::identify::operational::response_channels::ResponseChannels;
+use geardyn::identify::operational::ssi::{self, SsiEstimate, SsiOptions};
 
 use crate::support::noise::normal;
 
@@ -72,14 +72,14 @@ fn frame() -> Structure {
     }
 }
 
-fn identified(y: &[Vec<f64>], rate: f64, weighting: Weighting) -> Subspace {
+fn identified(y: &[Vec<f64>], rate: f64, weighting: Weighting) -> SsiEstimate {
     let y = slices(y);
-    let channels = Channels::new(&y, rate).unwrap();
-    let settings = Settings {
+    let channels = ResponseChannels::new(&y, rate).unwrap();
+    let options = SsiOptions {
         weighting,
-        ..Settings::default()
+        ..SsiOptions::default()
     };
-    subspace::identify(&channels, &settings).unwrap()
+    ssi::identify(&channels, &options).unwrap()
 }
 
 fn frequencies(modes: &[OperationalMode]) -> Vec<(f64, f64, f64)> {
@@ -115,7 +115,7 @@ fn law_modes_of_a_frame_are_found() {
                 (m.mode.damping_ratio() - zeta).abs() < 4.0 * sz && sz < zeta,
                 "{f}: {m:?}"
             );
-            assert!(!m.harmonic.is_harmonic(), "{f}: {:?}", m.harmonic);
+            assert!(!m.indicator.is_harmonic(), "{f}: {:?}", m.indicator);
             let exact: Vec<f64> = (0..5).map(|c| frame.shape(k, c)).collect();
             let product: geardyn::numeric::Complex = (m.mode.shape.iter().zip(&exact))
                 .map(|(a, b)| a.conj() * b)
@@ -135,26 +135,26 @@ fn law_modes_of_a_frame_are_found() {
 /// nothing else; and a band only chooses among them.
 #[test]
 fn law_many_channels_at_a_high_rate() {
-    let structure = Structure {
+    let terms = Structure {
         rate: 512.0,
         modes: vec![(4.0, 0.02), (13.0, 0.015), (47.0, 0.01), (120.0, 0.008)],
         channels: 18,
         sensor_noise: 0.2,
     };
-    let y = structure.respond(5, 16_000);
-    let found = identified(&y, structure.rate, Weighting::Covariances);
+    let y = terms.respond(5, 16_000);
+    let found = identified(&y, terms.rate, Weighting::Covariances);
     let all = frequencies(&found.modes);
     assert_eq!(all.len(), 4, "{all:?}");
-    for (&(f, _), (g, std, _)) in structure.modes.iter().zip(&all) {
+    for (&(f, _), (g, std, _)) in terms.modes.iter().zip(&all) {
         assert!((f - g).abs() < 4.0 * std && *std < 0.02 * f, "{f}: {all:?}");
     }
     let views = slices(&y);
-    let channels = Channels::new(&views, structure.rate).unwrap();
-    let settings = Settings {
+    let channels = ResponseChannels::new(&views, terms.rate).unwrap();
+    let options = SsiOptions {
         band_hz: Some((30.0, 60.0)),
-        ..Settings::default()
+        ..SsiOptions::default()
     };
-    let banded = subspace::identify(&channels, &settings).unwrap();
+    let banded = ssi::identify(&channels, &options).unwrap();
     let inside = |m: &&(f64, f64, f64)| m.0 > 30.0 && m.0 < 60.0;
     let again: Vec<_> = frequencies(&banded.modes);
     assert_eq!(
@@ -174,12 +174,12 @@ struct Count {
 }
 
 /// Over records of so many samples: modes found, others, and how often 95 % intervals hold the truth.
-fn count(structure: &Structure, samples: usize, seeds: std::ops::Range<u64>) -> Count {
+fn count(terms: &Structure, samples: usize, seeds: std::ops::Range<u64>) -> Count {
     let mut count = Count::default();
     for seed in seeds {
-        let y = structure.respond(500 + seed, samples);
-        let mut left = identified(&y, structure.rate, Weighting::Covariances).modes;
-        for &(f, zeta) in &structure.modes {
+        let y = terms.respond(500 + seed, samples);
+        let mut left = identified(&y, terms.rate, Weighting::Covariances).modes;
+        for &(f, zeta) in &terms.modes {
             count.modes += 1;
             let off = |m: &OperationalMode| (m.mode.frequency_hz() - f).abs();
             let nearest = (0..left.len()).min_by(|&a, &b| off(&left[a]).total_cmp(&off(&left[b])));
@@ -259,7 +259,7 @@ fn law_choice_and_coverage_over_records() {
         channels: 22,
         sensor_noise: 0.1,
     };
-    for (what, structure, samples, records) in [
+    for (what, terms, samples, records) in [
         ("two modes, 2 channels", two_modes(), 10_000, 60),
         ("frame, 5 channels", frame(), 20_000, 30),
         ("frame, 5 channels, 50 s", frame(), 5_000, 30),
@@ -267,7 +267,7 @@ fn law_choice_and_coverage_over_records() {
         ("mast, 22 channels", mast, 123_825, 12),
     ] {
         eprint!("{what}: ");
-        let count = count(&structure, samples, 0..records);
+        let count = count(&terms, samples, 0..records);
         assert!(
             count.found * 10 >= count.modes * 9 && count.spurious * 50 <= count.modes,
             "{what}: {count:?}"
@@ -283,8 +283,8 @@ fn law_decomposition_of_a_frame() {
     let frame = frame();
     let y = frame.respond(7, 60_000);
     let y = slices(&y);
-    let channels = Channels::new(&y, frame.rate).unwrap();
-    let found = decompose(&channels, &decomposition::Settings::default()).unwrap();
+    let channels = ResponseChannels::new(&y, frame.rate).unwrap();
+    let found = fdd(&channels, &fdd::FddOptions::default()).unwrap();
     for (k, &(f, zeta)) in frame.modes.iter().enumerate() {
         let peak = found
             .peaks
@@ -302,7 +302,7 @@ fn law_decomposition_of_a_frame() {
             "{f}: {}",
             mode.damping_ratio()
         );
-        assert!(!peak.harmonic.is_harmonic(), "{f}: {:?}", peak.harmonic);
+        assert!(!peak.indicator.is_harmonic(), "{f}: {:?}", peak.indicator);
         let exact = |c: usize| frame.shape(k, c);
         let best = (0..5)
             .max_by(|&a, &b| exact(a).abs().total_cmp(&exact(b).abs()))
@@ -329,38 +329,38 @@ fn law_a_running_line_is_marked() {
         }
     }
     let y = slices(&y);
-    let channels = Channels::new(&y, frame.rate).unwrap();
-    let found = decompose(&channels, &decomposition::Settings::default()).unwrap();
+    let channels = ResponseChannels::new(&y, frame.rate).unwrap();
+    let found = fdd(&channels, &fdd::FddOptions::default()).unwrap();
     let line = found
         .peaks
         .iter()
         .find(|p| (p.frequency_hz - 24.3).abs() < 0.05)
         .unwrap();
-    assert!(line.harmonic.is_sine(), "{:?}", line.harmonic);
-    let subspace = subspace::identify(&channels, &Settings::default()).unwrap();
-    for m in &subspace.modes {
+    assert!(line.indicator.is_sine(), "{:?}", line.indicator);
+    let estimate = ssi::identify(&channels, &SsiOptions::default()).unwrap();
+    for m in &estimate.modes {
         let f = m.mode.frequency_hz();
         assert_eq!(
-            m.harmonic.is_sine(),
+            m.indicator.is_sine(),
             (f - 24.3).abs() < 0.1,
             "{f} Hz: {:?}",
-            m.harmonic
+            m.indicator
         );
     }
-    let running = Running {
+    let speed = RunningSpeed {
         speed_hz: 8.1,
         orders: vec![1.0, 3.0],
         tolerance: 0.005,
     };
-    let settings = decomposition::Settings {
-        running: Some(running),
-        ..decomposition::Settings::default()
+    let options = fdd::FddOptions {
+        running_speed: Some(speed),
+        ..fdd::FddOptions::default()
     };
-    let found = decompose(&channels, &settings).unwrap();
+    let found = fdd(&channels, &options).unwrap();
     let orders: Vec<f64> = found
         .peaks
         .iter()
-        .filter_map(|p| p.harmonic.order)
+        .filter_map(|p| p.indicator.order)
         .collect();
     assert_eq!(orders, [3.0]);
 }
@@ -371,7 +371,8 @@ fn refuses_what_holds_no_modes() {
         vec![1.0; 500],
         (0..500).map(f64::from).map(f64::sin).collect::<Vec<_>>(),
     );
-    let code = |samples: &[&[f64]], rate: f64| Channels::new(samples, rate).unwrap_err().code;
+    let code =
+        |samples: &[&[f64]], rate: f64| ResponseChannels::new(samples, rate).unwrap_err().code;
     assert_eq!(code(&[], 1.0), Code::NoChannel);
     assert_eq!(code(&[&[]], 1.0), Code::EmptyLog);
     assert_eq!(code(&[&b, &a], 1.0), Code::NoSignal);
@@ -379,35 +380,29 @@ fn refuses_what_holds_no_modes() {
     assert_eq!(code(&[&b], f64::NAN), Code::OutOfRange);
     assert_eq!(code(&[&[1.0, f64::NAN, 2.0]], 1.0), Code::NotANumber);
     let (long, short) = ([&b[..], &b[..]], [&b[..30]]);
-    let whole = Channels::new(&long, 100.0).unwrap();
-    let cut = Channels::new(&short, 100.0).unwrap();
-    let check = |channels: &Channels, band_hz: Option<(f64, f64)>, code: Code| {
-        let settings = Settings {
+    let whole = ResponseChannels::new(&long, 100.0).unwrap();
+    let cut = ResponseChannels::new(&short, 100.0).unwrap();
+    let check = |channels: &ResponseChannels, band_hz: Option<(f64, f64)>, code: Code| {
+        let options = SsiOptions {
             band_hz,
-            ..Settings::default()
+            ..SsiOptions::default()
         };
-        let error = subspace::identify(channels, &settings).unwrap_err();
+        let error = ssi::identify(channels, &options).unwrap_err();
         assert_eq!(error.code, code, "{error}");
         assert!(error.hint.is_some());
     };
     check(&cut, None, Code::TooShort);
     check(&whole, Some((45.0, 49.0)), Code::OutOfRange);
-    let too_long = decomposition::Settings {
+    let too_long = fdd::FddOptions {
         segment: Some(400),
-        ..decomposition::Settings::default()
+        ..fdd::FddOptions::default()
     };
-    assert_eq!(
-        decompose(&whole, &too_long).unwrap_err().code,
-        Code::TooShort
-    );
-    let nowhere = decomposition::Settings {
+    assert_eq!(fdd(&whole, &too_long).unwrap_err().code, Code::TooShort);
+    let nowhere = fdd::FddOptions {
         band_hz: Some((70.0, 80.0)),
-        ..decomposition::Settings::default()
+        ..fdd::FddOptions::default()
     };
-    assert_eq!(
-        decompose(&whole, &nowhere).unwrap_err().code,
-        Code::OutOfRange
-    );
+    assert_eq!(fdd(&whole, &nowhere).unwrap_err().code, Code::OutOfRange);
 }
 
 /// The lines of a long record, and of many channels, are as many as can be held and looked at.
@@ -416,14 +411,14 @@ fn law_lines_are_bounded() {
     let mut rng = fastrand::Rng::with_seed(8);
     let long: Vec<f64> = (0..1_500_000).map(|_| rng.f64() - 0.5).collect();
     let one = [&long[..]];
-    let channels = Channels::new(&one, 1000.0).unwrap();
-    let found = decompose(&channels, &decomposition::Settings::default()).unwrap();
+    let channels = ResponseChannels::new(&one, 1000.0).unwrap();
+    let found = fdd(&channels, &fdd::FddOptions::default()).unwrap();
     assert!(found.frequency_hz.len() <= (1 << 16) + 1);
     let many: Vec<&[f64]> = (0..60)
         .map(|k| &long[20_000 * k..20_000 * (k + 1)])
         .collect();
-    let channels = Channels::new(&many, 1000.0).unwrap();
-    let found = decompose(&channels, &decomposition::Settings::default()).unwrap();
+    let channels = ResponseChannels::new(&many, 1000.0).unwrap();
+    let found = fdd(&channels, &fdd::FddOptions::default()).unwrap();
     assert!(found.frequency_hz.len() * many.len().pow(2) <= (1 << 24) + many.len().pow(2));
 }
 
@@ -432,17 +427,17 @@ fn law_lines_are_bounded() {
 fn survives_poor_records() {
     let sine: Vec<f64> = (0..3000).map(|t| (0.3 * f64::from(t)).sin()).collect();
     for samples in [vec![&sine[..]], vec![&sine[..], &sine[..]]] {
-        let channels = Channels::new(&samples, 10.0).unwrap();
+        let channels = ResponseChannels::new(&samples, 10.0).unwrap();
         for weighting in [Weighting::Covariances, Weighting::Projection] {
-            let settings = Settings {
+            let options = SsiOptions {
                 weighting,
-                ..Settings::default()
+                ..SsiOptions::default()
             };
-            let found = subspace::identify(&channels, &settings).unwrap();
+            let found = ssi::identify(&channels, &options).unwrap();
             assert!(found.modes.len() <= 1, "{:?}", frequencies(&found.modes));
         }
-        let found = decompose(&channels, &decomposition::Settings::default()).unwrap();
-        assert!(found.peaks.iter().any(|p| p.harmonic.is_sine()));
+        let found = fdd(&channels, &fdd::FddOptions::default()).unwrap();
+        assert!(found.peaks.iter().any(|p| p.indicator.is_sine()));
     }
 }
 
@@ -476,23 +471,23 @@ fn ref_cessipy_slab() {
         &[3],
     );
     let y = slices(&y);
-    let channels = Channels::new(&y, 425.0796).unwrap();
-    let settings = decomposition::Settings {
+    let channels = ResponseChannels::new(&y, 425.0796).unwrap();
+    let options = fdd::FddOptions {
         band_hz: Some((5.0, 100.0)),
-        ..decomposition::Settings::default()
+        ..fdd::FddOptions::default()
     };
-    let found = decompose(&channels, &settings).unwrap();
+    let found = fdd(&channels, &options).unwrap();
     for p in &found.peaks {
         eprintln!(
             "{:.3} Hz, {:.1} times its valleys, {:?}",
-            p.frequency_hz, p.prominence, p.harmonic
+            p.frequency_hz, p.prominence, p.indicator
         );
     }
-    let fine = decomposition::Settings {
+    let fine = fdd::FddOptions {
         segment: Some(2048),
-        ..settings.clone()
+        ..options.clone()
     };
-    for p in decompose(&channels, &fine).unwrap().peaks {
+    for p in fdd(&channels, &fine).unwrap().peaks {
         eprintln!(
             "2048: {:.3} Hz, {:.1}, {:?}",
             p.frequency_hz,

@@ -2,9 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::identify::rational::{Delay, Measured, RationalFit, RationalOptions, fit, fit_from};
-use geardyn::identify::starts::problem::Options;
-use geardyn::identify::starts::vector_fitting::{Start, vector_fit};
+use geardyn::identify::initial_estimates::problem::CommonPoleOptions;
+use geardyn::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
+use geardyn::identify::rational::{
+    DelayModel, FrfData, RationalFit, RationalOptions, fit, fit_from_poles,
+};
 use geardyn::numeric::Complex;
 
 use crate::support::noise::normal;
@@ -105,22 +107,22 @@ fn measured<'a>(
     f: &'a [f64],
     h: &'a [Vec<Complex>],
     variance: Option<&'a [Vec<f64>]>,
-) -> Measured<'a> {
-    Measured {
+) -> FrfData<'a> {
+    FrfData {
         frequency_hz: f,
         responses: h,
         variance,
         variance_trusted: variance.is_some(),
         line_independence: 1.0,
         derivative: 0,
-        hits: None,
+        hit: None,
     }
 }
 
 fn describe(fit: &RationalFit) -> String {
     let mut text = format!(
         "{:?} chi2/dof {:.3} {:?}\n",
-        fit.structure,
+        fit.terms,
         fit.chi2 / fit.dof,
         fit.effort
     );
@@ -133,17 +135,17 @@ fn describe(fit: &RationalFit) -> String {
             m.damping_std().unwrap_or(f64::NAN)
         );
     }
-    for o in &fit.omitted {
+    for o in &fit.pole {
         let (f, z) = (o.pole.norm() / TAU, -o.pole.re / o.pole.norm());
         text += &format!("  omitted {f:10.4} Hz {z:.6}: {}\n", o.reason);
     }
-    for s in &fit.departures {
+    for s in &fit.shares {
         text += &format!("  {s:?}\n");
     }
     for s in &fit.evidence {
-        text += &format!("  {}\n", s.words());
+        text += &format!("  {}\n", s.description());
     }
-    for w in &fit.warnings {
+    for w in &fit.diagnostics {
         text += &format!("  warning: {}\n", w.message);
     }
     text
@@ -274,8 +276,8 @@ fn check_beam(fit: &RationalFit) -> (Vec<String>, Vec<f64>) {
     (wrong, others)
 }
 
-fn accelerances<'a>(f: &'a [f64], h: &'a [Vec<Complex>]) -> Measured<'a> {
-    Measured {
+fn accelerances<'a>(f: &'a [f64], h: &'a [Vec<Complex>]) -> FrfData<'a> {
+    FrfData {
         derivative: 2,
         ..measured(f, h, None)
     }
@@ -290,7 +292,7 @@ fn ref_sdypy_beam_six_responses() {
     let (f, h) = csv(&folder.join("sdypy_ema_beam/sdypy_beam_frf_resp1.csv"));
     let options = RationalOptions {
         band_hz: Some((10.0, 5000.0)),
-        most_poles: 16,
+        max_poles: 16,
         ..RationalOptions::default()
     };
     let fit = fit(&accelerances(&f, &h), &options).unwrap();
@@ -425,14 +427,10 @@ fn study_single(seeds: std::ops::Range<u64>) -> Study {
         }
         for r in 0..5 {
             let told = fit.modes.iter().any(|m| near(m.frequency_hz(), r));
-            let omitted = |o: &geardyn::identify::rational::Omitted| {
+            let omitted = |o: &geardyn::identify::rational::RejectedPole| {
                 near(o.pole.norm() / TAU, r) && o.reason.contains("certain")
             };
-            assert!(
-                told || fit.omitted.iter().any(omitted),
-                "{}",
-                describe(&fit)
-            );
+            assert!(told || fit.pole.iter().any(omitted), "{}", describe(&fit));
         }
     }
     study
@@ -525,9 +523,9 @@ fn exact_delay_and_complex_shapes() {
         })
         .collect();
     let (h, v) = noisy(&late, 60.0, 5);
-    for kind in [Delay::Common, Delay::PerResponse] {
+    for kind in [DelayModel::Common, DelayModel::PerResponse] {
         let options = RationalOptions {
-            delay: kind,
+            model: kind,
             ..RationalOptions::default()
         };
         let fit = fit(&measured(&f, &h, Some(&v)), &options).unwrap();
@@ -614,7 +612,7 @@ fn survives_extreme_responses() {
         "{}",
         describe(&found)
     );
-    assert!(found.warnings.iter().any(|w| w.code == "zero-response"));
+    assert!(found.diagnostics.iter().any(|w| w.code == "zero-response"));
     let flat = vec![vec![Complex::new(3.0, 0.0); f.len()]];
     let found = fit(&measured(&f, &flat, None), &RationalOptions::default()).unwrap();
     assert!(found.modes.is_empty());
@@ -630,7 +628,7 @@ fn refuses_what_cannot_be_fitted() {
         fit(&measured(f, h, None), &RationalOptions::default())
             .unwrap_err()
             .code
-            .word()
+            .as_str()
     };
     let mut broken = clean.clone();
     broken[1][17] = Complex::new(f64::NAN, 0.0);
@@ -668,9 +666,16 @@ fn law_five_modes_from_vector_fitting() {
     let f = lines();
     for (case, seed) in [(&LIGHT, 11), (&HEAVY, 12)] {
         let (h, _) = noisy(&case.responses(&f, &constant), 20.0, seed);
-        let start = vector_fit(&f, &h, None, Start::Order(40), Options::default()).unwrap();
+        let start = vector_fit(
+            &f,
+            &h,
+            None,
+            InitialPoles::Order(40),
+            CommonPoleOptions::default(),
+        )
+        .unwrap();
         let options = RationalOptions::default();
-        let fit = fit_from(&measured(&f, &h, None), &options, &start.poles).unwrap();
+        let fit = fit_from_poles(&measured(&f, &h, None), &options, &start.poles).unwrap();
         assert!(errors(&fit, case).is_some(), "{}", describe(&fit));
     }
 }
@@ -694,11 +699,11 @@ fn law_free_body() {
                 *z *= s.powi(derivative) * (1.0 + noise * (LEVEL / 2f64.sqrt()));
             }
         }
-        let measured = Measured {
+        let data = FrfData {
             derivative: derivative as u8,
             ..measured(&f, &h, None)
         };
-        let fit = fit(&measured, &RationalOptions::default()).unwrap();
+        let fit = fit(&data, &RationalOptions::default()).unwrap();
         let worst = errors(&fit, &WELL);
         assert!(worst.is_some_and(|w| w.0 < 1e-3), "{}", describe(&fit));
         for (m, f) in fit.modes.iter().zip(WELL.frequency_hz) {

@@ -5,18 +5,18 @@ use std::f64::consts::{PI, TAU};
 
 use geardyn::base::code::Code;
 use geardyn::numeric::Complex;
-use geardyn::spectrum::band::{Band, analytic, base_band};
+use geardyn::spectrum::band::{FrequencyBand, analytic_signal, baseband};
 use geardyn::spectrum::cepstrum::Cepstrum;
-use geardyn::spectrum::decimate::{DecimationSettings, Decimator, decimate};
+use geardyn::spectrum::decimate::{DecimationOptions, Decimator, decimate};
 use geardyn::spectrum::envelope::squared_envelope_spectrum;
-use geardyn::spectrum::lowpass::kaiser_beta;
-use geardyn::spectrum::rotation::angle::AngleCurve;
-use geardyn::spectrum::rotation::angular::{AngularSignal, resample};
-use geardyn::spectrum::rotation::averaging::TurnAverage;
-use geardyn::spectrum::rotation::orders::{TrackSettings, order_spectrum, order_tracks};
-use geardyn::spectrum::rotation::separation::{SeparationSettings, separate};
-use geardyn::spectrum::rotation::tacho::{Slope, pulses};
-use geardyn::spectrum::spectrogram::{SpectrogramSettings, spectrogram};
+use geardyn::spectrum::kaiser_fir::kaiser_beta;
+use geardyn::spectrum::rotation::angle_curve::AngleCurve;
+use geardyn::spectrum::rotation::angular_resampling::{AngularSignal, resample};
+use geardyn::spectrum::rotation::orders::{OrderTrackOptions, order_spectrum, order_tracks};
+use geardyn::spectrum::rotation::separation::{SeparationOptions, separate};
+use geardyn::spectrum::rotation::synchronous_average::SynchronousAverage;
+use geardyn::spectrum::rotation::tacho::{EdgeDirection, find_tacho_pulses};
+use geardyn::spectrum::spectrogram::{SpectrogramOptions, spectrogram};
 use geardyn::spectrum::window::bessel_i0;
 use serde_json::Value;
 
@@ -56,7 +56,7 @@ fn db(ratio: f64) -> f64 {
 fn ref_scipy() {
     let r = reference();
     let (x, rate) = (numbers(&r["signal"]), r["rate_hz"].as_f64().unwrap());
-    let z = analytic(&x, rate, None).unwrap();
+    let z = analytic_signal(&x, rate, None).unwrap();
     assert_near(&z.iter().map(|z| z.re).collect::<Vec<_>>(), &x, 1e-13);
     assert_near(
         &z.iter().map(|z| z.im).collect::<Vec<_>>(),
@@ -68,7 +68,7 @@ fn ref_scipy() {
         &numbers(&r["cepstrum"]),
         1e-12,
     );
-    let settings = SpectrogramSettings {
+    let settings = SpectrogramOptions {
         block: 48,
         step: 24,
         averages: 1,
@@ -83,13 +83,13 @@ fn ref_scipy() {
     for (row, density) in rows.iter().zip(theirs["density"].as_array().unwrap()) {
         assert_near(&row.density, &numbers(density), 1e-15);
     }
-    let decimated = decimate(&x, 5, DecimationSettings::default()).unwrap();
+    let decimated = decimate(&x, 5, DecimationOptions::default()).unwrap();
     assert_near(&decimated, &numbers(&r["decimated_by_5"]), 1e-13);
     let spline = &r["spline"];
     let curve = AngleCurve::new(numbers(&spline["time_s"]), numbers(&spline["angle"])).unwrap();
     let at = numbers(&spline["at_s"]);
     assert_near(
-        &at.iter().map(|&t| curve.at(t)).collect::<Vec<_>>(),
+        &at.iter().map(|&t| curve.angle_at(t)).collect::<Vec<_>>(),
         &numbers(&spline["value"]),
         1e-11,
     );
@@ -116,10 +116,10 @@ fn ref_scipy() {
 /// Tones of the pass band keep amplitude and phase to 1e-4 and need no shift; what would fold is 80 dB down; one stage or several.
 #[test]
 fn law_decimation_bands() {
-    let settings = DecimationSettings::default();
+    let settings = DecimationOptions::default();
     for factor in [3, 10, 48, 120] {
         let n = 300 * factor;
-        let settling = Decimator::new(factor, settings).unwrap().settling();
+        let settling = Decimator::new(factor, settings).unwrap().transient_len();
         assert!(settling < 60, "{settling}");
         let tone = |f: f64, j: f64| (TAU * f * j + 0.8).cos();
         let mut worst = (0.0_f64, f64::NEG_INFINITY);
@@ -152,10 +152,10 @@ fn exact_zoom() {
     let x: Vec<f64> = (0..n)
         .map(|j| 3.0 * (TAU * f * f64::from(j) / rate + 0.2).cos())
         .collect();
-    let zoom = base_band(
+    let zoom = baseband(
         &x,
         rate,
-        Band {
+        FrequencyBand {
             low_hz: 200.0,
             high_hz: 210.0,
         },
@@ -185,7 +185,7 @@ fn law_bursts_show_in_the_envelope() {
     let lines = squared_envelope_spectrum(
         &x,
         rate,
-        Band {
+        FrequencyBand {
             low_hz: 2400.0,
             high_hz: 3600.0,
         },
@@ -232,17 +232,17 @@ fn exact_orders_of_a_run_up() {
     let n = (rate * seconds) as usize;
     let time = |j: usize| j as f64 / rate;
     let tacho: Vec<f64> = (0..n).map(|j| (run.angle(time(j)) + 1.0).sin()).collect();
-    let found = pulses(&tacho, rate, Slope::Rising, None).unwrap();
-    assert!(found.missing.is_empty() && found.extra_s.is_empty());
+    let found = find_tacho_pulses(&tacho, rate, EdgeDirection::Rising, None).unwrap();
+    assert!(found.missing_pulses.is_empty() && found.extra_s.is_empty());
     let curve = AngleCurve::from_pulses(&found, 1).unwrap();
     // zero angle is the first rising edge, where θ + 1 = 2π
     let theta = |t: f64| run.angle(t) + 1.0 - TAU;
     for i in 0..100 {
-        let t = curve.times_s().0 + 7.7 * f64::from(i) / 100.0;
+        let t = curve.time_range_s().0 + 7.7 * f64::from(i) / 100.0;
         assert!(
-            (curve.at(t) - theta(t)).abs() < 2e-5,
+            (curve.angle_at(t) - theta(t)).abs() < 2e-5,
             "{t}: {}",
-            curve.at(t) - theta(t)
+            curve.angle_at(t) - theta(t)
         );
     }
     let orders = [(1.0, 2.0, 0.3), (2.5, 0.5, -1.0), (7.0, 1.0, 2.0)];
@@ -257,25 +257,33 @@ fn exact_orders_of_a_run_up() {
         })
         .collect();
     let signal = resample(&x, rate, &curve, 64).unwrap();
-    assert!(signal.turns() > 230, "{}", signal.turns());
+    assert!(signal.revolutions() > 230, "{}", signal.revolutions());
     let tracks = order_tracks(
         &signal,
         &curve,
         &[1.0, 2.5, 7.0, 3.0],
-        TrackSettings { turns: 8, step: 4 },
+        OrderTrackOptions {
+            revolutions: 8,
+            step: 4,
+        },
     )
     .unwrap();
     for (track, (order, amplitude, phase)) in tracks.tracks.iter().zip(orders) {
         assert_eq!(track.order, order);
         let expected = Complex::from_polar(amplitude, phase);
         let worst = track
-            .value
+            .values
             .iter()
             .fold(0.0_f64, |w, z| w.max((z - expected).norm() / amplitude));
         println!("order {order}: off by {worst:.1e}");
         within("amplitude and phase of orders", worst, 3e-4);
     }
-    assert!(tracks.tracks[3].value.iter().all(|z| z.norm() < 1e-3 * 3.0));
+    assert!(
+        tracks.tracks[3]
+            .values
+            .iter()
+            .all(|z| z.norm() < 1e-3 * 3.0)
+    );
     for (t, speed) in tracks.time_s.iter().zip(&tracks.speed) {
         assert!((speed / (run.start + run.acceleration * t) - 1.0).abs() < 1e-3);
     }
@@ -289,7 +297,7 @@ fn exact_orders_of_a_run_up() {
             3e-4,
         );
         assert!(
-            (spectrum.locked[line] - Complex::from_polar(amplitude, phase)).norm()
+            (spectrum.coherent_amplitude[line] - Complex::from_polar(amplitude, phase)).norm()
                 < 3e-4 * amplitude
         );
     }
@@ -315,15 +323,15 @@ fn law_tacho_with_faults() {
         }
     }
     place(at(900) + 0.5 * spacing);
-    let found = pulses(&x, rate, Slope::Rising, None).unwrap();
-    assert_eq!(found.missing.len(), 1);
-    assert_eq!(found.missing[0].number, 2);
-    assert!((found.missing[0].after_s - at(399) / rate).abs() < 2.0 / rate);
+    let found = find_tacho_pulses(&x, rate, EdgeDirection::Rising, None).unwrap();
+    assert_eq!(found.missing_pulses.len(), 1);
+    assert_eq!(found.missing_pulses[0].number, 2);
+    assert!((found.missing_pulses[0].after_s - at(399) / rate).abs() < 2.0 / rate);
     assert_eq!(found.extra_s.len(), 1);
     assert!((found.extra_s[0] - (at(900) + 0.5 * spacing) / rate).abs() < 2.0 / rate);
     let curve = AngleCurve::from_pulses(&found, 12).unwrap();
-    let (from, to) = curve.times_s();
-    let mean = (curve.at(to) - curve.at(from)) / (to - from);
+    let (from, to) = curve.time_range_s();
+    let mean = (curve.angle_at(to) - curve.angle_at(from)) / (to - from);
     assert!((mean / speed - 1.0).abs() < 1e-5, "{mean} {speed}");
 }
 
@@ -337,13 +345,15 @@ fn law_average_over_turns() {
     let angle = |j: usize| TAU * turns_s * j as f64 / rate;
     let shape = |a: f64| (3.0 * a).cos() + 0.5 * (17.0 * a + 1.0).sin();
     let x: Vec<f64> = (0..n).map(|j| shape(angle(j)) + normal(&mut rng)).collect();
-    let curve = AngleCurve::steady(TAU * turns_s, n as f64 / rate).unwrap();
+    let curve = AngleCurve::constant_speed(TAU * turns_s, n as f64 / rate).unwrap();
     let per_turn = 256;
-    let average = TurnAverage::new(&resample(&x, rate, &curve, per_turn).unwrap()).unwrap();
-    assert!(average.turns >= 240);
-    assert!((average.noise_reduction_db() - 10.0 * (average.turns as f64).log10()).abs() < 1e-12);
+    let average = SynchronousAverage::new(&resample(&x, rate, &curve, per_turn).unwrap()).unwrap();
+    assert!(average.revolutions >= 240);
+    assert!(
+        (average.noise_reduction_db() - 10.0 * (average.revolutions as f64).log10()).abs() < 1e-12
+    );
     let off: Vec<f64> = (0..per_turn)
-        .map(|i| average.turn[i] - shape(TAU * i as f64 / per_turn as f64))
+        .map(|i| average.values[i] - shape(TAU * i as f64 / per_turn as f64))
         .collect();
     let (measured, stated) = (mean_square(&off).sqrt(), average.standard_error);
     println!(
@@ -354,7 +364,7 @@ fn law_average_over_turns() {
     // noise of the sample rate's whole band, less what the angular band (0.39 of it) stops
     let band: f64 = per_turn as f64 * turns_s / rate * 0.925;
     assert!((average.residual_rms / band.sqrt() - 1.0).abs() < 0.03);
-    let rest = average.remove_from(&x, rate, &curve).unwrap();
+    let rest = average.subtract_from(&x, rate, &curve).unwrap();
     assert!(
         (mean_square(&rest[..n - 1000]) - 1.0).abs() < 0.03,
         "{}",
@@ -375,7 +385,7 @@ fn exact_two_shafts() {
     let knots: Vec<f64> = (0..2001).map(|i| f64::from(i) * 0.01).collect();
     let curve =
         AngleCurve::new(knots.clone(), knots.iter().map(|&t| run.angle(t)).collect()).unwrap();
-    let second = curve.geared(20, 31).unwrap();
+    let second = curve.scaled_by_ratio(20, 31).unwrap();
     let (one, two) = (
         |a: f64| (4.0 * a).cos(),
         |a: f64| 0.7 * (5.0 * a + 0.4).sin(),
@@ -384,19 +394,19 @@ fn exact_two_shafts() {
         .map(|j| one(run.angle(t(j))) + two(run.angle(t(j)) * 20.0 / 31.0))
         .collect();
     let signal = resample(&x, rate, &curve, 128).unwrap();
-    let cut = 31 * (signal.turns() / 31) * 128; // whole common periods
+    let cut = 31 * (signal.revolutions() / 31) * 128; // whole common periods
     let whole = AngularSignal {
         values: signal.values[..cut].to_vec(),
         ..signal
     };
-    let average = TurnAverage::new(&whole).unwrap();
-    let close = |average: &TurnAverage, shape: &dyn Fn(f64) -> f64| {
-        let n = average.turn.len();
-        (0..n).all(|i| (average.turn[i] - shape(TAU * i as f64 / n as f64)).abs() < 2e-4)
+    let average = SynchronousAverage::new(&whole).unwrap();
+    let close = |average: &SynchronousAverage, shape: &dyn Fn(f64) -> f64| {
+        let n = average.values.len();
+        (0..n).all(|i| (average.values[i] - shape(TAU * i as f64 / n as f64)).abs() < 2e-4)
     };
     assert!(close(&average, &one));
-    let rest = average.remove_from(&x, rate, &curve).unwrap();
-    let after = TurnAverage::new(&resample(&rest, rate, &second, 128).unwrap()).unwrap();
+    let rest = average.subtract_from(&x, rate, &curve).unwrap();
+    let after = SynchronousAverage::new(&resample(&rest, rate, &second, 128).unwrap()).unwrap();
     assert!(close(&after, &two));
     assert!(after.residual_rms < 1e-3, "{}", after.residual_rms);
 }
@@ -424,7 +434,7 @@ fn law_separation() {
     let x: Vec<f64> = tones.iter().zip(&noise).map(|(a, b)| a + b).collect();
     let parts = separate(
         &x,
-        SeparationSettings {
+        SeparationOptions {
             block: 2048,
             gap: 50,
         },
@@ -453,7 +463,7 @@ fn law_separation() {
     assert!(mean_square(&ends) < 0.03, "{}", mean_square(&ends));
     let noise_alone = separate(
         &noise,
-        SeparationSettings {
+        SeparationOptions {
             block: 2048,
             gap: 50,
         },
@@ -470,7 +480,7 @@ fn law_separation() {
 
 #[test]
 fn refuses_what_cannot_be() {
-    let settings = |block, gap| SeparationSettings { block, gap };
+    let settings = |block, gap| SeparationOptions { block, gap };
     assert_eq!(
         separate(&[0.0; 100], settings(64, 10)).unwrap_err().code,
         Code::TooShort
@@ -486,17 +496,20 @@ fn refuses_what_cannot_be() {
         Code::TooShort
     );
     assert_eq!(
-        pulses(&[0.0; 50], 1.0, Slope::Rising, None)
+        find_tacho_pulses(&[0.0; 50], 1.0, EdgeDirection::Rising, None)
             .unwrap_err()
             .code,
         Code::NoSignal
     );
     let signal = AngularSignal {
-        per_turn: 4,
+        samples_per_rev: 4,
         first: -3,
         values: vec![1.0; 7],
     };
-    assert_eq!(TurnAverage::new(&signal).unwrap_err().code, Code::TooShort);
+    assert_eq!(
+        SynchronousAverage::new(&signal).unwrap_err().code,
+        Code::TooShort
+    );
     assert_eq!(order_spectrum(&signal, 2).unwrap_err().code, Code::TooShort);
     assert_eq!(
         order_spectrum(&signal, 0).unwrap_err().code,
@@ -508,12 +521,12 @@ fn refuses_what_cannot_be() {
     // an average that begins before angle zero puts each value at its own angle
     let ramp: Vec<f64> = (0..8).map(|i| f64::from((i + 1) % 4)).collect();
     let turned = AngularSignal {
-        per_turn: 4,
+        samples_per_rev: 4,
         first: -3,
         values: ramp,
     };
     assert_eq!(
-        TurnAverage::new(&turned).unwrap().turn,
+        SynchronousAverage::new(&turned).unwrap().values,
         [0.0, 1.0, 2.0, 3.0]
     );
     assert!((turned.angle(3)).abs() < PI * f64::EPSILON);

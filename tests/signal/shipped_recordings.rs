@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use geardyn::base::load;
 use geardyn::base::toml::{self, Value};
-use geardyn::plan::logs::acquire::EstimateStudy;
-use geardyn::plan::logs::found::Identification;
-use geardyn::plan::logs::identification::{Source, identify};
-use geardyn::plan::logs::study::IdentifyStudy;
+use geardyn::plan::logs::frf_estimation::FrfStudy;
+use geardyn::plan::logs::identification::{IdentificationInput, identify};
+use geardyn::plan::logs::identification_result::IdentificationResult;
+use geardyn::plan::logs::identify_study::IdentifyStudy;
 use geardyn::recording::signals::Recording;
-use geardyn::recording::{open, settle};
-use geardyn::scene::log;
-use geardyn::spectrum::impact::Fault;
+use geardyn::recording::{open, preprocess};
+use geardyn::scene::sidecar;
+use geardyn::spectrum::impact::RejectReason;
 
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -22,14 +22,14 @@ fn shipped(name: &str) -> PathBuf {
 /// A log with its sidecar.
 fn read(name: &str) -> Recording {
     let path = shipped(name);
-    let settings = log::read_beside(&path).unwrap().unwrap();
-    let raw = open::open(path.to_str().unwrap(), &settings).unwrap();
-    settle::settle(raw, &settings).unwrap()
+    let settings = sidecar::read_for_log(&path).unwrap().unwrap();
+    let log = open::open(path.to_str().unwrap(), &settings).unwrap();
+    preprocess::preprocess(log, &settings).unwrap()
 }
 
 /// Numbers of `[truth]`.
 fn truth(name: &str, key: &str) -> Vec<f64> {
-    let document = toml::parse(&load::load(&log::beside(&shipped(name))).unwrap());
+    let document = toml::parse(&load::load(&sidecar::sidecar_path(&shipped(name))).unwrap());
     let Value::Table(table) = &document.root.get("truth").unwrap().item.value else {
         unreachable!("[truth] is a table");
     };
@@ -44,19 +44,19 @@ fn truth(name: &str, key: &str) -> Vec<f64> {
     }
 }
 
-fn identified(resolution_hz: Option<f64>) -> Identification {
+fn identified(resolution_hz: Option<f64>) -> IdentificationResult {
     let recording = read("spindle_impact.csv");
     let names = |all: &[&str]| all.iter().map(|n| n.to_string()).collect();
     let study = IdentifyStudy {
         inputs: names(&["force"]),
         outputs: names(&["ax", "ay"]),
-        estimate: EstimateStudy {
-            resolution_hz,
-            ..EstimateStudy::default()
+        estimate: FrfStudy {
+            frequency_resolution_hz: resolution_hz,
+            ..FrfStudy::default()
         },
         ..IdentifyStudy::default()
     };
-    identify(Source::Signals(&recording), &study).unwrap()
+    identify(IdentificationInput::Signals(&recording), &study).unwrap()
 }
 
 /// Five hits, of which the second bounces and the fourth overloads; all six modes inside three standard deviations.
@@ -64,10 +64,16 @@ fn identified(resolution_hz: Option<f64>) -> Identification {
 fn exact_impact_test_of_a_spindle() {
     // Blocks as long as the distance of the hits allows: what is cut off the decays is then far below the noise.
     let found = identified(Some(1.6));
-    let faults: Vec<Option<Fault>> = found.hits.iter().map(|h| h.fault).collect();
+    let reasons: Vec<Option<RejectReason>> = found.hits.iter().map(|h| h.reason).collect();
     assert_eq!(
-        faults,
-        [None, Some(Fault::Double), None, Some(Fault::Overload), None]
+        reasons,
+        [
+            None,
+            Some(RejectReason::Double),
+            None,
+            Some(RejectReason::Overload),
+            None
+        ]
     );
     let frequencies = truth("spindle_impact.csv", "frequency_hz");
     let ratios = truth("spindle_impact.csv", "damping_ratio");
@@ -108,16 +114,16 @@ fn law_recordings_read_without_repair() {
         assert_eq!(names, channels, "{name}");
         assert!((recording.rate_hz / rate_hz - 1.0).abs() < 1e-9, "{name}");
         assert_eq!(recording.samples, samples, "{name}");
-        assert_eq!(recording.stretches, vec![0..samples], "{name}");
+        assert_eq!(recording.segments, vec![0..samples], "{name}");
         assert!(
             recording.repairs.iter().all(|r| r.kind == "sidecar"),
             "{name}: {:?}",
             recording.repairs
         );
         assert!(
-            recording.warnings.is_empty(),
+            recording.diagnostics.is_empty(),
             "{name}: {:?}",
-            recording.warnings
+            recording.diagnostics
         );
         assert_eq!(recording.channel("ax").unwrap().unit, "m/s²", "{name}");
         assert_eq!(truth(name, "frequency_hz").len(), 6, "{name}");

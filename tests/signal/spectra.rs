@@ -4,15 +4,15 @@ use std::f64::consts::TAU;
 
 use geardyn::base::code::Code;
 use geardyn::numeric::Complex;
-use geardyn::recording::responses::Terminal;
-use geardyn::spectrum::frf::{Estimator, estimate, pairs};
-use geardyn::spectrum::hits::is_impact;
-use geardyn::spectrum::impact::{Fault, ImpactOptions, analyse};
+use geardyn::recording::frequency_responses::ChannelLabel;
+use geardyn::spectrum::force_pulses::is_impact;
+use geardyn::spectrum::frequency_smoothing::smoothed_spectra;
+use geardyn::spectrum::frf::{Estimator, estimate, required_pairs};
+use geardyn::spectrum::impact::{ImpactOptions, RejectReason, estimate_from_hits};
 use geardyn::spectrum::spectra::Spectra;
-use geardyn::spectrum::stepped::{dwells, stepped};
-use geardyn::spectrum::sweep::smoothed;
+use geardyn::spectrum::stepped_sine::{estimate_from_dwells, find_dwells};
 use geardyn::spectrum::tones;
-use geardyn::spectrum::welch::{Averaging, Detrend, Welch, WelchOptions};
+use geardyn::spectrum::welch::{Averaging, Detrend, WelchEstimator, WelchOptions};
 use geardyn::spectrum::window::Window;
 use serde_json::Value;
 
@@ -45,9 +45,9 @@ impl Noise {
 }
 
 fn welch(rate: f64, channels: &[&[f64]], pairs: &[(usize, usize)], with: &WelchOptions) -> Spectra {
-    let mut welch = Welch::new(rate, channels.len(), pairs, with).unwrap();
-    welch.push(channels);
-    welch.finish().unwrap()
+    let mut estimator = WelchEstimator::new(rate, channels.len(), pairs, with).unwrap();
+    estimator.push(channels);
+    estimator.finish().unwrap()
 }
 
 fn add(a: &[f64], factor: f64, b: &[f64]) -> Vec<f64> {
@@ -190,7 +190,7 @@ fn law_chunks_and_gaps() {
     let with = WelchOptions::default();
     let with = WelchOptions { block: 64, ..with };
     let whole = welch(1.0, &[&x, &y], &[(0, 1)], &with);
-    let mut cut = Welch::new(1.0, 2, &[(0, 1)], &with).unwrap();
+    let mut cut = WelchEstimator::new(1.0, 2, &[(0, 1)], &with).unwrap();
     let mut at = 0;
     for length in [0, 1, 63, 7, 200, 129, 600] {
         cut.push(&[&x[at..at + length], &y[at..at + length]]);
@@ -198,10 +198,10 @@ fn law_chunks_and_gaps() {
     }
     let cut = cut.finish().unwrap();
     assert_eq!(cut.psd, whole.psd);
-    assert_eq!(cut.cross[0].value, whole.cross[0].value);
-    let mut gapped = Welch::new(1.0, 1, &[], &with).unwrap();
+    assert_eq!(cut.spectrum[0].values, whole.spectrum[0].values);
+    let mut gapped = WelchEstimator::new(1.0, 1, &[], &with).unwrap();
     gapped.push(&[&x[..100]]);
-    gapped.end_stretch();
+    gapped.end_segment();
     gapped.push(&[&x[..100]]);
     assert_eq!(gapped.blocks(), 4);
     let gapped = gapped.finish().unwrap();
@@ -241,7 +241,7 @@ fn law_random_error_of_densities() {
         for _ in 0..400 {
             let found = welch(2.0, &[&noise.take(640)], &[], &with);
             averages = found.averages.unwrap();
-            let (low, high) = found.interval(10, 0.9).unwrap();
+            let (low, high) = found.confidence_factors(10, 0.9).unwrap();
             for &s in &found.psd[0][6..26] {
                 sum += s;
                 squares += s * s;
@@ -262,8 +262,11 @@ fn law_random_error_of_densities() {
 
 #[test]
 fn refuses_and_survives_blocks() {
-    let new =
-        |rate, with: WelchOptions| Welch::new(rate, 1, &[(0, 0)], &with).err().map(|e| e.code);
+    let new = |rate, with: WelchOptions| {
+        WelchEstimator::new(rate, 1, &[(0, 0)], &with)
+            .err()
+            .map(|e| e.code)
+    };
     let plain = WelchOptions::default;
     assert_eq!(new(0.0, plain()), Some(Code::OutOfRange));
     assert_eq!(new(f64::NAN, plain()), Some(Code::OutOfRange));
@@ -291,9 +294,9 @@ fn refuses_and_survives_blocks() {
             averaging,
             ..options(16, 0.0, Window::Hann)
         };
-        let mut welch = Welch::new(1.0, 1, &[], &with).unwrap();
-        welch.push(&[x]);
-        welch.finish()
+        let mut estimator = WelchEstimator::new(1.0, 1, &[], &with).unwrap();
+        estimator.push(&[x]);
+        estimator.finish()
     };
     assert_eq!(
         finish(&[1.0; 15], Averaging::Linear).unwrap_err().code,
@@ -321,7 +324,7 @@ fn law_bias_of_h1_h2_hv() {
         let (x, y) = (add(&u, input, &m), add(&y, output, &e));
         let spectra = welch(1.0, &[&x, &y], &[(0, 1)], &options(100, 0.5, Window::Hann));
         let found = estimate(&spectra, &[0], &[1], estimator).unwrap();
-        let values = &found.functions[0].value[2..48];
+        let values = &found.frfs[0].values[2..48];
         values.iter().sum::<Complex>() / values.len() as f64
     };
     let cases = [
@@ -370,9 +373,9 @@ fn law_variance_of_one_input() {
                 &options(32, overlap, Window::Hann),
             );
             let found = estimate(&spectra, &[0], &[1], estimator).unwrap();
-            let f = &found.functions[0];
+            let f = &found.frfs[0];
             for line in 3..14 {
-                scatter += (f.value[line] - 2.0).norm_sqr();
+                scatter += (f.values[line] - 2.0).norm_sqr();
                 stated += f.variance.as_ref().unwrap()[line];
             }
         }
@@ -397,18 +400,23 @@ fn law_variance_of_two_inputs() {
         // A second output that only the second input drives.
         let z = add(&noise.take(a.len()), 2.0, &b);
         let with = options(32, 0.0, Window::Hann);
-        let spectra = welch(1.0, &[&a, &y, &b, &z], &pairs(&[0, 2], &[1, 3]), &with);
+        let spectra = welch(
+            1.0,
+            &[&a, &y, &b, &z],
+            &required_pairs(&[0, 2], &[1, 3]),
+            &with,
+        );
         let found = estimate(&spectra, &[0, 2], &[1, 3], Estimator::H1).unwrap();
         for line in 3..14 {
             for x in 0..2 {
-                let f = &found.functions[x];
-                scatter[x] += (f.value[line] - truth[x]).norm_sqr();
+                let f = &found.frfs[x];
+                scatter[x] += (f.values[line] - truth[x]).norm_sqr();
                 stated[x] += f.variance.as_ref().unwrap()[line];
-                sum[x] += f.value[line];
+                sum[x] += f.values[line];
             }
             count += 1.0;
-            partial += found.functions[2].partial[line];
-            ordinary += found.functions[2].ordinary[line];
+            partial += found.frfs[2].partial_coherence[line];
+            ordinary += found.frfs[2].ordinary_coherence[line];
         }
     }
     for x in 0..2 {
@@ -444,10 +452,10 @@ fn law_hv_of_two_inputs() {
         noisy(&y, 0.3 * size, &mut noise),
     );
     let with = options(50, 0.5, Window::Hann);
-    let spectra = welch(1.0, &[&a, &b, &y], &pairs(&[0, 1], &[2]), &with);
+    let spectra = welch(1.0, &[&a, &b, &y], &required_pairs(&[0, 1], &[2]), &with);
     let mean = |estimator| {
         let found = estimate(&spectra, &[0, 1], &[2], estimator).unwrap();
-        let values = &found.functions[0].value[2..24];
+        let values = &found.frfs[0].values[2..24];
         values.iter().sum::<Complex>().re / values.len() as f64
     };
     assert!(
@@ -465,7 +473,7 @@ fn refuses_inputs_it_cannot_tell_apart() {
     let b: Vec<f64> = a.iter().map(|a| -3.0 * a).collect();
     let spectra = |block: usize| {
         let with = options(block, 0.5, Window::Hann);
-        welch(1.0, &[&a, &b, &y], &pairs(&[0, 1], &[2]), &with)
+        welch(1.0, &[&a, &b, &y], &required_pairs(&[0, 1], &[2]), &with)
     };
     let code = |spectra: &Spectra, inputs: &[usize], outputs: &[usize], estimator| {
         estimate(spectra, inputs, outputs, estimator)
@@ -485,14 +493,14 @@ fn refuses_inputs_it_cannot_tell_apart() {
         Code::TooShort
     );
     let one = estimate(&spectra(4000), &[0], &[2], Estimator::H1).unwrap();
-    assert!(one.functions[0].variance.is_none() && one.warnings[0].code == "one-average");
+    assert!(one.frfs[0].variance.is_none() && one.diagnostics[0].code == "one-average");
     let zero = vec![0.0; 4000];
     let with = options(100, 0.5, Window::Hann);
     let silent = welch(1.0, &[&zero, &y], &[(0, 1)], &with);
     assert_eq!(code(&silent, &[0], &[1], Estimator::H1), Code::NoSignal);
     let mute = estimate(&silent, &[1], &[0], Estimator::Hv).unwrap();
-    assert!(mute.functions[0].value.iter().all(|h| h.norm() == 0.0));
-    assert!(mute.multiple[0].iter().all(|&c| c == 0.0));
+    assert!(mute.frfs[0].values.iter().all(|h| h.norm() == 0.0));
+    assert!(mute.multiple_coherence[0].iter().all(|&c| c == 0.0));
 }
 
 /// A digital oscillator `y_j = a₁ y_{j−1} + a₂ y_{j−2} + f_j`, whose response is known exactly, also along `z = exp((σ + iω)/f_s)`.
@@ -560,7 +568,7 @@ fn exact_hits_and_faults() {
     let y = system.run(&force);
     let force: Vec<f64> = force.iter().map(|f: &f64| f.min(1.5)).collect();
     let whole = 0..force.len();
-    let found = analyse(
+    let found = estimate_from_hits(
         4000.0,
         &force,
         &[&y],
@@ -568,27 +576,27 @@ fn exact_hits_and_faults() {
         &ImpactOptions::default(),
     )
     .unwrap();
-    let faults: Vec<Option<Fault>> = found.hits.iter().map(|hit| hit.fault).collect();
+    let reasons: Vec<Option<RejectReason>> = found.hits.iter().map(|hit| hit.rejected).collect();
     assert_eq!(
-        faults,
+        reasons,
         [
             None,
             None,
-            Some(Fault::Double),
-            Some(Fault::Overload),
+            Some(RejectReason::Double),
+            Some(RejectReason::Overload),
             None,
-            Some(Fault::CutShort)
+            Some(RejectReason::CutShort)
         ]
     );
     assert!((found.hits[0].sample as f64 / 4000.0 - 2009.0 / 4000.0).abs() < 3e-4);
     assert_eq!(found.estimate.window_decay, 0.0);
-    let f = &found.estimate.functions[0];
+    let f = &found.estimate.frfs[0];
     let peak = system.response(80.0, 0.0).norm();
     for (line, &hz) in found.estimate.frequency_hz.iter().enumerate() {
         if hz > 5.0 && hz < 200.0 {
-            let error = (f.value[line] - system.response(hz, 0.0)).norm();
+            let error = (f.values[line] - system.response(hz, 0.0)).norm();
             assert!(error < 2e-3 * peak, "{hz} Hz: {error}");
-            assert!(found.estimate.multiple[0][line] > 0.9999);
+            assert!(found.estimate.multiple_coherence[0][line] > 0.9999);
         }
     }
 }
@@ -606,7 +614,7 @@ fn exact_exponential_window() {
             end,
             ..ImpactOptions::default()
         };
-        analyse(
+        estimate_from_hits(
             4000.0,
             &force,
             &[&y],
@@ -625,7 +633,7 @@ fn exact_exponential_window() {
     for (line, &hz) in found.estimate.frequency_hz.iter().enumerate() {
         if hz > 5.0 && hz < 200.0 {
             let exact = system.response(hz, sigma);
-            let error = (found.estimate.functions[0].value[line] - exact).norm();
+            let error = (found.estimate.frfs[0].values[line] - exact).norm();
             assert!(
                 error < 0.012 * system.response(80.0, sigma).norm(),
                 "{hz}: {error}"
@@ -635,8 +643,8 @@ fn exact_exponential_window() {
     assert!(
         found
             .estimate
-            .responses(&[Terminal::default(), Terminal::default()])
-            .functions[0]
+            .to_frequency_responses(&[ChannelLabel::default(), ChannelLabel::default()])
+            .responses[0]
             .coherence
             .is_none()
     );
@@ -658,11 +666,12 @@ fn law_variance_of_a_single_hit() {
     for _ in 0..200 {
         let f = add(&force, 0.002, &noise.take(5000));
         let y = add(&y, 0.02, &noise.take(5000));
-        let found = analyse(4000.0, &f, &[&y], std::slice::from_ref(&whole), &options).unwrap();
-        let h = &found.estimate.functions[0];
+        let found =
+            estimate_from_hits(4000.0, &f, &[&y], std::slice::from_ref(&whole), &options).unwrap();
+        let h = &found.estimate.frfs[0];
         for line in 10..50 {
             let hz = found.estimate.frequency_hz[line];
-            scatter += (h.value[line] - system.response(hz, 0.0)).norm_sqr();
+            scatter += (h.values[line] - system.response(hz, 0.0)).norm_sqr();
             stated += h.variance.as_ref().unwrap()[line];
         }
     }
@@ -675,7 +684,7 @@ fn law_variance_of_a_single_hit() {
 fn refuses_what_is_no_hit() {
     let code = |force: &[f64]| {
         let whole = 0..force.len();
-        let run = analyse(
+        let run = estimate_from_hits(
             1.0,
             force,
             &[force],
@@ -710,18 +719,18 @@ fn exact_sweep() {
     let (mut scatter, mut stated) = (0.0, 0.0);
     let mut run = |level: f64| {
         let y = add(&y, level, &noise.take(n));
-        let spectra = smoothed(1000.0, &[&x, &y], &[(0, 1)], 5).unwrap();
+        let spectra = smoothed_spectra(1000.0, &[&x, &y], &[(0, 1)], 5).unwrap();
         let found = estimate(&spectra, &[0], &[1], Estimator::H1).unwrap();
         for (line, &hz) in found.frequency_hz.iter().enumerate() {
             if hz > 20.0 && hz < 190.0 {
                 let exact = system.response(hz, 0.0);
-                let error = (found.functions[0].value[line] - exact).norm();
+                let error = (found.frfs[0].values[line] - exact).norm();
                 if level == 0.0 {
                     assert!(error < 0.01 * exact.norm(), "{hz} {error}");
-                    assert!(found.multiple[0][line] > 0.998, "{hz}");
+                    assert!(found.multiple_coherence[0][line] > 0.998, "{hz}");
                 } else {
                     scatter += error * error;
-                    stated += found.functions[0].variance.as_ref().unwrap()[line];
+                    stated += found.frfs[0].variance.as_ref().unwrap()[line];
                 }
             }
         }
@@ -748,16 +757,16 @@ fn exact_stepped_sine() {
         }
     }
     let y = system.run(&x);
-    let found_dwells = dwells(&x, 2000.0);
+    let found_dwells = find_dwells(&x, 2000.0);
     assert_eq!(found_dwells.len(), steps.len(), "{found_dwells:?}");
-    let (force, shake) = (Terminal::default(), Terminal::default());
-    let found = stepped(2000.0, (&force, &x), &[(&shake, &y)], &found_dwells)
+    let (force, shake) = (ChannelLabel::default(), ChannelLabel::default());
+    let found = estimate_from_dwells(2000.0, (&force, &x), &[(&shake, &y)], &found_dwells)
         .unwrap()
         .responses;
     for (line, f) in steps.iter().enumerate() {
         assert!((found.frequency_hz[line] - f).abs() < 1e-4, "{f}");
         let exact = system.response(*f, 0.0);
-        let error = (found.functions[0].value[line] - exact).norm();
+        let error = (found.responses[0].values[line] - exact).norm();
         assert!(error < 2e-3 * exact.norm(), "{f}: {}", error / exact.norm());
     }
 }
@@ -783,7 +792,7 @@ fn ref_beam_hit() {
     let column = |c: usize| rows.iter().map(|row| row[c]).collect::<Vec<f64>>();
     let (response, force) = (column(0), column(1));
     assert!(is_impact(&force) && !is_impact(&response));
-    let found = analyse(
+    let found = estimate_from_hits(
         50_000.0,
         &force,
         &[&response],
@@ -796,12 +805,12 @@ fn ref_beam_hit() {
         found.hits, found.block, found.estimate.window_decay
     );
     assert!((found.hits[0].peak - 195.6).abs() < 2.0);
-    let f = &found.estimate.functions[0];
+    let f = &found.estimate.frfs[0];
     for mode in [695.8, 1898.0, 3671.2] {
-        let near = (0..f.value.len())
+        let near = (0..f.values.len())
             .filter(|&k| (found.estimate.frequency_hz[k] / mode - 1.0).abs() < 0.1);
         let peak = near
-            .max_by(|&i, &j| f.value[i].norm().total_cmp(&f.value[j].norm()))
+            .max_by(|&i, &j| f.values[i].norm().total_cmp(&f.values[j].norm()))
             .unwrap();
         let hz = found.estimate.frequency_hz[peak];
         println!("{mode}: {hz} Hz");
@@ -829,7 +838,7 @@ fn study_speed_against_bare_transforms() {
     let bare = start.elapsed().as_secs_f64();
     let start = std::time::Instant::now();
     let with = WelchOptions::default();
-    let mut all = Welch::new(1.0, 2, &[(0, 1)], &with).unwrap();
+    let mut all = WelchEstimator::new(1.0, 2, &[(0, 1)], &with).unwrap();
     for (x, y) in x.chunks(50_000).zip(y.chunks(50_000)) {
         all.push(&[x, y]);
     }
@@ -878,7 +887,7 @@ fn exact_sines_anywhere() {
     let power = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>() / SAMPLES as f64;
     let rms = power(&clean).sqrt();
     clean.iter_mut().for_each(|x| *x /= rms);
-    assert_eq!(tones::take_out(RATE, &mut [clean.clone()]).unwrap(), []);
+    assert_eq!(tones::remove_tones(RATE, &mut [clean.clone()]).unwrap(), []);
     for set in sets {
         let with = |channel: usize| -> Vec<f64> {
             let phase = |f: f64, t: usize| TAU * f * t as f64 / RATE + channel as f64;
@@ -887,7 +896,7 @@ fn exact_sines_anywhere() {
             clean.iter().enumerate().map(add).collect()
         };
         let mut channels = [with(0), with(1)];
-        let found = tones::take_out(RATE, &mut channels).unwrap();
+        let found = tones::remove_tones(RATE, &mut channels).unwrap();
         assert_eq!(found.len(), set.len(), "{set:?}: {found:?}");
         for (tone, (f, a)) in found.iter().zip(set) {
             let off = (tone.frequency_hz - f).abs();

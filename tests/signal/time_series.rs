@@ -4,13 +4,13 @@ use std::f64::consts::TAU;
 
 use crate::support::verification::{coverage, within};
 use geardyn::base::code::Code;
-use geardyn::identify::series::autoregressive::{self, Method};
-use geardyn::identify::series::course::{follow, tracks};
-use geardyn::identify::series::model::{Family, SeriesModel};
-use geardyn::identify::series::order::{self, Criterion};
+use geardyn::identify::series::autoregressive::{self, ArMethod};
+use geardyn::identify::series::io_data::InputOutputData;
+use geardyn::identify::series::model::{ModelStructure, PolynomialModel};
+use geardyn::identify::series::model_trajectory::{mode_tracks, track_model};
+use geardyn::identify::series::order::{self, OrderCriterion};
 use geardyn::identify::series::prediction_error;
-use geardyn::identify::series::record::Record;
-use geardyn::identify::series::recursive::{Recursive, Settings};
+use geardyn::identify::series::recursive::{RecursiveLeastSquares, RecursiveOptions};
 use geardyn::identify::series::residuals;
 use serde_json::Value;
 
@@ -74,9 +74,12 @@ fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
 fn ref_statsmodels_autoregressive() {
     let reference = reference();
     let y = list(&reference["y"]);
-    let record = Record::new(&y, 1.0).unwrap();
-    let fit = |method| autoregressive::fit(&record, 4, method).unwrap();
-    for (method, name) in [(Method::Burg, "burg"), (Method::YuleWalker, "yule_walker")] {
+    let data = InputOutputData::new(&y, 1.0).unwrap();
+    let fit = |method| autoregressive::fit(&data, 4, method).unwrap();
+    for (method, name) in [
+        (ArMethod::Burg, "burg"),
+        (ArMethod::YuleWalker, "yule_walker"),
+    ] {
         let model = fit(method);
         assert_near(&model.a, &list(&reference[name]["a"]), 1e-9);
         let variance = reference[name]["variance"].as_f64().unwrap();
@@ -86,7 +89,7 @@ fn ref_statsmodels_autoregressive() {
             "{name}"
         );
     }
-    let model = fit(Method::LeastSquares);
+    let model = fit(ArMethod::LeastSquares);
     assert_near(&model.a, &list(&reference["least_squares"]["a"]), 1e-9);
     for (std, expected) in model
         .std()
@@ -104,8 +107,8 @@ fn ref_statsmodels_autoregressive() {
 fn ref_statsmodels_arma() {
     let reference = &reference();
     let y = list(&reference["y"]);
-    let record = Record::new(&y, 1.0).unwrap();
-    let model = prediction_error::fit(&record, Family::Arma { a: 2, c: 1 }).unwrap();
+    let data = InputOutputData::new(&y, 1.0).unwrap();
+    let model = prediction_error::fit(&data, ModelStructure::Arma { a: 2, c: 1 }).unwrap();
     let expected = [list(&reference["arma"]["a"]), list(&reference["arma"]["c"])].concat();
     let found = [model.a.clone(), model.c.clone()].concat();
     let std = list(&reference["arma"]["std"]);
@@ -140,40 +143,42 @@ fn ref_statsmodels_ljung_box() {
 #[test]
 fn law_coefficients_lie_within_their_own_deviations() {
     let (a, b, c) = ([-1.5, 0.8], [1.0, 0.5], [0.5]);
-    let families = [
-        Family::Ar { a: 2 },
-        Family::Arma { a: 2, c: 1 },
-        Family::Arx {
+    let structures = [
+        ModelStructure::Ar { a: 2 },
+        ModelStructure::Arma { a: 2, c: 1 },
+        ModelStructure::Arx {
             a: 2,
             b: 2,
             delay: 1,
         },
-        Family::Armax {
+        ModelStructure::Armax {
             a: 2,
             b: 2,
             c: 1,
             delay: 1,
         },
-        Family::OutputError {
+        ModelStructure::OutputError {
             b: 2,
             f: 2,
             delay: 1,
         },
     ];
-    for family in families {
+    for structure in structures {
         let (mut square, mut count, mut denied) = (0.0, 0.0, 0);
         for seed in 0..60 {
             let mut rng = fastrand::Rng::with_seed(seed);
             let (e, u) = (noise(&mut rng, 1000), noise(&mut rng, 1000));
             let quiet = vec![0.0; 1000];
-            let (y, truth): (Vec<f64>, Vec<f64>) = match family {
-                Family::Ar { .. } => (simulate(&a, &[], 0, &u, &[], &e), a.to_vec()),
-                Family::Arma { .. } => (simulate(&a, &[], 0, &u, &c, &e), [&a[..], &c].concat()),
-                Family::Arx { .. } => (simulate(&a, &b, 1, &u, &[], &e), [a, b].concat()),
-                Family::Armax { .. } => {
+            let (y, truth): (Vec<f64>, Vec<f64>) = match structure {
+                ModelStructure::Ar { .. } => (simulate(&a, &[], 0, &u, &[], &e), a.to_vec()),
+                ModelStructure::Arma { .. } => {
+                    (simulate(&a, &[], 0, &u, &c, &e), [&a[..], &c].concat())
+                }
+                ModelStructure::Arx { .. } => (simulate(&a, &b, 1, &u, &[], &e), [a, b].concat()),
+                ModelStructure::Armax { .. } => {
                     (simulate(&a, &b, 1, &u, &c, &e), [&a[..], &b, &c].concat())
                 }
-                Family::OutputError { .. } => {
+                ModelStructure::OutputError { .. } => {
                     let clean = simulate(&a, &b, 1, &u, &[], &quiet);
                     (
                         clean.iter().zip(&e).map(|(y, e)| y + e).collect(),
@@ -181,22 +186,25 @@ fn law_coefficients_lie_within_their_own_deviations() {
                     )
                 }
             };
-            let record = Record::new(&y, 1.0).unwrap().driven_by(&u).unwrap();
-            let model = prediction_error::fit(&record, family).unwrap();
+            let data = InputOutputData::new(&y, 1.0)
+                .unwrap()
+                .with_input(&u)
+                .unwrap();
+            let model = prediction_error::fit(&data, structure).unwrap();
             let found = [&model.a[..], &model.b, &model.c, &model.f].concat();
             for ((f, t), s) in found.iter().zip(&truth).zip(model.std()) {
                 square += ((f - t) / s).powi(2);
                 count += 1.0;
             }
-            let left = model.residuals(&record).unwrap();
+            let left = model.residuals(&data).unwrap();
             let fitted = model.a.len() + model.c.len();
             denied +=
                 usize::from(residuals::ljung_box(&left, 25, fitted).unwrap().probability < 0.05);
         }
         // The mean of some 200 correlated χ²₁ scatters by about 0.15; 5 % of 60 is 3, more than 9 is chance once in 300.
         let mean = square / count;
-        assert!((0.6..1.5).contains(&mean), "{family:?}: {mean}");
-        assert!(denied <= 9, "{family:?}: {denied} of 60");
+        assert!((0.6..1.5).contains(&mean), "{structure:?}: {mean}");
+        assert!(denied <= 9, "{structure:?}: {denied} of 60");
     }
 }
 
@@ -206,13 +214,13 @@ fn law_methods_agree_on_long_records() {
     let mut rng = fastrand::Rng::with_seed(5);
     let e = noise(&mut rng, 50_000);
     let y = simulate(&[-1.5, 0.8, -0.1], &[], 0, &[], &[], &e);
-    let record = Record::new(&y, 1.0).unwrap();
-    let fit = |method| autoregressive::fit(&record, 3, method).unwrap();
-    let burg = fit(Method::Burg);
+    let data = InputOutputData::new(&y, 1.0).unwrap();
+    let fit = |method| autoregressive::fit(&data, 3, method).unwrap();
+    let burg = fit(ArMethod::Burg);
     for method in [
-        Method::YuleWalker,
-        Method::LeastSquares,
-        Method::ForwardBackward,
+        ArMethod::YuleWalker,
+        ArMethod::LeastSquares,
+        ArMethod::ForwardBackward,
     ] {
         let other = fit(method);
         for k in 0..3 {
@@ -234,10 +242,13 @@ fn law_armax_is_unbiased_where_arx_is_not() {
     let mut rng = fastrand::Rng::with_seed(11);
     let (e, u) = (noise(&mut rng, 5000), noise(&mut rng, 5000));
     let y = simulate(&[-1.5, 0.8], &[1.0, 0.5], 1, &u, &[0.9], &e);
-    let record = Record::new(&y, 1.0).unwrap().driven_by(&u).unwrap();
+    let data = InputOutputData::new(&y, 1.0)
+        .unwrap()
+        .with_input(&u)
+        .unwrap();
     let arx = prediction_error::fit(
-        &record,
-        Family::Arx {
+        &data,
+        ModelStructure::Arx {
             a: 2,
             b: 2,
             delay: 1,
@@ -245,8 +256,8 @@ fn law_armax_is_unbiased_where_arx_is_not() {
     )
     .unwrap();
     let armax = prediction_error::fit(
-        &record,
-        Family::Armax {
+        &data,
+        ModelStructure::Armax {
             a: 2,
             b: 2,
             c: 1,
@@ -254,21 +265,21 @@ fn law_armax_is_unbiased_where_arx_is_not() {
         },
     )
     .unwrap();
-    let far = |m: &SeriesModel| (m.a[0] + 1.5).abs() / m.std()[0];
+    let far = |m: &PolynomialModel| (m.a[0] + 1.5).abs() / m.std()[0];
     assert!(
         far(&arx) > 8.0 && far(&armax) < 3.5,
         "{} {}",
         far(&arx),
         far(&armax)
     );
-    let white = |m: &SeriesModel| {
-        let left = m.residuals(&record).unwrap();
+    let white = |m: &PolynomialModel| {
+        let left = m.residuals(&data).unwrap();
         residuals::ljung_box(&left, 25, m.a.len() + m.c.len())
             .unwrap()
             .probability
     };
     assert!(white(&arx) < 1e-6 && white(&armax) > 0.001);
-    let left = armax.residuals(&record).unwrap();
+    let left = armax.residuals(&data).unwrap();
     assert!(
         residuals::cross_correlation(&left, &u, 20)
             .unwrap()
@@ -277,8 +288,8 @@ fn law_armax_is_unbiased_where_arx_is_not() {
     );
     // A delay too long leaves the input's first action unexplained.
     let late = prediction_error::fit(
-        &record,
-        Family::Armax {
+        &data,
+        ModelStructure::Armax {
             a: 2,
             b: 1,
             c: 1,
@@ -286,7 +297,7 @@ fn law_armax_is_unbiased_where_arx_is_not() {
         },
     )
     .unwrap();
-    let left = late.residuals(&record).unwrap();
+    let left = late.residuals(&data).unwrap();
     assert!(
         residuals::cross_correlation(&left, &u, 20)
             .unwrap()
@@ -302,20 +313,23 @@ fn law_response_and_predictions() {
     let u = noise(&mut rng, 2000);
     let y = simulate(&[-1.5, 0.8], &[1.0, 0.5], 1, &u, &[], &vec![0.0; 2000]);
     let offset: Vec<f64> = y.iter().map(|y| y + 7.0).collect();
-    let record = Record::new(&offset, 100.0).unwrap().driven_by(&u).unwrap();
-    for family in [
-        Family::Arx {
+    let data = InputOutputData::new(&offset, 100.0)
+        .unwrap()
+        .with_input(&u)
+        .unwrap();
+    for structure in [
+        ModelStructure::Arx {
             a: 2,
             b: 2,
             delay: 1,
         },
-        Family::OutputError {
+        ModelStructure::OutputError {
             b: 2,
             f: 2,
             delay: 1,
         },
     ] {
-        let model = prediction_error::fit(&record, family).unwrap();
+        let model = prediction_error::fit(&data, structure).unwrap();
         for f in [0.0, 3.0, 9.0, 40.0] {
             let q =
                 geardyn::numeric::Complex::new((TAU * f / 100.0).cos(), -(TAU * f / 100.0).sin());
@@ -323,11 +337,11 @@ fn law_response_and_predictions() {
             // the mean of a finite record is not quite that of a process from rest
             assert!(
                 (model.response(f) - exact).norm() < 0.02 * exact.norm(),
-                "{family:?} at {f} Hz"
+                "{structure:?} at {f} Hz"
             );
         }
-        let predicted = model.predictions(&record).unwrap();
-        let left = model.residuals(&record).unwrap();
+        let predicted = model.predictions(&data).unwrap();
+        let left = model.residuals(&data).unwrap();
         assert!((0..2000).all(|t| (predicted[t] + left[t] - offset[t]).abs() < 1e-12));
     }
 }
@@ -345,8 +359,8 @@ fn law_intervals_of_frequency_and_damping_cover() {
         let mut rng = fastrand::Rng::with_seed(1000 + seed);
         let e = noise(&mut rng, 4500);
         let y = &simulate(&a, &[], 0, &[], &[], &e)[500..];
-        let record = Record::new(y, rate).unwrap();
-        let model = autoregressive::fit(&record, 2, Method::Burg).unwrap();
+        let data = InputOutputData::new(y, rate).unwrap();
+        let model = autoregressive::fit(&data, 2, ArMethod::Burg).unwrap();
         let modes = model.modes().unwrap();
         assert_eq!(modes.len(), 1);
         let mode = &modes[0];
@@ -374,8 +388,8 @@ fn law_density_integrates_to_variance() {
     let mut rng = fastrand::Rng::with_seed(3);
     let e = noise(&mut rng, 20_000);
     let y = simulate(&[-1.2, 0.6], &[], 0, &[], &[0.3], &e);
-    let record = Record::new(&y, 50.0).unwrap();
-    let model = prediction_error::fit(&record, Family::Arma { a: 2, c: 1 }).unwrap();
+    let data = InputOutputData::new(&y, 50.0).unwrap();
+    let model = prediction_error::fit(&data, ModelStructure::Arma { a: 2, c: 1 }).unwrap();
     let lines = 5000;
     let step = 25.0 / f64::from(lines);
     let integral: f64 = (0..lines)
@@ -394,26 +408,29 @@ fn law_order_is_found() {
     let mut rng = fastrand::Rng::with_seed(8);
     let (e, u) = (noise(&mut rng, 4000), noise(&mut rng, 4000));
     let y = simulate(&[-1.5, 1.2, -0.5, 0.3], &[], 0, &[], &[], &e);
-    let record = Record::new(&y, 1.0).unwrap();
-    let choice = order::autoregressive(&record, 20, Criterion::Bic).unwrap();
-    assert_eq!(choice.family, Family::Ar { a: 4 });
+    let data = InputOutputData::new(&y, 1.0).unwrap();
+    let choice = order::select_ar_order(&data, 20, OrderCriterion::Bic).unwrap();
+    assert_eq!(choice.structure, ModelStructure::Ar { a: 4 });
     assert_eq!(choice.candidates.len(), 20);
     let y = simulate(&[-1.5, 0.8], &[1.0, 0.5], 3, &u, &[], &e);
-    let record = Record::new(&y, 1.0).unwrap().driven_by(&u).unwrap();
-    let mut families = Vec::new();
+    let data = InputOutputData::new(&y, 1.0)
+        .unwrap()
+        .with_input(&u)
+        .unwrap();
+    let mut structures = Vec::new();
     for (n, delay) in (1..=3).flat_map(|n| (0..=5).map(move |d| (n, d))) {
-        families.push(Family::Arx { a: n, b: n, delay });
+        structures.push(ModelStructure::Arx { a: n, b: n, delay });
     }
-    let (model, choice) = order::among(&record, &families, Criterion::Bic).unwrap();
+    let (model, choice) = order::select_structure(&data, &structures, OrderCriterion::Bic).unwrap();
     assert_eq!(
-        choice.family,
-        Family::Arx {
+        choice.structure,
+        ModelStructure::Arx {
             a: 2,
             b: 2,
             delay: 3
         }
     );
-    assert_eq!(model.family, choice.family);
+    assert_eq!(model.structure, choice.structure);
     assert!(choice.candidates.iter().all(|c| c.mdl == c.bic / 2.0));
 }
 
@@ -421,14 +438,14 @@ fn law_order_is_found() {
 #[test]
 fn law_recursion_follows_a_jump() {
     let rate = 100.0;
-    let settings = Settings {
+    let options = RecursiveOptions {
         a: 2,
         b: 0,
         delay: 0,
         forgetting: 0.995,
         rate_hz: rate,
     };
-    let mut following = Recursive::new(settings).unwrap();
+    let mut following = RecursiveLeastSquares::new(options).unwrap();
     assert_eq!(following.model().unwrap_err().code, Code::TooShort);
     let mut rng = fastrand::Rng::with_seed(4);
     let e = noise(&mut rng, 6000);
@@ -475,25 +492,25 @@ fn law_course_of_a_process_that_changes() {
             x
         })
         .collect();
-    let record = Record::new(&y, rate).unwrap();
-    let course = follow(&record, &[2, 4, 6, 8, 10], None).unwrap();
+    let data = InputOutputData::new(&y, rate).unwrap();
+    let course = track_model(&data, &[2, 4, 6, 8, 10], None).unwrap();
     assert_eq!(
-        course.taken.family,
-        Family::Ar { a: 4 },
+        course.chosen.structure,
+        ModelStructure::Ar { a: 4 },
         "{:?}",
-        course.tried
+        course.trials
     );
     assert!(
-        course.taken.memory > 100.0 && course.taken.memory < 10_000.0,
+        course.chosen.memory > 100.0 && course.chosen.memory < 10_000.0,
         "{:?}",
-        course.tried
+        course.trials
     );
     let modes: Vec<_> = (course.instants.iter())
         .map(|i| i.1.modes().unwrap())
         .collect();
-    let tracks = tracks(&modes, 10);
+    let tracks = mode_tracks(&modes, 10);
     assert_eq!(tracks.len(), 2);
-    let lag = course.taken.memory / rate;
+    let lag = course.chosen.memory / rate;
     let mut within = 0;
     for (at, mode) in &tracks[0].points {
         // The mean over the memory is what is seen.
@@ -513,7 +530,7 @@ fn law_course_of_a_process_that_changes() {
             .into_iter()
             .all(|(_, m)| (m.damped_frequency_hz() - 31.0).abs() < 0.5)
     );
-    let short = follow(&record, &[4], Some(30.0)).unwrap_err();
+    let short = track_model(&data, &[4], Some(30.0)).unwrap_err();
     assert_eq!(short.code, Code::TooShort, "{short}");
 }
 
@@ -523,24 +540,27 @@ fn exact_recursion_without_forgetting() {
     let mut rng = fastrand::Rng::with_seed(6);
     let (e, u) = (noise(&mut rng, 800), noise(&mut rng, 800));
     let y = simulate(&[-1.5, 0.8], &[1.0, 0.5], 1, &u, &[], &e);
-    let settings = Settings {
+    let options = RecursiveOptions {
         a: 2,
         b: 2,
         delay: 1,
         forgetting: 1.0,
         rate_hz: 1.0,
     };
-    let mut following = Recursive::new(settings).unwrap();
+    let mut following = RecursiveLeastSquares::new(options).unwrap();
     for (u, y) in u.iter().zip(&y) {
         following.push(*u, *y).unwrap();
     }
     assert_near(following.a(), &[-1.5, 0.8], 0.1);
     assert_near(following.b(), &[1.0, 0.5], 0.15);
     // the whole-record fit takes the means off first, which moves it by far less than a standard deviation (about 0.02)
-    let record = Record::new(&y, 1.0).unwrap().driven_by(&u).unwrap();
+    let data = InputOutputData::new(&y, 1.0)
+        .unwrap()
+        .with_input(&u)
+        .unwrap();
     let whole = prediction_error::fit(
-        &record,
-        Family::Arx {
+        &data,
+        ModelStructure::Arx {
             a: 2,
             b: 2,
             delay: 1,
@@ -553,61 +573,66 @@ fn exact_recursion_without_forgetting() {
 
 #[test]
 fn refuses_what_cannot_be_fitted() {
-    let code = |r: Result<SeriesModel, geardyn::base::error::Error>| {
+    let code = |r: Result<PolynomialModel, geardyn::base::error::Error>| {
         let error = r.unwrap_err();
         assert!(error.hint.is_some(), "{error}");
         error.code
     };
-    assert_eq!(Record::new(&[], 1.0).unwrap_err().code, Code::EmptyLog);
     assert_eq!(
-        Record::new(&[1.0, f64::NAN], 1.0).unwrap_err().code,
+        InputOutputData::new(&[], 1.0).unwrap_err().code,
+        Code::EmptyLog
+    );
+    assert_eq!(
+        InputOutputData::new(&[1.0, f64::NAN], 1.0)
+            .unwrap_err()
+            .code,
         Code::NotANumber
     );
     assert_eq!(
-        Record::new(&[2.0; 50], 1.0).unwrap_err().code,
+        InputOutputData::new(&[2.0; 50], 1.0).unwrap_err().code,
         Code::NoSignal
     );
     assert_eq!(
-        Record::new(&[1.0, 2.0], 0.0).unwrap_err().code,
+        InputOutputData::new(&[1.0, 2.0], 0.0).unwrap_err().code,
         Code::OutOfRange
     );
     let y: Vec<f64> = (0..30).map(|t| f64::from(t * t % 11)).collect();
-    let record = Record::new(&y, 1.0).unwrap();
-    assert!(record.driven_by(&y[1..]).is_err());
+    let data = InputOutputData::new(&y, 1.0).unwrap();
+    assert!(data.with_input(&y[1..]).is_err());
     for method in [
-        Method::Burg,
-        Method::YuleWalker,
-        Method::LeastSquares,
-        Method::ForwardBackward,
+        ArMethod::Burg,
+        ArMethod::YuleWalker,
+        ArMethod::LeastSquares,
+        ArMethod::ForwardBackward,
     ] {
         assert_eq!(
-            code(autoregressive::fit(&record, 0, method)),
+            code(autoregressive::fit(&data, 0, method)),
             Code::OutOfRange
         );
-        assert_eq!(
-            code(autoregressive::fit(&record, 15, method)),
-            Code::TooShort
-        );
+        assert_eq!(code(autoregressive::fit(&data, 15, method)), Code::TooShort);
     }
-    let fit = |family| code(prediction_error::fit(&record, family));
-    assert_eq!(fit(Family::Arma { a: 0, c: 0 }), Code::OutOfRange);
+    let fit = |structure| code(prediction_error::fit(&data, structure));
+    assert_eq!(fit(ModelStructure::Arma { a: 0, c: 0 }), Code::OutOfRange);
     assert_eq!(
-        fit(Family::Arx {
+        fit(ModelStructure::Arx {
             a: 1,
             b: 1,
             delay: 0
         }),
         Code::NoSignal
     );
-    assert_eq!(fit(Family::Arma { a: 14, c: 14 }), Code::TooShort);
+    assert_eq!(fit(ModelStructure::Arma { a: 14, c: 14 }), Code::TooShort);
     // an input that is one sine cannot tell six coefficients
     let u: Vec<f64> = (0..400).map(|t| (0.3 * f64::from(t)).sin()).collect();
     let y: Vec<f64> = (0..400).map(|t| (0.3 * f64::from(t) - 1.0).sin()).collect();
-    let record = Record::new(&y, 1.0).unwrap().driven_by(&u).unwrap();
+    let data = InputOutputData::new(&y, 1.0)
+        .unwrap()
+        .with_input(&u)
+        .unwrap();
     assert_eq!(
         code(prediction_error::fit(
-            &record,
-            Family::Arx {
+            &data,
+            ModelStructure::Arx {
                 a: 4,
                 b: 4,
                 delay: 0
@@ -617,8 +642,8 @@ fn refuses_what_cannot_be_fitted() {
     );
     assert!(
         prediction_error::fit(
-            &record,
-            Family::OutputError {
+            &data,
+            ModelStructure::OutputError {
                 b: 4,
                 f: 4,
                 delay: 0
@@ -627,8 +652,8 @@ fn refuses_what_cannot_be_fitted() {
         .is_err()
     );
     assert!(residuals::ljung_box(&y, 3, 3).is_err());
-    assert!(order::autoregressive(&record, 0, Criterion::Aic).is_err());
-    assert!(order::among(&record, &[], Criterion::Aic).is_err());
+    assert!(order::select_ar_order(&data, 0, OrderCriterion::Aic).is_err());
+    assert!(order::select_structure(&data, &[], OrderCriterion::Aic).is_err());
 }
 
 /// Orders far above the process: an answer or an error, never a panic.
@@ -637,22 +662,25 @@ fn survives_orders_too_high() {
     let mut rng = fastrand::Rng::with_seed(9);
     let (e, u) = (noise(&mut rng, 300), noise(&mut rng, 300));
     let y = simulate(&[-0.5], &[1.0], 1, &u, &[], &e);
-    let record = Record::new(&y, 1.0).unwrap().driven_by(&u).unwrap();
-    for family in [
-        Family::Arma { a: 6, c: 6 },
-        Family::Armax {
+    let data = InputOutputData::new(&y, 1.0)
+        .unwrap()
+        .with_input(&u)
+        .unwrap();
+    for structure in [
+        ModelStructure::Arma { a: 6, c: 6 },
+        ModelStructure::Armax {
             a: 5,
             b: 5,
             c: 5,
             delay: 1,
         },
-        Family::OutputError {
+        ModelStructure::OutputError {
             b: 6,
             f: 6,
             delay: 0,
         },
     ] {
-        if let Ok(model) = prediction_error::fit(&record, family) {
+        if let Ok(model) = prediction_error::fit(&data, structure) {
             assert!(model.modes().is_ok());
             assert!(model.noise_variance.is_finite());
         }

@@ -4,22 +4,22 @@ use std::f64::consts::TAU;
 
 use crate::support::verification::within;
 use geardyn::base::code::Code;
-use geardyn::identify::starts::aaa::aaa;
-use geardyn::identify::starts::levy::levy;
-use geardyn::identify::starts::problem::{Fitted, Options};
-use geardyn::identify::starts::vector_fitting::{Start, vector_fit};
+use geardyn::identify::initial_estimates::aaa::aaa;
+use geardyn::identify::initial_estimates::levy::levy;
+use geardyn::identify::initial_estimates::problem::{CommonPoleFit, CommonPoleOptions};
+use geardyn::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
 use geardyn::identify::transfer::export;
-use geardyn::identify::transfer::function::{Direct, TransferFunction};
-use geardyn::identify::transfer::realisation::{Map, Realisation};
-use geardyn::numeric::{Complex, general};
-use geardyn::recording::responses::Terminal;
+use geardyn::identify::transfer::function::{DirectTerms, TransferFunction};
+use geardyn::identify::transfer::realisation::{DiscretisationMethod, Realisation};
+use geardyn::numeric::{Complex, eigen};
+use geardyn::recording::frequency_responses::ChannelLabel;
 
 fn c(re: f64, im: f64) -> Complex {
     Complex::new(re, im)
 }
 
-fn named(name: &str) -> Terminal {
-    Terminal {
+fn named(name: &str) -> ChannelLabel {
+    ChannelLabel {
         name: name.into(),
         unit: String::new(),
     }
@@ -49,12 +49,12 @@ fn responses(
     constant: f64,
     lines: &[f64],
 ) -> Vec<Vec<Complex>> {
-    let direct = Direct {
+    let terms = DirectTerms {
         constant,
-        ..Direct::default()
+        ..DirectTerms::default()
     };
     let one = |list: &Vec<Complex>| {
-        TransferFunction::new(poles.to_vec(), list.clone(), direct)
+        TransferFunction::new(poles.to_vec(), list.clone(), terms)
             .unwrap()
             .response(lines)
     };
@@ -68,7 +68,7 @@ fn lines(count: usize) -> Vec<f64> {
 }
 
 /// The largest relative distance of a pole to the nearest found one.
-fn worst(poles: &[Complex], found: &Fitted) -> f64 {
+fn worst(poles: &[Complex], found: &CommonPoleFit) -> f64 {
     let nearest = |p: &Complex| {
         found
             .poles
@@ -120,11 +120,11 @@ fn in_order(a: &[Complex], b: &[Complex]) -> f64 {
 fn ref_scipy() {
     for case in reference()["cases"].as_array().unwrap() {
         let name = case["name"].as_str().unwrap();
-        let direct = Direct {
+        let terms = DirectTerms {
             constant: case["constant"].as_f64().unwrap(),
-            ..Direct::default()
+            ..DirectTerms::default()
         };
-        let h = TransferFunction::new(unpack(&case["poles"]), unpack(&case["residues"]), direct)
+        let h = TransferFunction::new(unpack(&case["poles"]), unpack(&case["residues"]), terms)
             .unwrap();
         let numbers = |v: &serde_json::Value| -> Vec<f64> {
             v.as_array()
@@ -155,23 +155,30 @@ fn ref_scipy() {
                 within("coefficients", (a - b).abs() / b.abs(), 1e-11);
             }
         }
-        let own: Vec<Complex> = h.complete().iter().map(|t| t.1).collect();
+        let own: Vec<Complex> = h.poles_with_conjugates().iter().map(|t| t.1).collect();
         within(
             "residues",
             apart(&unpack(&case["residue_residues"]), &own),
             1e-10,
         );
-        let form = Realisation::of(&[h]).unwrap();
-        for (method, map) in [
-            ("zoh", Map::ZeroOrderHold),
-            ("bilinear", Map::Bilinear),
-            ("impulse", Map::ImpulseInvariant),
+        let form = Realisation::from_transfer_functions(&[h]).unwrap();
+        for (method, discretisation_method) in [
+            ("zoh", DiscretisationMethod::ZeroOrderHold),
+            ("bilinear", DiscretisationMethod::Bilinear),
+            ("impulse", DiscretisationMethod::ImpulseInvariant),
         ] {
             if case["sampled"][method].is_null() {
-                assert_eq!(form.sampled(0.05, map).unwrap_err().code, Code::Conflict);
+                assert_eq!(
+                    form.discretise(0.05, discretisation_method)
+                        .unwrap_err()
+                        .code,
+                    Code::Conflict
+                );
                 continue;
             }
-            let sampled = form.sampled(case["step_s"].as_f64().unwrap(), map).unwrap();
+            let sampled = form
+                .discretise(case["step_s"].as_f64().unwrap(), discretisation_method)
+                .unwrap();
             let own: Vec<Complex> = at
                 .iter()
                 .map(|&f| sampled.response(f).unwrap()[(0, 0)])
@@ -179,7 +186,7 @@ fn ref_scipy() {
             let theirs = &case["sampled"][method];
             let off = in_order(&unpack(&theirs["response"]), &own);
             within(&format!("sampled responses, {method}"), off, 1e-11);
-            let poles = general::eigen(&sampled.a).unwrap().values;
+            let poles = eigen::eigen(&sampled.a).unwrap().values;
             let off = apart(&unpack(&theirs["poles"]), &poles);
             within(&format!("sampled poles, {method}"), off, 1e-10);
         }
@@ -194,21 +201,21 @@ fn law_state_space_is_poles_and_residues() {
     for (j, input) in ["hammer", "shaker"].into_iter().enumerate() {
         for (i, output) in ["a", "b", "c"].into_iter().enumerate() {
             let residues = (0..6).map(|k| shapes[i][k] * shapes[3 + j][k]).collect();
-            let direct = Direct {
+            let terms = DirectTerms {
                 constant: 0.3,
                 inverse: 2.0,
                 inverse_square: 40.0 + i as f64,
-                ..Direct::default()
+                ..DirectTerms::default()
             };
-            let h = TransferFunction::new(poles.clone(), residues, direct).unwrap();
+            let h = TransferFunction::new(poles.clone(), residues, terms).unwrap();
             functions.push(
-                h.between(Some(named(input)), named(output))
-                    .delayed(1e-4)
+                h.with_labels(Some(named(input)), named(output))
+                    .with_delay(1e-4)
                     .unwrap(),
             );
         }
     }
-    let form = Realisation::of(&functions).unwrap();
+    let form = Realisation::from_transfer_functions(&functions).unwrap();
     assert_eq!(
         (form.a.nrows(), form.b.ncols(), form.c.nrows()),
         (2 * 6 + 2 * 2, 2, 3)
@@ -225,8 +232,10 @@ fn law_state_space_is_poles_and_residues() {
         }
     }
     let h = 5e-4;
-    let sampled = form.sampled(h, Map::ZeroOrderHold).unwrap();
-    let found = general::eigen(&sampled.a).unwrap().values;
+    let sampled = form
+        .discretise(h, DiscretisationMethod::ZeroOrderHold)
+        .unwrap();
+    let found = eigen::eigen(&sampled.a).unwrap().values;
     for p in &poles {
         let exact = (p * h).exp();
         assert!(
@@ -235,7 +244,9 @@ fn law_state_space_is_poles_and_residues() {
         );
     }
     // Prewarped, the response is exact at its frequency.
-    let warped = form.sampled(h, Map::Prewarped(120.0)).unwrap();
+    let warped = form
+        .discretise(h, DiscretisationMethod::Prewarped(120.0))
+        .unwrap();
     let exact = functions[0].response(&[120.0])[0];
     assert!((warped.response(120.0).unwrap()[(0, 0)] - exact).norm() < 1e-11 * exact.norm());
 }
@@ -245,15 +256,15 @@ fn law_state_space_is_poles_and_residues() {
 fn exact_zeros() {
     // s² (s + 5)/((s + 1)(s + 2)) = s + 2 + 4/(s + 1) − 12/(s + 2).
     let (r1, r2) = (4.0, -12.0);
-    let direct = Direct {
+    let terms = DirectTerms {
         slope: 1.0,
         constant: 2.0,
-        ..Direct::default()
+        ..DirectTerms::default()
     };
     let h = TransferFunction::new(
         vec![c(-1.0, 0.0), c(-2.0, 0.0)],
         vec![c(r1, 0.0), c(r2, 0.0)],
-        direct,
+        terms,
     )
     .unwrap();
     let found = h.zeros().unwrap();
@@ -267,11 +278,11 @@ fn exact_zeros() {
     assert!(cases.error < 1e-13, "{cases:?}");
     // Two free masses: 1/s² and a mode; the antiresonance is known. L = 1/3, R/(s² + w²) with R = 1/6: zero at s² = −L w²/(L + R).
     let w = 50.0;
-    let direct = Direct {
+    let terms = DirectTerms {
         inverse_square: 1.0 / 3.0,
-        ..Direct::default()
+        ..DirectTerms::default()
     };
-    let h = TransferFunction::new(vec![c(0.0, w)], vec![c(0.0, -1.0 / 12.0 / w)], direct).unwrap();
+    let h = TransferFunction::new(vec![c(0.0, w)], vec![c(0.0, -1.0 / 12.0 / w)], terms).unwrap();
     let found = h.zeros().unwrap();
     assert!(
         (found.gain - 0.5).abs() < 1e-14 && found.zeros.len() == 2,
@@ -287,7 +298,7 @@ fn exact_zeros() {
 #[test]
 fn survives_high_degree() {
     let (poles, residues) = system(40, 1, 3);
-    let h = TransferFunction::new(poles, residues[0].clone(), Direct::default()).unwrap();
+    let h = TransferFunction::new(poles, residues[0].clone(), DirectTerms::default()).unwrap();
     let zeros = h.zeros().unwrap();
     assert_eq!(zeros.zeros.len(), 79);
     for s in [c(0.0, 700.0), c(10.0, 2500.0)] {
@@ -297,7 +308,7 @@ fn survives_high_degree() {
                 .map(|z| (s - z).ln())
                 .fold(Complex::ZERO, |a, b| a + b)
         };
-        let complete: Vec<Complex> = h.complete().iter().map(|t| t.0).collect();
+        let complete: Vec<Complex> = h.poles_with_conjugates().iter().map(|t| t.0).collect();
         let product = (log(&zeros.zeros) - log(&complete)).exp() * zeros.gain;
         assert!(
             (product / h.value(s) - 1.0).norm() < 1e-9,
@@ -315,20 +326,20 @@ fn survives_high_degree() {
 #[test]
 fn ref_scipy_loads_the_mat_file() {
     let (poles, residues) = system(3, 2, 9);
-    let direct = Direct {
+    let terms = DirectTerms {
         constant: 0.1,
-        ..Direct::default()
+        ..DirectTerms::default()
     };
     let one = |(name, list): (&str, &Vec<Complex>)| {
-        let h = TransferFunction::new(poles.clone(), list.clone(), direct).unwrap();
-        h.between(Some(named("hammer")), named(name))
+        let h = TransferFunction::new(poles.clone(), list.clone(), terms).unwrap();
+        h.with_labels(Some(named("hammer")), named(name))
     };
     let functions: Vec<TransferFunction> = ["left", "right"]
         .into_iter()
         .zip(&residues)
         .map(one)
         .collect();
-    let form = Realisation::of(&functions).unwrap();
+    let form = Realisation::from_transfer_functions(&functions).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.mat");
     std::fs::write(&path, export::to_mat(&functions, &form).unwrap()).unwrap();
@@ -393,11 +404,11 @@ fn exact_recovery() {
         let (poles, residues) = system(modes, sensors, 21);
         let at = lines(count);
         let data = responses(&poles, &residues, 0.2, &at);
-        let options = Options::default();
+        let options = CommonPoleOptions::default();
         let fits = [
             (
                 "vector fitting",
-                vector_fit(&at, &data, None, Start::Order(2 * modes), options).unwrap(),
+                vector_fit(&at, &data, None, InitialPoles::Order(2 * modes), options).unwrap(),
             ),
             ("levy", levy(&at, &data, None, 2 * modes, options).unwrap()),
             ("aaa", aaa(&at, &data, 2 * modes, options).unwrap()),
@@ -451,11 +462,11 @@ fn law_scatter_near_the_bound() {
                 &at,
                 &data,
                 Some(&weights),
-                Start::Order(6),
-                Options::default(),
+                InitialPoles::Order(6),
+                CommonPoleOptions::default(),
             )
             .unwrap(),
-            levy(&at, &data, Some(&weights), 6, Options::default()).unwrap(),
+            levy(&at, &data, Some(&weights), 6, CommonPoleOptions::default()).unwrap(),
         ];
         for (own, fit) in squares.iter_mut().zip(&fits) {
             for (sum, p) in own.iter_mut().zip(&poles) {
@@ -503,7 +514,7 @@ fn bound(poles: &[Complex], residues: &[Vec<Complex>], at: &[f64], sigma: f64) -
         }
     }
     let identity = geardyn::numeric::Matrix::identity(unknowns, unknowns);
-    let covariance = geardyn::numeric::definite::solve(&information, &identity).unwrap();
+    let covariance = geardyn::numeric::symmetric::lu_solve(&information, &identity).unwrap();
     (0..n)
         .map(|k| size * (covariance[(2 * k, 2 * k)] + covariance[(2 * k + 1, 2 * k + 1)]).sqrt())
         .collect()
@@ -515,10 +526,10 @@ fn refuses_bad_input() {
     let (poles, residues) = system(2, 1, 1);
     let at = lines(50);
     let data = responses(&poles, &residues, 0.0, &at);
-    let options = Options::default();
+    let options = CommonPoleOptions::default();
     let codes = |at: &[f64], data: &[Vec<Complex>], order: usize| {
         [
-            vector_fit(at, data, None, Start::Order(order), options).unwrap_err(),
+            vector_fit(at, data, None, InitialPoles::Order(order), options).unwrap_err(),
             levy(at, data, None, order, options).unwrap_err(),
             aaa(at, data, order, options).unwrap_err(),
         ]
@@ -546,9 +557,17 @@ fn refuses_bad_input() {
     back[3] = back[2];
     assert_eq!(codes(&back, &data, 4), [Code::OutOfRange; 3]);
     let weights = vec![vec![-1.0; 50]];
-    let wrong = vector_fit(&at, &data, Some(&weights), Start::Order(4), options).unwrap_err();
+    let wrong =
+        vector_fit(&at, &data, Some(&weights), InitialPoles::Order(4), options).unwrap_err();
     assert_eq!(wrong.code, Code::OutOfRange);
-    let wrong = vector_fit(&at, &data, None, Start::Poles(&[c(-1.0, -3.0)]), options).unwrap_err();
+    let wrong = vector_fit(
+        &at,
+        &data,
+        None,
+        InitialPoles::Poles(&[c(-1.0, -3.0)]),
+        options,
+    )
+    .unwrap_err();
     assert_eq!(wrong.code, Code::OutOfRange);
 }
 
@@ -559,10 +578,10 @@ fn survives_odd_requests() {
     let at = lines(60);
     let mut data = responses(&poles, &residues, 0.0, &at);
     data[1].fill(Complex::ZERO);
-    let options = Options::default();
+    let options = CommonPoleOptions::default();
     for order in [1, 3, 4, 7, 20] {
         let all = [
-            vector_fit(&at, &data, None, Start::Order(order), options),
+            vector_fit(&at, &data, None, InitialPoles::Order(order), options),
             levy(&at, &data, None, order, options),
             aaa(&at, &data, order, options),
         ];
@@ -575,7 +594,7 @@ fn survives_odd_requests() {
         }
     }
     let nil = vec![vec![0.0; 60]; 2];
-    assert!(vector_fit(&at, &data, Some(&nil), Start::Order(4), options).is_err());
+    assert!(vector_fit(&at, &data, Some(&nil), InitialPoles::Order(4), options).is_err());
     assert!(levy(&at, &data, Some(&nil), 4, options).is_err());
 }
 
@@ -592,12 +611,12 @@ fn law_speed() {
     data.iter_mut()
         .flatten()
         .for_each(|z| *z += c(noise(), noise()));
-    let options = Options {
+    let options = CommonPoleOptions {
         iterations: 10,
-        ..Options::default()
+        ..CommonPoleOptions::default()
     };
     let start = std::time::Instant::now();
-    let found = vector_fit(&at, &data, None, Start::Order(40), options).unwrap();
+    let found = vector_fit(&at, &data, None, InitialPoles::Order(40), options).unwrap();
     let seconds = start.elapsed().as_secs_f64();
     println!(
         "{seconds:.3} s, {} iterations, poles off by {:.1e}",
@@ -613,20 +632,21 @@ fn exact_integrated_accelerance() {
     let r = [c(0.02, -0.7), c(-0.01, 0.3)];
     let (lower, upper) = (0.4, 2e-6);
     let both = |f: &dyn Fn(usize) -> Complex| (0..2).map(|k| 2.0 * f(k).re).sum::<f64>();
-    let direct = Direct {
+    let terms = DirectTerms {
         constant: lower + both(&|k| poles[k] * r[k]),
         slope: both(&|k| r[k]),
         square: upper,
-        ..Direct::default()
+        ..DirectTerms::default()
     };
     let residues = (0..2).map(|k| poles[k] * poles[k] * r[k]).collect();
-    let accelerance = TransferFunction::new(poles.clone(), residues, direct).unwrap();
+    let accelerance = TransferFunction::new(poles.clone(), residues, terms).unwrap();
     assert!(
-        accelerance.is_improper() && Realisation::of(std::slice::from_ref(&accelerance)).is_err()
+        accelerance.is_improper()
+            && Realisation::from_transfer_functions(std::slice::from_ref(&accelerance)).is_err()
     );
     let receptance = accelerance.integrated().unwrap().integrated().unwrap();
     assert!(!receptance.is_improper());
-    let model = Realisation::of(std::slice::from_ref(&receptance)).unwrap();
+    let model = Realisation::from_transfer_functions(std::slice::from_ref(&receptance)).unwrap();
     for f in [3.0, 19.0, 66.0, 400.0] {
         let s = c(0.0, TAU * f);
         let expected = accelerance.value(s) / (s * s);

@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::identify::rational::{Measured, RationalFit, RationalOptions, fit};
+use geardyn::identify::rational::{FrfData, RationalFit, RationalOptions, fit};
 use geardyn::numeric::Complex;
-use geardyn::spectrum::frf::{Estimator, estimate, pairs};
-use geardyn::spectrum::spectra::{Cross, Spectra};
+use geardyn::spectrum::frf::{Estimator, estimate, required_pairs};
+use geardyn::spectrum::spectra::{CrossSpectrum, Spectra};
 
 /// Natural frequencies, Hz, and damping ratios.
 const TRUTH: [(f64, f64); 2] = [(60.0, 0.02), (75.0, 0.015)];
@@ -54,10 +54,10 @@ fn averaged(lines: &[f64], blocks: &[Vec<Vec<Complex>>], drawn: &[usize]) -> Spe
         psd: (0..=RESPONSES)
             .map(|c| mean(c, c).iter().map(|z| z.re).collect())
             .collect(),
-        cross: (pairs(&[0], &outputs).into_iter())
-            .map(|pair| Cross {
+        spectrum: (required_pairs(&[0], &outputs).into_iter())
+            .map(|pair| CrossSpectrum {
                 pair,
-                value: mean(pair.0, pair.1),
+                values: mean(pair.0, pair.1),
             })
             .collect(),
         bandwidth_hz: lines[1] - lines[0],
@@ -71,24 +71,24 @@ fn averaged(lines: &[f64], blocks: &[Vec<Vec<Complex>>], drawn: &[usize]) -> Spe
 fn fitted(spectra: &Spectra) -> RationalFit {
     let outputs: Vec<usize> = (1..=RESPONSES).collect();
     let found = estimate(spectra, &[0], &outputs, Estimator::H1).unwrap();
-    let values: Vec<Vec<Complex>> = found.functions.iter().map(|f| f.value.clone()).collect();
-    let variance: Vec<Vec<f64>> = (found.functions.iter())
+    let values: Vec<Vec<Complex>> = found.frfs.iter().map(|f| f.values.clone()).collect();
+    let variance: Vec<Vec<f64>> = (found.frfs.iter())
         .map(|f| f.variance.clone().unwrap())
         .collect();
-    let measured = Measured {
+    let data = FrfData {
         frequency_hz: &found.frequency_hz,
         responses: &values,
         variance: Some(&variance),
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
-        hits: None,
+        hit: None,
     };
     let options = RationalOptions {
         order: Some(TRUTH.len()),
         ..RationalOptions::default()
     };
-    fit(&measured, &options).unwrap()
+    fit(&data, &options).unwrap()
 }
 
 /// Frequency and damping of each mode spread over measurements drawn from the averages by as much as one measurement's covariance says.

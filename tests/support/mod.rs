@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use geardyn::plan::prepared::Prepared;
-use geardyn::plan::run::{Answer, run};
-use geardyn::plan::stages::Plan;
+use geardyn::plan::modes_run::{ModesResult, run};
+use geardyn::plan::prepared_machine::PreparedMachine;
+use geardyn::plan::stages::ModesPlan;
 use geardyn::scene;
 use geardyn::scene::model::Model;
 use geardyn::scene::study::ModesStudy;
@@ -35,9 +35,9 @@ pub use verification::within;
 
 /// A machine with what was asked of it.
 pub struct Solved {
-    pub prepared: Prepared,
-    pub plan: Plan,
-    pub answer: Answer,
+    pub prepared: PreparedMachine,
+    pub plan: ModesPlan,
+    pub answer: ModesResult,
 }
 
 impl Solved {
@@ -99,13 +99,13 @@ pub fn solve_model(
     model: &Model,
     study: &ModesStudy,
 ) -> Result<Solved, geardyn::base::error::Error> {
-    let prepared = Prepared::new(model)?;
-    let plan = Plan::modes(&prepared, study);
-    let answer = run(&prepared, study, &plan)?;
+    let machine = PreparedMachine::new(model)?;
+    let plan = ModesPlan::plan_modes(&machine, study);
+    let result = run(&machine, study, &plan)?;
     Ok(Solved {
-        prepared,
+        prepared: machine,
         plan,
-        answer,
+        answer: result,
     })
 }
 

@@ -3,108 +3,117 @@
 use std::ops::ControlFlow;
 
 use geardyn::base::error::Error;
-use geardyn::base::stop::Stop;
+use geardyn::base::time_budget::CancelToken;
 use geardyn::machine::direction::Direction;
-use geardyn::motion::contact::{Contact, Flanks, Losses};
+use geardyn::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use geardyn::motion::dynamic_model::{
+    AppliedForce, DynamicModel, ForceElement, ForceLaw, MassMatrix,
+};
 use geardyn::motion::methods;
-use geardyn::motion::problem::{Ask, Effort, Follower, Problem, Wanted};
+use geardyn::motion::problem::{
+    IntegrationOptions, IntegrationStats, Observer, OdeProblem, StepSize,
+};
 use geardyn::motion::regime::Regime;
 use geardyn::motion::signal::Signal;
-use geardyn::motion::train::{Branch, Drive, Law, Mass, Train};
-use geardyn::motion::wave::{Phase, Shape, Wave};
+use geardyn::motion::wave::{PeriodicFunction, WavePhase, Waveform};
 
 /// Inertias without anything between them.
-pub fn inertias(masses: &[f64]) -> Train {
-    Train {
+pub fn inertias(masses: &[f64]) -> DynamicModel {
+    DynamicModel {
         coordinates: (0..masses.len()).map(|i| format!("x{i}")).collect(),
-        mass: Mass::Diagonal(masses.to_vec()),
-        branches: Vec::new(),
-        drives: Vec::new(),
-        drag: 0.0,
-        general: None,
+        matrix: MassMatrix::Diagonal(masses.to_vec()),
+        elements: Vec::new(),
+        forces: Vec::new(),
+        mass_damping: 0.0,
+        unattached: None,
     }
 }
 
 /// A branch along freedoms.
-pub fn branch(name: &str, terms: &[(usize, f64)], law: Law) -> Branch {
-    Branch {
+pub fn branch(name: &str, terms: &[(usize, f64)], law: ForceLaw) -> ForceElement {
+    ForceElement {
         name: name.into(),
         direction: Direction::new(1.0, terms.iter().copied()),
-        force: None,
+        force_direction: None,
         law,
-        variation: None,
-        imposed: None,
-        followed: Vec::new(),
+        stiffness_wave: None,
+        imposed_displacement: None,
+        angle_waves: Vec::new(),
     }
 }
 
-pub fn spring(stiffness: f64, damping: f64) -> Law {
-    Law::Linear { stiffness, damping }
+pub fn spring(stiffness: f64, damping: f64) -> ForceLaw {
+    ForceLaw::Linear { stiffness, damping }
 }
 
-pub fn contact(stiffness: f64, damping: f64, half: f64, losses: Losses) -> Law {
-    Law::Contact(Contact {
+pub fn contact(
+    stiffness: f64,
+    damping: f64,
+    half: f64,
+    contact_damping: ContactDamping,
+) -> ForceLaw {
+    ForceLaw::Contact(ContactLaw {
         stiffness,
         damping,
-        half,
-        losses,
-        flanks: Flanks::Both,
+        half_play: half,
+        contact_damping,
+        flanks: ActiveFlanks::Both,
     })
 }
 
-pub fn push(at: usize, signal: Signal) -> Drive {
-    Drive {
+pub fn push(at: usize, signal: Signal) -> AppliedForce {
+    AppliedForce {
         name: format!("push{at}"),
-        direction: Direction::of(at),
+        direction: Direction::unit(at),
         signal,
     }
 }
 
-pub fn wave(shape: Shape, omega: f64, start: f64) -> Option<Wave> {
-    let phase = Phase::Imposed { omega, start };
-    Some(Wave { shape, phase })
+pub fn wave(waveform: Waveform, omega: f64, start: f64) -> Option<PeriodicFunction> {
+    let phase = WavePhase::Imposed { omega, start };
+    Some(PeriodicFunction { waveform, phase })
 }
 
 /// `1 + amplitude cos ψ`.
-pub fn cosine(amplitude: f64) -> Shape {
-    Shape::Fourier {
+pub fn cosine(amplitude: f64) -> Waveform {
+    Waveform::Fourier {
         mean: 1.0,
         terms: vec![(1, amplitude, 0.0)],
     }
 }
 
 /// Samples of a run: times, states, what it cost.
-pub type Run = (Vec<f64>, Vec<Vec<f64>>, Effort);
+pub type Run = (Vec<f64>, Vec<Vec<f64>>, IntegrationStats);
 
 /// Runs a method from t = 0.
 pub fn run(
     method: &str,
-    train: &Train,
+    model: &DynamicModel,
     start: &[f64],
     to: f64,
     samples: usize,
 ) -> Result<Run, Error> {
-    run_with(method, train, start, to, samples, Wanted::Tolerance(1e-12))
+    run_with(method, model, start, to, samples, StepSize::Adaptive(1e-12))
 }
 
 /// The same, as exactly or as finely as said.
 pub fn run_with(
     method: &str,
-    train: &Train,
+    model: &DynamicModel,
     start: &[f64],
     to: f64,
     samples: usize,
-    effort: Wanted,
+    stats: StepSize,
 ) -> Result<Run, Error> {
-    let ask = Ask {
+    let options = IntegrationOptions {
         from: 0.0,
         to,
-        start: start.to_vec(),
+        initial_state: start.to_vec(),
         samples,
-        effort,
-        budget: u64::MAX,
-        stop: Stop::default(),
-        follower: Follower::default(),
+        step_size: stats,
+        max_work: u64::MAX,
+        cancel: CancelToken::default(),
+        observer: Observer::default(),
     };
     let (mut times, mut states) = (Vec::new(), Vec::new());
     let mut sink = |t: f64, y: &[f64], _: Option<&Regime>| {
@@ -112,19 +121,25 @@ pub fn run_with(
         states.push(y.to_vec());
         ControlFlow::Continue(())
     };
-    let effort = (methods::find(method).unwrap().run)(train, &ask, &mut sink)?;
-    Ok((times, states, effort))
+    let stats = (methods::method_by_name(method).unwrap().run)(model, &options, &mut sink)?;
+    Ok((times, states, stats))
 }
 
 /// Runge and Kutta's classical method on the whole law, no event located: right to the square of the step.
-pub fn brute(train: &Train, start: &[f64], to: f64, samples: usize, steps: usize) -> Vec<Vec<f64>> {
+pub fn brute(
+    model: &DynamicModel,
+    start: &[f64],
+    to: f64,
+    samples: usize,
+    steps: usize,
+) -> Vec<Vec<f64>> {
     let h = to / (samples * steps) as f64;
     let n = start.len();
     let mut y = start.to_vec();
     let mut states = vec![y.clone()];
     let slope = |t: f64, y: &[f64]| {
         let mut dy = vec![0.0; n];
-        train.slope(t, y, &mut dy);
+        model.derivative(t, y, &mut dy);
         dy
     };
     let moved = |y: &[f64], k: &[f64], h: f64| -> Vec<f64> {
@@ -159,14 +174,14 @@ pub fn apart(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 }
 
 /// The gear pair `x″ + 2ζ x′ + (1 + ε cos Ωt) g(x) = F_m + F_a Ω² cos Ωt`, half-gap one, damper in the gap too (Kahraman and Singh 1990).
-pub fn gear_pair(omega: f64, zeta: f64, eps: f64, mean: f64, alternating: f64) -> Train {
-    let mut train = inertias(&[1.0]);
-    let law = contact(1.0, 2.0 * zeta, 1.0, Losses::Throughout);
+pub fn gear_pair(omega: f64, zeta: f64, eps: f64, mean: f64, alternating: f64) -> DynamicModel {
+    let mut model = inertias(&[1.0]);
+    let law = contact(1.0, 2.0 * zeta, 1.0, ContactDamping::ActsInGap);
     let mut mesh = branch("mesh", &[(0, 1.0)], law);
-    mesh.variation = wave(cosine(eps), omega, 0.0);
-    train.branches.push(mesh);
+    mesh.stiffness_wave = wave(cosine(eps), omega, 0.0);
+    model.elements.push(mesh);
     let load = Signal::constant(mean);
     let shaking = Signal::harmonic(alternating * omega * omega, omega, 0.0);
-    train.drives.push(push(0, load.plus(&shaking)));
-    train
+    model.forces.push(push(0, load.plus(&shaking)));
+    model
 }

@@ -1,21 +1,21 @@
 //! The header of a MATLAB file of level 5, and its elements: a tag of type and length, then data.
 
-use super::scalars::Order;
+use super::number_format::ByteOrder;
 use super::types;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// Bytes of the header.
-pub(super) const HEADER: usize = 128;
+pub(super) const HEADER_BYTES: usize = 128;
 
 /// Description and byte order; refuses the other levels by name.
-pub(super) fn header(bytes: &[u8]) -> Result<(String, Order), Error> {
+pub(super) fn header(bytes: &[u8]) -> Result<(String, ByteOrder), Error> {
     if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
         return Err(Error::new(
             Code::UnknownFormat,
             "the file is a MATLAB file of version 7.3, which is HDF5 inside and is not read",
         )
-        .hint("save it again in MATLAB with save(\"name.mat\", \"-v7\")"));
+        .with_hint("save it again in MATLAB with save(\"name.mat\", \"-v7\")"));
     }
     let head = bytes.first_chunk::<4>();
     if head.is_some_and(|head| head.contains(&0)) {
@@ -23,11 +23,11 @@ pub(super) fn header(bytes: &[u8]) -> Result<(String, Order), Error> {
             Code::UnknownFormat,
             "the file looks like a MATLAB file of level 4, which is not read",
         )
-        .hint("load it in MATLAB and save it with save(\"name.mat\", \"-v7\")"));
+        .with_hint("load it in MATLAB and save it with save(\"name.mat\", \"-v7\")"));
     }
-    let order = match bytes.get(126..HEADER) {
-        Some(b"IM") => Order::Little,
-        Some(b"MI") => Order::Big,
+    let order = match bytes.get(126..HEADER_BYTES) {
+        Some(b"IM") => ByteOrder::Little,
+        Some(b"MI") => ByteOrder::Big,
         Some(_) => {
             return Err(Error::new(
                 Code::UnknownFormat,
@@ -35,7 +35,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<(String, Order), Error> {
             ));
         }
         None => {
-            return Err(broken(format!(
+            return Err(corrupt(format!(
                 "the MATLAB file has {} of the 128 bytes of its header",
                 bytes.len()
             )));
@@ -47,19 +47,19 @@ pub(super) fn header(bytes: &[u8]) -> Result<(String, Order), Error> {
 }
 
 /// A tag with its data.
-pub(super) struct Element<'a> {
+pub(super) struct DataElement<'a> {
     pub kind: u32,
     pub data: &'a [u8],
 }
 
-impl<'a> Element<'a> {
+impl<'a> DataElement<'a> {
     /// Takes the first element, and what fills it up to eight bytes, off `rest`.
-    pub fn split(rest: &mut &'a [u8], order: Order) -> Result<Element<'a>, Error> {
+    pub fn split(rest: &mut &'a [u8], order: ByteOrder) -> Result<DataElement<'a>, Error> {
         let word = |at: usize| {
             let bytes = rest.get(at..at + 4).and_then(|b| b.first_chunk::<4>());
             bytes
                 .map(|&b| order.u32(b))
-                .ok_or_else(|| broken("the MATLAB file ends inside a tag"))
+                .ok_or_else(|| corrupt("the MATLAB file ends inside a tag"))
         };
         let first = word(0)?;
         // A small element has its length in the upper half of the first word and up to four bytes in the second.
@@ -68,17 +68,17 @@ impl<'a> Element<'a> {
             small => (first & 0xFFFF, small as usize, 4),
         };
         if start == 4 && length > 4 {
-            return Err(broken(format!(
+            return Err(corrupt(format!(
                 "a small element of the MATLAB file claims {length} bytes of the 4 it has"
             )));
         }
         let end = start + length;
         let Some(data) = rest.get(start..end) else {
-            return Err(broken(format!(
+            return Err(corrupt(format!(
                 "an element of the MATLAB file claims {length} bytes where {} are left",
                 rest.len().saturating_sub(start)
             ))
-            .hint("the file was cut off or damaged: copy it again"));
+            .with_hint("the file was cut off or damaged: copy it again"));
         };
         // Compressed elements alone are not filled up.
         let filled = match kind {
@@ -86,10 +86,10 @@ impl<'a> Element<'a> {
             _ => end.next_multiple_of(8),
         };
         *rest = rest.get(filled..).unwrap_or(&[]);
-        Ok(Element { kind, data })
+        Ok(DataElement { kind, data })
     }
 }
 
-pub(super) fn broken(message: impl Into<String>) -> Error {
-    Error::new(Code::BrokenFile, message)
+pub(super) fn corrupt(message: impl Into<String>) -> Error {
+    Error::new(Code::CorruptFile, message)
 }

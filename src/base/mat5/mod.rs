@@ -36,14 +36,10 @@ mod classes {
     pub const OPAQUE: u32 = 17;
 }
 
-/// Arrays to bytes: little-endian, uncompressed.
 pub mod write;
 
-/// Numbers of every stored type to doubles.
-mod scalars;
+mod number_format;
 
-/// Header, tags and data.
 mod element;
 
-/// Arrays from bytes.
 pub mod read;

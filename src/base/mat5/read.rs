@@ -6,20 +6,20 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use super::element::{Element, HEADER, broken, header};
-use super::scalars::{Order, Scalars};
+use super::element::{DataElement, HEADER_BYTES, corrupt, header};
+use super::number_format::{ByteOrder, NumberFormat};
 use super::{classes, types};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// Cells within cells within cells; deeper ones are refused, since a damaged file could nest without end.
-const DEEPEST: usize = 32;
+const MAX_DEPTH: usize = 32;
 
 /// Numbers of one file, 4 GB as doubles; what a small compressed file could swell to must have a bound.
-const MOST_VALUES: usize = 1 << 29;
+const MAX_VALUES: usize = 1 << 29;
 
 /// Bytes a single compressed variable may swell to, 4 GB: the format's own bound.
-const MOST_BYTES: u64 = u32::MAX as u64;
+const MAX_BYTES: u64 = u32::MAX as u64;
 
 /// A variable, a field of a structure or a cell.
 #[derive(Debug, Clone)]
@@ -55,7 +55,7 @@ pub enum Contents {
     Cells(Vec<Array>),
     /// Fields of the first structure, then of the second, …; each array bears the name of its field.
     Structure(Vec<Array>),
-    /// What is not read, in words: `an object of class timeseries`.
+    /// What is not read, as text: `an object of class timeseries`.
     Other(String),
 }
 
@@ -66,14 +66,14 @@ pub enum Contents {
 /// damaged one, `hopeless` for more than 2²⁹ numbers.
 pub fn read(bytes: &[u8]) -> Result<(String, Vec<Array>), Error> {
     let (description, order) = header(bytes)?;
-    let mut reader = Reader {
+    let mut reader = ArrayReader {
         order,
-        values_left: MOST_VALUES,
+        values_left: MAX_VALUES,
     };
     let mut variables = Vec::new();
-    let mut rest = &bytes[HEADER..];
+    let mut rest = &bytes[HEADER_BYTES..];
     while !rest.is_empty() {
-        let element = Element::split(&mut rest, order)?;
+        let element = DataElement::split(&mut rest, order)?;
         let variable = match element.kind {
             types::MATRIX => reader.array(element.data, 0)?,
             types::COMPRESSED => reader.compressed(element.data)?,
@@ -86,28 +86,28 @@ pub fn read(bytes: &[u8]) -> Result<(String, Vec<Array>), Error> {
 }
 
 /// Reads arrays, counting the numbers.
-struct Reader {
-    order: Order,
+struct ArrayReader {
+    order: ByteOrder,
     values_left: usize,
 }
 
-impl Reader {
+impl ArrayReader {
     fn compressed(&mut self, data: &[u8]) -> Result<Array, Error> {
         let mut unpacked = Vec::new();
         let unpacking = ZlibDecoder::new(data)
-            .take(MOST_BYTES.min(8 * self.values_left as u64 + MOST_BYTES / 64))
+            .take(MAX_BYTES.min(8 * self.values_left as u64 + MAX_BYTES / 64))
             .read_to_end(&mut unpacked);
         // A missing checksum at the end does no harm where the array inside is whole.
         if let (Err(error), true) = (&unpacking, unpacked.is_empty()) {
-            return Err(broken(format!(
+            return Err(corrupt(format!(
                 "a compressed variable of the MATLAB file cannot be unpacked: {error}"
             )));
         }
         let mut inside = unpacked.as_slice();
-        let element = Element::split(&mut inside, self.order)?;
+        let element = DataElement::split(&mut inside, self.order)?;
         match element.kind {
             types::MATRIX => self.array(element.data, 0),
-            kind => Err(broken(format!(
+            kind => Err(corrupt(format!(
                 "a compressed variable of the MATLAB file holds data of type {kind} instead of an array"
             ))),
         }
@@ -115,9 +115,9 @@ impl Reader {
 
     /// The array in the data of a matrix element.
     fn array(&mut self, mut data: &[u8], depth: usize) -> Result<Array, Error> {
-        if depth > DEEPEST {
-            return Err(broken(format!(
-                "cells of the MATLAB file nest deeper than {DEEPEST} levels"
+        if depth > MAX_DEPTH {
+            return Err(corrupt(format!(
+                "cells of the MATLAB file nest deeper than {MAX_DEPTH} levels"
             )));
         }
         if data.is_empty() {
@@ -132,25 +132,25 @@ impl Reader {
         }
         let order = self.order;
         let rest = &mut data;
-        let flags = Element::split(rest, order)?;
+        let flags = DataElement::split(rest, order)?;
         let flags = flags.data.first_chunk::<4>().map_or(0, |&b| order.u32(b));
         let (class, is_complex) = (flags & 0xFF, flags & 0x0800 != 0);
         if class == classes::OPAQUE {
             return opaque(rest, order);
         }
-        let dimensions = dimensions(&Element::split(rest, order)?, order)?;
-        let name = Element::split(rest, order)?;
+        let dimensions = dimensions(&DataElement::split(rest, order)?, order)?;
+        let name = DataElement::split(rest, order)?;
         let name = String::from_utf8_lossy(name.data).into_owned();
         let count = dimensions
             .iter()
             .try_fold(1_usize, |n, &d| n.checked_mul(d));
         let count = count.ok_or_else(|| {
-            broken(format!(
+            corrupt(format!(
                 "the dimensions {dimensions:?} of variable `{name}` multiply beyond any size"
             ))
         })?;
         let contents = match class {
-            classes::CHAR => text(&Element::split(rest, order)?, &dimensions, order, &name)?,
+            classes::CHAR => text(&DataElement::split(rest, order)?, &dimensions, order, &name)?,
             classes::CELL => Contents::Cells(self.children(rest, count, None, depth)?),
             classes::STRUCT => {
                 let fields = fields(rest, order)?;
@@ -174,14 +174,14 @@ impl Reader {
             }
             classes::SPARSE => Contents::Other("a sparse matrix".into()),
             classes::OBJECT => {
-                let class = Element::split(rest, order)?;
+                let class = DataElement::split(rest, order)?;
                 let class = String::from_utf8_lossy(class.data);
                 let class = class.trim_end_matches('\0');
                 Contents::Other(format!("an object of class {class}"))
             }
             classes::FUNCTION => Contents::Other("a function handle".into()),
             _ => {
-                return Err(broken(format!(
+                return Err(corrupt(format!(
                     "variable `{name}` of the MATLAB file has the unknown class {class}"
                 )));
             }
@@ -199,27 +199,29 @@ impl Reader {
         if count == 0 && rest.is_empty() {
             return Ok(Vec::new());
         }
-        let element = Element::split(rest, self.order)?;
-        let Some(scalars) = Scalars::of(element.kind, self.order) else {
-            return Err(broken(format!(
+        let element = DataElement::split(rest, self.order)?;
+        let Some(number_format) = NumberFormat::from_type(element.kind, self.order) else {
+            return Err(corrupt(format!(
                 "variable `{name}` of the MATLAB file holds data of the unknown type {}",
                 element.kind
             )));
         };
-        let held = element.data.len() / scalars.width();
+        let held = element.data.len() / number_format.width();
         if held != count {
-            return Err(broken(format!(
+            return Err(corrupt(format!(
                 "variable `{name}` of the MATLAB file has {held} numbers where its dimensions ask for {count}"
             )));
         }
         self.values_left = self.values_left.checked_sub(count).ok_or_else(|| {
             Error::new(
-                Code::Hopeless,
-                format!("the MATLAB file holds more than {MOST_VALUES} numbers"),
+                Code::BudgetExceeded,
+                format!("the MATLAB file holds more than {MAX_VALUES} numbers"),
             )
-            .hint("save fewer variables, or write the signals to CSV, which is read piece by piece")
+            .with_hint(
+                "save fewer variables, or write the signals to CSV, which is read piece by piece",
+            )
         })?;
-        Ok(scalars.decode(element.data))
+        Ok(number_format.decode(element.data))
     }
 
     /// The arrays of cells, or of the fields of structures.
@@ -233,9 +235,9 @@ impl Reader {
         // Every child takes a tag of eight bytes at least.
         let mut children = Vec::with_capacity(count.min(rest.len() / 8));
         for at in 0..count {
-            let element = Element::split(rest, self.order)?;
+            let element = DataElement::split(rest, self.order)?;
             if element.kind != types::MATRIX {
-                return Err(broken(format!(
+                return Err(corrupt(format!(
                     "a cell of the MATLAB file holds data of type {} instead of an array",
                     element.kind
                 )));
@@ -251,10 +253,10 @@ impl Reader {
 }
 
 /// An object of a newer class, of which only its names can be told.
-fn opaque(rest: &mut &[u8], order: Order) -> Result<Array, Error> {
-    let name = Element::split(rest, order)?;
-    let _system = Element::split(rest, order)?;
-    let class = Element::split(rest, order)?;
+fn opaque(rest: &mut &[u8], order: ByteOrder) -> Result<Array, Error> {
+    let name = DataElement::split(rest, order)?;
+    let _system = DataElement::split(rest, order)?;
+    let class = DataElement::split(rest, order)?;
     Ok(Array {
         name: String::from_utf8_lossy(name.data).into_owned(),
         dimensions: vec![1, 1],
@@ -265,10 +267,10 @@ fn opaque(rest: &mut &[u8], order: Order) -> Result<Array, Error> {
     })
 }
 
-fn dimensions(element: &Element<'_>, order: Order) -> Result<Vec<usize>, Error> {
+fn dimensions(element: &DataElement<'_>, order: ByteOrder) -> Result<Vec<usize>, Error> {
     let (words, rest) = element.data.as_chunks::<4>();
     if words.len() < 2 || !rest.is_empty() {
-        return Err(broken(format!(
+        return Err(corrupt(format!(
             "an array of the MATLAB file has {} bytes of dimensions",
             element.data.len()
         )));
@@ -276,7 +278,7 @@ fn dimensions(element: &Element<'_>, order: Order) -> Result<Vec<usize>, Error> 
     let checked = words.iter().map(|&b| {
         let size = order.u32(b) as i32;
         usize::try_from(size).map_err(|_| {
-            broken(format!(
+            corrupt(format!(
                 "an array of the MATLAB file has the dimension {size}"
             ))
         })
@@ -285,12 +287,12 @@ fn dimensions(element: &Element<'_>, order: Order) -> Result<Vec<usize>, Error> 
 }
 
 /// Names of the fields of a structure.
-fn fields(rest: &mut &[u8], order: Order) -> Result<Vec<String>, Error> {
-    let width = Element::split(rest, order)?;
+fn fields(rest: &mut &[u8], order: ByteOrder) -> Result<Vec<String>, Error> {
+    let width = DataElement::split(rest, order)?;
     let width = width.data.first_chunk::<4>().map_or(0, |&b| order.u32(b)) as usize;
-    let names = Element::split(rest, order)?.data;
+    let names = DataElement::split(rest, order)?.data;
     if width == 0 && !names.is_empty() {
-        return Err(broken(
+        return Err(corrupt(
             "field names of a structure of the MATLAB file have no width",
         ));
     }
@@ -303,9 +305,9 @@ fn fields(rest: &mut &[u8], order: Order) -> Result<Vec<String>, Error> {
 
 /// Rows of characters, which stand by columns.
 fn text(
-    element: &Element<'_>,
+    element: &DataElement<'_>,
     dimensions: &[usize],
-    order: Order,
+    order: ByteOrder,
     name: &str,
 ) -> Result<Contents, Error> {
     let characters: Vec<char> = match element.kind {
@@ -326,7 +328,7 @@ fn text(
         }
         types::INT8 | types::UINT8 => element.data.iter().map(|&b| char::from(b)).collect(),
         kind => {
-            return Err(broken(format!(
+            return Err(corrupt(format!(
                 "text `{name}` of the MATLAB file holds data of the unknown type {kind}"
             )));
         }

@@ -69,7 +69,7 @@ pub fn text(name: &str, value: &str) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// More than 4 GB, which the format cannot hold.
-pub fn cells(name: &str, arrays: &[Vec<u8>]) -> io::Result<Vec<u8>> {
+pub fn cell_array(name: &str, arrays: &[Vec<u8>]) -> io::Result<Vec<u8>> {
     array(name, classes::CELL, [arrays.len(), 1], &arrays.concat())
 }
 
@@ -77,9 +77,9 @@ pub fn cells(name: &str, arrays: &[Vec<u8>]) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// More than 4 GB, which the format cannot hold.
-pub fn texts(name: &str, values: &[String]) -> io::Result<Vec<u8>> {
+pub fn cell_strings(name: &str, values: &[String]) -> io::Result<Vec<u8>> {
     let arrays: io::Result<Vec<Vec<u8>>> = values.iter().map(|value| text("", value)).collect();
-    cells(name, &arrays?)
+    cell_array(name, &arrays?)
 }
 
 /// An element of doubles.

@@ -1,4 +1,4 @@
-//! Flags of `te` that are said of a record of two encoders.
+//! Flags of `te` for records of two encoders.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use clap::Args;
 /// What is said of a record of two encoders.
 #[derive(Debug, Args, Default)]
 #[command(next_help_heading = "Encoder records")]
-pub struct EncoderArgs {
+pub struct EncoderTeArgs {
     /// Column of the input's encoder; two columns are tracks in quadrature. --output names that of the output
     #[arg(long, value_name = "COLUMN", value_delimiter = ',')]
     pub input: Vec<String>,

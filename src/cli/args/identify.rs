@@ -25,7 +25,7 @@ pub struct IdentifyArgs {
     pub roving: Option<RovingWord>,
     /// How modes are found; where left out: rational with an input; without, free-decay where every record rings down, else ssi-cov
     #[arg(long, value_enum, value_name = "METHOD")]
-    pub method: Option<MethodWord>,
+    pub method: Option<MethodArg>,
     /// Speed of what turns while nothing drives but noise (rpm where bare): its orders are told from modes
     #[arg(long, value_name = "SPEED", conflicts_with = "input")]
     pub speed: Option<String>,
@@ -33,8 +33,8 @@ pub struct IdentifyArgs {
     #[arg(long, value_name = "A:B")]
     pub band: Option<String>,
     /// Where the noise is: on the outputs (h1), on the input (h2), on both (hv)
-    #[arg(long, value_enum, default_value_t = EstimatorWord::H1)]
-    pub estimator: EstimatorWord,
+    #[arg(long, value_enum, default_value_t = EstimatorArg::H1)]
+    pub estimator: EstimatorArg,
     /// Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out. On hits: force:SHARE
     /// of the block, exponential:END value, rectangular (neither); both chosen from the data where left out
     #[arg(long, value_name = "WINDOW")]
@@ -71,8 +71,8 @@ pub struct IdentifyArgs {
     #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
     pub memory: Option<String>,
     /// Estimate a dead time of the measuring chain
-    #[arg(long, value_enum, default_value_t = DelayWord::None)]
-    pub delay: DelayWord,
+    #[arg(long, value_enum, default_value_t = DelayArg::None)]
+    pub delay: DelayArg,
     /// Poles may be unstable
     #[arg(long)]
     pub allow_unstable: bool,
@@ -81,7 +81,7 @@ pub struct IdentifyArgs {
     pub all: bool,
     /// What the responses are, where their units do not tell
     #[arg(long, value_enum, value_name = "KIND")]
-    pub kind: Option<KindWord>,
+    pub kind: Option<ResponseFormArg>,
     /// What may be said of the log.
     #[command(flatten)]
     pub log: LogArgs,
@@ -97,8 +97,8 @@ pub struct IdentifyArgs {
     )]
     pub sample_time: Option<String>,
     /// How it is sampled
-    #[arg(long, value_enum, requires = "sample_time", default_value_t = MapWord::ZeroOrderHold, help_heading = "Output")]
-    pub map: MapWord,
+    #[arg(long, value_enum, requires = "sample_time", default_value_t = DiscretisationArg::ZeroOrderHold, help_heading = "Output")]
+    pub map: DiscretisationArg,
     /// Write the frequency responses (.csv, .uff or .json)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub frf: Option<PathBuf>,
@@ -127,7 +127,7 @@ pub enum RovingWord {
 
 /// Words for methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MethodWord {
+pub enum MethodArg {
     /// Common poles by maximum likelihood, with uncertainty
     Rational,
     /// Least-squares complex frequency domain over rising orders
@@ -168,7 +168,7 @@ pub enum MethodWord {
 
 /// Words for estimators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum EstimatorWord {
+pub enum EstimatorArg {
     /// Noise on the outputs
     H1,
     /// Noise on the input
@@ -179,7 +179,7 @@ pub enum EstimatorWord {
 
 /// Words for delays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DelayWord {
+pub enum DelayArg {
     /// None
     None,
     /// One for all responses
@@ -190,7 +190,7 @@ pub enum DelayWord {
 
 /// Words for kinds of responses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum KindWord {
+pub enum ResponseFormArg {
     /// Displacement over force
     Receptance,
     /// Velocity over force
@@ -201,7 +201,7 @@ pub enum KindWord {
 
 /// Words for maps from continuous to sampled models.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MapWord {
+pub enum DiscretisationArg {
     /// Inputs stay between samples
     ZeroOrderHold,
     /// Tustin's rule

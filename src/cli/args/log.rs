@@ -1,4 +1,4 @@
-//! What may be said of a log on the command line, and the settings it becomes together with the sidecar.
+//! Flags of all commands that read a log; merged with the sidecar.
 
 use std::path::{Path, PathBuf};
 
@@ -6,10 +6,10 @@ use clap::Args;
 
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::kind::Kind;
-use crate::base::units;
-use crate::base::words::counted;
-use crate::recording::settings::{ChannelSettings, Gaps, RateSource, Settings, Trigger};
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::text::pluralise;
+use crate::recording::read_options::{ChannelOptions, GapPolicy, RateSource, ReadOptions, Trigger};
 use crate::scene;
 
 /// Flags of every command that reads a log.
@@ -26,7 +26,7 @@ pub struct LogArgs {
     pub rate: Option<String>,
     /// Where header and time stamps disagree about the rate: which is right
     #[arg(long, value_enum, value_name = "SOURCE")]
-    pub rate_from: Option<RateWord>,
+    pub rate_from: Option<RateSourceArg>,
     /// The column of time stamps; none: no column is one
     #[arg(long, value_name = "COLUMN")]
     pub time: Option<String>,
@@ -82,7 +82,7 @@ pub struct LogArgs {
 
 /// Words for the source of a rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum RateWord {
+pub enum RateSourceArg {
     /// The time stamps
     Time,
     /// The header
@@ -94,75 +94,75 @@ impl LogArgs {
     ///
     /// # Errors
     /// Flags without sense; everything wrong in the sidecar.
-    pub fn settings(&self, log: &Path) -> Result<(Settings, Option<PathBuf>), Errors> {
+    pub fn settings(&self, log: &Path) -> Result<(ReadOptions, Option<PathBuf>), Errors> {
         let found = match self.no_sidecar {
             true => None,
-            false => scene::log::read_beside(log)?,
+            false => scene::sidecar::read_for_log(log)?,
         };
-        let sidecar = found.is_some().then(|| scene::log::beside(log));
+        let sidecar = found.is_some().then(|| scene::sidecar::sidecar_path(log));
         if let Some(listed) = found.as_ref().filter(|s| !s.files.is_empty()) {
-            let (log, sidecar) = (log.display(), scene::log::beside(log));
+            let (log, sidecar) = (log.display(), scene::sidecar::sidecar_path(log));
             let message = format!(
                 "the sidecar of {log} lists {} of a test",
-                counted(listed.files.len(), "file")
+                pluralise(listed.files.len(), "file")
             );
             let hint = format!(
                 "name the list in place of the log, {}, or pass --no-sidecar",
                 sidecar.display()
             );
-            return Err(Error::new(Code::Conflict, message).hint(hint).into());
+            return Err(Error::new(Code::Conflict, message).with_hint(hint).into());
         }
-        Ok((self.over(found.unwrap_or_default())?, sidecar))
+        Ok((self.merge_into(found.unwrap_or_default())?, sidecar))
     }
 
     /// The flags over settings from elsewhere.
     ///
     /// # Errors
     /// Flags without sense.
-    pub fn over(&self, mut settings: Settings) -> Result<Settings, Errors> {
+    pub fn merge_into(&self, mut options: ReadOptions) -> Result<ReadOptions, Errors> {
         if let Some(text) = &self.rate {
-            let omega = units::parse_or_bare(text, Kind::Frequency, "Hz", "--rate")?;
-            settings.rate = Some(RateSource::Hertz(omega / std::f64::consts::TAU));
+            let omega = quantity::parse_or_bare(text, QuantityKind::Frequency, "Hz", "--rate")?;
+            options.rate = Some(RateSource::Hertz(omega / std::f64::consts::TAU));
         }
         match self.rate_from {
-            Some(RateWord::Time) => settings.rate = Some(RateSource::Time),
-            Some(RateWord::Header) => settings.rate = Some(RateSource::Header),
+            Some(RateSourceArg::Time) => options.rate = Some(RateSource::TimeStamps),
+            Some(RateSourceArg::Header) => options.rate = Some(RateSource::Header),
             None => {}
         }
         let time = |text: &Option<String>, flag| -> Result<Option<f64>, Error> {
             text.as_deref()
-                .map(|t| units::parse_or_bare(t, Kind::Time, "s", flag))
+                .map(|t| quantity::parse_or_bare(t, QuantityKind::Time, "s", flag))
                 .transpose()
         };
-        settings.from_s = time(&self.after, "--after")?.or(settings.from_s);
-        settings.to_s = time(&self.before, "--before")?.or(settings.to_s);
+        options.from_s = time(&self.after, "--after")?.or(options.from_s);
+        options.to_s = time(&self.before, "--before")?.or(options.to_s);
         if let Some(text) = &self.trigger {
-            let (channel, level) = level(text, "--trigger")?;
+            let (channel, level) = parse_channel_level(text, "--trigger")?;
             let before_s = time(&self.pre_trigger, "--pre-trigger")?.unwrap_or(0.0);
             if before_s < 0.0 {
                 let message = "--pre-trigger takes a time of at least 0";
                 return Err(Error::new(Code::OutOfRange, message)
-                    .hint("what is kept before the trigger: --pre-trigger 0.01")
+                    .with_hint("what is kept before the trigger: --pre-trigger 0.01")
                     .into());
             }
-            settings.trigger = Some(Trigger {
+            options.trigger = Some(Trigger {
                 channel: channel.to_string(),
                 level,
                 before_s,
             });
         }
-        settings.time_column = self.time.clone().or(settings.time_column);
-        settings.time_unit = self.time_unit.clone().or(settings.time_unit);
+        options.time_column = self.time.clone().or(options.time_column);
+        options.time_unit = self.time_unit.clone().or(options.time_unit);
         if self.fill_gaps {
-            settings.gaps = Gaps::Fill;
+            options.policy = GapPolicy::Fill;
         }
-        self.dialect(&mut settings)?;
-        self.channels(&mut settings)?;
-        Ok(settings)
+        self.dialect(&mut options)?;
+        self.channels(&mut options)?;
+        Ok(options)
     }
 
-    fn dialect(&self, settings: &mut Settings) -> Result<(), Error> {
-        let dialect = &mut settings.dialect;
+    fn dialect(&self, options: &mut ReadOptions) -> Result<(), Error> {
+        let dialect = &mut options.dialect;
         if let Some(word) = &self.delimiter {
             let mark = match word.as_str() {
                 "tab" | "\\t" | "\t" => '\t',
@@ -172,7 +172,9 @@ impl LogArgs {
                 "|" => '|',
                 other => {
                     let message = format!("--delimiter cannot be \"{other}\"");
-                    return Err(Error::new(Code::Usage, message).hint("it takes , ; tab space |"));
+                    return Err(
+                        Error::new(Code::Usage, message).with_hint("it takes , ; tab space |")
+                    );
                 }
             };
             dialect.delimiter = Some(mark);
@@ -181,7 +183,7 @@ impl LogArgs {
             if !matches!(mark, '.' | ',') {
                 return Err(
                     Error::new(Code::Usage, format!("--decimal cannot be \"{mark}\""))
-                        .hint("it takes . or ,"),
+                        .with_hint("it takes . or ,"),
                 );
             }
             dialect.decimal = Some(mark);
@@ -194,48 +196,48 @@ impl LogArgs {
         Ok(())
     }
 
-    fn channels(&self, settings: &mut Settings) -> Result<(), Error> {
+    fn channels(&self, options: &mut ReadOptions) -> Result<(), Error> {
         for text in &self.unit {
             let (name, unit) = pair(text, "--unit", "ax=g")?;
-            said(settings, name).unit = Some(unit.to_string());
+            channel_entry(options, name).unit = Some(unit.to_string());
         }
         for text in &self.sensitivity {
             let (name, value) = pair(text, "--sensitivity", "ax=100 mV/g")?;
-            said(settings, name).sensitivity = Some(value.to_string());
+            channel_entry(options, name).sensitivity = Some(value.to_string());
         }
         for text in &self.overload {
-            let (name, level) = level(text, "--overload")?;
-            said(settings, name).overload = Some(level);
+            let (name, level) = parse_channel_level(text, "--overload")?;
+            channel_entry(options, name).overload = Some(level);
         }
         Ok(())
     }
 }
 
 /// What is said of the channel `name`, made where nothing is said yet.
-fn said<'s>(settings: &'s mut Settings, name: &str) -> &'s mut ChannelSettings {
-    let at = settings
+fn channel_entry<'s>(options: &'s mut ReadOptions, name: &str) -> &'s mut ChannelOptions {
+    let at = options
         .channels
         .iter()
         .position(|c| c.name == name)
         .unwrap_or_else(|| {
-            settings.channels.push(ChannelSettings {
+            options.channels.push(ChannelOptions {
                 name: name.to_string(),
-                ..ChannelSettings::default()
+                ..ChannelOptions::default()
             });
-            settings.channels.len() - 1
+            options.channels.len() - 1
         });
-    &mut settings.channels[at]
+    &mut options.channels[at]
 }
 
 /// A channel and a level above zero of its numbers.
-fn level<'t>(text: &'t str, flag: &str) -> Result<(&'t str, f64), Error> {
+fn parse_channel_level<'t>(text: &'t str, flag: &str) -> Result<(&'t str, f64), Error> {
     let (name, level) = pair(text, flag, "force=5")?;
     let found = level.parse().ok();
     match found.filter(|l: &f64| *l > 0.0 && l.is_finite()) {
         Some(level) => Ok((name, level)),
         None => Err(
             Error::new(Code::Usage, format!("\"{text}\" names no level above zero"))
-                .hint(format!("write {flag} force=5")),
+                .with_hint(format!("write {flag} force=5")),
         ),
     }
 }
@@ -247,6 +249,6 @@ fn pair<'t>(text: &'t str, flag: &str, example: &str) -> Result<(&'t str, &'t st
         .filter(|(name, value)| !name.is_empty() && !value.is_empty())
         .ok_or_else(|| {
             let message = format!("\"{text}\" does not name a channel and what is said of it");
-            Error::new(Code::Usage, message).hint(format!("write {flag} \"{example}\""))
+            Error::new(Code::Usage, message).with_hint(format!("write {flag} \"{example}\""))
         })
 }

@@ -1,45 +1,37 @@
-//! Arguments as typed.
+//! Command-line arguments as typed (clap).
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use encoders::EncoderArgs;
+pub use encoders::EncoderTeArgs;
 pub use identify::{
-    DelayWord, EstimatorWord, IdentifyArgs, KindWord, MapWord, MethodWord, RovingWord,
+    DelayArg, DiscretisationArg, EstimatorArg, IdentifyArgs, MethodArg, ResponseFormArg, RovingWord,
 };
 pub use log::LogArgs;
-pub use modes::{HoldWord, ModesArgs, PlanArgs, ReduceWord, StudyArgs};
+pub use modes::{HoldArg, ModesArgs, ModesStudyArgs, PlanArgs, ReductionArg};
 pub use motion::{
-    AccuracyArgs, IntegrationArgs, MotionArgs, RunningArgs, SimulateArgs, StabilityArgs,
-    SubjectWord,
+    AccuracyArgs, AccuracyTargetArg, IntegrationArgs, MotionArgs, OnlineArgs, SimulateArgs,
+    StabilityArgs,
 };
-pub use response::{ResponseArgs, ResponseKindWord, ResponseWayWord};
-pub use spectrum::{DetrendWord, MotionWord, SpectrumArgs, SpectrumWord};
+pub use response::{FrfFormArg, ResponseArgs, ResponseMethodArg};
+pub use spectrum::{DetrendArg, MotionQuantityArg, SpectrumArgs, SpectrumKindArg};
 pub use te::TeArgs;
 
-/// Of records of two encoders.
 mod encoders;
 
-/// Of every command that reads a log.
 mod log;
 
-/// Of motion.
 mod motion;
 
-/// Of modes.
 mod modes;
 
-/// Of responses.
 mod response;
 
-/// Of spectra.
 mod spectrum;
 
-/// Of identification.
 mod identify;
 
-/// Of transmission error.
 mod te;
 
 /// Machine dynamics of gear drive trains: models become modes and motion, logs become models.
@@ -52,7 +44,7 @@ mod te;
     arg_required_else_help = true
 )]
 #[command(after_help = "Example:\n  geardyn modes models/y2250.toml")]
-pub struct Arguments {
+pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,

@@ -8,7 +8,7 @@ use super::motion::IntegrationArgs;
 
 /// What is asked of the modes.
 #[derive(Debug, Args)]
-pub struct StudyArgs {
+pub struct ModesStudyArgs {
     /// Complex modes: damping counts
     #[arg(long)]
     pub damped: bool,
@@ -49,11 +49,11 @@ pub struct StudyArgs {
     #[arg(long, value_name = "TIME", requires = "state_space")]
     pub sample_time: Option<String>,
     /// What inputs do between samples
-    #[arg(long, value_enum, requires = "sample_time", default_value_t = HoldWord::Zero)]
-    pub hold: HoldWord,
+    #[arg(long, value_enum, requires = "sample_time", default_value_t = HoldArg::Zero)]
+    pub hold: HoldArg,
     /// Also a reduced machine that keeps --keep, compared with the full one up to --below
     #[arg(long, value_enum, value_name = "METHOD", requires_all = ["keep", "below"])]
-    pub reduce: Option<ReduceWord>,
+    pub reduce: Option<ReductionArg>,
     /// Freedoms kept, loaded and measured
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "reduce")]
     pub keep: Vec<String>,
@@ -78,7 +78,7 @@ pub struct StudyArgs {
 
 /// Words for holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum HoldWord {
+pub enum HoldArg {
     /// They stay
     Zero,
     /// They go straight to the next sample
@@ -89,7 +89,7 @@ pub enum HoldWord {
 
 /// Words for reductions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ReduceWord {
+pub enum ReductionArg {
     /// Static condensation
     Guyan,
     /// Condensation at --condense-at
@@ -107,7 +107,7 @@ pub struct ModesArgs {
     pub model: PathBuf,
     /// What is asked.
     #[command(flatten)]
-    pub study: StudyArgs,
+    pub study: ModesStudyArgs,
     /// Show mode N at length: energies, sensitivities, shape
     #[arg(long, value_name = "N", conflicts_with = "json")]
     pub mode: Option<usize>,
@@ -135,7 +135,7 @@ pub struct PlanArgs {
     pub model: PathBuf,
     /// What would be asked of it.
     #[command(flatten)]
-    pub study: StudyArgs,
+    pub study: ModesStudyArgs,
     /// Also solve, and offer the freedoms that could follow statically while all frequencies up to here (Hz where bare) keep
     /// within --tolerance, then a relative change, 1e-3 where left out
     #[arg(long, value_name = "FREQUENCY")]

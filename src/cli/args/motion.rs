@@ -26,7 +26,7 @@ pub struct IntegrationArgs {
     )]
     pub step: Option<String>,
     /// Into how many equal parts the outputs divide the time, such as 5000 or 1e6; 1000 where left out
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = parse_count)]
     pub samples: Option<u32>,
 }
 
@@ -42,7 +42,7 @@ pub struct MotionArgs {
 }
 
 /// A whole number, also written as 1e6.
-fn count(text: &str) -> Result<u32, String> {
+fn parse_count(text: &str) -> Result<u32, String> {
     let value: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
     match value {
         n if n.fract() != 0.0 || !n.is_finite() => Err(format!("{text} is no whole number")),
@@ -70,7 +70,7 @@ pub struct SimulateArgs {
     pub no_sensitivity: bool,
     /// Found while it runs.
     #[command(flatten)]
-    pub running: RunningArgs,
+    pub running: OnlineArgs,
     /// One JSON document on standard output, nothing else there
     #[arg(long)]
     pub json: bool,
@@ -87,7 +87,7 @@ pub struct SimulateArgs {
 
 /// What is found of a motion while it runs.
 #[derive(Debug, Args)]
-pub struct RunningArgs {
+pub struct OnlineArgs {
     /// Keep no history of the outputs: however long the motion, memory goes by what is found
     #[arg(long, conflicts_with_all = ["csv", "svg"])]
     pub no_history: bool,
@@ -115,7 +115,7 @@ pub struct AccuracyArgs {
     pub scene: PathBuf,
     /// What is to be exact
     #[arg(long, value_enum)]
-    pub of: Option<SubjectWord>,
+    pub of: Option<AccuracyTargetArg>,
     /// Compare so many elastic modes; 10 where left out (with --of modes)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub lowest: Option<u32>,
@@ -153,7 +153,7 @@ pub struct AccuracyArgs {
 
 /// What `accuracy` compares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SubjectWord {
+pub enum AccuracyTargetArg {
     /// The motion in time
     Motion,
     /// The lowest natural frequencies

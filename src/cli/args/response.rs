@@ -26,13 +26,13 @@ pub struct ResponseArgs {
     pub lines: Option<u32>,
     /// Motions as displacement, speed or acceleration; as named where left out
     #[arg(long, value_enum, value_name = "KIND")]
-    pub kind: Option<ResponseKindWord>,
+    pub kind: Option<FrfFormArg>,
     /// Mean speed of the first node of `[speed]` (rpm where bare); gyroscopic terms count
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     pub speed: Option<String>,
     /// How; chosen from the machine and the number of lines where left out
     #[arg(long, value_enum, value_name = "METHOD")]
-    pub method: Option<ResponseWayWord>,
+    pub method: Option<ResponseMethodArg>,
     /// Answers to all orders over speed instead: meshes with sidebands, eccentricities, declared errors; speeds of the first node of
     /// `[speed]` (rpm where bare). Amplitudes are those of declared errors; where none is declared, 1 µm is assumed of every order
     #[arg(long, value_name = "A:B:POINTS", allow_hyphen_values = true, conflicts_with_all = ["input", "band", "lines", "kind", "speed", "method", "harmonic_balance"])]
@@ -66,7 +66,7 @@ pub struct ResponseArgs {
 
 /// Words for what a motion is shown as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ResponseKindWord {
+pub enum FrfFormArg {
     /// Displacement
     Receptance,
     /// Speed
@@ -77,7 +77,7 @@ pub enum ResponseKindWord {
 
 /// Words for ways to a response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ResponseWayWord {
+pub enum ResponseMethodArg {
     /// Solved line by line
     Direct,
     /// A sum over all modes

@@ -17,8 +17,8 @@ pub struct SpectrumArgs {
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',', required = true)]
     pub channel: Vec<String>,
     /// What kind of spectrum
-    #[arg(long, value_enum, default_value_t = SpectrumWord::Psd)]
-    pub kind: SpectrumWord,
+    #[arg(long, value_enum, default_value_t = SpectrumKindArg::Psd)]
+    pub kind: SpectrumKindArg,
     /// Lines shown, LOW:HIGH (Hz where bare; orders with --kind order); with --kind envelope the band whose envelope is taken
     #[arg(long, value_name = "A:B")]
     pub band: Option<String>,
@@ -35,11 +35,11 @@ pub struct SpectrumArgs {
     #[arg(long, value_name = "WAY", default_value = "linear")]
     pub average: String,
     /// What is taken off each block
-    #[arg(long, value_enum, default_value_t = DetrendWord::Mean)]
-    pub detrend: DetrendWord,
+    #[arg(long, value_enum, default_value_t = DetrendArg::Mean)]
+    pub detrend: DetrendArg,
     /// The motion shown, from the one that the unit of the channel tells
     #[arg(long = "as", value_enum, value_name = "MOTION")]
-    pub motion: Option<MotionWord>,
+    pub motion: Option<MotionQuantityArg>,
     /// Only what does not repeat: tones are predicted and taken off first
     #[arg(long)]
     pub separate: bool,
@@ -112,7 +112,7 @@ pub struct SpectrumArgs {
 
 /// Words for kinds of spectra.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SpectrumWord {
+pub enum SpectrumKindArg {
     /// Power spectral density
     Psd,
     /// Amplitude of tones, zero to peak
@@ -137,7 +137,7 @@ pub enum SpectrumWord {
 
 /// Words for what is taken off a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DetrendWord {
+pub enum DetrendArg {
     /// Nothing
     None,
     /// Its mean
@@ -148,7 +148,7 @@ pub enum DetrendWord {
 
 /// Words for motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MotionWord {
+pub enum MotionQuantityArg {
     /// m/s² or rad/s²
     Acceleration,
     /// m/s or rad/s

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::encoders::EncoderArgs;
+use super::encoders::EncoderTeArgs;
 use super::log::LogArgs;
 
 /// Arguments of `te`.
@@ -60,7 +60,7 @@ pub struct TeArgs {
     pub quiet: bool,
     /// What is said of a record of two encoders.
     #[command(flatten)]
-    pub record: EncoderArgs,
+    pub record: EncoderTeArgs,
     /// What may be said of the log.
     #[command(flatten)]
     pub log: LogArgs,

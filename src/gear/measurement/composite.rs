@@ -1,20 +1,20 @@
-//! One transmission error e(φ) over whole turns of a gear: F_i′, f_i′, long and short waves, harmonics.
+//! Single-flank record e(φ): F_is, f_is, long and short wave, harmonics.
 //!
 //! `e(φ) = Σ a_k cos(kφ/T + ψ_k)` over T turns; orders below z/2 are the long wave (eccentricity, cumulative pitch), the others the
 //! short wave (single pitch, profile), after VDI/VDE 2608. Every result is in the unit of the samples.
 
-use super::ranges::{self, Ranges};
+use super::ranges::{self, WindowedRanges};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 
 /// Fewest samples in a tooth pitch: with fewer the mesh order itself is beyond half the sampling.
-const LEAST_PER_PITCH: usize = 2;
+const MIN_SAMPLES_PER_PITCH: usize = 2;
 
 /// A transmission error sampled at even steps of angle.
 #[derive(Debug, Clone, Copy)]
-pub struct Record<'a> {
+pub struct SingleFlankRecord<'a> {
     values: &'a [f64],
     turns: usize,
     teeth: usize,
@@ -23,7 +23,7 @@ pub struct Record<'a> {
 
 /// A record parted in two; the parts add up to it.
 #[derive(Debug, Clone)]
-pub struct Split {
+pub struct WaveSplit {
     /// What repeats over many teeth, the mean with it.
     pub long: Vec<f64>,
     /// What is left.
@@ -31,12 +31,12 @@ pub struct Split {
     /// f_l′: range of the long wave over the record.
     pub long_range: f64,
     /// f_k′: ranges of the short wave inside one pitch.
-    pub short_ranges: Ranges,
+    pub short_ranges: WindowedRanges,
 }
 
 /// One line: `amplitude · cos(order · φ + phase)`, φ the angle of the gear from the first sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Harmonic {
+pub struct TeHarmonic {
     /// Periods in the record; the order per turn is `line / turns`.
     pub line: usize,
     /// Turns of the record.
@@ -47,14 +47,14 @@ pub struct Harmonic {
     pub phase: f64,
 }
 
-impl Harmonic {
+impl TeHarmonic {
     /// Periods per turn of the gear.
     pub fn order(&self) -> f64 {
         self.line as f64 / self.turns as f64
     }
 }
 
-impl<'a> Record<'a> {
+impl<'a> SingleFlankRecord<'a> {
     /// `values` cover exactly `turns` turns of a gear of `teeth` teeth; sample i stands at `2π turns i / n`, so the end of the last
     /// turn is not sampled again. `closed`: after the last sample the first follows, as after one turn of a gear against a master
     /// that does not err, or after the full hunting cycle of a pair.
@@ -66,7 +66,7 @@ impl<'a> Record<'a> {
         turns: usize,
         teeth: usize,
         closed: bool,
-    ) -> Result<Record<'a>, Error> {
+    ) -> Result<SingleFlankRecord<'a>, Error> {
         let pitches = turns.checked_mul(teeth).filter(|&n| n > 0);
         let Some(pitches) = pitches else {
             let message = format!("a record over {turns} turns of {teeth} teeth has no pitch");
@@ -80,17 +80,17 @@ impl<'a> Record<'a> {
             );
             return Err(Error::new(Code::NotANumber, message));
         }
-        if values.len() / LEAST_PER_PITCH < pitches {
+        if values.len() / MIN_SAMPLES_PER_PITCH < pitches {
             let per_pitch = values.len() as f64 / pitches as f64;
             let message = format!(
                 "{} samples over {pitches} pitches are {per_pitch:.2} a pitch",
                 values.len()
             );
-            return Err(Error::new(Code::TooShort, message).hint(
+            return Err(Error::new(Code::TooShort, message).with_hint(
                 "at least 2 are needed to tell the mesh order from what folds onto it, 20 or more for the form of a tooth",
             ));
         }
-        Ok(Record {
+        Ok(SingleFlankRecord {
             values,
             turns,
             teeth,
@@ -104,27 +104,27 @@ impl<'a> Record<'a> {
     }
 
     /// F_i′ over the whole record.
-    pub fn total(&self) -> f64 {
-        ranges::range(self.values)
+    pub fn total_deviation(&self) -> f64 {
+        ranges::peak_to_peak(self.values)
     }
 
     /// F_i′ over one turn, wherever it begins, and turn by turn.
-    pub fn by_turn(&self) -> Ranges {
-        ranges::ranges(self.values, self.turns, self.closed)
+    pub fn ranges_per_rev(&self) -> WindowedRanges {
+        ranges::windowed_ranges(self.values, self.turns, self.closed)
     }
 
     /// f_i′ of the raw record, as ISO 1328-1:1995 reads it: the window of one pitch slid freely, and tooth by tooth.
-    pub fn by_pitch(&self) -> Ranges {
+    pub fn ranges_per_pitch(&self) -> WindowedRanges {
         self.pitches_of(self.values)
     }
 
-    fn pitches_of(&self, values: &[f64]) -> Ranges {
-        ranges::ranges(values, self.turns * self.teeth, self.closed)
+    fn pitches_of(&self, values: &[f64]) -> WindowedRanges {
+        ranges::windowed_ranges(values, self.turns * self.teeth, self.closed)
     }
 
     /// Long wave: orders below z/2 by Fourier's sum, exactly. An open record is mirrored at its ends first, so that the step from
     /// its end to its start is no part of either wave.
-    pub fn split_by_order(&self) -> Split {
+    pub fn split_by_order(&self) -> WaveSplit {
         let n = self.values.len();
         let mut samples = self.values.to_vec();
         if !self.closed {
@@ -140,12 +140,12 @@ impl<'a> Record<'a> {
         spectrum[cut..].fill(Complex::new(0.0, 0.0));
         fft.inverse(&mut spectrum, &mut samples);
         samples.truncate(n);
-        self.parted(samples)
+        self.split_with(samples)
     }
 
     /// Long wave: the mean over one pitch about each place. Near the ends of an open record the pitch is the first or last whole
     /// one. Passes the order z/2 by 64 %; tooth meshing it stops.
-    pub fn split_by_pitch_average(&self) -> Split {
+    pub fn split_by_pitch_average(&self) -> WaveSplit {
         let n = self.values.len();
         let width = n as f64 / (self.turns * self.teeth) as f64;
         let mean = self.values.iter().sum::<f64>() / n as f64;
@@ -180,13 +180,13 @@ impl<'a> Record<'a> {
             };
             mean + (up_to(centre + half) - up_to(centre - half)) / width
         };
-        self.parted((0..n).map(about).collect())
+        self.split_with((0..n).map(about).collect())
     }
 
-    fn parted(&self, long: Vec<f64>) -> Split {
+    fn split_with(&self, long: Vec<f64>) -> WaveSplit {
         let short: Vec<f64> = self.values.iter().zip(&long).map(|(e, l)| e - l).collect();
-        Split {
-            long_range: ranges::range(&long),
+        WaveSplit {
+            long_range: ranges::peak_to_peak(&long),
             short_ranges: self.pitches_of(&short),
             long,
             short,
@@ -195,7 +195,7 @@ impl<'a> Record<'a> {
 
     /// Lines up to an order per turn, the mean first. Of an open record, orders that are no whole number of periods in it spread over
     /// their neighbours.
-    pub fn harmonics(&self, highest_order: f64) -> Vec<Harmonic> {
+    pub fn harmonics(&self, highest_order: f64) -> Vec<TeHarmonic> {
         let n = self.values.len();
         let mut samples = self.values.to_vec();
         let mut fft = RealFft::new(n);
@@ -205,7 +205,7 @@ impl<'a> Record<'a> {
             // The mean and the line at half the sampling have no mirror image to share with.
             let alone = line == 0 || 2 * line == n;
             let scale = if alone { 1.0 } else { 2.0 } / n as f64;
-            Harmonic {
+            TeHarmonic {
                 line,
                 turns: self.turns,
                 amplitude: scale * if line == 0 { z.re } else { z.norm() },

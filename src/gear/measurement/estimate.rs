@@ -1,4 +1,4 @@
-//! A value with its standard uncertainty: `u(y)² = Σ (∂y/∂x_i)² u_i²` (JCGM 100:2008, equation 10).
+//! Value with standard uncertainty: `u(y)² = Σ (∂y/∂xᵢ)² uᵢ²` (GUM, JCGM 100:2008, eq. 10).
 
 /// A value and how far it may be off.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,7 +19,7 @@ impl Estimate {
     }
 
     /// The same in another unit or on another line.
-    pub fn times(self, factor: f64) -> Estimate {
+    pub fn scaled_by(self, factor: f64) -> Estimate {
         Estimate {
             value: factor * self.value,
             std: self.std.map(|u| factor.abs() * u),
@@ -31,7 +31,7 @@ impl Estimate {
 ///
 /// # Errors
 /// `NotANumber`, with the number of the reading.
-pub(super) fn finite(readings: &[f64], what: &str) -> Result<(), crate::base::error::Error> {
+pub(super) fn check_finite(readings: &[f64], what: &str) -> Result<(), crate::base::error::Error> {
     use crate::base::{code::Code, error::Error};
     match readings.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
@@ -39,6 +39,6 @@ pub(super) fn finite(readings: &[f64], what: &str) -> Result<(), crate::base::er
             Code::NotANumber,
             format!("reading {} of {what} is missing or no number", i + 1),
         )
-        .hint("measure it again: what stands between two readings is not guessed")),
+        .with_hint("measure it again: what stands between two readings is not guessed")),
     }
 }

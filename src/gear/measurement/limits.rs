@@ -1,12 +1,12 @@
-//! Limits out of a table that somebody typed in: by quantity, grade, module, diameter and, where it matters, face width.
+//! Tolerance limits from a user's table: by quantity, grade, module, diameter, face width.
 
-use super::quantity::Quantity;
+use super::deviation::GearDeviation;
 
 /// One line of a table: a limit for sizes above the first and up to the second of each pair. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limit {
+pub struct ToleranceLimit {
     /// What it limits.
-    pub quantity: Quantity,
+    pub deviation: GearDeviation,
     /// At which grade.
     pub grade: u32,
     /// Normal modules.
@@ -22,26 +22,37 @@ pub struct Limit {
 /// Of the conversion from millimetres.
 const ROUNDING: f64 = 1e-9;
 
-impl Limit {
-    fn holds(&self, quantity: Quantity, sizes: [f64; 3]) -> bool {
+impl ToleranceLimit {
+    fn applies_to(&self, deviation: GearDeviation, sizes: [f64; 3]) -> bool {
         let ranges = [self.modules, self.diameters, self.widths];
         let within = |((low, high), x): ((f64, f64), f64)| {
             x > low * (1.0 + ROUNDING) && x <= high * (1.0 + ROUNDING)
         };
-        let same = std::mem::discriminant(&self.quantity) == std::mem::discriminant(&quantity);
+        let same = std::mem::discriminant(&self.deviation) == std::mem::discriminant(&deviation);
         same && ranges.into_iter().zip(sizes).all(within)
     }
 }
 
 /// The limit a table has for a quantity of a gear of a module, a diameter and a face width.
-pub fn limit(table: &[Limit], quantity: Quantity, grade: u32, sizes: [f64; 3]) -> Option<f64> {
-    let holds = |line: &&Limit| line.grade == grade && line.holds(quantity, sizes);
+pub fn find_limit(
+    table: &[ToleranceLimit],
+    deviation: GearDeviation,
+    grade: u32,
+    sizes: [f64; 3],
+) -> Option<f64> {
+    let holds = |line: &&ToleranceLimit| line.grade == grade && line.applies_to(deviation, sizes);
     table.iter().find(holds).map(|line| line.limit)
 }
 
 /// The finest grade of a table whose limit holds a value.
-pub fn reached(table: &[Limit], quantity: Quantity, value: f64, sizes: [f64; 3]) -> Option<u32> {
-    let holds =
-        |line: &&Limit| line.holds(quantity, sizes) && value.abs() <= line.limit * (1.0 + ROUNDING);
+pub fn grade_of(
+    table: &[ToleranceLimit],
+    deviation: GearDeviation,
+    value: f64,
+    sizes: [f64; 3],
+) -> Option<u32> {
+    let holds = |line: &&ToleranceLimit| {
+        line.applies_to(deviation, sizes) && value.abs() <= line.limit * (1.0 + ROUNDING)
+    };
     table.iter().filter(holds).map(|line| line.grade).min()
 }

@@ -4,13 +4,13 @@
 //! comparator was set to. With u the standard uncertainty of a reading, a sum over k pitches has `u √(k (z − k)/z)` by comparator and
 //! `u √2` by index positions.
 
-use super::estimate::{Estimate, finite};
+use super::estimate::{Estimate, check_finite};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// How pitches were read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
+pub enum PitchMethod {
     /// Each pitch against one unknown setting: the relative method.
     Comparator,
     /// Each flank's place against an ideal division: the absolute method.
@@ -19,20 +19,20 @@ pub enum Method {
 
 /// Pitch deviations of one side of the teeth.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Pitches {
+pub struct PitchDeviations {
     /// f_i of every pitch, with the sum zero.
     pub single: Vec<f64>,
     /// F_i after every pitch, from the first flank; the last is zero.
     pub cumulative: Vec<f64>,
     /// How far the first flank had moved when it was read again at the end; zero where it was not.
     pub drift: f64,
-    method: Method,
+    method: PitchMethod,
     std: Option<f64>,
 }
 
 /// A value and the pitches it comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct LocatedDeviation {
     /// The value.
     pub estimate: Estimate,
     /// The first pitch, from 0.
@@ -41,7 +41,7 @@ pub struct Found {
     pub end: usize,
 }
 
-impl Pitches {
+impl PitchDeviations {
     /// Evaluates the readings of a gear with `teeth` teeth: as many readings, or by index one more, the first flank read again, whose
     /// drift is then taken off evenly. `std`: the standard uncertainty of one reading, independent of the others.
     ///
@@ -49,26 +49,28 @@ impl Pitches {
     /// `OutOfRange`: another count, fewer than three teeth. `NotANumber`: a reading that is not finite.
     pub fn new(
         readings: &[f64],
-        method: Method,
+        method: PitchMethod,
         teeth: usize,
         std: Option<f64>,
-    ) -> Result<Pitches, Error> {
+    ) -> Result<PitchDeviations, Error> {
         if teeth < 3 {
             let message = format!("{teeth} teeth have no pitches to compare");
-            return Err(Error::new(Code::OutOfRange, message).hint("at least 3 teeth are needed"));
+            return Err(
+                Error::new(Code::OutOfRange, message).with_hint("at least 3 teeth are needed")
+            );
         }
-        let again = method == Method::Index && readings.len() == teeth + 1;
+        let again = method == PitchMethod::Index && readings.len() == teeth + 1;
         if readings.len() != teeth && !again {
             let message = format!("{} pitch readings for {teeth} teeth", readings.len());
             let hint = match method {
-                Method::Comparator => "give one reading a pitch, round the gear",
-                Method::Index => {
+                PitchMethod::Comparator => "give one reading a pitch, round the gear",
+                PitchMethod::Index => {
                     "give one reading a tooth, and if you like the first once more at the end"
                 }
             };
-            return Err(Error::new(Code::OutOfRange, message).hint(hint));
+            return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
         }
-        finite(readings, "the pitches")?;
+        check_finite(readings, "the pitches")?;
         let z = teeth as f64;
         let drift = if again {
             readings[teeth] - readings[0]
@@ -76,11 +78,11 @@ impl Pitches {
             0.0
         };
         let single: Vec<f64> = match method {
-            Method::Comparator => {
+            PitchMethod::Comparator => {
                 let mean = readings.iter().sum::<f64>() / z;
                 readings.iter().map(|p| p - mean).collect()
             }
-            Method::Index => {
+            PitchMethod::Index => {
                 let place = |i: usize| readings[i % teeth] - drift * (i % teeth) as f64 / z;
                 (0..teeth).map(|i| place(i + 1) - place(i)).collect()
             }
@@ -97,7 +99,7 @@ impl Pitches {
         if let Some(last) = cumulative.last_mut() {
             *last = 0.0;
         }
-        Ok(Pitches {
+        Ok(PitchDeviations {
             single,
             cumulative,
             drift,
@@ -112,7 +114,7 @@ impl Pitches {
     }
 
     /// Place of every flank against an ideal division through the first.
-    pub fn places(&self) -> Vec<f64> {
+    pub fn flank_positions(&self) -> Vec<f64> {
         let z = self.teeth();
         (0..z).map(|i| self.cumulative[(i + z - 1) % z]).collect()
     }
@@ -122,8 +124,8 @@ impl Pitches {
         let (z, k) = (self.teeth() as f64, (k % self.teeth()) as f64);
         let gain = match self.method {
             _ if k == 0.0 => 0.0,
-            Method::Comparator => (k * (z - k) / z).sqrt(),
-            Method::Index => std::f64::consts::SQRT_2,
+            PitchMethod::Comparator => (k * (z - k) / z).sqrt(),
+            PitchMethod::Index => std::f64::consts::SQRT_2,
         };
         self.std.map(|u| gain * u)
     }
@@ -132,29 +134,29 @@ impl Pitches {
     pub fn std_first_order(&self) -> Option<f64> {
         let z = self.teeth() as f64;
         let gain = match self.method {
-            Method::Index => (2.0 / z).sqrt(),
+            PitchMethod::Index => (2.0 / z).sqrt(),
             // Sums of readings: order 1 of them is that of the readings over 2 sin(π/z).
-            Method::Comparator => (2.0 / z).sqrt() / (2.0 * (std::f64::consts::PI / z).sin()),
+            PitchMethod::Comparator => (2.0 / z).sqrt() / (2.0 * (std::f64::consts::PI / z).sin()),
         };
         self.std.map(|u| gain * u)
     }
 
     /// f_p: the deviation of largest size, with its sign.
-    pub fn single(&self) -> Found {
-        self.over(1)
+    pub fn single_pitch(&self) -> LocatedDeviation {
+        self.span_deviation(1)
     }
 
     /// F_pk: the deviation over `k` pitches of largest size, with its sign, round the gear.
-    pub fn over(&self, k: usize) -> Found {
+    pub fn span_deviation(&self, k: usize) -> LocatedDeviation {
         let z = self.teeth();
         let k = k.clamp(1, z - 1);
-        let places = self.places();
+        let places = self.flank_positions();
         let over = |i: usize| match k {
             1 => self.single[i],
             _ => places[(i + k) % z] - places[i],
         };
-        let first = largest((0..z).map(over));
-        Found {
+        let first = arg_max_abs((0..z).map(over));
+        LocatedDeviation {
             estimate: Estimate {
                 value: over(first),
                 std: self.std_over(k),
@@ -165,10 +167,10 @@ impl Pitches {
     }
 
     /// F_p: from the lowest to the highest place.
-    pub fn total(&self) -> Found {
-        let places = self.places();
-        let (low, high) = ends(&places);
-        Found {
+    pub fn cumulative_total(&self) -> LocatedDeviation {
+        let places = self.flank_positions();
+        let (low, high) = arg_min_max(&places);
+        LocatedDeviation {
             estimate: Estimate {
                 value: places[high] - places[low],
                 std: self.std_over(high.abs_diff(low)),
@@ -179,16 +181,16 @@ impl Pitches {
     }
 
     /// f_u: the largest difference of neighbouring pitches.
-    pub fn adjacent(&self) -> Found {
+    pub fn adjacent(&self) -> LocatedDeviation {
         let z = self.teeth();
         let difference = |i: usize| self.single[(i + 1) % z] - self.single[i];
-        let first = largest((0..z).map(difference));
+        let first = arg_max_abs((0..z).map(difference));
         let gain = match self.method {
-            Method::Comparator => 2f64.sqrt(),
+            PitchMethod::Comparator => 2f64.sqrt(),
             // 1, −2, 1; of three teeth the ends of the three places are still different.
-            Method::Index => 6f64.sqrt(),
+            PitchMethod::Index => 6f64.sqrt(),
         };
-        Found {
+        LocatedDeviation {
             estimate: Estimate::new(difference(first).abs(), gain, self.std),
             first,
             end: first + 2,
@@ -197,12 +199,12 @@ impl Pitches {
 }
 
 /// How many pitches F_pk reaches over where nothing is stated: z/8, at least 2.
-pub fn usual_reach(teeth: usize) -> usize {
+pub fn default_span(teeth: usize) -> usize {
     (teeth / 8).max(2)
 }
 
 /// Where the lowest and the highest value are; the first of equals.
-pub(super) fn ends(values: &[f64]) -> (usize, usize) {
+pub(super) fn arg_min_max(values: &[f64]) -> (usize, usize) {
     let (mut low, mut high) = (0, 0);
     for (i, x) in values.iter().enumerate() {
         if *x < values[low] {
@@ -216,7 +218,7 @@ pub(super) fn ends(values: &[f64]) -> (usize, usize) {
 }
 
 /// Where the value of largest size is; the first of equals.
-fn largest(values: impl Iterator<Item = f64>) -> usize {
+fn arg_max_abs(values: impl Iterator<Item = f64>) -> usize {
     let mut best = (0, -1.0);
     for (i, x) in values.enumerate() {
         if x.abs() > best.1 {

@@ -1,10 +1,10 @@
-//! Ranges inside windows of an evenly sampled record: `max − min` where the window slides freely, and where windows lie end to end.
+//! Peak-to-peak values in sliding and adjacent windows of a record.
 //!
 //! Between samples the record is taken as straight, so that a window need not be a whole number of samples wide.
 
 /// Ranges of a record inside windows of one width.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ranges {
+pub struct WindowedRanges {
     /// The largest over every place the window can be slid to.
     pub sliding: f64,
     /// The largest over windows end to end, the first beginning at the first sample.
@@ -14,7 +14,7 @@ pub struct Ranges {
 }
 
 /// `max − min`; zero of nothing.
-pub fn range(values: &[f64]) -> f64 {
+pub fn peak_to_peak(values: &[f64]) -> f64 {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for &x in values {
         low = low.min(x);
@@ -29,15 +29,15 @@ pub fn range(values: &[f64]) -> f64 {
 ///
 /// # Panics
 /// No windows at all: a mistake of the caller.
-pub fn ranges(values: &[f64], count: usize, closed: bool) -> Ranges {
+pub fn windowed_ranges(values: &[f64], count: usize, closed: bool) -> WindowedRanges {
     assert!(count > 0, "at least one window");
     let each = end_to_end(values, count, closed);
     let fixed = each.iter().fold(0.0, |m: f64, &r| m.max(r));
     let sliding = match count == 1 {
-        true => range(values),
+        true => peak_to_peak(values),
         false => sliding(values, count, closed).max(fixed),
     };
-    Ranges {
+    WindowedRanges {
         sliding,
         fixed,
         each,
@@ -45,7 +45,7 @@ pub fn ranges(values: &[f64], count: usize, closed: bool) -> Ranges {
 }
 
 /// The record at `whole + part/of` samples.
-fn between(values: &[f64], whole: usize, part: usize, of: usize, closed: bool) -> f64 {
+fn interpolate_at(values: &[f64], whole: usize, part: usize, of: usize, closed: bool) -> f64 {
     let n = values.len();
     let at = |i: usize| match closed {
         true => values[i % n],
@@ -72,8 +72,8 @@ fn end_to_end(values: &[f64], count: usize, closed: bool) -> Vec<f64> {
     let window = |j: usize| {
         let ((from, from_part), (to, to_part)) = (border(j), border(j + 1));
         let ends = [
-            between(values, from, from_part, count, closed),
-            between(values, to, to_part, count, closed),
+            interpolate_at(values, from, from_part, count, closed),
+            interpolate_at(values, to, to_part, count, closed),
         ];
         let inside = &values[(from + usize::from(from_part > 0)).min(n)..(to + 1).min(n)];
         let (low, high) = ends

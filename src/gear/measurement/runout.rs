@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::estimate::{Estimate, finite};
-use super::pitch::{Pitches, ends};
-use super::ranges::range;
+use super::estimate::{Estimate, check_finite};
+use super::pitch::{PitchDeviations, arg_min_max};
+use super::ranges::peak_to_peak;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -43,12 +43,12 @@ pub fn from_ball(readings: &[f64], teeth: usize, std: Option<f64>) -> Result<Run
     if readings.len() != teeth || teeth < 3 {
         let message = format!("{} run-out readings for {teeth} teeth", readings.len());
         return Err(Error::new(Code::OutOfRange, message)
-            .hint("set the ball in every space once: as many readings as teeth, at least 3"));
+            .with_hint("set the ball in every space once: as many readings as teeth, at least 3"));
     }
-    finite(readings, "the run-out")?;
+    check_finite(readings, "the run-out")?;
     let spread = std.map(|u| 2f64.sqrt() * u);
     let first = std.map(|u| (2.0 / teeth as f64).sqrt() * u);
-    Ok(evaluated(readings.to_vec(), spread, first))
+    Ok(evaluate(readings.to_vec(), spread, first))
 }
 
 /// From the pitches of both sides; reading i of each belongs to the two flanks of space i, teeth counted so that a longer pitch moves
@@ -56,26 +56,35 @@ pub fn from_ball(readings: &[f64], teeth: usize, std: Option<f64>) -> Result<Run
 ///
 /// # Errors
 /// `OutOfRange`: sides of different counts.
-pub fn from_pitches(left: &Pitches, right: &Pitches, angle: f64) -> Result<Runout, Error> {
+pub fn from_pitches(
+    left: &PitchDeviations,
+    right: &PitchDeviations,
+    angle: f64,
+) -> Result<Runout, Error> {
     let teeth = left.teeth();
     if right.teeth() != teeth {
         let message = format!(
             "{teeth} pitches on the left, {} on the right",
             right.teeth()
         );
-        return Err(Error::new(Code::OutOfRange, message).hint("both sides belong to one gear"));
+        return Err(
+            Error::new(Code::OutOfRange, message).with_hint("both sides belong to one gear")
+        );
     }
     let slope = 2.0 * angle.tan();
-    let places = left.places().into_iter().zip(right.places());
+    let places = left
+        .flank_positions()
+        .into_iter()
+        .zip(right.flank_positions());
     let readings: Vec<f64> = places.map(|(l, r)| (r - l) / slope).collect();
-    let (low, high) = ends(&readings);
+    let (low, high) = arg_min_max(&readings);
     let std = |k: usize| Some(left.std_over(k)?.hypot(right.std_over(k)?) / slope);
     let spread = std(high.abs_diff(low));
     let first = || Some(left.std_first_order()?.hypot(right.std_first_order()?) / slope);
-    Ok(evaluated(readings, spread, first()))
+    Ok(evaluate(readings, spread, first()))
 }
 
-fn evaluated(readings: Vec<f64>, spread: Option<f64>, first_order: Option<f64>) -> Runout {
+fn evaluate(readings: Vec<f64>, spread: Option<f64>, first_order: Option<f64>) -> Runout {
     let n = readings.len() as f64;
     let angle = |i: usize| TAU * i as f64 / n;
     let (mut cosine, mut sine) = (0.0, 0.0);
@@ -90,7 +99,7 @@ fn evaluated(readings: Vec<f64>, spread: Option<f64>, first_order: Option<f64>) 
         .collect();
     Runout {
         range: Estimate {
-            value: range(&readings),
+            value: peak_to_peak(&readings),
             std: spread,
         },
         eccentricity: Estimate {
@@ -99,7 +108,7 @@ fn evaluated(readings: Vec<f64>, spread: Option<f64>, first_order: Option<f64>) 
         },
         phase: sine.atan2(cosine),
         mean: readings.iter().sum::<f64>() / n,
-        remainder: range(&rest),
+        remainder: peak_to_peak(&rest),
         readings,
     }
 }

@@ -3,13 +3,13 @@
 //!
 //! A profile lies along the length of roll, a helix along the face width; surplus material is positive.
 
-use super::estimate::{Estimate, finite};
-use super::pitch::ends;
+use super::estimate::{Estimate, check_finite};
+use super::pitch::arg_min_max;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// Fewest points a line is laid through.
-const LEAST: usize = 3;
+const MIN_POINTS: usize = 3;
 
 /// What the design itself takes off.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +36,7 @@ pub enum Modification {
 
 impl Modification {
     /// The design's deviation from the plain flank at `x`.
-    pub fn at(self, x: f64) -> f64 {
+    pub fn deviation_at(self, x: f64) -> f64 {
         match self {
             Modification::Relief { from, to, amount } => {
                 -amount * ((x - from) / (to - from)).clamp(0.0, 1.0)
@@ -51,7 +51,7 @@ impl Modification {
 
 /// The straight line through part of a trace, and what is read about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub struct MeanLine {
     /// F: range of the trace.
     pub total: Estimate,
     /// f_f: range about the line.
@@ -68,14 +68,14 @@ pub struct Line {
     spread: f64,
 }
 
-impl Line {
+impl MeanLine {
     /// Height at `x`.
-    pub fn at(&self, x: f64) -> f64 {
+    pub fn height_at(&self, x: f64) -> f64 {
         self.level + self.gradient * (x - self.middle)
     }
 
     /// How much two points pull on the line's height at each other.
-    fn pull(&self, a: f64, b: f64) -> f64 {
+    fn leverage(&self, a: f64, b: f64) -> f64 {
         1.0 / self.points + (a - self.middle) * (b - self.middle) / self.spread
     }
 }
@@ -86,27 +86,28 @@ impl Line {
 /// # Errors
 /// `OutOfRange`: lengths that differ or do not rise. `NotANumber`: a point that is not finite. `TooShort`: fewer than 3 points in
 /// the range.
-pub fn line(
+pub fn fit_mean_line(
     along: &[f64],
     deviation: &[f64],
     (from, to): (f64, f64),
     reach: f64,
     std: Option<f64>,
-) -> Result<Line, Error> {
+) -> Result<MeanLine, Error> {
     check(along, deviation)?;
     // A border that was meant to be on a point may miss it by rounding.
     let slack = 1e-9 * (to - from).abs();
     let first = along.partition_point(|&x| x < from - slack);
     let end = along.partition_point(|&x| x <= to + slack);
-    if end < first + LEAST {
+    if end < first + MIN_POINTS {
         let message = format!(
             "{} points of the trace lie in its evaluation range, {:.4} to {:.4} mm",
             end.saturating_sub(first),
             1e3 * from,
             1e3 * to
         );
-        return Err(Error::new(Code::TooShort, message)
-            .hint("at least 3 are needed; does the range belong to this trace and its unit?"));
+        return Err(Error::new(Code::TooShort, message).with_hint(
+            "at least 3 are needed; does the range belong to this trace and its unit?",
+        ));
     }
     let (x, y) = (&along[first..end], &deviation[first..end]);
     let n = x.len() as f64;
@@ -124,8 +125,8 @@ pub fn line(
         .zip(y)
         .map(|(x, y)| y - level - gradient * (x - middle))
         .collect();
-    let ((low, high), (under, above)) = (ends(y), ends(&rest));
-    let mut line = Line {
+    let ((low, high), (under, above)) = (arg_min_max(y), arg_min_max(&rest));
+    let mut line = MeanLine {
         total: Estimate::new(y[high] - y[low], 2f64.sqrt(), std),
         form: Estimate::new(0.0, 0.0, std),
         slope: Estimate::new(gradient * reach, reach / spread.sqrt(), std),
@@ -136,7 +137,7 @@ pub fn line(
         spread,
     };
     let (a, b) = (x[under], x[above]);
-    let gain = 2.0 - line.pull(a, a) - line.pull(b, b) + 2.0 * line.pull(a, b);
+    let gain = 2.0 - line.leverage(a, a) - line.leverage(b, b) + 2.0 * line.leverage(a, b);
     line.form = Estimate::new(rest[above] - rest[under], gain.max(0.0).sqrt(), std);
     Ok(line)
 }
@@ -146,9 +147,9 @@ pub fn line(
 ///
 /// # Errors
 /// `OutOfRange`: lengths that differ or do not rise; a cut-off that holds fewer than two steps of the trace. `NotANumber`.
-pub fn filtered(along: &[f64], deviation: &[f64], cutoff: f64) -> Result<Vec<f64>, Error> {
+pub fn gaussian_filter(along: &[f64], deviation: &[f64], cutoff: f64) -> Result<Vec<f64>, Error> {
     /// Beyond this the weight is e^(−2π·…) < 1e-6 of its crest, in cut-offs.
-    const REACH: f64 = 1.0;
+    const KERNEL_HALF_WIDTH: f64 = 1.0;
     check(along, deviation)?;
     let alpha = (std::f64::consts::LN_2 / std::f64::consts::PI).sqrt();
     let n = along.len();
@@ -161,11 +162,11 @@ pub fn filtered(along: &[f64], deviation: &[f64], cutoff: f64) -> Result<Vec<f64
             1e3 * widest
         );
         return Err(Error::new(Code::OutOfRange, message)
-            .hint("leave the filter out, or take the trace at nearer points"));
+            .with_hint("leave the filter out, or take the trace at nearer points"));
     }
     let mean = |i: usize| {
-        let near = along.partition_point(|&x| x < along[i] - REACH * cutoff)
-            ..along.partition_point(|&x| x <= along[i] + REACH * cutoff);
+        let near = along.partition_point(|&x| x < along[i] - KERNEL_HALF_WIDTH * cutoff)
+            ..along.partition_point(|&x| x <= along[i] + KERNEL_HALF_WIDTH * cutoff);
         let (mut weights, mut sum) = (0.0, 0.0);
         for j in near {
             let u = (along[j] - along[i]) / (alpha * cutoff);
@@ -182,7 +183,7 @@ pub fn filtered(along: &[f64], deviation: &[f64], cutoff: f64) -> Result<Vec<f64
 /// first.
 ///
 /// # Errors
-/// Those of [`line()`].
+/// Those of [`fit_mean_line()`].
 pub fn tip_relief(
     along: &[f64],
     deviation: &[f64],
@@ -190,11 +191,11 @@ pub fn tip_relief(
     internal: bool,
     std: Option<f64>,
 ) -> Result<Estimate, Error> {
-    let line = line(along, deviation, range, range.1 - range.0, std)?;
+    let line = fit_mean_line(along, deviation, range, range.1 - range.0, std)?;
     let tip = if internal { 0 } else { along.len() - 1 };
-    let gain = (1.0 + line.pull(along[tip], along[tip])).sqrt();
+    let gain = (1.0 + line.leverage(along[tip], along[tip])).sqrt();
     Ok(Estimate::new(
-        line.at(along[tip]) - deviation[tip],
+        line.height_at(along[tip]) - deviation[tip],
         gain,
         std,
     ))
@@ -209,15 +210,15 @@ fn check(along: &[f64], deviation: &[f64]) -> Result<(), Error> {
         );
         return Err(Error::new(Code::OutOfRange, message));
     }
-    finite(along, "the places of the trace")?;
-    finite(deviation, "the trace")?;
+    check_finite(along, "the places of the trace")?;
+    check_finite(deviation, "the trace")?;
     match along.windows(2).position(|w| w[1] <= w[0]) {
         None => Ok(()),
         Some(i) => Err(Error::new(
             Code::OutOfRange,
             format!("places of the trace do not rise at point {}", i + 2),
         )
-        .hint(
+        .with_hint(
             "a profile runs outward, with the length of roll; a helix from one face to the other",
         )),
     }
@@ -236,7 +237,7 @@ mod tests {
         let cutoff = 0.8e-3;
         for length in [0.4e-3, 0.8e-3, 1.6e-3, 8e-3] {
             let wave: Vec<f64> = along.iter().map(|x| (TAU * x / length).cos()).collect();
-            let found = filtered(&along, &wave, cutoff).unwrap();
+            let found = gaussian_filter(&along, &wave, cutoff).unwrap();
             let passes = (-LN_2 * (cutoff / length).powi(2)).exp();
             for k in 200..1800 {
                 assert!(
@@ -248,15 +249,15 @@ mod tests {
             }
         }
         let line: Vec<f64> = along.iter().map(|x| 3.0 * x - 0.01).collect();
-        let found = filtered(&along, &line, cutoff).unwrap();
+        let found = gaussian_filter(&along, &line, cutoff).unwrap();
         assert!((200..1800).all(|k| (found[k] - line[k]).abs() < 1e-9));
     }
 
     #[test]
     fn refuses_filters_finer_than_the_trace() {
         let along = [0.0, 1e-4, 2e-4, 3e-4];
-        let error = filtered(&along, &[0.0; 4], 1.5e-4).unwrap_err();
+        let error = gaussian_filter(&along, &[0.0; 4], 1.5e-4).unwrap_err();
         assert_eq!(error.code, Code::OutOfRange);
-        assert!(filtered(&along, &[0.0; 4], f64::NAN).is_err());
+        assert!(gaussian_filter(&along, &[0.0; 4], f64::NAN).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! Poles of one model order, as every method over rising orders gives them.
+//! Poles of one model order, with shape and participation where the method gives them.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +17,7 @@ pub struct CandidatePole {
 
 impl CandidatePole {
     /// Without shape or participation.
-    pub fn bare(pole: Complex) -> CandidatePole {
+    pub fn from_pole(pole: Complex) -> CandidatePole {
         CandidatePole {
             pole,
             shape: Vec::new(),
@@ -49,13 +49,13 @@ impl OrderPoles {
 }
 
 /// Whether a pole swings, decays and has its half-power points inside the band: those at the ends model what lies beyond.
-pub fn is_inside(pole: Complex, (low_hz, high_hz): (f64, f64)) -> bool {
+pub fn is_in_band(pole: Complex, (low_hz, high_hz): (f64, f64)) -> bool {
     let half_band = pole.re.abs();
     pole.re < 0.0 && pole.im - half_band >= TAU * low_hz && pole.im + half_band <= TAU * high_hz
 }
 
 /// Divides by the component of largest modulus; a zero vector stays.
-pub fn unit_largest(mut shape: Vec<Complex>) -> Vec<Complex> {
+pub fn normalize_to_largest(mut shape: Vec<Complex>) -> Vec<Complex> {
     let mut largest = Complex::ZERO;
     for &z in &shape {
         if z.norm_sqr() > largest.norm_sqr() {

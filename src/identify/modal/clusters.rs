@@ -1,4 +1,4 @@
-//! Agglomerative clusters by average linkage: the two nearest are joined until none are nearer than the cut.
+//! Agglomerative clustering by average linkage with a distance cut (Müllner 2011).
 //!
 //! Müllner, Modern hierarchical, agglomerative clustering algorithms, arXiv:1109.2378 (2011): chains of nearest neighbours, O(n²).
 

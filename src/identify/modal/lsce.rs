@@ -1,16 +1,16 @@
-//! Least-squares complex exponential: impulse responses obey one linear recurrence, `Σ_j β_j h(n + j) = 0`, whose roots are `exp(p_r Δt)`.
+//! Least-squares complex exponential (LSCE): `Σ_j β_j h(n + j) = 0`, roots `exp(p_r Δt)`.
 //!
 //! Brown, Allemang, Zimmerman & Mergeay, Parameter estimation techniques for modal analysis, SAE 790221 (1979). The impulse responses are
 //! those of the band alone: what is cut off at its ends leaks, so that poles near the ends and heavily damped ones are poor.
 
-use super::candidates::{CandidatePole, OrderPoles, is_inside};
-use super::lags::Lags;
-use super::nested::Nested;
-use super::responses::Responses;
+use super::candidates::{CandidatePole, OrderPoles, is_in_band};
+use super::lags::LagSums;
+use super::measured_frf::MeasuredFrf;
+use super::nested_cholesky::NestedCholesky;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Matrix;
-use crate::numeric::general::eigenvalues;
+use crate::numeric::eigen::eigenvalues;
 
 /// Equations for every coefficient of the highest order: more average noise, fewer stay where the impulse response is above it.
 const EQUATIONS_PER_COEFFICIENT: usize = 4;
@@ -19,46 +19,46 @@ const EQUATIONS_PER_COEFFICIENT: usize = 4;
 ///
 /// # Errors
 /// `TooShort` where the lines do not carry that order; `IllPosed` where the equations stay singular.
-pub fn lsce(responses: &Responses, max_order: usize) -> Result<Vec<OrderPoles>, Error> {
-    let bearable = responses.n_lines() * 2 / (EQUATIONS_PER_COEFFICIENT + 1);
+pub fn lsce(frf: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>, Error> {
+    let bearable = frf.n_lines() * 2 / (EQUATIONS_PER_COEFFICIENT + 1);
     if !(2..=bearable).contains(&max_order) {
         return Err(Error::new(
             Code::TooShort,
             format!(
                 "order {max_order} cannot be fitted to the impulse responses of {} lines",
-                responses.n_lines()
+                frf.n_lines()
             ),
         )
-        .hint(format!("ask for an order from 2 to {bearable}")));
+        .with_hint(format!("ask for an order from 2 to {bearable}")));
     }
     let equations = EQUATIONS_PER_COEFFICIENT * max_order;
-    let mut lags = Lags::new(responses.frequency_hz(), equations + max_order);
+    let mut lag_sums = LagSums::new(frf.frequency_hz(), equations + max_order);
     let side = max_order + 1;
     let mut c = Matrix::zeros(side, side);
-    for output in 0..responses.n_outputs() {
-        for input in 0..responses.n_inputs() {
-            let value = responses.value(output, input);
-            let sums = lags.sum(|k| value[k]);
+    for output in 0..frf.n_outputs() {
+        for input in 0..frf.n_inputs() {
+            let value = frf.response(output, input);
+            let sums = lag_sums.sum(|k| value[k]);
             let h = &sums[equations + max_order..];
             let size = h.iter().map(|x| x * x).sum::<f64>();
             add_products(&mut c, h, equations, 1.0 / size);
         }
     }
-    let nested = Nested::new(c)?;
+    let cholesky = NestedCholesky::new(c)?;
     let mut orders = Vec::new();
     for order in (2..=max_order).step_by(2) {
-        let beta = nested.monic(order);
+        let beta = cholesky.monic_minimum(order);
         let companion = Matrix::from_fn(order, order, |i, j| match i {
             0 => -beta[order - 1 - j],
             _ => f64::from(u8::from(i == j + 1)),
         });
         let poles = eigenvalues(&companion)?
             .into_iter()
-            .filter_map(|z| lags.continuous(z))
-            .filter(|&p| is_inside(p, responses.ends_hz()));
+            .filter_map(|z| lag_sums.to_s_plane(z))
+            .filter(|&p| is_in_band(p, frf.band_limits_hz()));
         orders.push(OrderPoles::new(
             order,
-            poles.map(CandidatePole::bare).collect(),
+            poles.map(CandidatePole::from_pole).collect(),
         ));
     }
     Ok(orders)

@@ -1,40 +1,39 @@
-//! Residues, shapes and scaling for known poles, by least squares over lines (least-squares frequency domain):
-//! `H = sⁿ (Σ_r [R_r/(s − p_r) + R_r*/(s − p_r*)] + L/s² + U)`, `s = iω`, n = 0, 1, 2 for displacement, velocity, acceleration.
+//! Least-squares frequency domain (LSFD): residues, mode shapes and modal scaling for known poles.
 //!
 //! Ewins, Modal Testing, 2nd ed. (2000), §4.5; L (inertia line) and U (residual flexibility), both real, stand for the modes below and above.
 
 use std::f64::consts::TAU;
 
-use super::candidates::unit_largest;
-use super::responses::{Quantity, Responses};
+use super::candidates::normalize_to_largest;
+use super::measured_frf::{MeasuredFrf, MotionQuantity};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::definite::hermitian;
-use crate::numeric::{Complex, ComplexMatrix, Matrix, overdetermined};
+use crate::numeric::symmetric::hermitian_eigen;
+use crate::numeric::{Complex, ComplexMatrix, Matrix, lstsq};
 
 /// Residues of every mode and what stands for the modes outside the band.
 #[derive(Debug, Clone)]
 pub struct ResidueFit {
     /// Poles of the upper half plane, rad/s, as given.
     pub poles: Vec<Complex>,
-    /// `residues[mode][(output, input)]`, of the receptance.
+    /// `fit_residues[mode][(output, input)]`, of the receptance.
     pub residues: Vec<ComplexMatrix>,
     /// L, of the receptance, by output and input.
-    pub lower: Matrix,
+    pub lower_residual: Matrix,
     /// U, of the receptance, by output and input.
-    pub upper: Matrix,
+    pub upper_residual: Matrix,
     /// What was measured.
-    pub quantity: Quantity,
+    pub motion: MotionQuantity,
 }
 
 /// Fits residues; all lines weigh the same.
 ///
 /// # Errors
 /// `IllPosed` without a pole, with one that is no pole of the upper half plane, or more unknowns than lines; those of the solver.
-pub fn residues(
-    responses: &Responses,
+pub fn fit_residues(
+    frf: &MeasuredFrf,
     poles: &[Complex],
-    quantity: Quantity,
+    quantity: MotionQuantity,
 ) -> Result<ResidueFit, Error> {
     let is_pole = |p: &Complex| p.re.is_finite() && p.im.is_finite() && p.im > 0.0;
     if poles.is_empty() || !poles.iter().all(is_pole) {
@@ -42,34 +41,34 @@ pub fn residues(
             Code::IllPosed,
             "residues need finite poles of the upper half plane, and at least one",
         )
-        .hint("select poles first"));
+        .with_hint("select poles first"));
     }
-    let lines: Vec<usize> = (0..responses.n_lines())
-        .filter(|&k| responses.frequency_hz()[k] > 0.0) // L/s² has no value at rest
+    let lines: Vec<usize> = (0..frf.n_lines())
+        .filter(|&k| frf.frequency_hz()[k] > 0.0) // L/s² has no value at rest
         .collect();
     let n = lines.len();
-    let scale = TAU * responses.ends_hz().1; // s and the poles in units of the last line, so that L and U stay in range
+    let scale = TAU * frf.band_limits_hz().1; // s and the poles in units of the last line, so that L and U stay in range
     let unknowns = 2 * poles.len() + 2;
     let mut basis = Matrix::zeros(2 * n, unknowns);
     for (row, &k) in lines.iter().enumerate() {
-        let s = Complex::new(0.0, TAU * responses.frequency_hz()[k] / scale);
+        let s = Complex::new(0.0, TAU * frf.frequency_hz()[k] / scale);
         for (column, value) in terms(s, poles, scale, quantity).into_iter().enumerate() {
             basis[(row, column)] = value.re;
             basis[(n + row, column)] = value.im;
         }
     }
-    let (outputs, inputs) = (responses.n_outputs(), responses.n_inputs());
+    let (outputs, inputs) = (frf.n_outputs(), frf.n_inputs());
     let measured = Matrix::from_fn(2 * n, outputs * inputs, |i, column| {
-        let h = responses.value(column / inputs, column % inputs);
+        let h = frf.response(column / inputs, column % inputs);
         if i < n {
             h[lines[i]].re
         } else {
             h[lines[i - n]].im
         }
     });
-    let x = overdetermined::solve(&basis, &measured)?;
+    let x = lstsq::lstsq(&basis, &measured)?;
     // Units come back: H in s/scale has scale⁻ⁿ in it, residues another factor of scale, L its square.
-    let unit = scale.powi(-quantity.power());
+    let unit = scale.powi(-quantity.derivative_order());
     let at = |row: usize, o: usize, i: usize| x[(row, o * inputs + i)] * unit;
     let residue = |r: usize| {
         ComplexMatrix::from_fn(outputs, inputs, |o, i| {
@@ -79,17 +78,17 @@ pub fn residues(
     Ok(ResidueFit {
         poles: poles.to_vec(),
         residues: (0..poles.len()).map(residue).collect(),
-        lower: Matrix::from_fn(outputs, inputs, |o, i| {
+        lower_residual: Matrix::from_fn(outputs, inputs, |o, i| {
             at(unknowns - 2, o, i) * scale * scale
         }),
-        upper: Matrix::from_fn(outputs, inputs, |o, i| at(unknowns - 1, o, i)),
-        quantity,
+        upper_residual: Matrix::from_fn(outputs, inputs, |o, i| at(unknowns - 1, o, i)),
+        motion: quantity,
     })
 }
 
 /// Factors of Re R, Im R of every mode, of L and of U.
-fn terms(s: Complex, poles: &[Complex], scale: f64, quantity: Quantity) -> Vec<Complex> {
-    let factor = s.powi(quantity.power());
+fn terms(s: Complex, poles: &[Complex], scale: f64, quantity: MotionQuantity) -> Vec<Complex> {
+    let factor = s.powi(quantity.derivative_order());
     let mut terms = Vec::with_capacity(2 * poles.len() + 2);
     for &p in poles {
         let (above, below) = ((s - p / scale).inv(), (s - p.conj() / scale).inv());
@@ -105,32 +104,38 @@ impl ResidueFit {
     /// The fitted response of an output to an input at a frequency above 0, Hz.
     pub fn synthesise(&self, output: usize, input: usize, frequency_hz: f64) -> Complex {
         let s = Complex::new(0.0, TAU * frequency_hz);
-        let mut sum = self.lower[(output, input)] / (s * s) + self.upper[(output, input)];
+        let mut sum =
+            self.lower_residual[(output, input)] / (s * s) + self.upper_residual[(output, input)];
         for (p, r) in self.poles.iter().zip(&self.residues) {
             let r = r[(output, input)];
             sum += r / (s - p) + r.conj() / (s - p.conj());
         }
-        sum * s.powi(self.quantity.power())
+        sum * s.powi(self.motion.derivative_order())
     }
 
     /// Shape and participation of a mode.
     ///
     /// # Errors
-    /// As [`ModeShape::of`].
-    pub fn shape(&self, mode: usize) -> Result<ModeShape, Error> {
-        ModeShape::of(&self.residues[mode])
+    /// As [`ModeShape::from_residues`].
+    pub fn mode_shape(&self, mode: usize) -> Result<ModeShape, Error> {
+        ModeShape::from_residues(&self.residues[mode])
     }
 
-    /// Scale of a mode by a driving point, where output and input are the same freedom with the same sign.
+    /// Scale of a mode by a driving point, where output and input are the same degree of freedom with the same sign.
     ///
     /// # Errors
-    /// As [`ResidueFit::shape`]; `IllPosed` where the mode does not move the driving point.
-    pub fn scaling(&self, mode: usize, output: usize, input: usize) -> Result<Scaling, Error> {
+    /// As [`ResidueFit::mode_shape`]; `IllPosed` where the mode does not move the driving point.
+    pub fn modal_scaling(
+        &self,
+        mode: usize,
+        output: usize,
+        input: usize,
+    ) -> Result<ModalScaling, Error> {
         let ModeShape {
             shape,
             participation,
             ..
-        } = self.shape(mode)?;
+        } = self.mode_shape(mode)?;
         let residue = shape[output] * participation[input];
         let modal_a = shape[output] * shape[output] / residue;
         if !(modal_a.re.is_finite() && modal_a.im.is_finite()) {
@@ -138,11 +143,11 @@ impl ResidueFit {
                 Code::IllPosed,
                 format!("mode {} does not move its driving point", mode + 1),
             )
-            .hint("take another driving point"));
+            .with_hint("take another driving point"));
         }
         let modal_mass = (modal_a / Complex::new(0.0, 2.0 * self.poles[mode].im)).re;
         let root = modal_a.sqrt();
-        Ok(Scaling {
+        Ok(ModalScaling {
             modal_a,
             modal_mass,
             unit_a_shape: shape.iter().map(|x| x / root).collect(),
@@ -166,15 +171,15 @@ impl ModeShape {
     ///
     /// # Errors
     /// Those of the eigenproblem behind it.
-    pub fn of(residues: &ComplexMatrix) -> Result<ModeShape, Error> {
+    pub fn from_residues(residues: &ComplexMatrix) -> Result<ModeShape, Error> {
         let r = residues;
-        let (values, vectors) = hermitian(&(r.adjoint() * r))?;
+        let (values, vectors) = hermitian_eigen(&(r.adjoint() * r))?;
         let last = values.len() - 1;
         let v: Vec<Complex> = (0..=last).map(|i| vectors[(i, last)]).collect();
         let image = (0..r.nrows())
             .map(|o| (0..=last).fold(Complex::ZERO, |s, i| s + r[(o, i)] * v[i]))
             .collect::<Vec<_>>();
-        let shape = unit_largest(image.clone());
+        let shape = normalize_to_largest(image.clone());
         let lead = (0..shape.len()).fold(0, |best, o| {
             if image[o].norm_sqr() > image[best].norm_sqr() {
                 o
@@ -197,7 +202,7 @@ impl ModeShape {
 
 /// Absolute size of a mode.
 #[derive(Debug, Clone)]
-pub struct Scaling {
+pub struct ModalScaling {
     /// `a` of `R = ψψᵀ/a` for the shape with largest component 1.
     pub modal_a: Complex,
     /// Modal mass of that shape, `Re[a/(2iω_d)]`, exact for proportional damping; in the unit of force over acceleration.

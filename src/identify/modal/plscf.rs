@@ -1,4 +1,4 @@
-//! Poly-reference least-squares complex frequency domain: `H(ω) ≈ B(z) A(z)⁻¹`, `z = exp(iωΔt)`, real coefficients, by least squares on `B − H A`.
+//! Poly-reference least-squares complex frequency domain (pLSCF, PolyMAX): `H(ω) ≈ B(z) A(z)⁻¹`.
 //!
 //! Guillaume, Verboven, Vanlanduit, Van der Auweraer & Peeters, IMAC XXI (2003); Peeters, Van der Auweraer, Guillaume & Leuridan, Shock
 //! and Vibration 11 (2004), 395–409. With the numerators eliminated there remains `M α → least`,
@@ -6,21 +6,23 @@
 //!
 //! Holding the lowest coefficient at the unit matrix, `α ∝ M⁻¹ E₀`, drives the poles that model noise out of the unit circle (Cauberghe,
 //! Guillaume, Verboven, Vanlanduit & Parloo, Mech. Syst. Signal Process. 19 (2005), 989–1014), but noise then pulls the damping down.
-//! Here `α ∝ M⁻ⁿ E₀` with n = `STEPS`: inverse iteration towards the smallest eigenvalues, the directions that noise alone fills,
+//! Here `α ∝ M⁻ⁿ E₀` with n = `INVERSE_ITERATIONS`: inverse iteration towards the smallest eigenvalues, the directions that noise alone fills,
 //! which keeps the first and mends most of the second.
 
-use super::candidates::{CandidatePole, OrderPoles, is_inside, unit_largest};
-use super::lags::Lags;
-use super::nested::{Nested, stiffen};
-use super::responses::Responses;
+use super::candidates::{CandidatePole, OrderPoles, is_in_band, normalize_to_largest};
+use super::lags::LagSums;
+use super::measured_frf::MeasuredFrf;
+use super::nested_cholesky::{NestedCholesky, add_ridge};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::definite::{cholesky, hermitian, solve, solve_lower, solve_lower_transposed};
-use crate::numeric::general::eigenvalues;
+use crate::numeric::eigen::eigenvalues;
+use crate::numeric::symmetric::{
+    cholesky, hermitian_eigen, lu_solve, solve_lower, solve_lower_transposed,
+};
 use crate::numeric::{Complex, ComplexMatrix, Matrix};
 
 /// Steps of inverse iteration from the lowest coefficient.
-pub const STEPS: usize = 2;
+pub const INVERSE_ITERATIONS: usize = 2;
 
 /// Lines wanted for every coefficient of a polynomial.
 const LINES_PER_COEFFICIENT: usize = 3;
@@ -39,42 +41,39 @@ pub struct PlscfOptions {
 ///
 /// # Errors
 /// `TooShort` where the lines do not reach for two coefficients; `IllPosed` where the equations stay singular.
-pub fn plscf(responses: &Responses, options: &PlscfOptions) -> Result<Vec<OrderPoles>, Error> {
-    let most = highest_order(responses, options)?;
-    let fraction = Fraction::new(responses, most)?;
-    let stride = if responses.n_inputs() == 1 { 2 } else { 1 };
+pub fn plscf(frf: &MeasuredFrf, options: &PlscfOptions) -> Result<Vec<OrderPoles>, Error> {
+    let most = highest_order(frf, options)?;
+    let equations = ReducedNormalEquations::new(frf, most)?;
+    let stride = if frf.n_inputs() == 1 { 2 } else { 1 };
     (2..=most)
         .step_by(stride)
-        .map(|order| fraction.poles(order, responses.ends_hz()))
+        .map(|order| equations.poles(order, frf.band_limits_hz()))
         .collect()
 }
 
-fn highest_order(responses: &Responses, options: &PlscfOptions) -> Result<usize, Error> {
-    let inputs = responses.n_inputs();
+fn highest_order(frf: &MeasuredFrf, options: &PlscfOptions) -> Result<usize, Error> {
+    let inputs = frf.n_inputs();
     let usual = if inputs == 1 {
         80
     } else {
         (160 / inputs).max(20)
     };
-    let bearable = responses.n_lines() / LINES_PER_COEFFICIENT;
+    let bearable = frf.n_lines() / LINES_PER_COEFFICIENT;
     match options.max_order {
         None => Ok(usual.min(bearable)),
         Some(order) if (2..=bearable).contains(&order) => Ok(order),
         Some(order) => Err(Error::new(
             Code::TooShort,
-            format!(
-                "order {order} cannot be fitted to {} lines",
-                responses.n_lines()
-            ),
+            format!("order {order} cannot be fitted to {} lines", frf.n_lines()),
         )
-        .hint(format!("ask for an order from 2 to {bearable}"))),
+        .with_hint(format!("ask for an order from 2 to {bearable}"))),
     }
 }
 
 /// The reduced normal equations of the highest order.
-struct Fraction<'a> {
-    lags: Lags<'a>,
-    most: usize,
+struct ReducedNormalEquations<'a> {
+    sums: LagSums<'a>,
+    max_order: usize,
     inputs: usize,
     outputs: usize,
     /// Root mean square of each output and input, taken out so that units do not weigh.
@@ -85,32 +84,27 @@ struct Fraction<'a> {
     /// Cholesky factor of R.
     numerator: Matrix,
     /// M.
-    denominator: Nested,
+    denominator: NestedCholesky,
 }
 
-impl<'a> Fraction<'a> {
-    fn new(responses: &Responses<'a>, most: usize) -> Result<Fraction<'a>, Error> {
-        let (inputs, outputs, n) = (
-            responses.n_inputs(),
-            responses.n_outputs(),
-            responses.n_lines(),
-        );
-        let mut lags = Lags::new(responses.frequency_hz(), most);
-        let (output_size, input_size) = sizes(responses);
-        let scaled = |o: usize, a: usize, k: usize| {
-            responses.value(o, a)[k] / (output_size[o] * input_size[a])
-        };
+impl<'a> ReducedNormalEquations<'a> {
+    fn new(frf: &MeasuredFrf<'a>, most: usize) -> Result<ReducedNormalEquations<'a>, Error> {
+        let (inputs, outputs, n) = (frf.n_inputs(), frf.n_outputs(), frf.n_lines());
+        let mut lag_sums = LagSums::new(frf.frequency_hz(), most);
+        let (output_size, input_size) = sizes(frf);
+        let scaled =
+            |o: usize, a: usize, k: usize| frf.response(o, a)[k] / (output_size[o] * input_size[a]);
         let mean = |sums: Vec<f64>| -> Vec<f64> { sums.iter().map(|s| s / n as f64).collect() };
         let side = most + 1;
-        let ones = mean(lags.sum(|_| Complex::ONE));
+        let ones = mean(lag_sums.sum(|_| Complex::ONE));
         let mut r = Matrix::from_fn(side, side, |j, k| ones[most + k - j]);
-        stiffen(&mut r);
+        add_ridge(&mut r);
         let numerator = cholesky(&r).map_err(|_| singular(most))?;
 
         let mut m = Matrix::zeros(inputs * side, inputs * side);
         for a in 0..inputs {
             for b in 0..inputs {
-                let power = mean(lags.sum(|k| {
+                let power = mean(lag_sums.sum(|k| {
                     (0..outputs).fold(Complex::ZERO, |s, o| {
                         s + scaled(o, a, k).conj() * scaled(o, b, k)
                     })
@@ -125,7 +119,7 @@ impl<'a> Fraction<'a> {
         let mut cross = Matrix::zeros(outputs * side, inputs * side);
         for o in 0..outputs {
             for a in 0..inputs {
-                let sums = mean(lags.sum(|k| scaled(o, a, k)));
+                let sums = mean(lag_sums.sum(|k| scaled(o, a, k)));
                 for k in 0..side {
                     for j in 0..side {
                         cross[(o * side + j, k * inputs + a)] = -sums[most + k - j];
@@ -136,10 +130,10 @@ impl<'a> Fraction<'a> {
             let half = solve_lower(&numerator, &block);
             m -= half.transpose() * &half;
         }
-        let denominator = Nested::new(m)?;
-        Ok(Fraction {
-            lags,
-            most,
+        let denominator = NestedCholesky::new(m)?;
+        Ok(ReducedNormalEquations {
+            sums: lag_sums,
+            max_order: most,
             inputs,
             outputs,
             output_size,
@@ -159,10 +153,10 @@ impl<'a> Fraction<'a> {
         };
         let beta = self.numerators(&alpha);
         for z in eigenvalues(&companion)? {
-            let Some(pole) = self.lags.continuous(z) else {
+            let Some(pole) = self.sums.to_s_plane(z) else {
                 continue;
             };
-            if is_inside(pole, ends_hz) {
+            if is_in_band(pole, ends_hz) {
                 found.push(self.candidate(z, pole, &alpha, &beta)?);
             }
         }
@@ -173,7 +167,7 @@ impl<'a> Fraction<'a> {
     fn coefficients(&self, order: usize) -> Matrix {
         let n = self.inputs * (order + 1);
         let mut alpha = Matrix::identity(n, self.inputs);
-        for _ in 0..STEPS {
+        for _ in 0..INVERSE_ITERATIONS {
             for a in 0..self.inputs {
                 let column = alpha.col_as_slice_mut(a);
                 self.denominator.solve(column);
@@ -185,7 +179,7 @@ impl<'a> Fraction<'a> {
 
     /// `−R⁻¹ S_o α`, column `o · inputs + a`, rows by power of z.
     fn numerators(&self, alpha: &Matrix) -> Matrix {
-        let side = self.most + 1;
+        let side = self.max_order + 1;
         let product = self.cross.subcols(0, alpha.nrows()) * alpha;
         let stacked = Matrix::from_fn(side, self.outputs * self.inputs, |j, column| {
             -product[(column / self.inputs * side + j, column % self.inputs)]
@@ -203,7 +197,7 @@ impl<'a> Fraction<'a> {
         let m = self.inputs;
         let powers: Vec<Complex> =
             std::iter::successors(Some(Complex::ONE), |power| Some(power * z))
-                .take(self.most + 1)
+                .take(self.max_order + 1)
                 .collect();
         let sum = |from: &dyn Fn(usize) -> f64, terms: usize| {
             (0..terms).fold(Complex::ZERO, |s, j| s + powers[j] * from(j))
@@ -217,25 +211,25 @@ impl<'a> Fraction<'a> {
             (null_vector(&a)?, null_vector(&transposed)?)
         };
         let shape = (0..self.outputs).map(|o| {
-            let part = |a: usize| sum(&|j| beta[(j, o * m + a)], self.most + 1) * right[a];
+            let part = |a: usize| sum(&|j| beta[(j, o * m + a)], self.max_order + 1) * right[a];
             (0..m).fold(Complex::ZERO, |s, a| s + part(a)) * self.output_size[o]
         });
         let participation = left.iter().zip(&self.input_size).map(|(w, size)| w * size);
         Ok(CandidatePole {
             pole,
-            shape: unit_largest(shape.collect()),
-            participation: unit_largest(participation.collect()),
+            shape: normalize_to_largest(shape.collect()),
+            participation: normalize_to_largest(participation.collect()),
         })
     }
 }
 
 /// Root mean squares by output, then by input of what is left.
-fn sizes(responses: &Responses) -> (Vec<f64>, Vec<f64>) {
+fn sizes(frf: &MeasuredFrf) -> (Vec<f64>, Vec<f64>) {
     let power = |o: usize, a: usize| {
-        let h = responses.value(o, a);
+        let h = frf.response(o, a);
         h.iter().map(Complex::norm_sqr).sum::<f64>() / h.len() as f64
     };
-    let (outputs, inputs) = (responses.n_outputs(), responses.n_inputs());
+    let (outputs, inputs) = (frf.n_outputs(), frf.n_inputs());
     let mean = |sum: f64, count: usize| (sum / count as f64).sqrt();
     let output: Vec<f64> = (0..outputs)
         .map(|o| mean((0..inputs).map(|a| power(o, a)).sum(), inputs))
@@ -254,7 +248,7 @@ fn singular(order: usize) -> Error {
         Code::IllPosed,
         format!("the normal equations of order {order} are singular"),
     )
-    .hint("ask for a lower order or a wider band")
+    .with_hint("ask for a lower order or a wider band")
 }
 
 /// Gram–Schmidt, twice is enough; a column that vanishes stays.
@@ -290,7 +284,7 @@ fn companion(alpha: &Matrix, m: usize, order: usize) -> Option<Matrix> {
     let mut companion = Matrix::zeros(n, n);
     (m..n).for_each(|i| companion[(i, i - m)] = 1.0);
     for j in 0..order {
-        let top = solve(&leading, &block(order - 1 - j)).ok()?;
+        let top = lu_solve(&leading, &block(order - 1 - j)).ok()?;
         for a in 0..m {
             for b in 0..m {
                 companion[(a, j * m + b)] = -top[(a, b)];
@@ -302,6 +296,6 @@ fn companion(alpha: &Matrix, m: usize, order: usize) -> Option<Matrix> {
 
 /// The unit vector that `a` shortens most.
 fn null_vector(a: &ComplexMatrix) -> Result<Vec<Complex>, Error> {
-    let (_, vectors) = hermitian(&(a.adjoint() * a))?;
+    let (_, vectors) = hermitian_eigen(&(a.adjoint() * a))?;
     Ok((0..a.ncols()).map(|i| vectors[(i, 0)]).collect())
 }

@@ -1,4 +1,4 @@
-//! Rational fraction polynomials: `H ≈ B(s)/A(s)` with one denominator for all responses, in polynomials orthogonal over the lines.
+//! Rational fraction polynomials (RFP): `H ≈ B(s)/A(s)`, Forsythe polynomials, one denominator.
 //!
 //! Richardson & Formenti, IMAC I (1982), 167–181; over several responses IMAC III (1985). Forsythe's recurrence over ±ω,
 //! `s q_k = b_{k+1} q_{k+1} − b_k q_{k−1}`, has real coefficients. A is orthogonal with weight `Σ|H|²`, B with weight 1; roots are the
@@ -6,42 +6,46 @@
 
 use std::f64::consts::TAU;
 
-use super::candidates::{CandidatePole, OrderPoles, is_inside};
-use super::nested::Nested;
-use super::responses::Responses;
+use super::candidates::{CandidatePole, OrderPoles, is_in_band};
+use super::measured_frf::MeasuredFrf;
+use super::nested_cholesky::NestedCholesky;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::general::eigenvalues;
+use crate::numeric::eigen::eigenvalues;
 use crate::numeric::{Complex, Matrix};
 
 /// Powers the numerator has beyond the denominator, for the modes outside the band.
-const EXTRA: usize = 2;
+const EXTRA_NUMERATOR_ORDER: usize = 2;
 
 /// Poles of orders 2, 4, … `max_order`; no shapes. The numerator keeps the degree `max_order + 2` for all of them.
 ///
 /// # Errors
 /// `TooShort` where the lines do not carry that order; `IllPosed` where the equations stay singular.
-pub fn rfp(responses: &Responses, max_order: usize) -> Result<Vec<OrderPoles>, Error> {
-    let bearable = (responses.n_lines() / 2).saturating_sub(EXTRA);
+pub fn rfp(frf: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>, Error> {
+    let bearable = (frf.n_lines() / 2).saturating_sub(EXTRA_NUMERATOR_ORDER);
     if !(2..=bearable).contains(&max_order) {
         return Err(Error::new(
             Code::TooShort,
             format!(
                 "order {max_order} cannot be fitted to {} lines",
-                responses.n_lines()
+                frf.n_lines()
             ),
         )
-        .hint(format!("ask for an order from 2 to {bearable}")));
+        .with_hint(format!("ask for an order from 2 to {bearable}")));
     }
-    let (_, high) = responses.ends_hz();
-    let all: Vec<Vec<Complex>> = (0..responses.n_outputs())
-        .flat_map(|o| (0..responses.n_inputs()).map(move |i| (o, i)))
-        .map(|(o, i)| to_unit_length(responses.value(o, i)))
+    let (_, high) = frf.band_limits_hz();
+    let all: Vec<Vec<Complex>> = (0..frf.n_outputs())
+        .flat_map(|o| (0..frf.n_inputs()).map(move |i| (o, i)))
+        .map(|(o, i)| to_unit_length(frf.response(o, i)))
         .collect();
-    let x: Vec<f64> = responses.frequency_hz().iter().map(|f| f / high).collect();
+    let x: Vec<f64> = frf.frequency_hz().iter().map(|f| f / high).collect();
     let weight = (0..x.len()).map(|k| all.iter().map(|h| h[k].norm_sqr()).sum());
-    let (q, b) = forsythe(&x, &weight.collect::<Vec<f64>>(), max_order + 1);
-    let (p, _) = forsythe(&x, &vec![1.0; x.len()], max_order + EXTRA + 1);
+    let (q, b) = forsythe_polynomials(&x, &weight.collect::<Vec<f64>>(), max_order + 1);
+    let (p, _) = forsythe_polynomials(
+        &x,
+        &vec![1.0; x.len()],
+        max_order + EXTRA_NUMERATOR_ORDER + 1,
+    );
     let mut m = Matrix::identity(max_order + 1, max_order + 1);
     for h in &all {
         let projected = Matrix::from_fn(p.len(), q.len(), |i, j| {
@@ -51,16 +55,16 @@ pub fn rfp(responses: &Responses, max_order: usize) -> Result<Vec<OrderPoles>, E
         });
         m -= projected.transpose() * &projected;
     }
-    let nested = Nested::new(m)?;
+    let cholesky = NestedCholesky::new(m)?;
     let scale = TAU * high;
     (2..=max_order)
         .step_by(2)
         .map(|order| {
-            let poles = eigenvalues(&comrade(&nested.monic(order), &b))?
+            let poles = eigenvalues(&comrade_matrix(&cholesky.monic_minimum(order), &b))?
                 .into_iter()
                 .map(|s| s * scale)
-                .filter(|&p| is_inside(p, responses.ends_hz()))
-                .map(CandidatePole::bare);
+                .filter(|&p| is_in_band(p, frf.band_limits_hz()))
+                .map(CandidatePole::from_pole);
             Ok(OrderPoles::new(order, poles.collect()))
         })
         .collect()
@@ -72,7 +76,7 @@ fn to_unit_length(h: &[Complex]) -> Vec<Complex> {
 }
 
 /// `count` polynomials in s = ix over the lines, orthonormal in `Re Σ w q̄_j q_k`, and the b_k of their recurrence, b_0 unused.
-fn forsythe(x: &[f64], weight: &[f64], count: usize) -> (Vec<Vec<Complex>>, Vec<f64>) {
+fn forsythe_polynomials(x: &[f64], weight: &[f64], count: usize) -> (Vec<Vec<Complex>>, Vec<f64>) {
     let length = |q: &[Complex]| {
         let parts = q.iter().zip(weight).map(|(z, w)| w * z.norm_sqr());
         parts.sum::<f64>().sqrt()
@@ -108,7 +112,7 @@ fn forsythe(x: &[f64], weight: &[f64], count: usize) -> (Vec<Vec<Complex>>, Vec<
 }
 
 /// The matrix whose eigenvalues are the roots of `q_n + Σ c_k q_k`.
-fn comrade(c: &[f64], b: &[f64]) -> Matrix {
+fn comrade_matrix(c: &[f64], b: &[f64]) -> Matrix {
     let n = c.len();
     let mut a = Matrix::zeros(n, n);
     for k in 0..n {

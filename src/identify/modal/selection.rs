@@ -1,4 +1,4 @@
-//! The automatic, repeatable choice of physical poles from those of all orders.
+//! Automatic selection of physical poles by clustering over all orders (Reynders et al. 2012).
 //!
 //! In three stages, after Reynders, Houbrechts & De Roeck, Mech. Syst. Signal Process. 29 (2012), 228–250, with fixed rules instead of their
 //! 2-means: poles that the order before does not repeat are left out; the rest is clustered hierarchically; large clusters are modes.
@@ -7,41 +7,41 @@ use std::f64::consts::{PI, TAU};
 
 use super::candidates::{CandidatePole, OrderPoles};
 use super::clusters::cluster;
-use super::stabilisation::likeness;
-use crate::identify::mode::IdentifiedMode;
+use super::stabilisation::min_mac;
+use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
-use crate::numeric::collinearity::mac;
+use crate::numeric::mac::mac;
 
 /// When poles are one mode, and when a mode is physical.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelectionRule {
     /// Cut of the clustering: distance of two poles in half-power half-bandwidths, plus `1 − MAC`.
-    pub cut: f64,
+    pub cluster_cut: f64,
     /// Least share of all orders in which a physical mode appears.
     pub presence: f64,
     /// Largest damping ratio of a physical mode.
-    pub most_damping: f64,
+    pub max_damping_ratio: f64,
 }
 
 impl Default for SelectionRule {
     /// 0.5 half-bandwidths, a third of the orders, damping ratio 0.3.
     fn default() -> Self {
         SelectionRule {
-            cut: 0.5,
+            cluster_cut: 0.5,
             presence: 1.0 / 3.0,
-            most_damping: 0.3,
+            max_damping_ratio: 0.3,
         }
     }
 }
 
 impl SelectionRule {
     /// The rule as a sentence for a report.
-    pub fn sentence(&self) -> String {
+    pub fn rule_text(&self) -> String {
         format!(
             "poles with a damping ratio up to {} that the order before repeats are clustered by average linkage, cut at {} half-bandwidths \
              (MAC counted), and a cluster with poles of at least {:.0} % of the orders is a mode, given by its median pole",
-            self.most_damping,
-            self.cut,
+            self.max_damping_ratio,
+            self.cluster_cut,
             100.0 * self.presence
         )
     }
@@ -51,7 +51,7 @@ impl SelectionRule {
 #[derive(Debug, Clone)]
 pub struct SelectedMode {
     /// Median pole of the cluster, with shape of the member next to it; no covariance.
-    pub mode: IdentifiedMode,
+    pub mode: ModalParameters,
     /// Participation over the inputs, of the same member.
     pub participation: Vec<Complex>,
     /// Standard deviation of the frequency over the cluster, Hz. An indication only: orders share their data, so it is no uncertainty.
@@ -62,24 +62,33 @@ pub struct SelectedMode {
     pub presence: f64,
 }
 
-/// Physical modes by rising frequency. `spacing_hz` is the distance of the lines, below which bandwidths are not told apart.
-pub fn select(orders: &[OrderPoles], spacing_hz: f64, rule: &SelectionRule) -> Vec<SelectedMode> {
+/// Physical modes by rising frequency. `spacing_hz` is the distance of the lines, below which bandwidths are not distinguished.
+pub fn select_modes(
+    orders: &[OrderPoles],
+    spacing_hz: f64,
+    rule: &SelectionRule,
+) -> Vec<SelectedMode> {
     let apart = |a: &CandidatePole, b: &CandidatePole| {
         let half_band = (a.pole.re.abs() + b.pole.re.abs()) / 2.0 + PI * spacing_hz;
-        (a.pole - b.pole).norm() / half_band + 1.0 - likeness(a, b)
+        (a.pole - b.pole).norm() / half_band + 1.0 - min_mac(a, b)
     };
     let mut repeated: Vec<(usize, &CandidatePole)> = Vec::new();
     for pair in orders.windows(2) {
         for pole in &pair[1].poles {
-            let is_damped = pole.pole.re < 0.0 && pole.damping_ratio() <= rule.most_damping;
-            if is_damped && pair[0].poles.iter().any(|b| apart(pole, b) <= rule.cut) {
+            let is_damped = pole.pole.re < 0.0 && pole.damping_ratio() <= rule.max_damping_ratio;
+            if is_damped
+                && pair[0]
+                    .poles
+                    .iter()
+                    .any(|b| apart(pole, b) <= rule.cluster_cut)
+            {
                 repeated.push((pair[1].order, pole));
             }
         }
     }
     let distance = |i: usize, j: usize| apart(repeated[i].1, repeated[j].1);
     let least = (rule.presence * orders.len() as f64).max(2.0);
-    let mut modes: Vec<SelectedMode> = cluster(repeated.len(), distance, rule.cut)
+    let mut modes: Vec<SelectedMode> = cluster(repeated.len(), distance, rule.cluster_cut)
         .into_iter()
         .filter_map(|members| {
             let members: Vec<_> = members.into_iter().map(|i| repeated[i]).collect();
@@ -87,25 +96,25 @@ pub fn select(orders: &[OrderPoles], spacing_hz: f64, rule: &SelectionRule) -> V
             present.dedup();
             let poles: Vec<&CandidatePole> = members.into_iter().map(|m| m.1).collect();
             let share = present.len() as f64 / orders.len().max(1) as f64;
-            (present.len() as f64 >= least).then(|| mode_of(&poles, share))
+            (present.len() as f64 >= least).then(|| cluster_mode(&poles, share))
         })
         .collect();
     modes.sort_by(|a, b| a.mode.pole.norm().total_cmp(&b.mode.pole.norm()));
-    single(modes)
+    merge_duplicates(modes)
 }
 
 /// Of two modes of one shape within their own bandwidth, which responses that disagree about a pole leave, the more present one.
-fn single(modes: Vec<SelectedMode>) -> Vec<SelectedMode> {
-    const SAME_SHAPE: f64 = 0.8;
-    const SAME_PLACE: f64 = 0.2; // of half the bandwidth: no two modes are told apart there
+fn merge_duplicates(modes: Vec<SelectedMode>) -> Vec<SelectedMode> {
+    const DUPLICATE_MAC: f64 = 0.8;
+    const DUPLICATE_DISTANCE: f64 = 0.2; // of half the bandwidth: no two modes are told apart there
     let double = |a: &SelectedMode, b: &SelectedMode| {
         let (p, q) = (a.mode.pole, b.mode.pole);
         let (distance, half_band) = ((p.im - q.im).abs(), p.re.abs().max(q.re.abs()));
-        if distance < SAME_PLACE * half_band {
+        if distance < DUPLICATE_DISTANCE * half_band {
             return b.presence > a.presence;
         }
         let near = distance < half_band;
-        let alike = a.mode.shape.is_empty() || mac(&a.mode.shape, &b.mode.shape) > SAME_SHAPE;
+        let alike = a.mode.shape.is_empty() || mac(&a.mode.shape, &b.mode.shape) > DUPLICATE_MAC;
         near && alike && (b.presence > a.presence)
     };
     let kept: Vec<bool> = (modes.iter())
@@ -115,7 +124,7 @@ fn single(modes: Vec<SelectedMode>) -> Vec<SelectedMode> {
     both.filter(|m| m.1).map(|m| m.0).collect()
 }
 
-fn mode_of(poles: &[&CandidatePole], presence: f64) -> SelectedMode {
+fn cluster_mode(poles: &[&CandidatePole], presence: f64) -> SelectedMode {
     let pole = Complex::new(
         median(poles.iter().map(|p| p.pole.re).collect()),
         median(poles.iter().map(|p| p.pole.im).collect()),
@@ -127,7 +136,7 @@ fn mode_of(poles: &[&CandidatePole], presence: f64) -> SelectedMode {
         }
     }
     SelectedMode {
-        mode: IdentifiedMode {
+        mode: ModalParameters {
             pole,
             pole_covariance: None,
             shape: nearest.shape.clone(),

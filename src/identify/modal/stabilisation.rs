@@ -1,13 +1,15 @@
-//! The stabilisation diagram: poles over rising model orders, each marked by how well it repeats one of the order before. Plain data for a picture.
+//! Stabilisation diagram: poles over rising order, marked by agreement with the order before.
+//!
+//! Plain data for a plot.
 //!
 //! Heylen, Lammens & Sas, Modal Analysis Theory and Testing (1997), §A.3.3; tolerances as commonly used there.
 
 use super::candidates::{CandidatePole, OrderPoles};
-use crate::numeric::collinearity::mac;
+use crate::numeric::mac::mac;
 
 /// How near a pole must come to one of the order before.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerances {
+pub struct StabilisationTolerances {
     /// Relative, of |p|.
     pub frequency: f64,
     /// Relative, of the damping ratio.
@@ -16,10 +18,10 @@ pub struct Tolerances {
     pub mac: f64,
 }
 
-impl Default for Tolerances {
+impl Default for StabilisationTolerances {
     /// 1 %, 5 %, 0.95.
     fn default() -> Self {
-        Tolerances {
+        StabilisationTolerances {
             frequency: 0.01,
             damping: 0.05,
             mac: 0.95,
@@ -29,7 +31,7 @@ impl Default for Tolerances {
 
 /// How a pole compares with the nearest one of the order before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stability {
+pub enum PoleStability {
     /// No pole near.
     New,
     /// Frequency repeats.
@@ -44,7 +46,7 @@ pub enum Stability {
 
 /// A point of the diagram.
 #[derive(Debug, Clone)]
-pub struct DiagramPole {
+pub struct StabilisationPole {
     /// Order of the model.
     pub order: usize,
     /// `|p|/2π`, Hz.
@@ -52,51 +54,58 @@ pub struct DiagramPole {
     /// `−Re p/|p|`.
     pub damping_ratio: f64,
     /// Its mark.
-    pub stability: Stability,
+    pub stability: PoleStability,
 }
 
 /// All points, by order, then frequency.
-pub fn stabilisation(orders: &[OrderPoles], tolerances: &Tolerances) -> Vec<DiagramPole> {
+pub fn stabilisation(
+    orders: &[OrderPoles],
+    tolerances: &StabilisationTolerances,
+) -> Vec<StabilisationPole> {
     let mut points = Vec::new();
     for (at, now) in orders.iter().enumerate() {
         let before = at.checked_sub(1).map_or(&[][..], |i| &orders[i].poles);
         for candidate in &now.poles {
-            points.push(DiagramPole {
+            points.push(StabilisationPole {
                 order: now.order,
                 frequency_hz: candidate.pole.norm() / std::f64::consts::TAU,
                 damping_ratio: candidate.damping_ratio(),
-                stability: mark(candidate, before, tolerances),
+                stability: classify(candidate, before, tolerances),
             });
         }
     }
     points
 }
 
-fn mark(now: &CandidatePole, before: &[CandidatePole], tolerances: &Tolerances) -> Stability {
+fn classify(
+    now: &CandidatePole,
+    before: &[CandidatePole],
+    tolerances: &StabilisationTolerances,
+) -> PoleStability {
     let apart = |other: &&CandidatePole| (other.pole - now.pole).norm();
     let nearest = before.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
     let Some(other) = nearest else {
-        return Stability::New;
+        return PoleStability::New;
     };
     let repeats = |a: f64, b: f64, tolerance: f64| (a - b).abs() <= tolerance * b.abs();
     if !repeats(now.pole.norm(), other.pole.norm(), tolerances.frequency) {
-        return Stability::New;
+        return PoleStability::New;
     }
     let damping = repeats(
         now.damping_ratio(),
         other.damping_ratio(),
         tolerances.damping,
     );
-    match (damping, likeness(now, other) >= tolerances.mac) {
-        (true, true) => Stability::Stable,
-        (true, false) => Stability::Damping,
-        (false, true) => Stability::Shape,
-        (false, false) => Stability::Frequency,
+    match (damping, min_mac(now, other) >= tolerances.mac) {
+        (true, true) => PoleStability::Stable,
+        (true, false) => PoleStability::Damping,
+        (false, true) => PoleStability::Shape,
+        (false, false) => PoleStability::Frequency,
     }
 }
 
 /// The lesser MAC of shapes and of participations; 1 where a single component says nothing.
-pub fn likeness(a: &CandidatePole, b: &CandidatePole) -> f64 {
+pub fn min_mac(a: &CandidatePole, b: &CandidatePole) -> f64 {
     let alike = |x: &[crate::numeric::Complex], y: &[crate::numeric::Complex]| {
         if x.len() < 2 || x.len() != y.len() {
             1.0

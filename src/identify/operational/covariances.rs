@@ -1,13 +1,13 @@
-//! Covariances `R_τ = E y_{t+τ} y_{ref,t}ᵀ` of responses, of a whole record and of each of its parts.
+//! Output covariances `R_τ = E y_{t+τ} y_{ref,t}ᵀ`, block by block, with their scatter over blocks.
 //!
 //! Products are taken by transforms padded so far that no lag wraps: the sums are the exact ones, at the cost of one transform for each
 //! channel and reference in a piece of the record. Memory depends on lags, channels and parts, not on the length of the record.
 
-use super::channels::{Channels, check_references};
+use super::response_channels::{ResponseChannels, check_references};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
-use crate::numeric::fft::{RealFft, quick_length};
+use crate::numeric::fft::{RealFft, next_fast_len};
 
 /// Lags in a transformed piece of the record, at least; longer pieces cost less for each sample until they leave the cache.
 const PIECE: usize = 512;
@@ -35,7 +35,7 @@ impl Covariances {
     /// # Errors
     /// `NoChannel` for a reference that is not among the channels, or none; `TooShort` where a part has fewer samples than lags.
     pub fn new(
-        channels: &Channels,
+        channels: &ResponseChannels,
         scale: &[f64],
         references: &[usize],
         lags: usize,
@@ -43,19 +43,21 @@ impl Covariances {
     ) -> Result<Covariances, Error> {
         let samples = channels.samples();
         check_references(references, samples.len())?;
-        let n = channels.length();
+        let n = channels.n_samples();
         let needed = parts * (lags + 1) + lags;
         if n < needed {
             let message =
                 format!("{n} samples for {parts} parts with covariances over {lags} lags");
             return Err(Error::new(Code::TooShort, message)
-                .hint(format!("take a longer record: {needed} samples or more")));
+                .with_hint(format!("take a longer record: {needed} samples or more")));
         }
-        let mut sums = Sums::new(channels, scale, references, lags);
+        let mut products = LagProducts::new(channels, scale, references, lags);
         let end = n - lags;
         let bounds: Vec<usize> = (0..=parts).map(|k| k * end / parts).collect();
         let counts: Vec<usize> = bounds.windows(2).map(|b| b[1] - b[0]).collect();
-        let parts: Vec<Vec<f64>> = (bounds.windows(2)).map(|b| sums.of(b[0], b[1])).collect();
+        let parts: Vec<Vec<f64>> = (bounds.windows(2))
+            .map(|b| products.mean_products(b[0], b[1]))
+            .collect();
         let mut mean = vec![0.0; parts.first().map_or(0, Vec::len)];
         for (part, count) in parts.iter().zip(&counts) {
             let weight = *count as f64 / end as f64;
@@ -72,7 +74,7 @@ impl Covariances {
     }
 
     /// `R_τ(c, r)` of the whole, `r` counting references.
-    pub fn at(&self, lag: usize, channel: usize, reference: usize) -> f64 {
+    pub fn value(&self, lag: usize, channel: usize, reference: usize) -> f64 {
         self.mean[(lag * self.references.len() + reference) * self.channels + channel]
     }
 
@@ -88,7 +90,7 @@ impl Covariances {
 }
 
 /// Work space for the products of consecutive samples.
-struct Sums<'a> {
+struct LagProducts<'a> {
     samples: &'a [&'a [f64]],
     means: Vec<f64>,
     scale: &'a [f64],
@@ -101,17 +103,17 @@ struct Sums<'a> {
     trailing: Vec<Vec<Complex>>,
 }
 
-impl<'a> Sums<'a> {
+impl<'a> LagProducts<'a> {
     fn new(
-        channels: &Channels<'a>,
+        channels: &ResponseChannels<'a>,
         scale: &'a [f64],
         references: &'a [usize],
         lags: usize,
-    ) -> Sums<'a> {
+    ) -> LagProducts<'a> {
         let samples = channels.samples();
-        let transform = RealFft::new(quick_length((4 * lags).max(PIECE)));
+        let transform = RealFft::new(next_fast_len((4 * lags).max(PIECE)));
         let lines = vec![Complex::ZERO; transform.lines()];
-        Sums {
+        LagProducts {
             means: (samples.iter())
                 .map(|s| s.iter().sum::<f64>() / s.len() as f64)
                 .collect(),
@@ -128,7 +130,7 @@ impl<'a> Sums<'a> {
     }
 
     /// Mean products of the samples `from..to` with those that follow them by up to the highest lag.
-    fn of(&mut self, from: usize, to: usize) -> Vec<f64> {
+    fn mean_products(&mut self, from: usize, to: usize) -> Vec<f64> {
         let (nr, nc) = (self.references.len(), self.samples.len());
         let mut products = vec![vec![Complex::ZERO; self.transform.lines()]; nr * nc];
         for start in (from..to).step_by(self.piece) {
@@ -182,7 +184,7 @@ mod tests {
             .map(|_| (0..5000).map(|_| rng.f64() + 3.0).collect())
             .collect();
         let views: Vec<&[f64]> = y.iter().map(Vec::as_slice).collect();
-        let channels = Channels::new(&views, 1.0).unwrap();
+        let channels = ResponseChannels::new(&views, 1.0).unwrap();
         let found = Covariances::new(&channels, &[1.0, 2.0], &[1], LAGS, 3).unwrap();
         let m: Vec<f64> = y
             .iter()
@@ -195,7 +197,7 @@ mod tests {
         };
         let ends = [0, 1660, 3320, 4980];
         for (lag, c) in (0..=LAGS).flat_map(|lag| (0..2).map(move |c| (lag, c))) {
-            assert!((found.at(lag, c, 0) - direct(lag, c, 0..4980)).abs() < 1e-12);
+            assert!((found.value(lag, c, 0) - direct(lag, c, 0..4980)).abs() < 1e-12);
             for k in 0..3 {
                 let part = found.parts[k][lag * 2 + c];
                 assert!((part - direct(lag, c, ends[k]..ends[k + 1])).abs() < 1e-12);

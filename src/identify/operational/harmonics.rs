@@ -1,15 +1,15 @@
-//! Lines of running speed told from modes: by the orders of a known speed, and by what a band-passed response is distributed like.
+//! Harmonics of running speed told from modes by shaft orders and by envelope kurtosis.
 //!
 //! Noise through a resonance is normally distributed, a sine is not (Brincker, Andersen & Møller, IMAC 18 (2000)). Of the envelope
 //! `|z|` of the analytic signal, `E|z|⁴/(E|z|²)²` is 2 for the one and 1 for the other; over N independent values it scatters by `2/√N`.
 
-use super::channels::Channels;
+use super::response_channels::ResponseChannels;
 use crate::numeric::Complex;
-use crate::numeric::fft::{ComplexFft, quick_length};
+use crate::numeric::fft::{ComplexFft, next_fast_len};
 
 /// What turns, and which of its orders may be heard.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Running {
+pub struct RunningSpeed {
     /// Speed of the shaft, Hz.
     pub speed_hz: f64,
     /// Orders of it, such as 1, 2 and a tooth number.
@@ -18,7 +18,7 @@ pub struct Running {
     pub tolerance: f64,
 }
 
-impl Running {
+impl RunningSpeed {
     /// The order that a frequency, Hz, lies on.
     pub fn order(&self, frequency_hz: f64) -> Option<f64> {
         let is_near = |order: &&f64| {
@@ -31,7 +31,7 @@ impl Running {
 
 /// What a frequency shows of being a line of running speed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Harmonic {
+pub struct HarmonicIndicator {
     /// `E|z|⁴/(E|z|²)²` of the envelope: 2 for noise through a resonance, 1 for a sine.
     pub envelope_kurtosis: f64,
     /// Standard deviation the kurtosis would have were it noise.
@@ -40,7 +40,7 @@ pub struct Harmonic {
     pub order: Option<f64>,
 }
 
-impl Harmonic {
+impl HarmonicIndicator {
     /// On a known order, or nearer to a sine than to noise by more than chance.
     pub fn is_harmonic(&self) -> bool {
         self.order.is_some() || self.is_sine()
@@ -49,42 +49,42 @@ impl Harmonic {
     /// Nearer to a sine than to noise by more than chance. A resonance that the record hardly resolves keeps its amplitude for most of
     /// it: of so few independent values nothing is said.
     pub fn is_sine(&self) -> bool {
-        const NEARER: f64 = 1.5; // half way
-        const BEYOND_CHANCE: f64 = 3.0; // standard deviations
-        const UNTOLD: f64 = 0.6; // the scatter of eleven independent values
+        const MAX_SINE_KURTOSIS: f64 = 1.5; // half way
+        const SIGNIFICANCE_SIGMA: f64 = 3.0; // standard deviations
+        const UNDECIDED: f64 = 0.6; // the scatter of eleven independent values
         // What is above 1 scatters by a factor: of few values it can be small, never below nothing.
-        let noise = 1.0 + (-BEYOND_CHANCE * self.scatter).exp();
-        self.scatter < UNTOLD && self.envelope_kurtosis < noise.min(NEARER)
+        let noise = 1.0 + (-SIGNIFICANCE_SIGMA * self.scatter).exp();
+        self.scatter < UNDECIDED && self.envelope_kurtosis < noise.min(MAX_SINE_KURTOSIS)
     }
 }
 
 /// Half width of the band about a mode whose distribution is looked at, in half-power half-bandwidths…
-pub const HALF_BANDS: f64 = 3.0;
+pub const KURTOSIS_HALF_BANDWIDTHS: f64 = 3.0;
 
 /// … and in lines of the whole record.
 pub const LINES: f64 = 20.0;
 
 /// Samples looked at, from the first on: more tell no distribution better.
-const LOOKED_AT: usize = 1 << 21;
+const MAX_SAMPLES: usize = 1 << 21;
 
 /// Spectra of whole responses, from which bands are cut.
 #[derive(Debug, Clone)]
-pub struct Bands {
+pub struct BandSpectra {
     spectra: Vec<Vec<Complex>>,
     spacing_hz: f64,
     samples: usize,
 }
 
-impl Bands {
+impl BandSpectra {
     /// One transform of each whole channel.
-    pub fn new(channels: &Channels) -> Bands {
-        Bands::of(channels.samples(), channels.rate_hz())
+    pub fn new(channels: &ResponseChannels) -> BandSpectra {
+        BandSpectra::from_signals(channels.samples(), channels.rate_hz())
     }
 
     /// One transform of each signal; they are of one length.
-    pub fn of(channels: &[&[f64]], rate_hz: f64) -> Bands {
-        let n = channels.first().map_or(0, |s| s.len()).min(LOOKED_AT);
-        let length = quick_length(n);
+    pub fn from_signals(channels: &[&[f64]], rate_hz: f64) -> BandSpectra {
+        let n = channels.first().map_or(0, |s| s.len()).min(MAX_SAMPLES);
+        let length = next_fast_len(n);
         let mut transform = ComplexFft::new(length);
         let spectra = (channels.iter())
             .map(|samples| {
@@ -98,7 +98,7 @@ impl Bands {
                 values
             })
             .collect();
-        Bands {
+        BandSpectra {
             spectra,
             spacing_hz: rate_hz / length as f64,
             samples: n,
@@ -106,19 +106,19 @@ impl Bands {
     }
 
     /// Looks at the band `frequency_hz ± half_band_hz` of one channel, and at the orders of what turns.
-    pub fn look(
+    pub fn examine_band(
         &self,
         channel: usize,
         frequency_hz: f64,
         half_band_hz: f64,
-        running: Option<&Running>,
-    ) -> Harmonic {
+        speed: Option<&RunningSpeed>,
+    ) -> HarmonicIndicator {
         let envelope = self.envelope_kurtosis(channel, frequency_hz, half_band_hz);
         let (envelope_kurtosis, scatter) = envelope.unwrap_or((2.0, f64::INFINITY));
-        Harmonic {
+        HarmonicIndicator {
             envelope_kurtosis,
             scatter,
-            order: running.and_then(|r| r.order(frequency_hz)),
+            order: speed.and_then(|r| r.order(frequency_hz)),
         }
     }
 
@@ -129,12 +129,12 @@ impl Bands {
         let last = ((centre + half) / self.spacing_hz).floor() as usize;
         let band = spectrum.get(first..(last + 1).min(spectrum.len()))?;
         // The band moved to zero frequency; twice as many values as lines hold |z|² without aliasing.
-        let mut values = vec![Complex::new(0.0, 0.0); quick_length(2 * band.len().max(2))];
+        let mut values = vec![Complex::new(0.0, 0.0); next_fast_len(2 * band.len().max(2))];
         values[..band.len()].copy_from_slice(band);
         let length = values.len();
         ComplexFft::new(length).inverse(&mut values);
         // Padding behind the record holds no signal.
-        let kept = length * self.samples / quick_length(self.samples);
+        let kept = length * self.samples / next_fast_len(self.samples);
         let powers: Vec<f64> = values[..kept.clamp(1, length)]
             .iter()
             .map(|z| z.norm_sqr())

@@ -7,36 +7,36 @@
 use std::f64::consts::TAU;
 
 use super::realisation::{Observability, Subspaces};
-use super::selection::{Cluster, half_width};
+use super::selection::{PoleCluster, half_width};
 use crate::identify::modal::candidates::{CandidatePole, OrderPoles};
-use crate::identify::mode::IdentifiedMode;
+use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
-use crate::numeric::collinearity::mac;
-use crate::numeric::statistics::{HALF_INTERVAL, student_quantile};
+use crate::numeric::mac::mac;
+use crate::numeric::statistics::{Z_95, student_t_quantile};
 
 /// Places in a cluster, by rising order, at which its pole is tried.
-const PLACES: [f64; 4] = [0.10, 0.35, 0.60, 0.85];
+const EVALUATED_ORDERS: [f64; 4] = [0.10, 0.35, 0.60, 0.85];
 
 /// Without a part of the record a pole is the same with this MAC of the shapes.
 const SAME_SHAPE: f64 = 0.7;
 
 /// A pole that is lost without more than this share of the parts is none of the whole record.
-const LOST: f64 = 1.0 / 6.0;
+const MAX_LOST_SHARE: f64 = 1.0 / 6.0;
 
 /// Weight of the damping ratio's deviation against the relative deviation of frequency where an order is chosen.
 const DAMPING_WEIGHT: f64 = 0.3;
 
 /// An order at which a pole scatters by more than this many times the least says nothing of how well it is known.
-const COMPARABLE: f64 = 3.0;
+const MAX_SCATTER_RATIO: f64 = 3.0;
 
 /// A pole with its uncertainty.
 #[derive(Debug, Clone)]
-pub struct Estimate {
+pub struct PoleEstimate {
     /// Order at which it scatters least, and its shape is from.
     pub order: usize,
     /// With the covariance over parts and orders, widened so that 1.96 standard deviations hold the quantile of Student's t for the
     /// number of parts.
-    pub mode: IdentifiedMode,
+    pub mode: ModalParameters,
     /// By which its standard deviations were widened.
     pub widening: f64,
     /// Standard deviation of the frequency over the parts alone, Hz.
@@ -46,32 +46,32 @@ pub struct Estimate {
 }
 
 /// Poles of each order, without each part; worked out when they are first needed.
-pub(super) struct Replicates<'a> {
+pub(super) struct JackknifePoles<'a> {
     subspaces: &'a Subspaces,
     rate_hz: f64,
     /// By part, then order.
     poles: Vec<Vec<Option<OrderPoles>>>,
 }
 
-impl<'a> Replicates<'a> {
-    pub fn new(subspaces: &'a Subspaces, rate_hz: f64, highest: usize) -> Replicates<'a> {
-        Replicates {
+impl<'a> JackknifePoles<'a> {
+    pub fn new(subspaces: &'a Subspaces, rate_hz: f64, highest: usize) -> JackknifePoles<'a> {
+        JackknifePoles {
             subspaces,
             rate_hz,
             poles: vec![vec![None; highest + 1]; subspaces.without.len()],
         }
     }
 
-    fn of(&mut self, part: usize, order: usize) -> &OrderPoles {
+    fn poles_without(&mut self, part: usize, order: usize) -> &OrderPoles {
         let subspace: &Observability = &self.subspaces.without[part];
         let rate_hz = self.rate_hz;
         self.poles[part][order].get_or_insert_with(|| subspace.poles(order, rate_hz))
     }
 
     /// The estimate of a cluster, from the order at which it scatters least; none where its pole is lost without a part of the record.
-    pub fn estimate(&mut self, cluster: &Cluster) -> Option<Estimate> {
+    pub fn estimate(&mut self, cluster: &PoleCluster) -> Option<PoleEstimate> {
         let last = cluster.members.len() - 1;
-        let mut places = PLACES.map(|share| (share * last as f64).round() as usize);
+        let mut places = EVALUATED_ORDERS.map(|share| (share * last as f64).round() as usize);
         places.sort_unstable();
         let mut tried: Vec<(usize, &CandidatePole, [f64; 3])> = Vec::new();
         for (k, place) in places.iter().enumerate() {
@@ -83,7 +83,7 @@ impl<'a> Replicates<'a> {
                 tried.push((*order, pole, covariance));
             }
         }
-        let mode_of = |pole: &CandidatePole, covariance: [f64; 3]| IdentifiedMode {
+        let mode_of = |pole: &CandidatePole, covariance: [f64; 3]| ModalParameters {
             pole: pole.pole,
             pole_covariance: Some(covariance),
             shape: pole.shape.clone(),
@@ -96,13 +96,13 @@ impl<'a> Replicates<'a> {
         let &(order, pole, covariance) =
             (tried.iter()).min_by(|a, b| size(a).total_cmp(&size(b)))?;
         let least = tried.iter().map(|t| size(&t)).fold(f64::INFINITY, f64::min);
-        tried.retain(|t| size(&t) <= COMPARABLE * least);
+        tried.retain(|t| size(&t) <= MAX_SCATTER_RATIO * least);
         let between = scatter(
             tried.iter().map(|t| t.1),
             1.0 / (tried.len() as f64 - 1.0).max(1.0),
         );
         let parts = self.poles.len() as f64;
-        let widening = student_quantile(0.975, parts - 1.0) / HALF_INTERVAL;
+        let widening = student_t_quantile(0.975, parts - 1.0) / Z_95;
         let all = [0, 1, 2].map(|k| widening.powi(2) * (covariance[k] + between[k]));
         // The mean over the orders, each by its certainty, scatters less than any of them.
         let weights: Vec<f64> = tried.iter().map(|t| size(&t).powi(-2)).collect();
@@ -110,11 +110,11 @@ impl<'a> Replicates<'a> {
         let mean: Complex = (tried.iter().zip(&weights))
             .map(|(t, w)| t.1.pole * (w / sum))
             .sum();
-        Some(Estimate {
+        Some(PoleEstimate {
             order,
             widening,
             parts_std_hz: mode_of(pole, covariance).frequency_std_hz()?,
-            mode: IdentifiedMode {
+            mode: ModalParameters {
                 pole: mean,
                 ..mode_of(pole, all)
             },
@@ -129,13 +129,13 @@ impl<'a> Replicates<'a> {
         let off = |p: &CandidatePole| (p.pole - pole.pole).norm();
         let mut found: Vec<CandidatePole> = Vec::with_capacity(parts);
         for part in 0..parts {
-            let same = (self.of(part, order).poles.iter())
+            let same = (self.poles_without(part, order).poles.iter())
                 .filter(|p| off(p) < reach && mac(&p.shape, &pole.shape) > SAME_SHAPE)
                 .min_by(|a, b| off(a).total_cmp(&off(b)));
             found.extend(same.cloned());
         }
         let lost = (parts - found.len()) as f64;
-        if found.len() < 3 || lost > LOST * parts as f64 {
+        if found.len() < 3 || lost > MAX_LOST_SHARE * parts as f64 {
             return None;
         }
         let m = found.len() as f64;
@@ -162,6 +162,6 @@ fn scatter<'a>(poles: impl Iterator<Item = &'a CandidatePole>, factor: f64) -> [
 }
 
 /// Half-power half-bandwidth of a mode, Hz.
-pub fn half_band_hz(mode: &IdentifiedMode) -> f64 {
+pub fn half_band_hz(mode: &ModalParameters) -> f64 {
     mode.pole.re.abs() / TAU
 }

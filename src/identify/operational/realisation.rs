@@ -1,5 +1,6 @@
-//! Modes from the covariances of responses: the Hankel matrix `H_ij = R_{i+j+1}` is observability times controllability (Peeters & De
-//! Roeck, Mech. Syst. Signal Process. 13 (1999), eqs. (20)–(27)).
+//! Poles and shapes per order from the extended observability matrix (shift invariance).
+//!
+//! Syst. Signal Process. 13 (1999), eqs. (20)–(27)).
 //!
 //! The columns of U that belong to the n largest singular values of H span `[C; CA; CA²; …]` in some basis, so that `U↓ = U↑ A` without
 //! its first and last block row; `A φ = λ φ`, poles `rate · ln λ`, shapes `C φ`. With `U↑ᵀU↑` formed once, an order costs one small
@@ -11,7 +12,7 @@
 use super::covariances::Covariances;
 use crate::base::error::Error;
 use crate::identify::modal::candidates::{CandidatePole, OrderPoles};
-use crate::numeric::{Complex, Matrix, definite, general};
+use crate::numeric::{Complex, Matrix, eigen, symmetric};
 
 /// Right multiplier of the Hankel matrix.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -24,7 +25,7 @@ pub enum Weighting {
 }
 
 /// Right singular vectors kept for the parts of a record: twice the highest order, so that what is cut off does not couple.
-const KEPT: usize = 120;
+const RETAINED_VECTORS: usize = 120;
 
 /// Singular values below this share of the largest are rounding, for they come from squares.
 const ROUNDING: f64 = 1e-7;
@@ -63,8 +64,8 @@ impl Subspaces {
             None => whole.clone(),
             Some(weight) => &whole * weight,
         };
-        let (values, right) = definite::singular_values(&weighted)?;
-        let kept = KEPT.min(right.ncols()).min(right.nrows());
+        let (values, right) = symmetric::right_svd(&weighted)?;
+        let kept = RETAINED_VECTORS.min(right.ncols()).min(right.nrows());
         let right = right.subcols(0, kept).to_owned();
         let right = match &weight {
             None => right,
@@ -73,7 +74,7 @@ impl Subspaces {
         let left = |r: &[f64]| -> Result<Observability, Error> {
             let projected = &hankel(r) * &right;
             let gram = projected.transpose() * &projected;
-            let found = definite::symmetric(&gram)?;
+            let found = symmetric::symmetric_eigen(&gram)?;
             let largest = found.values.last().copied().unwrap_or(0.0).max(0.0).sqrt();
             let carried = (found.values.iter())
                 .filter(|v| v.max(0.0).sqrt() > ROUNDING * largest)
@@ -106,9 +107,9 @@ impl Subspaces {
 fn inverse_factor(covariances: &Covariances, columns: usize) -> Result<Matrix, Error> {
     /// Eigenvalues of P below this share of the largest are raised to it: a decimated signal has no power near half its rate, and what the
     /// estimate holds there may be negative.
-    const LEAST: f64 = 1e-4;
+    const MIN_EIGENVALUE_SHARE: f64 = 1e-4;
     let nr = covariances.references.len();
-    let at = |lag: usize, a: usize, b: usize| covariances.at(lag, covariances.references[a], b);
+    let at = |lag: usize, a: usize, b: usize| covariances.value(lag, covariances.references[a], b);
     let size = columns * nr;
     let past = Matrix::from_fn(size, size, |i, j| {
         // column i holds reference i % nr at i / nr samples before
@@ -119,8 +120,8 @@ fn inverse_factor(covariances: &Covariances, columns: usize) -> Result<Matrix, E
             _ => at(lag, later % nr, earlier % nr),
         }
     });
-    let found = definite::symmetric(&past)?;
-    let least = LEAST * found.values.last().copied().unwrap_or(0.0).max(0.0);
+    let found = symmetric::symmetric_eigen(&past)?;
+    let least = MIN_EIGENVALUE_SHARE * found.values.last().copied().unwrap_or(0.0).max(0.0);
     Ok(Matrix::from_fn(size, size, |i, j| {
         found.vectors[(i, j)] / found.values[j].max(least).sqrt()
     }))
@@ -166,8 +167,8 @@ impl Observability {
     fn eigenpairs(&self, n: usize, rate_hz: f64) -> Result<Vec<CandidatePole>, Error> {
         let gram = self.gram.submatrix(0, 0, n, n).to_owned();
         let shifted = self.shifted.submatrix(0, 0, n, n).to_owned();
-        let a = definite::solve(&gram, &shifted)?;
-        let (values, right) = general::right_eigen(&a)?;
+        let a = symmetric::lu_solve(&gram, &shifted)?;
+        let (values, right) = eigen::right_eigen(&a)?;
         let shape = |k: usize| {
             let component = |c: usize| {
                 (0..n)
@@ -179,7 +180,7 @@ impl Observability {
         Ok((0..n)
             .filter(|&k| values[k].im > 0.0)
             .map(|k| CandidatePole {
-                pole: continuous(values[k], rate_hz),
+                pole: to_continuous(values[k], rate_hz),
                 shape: shape(k),
                 participation: Vec::new(),
             })
@@ -188,7 +189,7 @@ impl Observability {
 }
 
 /// The continuous pole of a discrete one, rad/s.
-fn continuous(value: Complex, rate_hz: f64) -> Complex {
+fn to_continuous(value: Complex, rate_hz: f64) -> Complex {
     Complex::new(value.norm().ln(), value.im.atan2(value.re)) * rate_hz
 }
 

@@ -3,38 +3,41 @@
 //! With `G` the spectral matrix of a line, divided by its trace, the channel j with the largest `Σ_lines Σ_i |G_ij|²/G_jj` comes first;
 //! what it explains is taken off, `G − g_j g_jᴴ/G_jj` (a Cholesky factorisation with pivots common to all lines), and so on.
 
-use super::channels::Channels;
+use super::response_channels::ResponseChannels;
 use super::spectral_matrix::SpectralMatrix;
 use crate::base::error::Error;
 
 /// More references only add noise to the covariances and time to the decomposition.
-pub const MOST_REFERENCES: usize = 4;
+pub const MAX_REFERENCES: usize = 4;
 
 /// Share of the spectra that may stay unexplained.
-const LEFT: f64 = 0.02;
+const MAX_UNEXPLAINED_SHARE: f64 = 0.02;
 
 /// Samples of a segment: lines wide enough for dozens of averages, narrow enough that modes of a rung lie on different ones.
-const SEGMENT: usize = 512;
+const SEGMENT_LEN: usize = 512;
 
 /// Samples the choice is made by, from the first on: 512 averages.
-const LOOKED_AT: usize = 1 << 17;
+const MAX_SAMPLES: usize = 1 << 17;
 
 /// Chooses references among the responses, by the lines between `band_hz`; all channels where these are few.
 ///
 /// # Errors
 /// Those of the spectral matrices.
-pub fn references(channels: &Channels, band_hz: (f64, f64)) -> Result<Vec<usize>, Error> {
+pub fn references(channels: &ResponseChannels, band_hz: (f64, f64)) -> Result<Vec<usize>, Error> {
     let count = channels.samples().len();
-    let segment = SEGMENT.min(channels.length() / 4);
-    if count <= MOST_REFERENCES || segment < 16 {
+    let segment = SEGMENT_LEN.min(channels.n_samples() / 4);
+    if count <= MAX_REFERENCES || segment < 16 {
         return Ok((0..count).collect());
     }
     let taken: Vec<&[f64]> = (channels.samples().iter())
-        .map(|s| &s[..s.len().min(LOOKED_AT)])
+        .map(|s| &s[..s.len().min(MAX_SAMPLES)])
         .collect();
-    let spectra = SpectralMatrix::new(&Channels::new(&taken, channels.rate_hz())?, Some(segment))?;
+    let spectra = SpectralMatrix::new(
+        &ResponseChannels::new(&taken, channels.rate_hz())?,
+        Some(segment),
+    )?;
     let inside = |k: &usize| {
-        let f = *k as f64 * spectra.spacing_hz;
+        let f = *k as f64 * spectra.line_spacing_hz;
         f >= band_hz.0 && f <= band_hz.1
     };
     let trace = |k: usize| -> f64 { (0..count).map(|c| spectra.lines[k][(c, c)].re).sum() };
@@ -46,7 +49,7 @@ pub fn references(channels: &Channels, band_hz: (f64, f64)) -> Result<Vec<usize>
     let total = lines.len() as f64;
     let mut left = total;
     let mut chosen: Vec<usize> = Vec::new();
-    while chosen.len() < MOST_REFERENCES && left > LEFT * total {
+    while chosen.len() < MAX_REFERENCES && left > MAX_UNEXPLAINED_SHARE * total {
         let explains = |j: usize| -> f64 {
             (lines.iter())
                 .filter(|(_, g)| g[(j, j)].re > 0.0)

@@ -9,26 +9,26 @@ use std::f64::consts::{PI, TAU};
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::spectrum::sine;
-use crate::spectrum::tones::{Tone, take_out};
+use crate::spectrum::tones::{Tone, remove_tones};
 
 /// Samples of a block, at most.
-const BLOCK: usize = 1 << 20;
+const MAX_BLOCK_LEN: usize = 1 << 20;
 
 /// Quarters of a block that are compared.
 const QUARTERS: usize = 4;
 
 /// Power that is left at a sine's place in the quarters, over the sine's own, from which on it was none, …
-const WANDERS: f64 = 0.25;
+const MAX_RESIDUAL_POWER: f64 = 0.25;
 
 /// … where it also exceeds what is left on lines near it so many times: four exponential numbers exceed four times their mean once in
 /// 12 000 cases.
-const ABOVE_NEAR: f64 = 4.0;
+const MIN_RATIO_TO_NEIGHBOURS: f64 = 4.0;
 
 /// Lines of a quarter away from the sine, on either side, at which the power near it is taken: beyond the main lobe of the window.
-const NEAR: std::ops::RangeInclusive<usize> = 4..=7;
+const NEIGHBOUR_LINES: std::ops::RangeInclusive<usize> = 4..=7;
 
 /// Sines of two blocks nearer than this are one, lines of a block.
-const SAME: f64 = 2.0;
+const SAME_SINE_LINES: f64 = 2.0;
 
 /// Takes constant sines out of channels of equal length; by rising frequency, amplitudes those of the blocks that have the sine.
 ///
@@ -36,13 +36,13 @@ const SAME: f64 = 2.0;
 /// Those of the search: samples that are not finite.
 pub fn take_out_constant(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<Tone>, Error> {
     let n = channels.first().map_or(0, Vec::len);
-    let blocks = n.div_ceil(BLOCK).max(1);
+    let blocks = n.div_ceil(MAX_BLOCK_LEN).max(1);
     let mut all: Vec<(Tone, usize)> = Vec::new();
     for k in 0..blocks {
         let (from, to) = (k * n / blocks, (k + 1) * n / blocks);
         let before: Vec<Vec<f64>> = channels.iter().map(|c| c[from..to].to_vec()).collect();
         let mut after = before.clone();
-        let tones = take_out(rate_hz, &mut after)?;
+        let tones = remove_tones(rate_hz, &mut after)?;
         let line = rate_hz / (to - from).max(1) as f64;
         for tone in tones {
             if wanders(rate_hz, &before, &after, &tone) {
@@ -50,7 +50,8 @@ pub fn take_out_constant(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<
                 continue;
             }
             let is_same = |t: &&mut (Tone, usize)| {
-                (t.0.frequency_hz - tone.frequency_hz).abs() < SAME * line && t.1 < blocks
+                (t.0.frequency_hz - tone.frequency_hz).abs() < SAME_SINE_LINES * line
+                    && t.1 < blocks
             };
             match all.iter_mut().find(is_same) {
                 Some((known, count)) if k > 0 => {
@@ -88,13 +89,14 @@ fn wanders(rate_hz: f64, before: &[Vec<f64>], after: &[Vec<f64>], tone: &Tone) -
         let taken: Vec<f64> = (before[strongest][part].iter().zip(rest))
             .map(|(b, a)| b - a)
             .collect();
-        let power = |samples: &[f64], f: f64| windowed(samples, f / rate_hz).norm_sqr();
+        let power = |samples: &[f64], f: f64| hann_transform(samples, f / rate_hz).norm_sqr();
         own += power(&taken, tone.frequency_hz);
         left += power(rest, tone.frequency_hz);
-        let sides = NEAR.flat_map(|k| [-1.0, 1.0].map(|s| tone.frequency_hz + s * k as f64 * line));
-        near += sides.map(|f| power(rest, f)).sum::<f64>() / (2 * NEAR.count()) as f64;
+        let sides = NEIGHBOUR_LINES
+            .flat_map(|k| [-1.0, 1.0].map(|s| tone.frequency_hz + s * k as f64 * line));
+        near += sides.map(|f| power(rest, f)).sum::<f64>() / (2 * NEIGHBOUR_LINES.count()) as f64;
     }
-    left > WANDERS * own && left > ABOVE_NEAR * near
+    left > MAX_RESIDUAL_POWER * own && left > MIN_RATIO_TO_NEIGHBOURS * near
 }
 
 /// Puts a sine back: that part of what was taken out.
@@ -106,13 +108,13 @@ fn put_back(
 ) -> Result<(), Error> {
     for (b, a) in before.iter().zip(after) {
         let taken: Vec<f64> = b.iter().zip(a.iter()).map(|(b, a)| b - a).collect();
-        sine::fit_at(&taken, rate_hz, tone.frequency_hz)?.put_back(a, rate_hz);
+        sine::fit_amplitude(&taken, rate_hz, tone.frequency_hz)?.add_to(a, rate_hz);
     }
     Ok(())
 }
 
 /// Transform under Hann's window at a frequency in turns a sample.
-fn windowed(samples: &[f64], turns: f64) -> Complex {
+fn hann_transform(samples: &[f64], turns: f64) -> Complex {
     let n = samples.len() as f64;
     let step = Complex::from_polar(1.0, -TAU * turns);
     let mut turn = Complex::new(1.0, 0.0);

@@ -1,33 +1,33 @@
 //! Series of evenly spaced lines, `f_k = f_0 + k Δ`: harmonics of a shaft, and the sidebands of a mesh.
 
 /// Consecutive lines that make a series: by chance five neighbours lie so with a probability of about `(4 tolerance/Δ)³`.
-const MEMBERS: usize = 5;
+const MIN_SERIES_LINES: usize = 5;
 
 /// A spacing is at least so many tolerances.
-const WIDEST: f64 = 10.0;
+const MIN_SPACING_TOLERANCES: f64 = 10.0;
 
 /// Neighbouring lines between which a spacing is looked for: lines that do not belong to the series may lie between two that do.
-const BETWEEN: usize = 3;
+const NEIGHBOURS_SEARCHED: usize = 3;
 
 /// A series continues so many places beyond its last line.
-const BEYOND: f64 = 2.5;
+const EXTRAPOLATED_LINES: f64 = 2.5;
 
 /// Evenly spaced lines.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+pub struct HarmonicSeries {
     /// Frequencies of its lines, Hz, rising.
     pub lines_hz: Vec<f64>,
     /// Distance of neighbours, Hz.
     pub spacing_hz: f64,
 }
 
-impl Series {
+impl HarmonicSeries {
     /// Whether a frequency lies on the series, within its lines or up to two places beyond.
     pub fn holds(&self, frequency_hz: f64, tolerance_hz: f64) -> bool {
         let (Some(first), Some(last)) = (self.lines_hz.first(), self.lines_hz.last()) else {
             return false;
         };
-        let beyond = BEYOND * self.spacing_hz;
+        let beyond = EXTRAPOLATED_LINES * self.spacing_hz;
         let places = (frequency_hz - first) / self.spacing_hz;
         let off = (places - places.round()).abs() * self.spacing_hz;
         frequency_hz > first - beyond && frequency_hz < last + beyond && off < tolerance_hz
@@ -35,15 +35,15 @@ impl Series {
 }
 
 /// Series of five or more lines among rising frequencies, each within `tolerance_hz` of its place; the longest first.
-pub fn series(lines_hz: &[f64], tolerance_hz: f64) -> Vec<Series> {
-    let mut found: Vec<Series> = Vec::new();
+pub fn series(lines_hz: &[f64], tolerance_hz: f64) -> Vec<HarmonicSeries> {
+    let mut found: Vec<HarmonicSeries> = Vec::new();
     for (i, &first) in lines_hz.iter().enumerate() {
-        for &second in lines_hz.iter().skip(i + 1).take(BETWEEN) {
+        for &second in lines_hz.iter().skip(i + 1).take(NEIGHBOURS_SEARCHED) {
             let spacing = second - first;
-            let is_known = |s: &Series| {
+            let is_known = |s: &HarmonicSeries| {
                 (s.spacing_hz - spacing).abs() < tolerance_hz && s.holds(first, tolerance_hz)
             };
-            if spacing < WIDEST * tolerance_hz || found.iter().any(is_known) {
+            if spacing < MIN_SPACING_TOLERANCES * tolerance_hz || found.iter().any(is_known) {
                 continue;
             }
             let mut members = vec![first, second];
@@ -57,9 +57,9 @@ pub fn series(lines_hz: &[f64], tolerance_hz: f64) -> Vec<Series> {
                     None => break,
                 }
             }
-            if members.len() >= MEMBERS {
+            if members.len() >= MIN_SERIES_LINES {
                 let steps = (members.len() - 1) as f64;
-                found.push(Series {
+                found.push(HarmonicSeries {
                     spacing_hz: (members[members.len() - 1] - first) / steps,
                     lines_hz: members,
                 });

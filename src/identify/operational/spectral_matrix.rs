@@ -1,19 +1,18 @@
-//! Spectral matrices of responses: averaged products of windowed, overlapping segments (Welch 1967), padded to twice their length so
-//! that they are transforms of covariances at lags that do not wrap.
+//! Spectral matrices of outputs by Welch's method, zero-padded to twice the block length.
 
-use super::channels::Channels;
+use super::response_channels::ResponseChannels;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::fft::{RealFft, quick_length};
+use crate::numeric::fft::{RealFft, next_fast_len};
 use crate::numeric::{Complex, ComplexMatrix};
 
 /// One-sided spectral densities between all channels, by line.
 #[derive(Debug, Clone)]
 pub struct SpectralMatrix {
     /// Distance of the lines, Hz; half of what the segments resolve.
-    pub spacing_hz: f64,
+    pub line_spacing_hz: f64,
     /// Samples of a segment.
-    pub segment: usize,
+    pub block: usize,
     /// Segments averaged; half overlapping, so that about 1.9 of them count as independent for each two.
     pub averages: usize,
     /// Autocovariance of the window over lags, 1 at lag 0: the covariances behind the spectra are multiplied by it.
@@ -23,27 +22,30 @@ pub struct SpectralMatrix {
 }
 
 /// Samples of a segment unless stated, at most: more lines take more time than they tell, and a lower rate shows low modes better.
-const LONGEST: usize = 1 << 16;
+const MAX_SEGMENT_LEN: usize = 1 << 16;
 
 /// Entries of all lines' matrices together unless stated, at most: 256 MB.
-const ENTRIES: usize = 1 << 24;
+const MAX_ENTRIES: usize = 1 << 24;
 
 /// Segments that the default leaves in a record, at least; up to twice as many, for lengths are powers of two.
-const SEGMENTS: usize = 10;
+const MIN_BLOCKS: usize = 10;
 
 impl SpectralMatrix {
-    /// With a Hann window over `segment` samples; `None` takes the power of two below a tenth of the record, 65 536 at
+    /// With a Hann window over `block` samples; `None` takes the power of two below a tenth of the record, 65 536 at
     /// most.
     ///
     /// # Errors
     /// `TooShort` where fewer than two segments fit.
-    pub fn new(channels: &Channels, segment: Option<usize>) -> Result<SpectralMatrix, Error> {
-        let n = channels.length();
+    pub fn new(
+        channels: &ResponseChannels,
+        segment: Option<usize>,
+    ) -> Result<SpectralMatrix, Error> {
+        let n = channels.n_samples();
         let segment = segment
             .unwrap_or_else(|| {
                 let entries = channels.samples().len().pow(2);
-                let longest = LONGEST.min((ENTRIES / entries).max(256));
-                1 << (n / SEGMENTS).clamp(16, longest).ilog2()
+                let longest = MAX_SEGMENT_LEN.min((MAX_ENTRIES / entries).max(256));
+                1 << (n / MIN_BLOCKS).clamp(16, longest).ilog2()
             })
             .max(4);
         let hop = segment / 2;
@@ -52,7 +54,7 @@ impl SpectralMatrix {
                 Code::TooShort,
                 format!("{n} samples for segments of {segment}"),
             )
-            .hint(format!(
+            .with_hint(format!(
                 "take at least {} samples, or shorter segments",
                 segment + hop
             )));
@@ -66,7 +68,7 @@ impl SpectralMatrix {
             .collect();
         let power: f64 = window.iter().map(|w| w * w).sum();
         let nc = channels.samples().len();
-        let mut transform = RealFft::new(quick_length(2 * segment));
+        let mut transform = RealFft::new(next_fast_len(2 * segment));
         let zero = Complex::new(0.0, 0.0);
         let mut spectra = vec![vec![zero; transform.lines()]; nc];
         let mut padded = vec![0.0; transform.samples()];
@@ -108,8 +110,8 @@ impl SpectralMatrix {
             })
             .collect();
         Ok(SpectralMatrix {
-            spacing_hz: channels.rate_hz() / transform.samples() as f64,
-            segment,
+            line_spacing_hz: channels.rate_hz() / transform.samples() as f64,
+            block: segment,
             averages,
             window_lags,
             lines,

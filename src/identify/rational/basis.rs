@@ -1,11 +1,10 @@
-//! The functions a fit is made of, over `s = jx` with `x` the frequency over the highest line's:
-//! `|p|/D` and `s/D` of each pole with `D = (s − p)(s − p*)`, `1/s²` of what resonates below, `1` of what resonates above.
+//! Basis functions of the rational fit over `s = jx`: `\
 
 use crate::numeric::{Complex, Matrix};
 
 /// A pole pair `∓σ ± jw`, in units of the highest line's angular frequency.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Pole {
+pub(super) struct ScaledPole {
     /// Imaginary part, positive.
     pub w: f64,
     /// Size of the real part, positive.
@@ -15,14 +14,14 @@ pub(super) struct Pole {
 }
 
 /// A start needs a width; in units of the highest line.
-const LEAST_REAL_PART: f64 = 1e-9;
+const MIN_REAL_PART: f64 = 1e-9;
 
-impl Pole {
+impl ScaledPole {
     /// From rad/s, `top` being the angular frequency of the highest line.
-    pub fn new(pole: Complex, top: f64) -> Pole {
-        Pole {
+    pub fn new(pole: Complex, top: f64) -> ScaledPole {
+        ScaledPole {
             w: pole.im / top,
-            sigma: (pole.re.abs() / top).max(LEAST_REAL_PART),
+            sigma: (pole.re.abs() / top).max(MIN_REAL_PART),
             stable: pole.re <= 0.0,
         }
     }
@@ -34,7 +33,7 @@ impl Pole {
     }
 
     /// Share of the Lorentzian of `other` that this one holds, `|⟨φ, φ′⟩|²` of unit functions on an infinite axis.
-    pub fn overlap(&self, other: &Pole) -> f64 {
+    pub fn overlap(&self, other: &ScaledPole) -> f64 {
         let (apart, wide) = (self.w - other.w, self.sigma + other.sigma);
         4.0 * self.sigma * other.sigma / (apart * apart + wide * wide)
     }
@@ -42,7 +41,7 @@ impl Pole {
 
 /// Which terms a fit has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Structure {
+pub struct ModelTerms {
     /// Residues are free complex numbers; else they are those of real modal constants.
     pub complex: bool,
     /// A term `1/s²` per response, for modes below the band.
@@ -51,9 +50,9 @@ pub struct Structure {
     pub upper: bool,
 }
 
-impl Structure {
+impl ModelTerms {
     /// Every term.
-    pub const FULL: Structure = Structure {
+    pub const FULL: ModelTerms = ModelTerms {
         complex: true,
         lower: true,
         upper: true,
@@ -72,60 +71,60 @@ impl Structure {
 
 /// Whitened lines and data: rows hold real parts, then imaginary parts, each with unit variance.
 #[derive(Debug, Clone)]
-pub(super) struct Problem {
+pub(super) struct WhitenedProblem {
     /// Frequency over the highest line's.
     pub x: Vec<f64>,
     /// What every basis function is multiplied with by line: the power of s of the kind of response, and the weight.
     pub factor: Vec<Complex>,
     /// Columns without poles.
-    pub fixed: Matrix,
+    pub pole_free_columns: Matrix,
     /// Data by response.
     pub y: Matrix,
     /// Place of the first column of `y` among the responses of the fit.
     pub first: usize,
     /// Median spacing of the measured lines, of which these may be fewer.
-    pub step: f64,
+    pub line_spacing: f64,
     /// `Σ y²` of the measured lines beyond that of these.
-    pub left_out: f64,
+    pub omitted_energy: f64,
 }
 
-impl Problem {
+impl WhitenedProblem {
     /// Lines.
     pub fn lines(&self) -> usize {
         self.x.len()
     }
 
     /// The columns without poles of a structure.
-    pub fn residual_terms(x: &[f64], factor: &[Complex], structure: Structure) -> Matrix {
+    pub fn residual_terms(x: &[f64], factor: &[Complex], model_terms: ModelTerms) -> Matrix {
         let n = x.len();
         let lower = |k: usize| -factor[k] / (x[k] * x[k]);
         let upper = |k: usize| factor[k];
         let terms: [(bool, &dyn Fn(usize) -> Complex); 2] =
-            [(structure.lower, &lower), (structure.upper, &upper)];
+            [(model_terms.lower, &lower), (model_terms.upper, &upper)];
         let used: Vec<_> = terms.iter().filter(|t| t.0).collect();
         let mut fixed = Matrix::zeros(2 * n, used.len());
         for (j, (_, term)) in used.iter().enumerate() {
             let column = fixed.col_as_slice_mut(j);
             for k in 0..n {
-                put(column, k, n, term(k));
+                set_complex(column, k, n, term(k));
             }
         }
         fixed
     }
 
     /// Unscaled basis: numerators of every pole, then the fixed columns.
-    pub fn basis(&self, poles: &[Pole], numerators: usize) -> Matrix {
+    pub fn basis(&self, poles: &[ScaledPole], numerators: usize) -> Matrix {
         let n = self.lines();
         let of_poles = poles.len() * numerators;
-        let mut basis = Matrix::zeros(2 * n, of_poles + self.fixed.ncols());
+        let mut basis = Matrix::zeros(2 * n, of_poles + self.pole_free_columns.ncols());
         for (r, pole) in poles.iter().enumerate() {
             let size = pole.w.hypot(pole.sigma);
             for k in 0..n {
                 let inverse = self.factor[k] * inverse(pole, self.x[k]);
-                put(basis.col_as_slice_mut(r * numerators), k, n, inverse * size);
+                set_complex(basis.col_as_slice_mut(r * numerators), k, n, inverse * size);
                 if numerators == 2 {
                     let s = Complex::new(0.0, self.x[k]);
-                    put(
+                    set_complex(
                         basis.col_as_slice_mut(r * numerators + 1),
                         k,
                         n,
@@ -134,17 +133,17 @@ impl Problem {
                 }
             }
         }
-        for j in 0..self.fixed.ncols() {
+        for j in 0..self.pole_free_columns.ncols() {
             basis
                 .col_as_slice_mut(of_poles + j)
-                .copy_from_slice(self.fixed.col_as_slice(j));
+                .copy_from_slice(self.pole_free_columns.col_as_slice(j));
         }
         basis
     }
 
     /// Derivatives of the poles' columns, each divided by that column's length: for every pole with respect to `w/σ`, then to
     /// `ln σ`; within each, by numerator.
-    pub fn derivatives(&self, poles: &[Pole], numerators: usize, length: &[f64]) -> Matrix {
+    pub fn derivatives(&self, poles: &[ScaledPole], numerators: usize, length: &[f64]) -> Matrix {
         let n = self.lines();
         let mut all = Matrix::zeros(2 * n, poles.len() * 2 * numerators);
         let mut square = vec![Complex::new(0.0, 0.0); n];
@@ -163,14 +162,14 @@ impl Problem {
                 let column = all.col_as_slice_mut(at);
                 for k in 0..n {
                     let d = square[k] * Complex::new(fixed, turned * self.x[k]);
-                    put(column, k, n, d * of_size);
+                    set_complex(column, k, n, d * of_size);
                 }
                 if numerators == 2 {
                     let of_s = 1.0 / length[r * numerators + 1];
                     let column = all.col_as_slice_mut(at + 1);
                     for k in 0..n {
                         let d = square[k] * Complex::new(fixed, turned * self.x[k]);
-                        put(column, k, n, d * Complex::new(0.0, self.x[k] * of_s));
+                        set_complex(column, k, n, d * Complex::new(0.0, self.x[k] * of_s));
                     }
                 }
             }
@@ -180,7 +179,7 @@ impl Problem {
 }
 
 /// `1/D` at `s = jx`, with `D = w² − x² + σ² + 2jσx` written so that nothing cancels near the resonance.
-fn inverse(pole: &Pole, x: f64) -> Complex {
+fn inverse(pole: &ScaledPole, x: f64) -> Complex {
     let sigma = if pole.stable { pole.sigma } else { -pole.sigma };
     let re = (pole.w - x) * (pole.w + x) + pole.sigma * pole.sigma;
     let im = 2.0 * sigma * x;
@@ -189,7 +188,7 @@ fn inverse(pole: &Pole, x: f64) -> Complex {
 }
 
 /// Real part to row `k`, imaginary part to row `n + k`.
-pub(super) fn put(column: &mut [f64], k: usize, n: usize, value: Complex) {
+pub(super) fn set_complex(column: &mut [f64], k: usize, n: usize, value: Complex) {
     column[k] = value.re;
     column[n + k] = value.im;
 }

@@ -1,17 +1,17 @@
-//! Covariance of the poles: the inverse of the Fisher information with the residues eliminated, `(JᵀJ)⁻¹`.
+//! Covariance of poles and delays: inverse Fisher information with residues eliminated, `(JᵀJ)⁻¹`.
 
 use std::borrow::Borrow;
 
 use crate::base::error::Error;
 use crate::numeric::Matrix;
-use crate::numeric::definite::{cholesky, solve_lower, solve_lower_transposed, symmetric};
+use crate::numeric::symmetric::{cholesky, solve_lower, solve_lower_transposed, symmetric_eigen};
 
-use super::basis::Problem;
-use super::projection::{Fitted, normal};
+use super::basis::WhitenedProblem;
+use super::projection::{ModelFit, normal};
 
 /// Covariance of what the search moves: of every pole `[σ²_re, σ²_im, σ_re,im]` in units of the highest line, and of the delays
 /// their variance.
-pub(super) struct Covariance {
+pub(super) struct PoleCovariance {
     /// By pole.
     pub poles: Vec<Option<[f64; 3]>>,
     /// By delay.
@@ -20,16 +20,16 @@ pub(super) struct Covariance {
 
 /// For data of unit variance; `None` for what the data do not tell.
 pub(super) fn covariance(
-    problems: &[impl Borrow<Problem>],
-    fitted: &Fitted,
+    problems: &[impl Borrow<WhitenedProblem>],
+    fit: &ModelFit,
     numerators: usize,
-) -> Covariance {
-    let np = fitted.model.poles.len();
-    let nothing = Covariance {
+) -> PoleCovariance {
+    let np = fit.model.poles.len();
+    let nothing = PoleCovariance {
         poles: vec![None; np],
-        delays: vec![None; fitted.model.delays.len()],
+        delays: vec![None; fit.model.delays.len()],
     };
-    let information = normal(problems, &fitted.model, numerators, &fitted.fits).a;
+    let information = normal(problems, &fit.model, numerators, &fit.fits).a;
     let n = information.nrows();
     // What rounding left of a parameter that is not told may be below zero: it stays so on the unit diagonal.
     let unit: Vec<f64> = (0..n)
@@ -40,10 +40,10 @@ pub(super) fn covariance(
         return nothing;
     };
     let entry = |i: usize, j: usize| inverse[(i, j)] / unit[i] / unit[j];
-    Covariance {
+    PoleCovariance {
         poles: (0..np)
             .map(|r| {
-                let pole = &fitted.model.poles[r];
+                let pole = &fit.model.poles[r];
                 let square = pole.sigma * pole.sigma;
                 let sign = if pole.stable { -1.0 } else { 1.0 };
                 let (w, x) = (2 * r, 2 * r + 1);
@@ -84,7 +84,7 @@ fn inverse(information: &Matrix, np: usize) -> Result<Matrix, Error> {
                 _ => f64::INFINITY,
             }));
         }
-        let eigen = symmetric(&block)?;
+        let eigen = symmetric_eigen(&block)?;
         let least = (0..m).min_by(|&a, &b| eigen.values[a].total_cmp(&eigen.values[b]));
         let mut part = vec![0.0; np + n];
         for (i, &k) in kept.iter().enumerate() {
@@ -99,7 +99,7 @@ fn inverse(information: &Matrix, np: usize) -> Result<Matrix, Error> {
 mod tests {
     use super::*;
 
-    /// Two parameters that only their sum is told of, beside two that are told: these keep the inverse of their own block.
+    /// Two parameters that only their sum is told of, next to two that are told: these keep the inverse of their own block.
     #[test]
     fn survives_what_is_told_twice() -> Result<(), Error> {
         let own = [[1.0, 0.6], [0.6, 1.0]];

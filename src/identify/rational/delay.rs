@@ -1,44 +1,46 @@
-//! A start for a delay: modes with real constants have residues of the phases 0 or π; what the strongest modes' phases have in
-//! common beyond that falls with frequency as `−ωτ`.
+//! Initial estimate of a delay from residue phases: common phase falls as `−ωτ`.
 
 use crate::numeric::Complex;
 
-use super::basis::Problem;
-use super::local::{Placed, place};
-use super::projection::{Model, at};
+use super::basis::WhitenedProblem;
+use super::local_fit::{LocalFit, fit_locally};
+use super::projection::{PoleModel, fit_at};
 use super::scan::scan;
 
 /// Modes the phases are taken from.
-const MODES: usize = 8;
+const MAX_MODES: usize = 8;
 
 /// Delays tried, to either side of zero, and their distance: a fifth of the radian by which the doubled phase of the highest line turns.
-const TRIALS: i32 = 2000;
-const TRIAL: f64 = 0.1;
+const DELAY_TRIALS: i32 = 2000;
+const DELAY_STEP: f64 = 0.1;
 
 /// Delays whose sum reaches this share of the highest are alike.
-const ALIKE: f64 = 0.85;
+const TIE_SHARE: f64 = 0.85;
 
 /// A mode whose gain is below this share of the strongest may be the skirt of another.
-const STRONG: f64 = 0.01;
+const MIN_GAIN_SHARE: f64 = 0.01;
 
 /// The delay of one or of every response, in units of the inverse of the highest line's angular frequency.
 ///
 /// The local fits give, per response, the phase of a mode's residue. Among delays the sum of `|R| cos 2(arg R + xτ)` is largest; of
 /// alike delays the shortest wins.
-pub(super) fn start(problem: &Problem, per_response: bool) -> Vec<f64> {
-    let empty = at(std::slice::from_ref(problem), &Model::default(), 2);
+pub(super) fn initial_delay(problem: &WhitenedProblem, per_response: bool) -> Vec<f64> {
+    let empty = fit_at(std::slice::from_ref(problem), &PoleModel::default(), 2);
     let peaks = scan(problem, &empty.fits[0].e, &[]);
-    let mut strong: Vec<Placed> = Vec::new();
+    let mut strong: Vec<LocalFit> = Vec::new();
     for peak in &peaks {
-        if strong.len() == MODES {
+        if strong.len() == MAX_MODES {
             break;
         }
-        if strong.first().is_some_and(|s| peak.gain < STRONG * s.gain) {
+        if strong
+            .first()
+            .is_some_and(|s| peak.gain < MIN_GAIN_SHARE * s.gain)
+        {
             break;
         }
-        let clear = |p: &Placed| p.pole.overlap(&peak.pole) < 0.05;
+        let clear = |p: &LocalFit| p.pole.overlap(&peak.pole) < 0.05;
         if strong.iter().all(clear)
-            && let Some(p) = place(problem, &empty, 2, peak, false)
+            && let Some(p) = fit_locally(problem, &empty, 2, peak, false)
             && strong.iter().all(|q| q.pole.overlap(&p.pole) < 0.2)
         {
             strong.push(p);
@@ -46,12 +48,12 @@ pub(super) fn start(problem: &Problem, per_response: bool) -> Vec<f64> {
     }
     let responses = problem.y.ncols();
     if !per_response {
-        return vec![best(&strong, &(0..responses).collect::<Vec<_>>())];
+        return vec![best_delay(&strong, &(0..responses).collect::<Vec<_>>())];
     }
-    (0..responses).map(|i| best(&strong, &[i])).collect()
+    (0..responses).map(|i| best_delay(&strong, &[i])).collect()
 }
 
-fn best(strong: &[Placed], responses: &[usize]) -> f64 {
+fn best_delay(strong: &[LocalFit], responses: &[usize]) -> f64 {
     // (place, square of the residue with its phase doubled)
     let phases: Vec<(f64, Complex)> = strong
         .iter()
@@ -78,17 +80,17 @@ fn best(strong: &[Placed], responses: &[usize]) -> f64 {
             / total
     };
     // by rising length, both signs
-    let trials: Vec<(f64, f64)> = (0..=TRIALS)
-        .flat_map(|j| [1.0, -1.0].map(|sign| sign * TRIAL * f64::from(j)))
+    let trials: Vec<(f64, f64)> = (0..=DELAY_TRIALS)
+        .flat_map(|j| [1.0, -1.0].map(|sign| sign * DELAY_STEP * f64::from(j)))
         .map(|delay| (delay, score(delay)))
         .collect();
     let highest = trials.iter().map(|t| t.1).fold(0.0, f64::max);
-    let Some(&(mut delay, mut value)) = trials.iter().find(|t| t.1 >= ALIKE * highest) else {
+    let Some(&(mut delay, mut value)) = trials.iter().find(|t| t.1 >= TIE_SHARE * highest) else {
         return 0.0;
     };
     for sign in [1.0, -1.0] {
-        while score(delay + sign * TRIAL) > value {
-            delay += sign * TRIAL;
+        while score(delay + sign * DELAY_STEP) > value {
+            delay += sign * DELAY_STEP;
             value = score(delay);
         }
     }

@@ -1,29 +1,29 @@
 //! Every mode by each hit, or each response, alone: where their poles differ by more than they are uncertain, the mode is the mean of the
 //! population they come from, and as uncertain as their differences make it.
 
-use super::basis::Pole;
+use super::basis::ScaledPole;
 use super::covariance::covariance;
-use super::departure::Departure;
-use super::projection::Stop;
-use super::random_effects::{Pooled, differ, differ_together, heterogeneity, pooled};
-use super::scatter::FEWEST_GROUPS;
-use super::windowed::{Band, NUMERATORS, Window, WindowFit, half_window};
+use super::model_error::ModeDeviation;
+use super::projection::StopCriteria;
+use super::random_effects::{PooledMean, differ, differ_together, heterogeneity, pooled_mean};
+use super::scatter::MIN_GROUPS;
+use super::windowed::{BandFit, NUMERATORS, PoleWindow, WindowFit, half_window};
 
 /// Rounds of fit and departure of each group.
-const ROUNDS: usize = 3;
+const MAX_ITERATIONS: usize = 3;
 
 /// The mean response of hits whose poles scatter by δ, `1/z + ⟨δ²⟩/z³` to second order with `z = jω − p`, is fitted best by a pole that is
 /// off by so many times `⟨δ²⟩/σ`: in a window of 8 half-widths to either side with a straight background (1 without either).
 const BROADER: f64 = 1.27;
 
-const STOP: Stop = Stop {
+const CONVERGENCE: StopCriteria = StopCriteria {
     steps: 8,
-    fall: 0.0,
-    share: 1e-8,
+    min_decrease: 0.0,
+    min_relative_decrease: 1e-8,
 };
 
 /// A group has lost the mode where its pole is off by so many half-widths, so many times as wide or narrow, or less of its response.
-const LOST: (f64, f64, f64) = (2.0, 4.5, 0.02);
+const MAX_GROUP_SHIFT: (f64, f64, f64) = (2.0, 4.5, 0.02);
 
 /// What groups say of a mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,75 +31,72 @@ pub(super) struct GroupMean {
     /// Groups that see it.
     pub count: usize,
     /// Mean frequency and real part, where the groups differ about either: with variances for intervals of 1.96 standard deviations.
-    pub mean: Option<(Pooled, Pooled)>,
+    pub mean: Option<(PooledMean, PooledMean)>,
 }
 
 /// One group's pole with the variances of w and σ.
-struct Own {
-    pole: Pole,
+struct GroupPole {
+    pole: ScaledPole,
     variance: (f64, f64),
 }
 
 /// Means over the groups for every pole; nothing of those that fewer than three groups see.
 pub(super) fn means(
-    band: &Band,
+    fit: &BandFit,
     groups: &[Vec<usize>],
     by_hit: bool,
-    departures: &[Departure],
-    is_reported: &dyn Fn(&Pole) -> bool,
+    deviations: &[ModeDeviation],
+    is_reported: &dyn Fn(&ScaledPole) -> bool,
 ) -> Vec<Option<GroupMean>> {
-    let poles = &band.modes.poles;
-    let own: Vec<Vec<Own>> = (0..poles.len())
+    let poles = &fit.residues.poles;
+    let pole: Vec<Vec<GroupPole>> = (0..poles.len())
         .map(
-            |r| match is_reported(&poles[r]) && groups.len() >= FEWEST_GROUPS {
-                true => own_poles(band, groups, departures, r),
+            |r| match is_reported(&poles[r]) && groups.len() >= MIN_GROUPS {
+                true => own_poles(fit, groups, deviations, r),
                 false => Vec::new(),
             },
         )
         .collect();
-    let column = |own: &[Own], pick: &dyn Fn(&Own) -> (f64, f64)| -> (Vec<f64>, Vec<f64>) {
-        own.iter().map(pick).unzip()
-    };
-    let frequency = |o: &Own| (o.pole.w, o.variance.0);
-    let width = |o: &Own| (o.pole.sigma, o.variance.1);
-    let statistic = |own: &[Own]| {
-        let of = |pick: &dyn Fn(&Own) -> (f64, f64)| {
-            let (y, v) = column(own, pick);
+    let column = |pole: &[GroupPole],
+                  pick: &dyn Fn(&GroupPole) -> (f64, f64)|
+     -> (Vec<f64>, Vec<f64>) { pole.iter().map(pick).unzip() };
+    let frequency = |o: &GroupPole| (o.pole.w, o.variance.0);
+    let width = |o: &GroupPole| (o.pole.sigma, o.variance.1);
+    let statistic = |pole: &[GroupPole]| {
+        let of = |pick: &dyn Fn(&GroupPole) -> (f64, f64)| {
+            let (y, v) = column(pole, pick);
             heterogeneity(&y, &v)
         };
         [of(&frequency), of(&width)]
     };
-    let seen = |own: &&Vec<Own>| own.len() >= FEWEST_GROUPS;
-    let (q, freedom) = own
-        .iter()
-        .filter(seen)
-        .fold((0.0, 0.0), |(q, freedom), own| {
-            let [a, b] = statistic(own);
-            (q + a + b, freedom + 2.0 * (own.len() as f64 - 1.0))
-        });
+    let seen = |pole: &&Vec<GroupPole>| pole.len() >= MIN_GROUPS;
+    let (q, dof) = pole.iter().filter(seen).fold((0.0, 0.0), |(q, dof), pole| {
+        let [a, b] = statistic(pole);
+        (q + a + b, dof + 2.0 * (pole.len() as f64 - 1.0))
+    });
     // Hits of one test share what makes them differ; responses need not.
-    let together = by_hit && differ_together(q, freedom);
-    own.iter()
-        .map(|own| {
-            if own.len() < FEWEST_GROUPS {
+    let together = by_hit && differ_together(q, dof);
+    pole.iter()
+        .map(|pole| {
+            if pole.len() < MIN_GROUPS {
                 return None;
             }
-            let free = own.len() as f64 - 1.0;
-            let differs = together || statistic(own).into_iter().any(|q| differ(q, free));
-            let of = |pick: &dyn Fn(&Own) -> (f64, f64)| {
-                let (y, v) = column(own, pick);
-                let found = pooled(&y, &v);
+            let free = pole.len() as f64 - 1.0;
+            let differs = together || statistic(pole).into_iter().any(|q| differ(q, free));
+            let of = |pick: &dyn Fn(&GroupPole) -> (f64, f64)| {
+                let (y, v) = column(pole, pick);
+                let found = pooled_mean(&y, &v);
                 let least = 1.0 / v.iter().map(|v| 1.0 / v).sum::<f64>();
-                Pooled {
+                PooledMean {
                     variance: found.variance.max(least),
                     ..found
                 }
             };
             Some(GroupMean {
-                count: own.len(),
+                count: pole.len(),
                 mean: differs.then(|| {
                     let (w, sigma) = (of(&frequency), of(&width));
-                    (w, narrowed(sigma, &w, band.lines.joined, free))
+                    (w, narrowed(sigma, &w, fit.responses.joined, free))
                 }),
             })
         })
@@ -108,18 +105,23 @@ pub(super) fn means(
 
 /// The mean width less what joining hits added to it: of `joined` hits to a group, whose variance between groups is the `joined`th part of
 /// that between hits, `⟨δ²⟩ = (joined − 1)(s_σ² − s_w²)` with the deviations s between groups. These are known from `free` degrees of freedom.
-fn narrowed(sigma: Pooled, w: &Pooled, joined: f64, free: f64) -> Pooled {
-    let between = w.between.powi(2) - sigma.between.powi(2);
+fn narrowed(sigma: PooledMean, w: &PooledMean, joined: f64, free: f64) -> PooledMean {
+    let between = w.between_std.powi(2) - sigma.between_std.powi(2);
     let excess = BROADER * (joined - 1.0) * between / sigma.mean;
-    Pooled {
+    PooledMean {
         mean: sigma.mean - excess,
         variance: sigma.variance + 2.0 / free * excess * excess,
         ..sigma
     }
 }
 
-fn own_poles(band: &Band, groups: &[Vec<usize>], departures: &[Departure], r: usize) -> Vec<Own> {
-    let (lines, poles) = (band.lines, &band.modes.poles);
+fn own_poles(
+    band_fit: &BandFit,
+    groups: &[Vec<usize>],
+    deviations: &[ModeDeviation],
+    r: usize,
+) -> Vec<GroupPole> {
+    let (lines, poles) = (band_fit.responses, &band_fit.residues.poles);
     let pole = poles[r];
     let others = (0..poles.len()).filter(|&o| o != r);
     let neighbour = others
@@ -129,42 +131,42 @@ fn own_poles(band: &Band, groups: &[Vec<usize>], departures: &[Departure], r: us
         })
         .map_or(0.0, |o| poles[o].sigma);
     let half = half_window(lines.step, pole.sigma, neighbour);
-    let window = Window::new(band, pole.w, half, &|o| departures[o]);
+    let window = PoleWindow::new(band_fit, pole.w, half, &|o| deviations[o]);
     let Some(at) = window.near.iter().position(|&o| o == r) else {
         return Vec::new();
     };
-    let start: Vec<Pole> = window.near.iter().map(|&o| poles[o]).collect();
-    let common = band.modes.of(&window.near);
-    let one = |group: &Vec<usize>| -> Option<Own> {
-        let mut departures: Vec<Departure> = (window.near.iter())
-            .map(|&o| Departure {
+    let start: Vec<ScaledPole> = window.near.iter().map(|&o| poles[o]).collect();
+    let common = band_fit.residues.select(&window.near);
+    let one = |group: &Vec<usize>| -> Option<GroupPole> {
+        let mut deviations: Vec<ModeDeviation> = (window.near.iter())
+            .map(|&o| ModeDeviation {
                 scatter: 0.0,
-                ..departures[o]
+                ..deviations[o]
             })
             .collect();
         let mut modes = common.clone();
         let mut fit: Option<WindowFit> = None;
-        for _ in 0..ROUNDS {
-            let weights = window.weights(group, &window.variance(&modes, &departures));
-            let from = fit.as_ref().map_or(&start, |f| &f.fitted.model.poles);
-            let next = window.fit(group, &weights, from, STOP);
+        for _ in 0..MAX_ITERATIONS {
+            let weights = window.weights(group, &window.variance(&modes, &deviations));
+            let from = fit.as_ref().map_or(&start, |f| &f.fit.model.poles);
+            let next = window.fit(group, &weights, from, CONVERGENCE);
             modes = next.modes(lines.h.len());
             let residual = next.residual(lines.independence);
-            for (k, d) in departures.iter_mut().enumerate() {
+            for (k, d) in deviations.iter_mut().enumerate() {
                 d.share = window.misfit(group, &residual, &modes, k);
                 d.width = modes.poles[k].sigma;
             }
             fit = Some(next);
         }
         let fit = fit?;
-        let found = fit.fitted.model.poles[at];
+        let found = fit.fit.model.poles[at];
         let ratio = found.sigma / pole.sigma;
-        let stays = (found.w - pole.w).abs() < LOST.0 * pole.sigma
-            && (1.0 / LOST.1..=LOST.1).contains(&ratio)
-            && window.visibility(group, &modes, at) > LOST.2;
-        let certain = covariance(std::slice::from_ref(&fit.problem), &fit.fitted, NUMERATORS);
+        let stays = (found.w - pole.w).abs() < MAX_GROUP_SHIFT.0 * pole.sigma
+            && (1.0 / MAX_GROUP_SHIFT.1..=MAX_GROUP_SHIFT.1).contains(&ratio)
+            && window.visibility(group, &modes, at) > MAX_GROUP_SHIFT.2;
+        let certain = covariance(std::slice::from_ref(&fit.problem), &fit.fit, NUMERATORS);
         let [re, im, _] = certain.poles[at]?;
-        (stays && re.is_finite() && im.is_finite() && re > 0.0 && im > 0.0).then_some(Own {
+        (stays && re.is_finite() && im.is_finite() && re > 0.0 && im > 0.0).then_some(GroupPole {
             pole: found,
             variance: (im, re),
         })

@@ -1,88 +1,65 @@
-//! Common poles of many frequency responses, found without hints:
-//! `H_i(s) = s^q [Σ_r R_ir/(s − p_r) + R_ir*/(s − p_r*) + L_i/s² + U_i] e^{−sτ_i}` at `s = jω`, with q = 0 for receptances, 1 for
-//! mobilities, 2 for accelerances.
+//! Rational fit: common poles of many FRFs by maximum likelihood, no initial values needed.
 //!
 //! Poles are added for as long as the misfit, weighed with the variance of the lines, falls by more than noise would make it fall
 //! anywhere in the band. The poles are then refined to the least weighted squares, where their covariance is the inverse of the
 //! information in the data.
 
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::base::words::counted;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::pluralise;
 use crate::numeric::Complex;
 
-use super::mode::IdentifiedMode;
+use super::modal_parameters::ModalParameters;
 
-/// The functions a fit is made of.
 pub mod basis;
 
-/// Places for new poles.
 mod scan;
 
-/// The least squares of a fit.
 mod projection;
 
-/// Fewer lines for the same fit.
-mod condensed;
+mod line_compression;
 
-/// What was measured, checked and scaled.
-mod lines;
+mod scaled_responses;
 
-/// The variance of the lines.
 mod variance;
 
-/// New poles brought to their place.
-mod local;
+mod local_fit;
 
-/// How certain the poles are.
 mod covariance;
 
-/// The variance of values that depart from the model.
-mod departure;
+mod model_error;
 
-/// Lines about a pole.
 mod windowed;
 
-/// How far hits place poles apart.
 mod scatter;
 
-/// Which poles are needed.
-mod judge;
+mod pole_significance;
 
-/// Means of estimates that differ.
 mod random_effects;
 
-/// Modes by hits or responses alone.
 mod groups;
 
-/// How many poles.
-mod growth;
+mod stepwise;
 
-/// Which residual terms.
-mod structure;
+mod term_selection;
 
-/// A start for a delay.
 mod delay;
 
-/// Responses that depart from the model.
-mod real;
+mod model_error_search;
 
-/// From the first line to the last fit.
 mod search;
 
-/// Which poles are modes.
-mod reported;
+mod mode_acceptance;
 
-/// The answer in SI.
-mod answer;
+mod assemble_fit;
 
-pub use basis::Structure;
+pub use basis::ModelTerms;
 
-use basis::Pole;
+use basis::ScaledPole;
 
 /// Frequency responses over common lines.
 #[derive(Debug, Clone, Copy)]
-pub struct Measured<'a> {
+pub struct FrfData<'a> {
     /// Lines, Hz, rising; a line at zero is left out.
     pub frequency_hz: &'a [f64],
     /// Values by response and line, of any unit.
@@ -98,13 +75,13 @@ pub struct Measured<'a> {
     /// Power of s that makes a receptance this kind of response: 1 for mobilities, 2 for accelerances, 0 for anything else.
     pub derivative: u8,
     /// The responses are averages over these hits.
-    pub hits: Option<Hits<'a>>,
+    pub hit: Option<ResponsesByHit<'a>>,
 }
 
 /// Responses hit by hit. Poles are then found from all of them, each with residues and noise of its own, and are the mean over the hits.
 #[derive(Debug, Clone, Copy)]
-pub struct Hits<'a> {
-    /// By hit, in the order of [`Measured::responses`], over the same lines.
+pub struct ResponsesByHit<'a> {
+    /// By hit, in the order of [`FrfData::responses`], over the same lines.
     pub responses: &'a [Vec<Vec<Complex>>],
     /// Hits that each of them joins, on average: 1 where it is of one hit.
     pub joined: f64,
@@ -114,7 +91,7 @@ pub struct Hits<'a> {
 
 /// A pure delay of the measuring chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Delay {
+pub enum DelayModel {
     /// There is none.
     #[default]
     None,
@@ -130,30 +107,30 @@ pub struct RationalOptions {
     /// Lines used, Hz; all where `None`.
     pub band_hz: Option<(f64, f64)>,
     /// Most pole pairs.
-    pub most_poles: usize,
+    pub max_poles: usize,
     /// So many pole pairs, instead of as many as are significant.
     pub order: Option<usize>,
     /// Poles may lie in the right half plane.
     pub allow_unstable: bool,
     /// A delay to be estimated with the poles.
-    pub delay: Delay,
+    pub model: DelayModel,
 }
 
 impl Default for RationalOptions {
     fn default() -> RationalOptions {
         RationalOptions {
             band_hz: None,
-            most_poles: 40,
+            max_poles: 40,
             order: None,
             allow_unstable: false,
-            delay: Delay::None,
+            model: DelayModel::None,
         }
     }
 }
 
 /// A number of poles that was tried.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Step {
+pub struct SelectionStep {
     /// Pole pairs before.
     pub poles_before: usize,
     /// Pole pairs tried.
@@ -170,18 +147,18 @@ pub struct Step {
     pub reason: String,
 }
 
-impl Step {
+impl SelectionStep {
     /// One sentence, without full stop: `5 pole pairs, no more: another would lower the misfit by 0.12 %, no more than noise gives
     /// somewhere in the band of one record in 3`.
-    pub fn words(&self) -> String {
+    pub fn description(&self) -> String {
         /// Rarer is not said to be by chance.
-        const CHANCE: f64 = 1e-3;
+        const MIN_REPORTED_P_VALUE: f64 = 1e-3;
         let fall = 100.0 * (1.0 - self.chi2_after / self.chi2_before).max(0.0);
         let fall = match fall {
             fall if fall < 0.01 => "less than 0.01".to_string(),
             fall => format!("{fall:.2}"),
         };
-        let before = counted(self.poles_before, "pole pair");
+        let before = pluralise(self.poles_before, "pole pair");
         let (another, lowers) = match self.poles_after.saturating_sub(self.poles_before) {
             1 => ("another".to_string(), "lowers"),
             n => (format!("{n} more"), "lower"),
@@ -190,7 +167,9 @@ impl Step {
             return format!("{another} beside {before} {lowers} the misfit by {fall} %: kept");
         }
         let chance = match self.probability {
-            p if !(p > CHANCE && self.reason == growth::NOISE) => String::new(),
+            p if !(p > MIN_REPORTED_P_VALUE && self.reason == stepwise::REASON_NOISE) => {
+                String::new()
+            }
             p if p > 0.5 => " of most records".to_string(),
             p => format!(" of one record in {:.0}", 1.0 / p),
         };
@@ -203,7 +182,7 @@ impl Step {
 
 /// A pole that is not reported as a mode.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Omitted {
+pub struct RejectedPole {
     /// The pole, rad/s.
     pub pole: Complex,
     /// Why.
@@ -212,7 +191,7 @@ pub struct Omitted {
 
 /// How far a mode departs from the linear model with common poles.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Departure {
+pub struct ModelErrorShare {
     /// What is left about the mode beyond the noise, as a share of its own value.
     pub model_error: f64,
     /// Hits that see it, or responses where no hits are known; zero where these are fewer than three.
@@ -225,7 +204,7 @@ pub struct Departure {
 
 /// What a fit took.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Effort {
+pub struct FitEffort {
     /// Scans for places.
     pub scans: usize,
     /// Steps of all poles together.
@@ -242,9 +221,9 @@ pub struct Effort {
 #[derive(Debug, Clone)]
 pub struct RationalFit {
     /// What can be called modes, by rising frequency; shapes over the responses.
-    pub modes: Vec<IdentifiedMode>,
+    pub modes: Vec<ModalParameters>,
     /// What each of them departs from the model by; empty where noise alone explains the responses, and no hits are known.
-    pub departures: Vec<Departure>,
+    pub shares: Vec<ModelErrorShare>,
     /// Every pole of the upper half plane, rad/s, by rising frequency.
     pub poles: Vec<Complex>,
     /// Residues `R` by response and pole, in the unit of the response times rad/s over that of `s^q`.
@@ -264,19 +243,19 @@ pub struct RationalFit {
     /// Data less parameters, by independent lines.
     pub dof: f64,
     /// The negative logarithm of the likelihood, but for a constant of the data, with the variance that the fit ended with.
-    pub surprise: f64,
+    pub negative_log_likelihood: f64,
     /// What was tried.
-    pub evidence: Vec<Step>,
+    pub evidence: Vec<SelectionStep>,
     /// Terms of the fit.
-    pub structure: Structure,
+    pub terms: ModelTerms,
     /// Poles that are not reported as modes.
-    pub omitted: Vec<Omitted>,
+    pub pole: Vec<RejectedPole>,
     /// Noise alone does not explain the responses.
     pub departs: bool,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
     /// What it took.
-    pub effort: Effort,
+    pub effort: FitEffort,
 }
 
 impl RationalFit {
@@ -309,8 +288,8 @@ impl RationalFit {
 /// # Errors
 /// `OutOfRange` where a frequency, a value or a variance is not finite, frequencies do not rise, or more poles are asked for than the lines determine; `Conflict` where lengths differ;
 /// `TooShort` for fewer than eight lines in the band; `NoSignal` where every response is zero.
-pub fn fit(measured: &Measured, options: &RationalOptions) -> Result<RationalFit, Error> {
-    fitted(measured, options, None)
+pub fn fit(data: &FrfData, options: &RationalOptions) -> Result<RationalFit, Error> {
+    fit_with(data, options, None)
 }
 
 /// The same from poles at hand (rad/s, of the upper half plane, say of vector fitting), none added: they are refined together, and the
@@ -319,48 +298,50 @@ pub fn fit(measured: &Measured, options: &RationalOptions) -> Result<RationalFit
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_from(
-    measured: &Measured,
+pub fn fit_from_poles(
+    data: &FrfData,
     options: &RationalOptions,
     poles: &[Complex],
 ) -> Result<RationalFit, Error> {
-    fitted(measured, options, Some(poles))
+    fit_with(data, options, Some(poles))
 }
 
-fn fitted(
-    measured: &Measured,
+fn fit_with(
+    data: &FrfData,
     options: &RationalOptions,
     from: Option<&[Complex]>,
 ) -> Result<RationalFit, Error> {
     let started = std::time::Instant::now();
-    let lines = lines::Lines::new(measured, options)?;
-    let determined = search::most_determined(&lines, usize::MAX);
+    let responses = scaled_responses::ScaledResponses::new(data, options)?;
+    let determined = search::max_determined_poles(&responses, usize::MAX);
     if let Some(order) = options.order
         && order > determined
     {
         let message = format!(
             "{order} pole pairs are asked for, and {} determine {determined} at most",
-            counted(lines.x.len(), "line")
+            pluralise(responses.x.len(), "line")
         );
         return Err(Error::new(Code::OutOfRange, message)
-            .hint("ask for fewer, widen the band, or measure with finer lines"));
+            .with_hint("ask for fewer, widen the band, or measure with finer lines"));
     }
-    let from: Option<Vec<Pole>> = from.map(|poles| {
-        let near = |p: &&Complex| p.im > p.re.abs() && p.norm() < lines.top;
+    let from: Option<Vec<ScaledPole>> = from.map(|poles| {
+        let near = |p: &&Complex| p.im > p.re.abs() && p.norm() < responses.max_omega;
         let inside = poles.iter().filter(near);
-        let starts = inside.map(|p| Pole::new(*p, lines.top));
+        let starts = inside.map(|p| ScaledPole::new(*p, responses.max_omega));
         starts.take(determined).collect()
     });
     // A delay turns every line of the average alike.
-    let by_hit = match options.delay {
-        Delay::None => lines::Lines::by_hit(measured, options)?,
+    let by_hit = match options.model {
+        DelayModel::None => scaled_responses::ScaledResponses::split_by_hit(data, options)?,
         _ => None,
     };
     let found = match by_hit {
-        Some(each) => search::search(&each, options, false, from.as_deref()).of(&lines),
-        None => search::search(&lines, options, measured.variance_trusted, from.as_deref()),
+        Some(each) => {
+            search::search(&each, options, false, from.as_deref()).fit_responses(&responses)
+        }
+        None => search::search(&responses, options, data.variance_trusted, from.as_deref()),
     };
-    let mut fit = answer::answer(measured, &lines, found);
+    let mut fit = assemble_fit::assemble_fit(data, &responses, found);
     fit.effort.seconds = started.elapsed().as_secs_f64();
     Ok(fit)
 }

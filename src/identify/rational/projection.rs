@@ -1,31 +1,31 @@
-//! Variable projection (Golub and Pereyra 1973): with the poles given, everything else is linear; what is minimised is
-//! `χ² = Σ |Y − Q Qᵀ Y|²` over the poles alone, by Levenberg–Marquardt with the Jacobian of Kaufman (1975), `−P⊥ (∂X) C`.
+//! Variable projection (Golub & Pereyra): `χ² = Σ \
+//!
 //! All responses share one QR and one Gram matrix of the derivatives.
 
 use std::borrow::Borrow;
 
-use crate::numeric::definite::{cholesky, solve_lower, solve_lower_transposed};
-use crate::numeric::orthonormal::{ThinQr, thin_qr, transposed_product, without_product};
+use crate::numeric::symmetric::{cholesky, solve_lower, solve_lower_transposed};
+use crate::numeric::thin_qr::{ThinQr, sub_product, thin_qr, transposed_product};
 use crate::numeric::{Complex, Matrix, registers};
 
-use super::basis::{Pole, Problem};
+use super::basis::{ScaledPole, WhitenedProblem};
 
 /// What is searched: poles, and delays in units of the inverse of the highest line's angular frequency.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Model {
+pub(super) struct PoleModel {
     /// Pole pairs.
-    pub poles: Vec<Pole>,
+    pub poles: Vec<ScaledPole>,
     /// None, one for all, or one per response.
     pub delays: Vec<f64>,
 }
 
 /// The linear fit of one problem at given poles.
 #[derive(Debug, Clone)]
-pub(super) struct Projection {
+pub(super) struct LinearFit {
     /// Factors of the basis with columns of length one.
     pub qr: ThinQr,
     /// Lengths of the columns before.
-    pub length: Vec<f64>,
+    pub column_norms: Vec<f64>,
     /// Coefficients of the columns of length one, by response.
     pub c: Matrix,
     /// What is left.
@@ -35,10 +35,14 @@ pub(super) struct Projection {
 }
 
 /// What is left below this share of the data is projected twice: rounding of the first time would be seen.
-const AGAIN: f64 = 1e-8;
+const REPROJECT_SHARE: f64 = 1e-8;
 
 /// Projects the data of a problem on the basis of a model.
-pub(super) fn project(problem: &Problem, model: &Model, numerators: usize) -> Projection {
+pub(super) fn project(
+    problem: &WhitenedProblem,
+    model: &PoleModel,
+    numerators: usize,
+) -> LinearFit {
     let mut x = problem.basis(&model.poles, numerators);
     let length: Vec<f64> = (0..x.ncols())
         .map(|j| {
@@ -53,20 +57,20 @@ pub(super) fn project(problem: &Problem, model: &Model, numerators: usize) -> Pr
     let y = undelayed(problem, model);
     let y = y.as_ref().unwrap_or(&problem.y);
     let first = transposed_product(&qr.q, y);
-    let mut e = without_product(y, &qr.q, &first);
+    let mut e = sub_product(y, &qr.q, &first);
     let mut inner = first;
     let mut squares = sum_of_squares(&e);
-    if squares < AGAIN * sum_of_squares(&inner) {
+    if squares < REPROJECT_SHARE * sum_of_squares(&inner) {
         let again = transposed_product(&qr.q, &e);
-        e = without_product(&e, &qr.q, &again);
+        e = sub_product(&e, &qr.q, &again);
         inner += again;
         squares = sum_of_squares(&e);
     }
     let c = qr.solve(&inner);
-    let chi2 = problem.left_out + squares;
-    Projection {
+    let chi2 = problem.omitted_energy + squares;
+    LinearFit {
         qr,
-        length,
+        column_norms: length,
         c,
         e,
         chi2,
@@ -81,24 +85,24 @@ pub(super) fn sum_of_squares(a: &Matrix) -> f64 {
 }
 
 /// What a fit leaves of the data of a problem, its coefficients found on fewer lines.
-pub(super) fn left(
-    problem: &Problem,
-    model: &Model,
+pub(super) fn residual(
+    problem: &WhitenedProblem,
+    model: &PoleModel,
     numerators: usize,
-    fit: &Projection,
+    fit: &LinearFit,
 ) -> Matrix {
     let basis = problem.basis(&model.poles, numerators);
     let c = Matrix::from_fn(fit.c.nrows(), fit.c.ncols(), |row, i| {
-        fit.c[(row, i)] / fit.length[row]
+        fit.c[(row, i)] / fit.column_norms[row]
     });
     let y = undelayed(problem, model);
-    let left = without_product(y.as_ref().unwrap_or(&problem.y), &basis, &c);
-    registers::clear();
+    let left = sub_product(y.as_ref().unwrap_or(&problem.y), &basis, &c);
+    registers::zero_upper();
     left
 }
 
 /// Data turned back by the delays, `Y e^{jxτ}`; `None` without delays.
-fn undelayed(problem: &Problem, model: &Model) -> Option<Matrix> {
+fn undelayed(problem: &WhitenedProblem, model: &PoleModel) -> Option<Matrix> {
     if model.delays.is_empty() {
         return None;
     }
@@ -110,7 +114,7 @@ fn undelayed(problem: &Problem, model: &Model) -> Option<Matrix> {
         for k in 0..n {
             let (sin, cos) = (problem.x[k] * delay).sin_cos();
             let z = Complex::new(column[k], column[n + k]) * Complex::new(cos, sin);
-            super::basis::put(column, k, n, z);
+            super::basis::set_complex(column, k, n, z);
         }
     }
     Some(y)
@@ -118,7 +122,7 @@ fn undelayed(problem: &Problem, model: &Model) -> Option<Matrix> {
 
 /// Half the second derivatives of χ² (Gauss–Newton) and half its gradient, over `(w/σ, ln σ)` of every pole, then the delays.
 #[derive(Debug, Clone)]
-pub(super) struct Normal {
+pub(super) struct GaussNewtonEquations {
     /// `JᵀJ`.
     pub a: Matrix,
     /// `JᵀE`.
@@ -127,13 +131,13 @@ pub(super) struct Normal {
 
 /// Adds what every problem says of the parameters.
 pub(super) fn normal(
-    problems: &[impl Borrow<Problem>],
-    model: &Model,
+    problems: &[impl Borrow<WhitenedProblem>],
+    model: &PoleModel,
     numerators: usize,
-    fits: &[Projection],
-) -> Normal {
+    fits: &[LinearFit],
+) -> GaussNewtonEquations {
     let size = 2 * model.poles.len() + model.delays.len();
-    let mut sum = Normal {
+    let mut sum = GaussNewtonEquations {
         a: Matrix::zeros(size, size),
         g: vec![0.0; size],
     };
@@ -144,13 +148,13 @@ pub(super) fn normal(
 }
 
 fn add_poles(
-    problem: &Problem,
-    model: &Model,
+    problem: &WhitenedProblem,
+    model: &PoleModel,
     numerators: usize,
-    fit: &Projection,
-    sum: &mut Normal,
+    fit: &LinearFit,
+    sum: &mut GaussNewtonEquations,
 ) {
-    let d = problem.derivatives(&model.poles, numerators, &fit.length);
+    let d = problem.derivatives(&model.poles, numerators, &fit.column_norms);
     let gram = gram(&d, fit);
     let slope = transposed_product(&d, &fit.e);
     add_responses(model.poles.len(), numerators, &gram, &slope, &fit.c, sum);
@@ -160,28 +164,28 @@ fn add_poles(
 }
 
 /// Products of the derivatives with each other, the basis projected out.
-fn gram(d: &Matrix, fit: &Projection) -> Matrix {
+fn gram(d: &Matrix, fit: &LinearFit) -> Matrix {
     let in_span = transposed_product(&fit.qr.q, d);
     transposed_product(d, d) - transposed_product(&in_span, &in_span)
 }
 
 /// The same for groups of the responses of a problem, separately; without delays.
 pub(super) fn normal_by_group(
-    problem: &Problem,
-    model: &Model,
+    problem: &WhitenedProblem,
+    model: &PoleModel,
     numerators: usize,
-    fit: &Projection,
+    fit: &LinearFit,
     groups: &[Vec<usize>],
-) -> Vec<Normal> {
+) -> Vec<GaussNewtonEquations> {
     let size = 2 * model.poles.len();
-    let d = problem.derivatives(&model.poles, numerators, &fit.length);
+    let d = problem.derivatives(&model.poles, numerators, &fit.column_norms);
     let gram = gram(&d, fit);
     let slope = transposed_product(&d, &fit.e);
     let of = |all: &Matrix, group: &[usize]| {
         Matrix::from_fn(all.nrows(), group.len(), |row, i| all[(row, group[i])])
     };
     let one = |group: &Vec<usize>| {
-        let mut sum = Normal {
+        let mut sum = GaussNewtonEquations {
             a: Matrix::zeros(size, size),
             g: vec![0.0; size],
         };
@@ -199,7 +203,7 @@ fn add_responses(
     gram: &Matrix,
     slope: &Matrix,
     c: &Matrix,
-    sum: &mut Normal,
+    sum: &mut GaussNewtonEquations,
 ) {
     let no = c.ncols();
     let products = c * c.transpose();
@@ -226,12 +230,12 @@ fn add_responses(
 
 /// `∂E_i/∂τ_i = P⊥ (jx Ŷ_i)`.
 fn add_delays(
-    problem: &Problem,
-    model: &Model,
+    problem: &WhitenedProblem,
+    model: &PoleModel,
     numerators: usize,
-    fit: &Projection,
+    fit: &LinearFit,
     d: &Matrix,
-    sum: &mut Normal,
+    sum: &mut GaussNewtonEquations,
 ) {
     let np = model.poles.len();
     let n = problem.lines();
@@ -240,11 +244,11 @@ fn add_delays(
         let column = turned.col_as_slice_mut(i);
         for k in 0..n {
             let z = Complex::new(column[k], column[n + k]) * Complex::new(0.0, problem.x[k]);
-            super::basis::put(column, k, n, z);
+            super::basis::set_complex(column, k, n, z);
         }
     }
     let shared = transposed_product(&fit.qr.q, &turned);
-    let turned = without_product(&turned, &fit.qr.q, &shared);
+    let turned = sub_product(&turned, &fit.qr.q, &shared);
     let cross = transposed_product(d, &turned);
     for i in 0..turned.ncols() {
         let at = 2 * np + (problem.first + i).min(model.delays.len() - 1);
@@ -264,22 +268,22 @@ fn add_delays(
 
 /// When to stop refining.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stop {
+pub(super) struct StopCriteria {
     /// Most steps.
     pub steps: usize,
     /// A predicted fall of χ² below this ends the search.
-    pub fall: f64,
+    pub min_decrease: f64,
     /// Or below this share of χ².
-    pub share: f64,
+    pub min_relative_decrease: f64,
 }
 
 /// A model with its fits.
 #[derive(Debug, Clone)]
-pub(super) struct Fitted {
+pub(super) struct ModelFit {
     /// The poles.
-    pub model: Model,
+    pub model: PoleModel,
     /// One per problem.
-    pub fits: Vec<Projection>,
+    pub fits: Vec<LinearFit>,
     /// Sum over the problems.
     pub chi2: f64,
     /// Steps tried.
@@ -287,12 +291,16 @@ pub(super) struct Fitted {
 }
 
 /// Fits at a model as it stands.
-pub(super) fn at(problems: &[impl Borrow<Problem>], model: &Model, numerators: usize) -> Fitted {
-    let fits: Vec<Projection> = problems
+pub(super) fn fit_at(
+    problems: &[impl Borrow<WhitenedProblem>],
+    model: &PoleModel,
+    numerators: usize,
+) -> ModelFit {
+    let fits: Vec<LinearFit> = problems
         .iter()
         .map(|p| project(p.borrow(), model, numerators))
         .collect();
-    Fitted {
+    ModelFit {
         model: model.clone(),
         chi2: fits.iter().map(|f| f.chi2).sum(),
         fits,
@@ -304,43 +312,47 @@ pub(super) fn at(problems: &[impl Borrow<Problem>], model: &Model, numerators: u
 const DAMPING: (f64, f64, f64) = (1e-3, 0.1, 8.0);
 
 /// Beyond this damping a step no longer moves anything.
-const MOST_DAMPING: f64 = 1e10;
+const MAX_DAMPING: f64 = 1e10;
 
 /// Moves poles and delays to the least χ² nearby.
 pub(super) fn refine(
-    problems: &[impl Borrow<Problem>],
-    start: Fitted,
+    problems: &[impl Borrow<WhitenedProblem>],
+    start: ModelFit,
     numerators: usize,
-    stop: Stop,
-) -> Fitted {
+    criteria: StopCriteria,
+) -> ModelFit {
     let mut best = start;
     if best.model.poles.is_empty() && best.model.delays.is_empty() {
         return best;
     }
     let mut damping = DAMPING.0;
     let mut tried = 0;
-    'outer: while tried < stop.steps {
-        let normal = normal(problems, &best.model, numerators, &best.fits);
+    'outer: while tried < criteria.steps {
+        let equations = normal(problems, &best.model, numerators, &best.fits);
         loop {
-            let Some((step, fall)) = step(&normal, damping) else {
+            let Some((step, fall)) = step(&equations, damping) else {
                 damping *= DAMPING.2;
-                if damping > MOST_DAMPING {
+                if damping > MAX_DAMPING {
                     break 'outer;
                 }
                 continue;
             };
-            if fall < stop.fall.max(stop.share * best.chi2) {
+            if fall
+                < criteria
+                    .min_decrease
+                    .max(criteria.min_relative_decrease * best.chi2)
+            {
                 break 'outer;
             }
-            let next = at(problems, &moved(&best.model, &step), numerators);
+            let next = fit_at(problems, &apply_step(&best.model, &step), numerators);
             tried += 1;
             if next.chi2 < best.chi2 {
-                best = Fitted { steps: 0, ..next };
+                best = ModelFit { steps: 0, ..next };
                 damping = (damping * DAMPING.1).max(1e-12);
                 break;
             }
             damping *= DAMPING.2;
-            if damping > MOST_DAMPING || tried >= stop.steps {
+            if damping > MAX_DAMPING || tried >= criteria.steps {
                 break 'outer;
             }
         }
@@ -350,41 +362,41 @@ pub(super) fn refine(
 }
 
 /// A damped step and the fall of χ² it predicts; `None` where the equations are singular.
-fn step(normal: &Normal, damping: f64) -> Option<(Vec<f64>, f64)> {
-    let n = normal.g.len();
+fn step(equations: &GaussNewtonEquations, damping: f64) -> Option<(Vec<f64>, f64)> {
+    let n = equations.g.len();
     let scale: Vec<f64> = (0..n)
         .map(|i| {
-            if normal.a[(i, i)] > 0.0 {
-                1.0 / normal.a[(i, i)].sqrt()
+            if equations.a[(i, i)] > 0.0 {
+                1.0 / equations.a[(i, i)].sqrt()
             } else {
                 0.0
             }
         })
         .collect();
     let damped = Matrix::from_fn(n, n, |i, j| {
-        let value = normal.a[(i, j)] * scale[i] * scale[j];
+        let value = equations.a[(i, j)] * scale[i] * scale[j];
         if i == j { 1.0 + damping } else { value }
     });
-    let right = Matrix::from_fn(n, 1, |i, _| -normal.g[i] * scale[i]);
+    let right = Matrix::from_fn(n, 1, |i, _| -equations.g[i] * scale[i]);
     let l = cholesky(&damped).ok()?;
     let solution = solve_lower_transposed(&l, &solve_lower(&l, &right));
     let step: Vec<f64> = (0..n).map(|i| solution[(i, 0)] * scale[i]).collect();
     let mut fall = 0.0;
     for i in 0..n {
-        fall -= 2.0 * normal.g[i] * step[i];
+        fall -= 2.0 * equations.g[i] * step[i];
         fall -= (0..n)
-            .map(|j| step[i] * normal.a[(i, j)] * step[j])
+            .map(|j| step[i] * equations.a[(i, j)] * step[j])
             .sum::<f64>();
     }
     fall.is_finite().then_some((step, fall))
 }
 
 /// Poles stay within these frequencies and real parts, in units of the highest line.
-const FREQUENCIES: (f64, f64) = (1e-6, 4.0);
-const REAL_PARTS: (f64, f64) = (1e-13, 8.0);
+const FREQUENCY_RANGE: (f64, f64) = (1e-6, 4.0);
+const REAL_PART_RANGE: (f64, f64) = (1e-13, 8.0);
 
 /// A pole moves by its own half-width at most, and by a factor e in damping.
-fn moved(model: &Model, step: &[f64]) -> Model {
+fn apply_step(model: &PoleModel, step: &[f64]) -> PoleModel {
     let np = model.poles.len();
     let poles = model
         .poles
@@ -393,11 +405,11 @@ fn moved(model: &Model, step: &[f64]) -> Model {
         .map(|(r, pole)| {
             let longest = step[2 * r].abs().max(step[2 * r + 1].abs()).max(1.0);
             let (dw, ds) = (step[2 * r] / longest, step[2 * r + 1] / longest);
-            Pole {
+            ScaledPole {
                 w: (pole.w + pole.sigma * dw)
                     .max(0.5 * pole.w)
-                    .clamp(FREQUENCIES.0, FREQUENCIES.1),
-                sigma: (pole.sigma * ds.exp()).clamp(REAL_PARTS.0, REAL_PARTS.1),
+                    .clamp(FREQUENCY_RANGE.0, FREQUENCY_RANGE.1),
+                sigma: (pole.sigma * ds.exp()).clamp(REAL_PART_RANGE.0, REAL_PART_RANGE.1),
                 stable: pole.stable,
             }
         })
@@ -408,5 +420,5 @@ fn moved(model: &Model, step: &[f64]) -> Model {
         .zip(&step[2 * np..])
         .map(|(d, s)| d + s.clamp(-1.0, 1.0))
         .collect();
-    Model { poles, delays }
+    PoleModel { poles, delays }
 }

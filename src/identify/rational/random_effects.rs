@@ -1,68 +1,68 @@
 //! A mean of estimates that differ by more than their own uncertainty: the mean of the population they are drawn from, as uncertain as
 //! their differences make it. Homogeneity: Cochran (1954); variance between: Paule and Mandel (1982); interval: Hartung and Knapp (2001).
 
-use crate::numeric::statistics::{chi_squared_above, normal_quantile, student_quantile};
+use crate::numeric::statistics::{chi_squared_sf, normal_quantile, student_t_quantile};
 
 /// Estimates of one quantity differ where chance gives their differences less often than this; those of all quantities together where it
 /// does so less often than that. By these the interval of a mean of three and more holds it 94 to 97 % of the time, whatever the
 /// variance between (72 000 sets of normal numbers).
-const CHANCE: (f64, f64) = (0.05, 0.2);
+const SIGNIFICANCE: (f64, f64) = (0.05, 0.2);
 
 /// A mean of several estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pooled {
+pub(super) struct PooledMean {
     /// The mean.
     pub mean: f64,
     /// Its variance, so that 1.96 standard deviations are the 95 % interval, whatever the number of estimates.
     pub variance: f64,
     /// Standard deviation between the estimates beyond their own.
-    pub between: f64,
+    pub between_std: f64,
 }
 
 /// Cochran's Q: `Σ (y − ȳ)²/v`, a χ² variable of one degree of freedom less than estimates where these are of one number.
 pub(super) fn heterogeneity(y: &[f64], v: &[f64]) -> f64 {
-    let (mean, _) = weighted(y, v, 0.0);
+    let (mean, _) = weighted_mean(y, v, 0.0);
     (y.iter().zip(v)).map(|(y, v)| (y - mean).powi(2) / v).sum()
 }
 
 /// Whether estimates of one quantity differ by more than chance, from [`heterogeneity`] and its degrees of freedom.
-pub(super) fn differ(q: f64, freedom: f64) -> bool {
-    freedom > 0.0 && chi_squared_above(q, freedom) < CHANCE.0
+pub(super) fn differ(q: f64, dof: f64) -> bool {
+    dof > 0.0 && chi_squared_sf(q, dof) < SIGNIFICANCE.0
 }
 
 /// Whether those of several quantities do, from their sums.
-pub(super) fn differ_together(q: f64, freedom: f64) -> bool {
-    freedom > 0.0 && chi_squared_above(q, freedom) < CHANCE.1
+pub(super) fn differ_together(q: f64, dof: f64) -> bool {
+    dof > 0.0 && chi_squared_sf(q, dof) < SIGNIFICANCE.1
 }
 
 /// The mean of estimates y of variances v, taken to differ.
-pub(super) fn pooled(y: &[f64], v: &[f64]) -> Pooled {
+pub(super) fn pooled_mean(y: &[f64], v: &[f64]) -> PooledMean {
     let free = y.len() as f64 - 1.0;
-    let between2 = between(y, v, free);
-    let (mean, total) = weighted(y, v, between2);
+    let between2 = between_variance(y, v, free);
+    let (mean, total) = weighted_mean(y, v, between2);
     let seen: f64 = (y.iter().zip(v))
         .map(|(y, v)| (y - mean).powi(2) / (v + between2))
         .sum();
-    let wider = student_quantile(0.975, free) / normal_quantile(0.975);
-    Pooled {
+    let wider = student_t_quantile(0.975, free) / normal_quantile(0.975);
+    PooledMean {
         mean,
         variance: seen / free / total * wider * wider,
-        between: between2.sqrt(),
+        between_std: between2.sqrt(),
     }
 }
 
 /// Mean and sum of the weights.
-fn weighted(y: &[f64], v: &[f64], between2: f64) -> (f64, f64) {
+fn weighted_mean(y: &[f64], v: &[f64], between2: f64) -> (f64, f64) {
     let total: f64 = v.iter().map(|v| 1.0 / (v + between2)).sum();
     let sum: f64 = y.iter().zip(v).map(|(y, v)| y / (v + between2)).sum();
     (sum / total, total)
 }
 
 /// The variance between estimates for which `Σ (y − ȳ)²/(v + τ²)` is as large as expected, by bisection.
-fn between(y: &[f64], v: &[f64], free: f64) -> f64 {
-    const HALVINGS: usize = 100;
+fn between_variance(y: &[f64], v: &[f64], free: f64) -> f64 {
+    const MAX_HALVINGS: usize = 100;
     let surplus = |between2: f64| {
-        let (mean, _) = weighted(y, v, between2);
+        let (mean, _) = weighted_mean(y, v, between2);
         let q: f64 = (y.iter().zip(v))
             .map(|(y, v)| (y - mean).powi(2) / (v + between2))
             .sum();
@@ -75,7 +75,7 @@ fn between(y: &[f64], v: &[f64], free: f64) -> f64 {
     let mut low = 0.0;
     // At the sum of squares over one degree of freedom less the statistic is below what is expected.
     let mut high: f64 = y.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / free.max(1.0) * 2.0;
-    for _ in 0..HALVINGS {
+    for _ in 0..MAX_HALVINGS {
         let middle = 0.5 * (low + high);
         match surplus(middle) > 0.0 {
             true => low = middle,
@@ -93,10 +93,10 @@ mod tests {
     #[test]
     fn exact_equal_variances() {
         let y = [1.0, 2.0, 4.0, 5.0];
-        let found = pooled(&y, &[0.5; 4]);
+        let found = pooled_mean(&y, &[0.5; 4]);
         let sample = 10.0 / 3.0;
         assert!((found.mean - 3.0).abs() < 1e-12);
-        assert!((found.between.powi(2) - (sample - 0.5)).abs() < 1e-9);
+        assert!((found.between_std.powi(2) - (sample - 0.5)).abs() < 1e-9);
         let half = 1.959964 * found.variance.sqrt();
         assert!((half - 3.182446 * (sample / 4.0f64).sqrt()).abs() < 1e-4);
         assert!((heterogeneity(&y, &[0.5; 4]) - 20.0).abs() < 1e-12);
@@ -114,7 +114,7 @@ mod tests {
                 let y: Vec<f64> = (v.iter())
                     .map(|v| v.sqrt() * normal() + between * normal())
                     .collect();
-                let found = pooled(&y, &v);
+                let found = pooled_mean(&y, &v);
                 covered += usize::from(found.mean.abs() < 1.96 * found.variance.sqrt());
             }
             let share = covered as f64 / 2000.0;

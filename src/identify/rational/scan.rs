@@ -1,4 +1,4 @@
-//! Where one more pole would explain most: `Σ_i |φᴴ E_i|² / |φ|²` for Lorentzians `φ = W/(s − p)` of many widths at every place.
+//! Scan for one more pole: gain `Σ_i \
 //!
 //! Wide Lorentzians are correlated with decimated residuals and cut off at a few widths, so that every width costs about the same
 //! few operations per line; the correlations of a run of places with all responses are one product of matrices. Near a pole that
@@ -6,13 +6,13 @@
 
 use crate::numeric::{Complex, Matrix, registers};
 
-use super::basis::{Pole, Problem};
+use super::basis::{ScaledPole, WhitenedProblem};
 
 /// A place for a new pole, with the fall of χ² it promises.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Peak {
+pub(super) struct ScanPeak {
     /// Start values.
-    pub pole: Pole,
+    pub pole: ScaledPole,
     /// Expected fall of χ².
     pub gain: f64,
 }
@@ -21,24 +21,24 @@ pub(super) struct Peak {
 const WIDTHS: [f64; 10] = [0.12, 0.5, 1.2, 3.0, 7.5, 18.0, 45.0, 110.0, 270.0, 660.0];
 
 /// Lines of a group, in half-widths; a Lorentzian is cut off at this many half-widths.
-const GROUP: f64 = 0.5;
-const REACH: f64 = 6.0;
+const GROUP_HALF_WIDTHS: f64 = 0.5;
+const CUTOFF_HALF_WIDTHS: f64 = 6.0;
 
 /// Groups to either side of a Lorentzian at most: the widest that is not grouped has three lines to its half-width.
-const MOST_REACH: usize = 20;
+const MAX_REACH: usize = 20;
 
 /// Fewest and most places of a run.
-const RUN: (usize, usize) = (16, 64);
+const RUN_LEN_RANGE: (usize, usize) = (16, 64);
 
 /// A Lorentzian that shares more than this with a pole at hand is judged as if it shared this much, and less than that as if nothing.
-const MOST_SHARED: f64 = 0.98;
-const LEAST_SHARED: f64 = 0.01;
+const MAX_SHARED: f64 = 0.98;
+const MIN_SHARED: f64 = 0.01;
 
 /// Spacings that differ by less than this share of their median are uniform; printed frequencies are rounded.
-const UNIFORM: f64 = 1e-2;
+const SPACING_TOLERANCE: f64 = 1e-2;
 
 /// Median spacing of lines.
-pub(super) fn spacing(x: &[f64]) -> f64 {
+pub(super) fn median_spacing(x: &[f64]) -> f64 {
     let mut steps: Vec<f64> = x.windows(2).map(|x| x[1] - x[0]).collect();
     steps.sort_by(f64::total_cmp);
     steps[steps.len() / 2]
@@ -46,41 +46,45 @@ pub(super) fn spacing(x: &[f64]) -> f64 {
 
 fn is_uniform(x: &[f64], step: f64) -> bool {
     x.windows(2)
-        .all(|x| (x[1] - x[0] - step).abs() < UNIFORM * step)
+        .all(|x| (x[1] - x[0] - step).abs() < SPACING_TOLERANCE * step)
 }
 
 /// Local maxima over place, for every width, largest first; `left` is what the poles leave of the problem's data.
-pub(super) fn scan(problem: &Problem, left: &Matrix, poles: &[Pole]) -> Vec<Peak> {
+pub(super) fn scan(
+    problem: &WhitenedProblem,
+    left: &Matrix,
+    poles: &[ScaledPole],
+) -> Vec<ScanPeak> {
     let n = problem.lines();
-    let step = problem.step;
+    let step = problem.line_spacing;
     let uniform = is_uniform(&problem.x, step);
     let band = problem.x[n - 1] - problem.x[0];
-    registers::clear();
-    let single = Groups::single(problem, left);
+    registers::zero_upper();
+    let single = LineGroups::ungrouped(problem, left);
     let mut peaks = Vec::new();
     for width in WIDTHS {
         let sigma = width * step;
         if sigma > 0.6 * band {
             break;
         }
-        let size = (width * GROUP).floor().max(1.0) as usize;
-        let grouped = (size > 1).then(|| single.grouped(size));
+        let size = (width * GROUP_HALF_WIDTHS).floor().max(1.0) as usize;
+        let grouped = (size > 1).then(|| single.sum_groups(size));
         let groups = grouped.as_ref().unwrap_or(&single);
         let offsets: &[f64] = if width < 0.8 { &[0.0, 0.5] } else { &[0.0] };
         for &offset in offsets {
             let gain = groups.gains(sigma, offset, uniform);
-            pick(&gain, poles, &mut peaks);
+            push_local_maxima(&gain, poles, &mut peaks);
         }
     }
-    peaks.sort_by(|a: &Peak, b: &Peak| b.gain.total_cmp(&a.gain));
+    peaks.sort_by(|a: &ScanPeak, b: &ScanPeak| b.gain.total_cmp(&a.gain));
     peaks
 }
 
 /// Adds the local maxima of one width.
-fn pick(gain: &[Peak], poles: &[Pole], peaks: &mut Vec<Peak>) {
+fn push_local_maxima(gain: &[ScanPeak], poles: &[ScaledPole], peaks: &mut Vec<ScanPeak>) {
     let mut shared = vec![0.0_f64; gain.len()];
     for pole in poles {
-        let reach = (4.0 * pole.sigma * gain[0].pole.sigma / LEAST_SHARED).sqrt();
+        let reach = (4.0 * pole.sigma * gain[0].pole.sigma / MIN_SHARED).sqrt();
         let from = gain.partition_point(|p| p.pole.w < pole.w - reach);
         let to = gain.partition_point(|p| p.pole.w <= pole.w + reach);
         for c in from..to {
@@ -90,13 +94,13 @@ fn pick(gain: &[Peak], poles: &[Pole], peaks: &mut Vec<Peak>) {
     let free: Vec<f64> = gain
         .iter()
         .zip(&shared)
-        .map(|(peak, shared)| peak.gain / (1.0 - shared.min(MOST_SHARED)))
+        .map(|(peak, shared)| peak.gain / (1.0 - shared.min(MAX_SHARED)))
         .collect();
     for c in 0..gain.len() {
         let left = c == 0 || free[c] >= free[c - 1];
         let right = c + 1 == gain.len() || free[c] > free[c + 1];
         if left && right {
-            peaks.push(Peak {
+            peaks.push(ScanPeak {
                 pole: gain[c].pole,
                 gain: free[c],
             });
@@ -105,63 +109,63 @@ fn pick(gain: &[Peak], poles: &[Pole], peaks: &mut Vec<Peak>) {
 }
 
 /// Sums over groups of neighbouring lines.
-struct Groups {
+struct LineGroups {
     /// Mean frequency of each.
     x: Vec<f64>,
     /// Spacing.
     step: f64,
     /// `Σ |factor|²`, with zeros before and after as in `sums`.
     weight: Vec<f64>,
-    /// `Σ |factor| E`: real parts by response, then imaginary parts; rows of zeros before ([`MOST_REACH`]) and after.
+    /// `Σ |factor| E`: real parts by response, then imaginary parts; rows of zeros before ([`MAX_REACH`]) and after.
     sums: Matrix,
 }
 
 /// Rows of zeros after the last group.
-const AFTER: usize = MOST_REACH + RUN.1;
+const TRAILING_ROWS: usize = MAX_REACH + RUN_LEN_RANGE.1;
 
-impl Groups {
+impl LineGroups {
     /// Every line by itself.
-    fn single(problem: &Problem, left: &Matrix) -> Groups {
+    fn ungrouped(problem: &WhitenedProblem, left: &Matrix) -> LineGroups {
         let (n, responses) = (problem.lines(), left.ncols());
         let size: Vec<f64> = problem.factor.iter().map(|f| f.norm_sqr().sqrt()).collect();
-        let mut sums = Matrix::zeros(MOST_REACH + n + AFTER, 2 * responses);
+        let mut sums = Matrix::zeros(MAX_REACH + n + TRAILING_ROWS, 2 * responses);
         for column in 0..2 * responses {
             let half = if column < responses { 0 } else { n };
             let from = &left.col_as_slice(column % responses)[half..half + n];
-            let to = &mut sums.col_as_slice_mut(column)[MOST_REACH..MOST_REACH + n];
+            let to = &mut sums.col_as_slice_mut(column)[MAX_REACH..MAX_REACH + n];
             for k in 0..n {
                 to[k] = size[k] * from[k];
             }
         }
-        let mut weight = vec![0.0; MOST_REACH + n + AFTER];
+        let mut weight = vec![0.0; MAX_REACH + n + TRAILING_ROWS];
         for k in 0..n {
-            weight[MOST_REACH + k] = size[k] * size[k];
+            weight[MAX_REACH + k] = size[k] * size[k];
         }
-        Groups {
+        LineGroups {
             x: problem.x.clone(),
-            step: problem.step,
+            step: problem.line_spacing,
             weight,
             sums,
         }
     }
 
     /// So many lines at a time.
-    fn grouped(&self, size: usize) -> Groups {
+    fn sum_groups(&self, size: usize) -> LineGroups {
         let lines = self.x.len();
         let n = lines.div_ceil(size);
         let into = |from: &[f64], to: &mut [f64]| {
-            let groups = from[MOST_REACH..MOST_REACH + lines].chunks(size);
-            for (to, group) in to[MOST_REACH..].iter_mut().zip(groups) {
+            let groups = from[MAX_REACH..MAX_REACH + lines].chunks(size);
+            for (to, group) in to[MAX_REACH..].iter_mut().zip(groups) {
                 *to = group.iter().sum();
             }
         };
-        let mut weight = vec![0.0; MOST_REACH + n + AFTER];
+        let mut weight = vec![0.0; MAX_REACH + n + TRAILING_ROWS];
         into(&self.weight, &mut weight);
-        let mut sums = Matrix::zeros(MOST_REACH + n + AFTER, self.sums.ncols());
+        let mut sums = Matrix::zeros(MAX_REACH + n + TRAILING_ROWS, self.sums.ncols());
         for j in 0..sums.ncols() {
             into(self.sums.col_as_slice(j), sums.col_as_slice_mut(j));
         }
-        Groups {
+        LineGroups {
             x: self
                 .x
                 .chunks(size)
@@ -174,10 +178,10 @@ impl Groups {
     }
 
     /// Gain with a pole of real part `−sigma` at every group, `offset` of a group further up.
-    fn gains(&self, sigma: f64, offset: f64, uniform: bool) -> Vec<Peak> {
+    fn gains(&self, sigma: f64, offset: f64, uniform: bool) -> Vec<ScanPeak> {
         let n = self.x.len();
-        let reach = ((REACH * sigma / self.step).ceil() as usize + 2).min(MOST_REACH);
-        let run = (2 * reach).clamp(RUN.0, RUN.1);
+        let reach = ((CUTOFF_HALF_WIDTHS * sigma / self.step).ceil() as usize + 2).min(MAX_REACH);
+        let run = (2 * reach).clamp(RUN_LEN_RANGE.0, RUN_LEN_RANGE.1);
         let span = run + 2 * reach;
         let responses = self.sums.ncols() / 2;
         let mut peaks = Vec::with_capacity(n);
@@ -201,9 +205,9 @@ impl Groups {
                     }
                 }
             }
-            let from = first + MOST_REACH - reach;
+            let from = first + MAX_REACH - reach;
             let sums = &kernel * self.sums.subrows(from, span);
-            registers::clear();
+            registers::zero_upper();
             let weight = &self.weight[from..from + span];
             for place in 0..run.min(n - first) {
                 let part = place..place + 2 * reach + 1;
@@ -219,8 +223,8 @@ impl Groups {
                         re * re + im * im
                     })
                     .sum();
-                peaks.push(Peak {
-                    pole: Pole {
+                peaks.push(ScanPeak {
+                    pole: ScaledPole {
                         w: self.x[first + place] + offset * self.step,
                         sigma,
                         stable: true,

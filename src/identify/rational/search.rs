@@ -1,38 +1,37 @@
-//! From the first line to the last fit: variance, growth, structure, last refinement; where noise alone does not explain the responses,
-//! in a variance that holds what they depart from the model by.
+//! Driver of the rational fit: variance estimate, stepwise selection, term selection, last refinement.
 
 use crate::numeric::{Complex, Matrix};
 
-use super::basis::{Pole, Problem, Structure};
-use super::condensed::{Condensed, Condenser};
-use super::covariance::{Covariance, covariance};
-use super::departure::{Departure, Modes};
+use super::basis::{ModelTerms, ScaledPole, WhitenedProblem};
+use super::covariance::{PoleCovariance, covariance};
 use super::groups::{GroupMean, means};
-use super::growth::{Growth, Rules, is_crowd};
-use super::judge::Judge;
-use super::lines::{Lines, Weights};
-use super::projection::{Fitted, Model, Stop, at, left, refine};
-use super::real::{Departing, Search, unweighted};
-use super::scatter::FEWEST_GROUPS;
-use super::structure::{choose, parameters};
+use super::line_compression::{CompressedProblem, Compressor};
+use super::model_error::{ModeDeviation, PoleResidues};
+use super::model_error_search::{ModelErrorFit, ModelErrorSearch, unweighted_residuals};
+use super::pole_significance::PoleSignificance;
+use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, residual};
+use super::scaled_responses::{ScaledResponses, SeparableWeights};
+use super::scatter::MIN_GROUPS;
+use super::stepwise::{StepwiseOptions, StepwiseSearch, is_crowd};
+use super::term_selection::{parameter_count, select_terms};
 use super::variance::{from_differences, from_residuals, mean_ratio};
-use super::windowed::{Band, NUMERATORS, coefficients};
-use super::{Delay, Effort, RationalOptions, Step, delay};
+use super::windowed::{BandFit, NUMERATORS, coefficients};
+use super::{DelayModel, FitEffort, RationalOptions, SelectionStep, delay};
 
 /// What a search found.
-pub(super) struct Found {
+pub(super) struct SearchResult {
     /// The last fit, with one set of coefficients per problem.
-    pub fitted: Fitted,
+    pub fit: ModelFit,
     /// All lines, for each set.
-    pub problems: Vec<Problem>,
+    pub problems: Vec<WhitenedProblem>,
     /// What the fit leaves of them.
-    pub left: Vec<Matrix>,
+    pub residuals: Vec<Matrix>,
     /// Of the poles and delays, if the variance is right.
-    pub covariance: Covariance,
+    pub covariance: PoleCovariance,
     /// Weights of the responses in them.
     pub by_response: Vec<f64>,
     /// Its terms.
-    pub structure: Structure,
+    pub terms: ModelTerms,
     /// The variance was not given, or is itself an estimate.
     pub estimated: bool,
     /// Weighted misfit of the lines that were searched.
@@ -40,9 +39,9 @@ pub(super) struct Found {
     /// Data less parameters.
     pub dof: f64,
     /// What was tried.
-    pub evidence: Vec<Step>,
+    pub evidence: Vec<SelectionStep>,
     /// What each pole departs from the model by, where noise alone does not explain the responses.
-    pub departures: Option<Vec<Departure>>,
+    pub deviations: Option<Vec<ModeDeviation>>,
     /// What hits, or responses, say of each pole by themselves.
     pub means: Vec<Option<GroupMean>>,
     /// Groups of these means are hits.
@@ -50,313 +49,325 @@ pub(super) struct Found {
     /// The most poles allowed were used up.
     pub at_limit: bool,
     /// `Σ ln v + |r|²/v` over all values, by independent lines: the negative logarithm of the likelihood.
-    pub surprise: f64,
+    pub negative_log_likelihood: f64,
     /// What it took.
-    pub effort: Effort,
+    pub effort: FitEffort,
 }
 
 /// Most estimates of the variance, and the ratio of one to the last within which they have settled.
-const ROUNDS: usize = 6;
-const SETTLED: (f64, f64) = (0.8, 1.1);
+const MAX_ITERATIONS: usize = 6;
+const VARIANCE_RATIO_RANGE: (f64, f64) = (0.8, 1.1);
 
 /// Before the variance is estimated from residuals, poles are refined until a step gains less than this share.
-const BEFORE_VARIANCE: Stop = Stop {
+const STEPS_BEFORE_VARIANCE: StopCriteria = StopCriteria {
     steps: 20,
-    fall: 1e-3,
-    share: 1e-3,
+    min_decrease: 1e-3,
+    min_relative_decrease: 1e-3,
 };
 
 /// Operations of growth, about, after which noise alone is taken not to explain the responses: several times what ten modes in ten
 /// thousand lines of six responses take.
-const MOST_WORK: f64 = 2e10;
+const MAX_WORK: f64 = 2e10;
 
 /// Most poles of a fit by noise alone, and one more for so many lines. Structures have fewer; what departs from the model asks for more
 /// without end.
-const MOST_BY_NOISE: (usize, usize) = (8, 20);
+const MAX_BY_NOISE: (usize, usize) = (8, 20);
 
 /// Noise explains the responses where the misfit over the degrees of freedom is below this: of a known variance; of one estimated from
 /// few averages, of which three alone double it; of one from differences of neighbouring lines.
-const EXPLAINED: (f64, f64, f64) = (1.5, 3.0, 2.0);
+const MAX_NOISE_MISFIT: (f64, f64, f64) = (1.5, 3.0, 2.0);
 
 /// And where no more than this share of the poles is needless in a variance that holds departures.
-const NEEDLESS: f64 = 0.25;
+const MAX_REDUNDANT_SHARE: f64 = 0.25;
 
 /// The last refinement.
-const LAST: Stop = Stop {
+const STOP_FINAL: StopCriteria = StopCriteria {
     steps: 40,
-    fall: 0.0,
-    share: 1e-9,
+    min_decrease: 0.0,
+    min_relative_decrease: 1e-9,
 };
 
 /// Finds poles and their structure. Poles may be given to begin `from`: then none is added.
 pub(super) fn search(
-    lines: &Lines,
+    responses: &ScaledResponses,
     options: &RationalOptions,
     trusted: bool,
-    from: Option<&[Pole]>,
-) -> Found {
-    let given = lines.variance.is_some();
-    let noise = match &lines.variance {
-        Some(v) => lines.floored(v),
-        None => from_differences(lines),
+    from: Option<&[ScaledPole]>,
+) -> SearchResult {
+    let given = responses.variance.is_some();
+    let noise = match &responses.variance {
+        Some(v) => responses.with_variance_floor(v),
+        None => from_differences(responses),
     };
-    let by_noise = MOST_BY_NOISE.0 + lines.x.len() / MOST_BY_NOISE.1;
-    let rules = Rules {
-        most: most_determined(lines, options.most_poles.min(by_noise)),
-        order: options.order,
-        grows: from.is_none(),
+    let by_noise = MAX_BY_NOISE.0 + responses.x.len() / MAX_BY_NOISE.1;
+    let stepwise_options = StepwiseOptions {
+        max_poles: max_determined_poles(responses, options.max_poles.min(by_noise)),
+        fixed_pole_count: options.order,
+        add_poles: from.is_none(),
         unstable: options.allow_unstable,
         estimated: !(given && trusted),
-        data: lines.data(),
+        data_count: responses.data_count(),
         departs: false,
     };
-    let start = Model {
+    let start = PoleModel {
         poles: from.unwrap_or_default().to_vec(),
-        delays: match options.delay {
-            Delay::None => Vec::new(),
+        delays: match options.model {
+            DelayModel::None => Vec::new(),
             kind => {
-                let problem = lines.shared(&lines.weights(&noise), Structure::FULL);
-                delay::start(&problem, kind == Delay::PerResponse)
+                let problem =
+                    responses.shared_problem(&responses.weights(&noise), ModelTerms::FULL);
+                delay::initial_delay(&problem, kind == DelayModel::PerResponse)
             }
         },
     };
-    let mut effort = Effort::default();
+    let mut effort = FitEffort::default();
     let mut evidence = Vec::new();
-    if let Some(mut found) = by_noise_alone(
-        lines,
-        rules,
+    if let Some(mut result) = fit_noise_only(
+        responses,
+        stepwise_options,
         noise.clone(),
         start.clone(),
         &mut evidence,
         &mut effort,
     ) {
-        (found.evidence, found.effort) = (evidence, effort);
-        return found;
+        (result.evidence, result.effort) = (evidence, effort);
+        return result;
     }
     evidence.clear();
-    let search = Search {
-        lines,
+    let search = ModelErrorSearch {
+        responses,
         noise: &noise,
-        rules: Rules {
-            most: most_determined(lines, options.most_poles),
+        options: StepwiseOptions {
+            max_poles: max_determined_poles(responses, options.max_poles),
             departs: true,
-            ..rules
+            ..stepwise_options
         },
     };
-    let departing = search.run(&start, &mut evidence, &mut effort);
-    let mut found = departed(&search, departing);
-    (found.evidence, found.effort) = (evidence, effort);
-    found
+    let fit = search.run(&start, &mut evidence, &mut effort);
+    let mut result = fit_with_model_error(&search, fit);
+    (result.evidence, result.effort) = (evidence, effort);
+    result
 }
 
 /// The fit by noise alone; `None` where that does not explain the responses.
-fn by_noise_alone(
-    lines: &Lines,
-    rules: Rules,
+fn fit_noise_only(
+    responses: &ScaledResponses,
+    options: StepwiseOptions,
     noise: Vec<Vec<f64>>,
-    mut start: Model,
-    evidence: &mut Vec<Step>,
-    effort: &mut Effort,
-) -> Option<Found> {
-    let given = lines.variance.is_some();
+    mut start: PoleModel,
+    evidence: &mut Vec<SelectionStep>,
+    effort: &mut FitEffort,
+) -> Option<SearchResult> {
+    let given = responses.variance.is_some();
     let mut variance = noise.clone();
-    let mut structure = Structure::FULL;
-    for round in 0..=ROUNDS {
-        let mut held = grown(lines, rules, structure, &variance, start, evidence, effort)?;
-        let mut settled = given || round == ROUNDS;
+    let mut terms = ModelTerms::FULL;
+    for round in 0..=MAX_ITERATIONS {
+        let mut full_fit = select_poles(
+            responses, options, terms, &variance, start, evidence, effort,
+        )?;
+        let mut settled = given || round == MAX_ITERATIONS;
         if !settled {
-            let residual = held.residuals(lines, structure.numerators(), effort);
-            let unknown = parameters(structure, &held.fitted, lines.h.len());
-            let free = 1.0 - unknown * lines.independence / lines.data();
-            let next = from_residuals(lines, &residual, free.max(0.1));
+            let residual = full_fit.residuals(responses, terms.numerators(), effort);
+            let unknown = parameter_count(terms, &full_fit.fit, responses.h.len());
+            let free = 1.0 - unknown * responses.independence / responses.data_count();
+            let next = from_residuals(responses, &residual, free.max(0.1));
             let ratio = mean_ratio(&next, &variance);
             variance = next;
-            settled = (SETTLED.0..SETTLED.1).contains(&ratio);
+            settled = (VARIANCE_RATIO_RANGE.0..VARIANCE_RATIO_RANGE.1).contains(&ratio);
             if settled {
-                held = Held::at(lines, &variance, &held.fitted.model);
+                full_fit = FullFit::fit_full(responses, &variance, &full_fit.fit.model);
             }
         }
-        start = held.fitted.model.clone();
+        start = full_fit.fit.model.clone();
         if settled {
-            let (chosen, better, steps) = choose(held.lines(), lines.data(), &held.fitted);
-            structure = chosen;
+            let (chosen, better, steps) =
+                select_terms(full_fit.lines(), responses.data_count(), &full_fit.fit);
+            terms = chosen;
             start = better.model;
             effort.steps += steps;
             break;
         }
     }
-    let Held {
+    let FullFit {
         all,
         weights,
-        fitted,
+        fit: model_fit,
         ..
-    } = grown(lines, rules, structure, &variance, start, evidence, effort)?;
-    let numerators = structure.numerators();
-    let separate = (!weights.exact).then(|| lines.separate(&weights, &variance, structure));
+    } = select_poles(
+        responses, options, terms, &variance, start, evidence, effort,
+    )?;
+    let numerators = terms.numerators();
+    let separate =
+        (!weights.exact).then(|| responses.separate_problems(&weights, &variance, terms));
     let problems = separate.as_deref().unwrap_or(&all);
-    let (fitted, covariance) = last(problems, fitted.model, numerators, effort);
+    let (model_fit, covariance) = final_refinement(problems, model_fit.model, numerators, effort);
     let left: Vec<Matrix> = problems
         .iter()
-        .zip(&fitted.fits)
-        .map(|(problem, fit)| left(problem, &fitted.model, numerators, fit))
+        .zip(&model_fit.fits)
+        .map(|(problem, fit)| residual(problem, &model_fit.model, numerators, fit))
         .collect();
-    let dof = (lines.data() - parameters(structure, &fitted, lines.h.len())).max(1.0);
-    if !is_explained(lines, rules, &noise, &variance, &fitted, dof) {
+    let dof =
+        (responses.data_count() - parameter_count(terms, &model_fit, responses.h.len())).max(1.0);
+    if !is_explained(responses, options, &noise, &variance, &model_fit, dof) {
         return None;
     }
     let logarithms: f64 = variance.iter().flatten().map(|v| v.ln()).sum();
-    let surprise = lines.independence * logarithms + 0.5 * fitted.chi2;
-    let mut found = Found {
-        chi2: fitted.chi2,
-        fitted,
+    let surprise = responses.independence * logarithms + 0.5 * model_fit.chi2;
+    let mut result = SearchResult {
+        chi2: model_fit.chi2,
+        fit: model_fit,
         problems: separate.unwrap_or_else(|| all.to_vec()),
-        left,
+        residuals: left,
         covariance,
         by_response: weights.by_response,
-        structure,
-        estimated: rules.estimated,
+        terms,
+        estimated: options.estimated,
         dof,
         evidence: Vec::new(),
-        departures: None,
+        deviations: None,
         means: Vec::new(),
         by_hit: false,
         at_limit: false,
-        surprise,
-        effort: Effort::default(),
+        negative_log_likelihood: surprise,
+        effort: FitEffort::default(),
     };
-    if !lines.hits.is_empty() {
+    if !responses.hits.is_empty() {
         // Of what noise explains hits still say how far they place the poles apart.
-        let full = Held::at(lines, &variance, &found.fitted.model);
-        let band = full.band(lines, &variance);
-        let departures = vec![Departure::NONE; found.fitted.model.poles.len()];
-        found.means = means(&band, &lines.hits, true, &departures, &|p| {
-            may_be_mode(lines, p)
+        let full = FullFit::fit_full(responses, &variance, &result.fit.model);
+        let band_fit = full.band(responses, &variance);
+        let deviations = vec![ModeDeviation::NONE; result.fit.model.poles.len()];
+        result.means = means(&band_fit, &responses.hits, true, &deviations, &|p| {
+            may_be_mode(responses, p)
         });
-        found.by_hit = true;
+        result.by_hit = true;
     }
-    Some(found)
+    Some(result)
 }
 
 /// Whether a fit by noise alone is one: the misfit is that of noise, and its poles are needed whatever the responses depart by.
 fn is_explained(
-    lines: &Lines,
-    rules: Rules,
+    responses: &ScaledResponses,
+    options: StepwiseOptions,
     noise: &[Vec<f64>],
     variance: &[Vec<f64>],
-    fitted: &Fitted,
+    fit: &ModelFit,
     dof: f64,
 ) -> bool {
-    let full = Held::at(lines, variance, &fitted.model);
-    let band = full.band(lines, noise);
-    let limit = match (lines.variance.is_some(), rules.estimated) {
-        (true, false) => EXPLAINED.0,
-        (true, true) => EXPLAINED.1,
-        (false, _) => EXPLAINED.2,
+    let full = FullFit::fit_full(responses, variance, &fit.model);
+    let band_fit = full.band(responses, noise);
+    let limit = match (responses.variance.is_some(), options.estimated) {
+        (true, false) => MAX_NOISE_MISFIT.0,
+        (true, true) => MAX_NOISE_MISFIT.1,
+        (false, _) => MAX_NOISE_MISFIT.2,
     };
     // Differences of lines that go together under a window are less than their noise.
-    let has_noise =
-        lines.variance.is_none() && (lines.independence == 1.0 || !lines.hits.is_empty());
+    let has_noise = responses.variance.is_none()
+        && (responses.independence == 1.0 || !responses.hits.is_empty());
     let chi2 = match has_noise {
-        true => misfit(lines, &band),
-        false => fitted.chi2,
+        true => misfit(responses, &band_fit),
+        false => fit.chi2,
     };
     if chi2 > limit * dof {
         return false;
     }
-    if rules.order.is_some() {
+    if options.fixed_pole_count.is_some() {
         return true;
     }
-    if fitted.model.poles.len() >= rules.most {
+    if fit.model.poles.len() >= options.max_poles {
         return false;
     }
-    let groups = lines.hits.clone();
-    let judge = Judge {
-        threshold: Growth::new(&full.all[0], NUMERATORS, rules, 0.0).threshold,
-        by_hit: groups.len() >= FEWEST_GROUPS,
+    let groups = responses.hits.clone();
+    let significance = PoleSignificance {
+        threshold: StepwiseSearch::new(&full.all[0], NUMERATORS, options, 0.0).threshold,
+        by_hit: groups.len() >= MIN_GROUPS,
         groups: &groups,
     };
-    let inside = band.modes.poles.iter().filter(|p| may_be_mode(lines, p));
-    let needless = judge.needless(&band, &mut Vec::new()).len() as f64;
-    needless <= NEEDLESS * inside.count() as f64
+    let inside = band_fit
+        .residues
+        .poles
+        .iter()
+        .filter(|p| may_be_mode(responses, p));
+    let needless = significance.needless(&band_fit, &mut Vec::new()).len() as f64;
+    needless <= MAX_REDUNDANT_SHARE * inside.count() as f64
 }
 
 /// What a fit leaves over the noise.
-fn misfit(lines: &Lines, band: &Band) -> f64 {
+fn misfit(responses: &ScaledResponses, fit: &BandFit) -> f64 {
     let sum = |(e, v): (&Vec<Complex>, &Vec<f64>)| -> f64 {
         e.iter().zip(v).map(|(e, v)| e.norm_sqr() / v).sum()
     };
-    let all: f64 = band.residual.iter().zip(band.noise).map(sum).sum();
-    2.0 * lines.independence * all
+    let all: f64 = fit.residual.iter().zip(fit.noise).map(sum).sum();
+    2.0 * responses.independence * all
 }
 
 /// A pole of the band that may be a mode.
-fn may_be_mode(lines: &Lines, pole: &Pole) -> bool {
+fn may_be_mode(responses: &ScaledResponses, pole: &ScaledPole) -> bool {
     /// Damping ratio from which on a pole is background.
-    const BACKGROUND: f64 = 0.3;
-    (lines.x[0]..=1.0).contains(&pole.w) && pole.sigma < BACKGROUND * pole.w
+    const BACKGROUND_DAMPING: f64 = 0.3;
+    (responses.x[0]..=1.0).contains(&pole.w) && pole.sigma < BACKGROUND_DAMPING * pole.w
 }
 
 /// A fit in a variance that holds departures.
-fn departed(search: &Search, departing: Departing) -> Found {
-    let lines = search.lines;
-    let Departing {
-        state,
-        departures,
+fn fit_with_model_error(search: &ModelErrorSearch, fit: ModelErrorFit) -> SearchResult {
+    let responses = search.responses;
+    let ModelErrorFit {
+        fit: state,
+        deviations,
         covariance,
-    } = departing;
+    } = fit;
     let groups = search.groups();
-    let band = search.band(&state);
-    let means = means(&band, &groups, !lines.hits.is_empty(), &departures, &|p| {
-        may_be_mode(lines, p)
-    });
-    let left = left(
-        &state.all,
-        &state.fitted.model,
-        NUMERATORS,
-        &state.fitted.fits[0],
+    let band_fit = search.band(&state);
+    let means = means(
+        &band_fit,
+        &groups,
+        !responses.hits.is_empty(),
+        &deviations,
+        &|p| may_be_mode(responses, p),
     );
-    let dof = lines.data() - parameters(Structure::FULL, &state.fitted, lines.h.len());
+    let left = residual(&state.all, &state.fit.model, NUMERATORS, &state.fit.fits[0]);
+    let dof =
+        responses.data_count() - parameter_count(ModelTerms::FULL, &state.fit, responses.h.len());
     let logarithms: f64 = state.variance.iter().flatten().map(|v| v.ln()).sum();
-    Found {
-        surprise: lines.independence * logarithms + 0.5 * state.fitted.chi2,
-        chi2: state.fitted.chi2,
-        at_limit: search.rules.order.is_none()
-            && state.fitted.model.poles.len() >= search.rules.most,
-        fitted: state.fitted,
+    SearchResult {
+        negative_log_likelihood: responses.independence * logarithms + 0.5 * state.fit.chi2,
+        chi2: state.fit.chi2,
+        at_limit: search.options.fixed_pole_count.is_none()
+            && state.fit.model.poles.len() >= search.options.max_poles,
+        fit: state.fit,
         problems: vec![state.all],
-        left: vec![left],
+        residuals: vec![left],
         covariance,
         by_response: state.weights.by_response,
-        structure: Structure::FULL,
+        terms: ModelTerms::FULL,
         estimated: true,
         dof: dof.max(1.0),
         evidence: Vec::new(),
-        departures: Some(departures),
+        deviations: Some(deviations),
         means,
-        by_hit: !lines.hits.is_empty(),
-        effort: Effort::default(),
+        by_hit: !responses.hits.is_empty(),
+        effort: FitEffort::default(),
     }
 }
 
-impl Found {
+impl SearchResult {
     /// The same poles with residues of other responses over the same lines, such as the average of the hits that were searched.
-    pub fn of(self, lines: &Lines) -> Found {
-        let variance = match &lines.variance {
-            Some(v) => lines.floored(v),
-            None => vec![vec![1.0; lines.x.len()]; lines.h.len()],
+    pub fn fit_responses(self, responses: &ScaledResponses) -> SearchResult {
+        let variance = match &responses.variance {
+            Some(v) => responses.with_variance_floor(v),
+            None => vec![vec![1.0; responses.x.len()]; responses.h.len()],
         };
-        let weights = lines.weights(&variance);
-        let problems = lines.separate(&weights, &variance, self.structure);
-        let numerators = self.structure.numerators();
-        let fitted = at(&problems, &self.fitted.model, numerators);
-        let fits = problems.iter().zip(&fitted.fits);
+        let weights = responses.weights(&variance);
+        let problems = responses.separate_problems(&weights, &variance, self.terms);
+        let numerators = self.terms.numerators();
+        let model_fit = fit_at(&problems, &self.fit.model, numerators);
+        let fits = problems.iter().zip(&model_fit.fits);
         let left = fits
-            .map(|(problem, fit)| left(problem, &fitted.model, numerators, fit))
+            .map(|(problem, fit)| residual(problem, &model_fit.model, numerators, fit))
             .collect();
-        Found {
-            fitted,
+        SearchResult {
+            fit: model_fit,
             problems,
-            left,
+            residuals: left,
             by_response: weights.by_response,
             ..self
         }
@@ -364,94 +375,94 @@ impl Found {
 }
 
 /// A fit with all lines, those it was made on, and their weights.
-struct Held {
-    all: [Problem; 1],
+struct FullFit {
+    all: [WhitenedProblem; 1],
     /// `None` for all.
-    fewer: Option<Problem>,
-    weights: Weights,
-    fitted: Fitted,
+    fewer: Option<WhitenedProblem>,
+    weights: SeparableWeights,
+    fit: ModelFit,
 }
 
-impl Held {
+impl FullFit {
     /// Of every term, at a model as it stands.
-    fn at(lines: &Lines, variance: &[Vec<f64>], model: &Model) -> Held {
-        let weights = lines.weights(variance);
-        let all = [lines.shared(&weights, Structure::FULL)];
-        let enough = Condenser::new(&all[0]).condensed(model, &[]);
+    fn fit_full(responses: &ScaledResponses, variance: &[Vec<f64>], model: &PoleModel) -> FullFit {
+        let weights = responses.weights(variance);
+        let all = [responses.shared_problem(&weights, ModelTerms::FULL)];
+        let enough = Compressor::new(&all[0]).compress(model, &[]);
         let fewer = (!enough.is_whole()).then(|| enough.problem.into_owned());
         let problem = fewer.as_ref().unwrap_or(&all[0]);
-        let fitted = at(&[problem], model, Structure::FULL.numerators());
-        Held {
+        let fit = fit_at(&[problem], model, ModelTerms::FULL.numerators());
+        FullFit {
             all,
             fewer,
             weights,
-            fitted,
+            fit,
         }
     }
 
     /// Those the fit was made on.
-    fn lines(&self) -> &Problem {
+    fn lines(&self) -> &WhitenedProblem {
         self.fewer.as_ref().unwrap_or(&self.all[0])
     }
 
     /// What is left of the scaled responses once the poles are near enough to their place for an estimate of the variance.
     fn residuals(
         &mut self,
-        lines: &Lines,
+        responses: &ScaledResponses,
         numerators: usize,
-        effort: &mut Effort,
+        effort: &mut FitEffort,
     ) -> Vec<Vec<Complex>> {
         let problem = std::slice::from_ref(self.lines());
-        let fitted = refine(problem, self.fitted.clone(), numerators, BEFORE_VARIANCE);
-        effort.steps += fitted.steps;
+        let fit = refine(problem, self.fit.clone(), numerators, STEPS_BEFORE_VARIANCE);
+        effort.steps += fit.steps;
         effort.rounds += 1;
-        let left = left(&self.all[0], &fitted.model, numerators, &fitted.fits[0]);
-        self.fitted = fitted;
-        unweighted(lines, &self.weights, &left)
+        let left = residual(&self.all[0], &fit.model, numerators, &fit.fits[0]);
+        self.fit = fit;
+        unweighted_residuals(responses, &self.weights, &left)
     }
 
     /// The fit, of every term, as windows see it.
-    fn band<'a>(&self, lines: &'a Lines, noise: &'a [Vec<f64>]) -> Band<'a> {
-        let model = &self.fitted.model;
-        let left = left(&self.all[0], model, NUMERATORS, &self.fitted.fits[0]);
-        Band {
-            lines,
+    fn band<'a>(&self, responses: &'a ScaledResponses, noise: &'a [Vec<f64>]) -> BandFit<'a> {
+        let model = &self.fit.model;
+        let left = residual(&self.all[0], model, NUMERATORS, &self.fit.fits[0]);
+        BandFit {
+            responses,
             noise,
-            modes: Modes {
+            residues: PoleResidues {
                 poles: model.poles.clone(),
-                coefficients: (0..lines.h.len())
-                    .map(|i| coefficients(&self.fitted, i, self.weights.by_response[i]))
+                coefficients: (0..responses.h.len())
+                    .map(|i| coefficients(&self.fit, i, self.weights.by_response[i]))
                     .collect(),
             },
-            residual: unweighted(lines, &self.weights, &left),
+            residual: unweighted_residuals(responses, &self.weights, &left),
         }
     }
 }
 
 /// Grows at one variance and structure; `None` where more poles than noise alone can ask for do not suffice.
-fn grown(
-    lines: &Lines,
-    rules: Rules,
-    structure: Structure,
+fn select_poles(
+    responses: &ScaledResponses,
+    options: StepwiseOptions,
+    terms: ModelTerms,
     variance: &[Vec<f64>],
-    model: Model,
-    evidence: &mut Vec<Step>,
-    effort: &mut Effort,
-) -> Option<Held> {
-    let numerators = structure.numerators();
-    let weights = lines.weights(variance);
-    let all = [lines.shared(&weights, structure)];
-    let growth = Growth::new(&all[0], numerators, rules, MOST_WORK - effort.work);
-    let grown = growth.grown(&model, evidence);
-    effort.scans += grown.scans;
-    effort.steps += grown.steps;
-    effort.work += grown.work;
-    let poles = &grown.fitted.model.poles;
-    let is_out =
-        rules.order.is_none() && (poles.len() >= rules.most || is_crowd(poles, lines.step));
-    (effort.work <= MOST_WORK && !is_out).then_some(Held {
-        fewer: grown.fewer,
-        fitted: grown.fitted,
+    model: PoleModel,
+    evidence: &mut Vec<SelectionStep>,
+    effort: &mut FitEffort,
+) -> Option<FullFit> {
+    let numerators = terms.numerators();
+    let weights = responses.weights(variance);
+    let all = [responses.shared_problem(&weights, terms)];
+    let stepwise_search = StepwiseSearch::new(&all[0], numerators, options, MAX_WORK - effort.work);
+    let result = stepwise_search.run(&model, evidence);
+    effort.scans += result.scans;
+    effort.steps += result.steps;
+    effort.work += result.work;
+    let poles = &result.fit.model.poles;
+    let is_out = options.fixed_pole_count.is_none()
+        && (poles.len() >= options.max_poles || is_crowd(poles, responses.step));
+    (effort.work <= MAX_WORK && !is_out).then_some(FullFit {
+        fewer: result.compressed,
+        fit: result.fit,
         all,
         weights,
     })
@@ -461,34 +472,34 @@ fn grown(
 const LAST_ROUNDS: usize = 4;
 
 /// The last refinement, and the covariance there.
-fn last(
-    problems: &[Problem],
-    mut model: Model,
+fn final_refinement(
+    problems: &[WhitenedProblem],
+    mut model: PoleModel,
     numerators: usize,
-    effort: &mut Effort,
-) -> (Fitted, Covariance) {
-    let mut condensers: Vec<Condenser> = problems.iter().map(Condenser::new).collect();
+    effort: &mut FitEffort,
+) -> (ModelFit, PoleCovariance) {
+    let mut compressors: Vec<Compressor> = problems.iter().map(Compressor::new).collect();
     let mut round = 0;
     loop {
-        let enough: Vec<Condensed> = (condensers.iter_mut())
-            .map(|c| c.condensed(&model, &[]))
+        let enough: Vec<CompressedProblem> = (compressors.iter_mut())
+            .map(|c| c.compress(&model, &[]))
             .collect();
-        let start = at(&enough, &model, numerators);
-        let fitted = refine(&enough, start, numerators, LAST);
-        effort.steps += fitted.steps;
+        let start = fit_at(&enough, &model, numerators);
+        let fit = refine(&enough, start, numerators, STOP_FINAL);
+        effort.steps += fit.steps;
         round += 1;
-        let served = enough.iter().all(|e| e.serves(&fitted.model.poles));
+        let served = enough.iter().all(|e| e.is_valid_for(&fit.model.poles));
         if served || round == LAST_ROUNDS {
-            let certain = covariance(&enough, &fitted, numerators);
-            return (fitted, certain);
+            let certain = covariance(&enough, &fit, numerators);
+            return (fit, certain);
         }
-        model = fitted.model;
+        model = fit.model;
     }
 }
 
-/// Pole pairs whose parameters stay below half of the data, and at most `most`.
-pub(super) fn most_determined(lines: &Lines, most: usize) -> usize {
-    let (n, no) = (lines.x.len(), lines.h.len());
+/// Pole pairs whose parameters stay below half of the data, and at most `max_poles`.
+pub(super) fn max_determined_poles(responses: &ScaledResponses, most: usize) -> usize {
+    let (n, no) = (responses.x.len(), responses.h.len());
     // per pole pair two numbers per response and the pole itself; two residual terms per response
     let determined = (n * no).saturating_sub(2 * no) / (2 * no + 2);
     most.min(determined.max(1))

@@ -3,42 +3,42 @@
 
 use crate::numeric::{Complex, Matrix};
 
-use super::basis::{Pole, Problem, put};
-use super::departure::{Departure, Modes, misfit, variance};
-use super::lines::{Lines, Weights};
-use super::projection::{Fitted, Model, Stop, at, refine};
+use super::basis::{ScaledPole, WhitenedProblem, set_complex};
+use super::model_error::{ModeDeviation, PoleResidues, misfit, variance};
+use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine};
+use super::scaled_responses::{ScaledResponses, SeparableWeights};
 
 /// Half a window: lines, half-widths of the pole, of its neighbour, and of the pole again at most for that.
-const WINDOW: (f64, f64, f64, f64) = (8.0, 8.0, 8.0, 20.0);
+const HALF_WINDOW: (f64, f64, f64, f64) = (8.0, 8.0, 8.0, 20.0);
 
 /// Half the width of the window about a pole, from the line spacing and the decay rates of the pole and its nearest neighbour, rad/s.
 pub fn half_window(step: f64, sigma: f64, neighbour: f64) -> f64 {
-    (WINDOW.0 * step)
-        .max(WINDOW.1 * sigma)
-        .max((WINDOW.2 * neighbour).min(WINDOW.3 * sigma))
+    (HALF_WINDOW.0 * step)
+        .max(HALF_WINDOW.1 * sigma)
+        .max((HALF_WINDOW.2 * neighbour).min(HALF_WINDOW.3 * sigma))
 }
 
 /// Residues are free complex numbers.
 pub(super) const NUMERATORS: usize = 2;
 
 /// Background of a window by response: `1`, `j`, `t` and `jt` times `s^q`, t from −1 to 1 over the window.
-const BACKGROUND: usize = 4;
+const BACKGROUND_TERMS: usize = 4;
 
 /// A fit of the whole band, as far as windows need it.
-pub(super) struct Band<'a> {
+pub(super) struct BandFit<'a> {
     /// Lines and responses.
-    pub lines: &'a Lines,
+    pub responses: &'a ScaledResponses,
     /// Variance of the noise alone.
     pub noise: &'a [Vec<f64>],
     /// Poles and what the responses have of them.
-    pub modes: Modes,
+    pub residues: PoleResidues,
     /// What the fit leaves of the scaled responses.
     pub residual: Vec<Vec<Complex>>,
 }
 
 /// Lines about a pole.
-pub(super) struct Window<'a> {
-    lines: &'a Lines,
+pub(super) struct PoleWindow<'a> {
+    responses: &'a ScaledResponses,
     from: usize,
     to: usize,
     /// Places of the poles inside it.
@@ -53,83 +53,83 @@ pub(super) struct Window<'a> {
 /// A fit of a window under weights of its own.
 pub(super) struct WindowFit {
     /// Poles and coefficients in the scaled responses taken part in the fit.
-    pub fitted: Fitted,
+    pub fit: ModelFit,
     /// The problem it is of.
-    pub problem: Problem,
-    weights: Weights,
+    pub problem: WhitenedProblem,
+    weights: SeparableWeights,
     /// Which responses took part.
     of: Vec<usize>,
 }
 
-impl<'a> Window<'a> {
+impl<'a> PoleWindow<'a> {
     /// The lines within `half` of a frequency, at least as many as the poles within need; `departure` is what the poles farther away
     /// depart by.
     pub fn new(
-        band: &'a Band,
+        fit: &'a BandFit,
         centre: f64,
         half: f64,
-        departure: &dyn Fn(usize) -> Departure,
-    ) -> Window<'a> {
-        let lines = band.lines;
-        let (x, step) = (&lines.x, lines.step);
+        departure: &dyn Fn(usize) -> ModeDeviation,
+    ) -> PoleWindow<'a> {
+        let responses = fit.responses;
+        let (x, step) = (&responses.x, responses.step);
         let mut half = half;
         loop {
             let from = x.partition_point(|&v| v < centre - half);
             let to = x.partition_point(|&v| v <= centre + half);
-            let inside = |p: &Pole| (p.w - centre).abs() <= half;
-            let poles = &band.modes.poles;
+            let inside = |p: &ScaledPole| (p.w - centre).abs() <= half;
+            let poles = &fit.residues.poles;
             let near: Vec<usize> = (0..poles.len()).filter(|&r| inside(&poles[r])).collect();
-            let columns = (near.len() + 1) * NUMERATORS + BACKGROUND;
+            let columns = (near.len() + 1) * NUMERATORS + BACKGROUND_TERMS;
             if 2 * to.saturating_sub(from) > columns + near.len() + 8 || to - from == x.len() {
-                return Window::of(band, from, to, near, departure);
+                return PoleWindow::around(fit, from, to, near, departure);
             }
             half = (1.3 * half).max(half + step);
         }
     }
 
-    fn of(
-        band: &'a Band,
+    fn around(
+        fit: &'a BandFit,
         from: usize,
         to: usize,
         near: Vec<usize>,
-        departure: &dyn Fn(usize) -> Departure,
-    ) -> Window<'a> {
-        let lines = band.lines;
+        departure: &dyn Fn(usize) -> ModeDeviation,
+    ) -> PoleWindow<'a> {
+        let responses = fit.responses;
         let m = to - from;
-        let far: Vec<Departure> = (0..band.modes.poles.len())
+        let far: Vec<ModeDeviation> = (0..fit.residues.poles.len())
             .map(|r| match near.contains(&r) {
-                true => Departure::NONE,
+                true => ModeDeviation::NONE,
                 false => departure(r),
             })
             .collect();
-        let noise: Vec<Vec<f64>> = band.noise.iter().map(|v| v[from..to].to_vec()).collect();
-        let noise = variance(lines, from, &noise, &band.modes, &far);
-        let h = (0..lines.h.len())
+        let noise: Vec<Vec<f64>> = fit.noise.iter().map(|v| v[from..to].to_vec()).collect();
+        let noise = variance(responses, from, &noise, &fit.residues, &far);
+        let h = (0..responses.h.len())
             .map(|i| {
                 (0..m)
                     .map(|k| {
-                        let x = lines.x[from + k];
-                        let own: Complex = near.iter().map(|&r| band.modes.part(i, r, x).0).sum();
-                        band.residual[i][from + k] + own * lines.power(from + k)
+                        let x = responses.x[from + k];
+                        let own: Complex = near.iter().map(|&r| fit.residues.part(i, r, x).0).sum();
+                        fit.residual[i][from + k] + own * responses.power(from + k)
                     })
                     .collect()
             })
             .collect();
-        let middle = 0.5 * (lines.x[from] + lines.x[to - 1]);
-        let reach = (0.5 * (lines.x[to - 1] - lines.x[from])).max(f64::MIN_POSITIVE);
-        let mut fixed = Matrix::zeros(2 * m, BACKGROUND);
+        let middle = 0.5 * (responses.x[from] + responses.x[to - 1]);
+        let reach = (0.5 * (responses.x[to - 1] - responses.x[from])).max(f64::MIN_POSITIVE);
+        let mut fixed = Matrix::zeros(2 * m, BACKGROUND_TERMS);
         for k in 0..m {
-            let t = (lines.x[from + k] - middle) / reach;
-            let (power, j) = (lines.power(from + k), Complex::new(0.0, 1.0));
+            let t = (responses.x[from + k] - middle) / reach;
+            let (power, j) = (responses.power(from + k), Complex::new(0.0, 1.0));
             for (at, z) in [power, power * j, power * t, power * j * t]
                 .into_iter()
                 .enumerate()
             {
-                put(fixed.col_as_slice_mut(at), k, m, z);
+                set_complex(fixed.col_as_slice_mut(at), k, m, z);
             }
         }
-        Window {
-            lines,
+        PoleWindow {
+            responses,
             from,
             to,
             near,
@@ -141,81 +141,108 @@ impl<'a> Window<'a> {
 
     /// Frequencies of its lines.
     pub fn x(&self) -> &[f64] {
-        &self.lines.x[self.from..self.to]
+        &self.responses.x[self.from..self.to]
     }
 
     /// The variance under departures of some modes.
-    pub fn variance(&self, modes: &Modes, departures: &[Departure]) -> Vec<Vec<f64>> {
-        variance(self.lines, self.from, &self.noise, modes, departures)
+    pub fn variance(&self, residues: &PoleResidues, deviations: &[ModeDeviation]) -> Vec<Vec<f64>> {
+        variance(self.responses, self.from, &self.noise, residues, deviations)
     }
 
     /// What a fit by some responses leaves about a mode, as a share of its own value.
-    pub fn misfit(&self, of: &[usize], residual: &[Vec<Complex>], modes: &Modes, r: usize) -> f64 {
-        misfit(self.lines, self.from, of, residual, &self.noise, modes, r)
+    pub fn misfit(
+        &self,
+        of: &[usize],
+        residual: &[Vec<Complex>],
+        residues: &PoleResidues,
+        r: usize,
+    ) -> f64 {
+        misfit(
+            self.responses,
+            self.from,
+            of,
+            residual,
+            &self.noise,
+            residues,
+            r,
+        )
     }
 
     /// Share of the power of some responses that a mode has within its half-power band, and at least on the nearest lines.
-    pub fn visibility(&self, of: &[usize], modes: &Modes, r: usize) -> f64 {
-        let pole = &modes.poles[r];
-        let half = pole.sigma.max(self.lines.step);
+    pub fn visibility(&self, of: &[usize], residues: &PoleResidues, r: usize) -> f64 {
+        let pole = &residues.poles[r];
+        let half = pole.sigma.max(self.responses.step);
         let (mut own, mut all) = (0.0, 0.0);
         for k in self.from..self.to {
-            let x = self.lines.x[k];
+            let x = self.responses.x[k];
             if (x - pole.w).abs() > half {
                 continue;
             }
             for &i in of {
-                own += modes.part(i, r, x).0.norm_sqr() * self.lines.power_size(k);
-                all += self.lines.h[i][k].norm_sqr();
+                own += residues.part(i, r, x).0.norm_sqr() * self.responses.power_size(k);
+                all += self.responses.h[i][k].norm_sqr();
             }
         }
         if all > 0.0 { own / all } else { 0.0 }
     }
 
     /// A variance as weights, common to the lines of the responses named.
-    pub fn weights(&self, of: &[usize], variance: &[Vec<f64>]) -> Weights {
+    pub fn weights(&self, of: &[usize], variance: &[Vec<f64>]) -> SeparableWeights {
         let own: Vec<Vec<f64>> = of.iter().map(|&i| variance[i].clone()).collect();
-        let own = Weights::mean(&own);
+        let own = SeparableWeights::mean(&own);
         let mut by_response = vec![1.0; self.h.len()];
         for (&i, v) in of.iter().zip(&own.by_response) {
             by_response[i] = *v;
         }
-        Weights { by_response, ..own }
+        SeparableWeights { by_response, ..own }
     }
 
     /// Poles brought to their places by the responses named.
-    pub fn fit(&self, of: &[usize], weights: &Weights, poles: &[Pole], stop: Stop) -> WindowFit {
+    pub fn fit(
+        &self,
+        of: &[usize],
+        weights: &SeparableWeights,
+        poles: &[ScaledPole],
+        criteria: StopCriteria,
+    ) -> WindowFit {
         let m = self.to - self.from;
         let unit: Vec<f64> = (weights.by_line.iter())
-            .map(|v| (2.0 * self.lines.independence / v).sqrt())
+            .map(|v| (2.0 * self.responses.independence / v).sqrt())
             .collect();
         let mut y = Matrix::zeros(2 * m, of.len());
         for (at, &i) in of.iter().enumerate() {
             let scale = 1.0 / weights.by_response[i].sqrt();
             let column = y.col_as_slice_mut(at);
             for k in 0..m {
-                put(column, k, m, self.h[i][k] * (unit[k] * scale));
+                set_complex(column, k, m, self.h[i][k] * (unit[k] * scale));
             }
         }
-        let problem = Problem {
+        let problem = WhitenedProblem {
             x: self.x().to_vec(),
             factor: (0..m)
-                .map(|k| self.lines.power(self.from + k) * unit[k])
+                .map(|k| self.responses.power(self.from + k) * unit[k])
                 .collect(),
-            fixed: Matrix::from_fn(2 * m, BACKGROUND, |k, j| self.fixed[(k, j)] * unit[k % m]),
+            pole_free_columns: Matrix::from_fn(2 * m, BACKGROUND_TERMS, |k, j| {
+                self.fixed[(k, j)] * unit[k % m]
+            }),
             y,
             first: of[0],
-            step: self.lines.step,
-            left_out: 0.0,
+            line_spacing: self.responses.step,
+            omitted_energy: 0.0,
         };
-        let model = Model {
+        let model = PoleModel {
             poles: poles.to_vec(),
             delays: Vec::new(),
         };
         let problems = std::slice::from_ref(&problem);
-        let fitted = refine(problems, at(problems, &model, NUMERATORS), NUMERATORS, stop);
+        let model_fit = refine(
+            problems,
+            fit_at(problems, &model, NUMERATORS),
+            NUMERATORS,
+            criteria,
+        );
         WindowFit {
-            fitted,
+            fit: model_fit,
             problem,
             weights: weights.clone(),
             of: of.to_vec(),
@@ -225,13 +252,13 @@ impl<'a> Window<'a> {
 
 impl WindowFit {
     /// Its poles with what every response has of them: zero of those that took no part.
-    pub fn modes(&self, responses: usize) -> Modes {
-        let mut all = vec![vec![0.0; 2 * self.fitted.model.poles.len()]; responses];
+    pub fn modes(&self, responses: usize) -> PoleResidues {
+        let mut all = vec![vec![0.0; 2 * self.fit.model.poles.len()]; responses];
         for (at, &i) in self.of.iter().enumerate() {
-            all[i] = coefficients(&self.fitted, at, self.weights.by_response[i]);
+            all[i] = coefficients(&self.fit, at, self.weights.by_response[i]);
         }
-        Modes {
-            poles: self.fitted.model.poles.clone(),
+        PoleResidues {
+            poles: self.fit.model.poles.clone(),
             coefficients: all,
         }
     }
@@ -239,7 +266,7 @@ impl WindowFit {
     /// What it leaves of the scaled responses that took part, by line.
     pub fn residual(&self, independence: f64) -> Vec<Vec<Complex>> {
         let m = self.problem.lines();
-        let e = &self.fitted.fits[0].e;
+        let e = &self.fit.fits[0].e;
         (self.of.iter().enumerate())
             .map(|(at, &i)| {
                 let column = e.col_as_slice(at);
@@ -255,10 +282,10 @@ impl WindowFit {
     }
 }
 
-/// Coefficients of the poles in a scaled response, the column `at` of a fit.
-pub(super) fn coefficients(fitted: &Fitted, at: usize, by_response: f64) -> Vec<f64> {
-    let fit = &fitted.fits[0];
-    (0..NUMERATORS * fitted.model.poles.len())
-        .map(|j| fit.c[(j, at)] / fit.length[j] * by_response.sqrt())
+/// Coefficients of the poles in a scaled response, the column `fit_at` of a fit.
+pub(super) fn coefficients(model_fit: &ModelFit, at: usize, by_response: f64) -> Vec<f64> {
+    let fit = &model_fit.fits[0];
+    (0..NUMERATORS * model_fit.model.poles.len())
+        .map(|j| fit.c[(j, at)] / fit.column_norms[j] * by_response.sqrt())
         .collect()
 }

@@ -1,18 +1,18 @@
-//! Autoregressive models `y_t + a₁y_{t−1} + … + a_n y_{t−n} = e_t` by four methods.
+//! AR models by four methods: Burg, Yule–Walker, least squares, forward–backward (Kay 1988).
 //!
 //! Kay, Modern Spectral Estimation (1988), ch. 7. For spectra of short records Burg or forward–backward; Yule–Walker is always
 //! stable but widens sharp resonances; least squares is what the other families reduce to.
 
-use super::model::{Family, SeriesModel};
-use super::record::{Record, centred, check_order};
+use super::io_data::{InputOutputData, check_order, remove_mean};
+use super::model::{ModelStructure, PolynomialModel};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::factors::{Triangle, least_squares};
-use crate::numeric::{Matrix, definite};
+use crate::numeric::factorisations::{IncrementalQr, solve_from_r};
+use crate::numeric::{Matrix, symmetric};
 
 /// How the coefficients are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Method {
+pub enum ArMethod {
     /// Reflection coefficients that minimise the forward and backward errors of a lattice (Burg 1967); always stable.
     #[default]
     Burg,
@@ -28,21 +28,25 @@ pub enum Method {
 ///
 /// # Errors
 /// `OutOfRange` for order 0; `TooShort`; `IllPosed` where the samples do not determine the coefficients.
-pub fn fit(record: &Record, order: usize, method: Method) -> Result<SeriesModel, Error> {
-    check_order(record.samples(), order, order)?;
-    let (y, output_mean) = centred(record.output());
+pub fn fit(
+    data: &InputOutputData,
+    order: usize,
+    method: ArMethod,
+) -> Result<PolynomialModel, Error> {
+    check_order(data.samples(), order, order)?;
+    let (y, output_mean) = remove_mean(data.output());
     let predicted = y.len() - order;
     let (a, noise_variance, covariance) = match method {
-        Method::Burg => with_covariance(&y, burg_path(&y, order).pop(), predicted)?,
-        Method::YuleWalker => {
+        ArMethod::Burg => with_covariance(&y, burg_path(&y, order).pop(), predicted)?,
+        ArMethod::YuleWalker => {
             let steps = levinson_path(&autocovariance(&y, order)).pop();
             with_covariance(&y, steps, predicted)?
         }
-        Method::LeastSquares => regression(&y, order, false)?,
-        Method::ForwardBackward => regression(&y, order, true)?,
+        ArMethod::LeastSquares => regression(&y, order, false)?,
+        ArMethod::ForwardBackward => regression(&y, order, true)?,
     };
-    Ok(SeriesModel {
-        family: Family::Ar { a: order },
+    Ok(PolynomialModel {
+        structure: ModelStructure::Ar { a: order },
         a,
         b: Vec::new(),
         c: Vec::new(),
@@ -52,16 +56,16 @@ pub fn fit(record: &Record, order: usize, method: Method) -> Result<SeriesModel,
         output_mean,
         input_mean: 0.0,
         samples: predicted,
-        rate_hz: record.rate_hz(),
+        rate_hz: data.rate_hz(),
         iterations: 0,
     })
 }
 
 /// Coefficients and variance of the errors of one order.
-pub(super) type Step = (Vec<f64>, f64);
+pub(super) type OrderFit = (Vec<f64>, f64);
 
 /// Orders 1 to `order` by Burg's recursion; `y` without its mean.
-pub(super) fn burg_path(y: &[f64], order: usize) -> Vec<Step> {
+pub(super) fn burg_path(y: &[f64], order: usize) -> Vec<OrderFit> {
     let n = y.len();
     let (mut forward, mut backward) = (y.to_vec(), y.to_vec());
     let mut variance = y.iter().map(|y| y * y).sum::<f64>() / n as f64;
@@ -85,7 +89,7 @@ pub(super) fn burg_path(y: &[f64], order: usize) -> Vec<Step> {
             forward[t] = f + k * b;
             backward[t] = b + k * f;
         }
-        raise(&mut a, k);
+        levinson_step(&mut a, k);
         variance *= 1.0 - k * k;
         path.push((a.clone(), variance));
     }
@@ -93,14 +97,14 @@ pub(super) fn burg_path(y: &[f64], order: usize) -> Vec<Step> {
 }
 
 /// Orders 1 to n from autocovariances of lags 0 to n.
-fn levinson_path(r: &[f64]) -> Vec<Step> {
+fn levinson_path(r: &[f64]) -> Vec<OrderFit> {
     let mut variance = r[0];
     let mut a: Vec<f64> = Vec::new();
     let mut path = Vec::new();
     for m in 1..r.len() {
         let sum: f64 = r[m] + (1..m).map(|i| a[i - 1] * r[m - i]).sum::<f64>();
         let k = if variance > 0.0 { -sum / variance } else { 0.0 };
-        raise(&mut a, k);
+        levinson_step(&mut a, k);
         variance *= 1.0 - k * k;
         path.push((a.clone(), variance));
     }
@@ -108,7 +112,7 @@ fn levinson_path(r: &[f64]) -> Vec<Step> {
 }
 
 /// Levinson's step to the next order with reflection coefficient `k`.
-fn raise(a: &mut Vec<f64>, k: f64) {
+fn levinson_step(a: &mut Vec<f64>, k: f64) {
     let n = a.len();
     let before = a.clone();
     (0..n).for_each(|i| a[i] += k * before[n - 1 - i]);
@@ -125,20 +129,20 @@ pub(super) fn autocovariance(y: &[f64], lags: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The asymptotic covariance `σ² Γ⁻¹/N` beside coefficients that a recursion found.
+/// The asymptotic covariance `σ² Γ⁻¹/N` next to coefficients that a recursion found.
 fn with_covariance(
     y: &[f64],
-    step: Option<Step>,
+    step: Option<OrderFit>,
     samples: usize,
 ) -> Result<(Vec<f64>, f64, Matrix), Error> {
     let (a, variance) = step.unwrap_or_default();
     if !(variance > 0.0) {
-        return Err(predictable(a.len()));
+        return Err(unpredictable_error(a.len()));
     }
     let n = a.len();
     let r = autocovariance(y, n);
     let gamma = Matrix::from_fn(n, n, |i, j| r[i.abs_diff(j)]);
-    let inverse = definite::solve(&gamma, &Matrix::identity(n, n))?;
+    let inverse = symmetric::lu_solve(&gamma, &Matrix::identity(n, n))?;
     let covariance = Matrix::from_fn(n, n, |i, j| inverse[(i, j)] * variance / samples as f64);
     Ok((a, variance, covariance))
 }
@@ -146,36 +150,36 @@ fn with_covariance(
 /// Least squares of forward errors, and of backward errors too.
 fn regression(y: &[f64], order: usize, backward: bool) -> Result<(Vec<f64>, f64, Matrix), Error> {
     let n = y.len();
-    let mut triangle = Triangle::new(order + 1);
+    let mut incremental_qr = IncrementalQr::new(order + 1);
     let mut row = vec![0.0; order + 1];
     for t in order..n {
         (0..order).for_each(|k| row[k] = -y[t - 1 - k]);
         row[order] = y[t];
-        triangle.push(&row);
+        incremental_qr.push(&row);
         if backward {
             let s = t - order; // the sample that those after it predict
             (0..order).for_each(|k| row[k] = -y[s + 1 + k]);
             row[order] = y[s];
-            triangle.push(&row);
+            incremental_qr.push(&row);
         }
     }
-    let found = least_squares(&triangle.finish())?;
+    let found = solve_from_r(&incremental_qr.finish())?;
     // Both directions tell the same twice: twice the rows, no more knowledge.
     let twice = if backward { 2.0 } else { 1.0 };
-    let freedoms = (n - 2 * order).max(1) as f64;
-    let variance = found.residual_square / twice / freedoms;
+    let dofs = (n - 2 * order).max(1) as f64;
+    let variance = found.residual_square / twice / dofs;
     let covariance = Matrix::from_fn(order, order, |i, j| {
         found.inverse[(i, j)] * variance * twice
     });
     Ok((found.solution, variance, covariance))
 }
 
-fn predictable(order: usize) -> Error {
+fn unpredictable_error(order: usize) -> Error {
     Error::new(
         Code::IllPosed,
         format!("a model of order {order} predicts the samples without any error, so nothing determines it further"),
     )
-    .hint("lower the order; a computed signal without noise needs two per tone")
+    .with_hint("lower the order; a computed signal without noise needs two per tone")
 }
 
 #[cfg(test)]

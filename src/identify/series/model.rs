@@ -1,17 +1,17 @@
-//! A fitted model `A(q) y_t = B(q)/F(q) u_t + C(q) e_t`: its residuals, one-step predictions, spectra and modes.
+//! Fitted polynomial model `A y = B/F u + C e`: residuals, predictions, spectra, modes.
 
 use std::f64::consts::TAU;
 
-use super::filter::{delayed, divide};
-use super::record::Record;
+use super::filter::{filter_delayed, filter_inverse};
+use super::io_data::InputOutputData;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::identify::mode::IdentifiedMode;
-use crate::numeric::{Complex, Matrix, general};
+use crate::identify::modal_parameters::ModalParameters;
+use crate::numeric::{Complex, Matrix, eigen};
 
 /// Which polynomials a model has, and how long they are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Family {
+pub enum ModelStructure {
     /// `A y = e`.
     Ar {
         /// Coefficients of A.
@@ -57,7 +57,7 @@ pub enum Family {
 
 /// Lengths of the polynomials.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Lengths {
+pub(super) struct PolynomialOrders {
     pub a: usize,
     pub b: usize,
     pub c: usize,
@@ -65,26 +65,26 @@ pub(super) struct Lengths {
     pub delay: usize,
 }
 
-impl Family {
-    pub(super) fn lengths(self) -> Lengths {
-        let none = Lengths::default();
+impl ModelStructure {
+    pub(super) fn orders(self) -> PolynomialOrders {
+        let none = PolynomialOrders::default();
         match self {
-            Family::Ar { a } => Lengths { a, ..none },
-            Family::Arma { a, c } => Lengths { a, c, ..none },
-            Family::Arx { a, b, delay } => Lengths {
+            ModelStructure::Ar { a } => PolynomialOrders { a, ..none },
+            ModelStructure::Arma { a, c } => PolynomialOrders { a, c, ..none },
+            ModelStructure::Arx { a, b, delay } => PolynomialOrders {
                 a,
                 b,
                 delay,
                 ..none
             },
-            Family::Armax { a, b, c, delay } => Lengths {
+            ModelStructure::Armax { a, b, c, delay } => PolynomialOrders {
                 a,
                 b,
                 c,
                 delay,
                 f: 0,
             },
-            Family::OutputError { b, f, delay } => Lengths {
+            ModelStructure::OutputError { b, f, delay } => PolynomialOrders {
                 b,
                 f,
                 delay,
@@ -94,15 +94,15 @@ impl Family {
     }
 
     /// Coefficients to fit.
-    pub fn unknowns(self) -> usize {
-        let n = self.lengths();
+    pub fn parameter_count(self) -> usize {
+        let n = self.orders();
         n.a + n.b + n.c + n.f
     }
 }
 
-impl Lengths {
+impl PolynomialOrders {
     /// Samples before the first one that is predicted from a full past.
-    pub(super) fn start(self) -> usize {
+    pub(super) fn warm_up(self) -> usize {
         let input = if self.b > 0 {
             self.delay + self.b - 1
         } else {
@@ -114,9 +114,9 @@ impl Lengths {
 
 /// A fitted model.
 #[derive(Debug, Clone)]
-pub struct SeriesModel {
+pub struct PolynomialModel {
     /// What was fitted.
-    pub family: Family,
+    pub structure: ModelStructure,
     /// `a₁, a₂, …`.
     pub a: Vec<f64>,
     /// `b₀, b₁, …`, the first acting after the delay; output per input.
@@ -141,7 +141,7 @@ pub struct SeriesModel {
     pub iterations: usize,
 }
 
-impl SeriesModel {
+impl PolynomialModel {
     /// Standard deviations of the coefficients in the order a, b, c, f.
     pub fn std(&self) -> Vec<f64> {
         (0..self.covariance.nrows())
@@ -153,11 +153,11 @@ impl SeriesModel {
     ///
     /// # Errors
     /// `NoSignal` where the model has an input and the record has none.
-    pub fn residuals(&self, record: &Record) -> Result<Vec<f64>, Error> {
-        let y: Vec<f64> = (record.output().iter())
+    pub fn residuals(&self, data: &InputOutputData) -> Result<Vec<f64>, Error> {
+        let y: Vec<f64> = (data.output().iter())
             .map(|y| y - self.output_mean)
             .collect();
-        let u = match (self.b.is_empty(), record.input()) {
+        let u = match (self.b.is_empty(), data.input()) {
             (true, _) => Vec::new(),
             (false, Some(u)) => u.iter().map(|u| u - self.input_mean).collect(),
             (false, None) => return Err(no_input()),
@@ -168,10 +168,10 @@ impl SeriesModel {
     /// One-step predictions: the output less the residual.
     ///
     /// # Errors
-    /// As [`SeriesModel::residuals`].
-    pub fn predictions(&self, record: &Record) -> Result<Vec<f64>, Error> {
-        let errors = self.residuals(record)?;
-        Ok((record.output().iter().zip(errors))
+    /// As [`PolynomialModel::residuals`].
+    pub fn predictions(&self, data: &InputOutputData) -> Result<Vec<f64>, Error> {
+        let errors = self.residuals(data)?;
+        Ok((data.output().iter().zip(errors))
             .map(|(y, e)| y - e)
             .collect())
     }
@@ -179,18 +179,18 @@ impl SeriesModel {
     /// One-sided power spectral density of what the noise causes, output squared per Hz, at `frequency_hz`.
     pub fn noise_density(&self, frequency_hz: f64) -> f64 {
         let shift = self.shift(frequency_hz);
-        let shape = at(&self.c, shift) / at(&self.a, shift);
+        let shape = evaluate(&self.c, shift) / evaluate(&self.a, shift);
         2.0 * self.noise_variance / self.rate_hz * shape.norm_sqr()
     }
 
     /// Output over input at `frequency_hz`.
     pub fn response(&self, frequency_hz: f64) -> Complex {
         let shift = self.shift(frequency_hz);
-        let delay = self.family.lengths().delay;
+        let delay = self.structure.orders().delay;
         let top: Complex = (self.b.iter().enumerate())
             .map(|(j, &b)| power(shift, delay + j) * b)
             .sum();
-        top / (at(&self.a, shift) * at(&self.f, shift))
+        top / (evaluate(&self.a, shift) * evaluate(&self.f, shift))
     }
 
     /// Modes: roots z of A (of F, for output errors) above the real axis as poles `rate · ln z`, by rising frequency, with the
@@ -198,7 +198,7 @@ impl SeriesModel {
     ///
     /// # Errors
     /// `NoConvergence` of the roots.
-    pub fn modes(&self) -> Result<Vec<IdentifiedMode>, Error> {
+    pub fn modes(&self) -> Result<Vec<ModalParameters>, Error> {
         let of_f = self.a.is_empty();
         let first = if of_f {
             self.a.len() + self.b.len() + self.c.len()
@@ -209,13 +209,13 @@ impl SeriesModel {
         modes_of(coefficients, &self.covariance, first, self.rate_hz)
     }
 
-    /// What each of [`SeriesModel::modes`] weighs in what the model makes of white noise (of the input, where it has one), by two shares
+    /// What each of [`PolynomialModel::modes`] weighs in what the model makes of white noise (of the input, where it has one), by two shares
     /// from 0 to 1: of the power, `|c_j|/Σ|c|` with the autocovariance `Σ c_j z_j^k`; and of the response at the mode's own frequency, where
     /// a resonance outweighs all else and a root that only fills up the polynomial does not.
     ///
     /// # Errors
     /// `NoConvergence` of the roots.
-    pub fn shares(&self) -> Result<Vec<Shares>, Error> {
+    pub fn mode_shares(&self) -> Result<Vec<ModeShares>, Error> {
         let bottom = if self.a.is_empty() { &self.f } else { &self.a };
         let top: Vec<f64> = match self.b.is_empty() {
             true => std::iter::once(1.0).chain(self.c.iter().copied()).collect(),
@@ -234,17 +234,17 @@ impl SeriesModel {
         };
         let weights: Vec<Complex> = roots
             .iter()
-            .map(|&z| residue(z) * sum(&top, z) / (at(bottom, z) * z))
+            .map(|&z| residue(z) * sum(&top, z) / (evaluate(bottom, z) * z))
             .collect();
         let total: f64 = weights.iter().map(|c| c.norm()).sum();
-        let mut all: Vec<(f64, Shares)> = (roots.iter().zip(&weights))
+        let mut all: Vec<(f64, ModeShares)> = (roots.iter().zip(&weights))
             .filter(|(z, _)| z.im > 0.0)
             .map(|(&z, c)| {
                 let circle = z / z.norm();
                 let own = (residue(z) / (circle - z)).norm();
-                let whole = (sum(&top, circle.inv()) / at(bottom, circle.inv())).norm();
+                let whole = (sum(&top, circle.inv()) / evaluate(bottom, circle.inv())).norm();
                 let pole = Complex::new(z.norm().ln(), z.im.atan2(z.re));
-                let shares = Shares {
+                let shares = ModeShares {
                     power: 2.0 * c.norm() / total,
                     at_peak: (own / whole).min(1.0),
                 };
@@ -255,13 +255,13 @@ impl SeriesModel {
         Ok(all.into_iter().map(|a| a.1).collect())
     }
 
-    pub(super) fn polynomials(&self) -> Polynomials<'_> {
-        Polynomials {
+    pub(super) fn polynomials(&self) -> PolynomialRefs<'_> {
+        PolynomialRefs {
             a: &self.a,
             b: &self.b,
             c: &self.c,
             f: &self.f,
-            delay: self.family.lengths().delay,
+            delay: self.structure.orders().delay,
         }
     }
 
@@ -273,7 +273,7 @@ impl SeriesModel {
 
 /// What a mode weighs in a model.
 #[derive(Debug, Clone, Copy)]
-pub struct Shares {
+pub struct ModeShares {
     /// Of the power.
     pub power: f64,
     /// Of the response at its own frequency.
@@ -287,7 +287,7 @@ fn roots(a: &[f64]) -> Result<Vec<Complex>, Error> {
         0 => -a[j],
         _ => f64::from(u8::from(j + 1 == i)),
     });
-    Ok(general::eigen(&companion)?.values)
+    Ok(eigen::eigen(&companion)?.values)
 }
 
 /// An input is needed and there is none.
@@ -296,12 +296,12 @@ pub(super) fn no_input() -> Error {
         Code::NoSignal,
         "the model has an input and the record has none",
     )
-    .hint("give the input channel, or fit a family without one: AR or ARMA")
+    .with_hint("give the input channel, or fit a family without one: AR or ARMA")
 }
 
 /// The polynomials, for computing.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Polynomials<'a> {
+pub(super) struct PolynomialRefs<'a> {
     pub a: &'a [f64],
     pub b: &'a [f64],
     pub c: &'a [f64],
@@ -317,24 +317,24 @@ pub(super) struct Prediction {
 }
 
 /// `e = (A y − w)/C` from the first sample with a full past on, with `e = 0` before it.
-pub(super) fn prediction_errors(model: Polynomials, y: &[f64], u: &[f64]) -> Prediction {
-    let lengths = Lengths {
+pub(super) fn prediction_errors(model: PolynomialRefs, y: &[f64], u: &[f64]) -> Prediction {
+    let orders = PolynomialOrders {
         a: model.a.len(),
         b: model.b.len(),
         c: model.c.len(),
         f: model.f.len(),
         delay: model.delay,
     };
-    let first = lengths.start().min(y.len());
-    let mut undisturbed = delayed(u, model.b, model.delay);
-    divide(&mut undisturbed, model.f);
+    let first = orders.warm_up().min(y.len());
+    let mut undisturbed = filter_delayed(u, model.b, model.delay);
+    filter_inverse(&mut undisturbed, model.f);
     let mut errors = y.to_vec();
     for (k, a) in model.a.iter().enumerate() {
         (errors.iter_mut().skip(k + 1).zip(y)).for_each(|(e, y)| *e += a * y);
     }
     (errors.iter_mut().zip(&undisturbed)).for_each(|(e, w)| *e -= w);
     errors[..first].fill(0.0);
-    divide(&mut errors[first..], model.c);
+    filter_inverse(&mut errors[first..], model.c);
     Prediction {
         errors,
         undisturbed,
@@ -343,7 +343,7 @@ pub(super) fn prediction_errors(model: Polynomials, y: &[f64], u: &[f64]) -> Pre
 }
 
 /// `1 + c₁x + c₂x² + …`.
-fn at(c: &[f64], x: Complex) -> Complex {
+fn evaluate(c: &[f64], x: Complex) -> Complex {
     let one = Complex::new(1.0, 0.0);
     (c.iter().rev()).fold(Complex::new(0.0, 0.0), |sum, &c| (sum + c) * x) + one
 }
@@ -360,9 +360,9 @@ fn modes_of(
     covariance: &Matrix,
     first: usize,
     rate_hz: f64,
-) -> Result<Vec<IdentifiedMode>, Error> {
+) -> Result<Vec<ModalParameters>, Error> {
     let roots = roots(a)?;
-    let mut modes: Vec<IdentifiedMode> = (roots.iter())
+    let mut modes: Vec<ModalParameters> = (roots.iter())
         .filter(|z| z.im > 0.0)
         .map(|&z| {
             let weights = sensitivities(a, z, rate_hz);
@@ -376,7 +376,7 @@ fn modes_of(
                 }
             }
             let known = sums.iter().all(|x| x.is_finite());
-            IdentifiedMode {
+            ModalParameters {
                 pole: Complex::new(z.norm().ln(), z.im.atan2(z.re)) * rate_hz,
                 pole_covariance: known.then_some(sums),
                 shape: Vec::new(),

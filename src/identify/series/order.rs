@@ -1,18 +1,18 @@
-//! Which order: every candidate fitted on the same samples, with the criteria side by side.
+//! Order selection by AIC, BIC or MDL over candidates fitted on the same samples.
 //!
 //! Akaike (1974): `AIC = N ln σ² + 2p`; Schwarz (1978): `BIC = N ln σ² + p ln N`; Rissanen (1978): `MDL = BIC/2`, nats of the shortest
 //! description. AIC keeps all that predicts and tends to too many; BIC finds the true order on long records.
 
 use super::autoregressive::burg_path;
-use super::model::{Family, SeriesModel};
+use super::io_data::{InputOutputData, check_order, remove_mean};
+use super::model::{ModelStructure, PolynomialModel};
 use super::prediction_error::fit_from;
-use super::record::{Record, centred, check_order};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// What decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Criterion {
+pub enum OrderCriterion {
     /// Akaike's.
     Aic,
     /// Schwarz's, and with it Rissanen's, which ranks alike.
@@ -22,9 +22,9 @@ pub enum Criterion {
 
 /// One order that was tried.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Candidate {
+pub struct OrderCandidate {
     /// The polynomials.
-    pub family: Family,
+    pub structure: ModelStructure,
     /// Mean square of the prediction errors, output squared.
     pub error_variance: f64,
     /// Akaike's criterion.
@@ -37,25 +37,25 @@ pub struct Candidate {
 
 /// The order taken, and all that were tried as evidence.
 #[derive(Debug, Clone)]
-pub struct Choice {
+pub struct OrderChoice {
     /// The smallest criterion.
-    pub family: Family,
+    pub structure: ModelStructure,
     /// All that could be fitted, in the order given.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<OrderCandidate>,
     /// The output as it is, without any coefficient: noise alone where no candidate has a smaller criterion.
-    pub nothing: Candidate,
+    pub white_noise: OrderCandidate,
     /// None of the candidates has a smaller criterion than nothing.
     pub is_noise: bool,
 }
 
-impl Candidate {
-    fn new(family: Family, error_variance: f64, samples: usize) -> Candidate {
-        let (n, p) = (samples as f64, family.unknowns() as f64);
+impl OrderCandidate {
+    fn new(structure: ModelStructure, error_variance: f64, samples: usize) -> OrderCandidate {
+        let (n, p) = (samples as f64, structure.parameter_count() as f64);
         // Errors of rounding size are no evidence for yet another coefficient.
         let log = n * error_variance.max(f64::MIN_POSITIVE).ln();
         let bic = log + p * n.ln();
-        Candidate {
-            family,
+        OrderCandidate {
+            structure,
             error_variance,
             aic: log + 2.0 * p,
             bic,
@@ -64,15 +64,15 @@ impl Candidate {
     }
 
     /// No coefficient at all: white noise.
-    fn nothing(y: &[f64]) -> Candidate {
+    fn white_noise(y: &[f64]) -> OrderCandidate {
         let variance = y.iter().map(|y| y * y).sum::<f64>() / y.len().max(1) as f64;
-        Candidate::new(Family::Ar { a: 0 }, variance, y.len())
+        OrderCandidate::new(ModelStructure::Ar { a: 0 }, variance, y.len())
     }
 
-    fn value(&self, criterion: Criterion) -> f64 {
+    fn value(&self, criterion: OrderCriterion) -> f64 {
         match criterion {
-            Criterion::Aic => self.aic,
-            Criterion::Bic => self.bic,
+            OrderCriterion::Aic => self.aic,
+            OrderCriterion::Bic => self.bic,
         }
     }
 }
@@ -80,56 +80,58 @@ impl Candidate {
 /// The autoregressive order from 1 to `highest`, by Burg's recursion: all orders cost as much as the highest.
 ///
 /// # Errors
-/// Those of [`Record`]; `OutOfRange` for a highest order of 0; `TooShort`.
-pub fn autoregressive(
-    record: &Record,
+/// Those of [`InputOutputData`]; `OutOfRange` for a highest order of 0; `TooShort`.
+pub fn select_ar_order(
+    data: &InputOutputData,
     highest: usize,
-    criterion: Criterion,
-) -> Result<Choice, Error> {
-    check_order(record.samples(), highest, highest)?;
-    let (y, _) = centred(record.output());
+    criterion: OrderCriterion,
+) -> Result<OrderChoice, Error> {
+    check_order(data.samples(), highest, highest)?;
+    let (y, _) = remove_mean(data.output());
     let candidates = (burg_path(&y, highest).into_iter())
-        .map(|(a, variance)| Candidate::new(Family::Ar { a: a.len() }, variance, y.len()))
+        .map(|(a, variance)| {
+            OrderCandidate::new(ModelStructure::Ar { a: a.len() }, variance, y.len())
+        })
         .collect();
-    choose(candidates, Candidate::nothing(&y), criterion)
+    choose(candidates, OrderCandidate::white_noise(&y), criterion)
 }
 
 /// Orders one after the other that may leave the criterion where it is before the search ends.
-const IN_VAIN: usize = 2;
+const MAX_ORDERS_WITHOUT_GAIN: usize = 2;
 
 /// The best of `families`, by rising order; those the samples do not determine are passed over, and where coefficients are iterated the
 /// search ends after two that better nothing.
 ///
 /// # Errors
 /// Of the first family, where none can be fitted.
-pub fn among(
-    record: &Record,
-    families: &[Family],
-    criterion: Criterion,
-) -> Result<(SeriesModel, Choice), Error> {
-    let first = families
+pub fn select_structure(
+    data: &InputOutputData,
+    structures: &[ModelStructure],
+    criterion: OrderCriterion,
+) -> Result<(PolynomialModel, OrderChoice), Error> {
+    let first = structures
         .iter()
-        .map(|f| f.lengths().start())
+        .map(|f| f.orders().warm_up())
         .max()
         .unwrap_or(0);
-    let mut candidates: Vec<Candidate> = Vec::new();
+    let mut candidates: Vec<OrderCandidate> = Vec::new();
     let mut models = Vec::new();
     let mut failure = None;
-    let (y, _) = centred(record.output());
-    let nothing = Candidate::nothing(&y[first.min(y.len())..]);
+    let (y, _) = remove_mean(data.output());
+    let nothing = OrderCandidate::white_noise(&y[first.min(y.len())..]);
     let (mut least, mut in_vain) = (nothing.value(criterion), 0);
-    for &family in families {
+    for &structure in structures {
         // What is iterated is slow where poles and zeros cancel, which they do beyond the right order.
-        let lengths = family.lengths();
-        if lengths.c + lengths.f > 0 && in_vain >= IN_VAIN {
+        let orders = structure.orders();
+        if orders.c + orders.f > 0 && in_vain >= MAX_ORDERS_WITHOUT_GAIN {
             break;
         }
         in_vain += 1;
-        match fit_from(record, family, first) {
+        match fit_from(data, structure, first) {
             Ok(model) => {
-                let freedoms = (model.samples - family.unknowns()) as f64;
-                let variance = model.noise_variance * freedoms / model.samples as f64;
-                let candidate = Candidate::new(family, variance, model.samples);
+                let dofs = (model.samples - structure.parameter_count()) as f64;
+                let variance = model.noise_variance * dofs / model.samples as f64;
+                let candidate = OrderCandidate::new(structure, variance, model.samples);
                 if candidate.value(criterion) < least {
                     (least, in_vain) = (candidate.value(criterion), 0);
                 }
@@ -144,30 +146,30 @@ pub fn among(
     }
     let choice = choose(candidates, nothing, criterion)?;
     // Where poles and zeros cancel, as in noise, a few samples more may keep the iteration from settling.
-    let whole = super::prediction_error::fit(record, choice.family);
+    let whole = super::prediction_error::fit(data, choice.structure);
     let model = whole.or_else(|error| {
-        let own = models.into_iter().find(|m| m.family == choice.family);
+        let own = models.into_iter().find(|m| m.structure == choice.structure);
         own.ok_or(error)
     })?;
     Ok((model, choice))
 }
 
 fn choose(
-    candidates: Vec<Candidate>,
-    nothing: Candidate,
-    criterion: Criterion,
-) -> Result<Choice, Error> {
+    candidates: Vec<OrderCandidate>,
+    nothing: OrderCandidate,
+    criterion: OrderCriterion,
+) -> Result<OrderChoice, Error> {
     let best = (candidates.iter())
         .min_by(|a, b| a.value(criterion).total_cmp(&b.value(criterion)))
-        .map(|c| (c.family, c.value(criterion)));
+        .map(|c| (c.structure, c.value(criterion)));
     match best {
-        Some((family, value)) => Ok(Choice {
-            family,
+        Some((structure, value)) => Ok(OrderChoice {
+            structure,
             candidates,
             is_noise: nothing.value(criterion) <= value,
-            nothing,
+            white_noise: nothing,
         }),
         None => Err(Error::new(Code::OutOfRange, "no order to choose from")
-            .hint("name at least one family of models")),
+            .with_hint("name at least one family of models")),
     }
 }

@@ -1,4 +1,4 @@
-//! Models with inputs and coloured noise by the smallest sum of squared one-step prediction errors `Σ e_t²`.
+//! Prediction-error method (PEM): `Σ e_t²` minimised by damped Gauss–Newton; `e = (A y − B/F u)/C`.
 //!
 //! With `e = (A y − B/F u)/C` the gradient is a filtered copy of the signals (Ljung, System Identification, 2nd ed. (1999), §10.2–10.3):
 //! `∂e_t/∂a_k = y_{t−k}/C`, `∂e_t/∂b_j = −u_{t−d−j}/(CF)`, `∂e_t/∂c_k = −e_{t−k}/C`, `∂e_t/∂f_k = w_{t−k}/(CF)`, `w = B/F u`. Each row
@@ -8,61 +8,63 @@
 
 use std::collections::VecDeque;
 
-use super::filter::{divide, is_stable, stabilised};
-use super::model::{Family, Lengths, Polynomials, SeriesModel, no_input, prediction_errors};
-use super::record::{Record, centred, check_order};
+use super::filter::{filter_inverse, is_stable, stabilise};
+use super::io_data::{InputOutputData, check_order, remove_mean};
+use super::model::{
+    ModelStructure, PolynomialModel, PolynomialOrders, PolynomialRefs, no_input, prediction_errors,
+};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Matrix;
-use crate::numeric::factors::{Triangle, least_squares};
+use crate::numeric::factorisations::{IncrementalQr, solve_from_r};
 
-/// A model of `family`. Means are taken off first. AR and ARX are one linear least squares.
+/// A model of `structure`. Means are taken off first. AR and ARX are one linear least squares.
 ///
 /// # Errors
 /// `OutOfRange` for a model without coefficients; `NoSignal` where it needs an input and there is none; `TooShort`; `IllPosed` where
 /// the samples do not determine the coefficients (orders too high, or an input that does not move enough); `NoConvergence`.
-pub fn fit(record: &Record, family: Family) -> Result<SeriesModel, Error> {
-    let lengths = family.lengths();
-    fit_from(record, family, lengths.start())
+pub fn fit(data: &InputOutputData, structure: ModelStructure) -> Result<PolynomialModel, Error> {
+    let orders = structure.orders();
+    fit_from(data, structure, orders.warm_up())
 }
 
 /// As [`fit`], predicting from sample `first` on only, so that several orders can be compared on the same samples.
 pub(super) fn fit_from(
-    record: &Record,
-    family: Family,
+    data: &InputOutputData,
+    structure: ModelStructure,
     first: usize,
-) -> Result<SeriesModel, Error> {
-    let n = family.lengths();
-    let first = first.max(n.start());
-    check_order(record.samples(), family.unknowns(), first)?;
-    let (y, output_mean) = centred(record.output());
-    let (u, input_mean) = match (n.b, record.input()) {
+) -> Result<PolynomialModel, Error> {
+    let n = structure.orders();
+    let first = first.max(n.warm_up());
+    check_order(data.samples(), structure.parameter_count(), first)?;
+    let (y, output_mean) = remove_mean(data.output());
+    let (u, input_mean) = match (n.b, data.input()) {
         (0, _) => (Vec::new(), 0.0),
-        (_, Some(u)) => centred(u),
+        (_, Some(u)) => remove_mean(u),
         (_, None) => return Err(no_input()),
     };
-    let signals = Signals { y, u, n, first };
+    let pem_data = PemData { y, u, n, first };
     let (theta, iterations) = if n.c == 0 && n.f == 0 {
-        (signals.linear(&signals.y, &signals.u, n)?.0, 0)
+        (pem_data.linear(&pem_data.y, &pem_data.u, n)?.0, 0)
     } else {
         let start = if n.f > 0 {
-            signals.steiglitz_mcbride()?
+            pem_data.steiglitz_mcbride()?
         } else {
-            signals.hannan_rissanen()?
+            pem_data.hannan_rissanen()?
         };
-        signals.iterate(start)?
+        pem_data.iterate(start)?
     };
-    let (triangle, loss) = signals.gradient(&theta);
-    let samples = signals.y.len() - first;
-    let noise_variance = loss / (samples - family.unknowns()) as f64;
-    let information = least_squares(&triangle)?;
+    let (triangle, loss) = pem_data.gradient(&theta);
+    let samples = pem_data.y.len() - first;
+    let noise_variance = loss / (samples - structure.parameter_count()) as f64;
+    let information = solve_from_r(&triangle)?;
     let size = theta.len();
     let covariance = Matrix::from_fn(size, size, |i, j| {
         information.inverse[(i, j)] * noise_variance
     });
     let parts = n.split(&theta);
-    Ok(SeriesModel {
-        family,
+    Ok(PolynomialModel {
+        structure,
         a: parts.a.to_vec(),
         b: parts.b.to_vec(),
         c: parts.c.to_vec(),
@@ -72,18 +74,18 @@ pub(super) fn fit_from(
         output_mean,
         input_mean,
         samples,
-        rate_hz: record.rate_hz(),
+        rate_hz: data.rate_hz(),
         iterations,
     })
 }
 
-impl Lengths {
+impl PolynomialOrders {
     /// The polynomials inside the vector of all coefficients.
-    fn split(self, theta: &[f64]) -> Polynomials<'_> {
+    fn split(self, theta: &[f64]) -> PolynomialRefs<'_> {
         let (a, rest) = theta.split_at(self.a);
         let (b, rest) = rest.split_at(self.b);
         let (c, f) = rest.split_at(self.c);
-        Polynomials {
+        PolynomialRefs {
             a,
             b,
             c,
@@ -95,37 +97,42 @@ impl Lengths {
 
 /// Gauss–Newton ends when the next step would lower the loss by less than this share of one sample's variance: far below the scatter
 /// of the answer, which is one variance for each coefficient.
-const SETTLED: f64 = 1e-9;
+const LOSS_TOLERANCE: f64 = 1e-9;
 
 /// Steps before giving up; 5 to 20 are usual.
-const STEPS: usize = 200;
+const MAX_ITERATIONS: usize = 200;
 
 /// Rounds of Steiglitz and McBride's start, which settles in a few.
-const ROUNDS: usize = 10;
+const STEIGLITZ_MCBRIDE_ROUNDS: usize = 10;
 
-struct Signals {
+struct PemData {
     y: Vec<f64>,
     u: Vec<f64>,
-    n: Lengths,
+    n: PolynomialOrders,
     first: usize,
 }
 
-impl Signals {
+impl PemData {
     /// Least squares of `A y = B u`: coefficients, and their residuals with zeros before the first.
-    fn linear(&self, y: &[f64], u: &[f64], n: Lengths) -> Result<(Vec<f64>, Vec<f64>), Error> {
-        let first = self.first.max(n.start());
+    fn linear(
+        &self,
+        y: &[f64],
+        u: &[f64],
+        n: PolynomialOrders,
+    ) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let first = self.first.max(n.warm_up());
         let size = n.a + n.b;
-        let mut triangle = Triangle::new(size + 1);
+        let mut incremental_qr = IncrementalQr::new(size + 1);
         let mut row = vec![0.0; size + 1];
         for t in first..y.len() {
             (0..n.a).for_each(|k| row[k] = -y[t - 1 - k]);
             (0..n.b).for_each(|j| row[n.a + j] = u[t - n.delay - j]);
             row[size] = y[t];
-            triangle.push(&row);
+            incremental_qr.push(&row);
         }
-        let theta = least_squares(&triangle.finish())?.solution;
+        let theta = solve_from_r(&incremental_qr.finish())?.solution;
         let (a, b) = theta.split_at(n.a);
-        let model = Polynomials {
+        let model = PolynomialRefs {
             a,
             b,
             c: &[],
@@ -148,7 +155,7 @@ impl Signals {
         } else {
             0
         };
-        let noise_model = Lengths {
+        let noise_model = PolynomialOrders {
             a: long,
             b,
             c: 0,
@@ -156,26 +163,26 @@ impl Signals {
             delay: n.delay,
         };
         let (_, noise) = self.linear(&self.y, &self.u, noise_model)?;
-        let first = self.first.max(noise_model.start()) + n.c;
+        let first = self.first.max(noise_model.warm_up()) + n.c;
         let size = n.a + n.b + n.c;
         if samples <= first + size {
             return Err(Error::new(
                 Code::TooShort,
                 format!("{samples} samples are too few to start a model of {size} unknowns with coloured noise"),
             )
-            .hint("take a longer record, or lower the orders"));
+            .with_hint("take a longer record, or lower the orders"));
         }
-        let mut triangle = Triangle::new(size + 1);
+        let mut incremental_qr = IncrementalQr::new(size + 1);
         let mut row = vec![0.0; size + 1];
         for t in first..samples {
             (0..n.a).for_each(|k| row[k] = -self.y[t - 1 - k]);
             (0..n.b).for_each(|j| row[n.a + j] = self.u[t - n.delay - j]);
             (0..n.c).for_each(|k| row[n.a + n.b + k] = noise[t - 1 - k]);
             row[size] = self.y[t];
-            triangle.push(&row);
+            incremental_qr.push(&row);
         }
-        let mut theta = least_squares(&triangle.finish())?.solution;
-        let c = stabilised(theta.split_off(n.a + n.b));
+        let mut theta = solve_from_r(&incremental_qr.finish())?.solution;
+        let c = stabilise(theta.split_off(n.a + n.b));
         theta.extend(c);
         Ok(theta)
     }
@@ -183,7 +190,7 @@ impl Signals {
     /// `F y = B u` with both signals filtered by the last 1/F, again and again.
     fn steiglitz_mcbride(&self) -> Result<Vec<f64>, Error> {
         let n = self.n;
-        let linear = Lengths {
+        let linear = PolynomialOrders {
             a: n.f,
             b: n.b,
             c: 0,
@@ -192,15 +199,15 @@ impl Signals {
         };
         let mut best: Option<(f64, Vec<f64>)> = None;
         let mut f: Vec<f64> = Vec::new();
-        for _ in 0..ROUNDS {
+        for _ in 0..STEIGLITZ_MCBRIDE_ROUNDS {
             let (mut y, mut u) = (self.y.clone(), self.u.clone());
-            divide(&mut y, &f);
-            divide(&mut u, &f);
+            filter_inverse(&mut y, &f);
+            filter_inverse(&mut u, &f);
             let Ok((found, _)) = self.linear(&y, &u, linear) else {
                 break;
             };
             let (a, b) = found.split_at(n.f);
-            f = stabilised(a.to_vec());
+            f = stabilise(a.to_vec());
             let theta = [b, f.as_slice()].concat();
             let loss = self.loss(&theta);
             if best.as_ref().is_none_or(|(least, _)| loss < *least) {
@@ -212,7 +219,7 @@ impl Signals {
                 Code::IllPosed,
                 "the input does not determine an output-error model of these orders",
             )
-            .hint("lower the orders, or drive the machine with more than a few frequencies")
+            .with_hint("lower the orders, or drive the machine with more than a few frequencies")
         })
     }
 
@@ -226,7 +233,7 @@ impl Signals {
         errors[self.first..].iter().map(|e| e * e).sum()
     }
 
-    fn errors(&self, model: Polynomials) -> Vec<f64> {
+    fn errors(&self, model: PolynomialRefs) -> Vec<f64> {
         prediction_errors(model, &self.y, &self.u).errors
     }
 
@@ -236,10 +243,10 @@ impl Signals {
         let model = n.split(theta);
         let found = prediction_errors(model, &self.y, &self.u);
         let (e, mut w, mut u) = (found.errors, found.undisturbed, self.u.clone());
-        divide(&mut w, model.f);
-        divide(&mut u, model.f);
+        filter_inverse(&mut w, model.f);
+        filter_inverse(&mut u, model.f);
         let size = theta.len();
-        let mut triangle = Triangle::new(size + 1);
+        let mut incremental_qr = IncrementalQr::new(size + 1);
         let mut past: VecDeque<Vec<f64>> = VecDeque::new();
         let mut row = vec![0.0; size + 1];
         let before = |x: &[f64], t: usize, lag: usize| t.checked_sub(lag).map_or(0.0, |at| x[at]);
@@ -265,10 +272,10 @@ impl Signals {
             if t >= self.first {
                 row[size] = -e[t];
                 loss += e[t] * e[t];
-                triangle.push(&row);
+                incremental_qr.push(&row);
             }
         }
-        (triangle.finish(), loss)
+        (incremental_qr.finish(), loss)
     }
 
     /// Damped Gauss–Newton from `theta`; the coefficients and how many steps.
@@ -276,13 +283,13 @@ impl Signals {
         let samples = (self.y.len() - self.first) as f64;
         let mut damping = 1e-3;
         let mut loss = self.loss(&theta);
-        for step in 1..=STEPS {
+        for step in 1..=MAX_ITERATIONS {
             let (triangle, _) = self.gradient(&theta);
             loop {
                 let change = damped_step(&triangle, damping)?;
                 let gain = predicted_gain(&triangle, &change);
                 let next: Vec<f64> = theta.iter().zip(&change).map(|(t, c)| t + c).collect();
-                if gain <= SETTLED * loss / samples {
+                if gain <= LOSS_TOLERANCE * loss / samples {
                     return Ok((theta, step));
                 }
                 let reached = self.loss(&next);
@@ -297,11 +304,11 @@ impl Signals {
         Err(Error::new(
             Code::NoConvergence,
             format!(
-                "the fit of {} coefficients did not settle in {STEPS} steps",
+                "the fit of {} coefficients did not settle in {MAX_ITERATIONS} steps",
                 theta.len()
             ),
         )
-        .hint(
+        .with_hint(
             "lower the orders: a pole and a zero that cancel leave the coefficients undetermined",
         ))
     }
@@ -310,7 +317,7 @@ impl Signals {
 /// Minimises `‖J x − b‖² + damping Σ ‖J_j‖² x_j²` from the triangle of `[J b]`.
 fn damped_step(triangle: &Matrix, damping: f64) -> Result<Vec<f64>, Error> {
     let size = triangle.ncols() - 1;
-    let mut extended = Triangle::new(size + 1);
+    let mut extended = IncrementalQr::new(size + 1);
     let mut row = vec![0.0; size + 1];
     for i in 0..=size {
         (0..=size).for_each(|j| row[j] = triangle[(i, j)]);
@@ -327,7 +334,7 @@ fn damped_step(triangle: &Matrix, damping: f64) -> Result<Vec<f64>, Error> {
         row[j] = damping.sqrt() * length;
         extended.push(&row);
     }
-    Ok(least_squares(&extended.finish())?.solution)
+    Ok(solve_from_r(&extended.finish())?.solution)
 }
 
 /// `‖b‖² − ‖J x − b‖²` from the triangle of `[J b]`.

@@ -1,18 +1,18 @@
-//! ARX models that follow a process as it changes: least squares in which a sample `k` steps old counts `λ^k`.
+//! Recursive least squares for ARX, exponential forgetting `λ^k`, square-root form (Givens).
 //!
 //! The triangle of the weighted rows is kept up to date by Givens rotations (Gentleman, J. Inst. Maths Applics 12 (1973); Haykin,
 //! Adaptive Filter Theory, 4th ed. (2002), §12.2), which cannot lose definiteness however long it runs; a sample costs about `3n²`.
 
-use super::model::{Family, SeriesModel};
+use super::model::{ModelStructure, PolynomialModel};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::identify::samples::check_rate;
+use crate::identify::validation::check_rate;
 use crate::numeric::Matrix;
-use crate::numeric::factors::least_squares;
+use crate::numeric::factorisations::solve_from_r;
 
 /// What is followed, and how quickly the past is forgotten.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct RecursiveOptions {
     /// Coefficients of A.
     pub a: usize,
     /// Coefficients of B; 0 without an input.
@@ -25,65 +25,65 @@ pub struct Settings {
     pub rate_hz: f64,
 }
 
-impl Settings {
+impl RecursiveOptions {
     /// The polynomials followed: AR without an input, ARX with one.
-    pub fn family(&self) -> Family {
-        let Settings { a, b, delay, .. } = *self;
+    pub fn structure(&self) -> ModelStructure {
+        let RecursiveOptions { a, b, delay, .. } = *self;
         match b {
-            0 => Family::Ar { a },
-            _ => Family::Arx { a, b, delay },
+            0 => ModelStructure::Ar { a },
+            _ => ModelStructure::Arx { a, b, delay },
         }
     }
 }
 
 /// Coefficients that follow the samples.
 #[derive(Debug, Clone)]
-pub struct Recursive {
-    settings: Settings,
+pub struct RecursiveLeastSquares {
+    options: RecursiveOptions,
     /// Triangle of the weighted `[φ y]`.
     triangle: Matrix,
     row: Vec<f64>,
     /// Latest first.
     outputs: Vec<f64>,
     inputs: Vec<f64>,
-    seen: usize,
+    count: usize,
     theta: Vec<f64>,
     /// `Σ λ^k` and `Σ λ^2k`.
     weights: [f64; 2],
 }
 
-impl Recursive {
+impl RecursiveLeastSquares {
     /// A model that knows nothing yet. Samples should come without their mean.
     ///
     /// # Errors
     /// `OutOfRange` for a rate that is not positive, no coefficient of A, or forgetting outside ]0, 1].
-    pub fn new(settings: Settings) -> Result<Recursive, Error> {
-        check_rate(settings.rate_hz)?;
-        if settings.a == 0 {
+    pub fn new(options: RecursiveOptions) -> Result<RecursiveLeastSquares, Error> {
+        check_rate(options.rate_hz)?;
+        if options.a == 0 {
             return Err(Error::new(
                 Code::OutOfRange,
                 "a recursive model of order 0 follows nothing",
             )
-            .hint("give an order of 1 or more; two per mode is the least"));
+            .with_hint("give an order of 1 or more; two per mode is the least"));
         }
-        let forgetting = settings.forgetting;
+        let forgetting = options.forgetting;
         if !(forgetting > 0.0 && forgetting <= 1.0) {
             return Err(Error::new(
                 Code::OutOfRange,
                 format!("the forgetting factor is {forgetting}"),
             )
-            .hint("take 1 − 1/m for a memory of m samples: 0.999 for 1000"));
+            .with_hint("take 1 − 1/m for a memory of m samples: 0.999 for 1000"));
         }
-        let size = settings.a + settings.b;
-        Ok(Recursive {
+        let size = options.a + options.b;
+        Ok(RecursiveLeastSquares {
             triangle: Matrix::zeros(size + 1, size + 1),
             row: vec![0.0; size + 1],
-            outputs: vec![0.0; settings.a],
-            inputs: vec![0.0; settings.b + settings.delay],
-            seen: 0,
+            outputs: vec![0.0; options.a],
+            inputs: vec![0.0; options.b + options.delay],
+            count: 0,
             theta: vec![0.0; size],
             weights: [0.0; 2],
-            settings,
+            options,
         })
     }
 
@@ -93,13 +93,13 @@ impl Recursive {
     /// # Errors
     /// `NotANumber` for a sample that is not finite; the model stays as it was.
     pub fn push(&mut self, input: f64, output: f64) -> Result<f64, Error> {
-        let Settings { a, b, delay, .. } = self.settings;
+        let RecursiveOptions { a, b, delay, .. } = self.options;
         if !(output.is_finite() && (input.is_finite() || b == 0)) {
             return Err(Error::new(
                 Code::NotANumber,
-                format!("sample {} is {output} with input {input}", self.seen),
+                format!("sample {} is {output} with input {input}", self.count),
             )
-            .hint("skip gaps: start a new model behind them"));
+            .with_hint("skip gaps: start a new model behind them"));
         }
         if b > 0 {
             shift_in(&mut self.inputs, input, delay + b);
@@ -110,11 +110,11 @@ impl Recursive {
         let size = a + b;
         let predicted: f64 = (self.row.iter().zip(&self.theta)).map(|(x, t)| x * t).sum();
         shift_in(&mut self.outputs, output, a);
-        self.seen += 1;
-        if self.seen > a.max(delay + b.max(1) - 1) {
+        self.count += 1;
+        if self.count > a.max(delay + b.max(1) - 1) {
             self.rotate();
             // Before as many rows as unknowns the triangle is singular, and the last answer (zero) stands.
-            if self.seen > 2 * size
+            if self.count > 2 * size
                 && let Some(theta) = back_substituted(&self.triangle, size)
             {
                 self.theta = theta;
@@ -125,32 +125,32 @@ impl Recursive {
 
     /// `a₁, a₂, …`.
     pub fn a(&self) -> &[f64] {
-        &self.theta[..self.settings.a]
+        &self.theta[..self.options.a]
     }
 
     /// `b₀, b₁, …`.
     pub fn b(&self) -> &[f64] {
-        &self.theta[self.settings.a..]
+        &self.theta[self.options.a..]
     }
 
     /// The model as it is now, with the covariance that white noise and the memory's length give its coefficients.
     ///
     /// # Errors
     /// `TooShort` before there are enough samples; `IllPosed` where the samples in memory do not determine the coefficients.
-    pub fn model(&self) -> Result<SeriesModel, Error> {
+    pub fn model(&self) -> Result<PolynomialModel, Error> {
         let size = self.theta.len();
-        if self.seen <= 2 * size {
+        if self.count <= 2 * size {
             return Err(Error::new(
                 Code::TooShort,
-                format!("{} samples so far, for {size} unknowns", self.seen),
+                format!("{} samples so far, for {size} unknowns", self.count),
             )
-            .hint(format!("ask after more than {} samples", 2 * size)));
+            .with_hint(format!("ask after more than {} samples", 2 * size)));
         }
-        let found = least_squares(&self.triangle)?;
+        let found = solve_from_r(&self.triangle)?;
         let [w1, w2] = self.weights;
         let variance = found.residual_square / w1;
-        Ok(SeriesModel {
-            family: self.settings.family(),
+        Ok(PolynomialModel {
+            structure: self.options.structure(),
             a: self.a().to_vec(),
             b: self.b().to_vec(),
             c: Vec::new(),
@@ -161,8 +161,8 @@ impl Recursive {
             }),
             output_mean: 0.0,
             input_mean: 0.0,
-            samples: self.seen,
-            rate_hz: self.settings.rate_hz,
+            samples: self.count,
+            rate_hz: self.options.rate_hz,
             iterations: 0,
         })
     }
@@ -170,7 +170,7 @@ impl Recursive {
     /// Ages the triangle and rotates the row into it.
     fn rotate(&mut self) {
         let n = self.row.len();
-        let forgetting = self.settings.forgetting;
+        let forgetting = self.options.forgetting;
         let age = forgetting.sqrt();
         self.weights[0] = self.weights[0] * forgetting + 1.0;
         self.weights[1] = self.weights[1] * forgetting * forgetting + 1.0;

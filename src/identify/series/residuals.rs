@@ -1,38 +1,38 @@
-//! What residuals tell of a model: white, and unrelated to the input, they hold nothing more to be modelled.
+//! Residual tests: whiteness (Ljung–Box) and cross-correlation with the input.
 
 use super::autoregressive::{autocovariance, burg_path};
-use super::record::{centred, check_order};
+use super::io_data::{check_order, remove_mean};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::statistics::chi_squared_above;
+use crate::numeric::statistics::chi_squared_sf;
 
 /// A test of "there is nothing left".
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Test {
+pub struct ResidualTest {
     /// χ²-distributed where nothing is left.
     pub statistic: f64,
     /// Its degrees of freedom.
-    pub freedoms: usize,
+    pub dof: usize,
     /// How often chance alone gives as much; below 0.05 (say) something is left.
     pub probability: f64,
 }
 
 /// Whether residuals are white: `Q = N(N+2) Σ r_k²/(N−k)` over lags 1 to `lags` (Ljung & Box, Biometrika 65 (1978)), with
-/// `lags − fitted` freedoms, `fitted` counting the coefficients of A and C.
+/// `lags − fitted` degrees of freedom, `fitted` counting the coefficients of A and C.
 ///
 /// # Errors
 /// `OutOfRange` where `lags` does not exceed `fitted`; `TooShort` for fewer samples than lags; `NotANumber`.
-pub fn ljung_box(residuals: &[f64], lags: usize, fitted: usize) -> Result<Test, Error> {
+pub fn ljung_box(residuals: &[f64], lags: usize, fitted: usize) -> Result<ResidualTest, Error> {
     check_finite(residuals)?;
     if lags <= fitted {
         return Err(Error::new(
             Code::OutOfRange,
             format!("{lags} lags test nothing of a model with {fitted} coefficients"),
         )
-        .hint(format!("take more than {fitted} lags, 20 more are usual")));
+        .with_hint(format!("take more than {fitted} lags, 20 more are usual")));
     }
     check_order(residuals.len(), lags, 0)?;
-    let (e, _) = centred(residuals);
+    let (e, _) = remove_mean(residuals);
     let r = autocovariance(&e, lags);
     let n = e.len() as f64;
     let sum: f64 = (1..=lags)
@@ -46,7 +46,11 @@ pub fn ljung_box(residuals: &[f64], lags: usize, fitted: usize) -> Result<Test, 
 ///
 /// # Errors
 /// `OutOfRange` where the lengths differ; `TooShort`; `NotANumber`.
-pub fn cross_correlation(residuals: &[f64], input: &[f64], lags: usize) -> Result<Test, Error> {
+pub fn cross_correlation(
+    residuals: &[f64],
+    input: &[f64],
+    lags: usize,
+) -> Result<ResidualTest, Error> {
     check_finite(residuals)?;
     check_finite(input)?;
     if residuals.len() != input.len() {
@@ -55,17 +59,17 @@ pub fn cross_correlation(residuals: &[f64], input: &[f64], lags: usize) -> Resul
             Code::OutOfRange,
             format!("{e} residuals and {u} samples of the input"),
         )
-        .hint("give the input the model was fitted to"));
+        .with_hint("give the input the model was fitted to"));
     }
     let n = input.len();
-    check_order(n, lags + 1, WHITENING)?;
-    let (u, _) = centred(input);
-    let (a, _) = burg_path(&u, WHITENING).pop().unwrap_or_default();
+    check_order(n, lags + 1, WHITENING_ORDER)?;
+    let (u, _) = remove_mean(input);
+    let (a, _) = burg_path(&u, WHITENING_ORDER).pop().unwrap_or_default();
     let mut white = u.clone();
     for (k, a) in a.iter().enumerate() {
         (white.iter_mut().skip(k + 1).zip(&u)).for_each(|(w, u)| *w += a * u);
     }
-    let (e, _) = centred(residuals);
+    let (e, _) = remove_mean(residuals);
     let power = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
     let scale = 1.0 / (power(&e) * power(&white));
     let sum: f64 = (0..=lags)
@@ -78,13 +82,13 @@ pub fn cross_correlation(residuals: &[f64], input: &[f64], lags: usize) -> Resul
 }
 
 /// Coefficients of the filter that whitens an input.
-const WHITENING: usize = 30;
+const WHITENING_ORDER: usize = 30;
 
-fn test(statistic: f64, freedoms: usize) -> Test {
-    Test {
+fn test(statistic: f64, dofs: usize) -> ResidualTest {
+    ResidualTest {
         statistic,
-        freedoms,
-        probability: chi_squared_above(statistic, freedoms as f64),
+        dof: dofs,
+        probability: chi_squared_sf(statistic, dofs as f64),
     }
 }
 
@@ -93,7 +97,7 @@ fn check_finite(samples: &[f64]) -> Result<(), Error> {
         None => Ok(()),
         Some(at) => Err(
             Error::new(Code::NotANumber, format!("sample {at} is {}", samples[at]))
-                .hint("test stretches without gaps"),
+                .with_hint("test stretches without gaps"),
         ),
     }
 }

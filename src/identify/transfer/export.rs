@@ -1,4 +1,4 @@
-//! Identified functions as JSON, CSV, or a MATLAB file of level 5.
+//! Export of transfer functions and state space: JSON, CSV, MATLAB level 5.
 //!
 //! In Python: `m = scipy.io.loadmat(file)`, then `control.ss(m["A"], m["B"], m["C"], m["D"])`, or of one function
 //! `control.tf(m["num"][0], m["den"][0])`; in MATLAB `ss(A, B, C, D)`, with `Ts` where it is sampled.
@@ -8,38 +8,38 @@ use std::io::{self, Write};
 use serde_json::{Value, json};
 
 use super::function::TransferFunction;
-use super::polynomials::Polynomials;
-use super::realisation::{Map, Realisation};
+use super::polynomials::TransferPolynomials;
+use super::realisation::{DiscretisationMethod, Realisation};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::mat5::write as mat5;
-use crate::numeric::{Complex, Matrix, by_rows};
-use crate::recording::responses::Terminal;
+use crate::numeric::{Complex, Matrix, to_rows};
+use crate::recording::frequency_responses::ChannelLabel;
 
 fn complex(z: Complex) -> Value {
     json!({"re": z.re, "im": z.im})
 }
 
-fn terminal(of: &Terminal) -> Value {
+fn channel_label(of: &ChannelLabel) -> Value {
     json!({"name": of.name, "unit": of.unit})
 }
 
 impl TransferFunction {
-    /// `input`, `output`, `poles_rad_s` and `residues` (conjugates after each of a pair), `zeros_rad_s`, `gain`, `direct` by
+    /// `input`, `output`, `poles_rad_s` and `residues` (conjugates after each of a pair), `zeros_rad_s`, `gain`, `terms` by
     /// powers of s from −2 to 2, `delay_s`, `numerator`, `denominator` by falling powers of s, `polynomial_error`, `fit_error`.
     ///
     /// # Errors
     /// Those of [`TransferFunction::zeros`].
     pub fn to_json(&self) -> Result<Value, Error> {
         let (zeros, polynomials) = (self.zeros()?, self.polynomials()?);
-        let [l2, l1, d, e, q] = self.direct.coefficients();
-        let complete = self.complete();
+        let [l2, l1, d, e, q] = self.terms.coefficients();
+        let complete = self.poles_with_conjugates();
         let finite = |list: &[f64]| list.iter().all(|x| x.is_finite());
         let usable = finite(&polynomials.numerator) && finite(&polynomials.denominator);
         let coefficients = |list: &[f64]| usable.then(|| list.to_vec());
         Ok(json!({
-            "input": self.input.as_ref().map(terminal),
-            "output": terminal(&self.output),
+            "input": self.input.as_ref().map(channel_label),
+            "output": channel_label(&self.output),
             "poles_rad_s": complete.iter().map(|t| complex(t.0)).collect::<Vec<_>>(),
             "residues": complete.iter().map(|t| complex(t.1)).collect::<Vec<_>>(),
             "zeros_rad_s": zeros.zeros.iter().map(|&z| complex(z)).collect::<Vec<_>>(),
@@ -55,15 +55,15 @@ impl TransferFunction {
 }
 
 impl Realisation {
-    /// `a`, `b`, `c`, `d` by rows, `inputs`, `outputs`, `delay_s`, `sample_time_s`, `map` and `prewarp_hz` (null where there are none).
+    /// `a`, `b`, `c`, `d` by rows, `inputs`, `outputs`, `delay_s`, `sample_time_s`, `method` and `prewarp_hz` (null where there are none).
     pub fn to_json(&self) -> Value {
         json!({
-            "a": by_rows(&self.a), "b": by_rows(&self.b), "c": by_rows(&self.c), "d": by_rows(&self.d),
+            "a": to_rows(&self.a), "b": to_rows(&self.b), "c": to_rows(&self.c), "d": to_rows(&self.d),
             "inputs": self.inputs, "outputs": self.outputs, "delay_s": self.delay_s,
             "sample_time_s": self.sampling.map(|s| s.time_s),
-            "map": self.sampling.map(|s| s.map.name()),
-            "prewarp_hz": self.sampling.and_then(|s| match s.map {
-                Map::Prewarped(frequency) => Some(frequency),
+            "map": self.sampling.map(|s| s.method.name()),
+            "prewarp_hz": self.sampling.and_then(|s| match s.method {
+                DiscretisationMethod::Prewarped(frequency) => Some(frequency),
                 _ => None,
             }),
         })
@@ -89,10 +89,10 @@ pub fn write_csv(functions: &[TransferFunction], to: &mut impl Write) -> io::Res
             let rest = [re, im, text(value.re), text(value.im)];
             table.write_record(own.into_iter().chain(rest.iter().map(String::as_str)))
         };
-        for (pole, residue) in f.complete() {
+        for (pole, residue) in f.poles_with_conjugates() {
             row("residue", Some(pole), residue)?;
         }
-        for (coefficient, power) in f.direct.coefficients().into_iter().zip(-2..=2) {
+        for (coefficient, power) in f.terms.coefficients().into_iter().zip(-2..=2) {
             if coefficient != 0.0 {
                 row(&format!("s^{power}"), None, Complex::new(coefficient, 0.0))?;
             }
@@ -104,7 +104,7 @@ pub fn write_csv(functions: &[TransferFunction], to: &mut impl Write) -> io::Res
     table.flush()
 }
 
-/// Variables `A`, `B`, `C`, `D`, `Ts` (0 where continuous), `map`, `delay_s`, cells `inputs` and `outputs` of the state space;
+/// Variables `A`, `B`, `C`, `D`, `Ts` (0 where continuous), `method`, `delay_s`, cells `inputs` and `outputs` of the state space;
 /// of the continuous functions `poles` (a column, conjugates included, rad/s), `residues` (a column for each function),
 /// `num` (a row for each function, falling powers of s, zeros in front) and `den`, cells `function_inputs`, `function_outputs`.
 ///
@@ -113,21 +113,21 @@ pub fn write_csv(functions: &[TransferFunction], to: &mut impl Write) -> io::Res
 /// # Errors
 /// Those of [`Realisation::of`] and [`TransferFunction::zeros`]; `OutputFailed` beyond 4 GB.
 pub fn to_mat(functions: &[TransferFunction], model: &Realisation) -> Result<Vec<u8>, Error> {
-    let found: Vec<Polynomials> = functions
+    let found: Vec<TransferPolynomials> = functions
         .iter()
         .map(TransferFunction::polynomials)
         .collect::<Result<_, Error>>()?;
     let common = found.iter().map(|p| &p.denominator).max_by_key(|d| d.len());
     let common = common.cloned().unwrap_or_default();
     // Where others integrate and this one does not, both polynomials are times s.
-    let widened = |mut p: Polynomials| {
+    let widened = |mut p: TransferPolynomials| {
         let missing = common.len() - p.denominator.len();
         p.numerator.extend(std::iter::repeat_n(0.0, missing));
         p.numerator
     };
     let numerators: Vec<Vec<f64>> = found.into_iter().map(widened).collect();
     bytes(functions, model, &numerators, &common).map_err(|e| {
-        Error::new(Code::OutputFailed, e.to_string()).hint("export fewer functions to a file")
+        Error::new(Code::OutputFailed, e.to_string()).with_hint("export fewer functions to a file")
     })
 }
 
@@ -148,15 +148,17 @@ fn bytes(
     }
     let (time, map) = model
         .sampling
-        .map_or((0.0, "continuous"), |s| (s.time_s, s.map.name()));
+        .map_or((0.0, "continuous"), |s| (s.time_s, s.method.name()));
     file.extend(mat5::real("Ts", [1, 1], [time])?);
     file.extend(mat5::text("map", map)?);
     file.extend(mat5::real("delay_s", [1, 1], [model.delay_s])?);
-    file.extend(mat5::texts("inputs", &model.inputs)?);
-    file.extend(mat5::texts("outputs", &model.outputs)?);
+    file.extend(mat5::cell_strings("inputs", &model.inputs)?);
+    file.extend(mat5::cell_strings("outputs", &model.outputs)?);
 
-    let complete: Vec<Vec<(Complex, Complex)>> =
-        functions.iter().map(TransferFunction::complete).collect();
+    let complete: Vec<Vec<(Complex, Complex)>> = functions
+        .iter()
+        .map(TransferFunction::poles_with_conjugates)
+        .collect();
     let rows = complete.first().map_or(0, Vec::len);
     let poles = || complete.iter().take(1).flatten().map(|t| t.0);
     let residues = || complete.iter().flatten().map(|t| t.1);
@@ -196,8 +198,8 @@ fn bytes(
         .map(|f| f.input.as_ref().map_or(String::new(), |t| t.name.clone()))
         .collect();
     let outputs: Vec<String> = functions.iter().map(|f| f.output.name.clone()).collect();
-    file.extend(mat5::texts("function_inputs", &inputs)?);
-    file.extend(mat5::texts("function_outputs", &outputs)?);
+    file.extend(mat5::cell_strings("function_inputs", &inputs)?);
+    file.extend(mat5::cell_strings("function_outputs", &outputs)?);
     Ok(file)
 }
 

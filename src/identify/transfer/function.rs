@@ -1,18 +1,18 @@
-//! `H(s) = e^{−sτ} [ Σ_k R_k/(s − p_k) + R̄_k/(s − p̄_k) + L₂/s² + L₁/s + D + E s + Q s² ]`, one term only for a real pole.
+//! Transfer function by poles and residues: `H(s) = e^{−sτ} [Σ R_k/(s − p_k) + … + D + E s + Q s²]`.
 
 use std::f64::consts::TAU;
 
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
-use crate::recording::responses::Terminal;
+use crate::recording::frequency_responses::ChannelLabel;
 
 /// What modes outside the band leave in it, and what passes straight through.
 ///
 /// In units of the response times those of s: below the band `L₂/s²` stands for rigid bodies in a response of displacement,
 /// above it `D` for all that is stiffer; differentiated once or twice for velocity and acceleration, hence up to s².
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Direct {
+pub struct DirectTerms {
     /// L₂, of `1/s²`.
     pub inverse_square: f64,
     /// L₁, of `1/s`.
@@ -25,7 +25,7 @@ pub struct Direct {
     pub square: f64,
 }
 
-impl Direct {
+impl DirectTerms {
     /// The coefficients of `s⁻²` to `s²`.
     pub fn coefficients(&self) -> [f64; 5] {
         [
@@ -47,7 +47,7 @@ impl Direct {
     }
 
     /// By how many powers it grows at high frequency: 0, 1 or 2.
-    pub(super) fn excess(&self) -> usize {
+    pub(super) fn polynomial_degree(&self) -> usize {
         match (self.square != 0.0, self.slope != 0.0) {
             (true, _) => 2,
             (false, true) => 1,
@@ -69,14 +69,14 @@ impl Direct {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransferFunction {
     /// What drives; `None` where unknown.
-    pub input: Option<Terminal>,
+    pub input: Option<ChannelLabel>,
     /// What answers.
-    pub output: Terminal,
+    pub output: ChannelLabel,
     /// Relative rms misfit over the lines it was fitted to, where it was.
     pub fit_error: Option<f64>,
     pub(super) poles: Vec<Complex>,
     pub(super) residues: Vec<Complex>,
-    pub(super) direct: Direct,
+    pub(super) terms: DirectTerms,
     pub(super) delay_s: f64,
 }
 
@@ -89,11 +89,13 @@ impl TransferFunction {
     pub fn new(
         poles: Vec<Complex>,
         residues: Vec<Complex>,
-        direct: Direct,
+        terms: DirectTerms,
     ) -> Result<TransferFunction, Error> {
         if poles.len() != residues.len() {
             let message = format!("{} poles have {} residues", poles.len(), residues.len());
-            return Err(Error::new(Code::Conflict, message).hint("give one residue for each pole"));
+            return Err(
+                Error::new(Code::Conflict, message).with_hint("give one residue for each pole")
+            );
         }
         let finite = |z: &Complex| z.re.is_finite() && z.im.is_finite();
         for (k, (p, r)) in poles.iter().zip(&residues).enumerate() {
@@ -107,28 +109,33 @@ impl TransferFunction {
                 continue;
             };
             let message = format!("pole {k}, {p} rad/s with residue {r}, {wrong}");
-            return Err(Error::new(Code::OutOfRange, message)
-                .hint("a real system has real poles with real residues, and conjugate pairs"));
+            return Err(Error::new(Code::OutOfRange, message).with_hint(
+                "a real system has real poles with real residues, and conjugate pairs",
+            ));
         }
-        if let Some(c) = direct.coefficients().iter().find(|c| !c.is_finite()) {
+        if let Some(c) = terms.coefficients().iter().find(|c| !c.is_finite()) {
             let message = format!("a direct term of a transfer function is {c}");
             return Err(
-                Error::new(Code::OutOfRange, message).hint("leave it out, or give a number")
+                Error::new(Code::OutOfRange, message).with_hint("leave it out, or give a number")
             );
         }
         Ok(TransferFunction {
             input: None,
-            output: Terminal::default(),
+            output: ChannelLabel::default(),
             fit_error: None,
             poles,
             residues,
-            direct,
+            terms,
             delay_s: 0.0,
         })
     }
 
     /// The same between named terminals.
-    pub fn between(mut self, input: Option<Terminal>, output: Terminal) -> TransferFunction {
+    pub fn with_labels(
+        mut self,
+        input: Option<ChannelLabel>,
+        output: ChannelLabel,
+    ) -> TransferFunction {
         (self.input, self.output) = (input, output);
         self
     }
@@ -138,7 +145,7 @@ impl TransferFunction {
     /// # Errors
     /// `OutOfRange` for a pole at zero or a term in 1/s², which has no partial fractions here.
     pub fn integrated(&self) -> Result<TransferFunction, Error> {
-        let d = self.direct;
+        let d = self.terms;
         if d.inverse_square != 0.0 || self.poles.iter().any(|p| p.norm() == 0.0) {
             let message = format!(
                 "the function to `{}` integrates twice already",
@@ -164,7 +171,7 @@ impl TransferFunction {
         };
         Ok(TransferFunction {
             residues,
-            direct: Direct {
+            terms: DirectTerms {
                 inverse_square: d.inverse,
                 inverse,
                 constant: d.slope,
@@ -177,18 +184,19 @@ impl TransferFunction {
 
     /// It grows with s, so that no state space holds it.
     pub fn is_improper(&self) -> bool {
-        self.direct.excess() > 0
+        self.terms.polynomial_degree() > 0
     }
 
     /// The same with a dead time, s.
     ///
     /// # Errors
     /// `OutOfRange` where it is negative or not finite.
-    pub fn delayed(mut self, delay_s: f64) -> Result<TransferFunction, Error> {
+    pub fn with_delay(mut self, delay_s: f64) -> Result<TransferFunction, Error> {
         if !(delay_s >= 0.0 && delay_s.is_finite()) {
             let message = format!("a dead time of {delay_s} s cannot be");
-            return Err(Error::new(Code::OutOfRange, message)
-                .hint("an answer ahead of its cause says that input and output are exchanged"));
+            return Err(Error::new(Code::OutOfRange, message).with_hint(
+                "an answer ahead of its cause says that input and output are exchanged",
+            ));
         }
         self.delay_s = delay_s;
         Ok(self)
@@ -204,9 +212,9 @@ impl TransferFunction {
         &self.residues
     }
 
-    /// The terms beside the poles.
-    pub fn direct(&self) -> Direct {
-        self.direct
+    /// The terms next to the poles.
+    pub fn direct(&self) -> DirectTerms {
+        self.terms
     }
 
     /// Dead time, s.
@@ -215,7 +223,7 @@ impl TransferFunction {
     }
 
     /// Poles with residues, conjugates after each of a pair: twice the upper ones and once the real ones.
-    pub fn complete(&self) -> Vec<(Complex, Complex)> {
+    pub fn poles_with_conjugates(&self) -> Vec<(Complex, Complex)> {
         let both = |(&p, &r): (&Complex, &Complex)| {
             let twin = (p.im > 0.0).then(|| (p.conj(), r.conj()));
             std::iter::once((p, r)).chain(twin)
@@ -234,7 +242,7 @@ impl TransferFunction {
         } else {
             (-s * self.delay_s).exp()
         };
-        delay * self.rational(s)
+        delay * self.value_without_delay(s)
     }
 
     /// `H(i2πf)` at each frequency, Hz.
@@ -244,7 +252,7 @@ impl TransferFunction {
     }
 
     /// `H(s)` without the dead time.
-    pub(super) fn rational(&self, s: Complex) -> Complex {
+    pub(super) fn value_without_delay(&self, s: Complex) -> Complex {
         let term = |(&p, &r): (&Complex, &Complex)| {
             let own = r / (s - p);
             if p.im > 0.0 {
@@ -254,18 +262,18 @@ impl TransferFunction {
             }
         };
         let poles = self.poles.iter().zip(&self.residues).map(term);
-        poles.fold(self.direct.value(s), |sum, term| sum + term)
+        poles.fold(self.terms.value(s), |sum, term| sum + term)
     }
 
     /// `dH/ds` without the dead time.
-    pub(super) fn rational_slope(&self, s: Complex) -> Complex {
-        let terms = self.direct.coefficients().into_iter().zip(-2..=2);
+    pub(super) fn derivative_without_delay(&self, s: Complex) -> Complex {
+        let terms = self.terms.coefficients().into_iter().zip(-2..=2);
         let direct = terms
             .filter(|(c, power)| *c != 0.0 && *power != 0)
             .map(|(c, power)| s.powi(power - 1) * (c * f64::from(power)))
             .fold(Complex::ZERO, |sum, term| sum + term);
         let square = |z: Complex| z * z;
-        self.complete()
+        self.poles_with_conjugates()
             .iter()
             .fold(direct, |sum, &(p, r)| sum - r / square(s - p))
     }

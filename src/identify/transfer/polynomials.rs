@@ -1,12 +1,12 @@
-//! `H(s) = (b₀ sᵐ + … + b_m) / (sⁿ + a₁ sⁿ⁻¹ + … + a_n)`, multiplied out of zeros and poles.
+//! Numerator and denominator polynomials of a transfer function, with the error of expansion.
 
 use super::function::TransferFunction;
-use crate::base::error::{Error, Warning};
+use crate::base::error::{Diagnostic, Error};
 use crate::numeric::Complex;
 
 /// Coefficients by falling powers of s in rad/s, and how far to trust them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Polynomials {
+pub struct TransferPolynomials {
     /// b₀ first.
     pub numerator: Vec<f64>,
     /// 1 first.
@@ -17,21 +17,21 @@ pub struct Polynomials {
 }
 
 /// Above this the polynomials are no longer the function for engineering use.
-const LOST: f64 = 1e-6;
+const MAX_EXPANSION_ERROR: f64 = 1e-6;
 
 impl TransferFunction {
     /// Numerator and denominator of the function without its dead time.
     ///
     /// # Errors
     /// Those of [`TransferFunction::zeros`].
-    pub fn polynomials(&self) -> Result<Polynomials, Error> {
+    pub fn polynomials(&self) -> Result<TransferPolynomials, Error> {
         let found = self.zeros()?;
-        let own = self.complete().into_iter().map(|t| t.0);
-        let integrators = std::iter::repeat_n(Complex::ZERO, self.direct.integrators());
+        let own = self.poles_with_conjugates().into_iter().map(|t| t.0);
+        let integrators = std::iter::repeat_n(Complex::ZERO, self.terms.integrators());
         let denominator = product(own.chain(integrators));
         let numerator = product(found.zeros.iter().copied());
         let numerator: Vec<f64> = numerator.into_iter().map(|b| b * found.gain).collect();
-        let mut polynomials = Polynomials {
+        let mut polynomials = TransferPolynomials {
             numerator,
             denominator,
             error: 0.0,
@@ -40,8 +40,8 @@ impl TransferFunction {
         Ok(polynomials)
     }
 
-    /// Compared on the imaginary axis beside every pole and midway to the next.
-    fn difference(&self, polynomials: &Polynomials) -> f64 {
+    /// Compared on the imaginary axis next to every pole and midway to the next.
+    fn difference(&self, polynomials: &TransferPolynomials) -> f64 {
         let mut sizes: Vec<f64> = self
             .poles
             .iter()
@@ -57,7 +57,7 @@ impl TransferFunction {
         let (mut worst, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
         for w in lines {
             let s = Complex::new(0.0, w);
-            let exact = self.rational(s);
+            let exact = self.value_without_delay(s);
             if !exact.norm().is_finite() {
                 continue; // an undamped pole
             }
@@ -72,7 +72,7 @@ impl TransferFunction {
     }
 }
 
-impl Polynomials {
+impl TransferPolynomials {
     /// Their quotient at s, rad/s.
     pub fn value(&self, s: Complex) -> Complex {
         let horner = |list: &[f64]| list.iter().fold(Complex::ZERO, |sum, &c| sum * s + c);
@@ -80,9 +80,9 @@ impl Polynomials {
     }
 
     /// What to say where multiplying out has lost the function.
-    pub fn warning(&self) -> Option<Warning> {
+    pub fn warning(&self) -> Option<Diagnostic> {
         let degree = self.denominator.len().saturating_sub(1);
-        (self.error > LOST).then(|| Warning {
+        (self.error > MAX_EXPANSION_ERROR).then(|| Diagnostic {
             code: "coefficients-lose-digits",
             message: format!(
                 "the polynomials of degree {degree} differ from the poles and residues they were made from by {:.1e} of the largest value",

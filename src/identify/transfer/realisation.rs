@@ -1,4 +1,4 @@
-//! `ẋ = A x + B u`, `y = C x + D u` with A in real blocks, one for each pole of many functions.
+//! State-space realisation `ẋ = A x + B u`, `y = C x + D u` in real modal blocks.
 //!
 //! A pair `p = σ ± iω` with the residues `R = l rᵀ` of outputs by inputs: `ż = p z + rᵀu`, `y = 2 Re l z`, in real and
 //! imaginary part `A = [σ −ω; ω σ]`, `B = [Re rᵀ; Im rᵀ]`, `C = [2 Re l, −2 Im l]`. Residues of rank ρ need ρ such blocks
@@ -6,14 +6,14 @@
 
 use std::f64::consts::TAU;
 
-use super::function::{Direct, TransferFunction};
+use super::function::{DirectTerms, TransferFunction};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::{Complex, ComplexMatrix, Matrix, definite, least_squares};
+use crate::numeric::{Complex, ComplexMatrix, Matrix, least_squares, symmetric};
 
 /// What an input does between samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Map {
+pub enum DiscretisationMethod {
     /// It is held: exact for inputs in steps.
     ZeroOrderHold,
     /// `s = (2/h) (z − 1)/(z + 1)`.
@@ -30,7 +30,7 @@ pub struct Sampling {
     /// Between samples, s.
     pub time_s: f64,
     /// The rule.
-    pub map: Map,
+    pub method: DiscretisationMethod,
 }
 
 /// State space of identified functions; inputs and outputs by name.
@@ -48,14 +48,14 @@ pub struct Realisation {
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
-    /// Dead time before every input, s; stands beside the matrices.
+    /// Dead time before every input, s; stands next to the matrices.
     pub delay_s: f64,
     /// Present where `x⁺ = A x + B u`.
     pub sampling: Option<Sampling>,
 }
 
 /// Residues whose singular values fall below this share of the largest have a lower rank: rounding of their product.
-const RANK: f64 = 1e-13;
+const RANK_TOLERANCE: f64 = 1e-13;
 
 impl Realisation {
     /// Of functions with the same poles, one for each pair of their inputs and outputs.
@@ -65,15 +65,15 @@ impl Realisation {
     /// # Errors
     /// `Conflict` where poles or dead times differ or a pair is missing or twice; `OutOfRange` for terms in s or s², which
     /// no state space holds.
-    pub fn of(functions: &[TransferFunction]) -> Result<Realisation, Error> {
+    pub fn from_transfer_functions(functions: &[TransferFunction]) -> Result<Realisation, Error> {
         let first = common(functions)?;
         let input =
             |f: &TransferFunction| f.input.as_ref().map_or(String::new(), |t| t.name.clone());
         let mut inputs: Vec<String> = Vec::new();
         let mut outputs: Vec<String> = Vec::new();
         for f in functions {
-            note(&mut inputs, input(f));
-            note(&mut outputs, f.output.name.clone());
+            push_name(&mut inputs, input(f));
+            push_name(&mut outputs, f.output.name.clone());
         }
         let mut table = Vec::with_capacity(outputs.len());
         for output in &outputs {
@@ -91,25 +91,26 @@ impl Realisation {
                             "no function leads"
                         };
                         let message = format!("{count} from `{name}` to `{output}`");
-                        return Err(Error::new(Code::Conflict, message)
-                            .hint("give one function for each pair of an input and an output"));
+                        return Err(Error::new(Code::Conflict, message).with_hint(
+                            "give one function for each pair of an input and an output",
+                        ));
                     }
                 }
             }
             table.push(row);
         }
         let (m, p) = (inputs.len(), outputs.len());
-        let mut blocks = Blocks::new(m, p);
+        let mut builder = BlockBuilder::new(m, p);
         for (k, &pole) in first.poles.iter().enumerate() {
             let residues = ComplexMatrix::from_fn(p, m, |i, j| table[i][j].residues[k]);
-            blocks.pole(pole, &residues)?;
+            builder.pole(pole, &residues)?;
         }
         for j in 0..m {
-            let terms: Vec<Direct> = table.iter().map(|row| row[j].direct).collect();
-            blocks.integrators(j, &terms);
+            let terms: Vec<DirectTerms> = table.iter().map(|row| row[j].terms).collect();
+            builder.integrators(j, &terms);
         }
-        let d = Matrix::from_fn(p, m, |i, j| table[i][j].direct.constant);
-        let (a, b, c) = blocks.matrices();
+        let d = Matrix::from_fn(p, m, |i, j| table[i][j].terms.constant);
+        let (a, b, c) = builder.matrices();
         let delay_s = first.delay_s;
         Ok(Realisation {
             a,
@@ -142,7 +143,7 @@ impl Realisation {
         let x = if n == 0 {
             right
         } else {
-            definite::solve_complex(&left, &right)?
+            symmetric::lu_solve_complex(&left, &right)?
         };
         let c = ComplexMatrix::from_fn(self.c.nrows(), n, |i, j| real(self.c[(i, j)]));
         let (through, delay) = (c * x, (-s * self.delay_s).exp());
@@ -154,7 +155,7 @@ impl Realisation {
     }
 }
 
-fn note(names: &mut Vec<String>, name: String) {
+fn push_name(names: &mut Vec<String>, name: String) {
     if !names.contains(&name) {
         names.push(name);
     }
@@ -165,7 +166,7 @@ fn common(functions: &[TransferFunction]) -> Result<&TransferFunction, Error> {
     let Some(first) = functions.first() else {
         return Err(
             Error::new(Code::NoSignal, "there is no transfer function to realise")
-                .hint("identify one first"),
+                .with_hint("identify one first"),
         );
     };
     for f in functions {
@@ -175,15 +176,15 @@ fn common(functions: &[TransferFunction]) -> Result<&TransferFunction, Error> {
                 first.output.name, f.output.name
             );
             return Err(Error::new(Code::Conflict, message)
-                .hint("realise each alone, or fit them together with common poles"));
+                .with_hint("realise each alone, or fit them together with common poles"));
         }
-        if f.direct.excess() > 0 {
+        if f.terms.polynomial_degree() > 0 {
             let message = format!(
                 "the function to `{}` grows with s (E = {:e}, Q = {:e}), which no state space holds",
-                f.output.name, f.direct.slope, f.direct.square
+                f.output.name, f.terms.slope, f.terms.square
             );
             return Err(Error::new(Code::OutOfRange, message)
-                .hint("integrate the response once or twice, or fit it without terms in s"));
+                .with_hint("integrate the response once or twice, or fit it without terms in s"));
         }
     }
     Ok(first)
@@ -191,7 +192,7 @@ fn common(functions: &[TransferFunction]) -> Result<&TransferFunction, Error> {
 
 /// A column of states: its pole, its row of B and its column of C.
 #[derive(Default)]
-struct Blocks {
+struct BlockBuilder {
     inputs: usize,
     outputs: usize,
     entries: Vec<(usize, usize, f64)>,
@@ -199,17 +200,17 @@ struct Blocks {
     columns: Vec<Vec<f64>>,
 }
 
-impl Blocks {
-    fn new(inputs: usize, outputs: usize) -> Blocks {
-        Blocks {
+impl BlockBuilder {
+    fn new(inputs: usize, outputs: usize) -> BlockBuilder {
+        BlockBuilder {
             inputs,
             outputs,
-            ..Blocks::default()
+            ..BlockBuilder::default()
         }
     }
 
     fn pole(&mut self, pole: Complex, residues: &ComplexMatrix) -> Result<(), Error> {
-        let (left, right) = least_squares::factors(residues, RANK)?;
+        let (left, right) = least_squares::rank_factorisation(residues, RANK_TOLERANCE)?;
         for q in 0..left.ncols() {
             let (l, r) = (|i: usize| left[(i, q)], |j: usize| right[(q, j)]);
             let at = self.rows.len();
@@ -230,8 +231,12 @@ impl Blocks {
     }
 
     /// `ẋ₁ = u_j`, `ẋ₂ = x₁`, as far as the terms want.
-    fn integrators(&mut self, input: usize, terms: &[Direct]) {
-        let count = terms.iter().map(Direct::integrators).max().unwrap_or(0);
+    fn integrators(&mut self, input: usize, terms: &[DirectTerms]) {
+        let count = terms
+            .iter()
+            .map(DirectTerms::integrators)
+            .max()
+            .unwrap_or(0);
         let at = self.rows.len();
         if count > 0 {
             self.state(|j| f64::from(u8::from(j == input)), |i| terms[i].inverse);

@@ -1,4 +1,4 @@
-//! Zeros of `H(s)` as eigenvalues of a state space, without polynomials.
+//! Zeros and gain of `H(s)` as eigenvalues of a state space, without polynomials.
 //!
 //! With `s = s₀ + 1/w` a form `C (s − A)⁻¹ B + D` becomes one of `Â = (A − s₀)⁻¹`, `B̂ = Â B`, `Ĉ = −C Â`, `D̂ = H(s₀)`, whose
 //! direct term is not nil, so that the zeros are the eigenvalues of `Â − B̂ D̂⁻¹ Ĉ`: Emami-Naeini & Van Dooren, Automatica 18
@@ -9,17 +9,17 @@
 use super::function::TransferFunction;
 use super::realisation::Realisation;
 use crate::base::error::Error;
-use crate::numeric::{Complex, Matrix, definite, general};
+use crate::numeric::{Complex, Matrix, eigen, symmetric};
 
 /// A moment below this share of the sum of its terms' magnitudes is rounding of terms that cancel.
-const VANISHES: f64 = 1e-12;
+const MOMENT_TOLERANCE: f64 = 1e-12;
 
 /// Steps of Newton's iteration, which doubles the digits of a simple zero at each.
-const POLISHES: usize = 4;
+const NEWTON_STEPS: usize = 4;
 
 /// A zero that Newton's iteration moves by more than this share of the way to its neighbour is not simple: of two that scatter
 /// about one, it would move each by a quarter.
-const ALONE: f64 = 0.05;
+const SIMPLE_ZERO_SHARE: f64 = 0.05;
 
 /// Centres of the map, in units of the mean size of the poles; the one where H is least near a zero is taken.
 const CENTRES: [f64; 4] = [1.0, 0.6, 1.7, 2.9];
@@ -40,7 +40,7 @@ impl TransferFunction {
     /// `NoConvergence` of the eigenvalues; `Overflow` where sizes leave the range of doubles.
     pub fn zeros(&self) -> Result<ZerosAndGain, Error> {
         let n = self.degree();
-        let Some((relative_degree, gain)) = self.leading() else {
+        let Some((relative_degree, gain)) = self.leading_term() else {
             return Ok(ZerosAndGain {
                 zeros: Vec::new(),
                 gain: 0.0,
@@ -53,8 +53,8 @@ impl TransferFunction {
                 gain,
             });
         }
-        let centre = self.centre();
-        let mut inverse = self.mapped(centre)?;
+        let centre = self.map_centre();
+        let mut inverse = self.mapped_zeros(centre)?;
         inverse.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
         inverse.truncate(finite);
         let zeros = inverse
@@ -62,7 +62,9 @@ impl TransferFunction {
             .filter(|w| *w != Complex::ZERO)
             .map(|w| w.inv() + centre);
         let rough: Vec<Complex> = zeros.collect();
-        let mut zeros: Vec<Complex> = (0..rough.len()).map(|k| self.polished(&rough, k)).collect();
+        let mut zeros: Vec<Complex> = (0..rough.len())
+            .map(|k| self.polish_zero(&rough, k))
+            .collect();
         zeros.sort_by(|a, b| a.norm().total_cmp(&b.norm()).then(b.im.total_cmp(&a.im)));
         Ok(ZerosAndGain { zeros, gain })
     }
@@ -74,12 +76,12 @@ impl TransferFunction {
             .iter()
             .map(|p| if p.im > 0.0 { 2 } else { 1 })
             .sum();
-        own + self.direct.integrators()
+        own + self.terms.integrators()
     }
 
     /// Powers by which H falls at high frequency, and its coefficient; nothing where H is nil.
-    fn leading(&self) -> Option<(i32, f64)> {
-        let direct = self.direct;
+    fn leading_term(&self) -> Option<(i32, f64)> {
+        let direct = self.terms;
         for (coefficient, power) in [
             (direct.square, -2),
             (direct.slope, -1),
@@ -89,8 +91,8 @@ impl TransferFunction {
                 return Some((power, coefficient));
             }
         }
-        let scale = self.scale();
-        let terms = self.complete();
+        let scale = self.mean_pole_size();
+        let terms = self.poles_with_conjugates();
         let mut weights: Vec<Complex> = terms.iter().map(|t| t.1).collect();
         for k in 0..self.degree() as i32 {
             let lower = match k {
@@ -100,7 +102,7 @@ impl TransferFunction {
             };
             let moment = weights.iter().map(|w| w.re).sum::<f64>() + lower;
             let size = weights.iter().map(|w| w.norm()).sum::<f64>() + lower.abs();
-            if moment.abs() > VANISHES * size {
+            if moment.abs() > MOMENT_TOLERANCE * size {
                 return Some((k + 1, moment * scale.powi(k)));
             }
             weights
@@ -112,7 +114,7 @@ impl TransferFunction {
     }
 
     /// Mean size of the poles that are not at zero, rad/s; 1 without one.
-    fn scale(&self) -> f64 {
+    fn mean_pole_size(&self) -> f64 {
         let sizes = self.poles.iter().map(|p| p.norm()).filter(|&x| x > 0.0);
         let logs: Vec<f64> = sizes.map(f64::ln).collect();
         if logs.is_empty() {
@@ -121,16 +123,16 @@ impl TransferFunction {
         (logs.iter().sum::<f64>() / logs.len() as f64).exp()
     }
 
-    fn centre(&self) -> f64 {
-        let scale = self.scale();
+    fn map_centre(&self) -> f64 {
+        let scale = self.mean_pole_size();
         let clear = |centre: &f64| {
             let s = Complex::new(centre * scale, 0.0);
             let terms = self
-                .complete()
+                .poles_with_conjugates()
                 .iter()
                 .map(|&(p, r)| (r / (s - p)).norm())
                 .sum::<f64>();
-            let share = self.rational(s).norm() / terms.max(f64::MIN_POSITIVE);
+            let share = self.value_without_delay(s).norm() / terms.max(f64::MIN_POSITIVE);
             if share.is_finite() { share } else { 0.0 }
         };
         let best = CENTRES.iter().max_by(|a, b| clear(a).total_cmp(&clear(b)));
@@ -138,11 +140,11 @@ impl TransferFunction {
     }
 
     /// `1/(z − s₀)` of every zero z, and zeros for those at infinity.
-    fn mapped(&self, centre: f64) -> Result<Vec<Complex>, Error> {
+    fn mapped_zeros(&self, centre: f64) -> Result<Vec<Complex>, Error> {
         let mut proper = self.clone();
-        (proper.direct.slope, proper.direct.square, proper.delay_s) = (0.0, 0.0, 0.0);
-        let Realisation { a, b, c, .. } = Realisation::of(&[proper])?;
-        let (n, excess) = (a.nrows(), self.direct.excess());
+        (proper.terms.slope, proper.terms.square, proper.delay_s) = (0.0, 0.0, 0.0);
+        let Realisation { a, b, c, .. } = Realisation::from_transfer_functions(&[proper])?;
+        let (n, excess) = (a.nrows(), self.terms.polynomial_degree());
         let shifted = Matrix::from_fn(n, n, |i, j| a[(i, j)] - if i == j { centre } else { 0.0 });
         let identity_and_b = Matrix::from_fn(n, n + 1, |i, j| {
             if j < n {
@@ -154,13 +156,13 @@ impl TransferFunction {
         let inverted = if n == 0 {
             identity_and_b
         } else {
-            definite::solve(&shifted, &identity_and_b)?
+            symmetric::lu_solve(&shifted, &identity_and_b)?
         };
-        let through = self.rational(Complex::new(centre, 0.0)).re;
+        let through = self.value_without_delay(Complex::new(centre, 0.0)).re;
         // E s and Q s² are (E + 2Q s₀)/w and Q/w²: one or two integrators in w.
         let (slope, square) = (
-            self.direct.slope + 2.0 * self.direct.square * centre,
-            self.direct.square,
+            self.terms.slope + 2.0 * self.terms.square * centre,
+            self.terms.square,
         );
         let state = |i: usize, j: usize| match (i < n, j < n) {
             (true, true) => inverted[(i, j)],
@@ -180,24 +182,25 @@ impl TransferFunction {
         let closed = Matrix::from_fn(n + excess, n + excess, |i, j| {
             state(i, j) - input(i) * rows[j] / through
         });
-        Ok(general::eigen(&closed)?.values)
+        Ok(eigen::eigen(&closed)?.values)
     }
 
     /// Newton's iteration, each step kept only while H shrinks, and all of them only where the zero stands alone: those of a
     /// repeated zero scatter about it, and only together keep the digits of their sum and product.
-    fn polished(&self, zeros: &[Complex], k: usize) -> Complex {
+    fn polish_zero(&self, zeros: &[Complex], k: usize) -> Complex {
         let mut zero = zeros[k];
         let others = (0..zeros.len())
             .filter(|&j| j != k)
             .map(|j| (zeros[j] - zeros[k]).norm());
-        let room = ALONE * others.fold(f64::INFINITY, f64::min);
-        let mut size = self.rational(zero).norm();
-        for _ in 0..POLISHES {
-            let mut next = zero - self.rational(zero) / self.rational_slope(zero);
+        let room = SIMPLE_ZERO_SHARE * others.fold(f64::INFINITY, f64::min);
+        let mut size = self.value_without_delay(zero).norm();
+        for _ in 0..NEWTON_STEPS {
+            let mut next =
+                zero - self.value_without_delay(zero) / self.derivative_without_delay(zero);
             if zero.im == 0.0 {
                 next.im = 0.0;
             }
-            let smaller = self.rational(next).norm();
+            let smaller = self.value_without_delay(next).norm();
             if smaller >= size || !smaller.is_finite() {
                 break;
             }

@@ -5,12 +5,12 @@
 
 use std::collections::BTreeMap;
 
-use super::rubbing;
+use super::friction;
 use crate::base::error::Error;
-use crate::machine::builder::Builder;
+use crate::machine::builder::MachineBuilder;
+use crate::machine::components::{Branch, BranchLaw, Support};
 use crate::machine::direction::Direction;
-use crate::machine::parts::{Branch, Law, Support};
-use crate::scene::model::{Axis, Bearing, End, Loss};
+use crate::scene::model::{Axis, Bearing, BranchDamping, BranchEnd};
 
 /// The axes a bearing gives its nodes: those it has a term for, in row or column.
 pub fn axes(bearing: &Bearing) -> Vec<Axis> {
@@ -26,13 +26,18 @@ pub fn axes(bearing: &Bearing) -> Vec<Axis> {
 }
 
 /// Puts the bearing's branches.
-pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(), Error> {
+pub fn add(builder: &mut MachineBuilder, element: usize, bearing: &Bearing) -> Result<(), Error> {
     let apart = axes(bearing)
         .into_iter()
-        .map(|axis| Ok((axis, between(builder, &bearing.between, axis)?)))
+        .map(|axis| {
+            Ok((
+                axis,
+                relative_displacement(builder, &bearing.between, axis)?,
+            ))
+        })
         .collect::<Result<BTreeMap<Axis, Direction>, Error>>()?;
     let mut forces: BTreeMap<Axis, Vec<(usize, f64)>> = BTreeMap::new();
-    let mut put = |entries: &[(Axis, Axis, f64)], law: &dyn Fn(f64) -> Law| {
+    let mut put = |entries: &[(Axis, Axis, f64)], law: &dyn Fn(f64) -> BranchLaw| {
         for term in split(entries) {
             let own = builder.machine.branches.len();
             match &term.force {
@@ -43,7 +48,7 @@ pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(
             let combine = |weights: &[(Axis, f64)]| {
                 let terms = weights
                     .iter()
-                    .flat_map(|&(axis, a)| apart[&axis].scaled().map(move |(i, x)| (i, a * x)));
+                    .flat_map(|&(axis, a)| apart[&axis].entries().map(move |(i, x)| (i, a * x)));
                 Direction::new(1.0, terms)
             };
             let direction = combine(&term.along);
@@ -57,49 +62,53 @@ pub fn add(builder: &mut Builder, element: usize, bearing: &Bearing) -> Result<(
                 coast: None,
                 force,
                 law,
-                play: 0.0,
-                losses: None,
-                wave: None,
+                backlash: 0.0,
+                contact_damping: None,
+                stiffness_variation: None,
                 characteristic: None,
             });
         }
     };
-    put(&bearing.stiffness, &|stiffness| Law::Linear {
+    put(&bearing.stiffness, &|stiffness| BranchLaw::Linear {
         stiffness,
-        loss: bearing.loss,
+        damping: bearing.branch_damping,
     });
-    put(&bearing.damping, &|c| Law::Linear {
+    put(&bearing.damping, &|c| BranchLaw::Linear {
         stiffness: 0.0,
-        loss: Loss::Viscous(c),
+        damping: BranchDamping::Viscous(c),
     });
     for (axis, apart) in apart {
         let forces = forces.remove(&axis).unwrap_or_default();
         builder.machine.supports.push(Support {
             element,
             axis,
-            apart,
+            deflection: apart,
             forces,
         });
     }
     match &bearing.friction {
-        Some(friction) => rubbing::bearing(builder, element, bearing, friction),
+        Some(friction) => friction::add_bearing_friction(builder, element, bearing, friction),
         None => Ok(()),
     }
 }
 
 /// `u₁ − u₂` along one axis.
-fn between(builder: &Builder, ends: &[End; 2], axis: Axis) -> Result<Direction, Error> {
+fn relative_displacement(
+    builder: &MachineBuilder,
+    ends: &[BranchEnd; 2],
+    axis: Axis,
+) -> Result<Direction, Error> {
     let mut terms = Vec::new();
     for (end, sign) in ends.iter().zip([1.0, -1.0]) {
-        if let End::Node(node) = end {
-            terms.extend(builder.freedom(node, axis)?.map(|freedom| (freedom, sign)));
+        if let BranchEnd::Node(node) = end {
+            terms.extend(builder.dof(node, axis)?.map(|dof| (dof, sign)));
         }
     }
     Ok(Direction::new(1.0, terms))
 }
 
 /// One term of a bearing's matrix.
-struct Term {
+struct MatrixTerm {
     part: String,
     value: f64,
     along: Vec<(Axis, f64)>,
@@ -107,7 +116,7 @@ struct Term {
 }
 
 /// Splits a matrix into squares where it is symmetric and positive, else into its entries.
-fn split(entries: &[(Axis, Axis, f64)]) -> Vec<Term> {
+fn split(entries: &[(Axis, Axis, f64)]) -> Vec<MatrixTerm> {
     let value = |row: Axis, column: Axis| -> f64 {
         entries
             .iter()
@@ -116,7 +125,7 @@ fn split(entries: &[(Axis, Axis, f64)]) -> Vec<Term> {
             .sum()
     };
     squares(entries, &value).unwrap_or_else(|| {
-        let entry = |&(row, column, value): &(Axis, Axis, f64)| Term {
+        let entry = |&(row, column, value): &(Axis, Axis, f64)| MatrixTerm {
             part: if row == column {
                 row.name().to_string()
             } else {
@@ -130,7 +139,10 @@ fn split(entries: &[(Axis, Axis, f64)]) -> Vec<Term> {
     })
 }
 
-fn squares(entries: &[(Axis, Axis, f64)], value: &dyn Fn(Axis, Axis) -> f64) -> Option<Vec<Term>> {
+fn squares(
+    entries: &[(Axis, Axis, f64)],
+    value: &dyn Fn(Axis, Axis) -> f64,
+) -> Option<Vec<MatrixTerm>> {
     if entries
         .iter()
         .any(|&(row, column, _)| value(row, column) != value(column, row))
@@ -169,7 +181,7 @@ fn squares(entries: &[(Axis, Axis, f64)], value: &dyn Fn(Axis, Axis) -> f64) -> 
             .map(|t| t.0.name())
             .collect::<Vec<_>>()
             .join(" with ");
-        terms.push(Term {
+        terms.push(MatrixTerm {
             part,
             value: pivot,
             along,

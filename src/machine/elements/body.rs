@@ -5,19 +5,19 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::machine::builder::Builder;
-use crate::machine::parts::Spin;
+use crate::machine::builder::MachineBuilder;
+use crate::machine::components::GyroscopicTerms;
 use crate::scene::model::{Axis, Inertia};
 
-/// Puts the body's masses on the freedoms its node has.
-pub fn add(builder: &mut Builder, element: usize, body: &Inertia) -> Result<(), Error> {
+/// Puts the body's masses on the degrees of freedom its node has.
+pub fn add(builder: &mut MachineBuilder, element: usize, body: &Inertia) -> Result<(), Error> {
     let theta = builder.theta(&body.name)?;
     builder.mass(element, theta, body.polar);
     for axis in [Axis::X, Axis::Y, Axis::Z, Axis::TiltX, Axis::TiltY] {
-        let Some(freedom) = builder.freedom(&body.name, axis)? else {
+        let Some(dof) = builder.dof(&body.name, axis)? else {
             continue;
         };
-        let (value, key) = match axis.turns() {
+        let (value, key) = match axis.is_rotation() {
             true => (body.diametral, "J_diametral"),
             false => (body.mass, "mass"),
         };
@@ -31,18 +31,18 @@ pub fn add(builder: &mut Builder, element: usize, body: &Inertia) -> Result<(), 
                 "add `{key}` (0 if it has none), or leave that stiffness out of the bearing"
             );
             Error::new(Code::MissingKey, what)
-                .at(&body.name.place)
-                .hint(hint)
+                .with_span(&body.name.span)
+                .with_hint(hint)
         })?;
-        builder.mass(element, freedom, value);
+        builder.mass(element, dof, value);
     }
     let tilts = (
-        builder.freedom(&body.name, Axis::TiltX)?,
-        builder.freedom(&body.name, Axis::TiltY)?,
+        builder.dof(&body.name, Axis::TiltX)?,
+        builder.dof(&body.name, Axis::TiltY)?,
     );
     if let (Some(rx), Some(ry)) = tilts {
         let gyroscopic = vec![(rx, ry, body.polar)];
-        builder.machine.spins.push(Spin {
+        builder.machine.gyroscopic.push(GyroscopicTerms {
             element,
             turning: theta,
             gyroscopic,

@@ -1,20 +1,20 @@
 //! A viscous damper: `T = c (θ̇₂ − θ̇₁)`.
 
 use crate::base::error::Error;
-use crate::machine::builder::{Builder, twist};
-use crate::machine::parts::Law;
-use crate::scene::model::{Damper, Loss};
+use crate::machine::builder::{MachineBuilder, relative_rotation};
+use crate::machine::components::BranchLaw;
+use crate::scene::model::{BranchDamping, Damper};
 
 /// Puts the damper between its ends.
-pub fn add(builder: &mut Builder, element: usize, damper: &Damper) -> Result<(), Error> {
+pub fn add(builder: &mut MachineBuilder, element: usize, damper: &Damper) -> Result<(), Error> {
     let ends = [
-        builder.theta_of(&damper.between[0])?,
-        builder.theta_of(&damper.between[1])?,
+        builder.rotation_of_end(&damper.between[0])?,
+        builder.rotation_of_end(&damper.between[1])?,
     ];
-    let law = Law::Linear {
+    let law = BranchLaw::Linear {
         stiffness: 0.0,
-        loss: Loss::Viscous(damper.coefficient),
+        damping: BranchDamping::Viscous(damper.coefficient),
     };
-    builder.branch(element, None, twist(ends), law);
+    builder.branch(element, None, relative_rotation(ends), law);
     Ok(())
 }

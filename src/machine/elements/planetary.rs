@@ -10,10 +10,10 @@ use std::f64::consts::PI;
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::machine::builder::{Builder, law};
+use crate::machine::builder::{MachineBuilder, branch_law};
+use crate::machine::components::{Gear, GyroscopicTerms, MeshGeometry, StageMember};
 use crate::machine::direction::Direction;
-use crate::machine::parts::{Gear, Member, Seat, Spin};
-use crate::scene::model::{Axis, Contact, End, Planetary, PlanetarySize};
+use crate::scene::model::{Axis, BranchEnd, ContactParameters, Planetary, PlanetaryGeometry};
 
 /// Name of planet `n`, counted from 1.
 pub fn planet(stage: &Planetary, n: usize) -> String {
@@ -21,7 +21,7 @@ pub fn planet(stage: &Planetary, n: usize) -> String {
 }
 
 /// Moment arms of a stage, each a whole number times a common scale, or radii where those were given.
-struct Arms {
+struct MomentArms {
     /// Factor to metres of the sun's and the ring's mesh.
     scale: [f64; 2],
     sun: f64,
@@ -33,14 +33,14 @@ struct Arms {
     centre: f64,
 }
 
-fn arms(stage: &Planetary) -> Arms {
+fn arms(stage: &Planetary) -> MomentArms {
     let cos = stage.pressure_angles.map(f64::cos);
     match stage.size {
-        PlanetarySize::Teeth { teeth, module } => {
+        PlanetaryGeometry::Teeth { teeth, module } => {
             let half = module.unwrap_or(2.0) / 2.0;
             let [sun, planet, ring] = teeth.map(f64::from);
             let carrier = [sun + planet, ring - planet];
-            Arms {
+            MomentArms {
                 scale: cos.map(|c| c * half),
                 sun,
                 planet,
@@ -49,10 +49,10 @@ fn arms(stage: &Planetary) -> Arms {
                 centre: half * (sun + planet),
             }
         }
-        PlanetarySize::Radii {
+        PlanetaryGeometry::Radii {
             base: [sun, planet, ring],
             carrier,
-        } => Arms {
+        } => MomentArms {
             scale: [1.0; 2],
             sun,
             planet,
@@ -63,29 +63,29 @@ fn arms(stage: &Planetary) -> Arms {
     }
 }
 
-/// The members whose x and y the stage gives a freedom.
-pub fn members(stage: &Planetary) -> [&End; 3] {
+/// The members whose x and y the stage gives a degree of freedom.
+pub fn members(stage: &Planetary) -> [&BranchEnd; 3] {
     [&stage.sun, &stage.ring, &stage.carrier]
 }
 
 /// Puts planets, meshes and bearings.
-pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(), Error> {
+pub fn add(builder: &mut MachineBuilder, element: usize, stage: &Planetary) -> Result<(), Error> {
     let arms = arms(stage);
     let [sun, ring, carrier] = [&stage.sun, &stage.ring, &stage.carrier];
     let thetas = [
-        builder.theta_of(sun)?,
-        builder.theta_of(ring)?,
-        builder.theta_of(carrier)?,
+        builder.rotation_of_end(sun)?,
+        builder.rotation_of_end(ring)?,
+        builder.rotation_of_end(carrier)?,
     ];
     refuse_what_needs_lateral(stage)?;
     note_assembly(builder, stage);
-    carry_planets(builder, element, stage, &arms, thetas[2])?;
+    add_planet_inertia(builder, element, stage, &arms, thetas[2])?;
     let mut meshes = [Vec::new(), Vec::new()];
     for (at, &position) in stage.positions.iter().enumerate() {
         let name = planet(stage, at + 1);
         let theta = builder
-            .named(&name, Axis::Theta)
-            .ok_or_else(|| unnumbered(stage))?;
+            .dof_by_name(&name, Axis::Theta)
+            .ok_or_else(|| missing_teeth_error(stage))?;
         builder.mass(element, theta, stage.planet_polar);
         let across = match stage.lateral {
             true => Some(lateral_planet(
@@ -94,7 +94,7 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
             false => None,
         };
         for mesh in 0..2 {
-            let (word, contact) =
+            let (word, parameters) =
                 [("sun", &stage.sun_contact), ("ring", &stage.ring_contact)][mesh];
             let member = [sun, ring][mesh];
             let own = [arms.sun, arms.ring][mesh];
@@ -109,10 +109,9 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
                         let (sin, cos) = (position + lean).sin_cos();
                         let scale = arms.scale[mesh];
                         terms.extend([(x, lean.sin() / scale), (y, -alpha.cos() / scale)]);
-                        if let End::Node(node) = member {
-                            terms
-                                .extend(builder.freedom(node, Axis::X)?.map(|i| (i, -sin / scale)));
-                            terms.extend(builder.freedom(node, Axis::Y)?.map(|i| (i, cos / scale)));
+                        if let BranchEnd::Node(node) = member {
+                            terms.extend(builder.dof(node, Axis::X)?.map(|i| (i, -sin / scale)));
+                            terms.extend(builder.dof(node, Axis::Y)?.map(|i| (i, cos / scale)));
                         }
                     }
                 }
@@ -124,17 +123,17 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
             );
             let coast = (coast != drive).then_some(coast);
             meshes[mesh].push(builder.machine.branches.len());
-            let contact = &phased(stage, contact, mesh, position);
+            let parameters = &phase_shifted_contact(stage, parameters, mesh, position);
             builder.contact(
                 element,
                 Some(format!("{word} to planet {}", at + 1)),
                 drive,
                 coast,
-                contact,
+                parameters,
             );
         }
     }
-    if let PlanetarySize::Teeth { teeth, .. } = stage.size {
+    if let PlanetaryGeometry::Teeth { teeth, .. } = stage.size {
         list(builder, element, stage, teeth, thetas, meshes);
     }
     Ok(())
@@ -142,7 +141,7 @@ pub fn add(builder: &mut Builder, element: usize, stage: &Planetary) -> Result<(
 
 /// Lists sun and ring, planets, and what of sun and ring stands while the carrier goes round.
 fn list(
-    builder: &mut Builder,
+    builder: &mut MachineBuilder,
     element: usize,
     stage: &Planetary,
     teeth: [u32; 3],
@@ -151,21 +150,21 @@ fn list(
 ) {
     let name = &stage.name.text;
     for (mesh, word, z) in [(0, "sun", teeth[0]), (1, "ring", teeth[2])] {
-        let seats = (stage.positions.iter()).map(|&at| seat(stage, mesh, at, z));
+        let seats = (stage.positions.iter()).map(|&at| mesh_geometry(stage, mesh, at, z));
         let gear = |turning, carrier| Gear {
             element,
-            turning,
+            rotation_dof: turning,
             teeth: Some(z),
             carrier,
             branches: meshes[mesh].clone(),
-            seats: seats.collect(),
+            geometries: seats.collect(),
         };
         match (thetas[mesh], thetas[2]) {
             (Some(turning), carrier) => builder.machine.gears.push(gear(turning, carrier)),
-            (None, Some(carrier)) => builder.machine.members.push(Member {
+            (None, Some(carrier)) => builder.machine.members.push(StageMember {
                 name: format!("{name}.{word}"),
                 gear: gear(carrier, None),
-                stands: true,
+                is_fixed: true,
             }),
             (None, None) => {}
         }
@@ -173,71 +172,71 @@ fn list(
     let [suns, rings] = meshes;
     for (at, branches) in suns.into_iter().zip(rings).enumerate() {
         let name = planet(stage, at + 1);
-        let Some(turning) = builder.named(&name, Axis::Theta) else {
+        let Some(turning) = builder.dof_by_name(&name, Axis::Theta) else {
             continue;
         };
         let gear = Gear {
             element,
-            turning,
+            rotation_dof: turning,
             teeth: Some(teeth[1]),
             carrier: thetas[2],
             branches: vec![branches.0, branches.1],
-            seats: vec![
+            geometries: vec![
                 planet_seat(stage, 0, teeth[1]),
                 planet_seat(stage, 1, teeth[1]),
             ],
         };
-        builder.machine.members.push(Member {
+        builder.machine.members.push(StageMember {
             name,
             gear,
-            stands: false,
+            is_fixed: false,
         });
     }
 }
 
 /// How the sun (mesh 0) or the ring (mesh 1) stands in the mesh with a planet at a position.
-fn seat(stage: &Planetary, mesh: usize, position: f64, teeth: u32) -> Seat {
+fn mesh_geometry(stage: &Planetary, mesh: usize, position: f64, teeth: u32) -> MeshGeometry {
     let alpha = stage.pressure_angles[mesh];
     let across = [alpha, -alpha].map(|alpha| {
         let (sin, cos) = (position + [-alpha, alpha][mesh]).sin_cos();
         [-sin, cos]
     });
-    Seat {
+    MeshGeometry {
         angle: position,
         across,
         along: 0.0,
         lever: alpha.cos(),
         cylindrical: cylindrical(stage, teeth),
-        sized: is_sized(stage),
+        has_module: is_sized(stage),
     }
 }
 
 /// How a planet stands in the mesh with the sun (0) or the ring (1), its x outwards and its y along the turning sense of the carrier. The
 /// ring's teeth push it where the sun's push it back, on its other flanks.
-fn planet_seat(stage: &Planetary, mesh: usize, teeth: u32) -> Seat {
+fn planet_seat(stage: &Planetary, mesh: usize, teeth: u32) -> MeshGeometry {
     let alpha = stage.pressure_angles[mesh];
     let outwards = [-1.0, 1.0][mesh];
-    Seat {
+    MeshGeometry {
         angle: [PI, 0.0][mesh],
         across: [alpha, -alpha].map(|alpha| [outwards * alpha.sin(), -alpha.cos()]),
         along: 0.0,
         lever: -outwards * alpha.cos(),
         cylindrical: cylindrical(stage, teeth),
-        sized: is_sized(stage),
+        has_module: is_sized(stage),
     }
 }
 
 fn is_sized(stage: &Planetary) -> bool {
-    !matches!(stage.size, PlanetarySize::Teeth { module: None, .. })
+    !matches!(stage.size, PlanetaryGeometry::Teeth { module: None, .. })
 }
 
 /// Module and radius of the pitch circle, where they are known; teeth are taken as straight.
 fn cylindrical(stage: &Planetary, teeth: u32) -> Option<[f64; 2]> {
     match stage.size {
-        PlanetarySize::Teeth { module, .. } => {
+        PlanetaryGeometry::Teeth { module, .. } => {
             module.map(|module| [module, module * f64::from(teeth) / 2.0])
         }
-        PlanetarySize::Radii { .. } => None,
+        PlanetaryGeometry::Radii { .. } => None,
     }
 }
 
@@ -246,14 +245,21 @@ fn cylindrical(stage: &Planetary, teeth: u32) -> Option<[f64; 2]> {
 ///
 /// Source: Parker and Lin, J. Mech. Des. 126 (2004) 68, for the phases between planets; the lead between sun and ring meshes
 /// of one planet, which hangs on tooth thicknesses, is the `phase` of each wave.
-fn phased(stage: &Planetary, contact: &Contact, mesh: usize, position: f64) -> Contact {
-    let mut contact = contact.clone();
-    if let (Some(wave), PlanetarySize::Teeth { teeth, .. }) = (&mut contact.wave, &stage.size) {
-        let stands = matches!([&stage.sun, &stage.ring][mesh], End::Ground);
+fn phase_shifted_contact(
+    stage: &Planetary,
+    parameters: &ContactParameters,
+    mesh: usize,
+    position: f64,
+) -> ContactParameters {
+    let mut parameters = parameters.clone();
+    if let (Some(wave), PlanetaryGeometry::Teeth { teeth, .. }) =
+        (&mut parameters.wave, &stage.size)
+    {
+        let stands = matches!([&stage.sun, &stage.ring][mesh], BranchEnd::Ground);
         let ahead = f64::from([teeth[0], teeth[2]][mesh]) * position;
-        wave.lead += if stands { ahead } else { -ahead };
+        wave.phase += if stands { ahead } else { -ahead };
     }
-    contact
+    parameters
 }
 
 /// A planet's bearing gives way only where planets move sideways.
@@ -266,13 +272,13 @@ fn refuse_what_needs_lateral(stage: &Planetary) -> Result<(), Error> {
         stage.name.text
     );
     Err(Error::new(Code::Conflict, message)
-        .at(&stage.name.place)
-        .hint("add `lateral = true`, or leave out `k_bearing`"))
+        .with_span(&stage.name.span)
+        .with_hint("add `lateral = true`, or leave out `k_bearing`"))
 }
 
 /// Equally spaced planets find their teeth only where `(z_s + z_r)/N` is whole (Müller, Die Umlaufgetriebe, 2nd ed. 1998, sec. 5.2).
-fn note_assembly(builder: &mut Builder, stage: &Planetary) {
-    let PlanetarySize::Teeth {
+fn note_assembly(builder: &mut MachineBuilder, stage: &Planetary) {
+    let PlanetaryGeometry::Teeth {
         teeth: [sun, _, ring],
         ..
     } = stage.size
@@ -290,29 +296,29 @@ fn note_assembly(builder: &mut Builder, stage: &Planetary) {
             "{}: {n} equally spaced planets do not fit sun {sun} and ring {ring}: (z_s + z_r)/{n} is not whole",
             stage.name.text
         );
-        builder.note("assembly", text);
+        builder.add_diagnostic("assembly", text);
     }
 }
 
 /// Planets that do not move sideways ride with the carrier: `n m r²` on its rotation.
-fn carry_planets(
-    builder: &mut Builder,
+fn add_planet_inertia(
+    builder: &mut MachineBuilder,
     element: usize,
     stage: &Planetary,
-    arms: &Arms,
+    arms: &MomentArms,
     carrier: Option<usize>,
 ) -> Result<(), Error> {
     let (Some(mass), Some(carrier), false) = (stage.planet_mass, carrier, stage.lateral) else {
         return Ok(());
     };
-    if matches!(stage.size, PlanetarySize::Teeth { module: None, .. }) && mass > 0.0 {
+    if matches!(stage.size, PlanetaryGeometry::Teeth { module: None, .. }) && mass > 0.0 {
         let message = format!(
             "`{}` states planet_mass without a module, so the radius it turns at is not known",
             stage.name.text
         );
         return Err(Error::new(Code::MissingKey, message)
-            .at(&stage.name.place)
-            .hint("add `module`"));
+            .with_span(&stage.name.span)
+            .with_hint("add `module`"));
     }
     builder.mass(
         element,
@@ -322,41 +328,41 @@ fn carry_planets(
     Ok(())
 }
 
-/// Mass, bearing and Coriolis terms of a planet that moves across its axis; its freedoms x and y.
+/// Mass, bearing and Coriolis terms of a planet that moves across its axis; its degrees of freedom x and y.
 fn lateral_planet(
-    builder: &mut Builder,
+    builder: &mut MachineBuilder,
     element: usize,
     stage: &Planetary,
-    arms: &Arms,
+    arms: &MomentArms,
     position: f64,
     name: &str,
 ) -> Result<[usize; 2], Error> {
-    let [x, y] = [Axis::X, Axis::Y].map(|axis| builder.named(name, axis));
+    let [x, y] = [Axis::X, Axis::Y].map(|axis| builder.dof_by_name(name, axis));
     let (Some(x), Some(y)) = (x, y) else {
-        return Err(unnumbered(stage));
+        return Err(missing_teeth_error(stage));
     };
     let mass = stage.planet_mass.unwrap_or(0.0);
     builder.mass(element, x, mass);
     builder.mass(element, y, mass);
     let (sin, cos) = position.sin_cos();
     let (mut radial, mut tangential) = (vec![(x, -1.0)], vec![(y, -1.0)]);
-    if let End::Node(carrier) = &stage.carrier {
+    if let BranchEnd::Node(carrier) = &stage.carrier {
         let theta = builder.theta(carrier)?;
         tangential.push((theta, arms.centre));
         if let (Some(cx), Some(cy)) = (
-            builder.freedom(carrier, Axis::X)?,
-            builder.freedom(carrier, Axis::Y)?,
+            builder.dof(carrier, Axis::X)?,
+            builder.dof(carrier, Axis::Y)?,
         ) {
             radial.extend([(cx, cos), (cy, sin)]);
             tangential.extend([(cx, -sin), (cy, cos)]);
         }
         // What the bearing carries of `m r Ω²` turns with the carrier: only the motion against the carrier is centripetal.
         let beside_carrier = Direction::new(1.0, [(y, 1.0), (theta, -arms.centre)]);
-        builder.machine.spins.push(Spin {
-            centripetal: vec![(Direction::of(x), mass), (beside_carrier, mass)],
+        builder.machine.gyroscopic.push(GyroscopicTerms {
+            centripetal: vec![(Direction::unit(x), mass), (beside_carrier, mass)],
             outwards: Some((x, mass * arms.centre)),
             across: None,
-            ..turning_frame(element, theta, [x, y], mass)
+            ..rotating_frame_terms(element, theta, [x, y], mass)
         });
     }
     for (word, terms) in [("radial", radial), ("tangential", tangential)] {
@@ -368,28 +374,33 @@ fn lateral_planet(
             element,
             part,
             Direction::new(1.0, terms),
-            law(stage.planet_bearing, stage.bearing_loss),
+            branch_law(stage.planet_bearing, stage.bearing_loss),
         );
     }
     Ok([x, y])
 }
 
 /// Terms of a mass about the axis of a frame that turns at Ω: `m (ẍ − 2Ωẏ − Ω²x)`, `m (ÿ + 2Ωẋ − Ω²y)`.
-pub fn turning_frame(element: usize, turning: usize, [x, y]: [usize; 2], mass: f64) -> Spin {
-    Spin {
+pub fn rotating_frame_terms(
+    element: usize,
+    turning: usize,
+    [x, y]: [usize; 2],
+    mass: f64,
+) -> GyroscopicTerms {
+    GyroscopicTerms {
         element,
         turning,
         gyroscopic: vec![(x, y, -2.0 * mass)],
-        centripetal: [x, y].map(|i| (Direction::of(i), mass)).to_vec(),
+        centripetal: [x, y].map(|i| (Direction::unit(i), mass)).to_vec(),
         outwards: None,
         across: Some([x, y]),
     }
 }
 
-fn unnumbered(stage: &Planetary) -> Error {
+fn missing_teeth_error(stage: &Planetary) -> Error {
     Error::new(
         Code::UnknownNode,
         format!("the planets of `{}` have no nodes", stage.name.text),
     )
-    .at(&stage.name.place)
+    .with_span(&stage.name.span)
 }

@@ -7,29 +7,29 @@ use std::f64::consts::TAU;
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::machine::builder::Builder;
+use crate::machine::builder::MachineBuilder;
+use crate::machine::components::Gear;
 use crate::machine::direction::Direction;
-use crate::machine::parts::Gear;
 use crate::scene::model::{Axis, Hand, Screw, Slide};
 
 /// m in a nanometre.
 const NANOMETRE: f64 = 1e-9;
 
 /// Puts the slide's mass.
-pub fn add_slide(builder: &mut Builder, element: usize, slide: &Slide) -> Result<(), Error> {
-    if let Some(z) = builder.freedom(&slide.name, Axis::Z)? {
+pub fn add_slide(builder: &mut MachineBuilder, element: usize, slide: &Slide) -> Result<(), Error> {
+    if let Some(z) = builder.dof(&slide.name, Axis::Z)? {
         builder.mass(element, z, slide.mass);
     }
     Ok(())
 }
 
 /// Puts the screw between what turns and what slides.
-pub fn add(builder: &mut Builder, element: usize, screw: &Screw) -> Result<(), Error> {
+pub fn add(builder: &mut MachineBuilder, element: usize, screw: &Screw) -> Result<(), Error> {
     let [turns, slides] = &screw.between;
     let theta = builder.theta(turns)?;
     let z = match (
-        builder.freedom(slides, Axis::Theta)?,
-        builder.freedom(slides, Axis::Z)?,
+        builder.dof(slides, Axis::Theta)?,
+        builder.dof(slides, Axis::Z)?,
     ) {
         (None, Some(z)) => z,
         _ => return Err(no_slide(screw)),
@@ -37,17 +37,17 @@ pub fn add(builder: &mut Builder, element: usize, screw: &Screw) -> Result<(), E
     let hand = if screw.hand == Hand::Right { 1.0 } else { -1.0 };
     let along = TAU / NANOMETRE;
     let mut terms = vec![(theta, hand * screw.lead as f64), (z, -along)];
-    terms.extend(builder.freedom(turns, Axis::Z)?.map(|own| (own, along)));
+    terms.extend(builder.dof(turns, Axis::Z)?.map(|own| (own, along)));
     let branch = builder.machine.branches.len();
     let direction = Direction::new(NANOMETRE / TAU, terms);
-    builder.contact(element, None, direction, None, &screw.contact);
+    builder.contact(element, None, direction, None, &screw.parameters);
     builder.machine.gears.push(Gear {
         element,
-        turning: theta,
+        rotation_dof: theta,
         teeth: None,
         carrier: None,
         branches: vec![branch],
-        seats: Vec::new(),
+        geometries: Vec::new(),
     });
     Ok(())
 }
@@ -60,6 +60,6 @@ fn no_slide(screw: &Screw) -> Error {
         slides.text, turns.text
     );
     Error::new(Code::Conflict, message)
-        .at(&slides.place)
-        .hint(hint)
+        .with_span(&slides.span)
+        .with_hint(hint)
 }

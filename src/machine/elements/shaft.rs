@@ -7,10 +7,10 @@ use std::f64::consts::PI;
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::machine::builder::{Builder, law, twist};
+use crate::machine::builder::{MachineBuilder, branch_law, relative_rotation};
+use crate::machine::components::BranchLaw;
 use crate::machine::direction::Direction;
-use crate::machine::parts::Law;
-use crate::scene::model::{Axis, BarMass, Loss, Shaft, ShaftBody};
+use crate::scene::model::{Axis, BarMass, BranchDamping, Shaft, ShaftBody};
 
 /// Polar second moment of area of a ring, m⁴.
 pub fn polar_area(outer: f64, inner: f64) -> f64 {
@@ -28,10 +28,10 @@ pub fn inner_nodes(shaft: &Shaft) -> impl Iterator<Item = String> + '_ {
 }
 
 /// Puts the lengths, and their own inertia where asked, between the ends.
-pub fn add(builder: &mut Builder, element: usize, shaft: &Shaft) -> Result<(), Error> {
+pub fn add(builder: &mut MachineBuilder, element: usize, shaft: &Shaft) -> Result<(), Error> {
     let [first, last] = [
-        builder.theta_of(&shaft.between[0])?,
-        builder.theta_of(&shaft.between[1])?,
+        builder.rotation_of_end(&shaft.between[0])?,
+        builder.rotation_of_end(&shaft.between[1])?,
     ];
     let Some(ShaftBody::Bar {
         length,
@@ -50,35 +50,35 @@ pub fn add(builder: &mut Builder, element: usize, shaft: &Shaft) -> Result<(), E
         builder.branch(
             element,
             None,
-            twist([first, last]),
-            law(stiffness, shaft.loss),
+            relative_rotation([first, last]),
+            branch_law(stiffness, shaft.damping),
         );
         return Ok(());
     };
-    if segments > 1 && matches!(shaft.loss, Loss::Ratio(_)) {
+    if segments > 1 && matches!(shaft.damping, BranchDamping::Ratio(_)) {
         let message = format!(
             "the damping ratio of `{}` would mean less the more lengths it is cut into",
             shaft.name.text
         );
         let hint = "each length would take its own small mass as the one it swings against; give c or loss_factor";
         return Err(Error::new(Code::Conflict, message)
-            .at(&shaft.name.place)
-            .hint(hint));
+            .with_span(&shaft.name.span)
+            .with_hint(hint));
     }
     let (area, piece) = (polar_area(outer, inner), length / segments as f64);
     let (stiffness, inertia) = (shear_modulus * area / piece, density * area * piece);
     let mut ends = vec![first];
-    ends.extend(inner_nodes(shaft).map(|name| builder.named(&name, Axis::Theta)));
+    ends.extend(inner_nodes(shaft).map(|name| builder.dof_by_name(&name, Axis::Theta)));
     ends.push(last);
     for (at, pair) in ends.windows(2).enumerate() {
         let part = (segments > 1).then(|| format!("length {}", at + 1));
         builder.branch(
             element,
             part,
-            twist([pair[0], pair[1]]),
-            Law::Linear {
+            relative_rotation([pair[0], pair[1]]),
+            BranchLaw::Linear {
                 stiffness,
-                loss: shaft.loss,
+                damping: shaft.damping,
             },
         );
         add_inertia(builder, element, [pair[0], pair[1]], inertia, mass);
@@ -88,7 +88,7 @@ pub fn add(builder: &mut Builder, element: usize, shaft: &Shaft) -> Result<(), E
 
 /// `[[2, 1], [1, 2]] = e₁e₁ᵀ + e₂e₂ᵀ + (e₁ + e₂)(e₁ + e₂)ᵀ`, so a consistent mass is three terms `m v vᵀ`.
 fn add_inertia(
-    builder: &mut Builder,
+    builder: &mut MachineBuilder,
     element: usize,
     ends: [Option<usize>; 2],
     inertia: f64,
@@ -100,13 +100,13 @@ fn add_inertia(
         BarMass::Consistent => inertia / 6.0,
     };
     let moving = || ends.into_iter().flatten();
-    for freedom in moving() {
-        builder.mass(element, freedom, each);
+    for dof in moving() {
+        builder.mass(element, dof, each);
     }
     if mass == BarMass::Consistent {
         builder.mass_along(
             element,
-            Direction::new(1.0, moving().map(|freedom| (freedom, 1.0))),
+            Direction::new(1.0, moving().map(|dof| (dof, 1.0))),
             each,
         );
     }

@@ -4,15 +4,15 @@
 //! itself where γ ≤ ρ (Niemann & Winter, Maschinenelemente III, 2nd ed. 1986, sec. 24.3.3). The losses act against the mean
 //! sliding and do not enter small vibrations about steady running.
 
-use super::tooth::{Pair, Side, add_pair};
+use super::mesh::{MeshPair, MeshSide, add_pair};
 use crate::base::error::Error;
-use crate::machine::builder::Builder;
+use crate::machine::builder::MachineBuilder;
 use crate::scene::model::{Hand, WormPair};
 
 /// Puts the mesh between worm and wheel, and states efficiency and self-locking.
-pub fn add(builder: &mut Builder, element: usize, pair: &WormPair) -> Result<(), Error> {
+pub fn add(builder: &mut MachineBuilder, element: usize, pair: &WormPair) -> Result<(), Error> {
     let module = pair.module.unwrap_or(2.0);
-    let made = Pair {
+    let made = MeshPair {
         scale: module * pair.pressure_angle.cos() * pair.lead_angle.cos() / 2.0,
         drive: sides(pair, module, pair.pressure_angle),
         coast: sides(pair, module, -pair.pressure_angle),
@@ -20,7 +20,7 @@ pub fn add(builder: &mut Builder, element: usize, pair: &WormPair) -> Result<(),
         cylindrical: None,
         sized: pair.module.is_some(),
     };
-    add_pair(builder, element, &made, &pair.contact)?;
+    add_pair(builder, element, &made, &pair.parameters)?;
     if let Some(friction) = pair.friction {
         let Efficiency { driving, backwards } =
             efficiency(pair.lead_angle, pair.pressure_angle, friction);
@@ -33,7 +33,7 @@ pub fn add(builder: &mut Builder, element: usize, pair: &WormPair) -> Result<(),
             pair.name.text,
             100.0 * driving
         );
-        builder.note("worm-efficiency", text);
+        builder.add_diagnostic("worm-efficiency", text);
     }
     Ok(())
 }
@@ -58,11 +58,11 @@ pub fn efficiency(lead: f64, pressure: f64, friction: f64) -> Efficiency {
 }
 
 /// Worm and wheel as the flank with the signed pressure angle `alpha` sees them.
-fn sides(pair: &WormPair, module: f64, alpha: f64) -> [Side<'_>; 2] {
+fn sides(pair: &WormPair, module: f64, alpha: f64) -> [MeshSide<'_>; 2] {
     let hand = if pair.hand == Hand::Right { 1.0 } else { -1.0 };
     let (sin_lead, cos_lead) = pair.lead_angle.sin_cos();
     let [starts, teeth] = pair.teeth.map(f64::from);
-    let worm = Side {
+    let worm = MeshSide {
         node: &pair.between[0],
         sign: 1.0,
         normal: [
@@ -70,11 +70,11 @@ fn sides(pair: &WormPair, module: f64, alpha: f64) -> [Side<'_>; 2] {
             alpha.cos() * sin_lead,
             -hand * alpha.cos() * cos_lead,
         ],
-        turns: starts,
+        theta_coefficient: starts,
         radius: starts * module / (2.0 * pair.lead_angle.tan()),
         angle: pair.mesh_angles[0],
     };
-    let wheel = Side {
+    let wheel = MeshSide {
         node: &pair.between[1],
         sign: -1.0,
         normal: [
@@ -82,7 +82,7 @@ fn sides(pair: &WormPair, module: f64, alpha: f64) -> [Side<'_>; 2] {
             -hand * alpha.cos() * cos_lead,
             alpha.cos() * sin_lead,
         ],
-        turns: hand * teeth,
+        theta_coefficient: hand * teeth,
         radius: teeth * module / 2.0,
         angle: pair.mesh_angles[1],
     };

@@ -1,44 +1,43 @@
-//! Interior coordinates between kept ones: how they follow statically, and how they swing while the kept ones stand.
+//! Partition into retained and condensed coordinates; constraint modes, fixed-interface modes.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::machine::components::Mass;
 use crate::machine::direction::Direction;
-use crate::machine::linear::Linear;
-use crate::machine::parts::Mass;
-use crate::modes::basis::{self, Basis, Solver};
-use crate::numeric::{Matrix, definite, graded};
+use crate::machine::linear::LinearModel;
+use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver};
+use crate::numeric::{Matrix, graded, symmetric};
 
 /// Kept coordinates and the others.
-pub struct Interior {
+pub struct CoordinatePartition {
     /// Kept.
-    pub masters: Vec<usize>,
+    pub retained: Vec<usize>,
     /// The rest.
-    pub slaves: Vec<usize>,
+    pub condensed: Vec<usize>,
 }
 
-impl Interior {
+impl CoordinatePartition {
     /// Splits the coordinates.
     ///
     /// # Errors
     /// `OutOfRange` for a coordinate that is not there, or twice.
-    pub fn new(linear: &Linear, masters: &[usize]) -> Result<Interior, Error> {
-        let mut is_master = vec![false; linear.n];
+    pub fn new(model: &LinearModel, masters: &[usize]) -> Result<CoordinatePartition, Error> {
+        let mut is_master = vec![false; model.n];
         for &j in masters {
-            if j >= linear.n || is_master[j] {
+            if j >= model.n || is_master[j] {
                 let message = format!(
                     "coordinate {j} of {} is named twice or does not exist",
-                    linear.n
+                    model.n
                 );
-                return Err(
-                    Error::new(Code::OutOfRange, message).hint("name each kept coordinate once")
-                );
+                return Err(Error::new(Code::OutOfRange, message)
+                    .with_hint("name each kept coordinate once"));
             }
             is_master[j] = true;
         }
-        let slaves = (0..linear.n).filter(|&j| !is_master[j]).collect();
-        Ok(Interior {
-            masters: masters.to_vec(),
-            slaves,
+        let slaves = (0..model.n).filter(|&j| !is_master[j]).collect();
+        Ok(CoordinatePartition {
+            retained: masters.to_vec(),
+            condensed: slaves,
         })
     }
 
@@ -46,30 +45,35 @@ impl Interior {
     ///
     /// # Errors
     /// `Disconnected` where the kept coordinates leave something free to move.
-    pub fn constraint_modes(&self, linear: &Linear) -> Result<Matrix, Error> {
-        let order: Vec<usize> = self.slaves.iter().chain(&self.masters).copied().collect();
-        let mut place = vec![0; linear.n];
+    pub fn constraint_modes(&self, model: &LinearModel) -> Result<Matrix, Error> {
+        let order: Vec<usize> = self
+            .condensed
+            .iter()
+            .chain(&self.retained)
+            .copied()
+            .collect();
+        let mut place = vec![0; model.n];
         order.iter().enumerate().for_each(|(at, &j)| place[j] = at);
-        let squares: Vec<_> = linear
+        let squares: Vec<_> = model
             .branches
             .iter()
             .filter(|b| b.stiffness > 0.0 && b.force.is_none())
             .collect();
-        let mut rows = Matrix::zeros(squares.len().max(1), linear.n);
+        let mut rows = Matrix::zeros(squares.len().max(1), model.n);
         for (i, branch) in squares.iter().enumerate() {
             branch
                 .direction
-                .scaled()
+                .entries()
                 .for_each(|(j, a)| rows[(i, place[j])] += branch.stiffness.sqrt() * a);
         }
-        let follow = graded::eliminate(&rows, self.slaves.len())?;
+        let follow = graded::condense(&rows, self.condensed.len())?;
         if let Some(loose) = follow.singular {
-            return Err(loose_error(self.slaves[loose]));
+            return Err(loose_error(self.condensed[loose]));
         }
-        let mut psi = Matrix::zeros(linear.n, self.masters.len());
-        for k in 0..self.masters.len() {
-            psi[(self.masters[k], k)] = 1.0;
-            self.slaves
+        let mut psi = Matrix::zeros(model.n, self.retained.len());
+        for k in 0..self.retained.len() {
+            psi[(self.retained[k], k)] = 1.0;
+            self.condensed
                 .iter()
                 .enumerate()
                 .for_each(|(i, &j)| psi[(j, k)] = follow.recovery[(i, k)]);
@@ -80,15 +84,15 @@ impl Interior {
     /// Modes with the kept coordinates at rest, over the interior ones.
     ///
     /// # Errors
-    /// Those of [`basis::solve`]; `Disconnected` as above.
-    pub fn fixed_modes(&self, linear: &Linear) -> Result<Basis, Error> {
-        let fixed = self.fixed(linear);
+    /// Those of [`basis::lu_solve`]; `Disconnected` as above.
+    pub fn fixed_modes(&self, model: &LinearModel) -> Result<ModalBasis, Error> {
+        let fixed = self.fixed(model);
         if fixed.n == fixed.massless.len() {
-            return Ok(Basis::none(fixed.n));
+            return Ok(ModalBasis::empty(fixed.n));
         }
-        let basis = basis::solve(&fixed, Solver::Factored)?;
+        let basis = modal_basis::solve(&fixed, UndampedSolver::Factored)?;
         match basis.omega.first() {
-            Some(&lowest) if lowest <= 0.0 => Err(loose_error(self.slaves[0])),
+            Some(&lowest) if lowest <= 0.0 => Err(loose_error(self.condensed[0])),
             _ => Ok(basis),
         }
     }
@@ -97,20 +101,20 @@ impl Interior {
     ///
     /// # Errors
     /// `Indefinite` where K_ss is singular.
-    pub fn flexibility(&self, linear: &Linear) -> Result<Matrix, Error> {
-        let k = squares_stiffness(linear);
-        let s = &self.slaves;
+    pub fn flexibility(&self, model: &LinearModel) -> Result<Matrix, Error> {
+        let k = elastic_stiffness(model);
+        let s = &self.condensed;
         let inner = Matrix::from_fn(s.len(), s.len(), |i, j| k[(s[i], s[j])]);
-        let inverse = definite::solve(&inner, &Matrix::identity(s.len(), s.len()))?;
-        let mut all = Matrix::zeros(linear.n, linear.n);
+        let inverse = symmetric::lu_solve(&inner, &Matrix::identity(s.len(), s.len()))?;
+        let mut all = Matrix::zeros(model.n, model.n);
         (0..s.len()).for_each(|j| (0..s.len()).for_each(|i| all[(s[i], s[j])] = inverse[(i, j)]));
         Ok(all)
     }
 
     /// The machine with the kept coordinates at rest.
-    fn fixed(&self, linear: &Linear) -> Linear {
-        let mut place = vec![None; linear.n];
-        self.slaves
+    fn fixed(&self, model: &LinearModel) -> LinearModel {
+        let mut place = vec![None; model.n];
+        self.condensed
             .iter()
             .enumerate()
             .for_each(|(at, &j)| place[j] = Some(at));
@@ -125,7 +129,7 @@ impl Interior {
                 terms,
             }
         };
-        let branches = linear.branches.iter().filter(|b| b.force.is_none());
+        let branches = model.branches.iter().filter(|b| b.force.is_none());
         let mut branches: Vec<_> = branches
             .map(|b| crate::machine::linear::LinearBranch {
                 direction: cut(&b.direction),
@@ -133,35 +137,39 @@ impl Interior {
             })
             .collect();
         branches.retain(|b| !b.direction.terms.is_empty());
-        let masses = linear.masses.iter().map(|m| Mass {
+        let masses = model.masses.iter().map(|m| Mass {
             direction: cut(&m.direction),
             ..m.clone()
         });
-        Linear {
-            n: self.slaves.len(),
-            free: self.slaves.iter().map(|&j| linear.free[j]).collect(),
+        LinearModel {
+            n: self.condensed.len(),
+            independent_dofs: self
+                .condensed
+                .iter()
+                .map(|&j| model.independent_dofs[j])
+                .collect(),
             transform: Vec::new(),
             masses: masses.filter(|m| !m.direction.terms.is_empty()).collect(),
             branches,
             rigid: Vec::new(),
             n_undamped_rigid: 0,
-            massless: linear.massless.iter().filter_map(|&j| place[j]).collect(),
+            massless: model.massless.iter().filter_map(|&j| place[j]).collect(),
         }
     }
 }
 
 /// `Σ k w wᵀ` over the springs.
-pub fn squares_stiffness(linear: &Linear) -> Matrix {
-    let mut k = Matrix::zeros(linear.n, linear.n);
-    for branch in linear
+pub fn elastic_stiffness(model: &LinearModel) -> Matrix {
+    let mut k = Matrix::zeros(model.n, model.n);
+    for branch in model
         .branches
         .iter()
         .filter(|b| b.stiffness > 0.0 && b.force.is_none())
     {
-        for (i, a) in branch.direction.scaled() {
+        for (i, a) in branch.direction.entries() {
             branch
                 .direction
-                .scaled()
+                .entries()
                 .for_each(|(j, b)| k[(i, j)] += branch.stiffness * a * b);
         }
     }
@@ -171,5 +179,5 @@ pub fn squares_stiffness(linear: &Linear) -> Matrix {
 fn loose_error(coordinate: usize) -> Error {
     let message = format!("coordinate {coordinate} is still free to move when the kept ones stand");
     Error::new(Code::Disconnected, message)
-        .hint("keep at least one coordinate of every part that moves freely")
+        .with_hint("keep at least one coordinate of every part that moves freely")
 }

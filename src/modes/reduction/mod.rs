@@ -1,17 +1,15 @@
-//! Model reduction: `p = T_r r` with fewer coordinates, and what the response loses by it over a band.
+//! Model reduction `p = T_r r` and its error over a frequency band.
 
-/// The shapes interior coordinates take.
 mod interior;
 
-/// The methods.
 mod method;
 
-/// Errors over a band: estimated, and measured.
-mod band;
+mod band_error;
 
-/// What can be left out.
-mod advice;
+mod condensable;
 
-pub use advice::{Advice, LeftOut, advise};
-pub use band::{Band, BandError};
-pub use method::{Keep, Method, Reduced, coordinate, frequencies};
+pub use band_error::{BandError, ComparisonBand};
+pub use condensable::{CondensableCoordinate, CondensationAdvice, find_condensable};
+pub use method::{
+    ModeSelection, ReducedModel, ReductionMethod, coordinate_by_name, natural_frequencies,
+};

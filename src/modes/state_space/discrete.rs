@@ -1,10 +1,10 @@
-//! A state-space form of a machine at a sample time: the rules of `sampling`.
+//! Discrete-time state space by the rules of `numeric::discretization`.
 
 use super::system::StateSpace;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::sampling;
-use crate::scene::study::Hold;
+use crate::numeric::discretisation;
+use crate::scene::study::DiscretisationMethod;
 
 impl StateSpace {
     /// The same, sampled every `sample_time` seconds.
@@ -12,21 +12,25 @@ impl StateSpace {
     /// # Errors
     /// `OutOfRange` for a sample time that is not positive; `Conflict` where it is sampled already; `Overflow` where the
     /// exponential keeps no digit; `Indefinite` where 2/h is a pole and the rule bilinear.
-    pub fn sampled(&self, sample_time: f64, hold: Hold) -> Result<StateSpace, Error> {
+    pub fn discretise(
+        &self,
+        sample_time: f64,
+        method: DiscretisationMethod,
+    ) -> Result<StateSpace, Error> {
         if let Some(already) = self.sample_time {
             let message = format!("it is sampled every {already} s already");
-            return Err(Error::new(Code::Conflict, message).hint("sample the continuous form"));
+            return Err(Error::new(Code::Conflict, message).with_hint("sample the continuous form"));
         }
         if !(sample_time > 0.0 && sample_time.is_finite()) {
             let message = format!("a sample time of {sample_time} s is not positive");
             return Err(Error::new(Code::OutOfRange, message)
-                .hint("a tenth of the shortest period of interest is a start"));
+                .with_hint("a tenth of the shortest period of interest is a start"));
         }
         let of = [&self.a, &self.b, &self.c, &self.d];
-        let [a, b, c, d] = match hold {
-            Hold::Zero => sampling::zero_order(of, sample_time)?,
-            Hold::First => sampling::first_order(of, sample_time)?,
-            Hold::Bilinear => sampling::bilinear(of, sample_time)?,
+        let [a, b, c, d] = match method {
+            DiscretisationMethod::Zero => discretisation::zero_order(of, sample_time)?,
+            DiscretisationMethod::First => discretisation::first_order(of, sample_time)?,
+            DiscretisationMethod::Bilinear => discretisation::bilinear(of, sample_time)?,
         };
         Ok(StateSpace {
             a,
@@ -34,7 +38,7 @@ impl StateSpace {
             c,
             d,
             sample_time: Some(sample_time),
-            hold: Some(hold),
+            method: Some(method),
             ..self.clone()
         })
     }

@@ -6,15 +6,15 @@ use serde_json::{Value, json};
 
 use super::system::StateSpace;
 use crate::base::mat5::write;
-use crate::numeric::by_rows;
+use crate::numeric::to_rows;
 
 impl StateSpace {
-    /// `a`, `b`, `c`, `d` by rows, `states`, `inputs`, `outputs`, `sample_time_s` and `hold` (null where continuous).
+    /// `a`, `b`, `c`, `d` by rows, `states`, `inputs`, `outputs`, `sample_time_s` and `method` (null where continuous).
     pub fn to_json(&self) -> Value {
         json!({
-            "a": by_rows(&self.a), "b": by_rows(&self.b), "c": by_rows(&self.c), "d": by_rows(&self.d),
+            "a": to_rows(&self.a), "b": to_rows(&self.b), "c": to_rows(&self.c), "d": to_rows(&self.d),
             "states": self.states, "inputs": self.inputs, "outputs": self.outputs,
-            "sample_time_s": self.sample_time, "hold": self.hold.map(|hold| hold.name()),
+            "sample_time_s": self.sample_time, "hold": self.method.map(|hold| hold.name()),
         })
     }
 
@@ -25,7 +25,7 @@ impl StateSpace {
     pub fn write_csv(&self, to: &mut impl Write) -> io::Result<()> {
         if let Some(sample_time) = self.sample_time {
             writeln!(to, "sample_time_s,{sample_time:?}")?;
-            writeln!(to, "hold,{}", self.hold.map_or("", |hold| hold.name()))?;
+            writeln!(to, "hold,{}", self.method.map_or("", |hold| hold.name()))?;
             writeln!(to)?;
         }
         let blocks = [
@@ -62,7 +62,7 @@ impl StateSpace {
         Ok(())
     }
 
-    /// Variables `A`, `B`, `C`, `D`, `Ts` (0 where continuous), `hold`, and cells `states`, `inputs`, `outputs`, for
+    /// Variables `A`, `B`, `C`, `D`, `Ts` (0 where continuous), `method`, and cells `states`, `inputs`, `outputs`, for
     /// `load` in MATLAB and `scipy.io.loadmat`: `sys = ss(A, B, C, D, Ts)`.
     ///
     /// # Errors
@@ -87,14 +87,14 @@ impl StateSpace {
         )?)?;
         to.write_all(&write::text(
             "hold",
-            self.hold.map_or("continuous", |hold| hold.name()),
+            self.method.map_or("continuous", |hold| hold.name()),
         )?)?;
         for (name, list) in [
             ("states", &self.states),
             ("inputs", &self.inputs),
             ("outputs", &self.outputs),
         ] {
-            to.write_all(&write::texts(name, list)?)?;
+            to.write_all(&write::cell_strings(name, list)?)?;
         }
         Ok(())
     }

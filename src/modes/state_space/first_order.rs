@@ -5,8 +5,8 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::modes::equations::Equations;
-use crate::numeric::{Matrix, definite};
+use crate::modes::system_matrices::SystemMatrices;
+use crate::numeric::{Matrix, symmetric};
 
 /// The dynamics, and every coordinate in states and inputs.
 pub struct FirstOrder {
@@ -16,29 +16,29 @@ pub struct FirstOrder {
     pub b: Matrix,
     /// Names of the states.
     pub states: Vec<String>,
-    /// `r = at_x x + at_u u`.
-    pub at_x: Matrix,
+    /// `r = r_from_x x + r_from_u u`.
+    pub r_from_x: Matrix,
     /// Its second half: nil but for massless coordinates that an input acts on.
-    pub at_u: Matrix,
+    pub r_from_u: Matrix,
 }
 
 /// Writes the equations in first order; the columns of `forces` are `Tᵀ f` of each input.
 ///
 /// # Errors
-/// `Conflict` with loss factors; `Indefinite` where M is, or where a massless coordinate is held by nothing.
-pub fn first_order(equations: &Equations, forces: &Matrix) -> Result<FirstOrder, Error> {
-    if equations.hysteretic.is_some() {
+/// `Conflict` with loss factors; `NotPositiveDefinite` where M is, or where a massless coordinate is held by nothing.
+pub fn first_order(matrices: &SystemMatrices, forces: &Matrix) -> Result<FirstOrder, Error> {
+    if matrices.hysteretic.is_some() {
         let message =
             "a loss factor has no state-space form: its force would have to know the future";
         let hint = "give the branches c or damping_ratio instead; which value stands for a loss factor depends on the frequency";
-        return Err(Error::new(Code::Conflict, message).hint(hint));
+        return Err(Error::new(Code::Conflict, message).with_hint(hint));
     }
-    let split = Split::new(equations);
+    let split = CoordinateSplit::new(matrices);
     let (h, y, m) = (split.heavy.len(), split.braked, forces.ncols());
-    let n = equations.len();
+    let n = matrices.len();
     let (from, from_z, states) = (split.left.transpose(), h + y, 2 * h + y);
-    let c = from * &equations.damping * &split.right;
-    let k = from * &equations.stiffness * &split.right;
+    let c = from * &matrices.damping * &split.right;
+    let k = from * &matrices.stiffness * &split.right;
     let f = from * forces;
     split.check(&c)?;
 
@@ -60,21 +60,21 @@ pub fn first_order(equations: &Equations, forces: &Matrix) -> Result<FirstOrder,
     };
     let z = n - from_z;
     let follows = if z > 0 {
-        let held = definite::solve(&block(&k, from_z, z, from_z, z), &rows(&acts, from_z, z))
-            .map_err(loose)?;
+        let held = symmetric::lu_solve(&block(&k, from_z, z, from_z, z), &rows(&acts, from_z, z))
+            .map_err(singular_massless_error)?;
         acts -= block(&k, 0, n, from_z, z) * &held;
         held
     } else {
         Matrix::zeros(0, states + m)
     };
     let creeps = if y > 0 {
-        let rate = definite::solve(&block(&c, h, y, h, y), &rows(&acts, h, y))?;
+        let rate = symmetric::lu_solve(&block(&c, h, y, h, y), &rows(&acts, h, y))?;
         acts -= block(&c, 0, n, h, y) * &rate;
         rate
     } else {
         Matrix::zeros(0, states + m)
     };
-    let accelerates = divide_by_mass(equations, &split.heavy, &rows(&acts, 0, h))?;
+    let accelerates = divide_by_mass(matrices, &split.heavy, &rows(&acts, 0, h))?;
 
     let over = Matrix::from_fn(states, states + m, |i, j| match i {
         _ if i < h => f64::from(u8::from(j == h + i)),
@@ -90,22 +90,22 @@ pub fn first_order(equations: &Equations, forces: &Matrix) -> Result<FirstOrder,
     Ok(FirstOrder {
         a: block(&over, 0, states, 0, states),
         b: block(&over, 0, states, states, m),
-        states: split.names(equations),
-        at_x: block(&all, 0, n, 0, states),
-        at_u: block(&all, 0, n, states, m),
+        states: split.names(matrices),
+        r_from_x: block(&all, 0, n, 0, states),
+        r_from_u: block(&all, 0, n, states, m),
     })
 }
 
-fn loose(_: Error) -> Error {
+fn singular_massless_error(_: Error) -> Error {
     let message = "a massless coordinate is held by neither a stiffness nor a damper";
-    Error::new(Code::Indefinite, message)
-        .hint("give its node an inertia, or join it by a branch with k")
+    Error::new(Code::NotPositiveDefinite, message)
+        .with_hint("give its node an inertia, or join it by a branch with k")
 }
 
 /// `M_hh⁻¹ B`, entry by entry where M is diagonal.
-fn divide_by_mass(equations: &Equations, heavy: &[usize], b: &Matrix) -> Result<Matrix, Error> {
+fn divide_by_mass(matrices: &SystemMatrices, heavy: &[usize], b: &Matrix) -> Result<Matrix, Error> {
     let m = Matrix::from_fn(heavy.len(), heavy.len(), |i, j| {
-        equations.mass[(heavy[i], heavy[j])]
+        matrices.mass[(heavy[i], heavy[j])]
     });
     let diagonal = (0..heavy.len()).all(|i| (0..heavy.len()).all(|j| i == j || m[(i, j)] == 0.0));
     if diagonal {
@@ -113,15 +113,15 @@ fn divide_by_mass(equations: &Equations, heavy: &[usize], b: &Matrix) -> Result<
             b[(i, j)] / m[(i, i)]
         }));
     }
-    let l = definite::cholesky(&m)?;
-    Ok(definite::solve_lower_transposed(
+    let l = symmetric::cholesky(&m)?;
+    Ok(symmetric::solve_lower_transposed(
         &l,
-        &definite::solve_lower(&l, b),
+        &symmetric::solve_lower(&l, b),
     ))
 }
 
 /// Coordinates as (heavy, y, z): `r = right · (r_h, y, z)`, and the equations taken as `leftᵀ (…)`.
-struct Split {
+struct CoordinateSplit {
     heavy: Vec<usize>,
     braked: usize,
     right: Matrix,
@@ -130,12 +130,12 @@ struct Split {
     combinations: Vec<Vec<(usize, f64)>>,
 }
 
-impl Split {
-    fn new(equations: &Equations) -> Split {
-        let (n, light) = (equations.len(), &equations.massless);
+impl CoordinateSplit {
+    fn new(matrices: &SystemMatrices) -> CoordinateSplit {
+        let (n, light) = (matrices.len(), &matrices.massless);
         let heavy: Vec<usize> = (0..n).filter(|i| !light.contains(i)).collect();
         let c = Matrix::from_fn(light.len(), light.len(), |i, j| {
-            equations.damping[(light[i], light[j])]
+            matrices.damping[(light[i], light[j])]
         });
         let (seen, acted) = (Echelon::new(&c), Echelon::new(&c.transpose().to_owned()));
         let braked = seen.pivots.len();
@@ -162,7 +162,7 @@ impl Split {
                 .filter(|t| t.1 != 0.0)
                 .collect()
         };
-        Split {
+        CoordinateSplit {
             braked,
             right,
             left,
@@ -182,14 +182,14 @@ impl Split {
         if acts {
             let message =
                 "a damper's force follows the rate of a massless coordinate that it does not brake";
-            return Err(Error::new(Code::Indefinite, message)
-                .hint("give the massless nodes at that damper an inertia"));
+            return Err(Error::new(Code::NotPositiveDefinite, message)
+                .with_hint("give the massless nodes at that damper an inertia"));
         }
         Ok(())
     }
 
-    fn names(&self, equations: &Equations) -> Vec<String> {
-        let heavy = || self.heavy.iter().map(|&i| equations.names[i].clone());
+    fn names(&self, matrices: &SystemMatrices) -> Vec<String> {
+        let heavy = || self.heavy.iter().map(|&i| matrices.names[i].clone());
         let braked = self.combinations.iter().map(|terms| {
             let text = terms.iter().enumerate().map(|(at, &(i, a))| {
                 let sign = if a < 0.0 { "-" } else { "+" };
@@ -203,7 +203,7 @@ impl Split {
                 } else {
                     format!("{} ", a.abs())
                 };
-                format!("{lead}{size}{}", equations.names[i])
+                format!("{lead}{size}{}", matrices.names[i])
             });
             text.collect::<String>()
         });

@@ -1,19 +1,19 @@
-//! What reaches and shows each mode: `|yᴴB|` and `|Cx|` with the vectors y, x of each mode, made free of units.
+//! Modal controllability `|yᴴB|` and observability `|Cx|`, in energy units.
 //!
 //! In energy coordinates `(ω η, η̇)` with mass-normalised η every state is √J. Controllability by input j is
 //! `|yᴴ b_j| / (‖y‖ ‖b_j‖)`, √2 of it for a conjugate pair: the square is the share of the energy of a blow at that input
 //! which the mode receives, and without damping the squares sum to one over all modes. Observability is the same of `C x`,
 //! an output being referred to its speed: displacements times λ, accelerations by λ, forces (N) as they are.
 
-use super::signals::{self, Output};
+use super::signals::{self, OutputSignal};
 use super::system::StateSpace;
 use crate::base::error::Error;
-use crate::modes::equations::Case;
-use crate::numeric::{Complex, Matrix, general};
+use crate::modes::system_matrices::AnalysisContext;
+use crate::numeric::{Complex, Matrix, eigen};
 
 /// How far each input reaches and each output shows one mode.
 #[derive(Debug, Clone)]
-pub struct Participation {
+pub struct ModalParticipation {
     /// λ, rad/s; exactly zero for a rigid motion, with imaginary part where it oscillates (its conjugate is not listed).
     pub eigenvalue: Complex,
     /// By input, 0 to 1.
@@ -29,26 +29,26 @@ pub struct Participation {
 }
 
 /// Below this, a figure is rounding: of the eigenvectors, a few hundred ε on the machines of tests/machine/state_space.rs.
-const NOTHING: f64 = 1e-10;
+const NEGLIGIBLE: f64 = 1e-10;
 
 /// Modes closer than this, relatively, are taken as one λ.
-const SAME: f64 = 1e-8;
+const REPEATED_TOLERANCE: f64 = 1e-8;
 
 /// Participation of every mode in the inputs and outputs, sorted by |λ|; the rigid motions first.
 ///
 /// # Errors
 /// Those of [`StateSpace::modal`] and of the eigenvalue iteration.
 pub fn participation(
-    case: &Case,
+    context: &AnalysisContext,
     inputs: &[String],
     outputs: &[String],
-) -> Result<Vec<Participation>, Error> {
+) -> Result<Vec<ModalParticipation>, Error> {
     let speeds = outputs
         .iter()
-        .map(|name| spoken_as_speed(case, name))
+        .map(|name| as_velocity_output(context, name))
         .collect::<Result<Vec<String>, Error>>()?;
-    let space = StateSpace::modal(case, inputs, &speeds)?;
-    let basis = case.basis;
+    let space = StateSpace::modal(context, inputs, &speeds)?;
+    let basis = context.basis;
     let (m, n) = (basis.omega.len(), space.a.nrows());
     let free = |j: usize| basis.omega[j] == 0.0 && (0..n).all(|i| space.a[(i, j)] == 0.0);
     let unbraked = |j: usize| {
@@ -79,10 +79,10 @@ pub fn participation(
         .collect();
     let share = |value: f64, size: f64| if size > 0.0 { value / size } else { 0.0 };
 
-    let mut seen: Vec<Seen> = Vec::new();
+    let mut products: Vec<ModeProducts> = Vec::new();
     for j in (0..m).filter(|&j| free(j)) {
         let by = |x: f64, size: f64| Complex::new(share(x, size), 0.0);
-        seen.push(Seen {
+        products.push(ModeProducts {
             eigenvalue: Complex::ZERO,
             inputs: (0..b.ncols())
                 .map(|k| by(b[(m + j, k)], b_size[k]))
@@ -92,9 +92,9 @@ pub fn participation(
                 .collect(),
         });
     }
-    let rigid = seen.len();
+    let rigid = products.len();
     if !kept.is_empty() {
-        let eigen = general::eigen(&a)?;
+        let eigen = eigen::eigen(&a)?;
         for (k, &lambda) in eigen
             .values
             .iter()
@@ -106,11 +106,11 @@ pub fn participation(
             } else {
                 1.0
             };
-            let left = norm((0..kept.len()).map(|i| eigen.left[(i, k)].norm()));
+            let left = norm((0..kept.len()).map(|i| eigen.left_vectors[(i, k)].norm()));
             let right = norm((0..kept.len()).map(|i| eigen.right[(i, k)].norm()));
             let reach = |j: usize| -> Complex {
                 (0..kept.len())
-                    .map(|i| eigen.left[(i, k)].conj() * b[(kept[i], j)])
+                    .map(|i| eigen.left_vectors[(i, k)].conj() * b[(kept[i], j)])
                     .sum()
             };
             let show = |i: usize| -> Complex {
@@ -118,7 +118,7 @@ pub fn participation(
                     .map(|j| eigen.right[(j, k)] * c[(i, kept[j])])
                     .sum()
             };
-            seen.push(Seen {
+            products.push(ModeProducts {
                 eigenvalue: lambda,
                 inputs: (0..b.ncols())
                     .map(|j| reach(j) * share(pair, left * b_size[j]))
@@ -129,7 +129,7 @@ pub fn participation(
             });
         }
     }
-    Ok(judged(seen, rigid))
+    Ok(classify(products, rigid))
 }
 
 /// √J of a unit of each state: ω for positions, 1 for rates; for what creeps, the unit that makes it act on the others as
@@ -154,35 +154,47 @@ fn energy_units(a: &Matrix, omega: &[f64]) -> Vec<f64> {
 }
 
 /// One mode's products before their phase is dropped.
-struct Seen {
+struct ModeProducts {
     eigenvalue: Complex,
     inputs: Vec<Complex>,
     outputs: Vec<Complex>,
 }
 
-fn judged(seen: Vec<Seen>, rigid: usize) -> Vec<Participation> {
-    let largest = seen.iter().map(|s| s.eigenvalue.norm()).fold(0.0, f64::max);
+fn classify(products: Vec<ModeProducts>, rigid: usize) -> Vec<ModalParticipation> {
+    let largest = products
+        .iter()
+        .map(|s| s.eigenvalue.norm())
+        .fold(0.0, f64::max);
     let together = |a: usize, b: usize| {
-        let (x, y) = (seen[a].eigenvalue, seen[b].eigenvalue);
-        (a < rigid) == (b < rigid) && (x - y).norm() <= SAME * x.norm().max(f64::EPSILON * largest)
+        let (x, y) = (products[a].eigenvalue, products[b].eigenvalue);
+        (a < rigid) == (b < rigid)
+            && (x - y).norm() <= REPEATED_TOLERANCE * x.norm().max(f64::EPSILON * largest)
     };
     let judge = |k: usize| {
-        let group: Vec<usize> = (0..seen.len())
+        let group: Vec<usize> = (0..products.len())
             .filter(|&other| together(k, other))
             .collect();
-        let all = |of: fn(&Seen) -> &Vec<Complex>| {
-            rank(group.iter().map(|&g| of(&seen[g]).clone()).collect()) == group.len()
+        let all = |of: fn(&ModeProducts) -> &Vec<Complex>| {
+            rank(group.iter().map(|&g| of(&products[g]).clone()).collect()) == group.len()
         };
-        Participation {
-            eigenvalue: seen[k].eigenvalue,
-            controllability: seen[k].inputs.iter().map(|z| z.norm().min(1.0)).collect(),
-            observability: seen[k].outputs.iter().map(|z| z.norm().min(1.0)).collect(),
+        ModalParticipation {
+            eigenvalue: products[k].eigenvalue,
+            controllability: products[k]
+                .inputs
+                .iter()
+                .map(|z| z.norm().min(1.0))
+                .collect(),
+            observability: products[k]
+                .outputs
+                .iter()
+                .map(|z| z.norm().min(1.0))
+                .collect(),
             multiplicity: group.len(),
             reachable: all(|s| &s.inputs),
             visible: all(|s| &s.outputs),
         }
     };
-    (0..seen.len()).map(judge).collect()
+    (0..products.len()).map(judge).collect()
 }
 
 /// Rank of rows of figures, the largest rest first.
@@ -193,7 +205,7 @@ fn rank(mut rows: Vec<Vec<Complex>>) -> usize {
     {
         let lead = rows.swap_remove(at);
         let length = size(&lead);
-        if length <= NOTHING {
+        if length <= NEGLIGIBLE {
             break;
         }
         rank += 1;
@@ -211,11 +223,11 @@ fn rank(mut rows: Vec<Vec<Complex>>) -> usize {
     rank
 }
 
-/// The speed of the freedom an output measures; forces as they are.
-fn spoken_as_speed(case: &Case, name: &str) -> Result<String, Error> {
-    Ok(match signals::output(case.machine, name)? {
-        Output::Freedom(freedom, _) => format!("{}.speed", case.machine.freedom_name(freedom)),
-        Output::Force(_) | Output::Support(_) => name.to_string(),
+/// The speed of the degree of freedom an output measures; forces as they are.
+fn as_velocity_output(context: &AnalysisContext, name: &str) -> Result<String, Error> {
+    Ok(match signals::parse_output(context.machine, name)? {
+        OutputSignal::Dof(dof, _) => format!("{}.speed", context.machine.dof_name(dof)),
+        OutputSignal::Force(_) | OutputSignal::Support(_) => name.to_string(),
     })
 }
 

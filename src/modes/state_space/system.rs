@@ -1,12 +1,12 @@
 //! `ẋ = A x + B u`, `y = C x + D u`; discrete, where it has a sample time: `x⁺ = A x + B u`.
 
 use super::first_order::{FirstOrder, first_order};
-use super::signals::{self, Output};
+use super::signals::{self, OutputSignal};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::modes::equations::{Case, Equations, independent};
-use crate::numeric::{Complex, ComplexMatrix, Matrix, definite};
-use crate::scene::study::Hold;
+use crate::modes::system_matrices::{AnalysisContext, SystemMatrices, reference_dofs};
+use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
+use crate::scene::study::DiscretisationMethod;
 
 /// A state-space form with names.
 #[derive(Debug, Clone)]
@@ -22,46 +22,51 @@ pub struct StateSpace {
     /// What each state is: `motor.theta` (rad or m) and, after all of these, `motor.theta.speed` (per second); after these
     /// the combinations of massless coordinates that dampers brake.
     pub states: Vec<String>,
-    /// What each input is: N·m or N along a freedom.
+    /// What each input is: N·m or N along a degree of freedom.
     pub inputs: Vec<String>,
     /// What each output is.
     pub outputs: Vec<String>,
     /// Between samples, s; absent: continuous.
     pub sample_time: Option<f64>,
     /// What the input does between samples, where there are any.
-    pub hold: Option<Hold>,
+    pub method: Option<DiscretisationMethod>,
 }
 
 impl StateSpace {
-    /// Over the freedoms that stay behind rigid joints, `x = [p, ṗ]`. Without names every one of these is an input and an output.
+    /// Over the degrees of freedom that stay behind rigid joints, `x = [p, ṗ]`. Without names every one of these is an input
+    /// and an output.
     ///
     /// # Errors
     /// Names of [`signals`]; loss factors, which have no such form; a speed that would need the input's derivative.
     pub fn physical(
-        case: &Case,
+        context: &AnalysisContext,
         inputs: &[String],
         outputs: &[String],
     ) -> Result<StateSpace, Error> {
-        let equations = Equations::physical(case);
+        let matrices = SystemMatrices::physical(context);
         let or_all = |names: &[String]| {
             if names.is_empty() {
-                equations.names.clone()
+                matrices.names.clone()
             } else {
                 names.to_vec()
             }
         };
-        StateSpace::of(case, &equations, &or_all(inputs), &or_all(outputs))
+        StateSpace::from_matrices(context, &matrices, &or_all(inputs), &or_all(outputs))
     }
 
-    /// Over mass-normalised modal coordinates, `x = [η, η̇]`: small frequencies keep their digits beside large ones.
+    /// Over mass-normalised modal coordinates, `x = [η, η̇]`: small frequencies keep their digits next to large ones.
     ///
     /// # Errors
     /// Those of [`StateSpace::physical`].
-    pub fn modal(case: &Case, inputs: &[String], outputs: &[String]) -> Result<StateSpace, Error> {
+    pub fn modal(
+        context: &AnalysisContext,
+        inputs: &[String],
+        outputs: &[String],
+    ) -> Result<StateSpace, Error> {
         let physical = || {
-            independent(case.linear)
+            reference_dofs(context.model)
                 .iter()
-                .map(|&(f, _)| case.machine.freedom_name(f))
+                .map(|&(f, _)| context.machine.dof_name(f))
                 .collect()
         };
         let or_all = |names: &[String]| {
@@ -71,9 +76,9 @@ impl StateSpace {
                 names.to_vec()
             }
         };
-        StateSpace::of(
-            case,
-            &Equations::modal(case),
+        StateSpace::from_matrices(
+            context,
+            &SystemMatrices::modal(context),
             &or_all(inputs),
             &or_all(outputs),
         )
@@ -83,32 +88,34 @@ impl StateSpace {
     ///
     /// # Errors
     /// Those of [`StateSpace::physical`].
-    pub fn of(
-        case: &Case,
-        equations: &Equations,
+    pub fn from_matrices(
+        context: &AnalysisContext,
+        matrices: &SystemMatrices,
         inputs: &[String],
         outputs: &[String],
     ) -> Result<StateSpace, Error> {
         let columns = inputs
             .iter()
             .map(|name| {
-                Ok(equations.sees(&case.linear.transform[signals::input(case.machine, name)?]))
+                Ok(matrices.project(
+                    &context.model.transform[signals::parse_input(context.machine, name)?],
+                ))
             })
             .collect::<Result<Vec<Vec<f64>>, Error>>()?;
-        let forces = Matrix::from_fn(equations.len(), inputs.len(), |i, j| columns[j][i]);
-        let first = first_order(equations, &forces)?;
+        let forces = Matrix::from_fn(matrices.len(), inputs.len(), |i, j| columns[j][i]);
+        let first = first_order(matrices, &forces)?;
         let rows = outputs
             .iter()
             .map(|name| {
                 output_row(
-                    case,
-                    equations,
+                    context,
+                    matrices,
                     &first,
                     name,
-                    signals::output(case.machine, name)?,
+                    signals::parse_output(context.machine, name)?,
                 )
             })
-            .collect::<Result<Vec<Row>, Error>>()?;
+            .collect::<Result<Vec<SignalRow>, Error>>()?;
         let c = Matrix::from_fn(outputs.len(), first.a.ncols(), |i, j| rows[i].x[j]);
         let d = Matrix::from_fn(outputs.len(), inputs.len(), |i, j| rows[i].u[j]);
         let FirstOrder { a, b, states, .. } = first;
@@ -122,7 +129,7 @@ impl StateSpace {
             inputs,
             outputs,
             sample_time: None,
-            hold: None,
+            method: None,
         })
     }
 
@@ -140,7 +147,7 @@ impl StateSpace {
                 real(-self.a[(i, j)])
             }
         });
-        let x = definite::solve_complex(
+        let x = symmetric::lu_solve_complex(
             &left,
             &ComplexMatrix::from_fn(n, self.b.ncols(), |i, j| real(self.b[(i, j)])),
         )?;
@@ -155,34 +162,34 @@ impl StateSpace {
 }
 
 /// A signal in states and inputs.
-struct Row {
+struct SignalRow {
     x: Vec<f64>,
     u: Vec<f64>,
 }
 
-impl Row {
+impl SignalRow {
     /// `wᵀ p`.
-    fn of(equations: &Equations, first: &FirstOrder, w: &[(usize, f64)]) -> Row {
-        let along = equations.sees(w);
+    fn apply(matrices: &SystemMatrices, first: &FirstOrder, w: &[(usize, f64)]) -> SignalRow {
+        let along = matrices.project(w);
         let weigh = |m: &Matrix| {
             (0..m.ncols())
                 .map(|j| (0..along.len()).map(|i| along[i] * m[(i, j)]).sum())
                 .collect()
         };
-        Row {
-            x: weigh(&first.at_x),
-            u: weigh(&first.at_u),
+        SignalRow {
+            x: weigh(&first.r_from_x),
+            u: weigh(&first.r_from_u),
         }
     }
 
     /// Its rate, where that does not need the rate of an input.
-    fn rate(&self, first: &FirstOrder, name: &str) -> Result<Row, Error> {
+    fn rate(&self, first: &FirstOrder, name: &str) -> Result<SignalRow, Error> {
         if self.u.iter().any(|&u| u != 0.0) {
             let message = format!(
                 "`{name}` would need the rate of an input, which acts on a massless node that jumps with it"
             );
             let hint = "give that node an inertia, or measure one degree less: displacement for speed, speed for acceleration";
-            return Err(Error::new(Code::Conflict, message).hint(hint));
+            return Err(Error::new(Code::Conflict, message).with_hint(hint));
         }
         let weigh = |m: &Matrix| {
             let along = |j: usize| {
@@ -193,7 +200,7 @@ impl Row {
             };
             (0..m.ncols()).map(along).collect()
         };
-        Ok(Row {
+        Ok(SignalRow {
             x: weigh(&first.a),
             u: weigh(&first.b),
         })
@@ -201,50 +208,50 @@ impl Row {
 }
 
 fn output_row(
-    case: &Case,
-    equations: &Equations,
+    context: &AnalysisContext,
+    matrices: &SystemMatrices,
     first: &FirstOrder,
     name: &str,
-    output: Output,
-) -> Result<Row, Error> {
-    match output {
-        Output::Freedom(freedom, times) => {
-            let mut row = Row::of(equations, first, &case.linear.transform[freedom]);
+    signal: OutputSignal,
+) -> Result<SignalRow, Error> {
+    match signal {
+        OutputSignal::Dof(dof, times) => {
+            let mut row = SignalRow::apply(matrices, first, &context.model.transform[dof]);
             for _ in 0..times {
                 row = row.rate(first, name)?;
             }
             Ok(row)
         }
-        Output::Force(index) => force_row(case, equations, first, name, &[(index, 1.0)]),
-        Output::Support(at) => force_row(
-            case,
-            equations,
+        OutputSignal::Force(index) => force_row(context, matrices, first, name, &[(index, 1.0)]),
+        OutputSignal::Support(at) => force_row(
+            context,
+            matrices,
             first,
             name,
-            &case.machine.supports[at].forces,
+            &context.machine.supports[at].forces,
         ),
     }
 }
 
 /// `Σ a F` of branches; what is open, or between what turns as one, carries nothing.
 fn force_row(
-    case: &Case,
-    equations: &Equations,
+    context: &AnalysisContext,
+    matrices: &SystemMatrices,
     first: &FirstOrder,
     name: &str,
     forces: &[(usize, f64)],
-) -> Result<Row, Error> {
-    let mut sum = Row {
+) -> Result<SignalRow, Error> {
+    let mut sum = SignalRow {
         x: vec![0.0; first.a.ncols()],
         u: vec![0.0; first.b.ncols()],
     };
     for &(index, share) in forces {
-        let Some(branch) = case.linear.branches.iter().find(|b| b.index == index) else {
+        let Some(branch) = context.model.branches.iter().find(|b| b.index == index) else {
             continue;
         };
-        let w: Vec<(usize, f64)> = branch.direction.scaled().collect();
-        let row = Row::of(equations, first, &w);
-        let mut add = |factor: f64, row: &Row| {
+        let w: Vec<(usize, f64)> = branch.direction.entries().collect();
+        let row = SignalRow::apply(matrices, first, &w);
+        let mut add = |factor: f64, row: &SignalRow| {
             let both = sum
                 .x
                 .iter_mut()

@@ -1,32 +1,27 @@
-//! Stability of machines whose stiffness repeats in time: the state after a period is `Φ` times the state before, and motions
-//! grow where an eigenvalue of Φ is larger than one (Floquet 1883; Nayfeh and Mook 1979, sec. 5.2).
+//! Floquet stability: the monodromy matrix Φ of one period and its eigenvalues.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::seconds;
-use crate::numeric::{Complex, Matrix, definite, general};
+use crate::base::quantity::format_time;
+use crate::numeric::{Complex, Matrix, eigen, symmetric};
 
-use super::contact::{Flank, Stand};
-use super::methods::periodic::free::{Free, held, period};
-use super::methods::periodic::grid::Grid;
-use super::methods::periodic::walk::without_wave_pieces;
-use super::series::Held;
-use super::train::{BranchStand, Law, Regime, Train};
+use super::contact::{ContactState, Flank};
+use super::dynamic_model::{DynamicModel, ElementState, ForceLaw, Regime};
+use super::methods::periodic::fundamental::{FundamentalSolutions, freeze_states, period_grid};
+use super::methods::periodic::grid::PeriodGrid;
+use super::methods::periodic::run::without_wave_pieces;
+use super::taylor::TimeVaryingModel;
 
-/// Where multipliers of two modes meet.
-pub mod meeting;
+pub mod multiplier_collision;
 
-/// Unstable speeds.
-pub mod chart;
+pub mod stability_chart;
 
-/// Periodic orbits through play.
 pub mod orbit;
 
-/// Where a family of orbits turns back.
 pub mod fold;
 
 /// Multipliers may be above one by this much: on the circle two that meet are found to the square root of rounding.
-pub const NEUTRAL: f64 = 1e-7;
+pub const MULTIPLIER_TOLERANCE: f64 = 1e-7;
 
 /// What a period does to a state.
 #[derive(Debug, Clone)]
@@ -44,7 +39,7 @@ pub struct Monodromy {
 
 /// Eigenvalues of Φ.
 #[derive(Debug, Clone)]
-pub struct Multipliers {
+pub struct FloquetMultipliers {
     /// Those of free turning first, then the others by falling size.
     pub values: Vec<Complex>,
     /// How many belong to free turning.
@@ -55,10 +50,10 @@ pub struct Multipliers {
     pub period: f64,
 }
 
-impl Multipliers {
+impl FloquetMultipliers {
     /// No motion grows.
     pub fn is_stable(&self) -> bool {
-        self.largest <= 1.0 + NEUTRAL
+        self.largest <= 1.0 + MULTIPLIER_TOLERANCE
     }
 
     /// How far from growth: `1 − |μ|`.
@@ -76,52 +71,54 @@ impl Multipliers {
 ///
 /// # Errors
 /// What the periodic method refuses.
-pub fn monodromy(train: &Train, regime: Option<&Regime>) -> Result<Monodromy, Error> {
+pub fn monodromy(model: &DynamicModel, regime: Option<&Regime>) -> Result<Monodromy, Error> {
     let stands = match regime {
-        Some(regime) => without_wave_pieces(regime.clone()).stands,
-        None => closed(train),
+        Some(regime) => without_wave_pieces(regime.clone()).states,
+        None => closed_states(model),
     };
     let from = 0.0;
-    let (scale, grid) = period(train, from)?;
-    let (n, all) = (train.n(), scale.units.len());
+    let (scale, grid) = period_grid(model, from)?;
+    let (n, all) = (model.coordinate_count(), scale.units.len());
     let work = grid.pieces.len() as f64 * (all as f64).powi(3);
-    if work > MOST_WORK {
-        return Err(hopeless(&grid, all, work));
+    if work > MAX_WORK {
+        return Err(budget_exceeded(&grid, all, work));
     }
     let by_rows = |flat: &[f64]| Matrix::from_fn(all, all, |i, j| flat[i * all + j]);
     let mut scaled = Matrix::identity(all, all);
-    let mut before: Option<(Held, Matrix)> = None;
+    let mut before: Option<(TimeVaryingModel, Matrix)> = None;
     for &piece in &grid.pieces {
-        let held = held(train, from, &stands, piece)?;
+        let varying_model = freeze_states(model, from, &stands, piece)?;
         // Between the jumps of rectangular waves pieces are alike.
-        let alike = |b: &(Held, Matrix)| b.0.half == held.half && b.0.branches == held.branches;
+        let alike = |b: &(TimeVaryingModel, Matrix)| {
+            b.0.half == varying_model.half && b.0.branches == varying_model.branches
+        };
         let over = match before.take().filter(alike) {
             Some((_, over)) => over,
             None => {
-                let free = Free::new(&held, &scale, &stands)?;
-                by_rows(&free.to_end) * by_rows(&free.from_start)
+                let solutions = FundamentalSolutions::new(&varying_model, &scale, &stands)?;
+                by_rows(&solutions.to_end) * by_rows(&solutions.from_start)
             }
         };
         scaled = &over * scaled;
-        before = Some((held, over));
+        before = Some((varying_model, over));
     }
     let units = &scale.units;
-    let branches = before.map_or(Vec::new(), |(held, _)| held.branches);
-    let elastic = train.branches.iter().zip(&branches);
+    let branches = before.map_or(Vec::new(), |(varying_model, _)| varying_model.branches);
+    let elastic = model.elements.iter().zip(&branches);
     let mut rows: Vec<Vec<f64>> = elastic
-        .filter(|(_, held)| held.is_elastic())
+        .filter(|(_, varying_model)| varying_model.is_elastic())
         .map(|(b, _)| {
             let mut row = vec![0.0; n];
             b.direction
-                .scaled()
+                .entries()
                 .for_each(|(i, w)| row[i] = w * units[i]);
             row
         })
         .collect();
-    if let Some((stiffness, _)) = &train.general {
+    if let Some((stiffness, _)) = &model.unattached {
         rows.extend((0..n).map(|i| (0..n).map(|j| stiffness[(i, j)] * units[j]).collect()));
     }
-    let (basis, rigid) = free_turning(&rows, n)?;
+    let (basis, rigid) = rigid_body_basis(&rows, n)?;
     Ok(Monodromy {
         matrix: Matrix::from_fn(all, all, |i, j| scaled[(i, j)] * (units[i] / units[j])),
         period: grid.period,
@@ -132,28 +129,28 @@ pub fn monodromy(train: &Train, regime: Option<&Regime>) -> Result<Monodromy, Er
 }
 
 /// Work that makes sense, in pieces times multiplications of a product of matrices: minutes.
-const MOST_WORK: f64 = 1e11;
+const MAX_WORK: f64 = 1e11;
 
-fn hopeless(grid: &Grid, states: usize, work: f64) -> Error {
+fn budget_exceeded(grid: &PeriodGrid, states: usize, work: f64) -> Error {
     let message = format!(
-        "what a period of {} does takes {} pieces of {states} states, {work:.0e} multiplications; {MOST_WORK:.0e} are allowed",
-        seconds(grid.period),
+        "what a period of {} does takes {} pieces of {states} states, {work:.0e} multiplications; {MAX_WORK:.0e} are allowed",
+        format_time(grid.period),
         grid.pieces.len(),
     );
-    Error::new(Code::Hopeless, message)
-        .hint("the fastest motion is far from the period: make what is so stiff rigid")
+    Error::new(Code::BudgetExceeded, message)
+        .with_hint("the fastest motion is far from the period: make what is so stiff rigid")
 }
 
-fn closed(train: &Train) -> Vec<BranchStand> {
-    let stand = |law: &Law| match law {
-        Law::Contact(_) => BranchStand::Contact(Stand::Closed(Flank::Drive), 0),
-        _ => BranchStand::Smooth,
+fn closed_states(model: &DynamicModel) -> Vec<ElementState> {
+    let stand = |law: &ForceLaw| match law {
+        ForceLaw::Contact(_) => ElementState::Contact(ContactState::Closed(Flank::Drive), 0),
+        _ => ElementState::Smooth,
     };
-    train.branches.iter().map(|b| stand(&b.law)).collect()
+    model.elements.iter().map(|b| stand(&b.law)).collect()
 }
 
 /// Directions no row resists, then the others, and how many the first are.
-pub(crate) fn free_turning(rows: &[Vec<f64>], n: usize) -> Result<(Matrix, usize), Error> {
+pub(crate) fn rigid_body_basis(rows: &[Vec<f64>], n: usize) -> Result<(Matrix, usize), Error> {
     let mut gram = Matrix::zeros(n, n);
     for row in rows {
         let size: f64 = row.iter().map(|x| x * x).sum();
@@ -165,20 +162,24 @@ pub(crate) fn free_turning(rows: &[Vec<f64>], n: usize) -> Result<(Matrix, usize
             }
         }
     }
-    let eigen = definite::symmetric(&gram)?;
-    let rigid = eigen.values.iter().filter(|&&x| x < UNRESISTED).count();
+    let eigen = symmetric::symmetric_eigen(&gram)?;
+    let rigid = eigen
+        .values
+        .iter()
+        .filter(|&&x| x < NULL_SPACE_TOLERANCE)
+        .count();
     Ok((eigen.vectors, rigid))
 }
 
 /// A direction is free where the unit rows see less of it than this, squared: chains of hundred inertias are seen by 1e-4.
-const UNRESISTED: f64 = 1e-11;
+const NULL_SPACE_TOLERANCE: f64 = 1e-11;
 
 impl Monodromy {
     /// The eigenvalues of Φ; those of free turning apart, since two that meet at one are only found to the square root of rounding.
     ///
     /// # Errors
     /// `NoConvergence` where the eigenvalues are not found.
-    pub fn multipliers(&self) -> Result<Multipliers, Error> {
+    pub fn multipliers(&self) -> Result<FloquetMultipliers, Error> {
         let n = self.basis.nrows();
         let all = self.scaled.nrows();
         let turned = |both: bool| -> Vec<usize> {
@@ -203,21 +204,21 @@ impl Monodromy {
             let sizes = rest
                 .iter()
                 .flat_map(|&i| apart.iter().map(move |&j| (i, j)));
-            sizes.map(|at| phi[at].abs()).fold(0.0, f64::max) > LEAK
+            sizes.map(|at| phi[at].abs()).fold(0.0, f64::max) > COUPLING_TOLERANCE
         };
         let apart = if leaks(&both) { turned(false) } else { both };
         let rest = others(&apart);
         let block = |at: &[usize]| Matrix::from_fn(at.len(), at.len(), |i, j| phi[(at[i], at[j])]);
-        let mut elastic = general::eigenvalues(&block(&rest))?;
+        let mut elastic = eigen::eigenvalues(&block(&rest))?;
         elastic.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
         let mut values = vec![Complex::new(1.0, 0.0); self.rigid];
         if apart.len() > self.rigid {
-            values.extend(general::eigenvalues(&block(&apart[self.rigid..]))?);
+            values.extend(eigen::eigenvalues(&block(&apart[self.rigid..]))?);
         }
         let largest = elastic.first().map_or(0.0, |z| z.norm());
         let rigid = values.len();
         values.extend(elastic);
-        Ok(Multipliers {
+        Ok(FloquetMultipliers {
             values,
             rigid,
             largest,
@@ -227,4 +228,4 @@ impl Monodromy {
 }
 
 /// Free turning keeps to itself where what leaks out of it in a period is rounding.
-const LEAK: f64 = 1e-9;
+const COUPLING_TOLERANCE: f64 = 1e-9;

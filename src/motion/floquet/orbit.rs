@@ -1,17 +1,17 @@
-//! Periodic orbits of machines with play: `P(y) = y`, P the state a number of periods later, by Newton's method.
+//! Periodic orbits `P(y) = y` by shooting, with saltation matrices at switches.
 //!
 //! P′ is the product of the fundamental solutions of the legs and, where the force jumps at a switch, of the saltation matrices
 //! `I + (f⁺ − f⁻) ∇h/ḣ` (Aizerman and Gantmakher 1958; Leine and Nijmeijer 2004, eq. 7.69).
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::motion::methods::periodic::walk::{Leg, Walk};
-use crate::motion::train::{BranchStand, Train};
-use crate::numeric::{Complex, Matrix, general, in_place};
+use crate::motion::dynamic_model::{DynamicModel, ElementState};
+use crate::motion::methods::periodic::run::{PeriodicRun, RunSegment};
+use crate::numeric::{Complex, Matrix, eigen, small_dense};
 
 /// An orbit.
 #[derive(Debug, Clone)]
-pub struct Orbit {
+pub struct PeriodicOrbit {
     /// Its state at t = 0.
     pub start: Vec<f64>,
     /// How many periods of the machine it takes.
@@ -28,11 +28,11 @@ pub struct Orbit {
 
 /// P and P′ at a state.
 #[derive(Debug, Clone)]
-pub struct Return {
+pub struct ReturnMap {
     /// P, in units of the states' size.
     pub end: Vec<f64>,
     /// P′, row by row, in those units.
-    pub slope: Vec<f64>,
+    pub jacobian: Vec<f64>,
     /// Those units.
     pub units: Vec<f64>,
     /// How long it takes, s.
@@ -42,27 +42,31 @@ pub struct Return {
 }
 
 /// Newton's method has come far enough where the state moves by less than this share of its size.
-const SETTLED: f64 = 1e-13;
+const NEWTON_TOLERANCE: f64 = 1e-13;
 
-const MOST_ITERATIONS: usize = 40;
+const MAX_ITERATIONS: usize = 40;
 
 /// Steps are allowed while a period ends this much beyond the best so far.
-const WORSE: f64 = 2.0;
+const MAX_RESIDUAL_GROWTH: f64 = 2.0;
 
 /// The orbit of a number of periods near a state.
 ///
 /// # Errors
 /// What the periodic method refuses; `NoConvergence` where there is none near, or a whole family of them, as of machines that turn freely.
-pub fn orbit(train: &Train, near: &[f64], periods: u64) -> Result<Orbit, Error> {
+pub fn find_orbit(
+    model: &DynamicModel,
+    near: &[f64],
+    periods: u64,
+) -> Result<PeriodicOrbit, Error> {
     let mut start = near.to_vec();
     let mut before = f64::INFINITY;
     let mut step = vec![0.0; near.len()];
-    for _ in 0..MOST_ITERATIONS {
-        let there = after(train, &start, periods)?;
-        let apart = there.apart(&start);
-        let size = largest(&apart);
-        let scale = largest(&there.end).max(f64::MIN_POSITIVE);
-        if size > WORSE * before {
+    for _ in 0..MAX_ITERATIONS {
+        let there = return_map(model, &start, periods)?;
+        let apart = there.residual(&start);
+        let size = max_norm(&apart);
+        let scale = max_norm(&there.end).max(f64::MIN_POSITIVE);
+        if size > MAX_RESIDUAL_GROWTH * before {
             // Newton's step has overshot a switch: half of it.
             step.iter_mut().for_each(|s| *s *= 0.5);
             start.iter_mut().zip(&step).for_each(|(y, s)| *y -= s);
@@ -70,12 +74,12 @@ pub fn orbit(train: &Train, near: &[f64], periods: u64) -> Result<Orbit, Error> 
         }
         before = size;
         let mut moved = apart;
-        in_place::solve(&mut there.minus_identity(), &mut moved);
+        small_dense::solve(&mut there.minus_identity(), &mut moved);
         if !moved.iter().all(|x| x.is_finite()) {
             break;
         }
-        if largest(&moved) <= SETTLED * scale {
-            return there.settled(start, periods, size);
+        if max_norm(&moved) <= NEWTON_TOLERANCE * scale {
+            return there.into_orbit(start, periods, size);
         }
         for (i, s) in step.iter_mut().enumerate() {
             *s = -moved[i] * there.units[i];
@@ -86,66 +90,69 @@ pub fn orbit(train: &Train, near: &[f64], periods: u64) -> Result<Orbit, Error> 
         "no orbit of {periods} periods was found near the given state; the last one missed itself by {before:.1e} of its size"
     );
     Err(Error::new(Code::NoConvergence, message)
-        .hint("start from a motion that has settled, or hold a machine that turns freely"))
+        .with_hint("start from a motion that has settled, or hold a machine that turns freely"))
 }
 
 /// P and P′.
 ///
 /// # Errors
 /// What the periodic method refuses.
-pub fn after(train: &Train, start: &[f64], periods: u64) -> Result<Return, Error> {
-    let mut walk = Walk::new(train, 0.0, start)?;
+pub fn return_map(model: &DynamicModel, start: &[f64], periods: u64) -> Result<ReturnMap, Error> {
+    let mut run = PeriodicRun::new(model, 0.0, start)?;
     let n = start.len();
     let mut slope: Vec<f64> = (0..n * n).map(|at| f64::from(at / n == at % n)).collect();
-    let duration = walk.tables.grid.elapsed(periods);
-    let mut end = walk.tables.grid.instant(0.0);
+    let duration = run.cache.grid.elapsed(periods);
+    let mut end = run.cache.grid.instant(0.0);
     end.periods = periods;
     loop {
-        let leg = walk.leg(end);
-        walk.carry(&mut slope, leg.to);
-        if leg.limit.is_none() && leg.to >= walk.place_of(end) {
+        let segment = run.next_segment(end);
+        run.propagate(&mut slope, segment.to);
+        if segment.event.is_none() && segment.to >= run.position_of(end) {
             let mut y = vec![0.0; n];
-            walk.value(leg.to, &mut y);
-            let units = walk.tables.scale.units.clone();
-            return Ok(Return {
+            run.value(segment.to, &mut y);
+            let units = run.cache.units.units.clone();
+            return Ok(ReturnMap {
                 end: y.iter().zip(&units).map(|(y, unit)| y / unit).collect(),
-                slope,
+                jacobian: slope,
                 units,
                 duration,
-                events: walk.effort.events,
+                events: run.stats.events,
             });
         }
-        if leg.limit.is_some() && leg.rate != 0.0 {
-            saltate(&mut walk, leg, &mut slope);
+        if segment.event.is_some() && segment.rate != 0.0 {
+            apply_saltation(&mut run, segment, &mut slope);
         }
-        walk.pass(leg)?;
+        run.advance(segment)?;
     }
 }
 
 /// Multiplies by the saltation matrix of the switch that ends a leg.
-fn saltate(walk: &mut Walk, leg: Leg, slope: &mut [f64]) {
-    let Some(limit) = leg.limit else { return };
-    let train = walk.tables.train;
-    let (n, all) = (train.n(), train.n() * 2 + train.inner());
+fn apply_saltation(run: &mut PeriodicRun, segment: RunSegment, slope: &mut [f64]) {
+    let Some(limit) = segment.event else { return };
+    let model = run.cache.model;
+    let (n, all) = (
+        model.coordinate_count(),
+        model.coordinate_count() * 2 + model.internal_count(),
+    );
     let mut y = vec![0.0; all];
-    walk.value(leg.to, &mut y);
-    let t = walk.tables.from + walk.elapsed(leg.to);
-    let mut regime = walk.whole_regime();
+    run.value(segment.to, &mut y);
+    let t = run.cache.from + run.elapsed(segment.to);
+    let mut regime = run.whole_regime();
     let (mut before, mut beyond) = (vec![0.0; all], vec![0.0; all]);
-    train.slope_in(Some(&regime), t, &y, &mut before);
-    let BranchStand::Contact(_, piece) = regime.stands[limit.branch] else {
+    model.derivative_in(Some(&regime), t, &y, &mut before);
+    let ElementState::Contact(_, piece) = regime.states[limit.branch] else {
         return;
     };
-    regime.stands[limit.branch] = BranchStand::Contact(limit.next, piece);
-    train.slope_in(Some(&regime), t, &y, &mut beyond);
-    let units = &walk.tables.scale.units;
-    let branch = &train.branches[limit.branch];
+    regime.states[limit.branch] = ElementState::Contact(limit.next, piece);
+    model.derivative_in(Some(&regime), t, &y, &mut beyond);
+    let units = &run.cache.units.units;
+    let branch = &model.elements[limit.branch];
     let factor = branch.factor(t, &y[..n], piece).0;
     let [plain, more] = limit.value;
     let along = plain.deflection + factor * more.deflection;
     let rate = plain.rate + factor * more.rate;
     let mut normal = vec![0.0; all];
-    for (i, w) in branch.direction.scaled() {
+    for (i, w) in branch.direction.entries() {
         normal[i] = along * w * units[i];
         normal[n + i] = rate * w * units[n + i];
     }
@@ -154,14 +161,14 @@ fn saltate(walk: &mut Walk, leg: Leg, slope: &mut [f64]) {
         seen.iter_mut().zip(row).for_each(|(s, x)| *s += h * x);
     }
     for (i, row) in slope.chunks_exact_mut(all).enumerate() {
-        let jump = (beyond[i] - before[i]) / units[i] / leg.rate;
+        let jump = (beyond[i] - before[i]) / units[i] / segment.rate;
         row.iter_mut().zip(&seen).for_each(|(x, s)| *x += jump * s);
     }
 }
 
-impl Return {
+impl ReturnMap {
     /// P − y, in units.
-    pub fn apart(&self, start: &[f64]) -> Vec<f64> {
+    pub fn residual(&self, start: &[f64]) -> Vec<f64> {
         let start = start.iter().zip(&self.units).map(|(y, unit)| y / unit);
         self.end
             .iter()
@@ -174,19 +181,24 @@ impl Return {
     pub fn minus_identity(&self) -> Vec<f64> {
         let n = self.end.len();
         let entry = |(at, x): (usize, &f64)| x - f64::from(at / n == at % n);
-        self.slope.iter().enumerate().map(entry).collect()
+        self.jacobian.iter().enumerate().map(entry).collect()
     }
 
     /// The orbit it is, if it comes back.
     ///
     /// # Errors
     /// `NoConvergence` where the multipliers are not found.
-    pub fn settled(self, start: Vec<f64>, periods: u64, residual: f64) -> Result<Orbit, Error> {
+    pub fn into_orbit(
+        self,
+        start: Vec<f64>,
+        periods: u64,
+        residual: f64,
+    ) -> Result<PeriodicOrbit, Error> {
         let n = self.end.len();
-        let slope = Matrix::from_fn(n, n, |i, j| self.slope[i * n + j]);
-        let mut multipliers = general::eigenvalues(&slope)?;
+        let slope = Matrix::from_fn(n, n, |i, j| self.jacobian[i * n + j]);
+        let mut multipliers = eigen::eigenvalues(&slope)?;
         multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
-        Ok(Orbit {
+        Ok(PeriodicOrbit {
             start,
             periods,
             duration: self.duration,
@@ -198,6 +210,6 @@ impl Return {
 }
 
 /// The largest size.
-pub fn largest(x: &[f64]) -> f64 {
+pub fn max_norm(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most, x| most.max(x.abs()))
 }

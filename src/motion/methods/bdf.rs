@@ -1,4 +1,4 @@
-//! Backward differentiation formulas of order 1 to 5 with steps and order by a tolerance, as diffsol has them.
+//! Backward differentiation formulas of order 1 to 5 with error control (crate diffsol).
 //!
 //! Source: Shampine and Reichelt, The MATLAB ODE Suite, SIAM J. Sci. Comput. 18 (1997) 1, section 2; diffsol starts them anew
 //! at every known break. Switches are not located.
@@ -9,27 +9,39 @@ use diffsol::{FaerLU, FaerMat, OdeBuilder, OdeSolverMethod};
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::instant;
-use crate::motion::problem::{Ask, Effort, Problem, Sink, Stretch, Wanted};
-use crate::motion::progress::{Samples, check, inside, next_stop, within_budget};
-use crate::motion::scale::Scale;
-use crate::motion::train::Train;
+use crate::base::quantity::format_instant;
+use crate::motion::dynamic_model::DynamicModel;
+use crate::motion::error_scale::ErrorScale;
+use crate::motion::problem::{
+    DenseOutput, IntegrationOptions, IntegrationStats, OdeProblem, SampleSink, StepSize,
+};
+use crate::motion::progress::{
+    SampleEmitter, check_budget, check_options, clamp_time, next_discontinuity_within,
+};
 
 /// A machine.
 ///
 /// # Errors
 /// Those of [`run`].
-pub fn machine(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
-    check(ask, train.len())?;
-    run(train, ask, Scale::of_train(train, ask), sink)
+pub fn integrate_model(
+    model: &DynamicModel,
+    options: &IntegrationOptions,
+    sink: &mut SampleSink,
+) -> Result<IntegrationStats, Error> {
+    check_options(options, model.len())?;
+    run(model, options, ErrorScale::for_model(model, options), sink)
 }
 
 /// A plain problem.
 ///
 /// # Errors
 /// Those of [`run`].
-pub fn plain<P: Problem>(problem: &P, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
-    run(problem, ask, Scale::plain(problem.len()), sink)
+pub fn integrate_ode<P: OdeProblem>(
+    problem: &P,
+    options: &IntegrationOptions,
+    sink: &mut SampleSink,
+) -> Result<IntegrationStats, Error> {
+    run(problem, options, ErrorScale::plain(problem.len()), sink)
 }
 
 /// Integrates a problem, every state measured by its size.
@@ -37,25 +49,25 @@ pub fn plain<P: Problem>(problem: &P, ask: &Ask, sink: &mut Sink) -> Result<Effo
 /// # Errors
 /// `NoConvergence` where steps shrink to nothing, `Overflow` where a state is not finite, `Hopeless` beyond the budget, `Usage`
 /// of a step in place of a tolerance, and what cannot be asked.
-fn run<P: Problem>(
+fn run<P: OdeProblem>(
     problem: &P,
-    ask: &Ask,
-    mut scale: Scale,
-    sink: &mut Sink,
-) -> Result<Effort, Error> {
-    check(ask, problem.len())?;
-    let Wanted::Tolerance(tolerance) = ask.effort else {
+    options: &IntegrationOptions,
+    mut scale: ErrorScale,
+    sink: &mut SampleSink,
+) -> Result<IntegrationStats, Error> {
+    check_options(options, problem.len())?;
+    let StepSize::Adaptive(tolerance) = options.step_size else {
         return Err(Error::new(Code::Usage, "bdf takes a tolerance, not a step"));
     };
-    let mut effort = Effort::default();
-    let mut samples = Samples::new(ask, sink);
-    let (mut t, mut y) = (ask.from, ask.start.clone());
+    let mut stats = IntegrationStats::default();
+    let mut emitter = SampleEmitter::new(options, sink);
+    let (mut t, mut y) = (options.from, options.initial_state.clone());
     let mut sample = y.clone();
-    samples.give_until(t, &mut sample, None, |_, _| ())?;
-    while samples.due().is_some() && t < ask.to {
-        let stop = next_stop(|t| problem.next_break(t), t, ask.to);
-        let soon = 1e-2 * (ask.to - ask.from) / ask.samples.max(1) as f64;
-        let passage = Passage {
+    emitter.emit_until(t, &mut sample, None, |_, _| ())?;
+    while emitter.due().is_some() && t < options.to {
+        let stop = next_discontinuity_within(|t| problem.next_discontinuity(t), t, options.to);
+        let soon = 1e-2 * (options.to - options.from) / options.samples.max(1) as f64;
+        let interval = ScaledInterval {
             problem,
             from: t,
             to: stop,
@@ -64,14 +76,20 @@ fn run<P: Problem>(
             evaluations: Cell::new(0),
             failed: Cell::new(false),
         };
-        y = passage.pass(tolerance, ask, &mut scale, &mut samples, &mut effort)?;
+        y = interval.integrate_interval(
+            tolerance,
+            options,
+            &mut scale,
+            &mut emitter,
+            &mut stats,
+        )?;
         t = stop;
     }
-    Ok(effort)
+    Ok(stats)
 }
 
 /// From one known break to the next, states over their sizes.
-struct Passage<'a, P> {
+struct ScaledInterval<'a, P> {
     problem: &'a P,
     from: f64,
     to: f64,
@@ -82,14 +100,15 @@ struct Passage<'a, P> {
 }
 
 /// Part of a state's size by which it is moved to see how f changes: balances rounding against curvature.
-const MOVE: f64 = 1.5e-8;
+const DIFFERENCE_STEP: f64 = 1.5e-8;
 
-impl<P: Problem> Passage<'_, P> {
+impl<P: OdeProblem> ScaledInterval<'_, P> {
     /// ẏ over the sizes.
     fn slope(&self, t: f64, x: &[f64], dx: &mut [f64]) {
         self.evaluations.set(self.evaluations.get() + 1);
         let y: Vec<f64> = x.iter().zip(&self.sizes).map(|(x, s)| x * s).collect();
-        self.problem.slope(inside(t, self.from, self.to), &y, dx);
+        self.problem
+            .derivative(clamp_time(t, self.from, self.to), &y, dx);
         for (dx, size) in dx.iter_mut().zip(&self.sizes) {
             *dx /= size;
             if !dx.is_finite() {
@@ -107,7 +126,7 @@ impl<P: Problem> Passage<'_, P> {
             return;
         }
         let state = x.iter().zip(along).filter(|(_, v)| **v != 0.0);
-        let step = MOVE * state.fold(1.0f64, |m, (x, _)| m.max(x.abs())) / largest;
+        let step = DIFFERENCE_STEP * state.fold(1.0f64, |m, (x, _)| m.max(x.abs())) / largest;
         let moved: Vec<f64> = x.iter().zip(along).map(|(x, v)| x + step * v).collect();
         let mut base = vec![0.0; x.len()];
         self.slope(t, x, &mut base);
@@ -118,13 +137,13 @@ impl<P: Problem> Passage<'_, P> {
     }
 
     /// Passes it; the state at its end.
-    fn pass(
+    fn integrate_interval(
         &self,
         tolerance: f64,
-        ask: &Ask,
-        scale: &mut Scale,
-        samples: &mut Samples,
-        effort: &mut Effort,
+        options: &IntegrationOptions,
+        scale: &mut ErrorScale,
+        emitter: &mut SampleEmitter,
+        stats: &mut IntegrationStats,
     ) -> Result<Vec<f64>, Error> {
         let n = self.start.len();
         let mut problem = OdeBuilder::<FaerMat<f64>>::new()
@@ -147,69 +166,70 @@ impl<P: Problem> Passage<'_, P> {
                 n,
             )
             .build()
-            .map_err(|e| self.stuck(self.from, &e.to_string()))?;
+            .map_err(|e| self.step_failure(self.from, &e.to_string()))?;
         // The package would stop at 1e-13 s whatever the time scale.
         problem.ode_options.min_timestep = 1e-20 * (self.to - self.from);
         let mut solver = problem
             .bdf::<FaerLU<f64>>()
-            .map_err(|e| self.stuck(self.from, &e.to_string()))?;
+            .map_err(|e| self.step_failure(self.from, &e.to_string()))?;
         solver
             .set_stop_time(self.to)
-            .map_err(|e| self.stuck(self.from, &e.to_string()))?;
-        let before = *effort;
+            .map_err(|e| self.step_failure(self.from, &e.to_string()))?;
+        let before = *stats;
         let mut sample = vec![0.0; n];
         let mut reached = self.from;
-        while reached < self.to && samples.due().is_some() {
+        while reached < self.to && emitter.due().is_some() {
             let stepped = solver.step();
             let cost = solver.get_statistics();
-            effort.steps = before.steps + cost.number_of_steps as u64;
-            effort.rejected = before.rejected
+            stats.steps = before.steps + cost.number_of_steps as u64;
+            stats.rejected = before.rejected
                 + (cost.number_of_error_test_failures + cost.number_of_nonlinear_solver_fails)
                     as u64;
-            effort.factorisations =
+            stats.factorisations =
                 before.factorisations + cost.number_of_linear_solver_setups as u64;
-            effort.evaluations = before.evaluations + self.evaluations.get();
+            stats.evaluations = before.evaluations + self.evaluations.get();
             if self.failed.get() {
                 let message = format!(
                     "the motion leaves the range of numbers after t = {}",
-                    instant(reached)
+                    format_instant(reached)
                 );
-                return Err(Error::new(Code::Overflow, message)
-                    .hint("look at the loads and the stiffness, or ask for a tighter tolerance"));
+                return Err(Error::new(Code::Overflow, message).with_hint(
+                    "look at the loads and the stiffness, or ask for a tighter tolerance",
+                ));
             }
-            stepped.map_err(|e| self.stuck(reached, &e.to_string()))?;
+            stepped.map_err(|e| self.step_failure(reached, &e.to_string()))?;
             let before = reached;
             reached = solver.state().t;
-            within_budget(ask, effort, reached)?;
+            check_budget(options, stats, reached)?;
             let mut lost = None;
             let mut at = |due: f64, into: &mut [f64]| match solver.interpolate(due.min(reached)) {
                 Ok(x) => (0..n).for_each(|i| into[i] = x[i] * self.sizes[i]),
                 Err(e) => lost = Some(e.to_string()),
             };
-            ask.follower.follow(Stretch {
+            options.observer.observe(DenseOutput {
                 from: before,
                 to: reached,
-                grain: reached - before,
+                time_scale: reached - before,
                 regime: None,
                 state: &mut at,
             });
-            samples.give_until(reached, &mut sample, None, at)?;
+            emitter.emit_until(reached, &mut sample, None, at)?;
             if let Some(why) = lost {
-                return Err(self.stuck(reached, &why));
+                return Err(self.step_failure(reached, &why));
             }
         }
         let state = solver.state();
         let end: Vec<f64> = (0..n).map(|i| state.y[i] * self.sizes[i]).collect();
-        scale.note(&end);
+        scale.update(&end);
         Ok(end)
     }
 
-    fn stuck(&self, t: f64, why: &str) -> Error {
+    fn step_failure(&self, t: f64, why: &str) -> Error {
         let message = format!(
             "no step from t = {} keeps the error within the tolerance: {why}",
-            instant(t)
+            format_instant(t)
         );
-        Error::new(Code::NoConvergence, message).hint(
+        Error::new(Code::NoConvergence, message).with_hint(
             "the motion jumps there: take a method that locates events, or a coarser tolerance",
         )
     }

@@ -2,22 +2,22 @@
 //!
 //! Source: Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 2nd edition 1993, II.5 and II.10.
 
-use super::dop853_table::{DENSE, FIFTH, NODES, STAGES, Sum, THIRD};
+use super::dop853_table::{DENSE, FIFTH, NODES, STAGES, StageWeights, THIRD};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::instant;
-use crate::motion::problem::{Effort, Problem};
-use crate::motion::progress::inside;
-use crate::motion::scale::{Scale, norm};
-use crate::motion::stepper::{Control, Stepper, equal_part};
+use crate::base::quantity::format_instant;
+use crate::motion::error_scale::{ErrorScale, error_norm};
+use crate::motion::problem::{IntegrationStats, OdeProblem};
+use crate::motion::progress::clamp_time;
+use crate::motion::stepper::{StepSizeRule, Stepper, equal_step};
 
 /// Stages of the step itself; the slope at its end and three more serve the dense output.
-const STEP: usize = 12;
+const STEP_STAGES: usize = 12;
 
 /// The method between two steps.
 pub struct Dop853 {
-    control: Control,
-    scale: Scale,
+    rule: StepSizeRule,
+    scale: ErrorScale,
     /// The step to try next, s; zero where none is known.
     next: f64,
     /// Slopes of the last step.
@@ -28,15 +28,15 @@ pub struct Dop853 {
     ended: Option<(f64, Vec<f64>)>,
     /// Coefficients of the dense output.
     inner: Vec<Vec<f64>>,
-    /// Where f may be evaluated: between the restart and the end of its stretch.
+    /// Where f may be evaluated: between the restart and the end of its interval.
     since: f64,
 }
 
 impl Dop853 {
     /// Before the first step.
-    pub fn new(control: Control, scale: Scale) -> Dop853 {
+    pub fn new(rule: StepSizeRule, scale: ErrorScale) -> Dop853 {
         Dop853 {
-            control,
+            rule,
             scale,
             next: 0.0,
             slopes: vec![Vec::new(); 16],
@@ -47,7 +47,7 @@ impl Dop853 {
         }
     }
 
-    fn sum(&self, sum: Sum, i: usize) -> f64 {
+    fn sum(&self, sum: StageWeights, i: usize) -> f64 {
         sum.iter().map(|&(j, a)| a * self.slopes[j][i]).sum()
     }
 
@@ -61,8 +61,12 @@ impl Dop853 {
     /// The error of the step to `end`, relative to the tolerance.
     fn error(&self, y: &[f64], end: &[f64], h: f64, tolerance: f64) -> f64 {
         let sizes = self.scale.sizes(y, end, h);
-        let errors = |sum: Sum| -> Vec<f64> { (0..y.len()).map(|i| self.sum(sum, i)).collect() };
-        let (fifth, third) = (norm(&errors(FIFTH), &sizes), norm(&errors(THIRD), &sizes));
+        let errors =
+            |sum: StageWeights| -> Vec<f64> { (0..y.len()).map(|i| self.sum(sum, i)).collect() };
+        let (fifth, third) = (
+            error_norm(&errors(FIFTH), &sizes),
+            error_norm(&errors(THIRD), &sizes),
+        );
         if fifth == 0.0 && third == 0.0 {
             return 0.0;
         }
@@ -72,7 +76,7 @@ impl Dop853 {
     /// A first step from the sizes of the state and its slope, s.
     fn first(&self, y: &[f64], left: f64) -> f64 {
         let sizes = self.scale.sizes(y, y, 1e-3 * left);
-        let (state, slope) = (norm(y, &sizes), norm(&self.slopes[0], &sizes));
+        let (state, slope) = (error_norm(y, &sizes), error_norm(&self.slopes[0], &sizes));
         let sensible = 0.01 * state / slope;
         match sensible > 0.0 && sensible.is_finite() {
             true => sensible.min(1e-2 * left),
@@ -81,7 +85,7 @@ impl Dop853 {
         .max(1e-12 * left)
     }
 
-    fn connect<P: Problem>(
+    fn prepare_dense_output<P: OdeProblem>(
         &mut self,
         problem: &P,
         clock: impl Fn(f64) -> f64,
@@ -89,9 +93,9 @@ impl Dop853 {
         h: f64,
         end: &[f64],
     ) {
-        for at in STEP + 1..16 {
+        for at in STEP_STAGES + 1..16 {
             let state = self.stage(at, y, h);
-            problem.slope(clock(t + NODES[at] * h), &state, &mut self.slopes[at]);
+            problem.derivative(clock(t + NODES[at] * h), &state, &mut self.slopes[at]);
         }
         let n = y.len();
         let difference: Vec<f64> = (0..n).map(|i| end[i] - y[i]).collect();
@@ -99,7 +103,7 @@ impl Dop853 {
             .map(|i| h * self.slopes[0][i] - difference[i])
             .collect();
         let fall = (0..n)
-            .map(|i| difference[i] - h * self.slopes[STEP][i] - rise[i])
+            .map(|i| difference[i] - h * self.slopes[STEP_STAGES][i] - rise[i])
             .collect();
         for (at, &sum) in DENSE.iter().enumerate() {
             self.inner[4 + at] = (0..n).map(|i| h * self.sum(sum, i)).collect();
@@ -111,7 +115,7 @@ impl Dop853 {
     }
 }
 
-impl<P: Problem> Stepper<P> for Dop853 {
+impl<P: OdeProblem> Stepper<P> for Dop853 {
     fn restart(&mut self) {
         self.known = None;
         self.ended = None;
@@ -122,7 +126,7 @@ impl<P: Problem> Stepper<P> for Dop853 {
         problem: &P,
         (t, y): (f64, &[f64]),
         end: f64,
-        effort: &mut Effort,
+        stats: &mut IntegrationStats,
     ) -> Result<(f64, Vec<f64>), Error> {
         let n = y.len();
         self.slopes.iter_mut().for_each(|s| s.resize(n, 0.0));
@@ -130,24 +134,24 @@ impl<P: Problem> Stepper<P> for Dop853 {
             self.since = t;
         }
         let since = self.since;
-        let clock = move |t: f64| inside(t, since, end);
+        let clock = move |t: f64| clamp_time(t, since, end);
         let here = |known: &Option<(f64, Vec<f64>)>| {
             known.as_ref().is_some_and(|(u, x)| *u == t && x == y)
         };
         if here(&self.ended) {
-            self.slopes.swap(0, STEP);
+            self.slopes.swap(0, STEP_STAGES);
             self.known = self.ended.take();
         } else if !here(&self.known) {
-            problem.slope(clock(t), y, &mut self.slopes[0]);
-            effort.evaluations += 1;
+            problem.derivative(clock(t), y, &mut self.slopes[0]);
+            stats.evaluations += 1;
             self.known = Some((t, y.to_vec()));
-            self.scale.note(y);
+            self.scale.update(y);
         }
         let left = end - t;
-        let wanted = match self.control {
-            Control::Fixed(h) => equal_part(left, h),
-            Control::Tolerance(_) if self.next > 0.0 => self.next,
-            Control::Tolerance(_) => self.first(y, left),
+        let wanted = match self.rule {
+            StepSizeRule::Fixed(h) => equal_step(left, h),
+            StepSizeRule::Tolerance(_) if self.next > 0.0 => self.next,
+            StepSizeRule::Tolerance(_) => self.first(y, left),
         };
         let mut h = wanted.min(left);
         let mut refused = false;
@@ -155,37 +159,37 @@ impl<P: Problem> Stepper<P> for Dop853 {
             if !(h > 4.0 * f64::EPSILON * t.abs() && h > 0.0) && h < left {
                 return Err(Error::new(
                     Code::NoConvergence,
-                    format!("no step from t = {} keeps the error within the tolerance", instant(t)),
+                    format!("no step from t = {} keeps the error within the tolerance", format_instant(t)),
                 )
-                .hint("the motion is too stiff or jumps there: take a method for stiff machines, or a coarser tolerance"));
+                .with_hint("the motion is too stiff or jumps there: take a method for stiff machines, or a coarser tolerance"));
             }
-            for at in 1..STEP {
+            for at in 1..STEP_STAGES {
                 let state = self.stage(at, y, h);
-                problem.slope(clock(t + NODES[at] * h), &state, &mut self.slopes[at]);
+                problem.derivative(clock(t + NODES[at] * h), &state, &mut self.slopes[at]);
             }
-            effort.evaluations += STEP as u64 - 1;
-            let reached = self.stage(STEP, y, h);
-            let error = match self.control {
-                Control::Fixed(_) => 0.0,
-                Control::Tolerance(tolerance) => self.error(y, &reached, h, tolerance),
+            stats.evaluations += STEP_STAGES as u64 - 1;
+            let reached = self.stage(STEP_STAGES, y, h);
+            let error = match self.rule {
+                StepSizeRule::Fixed(_) => 0.0,
+                StepSizeRule::Tolerance(tolerance) => self.error(y, &reached, h, tolerance),
             };
             let factor = 0.9 * error.powf(-0.125);
             if error < 1.0 {
                 let u = if h == left { end } else { t + h };
-                problem.slope(clock(u), &reached, &mut self.slopes[STEP]);
-                self.connect(problem, clock, (t, y), h, &reached);
-                effort.evaluations += 4;
+                problem.derivative(clock(u), &reached, &mut self.slopes[STEP_STAGES]);
+                self.prepare_dense_output(problem, clock, (t, y), h, &reached);
+                stats.evaluations += 4;
                 let grown = h * factor.clamp(0.3, if refused { 1.0 } else { 6.0 });
                 // A step cut short by the end says nothing against a longer one.
                 self.next = match h == left {
                     true => grown.max(self.next),
                     false => grown,
                 };
-                self.scale.note(&reached);
+                self.scale.update(&reached);
                 self.ended = Some((u, reached.clone()));
                 return Ok((u, reached));
             }
-            effort.rejected += 1;
+            stats.rejected += 1;
             refused = true;
             h *= match error.is_finite() {
                 true => factor.clamp(0.2, 0.95),
@@ -195,7 +199,7 @@ impl<P: Problem> Stepper<P> for Dop853 {
         }
     }
 
-    fn inside(&self, theta: f64, y: &mut [f64]) {
+    fn interpolate(&self, theta: f64, y: &mut [f64]) {
         let rest = 1.0 - theta;
         let c = &self.inner;
         for i in 0..y.len() {

@@ -4,7 +4,7 @@
 //! program DOP853; rounded to double precision.
 
 /// A weighted sum of stages: stage and weight, zeros left out.
-pub type Sum = &'static [(usize, f64)];
+pub type StageWeights = &'static [(usize, f64)];
 
 /// c: where in the step each stage lies; the last three are for the dense output.
 pub const NODES: [f64; 16] = [
@@ -27,7 +27,7 @@ pub const NODES: [f64; 16] = [
 ];
 
 /// a: what each stage is made of; the row 12 is the end of the step.
-pub const STAGES: [Sum; 16] = [
+pub const STAGES: [StageWeights; 16] = [
     &[],
     &[(0, 0.05260015195876773)],
     &[(0, 0.0197250569845379), (1, 0.0591751709536137)],
@@ -136,7 +136,7 @@ pub const STAGES: [Sum; 16] = [
 ];
 
 /// The error estimate of order 5.
-pub const FIFTH: Sum = &[
+pub const FIFTH: StageWeights = &[
     (0, 0.01312004499419488),
     (5, -1.2251564463762044),
     (6, -0.4957589496572502),
@@ -148,7 +148,7 @@ pub const FIFTH: Sum = &[
 ];
 
 /// The error estimate of order 3.
-pub const THIRD: Sum = &[
+pub const THIRD: StageWeights = &[
     (0, -0.18980075407240762),
     (5, 4.450312892752409),
     (6, 1.8915178993145003),
@@ -160,7 +160,7 @@ pub const THIRD: Sum = &[
 ];
 
 /// The dense output's last four polynomials.
-pub const DENSE: [Sum; 4] = [
+pub const DENSE: [StageWeights; 4] = [
     &[
         (0, -8.428938276109013),
         (5, 0.5667149535193777),

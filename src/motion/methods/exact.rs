@@ -1,33 +1,37 @@
-//! Linear machines, propagated exactly whatever the step.
+//! Exact propagation of linear models, for any step size.
 
-use super::{Kin, Ladder, Method};
+use super::{IntegrationMethod, MethodFamily, StepControl};
 use crate::base::error::Error;
-use crate::motion::problem::{Ask, Effort, Problem, Sink};
-use crate::motion::progress::check;
-use crate::motion::segment::journey;
-use crate::motion::segment::met::ROOM;
-use crate::motion::train::Train;
+use crate::motion::dynamic_model::DynamicModel;
+use crate::motion::problem::{IntegrationOptions, IntegrationStats, OdeProblem, SampleSink};
+use crate::motion::progress::check_options;
+use crate::motion::segment::regime_cache::MAX_BYTES;
+use crate::motion::segment::run;
 
 /// A sum of exponentials.
-pub const METHOD: Method = Method {
+pub const METHOD: IntegrationMethod = IntegrationMethod {
     name: "exact",
     title: "linear machines as a sum of exponentials",
-    ladder: Ladder::Exact,
+    step_control: StepControl::Exact,
     order: None,
-    kin: Kin::Propagation,
+    family: MethodFamily::Propagation,
     bound: None,
     locates_events: true,
-    refuses,
+    unsupported_reason,
     run,
 };
 
 /// Checks what is asked, and flies.
-fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
-    check(ask, train.len())?;
-    journey::run(train, ask, ROOM, sink)
+fn run(
+    model: &DynamicModel,
+    options: &IntegrationOptions,
+    sink: &mut SampleSink,
+) -> Result<IntegrationStats, Error> {
+    check_options(options, model.len())?;
+    run::run(model, options, MAX_BYTES, sink)
 }
 
-fn refuses(train: &Train) -> Option<String> {
+fn unsupported_reason(model: &DynamicModel) -> Option<String> {
     let message = "it takes linear machines only: constant stiffness and damping, known forces";
-    (!train.is_linear()).then(|| message.to_string())
+    (!model.is_linear()).then(|| message.to_string())
 }

@@ -1,68 +1,57 @@
-//! The methods of integration: one table, one way to call them.
+//! Table of integration methods: order, family, step control, stability bound.
 
-use super::light;
-use super::problem::Run;
-use super::train::Train;
+use super::algebraic;
+use super::dynamic_model::DynamicModel;
+use super::problem::IntegrateFn;
 
-/// Linear machines.
 pub mod exact;
 
-/// Machines that are linear between switches.
 pub mod switched;
 
-/// Coefficients of a method of order 8.
 pub mod dop853_table;
 
-/// Explicit, order 8.
 pub mod dop853;
 
-/// Implicit, order 5.
 pub mod radau;
 
-/// Both, on machines and on plain problems.
-pub mod stepping;
+pub mod with_events;
 
-/// Exponential, order 4.
 pub mod exponential;
 
-/// Newmark's and its kin.
 pub mod alpha;
 
-/// The methods of ode_solvers.
-pub mod explicit;
+pub mod explicit_runge_kutta;
 
-/// Stiffness and loads that repeat in time.
 pub mod periodic;
 
-/// Backward differentiation formulas.
 #[cfg(feature = "bdf")]
 pub mod bdf;
 
 /// A method for machines in motion.
-pub struct Method {
+pub struct IntegrationMethod {
     /// The word for it in commands and files.
     pub name: &'static str,
     /// What it is, in a line.
     pub title: &'static str,
     /// What its exactness is asked by.
-    pub ladder: Ladder,
+    pub step_control: StepControl,
     /// Its order of convergence in the step; absent where the step makes no error.
     pub order: Option<u32>,
     /// What it descends from: methods of one kin share their faults, so that they cannot confirm each other.
-    pub kin: Kin,
+    pub family: MethodFamily,
     /// What its steps are bound by; absent where none is too long to be stable.
-    pub bound: Option<Bound>,
+    pub bound: Option<StabilityBound>,
     /// It takes switches at the instants they happen, so that they cost no order.
     pub locates_events: bool,
     /// Why it cannot take a machine; absent where it can.
-    pub refuses: fn(&Train) -> Option<String>,
+    pub unsupported_reason: fn(&DynamicModel) -> Option<String>,
     /// Integrates.
-    pub run: Run<Train>,
+    pub run: IntegrateFn<DynamicModel>,
 }
 
 /// What keeps an explicit method stable.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bound {
+pub struct StabilityBound {
     /// Evaluations of f in a step.
     pub stages: u32,
     /// The largest |hλ| in the left half-plane with which a step does not grow; along the imaginary axis it is less.
@@ -70,22 +59,22 @@ pub struct Bound {
 }
 
 // Radii of the regions of the stability polynomials that `stability` draws.
-const ORDER_4: Bound = Bound {
+const RK4_BOUND: StabilityBound = StabilityBound {
     stages: 4,
     radius: 2.97,
 };
-const ORDER_5: Bound = Bound {
+const DOPRI5_BOUND: StabilityBound = StabilityBound {
     stages: 6,
     radius: 3.40,
 };
-const ORDER_8: Bound = Bound {
+const DOP853_BOUND: StabilityBound = StabilityBound {
     stages: 12,
     radius: 6.80,
 };
 
 /// What a method descends from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kin {
+pub enum MethodFamily {
     /// Solutions of the linear part in closed form, taken from switch to switch.
     Propagation,
     /// Explicit Runge–Kutta.
@@ -101,145 +90,145 @@ pub enum Kin {
 
 /// What the exactness of a method is asked by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ladder {
+pub enum StepControl {
     /// Nothing: it is exact to rounding.
     Exact,
     /// A tolerance.
-    Tolerance,
+    Adaptive,
     /// A step.
-    Step,
+    Fixed,
 }
 
 /// Every method, the most special first.
-pub const METHODS: &[Method] = &[
+pub const METHODS: &[IntegrationMethod] = &[
     exact::METHOD,
     switched::METHOD,
     periodic::METHOD,
-    Method {
+    IntegrationMethod {
         name: "dop853-events",
         title: "Dormand–Prince 8(5,3) with switches located",
-        ladder: Ladder::Tolerance,
+        step_control: StepControl::Adaptive,
         order: Some(8),
-        kin: Kin::Explicit,
-        bound: Some(ORDER_8),
+        family: MethodFamily::Explicit,
+        bound: Some(DOP853_BOUND),
         locates_events: true,
-        refuses: light::refused,
-        run: stepping::dop853,
+        unsupported_reason: algebraic::why_inertia_needed,
+        run: with_events::dop853,
     },
-    Method {
+    IntegrationMethod {
         name: "radau5",
         title: "Radau IIA of order 5 with switches located, for stiff machines",
-        ladder: Ladder::Tolerance,
+        step_control: StepControl::Adaptive,
         order: Some(5),
-        kin: Kin::Collocation,
+        family: MethodFamily::Collocation,
         bound: None,
         locates_events: true,
-        refuses: |_| None,
-        run: stepping::radau5,
+        unsupported_reason: |_| None,
+        run: with_events::radau5,
     },
-    Method {
+    IntegrationMethod {
         name: "exponential",
         title: "exponential Runge–Kutta of stiff order 4, the linear part exact, for stiff machines with smooth forces",
-        ladder: Ladder::Tolerance,
+        step_control: StepControl::Adaptive,
         order: Some(4),
-        kin: Kin::Propagation,
+        family: MethodFamily::Propagation,
         bound: None,
         locates_events: true,
-        refuses: exponential::refuses,
+        unsupported_reason: exponential::unsupported_reason,
         run: exponential::exponential,
     },
-    Method {
+    IntegrationMethod {
         name: "dop853",
         title: "Dormand–Prince 8(5,3) of ode_solvers",
-        ladder: Ladder::Tolerance,
+        step_control: StepControl::Adaptive,
         order: Some(8),
-        kin: Kin::Explicit,
-        bound: Some(ORDER_8),
+        family: MethodFamily::Explicit,
+        bound: Some(DOP853_BOUND),
         locates_events: false,
-        refuses: light::refused,
-        run: explicit::dop853,
+        unsupported_reason: algebraic::why_inertia_needed,
+        run: explicit_runge_kutta::dop853,
     },
-    Method {
+    IntegrationMethod {
         name: "dopri5",
         title: "Dormand–Prince 5(4) of ode_solvers",
-        ladder: Ladder::Tolerance,
+        step_control: StepControl::Adaptive,
         order: Some(5),
-        kin: Kin::Explicit,
-        bound: Some(ORDER_5),
+        family: MethodFamily::Explicit,
+        bound: Some(DOPRI5_BOUND),
         locates_events: false,
-        refuses: light::refused,
-        run: explicit::dopri5,
+        unsupported_reason: algebraic::why_inertia_needed,
+        run: explicit_runge_kutta::dopri5,
     },
-    Method {
+    IntegrationMethod {
         name: "rk4",
         title: "Runge–Kutta of order 4 of ode_solvers",
-        ladder: Ladder::Step,
+        step_control: StepControl::Fixed,
         order: Some(4),
-        kin: Kin::Explicit,
-        bound: Some(ORDER_4),
+        family: MethodFamily::Explicit,
+        bound: Some(RK4_BOUND),
         locates_events: false,
-        refuses: light::refused,
-        run: explicit::rk4,
+        unsupported_reason: algebraic::why_inertia_needed,
+        run: explicit_runge_kutta::rk4,
     },
     #[cfg(feature = "bdf")]
-    Method {
+    IntegrationMethod {
         name: "bdf",
         title: "backward differentiation formulas of order 1 to 5 of diffsol, for stiff machines",
-        ladder: Ladder::Tolerance,
+        step_control: StepControl::Adaptive,
         order: None,
-        kin: Kin::Multistep,
+        family: MethodFamily::Multistep,
         bound: None,
         locates_events: false,
-        refuses: light::refused,
-        run: bdf::machine,
+        unsupported_reason: algebraic::why_inertia_needed,
+        run: bdf::integrate_model,
     },
-    Method {
+    IntegrationMethod {
         name: "generalized-alpha-controlled",
         title: "generalised α with ρ∞ = 0.8, steps by a tolerance",
-        ladder: Ladder::Tolerance,
+        step_control: StepControl::Adaptive,
         order: Some(2),
-        kin: Kin::Newmark,
+        family: MethodFamily::Newmark,
         bound: None,
         locates_events: false,
-        refuses: alpha::refuses,
+        unsupported_reason: alpha::unsupported_reason,
         run: alpha::generalized,
     },
-    Method {
+    IntegrationMethod {
         name: "generalized-alpha",
         title: "generalised α with ρ∞ = 0.8",
-        ladder: Ladder::Step,
+        step_control: StepControl::Fixed,
         order: Some(2),
-        kin: Kin::Newmark,
+        family: MethodFamily::Newmark,
         bound: None,
         locates_events: false,
-        refuses: alpha::refuses,
+        unsupported_reason: alpha::unsupported_reason,
         run: alpha::generalized,
     },
-    Method {
+    IntegrationMethod {
         name: "hht",
         title: "Hilber, Hughes and Taylor with ρ∞ = 0.8",
-        ladder: Ladder::Step,
+        step_control: StepControl::Fixed,
         order: Some(2),
-        kin: Kin::Newmark,
+        family: MethodFamily::Newmark,
         bound: None,
         locates_events: false,
-        refuses: alpha::refuses,
+        unsupported_reason: alpha::unsupported_reason,
         run: alpha::hht,
     },
-    Method {
+    IntegrationMethod {
         name: "newmark",
         title: "Newmark, average acceleration",
-        ladder: Ladder::Step,
+        step_control: StepControl::Fixed,
         order: Some(2),
-        kin: Kin::Newmark,
+        family: MethodFamily::Newmark,
         bound: None,
         locates_events: false,
-        refuses: alpha::refuses,
+        unsupported_reason: alpha::unsupported_reason,
         run: alpha::newmark,
     },
 ];
 
 /// The method of a name.
-pub fn find(name: &str) -> Option<&'static Method> {
+pub fn method_by_name(name: &str) -> Option<&'static IntegrationMethod> {
     METHODS.iter().find(|method| method.name == name)
 }

@@ -1,22 +1,22 @@
-//! Machines that are linear between switches, propagated exactly from one switch to the next.
+//! Exact propagation of piecewise linear models from switch to switch.
 
-use super::{Kin, Ladder, Method, exact};
-use crate::motion::train::Train;
+use super::{IntegrationMethod, MethodFamily, StepControl, exact};
+use crate::motion::dynamic_model::DynamicModel;
 
 /// A sum of exponentials between switches, and switches as roots of it.
-pub const METHOD: Method = Method {
+pub const METHOD: IntegrationMethod = IntegrationMethod {
     name: "switched",
     title: "play, stiffness in steps and dry friction as linear machines between switches",
-    ladder: Ladder::Exact,
+    step_control: StepControl::Exact,
     order: None,
-    kin: Kin::Propagation,
+    family: MethodFamily::Propagation,
     bound: None,
     locates_events: true,
-    refuses,
+    unsupported_reason,
     run: exact::METHOD.run,
 };
 
-fn refuses(train: &Train) -> Option<String> {
+fn unsupported_reason(model: &DynamicModel) -> Option<String> {
     let message = "it takes machines that are linear between switches: play, rectangular stiffness at imposed speed, Coulomb friction";
-    (!train.is_piecewise_linear()).then(|| message.to_string())
+    (!model.is_piecewise_linear()).then(|| message.to_string())
 }

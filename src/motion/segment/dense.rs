@@ -1,4 +1,4 @@
-//! A linear machine whose eigenvectors nearly coincide: propagated by matrix exponentials over powers of two.
+//! Propagation by matrix exponentials where eigenvectors nearly coincide.
 //!
 //! `ẋ = A x + β₀ + β₁ τ + Σ Re(b e^{iωt})`; one exponential of the machine with its forces as further states gives the
 //! step over 2^v s, and any τ is a sum of powers of two.
@@ -7,17 +7,17 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use crate::base::error::Error;
-use crate::numeric::{Complex, Matrix, definite, expm};
+use crate::numeric::{Complex, Matrix, expm, symmetric};
 
 /// A machine as a matrix.
 #[derive(Debug, Clone)]
-pub struct Dense {
+pub struct DenseSystem {
     /// A in states of like size.
     matrix: Matrix,
     /// ω and the force `b` of every harmonic.
     harmonics: Vec<(f64, Vec<Complex>)>,
     /// The greatest eigenvalue of `(A + Aᵀ)/2`: `‖e^{Aτ}‖ ≤ e^{growth τ}`.
-    growth: f64,
+    log_norm: f64,
     /// ‖A‖.
     norm: f64,
     /// Steps over 2^v s, made when wanted.
@@ -26,7 +26,7 @@ pub struct Dense {
 
 /// Its motion.
 #[derive(Debug, Clone)]
-pub struct DenseRun {
+pub struct DenseTrajectory {
     /// x, β₀, β₁ and the harmonics' cosines and sines.
     start: Vec<f64>,
     /// How many of these are x.
@@ -36,9 +36,9 @@ pub struct DenseRun {
     bound: f64,
 }
 
-impl DenseRun {
+impl DenseTrajectory {
     /// The bound on |ẍ| of every state.
-    pub fn bound(&self) -> f64 {
+    pub fn acceleration_bound(&self) -> f64 {
         self.bound
     }
 
@@ -48,18 +48,18 @@ impl DenseRun {
     }
 }
 
-impl Dense {
+impl DenseSystem {
     /// A machine and the harmonics that push it.
     ///
     /// # Errors
     /// Numbers out of range.
-    pub fn new(matrix: Matrix, harmonics: Vec<(f64, Vec<Complex>)>) -> Result<Dense, Error> {
+    pub fn new(matrix: Matrix, harmonics: Vec<(f64, Vec<Complex>)>) -> Result<DenseSystem, Error> {
         let n = matrix.nrows();
         let half = Matrix::from_fn(n, n, |i, j| 0.5 * (matrix[(i, j)] + matrix[(j, i)]));
-        let growth = definite::symmetric(&half)?.values.last().copied();
-        Ok(Dense {
+        let growth = symmetric::symmetric_eigen(&half)?.values.last().copied();
+        Ok(DenseSystem {
             norm: matrix.norm_l2(),
-            growth: growth.unwrap_or(0.0).max(0.0),
+            log_norm: growth.unwrap_or(0.0).max(0.0),
             matrix,
             harmonics,
             steps: RefCell::default(),
@@ -73,7 +73,7 @@ impl Dense {
 
     /// How fast the norm of a state can grow, 1/s.
     pub fn growth(&self) -> f64 {
-        self.growth
+        self.log_norm
     }
 
     /// c A.
@@ -89,7 +89,7 @@ impl Dense {
         (x, b0, b1): (&[f64], &[f64], &[f64]),
         turns: &[Complex],
         span: f64,
-    ) -> DenseRun {
+    ) -> DenseTrajectory {
         let n = self.count();
         let mut start = Vec::with_capacity(3 * n + 2 * turns.len());
         start.extend_from_slice(&x[..n]);
@@ -108,7 +108,7 @@ impl Dense {
         // ẍ = A ẋ + ḃ, and ẋ itself obeys ẋ′ = A ẋ + ḃ: it grows from its first value by what ḃ adds.
         let rate = self.norm * norm(&x[..n]) + norm(&b0[..n]) + harmonic(0);
         let change = norm(&b1[..n]) + harmonic(1);
-        DenseRun {
+        DenseTrajectory {
             start,
             states: n,
             size: norm(&x[..n]) + rate * span,
@@ -117,7 +117,7 @@ impl Dense {
     }
 
     /// x after τ.
-    pub fn at(&self, run: &DenseRun, tau: f64, out: &mut [f64]) {
+    pub fn state_at(&self, run: &DenseTrajectory, tau: f64, out: &mut [f64]) {
         let n = self.count();
         let mut state = run.start.clone();
         let mut left = tau;

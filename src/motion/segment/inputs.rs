@@ -1,13 +1,13 @@
-//! What is known in time: the torques of drives and the motions imposed on branches, as lines and harmonics.
+//! Known inputs: torques and imposed displacements as piecewise lines and harmonics.
 
-use super::instant::Instant;
+use super::double_time::DoubleTime;
+use crate::motion::dynamic_model::DynamicModel;
 use crate::motion::signal::Signal;
-use crate::motion::train::Train;
 use crate::numeric::Complex;
 
 /// Where an input enters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Entry {
+pub enum InputTarget {
     /// A drive, by its number.
     Drive(usize),
     /// The imposed e of a branch, by its number.
@@ -16,9 +16,9 @@ pub enum Entry {
 
 /// One known function of time.
 #[derive(Debug)]
-pub struct Input<'a> {
+pub struct KnownInput<'a> {
     /// Where it enters.
-    pub entry: Entry,
+    pub target: InputTarget,
     /// What it is.
     pub signal: &'a Signal,
     /// Its place among the pieces of a regime.
@@ -31,25 +31,25 @@ pub struct Input<'a> {
 
 /// All of them.
 #[derive(Debug)]
-pub struct Inputs<'a> {
+pub struct KnownInputs<'a> {
     /// Drives first, then branches.
-    pub list: Vec<Input<'a>>,
+    pub list: Vec<KnownInput<'a>>,
     /// Every ω once, rad/s.
     pub frequencies: Vec<f64>,
 }
 
-impl<'a> Inputs<'a> {
+impl<'a> KnownInputs<'a> {
     /// Of a machine.
-    pub fn new(train: &'a Train) -> Inputs<'a> {
-        let drives = train.drives.iter().enumerate();
-        let drives = drives.map(|(at, d)| (Entry::Drive(at), &d.signal, at));
-        let branches = train.branches.iter().enumerate();
+    pub fn new(model: &'a DynamicModel) -> KnownInputs<'a> {
+        let drives = model.forces.iter().enumerate();
+        let drives = drives.map(|(at, d)| (InputTarget::Drive(at), &d.signal, at));
+        let branches = model.elements.iter().enumerate();
         let imposed = branches.filter_map(|(at, b)| {
-            let signal = b.imposed.as_ref()?;
-            Some((Entry::Imposed(at), signal, train.drives.len() + at))
+            let signal = b.imposed_displacement.as_ref()?;
+            Some((InputTarget::Imposed(at), signal, model.forces.len() + at))
         });
         let mut frequencies: Vec<f64> = Vec::new();
-        let list = drives.chain(imposed).map(|(entry, signal, piece)| {
+        let list = drives.chain(imposed).map(|(target, signal, piece)| {
             let mut harmonics: Vec<(usize, Complex)> = Vec::new();
             let mut constant = 0.0;
             for h in &signal.harmonics {
@@ -73,8 +73,8 @@ impl<'a> Inputs<'a> {
                     None => harmonics.push((at, phasor)),
                 }
             }
-            Input {
-                entry,
+            KnownInput {
+                target,
                 signal,
                 piece,
                 harmonics,
@@ -82,18 +82,18 @@ impl<'a> Inputs<'a> {
             }
         });
         let list = list.collect();
-        Inputs { list, frequencies }
+        KnownInputs { list, frequencies }
     }
 }
 
-impl Input<'_> {
+impl KnownInput<'_> {
     /// The line that carries it: value at an instant, change per second.
-    pub fn line(&self, pieces: &[u32], now: Instant) -> (f64, f64) {
+    pub fn line(&self, pieces: &[u32], now: DoubleTime) -> (f64, f64) {
         match pieces[self.piece] {
             0 => (self.constant, 0.0),
             at => {
                 let knot = &self.signal.knots[at as usize - 1];
-                let value = knot.line(now.high) + knot.slope * now.low;
+                let value = knot.value_at(now.high) + knot.slope * now.low;
                 (value + self.constant, knot.slope)
             }
         }

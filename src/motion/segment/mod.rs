@@ -1,79 +1,53 @@
-//! Motion between switches, exactly: every regime of a machine is linear, and its motion a sum of exponentials.
+//! Exact propagation of piecewise linear models: a sum of exponentials in each regime.
 
-/// The functions φ.
 pub mod phi;
 
-/// Instants to twice the digits.
-pub mod instant;
+pub mod double_time;
 
-/// What is known in time.
 pub mod inputs;
 
-/// When what is known jumps.
-pub mod clock;
+pub mod time_events;
 
-/// Coordinates of unit inertia, and modes in them.
-pub mod frame;
+pub mod mass_normalised;
 
-/// From modal states to parts and back.
-pub mod stage;
+pub mod modal_transform;
 
-/// Machines by matrix exponentials.
 pub mod dense;
 
-/// Parts in closed form.
-pub mod spectrum;
+pub mod modal_parts;
 
-/// What borders are read by.
-pub mod sensor;
+pub mod event_evaluator;
 
-/// Their motion in time.
-pub mod course;
+pub mod trajectory;
 
-/// Round strides, kept.
-pub mod ladder;
+pub mod propagator_cache;
 
-/// A regime over its modes.
 pub mod equations;
 
-/// Modes that do not act on each other.
-pub mod apart;
+pub mod uncoupled;
 
-/// Damped roots from undamped modes.
-pub mod light;
+pub mod weak_coupling;
 
-/// Modes that do.
-pub mod mixed;
+pub mod coupled;
 
-/// Branches in a regime.
-pub mod law;
+pub mod linear_law;
 
-/// What regimes share.
-pub mod shared;
+pub mod run_context;
 
-/// Pairs that stick.
-pub mod hold;
+pub mod stick;
 
-/// Borders of a regime.
-pub mod border;
+pub mod event_function;
 
-/// What regimes share that differ by constants.
-pub mod linear;
+pub mod linear_system;
 
-/// Inputs while their lines last.
-pub mod load;
+pub mod piece_load;
 
-/// The machine of a regime.
-pub mod machine;
+pub mod regime_system;
 
-/// Its motion from a state.
-pub mod flight;
+pub mod segment_trajectory;
 
-/// The next switch.
-pub mod search;
+pub mod event_search;
 
-/// The regimes met so far.
-pub mod met;
+pub mod regime_cache;
 
-/// From switch to switch.
-pub mod journey;
+pub mod run;

@@ -17,7 +17,7 @@ const INVERSE_FACTORIALS: [f64; 24] = {
 };
 
 /// `E, Φ₁, Φ₂, Φ₃` of a real λ after τ.
-pub fn real(lambda: f64, tau: f64) -> [f64; 4] {
+pub fn phi_real(lambda: f64, tau: f64) -> [f64; 4] {
     if lambda == 0.0 {
         let half = 0.5 * tau * tau;
         return [1.0, tau, half, half * tau / 3.0];
@@ -48,7 +48,7 @@ pub fn real(lambda: f64, tau: f64) -> [f64; 4] {
 }
 
 /// `eˣ − 1` by seven terms of its series, for |x| below a fiftieth.
-pub fn beyond_one(x: Complex) -> Complex {
+pub fn exp_m1(x: Complex) -> Complex {
     let sum = |sum: Complex, n: usize| sum * x + INVERSE_FACTORIALS[n];
     (1..7)
         .rev()
@@ -56,29 +56,29 @@ pub fn beyond_one(x: Complex) -> Complex {
         * x
 }
 
-/// `(eˣ − 1)/x` and `(eˣ − 1 − x)/x²` by their series, for |x| below [`SMALL`].
-pub fn small(x: Complex) -> (Complex, Complex) {
+/// `(eˣ − 1)/x` and `(eˣ − 1 − x)/x²` by their series, for |x| below [`SERIES_RADIUS`].
+pub fn phi_series(x: Complex) -> (Complex, Complex) {
     let second = (0..14)
         .rev()
         .fold(Complex::ZERO, |sum, n| sum * x + INVERSE_FACTORIALS[n + 2]);
     (second * x + 1.0, second)
 }
 
-/// Where [`small`] is exact to rounding.
-pub const SMALL: f64 = 0.5;
+/// Where [`phi_series`] is exact to rounding.
+pub const SERIES_RADIUS: f64 = 0.5;
 
 /// `(e^{κτ} − 1)/κ`, also where κ is zero or nearly so.
-pub fn first(kappa: Complex, tau: f64) -> Complex {
+pub fn phi_1(kappa: Complex, tau: f64) -> Complex {
     let x = kappa * tau;
-    match x.norm() < SMALL {
-        true => small(x).0 * tau,
+    match x.norm() < SERIES_RADIUS {
+        true => phi_series(x).0 * tau,
         false => (x.exp() - 1.0) / kappa,
     }
 }
 
 /// `e^{λτ}` convolved with `e^{iωτ}`, and the integral of that, for a real λ and any ω: divided differences of the exponential
 /// over (iω, λ) and (iω, λ, 0).
-pub fn pushed(lambda: f64, omega: f64, tau: f64) -> (Complex, Complex) {
+pub fn forced_response(lambda: f64, omega: f64, tau: f64) -> (Complex, Complex) {
     let (x, y) = (Complex::new(0.0, omega * tau), lambda * tau);
     if x.norm().max(y.abs()) < 1.0 {
         // Complete homogeneous polynomials h_n(x, y) over (n+1)! and (n+2)!.
@@ -93,13 +93,13 @@ pub fn pushed(lambda: f64, omega: f64, tau: f64) -> (Complex, Complex) {
         return (rate * tau, place * (tau * tau));
     }
     let kappa = Complex::new(-lambda, omega);
-    let [e, by_lambda, ..] = real(lambda, tau);
-    let by_omega = first(Complex::new(0.0, omega), tau);
+    let [e, by_lambda, ..] = phi_real(lambda, tau);
+    let by_omega = phi_1(Complex::new(0.0, omega), tau);
     ((x.exp() - e) / kappa, (by_omega - by_lambda) / kappa)
 }
 
 /// `e^{−aτ} cosh √D τ` and `e^{−aτ} sinh √D τ / √D`, `D = a² − w²`.
-pub fn faded(a: f64, square: f64, tau: f64) -> (f64, f64) {
+pub fn damped_pair(a: f64, square: f64, tau: f64) -> (f64, f64) {
     let d = a * a - square;
     let x = d * tau * tau;
     if x.abs() < 0.01 {
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn law_branches_meet() {
         for lambda in [0.9999999, 1.0000001, -0.9999999, -1.0000001] {
-            let [e, f1, f2, f3] = real(lambda, 1.0);
+            let [e, f1, f2, f3] = phi_real(lambda, 1.0);
             assert!((e - f64::exp(lambda)).abs() < 1e-15 * 4.0);
             assert!((1.0 + lambda * f1 - e).abs() < 4e-15);
             assert!((1.0 + lambda * f2 - f1).abs() < 4e-15);
@@ -137,21 +137,21 @@ mod tests {
         for x in [0.4999999, 0.5000001] {
             let kappa = Complex::new(0.6, 0.8) * x;
             let exact = (kappa.exp() - 1.0) / kappa;
-            assert!((first(kappa, 1.0) - exact).norm() < 1e-15);
+            assert!((phi_1(kappa, 1.0) - exact).norm() < 1e-15);
         }
     }
 
     /// Without λ and ω: τ and τ²/2; with both, against the integral by Gauss points.
     #[test]
     fn exact_limits() {
-        assert_eq!(real(0.0, 2.0), [1.0, 2.0, 2.0, 8.0 / 6.0]);
-        let (rate, place) = pushed(0.0, 0.0, 2.0);
+        assert_eq!(phi_real(0.0, 2.0), [1.0, 2.0, 2.0, 8.0 / 6.0]);
+        let (rate, place) = forced_response(0.0, 0.0, 2.0);
         assert!((rate - 2.0).norm() < 1e-15 && (place - 2.0).norm() < 1e-15);
-        let (rate, place) = pushed(-0.0, 3.0, 2.0);
+        let (rate, place) = forced_response(-0.0, 3.0, 2.0);
         assert!((rate - Complex::new(6f64.sin(), 1.0 - 6f64.cos()) / 3.0).norm() < 1e-15);
         assert!((place.re - (1.0 - 6f64.cos()) / 9.0).abs() < 1e-15);
-        let near = pushed(-0.3, 0.4999999, 2.0);
-        let far = pushed(-0.3, 0.5000001, 2.0);
+        let near = forced_response(-0.3, 0.4999999, 2.0);
+        let far = forced_response(-0.3, 0.5000001, 2.0);
         assert!((near.0 - far.0).norm() < 1e-6 && (near.1 - far.1).norm() < 1e-6);
     }
 }

@@ -1,7 +1,7 @@
-//! What is asked of a record of two encoders, and where it was read.
+//! Study of a transmission error recorded by two encoders: channels, teeth, lines, options.
 
 use crate::recording::signals::Recording;
-use crate::transmission::measured::teeth::Teeth;
+use crate::transmission::encoder::gear_train::GearTrain;
 
 /// What is asked of an encoder record.
 #[derive(Debug, Clone)]
@@ -13,13 +13,13 @@ pub struct EncoderStudy {
     /// Channels of the index pulses of input and output.
     pub index: [Option<String>; 2],
     /// Teeth between the shafts.
-    pub teeth: Teeth,
+    pub train: GearTrain,
     /// Lines a turn of both encoders, where the readings are not angles.
     pub lines: Option<(usize, usize)>,
     /// Counts that a counter makes of a line.
     pub counts_per_line: usize,
     /// The channels hold instants of pulses, one a line.
-    pub stamps: bool,
+    pub pulse_times: bool,
     /// Rows are not even in time: no speed is told.
     pub angle_base: bool,
     /// Multiples of the meshes.
@@ -36,7 +36,7 @@ pub struct EncoderStudy {
 
 /// Where channels were read: all from one recording, or each from one of its own where their rows are their own.
 #[derive(Clone, Copy)]
-pub struct Read<'r> {
+pub struct EncoderRecordings<'r> {
     /// Channels of the input.
     pub input: &'r Recording,
     /// Of the output.

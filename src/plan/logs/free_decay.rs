@@ -1,16 +1,16 @@
-//! Modes of free decays: a decay for each stretch of a record, from the release until it has fallen into the noise.
+//! Modes of free decays: a decay for each segment of a record, from the release until it has fallen into the noise.
 
-use super::found::{Evidence, FoundMode, FromSignals};
-use super::method::Method;
+use super::identification_result::{Evidence, IdentifiedMode, SignalIdentification};
+use super::identify_study::IdentifyStudy;
+use super::method::IdentificationMethod;
 use super::rational::rule;
-use super::study::IdentifyStudy;
-use super::{blocks, weak};
+use super::{sample_blocks, weak};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::words::counted;
+use crate::base::text::pluralise;
 use crate::identify::free_decay::{TOP, fit};
 use crate::identify::rational::RationalOptions;
-use crate::numeric::fft::quick_within;
+use crate::numeric::fft::prev_fast_len;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::impact::{decay_length, levels};
 
@@ -23,12 +23,12 @@ const SHORTEST: usize = 64;
 /// What free decays tell.
 pub struct Decays {
     /// Modes and what they rest on.
-    pub found: FromSignals,
+    pub found: SignalIdentification,
     /// Weak modes.
-    pub weak: Vec<FoundMode>,
+    pub weak: Vec<IdentifiedMode>,
     /// Misfit by channel and decay.
     pub fit_error: Vec<f64>,
-    /// How the record was cut, in words.
+    /// How the record was cut, as text.
     pub how: String,
     /// The band fitted, Hz.
     pub band_hz: (f64, f64),
@@ -64,8 +64,8 @@ fn largest(level: &[f64]) -> usize {
         .unwrap_or(0)
 }
 
-/// Whether stretches of a record are free decays: quiet, or held, before the largest level, and falling behind it by 20 dB and more
-/// without rising again.
+/// Whether segments of a record are free decays: quiet, or held, before the largest level, and falling behind it by 20 dB and
+/// more without rising again.
 pub fn is_decay(channels: &[&[f64]]) -> bool {
     const QUIET: f64 = 0.3;
     const FALL: f64 = 10.0;
@@ -90,8 +90,9 @@ pub fn is_decay(channels: &[&[f64]]) -> bool {
         && falls
 }
 
-/// From where to where a stretch decays, in samples. The release lies in the segment of the largest level or before it; the decay is
-/// taken from the end of that segment, and looked at closer for as long as it takes up a small part of what was looked at.
+/// From where to where a segment decays, in samples. The release lies in the segment of the largest level or before it; the
+/// decay is taken from the end of that segment, and looked at closer for as long as it takes up a small part of what was looked
+/// at.
 fn decay(channels: &[&[f64]]) -> std::ops::Range<usize> {
     const CLOSER: usize = 4;
     let length = channels.first().map_or(0, |c| c.len());
@@ -120,25 +121,25 @@ fn decay(channels: &[&[f64]]) -> std::ops::Range<usize> {
     }
 }
 
-/// Whether every stretch of the channels is a free decay.
+/// Whether every segment of the channels is a free decay.
 ///
 /// # Errors
 /// Samples that cannot be read.
 pub fn are_decays(recording: &Recording, outputs: &[usize]) -> Result<bool, Error> {
     /// Longer records are of something else.
-    const LONGEST: usize = 20_000_000;
-    if recording.samples.saturating_mul(outputs.len()) > LONGEST {
+    const MAX_LEN: usize = 20_000_000;
+    if recording.samples.saturating_mul(outputs.len()) > MAX_LEN {
         return Ok(false);
     }
     let channels: Vec<&Channel> = outputs.iter().map(|&c| &recording.channels[c]).collect();
-    let samples = blocks::whole(recording, &channels, "a free decay")?;
-    Ok(recording.stretches.iter().all(|s| {
+    let samples = sample_blocks::load_channels(recording, &channels, "a free decay")?;
+    Ok(recording.segments.iter().all(|s| {
         let views: Vec<&[f64]> = samples.iter().map(|y| &y[s.clone()]).collect();
         is_decay(&views)
     }))
 }
 
-/// Fits the decays of all stretches together.
+/// Fits the decays of all segments together.
 ///
 /// # Errors
 /// `too-short` where nothing decays; those of the fit.
@@ -148,9 +149,9 @@ pub fn identify(
     study: &IdentifyStudy,
 ) -> Result<Decays, Error> {
     let channels: Vec<&Channel> = outputs.iter().map(|&c| &recording.channels[c]).collect();
-    let samples = blocks::whole(recording, &channels, "a free decay")?;
+    let samples = sample_blocks::load_channels(recording, &channels, "a free decay")?;
     let rate = recording.rate_hz;
-    let cut: Vec<std::ops::Range<usize>> = (recording.stretches.iter())
+    let cut: Vec<std::ops::Range<usize>> = (recording.segments.iter())
         .map(|s| {
             let views: Vec<&[f64]> = samples.iter().map(|y| &y[s.clone()]).collect();
             let own = decay(&views);
@@ -161,12 +162,12 @@ pub fn identify(
     if longest < SHORTEST {
         let message = format!(
             "a decay of {} is too short to fit",
-            counted(longest, "sample")
+            pluralise(longest, "sample")
         );
         return Err(Error::new(Code::TooShort, message)
-            .hint("record from before the release until nothing moves, or sample faster"));
+            .with_hint("record from before the release until nothing moves, or sample faster"));
     }
-    let length = quick_within(longest);
+    let length = prev_fast_len(longest);
     let decays: Vec<Vec<&[f64]>> = (cut.iter())
         .map(|r| {
             samples
@@ -188,11 +189,11 @@ pub fn identify(
         .collect();
     let mut modes = Vec::new();
     for (k, mode) in fit.modes.iter().enumerate() {
-        let mut mode = FoundMode::of_table(mode.clone(), &table)?;
-        mode.departure = fit.departures.get(k).copied();
+        let mut mode = IdentifiedMode::mode_over_table(mode.clone(), &table)?;
+        mode.share = fit.shares.get(k).copied();
         modes.push(mode);
     }
-    let (mut modes, mut weak) = weak::apart(modes, apart_hz);
+    let (mut modes, mut weak) = weak::split_weak(modes, apart_hz);
     if study.all {
         modes.append(&mut weak);
         modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
@@ -202,7 +203,7 @@ pub fn identify(
         .collect();
     let how = format!(
         "{} from {}{}, {:.4} s each: transforms without window or leakage, lines {apart_hz:.4} Hz apart",
-        counted(cut.len(), "free decay"),
+        pluralise(cut.len(), "free decay"),
         starts.join(", "),
         if cut.len() > starts.len() {
             ", …"
@@ -211,19 +212,19 @@ pub fn identify(
         },
         length as f64 / rate,
     );
-    let warnings = fit.warnings.clone();
+    let diagnostics = fit.diagnostics.clone();
     Ok(Decays {
         weak,
         fit_error: fit.fit_error.clone(),
         how,
         band_hz,
         count: cut.len(),
-        found: FromSignals {
+        found: SignalIdentification {
             modes,
             harmonics: Vec::new(),
-            rule: rule(Method::Rational, fit.departs),
+            selection_rule: rule(IdentificationMethod::Rational, fit.departs),
             evidence: Evidence::Rational(fit),
-            warnings,
+            diagnostics,
         },
     })
 }

@@ -5,26 +5,26 @@
 
 use std::f64::consts::TAU;
 
-use super::acquire::Acquired;
-use crate::base::error::Warning;
-use crate::identify::mode::IdentifiedMode;
+use super::frf_estimation::EstimatedResponses;
+use crate::base::error::Diagnostic;
+use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
-use crate::numeric::statistics::student_quantile;
+use crate::numeric::statistics::student_t_quantile;
 
 /// Lines within so many half-power half-widths of a mode tell its shift.
-const NEAR: f64 = 3.0;
+const MODE_HALF_WIDTHS: f64 = 3.0;
 
 /// Fewer lines do not part a shift from a change of the residue.
-const LEAST_LINES: usize = 6;
+const MIN_LINES: usize = 6;
 
 /// Hits of a test whose levels differ by less than this factor say nothing of linearity.
-const LEVELS: f64 = 1.2;
+const MIN_LEVEL_RATIO: f64 = 1.2;
 
 /// Shifts are called dependent on the level where chance makes them so in one test of a hundred, over all its modes.
-const CHANCE: f64 = 0.01;
+const SIGNIFICANCE: f64 = 0.01;
 
 /// The responses to one hit, or to a few of like level.
-struct Group<'a> {
+struct HitGroup<'a> {
     /// Largest force, in its unit, without sign.
     level: f64,
     /// By response and line.
@@ -32,42 +32,42 @@ struct Group<'a> {
 }
 
 /// The check for the hits of a test; `modes` as measured, an exponential window on them.
-pub fn of_test(
-    acquired: &Acquired,
+pub fn check_test(
+    responses: &EstimatedResponses,
     frequency_hz: &[f64],
-    modes: &[IdentifiedMode],
+    modes: &[ModalParameters],
     unit: &str,
-) -> Option<Warning> {
+) -> Option<Diagnostic> {
     let level = |hits: &[usize]| {
-        let peaks = hits.iter().filter_map(|&at| acquired.hits.get(at));
+        let peaks = hits.iter().filter_map(|&at| responses.hits.get(at));
         peaks.map(|h| h.peak.abs()).sum::<f64>() / hits.len().max(1) as f64
     };
-    let groups: Vec<Group> = (acquired.by_hit.iter())
-        .map(|g| Group {
+    let groups: Vec<HitGroup> = (responses.by_hit.iter())
+        .map(|g| HitGroup {
             level: level(&g.hits),
             value: &g.value,
         })
         .collect();
-    of_hits(frequency_hz, &groups, modes, unit)
+    level_dependence_text(frequency_hz, &groups, modes, unit)
 }
 
 /// Says which resonances shift with the level, by how much over the range of levels, and over which range none does.
-fn of_hits(
+fn level_dependence_text(
     frequency_hz: &[f64],
-    groups: &[Group],
-    modes: &[IdentifiedMode],
+    groups: &[HitGroup],
+    modes: &[ModalParameters],
     unit: &str,
-) -> Option<Warning> {
+) -> Option<Diagnostic> {
     let levels: Vec<f64> = groups.iter().map(|g| g.level).collect();
     let low = levels.iter().copied().fold(f64::INFINITY, f64::min);
     let high = levels.iter().copied().fold(0.0, f64::max);
-    if groups.len() < 3 || !(high >= LEVELS * low && low > 0.0) {
+    if groups.len() < 3 || !(high >= MIN_LEVEL_RATIO * low && low > 0.0) {
         return None;
     }
-    let freedoms = groups.len() as f64 - 2.0;
-    let sure = student_quantile(1.0 - 0.5 * CHANCE / modes.len().max(1) as f64, freedoms);
-    let interval = student_quantile(0.975, freedoms);
-    let shifted = |mode: &IdentifiedMode| {
+    let dofs = groups.len() as f64 - 2.0;
+    let sure = student_t_quantile(1.0 - 0.5 * SIGNIFICANCE / modes.len().max(1) as f64, dofs);
+    let interval = student_t_quantile(0.975, dofs);
+    let shifted = |mode: &ModalParameters| {
         let shifts = shifts(frequency_hz, groups, mode.pole)?;
         let f = mode.frequency_hz();
         let relative: Vec<f64> = shifts.iter().map(|dp| dp.im / TAU / f).collect();
@@ -83,7 +83,7 @@ fn of_hits(
         })
     };
     let all: Vec<String> = modes.iter().filter_map(shifted).collect();
-    (!all.is_empty()).then(|| Warning {
+    (!all.is_empty()).then(|| Diagnostic {
         code: "nonlinear",
         message: format!(
             "from hits of {low:.4} to {high:.4} {unit}: {}",
@@ -94,11 +94,11 @@ fn of_hits(
 }
 
 /// The shift of a pole, rad/s, in each group; nothing where too few lines are near it.
-fn shifts(frequency_hz: &[f64], groups: &[Group], pole: Complex) -> Option<Vec<Complex>> {
-    let reach = NEAR * pole.re.abs();
+fn shifts(frequency_hz: &[f64], groups: &[HitGroup], pole: Complex) -> Option<Vec<Complex>> {
+    let reach = MODE_HALF_WIDTHS * pole.re.abs();
     let near = |k: &usize| (TAU * frequency_hz[*k] - pole.im).abs() <= reach;
     let lines: Vec<usize> = (0..frequency_hz.len()).filter(near).collect();
-    if lines.len() < LEAST_LINES {
+    if lines.len() < MIN_LINES {
         return None;
     }
     let one = Complex::new(1.0, 0.0);
@@ -201,21 +201,21 @@ mod tests {
             };
             (0..8).map(one).collect()
         };
-        let mode = IdentifiedMode {
+        let mode = ModalParameters {
             pole: Complex::new(-damping * TAU * f, TAU * f),
             pole_covariance: None,
             shape: Vec::new(),
         };
         let said = |fall: f64, range: f64| {
             let all = groups(fall, range);
-            let views: Vec<Group> = all
+            let views: Vec<HitGroup> = all
                 .iter()
-                .map(|(level, value)| Group {
+                .map(|(level, value)| HitGroup {
                     level: *level,
                     value,
                 })
                 .collect();
-            of_hits(&lines, &views, std::slice::from_ref(&mode), "N")
+            level_dependence_text(&lines, &views, std::slice::from_ref(&mode), "N")
         };
         let message = said(1e-3, 1.0).unwrap().message;
         assert!(message.contains("100.0000 to 200.0000 N"), "{message}");

@@ -1,8 +1,8 @@
 //! Modes that may be lines of the mains: on a multiple of 50 or 60 Hz, and no wider than a line.
 
-use crate::base::error::Warning;
-use crate::identify::mode::IdentifiedMode;
-use crate::spectrum::mains::on_mains;
+use crate::base::error::Diagnostic;
+use crate::identify::modal_parameters::ModalParameters;
+use crate::spectrum::mains::mains_multiple;
 
 /// A line of the mains looks at most so many spectral lines wide: that of Hann's window at half power.
 const LINES: f64 = 1.5;
@@ -11,16 +11,16 @@ const LINES: f64 = 1.5;
 const WIDEST: f64 = 1.0;
 
 /// What is said of such modes, as measured, found in responses over these lines, Hz.
-pub fn of_modes(lines: &[f64], modes: &[IdentifiedMode]) -> Option<Warning> {
+pub fn mode_warnings(lines: &[f64], modes: &[ModalParameters]) -> Option<Diagnostic> {
     let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
-    let one = |m: &IdentifiedMode| {
+    let one = |m: &ModalParameters| {
         let (f, width) = (m.frequency_hz(), 2.0 * m.damping_ratio() * m.frequency_hz());
-        let (mains, multiple) = on_mains(f, 0.5 * width.min(apart))?;
+        let (mains, multiple) = mains_multiple(f, 0.5 * width.min(apart))?;
         let text = format!("{f:.4} Hz ({multiple} × {mains} Hz, half-power width {width:.4} Hz)");
         (width <= (LINES * apart).min(WIDEST)).then_some(text)
     };
     let all: Vec<String> = modes.iter().filter_map(one).collect();
-    (!all.is_empty()).then(|| Warning {
+    (!all.is_empty()).then(|| Diagnostic {
         code: "mains",
         message: format!("on a multiple of the mains and no wider than a line: {}", all.join(", ")),
         hint: Some("look for electric pick-up: measure once without excitation, ground the sensors; a mode stays there".into()),

@@ -1,10 +1,10 @@
-//! The methods of identification: their words, and what they take.
+//! Identification methods: names and required data.
 
-use crate::identify::series::model::Family;
+use crate::identify::series::model::ModelStructure;
 
 /// A method that ends in modes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
+pub enum IdentificationMethod {
     /// Common poles by maximum likelihood.
     Rational,
     /// Poly-reference least-squares complex frequency domain.
@@ -45,7 +45,7 @@ pub enum Method {
 
 /// What a method starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Needs {
+pub enum RequiredData {
     /// Frequency responses, read or estimated from an input and outputs.
     Responses,
     /// Signals of outputs, no input.
@@ -55,83 +55,89 @@ pub enum Needs {
     /// Signals of one input and one output.
     InputAndOutput,
     /// The signal of one output, and of one input where it was measured.
-    OutputAndPerhapsInput,
+    OutputWithOptionalInput,
 }
 
-impl Method {
+impl IdentificationMethod {
     /// Every method.
-    pub const ALL: [Method; 18] = [
-        Method::Rational,
-        Method::Plscf,
-        Method::Lsce,
-        Method::Rfp,
-        Method::Circle,
-        Method::VectorFitting,
-        Method::Aaa,
-        Method::SsiCov,
-        Method::SsiData,
-        Method::FreeDecay,
-        Method::Fdd,
-        Method::Efdd,
-        Method::Ar,
-        Method::Arma,
-        Method::Arx,
-        Method::Armax,
-        Method::OutputError,
-        Method::Rls,
+    pub const ALL: [IdentificationMethod; 18] = [
+        IdentificationMethod::Rational,
+        IdentificationMethod::Plscf,
+        IdentificationMethod::Lsce,
+        IdentificationMethod::Rfp,
+        IdentificationMethod::Circle,
+        IdentificationMethod::VectorFitting,
+        IdentificationMethod::Aaa,
+        IdentificationMethod::SsiCov,
+        IdentificationMethod::SsiData,
+        IdentificationMethod::FreeDecay,
+        IdentificationMethod::Fdd,
+        IdentificationMethod::Efdd,
+        IdentificationMethod::Ar,
+        IdentificationMethod::Arma,
+        IdentificationMethod::Arx,
+        IdentificationMethod::Armax,
+        IdentificationMethod::OutputError,
+        IdentificationMethod::Rls,
     ];
 
     /// The word users say.
-    pub fn word(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
-            Method::Rational => "rational",
-            Method::Plscf => "plscf",
-            Method::Lsce => "lsce",
-            Method::Rfp => "rfp",
-            Method::Circle => "circle",
-            Method::VectorFitting => "vector-fitting",
-            Method::Aaa => "aaa",
-            Method::SsiCov => "ssi-cov",
-            Method::SsiData => "ssi-data",
-            Method::FreeDecay => "free-decay",
-            Method::Fdd => "fdd",
-            Method::Efdd => "efdd",
-            Method::Ar => "ar",
-            Method::Arma => "arma",
-            Method::Arx => "arx",
-            Method::Armax => "armax",
-            Method::OutputError => "output-error",
-            Method::Rls => "rls",
+            IdentificationMethod::Rational => "rational",
+            IdentificationMethod::Plscf => "plscf",
+            IdentificationMethod::Lsce => "lsce",
+            IdentificationMethod::Rfp => "rfp",
+            IdentificationMethod::Circle => "circle",
+            IdentificationMethod::VectorFitting => "vector-fitting",
+            IdentificationMethod::Aaa => "aaa",
+            IdentificationMethod::SsiCov => "ssi-cov",
+            IdentificationMethod::SsiData => "ssi-data",
+            IdentificationMethod::FreeDecay => "free-decay",
+            IdentificationMethod::Fdd => "fdd",
+            IdentificationMethod::Efdd => "efdd",
+            IdentificationMethod::Ar => "ar",
+            IdentificationMethod::Arma => "arma",
+            IdentificationMethod::Arx => "arx",
+            IdentificationMethod::Armax => "armax",
+            IdentificationMethod::OutputError => "output-error",
+            IdentificationMethod::Rls => "rls",
         }
     }
 
     /// What it starts from.
-    pub fn needs(self) -> Needs {
+    pub fn required_data(self) -> RequiredData {
         match self {
-            Method::Rational
-            | Method::Plscf
-            | Method::Lsce
-            | Method::Rfp
-            | Method::Circle
-            | Method::VectorFitting
-            | Method::Aaa => Needs::Responses,
-            Method::SsiCov | Method::SsiData | Method::FreeDecay | Method::Fdd | Method::Efdd => {
-                Needs::Outputs
-            }
-            Method::Ar | Method::Arma => Needs::OneOutput,
-            Method::Arx | Method::Armax | Method::OutputError => Needs::InputAndOutput,
-            Method::Rls => Needs::OutputAndPerhapsInput,
+            IdentificationMethod::Rational
+            | IdentificationMethod::Plscf
+            | IdentificationMethod::Lsce
+            | IdentificationMethod::Rfp
+            | IdentificationMethod::Circle
+            | IdentificationMethod::VectorFitting
+            | IdentificationMethod::Aaa => RequiredData::Responses,
+            IdentificationMethod::SsiCov
+            | IdentificationMethod::SsiData
+            | IdentificationMethod::FreeDecay
+            | IdentificationMethod::Fdd
+            | IdentificationMethod::Efdd => RequiredData::Outputs,
+            IdentificationMethod::Ar | IdentificationMethod::Arma => RequiredData::OneOutput,
+            IdentificationMethod::Arx
+            | IdentificationMethod::Armax
+            | IdentificationMethod::OutputError => RequiredData::InputAndOutput,
+            IdentificationMethod::Rls => RequiredData::OutputWithOptionalInput,
         }
     }
 }
 
 /// A family with its numbers of coefficients.
-pub fn family(family: Family) -> String {
-    match family {
-        Family::Ar { a } => format!("AR({a})"),
-        Family::Arma { a, c } => format!("ARMA({a}, {c})"),
-        Family::Arx { a, b, delay } => format!("ARX({a}, {b}, delay {delay})"),
-        Family::Armax { a, b, c, delay } => format!("ARMAX({a}, {b}, {c}, delay {delay})"),
-        Family::OutputError { b, f, delay } => format!("output-error({b}, {f}, delay {delay})"),
+pub fn structure_text(structure: ModelStructure) -> String {
+    match structure {
+        ModelStructure::Ar { a } => format!("AR({a})"),
+        ModelStructure::Arma { a, c } => format!("ARMA({a}, {c})"),
+        ModelStructure::Arx { a, b, delay } => format!("ARX({a}, {b}, delay {delay})"),
+        ModelStructure::Armax { a, b, c, delay } => format!("ARMAX({a}, {b}, {c}, delay {delay})"),
+        ModelStructure::OutputError { b, f, delay } => {
+            format!("output-error({b}, {f}, delay {delay})")
+        }
     }
 }

@@ -1,112 +1,75 @@
-//! What an analysis of a log needs: stages run at most once, a trace kept.
+//! Analyses of recordings: spectra, FRF estimation, identification, transmission error.
 
-/// Blocks of samples from a recording.
-pub mod blocks;
+pub mod sample_blocks;
 
-/// The parts of a recording without faults of sensors.
-pub mod sound;
+pub mod fault_free;
 
-/// Samples of the channels named, checked and decimated.
-pub mod record;
+pub mod segment_samples;
 
-/// Frequency responses from a stepped sine.
-mod dwells;
+mod stepped_sine;
 
-/// Frequency responses from a recording.
-pub mod acquire;
+pub mod frf_estimation;
 
-/// Files of other points each, joined.
 pub mod points;
 
-/// What the data cannot tell.
-pub mod doubts;
+pub mod diagnostics;
 
-/// Modes that may be lines of the mains.
 mod mains;
 
-/// Resonances that shift with the level of the hits.
 mod linearity;
 
-/// The methods of identification.
 pub mod method;
 
-/// What is asked.
-pub mod study;
+pub mod identify_study;
 
-/// Responses that reciprocity makes equal.
 pub mod reciprocity;
 
-/// What an identification answers.
-pub mod found;
+pub mod identification_result;
 
-/// Weak modes, and stable columns that are no modes.
 pub mod weak;
 
-/// Poles and residues as transfer functions.
-mod functions;
+mod transfer_functions;
 
-/// Poles of a wide band, part by part.
-mod parts;
+mod sub_bands;
 
-/// Modes from responses to a measured input.
-mod modal;
+mod frf_modes;
 
-/// A rational fit of measured responses.
 mod rational;
 
-/// Modal masses from a driving point.
-pub mod scaling;
+pub mod modal_mass;
 
-/// Lines of running speed.
 mod running;
 
-/// The answer of a subspace identification.
 mod subspace;
 
-/// Modes from responses alone.
-mod operational;
+mod operational_modes;
 
-/// Modes of free decays.
 mod free_decay;
 
-/// Modes from difference equations.
-mod series;
+mod time_series;
 
-/// Modes that change in the course of a record.
-mod course;
+mod mode_tracking;
 
-/// The run of an identification.
 pub mod identification;
 
-/// What is asked of a spectrum, and what comes back.
 pub mod spectrum_study;
 
-/// Lines that a machine may show.
-pub mod expected;
+pub mod expected_lines;
 
-/// Spectra over frequency.
-pub mod steady;
+pub mod frequency_spectra;
 
-/// Spectra over the angle of a shaft.
-pub mod turning;
+pub mod order_spectra;
 
-/// Orders over the speed of a run-up.
 pub mod order_cuts;
 
-/// The run of a spectrum.
 pub mod spectrum;
 
-/// Spectra that a file holds.
-pub mod held;
+pub mod stored_spectra;
 
-/// Measured orders and what a model declares of them.
 pub mod attribution;
 
-/// What is asked of a record of two encoders.
 pub mod encoder_study;
 
-/// What the readings of encoders mean.
-mod readings;
+mod encoder_readings;
 
-/// Transmission error from two encoders.
-pub mod encoders;
+pub mod encoder_analysis;

@@ -3,16 +3,16 @@
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-use super::sound;
+use super::fault_free;
+use super::order_spectra::{AngularSignals, resample_to_angle};
 use super::spectrum_study::{SpectrumStudy, channel};
-use super::turning::{Turned, turned};
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::base::words::counted;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::pluralise;
 use crate::numeric::Complex;
 use crate::recording::signals::{Channel, Recording};
-use crate::spectrum::rotation::angular::AngularSignal;
-use crate::spectrum::rotation::orders::{TrackSettings, order_tracks};
+use crate::spectrum::rotation::angular_resampling::AngularSignal;
+use crate::spectrum::rotation::orders::{OrderTrackOptions, order_tracks};
 
 /// Turns of a block times the distance of two orders: Hann's window then passes a thousandth of the other.
 const RESOLVED: f64 = 4.0;
@@ -22,7 +22,7 @@ const OVERLAPS: usize = 4;
 
 /// One order of one channel over a run.
 #[derive(Debug, Clone)]
-pub struct Cut {
+pub struct OrderCut {
     /// The channel.
     pub channel: String,
     /// Its unit.
@@ -33,7 +33,7 @@ pub struct Cut {
     pub value: Vec<Complex>,
 }
 
-impl Cut {
+impl OrderCut {
     /// The point of the largest amplitude.
     pub fn largest(&self) -> Option<usize> {
         let size = |at: &usize| self.value[*at].norm();
@@ -47,7 +47,7 @@ pub struct OrderCuts {
     /// Stages that ran, with seconds.
     pub trace: Vec<(&'static str, f64)>,
     /// In words.
-    pub how: String,
+    pub method_text: String,
     /// Turns in a block.
     pub turns: usize,
     /// Middle of each block, s from the first sample analysed.
@@ -55,9 +55,9 @@ pub struct OrderCuts {
     /// Speed there, rad/s.
     pub speed: Vec<f64>,
     /// Channel by channel, order by order.
-    pub cuts: Vec<Cut>,
+    pub cuts: Vec<OrderCut>,
     /// Data-quality warnings.
-    pub warnings: Vec<Warning>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// Cuts the orders of a study.
@@ -70,56 +70,65 @@ pub fn order_cuts(recording: &Recording, study: &SpectrumStudy) -> Result<OrderC
     let channels = (study.channels.iter())
         .map(|name| channel(recording, name))
         .collect::<Result<Vec<&Channel>, Error>>()?;
-    let Turned {
+    let AngularSignals {
         signals,
         curve,
-        highest,
-        how,
-        mut warnings,
-    } = turned(recording, &channels, study)?;
+        max_order: highest,
+        method_text: how,
+        mut diagnostics,
+    } = resample_to_angle(recording, &channels, study)?;
     let known: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
     let place = |c: &&Channel| known.iter().position(|name| *name == c.name);
     let places: Vec<usize> = channels.iter().filter_map(place).collect();
-    warnings.splice(0..0, sound::of_spectrum(recording, &places)?);
+    diagnostics.splice(0..0, fault_free::spectrum_warnings(recording, &places)?);
     if let Some(order) = study.cuts.iter().find(|order| **order > highest) {
         let message = format!(
             "order {order} lies beyond {highest:.2}, the highest that the rate of {} Hz keeps at the highest speed",
             recording.rate_hz
         );
         return Err(Error::new(Code::OutOfRange, message)
-            .hint("choose lower orders, or leave the highest speed out: --before"));
+            .with_hint("choose lower orders, or leave the highest speed out: --before"));
     }
-    let whole = signals.iter().map(AngularSignal::turns).min().unwrap_or(0);
-    let turns = study.turns.unwrap_or_else(|| block(&study.cuts, whole));
+    let whole = signals
+        .iter()
+        .map(AngularSignal::revolutions)
+        .min()
+        .unwrap_or(0);
+    let turns = study
+        .revolutions
+        .unwrap_or_else(|| block(&study.cuts, whole));
     let step = (turns / OVERLAPS).max(1);
-    let settings = TrackSettings { turns, step };
+    let settings = OrderTrackOptions {
+        revolutions: turns,
+        step,
+    };
     let (mut cuts, mut times, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
     for (signal, channel) in signals.iter().zip(&channels) {
         let found = order_tracks(signal, &curve, &study.cuts, settings)?;
         (times, speeds) = (found.time_s, found.speed);
-        cuts.extend(found.tracks.into_iter().map(|track| Cut {
+        cuts.extend(found.tracks.into_iter().map(|track| OrderCut {
             channel: channel.name.clone(),
             unit: channel.unit.clone(),
             order: track.order,
-            value: track.value,
+            value: track.values,
         }));
     }
     let how = format!(
         "{how}; {} of {}, {} apart: orders {} apart are separated, an amplitude is a mean over about {} turns",
-        counted(times.len(), "block"),
-        counted(turns, "turn"),
-        counted(step, "turn"),
+        pluralise(times.len(), "block"),
+        pluralise(turns, "turn"),
+        pluralise(step, "turn"),
         RESOLVED / turns as f64,
         turns.div_ceil(2)
     );
     Ok(OrderCuts {
         trace: vec![("order cuts", start.elapsed().as_secs_f64())],
-        how,
+        method_text: how,
         turns,
         time_s: times,
         speed: speeds,
         cuts,
-        warnings,
+        diagnostics,
     })
 }
 
@@ -129,20 +138,20 @@ fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
         channels: study.channels.clone(),
         cuts: study.cuts.clone(),
         tacho: study.tacho.clone(),
-        pulses: study.pulses,
+        pulses_per_rev: study.pulses_per_rev,
         speed: study.speed,
-        turns: study.turns,
-        expected: study.expected.clone(),
+        revolutions: study.revolutions,
+        line: study.line.clone(),
         ..SpectrumStudy::default()
     };
     if study.cuts.is_empty() {
         return Err(Error::new(Code::Usage, "no order is named to cut")
-            .hint("name the orders: --orders 1,2,21.5"));
+            .with_hint("name the orders: --orders 1,2,21.5"));
     }
     match *study == plain {
         true => Ok(()),
         false => Err(
-            Error::new(Code::Usage, "order cuts take no other flags of spectra").hint(
+            Error::new(Code::Usage, "order cuts take no other flags of spectra").with_hint(
                 "leave out all but --channel, --orders, --tacho, --pulses, --speed and --turns",
             ),
         ),

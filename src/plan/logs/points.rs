@@ -4,13 +4,13 @@
 //! A linear structure is reciprocal, `H_oi = H_io` (Ewins, Modal Testing, 2nd ed. (2000), §2.3): responses of one fixed sensor to forces
 //! at many points are those of these points to a force at the sensor.
 
-use super::acquire::{self, Acquired, EstimateStudy, Look};
-use super::record;
-use super::sound::{self, Sound};
+use super::fault_free::{self, CheckedRecording};
+use super::frf_estimation::{self, EstimatedResponses, FrfStudy, ResolutionRequest};
+use super::segment_samples;
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::base::words::{counted, listed};
-use crate::recording::responses::{FrequencyResponse, FrequencyResponses};
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::{pluralise, quoted_list};
+use crate::recording::frequency_responses::{FrequencyResponse, FrequencyResponses};
 use crate::recording::signals::Recording;
 use crate::spectrum::window::Window;
 
@@ -35,7 +35,7 @@ pub struct Points<'a>(Vec<Checked<'a>>);
 #[derive(Debug)]
 struct Checked<'a> {
     record: &'a PointRecord,
-    sound: Sound,
+    recording: CheckedRecording,
     inputs: Vec<usize>,
     outputs: Vec<usize>,
 }
@@ -52,18 +52,18 @@ impl<'a> Points<'a> {
             let checked = || -> Result<Checked, Error> {
                 let channels = |side: &[(String, String)]| {
                     let words: Vec<String> = side.iter().map(|s| s.0.clone()).collect();
-                    record::places(recording, &words)
+                    segment_samples::channel_indices(recording, &words)
                 };
                 let (inputs, outputs) = (channels(&own.inputs)?, channels(&own.outputs)?);
-                record::check(recording, &inputs, &outputs)?;
+                segment_samples::check_channels(recording, &inputs, &outputs)?;
                 Ok(Checked {
                     record: own,
-                    sound: sound::without_faults(recording, &inputs, &outputs)?,
+                    recording: fault_free::without_faults(recording, &inputs, &outputs)?,
                     inputs,
                     outputs,
                 })
             };
-            all.push(checked().map_err(|e| e.in_file(&recording.path))?);
+            all.push(checked().map_err(|e| e.with_file(&recording.path))?);
         }
         let points = Points(all);
         points.refuse_doubles()?;
@@ -73,7 +73,9 @@ impl<'a> Points<'a> {
 
     /// Whether gaps cut a record.
     pub fn has_gaps(&self) -> bool {
-        self.0.iter().any(|p| p.sound.recording.stretches.len() > 1)
+        self.0
+            .iter()
+            .any(|p| p.recording.recording.segments.len() > 1)
     }
 
     /// A response that two files hold.
@@ -87,7 +89,7 @@ impl<'a> Points<'a> {
                         "{output} over {input} is measured in {} and in {path}, which differ in their other channels",
                         other.2
                     );
-                    return Err(Error::new(Code::Conflict, message).hint(
+                    return Err(Error::new(Code::Conflict, message).with_hint(
                         "files of one point hold equal channels, files of several points no response twice: name fewer channels, or say --roving",
                     ));
                 }
@@ -98,7 +100,7 @@ impl<'a> Points<'a> {
     }
 
     fn refuse_rates(&self) -> Result<(), Error> {
-        let rate = |p: &Checked| p.sound.recording.rate_hz;
+        let rate = |p: &Checked| p.recording.recording.rate_hz;
         let first = self.0.first().map_or(0.0, rate);
         match self
             .0
@@ -113,8 +115,8 @@ impl<'a> Points<'a> {
                     self.0[0].record.recording.path
                 );
                 Err(Error::new(Code::RateDisagrees, message)
-                    .hint("measure all points at one rate, or state it: --rate")
-                    .in_file(&other.record.recording.path))
+                    .with_hint("measure all points at one rate, or state it: --rate")
+                    .with_file(&other.record.recording.path))
             }
         }
     }
@@ -122,14 +124,18 @@ impl<'a> Points<'a> {
     /// Responses of every file over common lines, joined.
     ///
     /// # Errors
-    /// Those of [`acquire::acquire`], with the file; `conflict` where no common lines can be had.
-    pub fn acquire(&self, study: &EstimateStudy, look: Look) -> Result<Acquired, Error> {
-        let whole: Vec<&Sound> = self.0.iter().map(|p| &p.sound).collect();
-        let mut all = self.each(&whole, study, look)?;
+    /// Those of [`estimate_responses::estimate_responses`], with the file; `conflict` where no common lines can be had.
+    pub fn acquire(
+        &self,
+        study: &FrfStudy,
+        request: ResolutionRequest,
+    ) -> Result<EstimatedResponses, Error> {
+        let whole: Vec<&CheckedRecording> = self.0.iter().map(|p| &p.recording).collect();
+        let mut all = self.each(&whole, study, request)?;
         if !are_alike(&all) {
             all = match all.iter().all(|a| !a.hits.is_empty()) {
-                true => self.of_equal_blocks(&whole, study, look, &all)?,
-                false => self.of_equal_lengths(study, look, &all)?,
+                true => self.of_equal_blocks(&whole, study, request, &all)?,
+                false => self.of_equal_lengths(study, request, &all)?,
             };
         }
         if let Some(at) = (1..all.len()).find(|&k| !are_alike([&all[0], &all[k]])) {
@@ -138,47 +144,48 @@ impl<'a> Points<'a> {
                 "the frequency lines of {} and {} differ: {}; {}",
                 name(0),
                 name(at),
-                all[0].how,
-                all[at].how
+                all[0].method_text,
+                all[at].method_text
             );
             return Err(Error::new(Code::Conflict, message)
-                .hint("state the distance of the lines: --resolution 1"));
+                .with_hint("state the distance of the lines: --resolution 1"));
         }
         Ok(self.joined(all))
     }
 
     fn each(
         &self,
-        sounds: &[&Sound],
-        study: &EstimateStudy,
-        look: Look,
-    ) -> Result<Vec<Acquired>, Error> {
-        let one = |(p, sound): (&Checked, &&Sound)| {
-            acquire::acquire(sound, &p.inputs, &p.outputs, study, look)
-                .map_err(|e| e.in_file(&p.record.recording.path))
+        recordings: &[&CheckedRecording],
+        study: &FrfStudy,
+        request: ResolutionRequest,
+    ) -> Result<Vec<EstimatedResponses>, Error> {
+        let one = |(p, recording): (&Checked, &&CheckedRecording)| {
+            frf_estimation::estimate_responses(recording, &p.inputs, &p.outputs, study, request)
+                .map_err(|e| e.with_file(&p.record.recording.path))
         };
-        self.0.iter().zip(sounds).map(one).collect()
+        self.0.iter().zip(recordings).map(one).collect()
     }
 
     /// Hits in blocks as long as every file has them without losing one, under the strongest of their exponential windows.
     fn of_equal_blocks(
         &self,
-        sounds: &[&Sound],
-        study: &EstimateStudy,
-        look: Look,
-        own: &[Acquired],
-    ) -> Result<Vec<Acquired>, Error> {
+        recordings: &[&CheckedRecording],
+        study: &FrfStudy,
+        request: ResolutionRequest,
+        own: &[EstimatedResponses],
+    ) -> Result<Vec<EstimatedResponses>, Error> {
         let mut apart: Vec<f64> = own.iter().map(|a| apart_hz(&a.responses)).collect();
         apart.sort_by(f64::total_cmp);
         apart.dedup_by(|a, b| (*a / *b - 1.0).abs() < SAME_LINES);
-        let used = |a: &Acquired| a.hits.iter().filter(|h| h.fault.is_none()).count();
-        let mut found: Option<(EstimateStudy, Vec<Acquired>)> = None;
+        let used = |a: &EstimatedResponses| a.hits.iter().filter(|h| h.reason.is_none()).count();
+        let mut found: Option<(FrfStudy, Vec<EstimatedResponses>)> = None;
         for resolution_hz in apart {
             let mut study = study.clone();
-            study.resolution_hz.get_or_insert(resolution_hz);
-            let tried = self.each(sounds, &study, look);
-            let keeps_all =
-                |tried: &Vec<Acquired>| tried.iter().zip(own).all(|(a, b)| used(a) >= used(b));
+            study.frequency_resolution_hz.get_or_insert(resolution_hz);
+            let tried = self.each(recordings, &study, request);
+            let keeps_all = |tried: &Vec<EstimatedResponses>| {
+                tried.iter().zip(own).all(|(a, b)| used(a) >= used(b))
+            };
             if let Ok(tried) = tried
                 && keeps_all(&tried)
             {
@@ -189,7 +196,7 @@ impl<'a> Points<'a> {
         let Some((mut study, found)) = found else {
             let message = "no length of block suits the hits of every file";
             return Err(Error::new(Code::Conflict, message)
-                .hint("state the distance of the lines: --resolution 1"));
+                .with_hint("state the distance of the lines: --resolution 1"));
         };
         if are_alike(&found) || study.window.is_some() {
             return Ok(found);
@@ -200,28 +207,28 @@ impl<'a> Points<'a> {
             .fold(0.0, f64::max);
         let end = (-decay / apart_hz(&found[0].responses)).exp();
         study.window = Some(Window::Exponential(end));
-        self.each(sounds, &study, look)
+        self.each(recordings, &study, request)
     }
 
     /// Records as long as the shortest of them, over the band in which every input has power.
     fn of_equal_lengths(
         &self,
-        study: &EstimateStudy,
-        look: Look,
-        own: &[Acquired],
-    ) -> Result<Vec<Acquired>, Error> {
-        let shortest = self.0.iter().map(|p| p.sound.recording.samples).min();
-        let cut: Vec<Sound> = (self.0.iter())
-            .map(|p| p.sound.beginning(shortest.unwrap_or(0)))
+        study: &FrfStudy,
+        request: ResolutionRequest,
+        own: &[EstimatedResponses],
+    ) -> Result<Vec<EstimatedResponses>, Error> {
+        let shortest = self.0.iter().map(|p| p.recording.recording.samples).min();
+        let cut: Vec<CheckedRecording> = (self.0.iter())
+            .map(|p| p.recording.beginning(shortest.unwrap_or(0)))
             .collect();
-        let look = Look {
-            band_hz: look.band_hz.or_else(|| common_band(own)),
-            ..look
+        let request = ResolutionRequest {
+            band_hz: request.band_hz.or_else(|| common_band(own)),
+            ..request
         };
-        self.each(&cut.iter().collect::<Vec<_>>(), study, look)
+        self.each(&cut.iter().collect::<Vec<_>>(), study, request)
     }
 
-    fn joined(&self, all: Vec<Acquired>) -> Acquired {
+    fn joined(&self, all: Vec<EstimatedResponses>) -> EstimatedResponses {
         let usable_hz = common_band(&all);
         let is_alone = self.0.iter().all(|p| p.record.outputs.len() == 1);
         let output = self.0.first().and_then(|p| p.record.outputs.first());
@@ -232,21 +239,22 @@ impl<'a> Points<'a> {
                 .iter()
                 .any(|p| p.record.inputs != self.0[0].record.inputs);
         let how = {
-            let same = all.iter().all(|a| a.how == all[0].how);
-            let one =
-                |(p, a): (&Checked, &Acquired)| format!("{}: {}", p.record.recording.path, a.how);
+            let same = all.iter().all(|a| a.method_text == all[0].method_text);
+            let one = |(p, a): (&Checked, &EstimatedResponses)| {
+                format!("{}: {}", p.record.recording.path, a.method_text)
+            };
             let hows: Vec<String> = match same {
-                true => vec![all[0].how.clone()],
+                true => vec![all[0].method_text.clone()],
                 false => self.0.iter().zip(&all).map(one).collect(),
             };
             let shown = hows.len().min(4);
             let more = match hows.len() - shown {
                 0 => String::new(),
-                n => format!("; {} more", counted(n, "file")),
+                n => format!("; {} more", pluralise(n, "file")),
             };
             format!(
                 "{} with other points each{}; {}{more}",
-                counted(all.len(), "record"),
+                pluralise(all.len(), "record"),
                 match is_roving_hammer {
                     true => ", shapes over the points of the force by reciprocity",
                     false => "",
@@ -261,47 +269,65 @@ impl<'a> Points<'a> {
         };
         let mut responses = FrequencyResponses {
             frequency_hz: all[0].responses.frequency_hz.clone(),
-            functions: Vec::new(),
+            responses: Vec::new(),
             averages: least(|r| r.averages),
             window_decay: all[0].responses.window_decay,
-            usable_hz,
-            line_independence: least(|r| r.line_independence),
+            usable_band_hz: usable_hz,
+            independent_lines_per_line: least(|r| r.independent_lines_per_line),
         };
-        let nearest: Option<Vec<f64>> = all.iter().map(|a| a.nearest_hz).collect();
-        let mut joined = Acquired {
+        let nearest: Option<Vec<f64>> = all.iter().map(|a| a.finest_resolution_hz).collect();
+        let mut joined = EstimatedResponses {
             responses: FrequencyResponses::default(),
-            how,
+            method_text: how,
             hits: Vec::new(),
             by_hit: Vec::new(),
             spectra: None,
-            nearest_hz: nearest.and_then(|n| n.into_iter().reduce(f64::max)),
-            smeared_lines: all.iter().map(|a| a.smeared_lines).fold(0.0, f64::max),
-            warnings: Vec::new(),
+            finest_resolution_hz: nearest.and_then(|n| n.into_iter().reduce(f64::max)),
+            smearing_limit_lines: all
+                .iter()
+                .map(|a| a.smearing_limit_lines)
+                .fold(0.0, f64::max),
+            diagnostics: Vec::new(),
         };
-        for (point, acquired) in self.0.iter().zip(all) {
+        for (point, estimated_responses) in self.0.iter().zip(all) {
             let own = point.record;
             let path = &own.recording.path;
-            for (mut f, (output, input)) in acquired.responses.functions.into_iter().zip(pairs(own))
+            for (mut f, (output, input)) in estimated_responses
+                .responses
+                .responses
+                .into_iter()
+                .zip(pairs(own))
             {
                 f.output.name = output.to_string();
-                if let Some(terminal) = &mut f.input {
-                    terminal.name = input.to_string();
+                if let Some(label) = &mut f.input {
+                    label.name = input.to_string();
                 }
                 if is_roving_hammer {
                     transpose(&mut f);
                 }
-                responses.functions.push(f);
+                responses.responses.push(f);
             }
-            joined.hits.extend(acquired.hits.into_iter().map(|mut hit| {
-                hit.moment.file.get_or_insert_with(|| path.clone());
-                hit
-            }));
             joined
-                .warnings
-                .extend(acquired.warnings.into_iter().map(|w| Warning {
-                    message: format!("{}: {}", listed(std::iter::once(path.as_str())), w.message),
-                    ..w
+                .hits
+                .extend(estimated_responses.hits.into_iter().map(|mut hit| {
+                    hit.moment.file.get_or_insert_with(|| path.clone());
+                    hit
                 }));
+            joined
+                .diagnostics
+                .extend(
+                    estimated_responses
+                        .diagnostics
+                        .into_iter()
+                        .map(|w| Diagnostic {
+                            message: format!(
+                                "{}: {}",
+                                quoted_list(std::iter::once(path.as_str())),
+                                w.message
+                            ),
+                            ..w
+                        }),
+                );
         }
         joined.responses = responses;
         joined
@@ -328,7 +354,7 @@ fn apart_hz(responses: &FrequencyResponses) -> f64 {
 }
 
 /// Whether responses have the same lines and the same exponential window.
-fn are_alike<'a>(all: impl IntoIterator<Item = &'a Acquired>) -> bool {
+fn are_alike<'a>(all: impl IntoIterator<Item = &'a EstimatedResponses>) -> bool {
     let mut all = all.into_iter().map(|a| &a.responses);
     let Some(first) = all.next() else {
         return false;
@@ -342,8 +368,8 @@ fn are_alike<'a>(all: impl IntoIterator<Item = &'a Acquired>) -> bool {
 }
 
 /// The band in which every input has power.
-fn common_band(all: &[Acquired]) -> Option<(f64, f64)> {
-    let bands = all.iter().filter_map(|a| a.responses.usable_hz);
+fn common_band(all: &[EstimatedResponses]) -> Option<(f64, f64)> {
+    let bands = all.iter().filter_map(|a| a.responses.usable_band_hz);
     let common = bands.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))?;
     (common.0 < common.1).then_some(common)
 }

@@ -1,37 +1,37 @@
 //! A rational fit of measured responses: the lines known, hit by hit where there are hits, of the kind that fits better where none is
 //! stated.
 
-use super::functions::Partials;
-use super::method::Method;
-use super::study::IdentifyStudy;
-use crate::base::error::{Error, Warning};
-use crate::base::words::counted;
-use crate::identify::rational::{self, Hits, Measured, RationalFit, RationalOptions};
-use crate::identify::starts::aaa::aaa;
-use crate::identify::starts::problem::Options;
-use crate::identify::starts::vector_fitting::{Start, vector_fit};
+use super::identify_study::IdentifyStudy;
+use super::method::IdentificationMethod;
+use super::transfer_functions::PartialFractions;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::pluralise;
+use crate::identify::initial_estimates::aaa::aaa;
+use crate::identify::initial_estimates::problem::CommonPoleOptions;
+use crate::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
+use crate::identify::rational::{self, FrfData, RationalFit, RationalOptions, ResponsesByHit};
 use crate::numeric::Complex;
-use crate::recording::quantity::ResponseKind;
-use crate::recording::responses::FrequencyResponses;
+use crate::recording::channel_unit::ResponseKind;
+use crate::recording::frequency_responses::FrequencyResponses;
 use crate::spectrum::impact::HitResponses;
 
 /// Poles that another method begins with: 20 pairs.
-const START_ORDER: usize = 40;
+const INITIAL_ORDER: usize = 40;
 
 /// How a rational fit tells modes from other poles.
-pub fn rule(method: Method, departs: bool) -> String {
+pub fn rule(method: IdentificationMethod, departs: bool) -> String {
     match method {
-        Method::Rational if departs => "pole pairs are added while each lowers the misfit by more than noise and the departures of the modes from the model would; a pole next to another is kept only if one pole less would not do".to_string(),
-        Method::Rational => "pole pairs are added while each lowers the misfit by more than noise would, somewhere in the band".to_string(),
+        IdentificationMethod::Rational if departs => "pole pairs are added while each lowers the misfit by more than noise and the departures of the modes from the model would; a pole next to another is kept only if one pole less would not do".to_string(),
+        IdentificationMethod::Rational => "pole pairs are added while each lowers the misfit by more than noise would, somewhere in the band".to_string(),
         _ => format!(
-            "{START_ORDER} poles, refined together to the least misfit; the weakest pair is taken out while it lowers the misfit by no more than noise would, somewhere in the band"
+            "{INITIAL_ORDER} poles, refined together to the least misfit; the weakest pair is taken out while it lowers the misfit by no more than noise would, somewhere in the band"
         ),
     }
 }
 
 /// A fit as partial fractions.
-pub fn partials(fit: &RationalFit) -> Partials<'_> {
-    Partials {
+pub fn partial_fractions(fit: &RationalFit) -> PartialFractions<'_> {
+    PartialFractions {
         poles: &fit.poles,
         residues: &fit.residues,
         residual_terms: &fit.residual_terms,
@@ -59,17 +59,17 @@ fn fourth(responses: &FrequencyResponses) -> f64 {
 }
 
 /// Fewer hits have no scatter.
-const FEWEST_HITS: usize = 3;
+const MIN_HITS: usize = 3;
 
 /// Intervals of one or two hits lack what hits differ by.
-fn few_hits(hits: usize) -> Option<Warning> {
-    (1..FEWEST_HITS).contains(&hits).then(|| Warning {
+fn few_hits(hits: usize) -> Option<Diagnostic> {
+    (1..MIN_HITS).contains(&hits).then(|| Diagnostic {
         code: "few-hits",
         message: format!(
             "{} used: the intervals hold noise, not how far hits place a mode apart",
-            counted(hits, "hit")
+            pluralise(hits, "hit")
         ),
-        hint: Some(format!("use {FEWEST_HITS} hits or more")),
+        hint: Some(format!("use {MIN_HITS} hits or more")),
     })
 }
 
@@ -77,8 +77,8 @@ fn few_hits(hits: usize) -> Option<Warning> {
 ///
 /// # Errors
 /// Those of the fit.
-pub fn fitted(
-    method: Method,
+pub fn fit_rational(
+    method: IdentificationMethod,
     responses: &FrequencyResponses,
     by_hit: &[HitResponses],
     band: (f64, f64),
@@ -86,14 +86,14 @@ pub fn fitted(
 ) -> Result<RationalFit, Error> {
     let inside = |k: &usize| (band.0..=band.1).contains(&responses.frequency_hz[*k]);
     let known: Vec<usize> = (0..responses.frequency_hz.len())
-        .filter(|&k| responses.is_known(k))
+        .filter(|&k| responses.is_determined(k))
         .filter(inside)
         .collect();
     let lines: Vec<f64> = known.iter().map(|&k| responses.frequency_hz[k]).collect();
-    let values: Vec<Vec<Complex>> = (responses.functions.iter())
-        .map(|f| known.iter().map(|&k| f.value[k]).collect())
+    let values: Vec<Vec<Complex>> = (responses.responses.iter())
+        .map(|f| known.iter().map(|&k| f.values[k]).collect())
         .collect();
-    let variance: Option<Vec<Vec<f64>>> = (responses.functions.iter())
+    let variance: Option<Vec<Vec<f64>>> = (responses.responses.iter())
         .map(|f| {
             f.variance
                 .as_ref()
@@ -108,7 +108,7 @@ pub fn fitted(
     let few_hits = few_hits(by_hit.len());
     let joined = by_hit.iter().map(|hit| hit.hits.len()).sum::<usize>() as f64;
     let by_hit: Vec<Vec<Vec<Complex>>> = by_hit.iter().map(of_hit).collect();
-    let hits = (by_hit.len() > 1).then_some(Hits {
+    let responses_by_hit = (by_hit.len() > 1).then_some(ResponsesByHit {
         responses: &by_hit,
         joined: joined / by_hit.len() as f64,
         fourth: fourth(responses),
@@ -118,31 +118,33 @@ pub fn fitted(
             band_hz: Some(band),
             order: study.order,
             allow_unstable: study.allow_unstable,
-            delay: study.delay,
+            model: study.model,
             ..RationalOptions::default()
         };
-        let measured = Measured {
+        let data = FrfData {
             frequency_hz: &lines,
             responses: &values,
             variance: variance.as_deref(),
             variance_trusted: false,
-            line_independence: responses.line_independence.unwrap_or(1.0),
+            line_independence: responses.independent_lines_per_line.unwrap_or(1.0),
             derivative,
-            hits,
+            hit: responses_by_hit,
         };
         match &start {
-            Some(poles) => rational::fit_from(&measured, &options, poles),
-            None => rational::fit(&measured, &options),
+            Some(poles) => rational::fit_from_poles(&data, &options, poles),
+            None => rational::fit(&data, &options),
         }
     };
     let kinds: Vec<ResponseKind> = responses
-        .functions
+        .responses
         .iter()
-        .map(|f| ResponseKind::of(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
+        .map(|f| ResponseKind::from_units(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
         .collect();
     let fitted = match (study.derivative, kinds.first()) {
         (Some(times), _) => fit(times),
-        (None, Some(ResponseKind::Compliance(times))) if kinds.iter().all(|k| k == &kinds[0]) => {
+        (None, Some(ResponseKind::MotionOverForce(times)))
+            if kinds.iter().all(|k| k == &kinds[0]) =>
+        {
             fit(*times)
         }
         (None, Some(ResponseKind::Unknown)) => {
@@ -156,24 +158,24 @@ pub fn fitted(
         _ => fit(0),
     };
     fitted.map(|mut fit| {
-        fit.warnings.extend(few_hits);
+        fit.diagnostics.extend(few_hits);
         fit
     })
 }
 
 /// The poles a method begins with: as many as the lines carry.
 fn start(
-    method: Method,
+    method: IdentificationMethod,
     lines: &[f64],
     values: &[Vec<Complex>],
 ) -> Result<Option<Vec<Complex>>, Error> {
-    let order = START_ORDER.min(lines.len() / 4 * 2);
-    let options = Options::default();
+    let order = INITIAL_ORDER.min(lines.len() / 4 * 2);
+    let options = CommonPoleOptions::default();
     let poles = match method {
-        Method::VectorFitting => {
-            vector_fit(lines, values, None, Start::Order(order), options)?.poles
+        IdentificationMethod::VectorFitting => {
+            vector_fit(lines, values, None, InitialPoles::Order(order), options)?.poles
         }
-        Method::Aaa => aaa(lines, values, order, options)?.poles,
+        IdentificationMethod::Aaa => aaa(lines, values, order, options)?.poles,
         _ => return Ok(None),
     };
     Ok(Some(poles))
@@ -182,5 +184,5 @@ fn start(
 /// Likelihood and size of a fit in one number (Schwarz 1978). Each fit has a variance of its own, so that χ² alone compares nothing.
 fn cost(fit: &RationalFit) -> f64 {
     let unknowns = fit.poles.len() * 2 * (1 + fit.residues.len());
-    2.0 * fit.surprise + unknowns as f64 * (fit.dof.max(2.0)).ln()
+    2.0 * fit.negative_log_likelihood + unknowns as f64 * (fit.dof.max(2.0)).ln()
 }

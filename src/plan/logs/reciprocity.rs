@@ -1,8 +1,8 @@
 //! Reciprocity: of a linear structure `H_oi = H_io` (Ewins, Modal Testing, 2nd ed. (2000), §2.3). Where a pair of points was driven both
 //! ways, the difference of the two responses is compared with what their variances explain.
 
-use crate::base::error::Warning;
-use crate::recording::responses::{FrequencyResponse, FrequencyResponses};
+use crate::base::error::Diagnostic;
+use crate::recording::frequency_responses::{FrequencyResponse, FrequencyResponses};
 
 /// Two responses that reciprocity makes equal.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +45,7 @@ pub fn pairs(
         let input = f.input.as_ref()?;
         Some((f.output.name.clone(), point_of(&input.name)))
     };
-    let all = &responses.functions;
+    let all = &responses.responses;
     let mut found = Vec::new();
     for (k, f) in all.iter().enumerate() {
         for g in &all[k + 1..] {
@@ -71,12 +71,13 @@ fn compared(
     g: &FrequencyResponse,
     (low, high): (f64, f64),
 ) -> Option<Reciprocity> {
-    let inside =
-        |&k: &usize| (low..=high).contains(&responses.frequency_hz[k]) && responses.is_known(k);
+    let inside = |&k: &usize| {
+        (low..=high).contains(&responses.frequency_hz[k]) && responses.is_determined(k)
+    };
     let lines: Vec<usize> = (0..responses.frequency_hz.len()).filter(inside).collect();
     let sum = |of: &dyn Fn(usize) -> f64| lines.iter().map(|&k| of(k)).sum::<f64>();
-    let size = 0.5 * sum(&|k| f.value[k].norm_sqr() + g.value[k].norm_sqr());
-    let apart = sum(&|k| (f.value[k] - g.value[k]).norm_sqr());
+    let size = 0.5 * sum(&|k| f.values[k].norm_sqr() + g.values[k].norm_sqr());
+    let apart = sum(&|k| (f.values[k] - g.values[k]).norm_sqr());
     let variance = f.variance.as_ref().zip(g.variance.as_ref());
     let explained = variance.map(|(v, w)| (sum(&|k| v[k] + w[k]) / size).sqrt());
     let names = |f: &FrequencyResponse| {
@@ -92,7 +93,7 @@ fn compared(
 }
 
 /// Says which pairs differ by more than their noise.
-pub fn warning(all: &[Reciprocity]) -> Option<Warning> {
+pub fn warning(all: &[Reciprocity]) -> Option<Diagnostic> {
     let broken: Vec<String> = (all.iter().filter(|r| r.is_broken()))
         .map(|r| {
             let explained = r.explained.map_or(String::new(), |e| {
@@ -108,7 +109,7 @@ pub fn warning(all: &[Reciprocity]) -> Option<Warning> {
             )
         })
         .collect();
-    (!broken.is_empty()).then(|| Warning {
+    (!broken.is_empty()).then(|| Diagnostic {
         code: "not-reciprocal",
         message: format!("responses that reciprocity makes equal differ: {}", broken.join("; ")),
         hint: Some("look whether force and sensor at each of the two points act along one direction, and drive both at one level: a structure that is not linear is not reciprocal".into()),

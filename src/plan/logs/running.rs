@@ -2,47 +2,55 @@
 
 use std::f64::consts::TAU;
 
-use super::found::{FoundHarmonic, FoundMode};
-use crate::base::error::Warning;
-use crate::identify::operational::harmonics::{Harmonic, Running};
-use crate::identify::operational::spacing::{Series, series};
+use super::identification_result::{IdentifiedHarmonic, IdentifiedMode};
+use crate::base::error::Diagnostic;
+use crate::identify::operational::harmonics::{HarmonicIndicator, RunningSpeed};
+use crate::identify::operational::spacing::{HarmonicSeries, series};
 use crate::spectrum::tones::Tone;
 
 /// Lines of the record within which a line has its place in a series.
-const PLACE: f64 = 1.5;
+const LINE_TOLERANCE: f64 = 1.5;
 
 /// Series of evenly spaced sines: of those taken out, and of poles distributed like one.
-pub fn evenly_spaced(tones: &[Tone], modes: &[FoundMode], line_hz: f64) -> Vec<Series> {
+pub fn evenly_spaced(
+    tones: &[Tone],
+    modes: &[IdentifiedMode],
+    line_hz: f64,
+) -> Vec<HarmonicSeries> {
     let poles = modes.iter().filter(|m| is_sine(m));
     let mut lines: Vec<f64> = (tones.iter().map(|t| t.frequency_hz))
-        .chain(poles.map(FoundMode::frequency_hz))
+        .chain(poles.map(IdentifiedMode::frequency_hz))
         .collect();
     lines.sort_by(f64::total_cmp);
-    series(&lines, PLACE * line_hz)
+    series(&lines, LINE_TOLERANCE * line_hz)
 }
 
 /// Whether a pole is a line of running speed by itself.
-pub fn is_sine(mode: &FoundMode) -> bool {
-    mode.harmonic.as_ref().is_some_and(Harmonic::is_harmonic)
+pub fn is_sine(mode: &IdentifiedMode) -> bool {
+    mode.indicator
+        .as_ref()
+        .is_some_and(HarmonicIndicator::is_harmonic)
 }
 
 /// Whether a mode is narrow and in its place on a series.
-pub fn is_on(all: &[Series], mode: &FoundMode, line_hz: f64) -> bool {
+pub fn is_on(all: &[HarmonicSeries], mode: &IdentifiedMode, line_hz: f64) -> bool {
     /// Half-power half-bandwidth over the spacing.
     const NARROW: f64 = 0.05;
     let half_band = mode.mode.pole.re.abs() / TAU;
     let std = mode.mode.frequency_std_hz().unwrap_or(0.0);
     all.iter().any(|s| {
-        let tolerance = (PLACE * line_hz).max(std).min(NARROW * s.spacing_hz);
+        let tolerance = (LINE_TOLERANCE * line_hz)
+            .max(std)
+            .min(NARROW * s.spacing_hz);
         half_band < NARROW * s.spacing_hz && s.holds(mode.frequency_hz(), tolerance)
     })
 }
 
 /// Says which sines are evenly spaced.
-pub fn of_series(all: &[Series]) -> Option<Warning> {
+pub fn series_warning(all: &[HarmonicSeries]) -> Option<Diagnostic> {
     let longest = all.first()?;
     let (first, last) = (longest.lines_hz.first()?, longest.lines_hz.last()?);
-    Some(Warning {
+    Some(Diagnostic {
         code: "evenly-spaced",
         message: format!(
             "{} sines from {first:.4} to {last:.4} Hz are {:.4} Hz apart, as harmonics of a shaft or sidebands of a mesh are; a narrow pole in their series is listed with them",
@@ -57,44 +65,48 @@ pub fn of_series(all: &[Series]) -> Option<Warning> {
 }
 
 /// What is known of the running speed once sines are taken out.
-pub struct Orders<'a> {
+pub struct SpeedOrders<'a> {
     /// The speed as stated.
-    pub running: Option<&'a Running>,
+    pub speed: Option<&'a RunningSpeed>,
     /// Sines taken out.
     pub tones: &'a [Tone],
     /// Distance of the lines of the whole record, Hz.
     pub line_hz: f64,
 }
 
-impl Orders<'_> {
+impl SpeedOrders<'_> {
     /// The order that a mode lies on without being it, no longer said of it: a sine on that order was taken out, so that the speed was
     /// constant, and what is left is much wider than a line.
-    pub fn beneath(&self, harmonic: &mut Harmonic, half_width_hz: f64) -> Option<f64> {
+    pub fn coincident_order(
+        &self,
+        indicator: &mut HarmonicIndicator,
+        half_width_hz: f64,
+    ) -> Option<f64> {
         /// Lines of the record.
-        const STRUCTURE: f64 = 10.0;
-        let order = harmonic.order?;
-        let is_on_it = |t: &Tone| self.running.and_then(|r| r.order(t.frequency_hz)) == Some(order);
-        let is_structure = half_width_hz > STRUCTURE * self.line_hz;
+        const STRUCTURE_LINES: f64 = 10.0;
+        let order = indicator.order?;
+        let is_on_it = |t: &Tone| self.speed.and_then(|r| r.order(t.frequency_hz)) == Some(order);
+        let is_structure = half_width_hz > STRUCTURE_LINES * self.line_hz;
         match is_structure && self.tones.iter().any(is_on_it) {
-            true => harmonic.order.take(),
+            true => indicator.order.take(),
             false => None,
         }
     }
 
     /// Whether a sine within two lines was taken out.
-    pub fn is_beside_a_sine(&self, frequency_hz: f64, line_hz: f64) -> bool {
+    pub fn is_near_removed_sine(&self, frequency_hz: f64, line_hz: f64) -> bool {
         let near = |t: &Tone| (t.frequency_hz - frequency_hz).abs() < 2.0 * line_hz;
         self.tones.iter().any(near)
     }
 }
 
 /// Says which modes lie on orders of the running speed.
-pub fn of_orders(modes: &[FoundMode]) -> Option<Warning> {
+pub fn order_warning(modes: &[IdentifiedMode]) -> Option<Diagnostic> {
     let on = modes
         .iter()
         .filter_map(|m| m.on_order.map(|o| (m.frequency_hz(), o)));
     let places: Vec<String> = on.map(|(f, o)| format!("{f:.4} Hz (order {o})")).collect();
-    (!places.is_empty()).then(|| Warning {
+    (!places.is_empty()).then(|| Diagnostic {
         code: "mode-on-order",
         message: format!(
             "{}: on an order of the running speed, and a mode all the same: the sine there was taken out, and what is left is damped as a structure is",
@@ -105,9 +117,9 @@ pub fn of_orders(modes: &[FoundMode]) -> Option<Warning> {
 }
 
 /// Says that there are lines of running speed.
-pub fn of_harmonics(harmonics: &[FoundHarmonic]) -> Option<Warning> {
+pub fn harmonic_warning(harmonics: &[IdentifiedHarmonic]) -> Option<Diagnostic> {
     let places: Vec<f64> = harmonics.iter().map(|h| h.frequency_hz).collect();
-    (!harmonics.is_empty()).then(|| Warning {
+    (!harmonics.is_empty()).then(|| Diagnostic {
         code: "harmonic",
         message: format!(
             "{}: like running speed, and listed apart from the modes",
@@ -119,12 +131,12 @@ pub fn of_harmonics(harmonics: &[FoundHarmonic]) -> Option<Warning> {
 
 /// The first few frequencies of a list, and how many more there are.
 pub fn hz_list(frequencies: &[f64]) -> String {
-    const NAMED: usize = 6;
-    let mut places: Vec<String> = (frequencies.iter().take(NAMED))
+    const MAX_LINES_LISTED: usize = 6;
+    let mut places: Vec<String> = (frequencies.iter().take(MAX_LINES_LISTED))
         .map(|f| format!("{f:.4} Hz"))
         .collect();
-    if frequencies.len() > NAMED {
-        places.push(format!("{} more", frequencies.len() - NAMED));
+    if frequencies.len() > MAX_LINES_LISTED {
+        places.push(format!("{} more", frequencies.len() - MAX_LINES_LISTED));
     }
     places.join(", ")
 }

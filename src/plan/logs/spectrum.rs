@@ -1,34 +1,35 @@
-//! From a log to spectra with named lines.
+//! Spectrum run: recording to spectra with labelled peaks.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
 
 use super::spectrum_study::{
-    Across, Curve, Found, Line, Spectrum, SpectrumKind, SpectrumStudy, channel,
+    AbscissaKind, ChannelSpectrum, LabelledPeak, SpectrumEstimate, SpectrumKind, SpectrumResult,
+    SpectrumStudy, channel,
 };
-use super::{blocks, sound, steady, turning};
+use super::{fault_free, frequency_spectra, order_spectra, sample_blocks};
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
+use crate::base::error::{Diagnostic, Error};
 use crate::numeric::statistics::normal_quantile;
-use crate::recording::quantity::{self, Sensed};
+use crate::recording::channel_unit::{self, MeasuredQuantity};
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::cepstrum::Cepstrum;
-use crate::spectrum::integrate::Motion;
-use crate::spectrum::label::{self, label};
+use crate::spectrum::integrate::MotionQuantity;
+use crate::spectrum::line_labels::{self, label_lines};
 use crate::spectrum::mains;
-use crate::spectrum::peaks::{PeakOptions, peaks};
+use crate::spectrum::peaks::{PeakOptions, find_peaks};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::window::Window;
 
 /// Lines next to 0 Hz in which a mean or a drift shows under a window.
-const NEAR_ZERO: usize = 3;
+const DC_LINES: usize = 3;
 
 /// The spectra a study asks for.
 ///
 /// # Errors
 /// Channels that are not there or hold no signal, flags that do not fit, whatever the method refuses.
-pub fn spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spectrum, Error> {
-    steady::check_flags(study)?;
+pub fn run_spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<SpectrumResult, Error> {
+    frequency_spectra::check_flags(study)?;
     let channels = study
         .channels
         .iter()
@@ -40,34 +41,38 @@ pub fn spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spectrum
     let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
     let place = |c: &&Channel| known.iter().position(|name| *name == c.name);
     let places: Vec<usize> = channels.iter().filter_map(place).collect();
-    let faults = sound::of_spectrum(recording, &places)?;
+    let faults = fault_free::spectrum_warnings(recording, &places)?;
     let mut answer = match study.kind {
         SpectrumKind::Cepstrum => cepstrum(recording, &channels, study)?,
-        SpectrumKind::Average => average(recording, &channels, study)?,
+        SpectrumKind::SynchronousAverage => synchronous_average(recording, &channels, study)?,
         _ => {
-            let found = match study.kind {
-                SpectrumKind::Multitaper => steady::tapered(recording, &channels, study)?,
-                SpectrumKind::Envelope => steady::enveloped(recording, &channels, study)?,
+            let estimate = match study.kind {
+                SpectrumKind::Multitaper => {
+                    frequency_spectra::multitaper_spectra(recording, &channels, study)?
+                }
+                SpectrumKind::Envelope => {
+                    frequency_spectra::envelope_spectra(recording, &channels, study)?
+                }
                 SpectrumKind::Spectrogram => {
-                    let found = steady::by_time(recording, &channels, study)?;
+                    let estimate = frequency_spectra::spectrograms(recording, &channels, study)?;
                     match study.tacho {
-                        Some(_) => turning::over_speed(found, recording, study)?,
-                        None => found,
+                        Some(_) => order_spectra::over_speed(estimate, recording, study)?,
+                        None => estimate,
                     }
                 }
-                SpectrumKind::Order => turning::orders(recording, &channels, study)?,
-                _ => steady::averaged(recording, &channels, study)?,
+                SpectrumKind::Order => order_spectra::order_spectra(recording, &channels, study)?,
+                _ => frequency_spectra::welch_spectra(recording, &channels, study)?,
             };
-            shown(found, &channels, study)?
+            build_result(estimate, &channels, study)?
         }
     };
     let stage = match study.kind {
         SpectrumKind::Cepstrum => "cepstrum",
-        SpectrumKind::Average => "average over turns",
+        SpectrumKind::SynchronousAverage => "average over turns",
         SpectrumKind::Order => "order spectrum",
         _ => "spectrum",
     };
-    answer.warnings.splice(0..0, faults);
+    answer.diagnostics.splice(0..0, faults);
     answer.trace.push((stage, start.elapsed().as_secs_f64()));
     Ok(answer)
 }
@@ -78,12 +83,12 @@ fn check_band(recording: &Recording, study: &SpectrumStudy) -> Result<(), Error>
         Some((low, high)) if study.kind != SpectrumKind::Order && low >= half => {
             let message = format!(
                 "the band {} … {} Hz lies above half the sample rate, {} Hz",
-                short(low),
-                short(high),
-                short(half)
+                format_short(low),
+                format_short(high),
+                format_short(half)
             );
             Err(Error::new(Code::OutOfRange, message)
-                .hint(format!("choose a band below {} Hz", short(half))))
+                .with_hint(format!("choose a band below {} Hz", format_short(half))))
         }
         _ => Ok(()),
     }
@@ -101,7 +106,7 @@ fn check_signal(
         _ => 1e-140..1e140,
     };
     let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); channels.len()];
-    blocks::each(recording, channels, |block, _| {
+    sample_blocks::for_each_block(recording, channels, |block, _| {
         for ((low, high), samples) in ranges.iter_mut().zip(block) {
             for &x in *samples {
                 *low = low.min(x);
@@ -116,8 +121,9 @@ fn check_signal(
     match still {
         Some(((low, _), channel)) => {
             let message = format!("the channel {} is {low} throughout", channel.name);
-            Err(Error::new(Code::NoSignal, message)
-                .hint("look whether the sensor was connected, and whether this is its channel"))
+            Err(Error::new(Code::NoSignal, message).with_hint(
+                "look whether the sensor was connected, and whether this is its channel",
+            ))
         }
         None => {
             let size = |(low, high): &(f64, f64)| high.abs().max(low.abs());
@@ -140,20 +146,20 @@ fn out_of_range(channel: &Channel, size: f64) -> Error {
         channel.name
     );
     Error::new(Code::OutOfRange, message)
-        .hint("look at its unit and sensitivity, and at its range: geardyn check")
+        .with_hint("look at its unit and sensitivity, and at its range: geardyn check")
 }
 
 /// How a measured density becomes the one wanted: `scale² ω^(2 power)`.
 #[derive(Clone, Copy)]
-struct Conversion {
+struct DensityConversion {
     scale: f64,
     power: i32,
     low_hz: f64,
 }
 
-impl Conversion {
+impl DensityConversion {
     /// On an amplitude at a frequency; nothing below the low cut.
-    fn at(self, frequency_hz: f64) -> f64 {
+    fn amplitude_factor(self, frequency_hz: f64) -> f64 {
         match self.power {
             _ if frequency_hz < self.low_hz => 0.0,
             0 => self.scale,
@@ -165,15 +171,15 @@ impl Conversion {
 /// The conversion of a channel and the unit that comes out.
 fn conversion(
     channel: &Channel,
-    motion: Option<Motion>,
+    motion_quantity: Option<MotionQuantity>,
     low_hz: f64,
-) -> Result<(Conversion, String), Error> {
-    let unchanged = Conversion {
+) -> Result<(DensityConversion, String), Error> {
+    let unchanged = DensityConversion {
         scale: 1.0,
         power: 0,
         low_hz: 0.0,
     };
-    let Some(motion) = motion else {
+    let Some(motion_quantity) = motion_quantity else {
         return Ok((unchanged, channel.unit.clone()));
     };
     let unknown = || {
@@ -181,27 +187,32 @@ fn conversion(
             "the unit \"{}\" of {} is not that of a motion",
             channel.unit, channel.name
         );
-        Error::new(Code::WrongUnit, message).hint(format!(
+        Error::new(Code::WrongUnit, message).with_hint(format!(
             "say what it is in: --unit \"{}=m/s²\"",
             channel.name
         ))
     };
-    let quantity = quantity::of(&channel.unit).ok_or_else(unknown)?;
-    let times = quantity.sensed.derivative().ok_or_else(unknown)?;
+    let quantity = channel_unit::parse(&channel.unit).ok_or_else(unknown)?;
+    let times = quantity
+        .quantity
+        .time_derivative_order()
+        .ok_or_else(unknown)?;
     let turns = matches!(
-        quantity.sensed,
-        Sensed::Angle | Sensed::AngularVelocity | Sensed::AngularAcceleration
+        quantity.quantity,
+        MeasuredQuantity::Angle
+            | MeasuredQuantity::AngularVelocity
+            | MeasuredQuantity::AngularAcceleration
     );
-    let (wanted, unit) = match (motion, turns) {
-        (Motion::Displacement, false) => (0, "m"),
-        (Motion::Velocity, false) => (1, "m/s"),
-        (Motion::Acceleration, false) => (2, "m/s²"),
-        (Motion::Displacement, true) => (0, "rad"),
-        (Motion::Velocity, true) => (1, "rad/s"),
-        (Motion::Acceleration, true) => (2, "rad/s²"),
+    let (wanted, unit) = match (motion_quantity, turns) {
+        (MotionQuantity::Displacement, false) => (0, "m"),
+        (MotionQuantity::Velocity, false) => (1, "m/s"),
+        (MotionQuantity::Acceleration, false) => (2, "m/s²"),
+        (MotionQuantity::Displacement, true) => (0, "rad"),
+        (MotionQuantity::Velocity, true) => (1, "rad/s"),
+        (MotionQuantity::Acceleration, true) => (2, "rad/s²"),
     };
     let power = wanted - i32::from(times);
-    let conversion = Conversion {
+    let conversion = DensityConversion {
         scale: quantity.factor,
         power,
         low_hz: if power < 0 { low_hz } else { 0.0 },
@@ -210,15 +221,19 @@ fn conversion(
 }
 
 /// The answer of what was found: converted, cut to the band, its lines named.
-fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<Spectrum, Error> {
-    let Found {
-        mut how,
-        across,
+fn build_result(
+    estimate: SpectrumEstimate,
+    channels: &[&Channel],
+    study: &SpectrumStudy,
+) -> Result<SpectrumResult, Error> {
+    let SpectrumEstimate {
+        method_text: mut how,
+        abscissa_kind,
         spectra,
-        mut rows,
+        spectrogram_rows: mut rows,
         speed,
-        mut warnings,
-    } = found;
+        mut diagnostics,
+    } = estimate;
     let band = match study.kind {
         SpectrumKind::Envelope => None,
         _ => study.band,
@@ -226,30 +241,34 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
     let inside: Vec<usize> = (0..spectra.frequency_hz.len())
         .filter(|&k| is_inside(band, spectra.frequency_hz[k]))
         .collect();
-    let spacing = spacing(&spectra);
+    let spacing = frequency_resolution(&spectra);
     if inside.is_empty() {
         let message = match band {
             Some((low, high)) => {
-                format!("no line lies in the band {} … {}", short(low), short(high))
+                format!(
+                    "no line lies in the band {} … {}",
+                    format_short(low),
+                    format_short(high)
+                )
             }
             None => "the spectrum has no line".to_string(),
         };
-        return Err(Error::new(Code::OutOfRange, message).hint(format!(
+        return Err(Error::new(Code::OutOfRange, message).with_hint(format!(
             "lines are {} apart; choose a wider band",
-            short(spacing)
+            format_short(spacing)
         )));
     }
-    let low_hz = band.map_or(0.0, |b| b.0).max(NEAR_ZERO as f64 * spacing);
-    let mut curves = Vec::new();
+    let low_hz = band.map_or(0.0, |b| b.0).max(DC_LINES as f64 * spacing);
+    let mut spectrums = Vec::new();
     for (c, channel) in channels.iter().enumerate() {
         check_range(channel, &spectra.psd[c])?;
-        let (conversion, unit) = conversion(channel, study.motion, low_hz)?;
+        let (conversion, unit) = conversion(channel, study.quantity, low_hz)?;
         if conversion.low_hz > 0.0 && c == 0 {
-            how += &format!("; nothing below {} Hz", short(low_hz));
+            how += &format!("; nothing below {} Hz", format_short(low_hz));
         }
         let (value_unit, amplitude_unit) = units(study.kind, &unit);
         let value = |f: f64, density: f64, edge: f64| -> f64 {
-            let converted = conversion.at(f).powi(2) * density;
+            let converted = conversion.amplitude_factor(f).powi(2) * density;
             match study.kind {
                 SpectrumKind::Amplitude | SpectrumKind::Envelope | SpectrumKind::Order => {
                     (edge * converted * spectra.bandwidth_hz).sqrt()
@@ -259,28 +278,29 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
             }
         };
         let edge = |k: usize| {
-            let once = spectra.is_edge(k) && study.kind == SpectrumKind::Amplitude;
+            let once = spectra.is_real_line(k) && study.kind == SpectrumKind::Amplitude;
             if once { 1.0 } else { 2.0 }
         };
         let at = |&k: &usize| value(spectra.frequency_hz[k], spectra.psd[c][k], edge(k));
         let rms = study.kind == SpectrumKind::Rms;
         let flat = study.window == Some(Window::FlatTop);
-        let mut lines = lines(&spectra, c, band, flat);
-        for line in &mut lines {
-            let tone = conversion.at(line.position) * (spectra.bandwidth_hz * line.value).sqrt();
-            line.amplitude = if rms { tone } else { 2f64.sqrt() * tone };
-            line.value = value(line.position, line.value, 2.0);
+        let mut peaks = labelled_peaks(&spectra, c, band, flat);
+        for peak in &mut peaks {
+            let tone = conversion.amplitude_factor(peak.position)
+                * (spectra.bandwidth_hz * peak.value).sqrt();
+            peak.amplitude = if rms { tone } else { 2f64.sqrt() * tone };
+            peak.value = value(peak.position, peak.value, 2.0);
         }
-        lines.retain(|line| line.amplitude > 0.0);
-        lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        peaks.retain(|peak| peak.amplitude > 0.0);
+        peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
         // While a shaft speeds up, what answers it lags more and more: an order is known to a whole line.
-        let known = match across {
-            Across::Order => 2.0 * spacing,
+        let known = match abscissa_kind {
+            AbscissaKind::Order => 2.0 * spacing,
             _ => spacing,
         };
-        name(&mut lines, study, known);
-        if across == Across::Frequency {
-            name_mains(&mut lines, spacing);
+        label_peaks(&mut peaks, study, known);
+        if abscissa_kind == AbscissaKind::Frequency {
+            name_mains(&mut peaks, spacing);
         }
         let mut of_channel = if rows.is_empty() {
             Vec::new()
@@ -290,21 +310,21 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
         for row in &mut of_channel {
             row.density = inside.iter().map(|&k| row.density[k]).collect();
         }
-        curves.push(Curve {
+        spectrums.push(ChannelSpectrum {
             channel: channel.name.clone(),
             unit: value_unit,
             amplitude_unit,
             value: inside.iter().map(at).collect(),
-            lines,
-            rows: of_channel,
+            peaks,
+            spectrogram_rows: of_channel,
             speed: speed.clone(),
         });
     }
-    if curves
+    if spectrums
         .iter()
-        .all(|c| c.lines.iter().all(|l| !l.significant))
+        .all(|c| c.peaks.iter().all(|l| !l.significant))
     {
-        warnings.push(Warning {
+        diagnostics.push(Diagnostic {
             code: "no-line",
             message:
                 "no line stands clear of the floor and of what is beside it: the strongest is shown"
@@ -313,18 +333,18 @@ fn shown(found: Found, channels: &[&Channel], study: &SpectrumStudy) -> Result<S
         });
     }
     let inner = 1.min(spectra.frequency_hz.len() - 1);
-    Ok(Spectrum {
+    Ok(SpectrumResult {
         trace: Vec::new(),
-        how,
+        method_text: how,
         kind: study.kind,
-        across,
-        places: inside.iter().map(|&k| spectra.frequency_hz[k]).collect(),
-        curves,
-        sought: None,
-        resolution: spacing,
+        abscissa_kind,
+        abscissa: inside.iter().map(|&k| spectra.frequency_hz[k]).collect(),
+        spectrums,
+        quefrency_range_s: None,
+        abscissa_step: spacing,
         averages: spectra.averages,
-        interval: spectra.interval(inner, 0.95),
-        warnings,
+        interval: spectra.confidence_factors(inner, 0.95),
+        diagnostics,
     })
 }
 
@@ -338,18 +358,18 @@ fn check_range(channel: &Channel, density: &[f64]) -> Result<(), Error> {
         channel.name
     );
     Err(Error::new(Code::OutOfRange, message)
-        .hint("look at its unit and sensitivity, and at its range: geardyn check"))
+        .with_hint("look at its unit and sensitivity, and at its range: geardyn check"))
 }
 
 /// A frequency in as many digits as a relative step of `step` leaves meaning.
-fn significant(hertz: f64, step: f64) -> String {
+fn format_significant(hertz: f64, step: f64) -> String {
     let digits = (-(step * hertz).log10()).clamp(2.0, 6.0) as usize;
     let whole = hertz.abs().log10().floor().max(0.0) as usize;
     format!("{hertz:.*}", digits.saturating_sub(whole))
 }
 
 /// A frequency without zeros behind.
-fn short(hertz: f64) -> String {
+fn format_short(hertz: f64) -> String {
     if !(1e-5..1e12).contains(&hertz.abs()) && hertz != 0.0 {
         return format!("{hertz:e}");
     }
@@ -362,7 +382,7 @@ pub(super) fn is_inside(band: Option<(f64, f64)>, place: f64) -> bool {
 }
 
 /// Between lines.
-fn spacing(spectra: &Spectra) -> f64 {
+fn frequency_resolution(spectra: &Spectra) -> f64 {
     match spectra.frequency_hz[..] {
         [first, second, ..] => second - first,
         _ => 0.0,
@@ -388,14 +408,14 @@ fn units(kind: SpectrumKind, unit: &str) -> (String, String) {
 
 /// The lines in the band, their values densities: those that stand clear, and in any case the strongest. Under a `flat` window the
 /// highest line is the height of a tone.
-pub(super) fn lines(
+pub(super) fn labelled_peaks(
     spectra: &Spectra,
     channel: usize,
     band: Option<(f64, f64)>,
     flat: bool,
-) -> Vec<Line> {
+) -> Vec<LabelledPeak> {
     let inside = |f: f64| is_inside(band, f);
-    let line = |position: f64, density: f64, ratio: Option<f64>, significant: bool| Line {
+    let line = |position: f64, density: f64, ratio: Option<f64>, significant: bool| LabelledPeak {
         position,
         value: density,
         amplitude: 0.0,
@@ -404,8 +424,8 @@ pub(super) fn lines(
         names: Vec::new(),
     };
     let (psd, f) = (&spectra.psd[channel], &spectra.frequency_hz);
-    let found = peaks(spectra, channel, &PeakOptions::default());
-    let mut all: Vec<Line> = found
+    let found = find_peaks(spectra, channel, &PeakOptions::default());
+    let mut all: Vec<LabelledPeak> = found
         .iter()
         .filter(|p| inside(p.frequency_hz))
         .map(|p| {
@@ -414,7 +434,7 @@ pub(super) fn lines(
         })
         .collect();
     let top = |&k: &usize| psd[k] > psd[k - 1] && psd[k] >= psd[k + 1] && inside(f[k]);
-    let strongest = (NEAR_ZERO..psd.len().saturating_sub(1))
+    let strongest = (DC_LINES..psd.len().saturating_sub(1))
         .filter(top)
         .max_by(|&a, &b| psd[a].total_cmp(&psd[b]));
     if let Some(k) = strongest
@@ -439,32 +459,32 @@ pub(super) fn lines(
 }
 
 /// Gives lines the names of what was expected within reach.
-pub(super) fn name(lines: &mut [Line], study: &SpectrumStudy, spacing: f64) {
-    let measured: Vec<label::Peak> = lines
+pub(super) fn label_peaks(peaks: &mut [LabelledPeak], study: &SpectrumStudy, spacing: f64) {
+    let measured: Vec<line_labels::MeasuredLine> = peaks
         .iter()
-        .map(|line| label::Peak {
-            position: line.position,
-            amplitude: line.amplitude,
+        .map(|peak| line_labels::MeasuredLine {
+            position: peak.position,
+            amplitude: peak.amplitude,
             uncertainty: 0.5 * spacing,
         })
         .collect();
-    for (line, found) in lines.iter_mut().zip(label(&measured, &study.expected)) {
-        for &candidate in found.candidates.iter().take(found.alike) {
-            let name = &study.expected[candidate].name;
-            if !line.names.contains(name) {
-                line.names.push(name.clone());
+    for (peak, found) in peaks.iter_mut().zip(label_lines(&measured, &study.line)) {
+        for &candidate in found.candidates.iter().take(found.indistinguishable) {
+            let name = &study.line[candidate].name;
+            if !peak.names.contains(name) {
+                peak.names.push(name.clone());
             }
         }
     }
 }
 
 /// Names the lines of the mains among those that stand clear.
-fn name_mains(lines: &mut [Line], spacing: f64) {
-    let mut clear: Vec<&mut Line> = lines.iter_mut().filter(|l| l.significant).collect();
+fn name_mains(peaks: &mut [LabelledPeak], spacing: f64) {
+    let mut clear: Vec<&mut LabelledPeak> = peaks.iter_mut().filter(|l| l.significant).collect();
     let positions: Vec<f64> = clear.iter().map(|l| l.position).collect();
     let names = mains::names(&positions, 0.5 * spacing);
-    for (line, name) in clear.iter_mut().zip(names) {
-        line.names.extend(name);
+    for (peak, name) in clear.iter_mut().zip(names) {
+        peak.names.extend(name);
     }
 }
 
@@ -473,123 +493,127 @@ fn cepstrum(
     recording: &Recording,
     channels: &[&Channel],
     study: &SpectrumStudy,
-) -> Result<Spectrum, Error> {
+) -> Result<SpectrumResult, Error> {
     const RAHMONICS: usize = 8;
     // A family of lines closer than four lines of the spectrum is not resolved, and one of the first samples is not told from its slope.
-    const ENDS: (f64, f64) = (8.0, 0.5);
+    const QUEFRENCY_RANGE: (f64, f64) = (8.0, 0.5);
     /// Families that noise alone may show in a hundred cepstra.
     const FALSE_ALARMS: f64 = 0.01;
-    let found = steady::averaged(recording, channels, study)?;
-    let mut warnings = found.warnings;
-    let lines = found.spectra.frequency_hz.len();
-    let block = (recording.rate_hz / found.spectra.frequency_hz[1.min(lines - 1)]).round() as usize;
+    let estimate = frequency_spectra::welch_spectra(recording, channels, study)?;
+    let mut diagnostics = estimate.diagnostics;
+    let lines = estimate.spectra.frequency_hz.len();
+    let block =
+        (recording.rate_hz / estimate.spectra.frequency_hz[1.min(lines - 1)]).round() as usize;
     let cepstrum = |(density, channel): (&Vec<f64>, &&Channel)| {
         check_range(channel, density)?;
-        Cepstrum::of_density(density, block, recording.rate_hz)
+        Cepstrum::from_psd(density, block, recording.rate_hz)
     };
-    let both = found.spectra.psd.iter().zip(channels);
+    let both = estimate.spectra.psd.iter().zip(channels);
     let all = both.map(cepstrum).collect::<Result<Vec<_>, Error>>()?;
     let places = all.first().map_or(Vec::new(), |c| c.quefrency_s());
     let longest = places.last().copied().unwrap_or(0.0);
     let (low_s, high_s) = match study.band {
         Some((low, high)) => (1.0 / high, (1.0 / low).min(longest)),
-        None => (ENDS.0 / recording.rate_hz, ENDS.1 * longest),
+        None => (
+            QUEFRENCY_RANGE.0 / recording.rate_hz,
+            QUEFRENCY_RANGE.1 * longest,
+        ),
     };
     let sought = ((high_s - low_s) * recording.rate_hz).max(1.0);
     let least = normal_quantile(1.0 - FALSE_ALARMS / sought);
-    let curves: Vec<Curve> = all
+    let spectrums: Vec<ChannelSpectrum> = all
         .into_iter()
         .zip(channels)
         .map(|(cepstrum, channel)| {
             let family = cepstrum.rahmonics(low_s, high_s, RAHMONICS);
             let noise = family
                 .as_ref()
-                .map_or(0.0, |f| cepstrum.noise(f.quefrency_s));
-            let line = |(k, height): (usize, &f64), first: f64| Line {
+                .map_or(0.0, |f| cepstrum.noise_std(f.quefrency_s));
+            let line = |(k, height): (usize, &f64), first: f64| LabelledPeak {
                 position: (k + 1) as f64 * first,
                 value: *height,
                 amplitude: *height,
                 signal_to_noise: (noise > 0.0).then_some((height / noise).powi(2)),
                 significant: *height > least * noise,
                 names: vec![match k {
-                    0 => format!("lines {} Hz apart", significant(1.0 / first, first)),
+                    0 => format!("lines {} Hz apart", format_significant(1.0 / first, first)),
                     _ => format!("{}th rahmonic", k + 1)
                         .replace("2th", "2nd")
                         .replace("3th", "3rd"),
                 }],
             };
-            Curve {
+            ChannelSpectrum {
                 channel: channel.name.clone(),
                 unit: "Np".into(),
                 amplitude_unit: "Np".into(),
-                lines: family.map_or(Vec::new(), |family| {
+                peaks: family.map_or(Vec::new(), |family| {
                     let heights = family.height.iter().enumerate();
                     heights.map(|h| line(h, family.quefrency_s)).collect()
                 }),
                 value: cepstrum.real,
-                rows: Vec::new(),
+                spectrogram_rows: Vec::new(),
                 speed: Vec::new(),
             }
         })
         .collect();
-    if curves
+    if spectrums
         .iter()
-        .all(|c| c.lines.iter().all(|l| !l.significant))
+        .all(|c| c.peaks.iter().all(|l| !l.significant))
     {
-        warnings.push(Warning {
+        diagnostics.push(Diagnostic {
             code: "no-line",
             message: "no family of lines stands clear of the noise: the strongest is shown".into(),
             hint: Some("average more blocks by a coarser --resolution, or choose a --band".into()),
         });
     }
-    Ok(Spectrum {
+    Ok(SpectrumResult {
         trace: Vec::new(),
-        how: format!(
+        method_text: format!(
             "real cepstrum of {}; families sought of lines {:.4} to {:.4} Hz apart, {low_s:.6} to {high_s:.6} s",
-            found.how,
+            estimate.method_text,
             1.0 / high_s,
             1.0 / low_s,
         ),
         kind: study.kind,
-        across: Across::Quefrency,
-        places,
-        curves,
-        sought: Some((low_s, high_s)),
-        resolution: 1.0 / recording.rate_hz,
-        averages: found.spectra.averages,
+        abscissa_kind: AbscissaKind::Quefrency,
+        abscissa: places,
+        spectrums,
+        quefrency_range_s: Some((low_s, high_s)),
+        abscissa_step: 1.0 / recording.rate_hz,
+        averages: estimate.spectra.averages,
         interval: None,
-        warnings,
+        diagnostics,
     })
 }
 
 /// The mean over turns.
-fn average(
+fn synchronous_average(
     recording: &Recording,
     channels: &[&Channel],
     study: &SpectrumStudy,
-) -> Result<Spectrum, Error> {
-    let found = turning::means(recording, channels, study)?;
-    let curve = |(value, channel): (Vec<f64>, &&Channel)| Curve {
+) -> Result<SpectrumResult, Error> {
+    let found = order_spectra::synchronous_averages(recording, channels, study)?;
+    let curve = |(value, channel): (Vec<f64>, &&Channel)| ChannelSpectrum {
         channel: channel.name.clone(),
         unit: channel.unit.clone(),
         amplitude_unit: channel.unit.clone(),
         value,
-        lines: Vec::new(),
-        rows: Vec::new(),
+        peaks: Vec::new(),
+        spectrogram_rows: Vec::new(),
         speed: Vec::new(),
     };
     let per_turn = found.angle_deg.len();
-    Ok(Spectrum {
+    Ok(SpectrumResult {
         trace: Vec::new(),
-        how: found.how,
+        method_text: found.method_text,
         kind: study.kind,
-        across: Across::Angle,
-        places: found.angle_deg,
-        curves: found.turn.into_iter().zip(channels).map(curve).collect(),
-        sought: None,
-        resolution: 360.0 / per_turn as f64,
-        averages: Some(found.turns as f64),
+        abscissa_kind: AbscissaKind::Angle,
+        abscissa: found.angle_deg,
+        spectrums: found.values.into_iter().zip(channels).map(curve).collect(),
+        quefrency_range_s: None,
+        abscissa_step: 360.0 / per_turn as f64,
+        averages: Some(found.revolutions as f64),
         interval: None,
-        warnings: found.warnings,
+        diagnostics: found.diagnostics,
     })
 }

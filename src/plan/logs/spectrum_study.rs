@@ -1,12 +1,12 @@
-//! What is asked of a log's spectrum, and what comes back.
+//! Spectrum study and its result.
 
-use crate::base::error::{Error, Warning};
-use crate::recording::settle::no_channel;
+use crate::base::error::{Diagnostic, Error};
+use crate::recording::preprocess::unknown_channel;
 use crate::recording::signals::{Channel, Recording};
-use crate::spectrum::integrate::Motion;
-use crate::spectrum::label::Expected;
+use crate::spectrum::integrate::MotionQuantity;
+use crate::spectrum::line_labels::ExpectedLine;
 use crate::spectrum::spectra::Spectra;
-use crate::spectrum::spectrogram::Row;
+use crate::spectrum::spectrogram::SpectrogramRow;
 use crate::spectrum::welch::{Averaging, Detrend};
 use crate::spectrum::window::Window;
 
@@ -31,7 +31,7 @@ pub enum SpectrumKind {
     /// Amplitude over orders of a shaft.
     Order,
     /// Mean over the turns of a shaft.
-    Average,
+    SynchronousAverage,
 }
 
 /// The study; what is `None` is chosen from the data.
@@ -42,7 +42,7 @@ pub struct SpectrumStudy {
     /// What kind.
     pub kind: SpectrumKind,
     /// Between lines, Hz.
-    pub resolution_hz: Option<f64>,
+    pub frequency_resolution_hz: Option<f64>,
     /// On each block.
     pub window: Option<Window>,
     /// Share of a block that the next has in common with it.
@@ -54,26 +54,26 @@ pub struct SpectrumStudy {
     /// Lines shown, Hz or order; the band-pass of an envelope, Hz.
     pub band: Option<(f64, f64)>,
     /// The motion wanted instead of the one measured.
-    pub motion: Option<Motion>,
+    pub quantity: Option<MotionQuantity>,
     /// The channel of the tacho.
     pub tacho: Option<String>,
     /// Its pulses a turn.
-    pub pulses: usize,
+    pub pulses_per_rev: usize,
     /// A steady speed, rad/s.
     pub speed: Option<f64>,
     /// Turns in a block of an order spectrum or cut.
-    pub turns: Option<usize>,
+    pub revolutions: Option<usize>,
     /// Orders to cut, cycles a turn.
     pub cuts: Vec<f64>,
     /// Only what does not repeat is analysed.
     pub separate: bool,
     /// Lines that may be there, Hz; orders where the spectrum is one of orders.
-    pub expected: Vec<Expected>,
+    pub line: Vec<ExpectedLine>,
 }
 
 /// What a spectrum is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Across {
+pub enum AbscissaKind {
     /// Hz.
     Frequency,
     /// Cycles a turn.
@@ -84,21 +84,21 @@ pub enum Across {
     Angle,
 }
 
-impl Across {
+impl AbscissaKind {
     /// What it is called and its unit.
-    pub fn words(self) -> (&'static str, &'static str) {
+    pub fn label(self) -> (&'static str, &'static str) {
         match self {
-            Across::Frequency => ("frequency", "Hz"),
-            Across::Order => ("order", ""),
-            Across::Quefrency => ("quefrency", "s"),
-            Across::Angle => ("angle", "deg"),
+            AbscissaKind::Frequency => ("frequency", "Hz"),
+            AbscissaKind::Order => ("order", ""),
+            AbscissaKind::Quefrency => ("quefrency", "s"),
+            AbscissaKind::Angle => ("angle", "deg"),
         }
     }
 }
 
 /// A line of a spectrum.
 #[derive(Debug, Clone)]
-pub struct Line {
+pub struct LabelledPeak {
     /// Between the lines: Hz, order or s.
     pub position: f64,
     /// Height of the curve there, in its unit.
@@ -109,13 +109,13 @@ pub struct Line {
     pub signal_to_noise: Option<f64>,
     /// It stands above what noise would show.
     pub significant: bool,
-    /// What it may be, the nearest first; more than one where the measurement cannot tell them apart.
+    /// What it may be, the nearest first; more than one where the measurement cannot distinguish them.
     pub names: Vec<String>,
 }
 
 /// The spectrum of one channel.
 #[derive(Debug, Clone)]
-pub struct Curve {
+pub struct ChannelSpectrum {
     /// The channel.
     pub channel: String,
     /// Unit of the values.
@@ -125,54 +125,54 @@ pub struct Curve {
     /// One for each place.
     pub value: Vec<f64>,
     /// Its lines, the strongest first.
-    pub lines: Vec<Line>,
+    pub peaks: Vec<LabelledPeak>,
     /// By time, for spectrograms; over the places of the answer.
-    pub rows: Vec<Row>,
+    pub spectrogram_rows: Vec<SpectrogramRow>,
     /// Speed of the shaft in the middle of each row, rad/s; empty without a shaft.
     pub speed: Vec<f64>,
 }
 
 /// Spectra and how they were had.
 #[derive(Debug)]
-pub struct Spectrum {
+pub struct SpectrumResult {
     /// Stages that ran, with seconds.
     pub trace: Vec<(&'static str, f64)>,
     /// In words.
-    pub how: String,
+    pub method_text: String,
     /// What was asked for.
     pub kind: SpectrumKind,
     /// What it is over.
-    pub across: Across,
+    pub abscissa_kind: AbscissaKind,
     /// Places, rising.
-    pub places: Vec<f64>,
+    pub abscissa: Vec<f64>,
     /// One for each channel.
-    pub curves: Vec<Curve>,
+    pub spectrums: Vec<ChannelSpectrum>,
     /// Between these quefrencies families of lines were looked for, s.
-    pub sought: Option<(f64, f64)>,
+    pub quefrency_range_s: Option<(f64, f64)>,
     /// Between one place and the next.
-    pub resolution: f64,
+    pub abscissa_step: f64,
     /// Independent averages.
     pub averages: Option<f64>,
     /// Between which multiples of a density the true one lies with 95 %.
     pub interval: Option<(f64, f64)>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// The spectrum of a channel before it is shown: density, or half the square of an amplitude with a bandwidth of one.
-pub struct Found {
+pub struct SpectrumEstimate {
     /// In words.
-    pub how: String,
+    pub method_text: String,
     /// What it is over.
-    pub across: Across,
+    pub abscissa_kind: AbscissaKind,
     /// One channel's density each.
     pub spectra: Spectra,
     /// By time, for spectrograms.
-    pub rows: Vec<Vec<Row>>,
+    pub spectrogram_rows: Vec<Vec<SpectrogramRow>>,
     /// Speed of the shaft in the middle of each row, rad/s; empty without a shaft.
     pub speed: Vec<f64>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// A channel by its name.
@@ -182,6 +182,6 @@ pub struct Found {
 pub fn channel<'r>(recording: &'r Recording, name: &str) -> Result<&'r Channel, Error> {
     recording.channel(name).ok_or_else(|| {
         let known: Vec<String> = recording.channels.iter().map(|c| c.name.clone()).collect();
-        no_channel(name, &known)
+        unknown_channel(name, &known)
     })
 }

@@ -2,24 +2,28 @@
 
 use std::f64::consts::TAU;
 
-use super::found::{Diagram, Evidence, FoundMode, FromSignals};
-use super::modal::within;
-use super::running::{Orders, hz_list};
-use crate::base::error::Warning;
-use crate::identify::modal::stabilisation::{DiagramPole, Tolerances, stabilisation};
-use crate::identify::operational::decomposition::Decomposition;
-use crate::identify::operational::rungs::{OperationalMode, Pair};
-use crate::identify::operational::subspace::{HIGHEST_ORDER, Subspace};
+use super::frf_modes::is_in_band;
+use super::identification_result::{
+    Evidence, IdentifiedMode, SignalIdentification, StabilisationDiagram,
+};
+use super::running::{SpeedOrders, hz_list};
+use crate::base::error::Diagnostic;
+use crate::identify::modal::stabilisation::{
+    StabilisationPole, StabilisationTolerances, stabilisation,
+};
+use crate::identify::operational::fdd::FddEstimate;
+use crate::identify::operational::merge_levels::{OperationalMode, UnresolvedPair};
+use crate::identify::operational::ssi::{MAX_ORDER, SsiEstimate};
 
 /// The modes inside the band, with the level of the spectra behind the diagram.
-pub fn of_subspace(
-    found: Subspace,
-    orders_known: &Orders,
-    level: Option<Decomposition>,
+pub fn from_ssi(
+    found: SsiEstimate,
+    orders_known: &SpeedOrders,
+    level: Option<FddEstimate>,
     band_hz: (f64, f64),
-) -> FromSignals {
+) -> SignalIdentification {
     let reach = found.reach_hz();
-    let count = found.rungs.len();
+    let count = found.levels.len();
     let rates = match count {
         1 => "one sample rate".to_string(),
         _ => format!("{count} sample rates an octave apart"),
@@ -30,61 +34,61 @@ pub fn of_subspace(
          bandwidth when parts of the record are left out",
         reach.0.max(band_hz.0),
         reach.1.min(band_hz.1),
-        HIGHEST_ORDER,
+        MAX_ORDER,
     );
-    let inside = |m: &OperationalMode| within(m.mode.pole, band_hz);
-    let modes: Vec<FoundMode> = (found.modes.into_iter().filter(inside))
-        .map(|mut m| FoundMode {
+    let inside = |m: &OperationalMode| is_in_band(m.mode.pole, band_hz);
+    let modes: Vec<IdentifiedMode> = (found.modes.into_iter().filter(inside))
+        .map(|mut m| IdentifiedMode {
             presence: Some(m.presence),
             scatter_hz: Some(m.scatter_hz),
-            on_order: orders_known.beneath(&mut m.harmonic, m.mode.pole.re.abs() / TAU),
-            harmonic: Some(m.harmonic),
-            ..FoundMode::from(m.mode)
+            on_order: orders_known.coincident_order(&mut m.indicator, m.mode.pole.re.abs() / TAU),
+            indicator: Some(m.indicator),
+            ..IdentifiedMode::from(m.mode)
         })
         .collect();
-    let mut warnings = found.warnings;
-    warnings.extend(of_pairs(&found.pairs, band_hz));
+    let mut diagnostics = found.diagnostics;
+    diagnostics.extend(pair_warnings(&found.pairs, band_hz));
     if let Some(level) = &level {
-        warnings.extend(of_peaks_without_modes(level, &modes, reach, band_hz));
+        diagnostics.extend(unexplained_peak_warnings(level, &modes, reach, band_hz));
     }
     // Of every frequency the poles of one rung, the fastest that shows it well.
     let mut poles = Vec::new();
-    for (k, (rung, orders)) in found.rungs.iter().zip(&found.orders).enumerate() {
+    for (k, (decimation_level, orders)) in found.levels.iter().zip(&found.orders).enumerate() {
         let low_hz = if k + 1 == count {
             0.0
         } else {
-            0.5 * rung.band_hz.1
+            0.5 * decimation_level.band_hz.1
         };
-        let shown = |p: &DiagramPole| {
-            p.frequency_hz > low_hz && (p.frequency_hz <= rung.band_hz.1 || k == 0)
+        let shown = |p: &StabilisationPole| {
+            p.frequency_hz > low_hz && (p.frequency_hz <= decimation_level.band_hz.1 || k == 0)
         };
         poles.extend(
-            stabilisation(orders, &Tolerances::default())
+            stabilisation(orders, &StabilisationTolerances::default())
                 .into_iter()
                 .filter(shown),
         );
     }
     poles.sort_by(|a, b| (a.order.cmp(&b.order)).then(a.frequency_hz.total_cmp(&b.frequency_hz)));
-    FromSignals {
+    SignalIdentification {
         modes,
         harmonics: Vec::new(),
-        rule,
-        evidence: Evidence::Diagram(Diagram {
+        selection_rule: rule,
+        evidence: Evidence::Diagram(StabilisationDiagram {
             poles,
-            level: level.map_or((Vec::new(), Vec::new()), Decomposition::largest_values),
-            omitted: (found.rejected.iter())
-                .filter(|r| within(r.pole, band_hz))
+            level: level.map_or((Vec::new(), Vec::new()), FddEstimate::largest_values),
+            omitted: (found.cluster.iter())
+                .filter(|r| is_in_band(r.pole, band_hz))
                 .map(|r| (r.pole, r.reason))
                 .collect(),
         }),
-        warnings,
+        diagnostics,
     }
 }
 
 /// Says where two modes may be one, or one two.
-fn of_pairs(pairs: &[Pair], band_hz: (f64, f64)) -> Vec<Warning> {
-    let inside = |p: &&Pair| p.one_hz >= band_hz.0 && p.one_hz <= band_hz.1;
-    let warning = |p: &Pair| Warning {
+fn pair_warnings(pairs: &[UnresolvedPair], band_hz: (f64, f64)) -> Vec<Diagnostic> {
+    let inside = |p: &&UnresolvedPair| p.one_hz >= band_hz.0 && p.one_hz <= band_hz.1;
+    let warning = |p: &UnresolvedPair| Diagnostic {
         code: "close-pair",
         message: format!(
             "{:.4} and {:.4} Hz at one sample rate are one mode, {:.4} Hz, at another, and {}",
@@ -102,21 +106,21 @@ fn of_pairs(pairs: &[Pair], band_hz: (f64, f64)) -> Vec<Warning> {
 }
 
 /// Says which peaks of the spectra no mode explains.
-fn of_peaks_without_modes(
-    level: &Decomposition,
-    modes: &[FoundMode],
+fn unexplained_peak_warnings(
+    level: &FddEstimate,
+    modes: &[IdentifiedMode],
     reach: (f64, f64),
     band_hz: (f64, f64),
-) -> Vec<Warning> {
+) -> Vec<Diagnostic> {
     /// Lines of the spectra, and half-power half-bandwidths of a mode, within which a peak is its own.
     const OWN: (f64, f64) = (4.0, 2.0);
     let line_hz = level.frequency_hz.get(1).copied().unwrap_or(0.0);
-    let is_own = |f: f64, m: &FoundMode| {
+    let is_own = |f: f64, m: &IdentifiedMode| {
         let half_band = m.mode.pole.re.abs() / TAU;
         (m.frequency_hz() - f).abs() < (OWN.0 * line_hz).max(OWN.1 * half_band)
     };
     let mut unexplained = (level.peaks.iter())
-        .filter(|p| p.bell.is_some() && !p.harmonic.is_harmonic())
+        .filter(|p| p.bell.is_some() && !p.indicator.is_harmonic())
         .map(|p| p.frequency_hz)
         .filter(|f| (band_hz.0..=band_hz.1).contains(f))
         .filter(|f| !modes.iter().any(|m| is_own(*f, m)))
@@ -127,7 +131,7 @@ fn of_peaks_without_modes(
     let (inside, outside): (Vec<f64>, Vec<f64>) =
         unexplained.partition(|f| (reach.0..=reach.1).contains(f));
     let warning = |places: Vec<f64>, message: &str, hint: &str| {
-        (!places.is_empty()).then(|| Warning {
+        (!places.is_empty()).then(|| Diagnostic {
             code: "peak-without-mode",
             message: format!("{}: {message}", hz_list(&places)),
             hint: Some(hint.to_string()),

@@ -2,14 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use super::found::FoundMode;
+use super::identification_result::IdentifiedMode;
 use crate::identify::modal::selection::SelectionRule;
-use crate::identify::modal::stabilisation::{DiagramPole, Stability};
+use crate::identify::modal::stabilisation::{PoleStability, StabilisationPole};
 use crate::numeric::Complex;
-use crate::numeric::statistics::HALF_INTERVAL;
+use crate::numeric::statistics::Z_95;
 
 /// A frequency less certain than this share of the half-power width makes a mode weak.
-const CERTAIN: f64 = 0.1;
+const MAX_CERTAIN_STD: f64 = 0.1;
 
 /// Below a line's width a mode is weak unless its damping is known to better than this share, as a standard deviation.
 const KNOWN_DAMPING: f64 = 0.1;
@@ -18,11 +18,11 @@ const KNOWN_DAMPING: f64 = 0.1;
 pub const RULE: &str = "weak: a standard deviation of frequency above a tenth of the half-power width, a damping interval that includes zero, or a half-power width below a line with a damping known to no better than 10 %";
 
 /// Why a mode is weak; `None` where it is not, or its method gives no uncertainty. `line_hz` is the distance of the lines.
-pub fn reason(mode: &FoundMode, line_hz: f64) -> Option<&'static str> {
+pub fn reason(mode: &IdentifiedMode, line_hz: f64) -> Option<&'static str> {
     let width = 2.0 * mode.mode.pole.re.abs() / TAU;
     let (frequency, damping) = (mode.mode.frequency_std_hz()?, mode.mode.damping_std()?);
     let ratio = mode.mode.damping_ratio();
-    if HALF_INTERVAL * damping >= ratio {
+    if Z_95 * damping >= ratio {
         return Some("the interval of its damping includes zero");
     }
     if width < line_hz && damping > KNOWN_DAMPING * ratio {
@@ -30,12 +30,15 @@ pub fn reason(mode: &FoundMode, line_hz: f64) -> Option<&'static str> {
             "its half-power width is below a line, and its damping is known to no better than 10 %",
         );
     }
-    (frequency > CERTAIN * width)
+    (frequency > MAX_CERTAIN_STD * width)
         .then_some("its frequency is uncertain by more than a tenth of its half-power width")
 }
 
 /// Modes, and apart from them the weak ones with the reason.
-pub fn apart(all: Vec<FoundMode>, line_hz: f64) -> (Vec<FoundMode>, Vec<FoundMode>) {
+pub fn split_weak(
+    all: Vec<IdentifiedMode>,
+    line_hz: f64,
+) -> (Vec<IdentifiedMode>, Vec<IdentifiedMode>) {
     let mut modes = Vec::new();
     let mut weak = Vec::new();
     for mut mode in all {
@@ -49,26 +52,26 @@ pub fn apart(all: Vec<FoundMode>, line_hz: f64) -> (Vec<FoundMode>, Vec<FoundMod
 }
 
 /// Stable poles over rising orders this near to the next are one column, relative.
-const COLUMN: f64 = 0.005;
+const COLUMN_TOLERANCE: f64 = 0.005;
 
 /// Fewer orders make no column.
-const LEAST_ORDERS: usize = 3;
+const MIN_ORDERS: usize = 3;
 
 /// Stable columns of a diagram without a mode, rad/s, and why.
 pub fn columns(
-    poles: &[DiagramPole],
-    modes: &[FoundMode],
+    poles: &[StabilisationPole],
+    modes: &[IdentifiedMode],
     band_hz: (f64, f64),
     rule: &SelectionRule,
 ) -> Vec<(Complex, &'static str)> {
     let mut orders: Vec<usize> = poles.iter().map(|p| p.order).collect();
     orders.dedup();
-    let mut stable: Vec<&DiagramPole> = (poles.iter())
-        .filter(|p| p.stability == Stability::Stable)
+    let mut stable: Vec<&StabilisationPole> = (poles.iter())
+        .filter(|p| p.stability == PoleStability::Stable)
         .collect();
     stable.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-    let next = |a: &&DiagramPole, b: &&DiagramPole| {
-        b.frequency_hz - a.frequency_hz < COLUMN * b.frequency_hz
+    let next = |a: &&StabilisationPole, b: &&StabilisationPole| {
+        b.frequency_hz - a.frequency_hz < COLUMN_TOLERANCE * b.frequency_hz
     };
     let mut omitted = Vec::new();
     for column in stable.chunk_by(next) {
@@ -81,16 +84,17 @@ pub fn columns(
             column[0].frequency_hz,
             column[column.len() - 1].frequency_hz,
         );
-        let is_held = |m: &FoundMode| (ends.0..=ends.1).contains(&m.frequency_hz());
-        if own.len() < LEAST_ORDERS || modes.iter().any(is_held) {
+        let is_held = |m: &IdentifiedMode| (ends.0..=ends.1).contains(&m.frequency_hz());
+        if own.len() < MIN_ORDERS || modes.iter().any(is_held) {
             continue;
         }
-        let half_width = |m: &FoundMode| m.mode.pole.re.abs() / TAU;
-        let is_beside =
-            |m: &FoundMode| (m.frequency_hz() - f).abs() < half_width(m).max(COLUMN * f);
+        let half_width = |m: &IdentifiedMode| m.mode.pole.re.abs() / TAU;
+        let is_beside = |m: &IdentifiedMode| {
+            (m.frequency_hz() - f).abs() < half_width(m).max(COLUMN_TOLERANCE * f)
+        };
         let reason = if !(band_hz.0..=band_hz.1).contains(&f) {
             "a stable column outside the band"
-        } else if !(0.0..=rule.most_damping).contains(&damping) {
+        } else if !(0.0..=rule.max_damping_ratio).contains(&damping) {
             "a stable column whose damping is negative or that of a background"
         } else if modes.iter().any(is_beside) {
             "a stable column within the half-power band of a mode, taken as that mode"
@@ -108,11 +112,16 @@ pub fn columns(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identify::mode::IdentifiedMode;
+    use crate::identify::modal_parameters::ModalParameters;
 
-    fn mode(frequency_hz: f64, damping: f64, frequency_std: f64, damping_std: f64) -> FoundMode {
+    fn mode(
+        frequency_hz: f64,
+        damping: f64,
+        frequency_std: f64,
+        damping_std: f64,
+    ) -> IdentifiedMode {
         let w = TAU * frequency_hz;
-        FoundMode::from(IdentifiedMode {
+        IdentifiedMode::from(ModalParameters {
             pole: Complex::new(-damping, (1.0 - damping * damping).sqrt()) * w,
             pole_covariance: Some([
                 (damping_std * w).powi(2),
@@ -136,13 +145,13 @@ mod tests {
     /// Nine stable poles at 120 Hz, where no mode is reported, have a reason; those of a mode have none.
     #[test]
     fn law_stable_columns_have_a_reason() {
-        let pole = |order: usize, f: f64| DiagramPole {
+        let pole = |order: usize, f: f64| StabilisationPole {
             order,
             frequency_hz: f,
             damping_ratio: 0.01,
-            stability: Stability::Stable,
+            stability: PoleStability::Stable,
         };
-        let mut poles: Vec<DiagramPole> = Vec::new();
+        let mut poles: Vec<StabilisationPole> = Vec::new();
         for order in 1..=40 {
             poles.push(pole(order, 80.0));
             if order > 31 {

@@ -1,15 +1,15 @@
-//! Values beside their limits: the grade asked, the grade reached by either edition, what limits.
+//! Comparison of values with tolerances: required grade, achieved grade of both ISO 1328 editions.
 
+use crate::gear::measurement::deviation::GearDeviation;
 use crate::gear::measurement::estimate::Estimate;
-use crate::gear::measurement::iso::{Edition, Size, keeps};
-use crate::gear::measurement::limits::{self, Limit};
-use crate::gear::measurement::quantity::Quantity;
-use crate::numeric::statistics::HALF_INTERVAL;
-use crate::scene::measured::{Demand, MeasuredGear};
+use crate::gear::measurement::iso1328::{Edition, GearSize, is_within};
+use crate::gear::measurement::limits::{self, ToleranceLimit};
+use crate::numeric::statistics::Z_95;
+use crate::scene::measured_gear::{AccuracyRequirement, MeasuredGear};
 
 /// Which flanks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
+pub enum FlankSide {
     /// Both, or neither in particular.
     Both,
     /// Left flanks.
@@ -18,23 +18,23 @@ pub enum Side {
     Right,
 }
 
-impl Side {
+impl FlankSide {
     /// In the order files name columns.
-    pub const ALL: [Side; 3] = [Side::Both, Side::Left, Side::Right];
+    pub const ALL: [FlankSide; 3] = [FlankSide::Both, FlankSide::Left, FlankSide::Right];
 
     /// The word for it; empty for both.
-    pub fn word(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
-            Side::Both => "",
-            Side::Left => "left",
-            Side::Right => "right",
+            FlankSide::Both => "",
+            FlankSide::Left => "left",
+            FlankSide::Right => "right",
         }
     }
 }
 
 /// How fine a value is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Reached {
+pub enum AchievedGrade {
     /// The finest grade that holds it.
     Grade(u32),
     /// Coarser than the coarsest there is.
@@ -43,129 +43,135 @@ pub enum Reached {
 
 /// One value and all that is said of it.
 #[derive(Debug, Clone)]
-pub struct Row {
+pub struct GradedValue {
     /// What it is.
-    pub quantity: Quantity,
+    pub deviation: GearDeviation,
     /// Of which flanks.
-    pub side: Side,
+    pub side: FlankSide,
     /// Where it was found, or how: `pitches 7 to 13`.
-    pub found: String,
+    pub location: String,
     /// The value, m; angles were turned into lengths.
     pub estimate: Estimate,
     /// Computed from other charts, not measured.
     pub predicted: bool,
     /// The grade asked of it.
-    pub asked: Option<u32>,
+    pub required_grade: Option<u32>,
     /// Lowest and highest value allowed, m.
     pub limits: Option<(f64, f64)>,
     /// By the editions of ISO 1328, in the order of [`Edition::ALL`]; `None` where one has no formula for it or for this gear.
-    pub reached: [Option<Reached>; 2],
+    pub achieved: [Option<AchievedGrade>; 2],
     /// By the table of limits.
-    pub reached_by_table: Option<Reached>,
+    pub reached_by_table: Option<AchievedGrade>,
     /// It sets the grade of the gear.
     pub limiting: bool,
 }
 
-impl Row {
+impl GradedValue {
     /// Within its limits; `None` where it has none.
-    pub fn within(&self) -> Option<bool> {
+    pub fn is_within_limits(&self) -> Option<bool> {
         let (low, high) = self.limits?;
         let value = self.estimate.value;
         Some(match low == -high {
-            true => keeps(value, high),
+            true => is_within(value, high),
             false => (low..=high).contains(&value),
         })
     }
 
     /// The uncertainty reaches across a limit.
-    pub fn in_doubt(&self) -> bool {
+    pub fn is_inconclusive(&self) -> bool {
         let (Some((low, high)), Some(std)) = (self.limits, self.estimate.std) else {
             return false;
         };
         let off = (self.estimate.value - low)
             .abs()
             .min((high - self.estimate.value).abs());
-        off < HALF_INTERVAL * std
+        off < Z_95 * std
     }
 }
 
 /// What rows are held against.
 pub struct Grader {
-    size: Size,
-    demand: Option<Demand>,
-    table: Vec<Limit>,
+    size: GearSize,
+    requirement: Option<AccuracyRequirement>,
+    table: Vec<ToleranceLimit>,
     thickness: Option<[f64; 2]>,
 }
 
 impl Grader {
     /// For a gear and the limits of its table file, where it has one.
-    pub fn new(gear: &MeasuredGear, table: Vec<Limit>) -> Grader {
+    pub fn new(gear: &MeasuredGear, table: Vec<ToleranceLimit>) -> Grader {
         Grader {
-            size: Size {
+            size: GearSize {
                 teeth: gear.gear.teeth,
                 module: gear.gear.module,
-                diameter: gear.gear.diameter(),
+                diameter: gear.gear.reference_diameter(),
                 // Without a face width, no helix can be graded.
                 face_width: gear.face_width.unwrap_or(f64::NAN),
                 helix: gear.gear.helix,
                 contact_ratio: gear.contact_ratio,
                 designed_short_wave: gear.designed_short_wave,
             },
-            demand: gear.demand.clone(),
+            requirement: gear.requirement.clone(),
             table,
             thickness: gear.thickness,
         }
     }
 
     /// A value as a row.
-    pub fn row(&self, quantity: Quantity, side: Side, found: String, estimate: Estimate) -> Row {
+    pub fn grade(
+        &self,
+        deviation: GearDeviation,
+        side: FlankSide,
+        found: String,
+        estimate: Estimate,
+    ) -> GradedValue {
         let asked = self
-            .demand
+            .requirement
             .as_ref()
-            .filter(|_| quantity != Quantity::Thickness)
-            .map(|demand| demand.accuracy.of(quantity.group()));
+            .filter(|_| deviation != GearDeviation::Thickness)
+            .map(|requirement| requirement.grades.grade(deviation.group()));
         let symmetric = |limit: f64| (-limit, limit);
-        let limits = match quantity {
-            Quantity::Thickness => self.thickness.map(|[low, high]| (low, high)),
+        let limits = match deviation {
+            GearDeviation::Thickness => self.thickness.map(|[low, high]| (low, high)),
             _ => asked
-                .and_then(|grade| self.limit(quantity, grade))
+                .and_then(|grade| self.limit(deviation, grade))
                 .map(symmetric),
         };
         let by = |edition: Edition| {
-            let grades = edition.grades(quantity);
+            let grades = edition.grades(deviation);
             let coarsest = *grades.end();
             // Where the coarsest has a tolerance, all have.
-            edition.tolerance(quantity, &self.size, coarsest)?;
-            let grade = edition.reached(quantity, &self.size, estimate.value);
-            Some(grade.map_or(Reached::Beyond(coarsest), Reached::Grade))
+            edition.tolerance(deviation, &self.size, coarsest)?;
+            let grade = edition.grade_of(deviation, &self.size, estimate.value);
+            Some(grade.map_or(AchievedGrade::Beyond(coarsest), AchievedGrade::Grade))
         };
-        Row {
-            quantity,
+        GradedValue {
+            deviation,
             side,
-            found,
+            location: found,
             estimate,
             predicted: false,
-            asked: limits.and(asked),
+            required_grade: limits.and(asked),
             limits,
-            reached: Edition::ALL.map(by),
-            reached_by_table: self.reached_by_table(quantity, estimate.value),
+            achieved: Edition::ALL.map(by),
+            reached_by_table: self.reached_by_table(deviation, estimate.value),
             limiting: false,
         }
     }
 
     /// A value that was not measured: graded, but nothing is refused by it.
-    pub fn predicted(
+    pub fn grade_predicted(
         &self,
-        quantity: Quantity,
-        side: Side,
+        deviation: GearDeviation,
+        side: FlankSide,
         found: &str,
         estimate: Estimate,
-    ) -> Row {
-        Row {
+    ) -> GradedValue {
+        GradedValue {
             predicted: true,
-            asked: None,
+            required_grade: None,
             limits: None,
-            ..self.row(quantity, side, found.to_string(), estimate)
+            ..self.grade(deviation, side, found.to_string(), estimate)
         }
     }
 
@@ -178,58 +184,68 @@ impl Grader {
         [self.size.module, self.size.diameter, width]
     }
 
-    fn limit(&self, quantity: Quantity, grade: u32) -> Option<f64> {
-        match self.demand.as_ref()?.edition {
-            Some(edition) => edition.tolerance(quantity, &self.size, grade),
-            None => limits::limit(&self.table, quantity, grade, self.sizes()),
+    fn limit(&self, deviation: GearDeviation, grade: u32) -> Option<f64> {
+        match self.requirement.as_ref()?.edition {
+            Some(edition) => edition.tolerance(deviation, &self.size, grade),
+            None => limits::find_limit(&self.table, deviation, grade, self.sizes()),
         }
     }
 
-    fn reached_by_table(&self, quantity: Quantity, value: f64) -> Option<Reached> {
+    fn reached_by_table(&self, deviation: GearDeviation, value: f64) -> Option<AchievedGrade> {
         let coarsest = (0..=12)
             .rev()
-            .find(|&g| limits::limit(&self.table, quantity, g, self.sizes()).is_some())?;
-        let grade = limits::reached(&self.table, quantity, value, self.sizes());
-        Some(grade.map_or(Reached::Beyond(coarsest), Reached::Grade))
+            .find(|&g| limits::find_limit(&self.table, deviation, g, self.sizes()).is_some())?;
+        let grade = limits::grade_of(&self.table, deviation, value, self.sizes());
+        Some(grade.map_or(AchievedGrade::Beyond(coarsest), AchievedGrade::Grade))
     }
 
     /// The grade a row reached by what is asked: the table, the edition asked, else the newer one.
-    fn judged(&self, row: &Row) -> Option<Reached> {
-        match self.demand.as_ref().map(|demand| demand.edition) {
-            Some(None) => row.reached_by_table,
-            Some(Some(Edition::Y1995)) => row.reached[0],
-            Some(Some(Edition::Y2013)) | None => row.reached[1],
+    fn required_achieved(&self, value: &GradedValue) -> Option<AchievedGrade> {
+        match self
+            .requirement
+            .as_ref()
+            .map(|requirement| requirement.edition)
+        {
+            Some(None) => value.reached_by_table,
+            Some(Some(Edition::Y1995)) => value.achieved[0],
+            Some(Some(Edition::Y2013)) | None => value.achieved[1],
         }
     }
 
     /// Marks the measured row that stands worst against the grade asked of its group; the first of equals.
-    pub fn mark_limiting(&self, rows: &mut [Row]) {
-        let grade = |row: &Row| match self.judged(row)? {
-            Reached::Grade(grade) => Some(f64::from(grade)),
+    pub fn mark_limiting(&self, values: &mut [GradedValue]) {
+        let grade = |value: &GradedValue| match self.required_achieved(value)? {
+            AchievedGrade::Grade(grade) => Some(f64::from(grade)),
             // Beyond the coarsest there is no next one.
-            Reached::Beyond(coarsest) => Some(f64::from(coarsest) + 1.0),
+            AchievedGrade::Beyond(coarsest) => Some(f64::from(coarsest) + 1.0),
         };
-        let worse = |row: &Row| {
-            let asked = self.demand.as_ref();
-            let asked = asked.map_or(0, |demand| demand.accuracy.of(row.quantity.group()));
-            Some(grade(row)? - f64::from(asked))
+        let worse = |value: &GradedValue| {
+            let asked = self.requirement.as_ref();
+            let asked = asked.map_or(0, |requirement| {
+                requirement.grades.grade(value.deviation.group())
+            });
+            Some(grade(value)? - f64::from(asked))
         };
         let mut worst: Option<(usize, f64)> = None;
-        for (at, row) in rows.iter().enumerate().filter(|(_, row)| !row.predicted) {
-            if let Some(by) = worse(row)
+        for (at, value) in values
+            .iter()
+            .enumerate()
+            .filter(|(_, value)| !value.predicted)
+        {
+            if let Some(by) = worse(value)
                 && worst.is_none_or(|(_, most)| by > most)
             {
                 worst = Some((at, by));
             }
         }
         if let Some((at, _)) = worst {
-            rows[at].limiting = true;
+            values[at].limiting = true;
         }
     }
 
     /// How many times a measured total is smaller than the finest grade allows, where no gear is made so well.
-    pub fn below_all_gears(&self, row: &Row) -> Option<f64> {
-        use Quantity::*;
+    pub fn below_all_gears(&self, graded_value: &GradedValue) -> Option<f64> {
+        use GearDeviation::*;
         /// Parts of the tolerance of the finest grade (0 of 1995, 1 of 2013), which is itself finer than gears are made: readings a
         /// thousand times too small lie below it, those of a master gear do not.
         const SMALLEST: f64 = 0.1;
@@ -241,24 +257,25 @@ impl Grader {
             SingleFlankTotal,
             DoubleFlankTotal,
         ];
-        let value = row.estimate.value.abs();
-        if row.predicted || value == 0.0 || !totals.contains(&row.quantity) {
+        let value = graded_value.estimate.value.abs();
+        if graded_value.predicted || value == 0.0 || !totals.contains(&graded_value.deviation) {
             return None;
         }
         let finest = |edition: &Edition| {
-            let grade = *edition.grades(row.quantity).start();
-            edition.exact(row.quantity, &self.size, grade)
+            let grade = *edition.grades(graded_value.deviation).start();
+            edition.unrounded_tolerance(graded_value.deviation, &self.size, grade)
         };
         let finest = Edition::ALL.iter().find_map(finest)?;
         (value < SMALLEST * finest).then_some(finest / value)
     }
 
     /// Why a quantity that the edition asked grades has no limit here.
-    pub fn outside(&self, quantity: Quantity) -> Option<String> {
-        let edition = self.demand.as_ref()?.edition?;
-        let graded = edition.exact(quantity, &self.size, *edition.grades(quantity).end());
+    pub fn reason_without_limit(&self, deviation: GearDeviation) -> Option<String> {
+        let edition = self.requirement.as_ref()?.edition?;
+        let graded =
+            edition.unrounded_tolerance(deviation, &self.size, *edition.grades(deviation).end());
         // Without a size in the formula it comes out as no number.
         graded?;
-        edition.outside(quantity, &self.size)
+        edition.out_of_scope(deviation, &self.size)
     }
 }

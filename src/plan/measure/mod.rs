@@ -1,16 +1,11 @@
-//! A gear's charts and readings: columns read, evaluated, graded.
+//! Gear inspection: charts read, deviations evaluated, values graded.
 
-/// Columns of the files charts stand in.
-pub mod columns;
+pub mod chart_columns;
 
-/// Values beside their limits and grades.
 pub mod grading;
 
-/// What each chart says.
 pub mod charts;
 
-/// What charts say of each other: single-flank record from pitch and profile, and back.
-mod rolling;
+mod single_flank;
 
-/// The run.
 pub mod run;

@@ -1,40 +1,40 @@
-//! The run: files read, charts evaluated, values graded; what is left out and why.
+//! Gear inspection run: files read, charts evaluated, values graded.
 
 use std::sync::Arc;
 
-use super::charts::{Drawn, Evaluation, Gathered};
-use super::columns::Files;
-use super::grading::{Grader, Row};
-use super::rolling;
-use crate::base::error::{Errors, Warning};
-use crate::base::place::Source;
-use crate::plan::stages::Verdict;
+use super::chart_columns::ChartFiles;
+use super::charts::{ChartEvaluation, ChartPlot, ChartResults};
+use super::grading::{GradedValue, Grader};
+use super::single_flank;
+use crate::base::error::{Diagnostic, Errors};
+use crate::base::source_span::SourceFile;
+use crate::plan::stages::StageDecision;
 use crate::scene::limit_table;
-use crate::scene::measured::MeasuredGear;
+use crate::scene::measured_gear::MeasuredGear;
 
 /// All that was found.
 #[derive(Debug, Clone)]
-pub struct Answer {
+pub struct MeasurementResult {
     /// Values, the limiting one marked.
-    pub rows: Vec<Row>,
+    pub values: Vec<GradedValue>,
     /// What the table has no row for.
     pub notes: Vec<String>,
-    /// What pictures show.
-    pub drawn: Vec<Drawn>,
+    /// What plots show.
+    pub plots: Vec<ChartPlot>,
     /// What ran and what was left out.
-    pub plan: Vec<(&'static str, Verdict)>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    pub plan: Vec<(&'static str, StageDecision)>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
     /// Every file of ours that was read, the one named first at the front.
-    pub sources: Vec<Arc<Source>>,
+    pub sources: Vec<Arc<SourceFile>>,
 }
 
-impl Answer {
+impl MeasurementResult {
     /// Whether every value that has limits keeps them; `None` where none has.
-    pub fn within(&self) -> Option<bool> {
-        self.rows
+    pub fn is_within_limits(&self) -> Option<bool> {
+        self.values
             .iter()
-            .filter_map(Row::within)
+            .filter_map(GradedValue::is_within_limits)
             .reduce(|all, one| all && one)
     }
 }
@@ -43,83 +43,83 @@ impl Answer {
 ///
 /// # Errors
 /// All that is wrong with its charts.
-pub fn run(gear: &MeasuredGear) -> Result<Answer, Errors> {
+pub fn run(gear: &MeasuredGear) -> Result<MeasurementResult, Errors> {
     let mut sources = vec![gear.source.clone()];
     let mut table = Vec::new();
     if let Some(path) = gear
-        .demand
+        .requirement
         .as_ref()
-        .and_then(|demand| demand.table.as_ref())
+        .and_then(|requirement| requirement.table.as_ref())
     {
         let (source, limits) = limit_table::read(path)?;
         sources.push(source);
         table = limits;
     }
     let grader = Grader::new(gear, table);
-    let mut evaluation = Evaluation {
+    let mut evaluation = ChartEvaluation {
         gear,
         grader: &grader,
-        files: Files::default(),
-        out: Gathered::default(),
+        chart_files: ChartFiles::default(),
+        results: ChartResults::default(),
     };
     let mut errors = Vec::new();
     for chart in &gear.charts {
         if let Err(wrong) = evaluation.chart(chart) {
-            errors.extend(wrong.list().iter().cloned());
+            errors.extend(wrong.as_slice().iter().cloned());
         }
     }
-    Errors::or(errors, || ())?;
+    Errors::into_result(errors, || ())?;
     let verdict = |done: Result<(), String>, what: &str| match done {
-        Ok(()) => Verdict::Runs(what.to_string()),
-        Err(why) => Verdict::LeftOut(why),
+        Ok(()) => StageDecision::Runs(what.to_string()),
+        Err(why) => StageDecision::LeftOut(why),
     };
     let many = gear.charts.len();
-    let mut plan = vec![("charts", Verdict::Runs(format!("{many} evaluated")))];
-    let expected = rolling::predict(&mut evaluation);
+    let mut plan = vec![("charts", StageDecision::Runs(format!("{many} evaluated")))];
+    let expected = single_flank::predict_single_flank(&mut evaluation);
     plan.push((
         "single-flank record from pitch and profile",
         verdict(expected, "rigid, unloaded, with a master without errors"),
     ));
-    let told = rolling::teeth(&mut evaluation, &gear.charts);
+    let told = single_flank::pitch_from_single_flank(&mut evaluation, &gear.charts);
     plan.push((
         "pitch from the single-flank record",
         verdict(told, "least squares where one pair alone touches"),
     ));
-    let Gathered {
-        mut rows,
+    let ChartResults {
+        mut values,
         notes,
-        drawn,
-    } = evaluation.out;
-    grader.mark_limiting(&mut rows);
-    Ok(Answer {
-        warnings: warnings(&grader, &rows),
-        rows,
+        plots: plot,
+    } = evaluation.results;
+    grader.mark_limiting(&mut values);
+    Ok(MeasurementResult {
+        diagnostics: warnings(&grader, &values),
+        values,
         notes,
-        drawn,
+        plots: plot,
         plan,
         sources,
     })
 }
 
-fn warnings(grader: &Grader, rows: &[Row]) -> Vec<Warning> {
-    let mut warnings: Vec<Warning> = Vec::new();
+fn warnings(grader: &Grader, values: &[GradedValue]) -> Vec<Diagnostic> {
+    let mut diagnostics: Vec<Diagnostic> = Vec::new();
     let mut add = |code, message: String, hint: &str| {
-        let warning = Warning {
+        let diagnostic = Diagnostic {
             code,
             message,
             hint: Some(hint.to_string()),
         };
-        if !warnings.contains(&warning) {
-            warnings.push(warning);
+        if !diagnostics.contains(&diagnostic) {
+            diagnostics.push(diagnostic);
         }
     };
-    for row in rows.iter().filter(|row| !row.predicted) {
-        if let Some(times) = grader.below_all_gears(row) {
+    for value in values.iter().filter(|value| !value.predicted) {
+        if let Some(times) = grader.below_all_gears(value) {
             let message = format!(
                 "{} {} is {:.3} µm, {times:.0} times less than the finest grade allows",
-                row.quantity.symbol(),
-                row.side.word(),
-                1e6 * row.estimate.value.abs()
+                value.deviation.symbol(),
+                value.side.name(),
+                1e6 * value.estimate.value.abs()
             );
             add(
                 "readings-small",
@@ -127,19 +127,19 @@ fn warnings(grader: &Grader, rows: &[Row]) -> Vec<Warning> {
                 "check the unit of the readings: mm written as µm are a thousand times too small",
             );
         }
-        if let Some(why) = grader.outside(row.quantity) {
-            let message = format!("{} has no limit: {why}", row.quantity.symbol());
+        if let Some(why) = grader.reason_without_limit(value.deviation) {
+            let message = format!("{} has no limit: {why}", value.deviation.symbol());
             add(
                 "outside-standard",
                 message,
                 "the formulas are not extended beyond the range the standard states",
             );
         }
-        if row.in_doubt() {
+        if value.is_inconclusive() {
             let message = format!(
                 "{} {} is nearer to its limit than its ±",
-                row.quantity.symbol(),
-                row.side.word()
+                value.deviation.symbol(),
+                value.side.name()
             );
             add(
                 "limit-in-doubt",
@@ -148,5 +148,5 @@ fn warnings(grader: &Grader, rows: &[Row]) -> Vec<Warning> {
             );
         }
     }
-    warnings
+    diagnostics
 }

@@ -1,105 +1,106 @@
-//! What a motion costs at least, known before any work: steps that stability or the study bounds, and the room of its history.
+//! Lower bound of the run time and memory of an integration, before it starts.
 
 use std::time::Instant;
 
-use super::choice::{Choice, choose};
-use super::dense::{Dense, ROOM};
-use super::scene::MotionScene;
+use super::dense_cost::{DenseCost, MAX_BYTES};
+use super::method_choice::{MethodChoice, choose_method};
+use super::simulation_setup::SimulationSetup;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::{duration, enough, seconds};
-use crate::base::words::counted;
-use crate::motion::methods::{METHODS, Method};
-use crate::motion::problem::{Problem, Wanted};
+use crate::base::quantity::{format_duration, format_time, suggested_time_limit};
+use crate::base::text::pluralise;
+use crate::motion::diagnostics::{FastestMode, fastest_mode};
+use crate::motion::methods::{IntegrationMethod, METHODS};
+use crate::motion::problem::{OdeProblem, StepSize};
 use crate::motion::progress::rounded;
-use crate::motion::trouble::{Fastest, fastest};
 use crate::scene::study::SimulateStudy;
 
 /// Numbers that a history may hold.
-const NUMBERS: f64 = ROOM / 8.0;
+const MAX_HISTORY_VALUES: f64 = MAX_BYTES / 8.0;
 
 /// What steps of a scene cost.
-pub struct Cost<'s> {
+pub struct CostModel<'s> {
     until: f64,
     coordinates: usize,
     /// Seconds of one evaluation of f.
     evaluation: f64,
-    fastest: Option<Fastest<'s>>,
+    mode: Option<FastestMode<'s>>,
 }
 
 /// A run costs at least this.
-pub struct Least<'s> {
+pub struct CostBound<'s> {
     /// Steps; none where nothing bounds them.
     pub steps: f64,
     /// Seconds.
     pub seconds: f64,
     /// What bounds the steps; absent where the study gives them.
-    pub by: Option<Fastest<'s>>,
+    pub bound: Option<FastestMode<'s>>,
     /// Its matrices, where these cost more than the steps.
-    pub matrices: Option<Dense>,
+    pub matrices: Option<DenseCost>,
 }
 
-impl<'s> Cost<'s> {
+impl<'s> CostModel<'s> {
     /// Times an evaluation of f, in a millisecond.
-    pub fn new(scene: &'s MotionScene) -> Cost<'s> {
-        let train = &scene.moving.train;
-        let mut slope = vec![0.0; train.len()];
+    pub fn new(scene: &'s SimulationSetup) -> CostModel<'s> {
+        let model = &scene.model.model;
+        let mut slope = vec![0.0; model.len()];
         let begin = Instant::now();
         let mut least = f64::INFINITY;
         while begin.elapsed().as_secs_f64() < 1e-3 {
-            const MANY: u32 = 16;
+            const TIMED_EVALUATIONS: u32 = 16;
             let some = Instant::now();
-            (0..MANY).for_each(|_| train.slope(0.0, &scene.start, &mut slope));
-            least = least.min(some.elapsed().as_secs_f64() / f64::from(MANY));
+            (0..TIMED_EVALUATIONS)
+                .for_each(|_| model.derivative(0.0, &scene.initial_state, &mut slope));
+            least = least.min(some.elapsed().as_secs_f64() / f64::from(TIMED_EVALUATIONS));
         }
-        Cost {
-            until: scene.until,
-            coordinates: train.n(),
+        CostModel {
+            until: scene.end_time,
+            coordinates: model.coordinate_count(),
             evaluation: least,
-            fastest: fastest(train),
+            mode: fastest_mode(model),
         }
     }
 
     /// What a run by a method costs at least; absent where nothing tells before.
-    pub fn least(&self, method: &Method, wanted: Wanted) -> Option<Least<'s>> {
+    pub fn lower_bound(&self, method: &IntegrationMethod, size: StepSize) -> Option<CostBound<'s>> {
         let stages = method.bound.map_or(1.0, |b| f64::from(b.stages));
-        let (steps, by) = match (wanted, method.bound, self.fastest) {
-            (Wanted::Step(h), ..) => (self.until / h, None),
-            (Wanted::Tolerance(_), Some(bound), Some(fastest)) => {
-                (self.until * fastest.rate / bound.radius, Some(fastest))
+        let (steps, by) = match (size, method.bound, self.mode) {
+            (StepSize::Fixed(h), ..) => (self.until / h, None),
+            (StepSize::Adaptive(_), Some(bound), Some(mode)) => {
+                (self.until * mode.rate / bound.radius, Some(mode))
             }
             _ => (0.0, None),
         };
         let seconds = steps * stages * self.evaluation;
-        let matrices = Dense::of(method, self.coordinates);
-        let matrices = matrices.filter(|m| m.seconds > seconds || m.bytes > ROOM);
-        (steps > 0.0 || matrices.is_some()).then(|| Least {
+        let matrices = DenseCost::for_method(method, self.coordinates);
+        let matrices = matrices.filter(|m| m.seconds > seconds || m.bytes > MAX_BYTES);
+        (steps > 0.0 || matrices.is_some()).then(|| CostBound {
             steps,
             seconds: matrices.map_or(seconds, |m| m.seconds.max(seconds)),
-            by,
+            bound: by,
             matrices,
         })
     }
 }
 
-impl Least<'_> {
+impl CostBound<'_> {
     /// More than so many seconds, or than the room there is.
     pub fn is_beyond(&self, seconds: f64) -> bool {
-        self.seconds > seconds || self.matrices.is_some_and(|m| m.bytes > ROOM)
+        self.seconds > seconds || self.matrices.is_some_and(|m| m.bytes > MAX_BYTES)
     }
 
     /// In words.
-    pub fn told(&self) -> String {
+    pub fn text(&self) -> String {
         if let Some(matrices) = &self.matrices {
-            return matrices.told();
+            return matrices.text();
         }
         let text = format!(
             "it would take {} steps and {} at least",
             rounded(self.steps),
-            duration(self.seconds)
+            format_duration(self.seconds)
         );
-        match self.by {
-            Some(by) => format!("{text}, for steps bound by stability: {}", by.told()),
+        match self.bound {
+            Some(by) => format!("{text}, for steps bound by stability: {}", by.describe()),
             None => text,
         }
     }
@@ -108,55 +109,59 @@ impl Least<'_> {
 /// Refuses histories of all outputs, so many at a time, that would take more room than is allowed.
 ///
 /// # Errors
-/// `Hopeless`, with what they would take.
-pub fn room(scene: &MotionScene, histories: usize) -> Result<(), Error> {
+/// `BudgetExceeded`, with what they would take.
+pub fn check_memory(scene: &SimulationSetup, histories: usize) -> Result<(), Error> {
     let columns = histories * (scene.outputs.list.len() + 1);
     let numbers = columns as f64 * (scene.samples as f64 + 1.0);
-    if numbers <= NUMBERS {
+    if numbers <= MAX_HISTORY_VALUES {
         return Ok(());
     }
     let message = format!(
         "{} at {} instants would take {:.0} GB, and {:.0} are allowed",
-        counted(columns, "column"),
+        pluralise(columns, "column"),
         scene.samples + 1,
         8e-9 * numbers,
-        8e-9 * NUMBERS
+        8e-9 * MAX_HISTORY_VALUES
     );
-    Err(Error::new(Code::Hopeless, message).hint("ask for fewer --samples"))
+    Err(Error::new(Code::BudgetExceeded, message).with_hint("ask for fewer --samples"))
 }
 
 /// Refuses a motion that would take longer than is allowed, or whose history would take more room.
 ///
 /// # Errors
-/// `Hopeless`, with the estimate and what to try.
-pub fn refuse(scene: &MotionScene, choice: &Choice, study: &SimulateStudy) -> Result<(), Error> {
+/// `BudgetExceeded`, with the estimate and what to try.
+pub fn check_budget(
+    scene: &SimulationSetup,
+    choice: &MethodChoice,
+    study: &SimulateStudy,
+) -> Result<(), Error> {
     if study.running.history {
-        room(scene, 1)
-            .map_err(|e| e.hint("ask for fewer --samples, or keep none with --no-history"))?;
+        check_memory(scene, 1)
+            .map_err(|e| e.with_hint("ask for fewer --samples, or keep none with --no-history"))?;
     }
-    let least = Cost::new(scene).least(choice.method, choice.wanted);
-    let Some(least) = least.filter(|least| least.is_beyond(scene.allowed)) else {
+    let bound = CostModel::new(scene).lower_bound(choice.method, choice.step_size);
+    let Some(bound) = bound.filter(|bound| bound.is_beyond(scene.time_budget_s)) else {
         return Ok(());
     };
-    let room = match least.matrices {
-        Some(_) => format!(" and {:.0} GB", 1e-9 * ROOM),
+    let room = match bound.matrices {
+        Some(_) => format!(" and {:.0} GB", 1e-9 * MAX_BYTES),
         None => String::new(),
     };
     let message = format!(
         "{} is hopeless here: {}, and {}{room} are allowed",
         choice.method.name,
-        least.told(),
-        duration(scene.allowed)
+        bound.text(),
+        format_duration(scene.time_budget_s)
     );
-    if least.matrices.is_some() {
-        return Err(Error::new(Code::Hopeless, message).hint(without_matrices(scene)));
+    if bound.matrices.is_some() {
+        return Err(Error::new(Code::BudgetExceeded, message).with_hint(matrix_hint(scene)));
     }
     let free = SimulateStudy {
         method: None,
         step: None,
         ..study.clone()
     };
-    let other = choose(&scene.moving.train, &free).ok();
+    let other = choose_method(&scene.model.model, &free).ok();
     let other = other.filter(|other| other.method.name != choice.method.name);
     let other = other.map_or(String::new(), |other| {
         format!(
@@ -164,24 +169,24 @@ pub fn refuse(scene: &MotionScene, choice: &Choice, study: &SimulateStudy) -> Re
             other.method.name
         )
     });
-    let step = match choice.wanted {
-        Wanted::Step(_) => ", take a longer step",
-        Wanted::Tolerance(_) => "",
+    let step = match choice.step_size {
+        StepSize::Fixed(_) => ", take a longer step",
+        StepSize::Adaptive(_) => "",
     };
-    Err(Error::new(Code::Hopeless, message).hint(format!(
+    Err(Error::new(Code::BudgetExceeded, message).with_hint(format!(
         "ask for a shorter time ({} reach t = {} at most), allow more with --allow {}{step}{other}",
-        duration(scene.allowed),
-        seconds(scene.until * scene.allowed / least.seconds),
-        enough(least.seconds)
+        format_duration(scene.time_budget_s),
+        format_time(scene.end_time * scene.time_budget_s / bound.seconds),
+        suggested_time_limit(bound.seconds)
     )))
 }
 
 /// What to try where matrices are too large.
-fn without_matrices(scene: &MotionScene) -> String {
-    let train = &scene.moving.train;
+fn matrix_hint(scene: &SimulationSetup) -> String {
+    let dynamic_model = &scene.model.model;
     let explicit = METHODS.iter().filter(|m| m.bound.is_some());
     let able: Vec<&str> = explicit
-        .filter(|m| (m.refuses)(train).is_none())
+        .filter(|m| (m.unsupported_reason)(dynamic_model).is_none())
         .map(|m| m.name)
         .collect();
     match able.is_empty() {

@@ -1,37 +1,25 @@
-//! Motion of a machine: what is assembled, by which method it runs, what is kept.
+//! Time integration of a machine: setup, method choice, run, output statistics.
 
-/// What is wanted of a motion, by name.
-pub mod wanted;
+pub mod output_selection;
 
-/// A scene ready to move.
-pub mod scene;
+pub mod simulation_setup;
 
-/// What kind of equations a machine has.
 pub mod structure;
 
-/// What dense matrices cost.
-pub mod dense;
+pub mod dense_cost;
 
-/// Which method, and why.
-pub mod choice;
+pub mod method_choice;
 
-/// Its stages.
 pub mod stages;
 
-/// What it costs at least.
 pub mod cost;
 
-/// What can be read off an output.
-pub mod reading;
+pub mod output_statistics;
 
-/// Whether samples follow it.
-pub mod fineness;
+pub mod sampling_check;
 
-/// The run.
 pub mod run;
 
-/// Statistics of what cannot be predicted.
 pub mod statistics;
 
-/// How it amplifies a change of its start.
 pub mod sensitivity;

@@ -1,113 +1,121 @@
-//! Runs a motion and keeps what was asked of it.
+//! Integration run of a motion, with history and output statistics.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use super::choice::Choice;
-use super::fineness::{Coarse, Fineness};
-use super::reading::{Reader, Reading};
-use super::scene::MotionScene;
+use super::method_choice::MethodChoice;
+use super::output_statistics::{OutputStatistics, StatisticsAccumulator};
+use super::sampling_check::{SamplingCheck, UndersampledOutput};
+use super::simulation_setup::SimulationSetup;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::stop::Stop;
-use crate::base::units::instant;
-use crate::motion::meter::{Balance, Limit, Meter, READINGS};
-use crate::motion::problem::{Ask, Effort, Follower};
-use crate::motion::progress::too_long;
-use crate::motion::trouble;
+use crate::base::quantity::format_instant;
+use crate::base::time_budget::CancelToken;
+use crate::motion::diagnostics;
+use crate::motion::energy_balance::{
+    BalanceLimit, EnergyBalance, EnergyIntegrator, MAX_EVALUATIONS,
+};
+use crate::motion::problem::{IntegrationOptions, IntegrationStats, Observer};
+use crate::motion::progress::time_exceeded;
 
 /// The answer to a study of motion.
 #[derive(Debug, Clone)]
-pub struct Motion {
+pub struct MotionHistory {
     /// Instants, s; none where no history is kept.
     pub time: Vec<f64>,
     /// Values of each output, SI; none where no history is kept.
     pub values: Vec<Vec<f64>>,
     /// Extremes and means of each output.
-    pub readings: Vec<Option<Reading>>,
+    pub statistics: Vec<Option<OutputStatistics>>,
     /// The output that its samples follow least, where too few of them lie in a period to read extremes off.
-    pub coarse: Option<Coarse>,
+    pub undersampled: Option<UndersampledOutput>,
     /// How far it came, s.
-    pub reached: f64,
+    pub end_time: f64,
     /// What it cost.
-    pub effort: Effort,
+    pub stats: IntegrationStats,
     /// Seconds.
     pub seconds: f64,
     /// The energy balance, where asked for.
-    pub balance: Option<Balance>,
+    pub balance: Option<EnergyBalance>,
     /// It was stopped before its end.
     pub interrupted: bool,
 }
 
 /// What a scene asks of a method.
-pub fn ask(scene: &MotionScene, choice: &Choice, samples: usize, stop: &Stop) -> Ask {
-    Ask {
+pub fn integration_problem(
+    scene: &SimulationSetup,
+    choice: &MethodChoice,
+    samples: usize,
+    cancel: &CancelToken,
+) -> IntegrationOptions {
+    IntegrationOptions {
         from: 0.0,
-        to: scene.until,
-        start: scene.start.clone(),
+        to: scene.end_time,
+        initial_state: scene.initial_state.clone(),
         samples,
-        effort: choice.wanted,
-        budget: u64::MAX,
-        stop: stop.allowing(scene.allowed),
-        follower: Follower::default(),
+        step_size: choice.step_size,
+        max_work: u64::MAX,
+        cancel: cancel.with_budget(scene.time_budget_s),
+        observer: Observer::default(),
     }
 }
 
-/// Integrates and keeps the history. `stop` ends the run early; what was finished is whole.
+/// Integrates and keeps the history. `cancel` ends the run early; what was finished is whole.
 ///
 /// # Errors
 /// Those of the method.
 pub fn run(
-    scene: &MotionScene,
-    choice: &Choice,
+    scene: &SimulationSetup,
+    choice: &MethodChoice,
     energy: bool,
-    stop: &Stop,
-) -> Result<Motion, Error> {
-    watched(scene, choice, energy, stop, (true, &mut |_, _| Ok(())))
+    cancel: &CancelToken,
+) -> Result<MotionHistory, Error> {
+    run_observed(scene, choice, energy, cancel, (true, &mut |_, _| Ok(())))
 }
 
 /// What looks on while a motion runs: at an instant with the state, at the outputs.
-pub type Watch<'a> = dyn FnMut((f64, &[f64]), &[f64]) -> Result<(), Error> + 'a;
+pub type StepObserver<'a> = dyn FnMut((f64, &[f64]), &[f64]) -> Result<(), Error> + 'a;
 
 /// The same under eyes that see every instant, its history kept or not.
 ///
 /// # Errors
 /// Those of the method, and of those that look on.
-pub fn watched(
-    scene: &MotionScene,
-    choice: &Choice,
+pub fn run_observed(
+    scene: &SimulationSetup,
+    choice: &MethodChoice,
     energy: bool,
-    stop: &Stop,
-    (keep, watch): (bool, &mut Watch),
-) -> Result<Motion, Error> {
-    let train = &scene.moving.train;
-    let mut ask = ask(scene, choice, scene.samples, stop);
+    cancel: &CancelToken,
+    (keep, watch): (bool, &mut StepObserver),
+) -> Result<MotionHistory, Error> {
+    let model = &scene.model.model;
+    let mut options = integration_problem(scene, choice, scene.samples, cancel);
     let meter = energy.then(|| {
-        let limit = Limit {
-            readings: READINGS,
-            foresees: false,
-            stop: stop.clone(),
+        let limit = BalanceLimit {
+            evaluations: MAX_EVALUATIONS,
+            predicts: false,
+            cancel: cancel.clone(),
         };
-        let known = scene.moving.prescribed.as_ref();
-        let (meter, follower) = Meter::new(train, known, [ask.from, ask.to], limit);
-        ask.follower = follower;
+        let known = scene.model.reduction.as_ref();
+        let (meter, observer) =
+            EnergyIntegrator::new(model, known, [options.from, options.to], limit);
+        options.observer = observer;
         meter
     });
     let (mut time, mut values) = (Vec::new(), vec![Vec::new(); scene.outputs.list.len()]);
-    let mut readers = vec![Reader::default(); scene.outputs.list.len()];
-    let mut fineness = Fineness::new(scene);
+    let mut accumulators = vec![StatisticsAccumulator::default(); scene.outputs.list.len()];
+    let mut check = SamplingCheck::new(scene);
     let (mut count, mut reached, mut refused) = (0, 0.0, None);
     let start = Instant::now();
-    let effort = (choice.method.run)(train, &ask, &mut |t, y, regime| {
-        let now = scene.outputs.at(train, regime, t, y);
+    let stats = (choice.method.run)(model, &options, &mut |t, y, regime| {
+        let now = scene.outputs.evaluate(model, regime, t, y);
         if let Some(at) = now.iter().position(|value| !value.is_finite()) {
-            refused = Some(beyond_numbers(&scene.outputs.list[at].name, now[at], t));
+            refused = Some(overflow_error(&scene.outputs.list[at].name, now[at], t));
             return ControlFlow::Break(());
         }
-        for (reader, value) in readers.iter_mut().zip(&now) {
-            reader.push(t, *value);
+        for (accumulator, value) in accumulators.iter_mut().zip(&now) {
+            accumulator.push(t, *value);
         }
-        fineness.look(scene, (t, y), regime, &now);
+        check.push(scene, (t, y), regime, &now);
         if keep {
             time.push(t);
             for (list, value) in values.iter_mut().zip(&now) {
@@ -118,42 +126,45 @@ pub fn watched(
         refused = watch((t, y), &now).err();
         count += 1;
         // Where nothing switches, samples alone take time.
-        if count % LOOK == 0 && refused.is_none() {
-            let foreseen = ask.stop.foresees(t / ask.to);
-            refused = foreseen.map(|foreseen| too_long(&ask, foreseen, t));
+        if count % COST_CHECK_INTERVAL == 0 && refused.is_none() {
+            let forecast = options.cancel.forecast_overrun(t / options.to);
+            refused = forecast.map(|forecast| time_exceeded(&options, forecast, t));
         }
         match refused {
             None => ControlFlow::Continue(()),
             Some(_) => ControlFlow::Break(()),
         }
     });
-    let effort = refused
-        .map_or(effort, Err)
-        .map_err(|e| trouble::swiftest(e, train))?;
+    let stats = refused
+        .map_or(stats, Err)
+        .map_err(|e| diagnostics::with_fastest_mode(e, model))?;
     let seconds = start.elapsed().as_secs_f64();
     let balance = meter.map(|meter| meter.borrow().balance());
-    Ok(Motion {
+    Ok(MotionHistory {
         time,
         values,
-        readings: readers.iter().map(Reader::reading).collect(),
-        coarse: fineness.coarsest(FEWEST),
-        reached,
-        effort,
+        statistics: accumulators
+            .iter()
+            .map(StatisticsAccumulator::statistics)
+            .collect(),
+        undersampled: check.worst_output(MIN_SAMPLES_PER_PERIOD),
+        end_time: reached,
+        stats,
         seconds,
         balance,
-        interrupted: count <= ask.samples,
+        interrupted: count <= options.samples,
     })
 }
 
-fn beyond_numbers(output: &str, value: f64, t: f64) -> Error {
-    let message = format!("{output} is {value} at t = {}", instant(t));
-    Error::new(Code::Overflow, message).hint(
+fn overflow_error(output: &str, value: f64, t: f64) -> Error {
+    let message = format!("{output} is {value} at t = {}", format_instant(t));
+    Error::new(Code::Overflow, message).with_hint(
         "look at the sizes of loads, stiffness, inertia and the start, and at how long it runs",
     )
 }
 
 /// Samples in a period below which extremes may be a fifth short, cos(π/5).
-pub const FEWEST: f64 = 5.0;
+pub const MIN_SAMPLES_PER_PERIOD: f64 = 5.0;
 
 /// Samples between two looks at how long the whole would take.
-const LOOK: usize = 1024;
+const COST_CHECK_INTERVAL: usize = 1024;

@@ -5,99 +5,99 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use super::choice::Choice;
-use super::reading::{Reader, Reading};
-use super::run::ask;
-use super::scene::MotionScene;
+use super::method_choice::MethodChoice;
+use super::output_statistics::{OutputStatistics, StatisticsAccumulator};
+use super::run::integration_problem;
+use super::simulation_setup::SimulationSetup;
 use super::statistics::{Statistics, block_error};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::stop::Stop;
-use crate::base::units::duration;
-use crate::motion::methods::Ladder;
-use crate::motion::problem::Wanted;
+use crate::base::quantity::format_duration;
+use crate::base::time_budget::CancelToken;
+use crate::motion::methods::StepControl;
+use crate::motion::problem::StepSize;
 use crate::motion::sensitivity::Deflections;
 
 /// Share of the deflections by which the start is changed: far above rounding, far below what is known of any machine.
-const CHANGE: f64 = 1e-9;
+const PERTURBATION_SHARE: f64 = 1e-9;
 
-/// The largest share where the errors of the method are larger than [`CHANGE`].
-const LARGEST_CHANGE: f64 = 1e-4;
+/// The largest share where the errors of the method are larger than [`PERTURBATION_SHARE`].
+const MAX_PERTURBATION_SHARE: f64 = 1e-4;
 
 /// The change is so many times the errors of the method.
-const BEYOND_ERRORS: f64 = 10.0;
+const PERTURBATION_PER_ERROR: f64 = 10.0;
 
 /// The share of the time after which the two runs differ by the errors of the method, not yet by their growth.
-const EARLY: f64 = 1.0 / 200.0;
+const EARLY_SHARE: f64 = 1.0 / 200.0;
 
 /// Both runs have parted where deflections differ by this share of their size: the growth ends there.
-const PARTED: f64 = 0.1;
+const DIVERGED_SHARE: f64 = 0.1;
 
 /// The second run of a method goes by so many times the tolerance.
-const LOOSER: f64 = 10.0;
+const TOLERANCE_RATIO: f64 = 10.0;
 
 /// The second run of a method with a fixed step goes by so many times the step.
-const SHORTER: f64 = 0.8;
+const STEP_RATIO: f64 = 0.8;
 
 /// A reading may be off by so many times what two runs differ by: the difference of one pair may be small by chance.
-const CHANCE: f64 = 3.0;
+const ERROR_FACTOR: f64 = 3.0;
 
 /// Digits that a table shows.
-const DIGITS: i32 = 4;
+const TABLE_DIGITS: i32 = 4;
 
 /// Samples compared of each output, at most.
-const COMPARED: usize = 20_000;
+const MAX_COMPARED_SAMPLES: usize = 20_000;
 
-/// The second run may take so many times the first, and [`GRACE`] seconds.
-const PATIENCE: f64 = 4.0;
-const GRACE: f64 = 1.0;
+/// The second run may take so many times the first, and [`MIN_TIME_S`] seconds.
+const MAX_TIME_RATIO: f64 = 4.0;
+const MIN_TIME_S: f64 = 1.0;
 
-/// Parts of the time, at most, each with [`IN_WINDOW`] samples at least, that are predicted or not.
-const WINDOWS: usize = 200;
-const IN_WINDOW: usize = 20;
+/// Parts of the time, at most, each with [`SAMPLES_PER_WINDOW`] samples at least, that are predicted or not.
+const MAX_WINDOWS: usize = 200;
+const SAMPLES_PER_WINDOW: usize = 20;
 
 /// A sample has parted where it differs by this share of the range of the output: two digits no longer hold.
-const APART: f64 = 0.01;
+const DIVERGED_SAMPLE_SHARE: f64 = 0.01;
 
 /// A part of the time is not predicted where more than this share of its samples has parted: fewer are jumps a little earlier or later.
-const SHARE: f64 = 0.05;
+const MAX_DIVERGED_SHARE: f64 = 0.05;
 
 /// What parts and meets again within less than this share of the rest of the time is predicted but for a while.
-const LASTS: f64 = 0.1;
+const MIN_DIVERGED_DURATION: f64 = 0.1;
 
 /// What is kept of a run to compare another with.
 #[derive(Debug, Clone)]
-pub struct Seen {
+pub struct RunSamples {
     deflections: Deflections,
     /// Of all samples one in so many.
-    every: usize,
+    stride: usize,
     count: usize,
     time: Vec<f64>,
     values: Vec<Vec<f64>>,
-    readers: Vec<Reader>,
+    accumulators: Vec<StatisticsAccumulator>,
 }
 
-impl Seen {
+impl RunSamples {
     /// For the samples of a scene.
-    pub fn new(scene: &MotionScene) -> Seen {
+    pub fn new(scene: &SimulationSetup) -> RunSamples {
         let outputs = scene.outputs.list.len();
-        Seen {
-            deflections: Deflections::new(&scene.moving.train, scene.samples),
-            every: scene.samples / COMPARED + 1,
+        RunSamples {
+            deflections: Deflections::new(&scene.model.model, scene.samples),
+            stride: scene.samples / MAX_COMPARED_SAMPLES + 1,
             count: 0,
             time: Vec::new(),
             values: vec![Vec::new(); outputs],
-            readers: vec![Reader::default(); outputs],
+            accumulators: vec![StatisticsAccumulator::default(); outputs],
         }
     }
 
     /// Takes the next sample: instant and state, outputs.
-    pub fn see(&mut self, scene: &MotionScene, (t, y): (f64, &[f64]), outputs: &[f64]) {
-        self.deflections.see(&scene.moving.train, t, y);
-        for (reader, value) in self.readers.iter_mut().zip(outputs) {
-            reader.push(t, *value);
+    pub fn see(&mut self, scene: &SimulationSetup, (t, y): (f64, &[f64]), outputs: &[f64]) {
+        self.deflections.see(&scene.model.model, t, y);
+        for (accumulator, value) in self.accumulators.iter_mut().zip(outputs) {
+            accumulator.push(t, *value);
         }
-        if self.count.is_multiple_of(self.every) {
+        if self.count.is_multiple_of(self.stride) {
             self.time.push(t);
             for (list, value) in self.values.iter_mut().zip(outputs) {
                 list.push(*value);
@@ -118,26 +118,26 @@ pub struct Sensitivity {
     /// Share of the deflections by which the start was changed.
     pub change: f64,
     /// Of each output.
-    pub outputs: Vec<Digits>,
+    pub outputs: Vec<OutputPredictability>,
     /// What the further runs took, s.
     pub seconds: f64,
 }
 
 /// What holds of an output.
 #[derive(Debug, Clone)]
-pub struct Digits {
+pub struct OutputPredictability {
     /// From here on its history cannot be predicted, s.
     pub until: Option<f64>,
     /// What its reading may be off by; absent where it is not predictable.
     pub end: Option<f64>,
     /// The least value.
-    pub least: Option<f64>,
+    pub min: Option<f64>,
     /// The instant of it, s.
-    pub least_at: Option<f64>,
+    pub min_at: Option<f64>,
     /// The greatest value.
-    pub greatest: Option<f64>,
+    pub max: Option<f64>,
     /// The instant of it, s.
-    pub greatest_at: Option<f64>,
+    pub max_at: Option<f64>,
     /// The mean.
     pub mean: f64,
     /// The root of the mean square about it.
@@ -163,45 +163,50 @@ impl Sensitivity {
     /// Runs the motion again from a changed start and compares; `hear` hears what share is done.
     ///
     /// # Errors
-    /// Those of the method; `Hopeless` where the second run takes far longer than the first.
+    /// Those of the method; `BudgetExceeded` where the second run takes far longer than the first.
     pub fn measure(
-        scene: &MotionScene,
-        choice: &Choice,
-        (first, seconds): (&Seen, f64),
-        stop: &Stop,
+        scene: &SimulationSetup,
+        choice: &MethodChoice,
+        (first, seconds): (&RunSamples, f64),
+        cancel: &CancelToken,
         hear: &dyn Fn(f64),
     ) -> Result<Sensitivity, Error> {
         let begun = Instant::now();
-        let patience = PATIENCE * seconds + GRACE;
-        let again = |change: f64, wanted: Wanted| {
-            let changed = first
-                .deflections
-                .moved(&scene.moving.train, &scene.start, change);
-            run(scene, (choice, wanted), changed, (stop, patience), hear)
+        let patience = MAX_TIME_RATIO * seconds + MIN_TIME_S;
+        let again = |change: f64, size: StepSize| {
+            let changed =
+                first
+                    .deflections
+                    .perturbed_start(&scene.model.model, &scene.initial_state, change);
+            run(scene, (choice, size), changed, (cancel, patience), hear)
         };
-        let other = match (choice.method.ladder, choice.wanted) {
-            (Ladder::Exact, wanted) => wanted,
-            (_, Wanted::Tolerance(tolerance)) => Wanted::Tolerance((LOOSER * tolerance).min(0.1)),
-            (_, Wanted::Step(step)) => Wanted::Step(SHORTER * step),
+        let other = match (choice.method.step_control, choice.step_size) {
+            (StepControl::Exact, size) => size,
+            (_, StepSize::Adaptive(tolerance)) => {
+                StepSize::Adaptive((TOLERANCE_RATIO * tolerance).min(0.1))
+            }
+            (_, StepSize::Fixed(step)) => StepSize::Fixed(STEP_RATIO * step),
         };
-        let second = again(CHANGE, other)?;
+        let second = again(PERTURBATION_SHARE, other)?;
         let outputs = (0..first.values.len()).map(|at| digits(first, &second, at));
-        let outputs: Vec<Digits> = outputs.collect();
+        let outputs: Vec<OutputPredictability> = outputs.collect();
         let shown = outputs.iter().all(|o| o.all_shown);
-        let apart = |other: &Seen, until| first.deflections.apart(&other.deflections, until);
-        let (change, most) = match (choice.method.ladder, shown) {
-            (Ladder::Exact, _) => (CHANGE, Some(apart(&second, scene.until))),
-            (_, true) => (CHANGE, None),
+        let apart =
+            |other: &RunSamples, until| first.deflections.max_difference(&other.deflections, until);
+        let (change, most) = match (choice.method.step_control, shown) {
+            (StepControl::Exact, _) => (PERTURBATION_SHARE, Some(apart(&second, scene.end_time))),
+            (_, true) => (PERTURBATION_SHARE, None),
             (_, false) => {
-                let errors = apart(&second, EARLY * scene.until);
-                let change = (BEYOND_ERRORS * errors).clamp(CHANGE, LARGEST_CHANGE);
-                let third = again(change, choice.wanted)?;
-                (change, Some(apart(&third, scene.until)))
+                let errors = apart(&second, EARLY_SHARE * scene.end_time);
+                let change = (PERTURBATION_PER_ERROR * errors)
+                    .clamp(PERTURBATION_SHARE, MAX_PERTURBATION_SHARE);
+                let third = again(change, choice.step_size)?;
+                (change, Some(apart(&third, scene.end_time)))
             }
         };
         Ok(Sensitivity {
             factor: most.map(|most| most / change),
-            parted: most.is_some_and(|most| most > PARTED),
+            parted: most.is_some_and(|most| most > DIVERGED_SHARE),
             change,
             outputs,
             seconds: begun.elapsed().as_secs_f64(),
@@ -211,22 +216,27 @@ impl Sensitivity {
 
 /// One more run, from another start and as exact as said.
 fn run(
-    scene: &MotionScene,
-    (choice, wanted): (&Choice, Wanted),
+    scene: &SimulationSetup,
+    (choice, size): (&MethodChoice, StepSize),
     start: Vec<f64>,
-    (stop, patience): (&Stop, f64),
+    (cancel, patience): (&CancelToken, f64),
     hear: &dyn Fn(f64),
-) -> Result<Seen, Error> {
-    let train = &scene.moving.train;
-    let mut ask = ask(scene, choice, scene.samples, &stop.within(patience));
-    (ask.start, ask.effort) = (start, wanted);
-    let mut seen = Seen::new(scene);
+) -> Result<RunSamples, Error> {
+    let model = &scene.model.model;
+    let mut ask = integration_problem(
+        scene,
+        choice,
+        scene.samples,
+        &cancel.with_deadline(patience),
+    );
+    (ask.initial_state, ask.step_size) = (start, size);
+    let mut samples = RunSamples::new(scene);
     let mut finite = true;
-    (choice.method.run)(train, &ask, &mut |t, y, regime| {
-        let now = scene.outputs.at(train, regime, t, y);
+    (choice.method.run)(model, &ask, &mut |t, y, regime| {
+        let now = scene.outputs.evaluate(model, regime, t, y);
         finite = now.iter().all(|value| value.is_finite());
-        seen.see(scene, (t, y), &now);
-        hear(t / scene.until);
+        samples.see(scene, (t, y), &now);
+        hear(t / scene.end_time);
         match finite {
             true => ControlFlow::Continue(()),
             false => ControlFlow::Break(()),
@@ -235,29 +245,29 @@ fn run(
     if !finite {
         return Err(Error::new(Code::Overflow, "the second run diverged"));
     }
-    if seen.count <= scene.samples {
+    if samples.count <= scene.samples {
         let message = format!(
-            "a run from a changed start takes more than {}, {PATIENCE} times the first",
-            duration(patience)
+            "a run from a changed start takes more than {}, {MAX_TIME_RATIO} times the first",
+            format_duration(patience)
         );
-        return Err(Error::new(Code::Hopeless, message));
+        return Err(Error::new(Code::BudgetExceeded, message));
     }
-    Ok(seen)
+    Ok(samples)
 }
 
 /// What holds of an output.
-fn digits(first: &Seen, second: &Seen, output: usize) -> Digits {
+fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredictability {
     let (a, b) = (&first.values[output], &second.values[output]);
-    let readings = [first, second].map(|seen| seen.readers[output].reading());
-    let until = parted(a, b).map(|at| first.time[at]);
-    let [Some(x), Some(y)] = readings else {
-        return Digits {
+    let statistics = [first, second].map(|samples| samples.accumulators[output].statistics());
+    let until = first_unpredicted(a, b).map(|at| first.time[at]);
+    let [Some(x), Some(y)] = statistics else {
+        return OutputPredictability {
             until,
             end: None,
-            least: None,
-            least_at: None,
-            greatest: None,
-            greatest_at: None,
+            min: None,
+            min_at: None,
+            max: None,
+            max_at: None,
             mean: f64::NAN,
             rms: f64::NAN,
             second_half: None,
@@ -265,60 +275,61 @@ fn digits(first: &Seen, second: &Seen, output: usize) -> Digits {
         };
     };
     let predicted = |at: f64| until.is_none_or(|until| at <= until);
-    let off = |x: f64, y: f64| CHANCE * (x - y).abs();
+    let off = |x: f64, y: f64| ERROR_FACTOR * (x - y).abs();
     let extreme = |x: (f64, f64), y: (f64, f64)| {
         let both = predicted(x.1) && predicted(y.1);
         let (value, at) = (off(x.0, y.0), off(x.1, y.1));
         let known = both && 2.0 * at <= x.1;
         (both.then_some(value), known.then_some(at))
     };
-    let (least, greatest) = (extreme(x.least, y.least), extreme(x.greatest, y.greatest));
-    let scatter = |of: fn(&Reading) -> f64| match until {
+    let (least, greatest) = (extreme(x.min, y.min), extreme(x.max, y.max));
+    let scatter = |of: fn(&OutputStatistics) -> f64| match until {
         None => 0.0,
         Some(_) => block_error([a, b], of),
     };
     let mean = off(x.mean, y.mean).max(scatter(|r| r.mean));
     let rms = off(x.rms, y.rms).max(scatter(|r| r.rms));
     let end = until.is_none().then(|| off(x.end, y.end));
-    let size = x.greatest.0.abs().max(x.least.0.abs());
-    let holds =
-        |error: Option<f64>| error.is_some_and(|error| 2.0 * error <= size * 10f64.powi(-DIGITS));
+    let size = x.max.0.abs().max(x.min.0.abs());
+    let holds = |error: Option<f64>| {
+        error.is_some_and(|error| 2.0 * error <= size * 10f64.powi(-TABLE_DIGITS))
+    };
     let all_shown = [end, least.0, greatest.0, Some(mean), Some(rms)]
         .into_iter()
         .all(holds);
     let half = |values: &[f64]| values[values.len() / 2..].to_vec();
-    Digits {
+    OutputPredictability {
         until,
         end,
-        least: least.0,
-        least_at: least.1,
-        greatest: greatest.0,
-        greatest_at: greatest.1,
+        min: least.0,
+        min_at: least.1,
+        max: greatest.0,
+        max_at: greatest.1,
         mean,
         rms,
-        second_half: until.map(|_| Statistics::of([&half(a), &half(b)])),
+        second_half: until.map(|_| Statistics::from_runs([&half(a), &half(b)])),
         all_shown,
     }
 }
 
-/// The first sample of the time that is not predicted, where both runs stay apart: in [`LASTS`] of what follows at least.
-fn parted(a: &[f64], b: &[f64]) -> Option<usize> {
+/// The first sample of the time that is not predicted, where both runs stay apart: in [`MIN_DIVERGED_DURATION`] of what follows at least.
+fn first_unpredicted(a: &[f64], b: &[f64]) -> Option<usize> {
     let range = |values: &[f64]| {
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
     };
-    let limit = APART * range(a).max(range(b));
-    let windows = (a.len() / IN_WINDOW).clamp(1, WINDOWS);
+    let limit = DIVERGED_SAMPLE_SHARE * range(a).max(range(b));
+    let windows = (a.len() / SAMPLES_PER_WINDOW).clamp(1, MAX_WINDOWS);
     let long = a.len().div_ceil(windows).max(1);
     let lost = a.chunks(long).zip(b.chunks(long)).map(|(a, b)| {
         let apart = a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > limit);
-        apart.count() as f64 > SHARE * a.len() as f64
+        apart.count() as f64 > MAX_DIVERGED_SHARE * a.len() as f64
     });
     let lost: Vec<bool> = lost.collect();
     let first = (0..lost.len()).find(|&at| {
         let rest = &lost[at..];
         let count = rest.iter().filter(|lost| **lost).count();
-        lost[at] && count as f64 >= LASTS * rest.len() as f64
+        lost[at] && count as f64 >= MIN_DIVERGED_DURATION * rest.len() as f64
     });
     first.map(|window| window * long)
 }

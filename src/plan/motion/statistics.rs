@@ -1,20 +1,20 @@
 //! Statistics of a motion whose history cannot be predicted, with what they may be off by: the scatter of blocks of two runs.
 
-use super::reading::{Reader, Reading};
-use crate::numeric::statistics::student_quantile;
+use super::output_statistics::{OutputStatistics, StatisticsAccumulator};
+use crate::numeric::statistics::student_t_quantile;
 
 /// Blocks of each of two runs.
 const BLOCKS: usize = 4;
 
 /// The fewest samples of a block whose percentiles mean anything.
-const FEWEST: usize = 100;
+const MIN_BLOCK_SAMPLES: usize = 100;
 
 /// Shares of the samples that lie below a percentile.
 pub const PERCENTILES: [f64; 3] = [0.01, 0.5, 0.99];
 
 /// A number and what it may be off by.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Known {
+pub struct UncertainValue {
     /// The number.
     pub value: f64,
     /// Half the 95 % interval.
@@ -25,24 +25,26 @@ pub struct Known {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statistics {
     /// Its mean.
-    pub mean: Known,
+    pub mean: UncertainValue,
     /// The root of the mean square about it.
-    pub rms: Known,
+    pub rms: UncertainValue,
     /// The values below which [`PERCENTILES`] of the samples lie; absent where samples are too few.
-    pub percentiles: Option<[Known; 3]>,
+    pub percentiles: Option<[UncertainValue; 3]>,
 }
 
 impl Statistics {
     /// Of two runs, pooled.
-    pub fn of(runs: [&[f64]; 2]) -> Statistics {
+    pub fn from_runs(runs: [&[f64]; 2]) -> Statistics {
         let all: Vec<f64> = runs.concat();
         let own = reading(&all);
-        let known = |of: fn(&Reading) -> f64| Known {
+        let known = |of: fn(&OutputStatistics) -> f64| UncertainValue {
             value: own.as_ref().map_or(0.0, of),
             error: block_error(runs, of),
         };
-        let enough = runs.iter().all(|run| run.len() >= BLOCKS * FEWEST);
-        let percentiles = PERCENTILES.map(|share| Known {
+        let enough = runs
+            .iter()
+            .all(|run| run.len() >= BLOCKS * MIN_BLOCK_SAMPLES);
+        let percentiles = PERCENTILES.map(|share| UncertainValue {
             value: percentile(&all, share),
             error: error(runs, &|block| percentile(block, share)),
         });
@@ -55,7 +57,7 @@ impl Statistics {
 }
 
 /// What a reading over two runs may be off by, as its blocks scatter.
-pub fn block_error(runs: [&[f64]; 2], of: fn(&Reading) -> f64) -> f64 {
+pub fn block_error(runs: [&[f64]; 2], of: fn(&OutputStatistics) -> f64) -> f64 {
     error(runs, &|block| reading(block).as_ref().map_or(0.0, of))
 }
 
@@ -65,19 +67,19 @@ fn error(runs: [&[f64]; 2], of: &dyn Fn(&[f64]) -> f64) -> f64 {
         let long = run.len().div_ceil(BLOCKS).max(1);
         run.chunks(long).map(of)
     });
-    let mut reader = Reader::default();
-    let count = blocks.map(|x| reader.push(0.0, x)).count() as f64;
-    let rms = reader.reading().map_or(0.0, |r| r.rms);
+    let mut accumulator = StatisticsAccumulator::default();
+    let count = blocks.map(|x| accumulator.push(0.0, x)).count() as f64;
+    let rms = accumulator.statistics().map_or(0.0, |r| r.rms);
     match count > 1.0 {
-        true => student_quantile(0.975, count - 1.0) * rms / (count - 1.0).sqrt(),
+        true => student_t_quantile(0.975, count - 1.0) * rms / (count - 1.0).sqrt(),
         false => f64::INFINITY,
     }
 }
 
-fn reading(values: &[f64]) -> Option<Reading> {
-    let mut reader = Reader::default();
-    values.iter().for_each(|x| reader.push(0.0, *x));
-    reader.reading()
+fn reading(values: &[f64]) -> Option<OutputStatistics> {
+    let mut accumulator = StatisticsAccumulator::default();
+    values.iter().for_each(|x| accumulator.push(0.0, *x));
+    accumulator.statistics()
 }
 
 /// The value below which a share of all lies.
@@ -98,7 +100,7 @@ mod tests {
         let n = 8000;
         let sine = |k: usize| (std::f64::consts::TAU * 8.0 * (k as f64 + 0.5) / n as f64).sin();
         let run: Vec<f64> = (0..n).map(sine).collect();
-        let found = Statistics::of([&run, &run]);
+        let found = Statistics::from_runs([&run, &run]);
         assert!(found.mean.value.abs() < 1e-12 && found.mean.error < 1e-12);
         assert!((found.rms.value - 0.5f64.sqrt()).abs() < 1e-12);
         let [low, middle, high] = found.percentiles.unwrap();

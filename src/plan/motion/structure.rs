@@ -1,14 +1,14 @@
-//! What kind of equations a machine has, in words.
+//! Structure of the equations (linear, time-invariant, switching), as text.
 
-use crate::motion::train::{Law, Train};
+use crate::motion::dynamic_model::{DynamicModel, ForceLaw};
 
 /// What kind of equations a machine has.
-pub fn structure(train: &Train) -> String {
-    if train.is_linear() {
+pub fn structure_text(model: &DynamicModel) -> String {
+    if model.is_linear() {
         return "linear and time-invariant".to_string();
     }
     let count =
-        |test: &dyn Fn(&Law) -> bool| train.branches.iter().filter(|b| test(&b.law)).count();
+        |test: &dyn Fn(&ForceLaw) -> bool| model.elements.iter().filter(|b| test(&b.law)).count();
     let mut parts = Vec::new();
     let mut part = |n: usize, one: &str, many: &str| {
         if n > 0 {
@@ -16,18 +16,23 @@ pub fn structure(train: &Train) -> String {
         }
     };
     part(
-        (0..train.n()).filter(|&i| train.is_light(i)).count(),
+        (0..model.coordinate_count())
+            .filter(|&i| model.is_massless(i))
+            .count(),
         "coordinate without inertia",
         "coordinates without inertia",
     );
     part(
-        count(&|l| matches!(l, Law::Contact(c) if c.half > 0.0)),
+        count(&|l| matches!(l, ForceLaw::Contact(c) if c.half_play > 0.0)),
         "contact with play",
         "contacts with play",
     );
-    let waves = train.branches.iter().filter(|b| b.variation.is_some());
-    let (steps, smooth): (Vec<_>, Vec<_>) =
-        waves.partition(|b| b.variation.as_ref().is_some_and(|w| w.shape.is_steps()));
+    let waves = model.elements.iter().filter(|b| b.stiffness_wave.is_some());
+    let (steps, smooth): (Vec<_>, Vec<_>) = waves.partition(|b| {
+        b.stiffness_wave
+            .as_ref()
+            .is_some_and(|w| w.waveform.is_piecewise_constant())
+    });
     part(steps.len(), "stiffness in steps", "stiffnesses in steps");
     part(
         smooth.len(),
@@ -35,61 +40,68 @@ pub fn structure(train: &Train) -> String {
         "smooth stiffness waves",
     );
     part(
-        count(&|l| matches!(l, Law::Friction(_))),
+        count(&|l| matches!(l, ForceLaw::Friction(_))),
         "friction pair",
         "friction pairs",
     );
     part(
-        count(&|l| matches!(l, Law::Clutch { .. })),
+        count(&|l| matches!(l, ForceLaw::Clutch { .. })),
         "clutch pressed over time",
         "clutches pressed over time",
     );
     part(
-        count(&|l| matches!(l, Law::Pressed(_))),
+        count(&|l| matches!(l, ForceLaw::LoadFriction(_))),
         "friction pair pressed by forces",
         "friction pairs pressed by forces",
     );
     part(
-        count(&|l| matches!(l, Law::Orders { .. })),
+        count(&|l| matches!(l, ForceLaw::AngleLocked { .. })),
         "load that follows an angle",
         "loads that follow angles",
     );
     part(
-        count(&|l| matches!(l, Law::Curve(_) | Law::Lagged { .. })),
+        count(&|l| matches!(l, ForceLaw::TorqueSpeed(_) | ForceLaw::LaggedTorque { .. })),
         "motor",
         "motors",
     );
     part(
-        train
-            .branches
+        model
+            .elements
             .iter()
-            .filter(|b| !b.followed.is_empty())
+            .filter(|b| !b.angle_waves.is_empty())
             .count(),
         "error that follows an angle",
         "errors that follow angles",
     );
     part(
-        count(&|l| matches!(l, Law::Nonlinear { .. })),
+        count(&|l| matches!(l, ForceLaw::Nonlinear { .. })),
         "nonlinear spring",
         "nonlinear springs",
     );
-    match train.is_piecewise_linear() {
+    match model.is_piecewise_linear() {
         true => format!("piecewise linear ({})", parts.join(", ")),
         false => format!("nonlinear or time-varying ({})", parts.join(", ")),
     }
 }
 
 /// What keeps the exact methods out.
-pub fn curved(train: &Train) -> String {
+pub fn nonlinear_text(model: &DynamicModel) -> String {
     /// Names that a line holds.
-    const NAMED: usize = 3;
-    let names: Vec<&str> = train.bent().map(|b| b.name.as_str()).collect();
+    const MAX_NAMES_LISTED: usize = 3;
+    let names: Vec<&str> = model
+        .nonlinear_elements()
+        .map(|b| b.name.as_str())
+        .collect();
     match names.len() {
-        0 if train.has_light() => "not exact: nodes without inertia stay".to_string(),
+        0 if model.has_massless() => "not exact: nodes without inertia stay".to_string(),
         0 => "not exact: a load or motion is known by parabolas, or swings for a while".to_string(),
         count => {
-            let shown: Vec<String> = names.iter().take(NAMED).map(|n| format!("`{n}`")).collect();
-            let more = match count.saturating_sub(NAMED) {
+            let shown: Vec<String> = names
+                .iter()
+                .take(MAX_NAMES_LISTED)
+                .map(|n| format!("`{n}`"))
+                .collect();
+            let more = match count.saturating_sub(MAX_NAMES_LISTED) {
                 0 => String::new(),
                 more => format!(" and {more} more"),
             };

@@ -1,32 +1,34 @@
-//! Periodic motions over speed of a machine with play, friction and stiffness that varies: what they need, and finding them.
+//! Harmonic-balance study: periodic motion over speed with clearance, friction, time-varying stiffness.
 
 use std::time::Instant;
 
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::base::stop::Stop;
-use crate::base::words::{counted, listed};
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::{pluralise, quoted_list};
+use crate::base::time_budget::CancelToken;
 use crate::machine::kinematics::mean_speeds;
-use crate::motion::floquet::chart::{Tongue, tongues};
-use crate::motion::light;
-use crate::motion::methods::periodic::foreign::foreign;
-use crate::motion::train::Train;
-use crate::plan::motion::scene::MotionScene;
-use crate::plan::prepared::Prepared;
-use crate::plan::stages::Verdict;
-use crate::response::harmonic::curve::{Course, Curve, TOLERANCE, follow};
-use crate::response::harmonic::family::Family;
-use crate::response::harmonic::lines::Lines;
-use crate::response::harmonic::point::{Asked, Found, Point};
-use crate::response::harmonic::special::{Kind, Special};
-use crate::scene::laws::{PhaseOf, StartAt};
-use crate::scene::start::Start;
-use crate::scene::study::{HarmonicBalanceStudy, MOST_ORDERS, SimulateStudy, SpeedRange};
+use crate::motion::algebraic;
+use crate::motion::dynamic_model::DynamicModel;
+use crate::motion::floquet::stability_chart::{InstabilityTongue, instability_tongues};
+use crate::motion::methods::periodic::applicability::unsupported_reason;
+use crate::plan::motion::simulation_setup::SimulationSetup;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::stages::StageDecision;
+use crate::response::harmonic_balance::bifurcation::{Bifurcation, BifurcationKind};
+use crate::response::harmonic_balance::curve::{
+    ContinuationOptions, DEFAULT_TOLERANCE, SolutionCurve, continue_curve,
+};
+use crate::response::harmonic_balance::family::SpeedFamily;
+use crate::response::harmonic_balance::linear_part::LinearPart;
+use crate::response::harmonic_balance::point::{PeriodicSolution, PointOptions, Refinement};
+use crate::scene::initial_conditions::InitialConditions;
+use crate::scene::laws::{InitialState, MeshPhase};
+use crate::scene::study::{HarmonicBalanceStudy, MAX_ORDERS, SimulateStudy, SpeedRange};
 
 /// Periodic motions over speed.
-pub struct Answer {
+pub struct HarmonicBalanceResult {
     /// The curve with its folds and bifurcations.
-    pub curve: Curve,
+    pub curve: SolutionCurve,
     /// Of every fold or bifurcation: the amplitude of the first output on the stable motion at the same speed that is furthest
     /// from it, where there is one.
     pub jumps: Vec<Option<f64>>,
@@ -41,25 +43,25 @@ pub struct Answer {
     /// Branches that are not linear, whose deflections were solved for.
     pub branches: Vec<String>,
     /// Speeds at which a stiffness that varies feeds a motion while all contacts stay closed; or why they are not known.
-    pub tongues: Result<Vec<Tongue>, String>,
+    pub instability_tongues: Result<Vec<InstabilityTongue>, String>,
     /// Stages with what they do.
-    pub plan: Vec<(&'static str, Verdict)>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    pub plan: Vec<(&'static str, StageDecision)>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
     /// s.
     pub seconds: f64,
 }
 
 /// The most points of a curve, in those of the range: around folds it is longer than the range.
-const LONGER: usize = 20;
+const MAX_POINTS_FACTOR: usize = 20;
 
 /// Points of the search for parametric resonances for each point of the range.
-const FINER: usize = 4;
+const SEARCH_POINTS_FACTOR: usize = 4;
 
 /// A study before it runs.
-struct Ready {
-    scene: MotionScene,
-    family: Family,
+struct HarmonicBalanceSetup {
+    scene: SimulationSetup,
+    family: SpeedFamily,
     node: usize,
     ratio: f64,
     range: SpeedRange,
@@ -69,54 +71,58 @@ struct Ready {
     events: Result<(), String>,
 }
 
-impl Ready {
-    fn new(prepared: &Prepared, study: &HarmonicBalanceStudy) -> Result<Ready, Error> {
+impl HarmonicBalanceSetup {
+    fn new(
+        prepared_machine: &PreparedMachine,
+        study: &HarmonicBalanceStudy,
+    ) -> Result<HarmonicBalanceSetup, Error> {
         let Some(range) = study.speeds else {
             let error = Error::new(Code::Usage, "nothing says which speeds are wanted");
-            return Err(error.hint("add --harmonic-balance 500:3000:100, or `speeds` to the study"));
+            return Err(
+                error.with_hint("add --harmonic-balance 500:3000:100, or `speeds` to the study")
+            );
         };
-        let machine = &prepared.machine;
+        let machine = &prepared_machine.machine;
         let Some(&(node, _)) = machine.speeds.first() else {
             return Err(Error::new(
-                Code::NoSpeed,
+                Code::UndeterminedSpeed,
                 "motions over speed need a speed that all others follow from",
             )
-            .hint("state the speed of a node in [speed] of the model"));
+            .with_hint("state the speed of a node in [speed] of the model"));
         };
-        let speeds = mean_speeds(machine, &prepared.kinematics, None)?;
+        let speeds = mean_speeds(machine, &prepared_machine.kinematics, None)?;
         let speed = speeds[node];
         let span = [range.from / speed, range.to / speed];
         if span.iter().any(|x| x.is_nan() || *x <= 0.0) {
             let message = "the range of speeds holds standstill, where nothing repeats, or turns against [speed]";
             return Err(Error::new(Code::OutOfRange, message)
-                .hint("begin above zero, in the sense of [speed]"));
+                .with_hint("begin above zero, in the sense of [speed]"));
         }
-        let scene = scene(prepared, study)?;
-        let train = &scene.moving.train;
-        if let Some(why) = light::refused(train) {
-            return Err(
-                Error::new(Code::Conflict, why).hint("give the node its inertia, however small")
-            );
+        let scene = simulation_setup(prepared_machine, study)?;
+        let dynamic_model = &scene.model.model;
+        if let Some(why) = algebraic::why_inertia_needed(dynamic_model) {
+            return Err(Error::new(Code::Conflict, why)
+                .with_hint("give the node its inertia, however small"));
         }
-        let of = |name: &String| machine.freedom(name).map_or(0.0, |f| speeds[f]);
-        let coordinates: Vec<f64> = train.coordinates.iter().map(of).collect();
-        let coordinates = beside_prescribed(&scene, coordinates)?;
-        let family = Family::new(train, &coordinates)?;
-        let active = Lines::new(&family).active;
-        let events = if study.orders_alone {
+        let of = |name: &String| machine.dof(name).map_or(0.0, |f| speeds[f]);
+        let coordinates: Vec<f64> = dynamic_model.coordinates.iter().map(of).collect();
+        let coordinates = relative_speeds(&scene, coordinates)?;
+        let family = SpeedFamily::new(dynamic_model, &coordinates)?;
+        let element = LinearPart::new(&family).element;
+        let events = if study.skip_event_refinement {
             Err("not asked for".to_string())
-        } else if !family.comes_back() {
+        } else if !family.is_periodic() {
             Err(
                 "a part turns freely against a brake, a damper or a motor: no state comes back"
                     .to_string(),
             )
         } else {
-            foreign(train).map_or(Ok(()), Err)
+            unsupported_reason(dynamic_model).map_or(Ok(()), Err)
         };
-        Ok(Ready {
-            branches: active
+        Ok(HarmonicBalanceSetup {
+            branches: element
                 .iter()
-                .map(|a| train.branches[a.branch].name.clone())
+                .map(|a| dynamic_model.elements[a.branch].name.clone())
                 .collect(),
             node,
             ratio: speed / family.base,
@@ -128,16 +134,16 @@ impl Ready {
         })
     }
 
-    fn plan(&self, study: &HarmonicBalanceStudy) -> Vec<(&'static str, Verdict)> {
-        let runs = |text: &str| Verdict::Runs(text.to_string());
-        let out = |text: &str| Verdict::LeftOut(text.to_string());
-        let n = self.family.relative.train.n();
+    fn plan(&self, study: &HarmonicBalanceStudy) -> Vec<(&'static str, StageDecision)> {
+        let runs = |text: &str| StageDecision::Runs(text.to_string());
+        let out = |text: &str| StageDecision::LeftOut(text.to_string());
+        let n = self.family.relative_model.model.coordinate_count();
         let unknowns = match self.branches.is_empty() {
             true => "none: nothing is nonlinear here".to_string(),
             false => format!(
                 "the deflections of {}; {} eliminated order by order",
-                listed(self.branches.iter().map(String::as_str)),
-                counted(n, "linear coordinate")
+                quoted_list(self.branches.iter().map(String::as_str)),
+                pluralise(n, "linear coordinate")
             ),
         };
         let orders = study
@@ -146,8 +152,8 @@ impl Ready {
                 format!("{n}, as asked")
             });
         vec![
-            ("unknowns", Verdict::Runs(unknowns)),
-            ("orders", Verdict::Runs(orders)),
+            ("unknowns", StageDecision::Runs(unknowns)),
+            ("orders", StageDecision::Runs(orders)),
             (
                 "events",
                 match &self.events {
@@ -164,7 +170,7 @@ impl Ready {
             ),
             (
                 "parametric resonances",
-                match varies(&self.family.relative.train) {
+                match has_varying_stiffness(&self.family.relative_model.model) {
                     true => runs("with all contacts closed, over the same speeds"),
                     false => out("no stiffness varies"),
                 },
@@ -174,21 +180,21 @@ impl Ready {
 }
 
 /// Mean speeds of the coordinates that stay, less what prescribed motions carry them along with.
-fn beside_prescribed(scene: &MotionScene, mut speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
-    let Some(prescribed) = &scene.moving.prescribed else {
+fn relative_speeds(scene: &SimulationSetup, mut speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
+    let Some(reduction) = &scene.model.reduction else {
         return Ok(speeds);
     };
-    for motion in &prescribed.motions {
-        let slope = motion.course.knots.last().map_or(0.0, |k| k.slope);
-        if motion.course.knots.iter().any(|k| k.slope != slope) {
+    for motion in &reduction.motions {
+        let slope = motion.signal.knots.last().map_or(0.0, |k| k.slope);
+        if motion.signal.knots.iter().any(|k| k.slope != slope) {
             let message = format!(
                 "{} changes its speed, and a steady motion has one",
                 motion.name
             );
-            return Err(Error::new(Code::Conflict, message).hint("give the motor one speed"));
+            return Err(Error::new(Code::Conflict, message).with_hint("give the motor one speed"));
         }
-        for (speed, &whole) in speeds.iter_mut().zip(&prescribed.kept) {
-            *speed -= motion.share[whole] * slope;
+        for (speed, &whole) in speeds.iter_mut().zip(&reduction.retained) {
+            *speed -= motion.influence[whole] * slope;
         }
     }
     Ok(speeds)
@@ -199,10 +205,10 @@ fn beside_prescribed(scene: &MotionScene, mut speeds: Vec<f64>) -> Result<Vec<f6
 /// # Errors
 /// As for [`run`].
 pub fn plan(
-    prepared: &Prepared,
+    machine: &PreparedMachine,
     study: &HarmonicBalanceStudy,
-) -> Result<Vec<(&'static str, Verdict)>, Error> {
-    Ok(Ready::new(prepared, study)?.plan(study))
+) -> Result<Vec<(&'static str, StageDecision)>, Error> {
+    Ok(HarmonicBalanceSetup::new(machine, study)?.plan(study))
 }
 
 /// Runs a study; `progress` hears how far it is, 0 to 1.
@@ -210,81 +216,85 @@ pub fn plan(
 /// # Errors
 /// What is missing in the study or the machine; a range that is none; those of the curve.
 pub fn run(
-    prepared: &Prepared,
+    machine: &PreparedMachine,
     study: &HarmonicBalanceStudy,
     progress: &mut dyn FnMut(f64),
-) -> Result<Answer, Error> {
+) -> Result<HarmonicBalanceResult, Error> {
     let begin = Instant::now();
-    let tolerance = study.tolerance.unwrap_or(TOLERANCE);
+    let tolerance = study.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     if !(tolerance > 0.0 && tolerance < 1.0) {
         return Err(Error::new(
             Code::OutOfRange,
             format!("a tolerance of {tolerance} cannot be"),
         )
-        .hint("it lies above 0 and below 1"));
+        .with_hint("it lies above 0 and below 1"));
     }
-    if study
-        .orders
-        .is_some_and(|n| !(1..=MOST_ORDERS).contains(&n))
-    {
+    if study.orders.is_some_and(|n| !(1..=MAX_ORDERS).contains(&n)) {
         return Err(Error::new(
             Code::OutOfRange,
-            format!("the orders of a balance count from 1 to {MOST_ORDERS}"),
+            format!("the orders of a balance count from 1 to {MAX_ORDERS}"),
         ));
     }
-    let ready = Ready::new(prepared, study)?;
-    let (family, span, range) = (&ready.family, ready.span, ready.range);
-    let course = Course {
+    let setup = HarmonicBalanceSetup::new(machine, study)?;
+    let (family, span, range) = (&setup.family, setup.span, setup.range);
+    let options = ContinuationOptions {
         from: span[0] * family.base,
         to: span[1] * family.base,
         step: (span[1] - span[0]).abs() * family.base / f64::from(range.count),
         tolerance,
         orders: study.orders.map(|n| n as usize),
-        most: LONGER * range.count as usize,
+        max_points: MAX_POINTS_FACTOR * range.count as usize,
     };
-    let asked = Asked {
-        outputs: &ready.scene.outputs,
-        events: ready.events.is_ok(),
+    let point_options = PointOptions {
+        outputs: &setup.scene.outputs,
+        events: setup.events.is_ok(),
     };
-    let curve = follow(family, asked, course, progress)?;
+    let curve = continue_curve(family, point_options, options, progress)?;
     let jumps = curve
-        .specials
+        .bifurcations
         .iter()
-        .map(|s| beyond(&curve, s.after, s.point.omega, &s.point))
+        .map(|s| other_branch_amplitude(&curve, s.after, s.solution.omega, &s.solution))
         .collect();
-    let mut answer = Answer {
+    let mut result = HarmonicBalanceResult {
         jumps,
-        outputs: ready
+        outputs: setup
             .scene
             .outputs
             .list
             .iter()
             .map(|o| (o.name.clone(), o.unit))
             .collect(),
-        node: prepared.machine.freedom_name(ready.node),
-        ratio: ready.ratio,
+        node: machine.machine.dof_name(setup.node),
+        ratio: setup.ratio,
         range,
-        tongues: resonances(&family.relative.train, span, FINER * range.count as usize),
-        plan: ready.plan(study),
-        warnings: prepared.warnings(),
+        instability_tongues: parametric_resonances(
+            &family.relative_model.model,
+            span,
+            SEARCH_POINTS_FACTOR * range.count as usize,
+        ),
+        plan: setup.plan(study),
+        diagnostics: machine.warnings(),
         seconds: begin.elapsed().as_secs_f64(),
-        branches: ready.branches,
+        branches: setup.branches,
         curve,
     };
-    answer.warn(prepared.machine.spins.is_empty(), tolerance);
-    Ok(answer)
+    result.warn(machine.machine.gyroscopic.is_empty(), tolerance);
+    Ok(result)
 }
 
-fn varies(train: &Train) -> bool {
-    train.branches.iter().any(|b| b.variation.is_some())
+fn has_varying_stiffness(model: &DynamicModel) -> bool {
+    model.elements.iter().any(|b| b.stiffness_wave.is_some())
 }
 
 /// The machine in motion with its waves at imposed speed, and the outputs.
-fn scene(prepared: &Prepared, study: &HarmonicBalanceStudy) -> Result<MotionScene, Error> {
-    let machine = &prepared.machine;
+fn simulation_setup(
+    prepared_machine: &PreparedMachine,
+    study: &HarmonicBalanceStudy,
+) -> Result<SimulationSetup, Error> {
+    let machine = &prepared_machine.machine;
     let varies = |b: usize| {
-        machine.branches[b].play > 0.0
-            || machine.branches[b].wave.is_some()
+        machine.branches[b].backlash > 0.0
+            || machine.branches[b].stiffness_variation.is_some()
             || machine.branches[b].characteristic.is_some()
     };
     let usual = (0..machine.branches.len())
@@ -295,36 +305,47 @@ fn scene(prepared: &Prepared, study: &HarmonicBalanceStudy) -> Result<MotionScen
         false => study.outputs.clone(),
     };
     let motion = SimulateStudy {
-        until: Some(1.0),
+        end_time: Some(1.0),
         outputs,
         ..SimulateStudy::default()
     };
-    let start = Start {
-        phase: PhaseOf::Speed,
-        at: StartAt::Rest,
-        ..Start::default()
+    let conditions = InitialConditions {
+        phase: MeshPhase::Speed,
+        at: InitialState::Rest,
+        ..InitialConditions::default()
     };
-    MotionScene::new(prepared, &start, &motion)
+    SimulationSetup::new(prepared_machine, &conditions, &motion)
 }
 
 /// Parametric resonances with all contacts closed, by factors on the speed.
-fn resonances(train: &Train, span: [f64; 2], points: usize) -> Result<Vec<Tongue>, String> {
-    if !varies(train) {
+fn parametric_resonances(
+    model: &DynamicModel,
+    span: [f64; 2],
+    points: usize,
+) -> Result<Vec<InstabilityTongue>, String> {
+    if !has_varying_stiffness(model) {
         return Err("no stiffness varies".to_string());
     }
-    tongues(train, span, points, &Stop::default()).map_err(|error| error.message)
+    instability_tongues(model, span, points, &CancelToken::default()).map_err(|error| error.message)
 }
 
 /// The amplitude of the first output on another stable stretch of the curve at ω: the furthest from that of `here`.
-fn beyond(curve: &Curve, after: usize, omega: f64, here: &Point) -> Option<f64> {
-    const NEAR: usize = 2;
-    let amplitude = |p: &Point| p.outputs.first().map(|o| o.amplitude());
+fn other_branch_amplitude(
+    curve: &SolutionCurve,
+    after: usize,
+    omega: f64,
+    here: &PeriodicSolution,
+) -> Option<f64> {
+    const EXCLUDED_POINTS: usize = 2;
+    let amplitude = |p: &PeriodicSolution| p.outputs.first().map(|o| o.amplitude());
     let own = amplitude(here)?;
-    let others = curve.points.windows(2).enumerate().filter(|(at, pair)| {
+    let others = curve.solutions.windows(2).enumerate().filter(|(at, pair)| {
         let spans = (pair[0].omega - omega) * (pair[1].omega - omega) <= 0.0;
-        at.abs_diff(after) > NEAR && spans && pair.iter().all(|p| p.unstable() == 0)
+        at.abs_diff(after) > EXCLUDED_POINTS
+            && spans
+            && pair.iter().all(|p| p.unstable_count() == 0)
     });
-    let between = |(_, pair): (usize, &[Point])| {
+    let between = |(_, pair): (usize, &[PeriodicSolution])| {
         let (a, b) = (amplitude(&pair[0])?, amplitude(&pair[1])?);
         let share = (omega - pair[0].omega) / (pair[1].omega - pair[0].omega);
         Some(a + (b - a) * share)
@@ -334,37 +355,38 @@ fn beyond(curve: &Curve, after: usize, omega: f64, here: &Point) -> Option<f64> 
         .max_by(|a, b| (a - own).abs().total_cmp(&(b - own).abs()))
 }
 
-impl Answer {
+impl HarmonicBalanceResult {
     /// The speed of the node at ω, rad/s.
     pub fn speed(&self, omega: f64) -> f64 {
         omega * self.ratio
     }
 
     /// Points found by events, and by orders alone.
-    pub fn counts(&self) -> (usize, usize) {
+    pub fn refinement_counts(&self) -> (usize, usize) {
         let exact = self
             .curve
-            .points
+            .solutions
             .iter()
-            .filter(|p| p.found == Found::Events)
+            .filter(|p| p.refinement == Refinement::Shooting)
             .count();
-        (exact, self.curve.points.len() - exact)
+        (exact, self.curve.solutions.len() - exact)
     }
 
     fn warn(&mut self, plain: bool, tolerance: f64) {
-        let doublings = |s: &Special| s.kind == Kind::PeriodDoubling;
-        let not_followed = self.counts().0 == 0 && self.curve.specials.iter().any(doublings);
+        let doublings = |s: &Bifurcation| s.kind == BifurcationKind::PeriodDoubling;
+        let not_followed =
+            self.refinement_counts().0 == 0 && self.curve.bifurcations.iter().any(doublings);
         let mut warn = |code, message: String, hint: &str| {
-            self.warnings.push(Warning {
+            self.diagnostics.push(Diagnostic {
                 code,
                 message,
                 hint: Some(hint.to_string()),
             });
         };
-        if let Some(error) = &self.curve.ended {
+        if let Some(error) = &self.curve.stopped_by {
             let reached = self
                 .curve
-                .points
+                .solutions
                 .last()
                 .map_or(0.0, |p| p.omega * self.ratio)
                 * 30.0
@@ -375,12 +397,12 @@ impl Answer {
                 "the motion may stop repeating there; simulate in time, or begin from the other side",
             );
         }
-        if self.curve.limited {
+        if self.curve.order_limited {
             let worst = self
                 .curve
-                .points
+                .solutions
                 .iter()
-                .map(|p| p.left_out)
+                .map(|p| p.truncation_error)
                 .fold(0.0, f64::max);
             warn(
                 "orders-limited",

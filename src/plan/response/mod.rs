@@ -1,13 +1,9 @@
-//! Steady answers to steady excitation: what they need, and running them.
+//! Steady-state response: frequency responses, run-up, harmonic balance.
 
-/// How a response is found, and what is left out.
-pub mod choice;
+pub mod method_choice;
 
-/// The run.
 pub mod run;
 
-/// Periodic motions over speed.
 pub mod harmonic_balance;
 
-/// Run-up maps.
 pub mod run_up;

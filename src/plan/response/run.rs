@@ -1,51 +1,51 @@
-//! Runs a frequency response: lines, peaks between them, and what is strained there.
+//! Frequency-response study: lines, resonance peaks, strain energy at the peaks.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-use super::choice::{self, Choice};
+use super::method_choice::{self, ResponseMethodChoice};
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::base::stop::{Foreseen, Stop};
-use crate::base::units::duration;
-use crate::base::words::counted;
-use crate::modes::basis;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity::format_duration;
+use crate::base::text::pluralise;
+use crate::base::time_budget::{BudgetForecast, CancelToken};
+use crate::modes::modal_basis;
 use crate::numeric::Complex;
 use crate::plan::linear_stability::UNSTABLE;
-use crate::plan::motion::scene::ALLOWED;
-use crate::plan::prepared::Prepared;
-use crate::plan::run::run as run_modes;
-use crate::plan::stages::{self, COMPLEX, Plan, Verdict};
-use crate::response::course::course;
-use crate::response::direct::Direct;
-use crate::response::frequency::{Effort, How, Solver};
-use crate::response::peaks::{self, Peak};
-use crate::response::ports::{Output, Port, Ports};
-use crate::response::system::{Setting, held_frequencies};
-use crate::scene::study::{ModesStudy, ResponseKind, ResponseStudy};
+use crate::plan::modes_run::run as run_modes;
+use crate::plan::motion::simulation_setup::DEFAULT_TIME_BUDGET_S;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::stages::{self, MAX_COMPLEX_ORDER, ModesPlan, StageDecision};
+use crate::response::direct::DirectSolver;
+use crate::response::frf::{ResponseSolver, ResponseStats, SolverKind};
+use crate::response::peaks::{self, ResponsePeak};
+use crate::response::ports::{Port, Ports, ResponseOutput};
+use crate::response::refinement::refine;
+use crate::response::system::{OperatingModel, fixed_frequencies};
+use crate::scene::study::{ModesStudy, ResponseQuantity, ResponseStudy};
 
 /// Frequency responses with their peaks.
-pub struct Answer {
+pub struct ResponseResult {
     /// Hz.
     pub frequency_hz: Vec<f64>,
     /// Of every input and output.
-    pub pairs: Vec<Pair>,
-    /// Frequencies of the pictures' lines, Hz: closer where the curves need it; empty unless pictures are wanted.
+    pub curves: Vec<ResponseCurve>,
+    /// Frequencies of the plots' lines, Hz: closer where the curves need it; empty unless plots are wanted.
     pub drawn_hz: Vec<f64>,
     /// Why it was found so.
-    pub choice: Choice,
+    pub choice: ResponseMethodChoice,
     /// How it was found.
-    pub how: How,
+    pub solver: SolverKind,
     /// What it took.
-    pub effort: Effort,
+    pub stats: ResponseStats,
     /// Stages with what they do.
-    pub plan: Vec<(&'static str, Verdict)>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    pub plan: Vec<(&'static str, StageDecision)>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// A response of one output to one input.
-pub struct Pair {
+pub struct ResponseCurve {
     /// The input.
     pub input: String,
     /// The output.
@@ -53,36 +53,36 @@ pub struct Pair {
     /// The unit, `rad/(N·m)`; 1 where both are alike.
     pub unit: String,
     /// By line.
-    pub value: Vec<Complex>,
-    /// By line of the pictures.
-    pub drawn: Vec<Complex>,
+    pub values: Vec<Complex>,
+    /// By line of the plots.
+    pub plotted: Vec<Complex>,
     /// At 0 Hz, where that exists and is not zero.
-    pub at_rest: Option<f64>,
+    pub static_response: Option<f64>,
     /// Peaks, ascending.
-    pub peaks: Vec<Strained>,
+    pub peaks: Vec<ResonancePeak>,
 }
 
 /// A peak and what is strained there.
-pub struct Strained {
+pub struct ResonancePeak {
     /// The peak.
-    pub peak: Peak,
+    pub peak: ResponsePeak,
     /// The element with the largest share of the strain energy, and the share.
-    pub mostly: Option<(usize, f64)>,
+    pub dominant_element: Option<(usize, f64)>,
 }
 
 /// What a study asks for: its band, rad/s, its inputs and outputs.
-fn asked(prepared: &Prepared, study: &ResponseStudy) -> Result<((f64, f64), Ports), Error> {
+fn request(machine: &PreparedMachine, study: &ResponseStudy) -> Result<((f64, f64), Ports), Error> {
     let Some(band) = study.band else {
         return Err(
             Error::new(Code::Usage, "nothing says which frequencies are wanted")
-                .hint("add --band 1:500, or `band` to the study"),
+                .with_hint("add --band 1:500, or `band` to the study"),
         );
     };
-    let ports = Ports::read(
-        &prepared.machine,
+    let ports = Ports::parse(
+        &machine.machine,
         &study.inputs,
         &study.outputs,
-        &study.held,
+        &study.fixed_dofs,
     )?;
     for (list, flag, example) in [
         (ports.inputs.len(), "input", "motor.theta"),
@@ -92,7 +92,7 @@ fn asked(prepared: &Prepared, study: &ResponseStudy) -> Result<((f64, f64), Port
             let hint = format!(
                 "add --{flag} NAME, or `{flag}s` to the study; names are such as {example}"
             );
-            return Err(Error::new(Code::Usage, format!("no {flag} is named")).hint(hint));
+            return Err(Error::new(Code::Usage, format!("no {flag} is named")).with_hint(hint));
         }
     }
     Ok((band, ports))
@@ -102,31 +102,41 @@ fn asked(prepared: &Prepared, study: &ResponseStudy) -> Result<((f64, f64), Port
 ///
 /// # Errors
 /// What is missing in the study; names that do not exist; speeds that do not fit; what would take too long.
-pub fn refuse(prepared: &Prepared, study: &ResponseStudy) -> Result<(), Error> {
-    asked(prepared, study)?;
-    prepared.speeds_at(study.speed)?;
-    choice::refuse(prepared, study, &choice::choose(prepared, study))
+pub fn refuse(machine: &PreparedMachine, study: &ResponseStudy) -> Result<(), Error> {
+    request(machine, study)?;
+    machine.speeds_at(study.speed)?;
+    method_choice::check_budget(
+        machine,
+        study,
+        &method_choice::choose_method(machine, study),
+    )
 }
 
-/// Runs a study; `drawn`: pictures are wanted of it.
+/// Runs a study; `plotted`: plots are wanted of it.
 ///
 /// # Errors
 /// What is missing in the study; names that do not exist; those of the solution.
-pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<Answer, Error> {
+pub fn run(
+    prepared_machine: &PreparedMachine,
+    study: &ResponseStudy,
+    drawn: bool,
+) -> Result<ResponseResult, Error> {
     let start = Instant::now();
-    let Prepared {
-        machine, linear, ..
-    } = prepared;
-    let ((from, to), mut ports) = asked(prepared, study)?;
+    let PreparedMachine {
+        machine,
+        model: linear,
+        ..
+    } = prepared_machine;
+    let ((from, to), mut ports) = request(prepared_machine, study)?;
     ports
         .outputs
         .iter_mut()
-        .for_each(|port| shown_as(port, study.shown));
-    let speeds = prepared.speeds_at(study.speed)?;
-    let setting = prepared.setting(speeds.as_deref());
-    let choice = choice::choose(prepared, study);
-    choice::refuse(prepared, study, &choice)?;
-    let lines = study.lines.unwrap_or(choice::LINES);
+        .for_each(|port| convert_motion(port, study.motion_quantity));
+    let speeds = prepared_machine.speeds_at(study.speed)?;
+    let model = prepared_machine.frequency_setting(speeds.as_deref());
+    let choice = method_choice::choose_method(prepared_machine, study);
+    method_choice::check_budget(prepared_machine, study, &choice)?;
+    let lines = study.lines.unwrap_or(method_choice::DEFAULT_LINES);
     let step = (to - from) / f64::from(lines - 1);
     let omega: Vec<f64> = (0..lines)
         .map(|k| {
@@ -137,23 +147,23 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
             }
         })
         .collect();
-    let mut solver = Solver::new(&setting, &ports, choice.way)?;
+    let mut solver = ResponseSolver::new(&model, &ports, choice.method)?;
     solver.check(&omega)?;
-    let allowed = Stop::default().allowing(ALLOWED);
+    let allowed = CancelToken::default().with_budget(DEFAULT_TIME_BUDGET_S);
     let line = |(k, &w): (usize, &f64)| {
         let done = k as f64 / omega.len() as f64;
-        match allowed.foresees(done) {
-            Some(foreseen) => Err(too_long(foreseen, k)),
-            None => solver.at(w),
+        match allowed.forecast_overrun(done) {
+            Some(forecast) => Err(budget_error(forecast, k)),
+            None => solver.response_at(w),
         }
     };
     let lined = omega.iter().enumerate().map(line);
     let values = lined.collect::<Result<Vec<_>, Error>>()?;
 
-    let natural = natural(prepared, &ports, (from, to));
-    let strain = Strain::new(&setting, &ports)?;
+    let natural = natural_frequencies(prepared_machine, &ports, (from, to));
+    let energy = StrainEnergy::new(&model, &ports)?;
     let damped = linear.is_damped(machine);
-    let mut pairs = Vec::new();
+    let mut curves = Vec::new();
     for (i, input) in ports.inputs.iter().enumerate() {
         for (o, output) in ports.outputs.iter().enumerate() {
             let value: Vec<Complex> = values.iter().map(|h| h[(o, i)]).collect();
@@ -162,27 +172,27 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
                 .zip(&value)
                 .map(|(&w, z)| (w, z.norm()))
                 .collect();
-            let height = |w: f64| Ok(solver.at(w)?[(o, i)].norm());
+            let height = |w: f64| Ok(solver.response_at(w)?[(o, i)].norm());
             let found = match damped {
-                true => peaks::peaks(&sizes, &natural, height)?,
+                true => peaks::find_peaks(&sizes, &natural, height)?,
                 false => Vec::new(),
             };
             // A force at rest that only rounding leaves is none.
             let largest = sizes.iter().fold(0.0f64, |m, s| m.max(s.1));
-            let at_rest = solver.at(0.0).ok().map(|h| h[(o, i)].norm());
-            let strained = |peak: Peak| {
-                Ok(Strained {
-                    mostly: strain.mostly(peak.omega, i)?,
+            let at_rest = solver.response_at(0.0).ok().map(|h| h[(o, i)].norm());
+            let strained = |peak: ResponsePeak| {
+                Ok(ResonancePeak {
+                    dominant_element: energy.dominant_element(peak.omega, i)?,
                     peak,
                 })
             };
-            pairs.push(Pair {
+            curves.push(ResponseCurve {
                 input: input.name.clone(),
                 output: output.name.clone(),
-                drawn: Vec::new(),
-                unit: per(output.unit, input.unit),
-                at_rest: at_rest.filter(|h| *h > ROUNDING * largest),
-                value,
+                plotted: Vec::new(),
+                unit: quotient_unit(output.unit, input.unit),
+                static_response: at_rest.filter(|h| *h > ROUNDING * largest),
+                values: value,
                 peaks: found
                     .into_iter()
                     .map(strained)
@@ -192,46 +202,51 @@ pub fn run(prepared: &Prepared, study: &ResponseStudy, drawn: bool) -> Result<An
     }
     let mut drawn_hz = Vec::new();
     if drawn {
-        let course = course(&omega, values, &widths(&pairs), |w| solver.at(w));
+        let course = refine(&omega, values, &half_power_widths(&curves), |w| {
+            solver.response_at(w)
+        });
         drawn_hz = course.omega.iter().map(|w| w / TAU).collect();
-        for (k, pair) in pairs.iter_mut().enumerate() {
+        for (k, curve) in curves.iter_mut().enumerate() {
             let (i, o) = (k / ports.outputs.len(), k % ports.outputs.len());
-            pair.drawn = course.values.iter().map(|h| h[(o, i)]).collect();
+            curve.plotted = course.values.iter().map(|h| h[(o, i)]).collect();
         }
     }
-    let mut warnings = prepared.warnings();
-    warnings.extend(unstable(prepared, study.speed)?);
+    let mut diagnostics = prepared_machine.warnings();
+    diagnostics.extend(unstable(prepared_machine, study.speed)?);
     if !damped {
-        warnings.push(Warning {
+        diagnostics.push(Diagnostic {
             code: "undamped",
             message: "nothing damps this machine: its peaks are infinite and none is listed".to_string(),
             hint: Some("give branches a damping_ratio or c, or see `geardyn modes` for the natural frequencies".to_string()),
         });
     }
-    Ok(Answer {
+    Ok(ResponseResult {
         frequency_hz: omega.iter().map(|w| w / TAU).collect(),
         drawn_hz,
-        pairs,
-        how: solver.how(),
-        effort: Effort {
+        curves,
+        solver: solver.kind(),
+        stats: ResponseStats {
             seconds: start.elapsed().as_secs_f64(),
-            ..solver.effort
+            ..solver.stats
         },
-        plan: choice::plan(prepared, study),
+        plan: method_choice::plan(prepared_machine, study),
         choice,
-        warnings,
+        diagnostics,
     })
 }
 
 /// The warning of roots that grow, where anything could feed them.
-fn unstable(prepared: &Prepared, speed: Option<f64>) -> Result<Option<Warning>, Error> {
-    let (machine, linear) = (&prepared.machine, &prepared.linear);
-    let turns = speed.is_some_and(|speed| speed != 0.0) && !machine.spins.is_empty();
+fn unstable(
+    prepared_machine: &PreparedMachine,
+    speed: Option<f64>,
+) -> Result<Option<Diagnostic>, Error> {
+    let (machine, linear) = (&prepared_machine.machine, &prepared_machine.model);
+    let turns = speed.is_some_and(|speed| speed != 0.0) && !machine.gyroscopic.is_empty();
     let fed = linear
         .branches
         .iter()
         .any(|b| b.damping < 0.0 || b.loss_factor < 0.0 || b.force.is_some());
-    if !(turns || fed || !linear.is_sum_of_squares()) || linear.n > COMPLEX {
+    if !(turns || fed || !linear.is_sum_of_squares()) || linear.n > MAX_COMPLEX_ORDER {
         return Ok(None);
     }
     let study = ModesStudy {
@@ -239,28 +254,32 @@ fn unstable(prepared: &Prepared, speed: Option<f64>) -> Result<Option<Warning>, 
         speed: speed.filter(|_| turns),
         ..ModesStudy::default()
     };
-    let answer = run_modes(prepared, &study, &Plan::modes(prepared, &study))?;
-    Ok(answer.warnings.into_iter().find(|w| w.code == UNSTABLE))
+    let result = run_modes(
+        prepared_machine,
+        &study,
+        &ModesPlan::plan_modes(prepared_machine, &study),
+    )?;
+    Ok(result.diagnostics.into_iter().find(|w| w.code == UNSTABLE))
 }
 
-fn too_long(foreseen: Foreseen, lines: usize) -> Error {
+fn budget_error(forecast: BudgetForecast, lines: usize) -> Error {
     let message = format!(
         "{} took {}; {}",
-        counted(lines, "line"),
-        duration(foreseen.spent),
-        foreseen.told()
+        pluralise(lines, "line"),
+        format_duration(forecast.spent),
+        forecast.text()
     );
-    Error::new(Code::Hopeless, message)
-        .hint("ask for fewer --lines, or model the machine with fewer coordinates")
+    Error::new(Code::BudgetExceeded, message)
+        .with_hint("ask for fewer --lines, or model the machine with fewer coordinates")
 }
 
 /// Places and half-power widths of all peaks, rad/s; where a neighbour hides the width, a hundredth of the place.
-fn widths(pairs: &[Pair]) -> Vec<(f64, f64)> {
-    const HIDDEN: f64 = 1e-2;
-    let all = pairs.iter().flat_map(|p| &p.peaks).map(|s| s.peak);
-    let width = |p: Peak| {
+fn half_power_widths(curves: &[ResponseCurve]) -> Vec<(f64, f64)> {
+    const DEFAULT_WIDTH: f64 = 1e-2;
+    let all = curves.iter().flat_map(|p| &p.peaks).map(|s| s.peak);
+    let width = |p: ResponsePeak| {
         p.half_power
-            .map_or(HIDDEN * p.omega, |(low, high)| high - low)
+            .map_or(DEFAULT_WIDTH * p.omega, |(low, high)| high - low)
     };
     let mut all: Vec<(f64, f64)> = all.map(|p| (p.omega, width(p))).collect();
     // Peaks of several responses at one mode have one circle.
@@ -273,23 +292,23 @@ fn widths(pairs: &[Pair]) -> Vec<(f64, f64)> {
 const ROUNDING: f64 = 1e-9;
 
 /// A motion as displacement, speed or acceleration.
-fn shown_as(port: &mut Port<Output>, shown: Option<ResponseKind>) {
-    let (Output::Sum(_, times), Some(shown)) = (&mut port.what, shown) else {
+fn convert_motion(port: &mut Port<ResponseOutput>, shown: Option<ResponseQuantity>) {
+    let (ResponseOutput::Sum(_, times), Some(shown)) = (&mut port.kind, shown) else {
         return;
     };
     let turns = port.unit.starts_with("rad");
     (*times, port.unit) = match (shown, turns) {
-        (ResponseKind::Receptance, true) => (0, "rad"),
-        (ResponseKind::Receptance, false) => (0, "m"),
-        (ResponseKind::Mobility, true) => (1, "rad/s"),
-        (ResponseKind::Mobility, false) => (1, "m/s"),
-        (ResponseKind::Accelerance, true) => (2, "rad/s²"),
-        (ResponseKind::Accelerance, false) => (2, "m/s²"),
+        (ResponseQuantity::Receptance, true) => (0, "rad"),
+        (ResponseQuantity::Receptance, false) => (0, "m"),
+        (ResponseQuantity::Mobility, true) => (1, "rad/s"),
+        (ResponseQuantity::Mobility, false) => (1, "m/s"),
+        (ResponseQuantity::Accelerance, true) => (2, "rad/s²"),
+        (ResponseQuantity::Accelerance, false) => (2, "m/s²"),
     };
 }
 
 /// One unit per another.
-fn per(output: &str, input: &str) -> String {
+fn quotient_unit(output: &str, input: &str) -> String {
     match (output == input, input.contains(['·', '/'])) {
         (true, _) => "1".to_string(),
         (false, true) => format!("{output}/({input})"),
@@ -298,39 +317,43 @@ fn per(output: &str, input: &str) -> String {
 }
 
 /// Natural frequencies in the band, rad/s, with what is prescribed free: near enough for a search; none of a large machine.
-pub fn natural(prepared: &Prepared, ports: &Ports, (from, to): (f64, f64)) -> Vec<f64> {
-    const MOST: usize = 400;
-    if prepared.linear.n > MOST {
+pub fn natural_frequencies(
+    machine: &PreparedMachine,
+    ports: &Ports,
+    (from, to): (f64, f64),
+) -> Vec<f64> {
+    const MAX_SEARCH_DOFS: usize = 400;
+    if machine.model.n > MAX_SEARCH_DOFS {
         return Vec::new();
     }
-    let held = prepared.setting(None);
-    let solver = stages::solver(prepared.linear.n);
-    let omega = held_frequencies(&held, ports, solver)
-        .or_else(|_| basis::solve(&prepared.linear, solver).map(|b| b.omega))
+    let held = machine.frequency_setting(None);
+    let solver = stages::solver(machine.model.n);
+    let omega = fixed_frequencies(&held, ports, solver)
+        .or_else(|_| modal_basis::solve(&machine.model, solver).map(|b| b.omega))
         .unwrap_or_default();
     omega.into_iter().filter(|w| *w > from && *w < to).collect()
 }
 
 /// What every spring is strained by each input.
-pub(super) struct Strain<'a> {
-    direct: Direct,
+pub(super) struct StrainEnergy<'a> {
+    solver: DirectSolver,
     /// Element and stiffness of every output.
     springs: Vec<(usize, f64)>,
-    setting: Setting<'a>,
+    model: OperatingModel<'a>,
 }
 
-impl<'a> Strain<'a> {
-    pub fn new(setting: &Setting<'a>, ports: &Ports) -> Result<Strain<'a>, Error> {
-        let springs: Vec<_> = setting
-            .linear
+impl<'a> StrainEnergy<'a> {
+    pub fn new(model: &OperatingModel<'a>, ports: &Ports) -> Result<StrainEnergy<'a>, Error> {
+        let springs: Vec<_> = model
+            .model
             .branches
             .iter()
             .filter(|b| b.stiffness > 0.0)
             .collect();
         let outputs = springs.iter().map(|b| Port {
-            name: setting.machine.branch_name(b.index),
+            name: model.machine.branch_name(b.index),
             unit: "",
-            what: Output::Deflection(b.index),
+            kind: ResponseOutput::Deflection(b.index),
         });
         let ports = Ports {
             outputs: outputs.collect(),
@@ -338,19 +361,19 @@ impl<'a> Strain<'a> {
         };
         let springs = springs
             .iter()
-            .map(|b| (setting.machine.branches[b.index].element, b.stiffness))
+            .map(|b| (model.machine.branches[b.index].element, b.stiffness))
             .collect();
-        Ok(Strain {
-            direct: Direct::new(setting, &ports)?,
+        Ok(StrainEnergy {
+            solver: DirectSolver::new(model, &ports)?,
             springs,
-            setting: *setting,
+            model: *model,
         })
     }
 
     /// The element with most of the strain energy.
-    fn mostly(&self, omega: f64, input: usize) -> Result<Option<(usize, f64)>, Error> {
-        let mut energy = vec![0.0; self.setting.machine.elements.len()];
-        for (element, share) in self.energies(omega, &[(input, Complex::new(1.0, 0.0))])? {
+    fn dominant_element(&self, omega: f64, input: usize) -> Result<Option<(usize, f64)>, Error> {
+        let mut energy = vec![0.0; self.model.machine.elements.len()];
+        for (element, share) in self.strain_energies(omega, &[(input, Complex::new(1.0, 0.0))])? {
             energy[element] += share;
         }
         let total: f64 = energy.iter().sum();
@@ -361,12 +384,12 @@ impl<'a> Strain<'a> {
     }
 
     /// Of every spring its element and twice the energy that inputs of these amplitudes put into it, J.
-    pub fn energies(
+    pub fn strain_energies(
         &self,
         omega: f64,
         inputs: &[(usize, Complex)],
     ) -> Result<Vec<(usize, f64)>, Error> {
-        let deflections = self.direct.at(omega)?;
+        let deflections = self.solver.response_at(omega)?;
         let of = |(row, &(element, stiffness)): (usize, &(usize, f64))| {
             let zero = Complex::new(0.0, 0.0);
             let delta = inputs.iter().fold(zero, |sum, &(input, size)| {

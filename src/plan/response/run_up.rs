@@ -1,23 +1,23 @@
-//! A run-up map: what every order of a running machine does to the outputs over speed, and the speeds that are critical.
+//! Run-up study: order responses over speed (Campbell map) and critical speeds.
 
 use std::time::Instant;
 
-use super::choice::{self, Choice};
-use super::run::{Strain, natural};
+use super::method_choice::{self, ResponseMethodChoice};
+use super::run::{StrainEnergy, natural_frequencies};
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::base::words::counted;
-use crate::modes::orders::reference;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::pluralise;
+use crate::modes::excitation_orders::reference_dof;
 use crate::numeric::Complex;
-use crate::plan::prepared::Prepared;
-use crate::plan::stages::Verdict;
-use crate::response::excitation::{Excitation, UNIT, excitations};
-use crate::response::frequency::Solver;
-use crate::response::ports::{Input, Port, Ports};
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::stages::StageDecision;
+use crate::response::excitation::{OrderExcitation, UNIT_AMPLITUDE, excitations};
+use crate::response::frf::ResponseSolver;
+use crate::response::ports::{Port, Ports, ResponseInput};
 use crate::scene::study::{ResponseStudy, RunUpStudy};
 
 /// A run-up.
-pub struct Answer {
+pub struct RunUpResult {
     /// Speeds of the node, rad/s.
     pub speeds: Vec<f64>,
     /// Whose speed is counted.
@@ -26,30 +26,30 @@ pub struct Answer {
     pub outputs: Vec<(String, &'static str)>,
     /// What excites: where errors are declared those, and without a size of their own whatever else turns or meshes; where none is
     /// declared all, of an assumed size.
-    pub excitations: Vec<Excitation>,
+    pub excitations: Vec<OrderExcitation>,
     /// The size assumed of every excitation, m, where no error is declared.
     pub assumed: Option<f64>,
-    /// Freedoms that are held still.
-    pub held: Vec<String>,
+    /// Degrees of freedom that are held still.
+    pub fixed_dofs: Vec<String>,
     /// Amplitudes by output, excitation and speed; nothing of excitations without a size.
     pub amplitudes: Vec<Vec<Option<Vec<f64>>>>,
     /// Of every output the speed at which all excitations together are most, rad/s, and how much: of these speeds and the critical ones.
-    pub most: Vec<(f64, f64)>,
+    pub max_amplitudes: Vec<(f64, f64)>,
     /// Critical speeds by falling answer of the first output.
-    pub critical: Vec<Critical>,
+    pub speed: Vec<CriticalSpeed>,
     /// How responses were found.
-    pub choice: Choice,
+    pub choice: ResponseMethodChoice,
     /// Stages with what they do.
-    pub plan: Vec<(&'static str, Verdict)>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    pub plan: Vec<(&'static str, StageDecision)>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
     /// s.
     pub seconds: f64,
 }
 
 /// A speed at which an order meets a natural frequency and the machine answers.
 #[derive(Debug, Clone, Copy)]
-pub struct Critical {
+pub struct CriticalSpeed {
     /// Of the node, rad/s.
     pub speed: f64,
     /// The natural frequency, rad/s.
@@ -59,17 +59,17 @@ pub struct Critical {
     /// The first output there; absent where nothing damps the machine, it is infinite, and where the excitation has no size.
     pub amplitude: Option<f64>,
     /// The element with the largest share of the strain energy, and the share: the branch in danger.
-    pub danger: Option<(usize, f64)>,
+    pub highest_strain_energy: Option<(usize, f64)>,
 }
 
-impl Answer {
+impl RunUpResult {
     /// Whether the size of an excitation is declared, or assumed of all.
-    pub fn has_size(&self, excitation: usize) -> bool {
+    pub fn is_declared(&self, excitation: usize) -> bool {
         self.assumed.is_some() || self.excitations[excitation].declared
     }
 
     /// The square root of the sum of squares over all excitations of an output at a speed: their phases are not known.
-    pub fn total(&self, output: usize, speed: usize) -> f64 {
+    pub fn rss_amplitude(&self, output: usize, speed: usize) -> f64 {
         self.amplitudes[output]
             .iter()
             .flatten()
@@ -79,53 +79,54 @@ impl Answer {
     }
 }
 
-/// The strain energy at a resonance is so much of what it is beside.
-const STANDS_OUT: f64 = 2.0;
+/// The strain energy at a resonance is so much of what it is alongside.
+const MIN_ENERGY_RATIO: f64 = 2.0;
 
-/// Beside: this far off, relative.
-const BESIDE: f64 = 0.1;
+/// Next to: this far off, relative.
+const REFERENCE_OFFSET: f64 = 0.1;
 
 /// Responses that a map may take.
-const MOST: usize = 20_000_000;
+const MAX_RESPONSES: usize = 20_000_000;
 
 /// A study before it runs.
-struct Ready {
+struct RunUpSetup {
     node: usize,
     speeds: Vec<f64>,
     ports: Ports,
-    excitations: Vec<Excitation>,
+    excitations: Vec<OrderExcitation>,
     left_out: usize,
-    choice: Choice,
-    /// No error is declared: every excitation has the size [`UNIT`].
+    choice: ResponseMethodChoice,
+    /// No error is declared: every excitation has the size [`UNIT_AMPLITUDE`].
     assumes: bool,
 }
 
-impl Ready {
-    fn new(prepared: &Prepared, study: &RunUpStudy) -> Result<Ready, Error> {
-        let Prepared {
+impl RunUpSetup {
+    fn new(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<RunUpSetup, Error> {
+        let PreparedMachine {
             machine,
             kinematics,
-            linear,
+            model: linear,
             ..
-        } = prepared;
+        } = prepared_machine;
         let Some(range) = study.speeds else {
             let error = Error::new(Code::Usage, "nothing says which speeds are wanted");
-            return Err(error.hint("add --run-up 0:3000:301, or `speeds` to the study"));
+            return Err(error.with_hint("add --run-up 0:3000:301, or `speeds` to the study"));
         };
-        let node = reference(machine)?;
-        let all = excitations(machine, kinematics, &prepared.operating)?;
+        let node = reference_dof(machine)?;
+        let all = excitations(machine, kinematics, &prepared_machine.point)?;
         let count = all.len();
         // A branch that is open or joins what moves as one carries no error.
-        let carries = |e: &Excitation| {
+        let carries = |e: &OrderExcitation| {
             e.branches
                 .iter()
                 .all(|b| linear.branches.iter().any(|l| l.index == b.0))
         };
-        let excitations: Vec<Excitation> = all.into_iter().filter(carries).collect();
+        let excitations: Vec<OrderExcitation> = all.into_iter().filter(carries).collect();
         if excitations.is_empty() {
             let message = "nothing of this machine excites orders: it has no gears or belts that carry any load";
-            return Err(Error::new(Code::Conflict, message)
-                .hint("add gears, or state the torques in [[load]] that close their contacts"));
+            return Err(Error::new(Code::Conflict, message).with_hint(
+                "add gears, or state the torques in [[load]] that close their contacts",
+            ));
         }
         let meshes = linear.branches.iter().map(|l| l.index).filter(|b| {
             excitations
@@ -138,7 +139,7 @@ impl Ready {
                 .collect(),
             false => study.outputs.clone(),
         };
-        let mut ports = Ports::read(machine, &[], &outputs, &study.held)?;
+        let mut ports = Ports::parse(machine, &[], &outputs, &study.fixed_dofs)?;
         let mut driven: Vec<usize> = excitations
             .iter()
             .flat_map(|e| e.branches.iter().map(|b| b.0))
@@ -150,76 +151,79 @@ impl Ready {
             .map(|&b| Port {
                 name: machine.branch_name(b),
                 unit: "m",
-                what: Input::Displacement(b),
+                kind: ResponseInput::Displacement(b),
             })
             .collect();
         let lines = excitations.len() * range.count as usize;
-        if lines * ports.outputs.len() > MOST {
+        if lines * ports.outputs.len() > MAX_RESPONSES {
             let message = format!(
                 "{} at {} are more responses than a map takes",
-                counted(excitations.len(), "excitation"),
-                counted(range.count as usize, "speed")
+                pluralise(excitations.len(), "excitation"),
+                pluralise(range.count as usize, "speed")
             );
-            return Err(Error::new(Code::Hopeless, message).hint("ask for fewer speeds or outputs"));
+            return Err(Error::new(Code::BudgetExceeded, message)
+                .with_hint("ask for fewer speeds or outputs"));
         }
         let asked = ResponseStudy {
             lines: Some(lines as u32),
             ..ResponseStudy::default()
         };
-        Ok(Ready {
+        Ok(RunUpSetup {
             node,
-            speeds: range.all(),
+            speeds: range.values(),
             left_out: count - excitations.len(),
             assumes: !excitations.iter().any(|e| e.declared),
-            choice: choice::choose(prepared, &asked),
+            choice: method_choice::choose_method(prepared_machine, &asked),
             ports,
             excitations,
         })
     }
 
     /// Whether the size of an excitation is declared, or assumed of all.
-    fn has_size(&self, excitation: &Excitation) -> bool {
+    fn is_declared(&self, excitation: &OrderExcitation) -> bool {
         self.assumes || excitation.declared
     }
 
-    fn plan(&self, prepared: &Prepared) -> Vec<(&'static str, Verdict)> {
+    fn plan(&self, prepared_machine: &PreparedMachine) -> Vec<(&'static str, StageDecision)> {
         let declared = self.excitations.iter().filter(|e| e.declared).count();
         let rest = self.excitations.len() - declared;
         let orders = match self.assumes {
             true => format!(
                 "no error is declared: {} of what meshes or turns, each assumed 1 µm",
-                counted(rest, "excitation")
+                pluralise(rest, "excitation")
             ),
             false => format!(
                 "{}; {rest} more of what meshes or turns have no declared size: only their critical speeds are told",
-                counted(declared, "declared excitation")
+                pluralise(declared, "declared excitation")
             ),
         };
         let mut rows = vec![
-            ("orders", Verdict::Runs(orders)),
+            ("orders", StageDecision::Runs(orders)),
             (
                 "responses",
-                Verdict::Runs(format!(
+                StageDecision::Runs(format!(
                     "{} at {}, {}",
-                    counted(self.excitations.len(), "order"),
-                    counted(self.speeds.len(), "speed"),
+                    pluralise(self.excitations.len(), "order"),
+                    pluralise(self.speeds.len(), "speed"),
                     self.choice.reason
                 )),
             ),
             (
                 "critical speeds",
-                Verdict::Runs(
+                StageDecision::Runs(
                     "where an order meets a natural frequency and the strain energy stands out"
                         .to_string(),
                 ),
             ),
             (
                 "gyroscopic terms",
-                Verdict::LeftOut("responses are those of the machine without its spin".to_string()),
+                StageDecision::LeftOut(
+                    "responses are those of the machine without its spin".to_string(),
+                ),
             ),
             (
                 "varying stiffness",
-                Verdict::LeftOut(
+                StageDecision::LeftOut(
                     "responses are linear: see --harmonic-balance for what it feeds".to_string(),
                 ),
             ),
@@ -227,13 +231,13 @@ impl Ready {
         if self.left_out > 0 {
             rows.push((
                 "open contacts",
-                Verdict::LeftOut(format!(
+                StageDecision::LeftOut(format!(
                     "{} in branches that carry nothing",
-                    counted(self.left_out, "excitation")
+                    pluralise(self.left_out, "excitation")
                 )),
             ));
         }
-        if prepared.machine.spins.is_empty() {
+        if prepared_machine.machine.gyroscopic.is_empty() {
             rows.retain(|row| row.0 != "gyroscopic terms");
         }
         rows
@@ -245,52 +249,54 @@ impl Ready {
 /// # Errors
 /// As for [`run`].
 pub fn plan(
-    prepared: &Prepared,
+    machine: &PreparedMachine,
     study: &RunUpStudy,
-) -> Result<Vec<(&'static str, Verdict)>, Error> {
-    Ok(Ready::new(prepared, study)?.plan(prepared))
+) -> Result<Vec<(&'static str, StageDecision)>, Error> {
+    Ok(RunUpSetup::new(machine, study)?.plan(machine))
 }
 
 /// Runs a study.
 ///
 /// # Errors
 /// What is missing in the study; names that do not exist; machines without orders; those of the responses.
-pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
+pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<RunUpResult, Error> {
     let start = Instant::now();
-    let ready = Ready::new(prepared, study)?;
-    let Prepared {
-        machine, linear, ..
-    } = prepared;
-    let setting = prepared.setting(None);
-    let ports = &ready.ports;
-    let mut solver = Solver::new(&setting, ports, ready.choice.way)?;
+    let setup = RunUpSetup::new(prepared_machine, study)?;
+    let PreparedMachine {
+        machine,
+        model: linear,
+        ..
+    } = prepared_machine;
+    let model = prepared_machine.frequency_setting(None);
+    let ports = &setup.ports;
+    let mut solver = ResponseSolver::new(&model, ports, setup.choice.method)?;
     let frequencies = |speed: &f64| {
-        ready
+        setup
             .excitations
             .iter()
             .map(|e| (e.order * speed).abs())
             .collect::<Vec<f64>>()
     };
-    let all: Vec<f64> = ready.speeds.iter().flat_map(frequencies).collect();
+    let all: Vec<f64> = setup.speeds.iter().flat_map(frequencies).collect();
     solver.check(&all)?;
-    let weights: Vec<Vec<(usize, Complex)>> = ready
+    let weights: Vec<Vec<(usize, Complex)>> = setup
         .excitations
         .iter()
-        .map(|e| weights(e, ports))
+        .map(|e| input_amplitudes(e, ports))
         .collect();
-    let has_size = |e: &Excitation| ready.has_size(e);
-    let column = |e| has_size(e).then(|| vec![0.0; ready.speeds.len()]);
-    let empty: Vec<Option<Vec<f64>>> = ready.excitations.iter().map(column).collect();
+    let has_size = |e: &OrderExcitation| setup.is_declared(e);
+    let column = |e| has_size(e).then(|| vec![0.0; setup.speeds.len()]);
+    let empty: Vec<Option<Vec<f64>>> = setup.excitations.iter().map(column).collect();
     let mut amplitudes = vec![empty; ports.outputs.len()];
-    for (at, &speed) in ready.speeds.iter().enumerate() {
-        for (number, e) in ready.excitations.iter().enumerate() {
+    for (at, &speed) in setup.speeds.iter().enumerate() {
+        for (number, e) in setup.excitations.iter().enumerate() {
             if !has_size(e) {
                 continue;
             }
-            let h = solver.at((e.order * speed).abs())?;
+            let h = solver.response_at((e.order * speed).abs())?;
             for (o, table) in amplitudes.iter_mut().enumerate() {
                 if let Some(column) = &mut table[number] {
-                    column[at] = together(|i| h[(o, i)], &weights[number]);
+                    column[at] = summed_amplitude(|i| h[(o, i)], &weights[number]);
                 }
             }
         }
@@ -299,21 +305,21 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
     if let Some(beyond) = known.into_iter().find(|a| !(a.powi(2) < f64::MAX)) {
         let message = format!("an answer of {beyond:.1e} leaves the range of numbers");
         return Err(Error::new(Code::Overflow, message)
-            .hint("look at the units of stiffnesses, dampings and errors"));
+            .with_hint("look at the units of stiffnesses, dampings and errors"));
     }
     let damped = linear.is_damped(machine);
-    let critical = critical(prepared, &ready, &solver, &weights, damped)?;
+    let critical_speed = critical_speeds(prepared_machine, &setup, &solver, &weights, damped)?;
     let total = |speed: f64| -> Result<Vec<f64>, Error> {
         let mut squares = vec![0.0; ports.outputs.len()];
-        for (e, own) in ready
+        for (e, own) in setup
             .excitations
             .iter()
             .zip(&weights)
             .filter(|e| has_size(e.0))
         {
-            let h = solver.at((e.order * speed).abs())?;
+            let h = solver.response_at((e.order * speed).abs())?;
             for (o, sum) in squares.iter_mut().enumerate() {
-                *sum += together(|i| h[(o, i)], own).powi(2);
+                *sum += summed_amplitude(|i| h[(o, i)], own).powi(2);
             }
         }
         Ok(squares.into_iter().map(f64::sqrt).collect())
@@ -321,14 +327,14 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
     let mut most: Vec<(f64, f64)> = (amplitudes.iter())
         .map(|table| {
             let square = |at: usize| table.iter().flatten().map(|a| a[at].powi(2)).sum::<f64>();
-            let all = ready.speeds.iter().enumerate();
+            let all = setup.speeds.iter().enumerate();
             all.map(|(at, &speed)| (speed, square(at).sqrt()))
                 .max_by(|a, b| a.1.total_cmp(&b.1))
                 .unwrap_or_default()
         })
         .collect();
     if damped {
-        for c in &critical {
+        for c in &critical_speed {
             let here = total(c.speed)?;
             for (best, here) in most.iter_mut().zip(here) {
                 if here > best.1 {
@@ -337,103 +343,107 @@ pub fn run(prepared: &Prepared, study: &RunUpStudy) -> Result<Answer, Error> {
             }
         }
     }
-    let mut warnings = prepared.warnings();
+    let mut diagnostics = prepared_machine.warnings();
     if !damped {
-        warnings.push(Warning {
+        diagnostics.push(Diagnostic {
             code: "undamped",
             message: "nothing damps this machine: at its critical speeds every answer is infinite, and none is given".to_string(),
             hint: Some("give branches a damping_ratio or c".to_string()),
         });
     }
-    Ok(Answer {
-        node: machine.freedom_name(ready.node),
-        assumed: ready.assumes.then_some(UNIT),
-        held: (ports.held.iter())
-            .map(|&freedom| machine.freedom_name(freedom))
+    Ok(RunUpResult {
+        node: machine.dof_name(setup.node),
+        assumed: setup.assumes.then_some(UNIT_AMPLITUDE),
+        fixed_dofs: (ports.fixed.iter())
+            .map(|&dof| machine.dof_name(dof))
             .collect(),
         outputs: ports
             .outputs
             .iter()
             .map(|p| (p.name.clone(), p.unit))
             .collect(),
-        plan: ready.plan(prepared),
-        speeds: ready.speeds,
-        excitations: ready.excitations,
-        choice: ready.choice,
+        plan: setup.plan(prepared_machine),
+        speeds: setup.speeds,
+        excitations: setup.excitations,
+        choice: setup.choice,
         amplitudes,
-        most,
-        critical,
-        warnings,
+        max_amplitudes: most,
+        speed: critical_speed,
+        diagnostics,
         seconds: start.elapsed().as_secs_f64(),
     })
 }
 
 /// Where orders meet natural frequencies and the machine answers.
-fn critical(
-    prepared: &Prepared,
-    ready: &Ready,
-    solver: &Solver,
+fn critical_speeds(
+    prepared_machine: &PreparedMachine,
+    setup: &RunUpSetup,
+    solver: &ResponseSolver,
     weights: &[Vec<(usize, Complex)>],
     damped: bool,
-) -> Result<Vec<Critical>, Error> {
+) -> Result<Vec<CriticalSpeed>, Error> {
     let size = |s: &f64| s.abs();
-    let (low, high) = ready
+    let (low, high) = setup
         .speeds
         .iter()
         .map(size)
         .fold((f64::INFINITY, 0.0f64), |(l, h), s| (l.min(s), h.max(s)));
     // A range through standstill holds every speed down to zero.
-    let through = ready.speeds.first().is_some_and(|f| *f < 0.0)
-        && ready.speeds.last().is_some_and(|l| *l > 0.0);
+    let through = setup.speeds.first().is_some_and(|f| *f < 0.0)
+        && setup.speeds.last().is_some_and(|l| *l > 0.0);
     let low = if through { 0.0 } else { low };
-    let most = ready
+    let most = setup
         .excitations
         .iter()
         .map(|e| e.order)
         .fold(0.0, f64::max)
         * high;
-    let omegas = natural(prepared, &ready.ports, (0.0, most));
-    let machine = &prepared.machine;
-    let setting = prepared.setting(None);
-    let strain = Strain::new(&setting, &ready.ports)?;
+    let omegas = natural_frequencies(prepared_machine, &setup.ports, (0.0, most));
+    let machine = &prepared_machine.machine;
+    let model = prepared_machine.frequency_setting(None);
+    let energy = StrainEnergy::new(&model, &setup.ports)?;
     let mut all = Vec::new();
     for &omega in &omegas {
-        for (excitation, e) in ready.excitations.iter().enumerate() {
+        for (excitation, e) in setup.excitations.iter().enumerate() {
             let speed = omega / e.order;
             if speed < low || speed > high || speed == 0.0 {
                 continue;
             }
-            // On the very frequency of an undamped machine there is no answer; beside it the shape is the same.
+            // On the very frequency of an undamped machine there is no answer; next to it the shape is the same.
             let near = if damped { omega } else { omega * (1.0 + 1e-6) };
-            let energies = strain.energies(near, &weights[excitation])?;
+            let energies = energy.strain_energies(near, &weights[excitation])?;
             let sum = |omega: f64| -> Result<f64, Error> {
-                Ok(strain
-                    .energies(omega, &weights[excitation])?
+                Ok(energy
+                    .strain_energies(omega, &weights[excitation])?
                     .iter()
                     .map(|e| e.1)
                     .sum())
             };
             let total: f64 = energies.iter().map(|e| e.1).sum();
-            if total < STANDS_OUT * sum(omega * (1.0 - BESIDE))?.max(sum(omega * (1.0 + BESIDE))?) {
+            if total
+                < MIN_ENERGY_RATIO
+                    * sum(omega * (1.0 - REFERENCE_OFFSET))?
+                        .max(sum(omega * (1.0 + REFERENCE_OFFSET))?)
+            {
                 continue;
             }
             let mut by_element = vec![0.0; machine.elements.len()];
             energies.iter().for_each(|e| by_element[e.0] += e.1);
             let worst =
                 (0..by_element.len()).max_by(|&a, &b| by_element[a].total_cmp(&by_element[b]));
-            let amplitude = match damped && ready.has_size(e) {
+            let amplitude = match damped && setup.is_declared(e) {
                 true => {
-                    let h = solver.at(omega)?;
-                    Some(together(|i| h[(0, i)], &weights[excitation]))
+                    let h = solver.response_at(omega)?;
+                    Some(summed_amplitude(|i| h[(0, i)], &weights[excitation]))
                 }
                 false => None,
             };
-            all.push(Critical {
+            all.push(CriticalSpeed {
                 speed,
                 omega,
                 excitation,
                 amplitude,
-                danger: worst.map(|w| (w, by_element[w] / total)),
+                highest_strain_energy: worst.map(|w| (w, by_element[w] / total)),
             });
         }
     }
@@ -447,18 +457,18 @@ fn critical(
 }
 
 /// Inputs of an excitation, with their complex amplitudes.
-fn weights(e: &Excitation, ports: &Ports) -> Vec<(usize, Complex)> {
+fn input_amplitudes(e: &OrderExcitation, ports: &Ports) -> Vec<(usize, Complex)> {
     let input = |(branch, share): &(usize, Complex)| {
         let number = ports
             .inputs
             .iter()
-            .position(|p| p.what == Input::Displacement(*branch))?;
+            .position(|p| p.kind == ResponseInput::Displacement(*branch))?;
         Some((number, share * e.amplitude))
     };
     e.branches.iter().filter_map(input).collect()
 }
 
-fn together(h: impl Fn(usize) -> Complex, weights: &[(usize, Complex)]) -> f64 {
+fn summed_amplitude(h: impl Fn(usize) -> Complex, weights: &[(usize, Complex)]) -> f64 {
     weights
         .iter()
         .fold(Complex::new(0.0, 0.0), |sum, &(i, a)| sum + h(i) * a)

@@ -1,7 +1,5 @@
-//! Transmission error of a chain.
+//! Transmission-error study of a kinematic chain.
 
-/// The error over the angle, with its ranges.
-pub mod recorded;
+pub mod error_record;
 
-/// The run.
 pub mod run;

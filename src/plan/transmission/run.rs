@@ -1,57 +1,57 @@
-//! Runs a chain: its lines with rigid joints, under load and at speed, and the orders that coincide.
+//! Transmission-error study: rigid, quasi-static and dynamic order lines, budget, coinciding orders.
 
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::base::words::suggestion;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::suggestion;
+use crate::machine::components::{BranchLaw, Machine};
 use crate::machine::kinematics::mean_speeds;
-use crate::machine::parts::{Law, Machine};
-use crate::modes::orders::reference;
+use crate::modes::excitation_orders::reference_dof;
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
-use crate::plan::prepared::Prepared;
-use crate::plan::response::run::natural;
-use crate::plan::stages::Verdict;
-use crate::plan::transmission::recorded::{self, Recorded};
-use crate::response::frequency::Way;
-use crate::scene::study::{IndexStudy, TransmissionStudy};
-use crate::transmission::budget::{self, Budget};
-use crate::transmission::chain::{Chain, Ends};
-use crate::transmission::coincidence::{self, Coincidence};
-use crate::transmission::dynamic::Transfer;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::response::run::natural_frequencies;
+use crate::plan::stages::StageDecision;
+use crate::plan::transmission::error_record::{self, TransmissionErrorRecord};
+use crate::response::frf::ResponseMethod;
+use crate::scene::study::{IndexingStudy, TransmissionStudy};
+use crate::transmission::budget::{self, ErrorBudget};
+use crate::transmission::chain::{ChainEnds, TransmissionChain};
+use crate::transmission::coincidence::{self, OrderCoincidence};
+use crate::transmission::dynamic::ErrorTransfer;
 use crate::transmission::eccentric_pair;
-use crate::transmission::indexing::{self, Mark};
-use crate::transmission::lines::{self, Line, Origin};
+use crate::transmission::indexing::{self, IndexingEffect};
 use crate::transmission::loaded;
-use crate::transmission::spread::{self, Term};
+use crate::transmission::order_lines::{self, LineOrigin, OrderLine};
+use crate::transmission::range_distribution::{self, HarmonicTerm};
 
 /// The transmission error of a chain.
-pub struct Answer {
+pub struct TransmissionResult {
     /// The chain.
-    pub chain: Chain,
+    pub chain: TransmissionChain,
     /// Every line, by rising order.
-    pub rows: Vec<Row>,
+    pub lines: Vec<OrderLineResult>,
     /// Orders that coincide, by numbers of rows.
-    pub coincidences: Vec<Coincidence>,
+    pub coincidences: Vec<OrderCoincidence>,
     /// After so many turns of what orders are counted by everything repeats; absent where there is no line.
     pub period: Option<Fraction>,
     /// A rigid loop does not fit the errors, so that only elastic joints have an answer: the branches of the loop.
-    pub misfit: Option<Vec<String>>,
+    pub inconsistent_loop: Option<Vec<String>>,
     /// Sums and percentiles.
-    pub budget: Budget,
+    pub budget: ErrorBudget,
     /// Names of the elements of the budget.
     pub elements: Vec<String>,
     /// The same at speed, where one is asked for.
-    pub at_speed: Option<Sums>,
+    pub at_speed: Option<DynamicBudget>,
     /// Elements that could be left out, and what that takes off the root of the sum of squares and off the worst case.
     pub negligible: (Vec<usize>, f64, f64),
     /// Second order of offsets, which the lines leave out, at the output, rad.
     pub second_order: f64,
     /// What each line does to work that is indexed tooth by tooth.
-    pub marks: Option<Vec<Mark>>,
+    pub effects: Option<Vec<IndexingEffect>>,
     /// Lines over speed.
-    pub map: Option<Map>,
+    pub map: Option<SpeedMap>,
     /// The error over the angle.
-    pub record: Option<Recorded>,
+    pub record: Option<TransmissionErrorRecord>,
     /// By how much the mean loads wind up the chain, rad.
     pub wind_up: f64,
     /// m.
@@ -59,21 +59,21 @@ pub struct Answer {
     /// Speed of what orders are counted by, for the error at speed, rad/s.
     pub speed: Option<f64>,
     /// Stages with what they do.
-    pub plan: Vec<(&'static str, Verdict)>,
-    /// Doubts.
-    pub warnings: Vec<Warning>,
+    pub plan: Vec<(&'static str, StageDecision)>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// Sums at speed.
-pub struct Sums {
+pub struct DynamicBudget {
     /// Sums and percentiles.
-    pub budget: Budget,
-    /// As [`Answer::negligible`].
+    pub budget: ErrorBudget,
+    /// As [`TransmissionResult::negligible`].
     pub negligible: (Vec<usize>, f64, f64),
 }
 
 /// Every line over the speed of the machine.
-pub struct Map {
+pub struct SpeedMap {
     /// Speeds of the first node of `[speed]`, rad/s.
     pub speeds: Vec<f64>,
     /// Of every row A at each speed, rad.
@@ -84,9 +84,9 @@ pub struct Map {
 }
 
 /// A line of the table.
-pub struct Row {
+pub struct OrderLineResult {
     /// Its source and order.
-    pub line: Line,
+    pub line: OrderLine,
     /// A and ψ at the output with rigid joints, slowly, rad; absent where they would lock: a loop does not fit this line alone.
     pub kinematic: Option<Complex>,
     /// The same under load, where joints give way.
@@ -97,76 +97,80 @@ pub struct Row {
     pub share: f64,
 }
 
-impl Answer {
+impl TransmissionResult {
     /// A and ψ of a row, slowly: with rigid joints where these have an answer, in loops as the elastic joints share it out.
-    pub fn slow(&self, row: &Row) -> Complex {
-        match row.line.origin {
-            Origin::Declared(_) if self.is_rigid() => row.line.kinematic,
-            _ => row.loaded,
+    pub fn quasi_static(&self, result: &OrderLineResult) -> Complex {
+        match result.line.origin {
+            LineOrigin::Declared(_) if self.has_rigid_solution() => result.line.quasi_static,
+            _ => result.loaded,
         }
     }
 
     /// A of a row wherever it is largest of what was asked: slowly, at speed, over speeds, rad.
-    pub fn most(&self, row: usize) -> f64 {
-        let slow = self.slow(&self.rows[row]).norm();
-        let at_speed = self.rows[row].dynamic.map_or(0.0, |z| z.norm());
+    pub fn max_amplitude(&self, row: usize) -> f64 {
+        let slow = self.quasi_static(&self.lines[row]).norm();
+        let at_speed = self.lines[row].dynamic.map_or(0.0, |z| z.norm());
         let over = self.map.as_ref().map_or(0.0, |map| map.largest[row].1);
         slow.max(at_speed).max(over)
     }
 
     /// Some line is another under load than with rigid joints, beyond what is shown of either.
-    pub fn differs_under_load(&self) -> bool {
+    pub fn load_changes_lines(&self) -> bool {
         /// Half a unit of the fourth digit, and rounding of the largest.
-        const SHOWN: (f64, f64) = (5e-4, 1e-9);
-        let largest = self.rows.iter().fold(0.0f64, |m, r| m.max(r.loaded.norm()));
-        let differs = |row: &Row| {
-            let loaded = row.loaded.norm();
+        const DISPLAY_TOLERANCE: (f64, f64) = (5e-4, 1e-9);
+        let largest = self
+            .lines
+            .iter()
+            .fold(0.0f64, |m, r| m.max(r.loaded.norm()));
+        let differs = |result: &OrderLineResult| {
+            let loaded = result.loaded.norm();
             let off = |rigid: Complex| (rigid.norm() - loaded).abs();
-            let shown = SHOWN.0 * loaded + SHOWN.1 * largest;
-            row.kinematic.is_none_or(|rigid| off(rigid) > shown)
+            let shown = DISPLAY_TOLERANCE.0 * loaded + DISPLAY_TOLERANCE.1 * largest;
+            result.kinematic.is_none_or(|rigid| off(rigid) > shown)
         };
-        self.rows.iter().any(differs)
+        self.lines.iter().any(differs)
     }
 
     /// Rigid joints have an answer for every single error: no loop shares it out.
-    pub fn is_rigid(&self) -> bool {
-        self.chain.conditions.is_empty()
+    pub fn has_rigid_solution(&self) -> bool {
+        self.chain.loop_conditions.is_empty()
     }
 }
 
 /// The chain from the driver to the output that a study names.
-fn chain_of(prepared: &Prepared, study: &TransmissionStudy) -> Result<Chain, Error> {
-    let Prepared {
-        machine, operating, ..
-    } = prepared;
+fn chain_of(
+    prepared_machine: &PreparedMachine,
+    study: &TransmissionStudy,
+) -> Result<TransmissionChain, Error> {
+    let PreparedMachine { machine, point, .. } = prepared_machine;
     let Some(output) = &study.output else {
         return Err(Error::new(
             Code::Usage,
             "nothing says at which node the error is wanted",
         )
-        .hint("add --output NODE, or `output` to the study"));
+        .with_hint("add --output NODE, or `output` to the study"));
     };
-    let ends = Ends {
+    let ends = ChainEnds {
         driver: match &study.driver {
-            Some(name) => angle(machine, name)?,
-            None => reference(machine)?,
+            Some(name) => angle_dof(machine, name)?,
+            None => reference_dof(machine)?,
         },
-        output: angle(machine, output)?,
-        against: study
+        output: angle_dof(machine, output)?,
+        relative_to: study
             .against
             .as_deref()
-            .map(|name| angle(machine, name))
+            .map(|name| angle_dof(machine, name))
             .transpose()?,
     };
     if machine.errors.is_empty() {
         return Err(
-            Error::new(Code::MissingKey, "no element has a declared error").hint(
+            Error::new(Code::MissingKey, "no element has a declared error").with_hint(
                 "write [[error]] with `on`, `cause` and `amplitude` into the model or the scene",
             ),
         );
     }
-    let chain = Chain::new(machine, operating, ends)?;
-    let slides = !machine.freedoms[ends.output].axis.turns();
+    let chain = TransmissionChain::new(machine, point, ends)?;
+    let slides = !machine.dofs[ends.output].axis.is_rotation();
     if let (true, Some(what)) = (
         slides,
         [
@@ -178,7 +182,7 @@ fn chain_of(prepared: &Prepared, study: &TransmissionStudy) -> Result<Chain, Err
     ) {
         let message = format!("{what} is of an output that turns, and {output} slides");
         return Err(Error::new(Code::Conflict, message)
-            .hint("leave it out: the error of a slide is told in µm of its travel"));
+            .with_hint("leave it out: the error of a slide is told in µm of its travel"));
     }
     Ok(chain)
 }
@@ -187,8 +191,8 @@ fn chain_of(prepared: &Prepared, study: &TransmissionStudy) -> Result<Chain, Err
 ///
 /// # Errors
 /// Names that do not exist; no declared error; what does not go with an output that slides.
-pub fn refuse(prepared: &Prepared, study: &TransmissionStudy) -> Result<(), Error> {
-    chain_of(prepared, study).map(|_| ())
+pub fn refuse(machine: &PreparedMachine, study: &TransmissionStudy) -> Result<(), Error> {
+    chain_of(machine, study).map(|_| ())
 }
 
 /// Runs a study.
@@ -196,38 +200,41 @@ pub fn refuse(prepared: &Prepared, study: &TransmissionStudy) -> Result<(), Erro
 /// # Errors
 /// Names that do not exist; ends that do not turn together; a model without errors; rigid loops that do not fit; those of the
 /// equations.
-pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Error> {
-    let Prepared {
+pub fn run(
+    prepared_machine: &PreparedMachine,
+    study: &TransmissionStudy,
+) -> Result<TransmissionResult, Error> {
+    let PreparedMachine {
         machine,
         kinematics,
-        operating,
+        point,
         ..
-    } = prepared;
-    let chain = chain_of(prepared, study)?;
-    let setting = prepared.setting(None);
-    let mut all = lines::lines(machine, operating, &chain);
-    let misfit = lines::misfit(machine, &chain, &all);
+    } = prepared_machine;
+    let chain = chain_of(prepared_machine, study)?;
+    let model = prepared_machine.frequency_setting(None);
+    let mut all = order_lines::order_lines(machine, point, &chain);
+    let misfit = order_lines::incompatible_loop(machine, &chain, &all);
     if let Some(loop_of) = &misfit
         && loop_of
             .iter()
-            .all(|&b| machine.branches[b].law == Law::Rigid)
+            .all(|&b| machine.branches[b].law == BranchLaw::Rigid)
     {
-        return Err(does_not_fit(machine, loop_of));
+        return Err(inconsistent_loop_error(machine, loop_of));
     }
-    all.extend(loaded::lines(&setting, &chain)?);
+    all.extend(loaded::stiffness_lines(&model, &chain)?);
     all.sort_by(|a, b| a.order.cmp(&b.order));
-    let transfer = Transfer::new(&setting, &chain, &all, Way::Direct)?;
-    let refs: Vec<&Line> = all.iter().collect();
-    let under_load = transfer.at(0.0, &refs)?;
+    let transfer = ErrorTransfer::new(&model, &chain, &all, ResponseMethod::Direct)?;
+    let refs: Vec<&OrderLine> = all.iter().collect();
+    let under_load = transfer.response_at(0.0, &refs)?;
     let output_at = |speed: f64| -> Result<f64, Error> {
-        Ok(mean_speeds(machine, kinematics, Some(speed))?[chain.per])
+        Ok(mean_speeds(machine, kinematics, Some(speed))?[chain.order_reference])
     };
     let speed = study.speed.map(output_at).transpose()?;
     let mut undamped = false;
     let map = match study.speeds {
         None => None,
         Some(range) => {
-            let speeds = range.all();
+            let speeds = range.values();
             let mut amplitudes = vec![Vec::with_capacity(speeds.len()); all.len()];
             for &speed in &speeds {
                 let values = transfer.at_speed(output_at(speed)?, &all)?;
@@ -246,16 +253,18 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |m, &s| {
                     (m.0.min(s), m.1.max(s))
                 });
-            let fastest = all.iter().fold(0.0f64, |m, line| m.max(line.order.value()));
+            let fastest = all
+                .iter()
+                .fold(0.0f64, |m, line| m.max(line.order.to_f64()));
             let most = fastest * unit * ends.0.abs().max(ends.1.abs());
-            for omega in natural(prepared, transfer.ports(), (0.0, most)) {
+            for omega in natural_frequencies(prepared_machine, transfer.ports(), (0.0, most)) {
                 // Nothing damps it: there is no answer there, and what is told is of the speeds asked for.
-                let Ok(values) = transfer.at(omega, &refs) else {
+                let Ok(values) = transfer.response_at(omega, &refs) else {
                     undamped = true;
                     continue;
                 };
                 for ((line, z), best) in all.iter().zip(values).zip(&mut largest) {
-                    let speed = omega / (line.order.value() * unit);
+                    let speed = omega / (line.order.to_f64() * unit);
                     let inside = [speed, -speed]
                         .into_iter()
                         .find(|s| (ends.0..=ends.1).contains(s));
@@ -266,18 +275,24 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
                     }
                 }
             }
-            Some(Map {
+            Some(SpeedMap {
                 speeds,
                 amplitudes,
                 largest,
             })
         }
     };
-    let marks = match &study.index {
+    let effects = match &study.index {
         None => None,
         Some(index) => {
-            let moved = indexed(machine, &chain, index)?;
-            Some(indexing::marks(machine, &chain, &all, &moved, index.teeth))
+            let moved = index_positions(machine, &chain, index)?;
+            Some(indexing::indexing_effects(
+                machine,
+                &chain,
+                &all,
+                &moved,
+                index.teeth,
+            ))
         }
     };
     let at_speed = speed
@@ -285,25 +300,28 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         .transpose()?;
     let slow: Vec<Complex> = (all.iter().zip(&under_load))
         .map(|(line, &loaded)| match line.origin {
-            Origin::Declared(_) if chain.conditions.is_empty() => line.kinematic,
+            LineOrigin::Declared(_) if chain.loop_conditions.is_empty() => line.quasi_static,
             _ => loaded,
         })
         .collect();
     // Of the largest line: what is common to both ends of a relative error cancels, and rounding is left.
-    const COUNTS: f64 = 1e-12;
+    const MIN_AMPLITUDE_RATIO: f64 = 1e-12;
     let largest = slow.iter().fold(0.0f64, |m, z| m.max(z.norm()));
-    let counts: Vec<bool> = slow.iter().map(|z| z.norm() > COUNTS * largest).collect();
+    let counts: Vec<bool> = slow
+        .iter()
+        .map(|z| z.norm() > MIN_AMPLITUDE_RATIO * largest)
+        .collect();
     let coincidences = coincidence::coincidences(machine, &chain, &all, &counts);
-    let (terms, sources, elements) = of_budget(machine, &all, &slow);
-    let window = f64::from(study.window.unwrap_or(1));
-    let budget = budget::budget(&terms, &sources, window, POINTS);
+    let (terms, sources, elements) = budget_terms(machine, &all, &slow);
+    let window = f64::from(study.window_revs.unwrap_or(1));
+    let budget = budget::error_budget(&terms, &sources, window, LATTICE_POINTS);
     let squares = budget.rss.powi(2);
     let counted = all.iter().zip(&counts).filter(|(_, counts)| **counts);
-    let period = Fraction::common_measure(counted.map(|(line, _)| &line.order))
+    let period = Fraction::greatest_common_divisor(counted.map(|(line, _)| &line.order))
         .map(|measure| &Fraction::one() / &measure);
     let shown = at_speed.as_ref().unwrap_or(&slow);
     let record = match study.record {
-        true => Some(recorded::recorded(
+        true => Some(error_record::error_record(
             machine,
             &chain,
             &all,
@@ -314,33 +332,34 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
         false => None,
     };
     let sums_at_speed = at_speed.as_ref().map(|values| {
-        let (terms, sources, _) = of_budget(machine, &all, values);
-        let budget = budget::budget(&terms, &sources, window, POINTS);
-        Sums {
-            negligible: budget::negligible(&budget.elements, THRESHOLD),
+        let (terms, sources, _) = budget_terms(machine, &all, values);
+        let budget = budget::error_budget(&terms, &sources, window, LATTICE_POINTS);
+        DynamicBudget {
+            negligible: budget::negligible(&budget.elements, NEGLIGIBLE_SHARE),
             budget,
         }
     });
-    let mut answer = Answer {
+    let mut result = TransmissionResult {
         at_speed: sums_at_speed,
-        negligible: budget::negligible(&budget.elements, THRESHOLD),
+        negligible: budget::negligible(&budget.elements, NEGLIGIBLE_SHARE),
         budget,
         elements,
-        second_order: eccentric_pair::second_order(machine, &chain),
-        marks,
+        second_order: eccentric_pair::neglected_second_order(machine, &chain),
+        effects,
         map,
         record,
         period,
-        misfit: misfit.map(|list| list.iter().map(|&b| machine.branch_name(b)).collect()),
-        wind_up: loaded::wind_up(&setting, &chain)?,
+        inconsistent_loop: misfit
+            .map(|list| list.iter().map(|&b| machine.branch_name(b)).collect()),
+        wind_up: loaded::windup(&model, &chain)?,
         radius: study.radius,
         speed,
         plan: plan(machine, study),
-        warnings: prepared.warnings(),
+        diagnostics: prepared_machine.warnings(),
         coincidences,
-        rows: (all.into_iter().enumerate())
-            .map(|(k, line)| Row {
-                kinematic: rigidly(&chain, &line),
+        lines: (all.into_iter().enumerate())
+            .map(|(k, line)| OrderLineResult {
+                kinematic: rigid_amplitude(&chain, &line),
                 line,
                 loaded: under_load[k],
                 dynamic: at_speed.as_ref().map(|all| all[k]),
@@ -352,64 +371,70 @@ pub fn run(prepared: &Prepared, study: &TransmissionStudy) -> Result<Answer, Err
             .collect(),
         chain,
     };
-    answer.warnings.extend(doubts(machine, &answer));
+    result.diagnostics.extend(diagnostics(machine, &result));
     if undamped {
-        answer.warnings.push(Warning {
+        result.diagnostics.push(Diagnostic {
             code: "undamped",
             message: "nothing damps some resonances between the speeds: lines are infinite there, and the largest told are those at the speeds asked for".to_string(),
             hint: Some("give branches a damping_ratio or c".to_string()),
         });
     }
-    Ok(answer)
+    Ok(result)
 }
 
 /// A line with rigid joints, where these can turn with it; what gives way adds nothing there.
-fn rigidly(chain: &Chain, line: &Line) -> Option<Complex> {
+fn rigid_amplitude(chain: &TransmissionChain, line: &OrderLine) -> Option<Complex> {
     match line.origin {
-        Origin::Stiffness(_) => Some(Complex::ZERO),
-        Origin::Declared(_) => lines::fits(chain, line).then_some(line.kinematic),
+        LineOrigin::Stiffness(_) => Some(Complex::ZERO),
+        LineOrigin::Declared(_) => {
+            order_lines::is_compatible(chain, line).then_some(line.quasi_static)
+        }
     }
 }
 
 /// Lattice points a shift of the budget's percentiles.
-const POINTS: usize = 61;
+const LATTICE_POINTS: usize = 61;
 
 /// Of the root of the sum of squares: so much may be left out.
-pub const THRESHOLD: f64 = 0.01;
+pub const NEGLIGIBLE_SHARE: f64 = 0.01;
 
 /// Terms, sources and names of elements: each declared error is a source, errors on one node are one element.
-fn of_budget(
+fn budget_terms(
     machine: &Machine,
-    lines: &[Line],
+    lines: &[OrderLine],
     values: &[Complex],
-) -> (Vec<Term>, Vec<spread::Source>, Vec<String>) {
-    let mut sources: Vec<(Origin, spread::Source)> = Vec::new();
+) -> (
+    Vec<HarmonicTerm>,
+    Vec<range_distribution::ErrorSource>,
+    Vec<String>,
+) {
+    let mut sources: Vec<(LineOrigin, range_distribution::ErrorSource)> = Vec::new();
     let mut elements: Vec<String> = Vec::new();
     let mut terms = Vec::new();
     for (line, &value) in lines.iter().zip(values) {
         let known = sources.iter().position(|s| s.0 == line.origin);
         let source = known.unwrap_or_else(|| {
             let name = match line.origin {
-                Origin::Declared(number) => machine.errors[number].element.clone(),
-                Origin::Stiffness(branch) => machine.branch_name(branch),
+                LineOrigin::Declared(number) => machine.errors[number].element.clone(),
+                LineOrigin::Stiffness(branch) => machine.branch_name(branch),
             };
             let known = elements.iter().position(|e| *e == name);
             let element = known.unwrap_or_else(|| {
                 elements.push(name);
                 elements.len() - 1
             });
-            let source = spread::Source {
+            let source = range_distribution::ErrorSource {
                 element,
                 phase_known: line.phase_known(machine),
                 tolerance: line.declared(machine).map_or(0.0, |error| error.tolerance),
-                graded: matches!(line.origin, Origin::Declared(_)),
+                graded: matches!(line.origin, LineOrigin::Declared(_)),
             };
             sources.push((line.origin, source));
             sources.len() - 1
         });
-        terms.push(Term {
+        terms.push(HarmonicTerm {
             source,
-            order: line.order.value(),
+            order: line.order.to_f64(),
             harmonic: line.harmonic,
             value,
         });
@@ -418,26 +443,33 @@ fn of_budget(
     (terms, sources, elements)
 }
 
-/// Of every freedom: it moves on with the work from tooth to tooth.
-fn indexed(machine: &Machine, chain: &Chain, index: &IndexStudy) -> Result<Vec<bool>, Error> {
-    let named = machine.elements.iter().position(|e| e.name == index.behind);
+/// Of every degree of freedom: it moves on with the work from tooth to tooth.
+fn index_positions(
+    machine: &Machine,
+    chain: &TransmissionChain,
+    index: &IndexingStudy,
+) -> Result<Vec<bool>, Error> {
+    let named = machine
+        .elements
+        .iter()
+        .position(|e| e.name == index.element);
     let Some(element) = named else {
         let known = machine.elements.iter().map(|e| e.name.as_str());
-        let hint = match suggestion(&index.behind, known) {
+        let hint = match suggestion(&index.element, known) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => "name a pair or a shaft of the model".to_string(),
         };
-        let message = format!("there is no element `{}`", index.behind);
-        return Err(Error::new(Code::UnknownNode, message).hint(hint));
+        let message = format!("there is no element `{}`", index.element);
+        return Err(Error::new(Code::UnknownNode, message).with_hint(hint));
     };
-    let side = coincidence::side(machine, element, chain.ends.output);
+    let side = coincidence::connected_side(machine, element, chain.ends.output);
     if side[chain.ends.driver] {
         let message = format!(
             "`{}` does not lie between the driver and the output",
-            index.behind
+            index.element
         );
         return Err(Error::new(Code::Conflict, message)
-            .hint("name the element behind which the work is moved on: the differential"));
+            .with_hint("name the element behind which the work is moved on: the differential"));
     }
     Ok(side)
 }
@@ -446,18 +478,18 @@ fn indexed(machine: &Machine, chain: &Chain, index: &IndexStudy) -> Result<Vec<b
 ///
 /// # Errors
 /// `UnknownNode`.
-pub fn angle(machine: &Machine, name: &str) -> Result<usize, Error> {
-    machine.freedom(name).ok_or_else(|| {
+pub fn angle_dof(machine: &Machine, name: &str) -> Result<usize, Error> {
+    machine.dof(name).ok_or_else(|| {
         let known = machine.nodes.iter().map(|node| node.name.as_str());
         let hint = match suggestion(name, known) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => "name a node of the model".to_string(),
         };
-        Error::new(Code::UnknownNode, format!("there is no node `{name}`")).hint(hint)
+        Error::new(Code::UnknownNode, format!("there is no node `{name}`")).with_hint(hint)
     })
 }
 
-fn does_not_fit(machine: &Machine, loop_of: &[usize]) -> Error {
+fn inconsistent_loop_error(machine: &Machine, loop_of: &[usize]) -> Error {
     let names: Vec<String> = loop_of
         .iter()
         .map(|&b| format!("`{}`", machine.branch_name(b)))
@@ -468,20 +500,20 @@ fn does_not_fit(machine: &Machine, loop_of: &[usize]) -> Error {
     );
     let element = machine.branches[loop_of[0]].element;
     Error::new(Code::ContradictoryRatios, message)
-        .at(&machine.elements[element].place)
-        .hint("give the joints of the loop their stiffness k: it shares the errors out")
+        .with_span(&machine.elements[element].span)
+        .with_hint("give the joints of the loop their stiffness k: it shares the errors out")
 }
 
-fn doubts(machine: &Machine, answer: &Answer) -> Vec<Warning> {
+fn diagnostics(machine: &Machine, result: &TransmissionResult) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     let mut warn = |code, message: String, hint: &str| {
-        all.push(Warning {
+        all.push(Diagnostic {
             code,
             message,
             hint: Some(hint.to_string()),
         });
     };
-    if let Some(names) = &answer.misfit {
+    if let Some(names) = &result.inconsistent_loop {
         let message = format!(
             "the errors do not fit the loop through {}: with rigid joints it could not turn",
             names.join(", ")
@@ -494,13 +526,13 @@ fn doubts(machine: &Machine, answer: &Answer) -> Vec<Warning> {
     }
     let still: Vec<&str> = (machine.errors.iter().enumerate())
         .filter(|(number, error)| {
-            let has_line = answer
-                .rows
+            let has_line = result
+                .lines
                 .iter()
-                .any(|row| row.line.origin == Origin::Declared(*number));
-            !has_line && !error.shape.harmonics().iter().all(|h| h.1 == 0.0)
+                .any(|line_result| line_result.line.origin == LineOrigin::Declared(*number));
+            !has_line && !error.waveform.harmonics().iter().all(|h| h.1 == 0.0)
         })
-        .map(|(_, error)| error.on.as_str())
+        .map(|(_, error)| error.location.as_str())
         .collect();
     if !still.is_empty() {
         let message = format!(
@@ -519,13 +551,13 @@ fn doubts(machine: &Machine, answer: &Answer) -> Vec<Warning> {
             .gears
             .iter()
             .any(|g| g.element == at && g.teeth.is_none());
-        let near = coincidence::side(machine, at, answer.chain.ends.output);
-        let across = answer.rows.iter().any(|row| {
-            let far = row
+        let near = coincidence::connected_side(machine, at, result.chain.ends.output);
+        let across = result.lines.iter().any(|line_result| {
+            let far = line_result
                 .line
                 .declared(machine)
-                .is_some_and(|error| !near[error.turning]);
-            far && row.share > 0.0
+                .is_some_and(|error| !near[error.rotation_dof]);
+            far && line_result.share > 0.0
         });
         machine.elements[at].kind == "belt" && pulley && across
     };
@@ -543,15 +575,18 @@ fn doubts(machine: &Machine, answer: &Answer) -> Vec<Warning> {
 }
 
 /// What a study does and leaves out.
-pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, Verdict)> {
-    let runs = |text: &str| Verdict::Runs(text.to_string());
-    let out = |text: &str| Verdict::LeftOut(text.to_string());
-    let waves = machine.branches.iter().any(|b| b.wave.is_some());
+pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, StageDecision)> {
+    let runs = |text: &str| StageDecision::Runs(text.to_string());
+    let out = |text: &str| StageDecision::LeftOut(text.to_string());
+    let waves = machine
+        .branches
+        .iter()
+        .any(|b| b.stiffness_variation.is_some());
     vec![
         ("ratios", runs("exact fractions of tooth numbers")),
         (
             "rigid joints",
-            Verdict::Runs(format!(
+            StageDecision::Runs(format!(
                 "{} declared errors to the output",
                 machine.errors.len()
             )),

@@ -1,20 +1,23 @@
-//! Segments of an LVM file to groups of channels and spectra.
+//! Conversion of LVM segments into channel groups and spectra.
 
-use super::header::Channel;
-use super::rows::{Segment, Series};
-use crate::base::error::{Error, Warning};
-use crate::base::kind::Kind;
-use crate::base::units;
+use super::header::LvmChannel;
+use super::rows::{ColumnReader, LvmSegment};
+use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
 use crate::numeric::Complex;
-use crate::recording::column::Column;
-use crate::recording::raw::{Clock, Group, Lines, Raw, RawChannel, Repair, Stamps, rate_of_step};
+use crate::recording::frequency_responses::StoredSpectrum;
+use crate::recording::raw::{
+    ChannelGroup, LineNumbers, RawChannel, RawLog, RawTiming, Repair, TimeStamps,
+    rate_from_interval,
+};
+use crate::recording::read_options::ReadOptions;
 use crate::recording::resolution::Resolution;
-use crate::recording::responses::Spectrum;
-use crate::recording::settings::Settings;
+use crate::recording::sample_column::SampleColumn;
 use crate::recording::stated_rates::StatedRate;
 
 /// What LabVIEW's own names of transformed channels contain.
-const TRANSFORMED: &[&str] = &[
+const SPECTRUM_NAMES: &[&str] = &[
     "(FFT",
     "(Power Spectrum",
     "(PSD",
@@ -23,14 +26,14 @@ const TRANSFORMED: &[&str] = &[
 ];
 
 /// Segments closer than this to the end of the one before follow it without a gap, in steps.
-const SEAMLESS: f64 = 0.5;
+const MAX_SEAM_STEPS: f64 = 0.5;
 
 /// What LabVIEW's clock stamps are rounded to, s.
-const CLOCK: f64 = 1e-6;
+const TIMESTAMP_RESOLUTION_S: f64 = 1e-6;
 
 /// Channels of one segment with one abscissa.
-struct Piece {
-    channels: Vec<(Channel, Series)>,
+struct SegmentChannels {
+    channels: Vec<(LvmChannel, ColumnReader)>,
     /// Abscissas of the rows as written, where there are any.
     x: Option<Vec<f64>>,
     resolution: f64,
@@ -39,89 +42,92 @@ struct Piece {
 
 /// Turns the segments into groups and spectra.
 pub(super) fn assemble(
-    segments: Vec<Segment>,
-    settings: &Settings,
-    raw: &mut Raw,
+    segments: Vec<LvmSegment>,
+    options: &ReadOptions,
+    log: &mut RawLog,
 ) -> Result<(), Error> {
-    let scale = match settings.time_unit.as_deref() {
+    let scale = match options.time_unit.as_deref() {
         None => 1.0,
-        Some(unit) => units::parse(&format!("1 {unit}"), Kind::Time, "the unit of time")?,
+        Some(unit) => {
+            quantity::parse(&format!("1 {unit}"), QuantityKind::Time, "the unit of time")?
+        }
     };
     let mut parts = Vec::new();
     for (at, mut segment) in segments.into_iter().enumerate() {
-        say_comments(&mut segment, at, raw);
-        let lines = segment.lines.clone();
-        let mut pieces = Vec::new();
-        for piece in pieces_of(segment, raw)? {
-            match piece
+        report_comments(&mut segment, at, log);
+        let numbers = segment.numbers.clone();
+        let mut channels = Vec::new();
+        for segment_channels in split_by_abscissa(segment, log)? {
+            match segment_channels
                 .channels
                 .iter()
                 .any(|(channel, _)| is_spectrum(channel))
             {
-                true => spectra(piece, raw)?,
-                false => pieces.push(piece),
+                true => push_spectra(segment_channels, log)?,
+                false => channels.push(segment_channels),
             }
         }
-        if !pieces.is_empty() {
-            parts.push((pieces, lines));
+        if !channels.is_empty() {
+            parts.push((channels, numbers));
         }
     }
-    if let Some(offsets) = offsets(&parts, scale) {
-        let lines = parts
+    if let Some(offsets) = segment_offsets(&parts, scale) {
+        let numbers = parts
             .iter()
-            .map(|(_, lines)| lines.clone())
+            .map(|(_, numbers)| numbers.clone())
             .collect::<Vec<_>>();
-        return joined(
-            parts.into_iter().map(|(pieces, _)| pieces).collect(),
+        return join_segments(
+            parts.into_iter().map(|(channels, _)| channels).collect(),
             &offsets,
             scale,
-            &lines,
-            raw,
+            &numbers,
+            log,
         );
     }
     let many = parts.len() > 1;
-    for (at, (pieces, lines)) in parts.into_iter().enumerate() {
-        for mut piece in pieces {
+    for (at, (channels, numbers)) in parts.into_iter().enumerate() {
+        for mut segment_channels in channels {
             if many {
-                for (channel, _) in &mut piece.channels {
+                for (channel, _) in &mut segment_channels.channels {
                     channel.name = format!("{} (segment {})", channel.name, at + 1);
                 }
             }
-            let mut group = start_group(&piece, scale);
-            group.clock.lines = lines.clone();
-            if let Some(x) = &piece.x {
+            let mut group = start_group(&segment_channels, scale);
+            group.timing.numbers = numbers.clone();
+            if let Some(x) = &segment_channels.x {
                 let first = x.first().copied().unwrap_or(0.0);
                 let seconds: Vec<f64> = x.iter().map(|x| (x - first) * scale).collect();
-                group.clock.stamps = Some(stamps(&seconds, piece.resolution * scale));
+                group.timing.stamps =
+                    Some(time_stamps(&seconds, segment_channels.resolution * scale));
             }
-            group.channels = piece.channels.into_iter().map(channel).collect();
-            raw.groups.push(group);
+            group.channels = segment_channels.channels.into_iter().map(channel).collect();
+            log.groups.push(group);
         }
     }
     Ok(())
 }
 
-fn say_comments(segment: &mut Segment, at: usize, raw: &mut Raw) {
+fn report_comments(segment: &mut LvmSegment, at: usize, log: &mut RawLog) {
     for (row, comment) in segment.comments.drain(..) {
         let place = format!("comment, segment {}, row {}", at + 1, row + 1);
-        raw.facts.push((place, comment));
+        log.metadata.push((place, comment));
     }
     if segment.comments_left_out > 0 {
         let more = format!("and {} more", segment.comments_left_out);
-        raw.facts.push(("comments".to_string(), more));
+        log.metadata.push(("comments".to_string(), more));
     }
 }
 
 /// Groups the channels of a segment by abscissa and length; channels without any number are passed over.
-fn pieces_of(segment: Segment, raw: &mut Raw) -> Result<Vec<Piece>, Error> {
+fn split_by_abscissa(segment: LvmSegment, log: &mut RawLog) -> Result<Vec<SegmentChannels>, Error> {
     let rows = segment.rows;
     let mut abscissas = Vec::new();
-    for mut series in segment.abscissas {
+    for mut reader in segment.abscissas {
         // A blank abscissa of a channel that has ended is no missing stamp.
-        series.fill()?;
-        abscissas.push((read_all(&series.column)?, series.resolution));
+        reader.mark_blanks_missing()?;
+        abscissas.push((read_all(&reader.column)?, reader.resolution));
     }
-    let mut pieces: Vec<Piece> = Vec::new();
+    let mut segment_channels: Vec<SegmentChannels> = Vec::new();
     for (at, (channel, mut samples)) in segment
         .channels
         .into_iter()
@@ -130,21 +136,21 @@ fn pieces_of(segment: Segment, raw: &mut Raw) -> Result<Vec<Piece>, Error> {
     {
         let held = rows - samples.blanks;
         if held == 0 {
-            raw.repairs.push(Repair {
+            log.repairs.push(Repair {
                 kind: "channel-empty",
                 message: format!("channel `{}` holds no number and is left out", channel.name),
             });
-            raw.left_out
+            log.skipped_columns
                 .push((channel.name, "holds no number in any row"));
             continue;
         }
         if channel.samples != Some(held) {
-            samples.fill()?;
+            samples.mark_blanks_missing()?;
         }
         let length = samples.column.len();
         let abscissa = abscissas.get(if abscissas.len() > 1 { at } else { 0 });
         let x = abscissa.and_then(|(x, _)| x.get(..length));
-        let kin = pieces.iter_mut().find(|piece| {
+        let kin = segment_channels.iter_mut().find(|piece| {
             piece.length == length
                 && piece.x.as_deref() == x
                 && piece.channels.first().is_some_and(|(other, _)| {
@@ -153,7 +159,7 @@ fn pieces_of(segment: Segment, raw: &mut Raw) -> Result<Vec<Piece>, Error> {
         });
         match kin {
             Some(piece) => piece.channels.push((channel, samples)),
-            None => pieces.push(Piece {
+            None => segment_channels.push(SegmentChannels {
                 channels: vec![(channel, samples)],
                 x: x.map(<[f64]>::to_vec),
                 resolution: abscissa.map_or(0.0, |(_, resolution)| *resolution),
@@ -161,23 +167,26 @@ fn pieces_of(segment: Segment, raw: &mut Raw) -> Result<Vec<Piece>, Error> {
             }),
         }
     }
-    Ok(pieces)
+    Ok(segment_channels)
 }
 
-fn read_all(column: &Column) -> Result<Vec<f64>, Error> {
+fn read_all(column: &SampleColumn) -> Result<Vec<f64>, Error> {
     let mut values = vec![0.0; column.len()];
     column.read(0, &mut values)?;
     Ok(values)
 }
 
 /// By the dimension of its abscissa, or by the name LabVIEW gives a transformed channel.
-fn is_spectrum(channel: &Channel) -> bool {
-    channel.x_dimension == "Frequency" || TRANSFORMED.iter().any(|word| channel.name.contains(word))
+fn is_spectrum(channel: &LvmChannel) -> bool {
+    channel.x_dimension == "Frequency"
+        || SPECTRUM_NAMES
+            .iter()
+            .any(|word| channel.name.contains(word))
 }
 
-fn spectra(piece: Piece, raw: &mut Raw) -> Result<(), Error> {
-    for (channel, series) in &piece.channels {
-        let values = read_all(&series.column)?;
+fn push_spectra(channels: SegmentChannels, log: &mut RawLog) -> Result<(), Error> {
+    for (channel, reader) in &channels.channels {
+        let values = read_all(&reader.column)?;
         let step = channel.delta_x.unwrap_or(f64::NAN);
         let even = || {
             (0..values.len())
@@ -185,7 +194,7 @@ fn spectra(piece: Piece, raw: &mut Raw) -> Result<(), Error> {
                 .collect()
         };
         if channel.x_dimension != "Frequency" {
-            raw.warnings.push(Warning {
+            log.diagnostics.push(Diagnostic {
                 code: "taken-as-spectrum",
                 message: format!(
                     "channel `{}` is a spectrum by its name, though the header says X_Dimension {}; its abscissa is taken in Hz",
@@ -194,14 +203,14 @@ fn spectra(piece: Piece, raw: &mut Raw) -> Result<(), Error> {
                 hint: None,
             });
         }
-        raw.spectra.push(Spectrum {
+        log.spectra.push(StoredSpectrum {
             name: channel.name.clone(),
             unit: channel.unit.clone(),
             kind: "spectrum",
             // Magnitudes are never negative, their logarithms mostly are.
             is_decibel: values.iter().any(|&v| v < 0.0) && !channel.name.contains("Phase"),
-            frequency_hz: piece.x.clone().unwrap_or_else(even),
-            value: values.iter().map(|&v| Complex::new(v, 0.0)).collect(),
+            frequency_hz: channels.x.clone().unwrap_or_else(even),
+            values: values.iter().map(|&v| Complex::new(v, 0.0)).collect(),
         });
     }
     Ok(())
@@ -209,39 +218,39 @@ fn spectra(piece: Piece, raw: &mut Raw) -> Result<(), Error> {
 
 /// When each segment begins, s from the first, where the segments have the same channels and follow each other in time;
 /// a segment that begins where the one before ends does so exactly.
-fn offsets(parts: &[(Vec<Piece>, Lines)], scale: f64) -> Option<Vec<f64>> {
+fn segment_offsets(parts: &[(Vec<SegmentChannels>, LineNumbers)], scale: f64) -> Option<Vec<f64>> {
     let first = &parts.first()?.0;
     if parts.len() < 2 {
         return None;
     }
-    let layout = |pieces: &[Piece]| -> Vec<Vec<(String, String, Option<f64>)>> {
-        let key = |(c, _): &(Channel, Series)| (c.name.clone(), c.unit.clone(), c.delta_x);
-        pieces
+    let layout = |channels: &[SegmentChannels]| -> Vec<Vec<(String, String, Option<f64>)>> {
+        let key = |(c, _): &(LvmChannel, ColumnReader)| (c.name.clone(), c.unit.clone(), c.delta_x);
+        channels
             .iter()
-            .map(|piece| piece.channels.iter().map(key).collect())
+            .map(|segment_channels| segment_channels.channels.iter().map(key).collect())
             .collect()
     };
-    let channel = |pieces: &[Piece]| {
-        pieces
+    let channel = |channels: &[SegmentChannels]| {
+        channels
             .first()
-            .and_then(|piece| piece.channels.first().map(|(c, _)| c.clone()))
+            .and_then(|segment_channels| segment_channels.channels.first().map(|(c, _)| c.clone()))
     };
     let known = layout(first);
-    let start = clock(&channel(first)?)?;
+    let start = start_time_s(&channel(first)?)?;
     let mut offsets = Vec::new();
     let mut end: Option<(f64, f64)> = None;
-    for (pieces, _) in parts {
-        if layout(pieces) != known {
+    for (channels, _) in parts {
+        if layout(channels) != known {
             return None;
         }
-        let (piece, channel) = (pieces.first()?, channel(pieces)?);
-        let mut offset = clock(&channel)? - start;
+        let (segment_channels, channel) = (channels.first()?, channel(channels)?);
+        let mut offset = start_time_s(&channel)? - start;
         let step = channel.delta_x? * scale;
-        let (begin, last) = match &piece.x {
+        let (begin, last) = match &segment_channels.x {
             Some(x) => (x.first()? * scale, x.last()? * scale),
             None => (
                 channel.x0 * scale,
-                channel.x0 * scale + (piece.length - 1) as f64 * step,
+                channel.x0 * scale + (segment_channels.length - 1) as f64 * step,
             ),
         };
         if let Some((previous, step)) = end {
@@ -249,7 +258,7 @@ fn offsets(parts: &[(Vec<Piece>, Lines)], scale: f64) -> Option<Vec<f64>> {
             if jump <= 0.0 || jump.is_nan() {
                 return None;
             }
-            if (jump - step).abs() < SEAMLESS * step {
+            if (jump - step).abs() < MAX_SEAM_STEPS * step {
                 offset = previous + step - begin;
             }
         }
@@ -260,7 +269,7 @@ fn offsets(parts: &[(Vec<Piece>, Lines)], scale: f64) -> Option<Vec<f64>> {
 }
 
 /// Date and time of a channel, s from year 0.
-fn clock(channel: &Channel) -> Option<f64> {
+fn start_time_s(channel: &LvmChannel) -> Option<f64> {
     let mut date = channel.date.split(['/', '-', '.']).map(str::parse::<i16>);
     let mut next = || date.next()?.ok();
     let (year, month, day) = (
@@ -279,41 +288,42 @@ fn clock(channel: &Channel) -> Option<f64> {
 }
 
 /// One group of all segments for each of their pieces.
-fn joined(
-    parts: Vec<Vec<Piece>>,
+fn join_segments(
+    parts: Vec<Vec<SegmentChannels>>,
     offsets: &[f64],
     scale: f64,
-    lines: &[Lines],
-    raw: &mut Raw,
+    numbers: &[LineNumbers],
+    log: &mut RawLog,
 ) -> Result<(), Error> {
     let n_segments = parts.len();
-    let mut groups: Vec<(Group, Vec<f64>, f64)> = Vec::new();
+    let mut groups: Vec<(ChannelGroup, Vec<f64>, f64)> = Vec::new();
     let mut rows_before = Vec::new();
-    for (at, pieces) in parts.into_iter().enumerate() {
-        for (place, piece) in pieces.into_iter().enumerate() {
+    for (at, channels) in parts.into_iter().enumerate() {
+        for (place, segment_channels) in channels.into_iter().enumerate() {
             if groups.len() == place {
-                groups.push((start_group(&piece, scale), Vec::new(), 0.0));
+                groups.push((start_group(&segment_channels, scale), Vec::new(), 0.0));
                 rows_before.push(0);
             }
             let (group, seconds, resolution) = &mut groups[place];
-            for row in 0..piece.length {
-                if let Some(line) = lines[at].of(row) {
-                    group.clock.lines.note(rows_before[place] + row, line);
+            for row in 0..segment_channels.length {
+                if let Some(line) = numbers[at].line_of_row(row) {
+                    group.timing.numbers.push(rows_before[place] + row, line);
                 }
             }
-            rows_before[place] += piece.length;
-            *resolution = resolution.max(piece.resolution * scale);
-            let (x0, step) = piece
+            rows_before[place] += segment_channels.length;
+            *resolution = resolution.max(segment_channels.resolution * scale);
+            let (x0, step) = segment_channels
                 .channels
                 .first()
                 .map_or((0.0, 0.0), |(c, _)| (c.x0, c.delta_x.unwrap_or(0.0)));
-            match &piece.x {
+            match &segment_channels.x {
                 Some(x) => seconds.extend(x.iter().map(|x| offsets[at] + x * scale)),
                 None => seconds.extend(
-                    (0..piece.length).map(|i| offsets[at] + (x0 + i as f64 * step) * scale),
+                    (0..segment_channels.length)
+                        .map(|i| offsets[at] + (x0 + i as f64 * step) * scale),
                 ),
             }
-            for (which, member) in piece.channels.into_iter().enumerate() {
+            for (which, member) in segment_channels.channels.into_iter().enumerate() {
                 let new = channel(member);
                 match group.channels.get_mut(which) {
                     Some(known) => {
@@ -325,62 +335,70 @@ fn joined(
             }
         }
     }
-    raw.repairs.push(Repair {
+    log.repairs.push(Repair {
         kind: "segments-joined",
         message: format!("{n_segments} segments joined by their date and time"),
     });
     for (mut group, mut seconds, resolution) in groups {
         let first = seconds.first().copied().unwrap_or(0.0);
         seconds.iter_mut().for_each(|t| *t -= first);
-        group.clock.header_samples = None;
-        group.clock.stamps = Some(stamps(&seconds, resolution.max(CLOCK)));
-        raw.groups.push(group);
+        group.timing.header_samples = None;
+        group.timing.stamps = Some(time_stamps(
+            &seconds,
+            resolution.max(TIMESTAMP_RESOLUTION_S),
+        ));
+        log.groups.push(group);
     }
     Ok(())
 }
 
 /// A group with what the header says of its clock, without channels.
-fn start_group(piece: &Piece, scale: f64) -> Group {
-    let channel = piece.channels.first().map(|(channel, _)| channel);
+fn start_group(segment_channels: &SegmentChannels, scale: f64) -> ChannelGroup {
+    let channel = segment_channels
+        .channels
+        .first()
+        .map(|(channel, _)| channel);
     let rate = channel
         .and_then(|c| c.delta_x)
-        .map(|dx| rate_of_step(scale * dx));
+        .map(|dx| rate_from_interval(scale * dx));
     let start = channel.map(|c| format!("{} {}", c.date, c.time).trim().to_string());
-    Group {
-        clock: Clock {
+    ChannelGroup {
+        timing: RawTiming {
             stamps: None,
             stated_rates: (rate
-                .map(|rate| StatedRate::of_samples(rate, "Delta_X"))
+                .map(|rate| StatedRate::is_sample_rate(rate, "Delta_X"))
                 .into_iter())
             .collect(),
-            unread_rate: None,
+            invalid_rate: None,
             header_samples: channel.and_then(|c| {
                 // A first packet longer than the whole file contradicts it; a shorter one does not.
-                let packet = c.first_packet.filter(|&packet| packet > piece.length);
+                let packet = c
+                    .first_packet
+                    .filter(|&packet| packet > segment_channels.length);
                 c.samples.or(packet)
             }),
             start: start.filter(|start| !start.is_empty()),
-            ..Clock::default()
+            ..RawTiming::default()
         },
         channels: Vec::new(),
     }
 }
 
-fn stamps(seconds: &[f64], resolution_s: f64) -> Stamps {
-    Stamps {
+fn time_stamps(seconds: &[f64], resolution_s: f64) -> TimeStamps {
+    TimeStamps {
         name: "X_Value".to_string(),
         unit: "s".to_string(),
         first: String::new(),
-        seconds: Column::from_slice(seconds),
-        resolution: Resolution::fixed(resolution_s),
+        seconds: SampleColumn::from_slice(seconds),
+        resolution: Resolution::constant(resolution_s),
     }
 }
 
-fn channel((channel, series): (Channel, Series)) -> RawChannel {
+fn channel((channel, reader): (LvmChannel, ColumnReader)) -> RawChannel {
     RawChannel {
         name: channel.name,
         unit: channel.unit,
-        samples: series.column,
-        overloads: series.overloads,
+        samples: reader.column,
+        overloads: reader.overloads,
     }
 }

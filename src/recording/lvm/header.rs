@@ -1,19 +1,19 @@
-//! The headers of an LVM file: keys with one value for the file or one for each channel.
+//! LVM headers: keys with one value for the file or one per channel.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::place::Place;
-use crate::recording::raw::{Raw, Repair};
-use crate::recording::settings::Settings;
+use crate::base::source_span::SourceSpan;
+use crate::recording::raw::{RawLog, Repair};
+use crate::recording::read_options::ReadOptions;
 
 /// What ends a header.
-const END: &str = "***End_of_Header***";
+const END_OF_HEADER: &str = "***End_of_Header***";
 
 /// Most channels; a wrong count allocates no more than this justifies.
-const MOST_CHANNELS: usize = 1 << 16;
+const MAX_CHANNELS: usize = 1 << 16;
 
 /// Lines of the file, from front to back.
-pub(super) struct Lines<'a> {
+pub(super) struct LineReader<'a> {
     path: &'a str,
     rest: &'a [u8],
     /// Number of the next line, from 1.
@@ -21,10 +21,10 @@ pub(super) struct Lines<'a> {
     encoding: Option<&'static encoding_rs::Encoding>,
 }
 
-impl<'a> Lines<'a> {
-    pub fn new(path: &'a str, bytes: &'a [u8], settings: &Settings) -> Lines<'a> {
-        let label = settings.dialect.encoding.as_deref();
-        Lines {
+impl<'a> LineReader<'a> {
+    pub fn new(path: &'a str, bytes: &'a [u8], options: &ReadOptions) -> LineReader<'a> {
+        let label = options.dialect.encoding.as_deref();
+        LineReader {
             path,
             rest: bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes),
             number: 1,
@@ -43,7 +43,7 @@ impl<'a> Lines<'a> {
     }
 
     /// Takes the next line.
-    pub fn take(&mut self) -> Option<&'a [u8]> {
+    pub fn next_line(&mut self) -> Option<&'a [u8]> {
         let line = self.peek()?;
         let end = memchr::memchr(b'\n', self.rest).map_or(self.rest.len(), |at| at + 1);
         self.rest = &self.rest[end..];
@@ -59,12 +59,12 @@ impl<'a> Lines<'a> {
         line: &[u8],
         message: impl Into<String>,
     ) -> Error {
-        let place = Place::in_line(self.path, number, &self.text(line), 0..0);
-        Error::new(code, message).at(&place)
+        let span = SourceSpan::within_line(self.path, number, &self.decode(line), 0..0);
+        Error::new(code, message).with_span(&span)
     }
 
     /// Text of a line: UTF-8 where it is that, else Windows-1252, the superset of Latin-1.
-    pub fn text(&self, line: &[u8]) -> String {
+    pub fn decode(&self, line: &[u8]) -> String {
         match (self.encoding, std::str::from_utf8(line)) {
             (Some(encoding), _) => encoding.decode_without_bom_handling(line).0.into_owned(),
             (None, Ok(text)) => text.to_string(),
@@ -78,29 +78,29 @@ impl<'a> Lines<'a> {
 
 /// Where the abscissa of a row stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Abscissa {
+pub(super) enum AbscissaLayout {
     /// Nowhere: the first column is blank.
     No,
     /// In the first column.
-    One,
+    FirstColumn,
     /// Before each channel.
     Multi,
 }
 
 /// What the first header says.
-pub(super) struct File {
+pub(super) struct FileHeader {
     pub separator: u8,
-    pub abscissa: Abscissa,
-    /// Each segment has a header of its own; else `Samples` counts the first packet alone.
+    pub layout: AbscissaLayout,
+    /// Each segment has a header of its own; else `SampleEmitter` counts the first packet alone.
     pub many_headers: bool,
-    pub facts: Vec<(String, String)>,
+    pub metadata: Vec<(String, String)>,
 }
 
 /// Reads the first header.
-pub(super) fn file(lines: &mut Lines<'_>) -> Result<File, Error> {
-    let first = lines
-        .take()
-        .map(|line| lines.text(line))
+pub(super) fn read_file_header(reader: &mut LineReader<'_>) -> Result<FileHeader, Error> {
+    let first = reader
+        .next_line()
+        .map(|line| reader.decode(line))
         .unwrap_or_default();
     if !first.starts_with("LabVIEW Measurement") {
         return Err(Error::new(
@@ -108,63 +108,67 @@ pub(super) fn file(lines: &mut Lines<'_>) -> Result<File, Error> {
             "an LVM file begins with `LabVIEW Measurement`, and this one does not",
         ));
     }
-    let mut file = File {
+    let mut file_header = FileHeader {
         separator: b'\t',
-        abscissa: Abscissa::One,
+        layout: AbscissaLayout::FirstColumn,
         many_headers: false,
-        facts: Vec::new(),
+        metadata: Vec::new(),
     };
-    while let Some(line) = lines.take() {
-        let text = lines.text(line);
-        if text.starts_with(END) {
-            return Ok(file);
+    while let Some(line) = reader.next_line() {
+        let text = reader.decode(line);
+        if text.starts_with(END_OF_HEADER) {
+            return Ok(file_header);
         }
         // The line that names the separator already uses it.
         if let Some(rest) = text.strip_prefix("Separator") {
-            file.separator = if rest.starts_with(',') || rest.contains("Comma") {
+            file_header.separator = if rest.starts_with(',') || rest.contains("Comma") {
                 b','
             } else {
                 b'\t'
             };
             continue;
         }
-        let Some((key, value)) = text.split_once(char::from(file.separator)) else {
+        let Some((key, value)) = text.split_once(char::from(file_header.separator)) else {
             continue;
         };
-        let value = value.trim_end_matches(char::from(file.separator)).trim();
+        let value = value
+            .trim_end_matches(char::from(file_header.separator))
+            .trim();
         match key.trim() {
             "X_Columns" => {
-                file.abscissa = match value {
-                    "No" => Abscissa::No,
-                    "Multi" => Abscissa::Multi,
-                    _ => Abscissa::One,
+                file_header.layout = match value {
+                    "No" => AbscissaLayout::No,
+                    "Multi" => AbscissaLayout::Multi,
+                    _ => AbscissaLayout::FirstColumn,
                 }
             }
-            "Multi_Headings" => file.many_headers = value == "Yes",
+            "Multi_Headings" => file_header.many_headers = value == "Yes",
             key @ ("Date" | "Time" | "Operator" | "Project" | "Description" | "Test"
             | "Time_Pref") => {
-                file.facts.push((key.to_string(), value.to_string()));
+                file_header
+                    .metadata
+                    .push((key.to_string(), value.to_string()));
             }
             _ => {}
         }
     }
     Err(Error::new(
-        Code::BrokenFile,
-        format!("the LVM file ends inside its header, without {END}"),
+        Code::CorruptFile,
+        format!("the LVM file ends inside its header, without {END_OF_HEADER}"),
     ))
 }
 
 /// What the header of a segment says.
 #[derive(Debug, Default)]
-pub(super) struct Header {
-    pub channels: Vec<Channel>,
+pub(super) struct SegmentHeader {
+    pub channels: Vec<LvmChannel>,
     /// Columns hold comments from here on.
     pub columns: usize,
 }
 
 /// One channel of a segment.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Channel {
+pub(super) struct LvmChannel {
     pub name: String,
     pub unit: String,
     pub x_dimension: String,
@@ -182,27 +186,27 @@ pub(super) struct Channel {
 }
 
 /// Reads the next segment's header and the line of headings under it; `None` at the end of the file.
-pub(super) fn segment(
-    lines: &mut Lines<'_>,
-    file: &File,
-    raw: &mut Raw,
-) -> Result<Option<Header>, Error> {
-    let separator = char::from(file.separator);
+pub(super) fn read_segment_header(
+    reader: &mut LineReader<'_>,
+    file_header: &FileHeader,
+    log: &mut RawLog,
+) -> Result<Option<SegmentHeader>, Error> {
+    let separator = char::from(file_header.separator);
     let mut keys: Vec<(String, Vec<String>)> = Vec::new();
     let mut inside_special = false;
     let mut special = 0;
-    let first_line = lines.number;
+    let first_line = reader.number;
     let ended = loop {
-        let Some(line) = lines.take() else {
+        let Some(line) = reader.next_line() else {
             break false;
         };
-        let text = lines.text(line);
+        let text = reader.decode(line);
         let text = text.trim_end_matches([separator, ' ']);
         match text {
             "***Start_Special***" => inside_special = true,
             "***End_Special***" => inside_special = false,
             _ if inside_special => special += 1,
-            _ if text.starts_with(END) => break true,
+            _ if text.starts_with(END_OF_HEADER) => break true,
             "" => {}
             _ => {
                 let mut cells = text.split(separator).map(|cell| cell.trim().to_string());
@@ -212,7 +216,7 @@ pub(super) fn segment(
         }
     };
     if special > 0 {
-        raw.repairs.push(Repair {
+        log.repairs.push(Repair {
             kind: "lines-skipped",
             message: format!("{special} lines of special blocks passed over"),
         });
@@ -220,35 +224,35 @@ pub(super) fn segment(
     match (ended, keys.is_empty()) {
         (false, true) => return Ok(None),
         (false, false) => {
-            return Err(lines.error(
-                Code::BrokenFile,
+            return Err(reader.error(
+                Code::CorruptFile,
                 first_line,
                 b"",
-                format!("the file ends inside the header of a segment, without {END}"),
+                format!("the file ends inside the header of a segment, without {END_OF_HEADER}"),
             ));
         }
         (true, _) => {}
     }
     if let Some((_, notes)) = keys.iter().find(|(key, _)| key == "Notes") {
-        raw.facts.push(("Notes".to_string(), notes.join(" ")));
+        log.metadata.push(("Notes".to_string(), notes.join(" ")));
     }
-    let headings = lines
-        .take()
-        .map(|line| lines.text(line))
+    let headings = reader
+        .next_line()
+        .map(|line| reader.decode(line))
         .unwrap_or_default();
     let headings: Vec<&str> = headings.split(separator).map(str::trim).collect();
-    let header = columns(&keys, &headings, file, lines, first_line)?;
+    let header = assign_columns(&keys, &headings, file_header, reader, first_line)?;
     Ok(Some(header))
 }
 
 /// Gives every channel its column and what the keys say of it.
-fn columns(
+fn assign_columns(
     keys: &[(String, Vec<String>)],
     headings: &[&str],
-    file: &File,
-    lines: &Lines<'_>,
+    file_header: &FileHeader,
+    reader: &LineReader<'_>,
     first_line: usize,
-) -> Result<Header, Error> {
+) -> Result<SegmentHeader, Error> {
     let values = |key: &str| {
         keys.iter()
             .find(|(k, _)| k == key)
@@ -261,11 +265,11 @@ fn columns(
         |(at, name): &(usize, &&str)| *at > 0 && **name != "X_Value" && **name != "Comment";
     let named = headings.iter().enumerate().filter(is_channel).count();
     let count = n_stated.unwrap_or(named);
-    if count == 0 || count > MOST_CHANNELS {
+    if count == 0 || count > MAX_CHANNELS {
         let message = format!("the header of the segment states {count} channels");
-        return Err(lines.error(Code::BrokenFile, first_line, b"", message));
+        return Err(reader.error(Code::CorruptFile, first_line, b"", message));
     }
-    let per_channel = if file.abscissa == Abscissa::Multi {
+    let per_channel = if file_header.layout == AbscissaLayout::Multi {
         2
     } else {
         1
@@ -281,35 +285,35 @@ fn columns(
             cells.get(place).cloned().unwrap_or_default()
         };
         let name = headings.get(column).copied().unwrap_or_default();
-        Channel {
+        LvmChannel {
             name: match name {
                 "" => format!("column {}", column + 1),
                 name => name.to_string(),
             },
             unit: cell("Y_Unit_Label"),
             x_dimension: cell("X_Dimension"),
-            samples: stated(&cell("Samples")).filter(|_| file.many_headers),
-            first_packet: stated(&cell("Samples")).filter(|_| !file.many_headers),
-            x0: number(&cell("X0")).unwrap_or(0.0),
-            delta_x: number(&cell("Delta_X")).filter(|dx| *dx > 0.0),
+            samples: stated(&cell("Samples")).filter(|_| file_header.many_headers),
+            first_packet: stated(&cell("Samples")).filter(|_| !file_header.many_headers),
+            x0: parse_number(&cell("X0")).unwrap_or(0.0),
+            delta_x: parse_number(&cell("Delta_X")).filter(|dx| *dx > 0.0),
             date: cell("Date"),
             time: cell("Time"),
             column,
-            x_column: match file.abscissa {
-                Abscissa::No => None,
-                Abscissa::One => Some(0),
-                Abscissa::Multi => Some(column - 1),
+            x_column: match file_header.layout {
+                AbscissaLayout::No => None,
+                AbscissaLayout::FirstColumn => Some(0),
+                AbscissaLayout::Multi => Some(column - 1),
             },
         }
     };
-    Ok(Header {
+    Ok(SegmentHeader {
         channels: (0..count).map(channel).collect(),
         columns: per_channel * (count - 1) + 2,
     })
 }
 
 /// A finite number with a decimal point or comma.
-fn number(cell: &str) -> Option<f64> {
+fn parse_number(cell: &str) -> Option<f64> {
     let number: f64 = cell.replace(',', ".").parse().ok()?;
     number.is_finite().then_some(number)
 }

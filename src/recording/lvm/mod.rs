@@ -1,20 +1,17 @@
-//! LabVIEW measurement files (LVM): a header, then segments of a header and rows each.
+//! LabVIEW measurement files (LVM): a file header, then segments, each with a header and rows.
 //!
 //! National Instruments, “Specification for the LabVIEW Measurement File (.lvm)”. Cells stand apart by tabs or commas,
 //! the decimal mark is a point or a comma whatever the header says, `X_Columns` is `No`, `One` or `Multi`, a last column
 //! may hold comments.
 
-/// The lines above the numbers.
 mod header;
 
-/// Rows of numbers.
 mod rows;
 
-/// Segments to groups of channels.
 mod assemble;
 
-use super::raw::{Raw, Repair};
-use super::settings::Settings;
+use super::raw::{RawLog, Repair};
+use super::read_options::ReadOptions;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 
@@ -27,19 +24,19 @@ use crate::base::error::{Error, Errors};
 ///
 /// # Errors
 /// `broken-file`; `ragged-row` and `not-a-number` with the line, unless it is the last of the file, which is a repair; `empty-log` where no row holds a number.
-pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors> {
-    let mut lines = header::Lines::new(path, bytes, settings);
-    let file = header::file(&mut lines)?;
-    let mut raw = Raw {
+pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, Errors> {
+    let mut reader = header::LineReader::new(path, bytes, options);
+    let file = header::read_file_header(&mut reader)?;
+    let mut log = RawLog {
         path: path.to_string(),
-        ..Raw::default()
+        ..RawLog::default()
     };
     let mut segments = Vec::new();
-    while let Some(segment) = header::segment(&mut lines, &file, &mut raw)? {
-        let segment = rows::read(&mut lines, &file, segment)?;
+    while let Some(segment) = header::read_segment_header(&mut reader, &file, &mut log)? {
+        let segment = rows::read_segment(&mut reader, &file, segment)?;
         if let Some((line, text)) = &segment.cut {
-            let text = crate::base::units::shortened(text.trim());
-            raw.repairs.push(Repair {
+            let text = crate::base::quantity::truncate(text.trim());
+            log.repairs.push(Repair {
                 kind: "row-incomplete",
                 message: format!(
                     "the last row, line {line}, breaks off and is left out: \"{text}\""
@@ -55,7 +52,7 @@ pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors
         true => "decimal comma",
         false => "decimal point",
     };
-    raw.dialect = format!(
+    log.dialect = format!(
         "LabVIEW LVM, {}, {mark}, {} segment{}",
         if file.separator == b'\t' {
             "tab"
@@ -65,7 +62,7 @@ pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors
         segments.len(),
         if segments.len() == 1 { "" } else { "s" },
     );
-    raw.facts.extend(file.facts);
-    assemble::assemble(segments, settings, &mut raw)?;
-    Ok(raw)
+    log.metadata.extend(file.metadata);
+    assemble::assemble(segments, options, &mut log)?;
+    Ok(log)
 }

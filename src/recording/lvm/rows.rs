@@ -1,21 +1,21 @@
-//! Rows of numbers of one segment, up to a blank line, the next header or the end of the file.
+//! Data rows of one LVM segment, up to a blank line, the next header or the end of the file.
 
-use super::header::{Channel, File, Header, Lines};
+use super::header::{FileHeader, LineReader, LvmChannel, SegmentHeader};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::recording::column::Column;
 use crate::recording::raw;
+use crate::recording::sample_column::SampleColumn;
 
 /// Numbers of a series collected before they are handed on.
-const BLOCK: usize = 1 << 13;
+const BUFFER_LEN: usize = 1 << 13;
 
 /// Comments kept.
-const MOST_COMMENTS: usize = 20;
+const MAX_COMMENTS: usize = 20;
 
 /// The numbers of one column; blanks at its end are held back, since a shorter channel ends there.
 #[derive(Debug, Default)]
-pub(super) struct Series {
-    pub column: Column,
+pub(super) struct ColumnReader {
+    pub column: SampleColumn,
     block: Vec<f64>,
     /// Blank cells since the last number.
     pub blanks: usize,
@@ -25,24 +25,24 @@ pub(super) struct Series {
     pub overloads: usize,
 }
 
-impl Series {
+impl ColumnReader {
     fn push(&mut self, value: f64) -> Result<(), Error> {
         while self.blanks > 0 {
             self.blanks -= 1;
-            self.put(f64::NAN)?;
+            self.push_value(f64::NAN)?;
         }
         match value.is_infinite() {
             true => {
                 self.overloads += 1;
-                self.put(f64::NAN)
+                self.push_value(f64::NAN)
             }
-            false => self.put(value),
+            false => self.push_value(value),
         }
     }
 
-    fn put(&mut self, value: f64) -> Result<(), Error> {
+    fn push_value(&mut self, value: f64) -> Result<(), Error> {
         self.block.push(value);
-        if self.block.len() == BLOCK {
+        if self.block.len() == BUFFER_LEN {
             self.flush()?;
         }
         Ok(())
@@ -55,24 +55,24 @@ impl Series {
     }
 
     /// Makes the blanks held back missing samples.
-    pub fn fill(&mut self) -> Result<(), Error> {
+    pub fn mark_blanks_missing(&mut self) -> Result<(), Error> {
         while self.blanks > 0 {
             self.blanks -= 1;
-            self.put(f64::NAN)?;
+            self.push_value(f64::NAN)?;
         }
         self.flush()
     }
 }
 
 /// A segment read.
-pub(super) struct Segment {
-    pub channels: Vec<Channel>,
+pub(super) struct LvmSegment {
+    pub channels: Vec<LvmChannel>,
     /// Numbers by channel.
-    pub samples: Vec<Series>,
+    pub samples: Vec<ColumnReader>,
     /// Abscissas: one for all channels, one for each, or none.
-    pub abscissas: Vec<Series>,
+    pub abscissas: Vec<ColumnReader>,
     pub rows: usize,
-    pub lines: raw::Lines,
+    pub numbers: raw::LineNumbers,
     /// Row and text of comments.
     pub comments: Vec<(usize, String)>,
     pub comments_left_out: usize,
@@ -82,49 +82,55 @@ pub(super) struct Segment {
 }
 
 /// Reads the rows below a header.
-pub(super) fn read(lines: &mut Lines<'_>, file: &File, header: Header) -> Result<Segment, Error> {
+pub(super) fn read_segment(
+    numbers: &mut LineReader<'_>,
+    file_header: &FileHeader,
+    header: SegmentHeader,
+) -> Result<LvmSegment, Error> {
     let count = header.channels.len();
     let n_abscissas = match header.channels.iter().filter_map(|c| c.x_column).max() {
         None => 0,
         Some(0) => 1,
         Some(_) => count,
     };
-    let mut segment = Segment {
-        samples: (0..count).map(|_| Series::default()).collect(),
-        abscissas: (0..n_abscissas).map(|_| Series::default()).collect(),
+    let mut segment = LvmSegment {
+        samples: (0..count).map(|_| ColumnReader::default()).collect(),
+        abscissas: (0..n_abscissas).map(|_| ColumnReader::default()).collect(),
         channels: header.channels,
         rows: 0,
-        lines: raw::Lines::default(),
+        numbers: raw::LineNumbers::default(),
         comments: Vec::new(),
         comments_left_out: 0,
         has_comma: false,
         cut: None,
     };
     let mut cells: Vec<&[u8]> = Vec::new();
-    while let Some(line) = lines.peek() {
-        let is_blank = line.iter().all(|&b| b == file.separator || b == b' ');
+    while let Some(line) = numbers.peek() {
+        let is_blank = line
+            .iter()
+            .all(|&b| b == file_header.separator || b == b' ');
         if is_blank || is_key(line) {
             break;
         }
-        let number = lines.number;
-        lines.take();
+        let number = numbers.number;
+        numbers.next_line();
         cells.clear();
-        cells.extend(line.split(|&b| b == file.separator));
-        let at = At {
-            lines,
+        cells.extend(line.split(|&b| b == file_header.separator));
+        let position = RowPosition {
+            numbers,
             number,
             line,
         };
         // A logger that is switched off leaves its last row incomplete; a file of one such row holds nothing.
-        let is_last = lines.peek().is_none() && segment.rows > 0;
-        if is_last && !segment.holds_all(&cells, &at) {
-            segment.cut = Some((number, lines.text(line)));
+        let is_last = numbers.peek().is_none() && segment.rows > 0;
+        if is_last && !segment.holds_all(&cells, &position) {
+            segment.cut = Some((number, numbers.decode(line)));
             break;
         }
-        segment.row(&cells, header.columns, &at)?;
+        segment.read_row(&cells, header.columns, &position)?;
     }
-    for series in segment.samples.iter_mut().chain(&mut segment.abscissas) {
-        series.flush()?;
+    for reader in segment.samples.iter_mut().chain(&mut segment.abscissas) {
+        reader.flush()?;
     }
     Ok(segment)
 }
@@ -135,49 +141,56 @@ fn is_key(line: &[u8]) -> bool {
 }
 
 /// Where a row stands.
-struct At<'a> {
-    lines: &'a Lines<'a>,
+struct RowPosition<'a> {
+    numbers: &'a LineReader<'a>,
     number: usize,
     line: &'a [u8],
 }
 
-impl At<'_> {
+impl RowPosition<'_> {
     fn error(&self, code: Code, message: String) -> Error {
-        self.lines.error(code, self.number, self.line, message)
+        self.numbers.error(code, self.number, self.line, message)
     }
 }
 
-impl Segment {
+impl LvmSegment {
     /// A row holds a number or a blank for every channel that has not ended.
-    fn holds_all(&self, cells: &[&[u8]], at: &At<'_>) -> bool {
+    fn holds_all(&self, cells: &[&[u8]], position: &RowPosition<'_>) -> bool {
         self.channels.iter().all(|channel| {
             let ended = channel.samples.is_some_and(|samples| self.rows >= samples);
             let reaches = ended || channel.column < cells.len();
-            let own = number(cells, channel.column, &channel.name, at).is_ok();
-            let x = channel.x_column.map(|x| number(cells, x, "X_Value", at));
+            let own = parse_number(cells, channel.column, &channel.name, position).is_ok();
+            let x = channel
+                .x_column
+                .map(|x| parse_number(cells, x, "X_Value", position));
             reaches && own && x.is_none_or(|x| x.is_ok())
         })
     }
 
-    fn row(&mut self, cells: &[&[u8]], columns: usize, at: &At<'_>) -> Result<(), Error> {
+    fn read_row(
+        &mut self,
+        cells: &[&[u8]],
+        columns: usize,
+        position: &RowPosition<'_>,
+    ) -> Result<(), Error> {
         let row = self.rows;
-        for (which, series) in self.abscissas.iter_mut().enumerate() {
+        for (which, reader) in self.abscissas.iter_mut().enumerate() {
             let column = self.channels[which].x_column.unwrap_or(0);
-            match number(cells, column, "X_Value", at)? {
+            match parse_number(cells, column, "X_Value", position)? {
                 Some((x, comma)) => {
                     self.has_comma |= comma;
                     let cell = cells[column].trim_ascii();
-                    series.resolution = series.resolution.max(last_digit(cell));
-                    series.push(x)?;
+                    reader.resolution = reader.resolution.max(resolution_of(cell));
+                    reader.push(x)?;
                 }
-                None => series.blanks += 1,
+                None => reader.blanks += 1,
             }
         }
-        for (channel, series) in self.channels.iter().zip(&mut self.samples) {
+        for (channel, reader) in self.channels.iter().zip(&mut self.samples) {
             // A row ends early only where the channels that follow have ended before.
             let ended = channel.samples.is_some_and(|samples| row >= samples);
             if channel.column >= cells.len() && !ended {
-                return Err(at.error(
+                return Err(position.error(
                     Code::RaggedRow,
                     format!(
                         "the row has {} cells where channel `{}` stands in column {}",
@@ -187,39 +200,39 @@ impl Segment {
                     ),
                 ));
             }
-            match number(cells, channel.column, &channel.name, at)? {
+            match parse_number(cells, channel.column, &channel.name, position)? {
                 Some((value, comma)) => {
                     self.has_comma |= comma;
-                    series.push(value)?;
+                    reader.push(value)?;
                 }
-                None => series.blanks += 1,
+                None => reader.blanks += 1,
             }
         }
         let comment = cells.get(columns..).unwrap_or_default();
         let comment = comment.iter().find(|cell| !cell.trim_ascii().is_empty());
         match comment {
-            Some(comment) if self.comments.len() < MOST_COMMENTS => {
+            Some(comment) if self.comments.len() < MAX_COMMENTS => {
                 self.comments
-                    .push((row, at.lines.text(comment.trim_ascii())));
+                    .push((row, position.numbers.decode(comment.trim_ascii())));
             }
             Some(_) => self.comments_left_out += 1,
             None => {}
         }
-        self.lines.note(row, at.number);
+        self.numbers.push(row, position.number);
         self.rows += 1;
         Ok(())
     }
 }
 
 /// The number in a cell, and whether it has a decimal comma; `None` where the cell is blank.
-fn number(
+fn parse_number(
     cells: &[&[u8]],
     column: usize,
     name: &str,
-    at: &At<'_>,
+    position: &RowPosition<'_>,
 ) -> Result<Option<(f64, bool)>, Error> {
     /// Bytes a number may be written in.
-    const LONGEST: usize = 64;
+    const MAX_NUMBER_LEN: usize = 64;
     let cell = cells.get(column).copied().unwrap_or_default().trim_ascii();
     if cell.is_empty() {
         return Ok(None);
@@ -227,7 +240,7 @@ fn number(
     if let Ok(value) = fast_float2::parse::<f64, _>(cell) {
         return Ok(Some((value, false)));
     }
-    let mut with_point = [0; LONGEST];
+    let mut with_point = [0; MAX_NUMBER_LEN];
     let room = with_point.get_mut(..cell.len());
     let value = room.and_then(|room| {
         room.copy_from_slice(cell);
@@ -240,7 +253,7 @@ fn number(
         Some(value) => Ok(Some((value, true))),
         None => {
             let shown: String = String::from_utf8_lossy(cell).chars().take(24).collect();
-            Err(at.error(
+            Err(position.error(
                 Code::NotANumber,
                 format!("`{shown}` in channel `{name}` is not a number"),
             ))
@@ -249,7 +262,7 @@ fn number(
 }
 
 /// One unit of the last digit of a number as written: 1e-6 for `0.000312`, 1e-11 for `1.953125E-5`.
-fn last_digit(cell: &[u8]) -> f64 {
+fn resolution_of(cell: &[u8]) -> f64 {
     let (mantissa, exponent) = match cell.iter().position(|b| matches!(b, b'e' | b'E')) {
         Some(at) => (&cell[..at], &cell[at + 1..]),
         None => (cell, &b"0"[..]),

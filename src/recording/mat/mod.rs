@@ -1,30 +1,26 @@
-//! MATLAB files of level 5: which variable is time, which are channels, which are frequency responses.
+//! MATLAB files of level 5: time vectors, channels and frequency responses among the variables.
 
-/// Variables under the names they are reached by.
 mod variables;
 
-/// What a variable is, by its name and its numbers.
 mod roles;
 
-/// Channels over their time vectors.
 mod signals;
 
-/// Responses and spectra over a frequency vector.
 mod spectra;
 
-use variables::Flat;
+use variables::Variables;
 
-use super::raw::Raw;
-use super::settings::Settings;
+use super::raw::RawLog;
+use super::read_options::ReadOptions;
 use crate::base::code::Code;
-use crate::base::error::{Error, Errors, Warning};
+use crate::base::error::{Diagnostic, Error, Errors};
 use crate::base::mat5;
 
 /// Texts of a file that are kept as facts, characters at most each.
-const LONGEST_FACT: usize = 200;
+const MAX_METADATA_LEN: usize = 200;
 
 /// Names of variables shown in a message.
-const SHOWN: usize = 8;
+const MAX_NAMES_SHOWN: usize = 8;
 
 /// Reads a MATLAB file of level 5 whole.
 ///
@@ -35,15 +31,15 @@ const SHOWN: usize = 8;
 ///
 /// # Errors
 /// Those of [`mat5::read::read`]; `empty-log` where nothing fits these rules.
-pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors> {
+pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, Errors> {
     let (description, arrays) = mat5::read::read(bytes)?;
-    let mut raw = Raw {
+    let mut log = RawLog {
         path: path.to_string(),
         dialect: "MATLAB level 5".to_string(),
-        facts: vec![("header".to_string(), description)],
-        ..Raw::default()
+        metadata: vec![("header".to_string(), description)],
+        ..RawLog::default()
     };
-    let mut flat = Flat::default();
+    let mut flat = Variables::default();
     let mut names: Vec<String> = Vec::new();
     for array in arrays {
         // Variables without a name are MATLAB's own workspace of functions.
@@ -55,49 +51,50 @@ pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors
         let name = match before {
             0 => array.name.clone(),
             _ => {
-                raw.warnings.push(twice(&array.name));
+                log.diagnostics.push(duplicate_variable(&array.name));
                 format!("{} #{}", array.name, before + 1)
             }
         };
-        flat.walk(name, array);
+        flat.flatten(name, array);
     }
-    let short = |(_, text): &&(String, String)| text.chars().count() <= LONGEST_FACT;
-    raw.facts.extend(flat.texts.iter().filter(short).cloned());
+    let short = |(_, text): &&(String, String)| text.chars().count() <= MAX_METADATA_LEN;
+    log.metadata
+        .extend(flat.texts.iter().filter(short).cloned());
     if !flat.others.is_empty() {
         let mut others = flat
             .others
             .iter()
             .map(|(name, what)| format!("`{name}` ({what})"));
-        raw.warnings.push(Warning {
+        log.diagnostics.push(Diagnostic {
             code: "variables-left-out",
-            message: format!("not read: {}", listed(&mut others)),
+            message: format!("not read: {}", list_names(&mut others)),
             hint: Some("in MATLAB, put their numbers into plain arrays and save those".into()),
         });
     }
-    let found = spectra::take(&mut flat.numbers, &mut raw)?;
-    signals::take(&mut flat.numbers, settings, &mut raw)?;
-    if !found && raw.groups.is_empty() {
-        return Err(nothing(&flat).into());
+    let found = spectra::take_spectra(&mut flat.numbers, &mut log)?;
+    signals::take_channels(&mut flat.numbers, options, &mut log)?;
+    if !found && log.groups.is_empty() {
+        return Err(no_log_data(&flat).into());
     }
     if !flat.numbers.is_empty() {
         let mut left = flat
             .numbers
             .iter()
-            .map(|v| format!("`{}` ({})", v.name, v.size()));
-        raw.warnings.push(Warning {
+            .map(|v| format!("`{}` ({})", v.name, v.size_text()));
+        log.diagnostics.push(Diagnostic {
             code: "variables-left-out",
             message: format!(
                 "neither as long as the time nor as the frequency, not read: {}",
-                listed(&mut left)
+                list_names(&mut left)
             ),
             hint: None,
         });
     }
-    Ok(raw)
+    Ok(log)
 }
 
-fn twice(name: &str) -> Warning {
-    Warning {
+fn duplicate_variable(name: &str) -> Diagnostic {
+    Diagnostic {
         code: "name-twice",
         message: format!("the MATLAB file holds two variables named `{name}`; both are kept"),
         hint: Some(format!(
@@ -107,29 +104,29 @@ fn twice(name: &str) -> Warning {
 }
 
 /// The file holds nothing that could be a log.
-fn nothing(flat: &Flat) -> Error {
-    let numbers = flat
+fn no_log_data(variables: &Variables) -> Error {
+    let numbers = variables
         .numbers
         .iter()
-        .map(|v| format!("`{}` ({})", v.name, v.size()));
-    let others = flat
+        .map(|v| format!("`{}` ({})", v.name, v.size_text()));
+    let others = variables
         .others
         .iter()
         .map(|(name, what)| format!("`{name}` ({what})"));
     let mut all = numbers.chain(others).peekable();
     let held = match all.peek() {
         None => "no numbers".to_string(),
-        Some(_) => listed(&mut all),
+        Some(_) => list_names(&mut all),
     };
     Error::new(
         Code::EmptyLog,
         format!("the MATLAB file holds no signals and no frequency responses; it holds {held}"),
     )
-    .hint("save the signals as plain vectors or matrices with a vector `t` in s or a scalar `fs` in Hz")
+    .with_hint("save the signals as plain vectors or matrices with a vector `t` in s or a scalar `fs` in Hz")
 }
 
-fn listed(items: &mut impl Iterator<Item = String>) -> String {
-    let mut shown: Vec<String> = items.by_ref().take(SHOWN).collect();
+fn list_names(items: &mut impl Iterator<Item = String>) -> String {
+    let mut shown: Vec<String> = items.by_ref().take(MAX_NAMES_SHOWN).collect();
     match items.count() {
         0 => {}
         more => shown.push(format!("and {more} more")),

@@ -1,11 +1,11 @@
-//! What a variable of a MATLAB file is, by its name and its numbers.
+//! Role of a MATLAB variable (time, rate, frequency, channel, response) from its name and values.
 
 use super::variables::Variable;
-use crate::recording::raw::rate_of_step;
+use crate::recording::raw::rate_from_interval;
 use crate::recording::stated_rates::{BARE_RATE, StatedRate};
 
 /// Names of vectors of time.
-const TIME: &[&str] = &[
+const TIME_NAMES: &[&str] = &[
     "t",
     "time",
     "times",
@@ -21,7 +21,7 @@ const TIME: &[&str] = &[
 ];
 
 /// Names of the sample rate, Hz.
-const RATE: &[&str] = &[
+const RATE_NAMES: &[&str] = &[
     "fs",
     "sr",
     "srate",
@@ -32,7 +32,7 @@ const RATE: &[&str] = &[
 ];
 
 /// What names of the sample rate end in, Hz.
-const RATE_ENDS: &[&str] = &[
+const RATE_SUFFIXES: &[&str] = &[
     "samplerate",
     "samplingrate",
     "samplingfrequency",
@@ -41,10 +41,10 @@ const RATE_ENDS: &[&str] = &[
 ];
 
 /// Names of the time from sample to sample, s.
-const STEP: &[&str] = &["dt", "deltat", "ts", "tsample", "deltax"];
+const INTERVAL_NAMES: &[&str] = &["dt", "deltat", "ts", "tsample", "deltax"];
 
 /// What names of the time from sample to sample end in, s.
-const STEP_ENDS: &[&str] = &[
+const INTERVAL_SUFFIXES: &[&str] = &[
     "sampletime",
     "samplingtime",
     "samplinginterval",
@@ -54,29 +54,29 @@ const STEP_ENDS: &[&str] = &[
 ];
 
 /// Names of vectors of frequency, Hz.
-const FREQUENCY: &[&str] = &["f", "ff", "fhz", "fvec", "hz", "faxis"];
+const FREQUENCY_NAMES: &[&str] = &["f", "ff", "fhz", "fvec", "hz", "faxis"];
 
 /// Names of vectors of circular frequency, rad/s.
-const CIRCULAR: &[&str] = &["w", "omega", "wrad"];
+const ANGULAR_FREQUENCY_NAMES: &[&str] = &["w", "omega", "wrad"];
 
 /// How far a uniform vector may stray from a straight line, in steps: single precision over 10⁴ samples strays 10⁻³.
-const STRAIGHT: f64 = 0.01;
+const MAX_NONUNIFORMITY: f64 = 0.01;
 
 fn is_named(word: &str, names: &[&str], ends: &[&str]) -> bool {
     names.contains(&word) || ends.iter().any(|end| word.ends_with(end))
 }
 
 /// The sample rate a scalar states.
-pub(super) fn rate(variable: &Variable) -> Option<StatedRate> {
+pub(super) fn stated_rate_hz(variable: &Variable) -> Option<StatedRate> {
     let (&[value], None) = (variable.re.as_slice(), &variable.im) else {
         return None;
     };
-    let word = variable.word();
+    let word = variable.normalized_name();
     let is_bare = word == BARE_RATE;
-    let hertz = if is_bare || is_named(&word, RATE, RATE_ENDS) {
+    let hertz = if is_bare || is_named(&word, RATE_NAMES, RATE_SUFFIXES) {
         value
-    } else if is_named(&word, STEP, STEP_ENDS) {
-        rate_of_step(value)
+    } else if is_named(&word, INTERVAL_NAMES, INTERVAL_SUFFIXES) {
+        rate_from_interval(value)
     } else {
         return None;
     };
@@ -89,7 +89,7 @@ pub(super) fn rate(variable: &Variable) -> Option<StatedRate> {
 
 /// A real vector with a name of time.
 pub(super) fn is_time(variable: &Variable) -> bool {
-    is_real_vector(variable) && TIME.contains(&variable.word().as_str())
+    is_real_vector(variable) && TIME_NAMES.contains(&variable.normalized_name().as_str())
 }
 
 /// A real vector that rises by equal steps from zero or near it, and does not merely count the samples.
@@ -100,7 +100,7 @@ pub(super) fn is_uniform(variable: &Variable) -> bool {
     };
     let step = (last - first) / (x.len() - 1) as f64;
     let straight =
-        |(i, &x): (usize, &f64)| (x - (first + i as f64 * step)).abs() <= STRAIGHT * step;
+        |(i, &x): (usize, &f64)| (x - (first + i as f64 * step)).abs() <= MAX_NONUNIFORMITY * step;
     step > 0.0
         && step != 1.0
         && *first >= 0.0
@@ -109,10 +109,10 @@ pub(super) fn is_uniform(variable: &Variable) -> bool {
 }
 
 /// Frequencies of a rising vector named so, Hz.
-pub(super) fn frequencies(variable: &Variable) -> Option<Vec<f64>> {
-    let word = variable.word();
-    let is_hertz = FREQUENCY.contains(&word.as_str()) || word.starts_with("freq");
-    let is_circular = CIRCULAR.contains(&word.as_str());
+pub(super) fn frequencies_hz(variable: &Variable) -> Option<Vec<f64>> {
+    let word = variable.normalized_name();
+    let is_hertz = FREQUENCY_NAMES.contains(&word.as_str()) || word.starts_with("freq");
+    let is_circular = ANGULAR_FREQUENCY_NAMES.contains(&word.as_str());
     let rises = variable.re.windows(2).all(|pair| pair[0] < pair[1]);
     let starts = variable.re.first().is_some_and(|&first| first >= 0.0);
     if !(is_hertz || is_circular) || !is_real_vector(variable) || !rises || !starts {
@@ -132,7 +132,7 @@ fn is_real_vector(variable: &Variable) -> bool {
 
 /// What lies over the lines of a frequency vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Over {
+pub(super) enum FrequencyData {
     Response,
     Coherence,
     /// A spectrum, by the word that is used of it.
@@ -140,18 +140,18 @@ pub(super) enum Over {
 }
 
 /// What numbers over frequency are, by name; complex ones are responses unless the name speaks of a spectrum.
-pub(super) fn over_frequency(variable: &Variable) -> Over {
-    let word = variable.word();
+pub(super) fn frequency_data(variable: &Variable) -> FrequencyData {
+    let word = variable.normalized_name();
     let has = |parts: &[&str]| parts.iter().any(|part| word.contains(part));
     if has(&["coh"]) && variable.im.is_none() {
-        Over::Coherence
+        FrequencyData::Coherence
     } else if has(&["cross", "csd", "gxy", "sxy"]) {
-        Over::Spectrum("cross spectrum")
+        FrequencyData::Spectrum("cross spectrum")
     } else if has(&["psd", "density"]) {
-        Over::Spectrum("power spectral density")
+        FrequencyData::Spectrum("power spectral density")
     } else if has(&["spec", "auto", "fft"]) || variable.im.is_none() {
-        Over::Spectrum("spectrum")
+        FrequencyData::Spectrum("spectrum")
     } else {
-        Over::Response
+        FrequencyData::Response
     }
 }

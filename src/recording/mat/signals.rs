@@ -1,38 +1,38 @@
-//! Channels of a MATLAB file, grouped by their time vectors.
+//! Channels of a MATLAB file, grouped by their time vector.
 
 use super::roles;
 use super::variables::{Variable, parent};
-use crate::base::error::{Error, Warning};
-use crate::base::kind::Kind;
-use crate::base::units;
-use crate::recording::column::Column;
-use crate::recording::raw::{Clock, Group, Raw, RawChannel, Stamps};
+use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::recording::raw::{ChannelGroup, RawChannel, RawLog, RawTiming, TimeStamps};
+use crate::recording::read_options::ReadOptions;
 use crate::recording::resolution::Resolution;
-use crate::recording::settings::Settings;
-use crate::recording::stated_rates::{StatedRate, agreed};
+use crate::recording::sample_column::SampleColumn;
+use crate::recording::stated_rates::{StatedRate, agreed_rate};
 
 /// Fewer numbers in a row are parameters, not signals.
-const SHORTEST: usize = 8;
+const MIN_SIGNAL_LEN: usize = 8;
 
 /// Takes time vectors, rates and channels out of `numbers` and puts them into `raw`.
-pub(super) fn take(
+pub(super) fn take_channels(
     numbers: &mut Vec<Variable>,
-    settings: &Settings,
-    raw: &mut Raw,
+    options: &ReadOptions,
+    log: &mut RawLog,
 ) -> Result<(), Error> {
     let rates = take_rates(numbers);
-    let times = take_times(numbers, settings, !rates.is_empty());
+    let times = take_times(numbers, options, !rates.is_empty());
     if times.is_empty() {
         let length = numbers.iter().filter(|v| v.im.is_none());
         let length = length.map(Variable::length).max().unwrap_or(0);
-        if length >= SHORTEST {
-            push_group(numbers, length, None, Clock::default(), raw)?;
-            for group in &mut raw.groups {
+        if length >= MIN_SIGNAL_LEN {
+            push_group(numbers, length, None, RawTiming::default(), log)?;
+            for group in &mut log.groups {
                 let mut parents: Vec<&str> =
                     group.channels.iter().map(|c| parent(&c.name)).collect();
                 parents.dedup();
-                group.clock.stated_rates = match parents[..] {
-                    [own] => of_structure(&rates, own),
+                group.timing.stated_rates = match parents[..] {
+                    [own] => structure_rates(&rates, own),
                     _ => rates.clone(),
                 };
             }
@@ -40,11 +40,11 @@ pub(super) fn take(
         return Ok(());
     }
     for time in times {
-        let stated_rates = of_structure(&rates, time.parent());
-        let rate = agreed(&stated_rates, false).ok().flatten();
-        let creep = rate.and_then(|rate| creep(&time, rate.hertz));
+        let stated_rates = structure_rates(&rates, time.parent_path());
+        let rate = agreed_rate(&stated_rates, false).ok().flatten();
+        let creep = rate.and_then(|rate| rounding_drift(&time, rate.hertz));
         if let (Some(creep), Some(rate)) = (creep, rate) {
-            raw.warnings.push(Warning {
+            log.diagnostics.push(Diagnostic {
                 code: "time-rounded",
                 message: format!(
                     "`{}` is in single precision and creeps by {creep:.1e} of a step: `{}` is taken, {} Hz",
@@ -55,29 +55,29 @@ pub(super) fn take(
         }
         let stamps = match creep {
             Some(_) => None,
-            None => Some(stamps(&time, settings)?),
+            None => Some(time_stamps(&time, options)?),
         };
-        let clock = Clock {
+        let timing = RawTiming {
             stated_rates,
             stamps,
-            ..Clock::default()
+            ..RawTiming::default()
         };
         // Vectors of the same structure as the time first, so that equally long runs stay apart.
-        let parent = Some(time.parent()).filter(|parent| !parent.is_empty());
-        push_group(numbers, time.re.len(), parent, clock, raw)?;
+        let parent = Some(time.parent_path()).filter(|parent| !parent.is_empty());
+        push_group(numbers, time.re.len(), parent, timing, log)?;
     }
     Ok(())
 }
 
 /// The scalars that state a sample rate.
 fn take_rates(numbers: &mut Vec<Variable>) -> Vec<StatedRate> {
-    let rates = numbers.iter().filter_map(roles::rate).collect();
-    numbers.retain(|v| roles::rate(v).is_none());
+    let rates = numbers.iter().filter_map(roles::stated_rate_hz).collect();
+    numbers.retain(|v| roles::stated_rate_hz(v).is_none());
     rates
 }
 
 /// The rates stated within a structure; all of them where it states none.
-fn of_structure(rates: &[StatedRate], structure: &str) -> Vec<StatedRate> {
+fn structure_rates(rates: &[StatedRate], structure: &str) -> Vec<StatedRate> {
     let own = |r: &&StatedRate| parent(&r.key) == structure;
     let found: Vec<StatedRate> = rates.iter().filter(own).cloned().collect();
     match found.is_empty() {
@@ -87,15 +87,17 @@ fn of_structure(rates: &[StatedRate], structure: &str) -> Vec<StatedRate> {
 }
 
 /// The time vectors: the one that was asked for, else those named so, else the single one that rises by equal steps.
-fn take_times(numbers: &mut Vec<Variable>, settings: &Settings, has_rate: bool) -> Vec<Variable> {
-    let wanted: Vec<usize> = match settings.time_column.as_deref() {
+fn take_times(numbers: &mut Vec<Variable>, options: &ReadOptions, has_rate: bool) -> Vec<Variable> {
+    let wanted: Vec<usize> = match options.time_column.as_deref() {
         Some("none") => Vec::new(),
-        Some(name) => indices(numbers, |v| {
+        Some(name) => positions(numbers, |v| {
             v.name == name && v.im.is_none() && v.is_vector()
         }),
         None => {
-            let named = indices(numbers, roles::is_time);
-            let uniform = indices(numbers, |v| v.length() >= SHORTEST && roles::is_uniform(v));
+            let named = positions(numbers, roles::is_time);
+            let uniform = positions(numbers, |v| {
+                v.length() >= MIN_SIGNAL_LEN && roles::is_uniform(v)
+            });
             match (named.is_empty(), has_rate, uniform.as_slice()) {
                 (false, ..) => named,
                 (true, false, &[one]) => vec![one],
@@ -108,13 +110,13 @@ fn take_times(numbers: &mut Vec<Variable>, settings: &Settings, has_rate: bool) 
     times
 }
 
-fn indices(numbers: &[Variable], is: impl Fn(&Variable) -> bool) -> Vec<usize> {
+fn positions(numbers: &[Variable], is: impl Fn(&Variable) -> bool) -> Vec<usize> {
     (0..numbers.len()).filter(|&at| is(&numbers[at])).collect()
 }
 
 /// How far the steps of a time in single precision differ from those of the rate stated, in steps, where rounding at every step
 /// explains it.
-fn creep(time: &Variable, rate_hz: f64) -> Option<f64> {
+fn rounding_drift(time: &Variable, rate_hz: f64) -> Option<f64> {
     let largest = time.re.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
     // One unit of the last digit at the end of the record.
     let unit = f64::from(f32::EPSILON) * largest * rate_hz;
@@ -127,49 +129,49 @@ fn creep(time: &Variable, rate_hz: f64) -> Option<f64> {
 }
 
 /// Seconds since the first stamp.
-fn stamps(time: &Variable, settings: &Settings) -> Result<Stamps, Error> {
-    let unit = settings.time_unit.as_deref().unwrap_or_default();
+fn time_stamps(time: &Variable, options: &ReadOptions) -> Result<TimeStamps, Error> {
+    let unit = options.time_unit.as_deref().unwrap_or_default();
     let scale = match unit {
         "" => 1.0,
-        unit => units::parse(&format!("1 {unit}"), Kind::Time, "the unit of time")?,
+        unit => quantity::parse(&format!("1 {unit}"), QuantityKind::Time, "the unit of time")?,
     };
     let start = time.re[0];
     let seconds: Vec<f64> = time.re.iter().map(|t| (t - start) * scale).collect();
     let largest = time.re.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
-    Ok(Stamps {
+    Ok(TimeStamps {
         name: time.name.clone(),
         unit: unit.to_string(),
         first: String::new(),
-        seconds: Column::from_slice(&seconds),
-        resolution: Resolution::fixed(match time.epsilon {
+        seconds: SampleColumn::from_slice(&seconds),
+        resolution: Resolution::constant(match time.epsilon {
             1.0 => scale, // integers
             epsilon => epsilon * largest * scale,
         }),
     })
 }
 
-/// Takes everything real with a side of `length`; where `parent` is given and has such variables, those alone.
+/// Takes everything real with a side of `length`; where `parent_path` is given and has such variables, those alone.
 fn push_group(
     numbers: &mut Vec<Variable>,
     length: usize,
     parent: Option<&str>,
-    clock: Clock,
-    raw: &mut Raw,
+    timing: RawTiming,
+    log: &mut RawLog,
 ) -> Result<(), Error> {
     let fits = |v: &Variable| v.im.is_none() && !v.series(length).is_empty();
-    let is_kin = |v: &Variable| fits(v) && parent.is_some_and(|parent| v.parent() == parent);
+    let is_kin = |v: &Variable| fits(v) && parent.is_some_and(|parent| v.parent_path() == parent);
     let has_kin = numbers.iter().any(is_kin);
     let is_taken = |v: &Variable| if has_kin { is_kin(v) } else { fits(v) };
     let (taken, left) = numbers.drain(..).partition::<Vec<_>, _>(is_taken);
     *numbers = left;
-    let mut group = Group {
-        clock,
+    let mut group = ChannelGroup {
+        timing,
         channels: Vec::new(),
     };
     for variable in taken {
         let series = variable.series(length);
         for (at, &(start, step)) in series.iter().enumerate() {
-            let mut samples = Column::default();
+            let mut samples = SampleColumn::default();
             let values = variable.re[start..].iter().step_by(step).take(length);
             samples.push(&values.copied().collect::<Vec<f64>>())?;
             group.channels.push(RawChannel {
@@ -180,7 +182,7 @@ fn push_group(
         }
     }
     if !group.channels.is_empty() {
-        raw.groups.push(group);
+        log.groups.push(group);
     }
     Ok(())
 }

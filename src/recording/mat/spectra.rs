@@ -1,15 +1,17 @@
-//! Frequency responses, coherences and spectra of a MATLAB file, over its frequency vector.
+//! Frequency responses, coherences and spectra of a MATLAB file over its frequency vector.
 
-use super::roles::{self, Over};
+use super::roles::{self, FrequencyData};
 use super::variables::Variable;
-use crate::base::error::{Error, Warning};
+use crate::base::error::{Diagnostic, Error};
 use crate::numeric::Complex;
-use crate::recording::raw::Raw;
-use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Spectrum, Terminal};
+use crate::recording::frequency_responses::{
+    ChannelLabel, FrequencyResponse, FrequencyResponses, StoredSpectrum,
+};
+use crate::recording::raw::RawLog;
 
 /// Takes the frequency vector and what lies over it out of `numbers`; whether there was any.
-pub(super) fn take(numbers: &mut Vec<Variable>, raw: &mut Raw) -> Result<bool, Error> {
-    let found = (0..numbers.len()).find_map(|at| Some((at, roles::frequencies(&numbers[at])?)));
+pub(super) fn take_spectra(numbers: &mut Vec<Variable>, log: &mut RawLog) -> Result<bool, Error> {
+    let found = (0..numbers.len()).find_map(|at| Some((at, roles::frequencies_hz(&numbers[at])?)));
     let Some((at, lines)) = found else {
         return Ok(false);
     };
@@ -37,46 +39,52 @@ pub(super) fn take(numbers: &mut Vec<Variable>, raw: &mut Raw) -> Result<bool, E
         ..FrequencyResponses::default()
     };
     for variable in &taken {
-        match roles::over_frequency(variable) {
-            Over::Response => {
+        match roles::frequency_data(variable) {
+            FrequencyData::Response => {
                 responses
-                    .functions
-                    .extend(each(variable, lines.len(), |name, value| {
+                    .responses
+                    .extend(for_each_series(variable, lines.len(), |name, value| {
                         FrequencyResponse {
-                            output: Terminal {
+                            output: ChannelLabel {
                                 name,
                                 unit: String::new(),
                             },
-                            value,
+                            values: value,
                             ..FrequencyResponse::default()
                         }
                     }))
             }
-            Over::Spectrum(kind) => {
-                raw.spectra
-                    .extend(each(variable, lines.len(), |name, value| Spectrum {
-                        name,
-                        kind,
-                        frequency_hz: lines.clone(),
-                        value,
-                        ..Spectrum::default()
+            FrequencyData::Spectrum(kind) => {
+                log.spectra
+                    .extend(for_each_series(variable, lines.len(), |name, value| {
+                        StoredSpectrum {
+                            name,
+                            kind,
+                            frequency_hz: lines.clone(),
+                            values: value,
+                            ..StoredSpectrum::default()
+                        }
                     }))
             }
-            Over::Coherence => {}
+            FrequencyData::Coherence => {}
         }
     }
-    let is_coherence = |v: &&Variable| roles::over_frequency(v) == Over::Coherence;
+    let is_coherence = |v: &&Variable| roles::frequency_data(v) == FrequencyData::Coherence;
     for coherence in taken.iter().filter(is_coherence) {
-        give_coherence(coherence, &mut responses, &mut raw.warnings);
+        attach_coherence(coherence, &mut responses, &mut log.diagnostics);
     }
-    if !responses.functions.is_empty() {
-        raw.responses = Some(responses);
+    if !responses.responses.is_empty() {
+        log.responses = Some(responses);
     }
-    Ok(raw.responses.is_some() || !raw.spectra.is_empty())
+    Ok(log.responses.is_some() || !log.spectra.is_empty())
 }
 
 /// Every row or column of a variable with its name.
-fn each<T>(variable: &Variable, length: usize, make: impl Fn(String, Vec<Complex>) -> T) -> Vec<T> {
+fn for_each_series<T>(
+    variable: &Variable,
+    length: usize,
+    make: impl Fn(String, Vec<Complex>) -> T,
+) -> Vec<T> {
     let series = variable.series(length);
     let value = |&(start, step): &(usize, usize)| {
         let at = (0..length).map(move |k| start + k * step);
@@ -90,20 +98,20 @@ fn each<T>(variable: &Variable, length: usize, make: impl Fn(String, Vec<Complex
 }
 
 /// Finds the responses a coherence belongs to: those of the same name without its mark, or the only ones there are.
-fn give_coherence(
+fn attach_coherence(
     coherence: &Variable,
     responses: &mut FrequencyResponses,
-    warnings: &mut Vec<Warning>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) {
     let length = responses.frequency_hz.len();
-    let measured = each(coherence, length, |name, value| {
+    let measured = for_each_series(coherence, length, |name, value| {
         (name, value.iter().map(|v| v.re).collect::<Vec<f64>>())
     });
-    let count = responses.functions.len();
+    let count = responses.responses.len();
     for (at, (name, values)) in measured.into_iter().enumerate() {
-        let bare = core(&name);
+        let bare = base_name(&name);
         let matches: Vec<usize> = (0..count)
-            .filter(|&i| core(&responses.functions[i].output.name) == bare)
+            .filter(|&i| base_name(&responses.responses[i].output.name) == bare)
             .collect();
         let place = match matches.as_slice() {
             &[one] => Some(one),
@@ -111,10 +119,10 @@ fn give_coherence(
             _ => None,
         };
         let largest = values.iter().fold(0.0_f64, |most, &c| most.max(c));
-        match place.and_then(|place| responses.functions.get_mut(place)) {
+        match place.and_then(|place| responses.responses.get_mut(place)) {
             Some(function) => {
                 if largest > 1.0 {
-                    warnings.push(Warning {
+                    diagnostics.push(Diagnostic {
                         code: "coherence-above-one",
                         message: format!("the coherence `{name}` reaches {largest:.3}, and none can exceed 1"),
                         hint: Some("the analyser that wrote it averaged its spectra differently; weigh by it with care".into()),
@@ -122,7 +130,7 @@ fn give_coherence(
                 }
                 function.coherence = Some(values);
             }
-            None => warnings.push(Warning {
+            None => diagnostics.push(Diagnostic {
                 code: "coherence-left-out",
                 message: format!("the coherence `{name}` belongs to none of the {count} frequency responses by its name"),
                 hint: None,
@@ -132,7 +140,7 @@ fn give_coherence(
 }
 
 /// A name without the marks of response and coherence, by which the two are matched.
-fn core(name: &str) -> String {
+fn base_name(name: &str) -> String {
     let mut bare: String = name
         .to_lowercase()
         .chars()

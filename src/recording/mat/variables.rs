@@ -1,4 +1,4 @@
-//! The numbers of a MATLAB file with the names they are reached by: `x`, `run.x`, `runs(2).x`, `c{3}`.
+//! Numeric MATLAB variables by full path: `x`, `run.x`, `runs(2).x`, `c{3}`.
 
 use crate::base::mat5::read::{Array, Contents};
 
@@ -26,12 +26,12 @@ pub(super) struct Variable {
 
 impl Variable {
     /// The structure it is a field of.
-    pub fn parent(&self) -> &str {
+    pub fn parent_path(&self) -> &str {
         parent(&self.name)
     }
 
     /// The last part of the name, small letters and digits alone: `Time_Sample_Rate` is `timesamplerate`.
-    pub fn word(&self) -> String {
+    pub fn normalized_name(&self) -> String {
         let last = self.name.rsplit('.').next().unwrap_or_default();
         let letters = last.chars().filter(|c| c.is_alphanumeric());
         letters.flat_map(char::to_lowercase).collect()
@@ -47,8 +47,8 @@ impl Variable {
         self.rows.max(self.columns)
     }
 
-    /// Size in words: `5 × 54000`.
-    pub fn size(&self) -> String {
+    /// Size as text: `5 × 54000`.
+    pub fn size_text(&self) -> String {
         format!("{} × {}", self.rows, self.columns)
     }
 
@@ -61,7 +61,7 @@ impl Variable {
         }
     }
 
-    /// The name of series `at` of `count`, counted from 1.
+    /// The name of series `at` of `element_count`, counted from 1.
     pub fn series_name(&self, at: usize, count: usize) -> String {
         match count {
             1 => self.name.clone(),
@@ -72,7 +72,7 @@ impl Variable {
 
 /// What a file holds, flat.
 #[derive(Default)]
-pub(super) struct Flat {
+pub(super) struct Variables {
     pub numbers: Vec<Variable>,
     /// Texts of one row.
     pub texts: Vec<(String, String)>,
@@ -80,16 +80,16 @@ pub(super) struct Flat {
     pub others: Vec<(String, String)>,
 }
 
-impl Flat {
+impl Variables {
     /// Walks variables, structures and cells.
-    pub fn walk(&mut self, name: String, array: Array) {
+    pub fn flatten(&mut self, name: String, array: Array) {
         let Array {
             dimensions,
             contents,
             ..
         } = array;
         let rows = dimensions.first().copied().unwrap_or(0);
-        let columns = count(dimensions.get(1..).unwrap_or_default());
+        let columns = element_count(dimensions.get(1..).unwrap_or_default());
         match contents {
             Contents::Real { values, .. } if values.is_empty() => {}
             Contents::Real { values, epsilon } => self.numbers.push(Variable {
@@ -116,18 +116,18 @@ impl Flat {
             }
             Contents::Cells(cells) => {
                 for (at, cell) in cells.into_iter().enumerate() {
-                    self.walk(format!("{name}{{{}}}", at + 1), cell);
+                    self.flatten(format!("{name}{{{}}}", at + 1), cell);
                 }
             }
             Contents::Structure(fields) => {
-                let structures = count(&dimensions);
+                let structures = element_count(&dimensions);
                 let per_structure = (fields.len() / structures.max(1)).max(1);
                 for (at, field) in fields.into_iter().enumerate() {
                     let place = match structures {
                         1 => String::new(),
                         _ => format!("({})", at / per_structure + 1),
                     };
-                    self.walk(format!("{name}{place}.{}", field.name), field);
+                    self.flatten(format!("{name}{place}.{}", field.name), field);
                 }
             }
             Contents::Other(what) => self.others.push((name, what)),
@@ -136,7 +136,7 @@ impl Flat {
 }
 
 /// Elements of an array; of an empty one the other dimensions may be any.
-fn count(dimensions: &[usize]) -> usize {
+fn element_count(dimensions: &[usize]) -> usize {
     dimensions.iter().fold(1, |n, &d| n.saturating_mul(d))
 }
 
@@ -147,8 +147,8 @@ mod tests {
     /// An empty array may have other dimensions whose product is beyond any number.
     #[test]
     fn survives_empty_arrays_of_any_size() {
-        assert_eq!(count(&[3, 4, 5]), 60);
-        let mut flat = Flat::default();
+        assert_eq!(element_count(&[3, 4, 5]), 60);
+        let mut variables = Variables::default();
         let array = Array {
             name: "x".to_string(),
             dimensions: vec![0, usize::MAX, 3],
@@ -157,7 +157,7 @@ mod tests {
                 epsilon: f64::EPSILON,
             },
         };
-        flat.walk("x".to_string(), array);
-        assert!(flat.numbers.is_empty());
+        variables.flatten("x".to_string(), array);
+        assert!(variables.numbers.is_empty());
     }
 }

@@ -1,8 +1,8 @@
-//! Cells: a number, a missing sample, an overload, a complex number, or text.
+//! Cell parsing: number, missing sample, overload, complex number or text.
 
 /// What stands between cells, and in numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Marks {
+pub struct Separators {
     /// Between cells; a space stands for any run of spaces and tabs.
     pub delimiter: u8,
     /// `.` or `,`.
@@ -14,25 +14,25 @@ pub struct Marks {
 pub enum Cell {
     /// A finite number.
     Number(f64),
-    /// A finite number with thousands separators; `sure` where it cannot be read otherwise.
-    Grouped {
+    /// A finite number with thousands separators; `unambiguous` where it cannot be read otherwise.
+    Thousands {
         /// The number.
         value: f64,
         /// Whether separators and decimal mark leave no other reading.
-        sure: bool,
+        unambiguous: bool,
     },
     /// `1+2i`: real and imaginary part.
     Complex(f64, f64),
     /// Blank, `NaN`, `***` and their kin.
     Missing,
-    /// `OVERLOAD` and its kin.
+    /// `OVERLOAD_WORDS` and its kin.
     Overload,
     /// Anything else.
     Text,
 }
 
 /// Words for a sample that is not there, in lower case.
-const MISSING: &[&str] = &[
+const MISSING_WORDS: &[&str] = &[
     "nan",
     "-nan",
     "+nan",
@@ -68,7 +68,7 @@ const MISSING: &[&str] = &[
 ];
 
 /// Words for a sample beyond the range of the instrument, in lower case, without sign.
-const OVERLOAD: &[&str] = &[
+const OVERLOAD_WORDS: &[&str] = &[
     "overload",
     "overld",
     "ovld",
@@ -94,31 +94,34 @@ const OVERLOAD: &[&str] = &[
 ];
 
 /// The longest text a number or one of the words takes, bytes.
-const LONGEST: usize = 64;
+const MAX_NUMBER_LEN: usize = 64;
 
 /// What a cell holds; blanks and quotes around it do not matter.
-pub fn read(cell: &[u8], decimal: u8) -> Cell {
-    let cell = bare(cell);
+pub fn parse_cell(cell: &[u8], decimal: u8) -> Cell {
+    let cell = trim_cell(cell);
     if cell.is_empty() {
         return Cell::Missing;
     }
-    if cell.len() > LONGEST {
+    if cell.len() > MAX_NUMBER_LEN {
         return Cell::Text;
     }
     if let Some(value) = number(cell, decimal) {
         return Cell::Number(value);
     }
     if let Some((value, sure)) = grouped(cell, decimal) {
-        return Cell::Grouped { value, sure };
+        return Cell::Thousands {
+            value,
+            unambiguous: sure,
+        };
     }
     if let Some((re, im)) = complex(cell, decimal) {
         return Cell::Complex(re, im);
     }
-    word(cell)
+    parse_word(cell)
 }
 
 /// A cell without the blanks and quotes around it.
-pub fn bare(cell: &[u8]) -> &[u8] {
+pub fn trim_cell(cell: &[u8]) -> &[u8] {
     let cell = cell.trim_ascii();
     match cell {
         [b'"', inner @ .., b'"'] | [b'\'', inner @ .., b'\''] => inner.trim_ascii(),
@@ -136,7 +139,7 @@ pub fn number(cell: &[u8], decimal: u8) -> Option<f64> {
         [b'+', rest @ ..] if rest.first().is_some_and(|b| !matches!(b, b'+' | b'-')) => rest,
         _ => cell,
     };
-    let mut buffer = [0; LONGEST + 1];
+    let mut buffer = [0; MAX_NUMBER_LEN + 1];
     let mut n = 0;
     let mut rest = cell;
     while let Some((&byte, after)) = rest.split_first() {
@@ -237,7 +240,7 @@ fn complex(cell: &[u8], decimal: u8) -> Option<(f64, f64)> {
 }
 
 /// A word for no sample, or text.
-fn word(cell: &[u8]) -> Cell {
+fn parse_word(cell: &[u8]) -> Cell {
     if cell.iter().all(|b| *b == b'*') || cell.iter().all(|b| *b == b'#') {
         return Cell::Missing;
     }
@@ -249,33 +252,33 @@ fn word(cell: &[u8]) -> Cell {
     let windows = text.trim_start_matches(['+', '-']).strip_prefix("1.#");
     if windows
         .is_some_and(|w| w.starts_with("ind") || w.starts_with("qnan") || w.starts_with("inf"))
-        || MISSING.contains(&text.as_str())
+        || MISSING_WORDS.contains(&text.as_str())
     {
         return Cell::Missing;
     }
-    if OVERLOAD.contains(&text.trim_start_matches(['+', '-', '>', '<'])) {
+    if OVERLOAD_WORDS.contains(&text.trim_start_matches(['+', '-', '>', '<'])) {
         return Cell::Overload;
     }
     Cell::Text
 }
 
 /// The cells of a row with the byte each begins at; quotes keep delimiters in.
-pub struct Cells<'r> {
+pub struct CellIter<'r> {
     row: &'r [u8],
     at: Option<usize>,
     delimiter: u8,
 }
 
-impl<'r> Cells<'r> {
+impl<'r> CellIter<'r> {
     /// The cells of `row`, which holds no line end.
-    pub fn new(row: &'r [u8], delimiter: u8) -> Cells<'r> {
+    pub fn new(row: &'r [u8], delimiter: u8) -> CellIter<'r> {
         let at = if delimiter == b' ' {
             skip_blanks(row, 0)
         } else {
             0
         };
         let empty = delimiter == b' ' && at == row.len();
-        Cells {
+        CellIter {
             row,
             at: (!empty).then_some(at),
             delimiter,
@@ -283,7 +286,7 @@ impl<'r> Cells<'r> {
     }
 }
 
-impl<'r> Iterator for Cells<'r> {
+impl<'r> Iterator for CellIter<'r> {
     type Item = (usize, &'r [u8]);
 
     fn next(&mut self) -> Option<(usize, &'r [u8])> {
@@ -311,17 +314,17 @@ pub fn cell_end(row: &[u8], start: usize, delimiter: u8) -> usize {
         while let Some(found) = memchr::memchr(b'"', &rest[at..]) {
             at += found + 1;
             if rest.get(at) != Some(&b'"') {
-                let after = at + until(&rest[at..], delimiter);
+                let after = at + len_to_delimiter(&rest[at..], delimiter);
                 return start + after;
             }
             at += 1;
         }
     }
-    start + until(rest, delimiter)
+    start + len_to_delimiter(rest, delimiter)
 }
 
 /// Bytes before the next delimiter.
-fn until(rest: &[u8], delimiter: u8) -> usize {
+fn len_to_delimiter(rest: &[u8], delimiter: u8) -> usize {
     let found = match delimiter {
         b' ' => memchr::memchr2(b' ', b'\t', rest),
         delimiter => memchr::memchr(delimiter, rest),
@@ -367,9 +370,13 @@ mod tests {
             ("1e-320", 1e-320),
         ];
         for &(text, value) in point {
-            assert_eq!(read(text.as_bytes(), b'.'), Cell::Number(value), "{text}");
+            assert_eq!(
+                parse_cell(text.as_bytes(), b'.'),
+                Cell::Number(value),
+                "{text}"
+            );
         }
-        assert_eq!(read(b"-1,5E-3", b','), Cell::Number(-1.5e-3));
+        assert_eq!(parse_cell(b"-1,5E-3", b','), Cell::Number(-1.5e-3));
         let grouped: &[(&str, u8, f64, bool)] = &[
             ("1,234.5", b'.', 1234.5, true),
             ("1.234.567,5", b',', 1_234_567.5, true),
@@ -380,14 +387,17 @@ mod tests {
         ];
         for &(text, decimal, value, sure) in grouped {
             assert_eq!(
-                read(text.as_bytes(), decimal),
-                Cell::Grouped { value, sure },
+                parse_cell(text.as_bytes(), decimal),
+                Cell::Thousands {
+                    value,
+                    unambiguous: sure
+                },
                 "{text}"
             );
         }
-        assert_eq!(read(b"(1.5-2e-3j)", b'.'), Cell::Complex(1.5, -2e-3));
-        assert_eq!(read(b"1E-2 + 2i", b'.'), Cell::Complex(1e-2, 2.0));
-        assert_eq!(read(b"-2i", b'.'), Cell::Complex(0.0, -2.0));
+        assert_eq!(parse_cell(b"(1.5-2e-3j)", b'.'), Cell::Complex(1.5, -2e-3));
+        assert_eq!(parse_cell(b"1E-2 + 2i", b'.'), Cell::Complex(1e-2, 2.0));
+        assert_eq!(parse_cell(b"-2i", b'.'), Cell::Complex(0.0, -2.0));
     }
 
     /// Missing and overloaded samples are words; everything else is text.
@@ -405,15 +415,15 @@ mod tests {
             "#####",
             "N/A",
         ] {
-            assert_eq!(read(text.as_bytes(), b'.'), Cell::Missing, "{text}");
+            assert_eq!(parse_cell(text.as_bytes(), b'.'), Cell::Missing, "{text}");
         }
         for text in ["OVERLOAD", "Over", "-OVL", "Over range"] {
-            assert_eq!(read(text.as_bytes(), b'.'), Cell::Overload, "{text}");
+            assert_eq!(parse_cell(text.as_bytes(), b'.'), Cell::Overload, "{text}");
         }
         for text in [
             "abc", "1.2.3", "1,23,456", "1e400", "--5", "+-5", "i", "1-2", "1.5 g", "e5", "-",
         ] {
-            let is = read(text.as_bytes(), b'.');
+            let is = parse_cell(text.as_bytes(), b'.');
             assert!(is == Cell::Text || text == "-", "{text}: {is:?}");
         }
     }
@@ -422,10 +432,8 @@ mod tests {
     #[test]
     fn exact_cells_of_a_row() {
         let of = |row: &'static str, delimiter| -> Vec<&str> {
-            let cells = Cells::new(row.as_bytes(), delimiter);
-            cells
-                .map(|(_, c)| std::str::from_utf8(c).unwrap())
-                .collect()
+            let iter = CellIter::new(row.as_bytes(), delimiter);
+            iter.map(|(_, c)| std::str::from_utf8(c).unwrap()).collect()
         };
         assert_eq!(of("a,\"b,\"\"c\",d,", b','), ["a", "\"b,\"\"c\"", "d", ""]);
         assert_eq!(of("  1 \t 2  ", b' '), ["1", "2"]);

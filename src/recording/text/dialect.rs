@@ -1,12 +1,14 @@
-//! What a text log is made of: marks, where its numbers begin, what each column holds. Found from the first megabyte.
+//! Dialect detection of a text log: separators, first data row, data type of each column.
+//!
+//! Found from the first megabyte.
 
-use super::cells::{self, Cell, Cells, Marks};
-use super::stamps::{self, Form};
-use crate::recording::settings::DialectSettings;
+use super::cells::{self, Cell, CellIter, Separators};
+use super::time_stamps::{self, StampFormat};
+use crate::recording::read_options::DialectOptions;
 
 /// What the cells of a column are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Kind {
+pub enum CellType {
     /// Nothing yet.
     #[default]
     Empty,
@@ -15,32 +17,32 @@ pub enum Kind {
     /// Complex numbers.
     Complex,
     /// Dates or times.
-    Stamp(Form),
+    Stamp(StampFormat),
     /// Words.
     Text,
 }
 
 /// The layout of the numbers of a text log.
 #[derive(Debug, Clone)]
-pub struct Layout {
+pub struct TableLayout {
     /// Delimiter and decimal mark.
-    pub marks: Marks,
+    pub separators: Separators,
     /// What each column holds, trailing empty ones included.
-    pub kinds: Vec<Kind>,
+    pub types: Vec<CellType>,
     /// Index of the first line of numbers among the lines of the head.
     pub first: usize,
     /// The decimal mark was taken where a thousands separator could be meant.
-    pub comma_in_doubt: bool,
+    pub ambiguous_comma: bool,
 }
 
 /// Lines looked at to choose the marks: the last of the head, which are the most likely to be numbers.
-const SAMPLE: usize = 200;
+const SCORED_LINES: usize = 200;
 
 /// Lines of numbers in a row that are taken for the beginning of the data.
-const RUN: usize = 3;
+const MIN_DATA_RUN: usize = 3;
 
 /// Delimiters and decimal marks, the earlier one taken where two fit alike.
-const CANDIDATES: &[(u8, u8)] = &[
+const SEPARATOR_CANDIDATES: &[(u8, u8)] = &[
     (b',', b'.'),
     (b';', b'.'),
     (b';', b','),
@@ -54,26 +56,30 @@ const CANDIDATES: &[(u8, u8)] = &[
 ];
 
 /// What one cell is.
-pub fn kind(cell: &[u8], decimal: u8) -> Kind {
-    match cells::read(cell, decimal) {
-        Cell::Number(_) | Cell::Grouped { .. } => Kind::Number,
-        Cell::Complex(..) => Kind::Complex,
-        Cell::Missing | Cell::Overload => Kind::Empty,
-        Cell::Text => stamps::form(cell).map_or(Kind::Text, Kind::Stamp),
+pub fn cell_type(cell: &[u8], decimal: u8) -> CellType {
+    match cells::parse_cell(cell, decimal) {
+        Cell::Number(_) | Cell::Thousands { .. } => CellType::Number,
+        Cell::Complex(..) => CellType::Complex,
+        Cell::Missing | Cell::Overload => CellType::Empty,
+        Cell::Text => time_stamps::detect_format(cell).map_or(CellType::Text, CellType::Stamp),
     }
 }
 
 /// How well a line fits as a row of numbers, and its number of cells.
-fn fit(line: &str, marks: Marks) -> (f64, usize) {
+fn line_score(line: &str, separators: Separators) -> (f64, usize) {
     let (mut fit, mut count, mut numbers) = (0.0, 0, 0);
-    for (_, cell) in Cells::new(line.as_bytes(), marks.delimiter) {
+    for (_, cell) in CellIter::new(line.as_bytes(), separators.delimiter) {
         count += 1;
-        let gain = match cells::read(cell, marks.decimal) {
+        let gain = match cells::parse_cell(cell, separators.decimal) {
             Cell::Number(_) | Cell::Complex(..) => 1.0,
-            Cell::Grouped { sure: true, .. } => 1.0,
-            Cell::Grouped { sure: false, .. } => 0.5,
+            Cell::Thousands {
+                unambiguous: true, ..
+            } => 1.0,
+            Cell::Thousands {
+                unambiguous: false, ..
+            } => 0.5,
             Cell::Missing | Cell::Overload => 0.0,
-            Cell::Text if stamps::form(cell).is_some() => 1.0,
+            Cell::Text if time_stamps::detect_format(cell).is_some() => 1.0,
             Cell::Text => -1.0,
         };
         numbers += usize::from(gain > 0.0);
@@ -83,10 +89,10 @@ fn fit(line: &str, marks: Marks) -> (f64, usize) {
 }
 
 /// The sum of fits over lines of the most fitting number of cells, and that number.
-fn score(lines: &[&str], marks: Marks) -> (f64, usize) {
+fn score(lines: &[&str], separators: Separators) -> (f64, usize) {
     let mut by_count: Vec<(f64, usize)> = Vec::new();
     for line in lines {
-        let (gain, count) = fit(line, marks);
+        let (gain, count) = line_score(line, separators);
         if gain <= 0.0 {
             continue;
         }
@@ -102,47 +108,47 @@ fn score(lines: &[&str], marks: Marks) -> (f64, usize) {
 }
 
 /// The layout of a log from the lines of its head; `None` where no line is a row of numbers.
-pub fn find(lines: &[&str], settings: &DialectSettings) -> Option<Layout> {
+pub fn detect(lines: &[&str], settings: &DialectOptions) -> Option<TableLayout> {
     let filled = |line: &&&str| !line.trim().is_empty();
     let mut sample: Vec<&str> = lines
         .iter()
         .rev()
         .filter(filled)
-        .take(SAMPLE)
+        .take(SCORED_LINES)
         .copied()
         .collect();
     sample.reverse();
-    let (marks, width) = choose(&sample, settings)?;
-    let kinds = kinds(&sample, marks, width);
+    let (separators, width) = choose(&sample, settings)?;
+    let types = column_types(&sample, separators, width);
     let first = match settings.header_lines {
         Some(n) => n,
-        None => first_row(lines, marks, &kinds)?,
+        None => first_row(lines, separators, &types)?,
     };
     let in_doubt = |line: &&str| {
-        Cells::new(line.as_bytes(), marks.delimiter).all(|(_, cell)| {
-            let cell = cells::bare(cell);
-            !cell.contains(&b',') || matches!(cells::read(cell, b'.'), Cell::Grouped { .. })
+        CellIter::new(line.as_bytes(), separators.delimiter).all(|(_, cell)| {
+            let cell = cells::trim_cell(cell);
+            !cell.contains(&b',') || matches!(cells::parse_cell(cell, b'.'), Cell::Thousands { .. })
         })
     };
-    let chosen = settings.decimal.is_none() && marks.decimal == b',';
-    let data = || lines.get(first..).unwrap_or(&[]).iter().take(SAMPLE);
-    Some(Layout {
-        marks,
+    let chosen = settings.decimal.is_none() && separators.decimal == b',';
+    let data = || lines.get(first..).unwrap_or(&[]).iter().take(SCORED_LINES);
+    Some(TableLayout {
+        separators,
         first,
-        comma_in_doubt: chosen && data().all(in_doubt),
-        kinds,
+        ambiguous_comma: chosen && data().all(in_doubt),
+        types,
     })
 }
 
 /// The marks that make the most numbers, and the number of cells of a row.
-fn choose(sample: &[&str], settings: &DialectSettings) -> Option<(Marks, usize)> {
-    let mut candidates: Vec<Marks> = CANDIDATES
+fn choose(sample: &[&str], settings: &DialectOptions) -> Option<(Separators, usize)> {
+    let mut candidates: Vec<Separators> = SEPARATOR_CANDIDATES
         .iter()
-        .map(|&(delimiter, decimal)| Marks { delimiter, decimal })
+        .map(|&(delimiter, decimal)| Separators { delimiter, decimal })
         .collect();
     if let Some(delimiter) = settings.delimiter.filter(char::is_ascii) {
         candidates = [b'.', b',']
-            .map(|decimal| Marks {
+            .map(|decimal| Separators {
                 delimiter: delimiter as u8,
                 decimal,
             })
@@ -154,21 +160,21 @@ fn choose(sample: &[&str], settings: &DialectSettings) -> Option<(Marks, usize)>
             .iter_mut()
             .for_each(|m| m.decimal = decimal as u8);
     }
-    let mut best: Option<(f64, Marks, usize)> = None;
-    for marks in candidates {
+    let mut best: Option<(f64, Separators, usize)> = None;
+    for separators in candidates {
         // Where tabs part cells, blanks belong to the cells.
-        let blanks_inside = marks.delimiter == b' '
+        let blanks_inside = separators.delimiter == b' '
             && best.is_some_and(|(fit, m, n)| m.delimiter == b'\t' && n > 1 && fit > 0.0);
-        let (fit, width) = score(sample, marks);
+        let (fit, width) = score(sample, separators);
         if !blanks_inside && fit > best.map_or(0.0, |b| b.0) {
-            best = Some((fit, marks, width));
+            best = Some((fit, separators, width));
         }
     }
-    let (_, marks, width) = best?;
+    let (_, separators, width) = best?;
     let guessed = settings.delimiter.is_none() && settings.decimal.is_none();
     if guessed
-        && marks
-            == (Marks {
+        && separators
+            == (Separators {
                 delimiter: b',',
                 decimal: b'.',
             })
@@ -176,14 +182,14 @@ fn choose(sample: &[&str], settings: &DialectSettings) -> Option<(Marks, usize)>
         && is_one_column(sample)
     {
         return Some((
-            Marks {
+            Separators {
                 delimiter: b';',
                 decimal: b',',
             },
             1,
         ));
     }
-    Some((marks, width))
+    Some((separators, width))
 }
 
 /// Whether rows such as `0,123` are one column with a decimal comma and not two of whole numbers.
@@ -193,9 +199,9 @@ fn is_one_column(sample: &[&str]) -> bool {
         let Some((whole, fraction)) = line.trim().split_once(',') else {
             continue;
         };
-        if fit(
+        if line_score(
             line,
-            Marks {
+            Separators {
                 delimiter: b',',
                 decimal: b'.',
             },
@@ -221,16 +227,18 @@ fn is_one_column(sample: &[&str]) -> bool {
 }
 
 /// What each column of the rows with `width` cells mostly holds.
-fn kinds(sample: &[&str], marks: Marks, width: usize) -> Vec<Kind> {
-    let mut votes: Vec<Vec<(Kind, usize)>> = vec![Vec::new(); width];
+fn column_types(sample: &[&str], separators: Separators, width: usize) -> Vec<CellType> {
+    let mut votes: Vec<Vec<(CellType, usize)>> = vec![Vec::new(); width];
     for line in sample {
-        let (gain, count) = fit(line, marks);
+        let (gain, count) = line_score(line, separators);
         if gain <= 0.0 || count != width {
             continue;
         }
-        for ((_, cell), votes) in Cells::new(line.as_bytes(), marks.delimiter).zip(&mut votes) {
-            let kind = kind(cell, marks.decimal);
-            if kind == Kind::Empty {
+        for ((_, cell), votes) in
+            CellIter::new(line.as_bytes(), separators.delimiter).zip(&mut votes)
+        {
+            let kind = cell_type(cell, separators.decimal);
+            if kind == CellType::Empty {
                 continue;
             }
             match votes.iter_mut().find(|vote| vote.0 == kind) {
@@ -239,101 +247,104 @@ fn kinds(sample: &[&str], marks: Marks, width: usize) -> Vec<Kind> {
             }
         }
     }
-    let most = |votes: Vec<(Kind, usize)>| {
+    let most = |votes: Vec<(CellType, usize)>| {
         let top = votes
             .into_iter()
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
-        top.map_or(Kind::Empty, |vote| vote.0)
+        top.map_or(CellType::Empty, |vote| vote.0)
     };
     votes.into_iter().map(most).collect()
 }
 
 /// How a line stands to the columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stance {
+pub enum LineKind {
     /// No sign but blanks.
     Blank,
     /// A row of the data.
     Row,
     /// Mostly numbers, but not as the columns want them.
-    Misfit,
+    PartialRow,
     /// Words.
     Words,
 }
 
 /// How a line stands to columns of these kinds.
-pub fn stance(line: &str, marks: Marks, kinds: &[Kind]) -> Stance {
+pub fn line_kind(line: &str, separators: Separators, types: &[CellType]) -> LineKind {
     if line.trim().is_empty() {
-        return Stance::Blank;
+        return LineKind::Blank;
     }
     let (mut count, mut right, mut numbers, mut words) = (0, true, 0, 0);
-    for (_, cell) in Cells::new(line.as_bytes(), marks.delimiter) {
-        let is = kind(cell, marks.decimal);
-        let wanted = kinds.get(count).copied().unwrap_or_default();
-        right &= is == Kind::Empty
-            || wanted == Kind::Text
+    for (_, cell) in CellIter::new(line.as_bytes(), separators.delimiter) {
+        let is = cell_type(cell, separators.decimal);
+        let wanted = types.get(count).copied().unwrap_or_default();
+        right &= is == CellType::Empty
+            || wanted == CellType::Text
             || wanted == is
-            || (wanted == Kind::Empty && is == Kind::Number);
-        words += usize::from(is == Kind::Text);
-        numbers += usize::from(matches!(is, Kind::Number | Kind::Complex | Kind::Stamp(_)));
+            || (wanted == CellType::Empty && is == CellType::Number);
+        words += usize::from(is == CellType::Text);
+        numbers += usize::from(matches!(
+            is,
+            CellType::Number | CellType::Complex | CellType::Stamp(_)
+        ));
         count += 1;
     }
-    let required = kinds
+    let required = types
         .iter()
-        .rposition(|k| *k != Kind::Empty)
+        .rposition(|k| *k != CellType::Empty)
         .map_or(0, |at| at + 1);
-    if right && numbers > 0 && count >= required && count <= kinds.len() {
-        Stance::Row
-    } else if numbers > words && (numbers > 1 || kinds.len() == 1) {
-        Stance::Misfit
+    if right && numbers > 0 && count >= required && count <= types.len() {
+        LineKind::Row
+    } else if numbers > words && (numbers > 1 || types.len() == 1) {
+        LineKind::PartialRow
     } else {
-        Stance::Words
+        LineKind::Words
     }
 }
 
 /// The first line of numbers: the first of a run of rows, and rows above it that only misfits part from it.
-fn first_row(lines: &[&str], marks: Marks, kinds: &[Kind]) -> Option<usize> {
-    let mut stances = Vec::new();
+fn first_row(lines: &[&str], separators: Separators, types: &[CellType]) -> Option<usize> {
+    let mut line_kinds = Vec::new();
     let (mut best, mut start, mut run) = (None, 0, 0);
     for (at, line) in lines.iter().enumerate() {
-        let stance = stance(line, marks, kinds);
-        stances.push(stance);
-        match stance {
-            Stance::Blank => continue,
-            Stance::Row => {
+        let kind = line_kind(line, separators, types);
+        line_kinds.push(kind);
+        match kind {
+            LineKind::Blank => continue,
+            LineKind::Row => {
                 start = if run == 0 { at } else { start };
                 run += 1;
             }
-            Stance::Misfit | Stance::Words => run = 0,
+            LineKind::PartialRow | LineKind::Words => run = 0,
         }
         if run > best.map_or(0, |(_, length)| length) {
             best = Some((start, run));
         }
-        if run >= RUN {
+        if run >= MIN_DATA_RUN {
             break;
         }
     }
     let (mut first, _): (usize, usize) = best?;
     for at in (0..first).rev() {
-        match stances[at] {
-            Stance::Row => first = at,
-            Stance::Words if is_broken_row(lines[at], marks, kinds) => {}
-            Stance::Words => break,
-            Stance::Blank | Stance::Misfit => {}
+        match line_kinds[at] {
+            LineKind::Row => first = at,
+            LineKind::Words if is_broken_row(lines[at], separators, types) => {}
+            LineKind::Words => break,
+            LineKind::Blank | LineKind::PartialRow => {}
         }
     }
     Some(first)
 }
 
 /// A row of the right width with a number in a column of numbers, whatever stands in the others.
-fn is_broken_row(line: &str, marks: Marks, kinds: &[Kind]) -> bool {
-    let cells: Vec<&[u8]> = Cells::new(line.as_bytes(), marks.delimiter)
+fn is_broken_row(line: &str, separators: Separators, types: &[CellType]) -> bool {
+    let cells: Vec<&[u8]> = CellIter::new(line.as_bytes(), separators.delimiter)
         .map(|(_, cell)| cell)
         .collect();
-    let is_number = |(cell, wanted): (&&[u8], &Kind)| {
-        *wanted == Kind::Number && kind(cell, marks.decimal) == Kind::Number
+    let is_number = |(cell, wanted): (&&[u8], &CellType)| {
+        *wanted == CellType::Number && cell_type(cell, separators.decimal) == CellType::Number
     };
-    cells.len() == kinds.len() && cells.iter().zip(kinds).any(is_number)
+    cells.len() == types.len() && cells.iter().zip(types).any(is_number)
 }
 
 #[cfg(test)]
@@ -342,12 +353,12 @@ mod tests {
 
     fn layout(text: &str) -> (char, char, usize, usize) {
         let lines: Vec<&str> = text.lines().collect();
-        let found = find(&lines, &DialectSettings::default()).unwrap();
-        let marks = found.marks;
+        let found = detect(&lines, &DialectOptions::default()).unwrap();
+        let separators = found.separators;
         (
-            char::from(marks.delimiter),
-            char::from(marks.decimal),
-            found.kinds.len(),
+            char::from(separators.delimiter),
+            char::from(separators.decimal),
+            found.types.len(),
             found.first,
         )
     }

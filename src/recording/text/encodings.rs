@@ -1,4 +1,4 @@
-//! Encodings of text logs: found from the first bytes; only names and notes need them, since numbers are ASCII in all but UTF-16.
+//! Character encoding of a text log, detected from the first bytes.
 
 use std::io::{self, Read};
 
@@ -9,29 +9,31 @@ use crate::base::error::Error;
 
 /// How the bytes of a file stand for characters.
 #[derive(Debug, Clone, Copy)]
-pub struct Coding {
+pub struct TextEncoding {
     encoding: &'static Encoding,
     /// Bytes of the byte-order mark.
     pub mark: usize,
 }
 
-impl Coding {
+impl TextEncoding {
     /// The encoding of a file from its first bytes, or the one of a label such as `latin1`.
     ///
     /// # Errors
     /// The label is not one of the encoding standard.
-    pub fn detect(head: &[u8], label: Option<&str>) -> Result<Coding, Error> {
+    pub fn detect(head: &[u8], label: Option<&str>) -> Result<TextEncoding, Error> {
         let marked = Encoding::for_bom(head);
         let mark = marked.map_or(0, |(_, length)| length);
         let encoding = match label {
-            Some(label) => Encoding::for_label(label.as_bytes()).ok_or_else(|| unknown(label))?,
-            None => marked.map_or_else(|| guess(head), |(encoding, _)| encoding),
+            Some(label) => {
+                Encoding::for_label(label.as_bytes()).ok_or_else(|| unknown_label(label))?
+            }
+            None => marked.map_or_else(|| guess_encoding(head), |(encoding, _)| encoding),
         };
-        Ok(Coding { encoding, mark })
+        Ok(TextEncoding { encoding, mark })
     }
 
     /// Two bytes a character, so that the numbers too must be decoded.
-    pub fn is_wide(&self) -> bool {
+    pub fn is_utf16(&self) -> bool {
         self.encoding == UTF_16LE || self.encoding == UTF_16BE
     }
 
@@ -45,20 +47,24 @@ impl Coding {
         }
     }
 
-    /// Its name in the encoding standard, which [`Coding::detect`] takes.
+    /// Its name in the encoding standard, which [`TextEncoding::detect`] takes.
     pub fn label(&self) -> &'static str {
         self.encoding.name()
     }
 
     /// Bytes as text; what cannot be decoded becomes `�`.
     pub fn text(&self, bytes: &[u8]) -> String {
-        let encoding = if self.is_wide() { UTF_8 } else { self.encoding };
+        let encoding = if self.is_utf16() {
+            UTF_8
+        } else {
+            self.encoding
+        };
         encoding.decode_without_bom_handling(bytes).0.into_owned()
     }
 
     /// The file as UTF-8 from here on, byte-order mark taken off.
     pub fn to_utf8<'r>(self, reader: impl Read + 'r) -> Box<dyn Read + 'r> {
-        Box::new(Transcoded {
+        Box::new(Transcoder {
             reader,
             decoder: self.encoding.new_decoder_with_bom_removal(),
             raw: vec![0; CHUNK],
@@ -75,7 +81,7 @@ impl Coding {
 const CHUNK: usize = 64 << 10;
 
 /// The encoding of bytes without a mark.
-fn guess(head: &[u8]) -> &'static Encoding {
+fn guess_encoding(head: &[u8]) -> &'static Encoding {
     let zeros = |odd: usize| {
         head.iter()
             .skip(odd)
@@ -117,16 +123,16 @@ fn looks_chinese(head: &[u8]) -> bool {
     2 * common > pairs
 }
 
-fn unknown(label: &str) -> Error {
+fn unknown_label(label: &str) -> Error {
     Error::new(
         Code::Usage,
         format!("`{label}` is not an encoding known here"),
     )
-    .hint("labels are those of the web, such as utf-8, latin1, gbk, utf-16le, shift_jis")
+    .with_hint("labels are those of the web, such as utf-8, latin1, gbk, utf-16le, shift_jis")
 }
 
 /// A reader of any encoding, as UTF-8.
-struct Transcoded<R> {
+struct Transcoder<R> {
     reader: R,
     decoder: Decoder,
     raw: Vec<u8>,
@@ -139,7 +145,7 @@ struct Transcoded<R> {
     done: bool,
 }
 
-impl<R: Read> Read for Transcoded<R> {
+impl<R: Read> Read for Transcoder<R> {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
         while self.ready.is_empty() {
             if self.done || out.is_empty() {
@@ -170,10 +176,10 @@ mod tests {
     use super::*;
 
     fn name_of(bytes: &[u8]) -> Option<&'static str> {
-        Coding::detect(bytes, None).unwrap().name(bytes)
+        TextEncoding::detect(bytes, None).unwrap().name(bytes)
     }
 
-    /// The encodings labs write, told apart by a few names.
+    /// The encodings labs write, distinguished by a few names.
     #[test]
     fn exact_encodings_are_told_apart() {
         assert_eq!(name_of(b"time,a\n1,2\n"), None);
@@ -186,10 +192,13 @@ mod tests {
             .encode_utf16()
             .flat_map(u16::to_le_bytes)
             .collect();
-        let coding = Coding::detect(&wide, None).unwrap();
-        assert!(coding.is_wide());
+        let encoding = TextEncoding::detect(&wide, None).unwrap();
+        assert!(encoding.is_utf16());
         let mut text = String::new();
-        coding.to_utf8(&wide[..]).read_to_string(&mut text).unwrap();
+        encoding
+            .to_utf8(&wide[..])
+            .read_to_string(&mut text)
+            .unwrap();
         assert_eq!(text, "t,a\n1,2\n");
     }
 }

@@ -1,10 +1,10 @@
 //! Numbers with units as headers state them: thousands parted or not, a decimal point or comma.
 
 use super::cells;
-use crate::recording::names;
+use crate::recording::channel_names;
 
 /// Hertz in one of a rate's units, or seconds in one of an interval's. Only capitals tell mega from milli.
-pub(super) fn factor(unit: &str, rate: bool) -> Option<f64> {
+pub(super) fn unit_factor(unit: &str, rate: bool) -> Option<f64> {
     match (unit, rate) {
         ("MHz" | "MHZ" | "MS/s" | "MSa/s" | "MSPS" | "Msps", true) => return Some(1e6),
         ("mHz", true) => return Some(1e-3),
@@ -27,7 +27,7 @@ pub(super) fn factor(unit: &str, rate: bool) -> Option<f64> {
 }
 
 /// A number as a header states it, and what stands after it.
-pub(super) struct Figure<'v> {
+pub(super) struct StatedNumber<'v> {
     pub number: f64,
     /// What the number is where its only mark is the decimal one, if it was taken for that of thousands.
     pub smaller: Option<f64>,
@@ -36,7 +36,7 @@ pub(super) struct Figure<'v> {
 }
 
 /// The number a value starts with, thousands joined by the file's decimal mark, and its unit; what is wrong with it where it is none.
-pub(super) fn figure(value: &str, decimal: u8) -> Result<Figure<'_>, String> {
+pub(super) fn parse_number_with_unit(value: &str, decimal: u8) -> Result<StatedNumber<'_>, String> {
     let (first, others) = match value.find([';', '\t']).or_else(|| value.find(", ")) {
         Some(at) => (value[..at].trim(), value[at + 1..].trim()),
         None => (value.trim(), ""),
@@ -58,11 +58,11 @@ pub(super) fn figure(value: &str, decimal: u8) -> Result<Figure<'_>, String> {
             return Err(format!("`{value}` may be one number or several"));
         }
         let next = next.trim_matches(['[', ']', '(', ')']);
-        if factor(next, true).is_some() || names::is_unit(next) {
+        if unit_factor(next, true).is_some() || channel_names::is_unit(next) {
             unit = next;
         }
     }
-    Ok(Figure {
+    Ok(StatedNumber {
         number,
         smaller,
         digits,

@@ -1,15 +1,15 @@
-//! Names and units above the numbers, and what is preamble.
+//! Column names and units above the data rows, and preamble lines.
 
-use super::cells::{self, Cells, Marks};
-use super::dialect::{Kind, Layout};
-use super::preamble::{is_comment, uncommented};
-use crate::recording::names;
+use super::cells::{self, CellIter, Separators};
+use super::dialect::{CellType, TableLayout};
+use super::preamble::{is_comment, strip_comment};
+use crate::recording::channel_names;
 
 /// What stands above the numbers.
 #[derive(Debug, Default)]
-pub struct Header {
+pub struct TableHeader {
     /// Name of each column as written; empty where there is none.
-    pub written: Vec<String>,
+    pub raw_names: Vec<String>,
     /// Name of each column without its unit; empty where there is none.
     pub names: Vec<String>,
     /// Unit of each column; empty where there is none.
@@ -17,19 +17,19 @@ pub struct Header {
     /// Lines of the preamble, by index.
     pub preamble: Vec<usize>,
     /// A row of words that could be names but for its number of cells: its index, and how many cells.
-    pub misfit: Option<(usize, usize)>,
+    pub misfit_row: Option<(usize, usize)>,
     /// A row below the names with a number in one column of numbers and words in another: its index, and that cell's.
-    pub broken: Option<(usize, usize)>,
+    pub broken_row: Option<(usize, usize)>,
 }
 
 /// Splits the lines above the numbers into names, units and preamble.
-pub fn read(lines: &[&str], layout: &Layout) -> Header {
+pub fn parse_header(lines: &[&str], layout: &TableLayout) -> TableHeader {
     let above = &lines[..layout.first.min(lines.len())];
-    let width = layout.kinds.len();
+    let width = layout.types.len();
     let required = layout
-        .kinds
+        .types
         .iter()
-        .rposition(|k| *k != Kind::Empty)
+        .rposition(|k| *k != CellType::Empty)
         .map_or(0, |at| at + 1);
     let mut rows: Vec<(usize, Vec<String>)> = Vec::new();
     let mut misfit = None;
@@ -38,11 +38,11 @@ pub fn read(lines: &[&str], layout: &Layout) -> Header {
         if line.trim().is_empty() || !line.contains(char::is_alphabetic) {
             continue;
         }
-        match row(line, layout.marks, required, width, rows.is_empty()) {
+        match row(line, layout.separators, required, width, rows.is_empty()) {
             Some(cells) => rows.push((at, cells)),
             None if rows.is_empty() => {
-                let cells = Cells::new(line.as_bytes(), layout.marks.delimiter).count();
-                if !is_comment(line) && cells > 2 && layout.marks.delimiter != b' ' {
+                let cells = CellIter::new(line.as_bytes(), layout.separators.delimiter).count();
+                if !is_comment(line) && cells > 2 && layout.separators.delimiter != b' ' {
                     misfit = Some((at, cells));
                 }
                 // A line of words directly above the numbers that does not fit: there are no names.
@@ -54,13 +54,13 @@ pub fn read(lines: &[&str], layout: &Layout) -> Header {
             break;
         }
     }
-    let mut header = Header {
-        misfit,
-        ..Header::default()
+    let mut header = TableHeader {
+        misfit_row: misfit,
+        ..TableHeader::default()
     };
     let mut used = Vec::new();
     if let (Some((at, nearest)), Some((_, upper))) = (rows.first(), rows.get(1)) {
-        header.broken = broken_cell(nearest, upper, layout).map(|cell| (*at, cell));
+        header.broken_row = broken_cell(nearest, upper, layout).map(|cell| (*at, cell));
     }
     if let Some((at, cells)) = rows.first() {
         used.push(*at);
@@ -97,32 +97,37 @@ pub fn read(lines: &[&str], layout: &Layout) -> Header {
     header
 }
 
-impl Header {
+impl TableHeader {
     fn fill(&mut self, mut written: Vec<String>, units: &[String], width: usize) {
         written.resize(width, String::new());
         for (column, cell) in written.iter().enumerate() {
-            let (name, mut unit) = names::split(cell);
+            let (name, mut unit) = channel_names::split_unit(cell);
             if let Some(own) = units.get(column).filter(|u| !u.is_empty()) {
-                unit = names::unit_of_cell(own);
+                unit = channel_names::unit_of_cell(own);
             }
             self.names.push(name);
             self.units.push(unit);
         }
-        self.written = written;
+        self.raw_names = written;
     }
 }
 
 /// The cells of a row of words, where there are as many as columns; `free`ly parted where the delimiter does not fit.
-fn row(line: &str, marks: Marks, required: usize, width: usize, free: bool) -> Option<Vec<String>> {
+fn row(
+    line: &str,
+    separators: Separators,
+    required: usize,
+    width: usize,
+    free: bool,
+) -> Option<Vec<String>> {
     let line = if is_comment(line) {
-        uncommented(line)
+        strip_comment(line)
     } else {
         line
     };
     let by = |delimiter: u8| -> Vec<String> {
-        let cells = Cells::new(line.as_bytes(), delimiter);
-        cells
-            .map(|(start, cell)| clean(&line[start..start + cell.len()]))
+        let iter = CellIter::new(line.as_bytes(), delimiter);
+        iter.map(|(start, cell)| clean(&line[start..start + cell.len()]))
             .collect()
     };
     let wide_gaps = || {
@@ -131,27 +136,23 @@ fn row(line: &str, marks: Marks, required: usize, width: usize, free: bool) -> O
             .filter(|c| !c.is_empty())
             .collect::<Vec<String>>()
     };
-    let fits = |mut cells: Vec<String>| {
-        while cells.len() > required && cells.last().is_some_and(String::is_empty) {
-            cells.pop();
+    let fits = |mut iter: Vec<String>| {
+        while iter.len() > required && iter.last().is_some_and(String::is_empty) {
+            iter.pop();
         }
-        let filled = cells.iter().filter(|c| !c.is_empty()).count();
-        let enough = cells.len() >= required
-            && cells.len() <= width
-            && 2 * filled >= cells.len().min(required);
+        let filled = iter.iter().filter(|c| !c.is_empty()).count();
+        let enough =
+            iter.len() >= required && iter.len() <= width && 2 * filled >= iter.len().min(required);
         // A single name stands over columns without one where it has a unit.
-        let with_unit = |c: &&String| !names::split(c).1.is_empty();
-        let sparse = cells.len() == width
-            && cells
-                .iter()
-                .filter(|c| !c.is_empty())
-                .all(|c| with_unit(&c));
+        let with_unit = |c: &&String| !channel_names::split_unit(c).1.is_empty();
+        let sparse =
+            iter.len() == width && iter.iter().filter(|c| !c.is_empty()).all(|c| with_unit(&c));
         ((enough || sparse) && filled > 0 && (width > 1 || !line.contains(['=', ':'])))
-            .then_some(cells)
+            .then_some(iter)
     };
     let others = [b'\t', b';', b',', b' '];
-    fits(by(marks.delimiter)).or_else(|| {
-        if width == 1 || (!free && marks.delimiter != b' ') {
+    fits(by(separators.delimiter)).or_else(|| {
+        if width == 1 || (!free && separators.delimiter != b' ') {
             return None;
         }
         fits(wide_gaps()).or_else(|| {
@@ -163,10 +164,10 @@ fn row(line: &str, marks: Marks, required: usize, width: usize, free: bool) -> O
 }
 
 /// The cell of words in a row that otherwise is one of numbers, below a row of words alone.
-fn broken_cell(nearest: &[String], upper: &[String], layout: &Layout) -> Option<usize> {
-    let decimal = layout.marks.decimal;
+fn broken_cell(nearest: &[String], upper: &[String], layout: &TableLayout) -> Option<usize> {
+    let decimal = layout.separators.decimal;
     let is_number = |cell: &String| cells::number(cell.as_bytes(), decimal).is_some();
-    let of_numbers = |at: usize| layout.kinds.get(at) == Some(&Kind::Number);
+    let of_numbers = |at: usize| layout.types.get(at) == Some(&CellType::Number);
     let numbers = (0..nearest.len()).any(|at| of_numbers(at) && is_number(&nearest[at]));
     if !numbers || upper.len() < nearest.len() || upper.iter().any(is_number) {
         return None;
@@ -177,7 +178,7 @@ fn broken_cell(nearest: &[String], upper: &[String], layout: &Layout) -> Option<
 
 /// A name without quotes and line breaks.
 fn clean(cell: &str) -> String {
-    let cell = String::from_utf8_lossy(cells::bare(cell.as_bytes())).replace("\"\"", "\"");
+    let cell = String::from_utf8_lossy(cells::trim_cell(cell.as_bytes())).replace("\"\"", "\"");
     cell.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -188,7 +189,7 @@ fn units_in(cells: &[String]) -> usize {
     };
     cells
         .iter()
-        .filter(|c| names::is_unit(c) || bracketed(c))
+        .filter(|c| channel_names::is_unit(c) || bracketed(c))
         .count()
 }
 

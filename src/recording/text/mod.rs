@@ -1,96 +1,95 @@
-//! Delimited text as labs export it: the layout is found from the first megabyte, the numbers are streamed.
+//! Delimited text logs: dialect detected from the first megabyte, data rows streamed.
 
 use std::io::{Cursor, Read};
 
-use super::raw::{Layout, Raw};
-use super::settings::Settings;
-use super::stated_rates::agreed;
+use super::raw::{RawLog, TextDialect};
+use super::read_options::ReadOptions;
+use super::stated_rates::agreed_rate;
 use crate::base::code::Code;
-use crate::base::error::{Error, Errors, Warning};
-use crate::base::words::counted;
+use crate::base::error::{Diagnostic, Error, Errors};
+use crate::base::text::pluralise;
 
-/// Bytes to characters.
 pub mod encodings;
 
-/// A cell: number, missing, overload, complex, text.
 pub mod cells;
 
-/// Time stamps.
-pub mod stamps;
+pub mod time_stamps;
 
-/// Marks, first row, kinds of columns.
 pub mod dialect;
 
-/// Numbers with units as headers state them.
 mod figure;
 
-/// Keys and values above the names.
 pub mod preamble;
 
-/// Names and units.
 pub mod header;
 
-/// Tables over frequency.
-pub mod table;
+pub mod frequency_table;
 
-/// What becomes of each column.
 pub mod columns;
 
-/// The rows.
 pub mod body;
 
-/// What is refused before the rows are read.
 mod refusals;
 
-/// Channels from rows and header.
 mod assemble;
 
 /// Bytes from which the encoding is told.
-const TASTE: usize = 64 << 10;
+const SNIFF_LEN: usize = 64 << 10;
 
 /// The beginning of a file as lines.
-struct Head {
+struct FileHead {
     bytes: Vec<u8>,
     /// The file ends within.
     whole: bool,
     text: String,
     /// Where each complete line begins in `bytes`.
-    starts: Vec<usize>,
+    line_starts: Vec<usize>,
 }
 
 /// Reads a delimited text log.
 ///
 /// # Errors
 /// What the message says of the file: no numbers, a ragged row, text where a number is meant, a channel that is not there.
-pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Raw, Errors> {
+pub fn read(path: &str, mut reader: impl Read, options: &ReadOptions) -> Result<RawLog, Errors> {
     let mut taste = Vec::new();
-    take(&mut reader, TASTE, &mut taste, path)?;
-    let coding = encodings::Coding::detect(&taste, settings.dialect.encoding.as_deref())?;
-    let (coding_name, label) = (coding.name(&taste), coding.label());
+    read_up_to(&mut reader, SNIFF_LEN, &mut taste, path)?;
+    let text_encoding =
+        encodings::TextEncoding::detect(&taste, options.dialect.encoding.as_deref())?;
+    let (coding_name, label) = (text_encoding.name(&taste), text_encoding.label());
     let whole = Cursor::new(taste).chain(reader);
-    let mut stream: Box<dyn Read + '_> = if coding.is_wide() {
-        coding.to_utf8(whole)
+    let mut stream: Box<dyn Read + '_> = if text_encoding.is_utf16() {
+        text_encoding.to_utf8(whole)
     } else {
         Box::new(whole)
     };
-    let head = head(path, &mut stream, &coding)?;
-    let lines: Vec<&str> = split(&head.text).take(head.starts.len()).collect();
-    let Some(layout) = dialect::find(&lines, &settings.dialect) else {
-        return Err(refusals::no_rows(path, &lines, head.whole).into());
+    let head = head(path, &mut stream, &text_encoding)?;
+    let lines: Vec<&str> = split(&head.text).take(head.line_starts.len()).collect();
+    let Some(layout) = dialect::detect(&lines, &options.dialect) else {
+        return Err(refusals::no_data_rows(path, &lines, head.whole).into());
     };
-    let header = header::read(&lines, &layout);
+    let header = header::parse_header(&lines, &layout);
     refusals::refuse_misfits(path, &lines, &layout, &header)?;
     let above: Vec<(usize, &str)> = header
         .preamble
         .iter()
         .map(|&at| (at + 1, lines[at]))
         .collect();
-    let said = preamble::read(&above, layout.marks);
+    let said = preamble::read(&above, layout.separators);
     let rows = lines.get(layout.first..).unwrap_or(&[]);
-    let rate = agreed(&said.rates, false).ok().flatten().map(|r| r.hertz);
-    let mut plan = columns::plan(&header, &layout.kinds, layout.marks, rows, rate, settings)?;
+    let rate = agreed_rate(&said.rates, false)
+        .ok()
+        .flatten()
+        .map(|r| r.hertz);
+    let mut plan = columns::plan(
+        &header,
+        &layout.types,
+        layout.separators,
+        rows,
+        rate,
+        options,
+    )?;
     let start = head
-        .starts
+        .line_starts
         .get(layout.first)
         .copied()
         .unwrap_or(head.bytes.len());
@@ -99,53 +98,64 @@ pub fn read(path: &str, mut reader: impl Read, settings: &Settings) -> Result<Ra
     let ends = memchr::memchr2_iter(b'\n', b'\r', above);
     let pairs = memchr::memmem::find_iter(above, b"\r\n").count();
     let line = 1 + ends.count() - pairs;
-    let body = body::Reader::new(path, &mut plan, layout.marks, coding, above, line).run(
-        &head.bytes[start..],
-        head.whole,
-        &mut stream,
-    )?;
-    let mut raw = Raw {
+    let data = body::RowReader::new(
+        path,
+        &mut plan,
+        layout.separators,
+        text_encoding,
+        above,
+        line,
+    )
+    .read_all(&head.bytes[start..], head.whole, &mut stream)?;
+    let mut log = RawLog {
         path: path.to_string(),
-        dialect: in_words(&layout, coding_name),
-        layout: Layout {
-            delimiter: (layout.kinds.len() > 1).then(|| char::from(layout.marks.delimiter)),
-            decimal: Some(char::from(layout.marks.decimal)),
+        dialect: describe_dialect(&layout, coding_name),
+        text_dialect: TextDialect {
+            delimiter: (layout.types.len() > 1).then(|| char::from(layout.separators.delimiter)),
+            decimal: Some(char::from(layout.separators.decimal)),
             encoding: Some(label.to_lowercase()),
             header_lines: Some(layout.first),
         },
-        facts: said.facts.clone(),
-        warnings: said.warnings.clone(),
-        ..Raw::default()
+        metadata: said.metadata.clone(),
+        diagnostics: said.diagnostics.clone(),
+        ..RawLog::default()
     };
-    doubts(&mut raw, &layout, &header);
-    tell_other_dialect(&mut raw, &lines, &layout);
-    assemble::assemble(&mut raw, plan, body, &said, settings)?;
-    let unread = said.unread.map(|u| refusals::unread_rate(path, &lines, &u));
-    for group in &mut raw.groups {
-        group.clock.unread_rate.clone_from(&unread);
+    warnings(&mut log, &layout, &header);
+    warn_other_dialect(&mut log, &lines, &layout);
+    assemble::assemble(&mut log, plan, data, &said, options)?;
+    let unread = said
+        .invalid_rate
+        .map(|u| refusals::invalid_rate(path, &lines, &u));
+    for group in &mut log.groups {
+        group.timing.invalid_rate.clone_from(&unread);
     }
-    Ok(raw)
+    Ok(log)
 }
 
 /// Reads up to `n` bytes.
-fn take(reader: &mut impl Read, n: usize, bytes: &mut Vec<u8>, path: &str) -> Result<(), Error> {
+fn read_up_to(
+    reader: &mut impl Read,
+    n: usize,
+    bytes: &mut Vec<u8>,
+    path: &str,
+) -> Result<(), Error> {
     reader
         .take(n as u64)
         .read_to_end(bytes)
         .map(drop)
-        .map_err(|e| body::broken(path, &e))
+        .map_err(|e| body::read_error(path, &e))
 }
 
 fn head(
     path: &str,
     stream: &mut Box<dyn Read + '_>,
-    coding: &encodings::Coding,
-) -> Result<Head, Error> {
+    encoding: &encodings::TextEncoding,
+) -> Result<FileHead, Error> {
     let mut bytes = Vec::new();
-    take(stream, body::BLOCK, &mut bytes, path)?;
+    read_up_to(stream, body::BLOCK, &mut bytes, path)?;
     let whole = bytes.len() < body::BLOCK;
-    if !coding.is_wide() {
-        bytes.drain(..coding.mark.min(bytes.len()));
+    if !encoding.is_utf16() {
+        bytes.drain(..encoding.mark.min(bytes.len()));
     }
     if bytes.trim_ascii().is_empty() && whole {
         let message = if bytes.is_empty() {
@@ -154,7 +164,7 @@ fn head(
             "holds nothing but blanks"
         };
         return Err(Error::new(Code::EmptyLog, format!("{path} {message}"))
-            .hint("record again, or look whether the export was finished"));
+            .with_hint("record again, or look whether the export was finished"));
     }
     refusals::refuse_binary(path, &bytes, whole)?;
     let mut starts = Vec::new();
@@ -171,18 +181,18 @@ fn head(
     if whole && at < bytes.len() {
         starts.push(at);
     }
-    Ok(Head {
-        text: coding.text(&bytes),
+    Ok(FileHead {
+        text: encoding.text(&bytes),
         bytes,
         whole,
-        starts,
+        line_starts: starts,
     })
 }
 
 /// Where the line at the front ends; a cell in quotes may hold line ends.
 fn end_of_line(text: &[u8]) -> Option<usize> {
     /// More lines than this have a quote that was never closed.
-    const IN_ONE_CELL: usize = 4;
+    const MAX_QUOTED_LINES: usize = 4;
     let parts = |byte: u8| matches!(byte, b',' | b';' | b'\t' | b'|' | b'\n' | b'\r');
     let first = memchr::memchr2(b'\n', b'\r', text)?;
     let (mut quoted, mut begins, mut at, mut ends) = (false, true, 0, 0);
@@ -194,7 +204,7 @@ fn end_of_line(text: &[u8]) -> Option<usize> {
             b'\n' | b'\r' if !quoted => return Some(at),
             b'\n' => {
                 ends += 1;
-                if ends > IN_ONE_CELL {
+                if ends > MAX_QUOTED_LINES {
                     return Some(first);
                 }
             }
@@ -225,10 +235,10 @@ fn split(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Format and dialect in words.
-fn in_words(layout: &dialect::Layout, coding: Option<&str>) -> String {
-    let delimiter = match layout.marks.delimiter {
-        _ if layout.kinds.len() == 1 => "one column".to_string(),
+/// Format and dialect as text.
+fn describe_dialect(layout: &dialect::TableLayout, coding: Option<&str>) -> String {
+    let delimiter = match layout.separators.delimiter {
+        _ if layout.types.len() == 1 => "one column".to_string(),
         b',' => "comma".into(),
         b';' => "semicolon".into(),
         b'\t' => "tab".into(),
@@ -236,7 +246,7 @@ fn in_words(layout: &dialect::Layout, coding: Option<&str>) -> String {
         other => format!("`{}`", char::from(other)),
     };
     let mut words = vec!["CSV".to_string(), delimiter];
-    if layout.marks.decimal == b',' {
+    if layout.separators.decimal == b',' {
         words.push("decimal comma".into());
     }
     words.extend(coding.map(str::to_string));
@@ -249,12 +259,12 @@ fn in_words(layout: &dialect::Layout, coding: Option<&str>) -> String {
 }
 
 /// Rows of as many cells right above the first row that other marks than those of the log make numbers: they were passed over.
-fn tell_other_dialect(raw: &mut Raw, lines: &[&str], layout: &dialect::Layout) {
-    let width = layout.kinds.len();
+fn warn_other_dialect(log: &mut RawLog, lines: &[&str], layout: &dialect::TableLayout) {
+    let width = layout.types.len();
     let by = |line: &str, delimiter: u8, decimal: u8| {
         let mut count = 0;
-        for (at, (_, cell)) in cells::Cells::new(line.as_bytes(), delimiter).enumerate() {
-            let cell = cells::bare(cell);
+        for (at, (_, cell)) in cells::CellIter::new(line.as_bytes(), delimiter).enumerate() {
+            let cell = cells::trim_cell(cell);
             // Stamps of the time may be dates.
             let is_stamp = at == 0 && cell.first().is_some_and(u8::is_ascii_digit);
             if !is_stamp && cells::number(cell, decimal).is_none() {
@@ -276,32 +286,32 @@ fn tell_other_dialect(raw: &mut Raw, lines: &[&str], layout: &dialect::Layout) {
         return;
     }
     assemble::note(
-        raw,
+        log,
         "rows-of-another-dialect",
         format!(
             "{} of numbers above the first row passed over, lines {} to {}: other marks part their cells or stand before their decimals",
-            counted(count, "row"),
+            pluralise(count, "row"),
             above.len() - count + 1,
             above.len()
         ),
     );
 }
 
-fn doubts(raw: &mut Raw, layout: &dialect::Layout, header: &header::Header) {
-    if layout.comma_in_doubt {
-        raw.warnings.push(Warning {
+fn warnings(log: &mut RawLog, layout: &dialect::TableLayout, header: &header::TableHeader) {
+    if layout.ambiguous_comma {
+        log.diagnostics.push(Diagnostic {
             code: "decimal-comma",
             message: "every comma stands before three digits: it is taken for the decimal mark, not for thousands".into(),
             hint: Some("say so if it is not: --decimal .".into()),
         });
     }
-    if let Some((at, cells)) = header.misfit {
-        raw.warnings.push(Warning {
+    if let Some((at, cells)) = header.misfit_row {
+        log.diagnostics.push(Diagnostic {
             code: "names-misfit",
             message: format!(
                 "line {} has {cells} words over {} columns: the columns are numbered instead",
                 at + 1,
-                layout.kinds.len()
+                layout.types.len()
             ),
             hint: None,
         });

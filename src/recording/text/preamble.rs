@@ -1,30 +1,30 @@
-//! Lines above the names: `key: value`, `key,value`, `key=value`, comments; the sample rate where one of them states it.
+//! Preamble lines: `key: value`, `key,value`, `key=value`, comments; sample rate where stated.
 
-use super::cells::{Cells, Marks};
-use super::figure::{factor, figure};
-use crate::base::error::Warning;
+use super::cells::{CellIter, Separators};
+use super::figure::{parse_number_with_unit, unit_factor};
+use crate::base::error::Diagnostic;
 use crate::recording::stated_rates::{BARE_RATE, StatedRate};
 
 /// What the preamble says.
 #[derive(Debug, Default)]
 pub struct Preamble {
     /// Keys and values as written.
-    pub facts: Vec<(String, String)>,
+    pub metadata: Vec<(String, String)>,
     /// Every sample rate that a line states.
     pub rates: Vec<StatedRate>,
     /// A sample rate that is stated and cannot be read, where no other is.
-    pub unread: Option<Unread>,
+    pub invalid_rate: Option<InvalidRate>,
     /// Stated number of samples.
     pub samples: Option<usize>,
     /// Date and time of the start as written.
     pub start: Option<String>,
     /// Statements that contradict each other.
-    pub warnings: Vec<Warning>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// A sample rate that is stated in a way that cannot be read.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unread {
+pub struct InvalidRate {
     /// Line of the file, from 1.
     pub line: usize,
     /// What is wrong with it.
@@ -32,7 +32,7 @@ pub struct Unread {
 }
 
 /// Keys of a sample rate, folded.
-const RATES: &[&str] = &[
+const RATE_KEYS: &[&str] = &[
     "sampling frequency",
     "sample frequency",
     "sampling rate",
@@ -73,7 +73,7 @@ const RATES: &[&str] = &[
 ];
 
 /// Keys of the time between samples, folded.
-const INTERVALS: &[&str] = &[
+const INTERVAL_KEYS: &[&str] = &[
     "sampling interval",
     "sample interval",
     "samplinginterval",
@@ -110,7 +110,7 @@ const INTERVALS: &[&str] = &[
 ];
 
 /// Keys of the number of samples, folded.
-const COUNTS: &[&str] = &[
+const COUNT_KEYS: &[&str] = &[
     "samples",
     "number of samples",
     "sample count",
@@ -132,7 +132,7 @@ const COUNTS: &[&str] = &[
 ];
 
 /// Keys of the start, folded.
-const STARTS: &[&str] = &[
+const START_KEYS: &[&str] = &[
     "start",
     "start time",
     "start date",
@@ -158,7 +158,7 @@ const STARTS: &[&str] = &[
 ];
 
 /// A line without the sign that makes it a comment.
-pub fn uncommented(line: &str) -> &str {
+pub fn strip_comment(line: &str) -> &str {
     let line = line.trim();
     let bare = line.trim_start_matches(['#', '%', '!']);
     let bare = bare.strip_prefix("//").unwrap_or(bare);
@@ -172,10 +172,10 @@ pub fn is_comment(line: &str) -> bool {
 }
 
 /// What the lines, each with its number, say.
-pub fn read(lines: &[(usize, &str)], marks: Marks) -> Preamble {
+pub fn read(lines: &[(usize, &str)], separators: Separators) -> Preamble {
     let mut preamble = Preamble::default();
     for &(number, line) in lines {
-        let bare = uncommented(line);
+        let bare = strip_comment(line);
         if bare.is_empty() {
             continue;
         }
@@ -185,18 +185,18 @@ pub fn read(lines: &[(usize, &str)], marks: Marks) -> Preamble {
             vec![bare]
         };
         for part in parts {
-            let (key, value) = pair(part, marks)
+            let (key, value) = split_key_value(part, separators)
                 .unwrap_or_else(|| (format!("line {number}"), part.trim().to_string()));
-            preamble.learn(number, &key, &value, marks.decimal);
-            preamble.facts.push((key, value));
+            preamble.apply_key(number, &key, &value, separators.decimal);
+            preamble.metadata.push((key, value));
         }
     }
     preamble
 }
 
 /// Key and value of a line, where it has both.
-fn pair(line: &str, marks: Marks) -> Option<(String, String)> {
-    let delimiter = char::from(marks.delimiter);
+fn split_key_value(line: &str, separators: Separators) -> Option<(String, String)> {
+    let delimiter = char::from(separators.delimiter);
     let splits = line.char_indices().find(|&(at, c)| match c {
         ':' => {
             let before = line[..at].chars().last();
@@ -211,8 +211,8 @@ fn pair(line: &str, marks: Marks) -> Option<(String, String)> {
         let rest = &line[at + c.len_utf8()..];
         let named = key.chars().any(char::is_alphabetic);
         if named && (c == delimiter || c == '\t') {
-            let cells = Cells::new(rest.as_bytes(), c as u8);
-            let texts = cells.map(|(start, cell)| unquoted(&rest[start..start + cell.len()]));
+            let iter = CellIter::new(rest.as_bytes(), c as u8);
+            let texts = iter.map(|(start, cell)| unquoted(&rest[start..start + cell.len()]));
             let values: Vec<&str> = texts.filter(|t| !t.is_empty()).collect();
             let key = key.trim_end_matches([':', '=']).trim().to_string();
             return (!values.is_empty()).then(|| (key, values.join(", ")));
@@ -226,7 +226,7 @@ fn pair(line: &str, marks: Marks) -> Option<(String, String)> {
     // `fs 5000 Hz`: words, then a number.
     let digit = line.find(|c: char| c.is_ascii_digit() || c == '.')?;
     let key = line[..digit].trim();
-    let known = stated(key, RATES).is_some() || stated(key, INTERVALS).is_some();
+    let known = stated(key, RATE_KEYS).is_some() || stated(key, INTERVAL_KEYS).is_some();
     known.then(|| (key.to_string(), line[digit..].trim().to_string()))
 }
 
@@ -256,27 +256,29 @@ fn stated(key: &str, table: &[&str]) -> Option<String> {
         return Some(unit.to_string());
     }
     let (front, last) = key.rsplit_once(' ')?;
-    let known = factor(last, true).is_some() || factor(last, false).is_some();
+    let known = unit_factor(last, true).is_some() || unit_factor(last, false).is_some();
     (known && is_one(front)).then(|| last.to_string())
 }
 
 impl Preamble {
     /// Takes what a key says of the clock.
-    fn learn(&mut self, line: usize, key: &str, value: &str, decimal: u8) {
+    fn apply_key(&mut self, line: usize, key: &str, value: &str, decimal: u8) {
         match rate_of(key, value, decimal) {
             Some(Ok(rate)) => self.note_rate(rate, key),
-            Some(Err(message)) if self.rates.is_empty() && self.unread.is_none() => {
-                self.unread = Some(Unread { line, message });
+            Some(Err(message)) if self.rates.is_empty() && self.invalid_rate.is_none() => {
+                self.invalid_rate = Some(InvalidRate { line, message });
             }
             _ => {}
         }
-        if stated(key, COUNTS).is_some() && self.samples.is_none() {
-            let count = figure(value, decimal).map(|f| f.number).ok();
+        if stated(key, COUNT_KEYS).is_some() && self.samples.is_none() {
+            let count = parse_number_with_unit(value, decimal)
+                .map(|f| f.number)
+                .ok();
             self.samples = count
                 .filter(|c| *c >= 1.0 && c.fract() == 0.0)
                 .map(|c| c as usize);
         }
-        if stated(key, STARTS).is_some() && value.chars().any(|c| c.is_ascii_digit()) {
+        if stated(key, START_KEYS).is_some() && value.chars().any(|c| c.is_ascii_digit()) {
             self.start = Some(match self.start.take() {
                 Some(earlier) => format!("{earlier} {value}"),
                 None => value.to_string(),
@@ -285,10 +287,10 @@ impl Preamble {
     }
 
     /// Keeps a rate; one that is a thousand times another by its mark gets a warning.
-    fn note_rate(&mut self, rate: Rate, key: &str) {
+    fn note_rate(&mut self, rate: PreambleRate, key: &str) {
         let hertz = rate.hertz;
-        if let (Some((digits, other)), true) = (rate.doubt, self.rates.is_empty()) {
-            self.warnings.push(Warning {
+        if let (Some((digits, other)), true) = (rate.ambiguity, self.rates.is_empty()) {
+            self.diagnostics.push(Diagnostic {
                 code: "header-rate-mark",
                 message: format!(
                     "`{key}` states {digits}: its mark is taken for that of thousands, since it is not the decimal mark of the file, and the rate for {hertz} Hz, not {other} Hz"
@@ -296,7 +298,7 @@ impl Preamble {
                 hint: Some(format!("say so if it is not: --rate \"{other} Hz\"")),
             });
         }
-        self.unread = None;
+        self.invalid_rate = None;
         self.rates.push(StatedRate {
             hertz,
             key: key.to_string(),
@@ -306,18 +308,18 @@ impl Preamble {
 }
 
 /// A sample rate as stated.
-struct Rate {
+struct PreambleRate {
     hertz: f64,
     /// The digits as written, and the rate with their mark as the decimal one, where that may be meant.
-    doubt: Option<(String, f64)>,
+    ambiguity: Option<(String, f64)>,
     /// The key is [`BARE_RATE`], and no unit speaks of samples.
     is_bare: bool,
 }
 
 /// The sample rate a key states, or why it cannot be read; nothing where the key is none of a rate, or no digit stands behind it.
-fn rate_of(key: &str, value: &str, decimal: u8) -> Option<Result<Rate, String>> {
-    let by_rate = stated(key, RATES);
-    let by_interval = stated(key, INTERVALS);
+fn rate_of(key: &str, value: &str, decimal: u8) -> Option<Result<PreambleRate, String>> {
+    let by_rate = stated(key, RATE_KEYS);
+    let by_interval = stated(key, INTERVAL_KEYS);
     let unit_of_key = by_rate.as_ref().or(by_interval.as_ref())?;
     let begins = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ',');
     if !value.trim().starts_with(begins) || !value.contains(|c: char| c.is_ascii_digit()) {
@@ -338,15 +340,15 @@ fn read_rate(
     decimal: u8,
     unit_of_key: &str,
     is_rate: bool,
-) -> Result<Rate, String> {
-    let found = figure(value, decimal)
+) -> Result<PreambleRate, String> {
+    let found = parse_number_with_unit(value, decimal)
         .map_err(|why| format!("`{key}` states the sample rate, but {why}"))?;
     let unit = match found.unit {
         "" => unit_of_key,
         unit => unit,
     };
     // The unit decides: a "rate" of 0.2 ms is an interval.
-    let hertz = |number: f64| match (factor(unit, true), factor(unit, false)) {
+    let hertz = |number: f64| match (unit_factor(unit, true), unit_factor(unit, false)) {
         (Some(hertz), _) => Some(number * hertz),
         (None, Some(seconds)) => Some(1.0 / (number * seconds)),
         (None, None) if !unit.is_empty() => None,
@@ -363,10 +365,10 @@ fn read_rate(
     }
     let other = found.smaller.and_then(hertz);
     let speaks_of_samples = !unit.is_empty() && !unit.to_lowercase().ends_with("hz");
-    Ok(Rate {
+    Ok(PreambleRate {
         hertz: rate,
         is_bare: folded(key).0.eq_ignore_ascii_case(BARE_RATE) && !speaks_of_samples,
-        doubt: other.map(|other| (found.digits.to_string(), other)),
+        ambiguity: other.map(|other| (found.digits.to_string(), other)),
     })
 }
 
@@ -374,7 +376,7 @@ fn read_rate(
 mod tests {
     use super::*;
 
-    const COMMA: Marks = Marks {
+    const COMMA: Separators = Separators {
         delimiter: b',',
         decimal: b'.',
     };
@@ -412,7 +414,7 @@ mod tests {
             "Rate: none",
             "heart rate: 60",
         ] {
-            assert_eq!(read(&[(1, line)], COMMA).unread, None, "{line}");
+            assert_eq!(read(&[(1, line)], COMMA).invalid_rate, None, "{line}");
             assert_eq!(read(&[(1, line)], COMMA).rates, [], "{line}");
         }
         let bare = |line| read(&[(1, line)], COMMA).rates[0].is_bare;
@@ -442,16 +444,16 @@ mod tests {
             ("100 samples per second", '.', 100.0, false),
         ];
         for (text, decimal, rate, doubted) in cases {
-            let marks = Marks {
+            let separators = Separators {
                 decimal: decimal as u8,
                 ..COMMA
             };
             let line = format!("Sample rate: {text}");
-            let found = read(&[(1, &line)], marks);
+            let found = read(&[(1, &line)], separators);
             let close = |r: f64| (r / rate - 1.0).abs() < 1e-12;
             let is = found.rates.first().is_some_and(|r| close(r.hertz));
             assert!(is, "{text} {decimal}: {:?}", found.rates);
-            assert_eq!(!found.warnings.is_empty(), doubted, "{text} {decimal}");
+            assert_eq!(!found.diagnostics.is_empty(), doubted, "{text} {decimal}");
         }
     }
 
@@ -476,7 +478,7 @@ mod tests {
             let line = format!("Sample rate: {text}");
             let found = read(&[(7, &line)], COMMA);
             assert_eq!(found.rates, [], "{text}");
-            assert_eq!(found.unread.map(|u| u.line), Some(7), "{text}");
+            assert_eq!(found.invalid_rate.map(|u| u.line), Some(7), "{text}");
         }
     }
 }

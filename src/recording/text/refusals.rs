@@ -1,9 +1,9 @@
 //! What a delimited text is refused for before its rows are read.
 
-use super::{TASTE, body, cells, dialect, header, preamble};
+use super::{SNIFF_LEN, body, cells, dialect, header, preamble};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::place::Place;
+use crate::base::source_span::SourceSpan;
 
 /// Refuses bytes that are no text.
 pub(super) fn refuse_binary(path: &str, bytes: &[u8], is_whole: bool) -> Result<(), Error> {
@@ -11,7 +11,7 @@ pub(super) fn refuse_binary(path: &str, bytes: &[u8], is_whole: bool) -> Result<
     // NUL bytes at the end of a file are storage that was never written.
     let end = bytes.iter().rposition(|b| *b != 0).map_or(0, |at| at + 1);
     let text = if is_whole { &bytes[..end] } else { bytes };
-    let taste = &text[..text.len().min(TASTE)];
+    let taste = &text[..text.len().min(SNIFF_LEN)];
     let n = taste.iter().filter(strange).count();
     // A stray control sign may stand in a note; one in two hundred does not. Lines with NUL bytes are refused where rows are read.
     if 200 * n <= taste.len() && end > 0 {
@@ -22,11 +22,11 @@ pub(super) fn refuse_binary(path: &str, bytes: &[u8], is_whole: bool) -> Result<
         Code::UnknownFormat,
         format!("{path} is no log of a known format: it begins with the bytes {}", shown.join(" ")),
     )
-    .hint("logs are delimited text (CSV), LVM, UFF 58, WAV or MATLAB level 5, also inside gzip or zip; export one of these"))
+    .with_hint("logs are delimited text (CSV), LVM, UFF 58, WAV or MATLAB level 5, also inside gzip or zip; export one of these"))
 }
 
 /// No row of numbers was found.
-pub(super) fn no_rows(path: &str, lines: &[&str], is_whole: bool) -> Error {
+pub(super) fn no_data_rows(path: &str, lines: &[&str], is_whole: bool) -> Error {
     // Names and a row, at least.
     if !is_whole && lines.len() < 2 {
         let message = format!(
@@ -34,73 +34,75 @@ pub(super) fn no_rows(path: &str, lines: &[&str], is_whole: bool) -> Error {
             body::BLOCK
         );
         return Error::new(Code::EmptyLog, message)
-            .hint("export fewer channels at a time, or one channel a column, not one a row");
+            .with_hint("export fewer channels at a time, or one channel a column, not one a row");
     }
     let first = lines
         .iter()
         .find(|l| !l.trim().is_empty())
         .copied()
         .unwrap_or("");
-    let place = Place::in_line(path, 1, first, 0..0);
+    let span = SourceSpan::within_line(path, 1, first, 0..0);
     Error::new(Code::EmptyLog, format!("{path} holds no row of numbers"))
-        .at(&place)
-        .hint("a log has rows of numbers with the same number of cells; this text has none")
+        .with_span(&span)
+        .with_hint("a log has rows of numbers with the same number of cells; this text has none")
 }
 
 /// What is wrong with the sample rate that stands in a line.
-pub(super) fn unread_rate(path: &str, lines: &[&str], unread: &preamble::Unread) -> Error {
+pub(super) fn invalid_rate(path: &str, lines: &[&str], unread: &preamble::InvalidRate) -> Error {
     let line = lines.get(unread.line - 1).copied().unwrap_or("");
-    let place = Place::in_line(path, unread.line, line, 0..line.len());
+    let span = SourceSpan::within_line(path, unread.line, line, 0..line.len());
     Error::new(Code::RateUnknown, &unread.message)
-        .at(&place)
-        .hint("state it: --rate HZ, or rate = \"… Hz\" in the sidecar")
+        .with_span(&span)
+        .with_hint("state it: --rate HZ, or rate = \"… Hz\" in the sidecar")
 }
 
 /// Rows of numbers above the first row that fit neither as rows nor as names.
 pub(super) fn refuse_misfits(
     path: &str,
     lines: &[&str],
-    layout: &dialect::Layout,
-    header: &header::Header,
+    layout: &dialect::TableLayout,
+    header: &header::TableHeader,
 ) -> Result<(), Error> {
-    if let Some((at, column)) = header.broken {
-        let mut cells = cells::Cells::new(lines[at].as_bytes(), layout.marks.delimiter);
-        let (start, cell) = cells.nth(column).unwrap_or((0, lines[at].as_bytes()));
-        let place = Place::in_line(path, at + 1, lines[at], start..start + cell.len());
+    if let Some((at, column)) = header.broken_row {
+        let mut iter = cells::CellIter::new(lines[at].as_bytes(), layout.separators.delimiter);
+        let (start, cell) = iter.nth(column).unwrap_or((0, lines[at].as_bytes()));
+        let span = SourceSpan::within_line(path, at + 1, lines[at], start..start + cell.len());
         return Err(Error::new(
             Code::NotANumber,
             "words stand in a row of numbers, below the names",
         )
-        .at(&place)
-        .label("not a number")
-        .hint("mend the cell, or state how many lines stand above the numbers: --header-lines"));
+        .with_span(&span)
+        .with_label("not a number")
+        .with_hint(
+            "mend the cell, or state how many lines stand above the numbers: --header-lines",
+        ));
     }
     let above = &lines[..layout.first.min(lines.len())];
     refuse_double_commas(path, above, lines, layout)?;
     for (at, line) in above.iter().enumerate().rev() {
-        match dialect::stance(line, layout.marks, &layout.kinds) {
-            dialect::Stance::Blank => {}
-            dialect::Stance::Misfit
+        match dialect::line_kind(line, layout.separators, &layout.types) {
+            dialect::LineKind::Blank => {}
+            dialect::LineKind::PartialRow
                 if header.preamble.contains(&at) && !preamble::is_comment(line) =>
             {
-                let (cells, width) = (
-                    cells::Cells::new(line.as_bytes(), layout.marks.delimiter).count(),
-                    layout.kinds.len(),
+                let (iter, width) = (
+                    cells::CellIter::new(line.as_bytes(), layout.separators.delimiter).count(),
+                    layout.types.len(),
                 );
-                let place = Place::in_line(path, at + 1, line, 0..line.len());
+                let span = SourceSpan::within_line(path, at + 1, line, 0..line.len());
                 let message =
-                    format!("the row has {cells} cells where the rows after it have {width}");
-                let code = if cells == width {
+                    format!("the row has {iter} cells where the rows after it have {width}");
+                let code = if iter == width {
                     Code::NotANumber
                 } else {
                     Code::RaggedRow
                 };
-                let message = if cells == width {
+                let message = if iter == width {
                     "the row holds a cell that is not what its column holds below".into()
                 } else {
                     message
                 };
-                return Err(Error::new(code, message).at(&place).hint(
+                return Err(Error::new(code, message).with_span(&span).with_hint(
                     "mend the row, or state how many lines stand above the numbers: --header-lines",
                 ));
             }
@@ -115,35 +117,41 @@ fn refuse_double_commas(
     path: &str,
     above: &[&str],
     lines: &[&str],
-    layout: &dialect::Layout,
+    layout: &dialect::TableLayout,
 ) -> Result<(), Error> {
     let Some((at, names)) = (above.iter().enumerate().rev()).find(|(_, l)| !l.trim().is_empty())
     else {
         return Ok(());
     };
-    let width = layout.kinds.len();
-    let words = cells::Cells::new(names.as_bytes(), b',').count();
+    let width = layout.types.len();
+    let words = cells::CellIter::new(names.as_bytes(), b',').count();
     let is_whole = |(_, cell): (usize, &[u8])| {
         let digits = cell.strip_prefix(b"-").unwrap_or(cell);
         !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
     };
-    let rows = lines.get(layout.first..).unwrap_or(&[]).iter().take(TASTE);
-    let commas = layout.marks.delimiter == b',' && layout.marks.decimal == b'.';
+    let rows = lines
+        .get(layout.first..)
+        .unwrap_or(&[])
+        .iter()
+        .take(SNIFF_LEN);
+    let commas = layout.separators.delimiter == b',' && layout.separators.decimal == b'.';
     let doubled = commas
         && words > 1
         && width == 2 * words
         && names.contains(char::is_alphabetic)
         && rows
             .clone()
-            .all(|row| cells::Cells::new(row.as_bytes(), b',').all(is_whole));
+            .all(|row| cells::CellIter::new(row.as_bytes(), b',').all(is_whole));
     if !doubled {
         return Ok(());
     }
-    let place = Place::in_line(path, at + 1, names, 0..names.len());
+    let span = SourceSpan::within_line(path, at + 1, names, 0..names.len());
     let message = format!(
         "{words} names stand over rows of {width} cells: the comma parts the cells and is the decimal mark as well"
     );
     Err(Error::new(Code::RaggedRow, message)
-        .at(&place)
-        .hint("export with points as decimal marks, or with semicolons or tabs between the cells"))
+        .with_span(&span)
+        .with_hint(
+            "export with points as decimal marks, or with semicolons or tabs between the cells",
+        ))
 }

@@ -5,11 +5,11 @@ use std::ops::Range;
 use super::BLOCK;
 use crate::base::error::Error;
 use crate::numeric::statistics::median;
-use crate::recording::raw::Stamps;
+use crate::recording::raw::TimeStamps;
 
 /// Standard deviation of what stamps are off from one to the next without regularity, s: by the median of second differences, to
 /// which a clock that drifts adds nothing.
-fn jitter(stamps: &Stamps, rows: &Range<usize>) -> Result<f64, Error> {
+fn jitter(stamps: &TimeStamps, rows: &Range<usize>) -> Result<f64, Error> {
     let mut some = vec![0.0; rows.len().min(BLOCK)];
     stamps.seconds.read(rows.start, &mut some)?;
     let mut bends: Vec<f64> = some
@@ -20,15 +20,15 @@ fn jitter(stamps: &Stamps, rows: &Range<usize>) -> Result<f64, Error> {
     Ok(median(&mut bends).map_or(0.0, |median| median / 6f64.sqrt() / 0.674_489_75))
 }
 
-/// The lowest and the highest rate over the tenths of the longest stretch, Hz; the rate itself where they differ by no more than
+/// The lowest and the highest rate over the tenths of the longest segment, Hz; the rate itself where they differ by no more than
 /// what single stamps are off makes of one.
 pub(super) fn drift(
-    stamps: &Stamps,
-    stretches: &[Range<usize>],
+    stamps: &TimeStamps,
+    segments: &[Range<usize>],
     rate_hz: f64,
 ) -> Result<(f64, f64), Error> {
     const PARTS: usize = 10;
-    let longest = stretches.iter().max_by_key(|s| s.len()).cloned();
+    let longest = segments.iter().max_by_key(|s| s.len()).cloned();
     let Some(rows) = longest.filter(|s| s.len() > 2 * PARTS) else {
         return Ok((rate_hz, rate_hz));
     };
@@ -45,9 +45,9 @@ pub(super) fn drift(
         }
     }
     // Of ten numbers some lie five deviations apart hardly ever.
-    const BEYOND_CHANCE: f64 = 5.0;
+    const SIGNIFICANCE_SIGMA: f64 = 5.0;
     let by_chance = std::f64::consts::SQRT_2 * jitter(stamps, &rows)? * rate_hz / length as f64;
-    if high / low - 1.0 < BEYOND_CHANCE * by_chance {
+    if high / low - 1.0 < SIGNIFICANCE_SIGMA * by_chance {
         return Ok((rate_hz, rate_hz));
     }
     Ok((low.min(rate_hz), high.max(rate_hz)))

@@ -1,46 +1,43 @@
-//! The clock of a log: its rate by regression over the stamps, `t_i = a_s + i/rate` with one rate and an offset for every stretch
-//! between gaps; jitter, gaps, rounding of the stamps. Where they jitter, the mean over the stretches, which keeps their length
-//! when the samples are put on an even grid. Never the median step: rounding and jitter bias it.
+//! Time base by regression of the stamps, `t_i = a_s + i/rate`, an offset per segment; jitter, gaps.
+//!
+//! Where they jitter, the mean over the segments, which keeps their length when the samples are put on an even grid. Never the
+//! median step: rounding and jitter bias it.
 
 use std::ops::Range;
 
-use super::column::Column;
-use super::raw::{Clock, Lines, Stamps};
+use super::raw::{LineNumbers, RawTiming, TimeStamps};
 use super::resolution::Resolution;
+use super::sample_column::SampleColumn;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::place::Place;
-use crate::base::words::counted;
+use crate::base::source_span::SourceSpan;
+use crate::base::text::pluralise;
 
-/// Sums of regressions.
-mod line;
+mod regression;
 
-/// The step most rows make.
-mod usual;
+mod typical_step;
 
-/// Lost samples in uneven stamps.
 mod losses;
 
-/// Clocks that drift.
 mod drift;
 
 #[cfg(test)]
 mod tests;
 
-use line::Line;
-use usual::{Usual, usual_step};
+use regression::RegressionSums;
+use typical_step::{TypicalStep, typical_step};
 
 /// Samples read at a time.
 const BLOCK: usize = 1 << 16;
 
 /// A step longer than this many usual steps misses samples.
-const GAP: f64 = 1.5;
+const MIN_GAP_STEPS: f64 = 1.5;
 
 /// A step this many usual ones long misses samples however uneven the stamps are.
-const SURE: f64 = 3.0;
+const CERTAIN_GAP_STEPS: f64 = 3.0;
 
 /// Stamps that deviate by less than this many steps are uniform: at the highest frequency it is an error of −50 dB.
-const UNIFORM: f64 = 1e-3;
+const MAX_UNIFORM_JITTER: f64 = 1e-3;
 
 /// What the stamps of a log say.
 #[derive(Debug, Clone)]
@@ -50,12 +47,12 @@ pub struct TimeBase {
     /// Standard deviation of it by the residuals of the regression, relative.
     pub rate_std: f64,
     /// Stretches without a gap, in rows.
-    pub stretches: Vec<Range<usize>>,
-    /// Time of the first row of each stretch, s: on the regression line, its own stamp where the stamps jitter.
-    pub starts: Vec<f64>,
+    pub segments: Vec<Range<usize>>,
+    /// Time of the first row of each segment, s: on the regression line, its own stamp where the stamps jitter.
+    pub segment_starts: Vec<f64>,
     /// The rate of single parts of the record, the lowest and the highest, Hz: how the clock drifts.
     pub drift_hz: (f64, f64),
-    /// Gaps between the stretches.
+    /// Gaps between the segments.
     pub gaps: Vec<Gap>,
     /// How evenly the stamps are spaced.
     pub spacing: Spacing,
@@ -91,15 +88,15 @@ pub enum Spacing {
         /// Root mean square deviation from the regression line, s.
         rms_s: f64,
         /// Largest deviation, s.
-        most_s: f64,
-        /// The shortest and the longest step inside the stretches, s.
+        max_s: f64,
+        /// The shortest and the longest step inside the segments, s.
         steps_s: (f64, f64),
     },
 }
 
 /// Calls `see(row, stamp)` for every row.
-fn each(
-    seconds: &Column,
+fn for_each_stamp(
+    seconds: &SampleColumn,
     mut see: impl FnMut(usize, f64) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let mut block = vec![0.0; BLOCK.min(seconds.len())];
@@ -119,31 +116,36 @@ fn each(
 ///
 /// # Errors
 /// Stamps that are no number, run backward, are all equal, or repeat although they are written finely enough not to.
-pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
+pub fn fit(timing: &RawTiming, stamps: &TimeStamps) -> Result<TimeBase, Error> {
     let n = stamps.seconds.len();
     if n < 2 {
-        let message = format!("{} of numbers cannot tell a sample rate", counted(n, "row"));
-        return Err(Error::new(Code::TooShort, message).hint("state it: --rate"));
+        let message = format!(
+            "{} of numbers cannot tell a sample rate",
+            pluralise(n, "row")
+        );
+        return Err(Error::new(Code::TooShort, message).with_hint("state it: --rate"));
     }
     let resolution = &over_record(stamps)?;
-    let usual = usual_step(stamps, resolution)?;
+    let usual = typical_step(stamps, resolution)?;
     // Rounding lengthens a step by less than one unit of the last digit.
-    const LESS: f64 = 1.001;
+    const MIN_STEP_RATIO: f64 = 1.001;
     if losses::are_ambiguous(stamps, resolution, &usual)? {
-        let is_gap = |step: f64, _: f64| step > SURE * usual.median_s;
-        let found = split(clock, stamps, resolution, &usual, is_gap)?;
-        losses::refuse_hidden_losses(clock, stamps, &usual)?;
+        let is_gap = |step: f64, _: f64| step > CERTAIN_GAP_STEPS * usual.median_s;
+        let found = split_at_gaps(timing, stamps, resolution, &usual, is_gap)?;
+        losses::check_hidden_losses(timing, stamps, &usual)?;
         return Ok(found);
     }
     let is_gap = |step: f64, t: f64| {
-        step > GAP * usual.mean_s && step > usual.mean_s + LESS * resolution.at(t)
+        step > MIN_GAP_STEPS * usual.mean_s
+            && step > usual.mean_s + MIN_STEP_RATIO * resolution.unit_at(t)
     };
-    let found = split(clock, stamps, resolution, &usual, is_gap)?;
+    let found = split_at_gaps(timing, stamps, resolution, &usual, is_gap)?;
     // Where most steps are one unit, a step of two is a sample lost, or a clock a little slower than its digits.
     let unit_s = resolution.finest_s;
-    if resolution.digits().is_none() && (usual.median_s / unit_s - 1.0).abs() < LESS - 1.0 {
-        let is_gap = |step: f64, _: f64| step > GAP * usual.median_s;
-        let strict = split(clock, stamps, resolution, &usual, is_gap)?;
+    if resolution.digits().is_none() && (usual.median_s / unit_s - 1.0).abs() < MIN_STEP_RATIO - 1.0
+    {
+        let is_gap = |step: f64, _: f64| step > MIN_GAP_STEPS * usual.median_s;
+        let strict = split_at_gaps(timing, stamps, resolution, &usual, is_gap)?;
         if losses::are_lost(&found, &strict, n) {
             return Ok(strict);
         }
@@ -152,41 +154,44 @@ pub fn examine(clock: &Clock, stamps: &Stamps) -> Result<TimeBase, Error> {
 }
 
 /// The resolution of the stamps: of a fixed digit wherever significant digits make no difference over the record.
-fn over_record(stamps: &Stamps) -> Result<Resolution, Error> {
+fn over_record(stamps: &TimeStamps) -> Result<Resolution, Error> {
     let mut end = [0.0];
     stamps.seconds.read(stamps.seconds.len() - 1, &mut end)?;
-    let most = stamps.resolution.at(0.0).max(stamps.resolution.at(end[0]));
+    let most = stamps
+        .resolution
+        .unit_at(0.0)
+        .max(stamps.resolution.unit_at(end[0]));
     Ok(match most > stamps.resolution.finest_s {
         true => stamps.resolution,
-        false => Resolution::fixed(stamps.resolution.finest_s),
+        false => Resolution::constant(stamps.resolution.finest_s),
     })
 }
 
 /// The time base where `is_gap(step, stamp after it)` says so.
-fn split(
-    clock: &Clock,
-    stamps: &Stamps,
+fn split_at_gaps(
+    timing: &RawTiming,
+    stamps: &TimeStamps,
     resolution: &Resolution,
-    usual: &Usual,
+    usual: &TypicalStep,
     is_gap: impl Fn(f64, f64) -> bool,
 ) -> Result<TimeBase, Error> {
     let n = stamps.seconds.len();
     // Only stamps coarser than the step may repeat.
-    let may_repeat = |t: f64| resolution.at(t) > 1.02 * usual.mean_s;
+    let may_repeat = |t: f64| resolution.unit_at(t) > 1.02 * usual.mean_s;
     // Fine stamps count more, down to those that are uniform as they are.
-    let floor_s = resolution.finest_s.max(UNIFORM * usual.mean_s);
+    let floor_s = resolution.finest_s.max(MAX_UNIFORM_JITTER * usual.mean_s);
     let weight = |t: f64| match resolution.digits() {
         None => 1.0,
-        Some(_) => (floor_s / resolution.at(t).max(floor_s)).powi(2),
+        Some(_) => (floor_s / resolution.unit_at(t).max(floor_s)).powi(2),
     };
-    // First pass: order, gaps, and the sums of every stretch.
-    let (mut stretches, mut gaps): (Vec<Range<usize>>, Vec<Gap>) = (Vec::new(), Vec::new());
-    let mut lines: Vec<Line> = Vec::new();
+    // First pass: order, gaps, and the sums of every segment.
+    let (mut segments, mut gaps): (Vec<Range<usize>>, Vec<Gap>) = (Vec::new(), Vec::new());
+    let mut sums: Vec<RegressionSums> = Vec::new();
     let mut firsts = Vec::new();
     let (mut last, mut shortest, mut longest) = (f64::NAN, f64::INFINITY, 0.0f64);
-    each(&stamps.seconds, |row, t| {
+    for_each_stamp(&stamps.seconds, |row, t| {
         if !t.is_finite() {
-            return Err(bad_stamp(&clock.lines, row, "has no time stamp"));
+            return Err(bad_stamp(&timing.numbers, row, "has no time stamp"));
         }
         let step = t - last;
         if step < 0.0 || (step == 0.0 && !may_repeat(t)) {
@@ -194,33 +199,33 @@ fn split(
                 true => format!("repeats the time stamp of the row before, {t} s after the first"),
                 false => format!("goes back in time by {:.6} s", -step),
             };
-            return Err(bad_stamp(&clock.lines, row, &what));
+            return Err(bad_stamp(&timing.numbers, row, &what));
         }
         if row == 0 || is_gap(step, t) {
-            if let Some(before) = stretches.last_mut() {
+            if let Some(before) = segments.last_mut() {
                 before.end = row;
                 gaps.push(Gap {
                     row,
-                    line: clock.lines.of(row),
+                    line: timing.numbers.line_of_row(row),
                     missing: 0,
                     seconds: step,
                 });
             }
-            stretches.push(row..n);
-            lines.push(Line::default());
+            segments.push(row..n);
+            sums.push(RegressionSums::default());
             firsts.push(t);
         } else {
             (shortest, longest) = (shortest.min(step), longest.max(step));
         }
-        if let (Some(line), Some(&first)) = (lines.last_mut(), firsts.last()) {
-            line.add(t - first, weight(t));
+        if let (Some(regression_sums), Some(&first)) = (sums.last_mut(), firsts.last()) {
+            regression_sums.add(t - first, weight(t));
         }
         last = t;
         Ok(())
     })?;
-    let (xx, xy) = lines
+    let (xx, xy) = sums
         .iter()
-        .map(Line::centred)
+        .map(RegressionSums::centred)
         .fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
     let dt = if xx > 0.0 && xy > 0.0 {
         xy / xx
@@ -228,53 +233,54 @@ fn split(
         usual.mean_s
     };
     if dt <= 0.0 {
-        return Err(
-            Error::new(Code::BadTime, format!("all {n} time stamps are equal"))
-                .hint("leave them aside and state the rate: --time none --rate HZ"),
-        );
+        return Err(Error::new(
+            Code::InvalidTimeStamps,
+            format!("all {n} time stamps are equal"),
+        )
+        .with_hint("leave them aside and state the rate: --time none --rate HZ"));
     }
-    let starts: Vec<f64> = lines
+    let starts: Vec<f64> = sums
         .iter()
         .zip(&firsts)
-        .map(|(line, first)| first + line.offset(dt))
+        .map(|(regression_sums, first)| first + regression_sums.offset(dt))
         .collect();
     // Second pass: deviations from the line.
     let (mut square, mut weighted, mut most, mut at) = (0.0, 0.0, 0.0f64, 0);
     let mut is_beyond_rounding = false;
-    each(&stamps.seconds, |row, t| {
-        while row >= stretches[at].end {
+    for_each_stamp(&stamps.seconds, |row, t| {
+        while row >= segments[at].end {
             at += 1;
         }
-        let off = t - starts[at] - dt * (row - stretches[at].start) as f64;
+        let off = t - starts[at] - dt * (row - segments[at].start) as f64;
         let size = off.abs();
         square += off * off;
         weighted += weight(t) * off * off;
         most = most.max(size);
-        is_beyond_rounding |= size > floor_s && size > resolution.at(t);
+        is_beyond_rounding |= size > floor_s && size > resolution.unit_at(t);
         Ok(())
     })?;
-    let freedoms = (n as f64 - 1.0 - stretches.len() as f64).max(1.0);
+    let dofs = (n as f64 - 1.0 - segments.len() as f64).max(1.0);
     let mut rate_hz = 1.0 / dt;
-    let spacing = if most <= UNIFORM * dt {
+    let spacing = if most <= MAX_UNIFORM_JITTER * dt {
         Spacing::Uniform
     } else if !is_beyond_rounding {
         let mut end = [0.0];
         stamps.seconds.read(n - 1, &mut end)?;
         Spacing::Rounded {
-            resolution_s: resolution.at(0.0).max(resolution.at(end[0])),
+            resolution_s: resolution.unit_at(0.0).max(resolution.unit_at(end[0])),
             digits: resolution.digits(),
         }
     } else {
         Spacing::Jittered {
             rms_s: (square / n as f64).sqrt(),
-            most_s: most,
+            max_s: most,
             steps_s: (shortest, longest),
         }
     };
     let mut starts = starts;
     let mut ends_std = 0.0f64;
     if matches!(spacing, Spacing::Jittered { .. }) {
-        let (steps, length) = lines
+        let (steps, length) = sums
             .iter()
             .fold((0.0, 0.0), |(n, t), l| (n + l.rows - 1.0, t + l.last_s));
         rate_hz = if length > 0.0 {
@@ -282,8 +288,8 @@ fn split(
         } else {
             rate_hz
         };
-        // Both ends of every stretch are as uncertain as a stamp.
-        ends_std = (2.0 * stretches.len() as f64 * square / n as f64).sqrt() / length;
+        // Both ends of every segment are as uncertain as a stamp.
+        ends_std = (2.0 * segments.len() as f64 * square / n as f64).sqrt() / length;
         starts = firsts;
     }
     // Sums of a million stamps round: a rate that close to a whole number of micro-hertz is that number.
@@ -293,10 +299,13 @@ fn split(
         rate_hz = whole;
     }
     /// Missing samples that no recorder leaves out: beyond, a stamp is wrong.
-    const ENDLESS: f64 = 1e12;
-    if let Some(gap) = gaps.iter().find(|g| !(g.seconds * rate_hz < ENDLESS)) {
+    const MAX_MISSING_SAMPLES: f64 = 1e12;
+    if let Some(gap) = gaps
+        .iter()
+        .find(|g| !(g.seconds * rate_hz < MAX_MISSING_SAMPLES))
+    {
         let what = format!("leaps forward in time by {:.3e} s", gap.seconds);
-        return Err(bad_stamp(&clock.lines, gap.row, &what));
+        return Err(bad_stamp(&timing.numbers, gap.row, &what));
     }
     for gap in &mut gaps {
         gap.missing = ((gap.seconds * rate_hz).round() as usize)
@@ -305,30 +314,30 @@ fn split(
     }
     Ok(TimeBase {
         rate_hz,
-        drift_hz: drift::drift(stamps, &stretches, rate_hz)?,
+        drift_hz: drift::drift(stamps, &segments, rate_hz)?,
         rate_std: if ends_std > 0.0 {
             ends_std
         } else if xx > 0.0 {
-            (weighted / freedoms / xx).sqrt() / dt
+            (weighted / dofs / xx).sqrt() / dt
         } else {
             0.0
         },
-        stretches,
-        starts,
+        segments,
+        segment_starts: starts,
         gaps,
         spacing,
     })
 }
 
-fn bad_stamp(lines: &Lines, row: usize, what: &str) -> Error {
-    let which = match lines.of(row) {
+fn bad_stamp(numbers: &LineNumbers, row: usize, what: &str) -> Error {
+    let which = match numbers.line_of_row(row) {
         Some(line) => format!("line {line}"),
         None => format!("sample {}", row + 1),
     };
-    let error = Error::new(Code::BadTime, format!("{which} {what}"));
-    let error = match lines.of(row) {
-        Some(line) => error.at(&Place::of_line("", line)),
+    let error = Error::new(Code::InvalidTimeStamps, format!("{which} {what}"));
+    let error = match numbers.line_of_row(row) {
+        Some(line) => error.with_span(&SourceSpan::whole_line("", line)),
         None => error,
     };
-    error.hint("sort or cut the log there, or leave its stamps aside: --time none --rate HZ")
+    error.with_hint("sort or cut the log there, or leave its stamps aside: --time none --rate HZ")
 }

@@ -2,13 +2,13 @@
 
 use super::*;
 
-fn stamps(times: &[f64], resolution_s: f64) -> Stamps {
-    Stamps {
+fn stamps(times: &[f64], resolution_s: f64) -> TimeStamps {
+    TimeStamps {
         name: "t".into(),
         unit: "s".into(),
         first: String::new(),
-        seconds: Column::from_slice(times),
-        resolution: Resolution::fixed(resolution_s),
+        seconds: SampleColumn::from_slice(times),
+        resolution: Resolution::constant(resolution_s),
     }
 }
 
@@ -16,9 +16,9 @@ fn stamps(times: &[f64], resolution_s: f64) -> Stamps {
 fn exact_rate_with_gaps() {
     let mut t: Vec<f64> = (0..1000).map(|i| f64::from(i) * 1e-3).collect();
     t[600..].iter_mut().for_each(|t| *t += 0.0503);
-    let found = examine(&Clock::default(), &stamps(&t, 1e-9)).unwrap();
+    let found = fit(&RawTiming::default(), &stamps(&t, 1e-9)).unwrap();
     assert!((found.rate_hz / 1000.0 - 1.0).abs() < 1e-12);
-    assert_eq!(found.stretches, vec![0..600, 600..1000]);
+    assert_eq!(found.segments, vec![0..600, 600..1000]);
     assert_eq!((found.gaps[0].missing, found.gaps[0].row), (50, 600));
     assert_eq!(found.spacing, Spacing::Uniform);
 }
@@ -30,14 +30,14 @@ fn exact_rate_of_rounded_stamps() {
         let t: Vec<f64> = (0..3000)
             .map(|i| (f64::from(i) / rate * 1e3).round() * 1e-3)
             .collect();
-        let found = examine(&Clock::default(), &stamps(&t, 1e-3)).unwrap();
+        let found = fit(&RawTiming::default(), &stamps(&t, 1e-3)).unwrap();
         assert!(
             (found.rate_hz / rate - 1.0).abs() < 1e-4,
             "{}",
             found.rate_hz
         );
         assert!(matches!(found.spacing, Spacing::Rounded { .. }));
-        assert_eq!(found.stretches.len(), 1);
+        assert_eq!(found.segments.len(), 1);
     }
 }
 
@@ -47,7 +47,7 @@ fn exact_lost_samples_of_whole_steps() {
     for lost in [&[700][..], &[700, 2100, 2200, 2250]] {
         let kept = (0..4000).filter(|i| !lost.contains(i));
         let t: Vec<f64> = kept.map(|i| f64::from(i) * 1e-3).collect();
-        let found = examine(&Clock::default(), &stamps(&t, 1e-3)).unwrap();
+        let found = fit(&RawTiming::default(), &stamps(&t, 1e-3)).unwrap();
         assert!((found.rate_hz / 1000.0 - 1.0).abs() < 1e-12);
         let missing: Vec<usize> = found.gaps.iter().map(|g| g.missing).collect();
         assert_eq!(missing, vec![1; lost.len()]);
@@ -56,15 +56,15 @@ fn exact_lost_samples_of_whole_steps() {
     let t: Vec<f64> = (0..6000)
         .map(|i| (f64::from(i) / 0.999).floor() * 1e-3)
         .collect();
-    let found = examine(&Clock::default(), &stamps(&t, 1e-3)).unwrap();
+    let found = fit(&RawTiming::default(), &stamps(&t, 1e-3)).unwrap();
     assert_eq!(found.gaps, []);
     assert!((found.rate_hz / 999.0 - 1.0).abs() < 1e-4);
 }
 
 #[test]
 fn refuses_stamps_that_are_all_equal() {
-    let error = examine(&Clock::default(), &stamps(&[0.0; 50], 1.0)).unwrap_err();
-    assert_eq!(error.code, Code::BadTime);
+    let error = fit(&RawTiming::default(), &stamps(&[0.0; 50], 1.0)).unwrap_err();
+    assert_eq!(error.code, Code::InvalidTimeStamps);
 }
 
 #[test]
@@ -72,10 +72,10 @@ fn refuses_stamps_that_repeat_or_run_back() {
     for wrong in [0.002, 0.0019] {
         let mut t: Vec<f64> = (0..10).map(|i| f64::from(i) * 1e-3).collect();
         t[3] = wrong;
-        let mut clock = Clock::default();
-        clock.lines.note(0, 5);
-        let error = examine(&clock, &stamps(&t, 1e-6)).unwrap_err();
-        assert_eq!(error.code, Code::BadTime);
+        let mut timing = RawTiming::default();
+        timing.numbers.push(0, 5);
+        let error = fit(&timing, &stamps(&t, 1e-6)).unwrap_err();
+        assert_eq!(error.code, Code::InvalidTimeStamps);
         assert!(error.message.starts_with("line 8"), "{}", error.message);
     }
 }
@@ -88,7 +88,7 @@ fn law_uneven_stamps_lose_nothing() {
         let mut t: Vec<f64> = (0..4000)
             .map(|i| (f64::from(i) + jitter * (2.0 * random.f64() - 1.0)) * 1e-3)
             .collect();
-        let found = examine(&Clock::default(), &stamps(&t, 1e-8)).unwrap();
+        let found = fit(&RawTiming::default(), &stamps(&t, 1e-8)).unwrap();
         assert_eq!(found.gaps, [], "{jitter}");
         assert!(
             (found.rate_hz / 1000.0 - 1.0).abs() < 3e-4,
@@ -99,10 +99,10 @@ fn law_uneven_stamps_lose_nothing() {
             continue;
         }
         t[2000..].iter_mut().for_each(|t| *t += 1e-3);
-        let lost = examine(&Clock::default(), &stamps(&t, 1e-8)).unwrap_err();
-        assert_eq!(lost.code, Code::BadTime);
+        let lost = fit(&RawTiming::default(), &stamps(&t, 1e-8)).unwrap_err();
+        assert_eq!(lost.code, Code::InvalidTimeStamps);
         t[2000..].iter_mut().for_each(|t| *t += 6e-3);
-        let found = examine(&Clock::default(), &stamps(&t, 1e-8)).unwrap();
+        let found = fit(&RawTiming::default(), &stamps(&t, 1e-8)).unwrap();
         let rows: Vec<usize> = found.gaps.iter().map(|g| g.row).collect();
         assert_eq!(rows, [2000]);
     }
@@ -114,17 +114,17 @@ fn law_jitter_is_measured() {
     let t: Vec<f64> = (0..20_000)
         .map(|i| f64::from(i) * 3e-3 + 3e-4 * (random.f64() - 0.5))
         .collect();
-    let found = examine(&Clock::default(), &stamps(&t, 1e-6)).unwrap();
+    let found = fit(&RawTiming::default(), &stamps(&t, 1e-6)).unwrap();
     assert!((found.rate_hz * 3e-3 - 1.0).abs() < 5.0 * found.rate_std);
     let Spacing::Jittered { rms_s, .. } = found.spacing else {
         panic!("{:?}", found.spacing)
     };
     assert!((rms_s / (3e-4 / 12f64.sqrt()) - 1.0).abs() < 0.02);
     // Stamps that are off at random are no clock that drifts; one that slows down by a fiftieth drifts, jitter or not.
-    let short = examine(&Clock::default(), &stamps(&t[..1000], 1e-6)).unwrap();
+    let short = fit(&RawTiming::default(), &stamps(&t[..1000], 1e-6)).unwrap();
     assert_eq!(short.drift_hz, (short.rate_hz, short.rate_hz));
     let slower: Vec<f64> = t[..1000].iter().map(|t| t + 0.003 * t * t).collect();
-    let (low, high) = examine(&Clock::default(), &stamps(&slower, 1e-6))
+    let (low, high) = fit(&RawTiming::default(), &stamps(&slower, 1e-6))
         .unwrap()
         .drift_hz;
     assert!((high / low - 1.0 - 0.0164).abs() < 0.002, "{low} {high}");

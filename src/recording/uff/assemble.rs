@@ -1,32 +1,36 @@
-//! Data sets 58 to channels, responses and spectra.
+//! Conversion of data sets 58 to channels, frequency responses and spectra.
 
-use super::Set;
+use super::DataSet58;
 use super::codes;
-use super::header::Header;
-use super::names::{Names, numerator, unit};
-use crate::base::error::{Error, Warning};
-use crate::base::kind::Kind;
-use crate::base::units;
+use super::header::UffHeader;
+use super::names::{PointNames, axis_unit, response_unit};
+use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
 use crate::numeric::Complex;
-use crate::recording::column::Column;
-use crate::recording::raw::{Clock, Group, Raw, RawChannel, Stamps, rate_of_step};
+use crate::recording::frequency_responses::{
+    ChannelLabel, FrequencyResponse, FrequencyResponses, StoredSpectrum,
+};
+use crate::recording::raw::{
+    ChannelGroup, RawChannel, RawLog, RawTiming, TimeStamps, rate_from_interval,
+};
+use crate::recording::read_options::ReadOptions;
 use crate::recording::resolution::Resolution;
-use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Spectrum, Terminal};
-use crate::recording::settings::Settings;
+use crate::recording::sample_column::SampleColumn;
 use crate::recording::stated_rates::StatedRate;
 
 /// The increment in the header has six digits or more.
-const INCREMENT: f64 = 1e-5;
+const INCREMENT_TOLERANCE: f64 = 1e-5;
 
 /// Deals the sets out by their type of function.
 pub(super) fn assemble(
-    sets: Vec<Set>,
+    set58s: Vec<DataSet58>,
     is_si: bool,
-    settings: &Settings,
-    raw: &mut Raw,
+    options: &ReadOptions,
+    log: &mut RawLog,
 ) -> Result<(), Error> {
-    let names = Names::of(&sets);
-    if let Some(first) = sets.first() {
+    let names = PointNames::new(&set58s);
+    if let Some(first) = set58s.first() {
         let said = first
             .header
             .ids
@@ -34,42 +38,42 @@ pub(super) fn assemble(
             .enumerate()
             .filter(|(_, id)| !id.is_empty());
         let facts = said.map(|(at, id)| (format!("header line {}", at + 1), id.clone()));
-        raw.facts.extend(facts);
+        log.metadata.extend(facts);
     }
-    let context = Context { names, is_si };
+    let context = FileContext { names, is_si };
     let mut coherences = Vec::new();
     let mut left_out: Vec<&str> = Vec::new();
-    let mut responses: Vec<Function> = Vec::new();
-    for set in sets {
-        let over_time = set.header.abscissa.data_type == codes::TIME;
-        let over_frequency = set.header.abscissa.data_type == codes::FREQUENCY;
-        match (set.header.function, set.values.im.is_empty()) {
-            (codes::TIME_RESPONSE, true) => context.channel(set, settings, raw)?,
-            (codes::GENERAL, true) if over_time => context.channel(set, settings, raw)?,
-            (codes::FREQUENCY_RESPONSE | codes::TRANSMISSIBILITY, _) => {
-                responses.push(context.response(set));
+    let mut responses: Vec<UffResponse> = Vec::new();
+    for set58 in set58s {
+        let over_time = set58.header.abscissa.data_type == codes::TIME;
+        let over_frequency = set58.header.abscissa.data_type == codes::FREQUENCY;
+        match (set58.header.function, set58.values.im.is_empty()) {
+            (codes::TIME_RESPONSE, true) => context.channel(set58, options, log)?,
+            (codes::TYPE_GENERAL, true) if over_time => context.channel(set58, options, log)?,
+            (codes::FREQUENCY_RESPONSE | codes::TYPE_TRANSMISSIBILITY, _) => {
+                responses.push(context.response(set58));
             }
-            (codes::COHERENCE | codes::MULTIPLE_COHERENCE, _) => coherences.push(set),
-            (2 | 3 | 9 | 10 | 12 | 18 | 20 | 21 | 24, _) => context.spectrum(set, raw),
-            (codes::GENERAL, _) if over_frequency => context.spectrum(set, raw),
+            (codes::COHERENCE | codes::TYPE_MULTIPLE_COHERENCE, _) => coherences.push(set58),
+            (2 | 3 | 9 | 10 | 12 | 18 | 20 | 21 | 24, _) => context.spectrum(set58, log),
+            (codes::TYPE_GENERAL, _) if over_frequency => context.spectrum(set58, log),
             (function, _) => {
-                left_out.push(codes::FUNCTIONS.get(function).unwrap_or(&"unknown"));
+                left_out.push(codes::FUNCTION_TYPES.get(function).unwrap_or(&"unknown"));
             }
         }
     }
-    for set in coherences {
-        context.coherence(set, &mut responses, raw);
+    for set58 in coherences {
+        context.coherence(set58, &mut responses, log);
     }
-    raw.responses = together(responses, raw);
-    if let Some(responses) = &mut raw.responses {
-        responses.add_variances();
+    log.responses = collect_responses(responses, log);
+    if let Some(responses) = &mut log.responses {
+        responses.variances_from_coherence();
     }
-    tell_apart(raw);
+    make_names_unique(log);
     if !left_out.is_empty() {
         let count = left_out.len();
         left_out.sort_unstable();
         left_out.dedup();
-        raw.warnings.push(Warning {
+        log.diagnostics.push(Diagnostic {
             code: "functions-left-out",
             message: format!("{count} functions not read: {}", left_out.join(", ")),
             hint: None,
@@ -79,54 +83,59 @@ pub(super) fn assemble(
 }
 
 /// A response with its lines and the points it joins.
-struct Function {
-    header: Header,
+struct UffResponse {
+    header: UffHeader,
     lines: Vec<f64>,
     response: FrequencyResponse,
 }
 
-struct Context {
-    names: Names,
+struct FileContext {
+    names: PointNames,
     is_si: bool,
 }
 
-impl Context {
+impl FileContext {
     /// Puts a time response into the group of its clock.
-    fn channel(&self, set: Set, settings: &Settings, raw: &mut Raw) -> Result<(), Error> {
-        let Set { header, values, .. } = set;
-        let scale = time_scale(&header, settings)?;
-        let samples = Column::from_slice(&values.re);
-        let mut clock = Clock {
+    fn channel(
+        &self,
+        set58: DataSet58,
+        options: &ReadOptions,
+        log: &mut RawLog,
+    ) -> Result<(), Error> {
+        let DataSet58 { header, values, .. } = set58;
+        let scale = time_scale(&header, options)?;
+        let samples = SampleColumn::from_slice(&values.re);
+        let mut timing = RawTiming {
             header_samples: Some(header.count),
             start: Some(header.ids[2].clone()).filter(|date| date.contains(':')),
-            ..Clock::default()
+            ..RawTiming::default()
         };
         let mut same = None;
         if header.is_even {
             let increment = header.step * scale;
-            clock.stated_rates = vec![rate(&header, increment)];
-            same = raw.groups.iter().position(|group| {
+            timing.stated_rates = vec![rate(&header, increment)];
+            same = log.groups.iter().position(|group| {
                 let channel = group.channels.first();
-                group.clock.stated_rates == clock.stated_rates
-                    && group.clock.header_samples == clock.header_samples
+                group.timing.stated_rates == timing.stated_rates
+                    && group.timing.header_samples == timing.header_samples
                     && channel.is_some_and(|c| c.samples.len() == values.re.len())
             });
         } else {
             let start = values.x[0];
             let seconds: Vec<f64> = values.x.iter().map(|x| (x - start) * scale).collect();
-            same = position_of(&raw.groups, &seconds)?.or(same);
+            same = position_of(&log.groups, &seconds)?.or(same);
             let largest = values.x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-            clock.stamps = Some(Stamps {
+            timing.stamps = Some(TimeStamps {
                 name: match header.abscissa.label.is_empty() {
                     true => "time".to_string(),
                     false => header.abscissa.label.clone(),
                 },
-                unit: unit(&header.abscissa, true),
+                unit: axis_unit(&header.abscissa, true),
                 first: String::new(),
-                seconds: Column::from_slice(&seconds),
+                seconds: SampleColumn::from_slice(&seconds),
                 // Six digits in text, single precision in bytes.
-                resolution: Resolution::fixed(
-                    match header.ordinate_kind.is_double && set.is_binary {
+                resolution: Resolution::constant(
+                    match header.ordinate_kind.is_double && set58.is_binary {
                         true => f64::EPSILON * largest * scale,
                         false => 10.0_f64.powf(largest.log10().floor() - 5.0) * scale,
                     },
@@ -134,63 +143,63 @@ impl Context {
             });
         }
         let channel = RawChannel {
-            name: self.names.of_response(&header),
-            unit: unit(&header.ordinate, self.is_si),
+            name: self.names.response_name(&header),
+            unit: axis_unit(&header.ordinate, self.is_si),
             samples,
             overloads: values.overloads,
         };
-        match same.and_then(|at| raw.groups.get_mut(at)) {
+        match same.and_then(|at| log.groups.get_mut(at)) {
             Some(group) => group.channels.push(channel),
-            None => raw.groups.push(Group {
-                clock,
+            None => log.groups.push(ChannelGroup {
+                timing,
                 channels: vec![channel],
             }),
         }
         Ok(())
     }
 
-    fn response(&self, set: Set) -> Function {
-        let lines = lines(&set);
+    fn response(&self, set58: DataSet58) -> UffResponse {
+        let lines = abscissa_hz(&set58);
         let response = FrequencyResponse {
-            input: self.names.input(&set.header, self.is_si),
-            output: Terminal {
-                name: self.names.of_response(&set.header),
-                unit: numerator(&set.header, self.is_si),
+            input: self.names.input(&set58.header, self.is_si),
+            output: ChannelLabel {
+                name: self.names.response_name(&set58.header),
+                unit: response_unit(&set58.header, self.is_si),
             },
-            value: complex(&set),
+            values: complex(&set58),
             ..FrequencyResponse::default()
         };
-        Function {
-            header: set.header,
+        UffResponse {
+            header: set58.header,
             lines,
             response,
         }
     }
 
-    fn spectrum(&self, set: Set, raw: &mut Raw) {
-        raw.spectra.push(Spectrum {
-            name: self.names.of_response(&set.header),
-            unit: set.header.ordinate.unit.clone(),
-            kind: codes::FUNCTIONS
-                .get(set.header.function)
+    fn spectrum(&self, set58: DataSet58, log: &mut RawLog) {
+        log.spectra.push(StoredSpectrum {
+            name: self.names.response_name(&set58.header),
+            unit: set58.header.ordinate.unit.clone(),
+            kind: codes::FUNCTION_TYPES
+                .get(set58.header.function)
                 .copied()
                 .unwrap_or("spectrum"),
-            is_decibel: set.header.ordinate.unit.starts_with("dB"),
-            frequency_hz: lines(&set),
-            value: complex(&set),
+            is_decibel: set58.header.ordinate.unit.starts_with("dB"),
+            frequency_hz: abscissa_hz(&set58),
+            values: complex(&set58),
         });
     }
 
     /// Gives a coherence to the responses between the same points; a multiple one to all at its response point.
-    fn coherence(&self, set: Set, responses: &mut [Function], raw: &mut Raw) {
-        let is_multiple = set.header.function == codes::MULTIPLE_COHERENCE;
-        let lines = lines(&set);
+    fn coherence(&self, set58: DataSet58, responses: &mut [UffResponse], log: &mut RawLog) {
+        let is_multiple = set58.header.function == codes::TYPE_MULTIPLE_COHERENCE;
+        let lines = abscissa_hz(&set58);
         let mut taken = false;
-        for function in responses {
-            let between = function.header.response == set.header.response
-                && (is_multiple || function.header.reference == set.header.reference);
-            if between && function.lines == lines && function.response.coherence.is_none() {
-                function.response.coherence = Some(set.values.re.clone());
+        for response in responses {
+            let between = response.header.response == set58.header.response
+                && (is_multiple || response.header.reference == set58.header.reference);
+            if between && response.lines == lines && response.response.coherence.is_none() {
+                response.response.coherence = Some(set58.values.re.clone());
                 taken = true;
                 if !is_multiple {
                     break;
@@ -198,30 +207,30 @@ impl Context {
             }
         }
         if !taken {
-            self.spectrum(set, raw);
+            self.spectrum(set58, log);
         }
     }
 }
 
 /// The rate by the increment, Hz; by the line that states it with more digits where the two agree.
-fn rate(header: &Header, increment: f64) -> StatedRate {
+fn rate(header: &UffHeader, increment: f64) -> StatedRate {
     let (before, after) = codes::RATE_LINE;
     let stated = header.ids[3]
         .strip_prefix(before)
         .and_then(|rest| rest.strip_suffix(after));
     let stated: Option<f64> = stated.and_then(|rate| rate.parse().ok());
     match stated {
-        Some(rate) if (rate * increment - 1.0).abs() < INCREMENT => {
-            StatedRate::of_samples(rate, "header line 4")
+        Some(rate) if (rate * increment - 1.0).abs() < INCREMENT_TOLERANCE => {
+            StatedRate::is_sample_rate(rate, "header line 4")
         }
-        _ => StatedRate::of_samples(rate_of_step(increment), "abscissa increment"),
+        _ => StatedRate::is_sample_rate(rate_from_interval(increment), "abscissa increment"),
     }
 }
 
 /// The group whose stamps are these.
-fn position_of(groups: &[Group], seconds: &[f64]) -> Result<Option<usize>, Error> {
+fn position_of(groups: &[ChannelGroup], seconds: &[f64]) -> Result<Option<usize>, Error> {
     for (at, group) in groups.iter().enumerate() {
-        let stamps = group.clock.stamps.as_ref().map(|stamps| &stamps.seconds);
+        let stamps = group.timing.stamps.as_ref().map(|stamps| &stamps.seconds);
         if let Some(stamps) = stamps.filter(|stamps| stamps.len() == seconds.len()) {
             let mut known = vec![0.0; seconds.len()];
             stamps.read(0, &mut known)?;
@@ -234,71 +243,76 @@ fn position_of(groups: &[Group], seconds: &[f64]) -> Result<Option<usize>, Error
 }
 
 /// Seconds in a unit of the abscissa.
-fn time_scale(header: &Header, settings: &Settings) -> Result<f64, Error> {
+fn time_scale(header: &UffHeader, options: &ReadOptions) -> Result<f64, Error> {
     let written = header.abscissa.unit.as_str();
-    match (settings.time_unit.as_deref(), written) {
-        (Some(unit), _) => units::parse(&format!("1 {unit}"), Kind::Time, "the unit of time"),
+    match (options.time_unit.as_deref(), written) {
+        (Some(unit), _) => {
+            quantity::parse(&format!("1 {unit}"), QuantityKind::Time, "the unit of time")
+        }
         (None, "" | "s" | "sec" | "S" | "seconds" | "Seconds") => Ok(1.0),
-        (None, unit) => units::parse(
+        (None, unit) => quantity::parse(
             &format!("1 {unit}"),
-            Kind::Time,
+            QuantityKind::Time,
             "the abscissa of the UFF file",
         ),
     }
 }
 
 /// Abscissa, Hz.
-fn lines(set: &Set) -> Vec<f64> {
-    let scale = match set.header.abscissa.unit.as_str() {
+fn abscissa_hz(set58: &DataSet58) -> Vec<f64> {
+    let scale = match set58.header.abscissa.unit.as_str() {
         "kHz" => 1e3,
         "rad/s" | "Rad/s" => std::f64::consts::TAU.recip(),
         "rpm" | "RPM" | "1/min" => 60.0_f64.recip(),
         _ => 1.0,
     };
-    let Header { start, step, .. } = set.header;
-    match set.header.is_even {
-        true => (0..set.values.re.len())
+    let UffHeader { start, step, .. } = set58.header;
+    match set58.header.is_even {
+        true => (0..set58.values.re.len())
             .map(|k| (start + k as f64 * step) * scale)
             .collect(),
-        false => set.values.x.iter().map(|x| x * scale).collect(),
+        false => set58.values.x.iter().map(|x| x * scale).collect(),
     }
 }
 
-fn complex(set: &Set) -> Vec<Complex> {
-    let im = |k: usize| set.values.im.get(k).copied().unwrap_or(0.0);
-    let values = set.values.re.iter().enumerate();
+fn complex(set58: &DataSet58) -> Vec<Complex> {
+    let im = |k: usize| set58.values.im.get(k).copied().unwrap_or(0.0);
+    let values = set58.values.re.iter().enumerate();
     values.map(|(k, &re)| Complex::new(re, im(k))).collect()
 }
 
 /// The responses over the lines most of them share; the others are said to be left out.
-fn together(functions: Vec<Function>, raw: &mut Raw) -> Option<FrequencyResponses> {
-    let sharing = |lines: &[f64]| functions.iter().filter(|f| f.lines == lines).count();
+fn collect_responses(
+    uff_responses: Vec<UffResponse>,
+    log: &mut RawLog,
+) -> Option<FrequencyResponses> {
+    let sharing = |lines: &[f64]| uff_responses.iter().filter(|f| f.lines == lines).count();
     let mut best: Option<(usize, Vec<f64>)> = None;
-    for function in &functions {
+    for response in &uff_responses {
         if best
             .as_ref()
-            .is_some_and(|(_, lines)| *lines == function.lines)
+            .is_some_and(|(_, lines)| *lines == response.lines)
         {
             continue;
         }
-        let count = sharing(&function.lines);
+        let count = sharing(&response.lines);
         if best.as_ref().is_none_or(|&(most, _)| count > most) {
-            best = Some((count, function.lines.clone()));
+            best = Some((count, response.lines.clone()));
         }
     }
     let (count, frequency_hz) = best?;
-    let others = functions.len() - count;
+    let others = uff_responses.len() - count;
     if others > 0 {
-        raw.warnings.push(Warning {
+        log.diagnostics.push(Diagnostic {
             code: "functions-left-out",
             message: format!(
                 "{others} of {} frequency responses lie on other lines than the rest and are left out",
-                functions.len()
+                uff_responses.len()
             ),
             hint: Some("put them into files of their own".into()),
         });
     }
-    let kept: Vec<Function> = (functions.into_iter())
+    let kept: Vec<UffResponse> = (uff_responses.into_iter())
         .filter(|f| f.lines == frequency_hz)
         .collect();
     // What this crate wrote is the same in every set; what differs is not believed.
@@ -312,21 +326,21 @@ fn together(functions: Vec<Function>, raw: &mut Raw) -> Option<FrequencyResponse
     let line_independence = said(1, codes::INDEPENDENCE_LINE)
         .map(|(lines, line)| lines / line)
         .filter(|share| *share > 0.0 && *share <= 1.0);
-    let functions = kept.into_iter().map(|f| f.response).collect();
+    let uff_responses = kept.into_iter().map(|f| f.response).collect();
     Some(FrequencyResponses {
         frequency_hz,
-        functions,
+        responses: uff_responses,
         averages: behind.map(|b| b.0).filter(|n| *n > 0.0),
         window_decay: behind.map_or(0.0, |b| b.1.max(0.0)),
-        usable_hz,
-        line_independence,
+        usable_band_hz: usable_hz,
+        independent_lines_per_line: line_independence,
     })
 }
 
 /// Channels of one name are numbered.
-fn tell_apart(raw: &mut Raw) {
+fn make_names_unique(log: &mut RawLog) {
     let mut seen: Vec<String> = Vec::new();
-    let channels = raw.groups.iter_mut().flat_map(|group| &mut group.channels);
+    let channels = log.groups.iter_mut().flat_map(|group| &mut group.channels);
     for (at, channel) in channels.enumerate() {
         if channel.name.is_empty() {
             channel.name = format!("function {}", at + 1);

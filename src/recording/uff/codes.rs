@@ -1,10 +1,10 @@
-//! What the numbers in the header of a data set 58 stand for.
+//! Codes in the header of data set 58: function type, data type, direction.
 //!
 //! Structural Dynamics Research Corporation, “Universal File Datasets Summary”, data set 58, function at nodal degree of
-//! freedom (kept in public by the University of Cincinnati, SDRL).
+//! degree of freedom (kept in public by the University of Cincinnati, SDRL).
 
 /// Words for the types of function, record 6 field 1.
-pub(super) const FUNCTIONS: &[&str] = &[
+pub(super) const FUNCTION_TYPES: &[&str] = &[
     "general",
     "time response",
     "auto spectrum",
@@ -36,12 +36,12 @@ pub(super) const FUNCTIONS: &[&str] = &[
     "phase compensation",
 ];
 
-pub(super) const GENERAL: usize = 0;
+pub(super) const TYPE_GENERAL: usize = 0;
 pub(in crate::recording) const TIME_RESPONSE: usize = 1;
 pub(in crate::recording) const FREQUENCY_RESPONSE: usize = 4;
-pub(super) const TRANSMISSIBILITY: usize = 5;
+pub(super) const TYPE_TRANSMISSIBILITY: usize = 5;
 pub(in crate::recording) const COHERENCE: usize = 6;
-pub(super) const MULTIPLE_COHERENCE: usize = 26;
+pub(super) const TYPE_MULTIPLE_COHERENCE: usize = 26;
 
 /// Type of the abscissa that is time, and frequency, record 8 field 1.
 pub(in crate::recording) const TIME: i64 = 17;
@@ -105,7 +105,7 @@ pub(in crate::recording) fn data_type(unit: &str) -> i64 {
     }
 }
 
-/// Direction in words: 1 is `+X`, −6 is `-RZ`; empty for a scalar.
+/// Direction as text: 1 is `+X`, −6 is `-RZ`; empty for a scalar.
 pub(super) fn direction(code: i64) -> String {
     let axes = ["", "X", "Y", "Z", "RX", "RY", "RZ"];
     match usize::try_from(code.unsigned_abs())

@@ -1,49 +1,43 @@
-//! UFF 58 files, text and binary: universal file data sets of functions at nodal degrees of freedom.
+//! UFF 58 files, text and binary: data sets "function at nodal degree of freedom".
 //!
 //! A data set stands between two lines `-1`; the line after the first is its number. Structural Dynamics Research
 //! Corporation, “Universal File Datasets Summary”, data sets 58 and 58b; 164 for units. Other data sets (geometry, mode
 //! shapes) are passed over, and this is said.
 
-/// What the numbers in the header stand for.
 pub(super) mod codes;
 
-/// The eleven lines above the numbers.
 mod header;
 
-/// Text lines and binary stretches from front to back.
-mod lines;
+mod cursor;
 
-/// The numbers.
 mod values;
 
-/// Names and units.
 mod names;
 
-/// Sets to channels, responses and spectra.
 mod assemble;
 
 use std::collections::BTreeMap;
 
-use header::Header;
-use lines::{Cursor, is_mark};
-use values::{Binary, Values};
+use cursor::{UffCursor, is_delimiter};
+use header::UffHeader;
+use values::{BinaryHeader, UffValues};
 
-use super::raw::{Raw, Repair};
-use super::settings::Settings;
+use super::raw::{RawLog, Repair};
+use super::read_options::ReadOptions;
 use crate::base::code::Code;
-use crate::base::error::{Error, Errors, Warning};
-use crate::base::words::counted;
+use crate::base::error::{Diagnostic, Error, Errors};
+use crate::base::text::pluralise;
 
 /// Lines of a header after the one with the number of the set.
 const HEADER_LINES: usize = 11;
 
 /// Units code of data set 164 for SI.
-const SI: i64 = 1;
+const UNITS_SI: i64 = 1;
 
 /// One data set 58.
-struct Set {
-    header: Header,
-    values: Values,
+struct DataSet58 {
+    header: UffHeader,
+    values: UffValues,
     is_binary: bool,
 }
 
@@ -55,25 +49,28 @@ struct Set {
 /// # Errors
 /// `broken-file` with the line, `empty-log` where no data set 58 holds values, `unknown-format` where the first line is
 /// not the mark `-1` or the floats are not those of IEEE 754.
-pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors> {
-    let mut raw = Raw {
+pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, Errors> {
+    let mut log = RawLog {
         path: path.to_string(),
-        ..Raw::default()
+        ..RawLog::default()
     };
-    let mut reader = Reader::default();
-    reader.read(&mut Cursor::new(path, bytes), settings, &mut raw)?;
-    reader.say_skipped(&mut raw);
-    let is_si = reader.units_code.is_none_or(|code| code == SI);
-    let has_binary = reader.sets.iter().any(|set| set.is_binary);
-    let has_text = reader.sets.iter().any(|set| !set.is_binary);
+    let mut reader = UffReader::default();
+    reader.read(&mut UffCursor::new(path, bytes), options, &mut log)?;
+    reader.report_skipped(&mut log);
+    let is_si = reader.units_code.is_none_or(|code| code == UNITS_SI);
+    let has_binary = reader.set58s.iter().any(|set58| set58.is_binary);
+    let has_text = reader.set58s.iter().any(|set58| !set58.is_binary);
     let kind = match (has_text, has_binary) {
         (true, true) => "text and binary",
         (false, true) => "binary",
         _ => "text",
     };
-    raw.dialect = format!("UFF 58, {kind}, {}", counted(reader.sets.len(), "function"));
-    reader.sets.retain(|set| !set.values.re.is_empty());
-    if reader.sets.is_empty() {
+    log.dialect = format!(
+        "UFF 58, {kind}, {}",
+        pluralise(reader.set58s.len(), "function")
+    );
+    reader.set58s.retain(|set58| !set58.values.re.is_empty());
+    if reader.set58s.is_empty() {
         let skipped: Vec<String> = reader.skipped.keys().map(i64::to_string).collect();
         let held = match skipped.len() {
             0 => "no data set at all".to_string(),
@@ -83,33 +80,33 @@ pub fn read(path: &str, bytes: &[u8], settings: &Settings) -> Result<Raw, Errors
             Code::EmptyLog,
             format!("the UFF file holds no data set 58 with values; it holds {held}"),
         )
-        .hint("signals and frequency responses are in data sets 58: export these as well")
+        .with_hint("signals and frequency responses are in data sets 58: export these as well")
         .into());
     }
-    assemble::assemble(reader.sets, is_si, settings, &mut raw)?;
-    Ok(raw)
+    assemble::assemble(reader.set58s, is_si, options, &mut log)?;
+    Ok(log)
 }
 
 /// What was met so far.
 #[derive(Default)]
-struct Reader {
-    sets: Vec<Set>,
+struct UffReader {
+    set58s: Vec<DataSet58>,
     /// How often each other data set was passed over.
     skipped: BTreeMap<i64, usize>,
     /// Lines outside of any set.
-    stray: usize,
+    stray_lines: usize,
     units_code: Option<i64>,
 }
 
-impl Reader {
+impl UffReader {
     fn read(
         &mut self,
-        cursor: &mut Cursor<'_>,
-        settings: &Settings,
-        raw: &mut Raw,
+        cursor: &mut UffCursor<'_>,
+        options: &ReadOptions,
+        log: &mut RawLog,
     ) -> Result<(), Error> {
         cursor.skip_blank();
-        if !is_mark(cursor.peek()) {
+        if !is_delimiter(cursor.peek()) {
             return Err(Error::new(
                 Code::UnknownFormat,
                 "a UFF file begins with a line `-1`, and this one does not",
@@ -119,28 +116,28 @@ impl Reader {
             let Some(line) = cursor.next_line() else {
                 break;
             };
-            if !is_mark(line) {
-                self.stray += 1;
+            if !is_delimiter(line) {
+                self.stray_lines += 1;
                 cursor.skip_blank();
                 continue;
             }
             // Marks may follow each other more often than they should.
             cursor.skip_blank();
-            if cursor.rest.is_empty() || is_mark(cursor.peek()) {
+            if cursor.rest.is_empty() || is_delimiter(cursor.peek()) {
                 continue;
             }
-            self.set(cursor, settings, raw)?;
+            self.read_data_set(cursor, options, log)?;
             cursor.skip_blank();
         }
         Ok(())
     }
 
     /// A data set from the line with its number to its closing mark.
-    fn set(
+    fn read_data_set(
         &mut self,
-        cursor: &mut Cursor<'_>,
-        settings: &Settings,
-        raw: &mut Raw,
+        cursor: &mut UffCursor<'_>,
+        options: &ReadOptions,
+        log: &mut RawLog,
     ) -> Result<(), Error> {
         let first_line = cursor.line;
         let title = String::from_utf8_lossy(cursor.next_line().unwrap_or_default()).into_owned();
@@ -161,21 +158,21 @@ impl Reader {
                 let code: String = line.chars().take(10).collect();
                 self.units_code = code.trim().parse().ok();
             }
-            cursor.skip_to_mark();
+            cursor.skip_to_delimiter();
             cursor.next_line();
             return Ok(());
         }
         let rest = &title[digits..];
-        let binary = rest.starts_with(['b', 'B']);
-        let binary = binary.then(|| binary_title(rest)).transpose();
-        let binary = binary.map_err(|(code, message)| Error {
+        let binary_header = rest.starts_with(['b', 'B']);
+        let binary_header = binary_header.then(|| binary_title(rest)).transpose();
+        let binary_header = binary_header.map_err(|(code, message)| Error {
             code,
             ..cursor.error(first_line, title, message)
         })?;
         let mut lines = Vec::with_capacity(HEADER_LINES);
         while lines.len() < HEADER_LINES {
             match cursor.next_line() {
-                Some(line) => lines.push(decoded(line, settings)),
+                Some(line) => lines.push(decode(line, options)),
                 None => break,
             }
         }
@@ -183,27 +180,27 @@ impl Reader {
             let text = lines.get(at).map_or("", String::as_str);
             cursor.error(first_line + 1 + at, text, message)
         })?;
-        let values = match binary {
-            Some(binary) => values::binary(cursor, &header, binary)?,
-            None => values::text(cursor, &header)?,
+        let values = match binary_header {
+            Some(binary_header) => values::read_binary(cursor, &header, binary_header)?,
+            None => values::read_text(cursor, &header)?,
         };
-        self.close(cursor, &header, &values, first_line, raw)?;
-        self.sets.push(Set {
+        self.read_end_delimiter(cursor, &header, &values, first_line, log)?;
+        self.set58s.push(DataSet58 {
             header,
             values,
-            is_binary: binary.is_some(),
+            is_binary: binary_header.is_some(),
         });
         Ok(())
     }
 
     /// Takes the closing mark; says where the header states another count than there is.
-    fn close(
+    fn read_end_delimiter(
         &self,
-        cursor: &mut Cursor<'_>,
-        header: &Header,
-        values: &Values,
+        cursor: &mut UffCursor<'_>,
+        header: &UffHeader,
+        values: &UffValues,
         first_line: usize,
-        raw: &mut Raw,
+        log: &mut RawLog,
     ) -> Result<(), Error> {
         cursor.skip_blank();
         let is_whole = values.re.len() == header.count;
@@ -215,7 +212,7 @@ impl Reader {
             );
             return Err(cursor
                 .error_here(message)
-                .hint("the file was cut off: copy it again"));
+                .with_hint("the file was cut off: copy it again"));
         }
         if cursor.rest.is_empty() && !cursor.ended {
             let message = format!(
@@ -223,7 +220,7 @@ impl Reader {
             );
             return Err(cursor
                 .error_here(message)
-                .hint("the file was cut off: copy it again"));
+                .with_hint("the file was cut off: copy it again"));
         }
         // Rests of an older, longer file may be glued to the mark.
         if !cursor.rest.is_empty() && !cursor.peek().starts_with(b"-1") {
@@ -234,7 +231,7 @@ impl Reader {
         }
         cursor.next_line();
         if !is_whole {
-            raw.warnings.push(Warning {
+            log.diagnostics.push(Diagnostic {
                 code: "values-missing",
                 message: format!(
                     "the data set 58 at line {first_line} states {} values and holds {}",
@@ -247,13 +244,13 @@ impl Reader {
         Ok(())
     }
 
-    fn say_skipped(&self, raw: &mut Raw) {
+    fn report_skipped(&self, log: &mut RawLog) {
         if !self.skipped.is_empty() {
             let each = self
                 .skipped
                 .iter()
                 .map(|(number, times)| format!("{number} ({times} ×)"));
-            raw.repairs.push(Repair {
+            log.repairs.push(Repair {
                 kind: "sets-skipped",
                 message: format!(
                     "data sets other than 58 passed over: {}",
@@ -261,25 +258,28 @@ impl Reader {
                 ),
             });
         }
-        if self.stray > 0 {
-            raw.repairs.push(Repair {
+        if self.stray_lines > 0 {
+            log.repairs.push(Repair {
                 kind: "lines-skipped",
-                message: format!("{} lines outside of any data set passed over", self.stray),
+                message: format!(
+                    "{} lines outside of any data set passed over",
+                    self.stray_lines
+                ),
             });
         }
     }
 }
 
 /// Byte order, format of floats and bytes after `58`: `b     1     2          11      889600`.
-fn binary_title(rest: &str) -> Result<Binary, (Code, String)> {
-    let broken = |message: &str| Err((Code::BrokenFile, message.to_string()));
+fn binary_title(rest: &str) -> Result<BinaryHeader, (Code, String)> {
+    let broken = |message: &str| Err((Code::CorruptFile, message.to_string()));
     let mut fields = rest[1..].split_whitespace().map(str::parse::<usize>);
     let mut field = || fields.next().and_then(Result::ok);
     let (order, floats, _lines, bytes) = (field(), field(), field(), field());
     match floats {
         Some(2) => {}
-        Some(1) => return Err(foreign("DEC VMS")),
-        Some(3) => return Err(foreign("IBM 370")),
+        Some(1) => return Err(unsupported_float_format("DEC VMS")),
+        Some(3) => return Err(unsupported_float_format("IBM 370")),
         _ => {
             return broken("the format of floats is none of 1, 2 and 3");
         }
@@ -291,13 +291,13 @@ fn binary_title(rest: &str) -> Result<Binary, (Code, String)> {
             return broken("the byte order is neither 1 (little) nor 2 (big)");
         }
     };
-    Ok(Binary {
+    Ok(BinaryHeader {
         is_big_endian,
         bytes: bytes.unwrap_or(0),
     })
 }
 
-fn foreign(machine: &str) -> (Code, String) {
+fn unsupported_float_format(machine: &str) -> (Code, String) {
     let message = format!(
         "the data set 58b holds floats of {machine}; those of IEEE 754 are read, and text is whatever the machine"
     );
@@ -305,8 +305,8 @@ fn foreign(machine: &str) -> (Code, String) {
 }
 
 /// A line of the header as text: UTF-8 where it is that, else Windows-1252, the superset of Latin-1.
-fn decoded(line: &[u8], settings: &Settings) -> String {
-    let stated = settings.dialect.encoding.as_deref();
+fn decode(line: &[u8], options: &ReadOptions) -> String {
+    let stated = options.dialect.encoding.as_deref();
     let stated = stated.and_then(|label| encoding_rs::Encoding::for_label(label.as_bytes()));
     match (stated, std::str::from_utf8(line)) {
         (Some(encoding), _) => encoding.decode_without_bom_handling(line).0.into_owned(),

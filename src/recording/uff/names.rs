@@ -1,54 +1,54 @@
-//! Names of points and units of axes.
+//! Channel names and units from UFF headers.
 
-use super::Set;
+use super::DataSet58;
 use super::codes;
-use super::header::{Axis, Header, Point};
-use crate::recording::responses::Terminal;
+use super::header::{AxisRecord, DofLabel, UffHeader};
+use crate::recording::frequency_responses::ChannelLabel;
 
 /// Characters of an entity's name.
-const ENTITY: usize = 10;
+const ENTITY_LEN: usize = 10;
 
-/// Names of the points of a file, told apart where entities share one.
-pub(super) struct Names {
-    points: Vec<(Point, String)>,
+/// Names of the points of a file, distinguished where entities share one.
+pub(super) struct PointNames {
+    points: Vec<(DofLabel, String)>,
 }
 
-impl Names {
-    pub fn of(sets: &[Set]) -> Names {
-        let mut points: Vec<(Point, String)> = Vec::new();
-        for header in sets.iter().map(|set| &set.header) {
-            for (end, point) in [&header.response, &header.reference]
+impl PointNames {
+    pub fn new(set58s: &[DataSet58]) -> PointNames {
+        let mut points: Vec<(DofLabel, String)> = Vec::new();
+        for header in set58s.iter().map(|set58| &set58.header) {
+            for (end, label) in [&header.response, &header.reference]
                 .into_iter()
                 .enumerate()
             {
-                if !points.iter().any(|(known, _)| known == point) {
-                    points.push((point.clone(), base(header, point, end)));
+                if !points.iter().any(|(known, _)| known == label) {
+                    points.push((label.clone(), base(header, label, end)));
                 }
             }
         }
         let shared = |name: &str| points.iter().filter(|(_, other)| other == name).count() > 1;
-        let told = points.iter().map(|(point, name)| {
-            let place = point.place();
+        let told = points.iter().map(|(label, name)| {
+            let place = label.text();
             match shared(name) && !place.is_empty() && *name != place {
-                true => (point.clone(), format!("{name} {place}")),
-                false => (point.clone(), name.clone()),
+                true => (label.clone(), format!("{name} {place}")),
+                false => (label.clone(), name.clone()),
             }
         });
-        Names {
+        PointNames {
             points: told.collect(),
         }
     }
 
     /// The name of a point; empty where the file says nothing of it.
-    pub fn of_point(&self, point: &Point) -> String {
-        let known = self.points.iter().find(|(other, _)| other == point);
+    pub fn point_name(&self, label: &DofLabel) -> String {
+        let known = self.points.iter().find(|(other, _)| other == label);
         known.map(|(_, name)| name.clone()).unwrap_or_default()
     }
 
     /// The name of what answers: that of its point, else the label of its axis, else the first line of the header.
-    pub fn of_response(&self, header: &Header) -> String {
+    pub fn response_name(&self, header: &UffHeader) -> String {
         let candidates = [
-            self.of_point(&header.response),
+            self.point_name(&header.response),
             header.ordinate.label.clone(),
             header.ids[0].clone(),
         ];
@@ -59,12 +59,12 @@ impl Names {
     }
 
     /// What drives a response; `None` where the file does not say.
-    pub fn input(&self, header: &Header, is_si: bool) -> Option<Terminal> {
+    pub fn input(&self, header: &UffHeader, is_si: bool) -> Option<ChannelLabel> {
         let (name, unit) = (
-            self.of_point(&header.reference),
-            unit(&header.denominator, is_si),
+            self.point_name(&header.reference),
+            axis_unit(&header.denominator, is_si),
         );
-        (!name.is_empty() || !unit.is_empty()).then(|| Terminal {
+        (!name.is_empty() || !unit.is_empty()).then(|| ChannelLabel {
             name: if name.is_empty() {
                 header.denominator.label.clone()
             } else {
@@ -77,34 +77,34 @@ impl Names {
 
 /// The entity's name, else node and direction. A name that fills its columns was cut; the first line, `output` or
 /// `output / input`, may have it whole.
-fn base(header: &Header, point: &Point, end: usize) -> String {
-    if point.entity.is_empty() {
-        return point.place();
+fn base(header: &UffHeader, label: &DofLabel, end: usize) -> String {
+    if label.entity.is_empty() {
+        return label.text();
     }
     let whole = header.ids[0]
         .split(" / ")
         .nth(end)
         .unwrap_or(&header.ids[0]);
-    match point.entity.chars().count() == ENTITY && whole.starts_with(&point.entity) {
+    match label.entity.chars().count() == ENTITY_LEN && whole.starts_with(&label.entity) {
         true => whole.to_string(),
-        false => point.entity.clone(),
+        false => label.entity.clone(),
     }
 }
 
 /// The unit as written, else that of the type of data where the file is in SI.
-pub(super) fn unit(axis: &Axis, is_si: bool) -> String {
-    match (axis.unit.is_empty(), is_si) {
-        (false, _) => axis.unit.clone(),
-        (true, true) => codes::si_unit(axis.data_type).to_string(),
+pub(super) fn axis_unit(record: &AxisRecord, is_si: bool) -> String {
+    match (record.unit.is_empty(), is_si) {
+        (false, _) => record.unit.clone(),
+        (true, true) => codes::si_unit(record.data_type).to_string(),
         (true, false) => String::new(),
     }
 }
 
 /// The unit of what answers: that of the ordinate without `/input` where the file writes the whole quotient.
-pub(super) fn numerator(header: &Header, is_si: bool) -> String {
+pub(super) fn response_unit(header: &UffHeader, is_si: bool) -> String {
     let (whole, below) = (
-        unit(&header.ordinate, is_si),
-        unit(&header.denominator, is_si),
+        axis_unit(&header.ordinate, is_si),
+        axis_unit(&header.denominator, is_si),
     );
     let above = whole
         .strip_suffix(&below)

@@ -1,12 +1,12 @@
-//! The numbers of a data set 58: text in columns, or bytes.
+//! Values of data set 58: text columns or binary floats.
 
-use super::header::{Header, Ordinate};
-use super::lines::{Cursor, is_mark};
+use super::cursor::{UffCursor, is_delimiter};
+use super::header::{OrdinateType, UffHeader};
 use crate::base::error::Error;
 
 /// Numbers of a set: abscissa where it is uneven, ordinate, imaginary parts where it is complex.
 #[derive(Debug, Default)]
-pub(super) struct Values {
+pub(super) struct UffValues {
     pub x: Vec<f64>,
     pub re: Vec<f64>,
     pub im: Vec<f64>,
@@ -16,13 +16,13 @@ pub(super) struct Values {
 
 /// What the first line of a binary set states.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Binary {
+pub(super) struct BinaryHeader {
     pub is_big_endian: bool,
     /// Bytes of numbers.
     pub bytes: usize,
 }
 
-impl Header {
+impl UffHeader {
     /// Numbers of one value: abscissa, real, imaginary.
     fn width(&self) -> usize {
         usize::from(!self.is_even) + 1 + usize::from(self.ordinate_kind.is_complex)
@@ -30,10 +30,10 @@ impl Header {
 }
 
 /// The numbers in `flat`, dealt out by value.
-fn deal(flat: &[f64], header: &Header, overloads: usize) -> Values {
-    let mut values = Values {
+fn split_values(flat: &[f64], header: &UffHeader, overloads: usize) -> UffValues {
+    let mut values = UffValues {
         overloads,
-        ..Values::default()
+        ..UffValues::default()
     };
     for value in flat.chunks_exact(header.width()) {
         let mut value = value.iter().copied();
@@ -47,19 +47,22 @@ fn deal(flat: &[f64], header: &Header, overloads: usize) -> Values {
 }
 
 /// Numbers written as text, up to the count of the header or the closing mark, whichever comes first.
-pub(super) fn text(cursor: &mut Cursor<'_>, header: &Header) -> Result<Values, Error> {
+pub(super) fn read_text(
+    cursor: &mut UffCursor<'_>,
+    header: &UffHeader,
+) -> Result<UffValues, Error> {
     let wanted = header.count.saturating_mul(header.width());
     // A number takes two bytes at least, so that a wrong count allocates no more than the file justifies.
     let mut flat = Vec::with_capacity(wanted.min(cursor.rest.len() / 2));
     let mut overloads = 0;
     while flat.len() < wanted && !cursor.rest.is_empty() {
         let mut line = cursor.peek();
-        if is_mark(line) {
+        if is_delimiter(line) {
             break;
         }
         while flat.len() < wanted {
             line = line.trim_ascii_start();
-            if line.is_empty() || is_mark(line) {
+            if line.is_empty() || is_delimiter(line) {
                 break;
             }
             let (number, used) = number(line).ok_or_else(|| {
@@ -79,13 +82,17 @@ pub(super) fn text(cursor: &mut Cursor<'_>, header: &Header) -> Result<Values, E
         }
         // Zeros that fill up the last row do no harm; a mark may be glued to it.
         let filling = |b: &u8| matches!(b, b'0' | b'.' | b'E' | b'e' | b'+' | b' ');
-        if flat.len() == wanted && !line.is_empty() && !is_mark(line) && !line.iter().all(filling) {
+        if flat.len() == wanted
+            && !line.is_empty()
+            && !is_delimiter(line)
+            && !line.iter().all(filling)
+        {
             return Err(cursor.error_here(format!(
                 "more numbers follow the {} values the header states",
                 header.count
             )));
         }
-        let glued = is_mark(line) && !line.is_empty();
+        let glued = is_delimiter(line) && !line.is_empty();
         if glued {
             // The mark stays for the caller.
             let at = cursor.peek().len() - line.len();
@@ -94,7 +101,7 @@ pub(super) fn text(cursor: &mut Cursor<'_>, header: &Header) -> Result<Values, E
         }
         cursor.next_line();
     }
-    Ok(deal(&flat, header, overloads))
+    Ok(split_values(&flat, header, overloads))
 }
 
 /// The first number of a line and the bytes it takes; exponents may begin with `D`, or with their sign alone.
@@ -127,18 +134,18 @@ fn number(line: &[u8]) -> Option<(f64, usize)> {
 }
 
 /// Numbers in bytes.
-pub(super) fn binary(
-    cursor: &mut Cursor<'_>,
-    header: &Header,
-    binary: Binary,
-) -> Result<Values, Error> {
-    let Ordinate { is_double, .. } = header.ordinate_kind;
+pub(super) fn read_binary(
+    cursor: &mut UffCursor<'_>,
+    header: &UffHeader,
+    binary_header: BinaryHeader,
+) -> Result<UffValues, Error> {
+    let OrdinateType { is_double, .. } = header.ordinate_kind;
     let size = if is_double { 8 } else { 4 };
     let ordinates = header.width() - usize::from(!header.is_even);
     let per_value = |abscissa: usize| ordinates * size + abscissa;
     let needs = |abscissa: usize| header.count.saturating_mul(per_value(abscissa));
     // An uneven abscissa has the precision of the ordinate with most writers, and is single with some.
-    let abscissa = match (header.is_even, binary.bytes == needs(4)) {
+    let abscissa = match (header.is_even, binary_header.bytes == needs(4)) {
         (true, _) => 0,
         (false, true) => 4,
         (false, false) => size,
@@ -152,17 +159,17 @@ pub(super) fn binary(
         );
         return Err(cursor
             .error_here(message)
-            .hint("the file was cut off or damaged: copy it again, not as text"));
+            .with_hint("the file was cut off or damaged: copy it again, not as text"));
     };
     cursor.rest = rest;
     let width = header.width();
     let mut flat = Vec::with_capacity(header.count * width);
     for value in data.chunks_exact(per_value(abscissa).max(1)) {
         let (x, y) = value.split_at(abscissa);
-        decode(x, abscissa == 8, binary.is_big_endian, &mut flat);
-        decode(y, is_double, binary.is_big_endian, &mut flat);
+        decode(x, abscissa == 8, binary_header.is_big_endian, &mut flat);
+        decode(y, is_double, binary_header.is_big_endian, &mut flat);
     }
-    let values = deal(&flat, header, 0);
+    let values = split_values(&flat, header, 0);
     if let Some(at) = values.x.iter().position(|x| !x.is_finite()) {
         let message = format!("the abscissa of value {} is not a finite number", at + 1);
         return Err(cursor.error_here(message));

@@ -1,14 +1,14 @@
-//! JSON: one document, keys with their units, what is missing as null.
+//! JSON output: one document, units in the keys, missing values as null.
 
 use std::io::{self, Write};
 use std::ops::Range;
 
 use serde_json::{Value, json};
 
-use super::{blocks, failed};
+use super::{for_each_block, output_error};
 use crate::base::error::Error;
 use crate::numeric::Complex;
-use crate::recording::responses::{FrequencyResponses, Terminal};
+use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponses};
 use crate::recording::signals::Recording;
 
 /// Signals: `start` (date and time), `rate_hz`, `samples`, `duration_s`, `stretches[]`, and `channels[]` with `name`, `unit`, `value[]`.
@@ -17,40 +17,39 @@ use crate::recording::signals::Recording;
 ///
 /// # Errors
 /// `output-failed`; those of reading a column.
-pub fn signals(recording: &Recording, geardyn: &Value, to: &mut impl Write) -> Result<(), Error> {
+pub fn write_recording(
+    recording: &Recording,
+    geardyn: &Value,
+    to: &mut impl Write,
+) -> Result<(), Error> {
     let (rate, duration) = (number(recording.rate_hz), number(recording.duration_s()));
     let samples = recording.samples;
-    let (start, stretches) = (json!(recording.start), stretches(recording));
+    let (start, stretches) = (json!(recording.start), segments(recording));
     write!(
         to,
         "{{\"geardyn\":{geardyn},\"start\":{start},\"rate_hz\":{rate},\"samples\":{samples},\"duration_s\":{duration},\"stretches\":{stretches},\"channels\":["
     )
-    .map_err(failed)?;
+    .map_err(output_error)?;
     for (at, channel) in recording.channels.iter().enumerate() {
         let (comma, name, unit) = (separator(at), json!(channel.name), json!(channel.unit));
-        write!(to, "{comma}{{\"name\":{name},\"unit\":{unit},\"value\":[").map_err(failed)?;
+        write!(to, "{comma}{{\"name\":{name},\"unit\":{unit},\"value\":[").map_err(output_error)?;
         let mut written = 0;
-        blocks(channel, samples, |block| {
+        for_each_block(channel, samples, |block| {
             for &value in block {
                 write!(to, "{}{}", separator(written), number(value))?;
                 written += 1;
             }
             Ok(())
         })?;
-        write!(to, "]}}").map_err(failed)?;
+        write!(to, "]}}").map_err(output_error)?;
     }
-    writeln!(to, "]}}").map_err(failed)
+    writeln!(to, "]}}").map_err(output_error)
 }
 
-/// The stretches without gaps: first sample, number of samples, time of the first from the log's first sample.
-pub fn stretches(recording: &Recording) -> Value {
-    let stretch = |(k, s): (usize, &Range<usize>)| json!({ "from_sample": s.start, "samples": s.len(), "from_s": recording.time_s(k, 0) });
-    recording
-        .stretches
-        .iter()
-        .enumerate()
-        .map(stretch)
-        .collect()
+/// The segments without gaps: first sample, number of samples, time of the first from the log's first sample.
+pub fn segments(recording: &Recording) -> Value {
+    let segment = |(k, s): (usize, &Range<usize>)| json!({ "from_sample": s.start, "samples": s.len(), "from_s": recording.time_s(k, 0) });
+    recording.segments.iter().enumerate().map(segment).collect()
 }
 
 /// Frequency responses: `frequency_hz[]`, and `functions[]` with `input` (null where unknown), `output`, `value[]` of
@@ -58,7 +57,7 @@ pub fn stretches(recording: &Recording) -> Value {
 ///
 /// # Errors
 /// `output-failed`.
-pub fn responses<W: Write>(
+pub fn write_responses<W: Write>(
     responses: &FrequencyResponses,
     geardyn: &Value,
     to: &mut W,
@@ -70,17 +69,17 @@ pub fn responses<W: Write>(
             responses.averages.map_or(Value::Null, number),
             number(responses.window_decay)
         )?;
-        list(to, &responses.frequency_hz)?;
+        write_array(to, &responses.frequency_hz)?;
         write!(to, ",\"functions\":[")?;
-        for (at, function) in responses.functions.iter().enumerate() {
-            let input = function.input.as_ref().map_or(Value::Null, terminal);
-            let output = terminal(&function.output);
+        for (at, function) in responses.responses.iter().enumerate() {
+            let input = function.input.as_ref().map_or(Value::Null, channel_label);
+            let output = channel_label(&function.output);
             write!(
                 to,
                 "{}{{\"input\":{input},\"output\":{output},\"value\":[",
                 separator(at)
             )?;
-            for (k, Complex { re, im }) in function.value.iter().enumerate() {
+            for (k, Complex { re, im }) in function.values.iter().enumerate() {
                 write!(
                     to,
                     "{}{{\"re\":{},\"im\":{}}}",
@@ -93,11 +92,11 @@ pub fn responses<W: Write>(
             for (key, values) in [
                 ("variance", &function.variance),
                 ("coherence", &function.coherence),
-                ("partial_coherence", &function.partial),
+                ("partial_coherence", &function.partial_coherence),
             ] {
                 write!(to, ",\"{key}\":")?;
                 match values {
-                    Some(values) => list(to, values)?,
+                    Some(values) => write_array(to, values)?,
                     None => write!(to, "null")?,
                 }
             }
@@ -105,14 +104,14 @@ pub fn responses<W: Write>(
         }
         writeln!(to, "]}}")
     };
-    document(to).map_err(failed)
+    document(to).map_err(output_error)
 }
 
-fn terminal(terminal: &Terminal) -> Value {
-    json!({ "name": terminal.name, "unit": terminal.unit })
+fn channel_label(label: &ChannelLabel) -> Value {
+    json!({ "name": label.name, "unit": label.unit })
 }
 
-fn list(to: &mut impl Write, values: &[f64]) -> io::Result<()> {
+fn write_array(to: &mut impl Write, values: &[f64]) -> io::Result<()> {
     write!(to, "[")?;
     for (at, &value) in values.iter().enumerate() {
         write!(to, "{}{}", separator(at), number(value))?;

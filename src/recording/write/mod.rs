@@ -1,15 +1,12 @@
-//! Signals and frequency responses to files: CSV, UFF 58 in text and in bytes, JSON.
+//! Export of recordings and frequency responses: CSV, UFF 58 (text, binary), JSON.
 //!
 //! Signals are read from their columns in blocks and written as they come, so that no channel is ever held whole. Numbers
 //! are written so that reading them again gives the same bits, but for UFF 58 in text, which has 13 digits.
 
-/// Comma-separated values.
 pub mod csv;
 
-/// JSON.
 pub mod json;
 
-/// UFF 58.
 pub mod uff;
 
 use std::io;
@@ -19,10 +16,10 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// Samples of a channel in memory at a time.
-const BLOCK: usize = 1 << 13;
+const BUFFER_LEN: usize = 1 << 13;
 
 /// The writer failed.
-fn failed(error: io::Error) -> Error {
+fn output_error(error: io::Error) -> Error {
     Error::new(
         Code::OutputFailed,
         format!("the output cannot be written: {error}"),
@@ -30,17 +27,17 @@ fn failed(error: io::Error) -> Error {
 }
 
 /// Hands the samples of a channel on in blocks.
-fn blocks(
+fn for_each_block(
     channel: &Channel,
     samples: usize,
     mut take: impl FnMut(&[f64]) -> io::Result<()>,
 ) -> Result<(), Error> {
-    let mut block = vec![0.0; BLOCK.min(samples)];
+    let mut block = vec![0.0; BUFFER_LEN.min(samples)];
     let mut start = 0;
     while start < samples {
-        let length = BLOCK.min(samples - start);
+        let length = BUFFER_LEN.min(samples - start);
         channel.samples.read(start, &mut block[..length])?;
-        take(&block[..length]).map_err(failed)?;
+        take(&block[..length]).map_err(output_error)?;
         start += length;
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! UFF 58: a data set for each channel or response, in text or in bytes (58b, little-endian), always in double precision.
+//! UFF 58 output, text or binary (58b), double precision: a data set per channel or response.
 //!
 //! The format gives ten characters to a name and 13 columns to the abscissa. Whole names stand in the first line of the
 //! header, the rate with all its digits in the fourth, and what lies behind frequency responses (averages, window, the band worth
@@ -7,16 +7,16 @@
 
 use std::io::{self, Write};
 
-use super::{blocks, failed};
+use super::{for_each_block, output_error};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::recording::responses::{FrequencyResponse, FrequencyResponses, Terminal};
+use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
 use crate::recording::signals::{Channel, Recording};
 use crate::recording::uff::codes;
 
 /// How the numbers are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum UffFormat {
     /// As text, 13 digits.
     Text,
     /// As bytes.
@@ -28,11 +28,11 @@ const ABSCISSA_DIGITS: usize = 6;
 const DOUBLE_DIGITS: usize = 12;
 
 /// Characters of a line for people.
-const ID: usize = 80;
+const ID_LINE_LEN: usize = 80;
 
 /// The abscissa of a set.
 #[derive(Clone, Copy)]
-enum Abscissa<'a> {
+enum AbscissaSpacing<'a> {
     /// Start and increment.
     Even(f64, f64),
     /// Value by value.
@@ -40,14 +40,14 @@ enum Abscissa<'a> {
 }
 
 /// The head of a set.
-struct Head<'a> {
+struct DataSetHeader<'a> {
     ids: [&'a str; 5],
     function: usize,
-    output: &'a Terminal,
-    input: Option<&'a Terminal>,
+    output: &'a ChannelLabel,
+    input: Option<&'a ChannelLabel>,
     is_complex: bool,
     count: usize,
-    abscissa: Abscissa<'a>,
+    spacing: AbscissaSpacing<'a>,
     abscissa_type: i64,
 }
 
@@ -55,45 +55,54 @@ struct Head<'a> {
 ///
 /// # Errors
 /// `conflict` where the record has gaps, for which an even abscissa has no place; `output-failed`; those of reading a column.
-pub fn signals(recording: &Recording, form: Form, to: &mut impl Write) -> Result<(), Error> {
-    if recording.stretches.len() > 1 {
+pub fn write_recording(
+    recording: &Recording,
+    uff_format: UffFormat,
+    to: &mut impl Write,
+) -> Result<(), Error> {
+    if recording.segments.len() > 1 {
         let message = format!(
             "the record has {} stretches, and an even UFF 58 has no place for the gaps between them",
-            recording.stretches.len()
+            recording.segments.len()
         );
         return Err(Error::new(Code::Conflict, message)
-            .hint("bridge them: --fill-gaps; take a part: --after, --before; or write CSV"));
+            .with_hint("bridge them: --fill-gaps; take a part: --after, --before; or write CSV"));
     }
-    let long = |c: &&Channel| c.name.chars().count() > ID;
+    let long = |c: &&Channel| c.name.chars().count() > ID_LINE_LEN;
     if let Some(channel) = recording.channels.iter().find(long) {
-        let message = format!("UFF 58 gives {ID} characters to a name: {}", channel.name);
+        let message = format!(
+            "UFF 58 gives {ID_LINE_LEN} characters to a name: {}",
+            channel.name
+        );
         return Err(Error::new(Code::Conflict, message)
-            .hint("rename the channel in the sidecar, or write CSV"));
+            .with_hint("rename the channel in the sidecar, or write CSV"));
     }
     let date = recording.start.as_deref().unwrap_or_default();
     let (before, after) = codes::RATE_LINE;
     let rate = format!("{before}{:?}{after}", recording.rate_hz);
     for channel in &recording.channels {
-        let output = Terminal {
+        let output = ChannelLabel {
             name: channel.name.clone(),
             unit: channel.unit.clone(),
         };
-        let head = Head {
+        let header = DataSetHeader {
             ids: [&channel.name, "", date, &rate, ""],
             function: codes::TIME_RESPONSE,
             output: &output,
             input: None,
             is_complex: false,
             count: recording.samples,
-            abscissa: Abscissa::Even(recording.time_s(0, 0), recording.rate_hz.recip()),
+            spacing: AbscissaSpacing::Even(recording.time_s(0, 0), recording.rate_hz.recip()),
             abscissa_type: codes::TIME,
         };
-        head.write(form, to).map_err(failed)?;
-        let mut values = Values::new(form, to);
-        blocks(channel, recording.samples, |block| {
-            block.iter().try_for_each(|&value| values.put(value))
+        header.write(uff_format, to).map_err(output_error)?;
+        let mut writer = ValueWriter::new(uff_format, to);
+        for_each_block(channel, recording.samples, |block| {
+            block
+                .iter()
+                .try_for_each(|&value| writer.write_value(value))
         })?;
-        values.end().map_err(failed)?;
+        writer.end().map_err(output_error)?;
     }
     Ok(())
 }
@@ -102,13 +111,13 @@ pub fn signals(recording: &Recording, form: Form, to: &mut impl Write) -> Result
 ///
 /// # Errors
 /// `output-failed`.
-pub fn responses(
+pub fn write_responses(
     responses: &FrequencyResponses,
-    form: Form,
+    uff_format: UffFormat,
     to: &mut impl Write,
 ) -> Result<(), Error> {
     let lines = &responses.frequency_hz;
-    let abscissa = even(lines).unwrap_or(Abscissa::Uneven(lines));
+    let spacing = even_abscissa(lines).unwrap_or(AbscissaSpacing::Uneven(lines));
     let said = |pair: Option<(f64, f64)>, [before, between, after]: [&str; 3]| {
         pair.map_or(String::new(), |(a, b)| {
             format!("{before}{a:?}{between}{b:?}{after}")
@@ -117,24 +126,26 @@ pub fn responses(
     let behind = responses.averages.map(|n| (n, responses.window_decay));
     let facts = [
         said(behind, codes::AVERAGES_LINE),
-        said(responses.usable_hz, codes::USABLE_LINE),
+        said(responses.usable_band_hz, codes::USABLE_LINE),
         said(
-            responses.line_independence.map(|share| (share, 1.0)),
+            responses
+                .independent_lines_per_line
+                .map(|share| (share, 1.0)),
             codes::INDEPENDENCE_LINE,
         ),
     ];
-    for function in &responses.functions {
-        one(function, abscissa, lines, &facts, form, to).map_err(failed)?;
+    for function in &responses.responses {
+        write_data_set(function, spacing, lines, &facts, uff_format, to).map_err(output_error)?;
     }
     Ok(())
 }
 
-fn one(
+fn write_data_set(
     function: &FrequencyResponse,
-    abscissa: Abscissa<'_>,
+    spacing: AbscissaSpacing<'_>,
     lines: &[f64],
     facts: &[String; 3],
-    form: Form,
+    uff_format: UffFormat,
     to: &mut impl Write,
 ) -> io::Result<()> {
     let output = &function.output;
@@ -142,78 +153,78 @@ fn one(
         Some(input) => format!("{} / {}", output.name, input.name),
         None => output.name.clone(),
     };
-    let head = Head {
+    let header = DataSetHeader {
         ids: [&name, &facts[2], "", &facts[0], &facts[1]],
         function: codes::FREQUENCY_RESPONSE,
         output,
         input: function.input.as_ref(),
         is_complex: true,
         count: lines.len(),
-        abscissa,
+        spacing,
         abscissa_type: codes::FREQUENCY,
     };
-    let is_uneven = matches!(abscissa, Abscissa::Uneven(_));
-    head.write(form, to)?;
-    let mut values = Values::new(form, to);
-    for (line, value) in lines.iter().zip(&function.value) {
+    let is_uneven = matches!(spacing, AbscissaSpacing::Uneven(_));
+    header.write(uff_format, to)?;
+    let mut writer = ValueWriter::new(uff_format, to);
+    for (line, value) in lines.iter().zip(&function.values) {
         if is_uneven {
-            values.put_abscissa(*line)?;
+            writer.put_abscissa(*line)?;
         }
-        values.put(value.re)?;
-        values.put(value.im)?;
-        values.end_uneven(is_uneven)?;
+        writer.write_value(value.re)?;
+        writer.write_value(value.im)?;
+        writer.end_uneven(is_uneven)?;
     }
-    values.end()?;
+    writer.end()?;
     let Some(coherence) = &function.coherence else {
         return Ok(());
     };
-    let unitless = |terminal: &Terminal| Terminal {
-        name: terminal.name.clone(),
+    let unitless = |label: &ChannelLabel| ChannelLabel {
+        name: label.name.clone(),
         unit: String::new(),
     };
     let (output, input) = (unitless(output), function.input.as_ref().map(unitless));
-    let head = Head {
+    let header = DataSetHeader {
         function: codes::COHERENCE,
         output: &output,
         input: input.as_ref(),
         is_complex: false,
-        ..head
+        ..header
     };
-    head.write(form, to)?;
-    let mut values = Values::new(form, to);
+    header.write(uff_format, to)?;
+    let mut writer = ValueWriter::new(uff_format, to);
     for (line, value) in lines.iter().zip(coherence) {
         if is_uneven {
-            values.put_abscissa(*line)?;
+            writer.put_abscissa(*line)?;
         }
-        values.put(*value)?;
-        values.end_uneven(is_uneven)?;
+        writer.write_value(*value)?;
+        writer.end_uneven(is_uneven)?;
     }
-    values.end()
+    writer.end()
 }
 
 /// Start and increment of lines, where as written in the header they give the same bits back.
-fn even(lines: &[f64]) -> Option<Abscissa<'static>> {
+fn even_abscissa(lines: &[f64]) -> Option<AbscissaSpacing<'static>> {
     let (&start, &last) = (lines.first()?, lines.last()?);
     let step = match lines.len() {
         1 => 1.0,
         n => (last - start) / (n - 1) as f64,
     };
-    let written = |value: f64| exponent(value, ABSCISSA_DIGITS).parse::<f64>().ok();
+    let written = |value: f64| format_exponent(value, ABSCISSA_DIGITS).parse::<f64>().ok();
     let (start, step) = (written(start)?, written(step)?);
     let mut all = lines.iter().enumerate();
     let same = all.all(|(k, &line)| start + k as f64 * step == line);
-    same.then_some(Abscissa::Even(start, step))
+    same.then_some(AbscissaSpacing::Even(start, step))
 }
 
-impl Head<'_> {
+impl DataSetHeader<'_> {
     /// The opening mark, the number of the set and the eleven lines of its header.
-    fn write(&self, form: Form, to: &mut impl Write) -> io::Result<()> {
-        let is_even = matches!(self.abscissa, Abscissa::Even(..));
+    fn write(&self, format: UffFormat, to: &mut impl Write) -> io::Result<()> {
+        let is_even = matches!(self.spacing, AbscissaSpacing::Even(..));
         let per_value = usize::from(!is_even) + 1 + usize::from(self.is_complex);
         writeln!(to, "    -1")?;
-        match form {
-            Form::Text => writeln!(to, "    58")?,
-            Form::Binary => writeln!(
+        match format {
+            UffFormat::Text => writeln!(to, "    58")?,
+            UffFormat::Binary => writeln!(
                 to,
                 "    58b{:6}{:6}{:12}{:12}{:6}{:6}{:12}{:12}",
                 1,
@@ -227,9 +238,9 @@ impl Head<'_> {
             )?,
         }
         for id in self.ids {
-            writeln!(to, "{}", shown(id, ID))?;
+            writeln!(to, "{}", field_text(id, ID_LINE_LEN))?;
         }
-        let none = Terminal::default();
+        let none = ChannelLabel::default();
         let input = self.input.unwrap_or(&none);
         writeln!(
             to,
@@ -238,16 +249,16 @@ impl Head<'_> {
             0,
             0,
             0,
-            shown(&self.output.name, 10),
+            field_text(&self.output.name, 10),
             0,
             0,
-            shown(&input.name, 10),
+            field_text(&input.name, 10),
             0,
             0
         )?;
-        let (start, step) = match self.abscissa {
-            Abscissa::Even(start, step) => (start, step),
-            Abscissa::Uneven(lines) => (lines.first().copied().unwrap_or(0.0), 0.0),
+        let (start, step) = match self.spacing {
+            AbscissaSpacing::Even(start, step) => (start, step),
+            AbscissaSpacing::Uneven(lines) => (lines.first().copied().unwrap_or(0.0), 0.0),
         };
         writeln!(
             to,
@@ -255,15 +266,15 @@ impl Head<'_> {
             if self.is_complex { 6 } else { 4 },
             self.count,
             u8::from(is_even),
-            exponent(start, ABSCISSA_DIGITS),
-            exponent(step, ABSCISSA_DIGITS),
-            exponent(0.0, ABSCISSA_DIGITS)
+            format_exponent(start, ABSCISSA_DIGITS),
+            format_exponent(step, ABSCISSA_DIGITS),
+            format_exponent(0.0, ABSCISSA_DIGITS)
         )?;
         let (label, unit) = match self.abscissa_type {
             codes::TIME => ("Time", "s"),
             _ => ("Frequency", "Hz"),
         };
-        let data_type = |terminal: &Terminal| codes::data_type(&terminal.unit);
+        let data_type = |channel_label: &ChannelLabel| codes::data_type(&channel_label.unit);
         axis(to, self.abscissa_type, label, unit)?;
         axis(
             to,
@@ -277,7 +288,7 @@ impl Head<'_> {
 }
 
 fn axis(to: &mut impl Write, data_type: i64, label: &str, unit: &str) -> io::Result<()> {
-    let (label, unit) = (shown(label, 20), shown(unit, 20));
+    let (label, unit) = (field_text(label, 20), field_text(unit, 20));
     writeln!(
         to,
         "{data_type:10}{:5}{:5}{:5} {label:20} {unit:20}",
@@ -286,7 +297,7 @@ fn axis(to: &mut impl Write, data_type: i64, label: &str, unit: &str) -> io::Res
 }
 
 /// Text without line breaks, `NONE` where there is none, cut to its field.
-fn shown(text: &str, width: usize) -> String {
+fn field_text(text: &str, width: usize) -> String {
     let line = text.chars().map(|c| if c.is_control() { ' ' } else { c });
     match text.trim().is_empty() {
         true => "NONE".to_string(),
@@ -295,7 +306,7 @@ fn shown(text: &str, width: usize) -> String {
 }
 
 /// `d.ddddE±dd`, as Fortran and C write it.
-fn exponent(value: f64, digits: usize) -> String {
+fn format_exponent(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return "NaN".to_string();
     }
@@ -309,25 +320,25 @@ fn exponent(value: f64, digits: usize) -> String {
 }
 
 /// Numbers one after the other, four to a row of text.
-struct Values<'a, W: Write> {
-    form: Form,
+struct ValueWriter<'a, W: Write> {
+    format: UffFormat,
     to: &'a mut W,
     in_row: usize,
 }
 
-impl<'a, W: Write> Values<'a, W> {
-    fn new(form: Form, to: &'a mut W) -> Values<'a, W> {
-        Values {
-            form,
+impl<'a, W: Write> ValueWriter<'a, W> {
+    fn new(format: UffFormat, to: &'a mut W) -> ValueWriter<'a, W> {
+        ValueWriter {
+            format,
             to,
             in_row: 0,
         }
     }
 
-    fn put(&mut self, value: f64) -> io::Result<()> {
-        match self.form {
-            Form::Binary => return self.to.write_all(&value.to_le_bytes()),
-            Form::Text => write!(self.to, "{:>20}", exponent(value, DOUBLE_DIGITS))?,
+    fn write_value(&mut self, value: f64) -> io::Result<()> {
+        match self.format {
+            UffFormat::Binary => return self.to.write_all(&value.to_le_bytes()),
+            UffFormat::Text => write!(self.to, "{:>20}", format_exponent(value, DOUBLE_DIGITS))?,
         }
         self.in_row += 1;
         match self.in_row {
@@ -337,15 +348,15 @@ impl<'a, W: Write> Values<'a, W> {
     }
 
     fn put_abscissa(&mut self, value: f64) -> io::Result<()> {
-        match self.form {
-            Form::Binary => self.to.write_all(&value.to_le_bytes()),
-            Form::Text => write!(self.to, "{:>13}", exponent(value, ABSCISSA_DIGITS)),
+        match self.format {
+            UffFormat::Binary => self.to.write_all(&value.to_le_bytes()),
+            UffFormat::Text => write!(self.to, "{:>13}", format_exponent(value, ABSCISSA_DIGITS)),
         }
     }
 
     /// Ends the row of a value of an uneven abscissa: complex ones have a row each, real ones share it by two.
     fn end_uneven(&mut self, is_uneven: bool) -> io::Result<()> {
-        match self.form == Form::Text && is_uneven && self.in_row == 2 {
+        match self.format == UffFormat::Text && is_uneven && self.in_row == 2 {
             true => self.new_row(),
             false => Ok(()),
         }

@@ -1,41 +1,38 @@
-//! `[[study]]`: what a scene asks of its model.
+//! Reads `[[study]]`: the analyses a scene lists.
 
-pub use chain::{IndexStudy, TransmissionStudy};
-pub use judged::{AccuracyStudy, Over, Parameter, StabilityStudy, Subject};
-pub use modes::{Hold, ModesStudy, ReduceMethod, ReduceStudy, StateSpaceStudy};
+pub use accuracy_stability::{
+    AccuracyStudy, AccuracyTarget, ParameterSweep, StabilityStudy, SweepParameter,
+};
+pub use modes::{DiscretisationMethod, ModesStudy, ReductionKind, ReductionStudy, StateSpaceStudy};
 pub use motion::{
-    BLOCKS, MOST_SAMPLES, RunningStudy, SimulateStudy, TrackStudy, USUAL_TURNS, shafts,
+    BLOCK_SIZES, DEFAULT_AVERAGING_REVS, MAX_SAMPLES, OnlineStudy, OrderTrackingStudy,
+    SimulateStudy, parse_shaft_pair,
 };
 pub use response::{
-    HarmonicBalanceStudy, MOST_LINES, MOST_ORDERS, ResponseKind, ResponseStudy, ResponseWay,
-    RunUpStudy, band,
+    HarmonicBalanceStudy, MAX_LINES, MAX_ORDERS, ResponseMethodTag, ResponseQuantity,
+    ResponseStudy, RunUpStudy, parse_band,
 };
 pub use speeds::SpeedRange;
+pub use transmission::{IndexingStudy, TransmissionStudy};
 
 use crate::base::error::Error;
-use crate::base::fields::Fields;
-use crate::base::kind::Kind;
-use crate::base::notes::Range;
-use crate::base::place::Place;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::source_span::SourceSpan;
+use crate::base::table_reader::TableReader;
 use crate::base::toml::Value;
 
-/// Ranges of speeds.
 mod speeds;
 
-/// Modes, state space, reduction.
 mod modes;
 
-/// Motion in time.
 mod motion;
 
-/// Steady answers.
 mod response;
 
-/// Transmission error.
-mod chain;
+mod transmission;
 
-/// Methods judged.
-mod judged;
+mod accuracy_stability;
 
 /// One question of a scene.
 #[derive(Debug, Clone)]
@@ -43,7 +40,7 @@ pub struct Study {
     /// What is asked.
     pub kind: StudyKind,
     /// Where it is asked.
-    pub place: Place,
+    pub span: SourceSpan,
 }
 
 /// What a study asks.
@@ -69,7 +66,7 @@ pub enum StudyKind {
 
 /// Which kind of study.
 #[derive(Clone, Copy)]
-enum Word {
+enum StudyTag {
     Modes,
     Simulate,
     Accuracy,
@@ -81,57 +78,59 @@ enum Word {
 }
 
 /// A study; absent where its kind is missing or unknown, which is then noted.
-pub fn read(f: &mut Fields) -> Option<Study> {
+pub fn read(f: &mut TableReader) -> Option<Study> {
     let words = [
-        ("modes", Word::Modes),
-        ("simulate", Word::Simulate),
-        ("accuracy", Word::Accuracy),
-        ("stability", Word::Stability),
-        ("response", Word::Response),
-        ("harmonic_balance", Word::HarmonicBalance),
-        ("run_up", Word::RunUp),
-        ("te", Word::Transmission),
+        ("modes", StudyTag::Modes),
+        ("simulate", StudyTag::Simulate),
+        ("accuracy", StudyTag::Accuracy),
+        ("stability", StudyTag::Stability),
+        ("response", StudyTag::Response),
+        ("harmonic_balance", StudyTag::HarmonicBalance),
+        ("run_up", StudyTag::RunUp),
+        ("te", StudyTag::Transmission),
     ];
     let known = f.choice("kind", &words);
-    f.need("kind");
+    f.require("kind");
     let kind = match known? {
-        Word::Modes => StudyKind::Modes(modes::modes(f)),
-        Word::Simulate => StudyKind::Simulate(SimulateStudy {
-            allow: f.optional_quantity("allow", Kind::Time, Range::Positive),
+        StudyTag::Modes => StudyKind::Modes(modes::modes(f)),
+        StudyTag::Simulate => StudyKind::Simulate(SimulateStudy {
+            time_limit: f.optional_quantity("allow", QuantityKind::Time, ValueRange::Positive),
             running: motion::running(f),
             ..motion::simulate(f)
         }),
-        Word::Accuracy => StudyKind::Accuracy(judged::accuracy(f)),
-        Word::Stability => StudyKind::Stability(StabilityStudy {
+        StudyTag::Accuracy => StudyKind::Accuracy(accuracy_stability::accuracy(f)),
+        StudyTag::Stability => StudyKind::Stability(StabilityStudy {
             motion: motion::simulate(f),
             methods: texts(f, "methods"),
             speeds: speeds(f, "speeds"),
-            over: parsed(f, "over", Over::parse),
+            sweep: parsed(f, "over", ParameterSweep::parse),
         }),
-        Word::Response => StudyKind::Response(response::response(f)),
-        Word::RunUp => StudyKind::RunUp(RunUpStudy {
+        StudyTag::Response => StudyKind::Response(response::response(f)),
+        StudyTag::RunUp => StudyKind::RunUp(RunUpStudy {
             speeds: speeds(f, "speeds"),
             outputs: texts(f, "outputs"),
-            held: texts(f, "hold"),
+            fixed_dofs: texts(f, "hold"),
         }),
-        Word::HarmonicBalance => StudyKind::HarmonicBalance(HarmonicBalanceStudy {
+        StudyTag::HarmonicBalance => StudyKind::HarmonicBalance(HarmonicBalanceStudy {
             speeds: speeds(f, "speeds"),
             outputs: texts(f, "outputs"),
-            tolerance: f
-                .optional_number("tolerance", Range::Between(0.0, 1.0, "above 0 and below 1")),
-            orders: f.optional_count("orders", 1, MOST_ORDERS),
-            orders_alone: f.flag("orders_alone"),
+            tolerance: f.optional_number(
+                "tolerance",
+                ValueRange::Open(0.0, 1.0, "above 0 and below 1"),
+            ),
+            orders: f.optional_count("orders", 1, MAX_ORDERS),
+            skip_event_refinement: f.flag("orders_alone"),
         }),
-        Word::Transmission => StudyKind::Transmission(chain::transmission(f)),
+        StudyTag::Transmission => StudyKind::Transmission(transmission::transmission(f)),
     };
     Some(Study {
         kind,
-        place: f.place.clone(),
+        span: f.span.clone(),
     })
 }
 
 /// A list of texts.
-pub(super) fn texts(f: &mut Fields, key: &str) -> Vec<String> {
+pub(super) fn texts(f: &mut TableReader, key: &str) -> Vec<String> {
     const TAKES: &str = "a list of texts";
     let Some(item) = f.item(key, TAKES) else {
         return Vec::new();
@@ -142,7 +141,7 @@ pub(super) fn texts(f: &mut Fields, key: &str) -> Vec<String> {
     let mut all = Vec::new();
     for item in list {
         match &item.value {
-            Value::Text(text) => all.push(text.clone()),
+            Value::String(text) => all.push(text.clone()),
             _ => {
                 f.wrong_type::<()>(key, item, TAKES);
             }
@@ -151,19 +150,23 @@ pub(super) fn texts(f: &mut Fields, key: &str) -> Vec<String> {
     all
 }
 
-fn speeds(f: &mut Fields, key: &str) -> Option<SpeedRange> {
+fn speeds(f: &mut TableReader, key: &str) -> Option<SpeedRange> {
     parsed(f, key, SpeedRange::parse)
 }
 
 /// A text that has a form of its own.
-fn parsed<T>(f: &mut Fields, key: &str, parse: fn(&str, &str) -> Result<T, Error>) -> Option<T> {
+fn parsed<T>(
+    f: &mut TableReader,
+    key: &str,
+    parse: fn(&str, &str) -> Result<T, Error>,
+) -> Option<T> {
     let text = f.optional_text(key)?;
     match parse(text, &format!("`{key}`")) {
         Ok(value) => Some(value),
         Err(error) => {
-            let place = f.place_of(key).clone();
+            let span = f.span_of(key).clone();
             let label = format!("in {}", f.title);
-            f.notes.push(error.at(&place).label(label));
+            f.errors.push(error.with_span(&span).with_label(label));
             None
         }
     }

@@ -1,10 +1,10 @@
 //! Studies of modes, state-space forms and reduced machines.
 
 use super::{SpeedRange, speeds};
-use crate::base::fields::Fields;
-use crate::base::kind::Kind;
-use crate::base::notes::Range;
-use crate::scene::common::MOST;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::TableReader;
+use crate::scene::shared_keys::MAX_COUNT;
 
 /// Options of the modes of a machine, as the command has them.
 #[derive(Debug, Clone, Default)]
@@ -22,17 +22,17 @@ pub struct ModesStudy {
     /// The state-space form.
     pub state_space: Option<StateSpaceStudy>,
     /// A reduced machine.
-    pub reduce: Option<ReduceStudy>,
+    pub reduce: Option<ReductionStudy>,
 }
 
 /// Reads its keys.
-pub(super) fn modes(f: &mut Fields) -> ModesStudy {
+pub(super) fn modes(f: &mut TableReader) -> ModesStudy {
     let study = ModesStudy {
         damped: f.flag("damped"),
-        speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
+        speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
         campbell: speeds(f, "campbell"),
-        lowest: f.optional_count("lowest", 1, MOST),
-        near: f.optional_quantity("near", Kind::Frequency, Range::NotNegative),
+        lowest: f.optional_count("lowest", 1, MAX_COUNT),
+        near: f.optional_quantity("near", QuantityKind::Frequency, ValueRange::NotNegative),
         ..ModesStudy::default()
     };
     f.exclusive("speed", "campbell");
@@ -42,19 +42,20 @@ pub(super) fn modes(f: &mut Fields) -> ModesStudy {
 /// Which state-space form is wanted.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StateSpaceStudy {
-    /// `node.axis` each; all freedoms where none is named.
+    /// `node.axis` each; all degrees of freedom where none is named.
     pub inputs: Vec<String>,
-    /// `node.axis`, `node.axis.speed`, `node.axis.acceleration` or `branch.force` each; all freedoms where none is named.
+    /// `node.axis`, `node.axis.speed`, `node.axis.acceleration` or `branch.force` each; all degrees of freedom where none is
+    /// named.
     pub outputs: Vec<String>,
     /// Between samples, s; absent: continuous.
     pub sample_time: Option<f64>,
     /// What inputs do between samples.
-    pub hold: Hold,
+    pub method: DiscretisationMethod,
 }
 
 /// What an input is taken to do between samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Hold {
+pub enum DiscretisationMethod {
     /// It stays: exact for steps at samples.
     #[default]
     Zero,
@@ -64,33 +65,33 @@ pub enum Hold {
     Bilinear,
 }
 
-impl Hold {
+impl DiscretisationMethod {
     /// The word for it in files.
     pub fn name(self) -> &'static str {
         match self {
-            Hold::Zero => "zero-order",
-            Hold::First => "first-order",
-            Hold::Bilinear => "bilinear",
+            DiscretisationMethod::Zero => "zero-order",
+            DiscretisationMethod::First => "first-order",
+            DiscretisationMethod::Bilinear => "bilinear",
         }
     }
 }
 
 /// Which reduced machine is wanted.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ReduceStudy {
+pub struct ReductionStudy {
     /// How.
-    pub method: ReduceMethod,
-    /// Freedoms kept, loaded and measured, `node.axis` each.
+    pub method: ReductionKind,
+    /// Degrees of freedom kept, loaded and measured, `node.axis` each.
     pub keep: Vec<String>,
     /// The response matters up to here, Hz.
-    pub below_hz: f64,
+    pub max_frequency_hz: f64,
     /// Modes kept; absent: those below twice the band.
     pub modes: Option<u32>,
 }
 
 /// How a machine is reduced.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ReduceMethod {
+pub enum ReductionKind {
     /// Static condensation.
     Guyan,
     /// Condensation at a frequency, Hz.

@@ -1,19 +1,19 @@
-//! Studies of motion in time, and what is found of it while it runs.
+//! Options of simulations and of the online analysis during integration.
 
 use super::{parsed, texts};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::fields::Fields;
-use crate::base::kind::Kind;
-use crate::base::notes::Range;
-use crate::base::units;
-use crate::scene::common::MOST;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::TableReader;
+use crate::scene::shared_keys::MAX_COUNT;
 
 /// Motion in time, as the command has it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SimulateStudy {
     /// To this instant, s; from zero.
-    pub until: Option<f64>,
+    pub end_time: Option<f64>,
     /// Signals: `node.axis`, `node.axis.speed`, `node.axis.acceleration`, `branch.force`, `branch.deflection`.
     pub outputs: Vec<String>,
     /// The method by its word; chosen where absent.
@@ -29,43 +29,46 @@ pub struct SimulateStudy {
     /// Speed of the first node of `[speed]` in place of the model's, rad/s.
     pub speed: Option<f64>,
     /// How long the work may take, s.
-    pub allow: Option<f64>,
+    pub time_limit: Option<f64>,
     /// No second run tells how the motion amplifies a change of its start.
     pub no_sensitivity: bool,
     /// What is found while it runs.
-    pub running: RunningStudy,
+    pub running: OnlineStudy,
 }
 
 /// The most samples of a motion.
-pub const MOST_SAMPLES: u32 = 100_000_000;
+pub const MAX_SAMPLES: u32 = 100_000_000;
 
 /// Reads its keys.
-pub(super) fn simulate(f: &mut Fields) -> SimulateStudy {
+pub(super) fn simulate(f: &mut TableReader) -> SimulateStudy {
     f.exclusive("tolerance", "step");
     SimulateStudy {
-        until: f.optional_quantity("until", Kind::Time, Range::Positive),
+        end_time: f.optional_quantity("until", QuantityKind::Time, ValueRange::Positive),
         outputs: texts(f, "outputs"),
         method: f.optional_text("method").map(str::to_string),
-        tolerance: f.optional_number("tolerance", Range::Between(0.0, 1.0, "above 0 and below 1")),
-        step: f.optional_quantity("step", Kind::Time, Range::Positive),
-        samples: f.optional_count("samples", 1, MOST_SAMPLES),
+        tolerance: f.optional_number(
+            "tolerance",
+            ValueRange::Open(0.0, 1.0, "above 0 and below 1"),
+        ),
+        step: f.optional_quantity("step", QuantityKind::Time, ValueRange::Positive),
+        samples: f.optional_count("samples", 1, MAX_SAMPLES),
         energy: f.flag("energy"),
-        speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
-        allow: None,
+        speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
+        time_limit: None,
         no_sensitivity: f.optional_flag("sensitivity") == Some(false),
-        running: RunningStudy::default(),
+        running: OnlineStudy::default(),
     }
 }
 
 /// What is found of a motion while it runs, without its history.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RunningStudy {
+pub struct OnlineStudy {
     /// The history of the outputs is kept.
     pub history: bool,
     /// Spectra of the outputs over blocks of so many samples.
     pub spectrum: Option<u32>,
     /// Orders of the outputs.
-    pub track: Option<TrackStudy>,
+    pub track: Option<OrderTrackingStudy>,
     /// Over so many turns each point of the orders is a mean.
     pub turns: u32,
     /// Transmission error of the second node against the first.
@@ -74,19 +77,19 @@ pub struct RunningStudy {
     pub teeth: Option<String>,
 }
 
-/// Turns of a point of the orders where nothing is said.
-pub const USUAL_TURNS: u32 = 8;
+/// Turns of a point of the orders by default.
+pub const DEFAULT_AVERAGING_REVS: u32 = 8;
 
 /// Samples of a block at least and at most.
-pub const BLOCKS: std::ops::RangeInclusive<u32> = 16..=(1 << 24);
+pub const BLOCK_SIZES: std::ops::RangeInclusive<u32> = 16..=(1 << 24);
 
-impl Default for RunningStudy {
-    fn default() -> RunningStudy {
-        RunningStudy {
+impl Default for OnlineStudy {
+    fn default() -> OnlineStudy {
+        OnlineStudy {
             history: true,
             spectrum: None,
             track: None,
-            turns: USUAL_TURNS,
+            turns: DEFAULT_AVERAGING_REVS,
             te: None,
             teeth: None,
         }
@@ -94,11 +97,11 @@ impl Default for RunningStudy {
 }
 
 /// Reads its keys.
-pub(super) fn running(f: &mut Fields) -> RunningStudy {
-    let usual = RunningStudy::default();
-    let track = parsed(f, "track", TrackStudy::parse);
+pub(super) fn running(f: &mut TableReader) -> OnlineStudy {
+    let usual = OnlineStudy::default();
+    let track = parsed(f, "track", OrderTrackingStudy::parse);
     if f.has("turns") && !f.has("track") {
-        f.missing("track", ", the orders that `turns` is of");
+        f.report_missing("track", ", the orders that `turns` is of");
     }
     if f.has("te") != f.has("teeth") {
         let (has, lacks) = if f.has("te") {
@@ -106,23 +109,25 @@ pub(super) fn running(f: &mut Fields) -> RunningStudy {
         } else {
             ("teeth", "te")
         };
-        f.missing(lacks, &format!(", and `{has}` is given"));
+        f.report_missing(lacks, &format!(", and `{has}` is given"));
     }
-    RunningStudy {
+    OnlineStudy {
         history: f
             .choice("history", &[("kept", true), ("none", false)])
             .unwrap_or(usual.history),
-        spectrum: f.optional_count("spectrum", *BLOCKS.start(), *BLOCKS.end()),
+        spectrum: f.optional_count("spectrum", *BLOCK_SIZES.start(), *BLOCK_SIZES.end()),
         track,
-        turns: f.optional_count("turns", 1, MOST).unwrap_or(usual.turns),
-        te: parsed(f, "te", shafts),
+        turns: f
+            .optional_count("turns", 1, MAX_COUNT)
+            .unwrap_or(usual.turns),
+        te: parsed(f, "te", parse_shaft_pair),
         teeth: f.optional_text("teeth").map(str::to_string),
     }
 }
 
 /// Orders followed over the angle of a node.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TrackStudy {
+pub struct OrderTrackingStudy {
     /// The node they turn with.
     pub node: String,
     /// Cycles a turn of it.
@@ -130,14 +135,14 @@ pub struct TrackStudy {
 }
 
 /// The most orders followed at once.
-const MOST_TRACKED: usize = 100;
+const MAX_TRACKED: usize = 100;
 
-impl TrackStudy {
+impl OrderTrackingStudy {
     /// Reads `NODE:ORDER,ORDER…`, orders as numbers or fractions.
     ///
     /// # Errors
     /// What is not of that form.
-    pub fn parse(text: &str, subject: &str) -> Result<TrackStudy, Error> {
+    pub fn parse(text: &str, subject: &str) -> Result<OrderTrackingStudy, Error> {
         let order = |text: &str| -> Option<f64> {
             let number = |text: &str| text.trim().parse::<f64>().ok();
             let value = match text.split_once('/') {
@@ -148,16 +153,16 @@ impl TrackStudy {
         };
         let read = text.rsplit_once(':').and_then(|(node, orders)| {
             let orders = orders.split(',').map(order).collect::<Option<Vec<f64>>>()?;
-            (orders.len() <= MOST_TRACKED).then(|| TrackStudy {
+            (orders.len() <= MAX_TRACKED).then(|| OrderTrackingStudy {
                 node: node.trim().to_string(),
                 orders,
             })
         });
         read.ok_or_else(|| {
-            let message = format!("\"{}\" names no orders of a node", units::shortened(text));
+            let message = format!("\"{}\" names no orders of a node", quantity::truncate(text));
             let hint =
                 format!("{subject} takes node:order,order…, such as motor:1,21 or motor:37/12");
-            Error::new(Code::OutOfRange, message).hint(hint)
+            Error::new(Code::OutOfRange, message).with_hint(hint)
         })
     }
 }
@@ -166,15 +171,15 @@ impl TrackStudy {
 ///
 /// # Errors
 /// What is not of that form.
-pub fn shafts(text: &str, subject: &str) -> Result<[String; 2], Error> {
+pub fn parse_shaft_pair(text: &str, subject: &str) -> Result<[String; 2], Error> {
     match text.split_once(':') {
         Some((a, b)) if !a.trim().is_empty() && !b.trim().is_empty() => {
             Ok([a, b].map(|node| node.trim().to_string()))
         }
         _ => {
-            let message = format!("\"{}\" names no two nodes", units::shortened(text));
+            let message = format!("\"{}\" names no two nodes", quantity::truncate(text));
             let hint = format!("{subject} takes input:output, such as motor:spindle");
-            Err(Error::new(Code::OutOfRange, message).hint(hint))
+            Err(Error::new(Code::OutOfRange, message).with_hint(hint))
         }
     }
 }

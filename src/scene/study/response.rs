@@ -1,12 +1,12 @@
-//! Studies of steady answers: frequency responses, run-ups, periodic motions.
+//! Options of frequency responses, run-ups and harmonic balance.
 
 use super::{SpeedRange, parsed, texts};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::fields::Fields;
-use crate::base::kind::Kind;
-use crate::base::notes::Range;
-use crate::base::units;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::TableReader;
 
 /// Steady answers to steady excitation, as the command has them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -15,10 +15,10 @@ pub struct ResponseStudy {
     pub inputs: Vec<String>,
     /// What is measured: `node.axis`, `.speed`, `.acceleration`, sums, `branch.force`, `branch.deflection`.
     pub outputs: Vec<String>,
-    /// Freedoms held still.
-    pub held: Vec<String>,
+    /// Degrees of freedom held still.
+    pub fixed_dofs: Vec<String>,
     /// Motions are shown as displacement, speed or acceleration; as named where absent.
-    pub shown: Option<ResponseKind>,
+    pub motion_quantity: Option<ResponseQuantity>,
     /// From and to, rad/s.
     pub band: Option<(f64, f64)>,
     /// Lines in the band, both ends included.
@@ -26,12 +26,12 @@ pub struct ResponseStudy {
     /// Speed of the first node of `[speed]`, rad/s.
     pub speed: Option<f64>,
     /// How it is found; chosen where absent.
-    pub way: Option<ResponseWay>,
+    pub way: Option<ResponseMethodTag>,
 }
 
 /// What a motion is shown as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ResponseKind {
+pub enum ResponseQuantity {
     /// Displacement.
     Receptance,
     /// Speed.
@@ -42,7 +42,7 @@ pub enum ResponseKind {
 
 /// How a response is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ResponseWay {
+pub enum ResponseMethodTag {
     /// Solved line by line.
     Direct,
     /// A sum over modes.
@@ -50,27 +50,27 @@ pub enum ResponseWay {
 }
 
 /// The most lines of a response.
-pub const MOST_LINES: u32 = 10_000_000;
+pub const MAX_LINES: u32 = 10_000_000;
 
 /// Reads its keys.
-pub(super) fn response(f: &mut Fields) -> ResponseStudy {
+pub(super) fn response(f: &mut TableReader) -> ResponseStudy {
     let shown = [
-        ("receptance", ResponseKind::Receptance),
-        ("mobility", ResponseKind::Mobility),
-        ("accelerance", ResponseKind::Accelerance),
+        ("receptance", ResponseQuantity::Receptance),
+        ("mobility", ResponseQuantity::Mobility),
+        ("accelerance", ResponseQuantity::Accelerance),
     ];
     let ways = [
-        ("direct", ResponseWay::Direct),
-        ("modal", ResponseWay::Modal),
+        ("direct", ResponseMethodTag::Direct),
+        ("modal", ResponseMethodTag::Modal),
     ];
     ResponseStudy {
         inputs: texts(f, "inputs"),
         outputs: texts(f, "outputs"),
-        held: texts(f, "hold"),
-        shown: f.choice("shown", &shown),
-        band: parsed(f, "band", band),
-        lines: f.optional_count("lines", 2, MOST_LINES),
-        speed: f.optional_quantity("speed", Kind::Speed, Range::Any),
+        fixed_dofs: texts(f, "hold"),
+        motion_quantity: f.choice("shown", &shown),
+        band: parsed(f, "band", parse_band),
+        lines: f.optional_count("lines", 2, MAX_LINES),
+        speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
         way: f.choice("method", &ways),
     }
 }
@@ -79,14 +79,15 @@ pub(super) fn response(f: &mut Fields) -> ResponseStudy {
 ///
 /// # Errors
 /// What is no rising range of frequencies.
-pub fn band(text: &str, subject: &str) -> Result<(f64, f64), Error> {
+pub fn parse_band(text: &str, subject: &str) -> Result<(f64, f64), Error> {
     let form = || {
-        let message = format!("\"{}\" is not a band", units::shortened(text));
+        let message = format!("\"{}\" is not a band", quantity::truncate(text));
         let hint = format!("{subject} takes first:last, such as 10:500 or \"0 Hz:3 kHz\"");
-        Error::new(Code::OutOfRange, message).hint(hint)
+        Error::new(Code::OutOfRange, message).with_hint(hint)
     };
     let (from, to) = text.split_once(':').ok_or_else(form)?;
-    let frequency = |text: &str| units::parse_or_bare(text, Kind::Frequency, "Hz", subject);
+    let frequency =
+        |text: &str| quantity::parse_or_bare(text, QuantityKind::Frequency, "Hz", subject);
     let (from, to) = (frequency(from)?, frequency(to)?);
     match from >= 0.0 && from < to && to.is_finite() {
         true => Ok((from, to)),
@@ -99,10 +100,10 @@ pub fn band(text: &str, subject: &str) -> Result<(f64, f64), Error> {
 pub struct RunUpStudy {
     /// Speeds of the first node of `[speed]`.
     pub speeds: Option<SpeedRange>,
-    /// What is measured, as of a frequency response; forces in all meshes where left out.
+    /// What is measured, as of a frequency response; forces in all meshes by default.
     pub outputs: Vec<String>,
-    /// Freedoms held still.
-    pub held: Vec<String>,
+    /// Degrees of freedom held still.
+    pub fixed_dofs: Vec<String>,
 }
 
 /// Periodic motions over speed, as the command has them.
@@ -110,15 +111,15 @@ pub struct RunUpStudy {
 pub struct HarmonicBalanceStudy {
     /// Speeds of the first node of `[speed]`; the number of points bounds the steps.
     pub speeds: Option<SpeedRange>,
-    /// Signals as of a motion; deflections of what has play or varies where left out.
+    /// Signals as of a motion; deflections of what has play or varies by default.
     pub outputs: Vec<String>,
     /// What higher orders may add, of the size of the deflections.
     pub tolerance: Option<f64>,
     /// So many orders; as many as the tolerance asks where absent.
     pub orders: Option<u32>,
     /// By orders alone, without refining motions by events.
-    pub orders_alone: bool,
+    pub skip_event_refinement: bool,
 }
 
 /// The most orders of a balance.
-pub const MOST_ORDERS: u32 = 500;
+pub const MAX_ORDERS: u32 = 500;

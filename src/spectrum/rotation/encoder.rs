@@ -1,19 +1,19 @@
-//! Incremental encoders: counters read at every sample, and two tracks in quadrature timed between samples.
+//! Incremental encoders: counter readings unwrapped, quadrature tracks decoded.
 
 use std::f64::consts::TAU;
 
-use super::angle::AngleCurve;
-use super::edges::{Edge, Levels, edges};
+use super::angle_curve::AngleCurve;
+use super::level_crossings::{LevelCrossing, StateLevels, level_crossings};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::spectrum::samples::{check, check_count, check_positive};
+use crate::spectrum::validation::{check_count, check_positive, check_samples};
 
 /// Readings of a counter that begins again at zero after `modulus − 1`, made to go on; each step the shorter way round.
 ///
 /// # Errors
 /// Readings not finite, a modulus below 2.
 pub fn unwrap_counts(readings: &[f64], modulus: f64) -> Result<Vec<f64>, Error> {
-    check(readings, 1)?;
+    check_samples(readings, 1)?;
     if !(modulus >= 2.0 && modulus.is_finite()) {
         return Err(Error::new(
             Code::OutOfRange,
@@ -40,12 +40,12 @@ pub fn unwrap_counts(readings: &[f64], modulus: f64) -> Result<Vec<f64>, Error> 
 ///
 /// # Errors
 /// A counter that does not rise, no counts a turn.
-pub fn curve_from_counts(
+pub fn angle_curve_from_counts(
     counts: &[f64],
     rate_hz: f64,
     counts_per_turn: usize,
 ) -> Result<AngleCurve, Error> {
-    check(counts, 2)?;
+    check_samples(counts, 2)?;
     check_positive(rate_hz, "the sample rate, Hz,")?;
     check_count(counts_per_turn, 1, "the number of counts a turn")?;
     let step = TAU / counts_per_turn as f64;
@@ -63,7 +63,7 @@ pub struct Quadrature {
     /// Which boundary: the higher of the two counts, four a period, zero before the first edge; rising where track A leads.
     pub boundary: Vec<i64>,
     /// Edges of both tracks between the same two samples: their order, and so the direction there, rests on interpolation.
-    pub doubtful: usize,
+    pub ambiguous_edges: usize,
 }
 
 /// Decodes two tracks; levels from the signals themselves.
@@ -71,34 +71,36 @@ pub struct Quadrature {
 /// # Errors
 /// A dead track, samples not finite, tracks of different lengths.
 pub fn quadrature(a: &[f64], b: &[f64], rate_hz: f64) -> Result<Quadrature, Error> {
-    check(b, a.len())?;
-    check(a, b.len())?;
-    let track = |samples: &[f64]| edges(samples, rate_hz, Levels::of(samples)?);
+    check_samples(b, a.len())?;
+    check_samples(a, b.len())?;
+    let track =
+        |samples: &[f64]| level_crossings(samples, rate_hz, StateLevels::from_samples(samples)?);
     let (a, b) = (track(a)?, track(b)?);
-    let mut all: Vec<(Edge, bool)> = a.iter().map(|&e| (e, true)).collect();
+    let mut all: Vec<(LevelCrossing, bool)> = a.iter().map(|&e| (e, true)).collect();
     all.extend(b.iter().map(|&e| (e, false)));
     all.sort_by(|x, y| x.0.time_s.total_cmp(&y.0.time_s));
     // before its first edge a track is on the other side of it
-    let before = |edges: &[Edge]| edges.first().is_some_and(|e| !e.rising);
+    let before = |crossings: &[LevelCrossing]| crossings.first().is_some_and(|e| !e.rising);
     let (mut high_a, mut high_b) = (before(&a), before(&b));
     let mut found = Quadrature::default();
     let mut count = 0;
-    for (edge, of_a) in &all {
+    for (crossing, of_a) in &all {
         // forward: A rises while B is low, B rises while A is high, and so on round
         let forward = if *of_a {
-            high_a = edge.rising;
+            high_a = crossing.rising;
             high_a != high_b
         } else {
-            high_b = edge.rising;
+            high_b = crossing.rising;
             high_a == high_b
         };
-        found.time_s.push(edge.time_s);
+        found.time_s.push(crossing.time_s);
         found.boundary.push(if forward { count + 1 } else { count });
         count += if forward { 1 } else { -1 };
     }
-    let sample = |e: &Edge| (e.time_s * rate_hz).floor();
-    let same = |w: &&[(Edge, bool)]| w[0].1 != w[1].1 && sample(&w[0].0) == sample(&w[1].0);
-    found.doubtful = all.windows(2).filter(same).count();
+    let sample = |e: &LevelCrossing| (e.time_s * rate_hz).floor();
+    let same =
+        |w: &&[(LevelCrossing, bool)]| w[0].1 != w[1].1 && sample(&w[0].0) == sample(&w[1].0);
+    found.ambiguous_edges = all.windows(2).filter(same).count();
     Ok(found)
 }
 
@@ -107,7 +109,7 @@ impl Quadrature {
     ///
     /// # Errors
     /// No lines a turn, a shaft that turned back.
-    pub fn curve(&self, lines_per_turn: usize) -> Result<AngleCurve, Error> {
+    pub fn angle_curve(&self, lines_per_turn: usize) -> Result<AngleCurve, Error> {
         check_count(lines_per_turn, 1, "the number of lines a turn")?;
         let step = TAU / (4.0 * lines_per_turn as f64);
         let (time_s, angle) = self
@@ -123,18 +125,18 @@ impl Quadrature {
     /// shaft that turned back farther are returned as they are.
     fn passages(&self) -> Vec<(f64, i64)> {
         /// Counts back that are no noise.
-        const TURNED_BACK: i64 = 3;
-        struct Passage {
+        const MIN_COUNTS_BACK: i64 = 3;
+        struct EdgePassage {
             first: f64,
             last: f64,
             boundary: i64,
             times: usize,
         }
-        let mut all: Vec<Passage> = Vec::new();
+        let mut all: Vec<EdgePassage> = Vec::new();
         let mut highest = i64::MIN;
         for (&time, &boundary) in self.time_s.iter().zip(&self.boundary) {
             highest = highest.max(boundary);
-            if highest - boundary >= TURNED_BACK {
+            if highest - boundary >= MIN_COUNTS_BACK {
                 return self
                     .time_s
                     .iter()
@@ -151,7 +153,7 @@ impl Quadrature {
                     same.last = time;
                     same.times += 1;
                 }
-                _ => all.push(Passage {
+                _ => all.push(EdgePassage {
                     first: time,
                     last: time,
                     boundary,
@@ -162,7 +164,7 @@ impl Quadrature {
         // Passed an even number of times, a boundary was not left behind.
         all.retain(|p| p.times % 2 == 1);
         let end = all.len().saturating_sub(1);
-        let time = |(at, p): (usize, &Passage)| match at {
+        let time = |(at, p): (usize, &EdgePassage)| match at {
             0 => p.last,
             at if at == end => p.first,
             _ => 0.5 * (p.first + p.last),
@@ -190,17 +192,17 @@ mod tests {
         };
         let found = quadrature(&track(0.0), &track(0.25), rate).unwrap();
         // A crosses zero at whole and half periods, B a quarter later: boundary c at (c/4) periods − 0.1, the first passed is 0.25
-        assert_eq!(found.doubtful, 0);
+        assert_eq!(found.ambiguous_edges, 0);
         for (t, c) in found.time_s.iter().zip(&found.boundary) {
             let expected = 4.0 * (periods(*t) + 0.1);
             assert!((expected - *c as f64).abs() < 2e-3, "{expected} {c}");
         }
-        assert!(found.curve(100).is_err()); // it turned back
+        assert!(found.angle_curve(100).is_err()); // it turned back
         // A single count back at a boundary is noise.
         let noisy = Quadrature {
             time_s: vec![0.0, 0.1, 0.2, 1.0, 2.0, 2.2, 2.4, 3.0, 3.1],
             boundary: vec![1, 1, 1, 2, 3, 3, 3, 4, 4],
-            doubtful: 0,
+            ambiguous_edges: 0,
         };
         assert_eq!(noisy.passages(), [(0.2, 1), (1.0, 2), (2.0, 3)]);
         let steady = |shift: f64| -> Vec<f64> {
@@ -210,7 +212,7 @@ mod tests {
         };
         let curve = quadrature(&steady(0.0), &steady(0.25), 1.0)
             .unwrap()
-            .curve(10)
+            .angle_curve(10)
             .unwrap();
         assert!((curve.speed(1000.0) - 0.01).abs() < 1e-5);
         let back = quadrature(&steady(0.25), &steady(0.0), 1.0).unwrap();
@@ -231,8 +233,8 @@ mod tests {
                     .enumerate()
                     .all(|(j, c)| *c == (j as f64 * speed).floor())
             );
-            let curve = curve_from_counts(&counts, 1.0, 1024).unwrap();
-            let count = |t: f64| curve.at(t) / TAU * 1024.0;
+            let curve = angle_curve_from_counts(&counts, 1.0, 1024).unwrap();
+            let count = |t: f64| curve.angle_at(t) / TAU * 1024.0;
             assert!((1..4900).all(|j| (count(f64::from(j)) - speed * f64::from(j)).abs() < 1.0));
         }
     }
@@ -241,7 +243,7 @@ mod tests {
     fn refuses_nonsense() {
         assert!(unwrap_counts(&[1.0], 1.0).is_err());
         assert_eq!(
-            curve_from_counts(&[3.0, 2.0, 1.0], 1.0, 4)
+            angle_curve_from_counts(&[3.0, 2.0, 1.0], 1.0, 4)
                 .unwrap_err()
                 .code,
             Code::OutOfRange

@@ -1,49 +1,48 @@
-//! Band-limited interpolation: `x(t) = Σ_j x_j h((t − j)/s)`, a sinc under Kaiser's window, stretched by `s ≥ 1` where fewer values
-//! are taken than there are samples, so that what they could not hold is filtered out first.
+//! Band-limited interpolation by a Kaiser-windowed sinc: `x(t) = Σ_j x_j h((t − j)/s)`, `s ≥ 1`.
 //!
-//! Kept to 10⁻⁴ up to `PASS` of half the lower of both rates; from half that rate on 80 dB down.
+//! Kept to 10⁻⁴ up to `PASS_BAND` of half the lower of both rates; from half that rate on 80 dB down.
 
-use crate::spectrum::lowpass::{kaiser, kaiser_beta, sinc};
+use crate::spectrum::kaiser_fir::{kaiser, kaiser_beta, sinc};
 
 /// What is kept, over half the lower of the two rates.
-pub const PASS: f64 = 0.85;
+pub const PASS_BAND: f64 = 0.85;
 
 /// Samples on either side, before stretching: by Kaiser's formula a transition of 0.15 at 90 dB takes 39.
-pub const REACH: usize = 40;
+pub const HALF_KERNEL: usize = 40;
 
 /// Design of the window, dB: ten more than are promised, for the straight lines through the table.
-const DEPTH_DB: f64 = 90.0;
+const STOP_BAND_DB: f64 = 90.0;
 
 /// Values of the table to a sample; straight lines between them are off by (π/512)²/8 = 5e-6.
-const FINE: usize = 512;
+const TABLE_STEPS: usize = 512;
 
 /// The kernel, tabulated.
 #[derive(Debug, Clone)]
-pub struct Interpolator {
+pub struct SincInterpolator {
     table: Vec<f64>,
 }
 
-impl Default for Interpolator {
+impl Default for SincInterpolator {
     fn default() -> Self {
-        let beta = kaiser_beta(DEPTH_DB);
-        let cut = 0.5 * (PASS + 1.0);
+        let beta = kaiser_beta(STOP_BAND_DB);
+        let cut = 0.5 * (PASS_BAND + 1.0);
         let value = |i: usize| {
-            let u = i as f64 / FINE as f64;
-            sinc(cut * u) * kaiser((u / REACH as f64).min(1.0), beta)
+            let u = i as f64 / TABLE_STEPS as f64;
+            sinc(cut * u) * kaiser((u / HALF_KERNEL as f64).min(1.0), beta)
         };
-        Interpolator {
-            table: (0..=REACH * FINE + 1).map(value).collect(),
+        SincInterpolator {
+            table: (0..=HALF_KERNEL * TABLE_STEPS + 1).map(value).collect(),
         }
     }
 }
 
-impl Interpolator {
+impl SincInterpolator {
     /// The value at a position in samples. Where the kernel reaches beyond the slice, what is left of it is weighed alone.
-    pub fn at(&self, samples: &[f64], position: f64, stretch: f64) -> f64 {
-        let reach = REACH as f64 * stretch;
+    pub fn value_at(&self, samples: &[f64], position: f64, segment: f64) -> f64 {
+        let reach = HALF_KERNEL as f64 * segment;
         let from = (position - reach).ceil().max(0.0) as usize;
         let to = (((position + reach).floor() + 1.0).max(0.0) as usize).min(samples.len());
-        let scale = FINE as f64 / stretch;
+        let scale = TABLE_STEPS as f64 / segment;
         let (mut sum, mut weights) = (0.0, 0.0);
         for (j, x) in samples.iter().enumerate().take(to).skip(from) {
             let u = (position - j as f64).abs() * scale;
@@ -65,25 +64,25 @@ mod tests {
     /// Tones up to the pass edge within 1e-4 between samples, stretched or not; from half the lower rate on below 1e-4.
     #[test]
     fn law_bands_are_met() {
-        let kernel = Interpolator::default();
+        let kernel = SincInterpolator::default();
         let n = 1400;
         let mut worst = (0.0_f64, 0.0_f64);
-        for stretch in [1.0, 1.7, 6.3] {
+        for segment in [1.0, 1.7, 6.3] {
             for i in 0..=20 {
                 let part = f64::from(i) / 20.0;
                 let wave = |f: f64, t: f64| (TAU * f * t + 0.4).cos();
                 let tone = |f: f64| -> Vec<f64> { (0..n).map(|j| wave(f, f64::from(j))).collect() };
-                let keep = 0.5 * PASS * part / stretch;
+                let keep = 0.5 * PASS_BAND * part / segment;
                 let kept = tone(keep);
-                let stop = 0.5 / stretch + 0.5 * (1.0 - 1.0 / stretch) * part;
+                let stop = 0.5 / segment + 0.5 * (1.0 - 1.0 / segment) * part;
                 let stopped = tone(stop);
                 for k in 0..40 {
                     let t = 650.0 + 0.73 * f64::from(k);
                     worst.0 = worst
                         .0
-                        .max((kernel.at(&kept, t, stretch) - wave(keep, t)).abs());
-                    if stretch > 1.0 {
-                        worst.1 = worst.1.max(kernel.at(&stopped, t, stretch).abs());
+                        .max((kernel.value_at(&kept, t, segment) - wave(keep, t)).abs());
+                    if segment > 1.0 {
+                        worst.1 = worst.1.max(kernel.value_at(&stopped, t, segment).abs());
                     }
                 }
             }

@@ -1,32 +1,21 @@
-//! What turns with a shaft: its angle from a tacho or an encoder, signals over angle instead of time, orders, averages over revolutions,
-//! and what repeats set apart from what does not.
+//! Rotating machinery: shaft angle from tacho or encoder, order analysis, synchronous averages.
 
-/// Crossings of a level, with hysteresis.
-pub mod edges;
+pub mod level_crossings;
 
-/// Pulses of a tacho: counted, the missing and the extra ones found.
 pub mod tacho;
 
-/// The angle of a shaft as a function of time.
-pub mod angle;
+pub mod angle_curve;
 
-/// Incremental encoders: counters and quadrature.
 pub mod encoder;
 
-/// Band-limited interpolation between samples.
 pub mod interpolation;
 
-/// Signals at equal steps of angle.
-pub mod angular;
+pub mod angular_resampling;
 
-/// Order spectra and order tracks.
 pub mod orders;
 
-/// Orders of signals while they arrive.
-pub mod demodulation;
+pub mod order_demodulation;
 
-/// Averages over revolutions.
-pub mod averaging;
+pub mod synchronous_average;
 
-/// What repeats and what is random.
 pub mod separation;

@@ -1,13 +1,13 @@
-//! Lines over order (cycles a turn): `x(θ) = Σ Re A_o e^{ioθ}`, with phases at the zero of the shaft's angle.
+//! Order spectra and block-wise order tracks: `x(θ) = Σ Re A_o e^{ioθ}`, phase at zero shaft angle.
 
 use std::f64::consts::TAU;
 
-use super::angle::AngleCurve;
-use super::angular::AngularSignal;
+use super::angle_curve::AngleCurve;
+use super::angular_resampling::AngularSignal;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
-use crate::spectrum::samples::check_count;
+use crate::spectrum::validation::check_count;
 use crate::spectrum::window::Window;
 
 /// Amplitudes over orders, averaged over blocks of turns.
@@ -19,19 +19,19 @@ pub struct OrderSpectrum {
     pub amplitude: Vec<f64>,
     /// Mean of the complex amplitudes over the blocks. Its size is that of `amplitude` where the phase is locked to the shaft, and
     /// falls with the root of the number of blocks where it is not.
-    pub locked: Vec<Complex>,
+    pub coherent_amplitude: Vec<Complex>,
     /// How many blocks, overlapping by half.
     pub blocks: usize,
 }
 
-/// The order spectrum in blocks of `turns` turns, with Hann's window: lines `1/turns` apart and four times as wide.
+/// The order spectrum in blocks of `revolutions` turns, with Hann's window: lines `1/turns` apart and four times as wide.
 ///
 /// # Errors
 /// A signal shorter than one block.
 pub fn order_spectrum(signal: &AngularSignal, turns: usize) -> Result<OrderSpectrum, Error> {
     check_count(turns, 1, "the number of turns in a block")?;
-    signal.check_turns(turns)?;
-    let n = turns * signal.per_turn;
+    signal.check_revolutions(turns)?;
+    let n = turns * signal.samples_per_rev;
     let weights = Window::Hann.samples(n);
     let scale = 2.0 / weights.iter().sum::<f64>();
     let mut fft = RealFft::new(n);
@@ -61,7 +61,7 @@ pub fn order_spectrum(signal: &AngularSignal, turns: usize) -> Result<OrderSpect
     Ok(OrderSpectrum {
         order: (0..lines.len()).map(|k| k as f64 / turns as f64).collect(),
         amplitude: square.iter().map(|s| (s / count).sqrt()).collect(),
-        locked: locked.iter().map(|z| z / count).collect(),
+        coherent_amplitude: locked.iter().map(|z| z / count).collect(),
         blocks: blocks as usize,
     })
 }
@@ -72,7 +72,7 @@ pub struct OrderTrack {
     /// The order.
     pub order: f64,
     /// Its complex amplitude, zero to peak, at each point of [`OrderTracks`].
-    pub value: Vec<Complex>,
+    pub values: Vec<Complex>,
 }
 
 /// Orders over a run.
@@ -88,9 +88,9 @@ pub struct OrderTracks {
 
 /// How tracks are cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrackSettings {
-    /// Turns in a block: orders `2/turns` apart or more are told apart, and an amplitude is smoothed over about half of them.
-    pub turns: usize,
+pub struct OrderTrackOptions {
+    /// Turns in a block: orders `2/turns` apart or more are distinguished, and an amplitude is smoothed over about half of them.
+    pub revolutions: usize,
     /// Turns from one block to the next.
     pub step: usize,
 }
@@ -103,14 +103,14 @@ pub fn order_tracks(
     signal: &AngularSignal,
     curve: &AngleCurve,
     orders: &[f64],
-    settings: TrackSettings,
+    settings: OrderTrackOptions,
 ) -> Result<OrderTracks, Error> {
-    check_count(settings.turns, 1, "the number of turns in a block")?;
+    check_count(settings.revolutions, 1, "the number of turns in a block")?;
     check_count(settings.step, 1, "the number of turns between blocks")?;
-    signal.check_turns(settings.turns)?;
-    let n = settings.turns * signal.per_turn;
+    signal.check_revolutions(settings.revolutions)?;
+    let n = settings.revolutions * signal.samples_per_rev;
     let starts: Vec<usize> = (0..=signal.values.len() - n)
-        .step_by(settings.step * signal.per_turn)
+        .step_by(settings.step * signal.samples_per_rev)
         .collect();
     let weights = Window::Hann.samples(n);
     let sum: f64 = weights.iter().sum();
@@ -118,7 +118,7 @@ pub fn order_tracks(
         let scale = if order == 0.0 { 1.0 } else { 2.0 } / sum;
         let waves: Vec<Complex> = (0..n)
             .map(|j| {
-                let turns = order * j as f64 / signal.per_turn as f64;
+                let turns = order * j as f64 / signal.samples_per_rev as f64;
                 Complex::from_polar(scale * weights[j], -TAU * turns.fract())
             })
             .collect();
@@ -134,7 +134,7 @@ pub fn order_tracks(
         };
         OrderTrack {
             order,
-            value: starts.iter().map(value).collect(),
+            values: starts.iter().map(value).collect(),
         }
     };
     let middle = |&start: &usize| curve.time_at(signal.angle(start + n / 2));

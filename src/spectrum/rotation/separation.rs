@@ -1,4 +1,4 @@
-//! What repeats and what is random: a signal predicted from itself a delay ago, `d = h * x(· − Δ)`, `H = Σ Y P̄ / Σ |P|²`.
+//! Discrete/random separation (Antoni & Randall): prediction from the signal a delay ago.
 //!
 //! J. Antoni, R. B. Randall, Unsupervised noise cancellation for vibration signals: part II – a novel frequency-domain algorithm,
 //! Mech. Syst. Signal Process. 18 (2004), 103–117. Tones (gear meshes, shafts) can be predicted over any delay, noise and bearing
@@ -12,24 +12,24 @@
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
-use crate::numeric::fft::{RealFft, quick_length};
-use crate::spectrum::samples::{check, check_count};
+use crate::numeric::fft::{RealFft, next_fast_len};
+use crate::spectrum::validation::{check_count, check_samples};
 use crate::spectrum::window::Window;
 
 /// How often noise alone may pass for a tone on a line.
 const FALSE_ALARM: f64 = 1e-3;
 
 /// Fewer blocks do not tell coherence from chance.
-const LEAST_BLOCKS: usize = 8;
+const MIN_BLOCKS: usize = 8;
 
 /// Independent blocks to one of Hann's that overlap by half: 1/(1 + 2/36), Welch, IEEE Trans. Audio Electroacoust. 15 (1967), 70–73.
-const INDEPENDENT: f64 = 36.0 / 38.0;
+const INDEPENDENT_BLOCK_SHARE: f64 = 36.0 / 38.0;
 
 /// How a signal is separated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeparationSettings {
-    /// Samples in a block, even: what is told apart from a tone lies `2/block` of the rate or more beside it. A tone of amplitude `a` in white
-    /// noise of variance `σ²` loses the part `1/(1 + block a²/(6σ²))`.
+pub struct SeparationOptions {
+    /// Samples in a block, even: what is distinguished from a tone lies `2/block` of the rate or more next to it. A tone of
+    /// amplitude `a` in white noise of variance `σ²` loses the part `1/(1 + block a²/(6σ²))`.
     pub block: usize,
     /// Samples between the end of a block and the begin of the one it predicts: at least the memory of the random part.
     pub gap: usize,
@@ -51,8 +51,8 @@ pub struct Separation {
 /// # Errors
 /// Samples not finite, a block that is odd or below four samples, a signal shorter than eight
 /// half-overlapping blocks, one more and the gap.
-pub fn separate(samples: &[f64], settings: SeparationSettings) -> Result<Separation, Error> {
-    let SeparationSettings { block, gap } = settings;
+pub fn separate(samples: &[f64], settings: SeparationOptions) -> Result<Separation, Error> {
+    let SeparationOptions { block, gap } = settings;
     check_count(block, 4, "the number of samples in a block")?;
     if !block.is_multiple_of(2) {
         return Err(Error::new(
@@ -62,9 +62,9 @@ pub fn separate(samples: &[f64], settings: SeparationSettings) -> Result<Separat
     }
     let delay = block.saturating_add(gap);
     // so many blocks and their delay, and everywhere either the past or the future within reach
-    let blocks = block.saturating_mul(LEAST_BLOCKS + 1) / 2;
+    let blocks = block.saturating_mul(MIN_BLOCKS + 1) / 2;
     let reach = delay.saturating_mul(2).saturating_add(block);
-    check(samples, blocks.saturating_add(delay).max(reach))?;
+    check_samples(samples, blocks.saturating_add(delay).max(reach))?;
     let (past, future, blocks) = filters(samples, block, delay);
     let deterministic = predict(samples, delay, &past, &future);
     let random = samples
@@ -102,7 +102,7 @@ fn filters(samples: &[f64], block: usize, delay: usize) -> (Vec<f64>, Vec<f64>, 
         }
         blocks += 1;
     }
-    let chance = 1.0 - FALSE_ALARM.powf(1.0 / (blocks as f64 * INDEPENDENT - 1.0));
+    let chance = 1.0 - FALSE_ALARM.powf(1.0 / (blocks as f64 * INDEPENDENT_BLOCK_SHARE - 1.0));
     let mut response = |of: &dyn Fn(usize) -> Complex| {
         let mut lines: Vec<Complex> = (0..cross.len())
             .map(|k| {
@@ -128,7 +128,7 @@ fn filters(samples: &[f64], block: usize, delay: usize) -> (Vec<f64>, Vec<f64>, 
 /// `h_past * x(· − Δ)`, `h_future * x(· + Δ)`, or their mean where both lie inside the signal.
 fn predict(samples: &[f64], delay: usize, past: &[f64], future: &[f64]) -> Vec<f64> {
     let (n, block) = (samples.len(), past.len());
-    let long = quick_length(n + block + delay);
+    let long = next_fast_len(n + block + delay);
     let mut fft = RealFft::new(long);
     let zero = Complex::new(0.0, 0.0);
     let mut spectrum = vec![zero; fft.lines()];

@@ -1,24 +1,24 @@
-//! Pulses of a tacho: each gets the number of pulse places since the first, by comparing its distance with the median of those around.
+//! Tacho pulses numbered from the first; missing and extra pulses detected by the median interval.
 
-use super::edges::{Levels, edges};
+use super::level_crossings::{StateLevels, level_crossings};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
 /// Distances on either side that go into the median.
-const AROUND: usize = 4;
+const MEDIAN_HALF_WIDTH: usize = 4;
 
 /// Distances at either end that have too few neighbours to be judged by.
-const UNJUDGED: usize = 2;
+const EDGE_INTERVALS: usize = 2;
 
-/// A pulse nearer than this to the last one is extra, and one farther than [`MISSING`] has missed one; over the usual distance.
-const EXTRA: f64 = 0.5;
+/// A pulse nearer than this to the last one is extra, and one farther than [`MISSING_RATIO`] has missed one; over the usual distance.
+const EXTRA_RATIO: f64 = 0.5;
 
-/// See [`EXTRA`]: halfway between one distance and two.
-const MISSING: f64 = 1.5;
+/// See [`EXTRA_RATIO`]: halfway between one distance and two.
+const MISSING_RATIO: f64 = 1.5;
 
 /// Which edge of a pulse counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Slope {
+pub enum EdgeDirection {
     /// Upward.
     #[default]
     Rising,
@@ -28,16 +28,16 @@ pub enum Slope {
 
 /// A pulse and how many places after the first it stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pulse {
+pub struct TachoPulse {
     /// When, s.
     pub time_s: f64,
     /// Number of its place, the first one's 0.
-    pub place: usize,
+    pub index: usize,
 }
 
 /// Places without a pulse.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Missing {
+pub struct MissingPulses {
     /// The pulse before, s.
     pub after_s: f64,
     /// How many are missing.
@@ -46,11 +46,11 @@ pub struct Missing {
 
 /// The pulses of a tacho.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Pulses {
+pub struct TachoPulses {
     /// Those that count.
-    pub pulses: Vec<Pulse>,
+    pub pulses: Vec<TachoPulse>,
     /// Where pulses are missing; their places are counted.
-    pub missing: Vec<Missing>,
+    pub missing_pulses: Vec<MissingPulses>,
     /// Times of pulses that stand between the places, s; not counted.
     pub extra_s: Vec<f64>,
 }
@@ -59,18 +59,18 @@ pub struct Pulses {
 ///
 /// # Errors
 /// A signal without pulses, samples not finite.
-pub fn pulses(
+pub fn find_tacho_pulses(
     samples: &[f64],
     rate_hz: f64,
-    slope: Slope,
-    levels: Option<Levels>,
-) -> Result<Pulses, Error> {
+    direction: EdgeDirection,
+    levels: Option<StateLevels>,
+) -> Result<TachoPulses, Error> {
     let levels = match levels {
         Some(levels) => levels,
-        None => Levels::of(samples)?,
+        None => StateLevels::from_samples(samples)?,
     };
-    let wanted = slope == Slope::Rising;
-    let times: Vec<f64> = edges(samples, rate_hz, levels)?
+    let wanted = direction == EdgeDirection::Rising;
+    let times: Vec<f64> = level_crossings(samples, rate_hz, levels)?
         .iter()
         .filter(|edge| edge.rising == wanted)
         .map(|edge| edge.time_s)
@@ -85,34 +85,36 @@ pub fn pulses(
                 levels.high
             ),
         )
-        .hint("state the levels of the tacho, or look whether this is its channel"));
+        .with_hint("state the levels of the tacho, or look whether this is its channel"));
     }
-    Ok(number(&times))
+    Ok(number_pulses(&times))
 }
 
 /// Numbers pulses at rising times.
 ///
 /// The speed may change, by up to half from one pulse to the next; the first and last two distances are not judged.
-pub fn number(times: &[f64]) -> Pulses {
-    let mut found = Pulses::default();
+pub fn number_pulses(times: &[f64]) -> TachoPulses {
+    let mut found = TachoPulses::default();
     let Some((&first, rest)) = times.split_first() else {
         return found;
     };
-    let usual = usual_distances(times);
-    let mut last = Pulse {
+    let usual = median_intervals(times);
+    let mut last = TachoPulse {
         time_s: first,
-        place: 0,
+        index: 0,
     };
     found.pulses.push(last);
     let mut at = 0; // in `rest`; `usual[at]` leads up to it
     while at < rest.len() {
         // of those before the next place but one, the nearest to the next place
         let over = |j: usize| (rest[j] - last.time_s) / usual[j];
-        let within = (at..rest.len()).take_while(|&j| over(j) < MISSING).count();
+        let within = (at..rest.len())
+            .take_while(|&j| over(j) < MISSING_RATIO)
+            .count();
         let off = |j: usize| (over(j) - 1.0).abs();
         let nearest = (at..at + within).min_by(|&a, &b| off(a).total_cmp(&off(b)));
         let next = match nearest {
-            Some(j) if over(j) >= EXTRA => j,
+            Some(j) if over(j) >= EXTRA_RATIO => j,
             _ => at + within,
         };
         found.extra_s.extend(&rest[at..next.min(rest.len())]);
@@ -121,14 +123,14 @@ pub fn number(times: &[f64]) -> Pulses {
         }
         let places = (over(next).round() as usize).max(1);
         if places > 1 {
-            found.missing.push(Missing {
+            found.missing_pulses.push(MissingPulses {
                 after_s: last.time_s,
                 number: places - 1,
             });
         }
-        last = Pulse {
+        last = TachoPulse {
             time_s: rest[next],
-            place: last.place + places,
+            index: last.index + places,
         };
         found.pulses.push(last);
         at = next + 1;
@@ -137,14 +139,14 @@ pub fn number(times: &[f64]) -> Pulses {
 }
 
 /// The median of the distances around each; at the ends its own.
-fn usual_distances(times: &[f64]) -> Vec<f64> {
+fn median_intervals(times: &[f64]) -> Vec<f64> {
     let distances: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
     let n = distances.len();
-    let mut near = Vec::with_capacity(2 * AROUND + 1);
+    let mut near = Vec::with_capacity(2 * MEDIAN_HALF_WIDTH + 1);
     (0..n)
         .map(|i| {
-            let reach = i.min(n - 1 - i).min(AROUND);
-            if reach < UNJUDGED {
+            let reach = i.min(n - 1 - i).min(MEDIAN_HALF_WIDTH);
+            if reach < EDGE_INTERVALS {
                 return distances[i];
             }
             near.clear();
@@ -163,14 +165,14 @@ mod tests {
     #[test]
     fn exact_run_up_is_left_alone() {
         let times: Vec<f64> = (0..200).map(|k| f64::from(k).sqrt()).collect();
-        let found = number(&times);
-        assert!(found.missing.is_empty() && found.extra_s.is_empty());
+        let found = number_pulses(&times);
+        assert!(found.missing_pulses.is_empty() && found.extra_s.is_empty());
         assert!(
             found
                 .pulses
                 .iter()
                 .enumerate()
-                .all(|(k, p)| p.place == k && p.time_s == times[k])
+                .all(|(k, p)| p.index == k && p.time_s == times[k])
         );
     }
 
@@ -195,15 +197,15 @@ mod tests {
                     _ => times.push(time),
                 }
             }
-            let found = number(&times);
+            let found = number_pulses(&times);
             assert_eq!(found.extra_s, put);
-            assert_eq!(found.missing.len(), lost.len());
-            assert!(found.missing.iter().all(|m| m.number == 1));
+            assert_eq!(found.missing_pulses.len(), lost.len());
+            assert!(found.missing_pulses.iter().all(|m| m.number == 1));
             assert!(
                 lost.iter()
-                    .all(|k| found.pulses.iter().all(|p| p.place != *k))
+                    .all(|k| found.pulses.iter().all(|p| p.index != *k))
             );
-            assert_eq!(found.pulses.last().unwrap().place, 299);
+            assert_eq!(found.pulses.last().unwrap().index, 299);
         }
     }
 
@@ -211,16 +213,16 @@ mod tests {
     #[test]
     fn exact_gap_of_two() {
         let times: Vec<f64> = (0..600).filter(|k| k % 60 < 58).map(f64::from).collect();
-        let found = number(&times);
-        assert_eq!(found.missing.len(), 9); // the tenth gap has no pulse after it
-        assert!(found.missing.iter().all(|m| m.number == 2));
-        assert!(found.pulses.iter().all(|p| p.place as f64 == p.time_s));
+        let found = number_pulses(&times);
+        assert_eq!(found.missing_pulses.len(), 9); // the tenth gap has no pulse after it
+        assert!(found.missing_pulses.iter().all(|m| m.number == 2));
+        assert!(found.pulses.iter().all(|p| p.index as f64 == p.time_s));
     }
 
     #[test]
     fn survives_few_pulses() {
-        assert!(number(&[]).pulses.is_empty());
-        assert_eq!(number(&[1.0]).pulses.len(), 1);
-        assert_eq!(number(&[1.0, 2.0, 3.0]).pulses.len(), 3);
+        assert!(number_pulses(&[]).pulses.is_empty());
+        assert_eq!(number_pulses(&[1.0]).pulses.len(), 1);
+        assert_eq!(number_pulses(&[1.0, 2.0, 3.0]).pulses.len(), 3);
     }
 }

@@ -1,21 +1,21 @@
-//! What a step of a method makes of a mode.
+//! Amplification factor of each integration method as a function of hλ.
 
 use std::f64::consts::TAU;
 
 use crate::base::error::Error;
-use crate::motion::methods::alpha::weights::{Alpha, RADIUS};
+use crate::motion::methods::alpha::weights::{GeneralizedAlpha, SPECTRAL_RADIUS};
 use crate::motion::methods::dop853_table::STAGES;
-use crate::numeric::{Complex, Matrix, general};
+use crate::numeric::{Complex, Matrix, eigen};
 
 /// Explicit methods whose steps have a limit.
-pub const EXPLICIT: [&str; 3] = ["rk4", "dopri5", "dop853"];
+pub const EXPLICIT_METHODS: [&str; 3] = ["rk4", "dopri5", "dop853"];
 
 /// The stability polynomial `R(z) = Σ c_k z^k` of an explicit method.
 ///
 /// Sources: Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed. 1993, II.4 (Runge–Kutta of order 4)
 /// and II.5, Table 5.2 (Dormand–Prince 5(4), seven stages, of which the seventh is the first of the next step); order 8 from
 /// its table of stages.
-pub fn polynomial(method: &str) -> Option<Vec<f64>> {
+pub fn stability_polynomial(method: &str) -> Option<Vec<f64>> {
     match method {
         "rk4" => Some(vec![1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0]),
         "dopri5" => Some(vec![
@@ -27,13 +27,13 @@ pub fn polynomial(method: &str) -> Option<Vec<f64>> {
             1.0 / 120.0,
             1.0 / 600.0,
         ]),
-        "dop853" => Some(of_stages()),
+        "dop853" => Some(polynomial_of_stages()),
         _ => None,
     }
 }
 
 /// `k_i = 1 + z Σ a_ij k_j` as polynomials; row 12 is the end of the step.
-fn of_stages() -> Vec<f64> {
+fn polynomial_of_stages() -> Vec<f64> {
     const END: usize = 12;
     let mut stages: Vec<Vec<f64>> = Vec::new();
     for row in &STAGES[..=END] {
@@ -50,7 +50,7 @@ fn of_stages() -> Vec<f64> {
 }
 
 /// |R(z)| of a stability polynomial, or of any other, at z = hλ.
-pub fn amplification(coefficients: &[f64], z: Complex) -> f64 {
+pub fn amplification_factor(coefficients: &[f64], z: Complex) -> f64 {
     value(coefficients, z).norm()
 }
 
@@ -69,27 +69,27 @@ fn slope(c: &[f64], z: Complex) -> Complex {
 }
 
 /// P and Q of the rational function `R = P/Q` of a method of which a step makes R(hλ) of a mode.
-fn rational(method: &str) -> Option<(Vec<f64>, Vec<f64>)> {
+fn stability_function(method: &str) -> Option<(Vec<f64>, Vec<f64>)> {
     match method {
         "radau5" => Some((RADAU.0.to_vec(), RADAU.1.to_vec())),
-        _ => Some((polynomial(method)?, vec![1.0])),
+        _ => Some((stability_polynomial(method)?, vec![1.0])),
     }
 }
 
 /// The curve |R| = 1 from the origin upwards, followed as R turns round the circle; nothing for methods that are no function of hλ.
-pub fn boundary(method: &str) -> Vec<Complex> {
-    let Some((above, below)) = rational(method) else {
+pub fn stability_boundary(method: &str) -> Vec<Complex> {
+    let Some((above, below)) = stability_function(method) else {
         return Vec::new();
     };
     const STEPS: usize = 400;
-    const ROUNDS: usize = 20;
+    const MAX_ITERATIONS: usize = 20;
     let degree = above.len().max(below.len()) - 1;
     let mut z = Complex::ZERO;
     let mut all = vec![z];
     for k in 1..=STEPS * degree {
         let angle = TAU * k as f64 / STEPS as f64;
         let wanted = Complex::new(angle.cos(), angle.sin());
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ITERATIONS {
             let (p, q) = (value(&above, z), value(&below, z));
             let turns = (slope(&above, z) * q - p * slope(&below, z)) / (q * q);
             let move_by = (p / q - wanted) / turns;
@@ -107,7 +107,7 @@ pub fn boundary(method: &str) -> Vec<Complex> {
 }
 
 /// Methods whose amplification is told.
-pub const TOLD: [&str; 7] = [
+pub const METHODS: [&str; 7] = [
     "rk4",
     "dopri5",
     "dop853",
@@ -119,7 +119,7 @@ pub const TOLD: [&str; 7] = [
 
 /// What a step of a method makes of the fastest and of the slowest mode.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Amplified {
+pub struct AmplificationFactors {
     /// The method.
     pub method: &'static str,
     /// The factor on the fastest mode.
@@ -134,7 +134,10 @@ pub struct Amplified {
 ///
 /// # Errors
 /// `NoConvergence` where the eigenvalues of an amplification matrix are not found.
-pub fn amplified(eigenvalues: &[Complex], h: f64) -> Result<Vec<Amplified>, Error> {
+pub fn amplification_factors(
+    eigenvalues: &[Complex],
+    h: f64,
+) -> Result<Vec<AmplificationFactors>, Error> {
     let by_size = |a: &&Complex, b: &&Complex| a.norm().total_cmp(&b.norm());
     let moving = || eigenvalues.iter().filter(|z| z.norm() > 0.0);
     let (Some(&fastest), Some(&slowest)) = (moving().max_by(by_size), moving().min_by(by_size))
@@ -142,74 +145,74 @@ pub fn amplified(eigenvalues: &[Complex], h: f64) -> Result<Vec<Amplified>, Erro
         return Ok(Vec::new());
     };
     let of = |method: &'static str| {
-        let slow = growth(method, slowest, h)?;
-        Ok(Amplified {
+        let slow = step_amplification(method, slowest, h)?;
+        Ok(AmplificationFactors {
             method,
-            fastest: growth(method, fastest, h)?,
+            fastest: step_amplification(method, fastest, h)?,
             slowest: slow,
             added_damping: (slowest.re * h - slow.ln()) / (slowest.norm() * h),
         })
     };
-    TOLD.into_iter().map(of).collect()
+    METHODS.into_iter().map(of).collect()
 }
 
 /// What a step of each method makes of modes, over their size.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spectrum {
+pub struct AmplificationChart {
     /// The step, s.
     pub step: f64,
     /// Every method that is told.
-    pub methods: Vec<Course>,
+    pub methods: Vec<AmplificationCurve>,
 }
 
 /// What a step of a method makes of modes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Course {
+pub struct AmplificationCurve {
     /// The method.
     pub method: &'static str,
     /// Its steps have a limit.
-    pub limited: bool,
+    pub conditionally_stable: bool,
     /// |hλ| and the factor on modes without damping.
-    pub line: Vec<(f64, f64)>,
+    pub undamped: Vec<(f64, f64)>,
     /// The same of each eigenvalue.
-    pub marks: Vec<(f64, f64)>,
+    pub eigenvalues: Vec<(f64, f64)>,
 }
 
-impl Spectrum {
+impl AmplificationChart {
     /// What each method makes of the eigenvalues, rad/s, in a step, s.
     ///
     /// # Errors
     /// `NoConvergence` where the eigenvalues of an amplification matrix are not found.
-    pub fn new(eigenvalues: &[Complex], step: f64) -> Result<Spectrum, Error> {
+    pub fn new(eigenvalues: &[Complex], step: f64) -> Result<AmplificationChart, Error> {
         const POINTS: i32 = 300;
         let sizes = eigenvalues.iter().map(|z| z.norm() * step);
         let (low, high) = range(sizes.filter(|x| *x > 0.0));
         let size = |k: i32| 10f64.powf(low + (high - low) * f64::from(k) / f64::from(POINTS));
         let of = |method: &'static str| {
-            let at = |z: Complex| Ok((z.norm(), growth(method, z, 1.0)?));
+            let at = |z: Complex| Ok((z.norm(), step_amplification(method, z, 1.0)?));
             let line = (0..=POINTS).map(|k| at(Complex::new(0.0, size(k))));
             let moving = eigenvalues.iter().filter(|z| z.norm() > 0.0);
             let marks = moving.map(|z| at(*z * step));
-            Ok(Course {
+            Ok(AmplificationCurve {
                 method,
-                limited: EXPLICIT.contains(&method),
-                line: line.collect::<Result<_, Error>>()?,
-                marks: marks.collect::<Result<_, Error>>()?,
+                conditionally_stable: EXPLICIT_METHODS.contains(&method),
+                undamped: line.collect::<Result<_, Error>>()?,
+                eigenvalues: marks.collect::<Result<_, Error>>()?,
             })
         };
-        let methods = TOLD.into_iter().map(of).collect::<Result<_, Error>>()?;
-        Ok(Spectrum { step, methods })
+        let methods = METHODS.into_iter().map(of).collect::<Result<_, Error>>()?;
+        Ok(AmplificationChart { step, methods })
     }
 
     /// Methods of which no step is too long for a mode that does not grow by itself.
-    pub fn always_stable(&self) -> impl Iterator<Item = &'static str> {
-        let free = self.methods.iter().filter(|m| !m.limited);
+    pub fn unconditionally_stable(&self) -> impl Iterator<Item = &'static str> {
+        let free = self.methods.iter().filter(|m| !m.conditionally_stable);
         free.map(|m| m.method)
     }
 
     /// The smallest and the largest |hλ| looked at, in powers of ten.
-    pub fn sizes(&self) -> (f64, f64) {
-        let line = self.methods.first().map_or(&[][..], |m| &m.line);
+    pub fn decade_range(&self) -> (f64, f64) {
+        let line = self.methods.first().map_or(&[][..], |m| &m.undamped);
         range(line.iter().map(|p| p.0))
     }
 }
@@ -225,14 +228,18 @@ fn range(sizes: impl Iterator<Item = f64>) -> (f64, f64) {
 ///
 /// # Errors
 /// `NoConvergence` where the eigenvalues of that matrix are not found.
-pub fn growth(method: &str, lambda: Complex, h: f64) -> Result<f64, Error> {
+pub fn step_amplification(method: &str, lambda: Complex, h: f64) -> Result<f64, Error> {
     match method {
-        "newmark" => of_alpha(&Alpha::newmark(), lambda, h),
-        "hht" => of_alpha(&Alpha::hht(RADIUS), lambda, h),
-        "generalized-alpha" => of_alpha(&Alpha::generalized(RADIUS), lambda, h),
-        _ => Ok(rational(method).map_or(f64::NAN, |(above, below)| {
-            amplification(&above, lambda * h) / amplification(&below, lambda * h)
-        })),
+        "newmark" => alpha_amplification(&GeneralizedAlpha::newmark(), lambda, h),
+        "hht" => alpha_amplification(&GeneralizedAlpha::hht(SPECTRAL_RADIUS), lambda, h),
+        "generalized-alpha" => {
+            alpha_amplification(&GeneralizedAlpha::generalized(SPECTRAL_RADIUS), lambda, h)
+        }
+        _ => Ok(
+            stability_function(method).map_or(f64::NAN, |(above, below)| {
+                amplification_factor(&above, lambda * h) / amplification_factor(&below, lambda * h)
+            }),
+        ),
     }
 }
 
@@ -247,12 +254,12 @@ const RADAU: ([f64; 3], [f64; 4]) = (
 /// The spectral radius of a step of the generalised α family on a mode, in `x, h v, h² a`; on a real root in `v, h a`.
 ///
 /// Source: Chung and Hulbert, J. Appl. Mech. 60 (1993) 371, equations 3 to 10.
-fn of_alpha(w: &Alpha, lambda: Complex, h: f64) -> Result<f64, Error> {
-    let (m, f) = (1.0 - w.inertia, 1.0 - w.force);
+fn alpha_amplification(w: &GeneralizedAlpha, lambda: Complex, h: f64) -> Result<f64, Error> {
+    let (m, f) = (1.0 - w.alpha_m, 1.0 - w.alpha_f);
     let matrix = if lambda.im == 0.0 {
         let c = -lambda.re * h;
         let below = m + c * f * w.gamma;
-        let a = [-c / below, -(w.inertia + c * f * (1.0 - w.gamma)) / below];
+        let a = [-c / below, -(w.alpha_m + c * f * (1.0 - w.gamma)) / below];
         let v = [1.0 + w.gamma * a[0], 1.0 - w.gamma + w.gamma * a[1]];
         Matrix::from_fn(2, 2, |i, j| [v, a][i][j])
     } else {
@@ -261,7 +268,7 @@ fn of_alpha(w: &Alpha, lambda: Complex, h: f64) -> Result<f64, Error> {
         let a = [
             -k / below,
             -(c + k * f) / below,
-            -(w.inertia + c * f * (1.0 - w.gamma) + k * f * (0.5 - w.beta)) / below,
+            -(w.alpha_m + c * f * (1.0 - w.gamma) + k * f * (0.5 - w.beta)) / below,
         ];
         let x = [
             1.0 + w.beta * a[0],
@@ -275,6 +282,6 @@ fn of_alpha(w: &Alpha, lambda: Complex, h: f64) -> Result<f64, Error> {
         ];
         Matrix::from_fn(3, 3, |i, j| [x, v, a][i][j])
     };
-    let roots = general::eigenvalues(&matrix)?;
+    let roots = eigen::eigenvalues(&matrix)?;
     Ok(roots.iter().map(|z| z.norm()).fold(0.0, f64::max))
 }

@@ -1,13 +1,9 @@
-//! Where methods and machine break: the linear facts, and the scene rerun at its extremes.
+//! Stability study: linear stability of the model and stress test of the methods.
 
-/// What a step of a method makes of a mode.
 pub mod amplification;
 
-/// The linear facts.
-pub mod facts;
+pub mod linear;
 
-/// What extremes make of a scene.
-pub mod cases;
+pub mod perturbations;
 
-/// The reruns.
-pub mod extremes;
+pub mod stress_test;

@@ -1,21 +1,21 @@
-//! One step: Newton's iteration to its end, what it errs by, and the motion inside it.
+//! One generalised-α step: Newton iteration, local error, dense output.
 
 use std::borrow::Cow;
 
-use super::system::Constant;
-use super::weights::Alpha;
+use super::system::ConstantPart;
+use super::weights::GeneralizedAlpha;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::units::{instant, seconds};
-use crate::motion::problem::Effort;
-use crate::motion::scale::{Scale, norm};
-use crate::motion::train::Regime;
+use crate::base::quantity::{format_instant, format_time};
+use crate::motion::dynamic_model::Regime;
+use crate::motion::error_scale::{ErrorScale, error_norm};
+use crate::motion::problem::IntegrationStats;
 
 /// Rounds of Newton's iteration; from the tenth on half steps, which end cycles about a corner.
-const ROUNDS: u32 = 60;
+const MAX_NEWTON: u32 = 60;
 
 /// A share of the old and the rest of the new.
-fn mix(old: &[f64], new: &[f64], share: f64) -> Vec<f64> {
+fn blend_states(old: &[f64], new: &[f64], share: f64) -> Vec<f64> {
     let pairs = old.iter().zip(new);
     pairs
         .map(|(old, new)| share * old + (1.0 - share) * new)
@@ -24,7 +24,7 @@ fn mix(old: &[f64], new: &[f64], share: f64) -> Vec<f64> {
 
 /// A state with its acceleration.
 #[derive(Clone)]
-pub struct State {
+pub struct AlphaState {
     /// q.
     pub q: Vec<f64>,
     /// q̇.
@@ -34,30 +34,30 @@ pub struct State {
 }
 
 /// Where a step leads.
-pub struct Stepped {
+pub struct AlphaStep {
     /// At its end.
-    pub to: State,
+    pub end: AlphaState,
     /// How contacts were held to stand; absent where they stood as the mixed state put them.
-    pub held: Option<Regime>,
+    pub frozen_regime: Option<Regime>,
 }
 
-impl State {
+impl AlphaState {
     /// The method's a stands for an instant `(α_m − α_f) h` after the state's, so it goes with the step: to another step, longer by a share
     /// of that in which a rose by so much. Left as it is, a rings by the difference for some steps (Arnold and Brüls 2007).
-    pub fn carry(&mut self, weights: &Alpha, longer: f64, rise: &[f64]) {
-        let share = (weights.inertia - weights.force) * longer;
+    pub fn rescale_acceleration(&mut self, weights: &GeneralizedAlpha, longer: f64, rise: &[f64]) {
+        let share = (weights.alpha_m - weights.alpha_f) * longer;
         for (a, rise) in self.a.iter_mut().zip(rise) {
             *a += share * rise;
         }
     }
 }
 
-impl Alpha {
+impl GeneralizedAlpha {
     /// Positions and speeds for which the equation of motion holds in a step.
-    fn mixed(&self, from: &State, to: &State) -> Vec<f64> {
+    fn mixed(&self, from: &AlphaState, to: &AlphaState) -> Vec<f64> {
         [
-            mix(&from.q, &to.q, self.force),
-            mix(&from.v, &to.v, self.force),
+            blend_states(&from.q, &to.q, self.alpha_f),
+            blend_states(&from.v, &to.v, self.alpha_f),
         ]
         .concat()
     }
@@ -66,8 +66,8 @@ impl Alpha {
 /// What a step of length `h` errs by in positions and speeds. `last` is the step before it with the rise of a in it: both rises give
 /// ä. Where there is none, h² ä is taken as large as the whole rise of a, so that first steps are short rather than unseen.
 pub fn local_errors(
-    weights: &Alpha,
-    [from, to]: [&State; 2],
+    weights: &GeneralizedAlpha,
+    [from, to]: [&AlphaState; 2],
     h: f64,
     last: Option<&(f64, Vec<f64>)>,
 ) -> Vec<f64> {
@@ -86,47 +86,47 @@ pub fn local_errors(
 
 /// What a jumps by at the end of a step because contacts stand otherwise there than in the step, which knows the mixed state alone: the
 /// switch came too late for it. Empty where nothing does.
-pub fn late(
-    constant: &Constant,
-    [from, to]: [&State; 2],
+pub fn switch_error(
+    part: &ConstantPart,
+    [from, to]: [&AlphaState; 2],
     [begin, end]: [f64; 2],
     held: Option<&Regime>,
-    effort: &mut Effort,
+    stats: &mut IntegrationStats,
 ) -> Vec<f64> {
-    let (train, w) = (constant.train, constant.weights);
-    if constant.contacts.is_empty() {
+    let (model, w) = (part.model, part.weights);
+    if part.contacts.is_empty() {
         return Vec::new();
     }
-    effort.evaluations += 1;
-    let u = w.force * begin + (1.0 - w.force) * end;
-    let mixed = || train.placed(u, &w.mixed(from, to));
+    stats.evaluations += 1;
+    let u = w.alpha_f * begin + (1.0 - w.alpha_f) * end;
+    let mixed = || model.contact_regime(u, &w.mixed(from, to));
     let stood = held.map_or_else(|| Cow::Owned(mixed()), Cow::Borrowed);
     let y = [&to.q[..], &to.v[..]].concat();
-    let mut jump = vec![0.0; train.n()];
-    for &b in &constant.contacts {
-        let force = |regime| train.force(b, regime, end, &y, 0.0).0;
+    let mut jump = vec![0.0; model.coordinate_count()];
+    for &b in &part.contacts {
+        let force = |regime| model.element_force(b, regime, end, &y, 0.0).0;
         let more = force(None) - force(Some(&*stood));
-        let acts = train.branches[b].acts();
-        acts.scaled().for_each(|(i, a)| jump[i] -= a * more);
+        let acts = model.elements[b].force_direction();
+        acts.entries().for_each(|(i, a)| jump[i] -= a * more);
     }
-    train.accelerate(&mut jump);
+    model.apply_inverse_mass(&mut jump);
     jump
 }
 
 /// One step of length `h` from `t`.
 pub fn step(
-    constant: &mut Constant,
-    from: &State,
+    part: &mut ConstantPart,
+    from: &AlphaState,
     t: f64,
     h: f64,
     clock: impl Fn(f64) -> f64,
-    scale: &Scale,
-    effort: &mut Effort,
-) -> Result<Stepped, Error> {
-    let at = constant.system(h, effort)?;
-    let (train, w) = (constant.train, constant.weights);
-    let n = train.n();
-    let u = clock(t + (1.0 - w.force) * h);
+    scale: &ErrorScale,
+    stats: &mut IntegrationStats,
+) -> Result<AlphaStep, Error> {
+    let at = part.system(h, stats)?;
+    let (model, w) = (part.model, part.weights);
+    let n = model.coordinate_count();
+    let u = clock(t + (1.0 - w.alpha_f) * h);
     let start = [from.q.clone(), from.v.clone()].concat();
     let sizes = scale.sizes(&start, &start, h);
     let reach: Vec<f64> = (0..n)
@@ -137,7 +137,7 @@ pub fn step(
         })
         .collect();
     // Foot: acceleration carried on.
-    let mut to = State {
+    let mut to = AlphaState {
         q: (0..n)
             .map(|i| from.q[i] + h * from.v[i] + 0.5 * h * h * from.a[i])
             .collect(),
@@ -145,27 +145,29 @@ pub fn step(
         a: from.a.clone(),
     };
     let mut held: Option<Regime> = None;
-    for round in 0..ROUNDS {
+    for round in 0..MAX_NEWTON {
         let y = w.mixed(from, &to);
-        let a = mix(&from.a, &to.a, w.inertia);
-        let pushed = train.pushed(held.as_ref(), u, &y);
-        effort.evaluations += 1;
-        let carried: Vec<f64> = (0..n).map(|i| a[i] + train.drag * y[n + i]).collect();
-        let mut change: Vec<f64> = train
+        let a = blend_states(&from.a, &to.a, w.alpha_m);
+        let pushed = model.applied_forces(held.as_ref(), u, &y);
+        stats.evaluations += 1;
+        let carried: Vec<f64> = (0..n)
+            .map(|i| a[i] + model.mass_damping * y[n + i])
+            .collect();
+        let mut change: Vec<f64> = model
             .momentum(&carried)
             .iter()
             .zip(&pushed)
             .map(|(p, g)| g - p)
             .collect();
-        let slopes: Vec<f64> = constant
-            .others
+        let slopes: Vec<f64> = part
+            .varying
             .iter()
             .map(|&b| {
-                let (_, k, c) = train.force(b, held.as_ref(), u, &y, 0.0);
-                (1.0 - w.force) * (k + c * w.gamma / (w.beta * h))
+                let (_, k, c) = model.element_force(b, held.as_ref(), u, &y, 0.0);
+                (1.0 - w.alpha_f) * (k + c * w.gamma / (w.beta * h))
             })
             .collect();
-        constant.correct(&constant.systems[at], &slopes, &mut change)?;
+        part.correct(&part.matrixes[at], &slopes, &mut change)?;
         let share = if round < 10 { 1.0 } else { 0.5 };
         for i in 0..n {
             let change = share * change[i];
@@ -173,42 +175,47 @@ pub fn step(
             to.v[i] += w.gamma / (w.beta * h) * change;
             to.a[i] += change / (w.beta * h * h);
         }
-        let size = norm(&change, &reach);
+        let size = error_norm(&change, &reach);
         if !size.is_finite() {
             break;
         }
-        if size < 1e-13 || constant.others.is_empty() {
-            return Ok(Stepped { to, held });
+        if size < 1e-13 || part.varying.is_empty() {
+            return Ok(AlphaStep {
+                end: to,
+                frozen_regime: held,
+            });
         }
-        // A contact whose force jumps may have no solution at its border: it stands as it stood.
+        // A contact whose force jumps may have no solution at its switching surface: it stands as it stood.
         let only_contacts = || {
-            let law = |&b: &usize| train.branches[b].law.is_dry();
-            !constant.others.iter().any(law)
+            let law = |&b: &usize| model.elements[b].law.is_dry();
+            !part.varying.iter().any(law)
         };
-        if round == ROUNDS / 2 && only_contacts() {
-            held = Some(train.regime(u, &start));
+        if round == MAX_NEWTON / 2 && only_contacts() {
+            held = Some(model.regime(u, &start));
         }
     }
-    let hint = match constant
-        .others
-        .iter()
-        .any(|&b| train.branches[b].law.is_dry())
-    {
+    let hint = match part.varying.iter().any(|&b| model.elements[b].law.is_dry()) {
         true => "ask for a shorter step, or widen the creep speed of dry friction",
         false => "ask for a shorter step",
     };
     let message = format!(
         "Newton's iteration of a step of {} at t = {} does not converge",
-        seconds(h),
-        instant(t)
+        format_time(h),
+        format_instant(t)
     );
-    Err(Error::new(Code::NoConvergence, message).hint(hint))
+    Err(Error::new(Code::NoConvergence, message).with_hint(hint))
 }
 
 /// The motion inside a step: the cubic through both ends' positions and speeds. How far the mean speed is from the mean of the speeds
 /// comes from a, `h (γ/2 − β) (a₀ − a₁)` by the method's two lines: as a difference of positions it would drown in rounding where a
 /// switch makes steps short.
-pub fn between(weights: &Alpha, [from, to]: [&State; 2], h: f64, theta: f64, y: &mut [f64]) {
+pub fn interpolate(
+    weights: &GeneralizedAlpha,
+    [from, to]: [&AlphaState; 2],
+    h: f64,
+    theta: f64,
+    y: &mut [f64],
+) {
     let n = from.q.len();
     for i in 0..n {
         let (v, gain) = (from.v[i], to.v[i] - from.v[i]);

@@ -1,4 +1,4 @@
-//! Machines whose stiffness and loads repeat in time: `M q̈ + C q̇ + K(t) q = f(t)`, `K(t + T) = K(t)`, in each stand of the contacts.
+//! Piecewise linear models with periodic coefficients, `M q̈ + C q̇ + K(t) q = f(t)`.
 //!
 //! In each stand the equations are linear with periodic coefficients. Their fundamental solutions and the answer to the loads are
 //! tabulated once over the pieces of a period, as Taylor polynomials; a run then combines them and looks for switches
@@ -6,108 +6,120 @@
 
 use std::ops::ControlFlow;
 
-use super::{Kin, Ladder, Method};
+use super::{IntegrationMethod, MethodFamily, StepControl};
 use crate::base::error::Error;
-use crate::motion::problem::{Ask, Effort, Problem, Sink, Stretch};
-use crate::motion::progress::{check, within_budget};
-use crate::motion::train::Train;
+use crate::motion::dynamic_model::DynamicModel;
+use crate::motion::problem::{
+    DenseOutput, IntegrationOptions, IntegrationStats, OdeProblem, SampleSink,
+};
+use crate::motion::progress::{check_budget, check_options};
 
-/// What it does not take.
-pub mod foreign;
+pub mod applicability;
 
-/// The common period and its pieces.
 pub mod grid;
 
-/// Units of the states.
 pub mod scale;
 
-/// Solutions over one piece.
-pub mod table;
+pub mod series_solution;
 
-/// What a machine does by itself over a piece.
-pub mod free;
+pub mod fundamental;
 
-/// All of them.
-pub mod tables;
+pub mod solution_cache;
 
-/// From switch to switch.
-pub mod walk;
+pub mod run;
 
-use tables::Tables;
-use walk::Walk;
+use run::PeriodicRun;
+use solution_cache::SolutionCache;
 
 /// Its row.
-pub const METHOD: Method = Method {
+pub const METHOD: IntegrationMethod = IntegrationMethod {
     name: "periodic",
     title: "tabulated fundamental solutions of a machine whose stiffness and loads repeat in time",
-    ladder: Ladder::Exact,
+    step_control: StepControl::Exact,
     order: None,
-    kin: Kin::Propagation,
+    family: MethodFamily::Propagation,
     bound: None,
     locates_events: true,
-    refuses,
+    unsupported_reason,
     run,
 };
 
 /// Why a machine is not for it.
-fn refuses(train: &Train) -> Option<String> {
-    Tables::new(train, 0.0).err().map(|error| error.message)
+fn unsupported_reason(model: &DynamicModel) -> Option<String> {
+    SolutionCache::new(model, 0.0)
+        .err()
+        .map(|error| error.message)
 }
 
-fn run(train: &Train, ask: &Ask, sink: &mut Sink) -> Result<Effort, Error> {
-    check(ask, train.len())?;
-    let mut walk = Walk::new(train, ask.from, &ask.start)?;
-    let end = walk.tables.grid.instant(ask.to - ask.from);
-    let mut y = vec![0.0; train.len()];
+fn run(
+    model: &DynamicModel,
+    options: &IntegrationOptions,
+    sink: &mut SampleSink,
+) -> Result<IntegrationStats, Error> {
+    check_options(options, model.len())?;
+    let mut periodic_run = PeriodicRun::new(model, options.from, &options.initial_state)?;
+    let end = periodic_run.cache.grid.instant(options.to - options.from);
+    let mut y = vec![0.0; model.len()];
     let mut sample = 0;
-    let instant =
-        |walk: &Walk, sample: usize| walk.tables.grid.instant(ask.time(sample) - ask.from);
-    let mut next = instant(&walk, sample);
+    let instant = |periodic_run: &PeriodicRun, sample: usize| {
+        periodic_run
+            .cache
+            .grid
+            .instant(options.time(sample) - options.from)
+    };
+    let mut next = instant(&periodic_run, sample);
     loop {
-        let leg = walk.leg(end);
-        let last = leg.limit.is_none() && leg.to >= walk.place_of(end);
-        if walk.effort.steps.is_multiple_of(16) {
-            if ask.stop.is_due() {
-                return Ok(finished(walk));
+        let segment = periodic_run.next_segment(end);
+        let last = segment.event.is_none() && segment.to >= periodic_run.position_of(end);
+        if periodic_run.stats.steps.is_multiple_of(16) {
+            if options.cancel.should_stop() {
+                return Ok(finished(periodic_run));
             }
-            within_budget(ask, &walk.effort, ask.from + walk.elapsed(-1.0))?;
+            check_budget(
+                options,
+                &periodic_run.stats,
+                options.from + periodic_run.elapsed(-1.0),
+            )?;
         }
-        if ask.follower.is_there() {
-            let (from, to) = (walk.elapsed(walk.place()), walk.elapsed(leg.to));
-            ask.follower.follow(Stretch {
-                from: ask.from + from,
-                to: ask.from + to,
-                grain: to - from,
-                regime: Some(&walk.whole_regime()),
+        if options.observer.is_set() {
+            let (from, to) = (
+                periodic_run.elapsed(periodic_run.position()),
+                periodic_run.elapsed(segment.to),
+            );
+            options.observer.observe(DenseOutput {
+                from: options.from + from,
+                to: options.from + to,
+                time_scale: to - from,
+                regime: Some(&periodic_run.whole_regime()),
                 state: &mut |t, y| {
-                    let instant = walk.tables.grid.instant(t - ask.from);
-                    let place = walk.place_of(instant);
-                    walk.value(place.clamp(walk.place(), leg.to), y);
+                    let instant = periodic_run.cache.grid.instant(t - options.from);
+                    let place = periodic_run.position_of(instant);
+                    periodic_run.value(place.clamp(periodic_run.position(), segment.to), y);
                 },
             });
         }
-        while sample <= ask.samples {
-            let place = walk.place_of(next);
-            if place > leg.to && !(last && sample == ask.samples) {
+        while sample <= options.samples {
+            let place = periodic_run.position_of(next);
+            if place > segment.to && !(last && sample == options.samples) {
                 break;
             }
-            walk.value(place, &mut y);
-            if let ControlFlow::Break(()) = sink(ask.time(sample), &y, None) {
-                return Ok(finished(walk));
+            periodic_run.value(place, &mut y);
+            if let ControlFlow::Break(()) = sink(options.time(sample), &y, None) {
+                return Ok(finished(periodic_run));
             }
             sample += 1;
-            next = instant(&walk, sample.min(ask.samples));
+            next = instant(&periodic_run, sample.min(options.samples));
         }
         if last {
-            return Ok(finished(walk));
+            return Ok(finished(periodic_run));
         }
-        walk.pass(leg)?;
+        periodic_run.advance(segment)?;
     }
 }
 
-fn finished(walk: Walk) -> Effort {
-    Effort {
-        machines: walk.tables.machines as u64,
-        ..walk.effort
+fn finished(periodic_run: PeriodicRun) -> IntegrationStats {
+    IntegrationStats {
+        regimes: periodic_run.cache.regimes as u64,
+        ..periodic_run.stats
     }
 }

@@ -1,15 +1,15 @@
-//! Units in which every state of a machine is of like size, and the fastest rate of its motion.
+//! Units that give all states similar size, and the largest rate of the motion.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::motion::contact::{Flank, Losses, Stand};
-use crate::motion::series::{Held, HeldBranch, Sources};
-use crate::motion::train::{Branch, Law, Train};
-use crate::numeric::{Matrix, general};
+use crate::motion::contact::{ContactDamping, ContactState, Flank};
+use crate::motion::dynamic_model::{DynamicModel, ForceElement, ForceLaw};
+use crate::motion::taylor::{ForcingSeries, TimeVaryingElement, TimeVaryingModel};
+use crate::numeric::{Matrix, eigen};
 
 /// A state in units of its own, powers of two so that nothing is rounded: `1/√m` for a coordinate, times a frequency for a speed.
 #[derive(Debug, Clone)]
-pub struct Scale {
+pub struct StateUnits {
     /// Of every state.
     pub units: Vec<f64>,
     /// Of speeds over coordinates, 1/s.
@@ -18,15 +18,15 @@ pub struct Scale {
     pub fastest: f64,
 }
 
-impl Scale {
+impl StateUnits {
     /// Of a machine.
     ///
     /// # Errors
     /// Branches whose law is linear in no stand; numbers that leave the range of double precision.
-    pub fn new(train: &Train) -> Result<Scale, Error> {
-        let n = train.n();
-        let mass = |i: usize| train.mass.at(i, i);
-        let values = general::eigenvalues(&closed(train, greatest_factor)?)?;
+    pub fn new(model: &DynamicModel) -> Result<StateUnits, Error> {
+        let n = model.coordinate_count();
+        let mass = |i: usize| model.matrix.entry(i, i);
+        let values = eigen::eigenvalues(&closed_jacobian(model, greatest_factor)?)?;
         let fastest = match values.iter().map(|z| z.norm()).fold(0.0, f64::max) {
             0.0 => 1.0,
             fastest => fastest,
@@ -36,11 +36,11 @@ impl Scale {
         let mut units: Vec<f64> = lengths.collect();
         units.extend_from_within(..);
         units[n..].iter_mut().for_each(|unit| *unit *= rate);
-        for b in train.branches.iter().filter(|b| b.inner() > 0) {
-            let inverse: f64 = b.direction.scaled().map(|(i, a)| a * a / mass(i)).sum();
+        for b in model.elements.iter().filter(|b| b.internal_count() > 0) {
+            let inverse: f64 = b.direction.entries().map(|(i, a)| a * a / mass(i)).sum();
             units.push(power_of_two(rate / inverse.sqrt()));
         }
-        Ok(Scale {
+        Ok(StateUnits {
             units,
             rate,
             fastest,
@@ -56,28 +56,37 @@ fn power_of_two(x: f64) -> f64 {
 ///
 /// # Errors
 /// Branches whose law is linear in no stand.
-pub fn closed(train: &Train, factor: impl Fn(&Branch) -> f64) -> Result<Matrix, Error> {
-    let closed = |b: &Branch| {
-        let held = HeldBranch::new(b, Some(Stand::Closed(Flank::Drive)));
+pub fn closed_jacobian(
+    model: &DynamicModel,
+    factor: impl Fn(&ForceElement) -> f64,
+) -> Result<Matrix, Error> {
+    let closed = |b: &ForceElement| {
+        let varying_model = TimeVaryingElement::new(b, Some(ContactState::Closed(Flank::Drive)));
         let factor = vec![factor(b)];
-        held.map(|held| held.with_factor(factor)).ok_or_else(|| {
-            let message = format!("branch {} is not linear between switches", b.name);
-            Error::new(Code::Usage, message)
-        })
+        varying_model
+            .map(|varying_model| varying_model.with_factor(factor))
+            .ok_or_else(|| {
+                let message = format!("branch {} is not linear between switches", b.name);
+                Error::new(Code::Usage, message)
+            })
     };
-    let branches: Result<Vec<HeldBranch>, Error> = train.branches.iter().map(closed).collect();
-    let held = Held {
-        train,
+    let branches: Result<Vec<TimeVaryingElement>, Error> =
+        model.elements.iter().map(closed).collect();
+    let varying_model = TimeVaryingModel {
+        model,
         branches: branches?,
         half: 1.0,
     };
-    let (n, all) = (train.n(), 2 * train.n() + train.inner());
+    let (n, all) = (
+        model.coordinate_count(),
+        2 * model.coordinate_count() + model.internal_count(),
+    );
     let rows = all - n;
     let mut slopes = Matrix::zeros(all, all);
     let mut start = vec![0.0; all];
     for j in 0..all {
         start[j] = 1.0;
-        let motion = held.motion(&start, &Sources::default(), 3);
+        let motion = varying_model.motion_series(&start, &ForcingSeries::default(), 3);
         let of = |k: usize, row: usize| motion[k * rows + row];
         for i in 0..n {
             slopes[(i, j)] = of(1, i);
@@ -90,11 +99,13 @@ pub fn closed(train: &Train, factor: impl Fn(&Branch) -> f64) -> Result<Matrix, 
 }
 
 /// The greatest size of a stiffness wave, doubled where the law can double the stiffness.
-fn greatest_factor(b: &Branch) -> f64 {
-    let factor = b.greatest_factor();
+fn greatest_factor(b: &ForceElement) -> f64 {
+    let factor = b.max_factor();
     match &b.law {
-        Law::Contact(c) if c.losses == Losses::Continuous && c.opens() => 2.0 * factor,
-        Law::Contact(_) => factor,
+        ForceLaw::Contact(c) if c.contact_damping == ContactDamping::Continuous && c.can_open() => {
+            2.0 * factor
+        }
+        ForceLaw::Contact(_) => factor,
         _ => 1.0,
     }
 }

@@ -1,46 +1,41 @@
-//! What each chart says: rows of values, and what its picture shows.
+//! Evaluation of gear inspection charts: graded values and the data of their plots.
 
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::gear::measurement::deviation::GearDeviation;
 use crate::gear::measurement::estimate::Estimate;
-use crate::gear::measurement::pitch::Pitches;
-use crate::gear::measurement::quantity::Quantity;
+use crate::gear::measurement::pitch::PitchDeviations;
 use crate::gear::measurement::runout::Runout;
-use crate::gear::measurement::sizes::Way;
-use crate::gear::measurement::trace::Line;
-use crate::plan::measure::columns::{Column, Files, Lever};
-use crate::plan::measure::grading::{Grader, Row, Side};
-use crate::scene::measured::{Chart, ChartKind, MeasuredGear};
+use crate::gear::measurement::tooth_thickness::ThicknessMethod;
+use crate::gear::measurement::trace::MeanLine;
+use crate::plan::measure::chart_columns::{AngleScale, ChartColumn, ChartFiles};
+use crate::plan::measure::grading::{FlankSide, GradedValue, Grader};
+use crate::scene::measured_gear::{ChartKind, MeasuredChart, MeasuredGear};
 
-/// Readings in the order of their teeth.
 mod teeth;
 
-/// Pitch, run-out, base pitch.
 mod pitch;
 
-/// Profiles and helices.
 mod traces;
 
-/// Tooth thickness.
 mod thickness;
 
-/// Composite records.
 mod composite;
 
-/// What a picture of a chart shows. Lengths in m.
+/// What a plot of a chart shows. Lengths in m.
 #[derive(Debug, Clone)]
-pub enum Drawn {
+pub enum ChartPlot {
     /// Pitches of one side.
     Pitch {
         /// Which.
-        side: Side,
+        side: FlankSide,
         /// Them.
-        pitches: Pitches,
+        deviations: PitchDeviations,
     },
     /// Profiles or helices of one side.
     Traces {
         /// Which.
-        side: Side,
+        side: FlankSide,
         /// Profiles, else helices.
         is_profile: bool,
         /// Places, one list for all.
@@ -52,19 +47,19 @@ pub enum Drawn {
         /// What the design takes off, at the places.
         design: Vec<f64>,
         /// Each trace, with its column's name and its mean line about the design.
-        traces: Vec<(String, Vec<f64>, Line)>,
+        traces: Vec<(String, Vec<f64>, MeanLine)>,
     },
     /// Run-out.
     Runout {
         /// How it was found.
-        found: &'static str,
+        method_text: &'static str,
         /// It.
         runout: Runout,
     },
     /// A composite record.
     Record {
         /// Which flanks.
-        side: Side,
+        side: FlankSide,
         /// Double-flank, else single-flank.
         is_double: bool,
         /// Computed from pitch and profile, not measured.
@@ -80,46 +75,50 @@ pub enum Drawn {
 
 /// What is gathered from all charts.
 #[derive(Default)]
-pub struct Gathered {
+pub struct ChartResults {
     /// Values.
-    pub rows: Vec<Row>,
+    pub values: Vec<GradedValue>,
     /// What the tables have no row for.
     pub notes: Vec<String>,
-    /// Pictures.
-    pub drawn: Vec<Drawn>,
+    /// Plots.
+    pub plots: Vec<ChartPlot>,
 }
 
 /// The evaluation of all charts of a gear.
-pub struct Evaluation<'g> {
+pub struct ChartEvaluation<'g> {
     /// The gear.
     pub gear: &'g MeasuredGear,
     /// What rows are held against.
     pub grader: &'g Grader,
     /// Files read.
-    pub files: Files,
+    pub chart_files: ChartFiles,
     /// What came out.
-    pub out: Gathered,
+    pub results: ChartResults,
 }
 
-impl Evaluation<'_> {
+impl ChartEvaluation<'_> {
     /// Evaluates one chart.
     ///
     /// # Errors
     /// Whatever is wrong with its file, its columns or its readings.
-    pub fn chart(&mut self, chart: &Chart) -> Result<(), Errors> {
+    pub fn chart(&mut self, chart: &MeasuredChart) -> Result<(), Errors> {
         match &chart.kind {
             ChartKind::Pitch { method, k } => self.pitch(chart, *method, *k),
             ChartKind::Trace(how) => self.traces(chart, how),
             ChartKind::Runout => self.runout(chart),
             ChartKind::BasePitch => self.base_pitch(chart),
             ChartKind::Span { k } => {
-                let k = k.unwrap_or_else(|| self.gear.gear.teeth_to_span());
+                let k = k.unwrap_or_else(|| self.gear.gear.default_span_teeth());
                 let over = if self.gear.gear.internal {
                     "spaces"
                 } else {
                     "teeth"
                 };
-                self.thickness(chart, Way::Span(k), &format!("span over {k} {over}"))
+                self.thickness(
+                    chart,
+                    ThicknessMethod::Span(k),
+                    &format!("span over {k} {over}"),
+                )
             }
             ChartKind::Balls { diameter } => {
                 let where_ = if self.gear.gear.internal {
@@ -128,15 +127,15 @@ impl Evaluation<'_> {
                     "over"
                 };
                 let what = format!("{where_} balls of {:.3} mm", 1e3 * diameter);
-                self.thickness(chart, Way::Balls(*diameter), &what)
+                self.thickness(chart, ThicknessMethod::Balls(*diameter), &what)
             }
             ChartKind::Chord => {
-                let tip = self.tip(chart)?;
-                self.thickness(chart, Way::Chord(tip), "chord")
+                let tip = self.tip_radius(chart)?;
+                self.thickness(chart, ThicknessMethod::Chord(tip), "chord")
             }
             ChartKind::ConstantChord => {
-                let tip = self.tip(chart)?;
-                self.thickness(chart, Way::ConstantChord(tip), "constant chord")
+                let tip = self.tip_radius(chart)?;
+                self.thickness(chart, ThicknessMethod::ConstantChord(tip), "constant chord")
             }
             ChartKind::DoubleFlank => self.double_flank(chart),
             ChartKind::SingleFlank {
@@ -147,31 +146,52 @@ impl Evaluation<'_> {
         }
     }
 
-    fn add(&mut self, quantity: Quantity, side: Side, found: String, estimate: Estimate) {
-        let row = self.grader.row(quantity, side, found, estimate);
-        self.out.rows.push(row);
+    fn add(
+        &mut self,
+        deviation: GearDeviation,
+        side: FlankSide,
+        found: String,
+        estimate: Estimate,
+    ) {
+        let value = self.grader.grade(deviation, side, found, estimate);
+        self.results.values.push(value);
     }
 
     /// The one column a side has, where it has any.
-    fn one(&mut self, chart: &Chart, side: Side, lever: &Lever) -> Result<Option<Column>, Errors> {
-        let mut columns = self.files.side(chart, side as usize, lever)?;
+    fn optional_column(
+        &mut self,
+        chart: &MeasuredChart,
+        side: FlankSide,
+        scale: &AngleScale,
+    ) -> Result<Option<ChartColumn>, Errors> {
+        let mut columns = self
+            .chart_files
+            .columns_of_side(chart, side as usize, scale)?;
         if columns.len() > 1 {
             let message = format!("{} columns where one is meant", columns.len());
             return Err(Error::new(Code::Conflict, message)
-                .at(&chart.place)
-                .hint("write a [[chart]] for each")
+                .with_span(&chart.span)
+                .with_hint("write a [[chart]] for each")
                 .into());
         }
         Ok(columns.pop())
     }
 
     /// The column of a chart that belongs to no side.
-    fn only(&mut self, chart: &Chart, lever: &Lever) -> Result<Vec<f64>, Errors> {
-        Ok(self.column_of_both(chart, lever)?.values)
+    fn single_column(
+        &mut self,
+        chart: &MeasuredChart,
+        scale: &AngleScale,
+    ) -> Result<Vec<f64>, Errors> {
+        Ok(self.column_without_side(chart, scale)?.values)
     }
 
-    fn column_of_both(&mut self, chart: &Chart, lever: &Lever) -> Result<Column, Errors> {
-        let found = self.one(chart, Side::Both, lever)?;
+    fn column_without_side(
+        &mut self,
+        chart: &MeasuredChart,
+        scale: &AngleScale,
+    ) -> Result<ChartColumn, Errors> {
+        let found = self.optional_column(chart, FlankSide::Both, scale)?;
         let found = found.filter(|column| !column.values.is_empty());
         let of_sides = chart.columns[1..].iter().any(|names| !names.is_empty());
         let message = match of_sides {
@@ -180,22 +200,22 @@ impl Evaluation<'_> {
         };
         found.filter(|_| !of_sides).ok_or_else(|| {
             Error::new(Code::Conflict, message)
-                .at(&chart.place)
-                .hint("name the column of its readings in `column`")
+                .with_span(&chart.span)
+                .with_hint("name the column of its readings in `column`")
                 .into()
         })
     }
 }
 
 /// Refuses a column with a reading that is missing.
-fn finite(column: &Column, chart: &Chart) -> Result<(), Error> {
+fn check_finite(column: &ChartColumn, chart: &MeasuredChart) -> Result<(), Error> {
     match column.values.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
         Some(i) => Err(Error::new(
             Code::NotANumber,
             format!("reading {} of column \"{}\" is missing", i + 1, column.name),
         )
-        .at(&chart.place)
-        .hint("measure it again, or take its row out of the file")),
+        .with_span(&chart.span)
+        .with_hint("measure it again, or take its row out of the file")),
     }
 }

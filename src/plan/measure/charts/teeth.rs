@@ -1,28 +1,28 @@
 //! Readings in the order of their teeth, by the column that numbers them.
 
-use super::Evaluation;
+use super::ChartEvaluation;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::scene::measured::Chart;
+use crate::scene::measured_gear::MeasuredChart;
 
-impl Evaluation<'_> {
+impl ChartEvaluation<'_> {
     /// One reading a tooth in the order of the column `tooth`, where the file has one; in their own order without it.
     ///
     /// # Errors
     /// The file cannot be read; the column does not name every tooth once.
-    pub(super) fn in_order_of_teeth(
+    pub(super) fn sorted_by_tooth(
         &mut self,
-        chart: &Chart,
+        chart: &MeasuredChart,
         values: Vec<f64>,
     ) -> Result<Vec<f64>, Errors> {
-        let Some(numbers) = self.files.tooth_numbers(chart)? else {
+        let Some(numbers) = self.chart_files.tooth_numbers(chart)? else {
             return Ok(values);
         };
         let teeth = self.gear.gear.teeth as usize;
-        let ordered = in_order(&values, &numbers, teeth).map_err(|message| {
+        let ordered = tooth_order(&values, &numbers, teeth).map_err(|message| {
             Error::new(Code::Conflict, message)
-                .at(&chart.place)
-                .hint("number every tooth once, from 1 on; rename the column if it is not the number of the tooth")
+                .with_span(&chart.span)
+                .with_hint("number every tooth once, from 1 on; rename the column if it is not the number of the tooth")
         })?;
         let Some(ordered) = ordered else {
             return Ok(values);
@@ -31,15 +31,15 @@ impl Evaluation<'_> {
             "{}: readings put in the order of the column of tooth numbers",
             chart.file.display()
         );
-        if !self.out.notes.contains(&note) {
-            self.out.notes.push(note);
+        if !self.results.notes.contains(&note) {
+            self.results.notes.push(note);
         }
         Ok(ordered)
     }
 }
 
 /// Readings by rising tooth number; `None` where they are in that order, or where their count is for the evaluation to refuse.
-fn in_order(values: &[f64], numbers: &[f64], teeth: usize) -> Result<Option<Vec<f64>>, String> {
+fn tooth_order(values: &[f64], numbers: &[f64], teeth: usize) -> Result<Option<Vec<f64>>, String> {
     let returns = values.len() == teeth + 1 && numbers.get(teeth) == numbers.first();
     if values.len() != teeth && !returns {
         return Ok(None);
@@ -87,7 +87,7 @@ mod tests {
     /// Reversed and turned rows give the same readings; a drift is taken off in the order measured.
     #[test]
     fn exact_order_by_tooth_number() {
-        let order = |values: &[f64], numbers: &[f64]| in_order(values, numbers, 3);
+        let order = |values: &[f64], numbers: &[f64]| tooth_order(values, numbers, 3);
         assert_eq!(order(&[1.0, 2.0, 3.0], &[1.0, 2.0, 3.0]), Ok(None));
         assert_eq!(
             order(&[3.0, 2.0, 1.0], &[3.0, 2.0, 1.0]),

@@ -1,29 +1,35 @@
-//! Charts of profiles and helices.
+//! Profile and helix traces: mean line, slope and form deviations.
 
-use super::{Drawn, Evaluation};
+use super::{ChartEvaluation, ChartPlot};
 use crate::base::error::{Error, Errors};
+use crate::gear::measurement::deviation::GearDeviation;
 use crate::gear::measurement::estimate::Estimate;
-use crate::gear::measurement::quantity::Quantity;
-use crate::gear::measurement::trace::{self, Line};
-use crate::plan::measure::columns::Lever;
-use crate::plan::measure::grading::Side;
-use crate::scene::measured::{Chart, TraceChart, TraceFilter};
+use crate::gear::measurement::trace::{self, MeanLine};
+use crate::plan::measure::chart_columns::AngleScale;
+use crate::plan::measure::grading::FlankSide;
+use crate::scene::measured_gear::{MeasuredChart, TraceFilter, TraceSettings};
 
-impl Evaluation<'_> {
-    pub(super) fn traces(&mut self, chart: &Chart, how: &TraceChart) -> Result<(), Errors> {
-        let lever = Lever {
+impl ChartEvaluation<'_> {
+    pub(super) fn traces(
+        &mut self,
+        chart: &MeasuredChart,
+        how: &TraceSettings,
+    ) -> Result<(), Errors> {
+        let scale = AngleScale {
             radius: how
                 .is_profile
                 .then_some(0.5 * self.gear.gear.base_diameter()),
         };
         let along = self
-            .files
-            .column(chart, &how.along, how.along_unit.as_deref(), &lever)?
+            .chart_files
+            .column(chart, &how.along, how.along_unit.as_deref(), &scale)?
             .values;
-        for side in Side::ALL {
-            let columns = self
-                .files
-                .side(chart, side as usize, &Lever { radius: None })?;
+        for side in FlankSide::ALL {
+            let columns = self.chart_files.columns_of_side(
+                chart,
+                side as usize,
+                &AngleScale { radius: None },
+            )?;
             if columns.is_empty() {
                 continue;
             }
@@ -33,7 +39,7 @@ impl Evaluation<'_> {
             };
             let [from, to] = how.evaluation.unwrap_or(ends);
             let reach = how.active.map_or(to - from, |[low, high]| high - low);
-            let taken = |x: f64| how.design.iter().map(|d| d.at(x)).sum::<f64>();
+            let taken = |x: f64| how.design.iter().map(|d| d.deviation_at(x)).sum::<f64>();
             let design: Vec<f64> = along.iter().map(|&x| taken(x)).collect();
             let (mut traces, mut reliefs) = (Vec::new(), Vec::new());
             for column in columns {
@@ -44,19 +50,21 @@ impl Evaluation<'_> {
                     .map(|(y, d)| y - d)
                     .collect();
                 let in_column = |e: Error| {
-                    e.at(&chart.place)
-                        .label(format!("column \"{}\"", column.name))
+                    e.with_span(&chart.span)
+                        .with_label(format!("column \"{}\"", column.name))
                 };
                 let plain = match cutoff(how.filter, (from, to)) {
-                    Some(cutoff) => trace::filtered(&along, &plain, cutoff).map_err(in_column)?,
+                    Some(cutoff) => {
+                        trace::gaussian_filter(&along, &plain, cutoff).map_err(in_column)?
+                    }
                     None => plain,
                 };
-                let mut line =
-                    trace::line(&along, &plain, (from, to), reach, chart.std).map_err(in_column)?;
+                let mut line = trace::fit_mean_line(&along, &plain, (from, to), reach, chart.std)
+                    .map_err(in_column)?;
                 let inward = how.is_profile && self.gear.gear.internal;
                 if inward {
                     // The slope rises toward the tip, and that is where the roll is shortest.
-                    line.slope = line.slope.times(-1.0);
+                    line.slope = line.slope.scaled_by(-1.0);
                 }
                 if let Some(begins) = how.relief_from {
                     let straight = match inward {
@@ -65,22 +73,22 @@ impl Evaluation<'_> {
                     };
                     let relief =
                         trace::tip_relief(&along, &column.values, straight, inward, chart.std)
-                            .map_err(|e| e.at(&chart.place))?;
+                            .map_err(|e| e.with_span(&chart.span))?;
                     reliefs.push(relief);
                 }
                 traces.push((column.name, column.values, line));
             }
             if let Some(cutoff) = cutoff(how.filter, (from, to)) {
-                self.out.notes.push(format!(
+                self.results.notes.push(format!(
                     "{} {}: Gaussian filter, cut-off {:.4} mm",
                     if how.is_profile { "profile" } else { "helix" },
-                    side.word(),
+                    side.name(),
                     1e3 * cutoff
                 ));
             }
-            self.worst_lines(side, how.is_profile, &traces);
+            self.push_worst_deviations(side, how.is_profile, &traces);
             self.tip_relief(side, &reliefs);
-            self.out.drawn.push(Drawn::Traces {
+            self.results.plots.push(ChartPlot::Traces {
                 side,
                 is_profile: how.is_profile,
                 along: along.clone(),
@@ -94,35 +102,40 @@ impl Evaluation<'_> {
     }
 
     /// The worst of the traces of a side, and the mean slope, in which the mounting shows.
-    fn worst_lines(&mut self, side: Side, is_profile: bool, traces: &[(String, Vec<f64>, Line)]) {
-        use Quantity::*;
-        type Reading = fn(&Line) -> Estimate;
+    fn push_worst_deviations(
+        &mut self,
+        side: FlankSide,
+        is_profile: bool,
+        traces: &[(String, Vec<f64>, MeanLine)],
+    ) {
+        use GearDeviation::*;
+        type TraceReading = fn(&MeanLine) -> Estimate;
         let [total, form, slope] = match is_profile {
             true => [ProfileTotal, ProfileForm, ProfileSlope],
             false => [HelixTotal, HelixForm, HelixSlope],
         };
-        let of: [(Quantity, Reading); 3] = [
+        let of: [(GearDeviation, TraceReading); 3] = [
             (total, |line| line.total),
             (form, |line| line.form),
             (slope, |line| line.slope),
         ];
-        for (quantity, value) in of {
-            let size = |t: &&(String, Vec<f64>, Line)| value(&t.2).value.abs();
+        for (deviation, value) in of {
+            let size = |t: &&(String, Vec<f64>, MeanLine)| value(&t.2).value.abs();
             let worst = traces.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
             if let Some((name, _, line)) = worst {
                 let found = match traces.len() {
                     1 => name.clone(),
                     n => format!("{name}, worst of {n}"),
                 };
-                self.add(quantity, side, found, value(line));
+                self.add(deviation, side, found, value(line));
             }
         }
         if traces.len() > 1 {
             let mean = traces.iter().map(|t| t.2.slope.value).sum::<f64>() / traces.len() as f64;
-            self.out.notes.push(format!(
+            self.results.notes.push(format!(
                 "{} {}: mean of {} is {:.2} µm",
                 slope.symbol(),
-                side.word(),
+                side.name(),
                 traces.len(),
                 1e6 * mean
             ));
@@ -130,7 +143,7 @@ impl Evaluation<'_> {
     }
 
     /// The mean of what the tips of a side lack.
-    fn tip_relief(&mut self, side: Side, reliefs: &[Estimate]) {
+    fn tip_relief(&mut self, side: FlankSide, reliefs: &[Estimate]) {
         let n = reliefs.len() as f64;
         let values = || reliefs.iter().map(|r| 1e6 * r.value);
         let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
@@ -142,16 +155,16 @@ impl Evaluation<'_> {
                 std: one.std.map(|u| u / n.sqrt()),
             };
             let found = format!("mean of {n}, {low:.2} to {high:.2}");
-            self.add(Quantity::TipRelief, side, found, mean);
+            self.add(GearDeviation::TipRelief, side, found, mean);
         }
     }
 }
 
 /// The cut-off of a trace's filter, m: by ISO 1328-1:2013 a thirtieth of the evaluation range, 25 µm at least.
 fn cutoff(filter: Option<TraceFilter>, (from, to): (f64, f64)) -> Option<f64> {
-    const LEAST: f64 = 25e-6;
+    const MIN_CUTOFF: f64 = 25e-6;
     filter.map(|filter| match filter {
         TraceFilter::Cutoff(cutoff) => cutoff,
-        TraceFilter::OfRange => ((to - from) / 30.0).max(LEAST),
+        TraceFilter::OfRange => ((to - from) / 30.0).max(MIN_CUTOFF),
     })
 }

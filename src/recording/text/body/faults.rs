@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
-use super::Reader;
+use super::RowReader;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::base::place::Place;
+use crate::base::source_span::SourceSpan;
 use crate::recording::text::cells;
-use crate::recording::text::stamps::Trouble;
+use crate::recording::text::time_stamps::StampError;
 
 /// What is wrong with a row, and where.
-pub(super) struct Fault {
+pub(super) struct RowError {
     pub code: Code,
     pub message: String,
     pub span: Range<usize>,
@@ -18,27 +18,27 @@ pub(super) struct Fault {
     pub hint: &'static str,
 }
 
-pub(super) const MEND: &str =
+pub(super) const HINT_CELLS: &str =
     "mend the file, or say how it is laid out: --delimiter, --decimal, --header-lines";
 
-impl Reader<'_> {
-    pub(super) fn too_many(&self, line: &[u8], span: Range<usize>) -> Fault {
-        let cells = cells::Cells::new(line, self.marks.delimiter).count();
+impl RowReader<'_> {
+    pub(super) fn too_many(&self, line: &[u8], span: Range<usize>) -> RowError {
+        let cells = cells::CellIter::new(line, self.separators.delimiter).count();
         let width = self.plan.roles.len();
-        Fault {
+        RowError {
             code: Code::RaggedRow,
             message: format!("the row has {cells} cells where the rows before it have {width}"),
             span,
             label: format!("beyond column {width}"),
-            hint: MEND,
+            hint: HINT_CELLS,
         }
     }
 
-    pub(super) fn no_number(&self, sink: usize, cell: &[u8], span: Range<usize>) -> Fault {
+    pub(super) fn not_a_number(&self, sink: usize, cell: &[u8], span: Range<usize>) -> RowError {
         let name = &self.plan.sinks[sink].name;
-        let text = self.coding.text(cells::bare(cell));
-        let text = crate::base::units::shortened(&text);
-        Fault {
+        let text = self.encoding.text(cells::trim_cell(cell));
+        let text = crate::base::quantity::truncate(&text);
+        RowError {
             code: Code::NotANumber,
             message: format!("\"{text}\" stands where a number of `{name}` is meant"),
             span,
@@ -47,26 +47,26 @@ impl Reader<'_> {
         }
     }
 
-    pub(super) fn no_stamp(
+    pub(super) fn invalid_stamp(
         &self,
-        trouble: Trouble,
+        error: StampError,
         sink: usize,
         cell: &[u8],
         span: Range<usize>,
-    ) -> Fault {
+    ) -> RowError {
         let name = &self.plan.sinks[sink].name;
-        let text = self.coding.text(cells::bare(cell));
-        let text = crate::base::units::shortened(&text);
-        match trouble {
-            Trouble::NotAStamp => Fault {
+        let text = self.encoding.text(cells::trim_cell(cell));
+        let text = crate::base::quantity::truncate(&text);
+        match error {
+            StampError::NotAStamp => RowError {
                 code: Code::NotANumber,
                 message: format!("\"{text}\" stands where a time stamp of `{name}` is meant"),
                 span,
                 label: "not a time stamp".into(),
                 hint: "mend the cell, or say which column is the time",
             },
-            Trouble::OtherOrder => Fault {
-                code: Code::BadTime,
+            StampError::OtherOrder => RowError {
+                code: Code::InvalidTimeStamps,
                 message: format!(
                     "\"{text}\" of `{name}` cannot have day and month in the order stated"
                 ),
@@ -74,8 +74,8 @@ impl Reader<'_> {
                 label: "no such month".into(),
                 hint: "leave --day-first and --month-first out, and `dates` in the sidecar, or mend the cell",
             },
-            Trouble::DayOrMonth => Fault {
-                code: Code::BadTime,
+            StampError::DayOrMonth => RowError {
+                code: Code::InvalidTimeStamps,
                 message: format!(
                     "\"{text}\" of `{name}` may have the day or the month first, and the dates do not tell"
                 ),
@@ -86,26 +86,27 @@ impl Reader<'_> {
         }
     }
 
-    pub(super) fn error(&self, fault: &Fault, line: &[u8], number: usize) -> Error {
+    pub(super) fn error(&self, row_error: &RowError, line: &[u8], number: usize) -> Error {
         // Lines far too long to be shown are shown around the cell.
-        const SHOWN: usize = 2000;
-        let from = if line.len() <= SHOWN {
+        const MAX_LINE_SHOWN: usize = 2000;
+        let from = if line.len() <= MAX_LINE_SHOWN {
             0
         } else {
-            fault.span.start.saturating_sub(SHOWN / 2)
+            row_error.span.start.saturating_sub(MAX_LINE_SHOWN / 2)
         };
-        let to = line.len().min(from + SHOWN);
+        let to = line.len().min(from + MAX_LINE_SHOWN);
         let clip = |at: usize| at.clamp(from, to);
-        let before = self.coding.text(&line[from..clip(fault.span.start)]);
+        let before = self.encoding.text(&line[from..clip(row_error.span.start)]);
         let within = self
-            .coding
-            .text(&line[clip(fault.span.start)..clip(fault.span.end)]);
-        let after = self.coding.text(&line[clip(fault.span.end)..to]);
+            .encoding
+            .text(&line[clip(row_error.span.start)..clip(row_error.span.end)]);
+        let after = self.encoding.text(&line[clip(row_error.span.end)..to]);
         let span = before.len()..before.len() + within.len();
-        let place = Place::in_line(self.path, number, &format!("{before}{within}{after}"), span);
-        Error::new(fault.code, fault.message.clone())
-            .at(&place)
-            .label(fault.label.clone())
-            .hint(fault.hint)
+        let source_span =
+            SourceSpan::within_line(self.path, number, &format!("{before}{within}{after}"), span);
+        Error::new(row_error.code, row_error.message.clone())
+            .with_span(&source_span)
+            .with_label(row_error.label.clone())
+            .with_hint(row_error.hint)
     }
 }

@@ -1,41 +1,39 @@
-//! The rows of numbers: a stream in blocks, cells parsed where they stand, no allocation per row.
+//! Data rows of a text log, parsed in blocks without allocation per row.
 
-/// What is wrong with a row.
 mod faults;
 
-/// Lines that are no rows.
-mod no_row;
+mod unparsed_line;
 
 use std::io::Read;
 
-use faults::{Fault, MEND};
-use no_row::NoRow;
+use faults::{HINT_CELLS, RowError};
+use unparsed_line::UnparsedLine;
 
-use super::cells::{self, Cell, Marks};
-use super::columns::{Plan, Role};
-use super::encodings::Coding;
+use super::cells::{self, Cell, Separators};
+use super::columns::{ColumnPlan, ColumnRole};
+use super::encodings::TextEncoding;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::recording::column::Column;
-use crate::recording::raw::Lines;
+use crate::recording::raw::LineNumbers;
+use crate::recording::sample_column::SampleColumn;
 
 /// Bytes read at a time.
 pub const BLOCK: usize = 1 << 20;
 
 /// The longest line that is taken for a row, bytes.
-const LONGEST_LINE: usize = 64 << 20;
+const MAX_LINE_LEN: usize = 64 << 20;
 
 /// Samples put in order before they go to their columns.
-const BATCH: usize = 64 << 10;
+const BATCH_SAMPLES: usize = 64 << 10;
 
 /// Lines named in a report of missing cells.
-const NAMED: usize = 5;
+const MAX_LINES_LISTED: usize = 5;
 
 /// What came of a sink.
 #[derive(Debug, Default)]
-pub struct Filled {
+pub struct ColumnData {
     /// Its samples.
-    pub samples: Column,
+    pub samples: SampleColumn,
     /// Cells that hold no number, overloads included.
     pub missing: usize,
     /// Cells that are an overload word.
@@ -45,20 +43,20 @@ pub struct Filled {
     /// The first lines with missing cells.
     pub lines: Vec<usize>,
     /// Rows up to the last that holds a number.
-    pub present: usize,
+    pub last_row_with_value: usize,
 }
 
 /// What came of the rows.
 #[derive(Debug, Default)]
-pub struct Body {
+pub struct TableData {
     /// By sink of the plan.
-    pub sinks: Vec<Filled>,
+    pub sinks: Vec<ColumnData>,
     /// Rows.
     pub rows: usize,
     /// Line of the file of each row.
-    pub lines: Lines,
+    pub numbers: LineNumbers,
     /// Rows that hold only a time.
-    pub only_time: usize,
+    pub time_only_rows: usize,
     /// Lines after the rows: how many, the number and the text of the first.
     pub footer: Option<(usize, usize, String)>,
     /// The last row, where it breaks off: its line and text.
@@ -68,12 +66,12 @@ pub struct Body {
 }
 
 /// What the rows are read with.
-pub struct Reader<'p> {
+pub struct RowReader<'p> {
     path: &'p str,
-    plan: &'p mut Plan,
-    marks: Marks,
-    coding: Coding,
-    body: Body,
+    plan: &'p mut ColumnPlan,
+    separators: Separators,
+    encoding: TextEncoding,
+    data: TableData,
     /// Samples row by row.
     batch: Vec<f64>,
     batch_rows: usize,
@@ -82,39 +80,39 @@ pub struct Reader<'p> {
     /// Sinks with grouped thousands in this row.
     groups: Vec<usize>,
     /// A line that is no row: an error if a row follows.
-    no_row: Option<NoRow>,
+    unparsed_line: Option<UnparsedLine>,
     /// The lines of words above the rows.
     header: Vec<&'p [u8]>,
     line: usize,
 }
 
-impl<'p> Reader<'p> {
+impl<'p> RowReader<'p> {
     /// A reader of rows below the lines `above`, the first of which stands on `line`.
     pub fn new(
         path: &'p str,
-        plan: &'p mut Plan,
-        marks: Marks,
-        coding: Coding,
+        plan: &'p mut ColumnPlan,
+        separators: Separators,
+        encoding: TextEncoding,
         above: &'p [u8],
         line: usize,
-    ) -> Reader<'p> {
+    ) -> RowReader<'p> {
         let n = plan.sinks.len();
         let lines = above.split(|b| matches!(b, b'\n' | b'\r'));
         let words = |l: &&[u8]| l.iter().any(u8::is_ascii_alphabetic);
-        Reader {
+        RowReader {
             path,
             plan,
-            marks,
-            coding,
-            body: Body {
-                sinks: (0..n).map(|_| Filled::default()).collect(),
-                ..Body::default()
+            separators,
+            encoding,
+            data: TableData {
+                sinks: (0..n).map(|_| ColumnData::default()).collect(),
+                ..TableData::default()
             },
-            batch: Vec::with_capacity(BATCH + n),
+            batch: Vec::with_capacity(BATCH_SAMPLES + n),
             batch_rows: 0,
             gaps: Vec::new(),
             groups: Vec::new(),
-            no_row: None,
+            unparsed_line: None,
             header: lines.map(<[u8]>::trim_ascii).filter(words).collect(),
             line,
         }
@@ -124,7 +122,12 @@ impl<'p> Reader<'p> {
     ///
     /// # Errors
     /// The file cannot be read, a row is ragged, a cell is text.
-    pub fn run(mut self, head: &[u8], whole: bool, rest: &mut dyn Read) -> Result<Body, Error> {
+    pub fn read_all(
+        mut self,
+        head: &[u8],
+        whole: bool,
+        rest: &mut dyn Read,
+    ) -> Result<TableData, Error> {
         if whole {
             self.lines(head, true)?;
             return self.finish();
@@ -135,7 +138,7 @@ impl<'p> Reader<'p> {
             if block.len() < filled + BLOCK {
                 block.resize(filled + BLOCK, 0);
             }
-            let n = fill(rest, &mut block[filled..]).map_err(|e| broken(self.path, &e))?;
+            let n = read_full(rest, &mut block[filled..]).map_err(|e| read_error(self.path, &e))?;
             let ended = n < block.len() - filled;
             filled += n;
             let used = self.lines(&block[..filled], ended)?;
@@ -144,16 +147,16 @@ impl<'p> Reader<'p> {
             }
             block.copy_within(used..filled, 0);
             filled -= used;
-            if filled > LONGEST_LINE {
+            if filled > MAX_LINE_LEN {
                 return Err(Error::new(
-                    Code::BrokenFile,
+                    Code::CorruptFile,
                     format!(
                         "line {} is longer than {} MB",
                         self.line,
-                        LONGEST_LINE >> 20
+                        MAX_LINE_LEN >> 20
                     ),
                 )
-                .hint("look whether this is a text log with one row a line"));
+                .with_hint("look whether this is a text log with one row a line"));
             }
         }
     }
@@ -193,21 +196,21 @@ impl<'p> Reader<'p> {
         self.groups.clear();
         match self.row(line) {
             Ok(()) => {
-                if let Some(before) = self.no_row.take() {
+                if let Some(before) = self.unparsed_line.take() {
                     return Err(before.error);
                 }
-                self.commit(number)
+                self.count_row(number)
             }
-            Err(fault) => {
+            Err(error) => {
                 self.batch.truncate(kept);
-                self.no_row(&fault, line, number)
+                self.no_row(&error, line, number)
             }
         }
     }
 
     /// Reads one row to the end of the batch.
-    fn row(&mut self, line: &[u8]) -> Result<(), Fault> {
-        let blanks = self.marks.delimiter == b' ';
+    fn row(&mut self, line: &[u8]) -> Result<(), RowError> {
+        let blanks = self.separators.delimiter == b' ';
         let end = if blanks {
             line.trim_ascii_end().len()
         } else {
@@ -216,21 +219,21 @@ impl<'p> Reader<'p> {
         let line = &line[..end];
         let base = self.batch.len();
         self.batch.resize(base + self.plan.sinks.len(), f64::NAN);
-        let mut at = cells::skip_blanks_of(line, 0, self.marks.delimiter);
+        let mut at = cells::skip_blanks_of(line, 0, self.separators.delimiter);
         let mut column = 0;
         let mut more = true;
         while more {
             let start = at;
             let role = self.plan.roles.get(column).copied();
             let next = match role {
-                Some(Role::Value(sink)) => match self.quick(&line[start..]) {
+                Some(ColumnRole::Value(sink)) => match self.parse_plain(&line[start..]) {
                     Some((value, length)) => {
                         self.batch[base + sink] = value;
                         start + length
                     }
-                    None => self.slow(line, start, column, base)?,
+                    None => self.parse_any(line, start, column, base)?,
                 },
-                _ => self.slow(line, start, column, base)?,
+                _ => self.parse_any(line, start, column, base)?,
             };
             more = next < line.len();
             at = if blanks {
@@ -241,62 +244,62 @@ impl<'p> Reader<'p> {
             column += 1;
         }
         if column < self.plan.required {
-            self.short(line, column, base)?;
+            self.short_row(line, column, base)?;
         }
         Ok(())
     }
 
     /// A plain number up to the next delimiter: its value and length.
     #[inline]
-    fn quick(&self, rest: &[u8]) -> Option<(f64, usize)> {
-        if self.marks.decimal != b'.' {
+    fn parse_plain(&self, rest: &[u8]) -> Option<(f64, usize)> {
+        if self.separators.decimal != b'.' {
             return None;
         }
         let (value, length) = fast_float2::parse_partial::<f64, _>(rest).ok()?;
         let ends = match rest.get(length) {
             None => true,
-            Some(b'\t') if self.marks.delimiter == b' ' => true,
-            Some(byte) => *byte == self.marks.delimiter,
+            Some(b'\t') if self.separators.delimiter == b' ' => true,
+            Some(byte) => *byte == self.separators.delimiter,
         };
         (ends && value.is_finite()).then_some((value, length))
     }
 
     /// A cell of any kind; where it ends.
-    fn slow(
+    fn parse_any(
         &mut self,
         line: &[u8],
         start: usize,
         column: usize,
         base: usize,
-    ) -> Result<usize, Fault> {
-        let end = cells::cell_end(line, start, self.marks.delimiter);
+    ) -> Result<usize, RowError> {
+        let end = cells::cell_end(line, start, self.separators.delimiter);
         let cell = &line[start..end];
         let Some(role) = self.plan.roles.get(column).copied() else {
-            return if cells::bare(cell).is_empty() {
+            return if cells::trim_cell(cell).is_empty() {
                 Ok(end)
             } else {
                 Err(self.too_many(line, start..end))
             };
         };
         match role {
-            Role::Skip => {}
-            Role::Time(sink, reader) => match self.plan.readers[reader].seconds(cell) {
+            ColumnRole::Skip => {}
+            ColumnRole::Time(sink, reader) => match self.plan.parsers[reader].seconds(cell) {
                 Ok(Some(seconds)) => self.batch[base + sink] = seconds,
                 Ok(None) => self.gaps.push((sink, Cell::Missing)),
-                Err(trouble) => return Err(self.no_stamp(trouble, sink, cell, start..end)),
+                Err(error) => return Err(self.invalid_stamp(error, sink, cell, start..end)),
             },
-            Role::Value(sink) => match cells::read(cell, self.marks.decimal) {
+            ColumnRole::Value(sink) => match cells::parse_cell(cell, self.separators.decimal) {
                 Cell::Number(value) => self.batch[base + sink] = value,
-                Cell::Grouped { value, .. } => {
+                Cell::Thousands { value, .. } => {
                     self.batch[base + sink] = value;
                     self.groups.push(sink);
                 }
                 gap @ (Cell::Missing | Cell::Overload) => self.gaps.push((sink, gap)),
                 Cell::Complex(..) | Cell::Text => {
-                    return Err(self.no_number(sink, cell, start..end));
+                    return Err(self.not_a_number(sink, cell, start..end));
                 }
             },
-            Role::Complex(sink) => match cells::read(cell, self.marks.decimal) {
+            ColumnRole::Complex(sink) => match cells::parse_cell(cell, self.separators.decimal) {
                 Cell::Complex(re, im) => {
                     self.batch[base + sink] = re;
                     self.batch[base + sink + 1] = im;
@@ -308,29 +311,29 @@ impl<'p> Reader<'p> {
                 gap @ (Cell::Missing | Cell::Overload) => {
                     self.gaps.extend([(sink, gap), (sink + 1, gap)]);
                 }
-                _ => return Err(self.no_number(sink, cell, start..end)),
+                _ => return Err(self.not_a_number(sink, cell, start..end)),
             },
         }
         Ok(end)
     }
 
     /// A row with too few cells: right where it holds nothing but a time.
-    fn short(&mut self, line: &[u8], cells: usize, base: usize) -> Result<(), Fault> {
+    fn short_row(&mut self, line: &[u8], cells: usize, base: usize) -> Result<(), RowError> {
         let only_time = cells == 1
-            && matches!(self.plan.roles.first(), Some(Role::Time(sink, _)) if self.batch[base + sink].is_finite());
+            && matches!(self.plan.roles.first(), Some(ColumnRole::Time(sink, _)) if self.batch[base + sink].is_finite());
         if !only_time {
             let required = self.plan.required;
-            return Err(Fault {
+            return Err(RowError {
                 code: Code::RaggedRow,
                 message: format!(
                     "the row has {cells} cells where the rows before it have {required}"
                 ),
                 span: 0..line.len(),
                 label: format!("{cells} cells"),
-                hint: MEND,
+                hint: HINT_CELLS,
             });
         }
-        self.body.only_time += 1;
+        self.data.time_only_rows += 1;
         for sink in 0..self.plan.sinks.len() {
             if self.plan.sinks[sink].reader.is_none() {
                 self.gaps.push((sink, Cell::Missing));
@@ -340,22 +343,22 @@ impl<'p> Reader<'p> {
     }
 
     /// Counts the row that was just read.
-    fn commit(&mut self, line: usize) -> Result<(), Error> {
-        self.body.lines.note(self.body.rows, line);
-        self.body.rows += 1;
+    fn count_row(&mut self, line: usize) -> Result<(), Error> {
+        self.data.numbers.push(self.data.rows, line);
+        self.data.rows += 1;
         self.batch_rows += 1;
         for &(sink, what) in &self.gaps {
-            let filled = &mut self.body.sinks[sink];
-            filled.missing += 1;
-            filled.overloads += usize::from(what == Cell::Overload);
-            if filled.lines.len() < NAMED {
-                filled.lines.push(line);
+            let data = &mut self.data.sinks[sink];
+            data.missing += 1;
+            data.overloads += usize::from(what == Cell::Overload);
+            if data.lines.len() < MAX_LINES_LISTED {
+                data.lines.push(line);
             }
         }
         for &sink in &self.groups {
-            self.body.sinks[sink].grouped += 1;
+            self.data.sinks[sink].grouped += 1;
         }
-        if self.batch.len() >= BATCH {
+        if self.batch.len() >= BATCH_SAMPLES {
             self.flush()?;
         }
         Ok(())
@@ -364,35 +367,35 @@ impl<'p> Reader<'p> {
     /// Moves the batch to the columns.
     fn flush(&mut self) -> Result<(), Error> {
         let width = self.plan.sinks.len();
-        let before = self.body.rows - self.batch_rows;
+        let before = self.data.rows - self.batch_rows;
         let mut samples = Vec::with_capacity(self.batch_rows);
-        for (sink, filled) in self.body.sinks.iter_mut().enumerate() {
+        for (sink, data) in self.data.sinks.iter_mut().enumerate() {
             samples.clear();
             samples.extend(self.batch.iter().skip(sink).step_by(width));
             if let Some(last) = samples.iter().rposition(|x: &f64| x.is_finite()) {
-                filled.present = before + last + 1;
+                data.last_row_with_value = before + last + 1;
             }
-            filled.samples.push(&samples)?;
+            data.samples.push(&samples)?;
         }
         self.batch.clear();
         self.batch_rows = 0;
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Body, Error> {
+    fn finish(mut self) -> Result<TableData, Error> {
         self.flush()?;
-        if let Some(last) = self.no_row.take() {
+        if let Some(last) = self.unparsed_line.take() {
             match last.is_cut {
-                true => self.body.cut = Some((last.line, last.text)),
-                false => self.body.footer = Some((last.count, last.line, last.text)),
+                true => self.data.cut = Some((last.line, last.text)),
+                false => self.data.footer = Some((last.count, last.line, last.text)),
             }
         }
-        Ok(self.body)
+        Ok(self.data)
     }
 }
 
 /// Reads until the block is full or the file ends.
-pub fn fill(reader: &mut dyn Read, block: &mut [u8]) -> std::io::Result<usize> {
+pub fn read_full(reader: &mut dyn Read, block: &mut [u8]) -> std::io::Result<usize> {
     let mut filled = 0;
     while filled < block.len() {
         match reader.read(&mut block[filled..]) {
@@ -406,10 +409,10 @@ pub fn fill(reader: &mut dyn Read, block: &mut [u8]) -> std::io::Result<usize> {
 }
 
 /// The error of a stream that ends or breaks within.
-pub fn broken(path: &str, why: &std::io::Error) -> Error {
+pub fn read_error(path: &str, why: &std::io::Error) -> Error {
     Error::new(
-        Code::BrokenFile,
+        Code::CorruptFile,
         format!("{path} cannot be read to its end: {why}"),
     )
-    .hint("the file was cut off or damaged: copy it again from where it was recorded")
+    .with_hint("the file was cut off or damaged: copy it again from where it was recorded")
 }

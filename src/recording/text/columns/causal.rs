@@ -4,64 +4,64 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::numeric::Complex;
-use crate::numeric::fft::{ComplexFft, quick_within};
+use crate::numeric::fft::{ComplexFft, prev_fast_len};
 
 /// Lines that tell a response from chance: the shares of noise lie at 0.5 ± 0.04.
-const ENOUGH: usize = 128;
+const MIN_LINES: usize = 128;
 
 /// Times to either side of zero that the window smears, in lines of the transform.
-const SMEARED: usize = 2;
+const SMEAR_SAMPLES: usize = 2;
 
 /// The most that a response has at negative times: the beam responses tried have 0.004, lightly damped modes on few lines 0.22,
 /// signals over time 0.4 to 0.6.
-const MOST_BEFORE: f64 = 0.25;
+const MAX_BEFORE: f64 = 0.25;
 
 /// The most that three neighbouring times may hold: two probes at right angles to a shaft look like a response of one instant.
-const MOST_AT_ONCE: f64 = 0.5;
+const MAX_AT_ONCE: f64 = 0.5;
 
 /// How two columns hold a response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Pair {
+pub(super) enum ComplexColumns {
     /// Real and imaginary part.
     Cartesian,
     /// Magnitude and phase.
     Polar,
 }
 
-impl Pair {
+impl ComplexColumns {
     /// What the names of the two columns end in.
     pub(super) fn endings(self) -> [&'static str; 2] {
         match self {
-            Pair::Cartesian => ["re", "im"],
-            Pair::Polar => ["mag", "phase"],
+            ComplexColumns::Cartesian => ["re", "im"],
+            ComplexColumns::Polar => ["mag", "phase"],
         }
     }
 }
 
 /// How two columns over even lines hold a frequency response; `None` where they do not look like one.
-pub(super) fn response(one: &[f64], two: &[f64]) -> Option<Pair> {
+pub(super) fn response(one: &[f64], two: &[f64]) -> Option<ComplexColumns> {
     let pairs = || one.iter().zip(two);
     if pairs().any(|(a, b)| !(a.is_finite() && b.is_finite())) {
         return None;
     }
     let cartesian = pairs().map(|(re, im)| Complex::new(*re, *im)).collect();
     if is_causal(cartesian) {
-        return Some(Pair::Cartesian);
+        return Some(ComplexColumns::Cartesian);
     }
     let largest = two.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     // Rounded printing may leave ±π by a digit; unwrapped phases run on and are degrees where they are large.
     let per_unit = if largest > 1.01 * PI { PI / 180.0 } else { 1.0 };
     let polar = pairs().map(|(size, phase)| Complex::from_polar(*size, phase * per_unit));
     let is_polar = one.iter().all(|x| *x >= 0.0) && is_causal(polar.collect());
-    is_polar.then_some(Pair::Polar)
+    is_polar.then_some(ComplexColumns::Polar)
 }
 
 /// Whether the inverse transform of values over even lines lies at positive times, spread over more than an instant.
 fn is_causal(mut values: Vec<Complex>) -> bool {
-    if values.len() < ENOUGH {
+    if values.len() < MIN_LINES {
         return false;
     }
-    let n = quick_within(values.len());
+    let n = prev_fast_len(values.len());
     values.truncate(n);
     // Hann's window keeps the ends of the band from ringing over all times.
     for (k, value) in values.iter_mut().enumerate() {
@@ -69,12 +69,12 @@ fn is_causal(mut values: Vec<Complex>) -> bool {
     }
     ComplexFft::new(n).inverse(&mut values);
     let power: Vec<f64> = values.iter().map(|v| v.norm_sqr()).collect();
-    let after = &power[SMEARED + 1..n / 2];
-    let before: f64 = power[n / 2 + 1..n - SMEARED].iter().sum();
+    let after = &power[SMEAR_SAMPLES + 1..n / 2];
+    let before: f64 = power[n / 2 + 1..n - SMEAR_SAMPLES].iter().sum();
     let all = before + after.iter().sum::<f64>();
     let instant = after.windows(3).map(|w| w.iter().sum::<f64>());
     let instant = instant.fold(0.0, f64::max);
-    all > 0.0 && before < MOST_BEFORE * all && instant < MOST_AT_ONCE * all
+    all > 0.0 && before < MAX_BEFORE * all && instant < MAX_AT_ONCE * all
 }
 
 #[cfg(test)]
@@ -98,8 +98,8 @@ mod tests {
             (h.norm(), h.arg().to_degrees())
         };
         let of = |(one, two): (Vec<f64>, Vec<f64>)| response(&one, &two);
-        assert_eq!(of(lines(mode)), Some(Pair::Cartesian));
-        assert_eq!(of(lines(polar)), Some(Pair::Polar));
+        assert_eq!(of(lines(mode)), Some(ComplexColumns::Cartesian));
+        assert_eq!(of(lines(polar)), Some(ComplexColumns::Polar));
         assert_eq!(of(lines(|k| ((0.3 * k).sin(), (0.3 * k).cos()))), None);
         assert_eq!(of(lines(|k| ((0.3 * k).cos(), (0.3 * k).sin()))), None);
         let decay = |k: f64| {

@@ -1,31 +1,27 @@
-//! What becomes of each column: a channel, time stamps, a counter, nothing.
+//! Role of each text column: channel, time stamps, counter or skipped.
 
-use self::clock::Clock;
-use self::shown::{Columns, called, over_frequency, position};
-use self::unit_of_time::{epoch, seconds_of, unit_word};
-use super::cells::Marks;
-use super::dialect::Kind;
-use super::header::Header;
-use super::stamps::{self, Form};
+use self::preview::{ColumnPreview, column_name, column_position, over_frequency};
+use self::time_columns::TimeColumns;
+use self::time_unit::{epoch_unit_s, unit_name, unit_seconds};
+use super::cells::Separators;
+use super::dialect::CellType;
+use super::header::TableHeader;
+use super::time_stamps::{self, StampFormat};
 use crate::base::code::Code;
-use crate::base::error::{Error, Warning};
-use crate::recording::settings::{RateSource, Settings};
+use crate::base::error::{Diagnostic, Error};
+use crate::recording::read_options::{RateSource, ReadOptions};
 
-/// Units of time stamps.
-mod unit_of_time;
+mod time_unit;
 
-/// Tables of responses without names.
 mod causal;
 
-/// What the head shows.
-mod shown;
+mod preview;
 
-/// Which columns tell the time.
-mod clock;
+mod time_columns;
 
 /// What is done with the cells of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
+pub enum ColumnRole {
     /// They are passed over.
     Skip,
     /// They are the samples of a sink.
@@ -38,7 +34,7 @@ pub enum Role {
 
 /// Where samples go.
 #[derive(Debug, Clone)]
-pub struct Sink {
+pub struct ColumnSink {
     /// Its name.
     pub name: String,
     /// Its unit as written.
@@ -51,13 +47,13 @@ pub struct Sink {
 
 /// What becomes of the columns.
 #[derive(Debug, Default)]
-pub struct Plan {
+pub struct ColumnPlan {
     /// By column.
-    pub roles: Vec<Role>,
+    pub roles: Vec<ColumnRole>,
     /// Where samples go.
-    pub sinks: Vec<Sink>,
+    pub sinks: Vec<ColumnSink>,
     /// Readers of stamps.
-    pub readers: Vec<stamps::Reader>,
+    pub parsers: Vec<time_stamps::StampParser>,
     /// Clocks.
     pub groups: usize,
     /// Cells a row must have; more, up to `roles`, may be there.
@@ -67,7 +63,7 @@ pub struct Plan {
     /// Columns passed over, and why.
     pub left_out: Vec<(String, &'static str)>,
     /// Guesses.
-    pub warnings: Vec<Warning>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 /// What becomes of the columns: `rows` are the lines of numbers in the head, `rate` what the preamble states, Hz.
@@ -75,37 +71,39 @@ pub struct Plan {
 /// # Errors
 /// A column or channel that the settings name is not there.
 pub fn plan(
-    header: &Header,
-    kinds: &[Kind],
-    marks: Marks,
+    header: &TableHeader,
+    types: &[CellType],
+    separators: Separators,
     rows: &[&str],
     rate: Option<f64>,
-    settings: &Settings,
-) -> Result<Plan, Error> {
-    let stated = settings.time_unit.as_deref();
-    if let Some(unit) = stated.filter(|unit| seconds_of(unit).is_none()) {
+    options: &ReadOptions,
+) -> Result<ColumnPlan, Error> {
+    let stated = options.time_unit.as_deref();
+    if let Some(unit) = stated.filter(|unit| unit_seconds(unit).is_none()) {
         let message = format!("`{unit}` is no unit of time");
-        return Err(Error::new(Code::WrongUnit, message).hint("it takes s, ms, µs, ns, min or h"));
+        return Err(
+            Error::new(Code::WrongUnit, message).with_hint("it takes s, ms, µs, ns, min or h")
+        );
     }
-    let mut columns = Columns::new(header, kinds, rows, marks);
+    let mut preview = ColumnPreview::new(header, types, rows, separators);
     // Empty columns without a name at the end are what a trailing delimiter leaves.
-    let filled = |at: &usize| kinds[*at] != Kind::Empty;
-    let required = (0..kinds.len()).rev().find(filled).map_or(0, |at| at + 1);
-    let named = |at: &usize| !header.written[*at].is_empty();
-    let width = (0..kinds.len())
+    let filled = |at: &usize| types[*at] != CellType::Empty;
+    let required = (0..types.len()).rev().find(filled).map_or(0, |at| at + 1);
+    let named = |at: &usize| !header.raw_names[*at].is_empty();
+    let width = (0..types.len())
         .rev()
         .find(named)
         .map_or(0, |at| at + 1)
         .max(required);
-    let mut plan = Plan {
+    let mut plan = ColumnPlan {
         required,
         groups: 1,
-        ..Plan::default()
+        ..ColumnPlan::default()
     };
-    let repeated = |c: &usize| columns.called[*c] != called(header, *c);
+    let repeated = |c: &usize| preview.names[*c] != column_name(header, *c);
     if let Some(at) = (0..width).find(repeated) {
-        let (name, own) = (called(header, at), &columns.called[at]);
-        plan.warnings.push(Warning {
+        let (name, own) = (column_name(header, at), &preview.names[at]);
+        plan.diagnostics.push(Diagnostic {
             code: "name-twice",
             message: format!(
                 "two columns are named `{name}`: the first keeps the name, the second is called `{own}`"
@@ -113,11 +111,11 @@ pub fn plan(
             hint: Some("give every column a name of its own".into()),
         });
     }
-    if settings.time_column.is_none()
-        && settings.rate.is_none()
-        && columns.name_responses(rows, marks)
+    if options.time_column.is_none()
+        && options.rate.is_none()
+        && preview.name_responses(rows, separators)
     {
-        plan.warnings.push(Warning {
+        plan.diagnostics.push(Diagnostic {
             code: "frequency-guessed",
             message: "no column has a name; by their numbers the first holds frequencies, taken in Hz, and the others are frequency responses".into(),
             hint: Some(
@@ -126,18 +124,29 @@ pub fn plan(
             ),
         });
     }
-    let clock = Clock::find(&columns, width, settings, &mut plan)?;
-    plan.over_frequency = clock.times.is_empty() && over_frequency(&columns, width);
-    plan.groups = clock.times.len().max(1);
-    let rate = match settings.rate {
+    let time_columns = TimeColumns::find_time_columns(&preview, width, options, &mut plan)?;
+    plan.over_frequency = time_columns.times.is_empty() && over_frequency(&preview, width);
+    plan.groups = time_columns.times.len().max(1);
+    let rate = match options.rate {
         Some(RateSource::Hertz(hertz)) => Some(hertz),
         _ => rate,
     };
-    let wanted = Wanted::new(&columns, width, &clock, settings, plan.over_frequency)?;
+    let filter = ChannelFilter::new(&preview, width, &time_columns, options, plan.over_frequency)?;
     for column in 0..width {
-        let group = clock.times.iter().rposition(|t| *t <= column).unwrap_or(0);
+        let group = time_columns
+            .times
+            .iter()
+            .rposition(|t| *t <= column)
+            .unwrap_or(0);
         let role = plan.role(
-            column, group, &columns, &clock, &wanted, rate, marks, settings,
+            column,
+            group,
+            &preview,
+            &time_columns,
+            &filter,
+            rate,
+            separators,
+            options,
         );
         plan.roles.push(role);
     }
@@ -145,42 +154,42 @@ pub fn plan(
 }
 
 /// Which channels are kept.
-struct Wanted(Option<Vec<usize>>);
+struct ChannelFilter(Option<Vec<usize>>);
 
-impl Wanted {
+impl ChannelFilter {
     fn new(
-        columns: &Columns<'_>,
+        preview: &ColumnPreview<'_>,
         width: usize,
-        clock: &Clock,
-        settings: &Settings,
+        time_columns: &TimeColumns,
+        options: &ReadOptions,
         all: bool,
-    ) -> Result<Wanted, Error> {
-        if settings.only.is_empty() || all {
-            return Ok(Wanted(None));
+    ) -> Result<ChannelFilter, Error> {
+        if options.keep_channels.is_empty() || all {
+            return Ok(ChannelFilter(None));
         }
         let renamed = |word: &str| {
-            let by = settings
+            let by = options
                 .channels
                 .iter()
                 .find(|c| c.rename.as_deref() == Some(word));
             by.map_or(word.to_string(), |c| c.name.clone())
         };
-        let found: Result<Vec<usize>, Error> = settings
-            .read()
+        let found: Result<Vec<usize>, Error> = options
+            .channels_to_read()
             .iter()
-            .map(|word| position(columns, width, &renamed(word)))
+            .map(|word| column_position(preview, width, &renamed(word)))
             .collect();
         let found = found?;
-        match found.iter().find(|c| clock.times.contains(c)) {
+        match found.iter().find(|c| time_columns.times.contains(c)) {
             Some(c) => Err(Error::new(
                 Code::NoChannel,
                 format!(
                     "`{}` holds the time stamps, not a channel",
-                    columns.called[*c]
+                    preview.names[*c]
                 ),
             )
-            .hint("name a channel, or say which column is the time: --time COLUMN")),
-            None => Ok(Wanted(Some(found))),
+            .with_hint("name a channel, or say which column is the time: --time COLUMN")),
+            None => Ok(ChannelFilter(Some(found))),
         }
     }
 
@@ -189,40 +198,40 @@ impl Wanted {
     }
 }
 
-impl Plan {
+impl ColumnPlan {
     #[allow(clippy::too_many_arguments)] // one step of `plan`, which holds them all
     fn role(
         &mut self,
         column: usize,
         group: usize,
-        columns: &Columns<'_>,
-        clock: &Clock,
-        wanted: &Wanted,
+        preview: &ColumnPreview<'_>,
+        time_columns: &TimeColumns,
+        filter: &ChannelFilter,
         rate: Option<f64>,
-        marks: Marks,
-        settings: &Settings,
-    ) -> Role {
-        let name = columns.called[column].clone();
-        let written_unit = columns.header.units[column].clone();
-        if clock.times.contains(&column) {
-            let (form, unit) = match columns.kinds[column] {
-                Kind::Stamp(form) => (form, "date-time".to_string()),
+        separators: Separators,
+        options: &ReadOptions,
+    ) -> ColumnRole {
+        let name = preview.names[column].clone();
+        let written_unit = preview.header.units[column].clone();
+        if time_columns.times.contains(&column) {
+            let (stamp_format, unit) = match preview.types[column] {
+                CellType::Stamp(stamp_format) => (stamp_format, "date-time".to_string()),
                 _ => (
-                    Form::Decimal,
-                    settings.time_unit.clone().unwrap_or(written_unit),
+                    StampFormat::Decimal,
+                    options.time_unit.clone().unwrap_or(written_unit),
                 ),
             };
-            let unit_s = match (form, seconds_of(&unit)) {
-                (Form::Decimal, Some(unit_s)) => unit_s,
-                (Form::Decimal, None) => {
-                    let unit_s = epoch(&columns.sample[column]);
-                    self.say_unit(&name, &unit, unit_s, columns.is_whole(column));
+            let unit_s = match (stamp_format, unit_seconds(&unit)) {
+                (StampFormat::Decimal, Some(unit_s)) => unit_s,
+                (StampFormat::Decimal, None) => {
+                    let unit_s = epoch_unit_s(&preview.sample[column]);
+                    self.report_time_unit(&name, &unit, unit_s, preview.is_whole(column));
                     unit_s
                 }
                 _ => 1.0,
             };
             let unit = if unit.is_empty() {
-                unit_word(unit_s)
+                unit_name(unit_s)
             } else {
                 unit
             };
@@ -230,42 +239,55 @@ impl Plan {
                 name,
                 unit,
                 group,
-                stamps::Reader::new(form, unit_s, marks.decimal, settings.dialect.day_first),
+                time_stamps::StampParser::new(
+                    stamp_format,
+                    unit_s,
+                    separators.decimal,
+                    options.dialect.day_first,
+                ),
             );
         }
-        if clock.counter == Some(column) && !wanted.0.as_ref().is_some_and(|w| w.contains(&column))
+        if time_columns.counter == Some(column)
+            && !filter.0.as_ref().is_some_and(|w| w.contains(&column))
         {
-            if let (Some(hertz), true) = (rate, clock.times.is_empty()) {
-                let reader = stamps::Reader::new(Form::Decimal, 1.0 / hertz, marks.decimal, None);
-                return self.time(name, "samples".into(), group, reader);
+            if let (Some(hertz), true) = (rate, time_columns.times.is_empty()) {
+                let parser = time_stamps::StampParser::new(
+                    StampFormat::Decimal,
+                    1.0 / hertz,
+                    separators.decimal,
+                    None,
+                );
+                return self.time(name, "samples".into(), group, parser);
             }
-            self.leave_out(name, "counts the rows");
-            return Role::Skip;
+            self.skip_column(name, "counts the rows");
+            return ColumnRole::Skip;
         }
-        if !wanted.contains(column) {
-            return Role::Skip;
+        if !filter.contains(column) {
+            return ColumnRole::Skip;
         }
-        match columns.kinds[column] {
-            Kind::Text => {
-                self.leave_out(name, "holds words");
-                Role::Skip
+        match preview.types[column] {
+            CellType::Text => {
+                self.skip_column(name, "holds words");
+                ColumnRole::Skip
             }
-            Kind::Stamp(_) => {
-                self.leave_out(name, "holds dates or times beside the stamps");
-                Role::Skip
+            CellType::Stamp(_) => {
+                self.skip_column(name, "holds dates or times beside the stamps");
+                ColumnRole::Skip
             }
-            Kind::Complex => {
+            CellType::Complex => {
                 let sink = self.sink(format!("{name} re"), &written_unit, group);
                 self.sink(format!("{name} im"), &written_unit, group);
-                Role::Complex(sink)
+                ColumnRole::Complex(sink)
             }
-            Kind::Number | Kind::Empty => Role::Value(self.sink(name, &written_unit, group)),
+            CellType::Number | CellType::Empty => {
+                ColumnRole::Value(self.sink(name, &written_unit, group))
+            }
         }
     }
 
     /// Says what stamps without a unit of time are taken in, where another one could be meant.
-    fn say_unit(&mut self, name: &str, unit: &str, unit_s: f64, is_whole: bool) {
-        let word = unit_word(unit_s);
+    fn report_time_unit(&mut self, name: &str, unit: &str, unit_s: f64, is_whole: bool) {
+        let word = unit_name(unit_s);
         let message = match unit {
             "" if is_whole && unit_s == 1.0 => {
                 format!(
@@ -279,27 +301,33 @@ impl Plan {
             unit => format!("`{unit}` of `{name}` is no unit of time: it is taken in {word}"),
         };
         let hint = "state it: --time-unit ms, or that it counts samples: --time none --rate HZ";
-        self.warnings.push(Warning {
+        self.diagnostics.push(Diagnostic {
             code: "time-guessed",
             message,
             hint: Some(hint.into()),
         });
     }
 
-    fn time(&mut self, name: String, unit: String, group: usize, reader: stamps::Reader) -> Role {
-        self.readers.push(reader);
-        let reader = self.readers.len() - 1;
-        self.sinks.push(Sink {
+    fn time(
+        &mut self,
+        name: String,
+        unit: String,
+        group: usize,
+        parser: time_stamps::StampParser,
+    ) -> ColumnRole {
+        self.parsers.push(parser);
+        let parser = self.parsers.len() - 1;
+        self.sinks.push(ColumnSink {
             name,
             unit,
             group,
-            reader: Some(reader),
+            reader: Some(parser),
         });
-        Role::Time(self.sinks.len() - 1, reader)
+        ColumnRole::Time(self.sinks.len() - 1, parser)
     }
 
     fn sink(&mut self, name: String, unit: &str, group: usize) -> usize {
-        self.sinks.push(Sink {
+        self.sinks.push(ColumnSink {
             name,
             unit: unit.to_string(),
             group,
@@ -308,7 +336,7 @@ impl Plan {
         self.sinks.len() - 1
     }
 
-    fn leave_out(&mut self, name: String, why: &'static str) {
+    fn skip_column(&mut self, name: String, why: &'static str) {
         self.left_out.push((name, why));
     }
 }

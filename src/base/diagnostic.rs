@@ -1,0 +1,608 @@
+//! Catalogue of warnings and repairs with the text of `geardyn explain`.
+
+/// What a word stands alongside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DiagnosticKind {
+    /// A doubt about the answer.
+    Warning,
+    /// Something done to the data of a log.
+    Repair,
+}
+
+use DiagnosticKind::{Repair, Warning};
+
+/// Every word, its sort, and what `geardyn explain` says of it.
+pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
+    // Reading a log.
+    (
+        "time-guessed",
+        Warning,
+        "The column of time stamps, or their unit, is not certain: a column without a name rises evenly, or one named as a time without a unit counts 0, 1, 2, … Say which it is: --time COLUMN or --time none, --time-unit ms, or in the sidecar.",
+    ),
+    (
+        "time-rounded",
+        Warning,
+        "The time stamps are too coarse to judge single steps. The samples are taken as evenly spaced, which the record as a whole bears out.",
+    ),
+    (
+        "time-jitter",
+        Warning,
+        "The time stamps lie unevenly and the samples were resampled. Above the band said the values rest on the interpolation.",
+    ),
+    (
+        "frequency-guessed",
+        Warning,
+        "The table has no names. Its first column rises by even steps, and the inverse transforms of the others lie at positive times alone, as those of frequency responses do and those of signals do not: they are taken for real and imaginary parts, or magnitudes and phases, over frequencies in Hz. Name the columns, or say which is the time: --time.",
+    ),
+    (
+        "decimal-comma",
+        Warning,
+        "Every comma of the text stands before three digits, so it may be a decimal mark or separate thousands. State it: --decimal.",
+    ),
+    (
+        "names-misfit",
+        Warning,
+        "The line of names has another number of words than the rows have cells, so no name can be given to a column. Columns are numbered; mend the line, or state --delimiter and --decimal.",
+    ),
+    (
+        "rate-disagrees",
+        Warning,
+        "Another sample rate of the log differs by more than 0.1 % from the one taken: a stated --rate from the time stamps or the header, a line of the header from the stamps, or a bare `rate`, which of a rotating machine may be the speed of a shaft, from the rate of samples. State the right one: --rate.",
+    ),
+    (
+        "header-rate-mark",
+        Warning,
+        "The header states a sample rate whose only mark stands before three digits and is not the decimal mark of the file's numbers. It is taken for the mark of thousands; the rate would be a thousandth of it otherwise. State it: --rate.",
+    ),
+    (
+        "header-rate-unread",
+        Warning,
+        "The header states a sample rate that cannot be read with certainty: an unknown unit, a tail, a number below zero. The time stamps give the rate, and nothing was compared with it.",
+    ),
+    (
+        "date-order",
+        Warning,
+        "Every date of the log can be read with the day first or with the month first. What passed since the first sample is the same either way; the date of the beginning is not known. Say which comes first: --day-first or --month-first, or `dates` in the sidecar.",
+    ),
+    (
+        "clipped",
+        Warning,
+        "A channel rested on its limit: samples there are not the motion. Where what lies between leaves enough, the clipped samples are left out and the record is cut there; otherwise modes and damping may be wrong by more than their intervals say, and spectra show too low levels and false multiples.",
+    ),
+    (
+        "nonlinear",
+        Warning,
+        "The frequencies found from the hits of a test depend significantly on the hit amplitude: the structure is not linear at these levels. The message gives the change over the range of the hits. Use hits of equal amplitude, or state the amplitude with the modes.",
+    ),
+    (
+        "not-reciprocal",
+        Warning,
+        "A pair of points was driven both ways, and the two responses, which are equal for a linear structure, differ by more than one and a half times what their variances explain (by more than 10 % where no variance is known). A sensor or a force points along another direction, a calibration is wrong, or the structure is not linear at these levels.",
+    ),
+    (
+        "mains",
+        Warning,
+        "A mode lies on a multiple of 50 or 60 Hz and is no wider than a spectral line: electric pick-up of the mains looks so. A record without excitation shows whether it stays.",
+    ),
+    (
+        "stuck",
+        Warning,
+        "A channel holds one value for a long time although it moves before or after: its sensor, cable or recorder failed. `identify` leaves that time out where another channel shows that the structure moved.",
+    ),
+    (
+        "taken-as-spectrum",
+        Warning,
+        "A channel's name says that it is a spectrum, though the header says it is over time.",
+    ),
+    (
+        "variables-left-out",
+        Warning,
+        "Variables of the MATLAB file that are neither signals nor functions of frequency were not read.",
+    ),
+    (
+        "functions-left-out",
+        Warning,
+        "Functions of the file are of a kind that is not read, or lie over other lines than the rest.",
+    ),
+    (
+        "values-missing",
+        Warning,
+        "A data set holds fewer values than its header states.",
+    ),
+    (
+        "another-clock",
+        Warning,
+        "The file holds channels of several clocks: other rates, lengths or beginnings. Channels of one clock are analysed together; the others are reached by their names.",
+    ),
+    (
+        "name-twice",
+        Warning,
+        "Two variables or channels of the file have one name. Both are kept, the second numbered.",
+    ),
+    (
+        "coherence-above-one",
+        Warning,
+        "A coherence of the file is larger than one, which no coherence is. Its values are kept as they are.",
+    ),
+    (
+        "coherence-left-out",
+        Warning,
+        "A coherence of the file belongs to no response of it.",
+    ),
+    // What was done to a log.
+    (
+        "row-incomplete",
+        Repair,
+        "The last row of the log breaks off: it has too few cells, its last cell is the beginning of a number, or storage after it was never written, as where a logger is switched off. The row was left out. A row that breaks off anywhere else is an error.",
+    ),
+    (
+        "header-repeated",
+        Repair,
+        "Lines of the header are repeated between the rows, as where a logger was started anew or files were joined. They were passed over and the rows joined; time stamps tell how much time passed there, without them nothing does.",
+    ),
+    (
+        "sidecar",
+        Repair,
+        "A file beside the log, with its name and .toml, was read: what it says of the log was applied. --no-sidecar passes it over.",
+    ),
+    (
+        "files-joined",
+        Repair,
+        "The files are records of one test. Each lies in stretches of its own, no average reaches from one to the next, and each hit counts once.",
+    ),
+    (
+        "gap-split",
+        Repair,
+        "Samples are missing. The record falls into stretches there, and no average reaches across. --fill-gaps bridges them instead.",
+    ),
+    (
+        "triggered",
+        Repair,
+        "What lies before the level of --trigger was left out, but for what --pre-trigger keeps. The level is compared with the size of the numbers as the log has them.",
+    ),
+    (
+        "gap-filled",
+        Repair,
+        "Straight lines were laid over missing samples, as asked.",
+    ),
+    (
+        "resampled",
+        Repair,
+        "Samples at uneven times were brought to even steps by band-limited interpolation.",
+    ),
+    (
+        "cells-missing",
+        Repair,
+        "Cells hold no number. Stretches end there, in every channel.",
+    ),
+    (
+        "thousands-joined",
+        Repair,
+        "Numbers were written with separators of thousands, which were taken out.",
+    ),
+    (
+        "column-left-out",
+        Repair,
+        "A column is no channel: a counter, or one that holds words or nothing.",
+    ),
+    (
+        "channel-empty",
+        Repair,
+        "A channel holds no number and was left out.",
+    ),
+    (
+        "footer-skipped",
+        Repair,
+        "Lines after the rows of numbers were passed over.",
+    ),
+    (
+        "rows-of-another-dialect",
+        Repair,
+        "Rows of numbers with another delimiter or decimal mark stand above the rows that were read, and were passed over: two exports in one file. Bring them into one form.",
+    ),
+    (
+        "lines-skipped",
+        Repair,
+        "Lines outside of the data were passed over.",
+    ),
+    (
+        "sets-skipped",
+        Repair,
+        "Data sets of other kinds than UFF 58 were passed over.",
+    ),
+    (
+        "segments-joined",
+        Repair,
+        "Segments of an LVM file follow each other in time and were joined.",
+    ),
+    // Spectra.
+    (
+        "no-line",
+        Warning,
+        "Nothing stands clear of the floor. The strongest line is shown although noise could make it.",
+    ),
+    (
+        "no-band",
+        Warning,
+        "An envelope without --band is that of the whole signal, in which bursts are hidden.",
+    ),
+    (
+        "longest-stretch",
+        Warning,
+        "Gaps split the record, and the method needs one piece: the longest is analysed.",
+    ),
+    (
+        "tacho-pulses",
+        Warning,
+        "Pulses of the tacho are missing, doubled or uneven, or their number a turn seems to be another than stated with --pulses.",
+    ),
+    // Encoder records.
+    (
+        "mesh-above-band",
+        Warning,
+        "A mesh lies above the highest order that the rows hold, and was not looked for. Read the encoders more often, or turn more slowly.",
+    ),
+    (
+        "counts-repaired",
+        Warning,
+        "An encoder lost counts or counted too many; the step this makes was taken out, because --repair was given.",
+    ),
+    (
+        "index-pulses",
+        Warning,
+        "Of the index pulses of an encoder some are missing or stand where no whole turn has passed. Those are passed over. A pulse narrower than a row is missed by the rows; noise on the line makes others.",
+    ),
+    (
+        "step-without-counts",
+        Warning,
+        "The transmission error steps and stays where it is, and the index pulses say that both encoders counted right: a seat, a coupling or an encoder moved. The step is left in the record.",
+    ),
+    (
+        "direction-too-short",
+        Warning,
+        "In one direction the record turns less than a whole turn of every shaft, beside what the play takes: that direction is not evaluated, and what of its angles the other direction passed as well goes into the play alone.",
+    ),
+    (
+        "input-uneven",
+        Warning,
+        "The input of an encoder record does not turn evenly at the orders of declared errors: its driver is free and answers the meshes. What it does is in the record; what of it reaches the output is taken off through the model.",
+    ),
+    // Identification.
+    (
+        "one-stretch",
+        Warning,
+        "Gaps split the record, and the method needs one piece: the longest is used.",
+    ),
+    (
+        "one-average",
+        Warning,
+        "There is one average, so no variance and no coherence.",
+    ),
+    (
+        "few-averages",
+        Warning,
+        "The variance is known to a factor of two at best, and the intervals with it.",
+    ),
+    (
+        "coherent-inputs",
+        Warning,
+        "The inputs cannot be told apart: one follows the other.",
+    ),
+    (
+        "closed-loop",
+        Warning,
+        "The input has peaks at the modes: the motion feeds the force, and the responses are those of the loop.",
+    ),
+    (
+        "aliasing",
+        Warning,
+        "A channel has as much power near half the sample rate as below: it was sampled without a filter, and what lies above is folded down.",
+    ),
+    (
+        "transmissibility",
+        Warning,
+        "Motion over motion: its poles are those of the structure held at the input, not its modes.",
+    ),
+    (
+        "inverse-response",
+        Warning,
+        "Force over motion: its poles are the frequencies at which the force moves nothing there, zeros of the structure's response, not its modes. Swap --input and --output.",
+    ),
+    (
+        "low-coherence",
+        Warning,
+        "The response at a mode is mostly noise, or comes from another source than the input.",
+    ),
+    (
+        "leakage",
+        Warning,
+        "A resonance is narrower than three lines of averaged blocks, or than one and a half windows of local parabolas over several blocks, so the block it was measured in broadens it. Take longer blocks, --resolution, or a longer record.",
+    ),
+    (
+        "coarse-lines",
+        Warning,
+        "Fewer than four lines of a stepped sine, or of a file of responses, lie within the half-power width of a mode. Its pole rests on the form of the fit between lines: leakage of whoever estimated the responses, a second mode, or a value that is off would not be seen, and intervals hold none of these.",
+    ),
+    (
+        "unsettled",
+        Warning,
+        "Dwells of a stepped sine end before the response has settled. Where it goes is told from how it falls from quarter to quarter of the dwell, as one mode rings out, and is uncertain by a fifth of what that adds.",
+    ),
+    (
+        "kind-differs",
+        Warning,
+        "The units make the response another kind than --kind says, and --kind was taken: what modes outside the band leave is then fitted in another form.",
+    ),
+    (
+        "order-limit",
+        Warning,
+        "The criterion still falls at the highest order that was tried: the search ended, not the evidence. State a higher --order, or narrow the band.",
+    ),
+    (
+        "departs",
+        Warning,
+        "Noise alone does not explain the responses. Poles were identified with a variance that includes the departure of each mode from the linear model, and the intervals include it. Usual causes: sensor mass, mounting, leakage, dependence on amplitude or temperature.",
+    ),
+    (
+        "few-hits",
+        Warning,
+        "Fewer than three hits were used. Intervals hold the noise, and what responses depart from the model by, but not how far hits place a mode apart, which on real structures is often more: three hits tell it, five tell it well.",
+    ),
+    (
+        "driving-point",
+        Warning,
+        "A modal mass is no positive number: force and motion at the driving point do not belong together, or one of them is turned round.",
+    ),
+    (
+        "uncalibrated",
+        Warning,
+        "Units that are not those of force and motion give no modal masses.",
+    ),
+    (
+        "misfit",
+        Warning,
+        "The misfit is larger than the variance explains. Standard deviations were widened to it.",
+    ),
+    (
+        "zero-response",
+        Warning,
+        "A response is zero throughout and was left out.",
+    ),
+    (
+        "pole-limit",
+        Warning,
+        "The search ended at the most pole pairs allowed. Narrow the band.",
+    ),
+    (
+        "no-mode",
+        Warning,
+        "Nothing stands out of the noise as a mode.",
+    ),
+    (
+        "harmonic",
+        Warning,
+        "A mode lies on an order of the speed, or is distributed like a sine: it is the machine's running, not its structure. Repeat at another speed.",
+    ),
+    (
+        "mode-on-order",
+        Warning,
+        "A mode lies on an order of the running speed. The sine there was taken out of the record before modes were looked for, which a constant speed allows, and what is left is much wider than a line of the record, as a structure that noise drives is. The order may still have driven it: repeat at another speed, where the mode stays.",
+    ),
+    (
+        "few-block-rows",
+        Warning,
+        "The record holds too few periods of the lowest frequencies of the band, or is so short that the covariances reach over fewer lags than usual: no mode is sought below the frequency named. Take a longer record.",
+    ),
+    (
+        "band-cut",
+        Warning,
+        "The band reaches beyond 0.4 of the sample rate, where filters of loggers end: no mode is sought there. Sample faster.",
+    ),
+    (
+        "evenly-spaced",
+        Warning,
+        "Five or more sines are evenly spaced, as harmonics of a shaft and sidebands of a mesh are, and the modes of a structure hardly ever. Narrow poles in their series are listed with them and not as modes. State the speed, or repeat at another one.",
+    ),
+    (
+        "many-modes",
+        Warning,
+        "So many modes lie within three octaves that the highest order of the models may not hold all of them. Compare with the peaks of --method fdd.",
+    ),
+    (
+        "close-pair",
+        Warning,
+        "At one sample rate two modes are found where another shows one. Where their distance exceeds their uncertainty both are listed, else the one. Two modes may be hardly resolved, or one may change during the record: take a longer record, or sensors where the two shapes differ.",
+    ),
+    (
+        "peak-without-mode",
+        Warning,
+        "The spectra show a peak that is no sine, and no mode explains it: a mode whose poles were not certain enough, or one beyond the frequencies in which modes are sought. The poles that were rejected are listed with their reasons.",
+    ),
+    (
+        "residuals",
+        Warning,
+        "The residuals of the difference equation are not white, or follow the input: something is not modelled, and the intervals are too narrow.",
+    ),
+    (
+        "coefficients-lose-digits",
+        Warning,
+        "Polynomials of high degree lose digits that poles and residues keep.",
+    ),
+    (
+        "poor-fit",
+        Warning,
+        "The fit misses a response by half its size or more: modes and intervals rest on what it does not describe.",
+    ),
+    // Machines.
+    (
+        "no-load",
+        Warning,
+        "Contacts with play carry on the flank the mean torques press them to, and none are stated. They are taken as closed on the drive flank.",
+    ),
+    (
+        "loads-accelerate",
+        Warning,
+        "The mean torques do not balance, so the train speeds up under them.",
+    ),
+    (
+        "implausible",
+        Warning,
+        "A value lies far outside what machines have, mostly because of a unit: a mesh stiffness a hundred times off 14 N/(mm·µm) times ten modules of face width (ISO 6336-1), a damping ratio above 0.5 (meshes have 0.03 to 0.17, Kasuba and Evans 1981), a diametral moment of inertia below half the polar one (no body has that), a module above 1 m (ISO 54 ends at 50 mm). The value is taken as written.",
+    ),
+    (
+        "speeds-misfit",
+        Warning,
+        "The mean speeds stated in [speed] contradict the ratios of the machine or leave a part open. Natural frequencies at rest do not need them; motion in time, waves of stiffness and gyroscopic terms do, and refuse them.",
+    ),
+    (
+        "step-for-exact",
+        Warning,
+        "A step was asked for, and the method that would be exact for the machine takes none, so that one with an error took the motion. Leave the step out, or let `geardyn accuracy` show how large the error is.",
+    ),
+    (
+        "long-step",
+        Warning,
+        "The fixed step is long beside a period of the fastest that can swing in the machine while its contacts carry, or that acts on it. Beyond the limit of an explicit method every such swing grows without bound. Implicit methods stay bounded, and take what swings within a few steps for something slower, or damp it: no harm where the motion does not excite it. Take a shorter step, or a method that chooses its own; `geardyn accuracy` shows errors over steps.",
+    ),
+    (
+        "coarse-samples",
+        Warning,
+        "The samples lie far apart beside a period of what acts on the machine at an imposed speed (a load, an error or a stiffness wave), or beside how fast an output swings, as its own slope tells. Extremes, means, answers to steps and what is read off the outputs are those of the samples; what lies between is missed, and a step of whole periods sees one and the same phase always. Ask for more --samples, with --no-history where only extremes are wanted.",
+    ),
+    (
+        "handed-over",
+        Warning,
+        "The method that suits the structure of the machine did not converge, as where contacts chatter, and the one named took the motion from its start: its local errors keep to the tolerance, and it locates no switches. Give the contact named some damping, or name a --method.",
+    ),
+    (
+        "not-predictable",
+        Warning,
+        "The motion amplifies every change of its start, as impacts after a loss of contact do, until two runs whose starts differ by a billionth of the deflections have nothing in common. Beyond the instant given, the history, its extremes and its end value are those of one run among many; another method, tolerance or processor gives others. Digits that do not hold are not shown. The mean, the rms and the percentiles over the second half hold within their intervals; a longer motion narrows them. `--no-sensitivity` saves the second run.",
+    ),
+    (
+        "not-compared",
+        Warning,
+        "A second run from a changed start tells how a motion amplifies changes and which digits of its readings hold. It failed, or took far longer than the first, so that extremes are shown with digits that may not hold. Compare a run with another tolerance or method yourself, or `geardyn accuracy`.",
+    ),
+    (
+        "unstable",
+        Warning,
+        "A root of the linear machine has a growth rate above zero: a small motion grows as exp(rate · t) until something that is not linear limits it, and no steady answer is reached. Growth below 1e-10 |λ| counts as none.",
+    ),
+    (
+        "speed-terms",
+        Warning,
+        "The answer leaves out terms that the machine has: gyroscopic, Coriolis and centripetal ones without --speed, or damping that circulates or feeds without --damped. Their size is that of the shift of a frequency they may cause.",
+    ),
+    (
+        "undamped",
+        Warning,
+        "Nothing damps the machine, so that its answer at a natural frequency is infinite and no peak has a height.",
+    ),
+    (
+        "curve-lost",
+        Warning,
+        "A curve of periodic motions could not be followed any further: the motion may stop repeating with the excitation there.",
+    ),
+    (
+        "doubling",
+        Warning,
+        "A motion of two periods begins at a period doubling. Such motions are followed where every switch can be located; simulate in time just beyond the doubling to see one elsewhere.",
+    ),
+    (
+        "orders-limited",
+        Warning,
+        "A balance of orders would need more of them than it takes; how much those left out add up to is said.",
+    ),
+    (
+        "gyroscopic",
+        Warning,
+        "Gyroscopic terms are kept as they are at one speed while the excitation passes through a range of speeds.",
+    ),
+    (
+        "contact-open",
+        Warning,
+        "A contact with play stands open under the mean torques and has no stiffness.",
+    ),
+    (
+        "track-coarse",
+        Warning,
+        "Some windows of an order track held too few samples, or the shaft turned less than one window. Ask for more --samples.",
+    ),
+    (
+        "te-latest",
+        Warning,
+        "A transmission error found while a motion runs is that of its last million samples: no more are kept.",
+    ),
+    (
+        "rayleigh-brakes",
+        Warning,
+        "Mass-proportional damping brakes the rigid-body motion as well.",
+    ),
+    (
+        "linearised",
+        Warning,
+        "A coupling or a mesh with a characteristic is taken by its tangent where the mean loads put it; motion in time takes the whole curve.",
+    ),
+    (
+        "idle-damping",
+        Warning,
+        "A damping ratio stands on a branch without mass at one end, and damps nothing.",
+    ),
+    (
+        "unsupported",
+        Warning,
+        "A body moves sideways without a support, which is a rigid-body mode.",
+    ),
+    (
+        "assembly",
+        Warning,
+        "The planets of a stage cannot be mounted at even angles with these tooth numbers.",
+    ),
+    (
+        "worm-efficiency",
+        Warning,
+        "What efficiency the lead, the pressure angle and the friction of a worm pair give.",
+    ),
+    (
+        "loop-misfit",
+        Warning,
+        "Errors of joints that close a loop do not fit each other: with rigid joints the loop could not turn. The elastic joints share them out, and the table is theirs.",
+    ),
+    (
+        "still",
+        Warning,
+        "An error stands on an element that does not turn with the output, so that it has no order.",
+    ),
+    (
+        "belt",
+        Warning,
+        "Orders of what lies across a friction belt from the output are as good as its diameters, and wander with its slip.",
+    ),
+    (
+        "not-counted",
+        Warning,
+        "The number of modes found could not be confirmed by counting.",
+    ),
+    (
+        "branch-in-doubt",
+        Warning,
+        "A branch of the Campbell diagram could not be followed with certainty.",
+    ),
+    // Measured gears.
+    (
+        "outside-standard",
+        Warning,
+        "The gear lies outside the range of sizes for which the standard states its formulas, so there is no limit to hold the value against. None is made up by extending the formulas.",
+    ),
+    (
+        "readings-small",
+        Warning,
+        "The total deviation of a chart is less than a tenth of what the finest grade of ISO 1328 allows, which no gear reaches. Readings in mm whose unit is stated as µm are a thousand times too small.",
+    ),
+    (
+        "limit-in-doubt",
+        Warning,
+        "The value lies nearer to its limit than the 95 % interval of its uncertainty: whether the gear keeps the limit is not certain either way.",
+    ),
+];

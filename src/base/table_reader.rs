@@ -1,0 +1,432 @@
+//! Reads one TOML table key by key; errors are collected with their spans and reading continues.
+
+use super::code::Code;
+use super::error::Error;
+use super::error_collector::{ErrorCollector, MIN_MAGNITUDE, ValueRange};
+use super::quantity;
+use super::quantity_kind::QuantityKind;
+use super::source_span::SourceSpan;
+use super::text::{KEY_SYNONYMS, quoted_list, suggestion};
+use super::toml::{Entry, Item, Table, Value};
+
+/// One table being read. Ask for every key it may have, then call `finish`.
+pub struct TableReader<'a, 'n> {
+    table: &'a Table,
+    /// Where the table begins.
+    pub span: SourceSpan,
+    /// What it is called in messages: `[[gear_pair]] "first_pair"`.
+    pub title: String,
+    known_keys: Vec<(String, String)>,
+    /// Any key is known.
+    open: bool,
+    /// What was found wrong.
+    pub errors: &'n mut ErrorCollector,
+}
+
+impl<'a, 'n> TableReader<'a, 'n> {
+    /// Starts reading `table`, which begins at `span` under the header `header`.
+    pub fn new(
+        table: &'a Table,
+        span: SourceSpan,
+        header: &str,
+        errors: &'n mut ErrorCollector,
+    ) -> TableReader<'a, 'n> {
+        let title = match table.get("name").map(|entry| &entry.item.value) {
+            Some(Value::String(name)) => format!("{header} \"{}\"", quantity::truncate(name)),
+            _ => header.to_string(),
+        };
+        TableReader {
+            table,
+            span,
+            title,
+            known_keys: Vec::new(),
+            open: false,
+            errors,
+        }
+    }
+
+    /// The key is written, rightly or wrongly.
+    pub fn has(&self, key: &str) -> bool {
+        self.table.get(key).is_some()
+    }
+
+    /// Where the value of `key` stands; the table's place where it is absent.
+    pub fn span_of(&self, key: &str) -> &SourceSpan {
+        self.table
+            .get(key)
+            .map_or(&self.span, |entry| &entry.item.span)
+    }
+
+    /// The value of `key`, whatever it is; `takes` says what it should be.
+    pub fn item(&mut self, key: &str, takes: impl Into<String>) -> Option<&'a Item> {
+        self.known_keys.push((key.to_string(), takes.into()));
+        self.table.get(key).map(|entry| &entry.item)
+    }
+
+    /// Notes that something is wrong at `span`, in this table.
+    pub fn report(
+        &mut self,
+        code: Code,
+        message: impl Into<String>,
+        span: &SourceSpan,
+        hint: &str,
+    ) {
+        let error = Error::new(code, message)
+            .with_span(span)
+            .with_label(format!("in {}", self.title));
+        self.errors.push(if hint.is_empty() {
+            error
+        } else {
+            error.with_hint(hint)
+        });
+    }
+
+    /// Notes that something is wrong with the value of `key`.
+    pub fn report_key(&mut self, code: Code, key: &str, message: impl Into<String>, hint: &str) {
+        let span = self.span_of(key).clone();
+        self.report(code, message, &span, hint);
+    }
+
+    /// Notes that `key` is missing.
+    pub fn report_missing(&mut self, key: &str, why: &str) {
+        let takes = self
+            .known_keys
+            .iter()
+            .find(|(asked, _)| asked == key)
+            .map_or(String::new(), |(_, takes)| format!("`{key}` takes {takes}"));
+        let span = self.span.clone();
+        let message = format!("{} has no `{key}`{why}", self.title);
+        self.report(Code::MissingKey, message, &span, &takes);
+    }
+
+    /// Notes that only one of two keys may be given, if both are; true if so.
+    pub fn exclusive(&mut self, one: &str, other: &str) -> bool {
+        let both = self.has(one) && self.has(other);
+        if both {
+            let hint = format!("leave one of `{one}` and `{other}` out");
+            self.report_key(
+                Code::Conflict,
+                other,
+                format!("`{other}` and `{one}` exclude each other"),
+                &hint,
+            );
+        }
+        both
+    }
+
+    /// Text.
+    pub fn optional_text(&mut self, key: &str) -> Option<&'a str> {
+        let item = self.item(key, "text in quotes")?;
+        match &item.value {
+            Value::String(text) => Some(text),
+            _ => self.wrong_type(key, item, "text in quotes"),
+        }
+    }
+
+    /// A quantity that may be left out.
+    pub fn optional_quantity(
+        &mut self,
+        key: &str,
+        kind: QuantityKind,
+        range: ValueRange,
+    ) -> Option<f64> {
+        let item = self.item(key, kind.units())?;
+        let value = self.read_quantity(key, item, kind, range)?;
+        if value != 0.0 && value.abs() < MIN_MAGNITUDE && range != ValueRange::Any {
+            let written = quantity::truncate(item.span.text());
+            let message = format!(
+                "`{key}` is below {MIN_MAGNITUDE:e} in SI units, where products are lost as zero, and is {written}"
+            );
+            let hint = "look at its unit; where nothing is meant, write 0 or leave it out";
+            self.report(Code::OutOfRange, message, &item.span, hint);
+            return None;
+        }
+        Some(value)
+    }
+
+    /// A quantity; NaN where it is missing or wrong, which is then noted.
+    pub fn quantity(&mut self, key: &str, kind: QuantityKind, range: ValueRange) -> f64 {
+        let value = self.optional_quantity(key, kind, range);
+        self.require(key);
+        value.unwrap_or(f64::NAN)
+    }
+
+    /// A list of quantities, of `count` if that is given.
+    pub fn optional_quantities(
+        &mut self,
+        key: &str,
+        kind: QuantityKind,
+        range: ValueRange,
+        count: Option<usize>,
+    ) -> Option<Vec<f64>> {
+        let takes = match count {
+            Some(count) => format!("a list of {count}, each in {}", kind.units()),
+            None => format!("a list, each in {}", kind.units()),
+        };
+        let item = self.item(key, takes.as_str())?;
+        let list = self.read_list(key, item, count, &takes)?;
+        let values: Vec<f64> = list
+            .iter()
+            .filter_map(|item| self.read_quantity(key, item, kind, range))
+            .collect();
+        (values.len() == list.len()).then_some(values)
+    }
+
+    /// One quantity that stands for two, or a list of two.
+    pub fn optional_pair(
+        &mut self,
+        key: &str,
+        kind: QuantityKind,
+        range: ValueRange,
+    ) -> Option<[f64; 2]> {
+        if let Some(Value::List(_)) = self.table.get(key).map(|entry| &entry.item.value) {
+            let two = self.optional_quantities(key, kind, range, Some(2))?;
+            return two.try_into().ok();
+        }
+        let one = self.optional_quantity(key, kind, range)?;
+        Some([one, one])
+    }
+
+    /// A bare number that may be left out.
+    pub fn optional_number(&mut self, key: &str, range: ValueRange) -> Option<f64> {
+        let item = self.item(key, "a bare number")?;
+        self.number_of(key, item, range)
+    }
+
+    /// A whole number in `low..=high` that may be left out.
+    pub fn optional_count(&mut self, key: &str, low: u32, high: u32) -> Option<u32> {
+        let item = self.item(key, format!("a whole number from {low} to {high}"))?;
+        self.read_count(key, item, low, high)
+    }
+
+    /// A list of `N` whole numbers in `low..=high` that may be left out.
+    pub fn optional_counts<const N: usize>(
+        &mut self,
+        key: &str,
+        low: u32,
+        high: u32,
+    ) -> Option<[u32; N]> {
+        let takes = format!("a list of {N} whole numbers from {low} to {high}");
+        let item = self.item(key, takes.as_str())?;
+        let list = self.read_list(key, item, Some(N), &takes)?;
+        let values: Vec<u32> = list
+            .iter()
+            .filter_map(|item| self.read_count(key, item, low, high))
+            .collect();
+        values.try_into().ok()
+    }
+
+    /// `true` or `false`; false by default.
+    pub fn flag(&mut self, key: &str) -> bool {
+        self.optional_flag(key).unwrap_or(false)
+    }
+
+    /// `true` or `false`, where the key is there.
+    pub fn optional_flag(&mut self, key: &str) -> Option<bool> {
+        let item = self.item(key, "true or false")?;
+        match &item.value {
+            Value::Bool(flag) => Some(*flag),
+            _ => self.wrong_type(key, item, "true or false"),
+        }
+    }
+
+    /// One of a few words.
+    pub fn choice<T: Copy>(&mut self, key: &str, choices: &[(&str, T)]) -> Option<T> {
+        let words: Vec<String> = choices
+            .iter()
+            .map(|(word, _)| format!("\"{word}\""))
+            .collect();
+        let takes = words.join(", ");
+        let item = self.item(key, takes.as_str())?;
+        let Value::String(text) = &item.value else {
+            return self.wrong_type(key, item, &takes);
+        };
+        let found = choices.iter().find(|(word, _)| word == text);
+        if found.is_none() {
+            let message = format!("`{key}` cannot be \"{}\"", quantity::truncate(text));
+            let known = choices.iter().map(|(word, _)| *word);
+            let meant = suggestion(text, known)
+                .map_or(String::new(), |word| format!("did you mean \"{word}\"? "));
+            let hint = format!("{meant}it takes {takes}");
+            self.report(Code::OutOfRange, message, &item.span, &hint);
+            // The kind says which other keys there are.
+            self.open |= key == "kind";
+        }
+        found.map(|(_, value)| *value)
+    }
+
+    /// Notes `key` as missing where it is absent.
+    pub fn require(&mut self, key: &str) {
+        if !self.has(key) {
+            self.report_missing(key, "");
+        }
+    }
+
+    /// A key starts with `start`.
+    pub fn has_prefix(&self, start: &str) -> bool {
+        self.table.entries.iter().any(|e| e.key.starts_with(start))
+    }
+
+    /// Every entry as a quantity, for tables whose keys are names.
+    pub fn all_quantities(
+        &mut self,
+        kind: QuantityKind,
+        range: ValueRange,
+    ) -> Vec<(&'a Entry, f64)> {
+        self.open = true;
+        let entries = self.table.entries.iter();
+        entries
+            .filter_map(|entry| {
+                let value = self.read_quantity(&entry.key, &entry.item, kind, range)?;
+                Some((entry, value))
+            })
+            .collect()
+    }
+
+    /// Notes every key that was not asked for.
+    pub fn finish(mut self) {
+        for entry in &self.table.entries {
+            if self.open || self.errors.is_full() {
+                return;
+            }
+            if !self.known_keys.iter().any(|(asked, _)| *asked == entry.key) {
+                self.unknown(entry);
+            }
+        }
+    }
+
+    fn unknown(&mut self, entry: &Entry) {
+        let asked = |key: &str| self.known_keys.iter().any(|(asked, _)| asked == key);
+        let synonyms = KEY_SYNONYMS.iter().filter(|(_, key)| asked(key));
+        let known = self.known_keys.iter().map(|(asked, _)| asked.as_str());
+        let words = known.chain(synonyms.map(|(word, _)| *word));
+        let meant = suggestion(&entry.key, words).map(|word| {
+            let synonym = KEY_SYNONYMS
+                .iter()
+                .find(|(w, key)| *w == word && asked(key));
+            synonym.map_or(word, |(_, key)| *key)
+        });
+        let hint = match meant {
+            Some(meant) => {
+                let takes = self.known_keys.iter().find(|(asked, _)| *asked == meant);
+                let takes = takes.map_or("", |(_, takes)| takes);
+                format!("did you mean `{meant}`? it takes {takes}")
+            }
+            None => format!(
+                "it takes {}",
+                quoted_list(self.known_keys.iter().map(|a| a.0.as_str()))
+            ),
+        };
+        let message = format!("unknown key `{}`", quantity::truncate(&entry.key));
+        self.report(Code::UnknownKey, message, &entry.key_place, &hint);
+    }
+
+    /// The list in `item`, of `count` items if that is given.
+    fn read_list(
+        &mut self,
+        key: &str,
+        item: &'a Item,
+        count: Option<usize>,
+        takes: &str,
+    ) -> Option<&'a [Item]> {
+        match &item.value {
+            Value::List(list) if count.is_none_or(|count| count == list.len()) => Some(list),
+            Value::List(list) => {
+                let message = format!("`{key}` has {} values", list.len());
+                let hint = format!("`{key}` takes {takes}");
+                self.report(Code::WrongType, message, &item.span, &hint);
+                None
+            }
+            _ => self.wrong_type(key, item, takes),
+        }
+    }
+
+    fn read_quantity(
+        &mut self,
+        key: &str,
+        item: &Item,
+        kind: QuantityKind,
+        range: ValueRange,
+    ) -> Option<f64> {
+        let subject = format!("`{key}`");
+        let si = self.errors.is_si(&item.span);
+        let value = match &item.value {
+            Value::String(text) if si => {
+                quantity::parse_or_bare(text, kind, kind.si_unit(), &subject)
+            }
+            Value::String(text) => quantity::parse(text, kind, &subject),
+            Value::Integer(n) if si => Ok(quantity::value_in_si(*n as f64, kind)),
+            Value::Float(x) if si || !x.is_finite() => Ok(quantity::value_in_si(*x, kind)),
+            Value::Integer(_) | Value::Float(_) => {
+                Err(quantity::missing_unit(item.span.text(), kind, &subject))
+            }
+            _ => {
+                return self.wrong_type(
+                    key,
+                    item,
+                    &format!("text such as \"1 {}\"", kind.si_unit()),
+                );
+            }
+        };
+        match value {
+            Ok(value) => self.in_range(key, item, value, range, kind.units()),
+            Err(error) => {
+                let label = format!("in {}", self.title);
+                self.errors
+                    .push(error.with_span(&item.span).with_label(label));
+                None
+            }
+        }
+    }
+
+    /// The bare number in `item`.
+    pub fn number_of(&mut self, key: &str, item: &Item, range: ValueRange) -> Option<f64> {
+        let value = match item.value {
+            Value::Integer(n) => n as f64,
+            Value::Float(x) => x,
+            _ => return self.wrong_type(key, item, "a bare number"),
+        };
+        self.in_range(key, item, value, range, "a bare number")
+    }
+
+    fn in_range(
+        &mut self,
+        key: &str,
+        item: &Item,
+        value: f64,
+        range: ValueRange,
+        takes: &str,
+    ) -> Option<f64> {
+        let Some(why) = range.violation(value) else {
+            return Some(value);
+        };
+        let written = quantity::truncate(item.span.text());
+        let message = format!("`{key}` {why}, and is {written}");
+        let hint = format!("`{key}` takes {takes}");
+        self.report(Code::OutOfRange, message, &item.span, &hint);
+        None
+    }
+
+    fn read_count(&mut self, key: &str, item: &Item, low: u32, high: u32) -> Option<u32> {
+        let takes = format!("whole numbers from {low} to {high}");
+        let count = match item.value {
+            Value::Integer(n) => u32::try_from(n).ok().filter(|n| (low..=high).contains(n)),
+            Value::Float(_) => None,
+            _ => return self.wrong_type(key, item, &takes),
+        };
+        if count.is_none() {
+            let message = format!("`{key}` cannot be {}", quantity::truncate(item.span.text()));
+            let hint = format!("`{key}` takes {takes}");
+            self.report(Code::OutOfRange, message, &item.span, &hint);
+        }
+        count
+    }
+
+    /// Notes a value of the wrong type.
+    pub fn wrong_type<T>(&mut self, key: &str, item: &Item, takes: &str) -> Option<T> {
+        let message = format!("`{key}` is {}", item.value.name());
+        let hint = format!("`{key}` takes {takes}");
+        self.report(Code::WrongType, message, &item.span, &hint);
+        None
+    }
+}

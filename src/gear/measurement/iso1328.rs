@@ -1,0 +1,260 @@
+//! Tolerances of ISO 1328-1:1995, -2:1997 and -1:2013: formula at grade 5 times `√2^(grade − 5)`.
+//!
+//! The older edition takes geometric means of the ranges its tables have, the newer one the gear's own size. In the formulas d, m_n
+//! and b are in mm, tolerances in µm; everything handed in and out is in m.
+
+use super::deviation::GearDeviation;
+
+/// Which edition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Edition {
+    /// ISO 1328-1:1995, with ISO 1328-2:1997 for double-flank and run-out.
+    Y1995,
+    /// ISO 1328-1:2013.
+    Y2013,
+}
+
+/// What tolerances depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GearSize {
+    /// Number of teeth.
+    pub teeth: u32,
+    /// Normal module, m.
+    pub module: f64,
+    /// Reference diameter, m.
+    pub diameter: f64,
+    /// Face width, m.
+    pub face_width: f64,
+    /// Helix angle, rad.
+    pub helix: f64,
+    /// Total contact ratio ε_γ with the mate, which single-flank tolerances of 1995 need.
+    pub contact_ratio: Option<f64>,
+    /// The short-wave part the design itself has, m, about which single-flank tolerances of 2013 lie.
+    pub designed_short_wave: Option<f64>,
+}
+
+/// Range limits of the tables, mm.
+const DIAMETERS: [f64; 13] = [
+    5.0, 20.0, 50.0, 125.0, 280.0, 560.0, 1000.0, 1600.0, 2500.0, 4000.0, 6000.0, 8000.0, 10000.0,
+];
+const MODULES: [f64; 9] = [0.5, 2.0, 3.5, 6.0, 10.0, 16.0, 25.0, 40.0, 70.0];
+const WIDTHS: [f64; 10] = [
+    4.0, 10.0, 20.0, 40.0, 80.0, 160.0, 250.0, 400.0, 650.0, 1000.0,
+];
+/// Those of ISO 1328-2:1997, which beyond them takes the size itself.
+const DIAMETERS_2: [f64; 7] = [5.0, 20.0, 50.0, 125.0, 280.0, 560.0, 1000.0];
+const MODULES_2: [f64; 9] = [0.2, 0.5, 0.8, 1.0, 1.5, 2.5, 4.0, 6.0, 10.0];
+
+/// A value this much above a limit, relatively, still keeps it: of the arithmetic from readings to values.
+const ROUNDING: f64 = 1e-9;
+
+impl Edition {
+    /// Both.
+    pub const ALL: [Edition; 2] = [Edition::Y1995, Edition::Y2013];
+
+    /// As it is cited.
+    pub fn name(self) -> &'static str {
+        match self {
+            Edition::Y1995 => "ISO 1328-1:1995",
+            Edition::Y2013 => "ISO 1328-1:2013",
+        }
+    }
+
+    /// Grades it has for a quantity.
+    pub fn grades(self, deviation: GearDeviation) -> std::ops::RangeInclusive<u32> {
+        match (self, deviation) {
+            (Edition::Y1995, GearDeviation::DoubleFlankTotal | GearDeviation::DoubleFlankTooth) => {
+                4..=12
+            }
+            (Edition::Y1995, _) => 0..=12,
+            (Edition::Y2013, _) => 1..=11,
+        }
+    }
+
+    /// What lies outside the range the edition states, as text; `None` where all is inside.
+    pub fn out_of_scope(self, deviation: GearDeviation, size: &GearSize) -> Option<String> {
+        use GearDeviation::*;
+        let (d, m, b) = millimetres(size);
+        let double = matches!(deviation, DoubleFlankTotal | DoubleFlankTooth);
+        let (modules, diameters, widths) = match self {
+            // Beyond the ranges of part 2 sizes themselves are taken, so only its lower ends bind.
+            Edition::Y1995 if double => ((0.2, 70.0), (5.0, 10000.0), (4.0, 1000.0)),
+            Edition::Y1995 => ((0.5, 70.0), (5.0, 10000.0), (4.0, 1000.0)),
+            Edition::Y2013 => ((0.5, 70.0), (5.0, 15000.0), (4.0, 1200.0)),
+        };
+        let wrong = |what: &str, value: f64, (low, high): (f64, f64)| {
+            // Of the conversion to millimetres.
+            let inside = value >= low * (1.0 - ROUNDING) && value <= high * (1.0 + ROUNDING);
+            (!inside).then(|| format!("{what} {value:.6} mm is outside {low} to {high} mm"))
+        };
+        let helix = matches!(deviation, HelixTotal | HelixForm | HelixSlope);
+        let newer = self == Edition::Y2013;
+        wrong("module", m, modules)
+            .or_else(|| wrong("reference diameter", d, diameters))
+            .or_else(|| helix.then(|| wrong("face width", b, widths)).flatten())
+            .or_else(|| {
+                let few = newer && !(5..=1000).contains(&size.teeth);
+                few.then(|| format!("{} teeth are outside 5 to 1000", size.teeth))
+            })
+            .or_else(|| {
+                let steep = newer && size.helix.abs().to_degrees() > 45.0 * (1.0 + ROUNDING);
+                steep.then(|| "a helix above 45 deg is outside its range".to_string())
+            })
+    }
+
+    /// The tolerance at a grade before rounding, m; `None` where the edition states no formula, or where what it takes is not given.
+    pub fn unrounded_tolerance(
+        self,
+        deviation: GearDeviation,
+        size: &GearSize,
+        grade: u32,
+    ) -> Option<f64> {
+        let tolerance = match self {
+            Edition::Y1995 => tolerance_1995(deviation, size)?,
+            Edition::Y2013 => tolerance_2013(deviation, size)?,
+        };
+        // What the design has of itself does not grow with the grade.
+        let step = std::f64::consts::SQRT_2.powi(grade as i32 - 5);
+        Some(1e-6 * (tolerance.graded * step + tolerance.fixed))
+    }
+
+    /// The tolerance at a grade as the edition rounds it, m.
+    pub fn tolerance(self, deviation: GearDeviation, size: &GearSize, grade: u32) -> Option<f64> {
+        if !self.grades(deviation).contains(&grade) || self.out_of_scope(deviation, size).is_some()
+        {
+            return None;
+        }
+        let exact = 1e6 * self.unrounded_tolerance(deviation, size, grade)?;
+        let part_2 = matches!(
+            deviation,
+            GearDeviation::DoubleFlankTotal
+                | GearDeviation::DoubleFlankTooth
+                | GearDeviation::Runout
+        );
+        let halves_only = self == Edition::Y1995 && part_2;
+        Some(1e-6 * round_tolerance(exact, halves_only))
+    }
+
+    /// The finest grade whose tolerance holds a value; `None` where none does or the edition has no formula.
+    pub fn grade_of(self, deviation: GearDeviation, size: &GearSize, value: f64) -> Option<u32> {
+        self.grades(deviation).find(|&grade| {
+            self.tolerance(deviation, size, grade)
+                .is_some_and(|limit| is_within(value, limit))
+        })
+    }
+}
+
+/// Whether a value keeps a limit.
+pub fn is_within(value: f64, limit: f64) -> bool {
+    value.abs() <= limit * (1.0 + ROUNDING)
+}
+
+/// To whole µm above 10 µm, to halves down to 5 µm, to tenths below; part 2 of 1997 keeps halves below as well.
+pub fn round_tolerance(micrometres: f64, halves_only: bool) -> f64 {
+    match micrometres {
+        x if x > 10.0 => x.round(),
+        x if x >= 5.0 || halves_only => (2.0 * x).round() / 2.0,
+        x => (10.0 * x).round() / 10.0,
+    }
+}
+
+/// A tolerance at grade 5, µm.
+struct Grade5Tolerance {
+    /// The part that grows with the grade.
+    graded: f64,
+    /// The part that does not.
+    fixed: f64,
+}
+
+fn millimetres(size: &GearSize) -> (f64, f64, f64) {
+    (
+        1e3 * size.diameter,
+        1e3 * size.module,
+        1e3 * size.face_width,
+    )
+}
+
+/// The geometric mean of the range a value lies in, upper limits included; the value itself beyond them all.
+fn mean_of_range(value: f64, limits: &[f64]) -> f64 {
+    let range = limits
+        .windows(2)
+        .find(|w| value >= w[0] * (1.0 - ROUNDING) && value <= w[1] * (1.0 + ROUNDING));
+    range.map_or(value, |w| (w[0] * w[1]).sqrt())
+}
+
+fn tolerance_1995(deviation: GearDeviation, size: &GearSize) -> Option<Grade5Tolerance> {
+    use GearDeviation::*;
+    let (d, m, b) = millimetres(size);
+    let (d2, m2) = (mean_of_range(d, &DIAMETERS_2), mean_of_range(m, &MODULES_2));
+    let (d, m, b) = (
+        mean_of_range(d, &DIAMETERS),
+        mean_of_range(m, &MODULES),
+        mean_of_range(b, &WIDTHS),
+    );
+    let single = 0.3 * (m + 0.4 * d.sqrt()) + 4.0;
+    let cumulative = 0.3 * m + 1.25 * d.sqrt() + 7.0;
+    let profile = 3.2 * m.sqrt() + 0.22 * d.sqrt() + 0.7;
+    let tooth = |contact_ratio: f64| {
+        let k = match contact_ratio {
+            e if e < 4.0 => 0.2 * (e + 4.0) / e,
+            _ => 0.4,
+        };
+        k * (4.3 + single + profile)
+    };
+    let graded = match deviation {
+        SinglePitch => single,
+        CumulativePitch => cumulative,
+        OverPitches(k) => single + 1.6 * (f64::from(k.saturating_sub(1)) * m).sqrt(),
+        ProfileTotal => profile,
+        ProfileForm => 2.5 * m.sqrt() + 0.17 * d.sqrt() + 0.5,
+        ProfileSlope => 2.0 * m.sqrt() + 0.14 * d.sqrt() + 0.5,
+        HelixTotal => 0.1 * d.sqrt() + 0.63 * b.sqrt() + 4.2,
+        HelixForm | HelixSlope => 0.07 * d.sqrt() + 0.45 * b.sqrt() + 3.0,
+        Runout => 0.8 * cumulative,
+        SingleFlankTooth => tooth(size.contact_ratio?),
+        SingleFlankTotal => cumulative + tooth(size.contact_ratio?),
+        DoubleFlankTotal => 3.2 * m2 + 1.01 * d2.sqrt() + 6.4,
+        DoubleFlankTooth => 2.96 * m2 + 0.01 * d2.sqrt() + 0.8,
+        _ => return None,
+    };
+    Some(Grade5Tolerance { graded, fixed: 0.0 })
+}
+
+fn tolerance_2013(deviation: GearDeviation, size: &GearSize) -> Option<Grade5Tolerance> {
+    use GearDeviation::*;
+    let (d, m, b) = millimetres(size);
+    let single = 0.001 * d + 0.4 * m + 5.0;
+    let cumulative = 0.002 * d + 0.55 * d.sqrt() + 0.7 * m + 12.0;
+    let (profile_slope, profile_form) = (0.4 * m + 0.001 * d + 4.0, 0.55 * m + 5.0);
+    let helix_slope = 0.05 * d.sqrt() + 0.35 * b.sqrt() + 4.0;
+    let helix_form = 0.07 * d.sqrt() + 0.45 * b.sqrt() + 4.0;
+    let short = 0.375 * m + 5.0;
+    let mut fixed = 0.0;
+    let graded = match deviation {
+        SinglePitch => single,
+        CumulativePitch => cumulative,
+        // At k = z/4 this is the cumulative tolerance; beyond, that one holds.
+        OverPitches(k) => {
+            let share = 4.0 * f64::from(k) / f64::from(size.teeth);
+            single + share.min(1.0) * (0.001 * d + 0.55 * d.sqrt() + 0.3 * m + 7.0)
+        }
+        AdjacentPitch => std::f64::consts::SQRT_2 * single,
+        ProfileSlope => profile_slope,
+        ProfileForm => profile_form,
+        ProfileTotal => profile_slope.hypot(profile_form),
+        HelixSlope => helix_slope,
+        HelixForm => helix_form,
+        HelixTotal => helix_slope.hypot(helix_form),
+        Runout => 0.9 * cumulative,
+        SingleFlankShort => {
+            fixed = 1e6 * size.designed_short_wave?;
+            short
+        }
+        SingleFlankTotal => {
+            fixed = 1e6 * size.designed_short_wave?;
+            cumulative + short
+        }
+        _ => return None,
+    };
+    Some(Grade5Tolerance { graded, fixed })
+}

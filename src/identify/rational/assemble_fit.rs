@@ -1,0 +1,349 @@
+//! Conversion of a search result to SI: poles, residues, residual terms, misfit, accepted modes.
+
+use crate::base::error::Diagnostic;
+use crate::identify::modal_parameters::ModalParameters;
+use crate::numeric::Complex;
+
+use super::groups::GroupMean;
+use super::mode_acceptance::{ModeCandidate, rejection_reason};
+use super::scaled_responses::ScaledResponses;
+use super::search::SearchResult;
+use super::{FrfData, ModelErrorShare, RationalFit, RejectedPole};
+
+/// A misfit this many standard deviations above that of noise is a model error.
+const MODEL_ERROR_SIGMA: f64 = 4.0;
+
+/// And this ratio to the noise is one that spoils weak modes.
+const MODEL_ERROR_RATIO: f64 = 1.5;
+
+/// Turns what a search found into the answer.
+pub(super) fn assemble_fit(
+    data: &FrfData,
+    scaled_responses: &ScaledResponses,
+    result: SearchResult,
+) -> RationalFit {
+    let per_dof = result.chi2 / result.dof;
+    let departs = result.deviations.is_some();
+    let beyond = !departs && per_dof > 1.0 + MODEL_ERROR_SIGMA * (2.0 / result.dof).sqrt();
+    // A variance with departures counts the lines of a resonance as one: it is no measure of its own misfit.
+    let scale = match !departs && (result.estimated || beyond) {
+        true => per_dof,
+        false => 1.0,
+    };
+    let numerators = result.terms.numerators();
+    let certain = &result.covariance;
+    let poles = &result.fit.model.poles;
+    let mut order: Vec<usize> = (0..poles.len()).collect();
+    order.sort_by(|&a, &b| {
+        let size = |r: usize| poles[r].value().norm();
+        size(a).total_cmp(&size(b))
+    });
+    let coefficients = coefficients(&result, scaled_responses.h.len());
+    let responses = data.responses.len();
+    let zero = Complex::new(0.0, 0.0);
+    let mut fit = RationalFit {
+        modes: Vec::new(),
+        poles: order
+            .iter()
+            .map(|&r| poles[r].value() * scaled_responses.max_omega)
+            .collect(),
+        residues: vec![vec![zero; poles.len()]; responses],
+        residual_terms: vec![[0.0; 2]; responses],
+        delay_s: per_measured_response(&result.fit.model.delays, scaled_responses, responses)
+            .iter()
+            .map(|d| d / scaled_responses.max_omega)
+            .collect(),
+        delay_std_s: per_measured_response(&certain.delays, scaled_responses, responses)
+            .iter()
+            .map(|v| v.map(|v| (scale * v.max(0.0)).sqrt() / scaled_responses.max_omega))
+            .collect(),
+        derivative: scaled_responses.derivative,
+        fit_error: vec![0.0; responses],
+        shares: Vec::new(),
+        chi2: result.chi2,
+        dof: result.dof,
+        negative_log_likelihood: result.negative_log_likelihood,
+        terms: result.terms,
+        pole: Vec::new(),
+        departs,
+        diagnostics: Vec::new(),
+        evidence: result.evidence.clone(),
+        effort: result.effort,
+    };
+    let q = i32::from(scaled_responses.derivative);
+    // residues of the scaled responses over their size, by pole in order
+    let mut scaled = vec![vec![zero; poles.len()]; responses];
+    for (at, &i) in scaled_responses.response_indices.iter().enumerate() {
+        let size = scaled_responses.size[at];
+        for (place, &r) in order.iter().enumerate() {
+            let residue = residue(&coefficients[at], &poles[r], r, numerators);
+            scaled[i][place] = residue;
+            fit.residues[i][place] = residue * scaled_responses.max_omega.powi(1 - q) * size;
+        }
+        let mut rest = coefficients[at][poles.len() * numerators..].iter();
+        if result.terms.lower {
+            fit.residual_terms[i][0] =
+                rest.next().copied().unwrap_or(0.0) * scaled_responses.max_omega.powi(2 - q) * size;
+        }
+        if result.terms.upper {
+            fit.residual_terms[i][1] =
+                rest.next().copied().unwrap_or(0.0) * scaled_responses.max_omega.powi(-q) * size;
+        }
+        fit.fit_error[i] = fit_error(&result, scaled_responses, at);
+    }
+    let model_error = departs || (beyond && per_dof > MODEL_ERROR_RATIO);
+    for (place, &r) in order.iter().enumerate() {
+        let square = scaled_responses.max_omega * scaled_responses.max_omega;
+        let mut mode = ModalParameters {
+            pole: fit.poles[place],
+            pole_covariance: certain.poles[r].map(|c| c.map(|v| scale * v * square)),
+            shape: shape(
+                &scaled.iter().map(|row| row[place]).collect::<Vec<_>>(),
+                scaled_responses,
+            ),
+        };
+        let mean = result.means.get(r).copied().flatten();
+        let share = result.deviations.as_ref().map_or(0.0, |d| d[r].share);
+        let error_share = departure(&mut mode, share, mean.as_ref(), scaled_responses.max_omega);
+        let candidate = ModeCandidate {
+            mode: &mode,
+            band_hz: scaled_responses.band_limits_hz(),
+            visibility: visibility(scaled_responses, &poles[r].value(), &scaled, place),
+            model_error,
+            departs,
+        };
+        match rejection_reason(&candidate) {
+            None => {
+                fit.modes.push(mode);
+                if departs || mean.is_some() {
+                    fit.shares.push(error_share);
+                }
+            }
+            Some(reason) => fit.pole.push(RejectedPole {
+                pole: mode.pole,
+                reason,
+            }),
+        }
+    }
+    add_warnings(&mut fit, scaled_responses, &result, beyond, per_dof);
+    fit
+}
+
+/// What a mode departs by; where hits or responses differ about it, it becomes their mean.
+fn departure(
+    mode: &mut ModalParameters,
+    share: f64,
+    mean: Option<&GroupMean>,
+    top: f64,
+) -> ModelErrorShare {
+    let mut error_share = ModelErrorShare {
+        model_error: share,
+        groups: mean.map_or(0, |m| m.count),
+        frequency_spread_hz: 0.0,
+        damping_spread: 0.0,
+    };
+    let Some((w, sigma)) = mean.and_then(|m| m.mean) else {
+        return error_share;
+    };
+    let square = top * top;
+    mode.pole = Complex::new(-sigma.mean, w.mean) * top;
+    mode.pole_covariance = Some([sigma.variance * square, w.variance * square, 0.0]);
+    let between = ModalParameters {
+        pole_covariance: Some([
+            sigma.between_std.powi(2) * square,
+            w.between_std.powi(2) * square,
+            0.0,
+        ]),
+        ..mode.clone()
+    };
+    error_share.frequency_spread_hz = between.frequency_std_hz().unwrap_or(0.0);
+    error_share.damping_spread = between.damping_std().unwrap_or(0.0);
+    error_share
+}
+
+/// A value per delay; where each response has its own, zero or nothing for those that were left out.
+fn per_measured_response<T: Copy + Default>(
+    values: &[T],
+    scaled_responses: &ScaledResponses,
+    responses: usize,
+) -> Vec<T> {
+    if values.len() < 2 {
+        return values.to_vec();
+    }
+    let mut all = vec![T::default(); responses];
+    for (&i, &v) in scaled_responses.response_indices.iter().zip(values) {
+        all[i] = v;
+    }
+    all
+}
+
+/// Coefficients of the unscaled basis, by response.
+fn coefficients(result: &SearchResult, responses: usize) -> Vec<Vec<f64>> {
+    let mut all = vec![Vec::new(); responses];
+    for (problem, fit) in result.problems.iter().zip(&result.fit.fits) {
+        for i in 0..fit.c.ncols() {
+            let at = problem.first + i;
+            let unit = result.by_response[at].sqrt();
+            all[at] = (0..fit.c.nrows())
+                .map(|j| fit.c[(j, i)] / fit.column_norms[j] * unit)
+                .collect();
+        }
+    }
+    all
+}
+
+/// `(a|p| + b p)/(2j Im p)` in units of the highest line.
+pub(super) fn residue(
+    c: &[f64],
+    pole: &super::basis::ScaledPole,
+    r: usize,
+    numerators: usize,
+) -> Complex {
+    let p = pole.value();
+    let mut top = Complex::new(c[r * numerators] * p.norm(), 0.0);
+    if numerators == 2 {
+        top += p * c[r * numerators + 1];
+    }
+    top / Complex::new(0.0, 2.0 * p.im)
+}
+
+/// The largest component is 1.
+pub(super) fn shape(residues: &[Complex], responses: &ScaledResponses) -> Vec<Complex> {
+    let largest_size = responses.size.iter().copied().fold(0.0, f64::max);
+    let mut shape = residues.to_vec();
+    for (at, &i) in responses.response_indices.iter().enumerate() {
+        shape[i] *= responses.size[at] / largest_size;
+    }
+    let largest = shape
+        .iter()
+        .copied()
+        .max_by(|a, b| a.norm().total_cmp(&b.norm()))
+        .unwrap_or_default();
+    if largest.norm() > 0.0 {
+        shape.iter_mut().for_each(|z| *z /= largest);
+    }
+    shape
+}
+
+/// Power of a pole pair over that measured, within its half-power band (at least the nearest lines).
+pub(super) fn visibility(
+    responses: &ScaledResponses,
+    p: &Complex,
+    scaled: &[Vec<Complex>],
+    place: usize,
+) -> f64 {
+    let step = responses.step;
+    let half = p.re.abs().max(step);
+    let (mut own, mut all) = (0.0, 0.0);
+    for k in 0..responses.x.len() {
+        if (responses.x[k] - p.im).abs() > half {
+            continue;
+        }
+        let s = Complex::new(0.0, responses.x[k]);
+        let power = responses.x[k].powi(i32::from(responses.derivative));
+        for (at, &i) in responses.response_indices.iter().enumerate() {
+            let r = scaled[i][place];
+            let h = (r / (s - p) + r.conj() / (s - p.conj())) * power;
+            own += h.norm_sqr();
+            all += responses.h[at][k].norm_sqr();
+        }
+    }
+    if all > 0.0 { own / all } else { 0.0 }
+}
+
+/// Root mean square misfit over that of the response, unweighted.
+fn fit_error(result: &SearchResult, responses: &ScaledResponses, response: usize) -> f64 {
+    let n = responses.x.len();
+    let Some((problem, left)) = result
+        .problems
+        .iter()
+        .zip(&result.residuals)
+        .find(|(p, left)| (p.first..p.first + left.ncols()).contains(&response))
+    else {
+        return 0.0;
+    };
+    let e = left.col_as_slice(response - problem.first);
+    let (mut left, mut all) = (0.0, 0.0);
+    for k in 0..n {
+        let weight =
+            problem.factor[k].norm() / responses.x[k].powi(i32::from(responses.derivative));
+        left += (e[k] * e[k] + e[n + k] * e[n + k]) / (weight * weight);
+        all += responses.h[response][k].norm_sqr();
+    }
+    (left * result.by_response[response] / all).sqrt()
+}
+
+fn add_warnings(
+    fit: &mut RationalFit,
+    scaled_responses: &ScaledResponses,
+    result: &SearchResult,
+    beyond: bool,
+    per_dof: f64,
+) {
+    let mut say = |code: &'static str, message: String, hint: &str| {
+        fit.diagnostics.push(Diagnostic {
+            code,
+            message,
+            hint: (!hint.is_empty()).then(|| hint.to_string()),
+        });
+    };
+    if scaled_responses.response_indices.len() < fit.residues.len() {
+        say(
+            "zero-response",
+            format!(
+                "{} of {} responses are zero throughout and were left out",
+                fit.residues.len() - scaled_responses.response_indices.len(),
+                fit.residues.len()
+            ),
+            "",
+        );
+    }
+    if beyond && !result.estimated {
+        say(
+            "misfit",
+            format!(
+                "the misfit is {per_dof:.2} times what the variance explains; intervals were widened to it"
+            ),
+            "look for drift between measurements, nonlinearity, leakage, or a variance that is too small",
+        );
+    }
+    if result.deviations.is_some() {
+        let most =
+            |pick: fn(&ModelErrorShare) -> f64| fit.shares.iter().map(pick).fold(0.0, f64::max);
+        let (share, spread) = (most(|d| d.model_error), most(|d| d.frequency_spread_hz));
+        let of = match (spread > 0.0, result.by_hit) {
+            (false, _) => String::new(),
+            (true, true) => format!(
+                ", and hits differ about a frequency by up to {spread:.2e} Hz (standard deviation)"
+            ),
+            (true, false) => format!(
+                ", and responses differ about a frequency by up to {spread:.2e} Hz (standard deviation)"
+            ),
+        };
+        say(
+            "departs",
+            format!(
+                "noise alone does not explain the responses: they depart from the linear model by up to {:.1} % of a mode{of}",
+                100.0 * share
+            ),
+            "intervals hold it; mounting, mass of sensors, amplitude and temperature are usual causes",
+        );
+    }
+    if result.at_limit {
+        say(
+            "pole-limit",
+            format!(
+                "the search ended at the most pole pairs allowed, {}",
+                fit.poles.len()
+            ),
+            "narrow the band, or allow more poles",
+        );
+    }
+    if fit.modes.is_empty() {
+        say(
+            "no-mode",
+            "no pole stands out of the noise as a mode".to_string(),
+            "more averages, a longer record, or another band",
+        );
+    }
+}

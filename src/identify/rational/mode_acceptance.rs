@@ -1,0 +1,129 @@
+//! Acceptance of poles as modes: band, certainty, visibility, phase collinearity.
+
+use crate::identify::modal_parameters::ModalParameters;
+use crate::numeric::Complex;
+use crate::numeric::statistics::Z_95;
+
+/// What is known of a pole when it is judged.
+pub(super) struct ModeCandidate<'a> {
+    /// The pole with its covariance and shape.
+    pub mode: &'a ModalParameters,
+    /// First and last line, Hz.
+    pub band_hz: (f64, f64),
+    /// Share of the responses' power in its half-power band, each response over its largest value.
+    pub visibility: f64,
+    /// The misfit is beyond what noise explains.
+    pub model_error: bool,
+    /// Noise alone does not explain the responses.
+    pub departs: bool,
+}
+
+/// From this damping ratio on a pole pair is background; where responses depart from the model, from the second on.
+const MAX_DAMPING_RATIO: (f64, f64) = (0.5, 0.3);
+
+/// Where responses depart from the model a frequency is known to better than this share of the half-width.
+const MAX_CERTAIN_STD: f64 = 0.5;
+
+/// Below three responses a pole that is this many times as large as what was measured is one of a pair that cancel.
+const MAX_CANCELLING_RATIO: f64 = 2.0;
+
+/// Where a model error is proven: the least share of the power, and the least phase collinearity.
+const MIN_VISIBILITY: f64 = 0.05;
+const MIN_COLLINEARITY: f64 = 0.5;
+
+/// Why a pole is not a mode; `None` if it is.
+pub(super) fn rejection_reason(candidate: &ModeCandidate) -> Option<&'static str> {
+    let mode = candidate.mode;
+    let (frequency, damping) = (mode.frequency_hz(), mode.damping_ratio());
+    let (from, to) = candidate.band_hz;
+    if !(from..=to).contains(&frequency) {
+        return Some("outside the band");
+    }
+    let background = match candidate.departs {
+        true => MAX_DAMPING_RATIO.1,
+        false => MAX_DAMPING_RATIO.0,
+    };
+    if damping >= background {
+        return Some("damped so much that it is background");
+    }
+    let half_width = frequency * damping.abs();
+    let certain = if candidate.departs {
+        MAX_CERTAIN_STD
+    } else {
+        1.0
+    };
+    if mode
+        .frequency_std_hz()
+        .is_none_or(|s| !(s < certain * half_width))
+    {
+        return Some("its frequency is less certain than its half-power width");
+    }
+    if mode.damping_std().is_none_or(|s| !(s < damping.abs())) {
+        return Some("its damping is uncertain by more than itself");
+    }
+    if candidate.model_error
+        && mode
+            .damping_std()
+            .is_none_or(|s| !(Z_95 * s < damping.abs()))
+    {
+        return Some(
+            "its damping is not known to be above zero, where the misfit exceeds the noise",
+        );
+    }
+    if mode.shape.len() < 3 && candidate.visibility > MAX_CANCELLING_RATIO {
+        return Some("cancelled by its neighbours");
+    }
+    if candidate.model_error && candidate.visibility < MIN_VISIBILITY {
+        return Some("hardly seen, where the misfit exceeds the noise");
+    }
+    if candidate.model_error
+        && mode.shape.len() >= 3
+        && collinearity(&mode.shape) < MIN_COLLINEARITY
+    {
+        return Some("its components share no phase, where the misfit exceeds the noise");
+    }
+    None
+}
+
+/// Modal phase collinearity (Juang and Pappa 1985): 1 where all components lie on one line of the complex plane.
+fn collinearity(shape: &[Complex]) -> f64 {
+    let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
+    for z in shape {
+        xx += z.re * z.re;
+        yy += z.im * z.im;
+        xy += z.re * z.im;
+    }
+    let total = xx + yy;
+    if total == 0.0 {
+        return 0.0;
+    }
+    ((xx - yy) / total).powi(2) + (2.0 * xy / total).powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A damping of 1.1 ± 1.7 % is no damping where more than noise is left; of 1.1 ± 0.8 % it is, as either is where only noise is left.
+    #[test]
+    fn law_damping_is_above_zero() {
+        let (omega, damping) = (1000.0, 0.011);
+        let is_mode = |std: f64, model_error: bool| {
+            let mode = ModalParameters {
+                pole: Complex::new(-damping * omega, omega),
+                pole_covariance: Some([(std * omega).powi(2), 1.0, 0.0]),
+                shape: vec![Complex::new(1.0, 0.0)],
+            };
+            rejection_reason(&ModeCandidate {
+                mode: &mode,
+                band_hz: (1.0, 1000.0),
+                visibility: 0.5,
+                model_error,
+                departs: model_error,
+            })
+            .is_none()
+        };
+        assert!(is_mode(0.004, true) && !is_mode(0.0087, true));
+        assert!(is_mode(0.0087, false));
+    }
+}

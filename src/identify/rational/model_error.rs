@@ -1,0 +1,162 @@
+//! The variance of a value that departs from the model about resonances, by more than its noise `s²`:
+//! `v = s² + Σ_r n_r (ε_r² min(|H_r|², M) + τ_r² min(|σ_r ∂H/∂ω_r|², M))`, with H_r the part of mode r, M the largest |H|² of the
+//! neighbouring lines and n_r the lines across the resonance: a departure is smooth along it, so that all of them together are one
+//! piece of evidence.
+
+use std::f64::consts::PI;
+
+use crate::numeric::Complex;
+
+use super::basis::ScaledPole;
+use super::scaled_responses::ScaledResponses;
+
+/// Lines to either side whose largest value bounds what a departure may be: two poles that cancel would make room for themselves.
+const NEIGHBOURS: usize = 2;
+
+/// By what a mode departs from the model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ModeDeviation {
+    /// Share of the mode's own value, ε.
+    pub share: f64,
+    /// Standard deviation of its frequency over hits or responses in half-widths, τ.
+    pub scatter: f64,
+    /// Half-width over which lines count as one, in units of the highest line.
+    pub width: f64,
+}
+
+impl ModeDeviation {
+    /// The mode obeys the model.
+    pub const NONE: ModeDeviation = ModeDeviation {
+        share: 0.0,
+        scatter: 0.0,
+        width: 0.0,
+    };
+
+    /// Lines across the resonance of a pole.
+    fn lines(&self, pole: &ScaledPole, step: f64) -> f64 {
+        (PI * pole.sigma.min(self.width) / step).max(1.0)
+    }
+}
+
+/// Poles with what each response has of them: two coefficients a pole, of `|p|/D` and `s/D` in the scaled responses.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PoleResidues {
+    /// Pole pairs.
+    pub poles: Vec<ScaledPole>,
+    /// By response, two for each pole.
+    pub coefficients: Vec<Vec<f64>>,
+}
+
+impl PoleResidues {
+    /// Those of some poles.
+    pub fn select(&self, places: &[usize]) -> PoleResidues {
+        let row = |c: &Vec<f64>| {
+            let pairs = places.iter().flat_map(|&r| [c[2 * r], c[2 * r + 1]]);
+            pairs.collect()
+        };
+        PoleResidues {
+            poles: places.iter().map(|&r| self.poles[r]).collect(),
+            coefficients: self.coefficients.iter().map(row).collect(),
+        }
+    }
+
+    /// The part of mode r in a response over `s^q`, and `1/D`.
+    pub fn part(&self, response: usize, r: usize, x: f64) -> (Complex, Complex) {
+        let pole = &self.poles[r];
+        let (s, p) = (Complex::new(0.0, x), pole.value());
+        let c = &self.coefficients[response][2 * r..2 * r + 2];
+        let inverse = 1.0 / ((s - p) * (s - p.conj()));
+        ((c[0] * p.norm() + s * c[1]) * inverse, inverse)
+    }
+}
+
+/// The variance of the scaled responses on the lines from `from` on, by response and line; that of the noise is of these lines alone.
+pub(super) fn variance(
+    responses: &ScaledResponses,
+    from: usize,
+    noise: &[Vec<f64>],
+    residues: &PoleResidues,
+    deviations: &[ModeDeviation],
+) -> Vec<Vec<f64>> {
+    let to = from + noise[0].len();
+    let count: Vec<f64> = (residues.poles.iter().zip(deviations))
+        .map(|(pole, d)| d.lines(pole, responses.step))
+        .collect();
+    (0..responses.h.len())
+        .map(|i| {
+            let mut v = noise[i].clone();
+            let most = largest_nearby(&responses.h[i], from, to);
+            let departs = |d: &(usize, &ModeDeviation)| d.1.share > 0.0 || d.1.scatter > 0.0;
+            for (r, d) in deviations.iter().enumerate().filter(departs) {
+                let pole = &residues.poles[r];
+                for (k, v) in v.iter_mut().enumerate() {
+                    let x = responses.x[from + k];
+                    let (part, inverse) = residues.part(i, r, x);
+                    let own = part.norm_sqr() * responses.power_size(from + k);
+                    *v += count[r] * d.share * d.share * own.min(most[k]);
+                    if d.scatter > 0.0 {
+                        let slope = own * inverse.norm_sqr() * (2.0 * pole.w * pole.sigma).powi(2);
+                        *v += count[r] * d.scatter * d.scatter * slope.min(most[k]);
+                    }
+                }
+            }
+            v
+        })
+        .collect()
+}
+
+/// The largest `|H|²` within a few lines of each.
+fn largest_nearby(h: &[Complex], from: usize, to: usize) -> Vec<f64> {
+    (from..to)
+        .map(|k| {
+            let near = &h[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(h.len())];
+            near.iter().map(|z| z.norm_sqr()).fold(0.0, f64::max)
+        })
+        .collect()
+}
+
+/// The departure of a mode is what is left within so many half-widths, and at least so many lines to either side.
+const MODE_HALF_WIDTHS: (f64, f64) = (1.5, 3.0);
+
+/// Standard deviations of the noise's power below which nothing is a departure.
+const NOISE_SIGMA: f64 = 2.0;
+
+/// What is left about a mode beyond the noise as a share of its own value, responses weighed by how much of them it is.
+pub(super) fn misfit(
+    responses: &ScaledResponses,
+    from: usize,
+    of: &[usize],
+    residual: &[Vec<Complex>],
+    noise: &[Vec<f64>],
+    residues: &PoleResidues,
+    r: usize,
+) -> f64 {
+    let pole = &residues.poles[r];
+    let reach = (MODE_HALF_WIDTHS.0 * pole.sigma).max(MODE_HALF_WIDTHS.1 * responses.step);
+    let (mut left, mut own, mut chance, mut least) = (0.0, 0.0, 0.0, 0.0);
+    let m = noise[0].len();
+    let first = responses.x[from..from + m].partition_point(|&x| x < pole.w - reach);
+    let end = responses.x[from..from + m].partition_point(|&x| x <= pole.w + reach);
+    for (at, &i) in of.iter().enumerate() {
+        for k in first..end {
+            let x = responses.x[from + k];
+            let part = residues.part(i, r, x).0.norm_sqr() * responses.power_size(from + k);
+            let whole = responses.h[i][from + k].norm_sqr().max(f64::MIN_POSITIVE);
+            let weight = (part / whole).min(1.0) / whole;
+            left += weight * residual[at][k].norm_sqr();
+            own += weight * part;
+            least += weight * noise[i][k];
+            chance += (weight * noise[i][k]).powi(2);
+        }
+    }
+    let count = (end - first) as f64;
+    // The mode's own residue and place have taken their part of what was left.
+    let taken = 1.0 + 1.0 / of.len() as f64;
+    let free = (1.0 - taken / count.max(1.0)).max(0.2);
+    let beyond = left / free - least - NOISE_SIGMA * chance.sqrt();
+    if own > 0.0 && beyond > 0.0 {
+        (beyond / own).sqrt().min(1.0)
+    } else {
+        0.0
+    }
+}

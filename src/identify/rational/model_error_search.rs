@@ -1,0 +1,331 @@
+//! Responses that depart from the model by more than their noise: poles are sought, judged and refined in a variance that holds what
+//! each mode departs by, from no pole on. The poles of a fit by noise alone are no start: they are in each other's place.
+
+use crate::numeric::{Complex, Matrix};
+
+use super::basis::{ModelTerms, ScaledPole, WhitenedProblem};
+use super::covariance::{PoleCovariance, covariance};
+use super::line_compression::Compressor;
+use super::model_error::{ModeDeviation, PoleResidues, misfit, variance};
+use super::pole_significance::{MODEL_ERROR_SHARE, PoleSignificance, is_same};
+use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, residual};
+use super::scaled_responses::{ScaledResponses, SeparableWeights};
+use super::scatter::{MIN_GROUPS, scatter};
+use super::stepwise::{StepwiseOptions, StepwiseSearch};
+use super::windowed::{BandFit, NUMERATORS, coefficients};
+use super::{FitEffort, SelectionStep};
+
+/// While poles are sought, lines across no more than this share of the frequency count as one: a broad background must not hide
+/// narrow modes.
+const MAX_POLE_WIDTH_LINES: f64 = 0.02;
+
+/// Steps of all poles after one was added, while they are judged, and at the end.
+const STEPS_AFTER_ADDED: StopCriteria = StopCriteria {
+    steps: 3,
+    min_decrease: 1.0,
+    min_relative_decrease: 1e-4,
+};
+const STEPS_AFTER_REMOVED: StopCriteria = StopCriteria {
+    steps: 6,
+    min_decrease: 0.5,
+    min_relative_decrease: 1e-5,
+};
+const FINAL_STEPS: StopCriteria = StopCriteria {
+    steps: 12,
+    min_decrease: 0.0,
+    min_relative_decrease: 1e-8,
+};
+
+/// Most rounds of the judge, in each of which poles far apart are taken out together.
+const MAX_REMOVAL_ROUNDS: usize = 40;
+
+/// Rounds of departures and poles at the end.
+const MAX_ITERATIONS: usize = 3;
+
+/// Operations of the growth, about, on condensed lines: forty poles in ten thousand lines of six responses take a part of it.
+const MAX_WORK: f64 = 6e10;
+
+/// What the search needs.
+pub(super) struct ModelErrorSearch<'a> {
+    /// Lines and responses.
+    pub responses: &'a ScaledResponses,
+    /// Variance of the noise alone.
+    pub noise: &'a [Vec<f64>],
+    /// How poles are added.
+    pub options: StepwiseOptions,
+}
+
+/// A fit under a variance of its own.
+pub(super) struct WeightedFit {
+    /// The variance.
+    pub variance: Vec<Vec<f64>>,
+    /// As weights.
+    pub weights: SeparableWeights,
+    /// All lines.
+    pub all: WhitenedProblem,
+    /// The lines that the fit was made on.
+    fewer: WhitenedProblem,
+    /// Poles and coefficients.
+    pub fit: ModelFit,
+}
+
+/// What the search came to.
+pub(super) struct ModelErrorFit {
+    /// The fit.
+    pub fit: WeightedFit,
+    /// What each pole departs by.
+    pub deviations: Vec<ModeDeviation>,
+    /// Covariance of the poles under the variance.
+    pub covariance: PoleCovariance,
+}
+
+impl ModelErrorSearch<'_> {
+    /// Responses that may differ about a pole: by hit, else each alone.
+    pub fn groups(&self) -> Vec<Vec<usize>> {
+        match self.responses.hits.is_empty() {
+            true => (0..self.responses.h.len()).map(|i| vec![i]).collect(),
+            false => self.responses.hits.clone(),
+        }
+    }
+
+    fn by_hit(&self) -> bool {
+        !self.responses.hits.is_empty()
+    }
+
+    /// A model brought to its place under a variance.
+    fn state(
+        &self,
+        variance: Vec<Vec<f64>>,
+        model: &PoleModel,
+        criteria: StopCriteria,
+        effort: &mut FitEffort,
+    ) -> WeightedFit {
+        let weights = SeparableWeights::mean(&variance);
+        let all = self.responses.shared_problem(&weights, ModelTerms::FULL);
+        let enough = Compressor::new(&all).compress(model, &[]);
+        let fewer = enough.problem.into_owned();
+        let problem = std::slice::from_ref(&fewer);
+        let fit = refine(
+            problem,
+            fit_at(problem, model, NUMERATORS),
+            NUMERATORS,
+            criteria,
+        );
+        effort.steps += fit.steps;
+        WeightedFit {
+            variance,
+            weights,
+            fit,
+            fewer,
+            all,
+        }
+    }
+
+    fn modes(&self, fit: &WeightedFit) -> PoleResidues {
+        PoleResidues {
+            poles: fit.fit.model.poles.clone(),
+            coefficients: (0..self.responses.h.len())
+                .map(|i| coefficients(&fit.fit, i, fit.weights.by_response[i]))
+                .collect(),
+        }
+    }
+
+    /// The fit as windows see it.
+    pub fn band(&self, fit: &WeightedFit) -> BandFit<'_> {
+        let e = residual(&fit.all, &fit.fit.model, NUMERATORS, &fit.fit.fits[0]);
+        BandFit {
+            responses: self.responses,
+            noise: self.noise,
+            residues: self.modes(fit),
+            residual: unweighted_residuals(self.responses, &fit.weights, &e),
+        }
+    }
+
+    /// Departures while poles are sought.
+    fn assumed_model_error(&self, fit: &WeightedFit) -> Vec<ModeDeviation> {
+        let model = &fit.fit.model;
+        let tau = match self.by_hit() {
+            true => scatter(&fit.fewer, &fit.fit, NUMERATORS, &self.responses.hits),
+            false => vec![0.0; model.poles.len()],
+        };
+        let of = |(pole, tau): (&ScaledPole, f64)| ModeDeviation {
+            share: MODEL_ERROR_SHARE,
+            scatter: tau,
+            width: MAX_POLE_WIDTH_LINES * pole.w,
+        };
+        model.poles.iter().zip(tau).map(of).collect()
+    }
+
+    fn variance(&self, fit: &WeightedFit, deviations: &[ModeDeviation]) -> Vec<Vec<f64>> {
+        variance(self.responses, 0, self.noise, &self.modes(fit), deviations)
+    }
+
+    /// The fit once its variance has followed its poles.
+    fn iterate_variance(
+        &self,
+        fit: &WeightedFit,
+        criteria: StopCriteria,
+        effort: &mut FitEffort,
+    ) -> WeightedFit {
+        let variance = self.variance(fit, &self.assumed_model_error(fit));
+        self.state(variance, &fit.fit.model, criteria, effort)
+    }
+
+    /// Poles, judged and refined, with what they depart by.
+    pub fn run(
+        &self,
+        start: &PoleModel,
+        evidence: &mut Vec<SelectionStep>,
+        effort: &mut FitEffort,
+    ) -> ModelErrorFit {
+        let first = self.state(self.noise.to_vec(), start, STEPS_AFTER_ADDED, effort);
+        let mut fit = match start.poles.is_empty() {
+            true => first,
+            false => self.iterate_variance(&first, STEPS_AFTER_REMOVED, effort),
+        };
+        fit = self.grow(fit, evidence, effort);
+        if self.options.fixed_pole_count.is_none() {
+            fit = self.judge(fit, effort);
+        }
+        self.finish(fit, effort)
+    }
+
+    fn grow(
+        &self,
+        mut fit: WeightedFit,
+        evidence: &mut Vec<SelectionStep>,
+        effort: &mut FitEffort,
+    ) -> WeightedFit {
+        let mut refused = Vec::new();
+        let already = effort.work;
+        loop {
+            let allowed = MAX_WORK - (effort.work - already);
+            let mut search = StepwiseSearch::new(&fit.all, NUMERATORS, self.options, allowed);
+            search.rejected = std::mem::take(&mut refused);
+            let (result, is_more) = search.add_round(&fit.fit.model, evidence);
+            effort.scans += result.scans;
+            effort.steps += result.steps;
+            effort.work += result.work;
+            refused = result.rejected;
+            let before = fit.fit.model.poles.len();
+            let changed = is_more || result.fit.model.poles.len() != before;
+            if changed {
+                fit.fewer = result.compressed.unwrap_or_else(|| fit.all.clone());
+                fit.fit = result.fit;
+                fit = self.iterate_variance(&fit, STEPS_AFTER_ADDED, effort);
+            }
+            if !is_more {
+                return fit;
+            }
+        }
+    }
+
+    fn judge(&self, mut fit: WeightedFit, effort: &mut FitEffort) -> WeightedFit {
+        let groups = self.groups();
+        let significance = PoleSignificance {
+            threshold: StepwiseSearch::new(&fit.all, NUMERATORS, self.options, 0.0).threshold,
+            groups: &groups,
+            by_hit: self.by_hit() && groups.len() >= MIN_GROUPS,
+        };
+        let mut needed = Vec::new();
+        let mut is_last = false;
+        for _ in 0..MAX_REMOVAL_ROUNDS {
+            let redundant_pole = significance.needless(&self.band(&fit), &mut needed);
+            if redundant_pole.is_empty() {
+                if is_last {
+                    break;
+                }
+                // Once more, all of them, where the others are now.
+                is_last = true;
+                needed.clear();
+                continue;
+            }
+            let mut model = fit.fit.model.clone();
+            for one in &redundant_pole {
+                let moves =
+                    |p: &ScaledPole| one.others.iter().any(|o| is_same(p, &model.poles[o.0]));
+                needed.retain(|p: &ScaledPole| !moves(p));
+            }
+            for &(r, pole) in redundant_pole.iter().flat_map(|n| &n.others) {
+                model.poles[r] = pole;
+            }
+            let gone: Vec<usize> = redundant_pole.iter().map(|n| n.pole).collect();
+            let mut at = 0..model.poles.len();
+            model
+                .poles
+                .retain(|_| at.next().is_some_and(|r| !gone.contains(&r)));
+            fit = self.state(fit.variance, &model, STEPS_AFTER_ADDED, effort);
+            fit = self.iterate_variance(
+                &self.iterate_variance(&fit, STEPS_AFTER_REMOVED, effort),
+                STEPS_AFTER_REMOVED,
+                effort,
+            );
+        }
+        fit
+    }
+
+    /// Departures as they are measured, the poles under them, and their covariance.
+    fn finish(&self, mut fit: WeightedFit, effort: &mut FitEffort) -> ModelErrorFit {
+        let groups = self.groups();
+        let mut deviations = Vec::new();
+        for _ in 0..MAX_ITERATIONS {
+            deviations = self.estimate_model_error(&fit, &groups);
+            let variance = self.variance(&fit, &deviations);
+            let model = fit.fit.model.clone();
+            fit = self.state(variance, &model, FINAL_STEPS, effort);
+        }
+        let certain = covariance(std::slice::from_ref(&fit.fewer), &fit.fit, NUMERATORS);
+        ModelErrorFit {
+            fit,
+            deviations,
+            covariance: certain,
+        }
+    }
+
+    /// What every mode departs by.
+    pub fn estimate_model_error(
+        &self,
+        fit: &WeightedFit,
+        groups: &[Vec<usize>],
+    ) -> Vec<ModeDeviation> {
+        let band_fit = self.band(fit);
+        let all: Vec<usize> = (0..self.responses.h.len()).collect();
+        let tau = scatter(&fit.fewer, &fit.fit, NUMERATORS, groups);
+        (0..band_fit.residues.poles.len())
+            .map(|r| ModeDeviation {
+                share: misfit(
+                    self.responses,
+                    0,
+                    &all,
+                    &band_fit.residual,
+                    self.noise,
+                    &band_fit.residues,
+                    r,
+                ),
+                scatter: tau[r],
+                width: band_fit.residues.poles[r].sigma,
+            })
+            .collect()
+    }
+}
+
+/// Whitened residuals as those of the scaled responses.
+pub(super) fn unweighted_residuals(
+    responses: &ScaledResponses,
+    weights: &SeparableWeights,
+    left: &Matrix,
+) -> Vec<Vec<Complex>> {
+    let n = responses.x.len();
+    let unit = |i: usize, k: usize| {
+        let variance = weights.by_response[i] * weights.by_line[k];
+        (variance / 2.0 / responses.independence).sqrt()
+    };
+    (0..responses.h.len())
+        .map(|i| {
+            let column = left.col_as_slice(i);
+            (0..n)
+                .map(|k| Complex::new(column[k], column[n + k]) * unit(i, k))
+                .collect()
+        })
+        .collect()
+}

@@ -1,0 +1,330 @@
+//! Static operating point: contact states and tangent stiffness under mean loads.
+//!
+//! A free train under loads that do not balance accelerates; its inertia forces are put against them first (inertia relief).
+//! Then `Σ w F(δ) = f` with `F = k (δ ∓ backlash/2)` beyond the play and zero inside: the minimum of a convex energy, found by
+//! changing the flank of the worst contact until none is wrong. What is not linear is taken by its secant `F/δ(F)`, again until
+//! its force stays; about that point it resists small motions by its tangent.
+
+use super::characteristic::{MAX_SECANT_ITERATIONS, SECANT_TOLERANCE};
+use super::components::{Branch, BranchLaw, Machine};
+use super::direction::Direction;
+use super::kinematics::Kinematics;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::numeric::Matrix;
+use crate::numeric::symmetric;
+
+/// How a contact stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ActiveFlank {
+    /// Closed so that δ > 0, or without play.
+    Drive,
+    /// Closed so that δ < 0.
+    Coast,
+    /// Open: no stiffness here.
+    Open,
+}
+
+impl ActiveFlank {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            ActiveFlank::Drive => "drive",
+            ActiveFlank::Coast => "coast",
+            ActiveFlank::Open => "open",
+        }
+    }
+}
+
+/// The state of every contact that has play, and of what is not linear.
+#[derive(Debug, Clone, Default)]
+pub struct OperatingPoint {
+    /// Branch, state, and the static force in it, N or N·m (none where no load was stated).
+    pub contacts: Vec<(usize, ActiveFlank, Option<f64>)>,
+    /// What is not linear.
+    pub stiffness: Vec<TangentStiffness>,
+}
+
+/// A branch with a characteristic, at its operating point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TangentStiffness {
+    /// The branch.
+    pub branch: usize,
+    /// The static force in it, N or N·m.
+    pub force: f64,
+    /// dF/dδ there, N/m or N·m/rad.
+    pub stiffness: f64,
+}
+
+impl OperatingPoint {
+    /// The state of a branch; those without play are always closed.
+    pub fn state(&self, branch: usize) -> ActiveFlank {
+        self.contacts
+            .iter()
+            .find(|c| c.0 == branch)
+            .map_or(ActiveFlank::Drive, |c| c.1)
+    }
+
+    /// The stiffness that small motions find in a branch, where it is not linear.
+    pub fn tangent(&self, branch: usize) -> Option<f64> {
+        let found = self.stiffness.iter().find(|t| t.branch == branch);
+        found.map(|t| t.stiffness)
+    }
+
+    /// Finds the state of every contact with play and the force in what is not linear. Without loads all contacts stand closed
+    /// on the drive flank, and characteristics at rest.
+    ///
+    /// # Errors
+    /// No state of the contacts balances the loads; forces in what is not linear that do not settle.
+    pub fn solve(machine: &Machine, kinematics: &Kinematics) -> Result<OperatingPoint, Error> {
+        let playing: Vec<usize> = (0..machine.branches.len())
+            .filter(|&b| {
+                machine.branches[b].backlash > 0.0 && machine.branches[b].law != BranchLaw::Rigid
+            })
+            .collect();
+        let curved = |b: &&Branch| b.characteristic.is_some();
+        let is_linear = !machine.branches.iter().any(|b| curved(&b));
+        if machine.loads.is_empty() || (playing.is_empty() && is_linear) {
+            let contacts = playing
+                .into_iter()
+                .map(|b| (b, ActiveFlank::Drive, None))
+                .collect();
+            let at_rest = machine.branches.iter().enumerate();
+            let stiffness = at_rest.filter_map(|(at, b)| tangent(at, b, 0.0)).collect();
+            return Ok(OperatingPoint {
+                contacts,
+                stiffness,
+            });
+        }
+        let mut search = ContactSearch::new(machine, kinematics, playing)?;
+        let forces = search.solve_equilibrium()?;
+        Ok(search.operating_point(&forces))
+    }
+}
+
+fn tangent(branch: usize, part: &Branch, force: f64) -> Option<TangentStiffness> {
+    let law = part.characteristic.as_ref()?;
+    let stiffness = law.tangent(law.deflection(force));
+    Some(TangentStiffness {
+        branch,
+        force,
+        stiffness,
+    })
+}
+
+/// Share of its stiffness that an open contact keeps in the search: it stands in the middle of its play where nothing pushes it,
+/// and is pushed out of it where something does.
+const OPEN_STIFFNESS_RATIO: f64 = 1e-9;
+
+struct ContactSpring<'a> {
+    branch: usize,
+    part: &'a Branch,
+    direction: Direction,
+    stiffness: f64,
+    play: f64,
+    state: ActiveFlank,
+}
+
+struct ContactSearch<'a> {
+    n: usize,
+    springs: Vec<ContactSpring<'a>>,
+    load: Vec<f64>,
+}
+
+impl<'a> ContactSearch<'a> {
+    fn new(
+        machine: &'a Machine,
+        kinematics: &Kinematics,
+        playing: Vec<usize>,
+    ) -> Result<ContactSearch<'a>, Error> {
+        let n = kinematics.independent_dofs.len();
+        if n > 2000 {
+            let message = format!(
+                "the operating point of {n} freedoms with play would need a dense solve of that size"
+            );
+            let hint = "leave out the loads (contacts then stand closed on the drive flank), or the backlash";
+            return Err(Error::new(Code::BudgetExceeded, message).with_hint(hint));
+        }
+        let mut springs = Vec::new();
+        for (branch, b) in machine.branches.iter().enumerate() {
+            let BranchLaw::Linear { stiffness, .. } = b.law else {
+                continue;
+            };
+            let direction = Direction {
+                scale: b.direction.scale,
+                terms: kinematics.reduce_row(&b.direction.terms),
+            };
+            if stiffness > 0.0 && !direction.terms.is_empty() {
+                let play = if playing.contains(&branch) {
+                    b.backlash
+                } else {
+                    0.0
+                };
+                springs.push(ContactSpring {
+                    branch,
+                    part: b,
+                    direction,
+                    stiffness,
+                    play,
+                    state: ActiveFlank::Drive,
+                });
+            }
+        }
+        let mut load = vec![0.0; n];
+        for &(dof, torque) in &machine.loads {
+            kinematics
+                .in_independent_dofs(dof)
+                .into_iter()
+                .for_each(|(j, a)| load[j] += a * torque);
+        }
+        let mut mass = vec![0.0; n];
+        for term in &machine.masses {
+            for (j, a) in kinematics.reduce_row(&term.direction.terms) {
+                mass[j] += term.value * (term.direction.scale * a).powi(2);
+            }
+        }
+        let strained = machine
+            .branches
+            .iter()
+            .filter(|b| matches!(b.law, BranchLaw::Linear { stiffness, .. } if stiffness > 0.0));
+        let all = kinematics
+            .undeformed_motions(strained)
+            .basis(machine.dofs.len());
+        for motion in all {
+            let r: Vec<f64> = kinematics
+                .independent_dofs
+                .iter()
+                .map(|&i| motion[i])
+                .collect();
+            let (push, inertia): (f64, f64) = (0..n).fold((0.0, 0.0), |(f, m), j| {
+                (f + r[j] * load[j], m + mass[j] * r[j] * r[j])
+            });
+            if inertia > 0.0 {
+                (0..n).for_each(|j| load[j] -= mass[j] * r[j] * push / inertia);
+            }
+        }
+        Ok(ContactSearch { n, springs, load })
+    }
+
+    /// Forces that balance the loads: secants of what is not linear are taken again until they stay.
+    fn solve_equilibrium(&mut self) -> Result<Vec<f64>, Error> {
+        // On a tree forces do not depend on stiffness, and the second round is the last; loops take more.
+        for _ in 0..MAX_SECANT_ITERATIONS {
+            let forces = self.find_active_flanks()?;
+            let mut moved = 0.0f64;
+            for (spring, &force) in self.springs.iter_mut().zip(&forces) {
+                if let Some(law) = &spring.part.characteristic {
+                    moved = moved.max(law.update_secant(&mut spring.stiffness, force));
+                }
+            }
+            if moved <= SECANT_TOLERANCE {
+                return Ok(forces);
+            }
+        }
+        let message = "the forces in couplings and teeth that are not linear do not settle under the mean loads";
+        Err(Error::new(Code::NoConvergence, message)
+            .with_hint("change a load slightly, or give the stiffness that is meant as k"))
+    }
+
+    /// The operating point of such forces.
+    fn operating_point(&self, forces: &[f64]) -> OperatingPoint {
+        let contact = |(s, &f): (&ContactSpring, &f64)| {
+            let force = match s.state {
+                ActiveFlank::Open => 0.0,
+                _ => f,
+            };
+            (s.play > 0.0).then_some((s.branch, s.state, Some(force)))
+        };
+        let springs = || self.springs.iter().zip(forces);
+        OperatingPoint {
+            contacts: springs().filter_map(contact).collect(),
+            stiffness: springs()
+                .filter_map(|(s, &f)| tangent(s.branch, s.part, f))
+                .collect(),
+        }
+    }
+
+    fn find_active_flanks(&mut self) -> Result<Vec<f64>, Error> {
+        // The first answer, all closed and centred, decides the flanks of a tree once and for all.
+        let forces = self.forces(true)?;
+        let largest = forces.iter().fold(0.0f64, |m, f| m.max(f.abs()));
+        let idle = 1e-9 * largest; // relative; a force this small is rounding of a branch that carries nothing
+        for (spring, &force) in self.springs.iter_mut().zip(&forces) {
+            if spring.play > 0.0 {
+                spring.state = state_of(force, idle);
+            }
+        }
+        for _ in 0..4 * self.springs.len() + 10 {
+            let forces = self.forces(false)?;
+            let wrong = self
+                .springs
+                .iter()
+                .zip(&forces)
+                .enumerate()
+                .filter(|(_, (s, _))| s.play > 0.0);
+            let wrong = wrong
+                .filter_map(|(at, (s, &f))| match s.state {
+                    ActiveFlank::Drive if f < -idle => Some((at, -f, ActiveFlank::Open)),
+                    ActiveFlank::Coast if f > idle => Some((at, f, ActiveFlank::Open)),
+                    ActiveFlank::Open if f.abs() > idle => Some((at, f.abs(), state_of(f, 0.0))),
+                    _ => None,
+                })
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((at, _, state)) = wrong else {
+                return Ok(forces);
+            };
+            self.springs[at].state = state;
+        }
+        let message = "no state of the contacts with play balances the loads: the search ended where it had been before";
+        Err(Error::new(Code::NoConvergence, message)
+            .with_hint("leave out the smallest backlash, or change a load slightly"))
+    }
+
+    /// Branch forces under the present states; an open contact reports what it would carry beyond its play.
+    fn forces(&self, centred: bool) -> Result<Vec<f64>, Error> {
+        let offset = |s: &ContactSpring| match s.state {
+            _ if centred => 0.0,
+            ActiveFlank::Drive => s.play / 2.0,
+            ActiveFlank::Coast => -s.play / 2.0,
+            ActiveFlank::Open => 0.0,
+        };
+        let mut k = Matrix::zeros(self.n, self.n);
+        let mut f = self.load.clone();
+        for s in &self.springs {
+            let stiffness = match s.state {
+                ActiveFlank::Open if !centred => OPEN_STIFFNESS_RATIO * s.stiffness,
+                _ => s.stiffness,
+            };
+            for (i, a) in s.direction.entries() {
+                f[i] += stiffness * a * offset(s);
+                for (j, b) in s.direction.entries() {
+                    k[(i, j)] += stiffness * a * b;
+                }
+            }
+        }
+        let x = symmetric::solve_semidefinite(&k, &f)?;
+        Ok(self
+            .springs
+            .iter()
+            .map(|s| {
+                let delta = s.direction.dot(&x);
+                match s.state {
+                    ActiveFlank::Open if !centred => {
+                        s.stiffness * (delta - delta.clamp(-s.play / 2.0, s.play / 2.0))
+                    }
+                    _ => s.stiffness * (delta - offset(s)),
+                }
+            })
+            .collect())
+    }
+}
+
+fn state_of(force: f64, idle: f64) -> ActiveFlank {
+    if force > idle {
+        ActiveFlank::Drive
+    } else if force < -idle {
+        ActiveFlank::Coast
+    } else {
+        ActiveFlank::Open
+    }
+}

@@ -1,0 +1,312 @@
+//! Stability chart: speeds with a Floquet multiplier above one, near `(ω_i + ω_j)/n`.
+
+use std::f64::consts::TAU;
+
+use super::multiplier_collision::{MultiplierCollision, OscillatoryModes};
+use super::{MULTIPLIER_TOLERANCE, Monodromy, monodromy};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::time_budget::CancelToken;
+use crate::motion::dynamic_model::{DynamicModel, ForceElement, ForceLaw};
+use crate::motion::methods::periodic::fundamental::period_grid;
+use crate::motion::methods::periodic::grid::frequencies;
+use crate::motion::wave::WavePhase;
+use crate::numeric::{Matrix, symmetric};
+
+/// An interval of unstable speeds, by the frequency the whole machine repeats with, rad/s.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InstabilityTongue {
+    /// Its lower edge, rad/s.
+    pub from: f64,
+    /// Its upper edge, rad/s.
+    pub to: f64,
+    /// Where growth is largest, rad/s.
+    pub most_unstable: f64,
+    /// The largest multiplier there: growth in a period.
+    pub growth: f64,
+    /// The resonance of the lowest order within it, else the nearest, such as `2 ω1`, `(ω1 + ω2)/3`; modes are counted from one,
+    /// free turning left out.
+    pub name: String,
+}
+
+/// Edges are found to this, relative.
+const EDGE_TOLERANCE: f64 = 1e-6;
+
+/// Highest order of a resonance that gets a name.
+const MAX_ORDER: u32 = 8;
+
+/// Growth beyond this is a tongue where modes meet between the steps: multipliers that meet are found to the square root of rounding.
+const GROWTH_TOLERANCE: f64 = 1e-6;
+
+/// A speed that was looked at.
+#[derive(Debug, Clone, Copy)]
+struct GrowthSample {
+    /// On all speeds of the machine.
+    factor: f64,
+    /// The largest multiplier.
+    growth: f64,
+}
+
+impl GrowthSample {
+    fn is_unstable(self) -> bool {
+        self.growth > 1.0 + MULTIPLIER_TOLERANCE
+    }
+}
+
+/// Unstable speeds between two factors on all speeds of a machine, all contacts closed: looked at in `points` equal steps and
+/// wherever two modes meet between them.
+///
+/// # Errors
+/// What the periodic method refuses; `Interrupted` where it was ended.
+pub fn instability_tongues(
+    model: &DynamicModel,
+    [from, to]: [f64; 2],
+    points: usize,
+    cancel: &CancelToken,
+) -> Result<Vec<InstabilityTongue>, Error> {
+    let base = TAU / period_grid(model, 0.0)?.1.period;
+    let at = |factor: f64| -> Result<Monodromy, Error> {
+        if cancel.should_stop() {
+            return Err(Error::new(Code::Interrupted, "the chart was not finished"));
+        }
+        monodromy(&scale_speed(model, factor), None)
+    };
+    let growth = |factor: f64| Ok(at(factor)?.multipliers()?.largest);
+    let look = |factor: f64| {
+        let growth = growth(factor)?;
+        Ok::<_, Error>(GrowthSample { factor, growth })
+    };
+    let step = (to - from) / points.max(1) as f64;
+    let steps = (0..=points).map(|at| look(from + step * at as f64));
+    let steps = steps.collect::<Result<Vec<GrowthSample>, Error>>()?;
+    let mut sample = steps.clone();
+    let modes = OscillatoryModes::new(model)?;
+    for expected in modes.candidates(model, base, [from, to], MAX_ORDER) {
+        let after = steps.partition_point(|s| s.factor <= expected.factor);
+        let beside = &steps[after.saturating_sub(1)..(after + 1).min(steps.len())];
+        if beside.iter().all(|s| s.is_unstable()) {
+            continue;
+        }
+        if let Some(MultiplierCollision {
+            factor,
+            radius: within,
+        }) = modes.locate_collision(expected, at)?
+        {
+            let near = [factor - within, factor + within].map(|x| x.clamp(from, to));
+            let (factor, growth) = max_growth(&growth, near)?;
+            sample.extend(
+                (growth > 1.0 + GROWTH_TOLERANCE).then_some(GrowthSample { factor, growth }),
+            );
+        }
+    }
+    sort_by_speed(&mut sample);
+    split_tongues(&mut sample, step, look)?;
+    let mut tongues = Vec::new();
+    let mut at = 0;
+    for run in sample.chunk_by(|a, b| a.is_unstable() == b.is_unstable()) {
+        let (first, last) = (at, at + run.len() - 1);
+        at += run.len();
+        if run[0].is_unstable() {
+            tongues.push(tongue(model, base, (&sample, first, last), &growth)?);
+        }
+    }
+    Ok(tongues)
+}
+
+/// Looks between unstable speeds less than a step apart, where two tongues may lie.
+fn split_tongues(
+    sample: &mut Vec<GrowthSample>,
+    step: f64,
+    look: impl Fn(f64) -> Result<GrowthSample, Error>,
+) -> Result<(), Error> {
+    let near = |pair: &&[GrowthSample]| {
+        let unstable = pair.iter().all(|s| s.is_unstable());
+        unstable && pair[1].factor - pair[0].factor < step * (1.0 - EDGE_TOLERANCE)
+    };
+    let middle = |pair: &[GrowthSample]| look(0.5 * (pair[0].factor + pair[1].factor));
+    let middles: Result<Vec<GrowthSample>, Error> =
+        sample.windows(2).filter(near).map(middle).collect();
+    sample.extend(middles?);
+    sort_by_speed(sample);
+    Ok(())
+}
+
+fn sort_by_speed(sample: &mut [GrowthSample]) {
+    sample.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+}
+
+/// The tongue around unstable speeds from `first` to `last`.
+fn tongue(
+    model: &DynamicModel,
+    base: f64,
+    (sample, first, last): (&[GrowthSample], usize, usize),
+    growth: &impl Fn(f64) -> Result<f64, Error>,
+) -> Result<InstabilityTongue, Error> {
+    let surface = |inside: usize, outside: Option<usize>| {
+        let inside = sample[inside].factor;
+        match outside.and_then(|at| sample.get(at)) {
+            Some(outside) => edge(growth, inside, outside.factor),
+            None => Ok(inside),
+        }
+    };
+    let low = surface(first, first.checked_sub(1))?;
+    let high = surface(last, Some(last + 1))?;
+    let by_growth = |a: &usize, b: &usize| sample[*a].growth.total_cmp(&sample[*b].growth);
+    let top = (first..=last).max_by(by_growth).unwrap_or(first);
+    let beside = |at: Option<usize>| {
+        at.and_then(|at| sample.get(at))
+            .unwrap_or(&sample[top])
+            .factor
+    };
+    let near = [
+        beside(top.checked_sub(1)).max(low),
+        beside(Some(top + 1)).min(high),
+    ];
+    let (mut worst, mut most) = max_growth(growth, near)?;
+    if sample[top].growth > most {
+        (worst, most) = (sample[top].factor, sample[top].growth);
+    }
+    Ok(InstabilityTongue {
+        from: low * base,
+        to: high * base,
+        most_unstable: worst * base,
+        growth: most,
+        name: resonance_name(model, base, [low, worst, high].map(|factor| factor * base))?,
+    })
+}
+
+/// The machine with every wave and harmonic load faster by a factor.
+pub fn scale_speed(model: &DynamicModel, factor: f64) -> DynamicModel {
+    let mut model = model.clone();
+    for b in &mut model.elements {
+        for function in b.stiffness_wave.iter_mut().chain(&mut b.angle_waves) {
+            if let WavePhase::Imposed { omega, .. } = &mut function.phase {
+                *omega *= factor;
+            }
+        }
+        let harmonics = b
+            .imposed_displacement
+            .iter_mut()
+            .flat_map(|e| &mut e.harmonics);
+        harmonics.for_each(|h| h.omega *= factor);
+    }
+    let harmonics = model
+        .forces
+        .iter_mut()
+        .flat_map(|d| &mut d.signal.harmonics);
+    harmonics.for_each(|h| h.omega *= factor);
+    model
+}
+
+/// The edge between an unstable factor and a stable one, by bisection.
+fn edge(
+    growth: &impl Fn(f64) -> Result<f64, Error>,
+    mut unstable: f64,
+    mut stable: f64,
+) -> Result<f64, Error> {
+    while (unstable - stable).abs() > EDGE_TOLERANCE * stable.abs().max(unstable.abs()) {
+        let middle = 0.5 * (unstable + stable);
+        match growth(middle)? > 1.0 + MULTIPLIER_TOLERANCE {
+            true => unstable = middle,
+            false => stable = middle,
+        }
+    }
+    Ok(unstable)
+}
+
+/// Where growth is largest between two factors, by golden section.
+fn max_growth(
+    growth: &impl Fn(f64) -> Result<f64, Error>,
+    [mut a, mut d]: [f64; 2],
+) -> Result<(f64, f64), Error> {
+    let share = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut b, mut c) = (d - share * (d - a), a + share * (d - a));
+    let (mut at_b, mut at_c) = (growth(b)?, growth(c)?);
+    let close = 1e-3 * (d - a);
+    while d - a > close {
+        if at_b > at_c {
+            (d, c, at_c) = (c, b, at_b);
+            b = d - share * (d - a);
+            at_b = growth(b)?;
+        } else {
+            (a, b, at_b) = (b, c, at_c);
+            c = a + share * (d - a);
+            at_c = growth(c)?;
+        }
+    }
+    Ok(if at_b > at_c { (b, at_b) } else { (c, at_c) })
+}
+
+/// The `(ω_i + ω_j)/coordinate_count` of the mean machine, by the frequency of one of its waves, that a tongue from `low` to `high` is named by.
+/// High orders lie everywhere, so that of the lowest order within the tongue goes before one that lies nearer to its top.
+fn resonance_name(
+    model: &DynamicModel,
+    base: f64,
+    [low, worst, high]: [f64; 3],
+) -> Result<String, Error> {
+    let natural = mean_frequencies(model)?;
+    let mut best = ((u32::MAX, f64::INFINITY), String::new());
+    for wave in frequencies(model) {
+        let times = (wave / base).round();
+        for i in 0..natural.len() {
+            for j in i..natural.len() {
+                for n in 1..=MAX_ORDER {
+                    let at = (natural[i] + natural[j]) / f64::from(n) / times;
+                    let within = (low..=high).contains(&at);
+                    let order = if within { n } else { MAX_ORDER + 1 };
+                    let rank = (order, (at / worst).ln().abs());
+                    if rank.0 < best.0.0
+                        || (rank.0 == best.0.0 && rank.1 < best.0.1 * (1.0 - EDGE_TOLERANCE))
+                    {
+                        best = (rank, resonance(i + 1, j + 1, n));
+                    }
+                }
+            }
+        }
+    }
+    Ok(best.1)
+}
+
+fn resonance(i: usize, j: usize, n: u32) -> String {
+    match (i == j, n) {
+        (true, 1) => format!("2 ω{i}"),
+        (true, 2) => format!("ω{i}"),
+        (true, _) => format!("2 ω{i}/{n}"),
+        (false, 1) => format!("ω{i} + ω{j}"),
+        (false, _) => format!("(ω{i} + ω{j})/{n}"),
+    }
+}
+
+/// Natural frequencies of the machine with its mean stiffness, free turning left out, rad/s.
+fn mean_frequencies(model: &DynamicModel) -> Result<Vec<f64>, Error> {
+    let n = model.coordinate_count();
+    let stiffness = |b: &ForceElement| match &b.law {
+        ForceLaw::Linear { stiffness, .. } => *stiffness,
+        ForceLaw::Contact(contact) => contact.stiffness * b.mean_factor(),
+        _ => 0.0,
+    };
+    let mut k = Matrix::zeros(n, n);
+    for b in &model.elements {
+        let stiffness = stiffness(b);
+        for (i, u) in b.direction.entries() {
+            for (j, w) in b.direction.entries() {
+                k[(i, j)] += stiffness * u * w;
+            }
+        }
+    }
+    if let Some((general, _)) = &model.unattached {
+        for j in 0..n {
+            (0..n).for_each(|i| k[(i, j)] += 0.5 * (general[(i, j)] + general[(j, i)]));
+        }
+    }
+    let unit = |j: usize| {
+        let v: Vec<f64> = (0..n).map(|i| f64::from(i == j)).collect();
+        model.momentum(&v)
+    };
+    let columns: Vec<Vec<f64>> = (0..n).map(unit).collect();
+    let m = Matrix::from_fn(n, n, |i, j| columns[j][i]);
+    let squares = symmetric::generalised_symmetric_eigen(&k, &m)?.values;
+    let largest = squares.iter().copied().fold(0.0, f64::max);
+    let elastic = squares.into_iter().filter(|&x| x > 1e-9 * largest);
+    Ok(elastic.map(f64::sqrt).collect())
+}

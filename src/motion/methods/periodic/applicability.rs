@@ -1,0 +1,50 @@
+//! Applicability of the periodic method: piecewise linear laws, waves imposed in time.
+
+use crate::motion::algebraic;
+use crate::motion::curve::TorqueSpeedCurve;
+use crate::motion::dynamic_model::{DynamicModel, ForceElement, ForceLaw};
+use crate::motion::wave::{PeriodicFunction, Waveform};
+
+/// What of a machine is not linear in every stand, or does not repeat in time.
+pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
+    let of_branch = |b: &ForceElement| {
+        let name = &b.name;
+        let straight = |curve: &TorqueSpeedCurve| matches!(curve, TorqueSpeedCurve::Linear { .. });
+        let turns = |function: &PeriodicFunction| function.phase.angle().is_some();
+        match &b.law {
+            ForceLaw::Friction(_) | ForceLaw::Clutch { .. } | ForceLaw::LoadFriction(_) => {
+                return Some(format!("{name} has dry friction"));
+            }
+            ForceLaw::Nonlinear { .. } => {
+                return Some(format!("the characteristic of {name} is not linear"));
+            }
+            ForceLaw::TorqueSpeed(curve) | ForceLaw::LaggedTorque { curve, .. }
+                if !straight(curve) =>
+            {
+                return Some(format!("the torque of {name} is not straight over speed"));
+            }
+            _ => {}
+        }
+        if b.stiffness_wave.as_ref().is_some_and(turns) {
+            return Some(format!(
+                "the stiffness of {name} follows an angle, not time"
+            ));
+        }
+        if b.angle_waves.iter().any(turns) {
+            return Some(format!("the error of {name} follows an angle, not time"));
+        }
+        if let ForceLaw::AngleLocked { .. } = b.law {
+            return Some(format!("{name} follows an angle, not time"));
+        }
+        b.angle_waves
+            .iter()
+            .find(|e| matches!(e.waveform, Waveform::Rectangular { .. }))
+            .map(|_| format!("the error of {name} jumps"))
+    };
+    let bent = || {
+        let message = "a known motion or load is a parabola of time";
+        (!model.has_linear_inputs()).then(|| message.to_string())
+    };
+    let light = algebraic::why_inertia_needed(model);
+    light.or_else(|| model.elements.iter().find_map(of_branch).or_else(bent))
+}

@@ -1,0 +1,393 @@
+//! Decomposition of coupled modal equations by complex eigenpairs of the first-order form.
+//!
+//! States are `(sη, η̇, ẑ)` with s = ω: each squared is an energy, and light damping leaves the vectors nearly at right
+//! angles. Positions of rigid motions act on nothing and are integrals. Roots are polished on the quadratic form.
+
+use super::dense::DenseSystem;
+use super::equations::ModalEquations;
+use super::modal_parts::{ModalParts, RealPart};
+use super::modal_transform::ModalTransform;
+use super::weak_coupling;
+use crate::base::error::Error;
+use crate::numeric::quadratic::QuadraticEigenproblem;
+use crate::numeric::{Complex, Matrix, eigen, symmetric};
+
+/// The product of a part's lengths there and back beyond which its digits are not trusted.
+const MAX_CONDITION: f64 = 1e4;
+
+/// The parts, or all as one where vectors nearly coincide; `pushes` are ω and the harmonic push on modal states, for the latter.
+///
+/// # Errors
+/// No convergence; numbers out of range.
+pub fn decompose_coupled(
+    equations: &ModalEquations,
+    pushes: &[(f64, Vec<Complex>)],
+) -> Result<(ModalParts, ModalTransform), Error> {
+    let layout = StateLayout::new(equations);
+    if let Some(found) = weak_coupling::damped_roots(equations) {
+        let root = |r: weak_coupling::DampedRoot| ComplexRoot::project(&layout, r.value, &r.shape);
+        let roots: Vec<ComplexRoot> = found.into_iter().map(root).collect();
+        if let Some(found) = separate_parts(equations, &layout, &roots)? {
+            return Ok(found);
+        }
+    }
+    let matrix = layout.matrix(equations);
+    let modes = roots(equations, &layout, &matrix)?;
+    match separate_parts(equations, &layout, &modes)? {
+        Some(found) => Ok(found),
+        None => single_part(equations, &layout, &matrix, pushes),
+    }
+}
+
+/// Which modal states take part, and in what units.
+struct StateLayout {
+    /// Modes with a position that acts, and s.
+    places: Vec<(usize, f64)>,
+    /// Modes with a rate: all but the free ones.
+    first: usize,
+    modes: usize,
+    /// Units of the inner states.
+    scales: Vec<f64>,
+}
+
+impl StateLayout {
+    fn new(equations: &ModalEquations) -> StateLayout {
+        let stiff = |j: usize| {
+            let w = equations.omega[j];
+            let beside = equations.stiffness.as_ref().map_or(0.0, |k| {
+                (0..equations.count()).fold(0.0, |m: f64, i| m.max(k[(i, j)].abs()))
+            });
+            match w.max(beside.sqrt()) {
+                0.0 => 1.0,
+                s => s,
+            }
+        };
+        StateLayout {
+            places: (equations.rigid..equations.count())
+                .map(|j| (j, stiff(j)))
+                .collect(),
+            first: equations.free,
+            modes: equations.count(),
+            scales: equations.state.iter().map(|inner| inner.scale).collect(),
+        }
+    }
+
+    fn rates(&self) -> usize {
+        self.modes - self.first
+    }
+
+    fn len(&self) -> usize {
+        self.places.len() + self.rates() + self.scales.len()
+    }
+
+    /// Where the rate of a mode stands.
+    fn rate(&self, mode: usize) -> usize {
+        self.places.len() + mode - self.first
+    }
+
+    fn inner(&self, at: usize) -> usize {
+        self.places.len() + self.rates() + at
+    }
+
+    fn matrix(&self, equations: &ModalEquations) -> Matrix {
+        let d = equations.damping_matrix();
+        let mut a = Matrix::zeros(self.len(), self.len());
+        for (at, &(j, s)) in self.places.iter().enumerate() {
+            a[(at, self.rate(j))] = s;
+            a[(self.rate(j), at)] = -equations.omega[j] * (equations.omega[j] / s);
+            if let Some(k) = &equations.stiffness {
+                (self.first..self.modes).for_each(|i| a[(self.rate(i), at)] -= k[(i, j)] / s);
+            }
+        }
+        for i in self.first..self.modes {
+            (self.first..self.modes).for_each(|j| a[(self.rate(i), self.rate(j))] = -d[(i, j)]);
+        }
+        for (at, inner) in equations.state.iter().enumerate() {
+            let own = self.inner(at);
+            a[(own, own)] = -inner.decay;
+            for j in self.first..self.modes {
+                a[(own, self.rate(j))] = inner.velocity_row[j] / inner.scale;
+                a[(self.rate(j), own)] = inner.force_column[j] * inner.scale;
+            }
+        }
+        a
+    }
+
+    /// Where every state stands in a modal state, and its unit there; rigid positions and free modes are alongside.
+    fn modal(&self) -> Vec<(usize, usize, f64)> {
+        let places = self.places.iter().enumerate();
+        let places = places.map(|(at, &(j, s))| (j, at, 1.0 / s));
+        let rates = (self.first..self.modes).map(|j| (self.modes + j, self.rate(j), 1.0));
+        let inner = self.scales.iter().enumerate();
+        let inner = inner.map(|(at, &scale)| (2 * self.modes + at, self.inner(at), scale));
+        places.chain(rates).chain(inner).collect()
+    }
+}
+
+/// A root with Im ≥ 0 and its vector over the states.
+struct ComplexRoot {
+    value: Complex,
+    vector: Vec<Complex>,
+}
+
+impl ComplexRoot {
+    /// Of a shape over the modes that are not free.
+    fn project(layout: &StateLayout, value: Complex, shape: &[Complex]) -> ComplexRoot {
+        let rate = |j: usize| shape[j - layout.first] * value;
+        let places = layout.places.iter();
+        let places = places.map(|&(j, s)| shape[j - layout.first] * s);
+        ComplexRoot {
+            value,
+            vector: places
+                .chain((layout.first..layout.modes).map(rate))
+                .collect(),
+        }
+    }
+}
+
+fn roots(
+    equations: &ModalEquations,
+    layout: &StateLayout,
+    matrix: &Matrix,
+) -> Result<Vec<ComplexRoot>, Error> {
+    let n = layout.len();
+    let eigen = eigen::eigen(matrix)?;
+    let eigenproblem = equations.state.is_empty().then(|| quadratic(equations));
+    let mut found: Vec<ComplexRoot> = Vec::new();
+    for k in (0..n).filter(|&k| eigen.values[k].im >= 0.0) {
+        let value = eigen.values[k];
+        let vector: Vec<Complex> = (0..n).map(|i| eigen.right[(i, k)]).collect();
+        let error = f64::EPSILON * eigen.norm * eigen.condition[k];
+        let alone = eigen.values.iter().enumerate().all(|(i, other)| {
+            const REPEATED: f64 = 1e-8; // √ε, where the vectors of a pair keep half their digits
+            i == k || (other - value).norm() > REPEATED * value.norm()
+        });
+        let polished = match &eigenproblem {
+            Some(eigenproblem) if alone && value.norm() > 0.0 => {
+                refine_root(eigenproblem, layout, (value, &vector), error)
+            }
+            _ => None,
+        };
+        found.push(polished.unwrap_or(ComplexRoot { value, vector }));
+    }
+    Ok(found)
+}
+
+/// The modes that are not free, as a quadratic eigenproblem.
+fn quadratic(equations: &ModalEquations) -> QuadraticEigenproblem {
+    let first = equations.free;
+    let m = equations.count() - first;
+    let d = equations.damping_matrix();
+    let stiffness = Matrix::from_fn(m, m, |i, j| {
+        let beside = equations
+            .stiffness
+            .as_ref()
+            .map_or(0.0, |k| k[(first + i, first + j)]);
+        let w = equations.omega[first + i];
+        if i == j { w * w + beside } else { beside }
+    });
+    QuadraticEigenproblem {
+        n_inertial: m,
+        damping: Matrix::from_fn(m, m, |i, j| d[(first + i, first + j)]),
+        stiffness,
+        hysteretic: None,
+    }
+}
+
+/// A root polished, unless that leads to another or off the axis of what it is.
+fn refine_root(
+    eigenproblem: &QuadraticEigenproblem,
+    layout: &StateLayout,
+    (value, vector): (Complex, &[Complex]),
+    error: f64,
+) -> Option<ComplexRoot> {
+    let start: Vec<Complex> = (layout.first..layout.modes)
+        .map(|j| vector[layout.rate(j)] / value)
+        .collect();
+    let root = eigenproblem.polish(value, &start).ok()?;
+    const SEARCH_RADIUS: f64 = 1e3; // of the error the start is known to have
+    const RESIDUAL_TOLERANCE: f64 = 1e-12;
+    let near = (root.value - value).norm() <= SEARCH_RADIUS * error;
+    if !near || root.residual > RESIDUAL_TOLERANCE || root.value.norm() == 0.0 {
+        return None;
+    }
+    let mut polished = root.value;
+    if value.im == 0.0 {
+        polished = Complex::new(polished.re, 0.0);
+    } else if polished.re.abs() <= f64::EPSILON * eigenproblem.condition(&root) * polished.norm() {
+        // No damper is certain to see it.
+        polished = Complex::new(0.0, polished.im);
+    }
+    let mut polished = ComplexRoot::project(layout, polished, &root.right);
+    if value.im == 0.0 {
+        // A real root has a real vector up to a factor.
+        let largest =
+            polished.vector.iter().fold(
+                Complex::ZERO,
+                |m, &x| if x.norm() > m.norm() { x } else { m },
+            );
+        polished
+            .vector
+            .iter_mut()
+            .for_each(|x| *x = Complex::new((*x / largest).re, 0.0));
+    }
+    Some(polished)
+}
+
+/// Parts of their own, unless vectors nearly coincide.
+fn separate_parts(
+    equations: &ModalEquations,
+    layout: &StateLayout,
+    roots: &[ComplexRoot],
+) -> Result<Option<(ModalParts, ModalTransform)>, Error> {
+    let n = layout.len();
+    let (swings, slow): (Vec<&ComplexRoot>, Vec<&ComplexRoot>) =
+        roots.iter().partition(|r| r.value.im > 0.0);
+    if 2 * swings.len() + slow.len() != n {
+        return Ok(None);
+    }
+    let mut vectors = Matrix::zeros(n, n);
+    for (k, root) in swings.iter().enumerate() {
+        let size = length(&root.vector);
+        let cosine = vectors.col_as_slice_mut(2 * k).iter_mut();
+        cosine.zip(&root.vector).for_each(|(v, x)| *v = x.re / size);
+        let sine = vectors.col_as_slice_mut(2 * k + 1).iter_mut();
+        sine.zip(&root.vector).for_each(|(v, x)| *v = -x.im / size);
+    }
+    for (k, root) in slow.iter().enumerate() {
+        let size = length(&root.vector);
+        let column = vectors.col_as_slice_mut(2 * swings.len() + k).iter_mut();
+        column.zip(&root.vector).for_each(|(v, x)| *v = x.re / size);
+    }
+    let Ok(inverse) = symmetric::lu_solve(&vectors, &Matrix::identity(n, n)) else {
+        return Ok(None);
+    };
+    let mut long = vec![0.0; n];
+    for j in 0..n {
+        let column = inverse.col_as_slice(j).iter();
+        long.iter_mut()
+            .zip(column)
+            .for_each(|(sum, x)| *sum += x * x);
+    }
+    if !long
+        .iter()
+        .all(|&square| square < MAX_CONDITION * MAX_CONDITION)
+    {
+        return Ok(None);
+    }
+
+    // σ: swings; then coasts (p, v) or decays; then what rigid positions keep; then free modes.
+    let (rigid, free) = (equations.free..equations.rigid, 0..equations.free);
+    let wide = if rigid.is_empty() { 1 } else { 2 };
+    let kept = 2 * swings.len() + wide * slow.len();
+    let total = kept + rigid.len() + 2 * free.len();
+    let modal = 2 * layout.modes + layout.scales.len();
+    let own = |k: usize| match k < 2 * swings.len() {
+        true => k,
+        false => 2 * swings.len() + wide * (k - 2 * swings.len()) + wide - 1,
+    };
+    let (mut out, mut into) = (Matrix::zeros(modal, total), Matrix::zeros(total, modal));
+    let places = layout.modal();
+    for k in 0..n {
+        let (vector, column) = (vectors.col_as_slice(k), out.col_as_slice_mut(own(k)));
+        let places = places.iter();
+        places.for_each(|&(row, state, unit)| column[row] = unit * vector[state]);
+    }
+    for &(row, state, unit) in &places {
+        let column = into.col_as_slice_mut(row);
+        let shares = inverse.col_as_slice(state).iter().enumerate();
+        shares.for_each(|(k, x)| column[own(k)] = x / unit);
+    }
+    for (at, mode) in rigid.clone().enumerate() {
+        let keep = kept + at;
+        out[(mode, keep)] = 1.0;
+        into[(keep, mode)] = 1.0;
+        for (k, root) in swings.iter().enumerate() {
+            // The integral of Re(X ζ) is Re(X ζ/λ) and something that keeps.
+            let rate = layout.rate(mode);
+            let x = Complex::new(vectors[(rate, 2 * k)], -vectors[(rate, 2 * k + 1)]) / root.value;
+            out[(mode, 2 * k)] = x.re;
+            out[(mode, 2 * k + 1)] = -x.im;
+            for i in 0..modal {
+                let column = into.col_as_slice_mut(i);
+                column[keep] -= x.re * column[2 * k] - x.im * column[2 * k + 1];
+            }
+        }
+        for k in 0..slow.len() {
+            let column = 2 * swings.len() + k;
+            out[(mode, own(column) - 1)] = vectors[(layout.rate(mode), column)];
+        }
+    }
+    for mode in free {
+        let at = kept + rigid.len() + 2 * mode;
+        for (state, row) in [(at, mode), (at + 1, layout.modes + mode)] {
+            out[(row, state)] = 1.0;
+            into[(state, row)] = 1.0;
+        }
+    }
+    let slow = slow.iter().map(|root| match wide {
+        1 => RealPart::Decay(root.value.re),
+        _ => RealPart::RigidMotion(root.value.re),
+    });
+    let kept = rigid.map(|_| RealPart::Decay(0.0));
+    let coasts = (0..equations.free).map(|_| RealPart::RigidMotion(-equations.drag));
+    Ok(Some((
+        ModalParts {
+            oscillatory: swings.iter().map(|root| root.value).collect(),
+            parts: slow.chain(kept).chain(coasts).collect(),
+        },
+        ModalTransform::Full { out, into },
+    )))
+}
+
+fn length(v: &[Complex]) -> f64 {
+    v.iter().map(Complex::norm_sqr).sum::<f64>().sqrt()
+}
+
+/// All states as one part, rigid positions and free modes with them.
+fn single_part(
+    equations: &ModalEquations,
+    layout: &StateLayout,
+    matrix: &Matrix,
+    pushes: &[(f64, Vec<Complex>)],
+) -> Result<(ModalParts, ModalTransform), Error> {
+    let n = layout.len();
+    let rigid = equations.rigid;
+    let total = n + rigid + equations.free;
+    let modal = 2 * layout.modes + layout.scales.len();
+    // The others' states, then positions of rigid motions, then rates of the free ones.
+    let rate = |mode: usize| match mode < equations.free {
+        true => n + rigid + mode,
+        false => layout.rate(mode),
+    };
+    let mut a = Matrix::zeros(total, total);
+    for i in 0..n {
+        (0..n).for_each(|j| a[(i, j)] = matrix[(i, j)]);
+    }
+    (0..rigid).for_each(|mode| a[(n + mode, rate(mode))] = 1.0);
+    (0..equations.free).for_each(|mode| a[(rate(mode), rate(mode))] = -equations.drag);
+    let (mut out, mut into) = (Matrix::zeros(modal, total), Matrix::zeros(total, modal));
+    for (row, state, unit) in layout.modal() {
+        out[(row, state)] = unit;
+        into[(state, row)] = 1.0 / unit;
+    }
+    let mut one = |row: usize, state: usize| {
+        out[(row, state)] = 1.0;
+        into[(state, row)] = 1.0;
+    };
+    (0..rigid).for_each(|mode| one(mode, n + mode));
+    (0..equations.free).for_each(|mode| one(layout.modes + mode, rate(mode)));
+    let harmonics = pushes.iter().map(|(omega, push)| {
+        let state =
+            |k: usize| (0..modal).fold(Complex::ZERO, |sum, i| sum + push[i] * into[(k, i)]);
+        (*omega, (0..total).map(state).collect())
+    });
+    let system = DenseSystem::new(a, harmonics.collect())?;
+    Ok((
+        ModalParts {
+            oscillatory: Vec::new(),
+            parts: vec![RealPart::Dense(Box::new(system))],
+        },
+        ModalTransform::Full { out, into },
+    ))
+}

@@ -1,0 +1,72 @@
+//! Evaluators of event functions: value, rates and bounds in one pass over the modal parts.
+
+use super::modal_parts::RealPart;
+use crate::numeric::Complex;
+
+/// What a part is read by, next to what it counts in a switching surface: p, ṗ, p, ṗ, p̈, p̈, the bound on p̈, that on the
+/// third derivative.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(16))]
+pub struct SumLanes(pub [f64; LANES]);
+
+/// How many sums a switching surface is read by.
+pub const LANES: usize = 8;
+
+/// What every part counts in each lane of a switching surface's row c.
+#[derive(Debug)]
+pub struct EventEvaluator(pub Vec<SumLanes>);
+
+impl EventEvaluator {
+    /// Of a row over the parts, of the row that gives ṗ, and of the sizes |c|.
+    pub fn new(turning: &[Complex], row: &[f64], rate: &[f64], sizes: &[f64]) -> EventEvaluator {
+        let pairs = row.chunks_exact(2).zip(rate.chunks_exact(2));
+        let turning = turning.iter().zip(pairs).zip(sizes);
+        let mut lanes: Vec<SumLanes> = turning
+            .map(|((lambda, (c, r)), size)| {
+                let bent = Complex::new(c[0], -c[1]) * lambda * lambda;
+                let (fast, bound) = (lambda.norm(), size * lambda.norm_sqr());
+                let [x, y] = [bent.re, -bent.im];
+                SumLanes([c[0], r[0], c[1], r[1], x, y, bound, bound * fast])
+            })
+            .collect();
+        let first = 2 * lanes.len();
+        let others = row[first..].iter().zip(&rate[first..]);
+        let other = |(&c, &r): (&f64, &f64)| SumLanes([c, r, 0.0, 0.0, c, 0.0, c.abs(), c.abs()]);
+        lanes.extend(others.map(other));
+        EventEvaluator(lanes)
+    }
+
+    /// +1 where it is the same, −1 where it reads the negative.
+    pub fn sign(&self, other: &EventEvaluator) -> Option<f64> {
+        let is = |sign: f64| {
+            let mut pairs = self.0.iter().zip(&other.0);
+            pairs.all(|(SumLanes(a), SumLanes(b))| (0..6).all(|k| a[k] == sign * b[k]))
+        };
+        [1.0, -1.0].into_iter().find(|sign| is(*sign))
+    }
+}
+
+/// Leaves out, of all sensors, the parts behind the first `turning` that none of them sees; of every other part whether it is left out.
+pub fn drop_unused_parts(
+    evaluators: &mut [EventEvaluator],
+    turning: usize,
+    parts: &[RealPart],
+) -> Vec<bool> {
+    let mut unseen = Vec::with_capacity(parts.len());
+    let mut at = turning;
+    for part in parts {
+        let states = at..at + part.count();
+        let sees = |SumLanes(lane): &SumLanes| lane[0] != 0.0 || lane[1] != 0.0;
+        let seen = evaluators
+            .iter()
+            .any(|s| s.0[states.clone()].iter().any(sees));
+        match seen {
+            true => at = states.end,
+            false => evaluators.iter_mut().for_each(|s| {
+                s.0.drain(states.clone());
+            }),
+        }
+        unseen.push(!seen);
+    }
+    unseen
+}

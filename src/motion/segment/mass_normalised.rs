@@ -1,0 +1,384 @@
+//! Mass-normalised coordinates `x = Lᵀ q`, `M = L Lᵀ`, and the modes in them.
+//!
+//! Frequencies are singular values of `√k W L⁻ᵀ`, so that slow modes keep their digits next to fast ones; motions that strain
+//! nothing are found from the geometry alone and have exactly no frequency.
+
+use crate::base::error::Error;
+use crate::machine::direction::Direction;
+use crate::motion::dynamic_model::{DynamicModel, MassMatrix};
+use crate::numeric::vector_ops::axpy;
+pub use crate::numeric::vector_ops::dot;
+use crate::numeric::{Matrix, graded, symmetric};
+
+/// `L`.
+#[derive(Debug)]
+pub enum CholeskyMass {
+    /// The square roots of the inertias.
+    Diagonal(Vec<f64>),
+    /// Cholesky's factor.
+    Lower(Matrix),
+}
+
+impl CholeskyMass {
+    /// Of a machine's inertia.
+    ///
+    /// # Errors
+    /// A mass matrix that is not positive definite.
+    pub fn new(model: &DynamicModel) -> Result<CholeskyMass, Error> {
+        match &model.matrix {
+            MassMatrix::Diagonal(mass) => Ok(CholeskyMass::Diagonal(
+                mass.iter().map(|m| m.sqrt()).collect(),
+            )),
+            MassMatrix::Full { matrix, .. } => symmetric::cholesky(matrix).map(CholeskyMass::Lower),
+        }
+    }
+
+    /// `L⁻¹ w`: a direction as seen by x.
+    pub fn to_mass_normalised(&self, w: &[f64]) -> Vec<f64> {
+        match self {
+            CholeskyMass::Diagonal(root) => w.iter().zip(root).map(|(w, r)| w / r).collect(),
+            CholeskyMass::Lower(l) => {
+                let column = Matrix::from_fn(w.len(), 1, |i, _| w[i]);
+                let seen = symmetric::solve_lower(l, &column);
+                (0..w.len()).map(|i| seen[(i, 0)]).collect()
+            }
+        }
+    }
+
+    /// `L⁻ᵀ V`.
+    fn shapes(&self, v: &Matrix) -> Matrix {
+        match self {
+            CholeskyMass::Diagonal(root) => {
+                Matrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / root[i])
+            }
+            CholeskyMass::Lower(l) => symmetric::solve_lower_transposed(l, v),
+        }
+    }
+
+    /// `L V`.
+    fn momenta(&self, v: &Matrix) -> Matrix {
+        match self {
+            CholeskyMass::Diagonal(root) => {
+                Matrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] * root[i])
+            }
+            CholeskyMass::Lower(l) => l * v,
+        }
+    }
+}
+
+/// A direction over all coordinates.
+pub fn to_dense(direction: &Direction, n: usize) -> Vec<f64> {
+    let mut w = vec![0.0; n];
+    direction.entries().for_each(|(i, a)| w[i] += a);
+    w
+}
+
+/// What the motions of a machine must not do to be called rigid, over x.
+#[derive(Debug, Default)]
+pub struct StrainRows {
+    /// Directions of springs whose energy is a square, with √k.
+    pub squares: Vec<(Vec<f64>, f64)>,
+    /// Further directions that springs see or act in.
+    pub springs: Vec<Vec<f64>>,
+    /// What dampers and all else see or act in.
+    pub dampers: Vec<Vec<f64>>,
+    /// What may not move at all.
+    pub stuck: Vec<Vec<f64>>,
+}
+
+/// Modes in the order: motions that strain nothing at all, those that strain dampers only, those without a square of energy,
+/// the others by rising frequency.
+#[derive(Debug)]
+pub struct RegimeModes {
+    /// Φ: mass-normalised shapes as columns over q.
+    pub shapes: Matrix,
+    /// MΦ.
+    pub momenta: Matrix,
+    /// rad/s.
+    pub omega: Vec<f64>,
+    /// How many strain nothing at all.
+    pub free: usize,
+    /// How many strain no spring, the free ones among them.
+    pub rigid: usize,
+}
+
+impl RegimeModes {
+    /// Of the rows of a machine.
+    ///
+    /// # Errors
+    /// Numbers out of range; no convergence.
+    pub fn new(mass: &CholeskyMass, rows: &StrainRows, n: usize) -> Result<RegimeModes, Error> {
+        let allowed = constraint_null_space(&rows.stuck, n)?;
+        let m = allowed.as_ref().map_or(n, Vec::len);
+        let inside = |row: &Vec<f64>| -> Vec<f64> {
+            match &allowed {
+                Some(allowed) => allowed.iter().map(|a| dot(a, row)).collect(),
+                None => row.clone(),
+            }
+        };
+        let inside_all = |rows: &[Vec<f64>]| rows.iter().map(inside).collect::<Vec<_>>();
+        let squares: Vec<Vec<f64>> = rows.squares.iter().map(|(row, _)| inside(row)).collect();
+        let springs = inside_all(&rows.springs);
+        let dampers = inside_all(&rows.dampers);
+
+        let still = null_motions(&squares, m)?;
+        let resting = restrict_null_space(&still, &springs)?;
+        let free = restrict_null_space(&resting, &dampers)?;
+        let mut zero: Vec<Vec<f64>> = Vec::new();
+        extend(&mut zero, &free);
+        let n_free = zero.len();
+        extend(&mut zero, &resting);
+        let n_rigid = zero.len();
+        extend(&mut zero, &still);
+
+        let roots = rows.squares.iter().map(|(_, mass)| *mass);
+        let weighed: Vec<Vec<f64>> = squares
+            .iter()
+            .zip(roots)
+            .map(|(row, mass)| row.iter().map(|a| mass * a).collect())
+            .collect();
+        let a = Matrix::from_fn(weighed.len(), m, |i, j| weighed[i][j]);
+        let found = graded::svd(&a, Some(m - zero.len()))?;
+        let column = |j: usize, i: usize| match zero.get(j) {
+            Some(rigid) => rigid[i],
+            None => found.vectors[(i, j)],
+        };
+        let vectors = Matrix::from_fn(n, m, |i, j| match &allowed {
+            Some(allowed) => (0..m).map(|k| allowed[k][i] * column(j, k)).sum(),
+            None => column(j, i),
+        });
+        let mut omega = found.values;
+        omega.iter_mut().take(zero.len()).for_each(|w| *w = 0.0);
+        Ok(RegimeModes {
+            shapes: mass.shapes(&vectors),
+            momenta: mass.momenta(&vectors),
+            omega,
+            free: n_free,
+            rigid: n_rigid,
+        })
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.omega.len()
+    }
+
+    /// `wᵀΦ`, exactly zero for the first `blind` modes.
+    pub fn project(&self, w: &Direction, blind: usize) -> Vec<f64> {
+        let column = |j: usize| w.dot(self.shapes.col_as_slice(j));
+        (0..self.count())
+            .map(|j| if j < blind { 0.0 } else { column(j) })
+            .collect()
+    }
+}
+
+/// Orthonormal motions over x that the stuck directions allow; nothing where nothing is stuck.
+fn constraint_null_space(stuck: &[Vec<f64>], n: usize) -> Result<Option<Vec<Vec<f64>>>, Error> {
+    if stuck.is_empty() {
+        return Ok(None);
+    }
+    let mut basis = Vec::new();
+    extend(&mut basis, &null_motions(stuck, n)?);
+    Ok(Some(basis))
+}
+
+/// Adds to an orthonormal basis what a list of motions adds to its span.
+fn extend(basis: &mut Vec<Vec<f64>>, motions: &[Vec<f64>]) {
+    const DEPENDENT: f64 = 1e-9; // of a unit vector; what depends is at rounding
+    for motion in motions {
+        let size = dot(motion, motion).sqrt();
+        let mut v: Vec<f64> = motion.iter().map(|x| x / size).collect();
+        let mut rest = 1.0;
+        // Twice is enough (Giraud, Langou & Rozložník 2005, Numer. Math. 101, 87).
+        for _ in 0..2 {
+            for b in basis.iter() {
+                let share = dot(b, &v);
+                v.iter_mut().zip(b).for_each(|(x, b)| *x -= share * b);
+            }
+            rest *= dot(&v, &v).sqrt();
+            let size = dot(&v, &v).sqrt();
+            v.iter_mut().for_each(|x| *x /= size);
+        }
+        if rest > DEPENDENT {
+            basis.push(v);
+        }
+    }
+}
+
+/// A motion this free, by the size of what it is summed from, is free: geometry is known to 1e-16.
+const NULL_TOLERANCE: f64 = 1e-10;
+
+/// Motions that no row sees, from the geometry; stiffness and inertia play no part.
+fn null_motions(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
+    match null_space_by_ratios(rows, n) {
+        Some(motions) => Ok(motions),
+        None => null_space_by_svd(rows, n),
+    }
+}
+
+/// What of some motions further rows do not see.
+fn restrict_null_space(motions: &[Vec<f64>], rows: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
+    let seen = |row: &Vec<f64>, motion: &Vec<f64>| -> f64 {
+        let terms = || row.iter().zip(motion).map(|(a, x)| a * x);
+        let sum: f64 = terms().sum();
+        let size: f64 = terms().map(f64::abs).sum();
+        if sum.abs() <= NULL_TOLERANCE * size {
+            0.0
+        } else {
+            sum
+        }
+    };
+    let over = |row: &Vec<f64>| motions.iter().map(|x| seen(row, x)).collect::<Vec<f64>>();
+    let mut inside: Vec<Vec<f64>> = rows.iter().map(over).collect();
+    inside.retain(|row| row.iter().any(|x| *x != 0.0));
+    if inside.is_empty() || motions.is_empty() {
+        return Ok(motions.to_vec());
+    }
+    let shares = null_motions(&inside, motions.len())?;
+    let sum = |share: &Vec<f64>| {
+        let mut all = vec![0.0; motions[0].len()];
+        let both = share.iter().zip(motions);
+        both.for_each(|(a, motion)| axpy(&mut all, *a, motion));
+        all
+    };
+    Ok(shares.iter().map(sum).collect())
+}
+
+/// Where every row sees two coordinates at most, a motion for each part of the machine that nothing holds: by ratios from its
+/// first coordinate on. Nothing where a row sees more.
+fn null_space_by_ratios(rows: &[Vec<f64>], n: usize) -> Option<Vec<Vec<f64>>> {
+    let mut joins: Vec<Vec<(usize, f64, f64)>> = vec![Vec::new(); n];
+    let mut held = vec![false; n];
+    for row in rows {
+        let seen = row.iter().enumerate().filter(|(_, a)| **a != 0.0);
+        match seen.map(|(i, &a)| (i, a)).collect::<Vec<_>>()[..] {
+            [] => {}
+            [(i, _)] => held[i] = true,
+            [(i, a), (j, b)] => {
+                joins[i].push((j, a, b));
+                joins[j].push((i, b, a));
+            }
+            _ => return None,
+        }
+    }
+    let mut motions = Vec::new();
+    let mut reached = vec![false; n];
+    for first in 0..n {
+        if reached[first] {
+            continue;
+        }
+        let mut motion = vec![0.0; n];
+        motion[first] = 1.0;
+        reached[first] = true;
+        let (mut part, mut at, mut free) = (vec![first], 0, true);
+        while let Some(&i) = part.get(at) {
+            at += 1;
+            free &= !held[i];
+            for &(j, a, b) in &joins[i] {
+                if reached[j] {
+                    let (own, other) = (a * motion[i], b * motion[j]);
+                    free &= (own + other).abs() <= NULL_TOLERANCE * (own.abs() + other.abs());
+                } else {
+                    reached[j] = true;
+                    motion[j] = -a * motion[i] / b;
+                    part.push(j);
+                }
+            }
+        }
+        if free {
+            motions.push(motion);
+        }
+    }
+    Some(motions)
+}
+
+/// The same of any rows, by singular values: rows and columns are brought to unit size.
+fn null_space_by_svd(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
+    let mut units: Vec<Vec<f64>> = Vec::new();
+    for row in rows {
+        let size = row.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        if size > 0.0 {
+            units.push(row.iter().map(|x| x / size).collect());
+        }
+    }
+    // Columns first differ by the roots of the inertias; a few rounds bring both sides to like size.
+    let mut size = vec![1.0; n];
+    for _ in 0..3 {
+        for j in 0..n {
+            let most = units.iter().fold(0.0, |m: f64, row| m.max(row[j].abs()));
+            if most > 0.0 {
+                size[j] *= most;
+                units.iter_mut().for_each(|row| row[j] /= most);
+            }
+        }
+        for row in &mut units {
+            let most = row.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            row.iter_mut().for_each(|x| *x /= most);
+        }
+    }
+    let a = Matrix::from_fn(units.len().max(1), n, |i, j| {
+        units.get(i).map_or(0.0, |row| row[j])
+    });
+    let found = graded::svd(&a, None)?;
+    let largest = found.values.last().copied().unwrap_or(0.0);
+    let null = (0..n).filter(|&k| found.values[k] <= NULL_TOLERANCE * largest);
+    Ok(null
+        .map(|k| (0..n).map(|j| found.vectors[(j, k)] / size[j]).collect())
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three discs of very different inertia on two springs, one damper to ground: one motion strains the damper only.
+    #[test]
+    fn exact_rigid_motion_with_a_brake() {
+        let mass = CholeskyMass::Diagonal(vec![1e-4, 1.0, 1e5]);
+        let row = |w: [f64; 3], k: f64| (mass.to_mass_normalised(&w), f64::sqrt(k));
+        let rows = StrainRows {
+            squares: vec![row([-1.0, 1.0, 0.0], 1e9), row([0.0, -1.0, 1.0], 1.0)],
+            dampers: vec![mass.to_mass_normalised(&[1.0, 0.0, 0.0])],
+            ..StrainRows::default()
+        };
+        let modes = RegimeModes::new(&mass, &rows, 3).unwrap();
+        assert_eq!((modes.free, modes.rigid, modes.omega[0]), (0, 1, 0.0));
+        let shape = modes.shapes.col_as_slice(0);
+        assert!((shape[0] / shape[2] - 1.0).abs() < 1e-13, "{shape:?}");
+        let gram = modes.shapes.transpose() * &modes.momenta;
+        assert!((gram - Matrix::identity(3, 3)).norm_max() < 1e-14);
+    }
+
+    /// A geared loop whose ratios multiply to one turns as a whole, any other is held; so it is by singular values.
+    #[test]
+    fn exact_loops_by_ratios() {
+        for (last, free) in [(6.0, 2), (7.0, 1)] {
+            let rows = [
+                vec![1.0, -2.0, 0.0, 0.0],
+                vec![0.0, 1.0, -3.0, 0.0],
+                vec![1.0, 0.0, -last, 0.0],
+            ];
+            let motions = null_space_by_ratios(&rows, 4).unwrap();
+            assert_eq!(motions.len(), free);
+            assert_eq!(null_space_by_svd(&rows, 4).unwrap().len(), free);
+            if free == 2 {
+                assert_eq!(motions[0], [1.0, 0.5, 0.5 / 3.0, 0.0]);
+            }
+        }
+        assert!(null_space_by_ratios(&[vec![1.0, 1.0, 1.0]], 3).is_none());
+    }
+
+    /// Held at the middle disc the two ends swing alone.
+    #[test]
+    fn exact_stuck_middle() {
+        let mass = CholeskyMass::Diagonal(vec![1.0; 3]);
+        let rows = StrainRows {
+            squares: vec![(vec![-1.0, 1.0, 0.0], 2.0), (vec![0.0, -1.0, 1.0], 3.0)],
+            stuck: vec![vec![0.0, 1.0, 0.0]],
+            ..StrainRows::default()
+        };
+        let modes = RegimeModes::new(&mass, &rows, 3).unwrap();
+        assert_eq!(modes.count(), 2);
+        assert!((modes.omega[0] - 2.0).abs() < 1e-14 && (modes.omega[1] - 3.0).abs() < 1e-14);
+    }
+}

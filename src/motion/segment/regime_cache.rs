@@ -1,0 +1,162 @@
+//! Cache of regime systems, keyed by the states of the switching elements.
+
+use std::rc::Rc;
+
+use super::linear_law::{LinearLaw, linear_law};
+use super::linear_system::LinearSystem;
+use super::propagator_cache::PropagatorCache;
+use super::regime_system::RegimeSystem;
+use super::run_context::RunContext;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::quantity::format_time;
+use crate::motion::dynamic_model::{DynamicModel, ElementState, ForceLaw};
+
+/// Bytes of a machine by the square of its coordinates, measured at thirty.
+const BYTES_PER_ENTRY: usize = 500;
+
+/// Bytes that all machines of a run may take together: a train of thirty coordinates keeps two thousand.
+pub const MAX_BYTES: usize = 1 << 30;
+
+/// The machines met so far, by how what can switch stood.
+pub struct RegimeCache {
+    /// Branches that can stand in more than one way.
+    switching: Vec<usize>,
+    /// How these stand, of every machine.
+    contact_states: Vec<Vec<ElementState>>,
+    systems: Vec<RegimeSystem>,
+    /// Which linear machine each of these is.
+    kinds: Vec<usize>,
+    linears: Vec<Rc<LinearSystem>>,
+    /// Of every linear machine.
+    caches: Vec<PropagatorCache>,
+    /// Machines made, those that were dropped among them.
+    made: u64,
+    capacity: usize,
+}
+
+impl RegimeCache {
+    /// None yet; together they may take so many bytes, but one is always kept.
+    pub fn new(model: &DynamicModel, room: usize) -> RegimeCache {
+        let switches = |law: &ForceLaw| matches!(law, ForceLaw::Contact(_) | ForceLaw::Friction(_));
+        let branches = 0..model.elements.len();
+        RegimeCache {
+            switching: branches
+                .filter(|&b| switches(&model.elements[b].law))
+                .collect(),
+            contact_states: Vec::new(),
+            systems: Vec::new(),
+            kinds: Vec::new(),
+            linears: Vec::new(),
+            caches: Vec::new(),
+            made: 0,
+            capacity: (room
+                / (BYTES_PER_ENTRY * model.coordinate_count() * model.coordinate_count()).max(1))
+            .max(1),
+        }
+    }
+
+    /// Machines made so far.
+    pub fn built_count(&self) -> u64 {
+        self.made
+    }
+
+    /// A machine.
+    pub fn machine(&self, place: usize) -> &RegimeSystem {
+        &self.systems[place]
+    }
+
+    /// The same, to be changed.
+    pub fn machine_mut(&mut self, place: usize) -> &mut RegimeSystem {
+        &mut self.systems[place]
+    }
+
+    /// A machine and the strides kept of its linear part.
+    pub fn with_propagators(&mut self, place: usize) -> (&RegimeSystem, &mut PropagatorCache) {
+        (&self.systems[place], &mut self.caches[self.kinds[place]])
+    }
+
+    /// Drops all machines where they fill their room, but that whose switching surface was just crossed, and says where it is
+    /// now.
+    pub fn make_room(&mut self, crossed: Option<(usize, usize)>) -> Option<(usize, usize)> {
+        if self.systems.len() < self.capacity {
+            return crossed;
+        }
+        let old = std::mem::take(&mut self.systems);
+        let (stands, kinds) = (
+            std::mem::take(&mut self.contact_states),
+            std::mem::take(&mut self.kinds),
+        );
+        let systems = std::mem::take(&mut self.linears);
+        self.caches.clear();
+        let (at, event) = crossed?;
+        let machines = old.into_iter().zip(stands).zip(kinds);
+        let ((system, stands), kind) = machines.into_iter().nth(at)?;
+        self.systems.push(system);
+        self.contact_states.push(stands);
+        self.kinds.push(0);
+        self.linears.push(Rc::clone(&systems[kind]));
+        self.caches.push(PropagatorCache::default());
+        Some((0, event))
+    }
+
+    /// Where the machine of these stands is; it is made where there is none.
+    ///
+    /// # Errors
+    /// Numbers out of range; swings whose phase is lost.
+    pub fn index_of(
+        &mut self,
+        context: &RunContext,
+        stands: &[ElementState],
+    ) -> Result<usize, Error> {
+        let own = || self.switching.iter().map(|&b| &stands[b]);
+        let is_it = |known: &Vec<ElementState>| own().eq(known);
+        if let Some(place) = self.contact_states.iter().position(is_it) {
+            return Ok(place);
+        }
+        let laws = context.model.elements.iter().zip(stands);
+        let laws: Vec<LinearLaw> = laws
+            .map(|(b, s)| linear_law(b, *s))
+            .collect::<Result<_, _>>()?;
+        let kind = match self.linears.iter().position(|known| known.matches(&laws)) {
+            Some(kind) => kind,
+            None => {
+                let system = LinearSystem::new(context, &laws)?;
+                let turned = system.parts.max_phase(context.span);
+                check_phase("the fastest swing", turned, context.span)?;
+                self.linears.push(Rc::new(system));
+                self.caches.push(PropagatorCache::default());
+                self.linears.len() - 1
+            }
+        };
+        let system = Rc::clone(&self.linears[kind]);
+        let regime_system = RegimeSystem::new(context, system, &laws, stands)?;
+        self.contact_states.push(own().copied().collect());
+        self.systems.push(regime_system);
+        self.kinds.push(kind);
+        self.made += 1;
+        Ok(self.systems.len() - 1)
+    }
+}
+
+/// A phase of so many radians is known to a hundredth at best, and what is made of it to nothing.
+const PHASE_LOST: f64 = 1e-2 / f64::EPSILON;
+
+/// Refuses what turns so often over a span, s, that double precision keeps nothing of its phase.
+///
+/// # Errors
+/// `BudgetExceeded`.
+pub fn check_phase(what: &str, turned: f64, span: f64) -> Result<(), Error> {
+    match turned < PHASE_LOST {
+        true => Ok(()),
+        false => {
+            let message = format!(
+                "in {} {what} turns through {turned:.1e} rad, of which double precision keeps no phase",
+                format_time(span)
+            );
+            Err(Error::new(Code::BudgetExceeded, message).with_hint(
+                "ask for a shorter time; make what is so stiff rigid, or give it damping",
+            ))
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! System of one regime: linear system, constant forces, event functions.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use super::event_evaluator::{EventEvaluator, drop_unused_parts};
+use super::event_function::{EventFunction, EventKind};
+use super::inputs::{InputTarget, KnownInput, KnownInputs};
+use super::linear_law::LinearLaw;
+use super::linear_system::LinearSystem;
+use super::mass_normalised::{dot, to_dense};
+use super::piece_load::PieceLoad;
+use super::run_context::RunContext;
+use crate::base::error::Error;
+use crate::motion::contact::Affine;
+use crate::motion::dynamic_model::{ElementState, ForceLaw};
+use crate::motion::friction::FrictionState;
+use crate::numeric::Complex;
+
+/// A machine in one regime.
+#[derive(Debug)]
+pub struct RegimeSystem {
+    /// What it shares with others.
+    pub linear: Rc<LinearSystem>,
+    /// Constant push on σ.
+    constant: Vec<f64>,
+    /// What acts at present.
+    pub load: PieceLoad,
+    /// Where it gives way.
+    pub events: Vec<EventFunction>,
+    /// What these are read by.
+    pub evaluators: Vec<EventEvaluator>,
+    /// Which of the parts that do not turn no sensor sees.
+    pub unused_parts: Vec<bool>,
+}
+
+impl RegimeSystem {
+    /// Of a regime, whose branches are held by `laws`.
+    ///
+    /// # Errors
+    /// Numbers out of range.
+    pub fn new(
+        context: &RunContext,
+        system: Rc<LinearSystem>,
+        laws: &[LinearLaw],
+        stands: &[ElementState],
+    ) -> Result<RegimeSystem, Error> {
+        let mut evaluators = Vec::new();
+        let events = system.events(context, laws, stands, &mut evaluators)?;
+        let parts = &system.parts;
+        let unseen = match parts.is_resonant() {
+            true => vec![false; parts.parts.len()],
+            false => drop_unused_parts(&mut evaluators, parts.eigenvalues.len(), &parts.parts),
+        };
+        Ok(RegimeSystem {
+            constant: system.constant(context.model, laws),
+            load: PieceLoad::default(),
+            events,
+            evaluators,
+            unused_parts: unseen,
+            linear: system,
+        })
+    }
+
+    /// Takes up the lines that carry the inputs now.
+    pub fn set_pieces(&mut self, inputs: &KnownInputs, pieces: &[u32]) {
+        if self.load.push.is_empty() || !self.load.matches(pieces) {
+            let own = (&*self.linear, &self.constant[..]);
+            self.load = PieceLoad::new(inputs, pieces, own, &self.events);
+        }
+    }
+}
+
+impl LinearSystem {
+    /// Every switching surface of every stand.
+    fn events(
+        &self,
+        context: &RunContext,
+        laws: &[LinearLaw],
+        stands: &[ElementState],
+        evaluators: &mut Vec<EventEvaluator>,
+    ) -> Result<Vec<EventFunction>, Error> {
+        let mut found = Vec::new();
+        for (at, branch) in context.model.elements.iter().enumerate() {
+            match (&branch.law, stands[at]) {
+                (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => {
+                    let factor = branch.factor(0.0, &[], piece).0;
+                    for (affine, to) in contact.switching_functions(state, factor) {
+                        let kind = EventKind::Deflection(affine);
+                        let next = ElementState::Contact(to, piece);
+                        found.push(self.event(context, (at, kind, next), evaluators));
+                    }
+                }
+                (ForceLaw::Friction(_), ElementState::Friction(friction_state))
+                    if friction_state != FrictionState::Stick =>
+                {
+                    let affine = Affine {
+                        rate: friction_state.sign(),
+                        ..Default::default()
+                    };
+                    let kind = EventKind::Deflection(affine);
+                    let next = ElementState::Friction(FrictionState::Stick);
+                    found.push(self.event(context, (at, kind, next), evaluators));
+                }
+                (ForceLaw::Friction(law), ElementState::Friction(_)) => {
+                    let Some(hold) = &self.stick else { continue };
+                    for friction_state in [FrictionState::Forward, FrictionState::Backward] {
+                        let held = hold.breakaway_reserve(
+                            context,
+                            laws,
+                            at,
+                            law.breakaway,
+                            friction_state,
+                        )?;
+                        let next = ElementState::Friction(friction_state);
+                        let kind = EventKind::Reaction(held);
+                        found.push(self.event(context, (at, kind, next), evaluators));
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(found)
+    }
+
+    fn event(
+        &self,
+        context: &RunContext,
+        (branch, kind, to): (usize, EventKind, ElementState),
+        evaluators: &mut Vec<EventEvaluator>,
+    ) -> EventFunction {
+        let (m, len) = (self.modes.count(), self.modal_parts.count());
+        let seen = &self.rows;
+        let mut modal = vec![0.0; 2 * m + context.model.internal_count()];
+        let mut direct: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+        let (constant, dense) = match &kind {
+            EventKind::Deflection(affine) => {
+                for j in 0..m {
+                    modal[j] = affine.deflection * seen.sees[branch][j];
+                    modal[m + j] = affine.rate * seen.sees[branch][j];
+                }
+                let own = |input: &KnownInput| input.target == InputTarget::Imposed(branch);
+                if let Some(at) = context.inputs.list.iter().position(own) {
+                    direct.insert(at, [-affine.deflection, -affine.rate]);
+                }
+                let dense = self.stick.as_ref().map(|_| {
+                    let w = to_dense(
+                        &context.model.elements[branch].direction,
+                        context.model.coordinate_count(),
+                    );
+                    let times = |a: f64| w.iter().map(|w| a * w).collect::<Vec<f64>>();
+                    [times(affine.deflection), times(affine.rate)]
+                });
+                (affine.constant, dense)
+            }
+            EventKind::Reaction(held) => {
+                for j in 0..m {
+                    let shape = self.modes.shapes.col_as_slice(j);
+                    modal[j] = dot(&held.place, shape);
+                    modal[m + j] = dot(&held.rate, shape);
+                }
+                modal[2 * m..].copy_from_slice(&held.inner);
+                direct.extend(held.direct.iter().copied());
+                (held.constant, Some([held.place.clone(), held.rate.clone()]))
+            }
+        };
+        let row = self.transform.row(&modal, len);
+        let rate = self.modal_parts.rate_row(&row);
+        let phasors = context.inputs.frequencies.iter().enumerate();
+        let phasors = phasors.map(|(f, &omega)| {
+            let s = Complex::new(0.0, omega);
+            let along = |of: &[Complex]| {
+                let both = row.iter().zip(of);
+                both.fold(Complex::ZERO, |sum, (c, x)| sum + x * *c)
+            };
+            let fed = direct
+                .iter()
+                .fold(Complex::ZERO, |sum, (&input, [value, rate])| {
+                    let own = context.inputs.list[input].harmonics.iter();
+                    own.filter(|(at, _)| *at == f)
+                        .fold(sum, |sum, (_, phasor)| sum + phasor * (s * rate + *value))
+                });
+            let value = along(&self.steady[f]) + fed;
+            [value, value * s + along(&self.residual_pushes[f])]
+        });
+        let phasors: Vec<[Complex; 2]> = phasors.collect();
+        let turning = |which: usize| {
+            phasors
+                .iter()
+                .flat_map(move |p| [p[which].re, -p[which].im])
+        };
+        let sizes = phasors.iter().map(|[p, _]| p.norm());
+        let sizes: Vec<f64> = sizes.chain(self.modal_parts.part_sizes(&row)).collect();
+        let rate: Vec<f64> = turning(1).chain(rate).collect();
+        let row: Vec<f64> = turning(0).chain(row.iter().copied()).collect();
+        let own = EventEvaluator::new(&self.parts.eigenvalues, &row, &rate, &sizes);
+        let alike = evaluators.iter().map(|known| own.sign(known)).enumerate();
+        let alike = alike.filter_map(|(at, sign)| Some((at, sign?))).next();
+        let (sensor, sign) = alike.unwrap_or_else(|| {
+            evaluators.push(own);
+            (evaluators.len() - 1, 1.0)
+        });
+        EventFunction {
+            branch,
+            to,
+            evaluator: sensor,
+            sign,
+            sizes,
+            row,
+            constant,
+            direct: direct.into_iter().collect(),
+            dense,
+            kind,
+        }
+    }
+}

@@ -1,0 +1,356 @@
+//! Integration run of a piecewise linear model: regimes, switches, time events, samples.
+
+use super::double_time::DoubleTime;
+use super::event_search::{EventSearch, LocatedEvent, SearchOutcome};
+use super::regime_cache::{RegimeCache, check_phase};
+use super::regime_system::RegimeSystem;
+use super::run_context::RunContext;
+use super::segment_trajectory::{BLOCK, SegmentTrajectory};
+use super::time_events::{TimeEvent, TimeEvents};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::quantity::format_instant;
+use crate::motion::contact::ContactState;
+use crate::motion::diagnostics;
+use crate::motion::dynamic_model::{DynamicModel, ElementState, ForceLaw, Regime};
+use crate::motion::friction::FrictionState;
+use crate::motion::problem::{DenseOutput, IntegrationOptions, IntegrationStats, SampleSink};
+use crate::motion::progress::check_budget;
+
+/// Switches within a few rounding errors of one instant beyond which they will not end.
+const MAX_SIMULTANEOUS: u32 = 200;
+
+/// Samples in one segment from which on they are reached by equal strides.
+const BATCH_SAMPLES: f64 = 8.0;
+
+/// Segments between two looks at whether the run is to end.
+const CHECK_INTERVAL: u64 = 16;
+
+/// Runs a machine that is linear between switches; the machines of the regimes it meets are kept while they fill `room`, in bytes.
+///
+/// # Errors
+/// A machine that is not; no convergence; a budget spent; switches that pile up at an instant.
+pub fn run(
+    model: &DynamicModel,
+    options: &IntegrationOptions,
+    room: usize,
+    sink: &mut SampleSink,
+) -> Result<IntegrationStats, Error> {
+    let span = options.to - options.from;
+    let driven = model.harmonics().fold(0.0, f64::max);
+    check_phase("the fastest that acts", driven * span, span)?;
+    let context = RunContext::new(model, span)?;
+    let mut events = TimeEvents::new(model, options.from)?;
+    let mut regime = model.regime(options.from, &options.initial_state);
+    for (branch, piece) in events.pieces() {
+        if let ElementState::Contact(contact_state, _) = regime.states[branch] {
+            regime.states[branch] = ElementState::Contact(contact_state, piece);
+        }
+    }
+    model.release_overloaded(&mut regime, options.from, &options.initial_state);
+    let mut integration_run = IntegrationRun {
+        context: &context,
+        options,
+        now: DoubleTime::new(options.from),
+        y: options.initial_state.clone(),
+        regime,
+        stats: IntegrationStats::default(),
+        sample: 0,
+        due: options.from,
+        event_counts: vec![0; model.elements.len()],
+        simultaneous: (options.from, 0),
+    };
+    let mut cache = RegimeCache::new(model, room);
+    let mut trajectory = SegmentTrajectory::default();
+    let mut search = EventSearch::default();
+    let mut next = vec![0.0; options.initial_state.len()];
+    let mut time_events = Vec::new();
+    let mut crossed: Option<(usize, usize)> = None;
+    loop {
+        if integration_run.stats.steps.is_multiple_of(CHECK_INTERVAL) {
+            if options.cancel.should_stop() {
+                return Ok(integration_run.stats);
+            }
+            check_budget(options, &integration_run.stats, integration_run.now.high).map_err(
+                |e| diagnostics::with_most_switched(e, model, &integration_run.event_counts),
+            )?;
+        }
+        crossed = cache.make_room(crossed);
+        let place = cache.index_of(&context, &integration_run.regime.states)?;
+        integration_run.stats.regimes = cache.built_count();
+        integration_run.stats.steps += 1;
+        cache
+            .machine_mut(place)
+            .set_pieces(&context.inputs, &integration_run.regime.pieces);
+        let system = cache.machine(place);
+        let known = events.next_time(&integration_run.regime.pieces, |branch| {
+            integration_run.wave_matters(branch)
+        });
+        let end = known.min(options.to);
+        let span = integration_run.now.until(end).max(0.0);
+        let from = crossed.map(|(system, event)| &cache.machine(system).events[event]);
+        trajectory.start(
+            &context,
+            system,
+            (integration_run.now, &integration_run.regime.pieces),
+            &integration_run.y,
+            span,
+            from,
+        );
+        let (system, ladder) = cache.with_propagators(place);
+        let effort = (&mut integration_run.stats, options);
+        let ahead = (integration_run.now.high, span);
+        let found = search
+            .next_event(system, ladder, &mut trajectory, ahead, effort)
+            .map_err(|e| {
+                diagnostics::with_most_switched(e, model, &integration_run.event_counts)
+            })?;
+        let located_event = match found {
+            SearchOutcome::NoEvent => None,
+            SearchOutcome::Reached(located_event) => Some(located_event),
+            SearchOutcome::Cancelled => return Ok(integration_run.stats),
+        };
+        let tau = located_event.map_or(span, |located_event| located_event.tau);
+        let last = located_event.is_none() && end >= options.to;
+        if !last {
+            trajectory.move_to(system, tau);
+            trajectory.state(system, &mut next);
+        }
+        if options.observer.is_set() {
+            let now = integration_run.now;
+            options.observer.observe(DenseOutput {
+                from: now.high,
+                to: now.high + tau,
+                time_scale: system.linear.parts.time_scale(),
+                regime: Some(&integration_run.regime),
+                state: &mut |t, y| match now.until(t) {
+                    ahead if ahead > 0.0 => {
+                        trajectory.move_to(system, ahead.min(tau));
+                        trajectory.state(system, y);
+                    }
+                    _ => y.copy_from_slice(&integration_run.y),
+                },
+            });
+        }
+        if integration_run.emit_samples(system, &mut trajectory, (tau, last), sink) || last {
+            return Ok(integration_run.stats);
+        }
+        if tau > 0.0 {
+            std::mem::swap(&mut integration_run.y, &mut next);
+        }
+        match located_event {
+            Some(located_event) => {
+                integration_run.now = integration_run.now.after(tau);
+                integration_run.apply_switch(system, located_event, &mut events)?;
+                crossed = Some((place, located_event.event));
+            }
+            None => {
+                integration_run.now = DoubleTime::new(end);
+                events.advance(&integration_run.regime.pieces, end, &mut time_events);
+                integration_run.apply_time_events(&time_events);
+                crossed = None;
+            }
+        }
+        if integration_run.y.iter().any(|y| !y.is_finite()) {
+            let message = format!(
+                "the motion leaves the range of numbers at t = {}",
+                format_instant(end)
+            );
+            return Err(Error::new(Code::Overflow, message)
+                .with_hint("look for a machine that is not stable"));
+        }
+    }
+}
+
+struct IntegrationRun<'a> {
+    context: &'a RunContext<'a>,
+    options: &'a IntegrationOptions,
+    now: DoubleTime,
+    y: Vec<f64>,
+    regime: Regime,
+    stats: IntegrationStats,
+    /// The next sample, and a time before which it is not due.
+    sample: usize,
+    due: f64,
+    /// Events of every branch.
+    event_counts: Vec<u64>,
+    /// An instant, and how many events came within rounding of it.
+    simultaneous: (f64, u32),
+}
+
+impl IntegrationRun<'_> {
+    /// Whether the wave of a branch counts as it stands.
+    fn wave_matters(&self, branch: usize) -> bool {
+        let stand = self.regime.states[branch];
+        !matches!(stand, ElementState::Contact(ContactState::Open, _))
+    }
+
+    /// Delivers the samples up to τ; true where the run is to end early.
+    fn emit_samples(
+        &mut self,
+        system: &RegimeSystem,
+        trajectory: &mut SegmentTrajectory,
+        (tau, last): (f64, bool),
+        sink: &mut SampleSink,
+    ) -> bool {
+        if self.now.until(self.due) >= tau && !last {
+            return false;
+        }
+        let usual = (self.options.to - self.options.from) / self.options.samples.max(1) as f64;
+        let propagator =
+            (tau > BATCH_SAMPLES * usual).then(|| system.linear.parts.propagator(usual));
+        let mut times = [0.0; BLOCK];
+        while self.sample <= self.options.samples {
+            if self.options.cancel.should_stop() {
+                return true;
+            }
+            let t = self.options.time(self.sample);
+            let ahead = self.now.until(t).max(0.0);
+            if ahead >= tau && !last {
+                self.due = t;
+                return false;
+            }
+            if ahead == 0.0 {
+                self.sample += 1;
+                if sink(t, &self.y, Some(&self.regime)).is_break() {
+                    return true;
+                }
+                continue;
+            }
+            let mut count = 0;
+            while count < BLOCK && self.sample + count <= self.options.samples {
+                let ahead = self.now.until(self.options.time(self.sample + count));
+                if ahead >= tau && !last {
+                    break;
+                }
+                times[count] = ahead;
+                count += 1;
+            }
+            let (options, first) = (self.options, self.sample);
+            self.sample += count;
+            let regime = Some(&self.regime);
+            let mut give =
+                |at: usize, y: &[f64]| sink(options.time(first + at), y, regime).is_break();
+            if trajectory.states(system, propagator.as_ref(), &times[..count], &mut give) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// A switching surface was reached: what stands beyond it.
+    fn apply_switch(
+        &mut self,
+        system: &RegimeSystem,
+        event: LocatedEvent,
+        events: &mut TimeEvents,
+    ) -> Result<(), Error> {
+        let border = &system.events[event.event];
+        self.stats.events += 1;
+        self.event_counts[border.branch] += 1;
+        // While it stood open its wave went on unheeded.
+        let piece = events.piece(border.branch, self.now.high);
+        self.regime.states[border.branch] = match (border.to, piece) {
+            (ElementState::Contact(state, _), Some(piece)) => ElementState::Contact(state, piece),
+            (to, _) => to,
+        };
+        let near = 64.0 * f64::EPSILON * self.now.high.abs().max(self.context.span);
+        self.simultaneous = match (self.now.high - self.simultaneous.0).abs() <= near {
+            true => (self.simultaneous.0, self.simultaneous.1 + 1),
+            false => (self.now.high, 0),
+        };
+        if self.simultaneous.1 > MAX_SIMULTANEOUS {
+            let name = &self.context.model.elements[border.branch].name;
+            let message = format!(
+                "`{name}` switches without end at t = {}",
+                format_instant(self.now.high)
+            );
+            return Err(Error::new(Code::NoConvergence, message).with_hint(
+                "give it some damping, or take a method that does not locate switches",
+            ));
+        }
+        self.context
+            .model
+            .release_overloaded(&mut self.regime, self.now.high, &self.y);
+        Ok(())
+    }
+
+    /// Known times were passed: lines, waves, and what stands otherwise since.
+    fn apply_time_events(&mut self, events: &[TimeEvent]) {
+        let model = self.context.model;
+        let turned = |event: &TimeEvent| matches!(event, TimeEvent::Piece(..));
+        let before = match events.iter().any(turned) {
+            true => self.regime.pieces.clone(),
+            false => Vec::new(),
+        };
+        for event in events {
+            match *event {
+                TimeEvent::Piece(at, piece) => self.regime.pieces[at] = piece,
+                TimeEvent::Wave(branch, piece) => {
+                    if let ElementState::Contact(state, _) = self.regime.states[branch] {
+                        self.regime.states[branch] = ElementState::Contact(state, piece);
+                    }
+                }
+            }
+        }
+        for event in events {
+            let branch = match *event {
+                TimeEvent::Piece(at, _) => at.checked_sub(model.forces.len()),
+                TimeEvent::Wave(branch, _) => Some(branch),
+            };
+            if let Some(branch) = branch {
+                self.update_state(branch, &before);
+            }
+        }
+        model.release_overloaded(&mut self.regime, self.now.high, &self.y);
+    }
+
+    /// How a branch stands whose wave or imposed motion jumped.
+    fn update_state(&mut self, branch: usize, before: &[u32]) {
+        let model = self.context.model;
+        let (n, t) = (model.coordinate_count(), self.now.high);
+        let b = &model.elements[branch];
+        let (q, v) = (&self.y[..n], &self.y[n..2 * n]);
+        let piece = model.imposed_piece(&self.regime, branch);
+        let (delta, rate) = b.deflection(t, q, v, piece);
+        const ROUNDING_TOLERANCE: f64 = 64.0 * f64::EPSILON;
+        let next = match (&b.law, self.regime.states[branch]) {
+            (ForceLaw::Contact(contact), ElementState::Contact(state, of_wave)) => {
+                let factor = b.factor(t, q, of_wave).0;
+                let holds = contact
+                    .switching_functions(state, factor)
+                    .iter()
+                    .all(|(event, _)| {
+                        let size = event.constant.abs()
+                            + (event.deflection * delta).abs()
+                            + (event.rate * rate).abs();
+                        event.value_at(delta, rate) >= -ROUNDING_TOLERANCE * size
+                    });
+                match holds {
+                    true => return,
+                    false => ElementState::Contact(contact.state(delta, rate, factor), of_wave),
+                }
+            }
+            (ForceLaw::Friction(_), ElementState::Friction(_)) => {
+                let was = before[model.forces.len() + branch];
+                let slope = |piece: u32| {
+                    b.imposed_displacement
+                        .as_ref()
+                        .map_or(0.0, |e| e.slope(t, piece as usize))
+                };
+                if slope(was) == slope(piece) {
+                    return;
+                }
+                ElementState::Friction(match rate {
+                    rate if rate > 0.0 => FrictionState::Forward,
+                    rate if rate < 0.0 => FrictionState::Backward,
+                    _ => FrictionState::Stick,
+                })
+            }
+            _ => return,
+        };
+        self.stats.events += 1;
+        self.event_counts[branch] += 1;
+        self.regime.states[branch] = next;
+    }
+}

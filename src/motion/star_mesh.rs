@@ -1,0 +1,338 @@
+//! What meets at a coordinate without inertia, and what stands for it between its neighbours.
+//!
+//! At a coordinate z the branches pull with `δᵢ = aᵢ (z − xᵢ)`, `xᵢ = −(wᵢ·q − eᵢ)/aᵢ` of the others. With `Kᵢ = kᵢ aᵢ²`,
+//! `Cᵢ = cᵢ aᵢ²` it stands where `Σ (Kᵢ + s Cᵢ)(z − xᵢ) = f`, and without it every pair is joined by
+//! `(Kᵢ + s Cᵢ)(Kⱼ + s Cⱼ)/(ΣK + s ΣC)`: a spring `KᵢKⱼ/ΣK`, a damper `CᵢCⱼ/ΣC` and, where dampers are no common share of the
+//! springs, one spring and damper in series, `1/ΣK` and `ΣC/ΣK²` along `Σ (Kᵢ − Cᵢ ΣK/ΣC) xᵢ`. Of more than three arms the pairs
+//! are summed to one branch an arm, so that a row of such nodes does not multiply them. No step subtracts stiffness.
+
+use super::dynamic_model::{AppliedForce, ForceElement, ForceLaw};
+use super::signal::Signal;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::machine::direction::Direction;
+
+/// Relative difference of two shares of damping, or of two places, that is the rounding of products.
+pub const SHARE_TOLERANCE: f64 = 1e-12;
+
+/// Arms whose pairs are no more than themselves.
+const MAX_MESHED_ARMS: usize = 3;
+
+/// Terms of the branches that stand for one star: 64 MB.
+const MAX_TERMS: usize = 4_000_000;
+
+/// A coordinate that follows its neighbours: `z = Σ bⱼ qⱼ + known`.
+pub struct CondensedDof {
+    /// The coordinate.
+    pub at: usize,
+    /// j, bⱼ.
+    pub terms: Vec<(usize, f64)>,
+    /// What of it is known in time.
+    pub known: Option<Signal>,
+    /// It follows late, by a state of its own.
+    pub remembers: bool,
+}
+
+/// What keeps a coordinate from being taken out.
+pub fn cannot_condense(name: &str, what: &str) -> Error {
+    let message = format!("{name} has no inertia, and {what} acts there");
+    Error::new(Code::Conflict, message).with_hint(
+        "give the node its inertia, however small: the exact methods do not mind; springs and dampers alone may meet at a node without one",
+    )
+}
+
+/// The same at all times.
+pub fn is_steady(signal: &Signal) -> bool {
+    signal.harmonics.is_empty()
+        && signal.bursts.is_empty()
+        && signal
+            .knots
+            .iter()
+            .all(|k| k.slope == 0.0 && k.curvature == 0.0)
+        && signal.knots.windows(2).all(|p| p[0].value == p[1].value)
+        && signal.knots.first().is_none_or(|k| !k.time.is_finite())
+}
+
+/// What meets at a coordinate.
+pub struct StarPoint {
+    at: usize,
+    arms: Vec<StarArm>,
+    stiffness: f64,
+    damping: f64,
+    /// Dampers are one share of the springs.
+    alike: bool,
+}
+
+/// One branch of a star.
+struct StarArm {
+    name: String,
+    /// Kᵢ.
+    stiffness: f64,
+    /// Cᵢ.
+    damping: f64,
+    /// xᵢ without its imposed part.
+    place: Vec<(usize, f64)>,
+    /// The imposed part of xᵢ.
+    known: Option<Signal>,
+}
+
+impl StarArm {
+    /// Both lead to one place.
+    fn is_parallel(&self, other: &StarArm) -> bool {
+        let alike = |(a, b): (&(usize, f64), &(usize, f64))| {
+            a.0 == b.0 && (a.1 - b.1).abs() <= SHARE_TOLERANCE * a.1.abs().max(b.1.abs())
+        };
+        self.known == other.known
+            && self.place.len() == other.place.len()
+            && self.place.iter().zip(&other.place).all(alike)
+    }
+}
+
+impl StarPoint {
+    /// Of what joins z, or what does not belong there.
+    pub fn new(z: usize, joined: Vec<ForceElement>) -> Result<StarPoint, String> {
+        let mut arms = Vec::new();
+        for b in joined {
+            let ForceLaw::Linear { stiffness, damping } = b.law else {
+                return Err(format!("`{}`, no plain spring or damper,", b.name));
+            };
+            if b.force_direction.is_some()
+                || b.stiffness_wave.is_some()
+                || !b.angle_waves.is_empty()
+            {
+                return Err(format!("`{}`, which varies or acts across,", b.name));
+            }
+            let terms: Vec<(usize, f64)> = b.direction.entries().collect();
+            let a: f64 = terms.iter().filter(|t| t.0 == z).map(|t| t.1).sum();
+            let others = terms.iter().filter(|t| t.0 != z);
+            arms.push(StarArm {
+                name: b.name,
+                stiffness: stiffness * a * a,
+                damping: damping * a * a,
+                place: others.map(|&(j, w)| (j, -w / a)).collect(),
+                known: b.imposed_displacement.map(|e| e.scaled(1.0 / a)),
+            });
+        }
+        let arms = parallel_as_one(arms);
+        let sum = |of: fn(&StarArm) -> f64| arms.iter().map(of).sum::<f64>();
+        let (stiffness, damping) = (sum(|a| a.stiffness), sum(|a| a.damping));
+        if stiffness <= 0.0 || arms.iter().any(|a| a.stiffness < 0.0 || a.damping < 0.0) {
+            return Err("a stiffness below zero".to_string());
+        }
+        let alike = |a: &StarArm| {
+            let apart = a.damping * stiffness - a.stiffness * damping;
+            apart.abs() <= SHARE_TOLERANCE * (a.damping * stiffness).max(a.stiffness * damping)
+        };
+        Ok(StarPoint {
+            at: z,
+            alike: arms.iter().all(alike),
+            arms,
+            stiffness,
+            damping,
+        })
+    }
+
+    /// z follows its neighbours late, or a load on it would make it do so.
+    pub fn lags(&self) -> bool {
+        self.damping > 0.0
+    }
+
+    /// `z = Σ Kᵢ xᵢ/ΣK + f/ΣK` where nothing is remembered.
+    pub fn follower(&self, pulls: &[AppliedForce]) -> CondensedDof {
+        let mut terms = Vec::new();
+        let mut known: Option<Signal> = None;
+        let mut add = |signal: Signal| {
+            known = Some(known.take().map_or(signal.clone(), |sum| sum.plus(&signal)));
+        };
+        for arm in &self.arms {
+            let share = arm.stiffness / self.stiffness;
+            terms.extend(arm.place.iter().map(|&(j, w)| (j, share * w)));
+            if let Some(x) = &arm.known {
+                add(x.scaled(share));
+            }
+        }
+        for pull in pulls {
+            add(pull
+                .signal
+                .scaled(self.along(&pull.direction) / self.stiffness));
+        }
+        CondensedDof {
+            at: self.at,
+            terms,
+            known,
+            remembers: !self.alike,
+        }
+    }
+
+    fn along(&self, direction: &Direction) -> f64 {
+        let own = direction.entries().filter(|t| t.0 == self.at);
+        own.map(|t| t.1).sum()
+    }
+
+    /// What a load on z does to the neighbours: `f Kᵢ/ΣK` along each.
+    pub fn distribute_load(&self, pull: &AppliedForce) -> AppliedForce {
+        let own = self.along(&pull.direction);
+        let others = pull.direction.entries().filter(|t| t.0 != self.at);
+        let arms = self.arms.iter().flat_map(|arm| {
+            let share = own * arm.stiffness / self.stiffness;
+            arm.place.iter().map(move |&(j, w)| (j, share * w))
+        });
+        AppliedForce {
+            direction: Direction::new(1.0, others.chain(arms)),
+            ..pull.clone()
+        }
+    }
+
+    /// The branches that stand for the star: of `Σᵢ Kᵢ (xᵢ − x̄)² = Σᵢ<ⱼ KᵢKⱼ/ΣK (xᵢ − xⱼ)²` the side with fewer terms.
+    ///
+    /// # Errors
+    /// More terms than [`MAX_TERMS`]; series of spring and damper that would meet at a node without inertia.
+    pub fn mesh(&self, name: &str, left: &[usize]) -> Result<Vec<ForceElement>, Error> {
+        let terms: usize = self.arms.iter().map(|arm| arm.place.len()).sum();
+        if terms.saturating_mul(self.arms.len()) > MAX_TERMS {
+            let message = format!(
+                "{name} has no inertia and joins {} branches: without it each would reach all its neighbours, {:.0e} terms (limit {:.0e})",
+                self.arms.len(),
+                terms as f64 * self.arms.len() as f64,
+                MAX_TERMS as f64
+            );
+            return Err(Error::new(Code::BudgetExceeded, message).with_hint(
+                "give the node its inertia, however small: the exact methods do not mind",
+            ));
+        }
+        let springs = |arm: &StarArm| arm.stiffness;
+        let dampers = |arm: &StarArm| arm.damping;
+        let mut all = Vec::new();
+        match (self.alike, self.arms.len() <= MAX_MESHED_ARMS) {
+            (_, true) => all.extend(self.pairs()),
+            (true, false) => {
+                let share = self.damping / self.stiffness;
+                all.extend(self.spokes(self.stiffness, springs, |k| (k, k * share)));
+            }
+            (false, false) => {
+                all.extend(self.spokes(self.stiffness, springs, |k| (k, 0.0)));
+                all.extend(self.spokes(self.damping, dampers, |c| (0.0, c)));
+            }
+        }
+        if !self.alike {
+            let weight =
+                |arm: &StarArm| arm.stiffness - arm.damping * self.stiffness / self.damping;
+            let arms: Vec<(f64, &StarArm)> = self.arms.iter().map(|a| (weight(a), a)).collect();
+            let law = ForceLaw::Maxwell {
+                stiffness: 1.0 / self.stiffness,
+                damping: self.damping / (self.stiffness * self.stiffness),
+            };
+            all.push(equivalent_element(
+                &joined_name(self.arms.iter()),
+                law,
+                &arms,
+            ));
+        }
+        all.retain(|b| !b.direction.terms.is_empty());
+        let remembering =
+            |b: &&ForceElement| b.internal_count() > 0 && left.iter().any(|&z| b.touches(z));
+        if let Some(b) = all.iter().find(remembering) {
+            let message = format!(
+                "`{}` join nodes without inertia in a row, and their dampers are no common share of their springs",
+                b.name
+            );
+            return Err(Error::new(Code::Conflict, message).with_hint(
+                "give one of these nodes its inertia, however small: the exact methods do not mind",
+            ));
+        }
+        Ok(all)
+    }
+
+    /// A branch for every pair of arms.
+    fn pairs(&self) -> Vec<ForceElement> {
+        let mut all = Vec::new();
+        for (i, a) in self.arms.iter().enumerate() {
+            for b in &self.arms[i + 1..] {
+                let stiffness = a.stiffness * b.stiffness / self.stiffness;
+                let damping = match self.damping > 0.0 {
+                    true => a.damping * b.damping / self.damping,
+                    false => 0.0,
+                };
+                if stiffness > 0.0 || damping > 0.0 {
+                    let law = ForceLaw::Linear { stiffness, damping };
+                    let name = joined_name([a, b].into_iter());
+                    all.push(equivalent_element(&name, law, &[(1.0, a), (-1.0, b)]));
+                }
+            }
+        }
+        all
+    }
+
+    /// A branch for every arm, along `xᵢ − x̄ = Σⱼ (sⱼ/Σs)(xᵢ − xⱼ)`.
+    fn spokes(
+        &self,
+        sum: f64,
+        strength: impl Fn(&StarArm) -> f64,
+        law: impl Fn(f64) -> (f64, f64),
+    ) -> Vec<ForceElement> {
+        let strong = || self.arms.iter().filter(|arm| strength(arm) > 0.0);
+        let spoke = |arm: &StarArm| {
+            let others = strong().filter(|other| !std::ptr::eq(*other, arm));
+            let mut whole: Vec<(f64, &StarArm)> = others
+                .map(|other| (-strength(other) / sum, other))
+                .collect();
+            let own = -whole.iter().map(|w| w.0).sum::<f64>();
+            whole.push((own, arm));
+            let (stiffness, damping) = law(strength(arm));
+            equivalent_element(&arm.name, ForceLaw::Linear { stiffness, damping }, &whole)
+        };
+        strong().map(spoke).collect()
+    }
+}
+
+/// Names of arms as one; of many the first.
+fn joined_name<'a>(arms: impl Iterator<Item = &'a StarArm>) -> String {
+    /// Characters that still read as a name.
+    const MAX_NAME_LEN: usize = 80;
+    let all: Vec<&str> = arms.map(|arm| &arm.name[..]).collect();
+    let whole = all.join("+");
+    match (whole.chars().count() > MAX_NAME_LEN, all.first()) {
+        (true, Some(first)) => format!("{}+…", first.trim_end_matches("+…")),
+        _ => whole,
+    }
+}
+
+/// Arms to the same place add up.
+fn parallel_as_one(arms: Vec<StarArm>) -> Vec<StarArm> {
+    let mut all: Vec<StarArm> = Vec::with_capacity(arms.len());
+    for arm in arms {
+        match all.iter_mut().find(|other| other.is_parallel(&arm)) {
+            Some(other) => {
+                other.stiffness += arm.stiffness;
+                other.damping += arm.damping;
+                other.name = joined_name([&*other, &arm].into_iter());
+            }
+            None => all.push(arm),
+        }
+    }
+    all
+}
+
+/// A branch along `Σ gᵢ xᵢ`.
+fn equivalent_element(name: &str, law: ForceLaw, arms: &[(f64, &StarArm)]) -> ForceElement {
+    let terms = arms
+        .iter()
+        .flat_map(|(g, arm)| arm.place.iter().map(move |&(j, w)| (j, g * w)));
+    let mut imposed: Option<Signal> = None;
+    for (g, arm) in arms {
+        if let Some(x) = &arm.known {
+            // δ = w·q − e, and x holds its known part with the sign of a displacement.
+            let e = x.scaled(-g);
+            imposed = Some(imposed.map_or(e.clone(), |sum| sum.plus(&e)));
+        }
+    }
+    ForceElement {
+        name: name.to_string(),
+        direction: Direction::new(1.0, terms),
+        force_direction: None,
+        law,
+        stiffness_wave: None,
+        imposed_displacement: imposed,
+        angle_waves: Vec::new(),
+    }
+}

@@ -1,0 +1,193 @@
+//! QR of a tall matrix row by row (R only), least squares from R, singular value decomposition.
+//!
+//! Rows are folded in by Householder reflections of `[R; new rows]`: Golub & Van Loan, Matrix Computations, 4th ed. (2013), §6.5.3.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+use super::{Matrix, check_finite};
+
+/// The triangle R of a tall matrix whose rows arrive one by one; memory is a few times R whatever the number of rows.
+#[derive(Debug, Clone)]
+pub struct IncrementalQr {
+    /// R on top, rows not yet folded in below.
+    rows: Matrix,
+    filled: usize,
+}
+
+/// Rows folded in at once, in multiples of the number of columns: the reflections then do most of their work in blocks.
+const BLOCK_FACTOR: usize = 3;
+
+impl IncrementalQr {
+    /// For rows of `columns` entries.
+    pub fn new(columns: usize) -> IncrementalQr {
+        IncrementalQr {
+            rows: Matrix::zeros(columns + (BLOCK_FACTOR * columns).max(64), columns),
+            filled: 0,
+        }
+    }
+
+    /// Adds a row; entries beyond the number of columns are not read.
+    pub fn push(&mut self, row: &[f64]) {
+        if self.filled == self.rows.nrows() {
+            self.fold();
+        }
+        for (j, &x) in row.iter().enumerate().take(self.rows.ncols()) {
+            self.rows[(self.filled, j)] = x;
+        }
+        self.filled += 1;
+    }
+
+    /// R so far: square and upper triangular, its signs arbitrary.
+    pub fn finish(mut self) -> Matrix {
+        self.fold();
+        let n = self.rows.ncols();
+        self.rows.subrows(0, n).to_owned()
+    }
+
+    fn fold(&mut self) {
+        let n = self.rows.ncols();
+        if n == 0 {
+            return;
+        }
+        let rows = self.filled.max(n); // rows never written are zero
+        let qr = self.rows.subrows(0, rows).qr();
+        let r = qr.thin_R();
+        for j in 0..n {
+            let column = self.rows.col_as_slice_mut(j);
+            column.fill(0.0);
+            (0..=j).for_each(|i| column[i] = r[(i, j)]);
+        }
+        self.filled = n;
+    }
+}
+
+/// What minimises `‖A x − b‖`.
+#[derive(Debug, Clone)]
+pub struct LeastSquaresSolution {
+    /// x.
+    pub solution: Vec<f64>,
+    /// `‖A x − b‖²`.
+    pub residual_square: f64,
+    /// `(AᵀA)⁻¹`.
+    pub inverse: Matrix,
+}
+
+/// A pivot of R below this share of its column says that the column lies in the span of those before it.
+const DEPENDENT: f64 = 1e-12;
+
+/// Solves from the triangle of `[A b]`.
+///
+/// # Errors
+/// `IllPosed` where a column of A depends on those before it.
+pub fn solve_from_r(r: &Matrix) -> Result<LeastSquaresSolution, Error> {
+    let n = r.ncols().saturating_sub(1);
+    for j in 0..n {
+        let column = r.col_as_slice(j)[..=j].iter().map(|x| x * x).sum::<f64>();
+        let pivot = r[(j, j)].abs();
+        if !(pivot > DEPENDENT * column.sqrt()) {
+            return Err(Error::new(
+                Code::IllPosed,
+                format!(
+                    "the data do not tell unknown {} of {n} from those before it",
+                    j + 1
+                ),
+            )
+            .with_hint("fit fewer coefficients, or take data that vary more"));
+        }
+    }
+    let back = |column: &mut [f64]| {
+        for i in (0..n).rev() {
+            column[i] /= r[(i, i)];
+            let value = column[i];
+            let above = &r.col_as_slice(i)[..i];
+            (column[..i].iter_mut().zip(above)).for_each(|(c, a)| *c -= value * a);
+        }
+    };
+    let mut solution: Vec<f64> = r.col_as_slice(n)[..n].to_vec();
+    back(&mut solution);
+    let mut inverse = Matrix::identity(n, n);
+    (0..n).for_each(|j| back(inverse.col_as_slice_mut(j)));
+    Ok(LeastSquaresSolution {
+        solution,
+        residual_square: r[(n, n)] * r[(n, n)],
+        inverse: &inverse * inverse.transpose(),
+    })
+}
+
+/// `A = U diag(values) Vᵀ` with square U and V; values descending, as many as the smaller side of A.
+#[derive(Debug, Clone)]
+pub struct Svd {
+    /// Left vectors as columns.
+    pub u: Matrix,
+    /// Singular values.
+    pub values: Vec<f64>,
+    /// Right vectors as columns.
+    pub v: Matrix,
+}
+
+/// Singular values with both kinds of vectors.
+///
+/// # Errors
+/// `NoConvergence`; `Overflow` where an entry is not finite.
+pub fn svd(a: &Matrix) -> Result<Svd, Error> {
+    check_finite(a, "a matrix")?;
+    let found = a.svd().map_err(|_| {
+        let (m, n) = (a.nrows(), a.ncols());
+        Error::new(
+            Code::NoConvergence,
+            format!("the singular values of a {m}×{n} matrix did not settle"),
+        )
+    })?;
+    Ok(Svd {
+        u: found.U().to_owned(),
+        values: found.S().column_vector().iter().copied().collect(),
+        v: found.V().to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Noise-free rows give back the unknowns, and `(AᵀA)⁻¹ AᵀA = I`; a repeated column is refused.
+    #[test]
+    fn law_rows_one_by_one() {
+        let mut rng = fastrand::Rng::with_seed(7);
+        let mut incremental_qr = IncrementalQr::new(4);
+        let mut gram = Matrix::zeros(3, 3);
+        for _ in 0..1000 {
+            let a = [rng.f64(), rng.f64() - 0.5, rng.f64() * 2.0];
+            incremental_qr.push(&[a[0], a[1], a[2], 2.0 * a[0] - 3.0 * a[1] + 0.5 * a[2]]);
+            for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                gram[(i, j)] += a[i] * a[j];
+            }
+        }
+        let found = solve_from_r(&incremental_qr.finish()).unwrap();
+        for (x, expected) in found.solution.iter().zip([2.0, -3.0, 0.5]) {
+            assert!((x - expected).abs() < 1e-13);
+        }
+        let one = &found.inverse * &gram;
+        for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+            assert!((one[(i, j)] - f64::from(u8::from(i == j))).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn refuses_a_repeated_column() {
+        let mut incremental_qr = IncrementalQr::new(3);
+        (0..10).for_each(|i| incremental_qr.push(&[f64::from(i), 2.0 * f64::from(i), 1.0]));
+        let error = solve_from_r(&incremental_qr.finish()).unwrap_err();
+        assert_eq!(error.code, Code::IllPosed);
+    }
+
+    #[test]
+    fn law_factors_multiply_to_the_matrix() {
+        let a = Matrix::from_fn(6, 4, |i, j| ((3 * i + j * j) % 7) as f64);
+        let found = svd(&a).unwrap();
+        let scaled = Matrix::from_fn(6, 4, |i, j| found.u[(i, j)] * found.values[j]);
+        assert!((&scaled * found.v.transpose() - &a).norm_max() < 1e-13);
+        let one = found.u.transpose() * &found.u;
+        assert!((&one - Matrix::identity(6, 6)).norm_max() < 1e-14);
+    }
+}

@@ -1,0 +1,359 @@
+//! Diagnostics on data quality: coherence, spectral lines per mode, averages, aliasing.
+
+use std::f64::consts::TAU;
+
+use super::frf_estimation::EstimatedResponses;
+use crate::base::error::Diagnostic;
+use crate::identify::modal_parameters::ModalParameters;
+use crate::numeric::Complex;
+use crate::recording::channel_unit::ResponseKind;
+use crate::recording::frequency_responses::{FrequencyResponse, FrequencyResponses};
+use crate::spectrum::spectra::Spectra;
+
+/// Coherence below which a mode's response is mostly noise.
+const MIN_COHERENCE: f64 = 0.8;
+
+/// A resonance that no block smears is told by its lines: a pole by two or three of them, whether it is one by some more.
+const MIN_LINES_PER_MODE: f64 = 4.0;
+
+/// Fewer independent averages than this leave the variance itself in doubt.
+const MIN_AVERAGES: f64 = 5.0;
+
+fn warning(code: &'static str, message: String, hint: &str) -> Diagnostic {
+    Diagnostic {
+        code,
+        message,
+        hint: (!hint.is_empty()).then(|| hint.to_string()),
+    }
+}
+
+/// Coherence at a frequency: of the outputs, the best there.
+pub fn coherence_at(responses: &FrequencyResponses, frequency_hz: f64) -> Option<f64> {
+    let line = nearest(&responses.frequency_hz, frequency_hz)?;
+    let about = |f: &FrequencyResponse| -> Option<f64> {
+        let coherence = f.coherence.as_ref()?;
+        let near = &coherence[line.saturating_sub(1)..(line + 2).min(coherence.len())];
+        near.iter().copied().reduce(f64::max)
+    };
+    responses
+        .responses
+        .iter()
+        .filter_map(about)
+        .reduce(f64::max)
+}
+
+fn nearest(lines: &[f64], frequency_hz: f64) -> Option<usize> {
+    let above = lines.partition_point(|&f| f < frequency_hz);
+    let candidates = [above.checked_sub(1), (above < lines.len()).then_some(above)];
+    let off = |&line: &usize| (lines[line] - frequency_hz).abs();
+    candidates
+        .into_iter()
+        .flatten()
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+}
+
+/// Warnings that the kind of each response raises.
+pub fn check_response_kinds(responses: &FrequencyResponses) -> Vec<Diagnostic> {
+    let of = |f: &FrequencyResponse| {
+        let (input, output) = (f.input.as_ref()?, &f.output);
+        let over = format!("{} over {}", output.name, input.name);
+        let units = format!("{} over {}", output.unit, input.unit);
+        match ResponseKind::from_units(&input.unit, &output.unit) {
+            ResponseKind::Transmissibility => {
+                let message = format!(
+                    "{over} is a transmissibility ({units}): its poles are those of the structure held at {}, not its modes",
+                    input.name
+                );
+                let hint = "name the channel of the force as --input, or leave --input out";
+                Some(warning("transmissibility", message, hint))
+            }
+            ResponseKind::ForceOverMotion(_) => {
+                let message = format!(
+                    "{over} is a force over a motion ({units}): its poles are the zeros of the structure's responses, not its modes"
+                );
+                let hint = "swap --input and --output: the force drives";
+                Some(warning("inverse-response", message, hint))
+            }
+            _ => None,
+        }
+    };
+    responses
+        .responses
+        .iter()
+        .find_map(of)
+        .into_iter()
+        .collect()
+}
+
+/// What is said of the responses where their units say otherwise.
+pub fn check_stated_kind(responses: &FrequencyResponses, stated: Option<u8>) -> Option<Diagnostic> {
+    const KINDS: [&str; 3] = ["receptance", "mobility", "accelerance"];
+    let stated = stated?;
+    let f = responses.responses.first()?;
+    let input = f.input.as_ref()?;
+    match ResponseKind::from_units(&input.unit, &f.output.unit) {
+        ResponseKind::MotionOverForce(times) if times != stated => {
+            let message = format!(
+                "{} over {} is a {} by its units, {} over {}; taken as {}, as --kind says",
+                f.output.name,
+                input.name,
+                KINDS[usize::from(times.min(2))],
+                f.output.unit,
+                input.unit,
+                KINDS[usize::from(stated.min(2))]
+            );
+            Some(warning(
+                "kind-differs",
+                message,
+                "leave --kind out, or state the units: --unit",
+            ))
+        }
+        _ => None,
+    }
+}
+
+/// Warnings about a fit that misses a response by half its size, on the lines where the response stands out of its own
+/// variance: where nothing drives there is none to miss. `fitted` is what the fit has on a line, Hz, by response.
+pub fn check_fit(
+    responses: &FrequencyResponses,
+    band_hz: (f64, f64),
+    fitted: impl Fn(f64) -> Vec<Complex>,
+) -> Option<Diagnostic> {
+    const MAX_MISFIT: f64 = 0.5;
+    /// |H|² over its variance.
+    const MIN_SIGNAL_TO_NOISE: f64 = 3.0;
+    let mut sums = vec![(0.0, 0.0); responses.responses.len()];
+    for (k, &f) in responses.frequency_hz.iter().enumerate() {
+        // A residual term of modes below the band has no value at 0 Hz.
+        if !(band_hz.0..=band_hz.1).contains(&f) || f <= 0.0 || !responses.is_determined(k) {
+            continue;
+        }
+        let fitted = fitted(f);
+        for ((sum, function), fitted) in sums.iter_mut().zip(&responses.responses).zip(&fitted) {
+            let (h, variance) = (function.values[k], function.variance.as_ref().map(|v| v[k]));
+            if variance.is_none_or(|v| h.norm_sqr() > MIN_SIGNAL_TO_NOISE * v) {
+                *sum = (sum.0 + (h - fitted).norm_sqr(), sum.1 + h.norm_sqr());
+            }
+        }
+    }
+    let missed: Vec<String> = (responses.responses.iter().zip(sums))
+        .map(|(f, (off, size))| (f, if size > 0.0 { (off / size).sqrt() } else { 0.0 }))
+        .filter(|(_, error)| !(*error <= MAX_MISFIT))
+        .map(|(f, error)| format!("{} by {:.0} %", f.output.name, 100.0 * error))
+        .collect();
+    (!missed.is_empty()).then(|| {
+        let message = format!(
+            "the fit misses {} of its size: modes and intervals rest on what it does not describe",
+            missed.join(", ")
+        );
+        warning("poor-fit", message, "take another --method or a narrower --band; look whether input and output are the right channels")
+    })
+}
+
+/// Whether the responses stand out of their own variance inside a band: somewhere, on more lines than chance has.
+pub fn has_significant_response(responses: &FrequencyResponses, band_hz: (f64, f64)) -> bool {
+    // |H|² over its variance is above this on one line in a hundred by chance, and on one in thirty where the variance itself is known
+    // from few averages; neighbours under a window go together.
+    const LINE_SIGNIFICANCE: f64 = 12.0;
+    const CHANCE_SHARE: f64 = 0.03;
+    const GROUP_SIGNIFICANCE: f64 = 3.0;
+    let inside: Vec<usize> = (0..responses.frequency_hz.len())
+        .filter(|&k| (band_hz.0..=band_hz.1).contains(&responses.frequency_hz[k]))
+        .collect();
+    let stands_out = |f: &FrequencyResponse| {
+        let Some(variance) = &f.variance else {
+            return true;
+        };
+        let beyond = |&&k: &&usize| f.values[k].norm_sqr() > LINE_SIGNIFICANCE * variance[k];
+        let count = inside.iter().filter(beyond).count() as f64;
+        let expected = CHANCE_SHARE * inside.len() as f64;
+        count > expected + GROUP_SIGNIFICANCE * (GROUP_SIGNIFICANCE * expected).sqrt()
+    };
+    inside.is_empty() || responses.responses.iter().any(stands_out)
+}
+
+/// Warnings about modes found in measured responses.
+pub fn check_modes(
+    responses: &FrequencyResponses,
+    estimated_responses: Option<&EstimatedResponses>,
+    modes: &[ModalParameters],
+) -> Vec<Diagnostic> {
+    let mut all = Vec::new();
+    let names = |picked: Vec<String>| picked.join(", ");
+    let hertz = |m: &ModalParameters| format!("{:.4} Hz", m.frequency_hz());
+    let low: Vec<String> = modes
+        .iter()
+        .filter(|m| coherence_at(responses, m.frequency_hz()).is_some_and(|c| c < MIN_COHERENCE))
+        .map(hertz)
+        .collect();
+    if !low.is_empty() {
+        let message = format!("coherence is below {MIN_COHERENCE} at {}", names(low));
+        all.push(warning(
+            "low-coherence",
+            message,
+            "drive harder there, take more averages, or look for a second source",
+        ));
+    }
+    let step = responses
+        .frequency_hz
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .reduce(f64::min)
+        .unwrap_or(0.0);
+    let least = estimated_responses.map_or(0.0, |a| a.smearing_limit_lines);
+    let narrow: Vec<String> = modes
+        .iter()
+        .filter(|m| 2.0 * m.damping_ratio() * m.frequency_hz() < least * step)
+        .map(hertz)
+        .collect();
+    if !narrow.is_empty() {
+        let (what, hint) = match estimated_responses.and_then(|a| a.finest_resolution_hz) {
+            Some(_) => (
+                "the record resolves it no better, and damping may be off by a few per cent",
+                "take a longer record",
+            ),
+            None => (
+                "leakage makes damping look larger there",
+                "take longer blocks: a smaller --resolution, from a longer record",
+            ),
+        };
+        let message = format!(
+            "the half-power bandwidth is below {least} lines at {}: {what}",
+            names(narrow)
+        );
+        all.push(warning("leakage", message, hint));
+    }
+    all.extend(check_line_count(responses, estimated_responses, modes));
+    if let Some(n) = responses.averages.filter(|n| *n < MIN_AVERAGES && *n > 1.0) {
+        let message = format!(
+            "{n:.1} independent averages: the intervals rest on a variance known to a factor of two at best"
+        );
+        all.push(warning(
+            "few-averages",
+            message,
+            "take a longer record or more hits",
+        ));
+    }
+    if let Some(spectra) = estimated_responses.and_then(|a| a.spectra.as_ref()) {
+        all.extend(check_spectra(responses, spectra, modes));
+    }
+    all
+}
+
+/// Modes that few lines of a stepped sine, or of responses that were read, stand on. What rings out inside the block of a hit needs no
+/// more than it has.
+fn check_line_count(
+    responses: &FrequencyResponses,
+    estimated_responses: Option<&EstimatedResponses>,
+    modes: &[ModalParameters],
+) -> Option<Diagnostic> {
+    if estimated_responses.is_some_and(|a| a.spectra.is_some() || !a.hits.is_empty()) {
+        return None;
+    }
+    let lines = &responses.frequency_hz;
+    let in_half_power = |m: &ModalParameters| {
+        let f = m.frequency_hz();
+        let above = lines
+            .partition_point(|&line| line < f)
+            .clamp(1, lines.len().max(2) - 1);
+        let apart = lines.get(above)? - lines[above - 1];
+        Some(2.0 * m.damping_ratio() * f / apart)
+    };
+    let few: Vec<String> = (modes.iter())
+        .filter_map(|m| in_half_power(m).map(|n| (m, n)))
+        .filter(|(_, n)| *n < MIN_LINES_PER_MODE)
+        .map(|(m, n)| format!("{:.4} Hz ({n:.1})", m.frequency_hz()))
+        .collect();
+    (!few.is_empty()).then(|| {
+        let message = format!(
+            "fewer than {MIN_LINES_PER_MODE} lines lie within the half-power width at {}: the fit tells what stands between them, and a second mode there, leakage or a line that is off would not be seen",
+            few.join(", ")
+        );
+        warning(
+            "coarse-lines",
+            message,
+            "measure lines nearer to each other there: smaller steps, or a longer record",
+        )
+    })
+}
+
+/// Warnings about the spectra behind the responses: inputs first, then outputs.
+fn check_spectra(
+    responses: &FrequencyResponses,
+    spectra: &Spectra,
+    modes: &[ModalParameters],
+) -> Vec<Diagnostic> {
+    let mut all = Vec::new();
+    let table = responses.index_matrix();
+    let inputs = table.first().map_or(&[][..], Vec::as_slice);
+    let names: Vec<&str> = (inputs.iter().map(|&f| &responses.responses[f]))
+        .filter_map(|f| f.input.as_ref())
+        .chain(table.iter().map(|row| &responses.responses[row[0]].output))
+        .map(|t| t.name.as_str())
+        .collect();
+    // A force that swells at the modes is answered by the motion it drives: a shaker's force dips there.
+    const MAX_POWER_RISE: f64 = 10.0;
+    let swells = |input: &[f64], m: &ModalParameters| {
+        let half_width = (m.damping_ratio() * m.frequency_hz()).max(2.0 * spectra.bandwidth_hz);
+        let within = |low: f64, high: f64| -> Option<f64> {
+            let from = spectra.frequency_hz.partition_point(|&f| f < low);
+            let to = spectra.frequency_hz.partition_point(|&f| f < high);
+            let part = input.get(from..to).filter(|p| !p.is_empty())?;
+            Some(part.iter().sum::<f64>() / part.len() as f64)
+        };
+        let f = m.frequency_hz();
+        let (here, below, above) = (
+            within(f - half_width, f + half_width),
+            within(f - 12.0 * half_width, f - 6.0 * half_width),
+            within(f + 6.0 * half_width, f + 12.0 * half_width),
+        );
+        matches!((here, below, above), (Some(here), Some(below), Some(above)) if here > MAX_POWER_RISE * below.max(above))
+    };
+    let closed: Vec<String> = modes
+        .iter()
+        .filter(|m| {
+            spectra
+                .psd
+                .iter()
+                .take(inputs.len())
+                .any(|input| swells(input, m))
+        })
+        .map(|m| format!("{:.4} Hz", m.frequency_hz()))
+        .collect();
+    if !closed.is_empty() {
+        let message = format!(
+            "the input itself peaks at {}: force and motion may feed each other (a cut with regeneration, a shaker without control), which biases H1",
+            closed.join(", ")
+        );
+        all.push(warning(
+            "closed-loop",
+            message,
+            "identify with an excitation that is independent of the motion, such as a hammer",
+        ));
+    }
+    for (channel, psd) in spectra.psd.iter().enumerate() {
+        let n = psd.len();
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len().max(1) as f64;
+        let (top, all_lines) = (mean(&psd[n - n / 20 - 1..]), mean(&psd[1..]));
+        // Without a filter in front of the converter the spectrum does not fall towards half the rate.
+        const ALIASING_RATIO: f64 = 1.0;
+        if top > ALIASING_RATIO * all_lines && n > 40 {
+            let message = format!(
+                "{} has as much power near half the sample rate as elsewhere: aliasing cannot be told from signal",
+                names.get(channel).unwrap_or(&"a channel")
+            );
+            all.push(warning(
+                "aliasing",
+                message,
+                "measure with an anti-alias filter, or at a higher rate",
+            ));
+            break;
+        }
+    }
+    all
+}
+
+/// The shift an exponential window puts on a damping ratio.
+pub fn window_damping_ratio(decay: f64, frequency_hz: f64) -> f64 {
+    decay / (TAU * frequency_hz)
+}

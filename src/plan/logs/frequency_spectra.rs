@@ -1,0 +1,457 @@
+//! Spectra over frequency: Welch, multitaper, envelope, spectrogram.
+
+use std::ops::Range;
+
+use super::sample_blocks;
+use super::spectrum_study::{AbscissaKind, SpectrumEstimate, SpectrumKind, SpectrumStudy};
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::pluralise;
+use crate::recording::signals::{Channel, Recording};
+use crate::spectrum::band::FrequencyBand;
+use crate::spectrum::envelope::squared_envelope_spectrum;
+use crate::spectrum::multitaper::multitaper;
+use crate::spectrum::rotation::separation::{SeparationOptions, separate};
+use crate::spectrum::spectra::Spectra;
+use crate::spectrum::spectrogram::{Spectrogram, SpectrogramOptions, SpectrogramRow};
+use crate::spectrum::welch::{Averaging, WelchEstimator, WelchOptions};
+use crate::spectrum::window::Window;
+
+/// A record up to this length is one block where nobody says how: there its lines are finer than its noise is rough.
+const MAX_SINGLE_BLOCK: usize = 8192;
+
+/// The shortest block of a longer record taken unasked.
+const MIN_DEFAULT_BLOCK: usize = 2048;
+
+/// The longest block taken unasked.
+const MAX_DEFAULT_BLOCK: usize = 1 << 16;
+
+/// Blocks that a longer record is cut into at least.
+const MIN_BLOCKS: usize = 16;
+
+/// Tapers of a multitaper spectrum: ten degrees of freedom more than a single one, lines six times as wide.
+const TAPERS: usize = 6;
+
+/// Rows of a spectrogram at most; more blocks are averaged into one row beyond.
+const ROWS: usize = 500;
+
+/// Blocks that a spectrogram cuts the record into where nobody says how.
+const SPECTROGRAM_BLOCKS: usize = 64;
+
+/// The longest block of a spectrogram taken unasked.
+const MAX_SPECTROGRAM_BLOCK: usize = 4096;
+
+/// Samples of the shortest block: fewer lines than five show nothing.
+const MIN_BLOCK: usize = 8;
+
+/// The longest segment without a gap.
+pub fn longest_segment(recording: &Recording) -> Range<usize> {
+    let longest = recording.segments.iter().max_by_key(|s| s.len());
+    longest.cloned().unwrap_or(0..0)
+}
+
+/// Welch's spectra, streamed; of the random part where that is asked for.
+///
+/// # Errors
+/// A resolution or an overlap without sense, a record too short, samples that cannot be held at once for a separation.
+pub fn welch_spectra(
+    recording: &Recording,
+    channels: &[&Channel],
+    study: &SpectrumStudy,
+) -> Result<SpectrumEstimate, Error> {
+    let options = WelchOptions {
+        block: block_len(recording, study.frequency_resolution_hz)?,
+        overlap: study.overlap.unwrap_or(0.5),
+        window: study.window.unwrap_or(Window::Hann),
+        detrend: study.detrend,
+        averaging: study.averaging,
+    };
+    let mut estimator = WelchEstimator::new(recording.rate_hz, channels.len(), &[], &options)?;
+    let mut diagnostics = Vec::new();
+    let mut part = String::new();
+    if study.separate {
+        let signals = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
+        let views: Vec<&[f64]> = signals.samples.iter().map(Vec::as_slice).collect();
+        estimator.push(&views);
+        part = signals.removed_text;
+    } else {
+        sample_blocks::for_each_block(recording, channels, |block, ends| {
+            estimator.push(block);
+            if ends {
+                estimator.end_segment();
+            }
+        })?;
+    }
+    let spectra = estimator.finish()?;
+    let averages = match (spectra.averages, study.averaging) {
+        (None, _) => "the largest of each line kept".to_string(),
+        (Some(n), Averaging::Exponential(_)) => format!("exponential, {n:.1} independent averages"),
+        (Some(n), _) => format!("{n:.1} independent averages"),
+    };
+    let how = format!(
+        "{} of {:.4} s ({} window, {:.0} % overlap): {averages}, {:.6} Hz lines{part}",
+        pluralise(spectra.blocks, "block"),
+        options.block as f64 / recording.rate_hz,
+        options.window.name(),
+        100.0 * options.overlap,
+        recording.rate_hz / options.block as f64,
+    );
+    Ok(to_estimate(how, spectra, diagnostics))
+}
+
+fn to_estimate(how: String, spectra: Spectra, diagnostics: Vec<Diagnostic>) -> SpectrumEstimate {
+    SpectrumEstimate {
+        method_text: how,
+        abscissa_kind: AbscissaKind::Frequency,
+        spectra,
+        spectrogram_rows: Vec::new(),
+        speed: Vec::new(),
+        diagnostics,
+    }
+}
+
+/// How much of a channel what does not repeat is, as text.
+pub fn random_part_text(channel: &Channel, share: f64) -> String {
+    format!(
+        "; of the random part, {:.3} % of the power of {}: the rest repeats and is taken off",
+        100.0 * share,
+        channel.name
+    )
+}
+
+/// Samples in a block: as asked, else from the length of the longest segment.
+fn block_len(recording: &Recording, resolution_hz: Option<f64>) -> Result<usize, Error> {
+    let longest = longest_segment(recording).len();
+    match resolution_hz {
+        Some(df) => block_for_resolution(recording, df),
+        None if longest <= MAX_SINGLE_BLOCK => Ok(longest),
+        None => {
+            let power = (longest / MIN_BLOCKS).max(1).ilog2();
+            Ok((1usize << power).clamp(MIN_DEFAULT_BLOCK, MAX_DEFAULT_BLOCK))
+        }
+    }
+}
+
+/// Samples in a block of a stated resolution.
+fn block_for_resolution(recording: &Recording, resolution_hz: f64) -> Result<usize, Error> {
+    let longest = longest_segment(recording).len();
+    let block = (recording.rate_hz / resolution_hz).round();
+    if block >= MIN_BLOCK as f64 && block <= longest as f64 {
+        return Ok(block as usize);
+    }
+    let message = format!(
+        "lines of {resolution_hz:e} Hz need blocks of {block:e} samples; the longest stretch has {longest}, and a block at least {MIN_BLOCK}"
+    );
+    let hint = format!(
+        "ask for {:.6} to {:.6} Hz",
+        recording.rate_hz / longest.max(1) as f64,
+        recording.rate_hz / MIN_BLOCK as f64
+    );
+    Err(Error::new(Code::OutOfRange, message).with_hint(hint))
+}
+
+/// Samples of the longest segment.
+pub struct SegmentSignals {
+    /// Of each channel.
+    pub samples: Vec<Vec<f64>>,
+    /// What was taken off them, as text; empty where nothing was.
+    pub removed_text: String,
+}
+
+/// Every channel's longest segment, or its random part.
+///
+/// # Errors
+/// More samples than can be held, a segment too short to be separated.
+pub fn longest_segment_signals(
+    recording: &Recording,
+    channels: &[&Channel],
+    study: &SpectrumStudy,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<SegmentSignals, Error> {
+    let range = longest_segment(recording);
+    if recording.segments.len() > 1 {
+        diagnostics.push(Diagnostic {
+            code: "longest-stretch",
+            message: format!(
+                "gaps split the record into {} stretches; only the longest is analysed, {:.4} s from {:.4} s on",
+                recording.segments.len(),
+                range.len() as f64 / recording.rate_hz,
+                range.start as f64 / recording.rate_hz
+            ),
+            hint: Some("bridge the gaps with --fill-gaps, or choose a stretch with --after and --before".into()),
+        });
+    }
+    let all = sample_blocks::load_channels(recording, channels, "this analysis")?;
+    let mut part = String::new();
+    let samples = all
+        .into_iter()
+        .zip(channels)
+        .map(|(mut samples, channel)| {
+            samples.truncate(range.end);
+            samples.drain(..range.start);
+            if study.separate {
+                let (random, share) = random_part(&samples)?;
+                part += &random_part_text(channel, share);
+                samples = random;
+            }
+            Ok(samples)
+        })
+        .collect::<Result<Vec<Vec<f64>>, Error>>()?;
+    Ok(SegmentSignals {
+        samples,
+        removed_text: part,
+    })
+}
+
+/// What does not repeat, predicted over half a block from blocks of a sixteenth of the record; and its share of the power about the mean.
+///
+/// # Errors
+/// Too few samples.
+pub fn random_part(samples: &[f64]) -> Result<(Vec<f64>, f64), Error> {
+    let power = (samples.len() / MIN_BLOCKS).max(4).ilog2();
+    let block = (1usize << power).min(MAX_DEFAULT_BLOCK);
+    let gap = block / 2;
+    let random = separate(samples, SeparationOptions { block, gap })?.random;
+    let power = |x: &[f64]| {
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / x.len() as f64
+    };
+    let share = power(&random) / power(samples);
+    Ok((random, share))
+}
+
+/// Spectra of the whole of the longest segment by tapers.
+///
+/// # Errors
+/// A record too short or too long to be held.
+pub fn multitaper_spectra(
+    recording: &Recording,
+    channels: &[&Channel],
+    study: &SpectrumStudy,
+) -> Result<SpectrumEstimate, Error> {
+    let mut diagnostics = Vec::new();
+    let signals = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
+    let views: Vec<&[f64]> = signals.samples.iter().map(Vec::as_slice).collect();
+    let samples = views.first().map_or(0, |v| v.len());
+    // Tapers see (K + 1)/2 lines to either side.
+    let tapers = match study.frequency_resolution_hz {
+        Some(df) => (df * samples as f64 / recording.rate_hz - 1.0)
+            .round()
+            .clamp(1.0, samples as f64) as usize,
+        None => TAPERS,
+    };
+    let spectra = multitaper(recording.rate_hz, &views, &[], tapers)?;
+    let how = format!(
+        "{tapers} sine tapers on {:.4} s: lines {:.6} Hz apart and {:.6} Hz wide{}",
+        samples as f64 / recording.rate_hz,
+        recording.rate_hz / (samples + 1) as f64,
+        spectra.bandwidth_hz,
+        signals.removed_text
+    );
+    Ok(to_estimate(how, spectra, diagnostics))
+}
+
+/// Lines of the squared envelope of the band, of the longest segment.
+///
+/// # Errors
+/// A band that holds nothing, a record too long to be held.
+pub fn envelope_spectra(
+    recording: &Recording,
+    channels: &[&Channel],
+    study: &SpectrumStudy,
+) -> Result<SpectrumEstimate, Error> {
+    let mut diagnostics = Vec::new();
+    let (low_hz, high_hz) = study.band.unwrap_or((0.0, 0.5 * recording.rate_hz));
+    let band = FrequencyBand { low_hz, high_hz };
+    let duration_s = longest_segment(recording).len() as f64 / recording.rate_hz;
+    let lines = (high_hz.min(0.5 * recording.rate_hz) - low_hz) * duration_s;
+    if lines < MIN_BLOCK as f64 {
+        let message = format!(
+            "the band {low_hz:.6} … {high_hz:.6} Hz holds {} of {duration_s:.6} s, where an envelope needs {MIN_BLOCK}",
+            pluralise(lines.floor() as usize, "line")
+        );
+        return Err(Error::new(Code::TooShort, message)
+            .with_hint("choose a wider --band, or record for longer"));
+    }
+    let signals = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
+    let mut spectra = Spectra {
+        rate_hz: 2.0 * (high_hz.min(0.5 * recording.rate_hz) - low_hz),
+        bandwidth_hz: 1.0,
+        blocks: 1,
+        averages: Some(1.0),
+        ..Spectra::default()
+    };
+    for samples in &signals.samples {
+        let lines = squared_envelope_spectrum(samples, recording.rate_hz, band)?;
+        spectra
+            .psd
+            .push(lines.amplitude.iter().map(|a| 0.5 * a * a).collect());
+        spectra.frequency_hz = lines.frequency_hz;
+    }
+    let how = format!(
+        "squared envelope of {low_hz:.6} … {high_hz:.6} Hz over {duration_s:.4} s{}",
+        signals.removed_text
+    );
+    if study.band.is_none() {
+        diagnostics.push(Diagnostic {
+            code: "no-band",
+            message: "the envelope is that of the whole signal".into(),
+            hint: Some("choose the band that the bursts ring in: --band 2000:4000".into()),
+        });
+    }
+    Ok(to_estimate(how, spectra, diagnostics))
+}
+
+/// Densities by time, and their mean over the rows.
+///
+/// # Errors
+/// No row fits into any stretch, a window other than Hann's.
+pub fn spectrograms(
+    recording: &Recording,
+    channels: &[&Channel],
+    study: &SpectrumStudy,
+) -> Result<SpectrumEstimate, Error> {
+    let longest = longest_segment(recording).len();
+    let block = match study.frequency_resolution_hz {
+        Some(df) => block_for_resolution(recording, df)?,
+        None => (1usize << (longest / SPECTROGRAM_BLOCKS).max(1).ilog2())
+            .clamp(256, MAX_SPECTROGRAM_BLOCK)
+            .min(longest),
+    };
+    if block < MIN_BLOCK {
+        let message = format!("the longest stretch holds {}", pluralise(longest, "sample"));
+        return Err(Error::new(Code::TooShort, message)
+            .with_hint(format!("a spectrogram needs rows of {MIN_BLOCK} at least")));
+    }
+    let overlap = study.overlap.unwrap_or(0.5);
+    let step = ((block as f64 * (1.0 - overlap)).round() as usize).max(1);
+    let averages = (recording.samples / step).div_ceil(ROWS).max(1);
+    let settings = SpectrogramOptions {
+        block,
+        step,
+        averages,
+    };
+    let fresh = || -> Result<Vec<Spectrogram>, Error> {
+        (0..channels.len())
+            .map(|_| Spectrogram::new(recording.rate_hz, settings))
+            .collect()
+    };
+    let (mut running, mut rows) = (fresh()?, vec![Vec::<SpectrogramRow>::new(); channels.len()]);
+    let frequency_hz = running
+        .first()
+        .map_or(Vec::new(), Spectrogram::frequency_hz);
+    let mut segments = recording.segments.iter().map(|s| s.start);
+    let mut start_s = segments.next().unwrap_or(0) as f64 / recording.rate_hz;
+    let mut failed = None;
+    sample_blocks::for_each_block(recording, channels, |block, ends| {
+        for ((spectrogram, samples), rows) in running.iter_mut().zip(block).zip(&mut rows) {
+            spectrogram.push(samples, |mut row| {
+                row.time_s += start_s;
+                rows.push(row);
+            });
+        }
+        if ends {
+            start_s = segments.next().unwrap_or(0) as f64 / recording.rate_hz;
+            match fresh() {
+                Ok(new) => running = new,
+                Err(error) => failed = Some(error),
+            }
+        }
+    })?;
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    let count = rows.first().map_or(0, Vec::len);
+    if count == 0 {
+        let message = format!(
+            "no stretch holds one row of {averages} blocks of {block} samples; the longest has {longest}"
+        );
+        return Err(Error::new(Code::TooShort, message)
+            .with_hint("ask for a coarser --resolution, or bridge gaps with --fill-gaps"));
+    }
+    let mean = |rows: &Vec<SpectrogramRow>| -> Vec<f64> {
+        let mut sum = vec![0.0; frequency_hz.len()];
+        for row in rows {
+            sum.iter_mut()
+                .zip(&row.density)
+                .for_each(|(s, d)| *s += d / count as f64);
+        }
+        sum
+    };
+    let spectra = Spectra {
+        rate_hz: recording.rate_hz,
+        psd: rows.iter().map(mean).collect(),
+        bandwidth_hz: HANN_BANDWIDTH * recording.rate_hz / block as f64,
+        blocks: count * averages,
+        averages: Some((count * averages) as f64 * (step as f64 / block as f64).min(1.0)),
+        frequency_hz: frequency_hz.clone(),
+        ..Spectra::default()
+    };
+    let how = format!(
+        "{} of {} of {:.4} s, {:.4} s apart, {:.6} Hz lines; their mean below",
+        pluralise(count, "row"),
+        pluralise(averages, "block"),
+        block as f64 / recording.rate_hz,
+        (step * averages) as f64 / recording.rate_hz,
+        recording.rate_hz / block as f64
+    );
+    Ok(SpectrumEstimate {
+        spectrogram_rows: rows,
+        ..to_estimate(how, spectra, Vec::new())
+    })
+}
+
+/// Equivalent noise bandwidth of Hann's window, lines (Harris 1978).
+const HANN_BANDWIDTH: f64 = 1.5;
+
+/// What a kind needs that the study forbids.
+///
+/// # Errors
+/// Flags that would be passed over.
+pub fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
+    use SpectrumKind::{
+        Amplitude, Cepstrum, Density, Multitaper, Order, Rms, Spectrogram, SynchronousAverage,
+    };
+    let blocks = matches!(study.kind, Density | Amplitude | Rms | Cepstrum);
+    let refuse = |flag: &str, what: &str| {
+        Err(Error::new(Code::Usage, format!("{flag} does nothing here"))
+            .with_hint(format!("it is for {what}")))
+    };
+    if study.window.is_some() && !blocks {
+        return refuse("--window", "--kind psd, amplitude, rms and cepstrum");
+    }
+    if study.averaging != Averaging::Linear && !blocks {
+        return refuse("--average", "--kind psd, amplitude, rms and cepstrum");
+    }
+    if study.overlap.is_some() && !blocks && study.kind != Spectrogram {
+        return refuse(
+            "--overlap",
+            "--kind psd, amplitude, rms, cepstrum and spectrogram",
+        );
+    }
+    if study.frequency_resolution_hz.is_some()
+        && !blocks
+        && !matches!(study.kind, Spectrogram | Multitaper)
+    {
+        return refuse(
+            "--resolution",
+            "--kind psd, amplitude, rms, cepstrum, multitaper and spectrogram",
+        );
+    }
+    if study.quantity.is_some() && (!blocks || study.kind == Cepstrum) && study.kind != Multitaper {
+        return refuse("--as", "--kind psd, amplitude, rms and multitaper");
+    }
+    if study.separate && matches!(study.kind, Spectrogram | SynchronousAverage) {
+        return refuse("--separate", "every kind but spectrogram and average");
+    }
+    if study.revolutions.is_some() && study.kind != Order {
+        return refuse("--turns", "--kind order and order-cut");
+    }
+    if study.tacho.is_some() && !matches!(study.kind, Order | SynchronousAverage | Spectrogram) {
+        return refuse(
+            "--tacho",
+            "--kind order, order-cut, average and spectrogram",
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,382 @@
+//! Modal identification from FRFs: poles over rising orders or per peak, then shapes and residues.
+
+use std::f64::consts::TAU;
+
+use super::identification_result::{
+    Evidence, IdentifiedMode, PeakPicking, PickedPeak, StabilisationDiagram,
+};
+use super::identify_study::IdentifyStudy;
+use super::method::IdentificationMethod;
+use super::sub_bands;
+use super::transfer_functions::{PartialFractions, transfer_functions, without_window};
+use super::weak::columns;
+use crate::base::error::{Diagnostic, Error};
+use crate::identify::modal::candidates::OrderPoles;
+use crate::identify::modal::lsfd::{self, ResidueFit};
+use crate::identify::modal::measured_frf::{MeasuredFrf, MotionQuantity};
+use crate::identify::modal::plscf::{PlscfOptions, plscf};
+use crate::identify::modal::selection::{SelectionRule, select_modes};
+use crate::identify::modal::stabilisation::{StabilisationTolerances, stabilisation};
+use crate::identify::modal::{lsce, rfp, sdof};
+use crate::identify::modal_parameters::ModalParameters;
+use crate::identify::transfer::function::TransferFunction;
+use crate::numeric::Complex;
+use crate::recording::channel_unit::ResponseKind;
+use crate::recording::frequency_responses::FrequencyResponses;
+
+/// What such a method answers.
+pub struct ModalIdentification {
+    /// Modes, the window taken off.
+    pub modes: Vec<IdentifiedMode>,
+    /// How they were told from other poles.
+    pub selection_rule: String,
+    /// Poles of all orders, or peaks.
+    pub evidence: Evidence,
+    /// Transfer functions, the window taken off.
+    pub functions: Vec<TransferFunction>,
+    /// Misfit by response.
+    pub fit_error: Vec<f64>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// The highest order of the methods that have none of their own: 30 modes.
+const DEFAULT_MAX_ORDER: usize = 60;
+
+/// Peaks below this share of the largest are not looked at one by one.
+const MIN_PEAK_SHARE: f64 = 0.05;
+
+/// Lines a circle is laid through, at least.
+const ARC_LINES: usize = 7;
+
+/// Identifies from lines inside the band.
+///
+/// # Errors
+/// Those of the method; responses without information.
+pub fn identify_modal(
+    method: IdentificationMethod,
+    responses: &FrequencyResponses,
+    band_hz: (f64, f64),
+    study: &IdentifyStudy,
+) -> Result<ModalIdentification, Error> {
+    let is_line = |f: f64| f > 0.0 && (band_hz.0..=band_hz.1).contains(&f);
+    let kept: Vec<usize> = (0..responses.frequency_hz.len())
+        .filter(|&k| is_line(responses.frequency_hz[k]) && responses.is_determined(k))
+        .collect();
+    let lines: Vec<f64> = kept.iter().map(|&k| responses.frequency_hz[k]).collect();
+    let inside = |&f: &usize| -> Vec<Complex> {
+        let value = &responses.responses[f].values;
+        kept.iter().map(|&k| value[k]).collect()
+    };
+    let table = responses.index_matrix();
+    let rows: Vec<Vec<Vec<Complex>>> = (table.iter())
+        .map(|row| row.iter().map(inside).collect())
+        .collect();
+    let measured = MeasuredFrf::new(&lines, &rows)?;
+    let values = rows.concat();
+    let level = summed_response(&values);
+    let quantities = motion_candidates(responses, study);
+    let (mut modes, rule, evidence) = match method {
+        IdentificationMethod::Circle => circle_fits(&lines, &values, level, quantities[0]),
+        _ => {
+            let rule = SelectionRule::default();
+            let (orders, chosen, sentence) = match sub_bands::sub_bands(&measured)
+                .filter(|_| method == IdentificationMethod::Plscf)
+            {
+                Some(parts) => {
+                    let (orders, chosen) = sub_bands::plscf_by_sub_band(&parts, &rule)?;
+                    (orders, chosen, sub_bands::rule_text(&parts, &rule))
+                }
+                None => {
+                    let orders = poles_by_order(method, &measured)?;
+                    let chosen = select_modes(&orders, measured.frequency_resolution_hz(), &rule);
+                    (orders, chosen, rule.rule_text())
+                }
+            };
+            let modes = chosen.into_iter().map(|s| IdentifiedMode {
+                presence: Some(s.presence),
+                scatter_hz: Some(s.scatter_hz),
+                ..IdentifiedMode::from(s.mode)
+            });
+            let diagram = StabilisationDiagram {
+                poles: stabilisation(&orders, &StabilisationTolerances::default()),
+                level: (lines.clone(), level),
+                omitted: Vec::new(),
+            };
+            (modes.collect(), sentence, Evidence::Diagram(diagram))
+        }
+    };
+    limit_modes(&mut modes, study.order);
+    let mut found = ModalIdentification {
+        modes,
+        selection_rule: rule,
+        evidence,
+        functions: Vec::new(),
+        fit_error: Vec::new(),
+        diagnostics: Vec::new(),
+    };
+    found.add_residues(responses, &table, &measured, &quantities)?;
+    if let Evidence::Diagram(diagram) = &mut found.evidence {
+        let rule = SelectionRule::default();
+        diagram.omitted = columns(&diagram.poles, &found.modes, band_hz, &rule);
+    }
+    Ok(found)
+}
+
+/// Keeps as many modes as were asked for: those most orders agree about.
+fn limit_modes(modes: &mut Vec<IdentifiedMode>, order: Option<usize>) {
+    let Some(order) = order else { return };
+    modes.sort_by(|a, b| {
+        let of = |m: &IdentifiedMode| m.presence.unwrap_or(0.0);
+        of(b).total_cmp(&of(a))
+    });
+    modes.truncate(order);
+    modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+}
+
+/// Root of the sum of squares over the responses, each by its own largest value.
+fn summed_response(values: &[Vec<Complex>]) -> Vec<f64> {
+    let lines = values.first().map_or(0, Vec::len);
+    let mut sum = vec![0.0; lines];
+    for response in values {
+        let largest = response.iter().map(|z| z.norm_sqr()).fold(0.0, f64::max);
+        if largest > 0.0 {
+            (sum.iter_mut().zip(response)).for_each(|(s, z)| *s += z.norm_sqr() / largest);
+        }
+    }
+    sum.iter().map(|s| s.sqrt()).collect()
+}
+
+/// What the responses may be: as said, by their units, else displacement or acceleration.
+fn motion_candidates(responses: &FrequencyResponses, study: &IdentifyStudy) -> Vec<MotionQuantity> {
+    let of = |times: u8| match times {
+        0 => MotionQuantity::Displacement,
+        1 => MotionQuantity::Velocity,
+        _ => MotionQuantity::Acceleration,
+    };
+    let kinds: Vec<ResponseKind> = (responses.responses.iter())
+        .map(|f| ResponseKind::from_units(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
+        .collect();
+    match (study.derivative, kinds.first()) {
+        (Some(times), _) => vec![of(times)],
+        (None, Some(ResponseKind::MotionOverForce(times)))
+            if kinds.iter().all(|k| k == &kinds[0]) =>
+        {
+            vec![of(*times)]
+        }
+        (None, Some(ResponseKind::Unknown)) => {
+            vec![MotionQuantity::Displacement, MotionQuantity::Acceleration]
+        }
+        _ => vec![MotionQuantity::Displacement],
+    }
+}
+
+/// Poles of all orders.
+fn poles_by_order(
+    method: IdentificationMethod,
+    measured: &MeasuredFrf,
+) -> Result<Vec<OrderPoles>, Error> {
+    let lines = measured.n_lines();
+    match method {
+        // A fifth of the equations each for an unknown, as the method asks.
+        IdentificationMethod::Lsce => {
+            lsce::lsce(measured, DEFAULT_MAX_ORDER.min(lines * 2 / 5) / 2 * 2)
+        }
+        IdentificationMethod::Rfp => rfp::rfp(
+            measured,
+            DEFAULT_MAX_ORDER.min((lines / 2).saturating_sub(2)) / 2 * 2,
+        ),
+        _ => plscf(measured, &PlscfOptions::default()),
+    }
+}
+
+/// One mode for each peak, by a circle through its lines, with half power next to it.
+fn circle_fits(
+    lines: &[f64],
+    values: &[Vec<Complex>],
+    level: Vec<f64>,
+    quantity: MotionQuantity,
+) -> (Vec<IdentifiedMode>, String, Evidence) {
+    let (mut modes, mut looked_at) = (Vec::new(), Vec::new());
+    let ends = (lines[0], lines[lines.len() - 1]);
+    for (peak, (from, to)) in separate_peaks(&level) {
+        let share = |r: &&Vec<Complex>| {
+            let largest = r
+                .iter()
+                .map(|z| z.norm_sqr())
+                .fold(f64::MIN_POSITIVE, f64::max);
+            r[peak].norm_sqr() / largest
+        };
+        let Some(response) = (values.iter()).max_by(|a, b| share(a).total_cmp(&share(b))) else {
+            continue;
+        };
+        let half_power = sdof::half_power(lines, response, peak, quantity).ok();
+        let fit = sdof::circle_fit(&lines[from..=to], &response[from..=to], quantity);
+        let most = SelectionRule::default().max_damping_ratio;
+        let reason = match &fit {
+            Err(error) => error.message.clone(),
+            Ok(mode) if mode.damping_ratio() > most => format!(
+                "its circle has a damping of {:.0} %, no resonance",
+                100.0 * mode.damping_ratio()
+            ),
+            Ok(mode) if !is_in_band(mode.pole, ends) => {
+                "its circle lies outside the band".to_string()
+            }
+            Ok(mode) => half_power
+                .as_ref()
+                .and_then(|half| method_disagreement(mode, half))
+                .unwrap_or_default(),
+        };
+        let is_mode = reason.is_empty();
+        looked_at.push(PickedPeak {
+            frequency_hz: lines[peak],
+            prominence: None,
+            half_power: half_power.map(|m| (m.frequency_hz(), m.damping_ratio())),
+            bell: None,
+            reason,
+        });
+        modes.extend(fit.ok().filter(|_| is_mode).map(IdentifiedMode::from));
+    }
+    let rule = format!(
+        "peaks of the sum of all responses above {} % of its largest value, none inside the half-power band of a higher one; a circle \
+         through the lines within half power of each, and half power itself beside it",
+        100.0 * MIN_PEAK_SHARE
+    );
+    let picking = PeakPicking {
+        peaks: looked_at,
+        level: (lines.to_vec(), level),
+        below: Vec::new(),
+    };
+    modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    (modes, rule, Evidence::Peaks(picking))
+}
+
+/// What circle and half power disagree about beyond what a neighbour's skirt makes of one of them.
+fn method_disagreement(circle: &ModalParameters, half_power: &ModalParameters) -> Option<String> {
+    /// Half-bandwidths of the wider, and times the damping.
+    const MAX_FREQUENCY_DIFFERENCE: f64 = 1.0;
+    const MAX_DAMPING_RATIO_FACTOR: f64 = 2.0;
+    let width = |m: &ModalParameters| m.frequency_hz() * m.damping_ratio();
+    let apart = (circle.frequency_hz() - half_power.frequency_hz()).abs();
+    let ratio = circle.damping_ratio() / half_power.damping_ratio();
+    let agree = apart < MAX_FREQUENCY_DIFFERENCE * width(circle).max(width(half_power))
+        && (1.0 / MAX_DAMPING_RATIO_FACTOR..=MAX_DAMPING_RATIO_FACTOR).contains(&ratio);
+    (!agree).then(|| {
+        let words = |m: &ModalParameters| {
+            let (f, d) = (m.frequency_hz(), 100.0 * m.damping_ratio());
+            format!("{f:.4} Hz and {d:.2} %")
+        };
+        format!(
+            "its circle tells {}, half power {}: no single resonance",
+            words(circle),
+            words(half_power)
+        )
+    })
+}
+
+/// Peaks with the lines within half power, by rising frequency; those inside the lines of a higher one are left out.
+fn separate_peaks(level: &[f64]) -> Vec<(usize, (usize, usize))> {
+    let curve: Vec<Complex> = level.iter().map(|&l| Complex::new(l, 0.0)).collect();
+    let mut by_height = sdof::pick_peaks(&curve, MIN_PEAK_SHARE);
+    by_height.sort_by(|&a, &b| level[b].total_cmp(&level[a]));
+    let mut found: Vec<(usize, (usize, usize))> = Vec::new();
+    for peak in by_height {
+        if found.iter().any(|(_, (a, b))| (*a..=*b).contains(&peak)) {
+            continue;
+        }
+        let least = level[peak] / 2f64.sqrt();
+        let (mut from, mut to) = (peak, peak);
+        while from > 0 && level[from - 1] >= least {
+            from -= 1;
+        }
+        while to + 1 < level.len() && level[to + 1] >= least {
+            to += 1;
+        }
+        while to - from + 1 < ARC_LINES && (from > 0 || to + 1 < level.len()) {
+            from = from.saturating_sub(1);
+            to = (to + 1).min(level.len() - 1);
+        }
+        found.push((peak, (from, to)));
+    }
+    found.sort_by_key(|f| f.0);
+    found
+}
+
+impl ModalIdentification {
+    /// Shapes, transfer functions and misfit; the better of several quantities.
+    fn add_residues(
+        &mut self,
+        responses: &FrequencyResponses,
+        table: &[Vec<usize>],
+        measured: &MeasuredFrf,
+        quantities: &[MotionQuantity],
+    ) -> Result<(), Error> {
+        let poles: Vec<Complex> = self.modes.iter().map(|m| m.mode.pole).collect();
+        if poles.is_empty() {
+            return Ok(());
+        }
+        let mut best: Option<(ResidueFit, Vec<f64>)> = None;
+        for &quantity in quantities {
+            let fit = lsfd::fit_residues(measured, &poles, quantity)?;
+            let errors = misfit(&fit, measured, table);
+            let size = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
+            if best.as_ref().is_none_or(|b| size(&errors) < size(&b.1)) {
+                best = Some((fit, errors));
+            }
+        }
+        let Some((fit, errors)) = best else {
+            return Ok(());
+        };
+        let mut residues = vec![Vec::new(); responses.responses.len()];
+        let mut terms = vec![[0.0; 2]; responses.responses.len()];
+        for (o, i, f) in table_cells(table) {
+            residues[f] = fit.residues.iter().map(|r| r[(o, i)]).collect();
+            terms[f] = [fit.lower_residual[(o, i)], fit.upper_residual[(o, i)]];
+        }
+        self.functions = transfer_functions(
+            responses,
+            &PartialFractions {
+                poles: &poles,
+                residues: &residues,
+                residual_terms: &terms,
+                derivative: fit.motion.derivative_order() as u8,
+                delay_s: &[],
+                fit_error: &errors,
+            },
+        )?;
+        for (k, found) in self.modes.iter_mut().enumerate() {
+            found.set_shape(fit.mode_shape(k)?);
+            found.mode = without_window(&found.mode, responses.window_decay);
+        }
+        self.fit_error = errors;
+        Ok(())
+    }
+}
+
+/// Output, input and function of every cell of a table.
+fn table_cells(table: &[Vec<usize>]) -> impl Iterator<Item = (usize, usize, usize)> {
+    let row = |(o, row): (usize, &Vec<usize>)| {
+        let cells: Vec<_> = row.iter().enumerate().map(|(i, &f)| (o, i, f)).collect();
+        cells
+    };
+    table.iter().enumerate().flat_map(row)
+}
+
+/// Root mean square misfit over that of the response, by response.
+fn misfit(fit: &ResidueFit, measured: &MeasuredFrf, table: &[Vec<usize>]) -> Vec<f64> {
+    let mut all = vec![0.0; table.iter().map(Vec::len).sum()];
+    for (o, i, f) in table_cells(table) {
+        let value = measured.response(o, i);
+        let off: f64 = (value.iter().zip(measured.frequency_hz()))
+            .map(|(h, &f)| (h - fit.synthesise(o, i, f)).norm_sqr())
+            .sum();
+        let size: f64 = value.iter().map(Complex::norm_sqr).sum();
+        all[f] = (off / size).sqrt();
+    }
+    all
+}
+
+/// Whether a pole lies inside a band, Hz.
+pub fn is_in_band(pole: Complex, (low, high): (f64, f64)) -> bool {
+    (low..=high).contains(&(pole.norm() / TAU))
+}

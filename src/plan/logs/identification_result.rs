@@ -1,0 +1,345 @@
+//! Result of an identification by any method: modes, transfer functions and the evidence for them.
+
+use super::frf_estimation::HitSummary;
+use super::method::IdentificationMethod;
+use super::reciprocity::Reciprocity;
+use crate::base::error::{Diagnostic, Error};
+use crate::identify::modal::candidates::normalize_to_largest;
+use crate::identify::modal::lsfd::ModeShape;
+use crate::identify::modal::stabilisation::StabilisationPole;
+use crate::identify::modal_parameters::ModalParameters;
+use crate::identify::operational::fdd::SdofBell;
+use crate::identify::operational::harmonics::HarmonicIndicator;
+use crate::identify::rational::{ModelErrorShare, RationalFit};
+use crate::identify::series::model::ModelStructure;
+use crate::identify::series::model_trajectory::{MemoryTrial, ModeTrack};
+use crate::identify::series::order::OrderCandidate;
+use crate::identify::series::residuals::ResidualTest;
+use crate::identify::transfer::function::TransferFunction;
+use crate::numeric::{Complex, ComplexMatrix};
+use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponses};
+
+/// Modes and transfer functions, and how they were had.
+#[derive(Debug)]
+pub struct IdentificationResult {
+    /// Stages that ran, with seconds.
+    pub trace: Vec<(&'static str, f64)>,
+    /// The method.
+    pub method: IdentificationMethod,
+    /// How the data were prepared, as text.
+    pub method_text: String,
+    /// How modes were told from other poles, one sentence.
+    pub selection_rule: String,
+    /// Hits of an impact test.
+    pub hits: Vec<HitSummary>,
+    /// What shapes are over.
+    pub outputs: Vec<ChannelLabel>,
+    /// What participation is over: the inputs, where there are several.
+    pub inputs: Vec<ChannelLabel>,
+    /// Pairs of points that were driven both ways.
+    pub reciprocity: Vec<Reciprocity>,
+    /// What modal masses come from.
+    pub driving_point: Option<DrivingPoint>,
+    /// The responses that were fitted; `None` where the method starts from signals.
+    pub responses: Option<FrequencyResponses>,
+    /// The band of the modes, Hz.
+    pub band_hz: (f64, f64),
+    /// What the modes rest on; of a fit as it came out, an exponential window still on it.
+    pub evidence: Evidence,
+    /// Modes by rising frequency, an exponential window taken off.
+    pub modes: Vec<IdentifiedMode>,
+    /// Weak modes, apart from them; empty with `IdentifyStudy::all`.
+    pub weak: Vec<IdentifiedMode>,
+    /// What looks like running speed, by rising frequency; looked for where nothing measured drives.
+    pub harmonics: Vec<IdentifiedHarmonic>,
+    /// One transfer function for each response, the window taken off.
+    pub functions: Vec<TransferFunction>,
+    /// Root mean square misfit over that of the response, by response.
+    pub fit_error: Vec<f64>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl IdentificationResult {
+    /// The rational fit, where that is the method.
+    pub fn fit(&self) -> Option<&RationalFit> {
+        match &self.evidence {
+            Evidence::Rational(fit) => Some(fit),
+            _ => None,
+        }
+    }
+
+    /// Fitted responses at a frequency, Hz, with the exponential window that lay on the measured ones; empty without a fit.
+    pub fn synthesise(&self, frequency_hz: f64) -> Vec<Complex> {
+        match self.fit() {
+            Some(fit) => fit.synthesise(frequency_hz),
+            None => {
+                let s = Complex::new(self.window_decay(), std::f64::consts::TAU * frequency_hz);
+                self.functions.iter().map(|f| f.value(s)).collect()
+            }
+        }
+    }
+
+    /// Poles that are no modes, rad/s, and why.
+    pub fn rejected_poles(&self) -> Vec<(Complex, &'static str)> {
+        match &self.evidence {
+            Evidence::Rational(fit) => fit.pole.iter().map(|o| (o.pole, o.reason)).collect(),
+            Evidence::Diagram(diagram) => diagram.omitted.clone(),
+            Evidence::Orders(selection) => {
+                selection.omitted.iter().map(|o| (o.0.pole, o.1)).collect()
+            }
+            Evidence::Peaks(_) | Evidence::Tracking(_) => Vec::new(),
+        }
+    }
+
+    /// The course of the modes, where the method follows them.
+    pub fn tracking(&self) -> Option<&ModeTracking> {
+        match &self.evidence {
+            Evidence::Tracking(course) => Some(course),
+            _ => None,
+        }
+    }
+
+    /// Rate of the exponential window on the responses, 1/s.
+    pub fn window_decay(&self) -> f64 {
+        self.responses.as_ref().map_or(0.0, |r| r.window_decay)
+    }
+}
+
+/// Where a force acts and the motion along it was measured.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DrivingPoint {
+    /// Channel that drives.
+    pub input: String,
+    /// Channel that answers there.
+    pub output: String,
+    /// The unit of the modal masses: kg, or kg·m² where a torque drives.
+    pub unit: &'static str,
+}
+
+/// A mode with what its method tells next to the pole.
+#[derive(Debug, Clone)]
+pub struct IdentifiedMode {
+    /// Pole, covariance and shape.
+    pub mode: ModalParameters,
+    /// How each input drives it, the largest component 1; empty with one input.
+    pub participation: Vec<Complex>,
+    /// The method tells damping; without, the pole lies on the imaginary axis.
+    pub has_damping: bool,
+    /// Share of the orders in which it appears.
+    pub presence: Option<f64>,
+    /// Standard deviation of its frequency over the orders, Hz: an indication, no uncertainty.
+    pub scatter_hz: Option<f64>,
+    /// How far it departs from the linear model, where the method measures that.
+    pub share: Option<ModelErrorShare>,
+    /// Why it is weak; `None` where it is not.
+    pub weak: Option<&'static str>,
+    /// What it shows of being a line of running speed.
+    pub indicator: Option<HarmonicIndicator>,
+    /// The order of the running speed it lies on without being it.
+    pub on_order: Option<f64>,
+    /// Modal mass, the largest component of the shape one, by the driving point; in its unit.
+    pub modal_mass: Option<Complex>,
+}
+
+impl From<ModalParameters> for IdentifiedMode {
+    fn from(mode: ModalParameters) -> IdentifiedMode {
+        IdentifiedMode {
+            mode,
+            participation: Vec::new(),
+            has_damping: true,
+            presence: None,
+            scatter_hz: None,
+            share: None,
+            weak: None,
+            indicator: None,
+            on_order: None,
+            modal_mass: None,
+        }
+    }
+}
+
+impl IdentifiedMode {
+    /// Takes over shape, and participation where there are several inputs.
+    pub fn set_shape(&mut self, found: ModeShape) {
+        self.mode.shape = found.shape;
+        if found.participation.len() > 1 {
+            self.participation = normalize_to_largest(found.participation);
+        }
+    }
+
+    /// A mode over outputs and inputs from one whose shape is over the functions of a table.
+    ///
+    /// # Errors
+    /// Those of the decomposition.
+    pub fn mode_over_table(
+        mode: ModalParameters,
+        table: &[Vec<usize>],
+    ) -> Result<IdentifiedMode, Error> {
+        let residues =
+            ComplexMatrix::from_fn(table.len(), table[0].len(), |o, i| mode.shape[table[o][i]]);
+        let mut found = IdentifiedMode::from(mode);
+        found.set_shape(ModeShape::from_residues(&residues)?);
+        Ok(found)
+    }
+
+    /// Natural frequency, Hz.
+    pub fn frequency_hz(&self) -> f64 {
+        self.mode.frequency_hz()
+    }
+
+    /// Damping ratio, where the method tells it.
+    pub fn damping_ratio(&self) -> Option<f64> {
+        self.has_damping.then(|| self.mode.damping_ratio())
+    }
+
+    /// What it is where it is nearer to a line of running speed than to a mode.
+    fn to_harmonic(&self) -> Option<IdentifiedHarmonic> {
+        let is_one = self
+            .indicator
+            .as_ref()
+            .is_some_and(HarmonicIndicator::is_harmonic);
+        is_one.then(|| self.listed_as_harmonic())
+    }
+
+    /// The pole as a line of running speed.
+    pub fn listed_as_harmonic(&self) -> IdentifiedHarmonic {
+        IdentifiedHarmonic {
+            frequency_hz: self.frequency_hz(),
+            order: self.indicator.as_ref().and_then(|h| h.order),
+            amplitude: Vec::new(),
+            probability: None,
+            envelope_kurtosis: self.indicator.as_ref().map(|h| h.envelope_kurtosis),
+        }
+    }
+}
+
+/// A line of running speed, or of anything that is no resonance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifiedHarmonic {
+    /// Its frequency, Hz.
+    pub frequency_hz: f64,
+    /// The order of the stated speed it lies on.
+    pub order: Option<f64>,
+    /// 0 to peak by output, of a sine that was found and taken out before modes were looked for; empty for a pole.
+    pub amplitude: Vec<f64>,
+    /// How probably noise alone shows such a sine anywhere.
+    pub probability: Option<f64>,
+    /// Of a pole, what its band is distributed like: 2 for noise, 1 for a sine.
+    pub envelope_kurtosis: Option<f64>,
+}
+
+/// Modes, and apart from them what is a line of running speed.
+pub fn split_harmonics(all: Vec<IdentifiedMode>) -> (Vec<IdentifiedMode>, Vec<IdentifiedHarmonic>) {
+    let mut modes = Vec::new();
+    let mut harmonics = Vec::new();
+    for mode in all {
+        match mode.to_harmonic() {
+            Some(harmonic) => harmonics.push(harmonic),
+            None => modes.push(mode),
+        }
+    }
+    (modes, harmonics)
+}
+
+/// What a method that starts from signals answers.
+pub struct SignalIdentification {
+    /// Modes.
+    pub modes: Vec<IdentifiedMode>,
+    /// Lines of running speed.
+    pub harmonics: Vec<IdentifiedHarmonic>,
+    /// How they were told from other poles.
+    pub selection_rule: String,
+    /// Poles of all orders, peaks, orders tried, or the course of the modes.
+    pub evidence: Evidence,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// What modes rest on.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "one of them per answer")]
+pub enum Evidence {
+    /// The fit, with every number of poles that was tried.
+    Rational(RationalFit),
+    /// Poles of all orders.
+    Diagram(StabilisationDiagram),
+    /// Peaks that were looked at one by one.
+    Peaks(PeakPicking),
+    /// Orders that were tried.
+    Orders(OrderSelection),
+    /// Modes that change.
+    Tracking(ModeTracking),
+}
+
+/// A stabilisation diagram.
+#[derive(Debug, Default)]
+pub struct StabilisationDiagram {
+    /// Poles by order, then frequency.
+    pub poles: Vec<StabilisationPole>,
+    /// Lines, Hz, and a level over them that peaks at modes.
+    pub level: (Vec<f64>, Vec<f64>),
+    /// Poles chosen from it, rad/s, that turned out to be no modes, and why.
+    pub omitted: Vec<(Complex, &'static str)>,
+}
+
+/// Peaks, and the level they stand on.
+#[derive(Debug, Default)]
+pub struct PeakPicking {
+    /// One for each peak.
+    pub peaks: Vec<PickedPeak>,
+    /// Lines, Hz, and the level.
+    pub level: (Vec<f64>, Vec<f64>),
+    /// Further levels over the same lines: the singular values below the largest.
+    pub below: Vec<Vec<f64>>,
+}
+
+/// A peak.
+#[derive(Debug, Clone, Default)]
+pub struct PickedPeak {
+    /// Where it stands, Hz.
+    pub frequency_hz: f64,
+    /// Its power over that of the higher valley next to it.
+    pub prominence: Option<f64>,
+    /// Natural frequency, Hz, and damping ratio by half power.
+    pub half_power: Option<(f64, f64)>,
+    /// The lines about it with its shape, and their decay, where damping is told from these.
+    pub bell: Option<SdofBell>,
+    /// Why it is not reported as a mode; empty where it is.
+    pub reason: String,
+}
+
+/// Orders of difference equations, and what the residuals of the chosen one tell.
+#[derive(Debug)]
+pub struct OrderSelection {
+    /// The order taken.
+    pub chosen: ModelStructure,
+    /// All that were tried, the output without any model first.
+    pub candidates: Vec<OrderCandidate>,
+    /// Roots inside the band that are no modes, and why.
+    pub omitted: Vec<(ModalParameters, &'static str)>,
+    /// Tests of the residuals: what was tested, and how often chance gives as much.
+    pub tests: Vec<(&'static str, ResidualTest)>,
+}
+
+/// Modes in the course of the record.
+#[derive(Debug)]
+pub struct ModeTracking {
+    /// Seconds from the first sample at which the model was looked at.
+    pub time_s: Vec<f64>,
+    /// Modes over these instants: those that begin first, then by frequency.
+    pub tracks: Vec<ModeTrack>,
+    /// Orders and memories that were tried.
+    pub trials: Vec<MemoryTrial>,
+    /// The one taken.
+    pub chosen: MemoryTrial,
+    /// Samples a second.
+    pub rate_hz: f64,
+}
+
+impl ModeTracking {
+    /// The memory of a trial, s; `None` where nothing is forgotten.
+    pub fn memory_s(&self, trial: &MemoryTrial) -> Option<f64> {
+        (trial.memory.is_finite()).then(|| trial.memory / self.rate_hz)
+    }
+}

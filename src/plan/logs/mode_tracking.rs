@@ -1,0 +1,131 @@
+//! Modes that change in time: recursive least squares, modes joined to tracks.
+
+use super::frf_modes::is_in_band;
+use super::identification_result::{Evidence, IdentifiedMode, ModeTracking, SignalIdentification};
+use super::identify_study::IdentifyStudy;
+use super::method::{IdentificationMethod, structure_text};
+use super::segment_samples::SegmentSamples;
+use super::time_series::{
+    MAX_ITERATIVE_ORDER, check_cost, rejection_reason, residual_warning, root_rule_text,
+    to_io_data, whiteness_test,
+};
+use crate::base::error::{Diagnostic, Error};
+use crate::identify::modal_parameters::ModalParameters;
+use crate::identify::series::model::PolynomialModel;
+use crate::identify::series::model_trajectory::{INSTANTS, ModeTrack, mode_tracks, track_model};
+
+/// Share of the instants at which a mode is found, at least.
+const MIN_TRACK_SHARE: f64 = 0.05;
+
+/// Follows an output, the last channel of the record, with an input, the first of two.
+///
+/// # Errors
+/// Those of the recursion: too few samples, a memory too short.
+pub fn identify_tracking(
+    samples: &SegmentSamples,
+    band_hz: (f64, f64),
+    study: &IdentifyStudy,
+) -> Result<SignalIdentification, Error> {
+    let segment_samples = to_io_data(samples)?;
+    let orders: Vec<usize> = match study.order {
+        Some(modes) => {
+            check_cost(
+                IdentificationMethod::Rls,
+                2 * modes,
+                segment_samples.output().len(),
+            )?;
+            vec![2 * modes]
+        }
+        None => (2..=MAX_ITERATIVE_ORDER).step_by(2).collect(),
+    };
+    let memory = study.memory_s.map(|t| t * segment_samples.rate_hz());
+    let course = track_model(&segment_samples, &orders, memory)?;
+    let mut diagnostics = samples.diagnostics.clone();
+    let is_noise = course.chosen.error_variance >= course.output_variance;
+    if is_noise {
+        diagnostics.push(Diagnostic {
+            code: "no-mode",
+            message: "no model predicts the output better than its mean: it is noise, as far as this method sees".into(),
+            hint: Some("look whether the channel is the right one; take a longer record".into()),
+        });
+    }
+    if !is_noise {
+        let fitted = course.instants.last().map_or(0, |(_, model)| model.a.len());
+        diagnostics.extend(residual_warning(
+            "white",
+            &whiteness_test(&course.errors, fitted)?,
+        ));
+    }
+    let is_last = course.chosen.structure == course.highest && orders.len() > 1;
+    if is_last && !is_noise {
+        diagnostics.push(Diagnostic {
+            code: "order-limit",
+            message: format!(
+                "the error of prediction still falls at {}, where the search ends",
+                structure_text(course.highest)
+            ),
+            hint: Some("state a higher --order, or narrow the --band".into()),
+        });
+    }
+    let modes = |model: &PolynomialModel| -> Result<Vec<ModalParameters>, Error> {
+        let all = model.modes()?.into_iter().zip(model.mode_shares()?);
+        Ok(all
+            .filter(|(m, shares)| {
+                is_in_band(m.pole, band_hz) && rejection_reason(m, *shares).is_none()
+            })
+            .map(|(m, _)| m)
+            .collect())
+    };
+    let modes = (course.instants.iter())
+        .map(|(_, model)| {
+            if is_noise {
+                Ok(Vec::new())
+            } else {
+                modes(model)
+            }
+        })
+        .collect::<Result<Vec<_>, Error>>()?;
+    let least = ((MIN_TRACK_SHARE * modes.len() as f64).ceil() as usize).max(2);
+    let mut tracks = mode_tracks(&modes, least);
+    let begins = |t: &ModeTrack| (t.points[0].0, t.points[0].1.frequency_hz());
+    tracks.sort_by(|a, b| {
+        let (a, b) = (begins(a), begins(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    let last = modes.len().saturating_sub(1);
+    let mut at_end: Vec<IdentifiedMode> = (tracks.iter().filter_map(|t| t.points.last()))
+        .filter(|(at, _)| *at == last)
+        .map(|(_, mode)| IdentifiedMode::from(mode.clone()))
+        .collect();
+    at_end.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    let rule = format!(
+        "{} with a memory of {}, {}; looked at {INSTANTS} times; {}; joined where it moves by less than 5 % or three standard \
+         deviations, and shown where it lasts for {:.0} % of the record",
+        structure_text(course.chosen.structure),
+        match course.chosen.memory.is_finite() {
+            true => format!("{:.4} s", course.chosen.memory / segment_samples.rate_hz()),
+            false => "the whole record".to_string(),
+        },
+        match (study.order, study.memory_s) {
+            (Some(_), Some(_)) => "as asked",
+            (Some(_), None) => "the memory by the smallest error of prediction",
+            (None, Some(_)) => "the order by the smallest error of prediction",
+            (None, None) => "both by the smallest error of prediction",
+        },
+        root_rule_text(),
+        100.0 * MIN_TRACK_SHARE
+    );
+    Ok(SignalIdentification {
+        modes: at_end,
+        harmonics: Vec::new(),
+        selection_rule: rule,
+        evidence: Evidence::Tracking(ModeTracking {
+            time_s: course.instants.iter().map(|i| i.0).collect(),
+            tracks,
+            trials: course.trials,
+            chosen: course.chosen,
+            rate_hz: segment_samples.rate_hz(),
+        }),
+        diagnostics,
+    })
+}

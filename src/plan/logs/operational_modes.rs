@@ -1,0 +1,250 @@
+//! Operational modal analysis: SSI with automatic selection, or FDD peaks.
+
+use std::f64::consts::TAU;
+
+use super::identification_result::{
+    Evidence, IdentifiedHarmonic, IdentifiedMode, PeakPicking, PickedPeak, SignalIdentification,
+    split_harmonics,
+};
+use super::identify_study::IdentifyStudy;
+use super::method::IdentificationMethod;
+use super::running::{
+    SpeedOrders, evenly_spaced, harmonic_warning, is_on, is_sine, order_warning, series_warning,
+};
+use super::segment_samples::SegmentSamples;
+use super::subspace::from_ssi;
+use crate::base::error::{Diagnostic, Error};
+use crate::identify::modal_parameters::ModalParameters;
+use crate::identify::operational::fdd::{self, FddEstimate, fdd};
+use crate::identify::operational::harmonics::RunningSpeed;
+use crate::identify::operational::realisation::Weighting;
+use crate::identify::operational::response_channels::ResponseChannels;
+use crate::identify::operational::sines::take_out_constant;
+use crate::identify::operational::ssi;
+use crate::identify::series::residuals::ljung_box;
+use crate::numeric::Complex;
+use crate::spectrum::tones::Tone;
+
+/// Orders of the running speed that are looked for: 1 to this; meshes beyond are seen by their distribution.
+const MAX_SPEED_ORDER: usize = 10;
+
+/// How far the speed is taken to stray, relative: what an unregulated motor slips under load.
+const SPEED_TOLERANCE: f64 = 0.005;
+
+/// Identifies from the channels of a record.
+///
+/// # Errors
+/// Those of the method: channels without signal, a record too short.
+pub fn identify_operational(
+    method: IdentificationMethod,
+    segment_samples: &SegmentSamples,
+    band_hz: (f64, f64),
+    study: &IdentifyStudy,
+) -> Result<SignalIdentification, Error> {
+    let mut samples = segment_samples.samples.clone();
+    let tones = take_out_constant(segment_samples.rate_hz, &mut samples)?;
+    let samples: Vec<&[f64]> = samples.iter().map(Vec::as_slice).collect();
+    let channels = ResponseChannels::new(&samples, segment_samples.rate_hz)?;
+    let running_speed = study.speed_hz.map(|speed_hz| RunningSpeed {
+        speed_hz,
+        orders: (1..=MAX_SPEED_ORDER).map(|k| k as f64).collect(),
+        tolerance: SPEED_TOLERANCE,
+    });
+    let options = fdd::FddOptions {
+        segment: None,
+        band_hz: study.band_hz,
+        running_speed: running_speed.clone(),
+    };
+    let orders = SpeedOrders {
+        speed: running_speed.as_ref(),
+        tones: &tones,
+        line_hz: segment_samples.rate_hz / channels.n_samples() as f64,
+    };
+    let mut found = match method {
+        IdentificationMethod::Fdd | IdentificationMethod::Efdd => {
+            from_fdd(method, fdd(&channels, &options)?, &orders)
+        }
+        _ => {
+            let options = ssi::SsiOptions {
+                band_hz: study.band_hz,
+                weighting: match method {
+                    IdentificationMethod::SsiData => Weighting::Projection,
+                    _ => Weighting::Covariances,
+                },
+                speed: running_speed.clone(),
+            };
+            let poles = ssi::identify(&channels, &options)?;
+            // Behind the diagram only; a record too short for it still has poles.
+            let level = fdd(&channels, &fdd::FddOptions::default()).ok();
+            from_ssi(poles, &orders, level, band_hz)
+        }
+    };
+    found
+        .diagnostics
+        .extend(segment_samples.diagnostics.iter().cloned());
+    found.selection_rule += &match study.speed_hz {
+        Some(speed) => format!(
+            "; sines are taken out before; what is within {} % of an order 1 to {MAX_SPEED_ORDER} of {speed:.4} Hz and not damped beside a sine taken out there, or distributed like a sine, is no mode",
+            100.0 * SPEED_TOLERANCE
+        ),
+        None => {
+            "; sines are taken out before, and what is distributed like one is no mode".to_string()
+        }
+    };
+    let evenly = evenly_spaced(&tones, &found.modes, orders.line_hz);
+    let on_series: Vec<IdentifiedMode>;
+    (on_series, found.modes) =
+        (found.modes.into_iter()).partition(|m| !is_sine(m) && is_on(&evenly, m, orders.line_hz));
+    found.diagnostics.extend(series_warning(&evenly));
+    let mut poles;
+    (found.modes, poles) = split_harmonics(found.modes);
+    poles.extend(on_series.iter().map(IdentifiedMode::listed_as_harmonic));
+    let inside = |t: &&Tone| (band_hz.0..=band_hz.1).contains(&t.frequency_hz);
+    let of_tone = |t: &Tone| IdentifiedHarmonic {
+        frequency_hz: t.frequency_hz,
+        order: running_speed.as_ref().and_then(|r| r.order(t.frequency_hz)),
+        amplitude: t.amplitude.clone(),
+        probability: Some(t.probability),
+        envelope_kurtosis: None,
+    };
+    found.harmonics = tones
+        .iter()
+        .filter(inside)
+        .map(of_tone)
+        .chain(poles)
+        .collect();
+    (found.harmonics).sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    if let Some(order) = study.order {
+        let of = |m: &IdentifiedMode| m.presence.unwrap_or(0.0);
+        found.modes.sort_by(|a, b| of(b).total_cmp(&of(a)));
+        found.modes.truncate(order);
+        let by_frequency =
+            |a: &IdentifiedMode, b: &IdentifiedMode| a.frequency_hz().total_cmp(&b.frequency_hz());
+        found.modes.sort_by(by_frequency);
+    }
+    if !found.modes.is_empty()
+        && (is_only_sines(&segment_samples.samples, &samples) || is_white(&samples)?)
+    {
+        found.modes.clear();
+    }
+    if found.modes.is_empty() {
+        found.diagnostics.push(Diagnostic {
+            code: "no-mode",
+            message: "no mode stands out of the noise".to_string(),
+            hint: Some(
+                "take a longer record, another --band, or --method fdd, which shows the peaks"
+                    .to_string(),
+            ),
+        });
+    }
+    found.diagnostics.extend(harmonic_warning(&found.harmonics));
+    found.diagnostics.extend(order_warning(&found.modes));
+    Ok(found)
+}
+
+/// Whether sines are all there is, to the digits that logs are written with.
+fn is_only_sines(whole: &[Vec<f64>], left: &[&[f64]]) -> bool {
+    const RELATIVE_RESOLUTION: f64 = 1e-6;
+    let deviation = |samples: &[f64]| {
+        let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+        samples
+            .iter()
+            .map(|x| (x - mean).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    (whole.iter().zip(left))
+        .all(|(whole, left)| deviation(left) < RELATIVE_RESOLUTION * deviation(whole))
+}
+
+/// Whether every channel is white noise, in which nothing resonates.
+fn is_white(samples: &[&[f64]]) -> Result<bool, Error> {
+    const WHITENESS_LAGS: usize = 100;
+    const WHITENESS_LEVEL: f64 = 1e-3;
+    for channel in samples {
+        let lags = WHITENESS_LAGS.min(channel.len() / 4);
+        if lags == 0 || ljung_box(channel, lags, 0)?.probability < WHITENESS_LEVEL {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// The other singular values, the larger first.
+fn lower_values(found: &FddEstimate) -> Vec<Vec<f64>> {
+    let count = found.singular_values.first().map_or(0, Vec::len);
+    (1..count)
+        .map(|k| found.singular_values.iter().map(|v| v[k]).collect())
+        .collect()
+}
+
+fn from_fdd(
+    method: IdentificationMethod,
+    found: FddEstimate,
+    orders: &SpeedOrders,
+) -> SignalIdentification {
+    let mut modes = Vec::new();
+    let mut peaks = Vec::new();
+    let line_hz = found.frequency_hz.get(1).copied().unwrap_or(0.0);
+    for peak in &found.peaks {
+        let half_width_hz = peak.mode.as_ref().map_or(0.0, |m| m.pole.re.abs() / TAU);
+        let reason = match () {
+            () if peak.bell.is_none() => "fewer than four lines beside it share its shape",
+            () if half_width_hz < line_hz
+                && orders.is_near_removed_sine(peak.frequency_hz, line_hz) =>
+            {
+                "beside a sine that was taken out, and no wider than a line"
+            }
+            () => "",
+        };
+        let bell = peak
+            .mode
+            .clone()
+            .filter(|_| method == IdentificationMethod::Efdd);
+        peaks.push(PickedPeak {
+            frequency_hz: peak.frequency_hz,
+            prominence: Some(peak.prominence),
+            half_power: None,
+            bell: peak
+                .bell
+                .clone()
+                .filter(|_| method == IdentificationMethod::Efdd),
+            reason: reason.to_string(),
+        });
+        if !reason.is_empty() {
+            continue;
+        }
+        let mut harmonic = peak.indicator.clone();
+        let on_order = orders.coincident_order(&mut harmonic, half_width_hz);
+        let undamped = || ModalParameters {
+            pole: Complex::new(0.0, TAU * peak.frequency_hz),
+            pole_covariance: None,
+            shape: peak.shape.clone(),
+        };
+        modes.push(IdentifiedMode {
+            has_damping: bell.is_some(),
+            indicator: Some(harmonic),
+            on_order,
+            ..IdentifiedMode::from(bell.unwrap_or_else(undamped))
+        });
+    }
+    let rule = match method {
+        IdentificationMethod::Efdd => {
+            "peaks of the largest singular value that stand out of their valleys, over a width of their own, beyond chance, with lines of one shape about them; damping from the decay of each peak's bell"
+        }
+        _ => {
+            "peaks of the largest singular value that stand out of their valleys, over a width of their own, beyond chance, with lines of one shape about them; it tells no damping"
+        }
+    };
+    SignalIdentification {
+        modes,
+        harmonics: Vec::new(),
+        selection_rule: rule.to_string(),
+        evidence: Evidence::Peaks(PeakPicking {
+            peaks,
+            below: lower_values(&found),
+            level: found.largest_values(),
+        }),
+        diagnostics: Vec::new(),
+    }
+}

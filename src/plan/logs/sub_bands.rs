@@ -1,0 +1,129 @@
+//! pLSCF by overlapping sub-bands of a wide band; modes kept where two sub-bands agree.
+//!
+//! One polynomial over many lines spends its order on what is large and sees little of the rest; over a part it sees all, and
+//! what noise makes it see besides differs from part to part. So every line lies in two parts, and a mode is what both find.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::base::error::Error;
+use crate::identify::modal::candidates::OrderPoles;
+use crate::identify::modal::measured_frf::MeasuredFrf;
+use crate::identify::modal::plscf::{PlscfOptions, plscf as poles};
+use crate::identify::modal::selection::{SelectedMode, SelectionRule, select_modes};
+
+/// Lines of half a part: thirty for each coefficient of the highest order in a whole one.
+const HALF_BAND_LINES: usize = 1200;
+
+/// With fewer halves the band is not wide.
+const MIN_HALF_BANDS: usize = 5;
+
+/// A segment of the lines.
+pub struct SubBand<'a> {
+    lines: MeasuredFrf<'a>,
+}
+
+impl SubBand<'_> {
+    fn contains(&self, frequency_hz: f64) -> bool {
+        let (low, high) = self.lines.band_limits_hz();
+        (low..=high).contains(&frequency_hz)
+    }
+
+    /// How far a frequency is from the middle.
+    fn distance_from_centre(&self, frequency_hz: f64) -> f64 {
+        let (low, high) = self.lines.band_limits_hz();
+        (frequency_hz - 0.5 * (low + high)).abs()
+    }
+}
+
+/// The parts of a band wide enough to have some: halves and pairs of neighbours, so that every line lies in two.
+pub fn sub_bands<'a>(measured: &MeasuredFrf<'a>) -> Option<Vec<SubBand<'a>>> {
+    let lines = measured.frequency_hz();
+    let halves = lines.len() / HALF_BAND_LINES;
+    if halves < MIN_HALF_BANDS {
+        return None;
+    }
+    let edge = |h: usize| (h * lines.len() / halves).min(lines.len() - 1);
+    let part = |(from, to): (usize, usize)| {
+        let lines = measured.band(lines[edge(from)], lines[edge(to)]).ok()?;
+        Some(SubBand { lines })
+    };
+    let pairs = (0..halves - 1).map(|h| (h, h + 2));
+    std::iter::once((0, 1))
+        .chain(pairs)
+        .chain([(halves - 1, halves)])
+        .map(part)
+        .collect()
+}
+
+/// Poles of all orders, and the modes that two parts agree about, each by the part in whose middle it lies.
+///
+/// # Errors
+/// As [`poles`].
+pub fn plscf_by_sub_band(
+    bands: &[SubBand],
+    rule: &SelectionRule,
+) -> Result<(Vec<OrderPoles>, Vec<SelectedMode>), Error> {
+    let mut all: Vec<OrderPoles> = Vec::new();
+    let mut found: Vec<Vec<SelectedMode>> = Vec::new();
+    for (k, band) in bands.iter().enumerate() {
+        let orders = poles(&band.lines, &PlscfOptions::default())?;
+        found.push(select_modes(
+            &orders,
+            band.lines.frequency_resolution_hz(),
+            rule,
+        ));
+        for (at, order) in orders.into_iter().enumerate() {
+            let own = |f: f64| nearest(bands, f) == Some(k);
+            let kept = order
+                .poles
+                .into_iter()
+                .filter(|p| own(p.pole.im / TAU))
+                .collect();
+            match all.get_mut(at) {
+                Some(known) => {
+                    let before = std::mem::take(&mut known.poles);
+                    *known = OrderPoles::new(known.order, [before, kept].concat());
+                }
+                None => all.push(OrderPoles::new(order.order, kept)),
+            }
+        }
+    }
+    let mut modes = Vec::new();
+    for (k, own) in found.iter().enumerate() {
+        for mode in own {
+            let f = mode.mode.damped_frequency_hz();
+            let others = (0..bands.len()).filter(|&o| o != k && bands[o].contains(f));
+            let agree = others.into_iter().any(|o| {
+                let reach = |m: &SelectedMode| {
+                    m.mode.pole.re.abs() + PI * bands[o].lines.frequency_resolution_hz()
+                };
+                (found[o].iter()).any(|m| {
+                    (m.mode.pole - mode.mode.pole).norm()
+                        < rule.cluster_cut * (reach(m) + reach(mode))
+                })
+            });
+            if agree && nearest(bands, f) == Some(k) {
+                modes.push(mode.clone());
+            }
+        }
+    }
+    modes.sort_by(|a, b| a.mode.pole.norm().total_cmp(&b.mode.pole.norm()));
+    Ok((all, modes))
+}
+
+/// The part in whose middle a frequency lies.
+fn nearest(bands: &[SubBand], frequency_hz: f64) -> Option<usize> {
+    let off = |&k: &usize| bands[k].distance_from_centre(frequency_hz);
+    (0..bands.len())
+        .filter(|&k| bands[k].contains(frequency_hz))
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+}
+
+/// The rule as a sentence.
+pub fn rule_text(bands: &[SubBand], rule: &SelectionRule) -> String {
+    let count = bands.len();
+    format!(
+        "{count} parts of the band, every line in two of them, which must agree; in each {}",
+        rule.rule_text()
+    )
+}

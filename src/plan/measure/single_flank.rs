@@ -1,0 +1,246 @@
+//! Single-flank record predicted from pitch and profile, and pitch from a measured record.
+
+use super::charts::{ChartEvaluation, ChartPlot};
+use super::grading::FlankSide;
+use crate::base::error::Error;
+use crate::gear::measurement::composite::SingleFlankRecord;
+use crate::gear::measurement::deviation::GearDeviation;
+use crate::gear::measurement::estimate::Estimate;
+use crate::gear::measurement::pitch::{PitchDeviations, PitchMethod};
+use crate::gear::measurement::unloaded_te::{self, FlankDeviations};
+use crate::scene::measured_gear::{ChartKind, MeasuredChart};
+
+/// Samples of a predicted record in a pitch.
+const PER_PITCH: usize = 100;
+
+/// Why no record is predicted, where none is.
+///
+/// # Errors
+/// The reason.
+pub fn predict_single_flank(evaluation: &mut ChartEvaluation) -> Result<(), String> {
+    let gear = &evaluation.gear.gear;
+    if gear.helix != 0.0 {
+        return Err(
+            "a helical gear touches along slanting lines, which one profile does not tell".into(),
+        );
+    }
+    let (base_pitch, cosine) = (gear.base_pitch(), gear.transverse_pressure_angle().cos());
+    let mut records = Vec::new();
+    let mut why = None;
+    for side in [FlankSide::Left, FlankSide::Right] {
+        let Some((deviations, profile)) = charts_of(&evaluation.results.plots, side) else {
+            continue;
+        };
+        match single_flank_record(
+            side,
+            gear.internal,
+            deviations,
+            &profile,
+            base_pitch,
+            cosine,
+        ) {
+            Ok(record) => records.push((side, record)),
+            Err(error) => why = Some(error.message),
+        }
+    }
+    if records.is_empty() {
+        return Err(why.unwrap_or("needs pitch and profile charts of one side".into()));
+    }
+    let teeth = gear.teeth as usize;
+    for (side, values) in records {
+        let Ok(record) = SingleFlankRecord::new(&values, 1, teeth, true) else {
+            continue;
+        };
+        let split = record.split_by_order();
+        for (deviation, value) in [
+            (GearDeviation::SingleFlankTotal, record.total_deviation()),
+            (
+                GearDeviation::SingleFlankTooth,
+                record.ranges_per_pitch().sliding,
+            ),
+            (GearDeviation::SingleFlankShort, split.short_ranges.sliding),
+        ] {
+            let estimate = Estimate { value, std: None };
+            let found = "expected from pitch and profile";
+            let row = evaluation
+                .grader
+                .grade_predicted(deviation, side, found, estimate);
+            evaluation.results.values.push(row);
+        }
+        evaluation.results.plots.push(ChartPlot::Record {
+            side,
+            is_double: false,
+            predicted: true,
+            turns: 1,
+            long: split.long,
+            values,
+        });
+    }
+    Ok(())
+}
+
+/// Profiles of one side, over the range that rolls with a mate.
+struct ProfileTraces {
+    along: Vec<f64>,
+    traces: Vec<Vec<f64>>,
+}
+
+fn charts_of(plot: &[ChartPlot], wanted: FlankSide) -> Option<(&PitchDeviations, ProfileTraces)> {
+    let deviations = plot.iter().find_map(|d| match d {
+        ChartPlot::Pitch { side, deviations } if *side == wanted => Some(deviations),
+        _ => None,
+    })?;
+    let profile_traces = plot.iter().find_map(|d| match d {
+        ChartPlot::Traces {
+            side,
+            is_profile: true,
+            along,
+            active: (from, to),
+            traces,
+            ..
+        } if *side == wanted => {
+            // A border meant to be on a point may miss it by rounding.
+            let slack = 1e-9 * (to - from);
+            let first = along.partition_point(|&x| x < from - slack);
+            let end = along.partition_point(|&x| x <= to + slack);
+            let part = |values: &[f64]| values[first..end].to_vec();
+            Some(ProfileTraces {
+                along: part(along),
+                traces: traces.iter().map(|t| part(&t.1)).collect(),
+            })
+        }
+        _ => None,
+    })?;
+    Some((deviations, profile_traces))
+}
+
+/// The record along the reference circle. Right flanks come into mesh, the length of roll rising, in falling order. A flank that stands
+/// further on is surplus on a right flank and want on a left one; of an internal gear, whose right flanks face the other way, it is
+/// the other way round.
+fn single_flank_record(
+    side: FlankSide,
+    internal: bool,
+    deviations: &PitchDeviations,
+    profile: &ProfileTraces,
+    base_pitch: f64,
+    cosine: f64,
+) -> Result<Vec<f64>, Error> {
+    let teeth = deviations.teeth();
+    let ProfileTraces { along, traces } = profile;
+    let mut profiles = match traces.len() == teeth {
+        true => traces.clone(),
+        // Of the teeth that were measured, for all.
+        false => {
+            let mean = |i: usize| traces.iter().map(|t| t[i]).sum::<f64>() / traces.len() as f64;
+            vec![(0..along.len()).map(mean).collect()]
+        }
+    };
+    let mut places: Vec<f64> = deviations.flank_positions();
+    let is_right = side == FlankSide::Right;
+    if is_right {
+        places.reverse();
+        profiles.reverse();
+    }
+    if is_right == internal {
+        places.iter_mut().for_each(|x| *x = -*x);
+    }
+    places.iter_mut().for_each(|x| *x *= cosine);
+    let flank_deviations = FlankDeviations {
+        pitch_surplus: &places,
+        along,
+        profiles: &profiles,
+    };
+    let record = unloaded_te::te_against_master(&flank_deviations, base_pitch, PER_PITCH)?;
+    Ok(record.into_iter().map(|e| e / cosine).collect())
+}
+
+/// What measured single-flank records say of pitch, where they state when tooth 1 comes into contact.
+///
+/// # Errors
+/// Why nothing can be told.
+pub fn pitch_from_single_flank(
+    evaluation: &mut ChartEvaluation,
+    charts: &[MeasuredChart],
+) -> Result<(), String> {
+    let told = |chart: &MeasuredChart| match chart.kind {
+        ChartKind::SingleFlank {
+            turns: 1,
+            first_contact: Some(angle),
+            ..
+        } => Some((angle, chart.std)),
+        _ => None,
+    };
+    let Some((angle, std)) = charts.iter().find_map(told) else {
+        return Err("needs a single-flank chart of one turn with `first_contact`".into());
+    };
+    let Some(overlap) = evaluation.gear.contact_ratio else {
+        return Err("needs `contact_ratio`, to know where one pair alone touches".into());
+    };
+    let gear = &evaluation.gear.gear;
+    if gear.helix != 0.0 {
+        return Err("a helical gear touches along slanting lines".into());
+    }
+    let teeth = gear.teeth as usize;
+    let mut found = Vec::new();
+    for plot in &evaluation.results.plots {
+        if let ChartPlot::Record {
+            side,
+            is_double: false,
+            predicted: false,
+            values,
+            ..
+        } = plot
+        {
+            let record = align_to_contact(values, angle, teeth);
+            let parts = unloaded_te::separate_pitch_and_profile(&record, teeth, overlap, std)
+                .map_err(|e| e.message)?;
+            let places: Vec<f64> = parts.places.iter().map(|p| p.value).collect();
+            let one = parts.places.first().and_then(|p| p.std);
+            let deviations = PitchDeviations::new(&places, PitchMethod::Index, teeth, one)
+                .map_err(|e| e.message)?;
+            found.push((*side, deviations, parts.rest));
+        }
+    }
+    for (side, deviations, rest) in found {
+        let how = "from the single-flank record";
+        for (deviation, value) in [
+            (
+                GearDeviation::SinglePitch,
+                deviations.single_pitch().estimate,
+            ),
+            (
+                GearDeviation::CumulativePitch,
+                deviations.cumulative_total().estimate,
+            ),
+        ] {
+            let size = Estimate {
+                value: value.value.abs(),
+                ..value
+            };
+            let row = evaluation
+                .grader
+                .grade_predicted(deviation, side, how, size);
+            evaluation.results.values.push(row);
+        }
+        evaluation.results.notes.push(format!(
+            "pitch {how}: where one pair alone touches; single teeth differ from place and mean profile by up to {:.2} µm. Not \
+             determined: the profile where two pairs could touch, a height common to all teeth, what belongs to the master",
+            1e6 * rest
+        ));
+    }
+    Ok(())
+}
+
+/// A record over one turn, begun at an angle and with the same whole number of samples in every pitch; straight between samples.
+fn align_to_contact(values: &[f64], angle: f64, teeth: usize) -> Vec<f64> {
+    let n = values.len();
+    let per_pitch = (n / teeth).max(2);
+    let first = angle.rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU * n as f64;
+    let sample = |i: usize| {
+        let at = first + i as f64 * n as f64 / (per_pitch * teeth) as f64;
+        let (whole, part) = (at.floor() as usize, at - at.floor());
+        let (a, b) = (values[whole % n], values[(whole + 1) % n]);
+        a + part * (b - a)
+    };
+    (0..per_pitch * teeth).map(sample).collect()
+}

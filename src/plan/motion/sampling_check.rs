@@ -1,0 +1,109 @@
+//! Check that the samples of an output resolve its oscillation, by mean slope over deviation.
+
+use std::f64::consts::TAU;
+
+use super::simulation_setup::SimulationSetup;
+use crate::motion::problem::OdeProblem;
+use crate::motion::regime::Regime;
+
+/// Instants looked at, at most: a slope costs an evaluation of the equations.
+const MAX_EVALUATIONS: usize = 256;
+
+/// Share of the time between two samples over which a slope is taken.
+const SLOPE_STEP: f64 = 1e-4;
+
+/// Share of an output's size below which its swings are nothing next to it.
+const MIN_RELATIVE_AMPLITUDE: f64 = 1e-3;
+
+/// Fewest samples that tell anything of a course.
+const MIN_SAMPLES: usize = 4;
+
+/// Looks at outputs while a motion runs.
+///
+/// For a sine the mean size of the slope over the mean deviation is its ω, wherever the samples lie in its period; so what is as fast
+/// as the samples, or much faster, is seen, where a look at the samples alone would take it for something slow. A jump counts by
+/// its height and no more. What repeats exactly from sample to sample with no slope there cannot be seen.
+pub struct SamplingCheck {
+    /// Between two samples, s.
+    spacing: f64,
+    /// Of so many samples one is looked at.
+    stride: usize,
+    seen: usize,
+    /// Of each output, where looked at.
+    values: Vec<Vec<f64>>,
+    /// Of each output, the sum of the sizes of its slopes.
+    slopes: Vec<f64>,
+}
+
+/// An output whose samples do not follow it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UndersampledOutput {
+    /// Its number.
+    pub output: usize,
+    /// Samples in a period of a sine that goes so far.
+    pub per_period: f64,
+}
+
+impl SamplingCheck {
+    /// For the samples of a scene.
+    pub fn new(scene: &SimulationSetup) -> SamplingCheck {
+        let outputs = scene.outputs.list.len();
+        SamplingCheck {
+            spacing: scene.end_time / scene.samples as f64,
+            stride: scene.samples / MAX_EVALUATIONS + 1,
+            seen: 0,
+            values: vec![Vec::new(); outputs],
+            slopes: vec![0.0; outputs],
+        }
+    }
+
+    /// Takes the next sample: the state, how everything stands and the outputs there.
+    pub fn push(
+        &mut self,
+        scene: &SimulationSetup,
+        (t, y): (f64, &[f64]),
+        regime: Option<&Regime>,
+        now: &[f64],
+    ) {
+        let model = &scene.model.model;
+        let due = self.seen.is_multiple_of(self.stride);
+        self.seen += 1;
+        // Where nodes have no inertia the equations give no slope of every state.
+        if !due || model.has_massless() || scene.samples < MIN_SAMPLES {
+            return;
+        }
+        // Nothing switches between the two instants of a slope.
+        let stood = model.output_regime(regime, t, y);
+        let regime = Some(&*stood);
+        let near = SLOPE_STEP * self.spacing;
+        let mut slope = vec![0.0; model.len()];
+        model.derivative_in(regime, t, y, &mut slope);
+        let beyond: Vec<f64> = y.iter().zip(&slope).map(|(y, s)| y + near * s).collect();
+        let then = scene.outputs.evaluate(model, regime, t + near, &beyond);
+        for (at, (now, then)) in now.iter().zip(&then).enumerate() {
+            if then.is_finite() {
+                self.values[at].push(*now);
+                self.slopes[at] += (then - now).abs() / near;
+            }
+        }
+    }
+
+    /// The output that is followed least, where so few samples as `fewest` lie in a period.
+    pub fn worst_output(&self, fewest: f64) -> Option<UndersampledOutput> {
+        let of = |(output, values): (usize, &Vec<f64>)| {
+            let count = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / count;
+            let off = values.iter().map(|x| (x - mean).abs()).sum::<f64>() / count;
+            let size = values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            let turned =
+                self.spacing * self.slopes[output] / count / off.max(MIN_RELATIVE_AMPLITUDE * size);
+            UndersampledOutput {
+                output,
+                per_period: TAU / turned,
+            }
+        };
+        let all = self.values.iter().enumerate().map(of);
+        all.filter(|undersampled_output| undersampled_output.per_period < fewest)
+            .min_by(|a, b| a.per_period.total_cmp(&b.per_period))
+    }
+}

@@ -1,0 +1,254 @@
+//! Columns as seen in the head of a file: unique names, data types, first values.
+
+use std::collections::HashSet;
+
+use super::causal::{self, ComplexColumns};
+use super::time_unit::unit_seconds;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::text;
+use crate::recording::channel_names;
+use crate::recording::text::cells::{self, Cell, CellIter, Separators};
+use crate::recording::text::dialect::CellType;
+use crate::recording::text::frequency_table;
+use crate::recording::text::header::TableHeader;
+
+/// Names of a column of frequencies, folded.
+const FREQUENCY_NAMES: &[&str] = &[
+    "frequency",
+    "freq",
+    "f",
+    "frequenz",
+    "frequency hz",
+    "freq hz",
+    "f hz",
+    "频率",
+    "fréquence",
+    "frecuencia",
+    "hz",
+];
+
+/// Rows of the head that are looked at for rising numbers.
+const PREVIEW_ROWS: usize = 200;
+
+/// The columns with what the head shows of them.
+pub(super) struct ColumnPreview<'a> {
+    pub(super) header: &'a TableHeader,
+    pub(super) types: &'a [CellType],
+    /// What each column is called: names that repeat are numbered.
+    pub(super) names: Vec<String>,
+    /// Numbers of the first rows, by column; NaN for anything else.
+    pub(super) sample: Vec<Vec<f64>>,
+    /// The columns have no names, and by their numbers they are a table of frequency responses.
+    are_responses: bool,
+}
+
+impl<'a> ColumnPreview<'a> {
+    pub(super) fn new(
+        header: &'a TableHeader,
+        types: &'a [CellType],
+        rows: &[&str],
+        separators: Separators,
+    ) -> ColumnPreview<'a> {
+        ColumnPreview {
+            header,
+            types,
+            names: unique_names(header, types.len()),
+            sample: sample_values(rows, separators, types.len(), PREVIEW_ROWS),
+            are_responses: false,
+        }
+    }
+
+    /// Names columns without names that by their numbers are frequency responses over even lines; whether they are.
+    pub(super) fn name_responses(&mut self, rows: &[&str], separators: Separators) -> bool {
+        /// Steps below this are those of a time: a recorder is faster than 20 samples a second, lines are hardly nearer, Hz or s.
+        const MAX_TIME_STEP: f64 = 0.05;
+        let width = self.types.len();
+        let unnamed = self.header.raw_names.iter().all(String::is_empty);
+        let numbers = (0..width).all(|c| self.is_number(c));
+        if !unnamed || !numbers || width < 3 || width.is_multiple_of(2) || !self.is_even(0) {
+            return false;
+        }
+        let first = &self.sample[0];
+        if first[0] < 0.0 || first[1] - first[0] < MAX_TIME_STEP {
+            return false;
+        }
+        let all = sample_values(rows, separators, width, usize::MAX);
+        let pairs = all[1..].chunks_exact(2);
+        let found: Option<Vec<ComplexColumns>> =
+            pairs.map(|p| causal::response(&p[0], &p[1])).collect();
+        let Some(found) = found else {
+            return false;
+        };
+        for (at, columns) in found.into_iter().enumerate() {
+            for (half, ending) in columns.endings().into_iter().enumerate() {
+                self.names[1 + 2 * at + half] = format!("H{}_{ending}", at + 1);
+            }
+        }
+        self.are_responses = true;
+        true
+    }
+
+    pub(super) fn is_named(&self, column: usize, table: &[&str]) -> bool {
+        let name = fold_name(&self.header.names[column]);
+        // `time1`, `Time 2`, `Time_acc` of logs with a clock per channel.
+        let bare = name
+            .trim_end_matches(|c: char| c.is_ascii_digit())
+            .trim_end();
+        let own = !self.header.raw_names[column].is_empty();
+        own && (table.contains(&name.as_str()) || (!bare.is_empty() && table.contains(&bare)))
+    }
+
+    /// Numbers that never fall and rise somewhere, or a single row.
+    pub(super) fn is_rising(&self, column: usize) -> bool {
+        let numbers: Vec<f64> = self.sample[column]
+            .iter()
+            .copied()
+            .filter(|x| x.is_finite())
+            .collect();
+        let last = numbers.len().saturating_sub(1);
+        numbers.windows(2).all(|w| w[1] >= w[0]) && (last == 0 || numbers[last] > numbers[0])
+    }
+
+    /// Whole numbers that rise by one.
+    pub(super) fn is_counting(&self, column: usize) -> bool {
+        let numbers = &self.sample[column];
+        numbers.len() > 1
+            && numbers.windows(2).all(|w| w[1] == w[0] + 1.0)
+            && numbers[0].fract() == 0.0
+    }
+
+    /// Steps alike to half of the largest: a clock, where there is no name to tell.
+    pub(super) fn is_even(&self, column: usize) -> bool {
+        const MIN_ROWS: usize = 8;
+        let steps: Vec<f64> = self.sample[column]
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .collect();
+        let (least, most) = steps
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(a, b), s| (a.min(*s), b.max(*s)));
+        steps.len() + 1 >= MIN_ROWS && least > 0.5 * most && steps.iter().all(|s| s.is_finite())
+    }
+
+    /// Whole numbers.
+    pub(super) fn is_whole(&self, column: usize) -> bool {
+        let numbers = &self.sample[column];
+        numbers.len() > 1 && numbers.iter().all(|x| x.fract() == 0.0)
+    }
+
+    pub(super) fn unit_s(&self, column: usize) -> Option<f64> {
+        unit_seconds(&self.header.units[column])
+    }
+
+    pub(super) fn is_number(&self, column: usize) -> bool {
+        self.types[column] == CellType::Number
+    }
+}
+
+/// Whether the first column holds frequencies.
+pub(super) fn over_frequency(preview: &ColumnPreview<'_>, width: usize) -> bool {
+    let hertz = || preview.header.units[0].trim().eq_ignore_ascii_case("hz");
+    let named = preview.is_named(0, FREQUENCY_NAMES);
+    let complex = preview.types[1..width.max(1)].contains(&CellType::Complex);
+    let unnamed = preview.header.raw_names[0].is_empty();
+    let pairs = || (1..width).all(|c| frequency_table::is_part(&preview.header.names[c]));
+    let sure = named && width > 2 && pairs();
+    let told = named || (unnamed && (hertz() || complex));
+    let found = sure || preview.are_responses || (told && preview.is_rising(0));
+    width > 1 && preview.is_number(0) && found
+}
+
+/// Numbers of the first rows by column.
+fn sample_values(
+    rows: &[&str],
+    separators: Separators,
+    width: usize,
+    most: usize,
+) -> Vec<Vec<f64>> {
+    let mut sample = vec![Vec::new(); width];
+    for row in rows.iter().filter(|r| !r.trim().is_empty()).take(most) {
+        let mut iter = CellIter::new(row.as_bytes(), separators.delimiter);
+        for column in &mut sample {
+            let value = match iter
+                .next()
+                .map(|(_, cell)| cells::parse_cell(cell, separators.decimal))
+            {
+                Some(Cell::Number(value) | Cell::Thousands { value, .. }) => value,
+                _ => f64::NAN,
+            };
+            column.push(value);
+        }
+    }
+    sample
+}
+
+/// The column of a name.
+pub(super) fn column_position(
+    preview: &ColumnPreview<'_>,
+    width: usize,
+    name: &str,
+) -> Result<usize, Error> {
+    let header = preview.header;
+    let by_place = |c: usize| format!("column {}", c + 1) == name;
+    let is_own = |c: &usize| preview.names[*c] == name;
+    (0..width)
+        .find(is_own)
+        .or_else(|| (0..width).find(|c| header.raw_names[*c] == name || by_place(*c)))
+        .or_else(|| {
+            (0..width).find(|c| {
+                !header.names[*c].is_empty() && channel_names::matches(name, &header.names[*c])
+            })
+        })
+        .or_else(|| {
+            channel_names::find_channel(name, &header.names[..width.min(header.names.len())])
+        })
+        .ok_or_else(|| unknown_column(name, &preview.names[..width]))
+}
+
+/// What each column is called: names that repeat are numbered.
+fn unique_names(header: &TableHeader, width: usize) -> Vec<String> {
+    let mut taken = HashSet::new();
+    let own = |column: usize| {
+        let name = column_name(header, column);
+        let numbered = (2..).map(|n| format!("{name} {n}"));
+        let mut all = std::iter::once(name.clone()).chain(numbered);
+        let own = all.find(|n| !taken.contains(n)).unwrap_or(name);
+        taken.insert(own.clone());
+        own
+    };
+    (0..width).map(own).collect()
+}
+
+/// The name a column goes by.
+pub(super) fn column_name(header: &TableHeader, column: usize) -> String {
+    match header.names[column].as_str() {
+        "" => format!("column {}", column + 1),
+        name => name.to_string(),
+    }
+}
+
+fn unknown_column(name: &str, known: &[String]) -> Error {
+    let all = || known.iter().map(String::as_str);
+    let hint = match text::suggestion(name, all()) {
+        Some(near) => format!(
+            "did you mean `{near}`? the columns are {}",
+            text::quoted_list(all())
+        ),
+        None => format!("the columns are {}", text::quoted_list(all())),
+    };
+    Error::new(Code::NoChannel, format!("the log has no column `{name}`")).with_hint(hint)
+}
+
+/// A name in lower case, without signs between words.
+pub(super) fn fold_name(name: &str) -> String {
+    let spaced: String = name
+        .chars()
+        .map(|c| if matches!(c, '_' | '-' | '.') { ' ' } else { c })
+        .collect();
+    spaced
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+        .to_lowercase()
+}

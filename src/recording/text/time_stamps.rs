@@ -1,0 +1,594 @@
+//! Time stamps: numbers, date and time, time of day; converted exactly to seconds since the first.
+
+use super::cells;
+use crate::recording::resolution::Resolution;
+
+/// A date and time as written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct DateTime {
+    date: Option<Date>,
+    /// Nanoseconds since midnight (of the zone written, where one is).
+    clock: Option<i64>,
+    /// Digits of the fraction of a second.
+    digits: u32,
+}
+
+/// A date as written: its order may be in doubt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Date {
+    /// Year, month, day; and whether the day stands first, where it is written with strokes.
+    Known(i64, i64, i64, Option<bool>),
+    /// Two numbers that are day and month, in this order or the other, and the year.
+    Ambiguous(i64, i64, i64),
+}
+
+/// What a column of stamps holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StampFormat {
+    /// Numbers, in a unit.
+    Decimal,
+    /// Date, with or without the time of day.
+    DateTime,
+    /// Date alone.
+    Date,
+    /// Time of day, or since the start.
+    Clock,
+}
+
+const SECOND: i64 = 1_000_000_000;
+const DAY_S: i64 = 86_400;
+
+/// What kind of stamp a cell is; `None` for plain numbers and text.
+pub fn detect_format(cell: &[u8]) -> Option<StampFormat> {
+    let time = parse_date_time(cells::trim_cell(cell))?;
+    Some(match (time.date, time.clock) {
+        (Some(_), Some(_)) => StampFormat::DateTime,
+        (Some(_), None) => StampFormat::Date,
+        (None, _) => StampFormat::Clock,
+    })
+}
+
+/// Digits from the front: their value, how many, and what follows.
+fn digits(text: &[u8]) -> Option<(i64, usize, &[u8])> {
+    let n = text.iter().take_while(|b| b.is_ascii_digit()).count();
+    if n == 0 || n > 9 {
+        return None;
+    }
+    let value = text[..n]
+        .iter()
+        .fold(0, |v, b| 10 * v + i64::from(b - b'0'));
+    Some((value, n, &text[n..]))
+}
+
+fn parse_date_time(cell: &[u8]) -> Option<DateTime> {
+    // The shortest is 1:02; the longest a date with nine digits of a second and a zone.
+    if !cell.first()?.is_ascii_digit() || cell.len() < 4 || cell.len() > 48 {
+        return None;
+    }
+    let (date, rest) = match date(cell) {
+        Some((date, rest)) => (Some(date), rest),
+        None => (None, cell),
+    };
+    let rest = match (date, rest) {
+        (None, rest) => rest,
+        (Some(_), []) => {
+            return Some(DateTime {
+                date,
+                clock: None,
+                digits: 0,
+            });
+        }
+        (Some(_), [b'T' | b't' | b' ' | b'_' | b';' | b',', rest @ ..]) => rest.trim_ascii(),
+        _ => return None,
+    };
+    let (clock, digits) = clock(rest, date.is_some())?;
+    Some(DateTime {
+        date,
+        clock: Some(clock),
+        digits,
+    })
+}
+
+/// A date at the front, and what follows.
+fn date(text: &[u8]) -> Option<(Date, &[u8])> {
+    let (a, a_digits, rest) = digits(text)?;
+    let (&separator, rest) = rest.split_first()?;
+    if !matches!(separator, b'-' | b'/' | b'.' | b' ') {
+        return None;
+    }
+    let (b, named, rest) = match month(rest) {
+        Some((b, rest)) => (b, true, rest),
+        None if separator == b' ' => return None,
+        None => digits(rest)
+            .filter(|d| d.1 <= 2)
+            .map(|d| (d.0, false, d.2))?,
+    };
+    let rest = rest.strip_prefix(&[separator])?;
+    let (c, c_digits, rest) = digits(rest)?;
+    let year = |y: i64, n: usize| match n {
+        4 => Some(y),
+        2 => Some(if y < 70 { 2000 + y } else { 1900 + y }),
+        _ => None,
+    };
+    let found = if a_digits == 4 {
+        (c_digits <= 2 && is_day(a, b, c)).then_some(Date::Known(a, b, c, None))
+    } else {
+        let y = year(c, c_digits)?;
+        let (day_first, month_first) = (is_day(y, b, a), is_day(y, a, b));
+        if named || separator != b'/' {
+            // Points and hyphens: the day is first wherever these are written.
+            day_first.then_some(Date::Known(y, b, a, None))
+        } else if day_first && month_first && a != b {
+            Some(Date::Ambiguous(a, b, y))
+        } else if day_first && month_first {
+            Some(Date::Known(y, b, a, None))
+        } else if day_first {
+            Some(Date::Known(y, b, a, Some(true)))
+        } else {
+            month_first.then_some(Date::Known(y, a, b, Some(false)))
+        }
+    };
+    Some((found?, rest))
+}
+
+/// Whether a month of a year has a day.
+fn is_day(year: i64, month: i64, day: i64) -> bool {
+    let next = match month {
+        12 => days(year + 1, 1, 1),
+        _ => days(year, month + 1, 1),
+    };
+    (1..=12).contains(&month) && (1..=next - days(year, month, 1)).contains(&day)
+}
+
+/// An English month at the front.
+fn month(text: &[u8]) -> Option<(i64, &[u8])> {
+    const MONTHS: &[u8] = b"janfebmaraprmayjunjulaugsepoctnovdec";
+    let word = text.get(..3)?.to_ascii_lowercase();
+    let at = MONTHS.chunks(3).position(|m| m == word.as_slice())?;
+    Some((at as i64 + 1, &text[3..]))
+}
+
+/// A time that fills the text, `of_day` next to a date or since a start: nanoseconds, and digits of its fraction.
+fn clock(text: &[u8], of_day: bool) -> Option<(i64, u32)> {
+    let (a, a_digits, rest) = digits(text)?;
+    let (b, b_digits, rest) = digits(rest.strip_prefix(b":")?)?;
+    if a_digits > 4 || b_digits != 2 || b > 59 {
+        return None;
+    }
+    let (hours, minutes, seconds, rest) = match rest.strip_prefix(b":") {
+        Some(rest) => {
+            let (c, c_digits, rest) = digits(rest)?;
+            if c_digits != 2 || c > 60 {
+                return None;
+            }
+            (a, b, c, rest)
+        }
+        // `01:02.5` has minutes and seconds, `01:02` hours and minutes.
+        None if matches!(rest.first(), Some(b'.' | b',')) => (0, a, b, rest),
+        None => (a, b, 0, rest),
+    };
+    let (fraction, digits, rest) = match rest {
+        [b'.' | b',' | b':', rest @ ..] => {
+            let n = rest.iter().take_while(|b| b.is_ascii_digit()).count();
+            let value = |v: i64, at| 10 * v + rest.get(at).map_or(0, |b| i64::from(b - b'0'));
+            let nano = (0..9).fold(0, |v, at| if at < n { value(v, at) } else { 10 * v });
+            (nano, n.min(9) as u32, &rest[n..])
+        }
+        _ => (0, 0, rest),
+    };
+    let (half_day, zone) = zone(rest.trim_ascii())?;
+    // A day ends at 24:00:00.
+    let past = 3600 * hours + 60 * minutes + seconds > DAY_S;
+    if of_day && (past || (hours == 24 && fraction > 0)) {
+        return None;
+    }
+    let hours = match half_day {
+        Some(_) if !(1..=12).contains(&hours) => return None,
+        Some(afternoon) => hours % 12 + if afternoon { 12 } else { 0 },
+        None => hours,
+    };
+    let seconds = 3600 * hours + 60 * (minutes - zone) + seconds;
+    Some((SECOND * seconds + fraction, digits))
+}
+
+/// What may follow a time: `AM` or `PM`, `Z`, `+01:00`. Whether it is afternoon, and the zone in minutes.
+fn zone(text: &[u8]) -> Option<(Option<bool>, i64)> {
+    match text {
+        b"" | b"Z" | b"z" | b"UTC" => Some((None, 0)),
+        b"AM" | b"am" => Some((Some(false), 0)),
+        b"PM" | b"pm" => Some((Some(true), 0)),
+        [sign @ (b'+' | b'-'), rest @ ..] => {
+            let (hours, n, rest) = digits(rest)?;
+            let minutes = match rest {
+                [] if n == 2 => 60 * hours,
+                [] if n == 4 => 60 * (hours / 100) + hours % 100,
+                [b':', rest @ ..] if n == 2 => {
+                    60 * hours + digits(rest).filter(|d| d.2.is_empty())?.0
+                }
+                _ => return None,
+            };
+            Some((None, if *sign == b'-' { -minutes } else { minutes }))
+        }
+        _ => None,
+    }
+}
+
+/// Days from 1970-01-01 in the Gregorian calendar: 365 a year and the leap days before it, months counted from March.
+fn days(year: i64, month: i64, day: i64) -> i64 {
+    let (y, m) = if month > 2 {
+        (year, month - 3)
+    } else {
+        (year - 1, month + 9)
+    };
+    let leaps = y.div_euclid(4) - y.div_euclid(100) + y.div_euclid(400);
+    365 * y + leaps + (153 * m + 2) / 5 + day - 1 - 719_468
+}
+
+/// Why a cell is no stamp of its column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StampError {
+    /// It cannot be read.
+    NotAStamp,
+    /// Day and month may be either way round.
+    DayOrMonth,
+    /// Day and month stand in the other order than is stated or the stamps before have.
+    OtherOrder,
+}
+
+/// Reads the stamps of one column, in the order of the rows.
+#[derive(Debug)]
+pub struct StampParser {
+    format: StampFormat,
+    /// Seconds of one unit, for numbers.
+    unit_s: f64,
+    decimal: u8,
+    day_first: Option<bool>,
+    stamp: Option<FirstStamp>,
+    /// Days and seconds carried over midnight by a clock without date.
+    wrapped: i64,
+    last: i64,
+    /// One unit of the finest digit, in the unit of the stamps.
+    finest: f64,
+    /// The most significant digits of a number.
+    digits: u32,
+    /// The first stamp as written.
+    pub start: String,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum FirstStamp {
+    /// A plain number: digits without the point, and digits after it.
+    Exact(i64, i32),
+    Float(f64),
+    /// The date, and nanoseconds of the day.
+    Clock(Option<Date>, i64),
+}
+
+impl StampParser {
+    /// A reader of stamps of `form`; numbers count `unit_s` seconds.
+    pub fn new(
+        format: StampFormat,
+        unit_s: f64,
+        decimal: u8,
+        day_first: Option<bool>,
+    ) -> StampParser {
+        StampParser {
+            format,
+            unit_s,
+            decimal,
+            day_first,
+            stamp: None,
+            wrapped: 0,
+            last: 0,
+            finest: f64::INFINITY,
+            digits: 0,
+            start: String::new(),
+        }
+    }
+
+    /// What the last digit written is worth: numbers may drop zeros at their end, so the most digits of any count.
+    pub fn resolution(&self) -> Resolution {
+        let finest_s = match self.finest.is_finite() {
+            true => self.finest * self.unit_s,
+            false => 0.0,
+        };
+        let first = match self.stamp {
+            Some(FirstStamp::Exact(digits, after)) => digits as f64 / power_of_ten(after),
+            Some(FirstStamp::Float(first)) => first,
+            Some(FirstStamp::Clock(..)) | None => return Resolution::constant(finest_s),
+        };
+        Resolution::from_digits(finest_s, self.digits as i32, first, self.unit_s)
+    }
+
+    /// The day and the month of the first stamp may stand either way round, and no other one tells.
+    pub fn is_ambiguous(&self) -> bool {
+        let either = matches!(
+            self.stamp,
+            Some(FirstStamp::Clock(Some(Date::Ambiguous(..)), _))
+        );
+        either && self.day_first.is_none()
+    }
+
+    /// Seconds since the first stamp; `None` for a blank.
+    ///
+    /// # Errors
+    /// The cell is no stamp of this column.
+    pub fn seconds(&mut self, cell: &[u8]) -> Result<Option<f64>, StampError> {
+        let cell = cells::trim_cell(cell);
+        if cell.is_empty() {
+            return Ok(None);
+        }
+        if self.stamp.is_none() {
+            self.start = String::from_utf8_lossy(cell).into_owned();
+        }
+        match self.format {
+            StampFormat::Decimal => self.number(cell),
+            StampFormat::DateTime | StampFormat::Date | StampFormat::Clock => {
+                self.clock(cell).map(Some)
+            }
+        }
+    }
+
+    fn number(&mut self, cell: &[u8]) -> Result<Option<f64>, StampError> {
+        let Some((digits, after)) = parse_decimal(cell, self.decimal) else {
+            return self.float(cell);
+        };
+        self.finest = self.finest.min(power_of_ten(-after));
+        let count = digits.unsigned_abs().checked_ilog10().map_or(0, |n| n + 1);
+        self.digits = self.digits.max(count);
+        let since = match *self.stamp.get_or_insert(FirstStamp::Exact(digits, after)) {
+            FirstStamp::Exact(first, first_after) => difference(digits, after, first, first_after),
+            FirstStamp::Float(first) => digits as f64 / power_of_ten(after) - first,
+            FirstStamp::Clock(..) => return Err(StampError::NotAStamp),
+        };
+        Ok(Some(since * self.unit_s))
+    }
+
+    fn float(&mut self, cell: &[u8]) -> Result<Option<f64>, StampError> {
+        let value = match cells::parse_cell(cell, self.decimal) {
+            cells::Cell::Number(value) | cells::Cell::Thousands { value, .. } => value,
+            cells::Cell::Missing => return Ok(None),
+            _ => return Err(StampError::NotAStamp),
+        };
+        let last = resolution(cell, self.decimal);
+        // Zero has no significant digit, and its last one says nothing of those of others.
+        if value != 0.0 {
+            self.finest = self.finest.min(last);
+            let count = 1.0 + value.abs().log10().floor() - last.log10().round();
+            self.digits = self.digits.max(count.clamp(1.0, 18.0) as u32);
+        }
+        let since = match *self.stamp.get_or_insert(FirstStamp::Float(value)) {
+            FirstStamp::Float(first) => value - first,
+            FirstStamp::Exact(first, after) => value - first as f64 / power_of_ten(after),
+            FirstStamp::Clock(..) => return Err(StampError::NotAStamp),
+        };
+        Ok(Some(since * self.unit_s))
+    }
+
+    fn clock(&mut self, cell: &[u8]) -> Result<f64, StampError> {
+        let time = parse_date_time(cell).ok_or(StampError::NotAStamp)?;
+        let nano = time.clock.unwrap_or(0);
+        let digit = match time.clock {
+            Some(_) => power_of_ten(-(time.digits as i32)),
+            None => DAY_S as f64,
+        };
+        self.finest = self.finest.min(digit / self.unit_s);
+        let stamp = *self.stamp.get_or_insert(FirstStamp::Clock(time.date, nano));
+        if let (Some(Date::Known(.., Some(own))), Some(stated)) = (time.date, self.day_first)
+            && own != stated
+        {
+            return Err(StampError::OtherOrder);
+        }
+        let FirstStamp::Clock(first_date, first_nano) = stamp else {
+            return Err(StampError::NotAStamp);
+        };
+        let passed = match (first_date, time.date) {
+            (Some(stamp), Some(now)) => self.days_between(stamp, now)?,
+            (None, None) => {
+                // A fall by more than half a day is midnight.
+                if nano + self.wrapped < self.last - SECOND * DAY_S / 2 {
+                    self.wrapped += SECOND * DAY_S;
+                }
+                self.last = nano + self.wrapped;
+                self.wrapped / (SECOND * DAY_S)
+            }
+            _ => return Err(StampError::NotAStamp),
+        };
+        Ok((passed * DAY_S) as f64 + (nano - first_nano) as f64 / SECOND as f64)
+    }
+
+    /// Days from one date to another; the data decide which number is the day.
+    fn days_between(&mut self, first: Date, now: Date) -> Result<i64, StampError> {
+        if first == now {
+            return Ok(0);
+        }
+        let settled = |date: Date, day_first: bool| match date {
+            Date::Known(y, m, d, _) => days(y, m, d),
+            Date::Ambiguous(a, b, y) if day_first => days(y, b, a),
+            Date::Ambiguous(a, b, y) => days(y, a, b),
+        };
+        let between = |day_first| settled(now, day_first) - settled(first, day_first);
+        let day_first = match (self.day_first, first, now) {
+            (Some(day_first), ..) => day_first,
+            // A later date that only fits one way settles the first one.
+            (None, Date::Ambiguous(a, b, _), Date::Known(_, m, d, _))
+                if (a == d || b == m) != (a == m || b == d) =>
+            {
+                a == d || b == m
+            }
+            (None, ..) => match (between(true), between(false)) {
+                (1, other) if other != 1 => true,
+                (other, 1) if other != 1 => false,
+                (one, other) if one == other => true,
+                // The next day goes forward; a log that runs on cannot jump back.
+                (forward, back) if forward > 0 && back < 0 => true,
+                (back, forward) if forward > 0 && back < 0 => false,
+                _ => return Err(StampError::DayOrMonth),
+            },
+        };
+        self.day_first = Some(day_first);
+        Ok(between(day_first))
+    }
+}
+
+/// Powers of ten by their exponent, the most a plain number takes.
+const POWERS: [f64; 19] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18,
+];
+
+/// `10ⁿ`; read from a table where every row of a log asks for it.
+fn power_of_ten(n: i32) -> f64 {
+    match POWERS.get(n.unsigned_abs() as usize) {
+        Some(power) if n >= 0 => *power,
+        Some(power) => power.recip(),
+        None => 10_f64.powi(n),
+    }
+}
+
+/// A plain number without exponent as its digits and how many stand after the mark; at most 18 digits.
+fn parse_decimal(cell: &[u8], decimal: u8) -> Option<(i64, i32)> {
+    let (negative, body) = match cell {
+        [b'-', body @ ..] => (true, body),
+        [b'+', body @ ..] => (false, body),
+        body => (false, body),
+    };
+    if body.is_empty() || body.len() > 19 {
+        return None;
+    }
+    let (mut value, mut after, mut marked, mut any) = (0_i64, 0, false, false);
+    for &byte in body {
+        if byte.is_ascii_digit() {
+            value = value.checked_mul(10)?.checked_add(i64::from(byte - b'0'))?;
+            after += i32::from(marked);
+            any = true;
+        } else if byte == decimal && !marked {
+            marked = true;
+        } else {
+            return None;
+        }
+    }
+    any.then_some((if negative { -value } else { value }, after))
+}
+
+/// The difference of two plain numbers, rounded once.
+fn difference(a: i64, a_after: i32, b: i64, b_after: i32) -> f64 {
+    let after = a_after.max(b_after);
+    if a_after == b_after
+        && let Some(whole) = a.checked_sub(b)
+    {
+        return whole as f64 / power_of_ten(after);
+    }
+    let scaled =
+        |v: i64, digits: i32| i128::from(v) * 10_i128.pow((after - digits).clamp(0, 18) as u32);
+    (scaled(a, a_after) - scaled(b, b_after)) as f64 / power_of_ten(after)
+}
+
+/// One unit of the last digit of a number with an exponent.
+fn resolution(cell: &[u8], decimal: u8) -> f64 {
+    let is_e = |b: &u8| matches!(*b, b'e' | b'E' | b'd' | b'D');
+    let (mantissa, exponent) = match cell.iter().position(is_e) {
+        Some(at) => (&cell[..at], &cell[at + 1..]),
+        None => (cell, &b""[..]),
+    };
+    let mark = mantissa.iter().position(|b| *b == decimal);
+    let after = mark.map_or(0, |at| mantissa.len() - at - 1);
+    let exponent = std::str::from_utf8(exponent)
+        .ok()
+        .and_then(|e| e.parse().ok());
+    power_of_ten(exponent.unwrap_or(0) - after as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seconds(format: StampFormat, unit_s: f64, cells: &[&str]) -> Vec<f64> {
+        let mut parser = StampParser::new(format, unit_s, b'.', None);
+        let read = |c: &&str| parser.seconds(c.as_bytes()).unwrap().unwrap();
+        cells.iter().map(read).collect()
+    }
+
+    /// Stamps are differences, exact to the last digit.
+    #[test]
+    fn exact_stamps_since_the_first() {
+        let dates = [
+            "2022-11-04 08:36:24.897",
+            "2022-11-04T08:36:24.907Z",
+            "2022-11-05 08:36:24,897",
+        ];
+        assert_eq!(
+            seconds(StampFormat::DateTime, 1.0, &dates),
+            [0.0, 0.01, 86_400.0]
+        );
+        let clock = ["23:59:59.5", "00:00:00.25", "00:00:01.25"];
+        assert_eq!(seconds(StampFormat::Clock, 1.0, &clock), [0.0, 0.75, 1.75]);
+        let days = ["1.03.2024 23:00:00", "02.03.2024 01:00:00"];
+        assert_eq!(seconds(StampFormat::DateTime, 1.0, &days), [0.0, 7200.0]);
+        let either = ["1/2/2023 11:59:59 PM", "1/3/2023 12:00:00 AM"];
+        assert_eq!(seconds(StampFormat::DateTime, 1.0, &either), [0.0, 1.0]);
+        let epoch = ["1657065123456789001", "1657065123456789003"];
+        assert_eq!(seconds(StampFormat::Decimal, 1e-9, &epoch), [0.0, 2e-9]);
+        assert_eq!(
+            seconds(StampFormat::Decimal, 1e-3, &["0", "0.5", "2E0"]),
+            [0.0, 5e-4, 2e-3]
+        );
+        assert_eq!(days_of("29-Feb-2024 00:00:00", "01-Mar-2024 00:00:00"), 1.0);
+        assert_eq!(days_of("2023-12-31", "2024-12-31"), 366.0);
+    }
+
+    fn days_of(a: &str, b: &str) -> f64 {
+        seconds(StampFormat::DateTime, 1.0, &[a, b])[1] / 86_400.0
+    }
+
+    /// The last digit written is the resolution: the finest of numbers with as many decimals, else the last significant one.
+    #[test]
+    fn exact_resolution_from_the_digits() {
+        let resolution = |format, cells: &[&str]| {
+            let mut parser = StampParser::new(format, 1.0, b'.', None);
+            cells
+                .iter()
+                .for_each(|c| assert!(parser.seconds(c.as_bytes()).is_ok()));
+            let resolution = parser.resolution();
+            let last = parser.seconds(cells[cells.len() - 1].as_bytes());
+            resolution.unit_at(last.unwrap().unwrap())
+        };
+        assert_eq!(
+            resolution(StampFormat::Decimal, &["0.0", "0.002352083", "0.500000001"]),
+            1e-9
+        );
+        assert_eq!(
+            resolution(
+                StampFormat::Decimal,
+                &["0.00000E+0", "2.00000E-4", "1.39998E+1"]
+            ),
+            1e-4
+        );
+        assert_eq!(
+            resolution(StampFormat::DateTime, &["2022-11-04 08:36:24.897"]),
+            1e-3
+        );
+    }
+
+    /// What cannot be distinguished is not guessed.
+    #[test]
+    fn refuses_day_or_month_that_the_data_leave_open() {
+        let mut parser = StampParser::new(StampFormat::DateTime, 1.0, b'.', None);
+        assert_eq!(parser.seconds(b"03/04/2023 10:00"), Ok(Some(0.0)));
+        assert_eq!(
+            parser.seconds(b"05/07/2023 10:00"),
+            Err(StampError::DayOrMonth)
+        );
+        for text in [
+            "1.234.567",
+            "2022-13-01",
+            "1:2",
+            "12:60:00",
+            "abc",
+            "2022-11-04x",
+            "13/13/2023",
+        ] {
+            assert_eq!(detect_format(text.as_bytes()), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Transmission error from encoder records as JSON and CSV.
+
+use std::f64::consts::{PI, TAU};
+
+use serde_json::{Value, json};
+
+use super::json::{log_header, warnings};
+use super::recording::repairs;
+use crate::plan::logs::attribution::{AttributedOrder, Attribution, DeclaredSource};
+use crate::plan::logs::encoder_analysis::EncoderResult;
+use crate::recording::raw::Repair;
+use crate::transmission::encoder::flank::{FlankEvaluation, OrderEstimate};
+use crate::transmission::encoder::gear_train::GearTrain;
+
+/// Arc seconds of an angle, rad.
+pub fn arcsec(angle: f64) -> f64 {
+    angle * 648_000.0 / PI
+}
+
+/// Degrees in [0, 360).
+pub fn degrees(angle: f64) -> f64 {
+    angle.to_degrees().rem_euclid(360.0)
+}
+
+/// Which way the input turned.
+pub fn direction_name(evaluation: &FlankEvaluation) -> &'static str {
+    if evaluation.forward {
+        "forward"
+    } else {
+        "backward"
+    }
+}
+
+/// Greatest less least.
+pub fn peak_to_peak(values: &[f64]) -> f64 {
+    let ends = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
+            (l.min(x), h.max(x))
+        });
+    ends.1 - ends.0
+}
+
+/// The JSON document of `te LOG`.
+pub fn json(found: &EncoderResult, train: &GearTrain, done: &[Repair]) -> Value {
+    let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
+    let measured = &found.evaluation;
+    let mut flanks: Vec<Value> = measured
+        .evaluations
+        .iter()
+        .map(|f| flank(f, found))
+        .collect();
+    for (flank, all) in flanks.iter_mut().zip(&found.attribution) {
+        flank["attribution"] = attribution(all);
+    }
+    let mut document = flanks.first().cloned().unwrap_or(json!({}));
+    let more = json!({
+        "geardyn": log_header(&trace),
+        "how": found.method_text,
+        "teeth": train.pairs().iter().map(|p| [p.0, p.1]).collect::<Vec<_>>(),
+        "hunting_turns": train.hunting_turns().to_string(),
+        "ratio": {
+            "declared": measured.tooth_ratio.to_string(),
+            "declared_value": measured.tooth_ratio.to_f64(),
+            "measured": measured.ratio.value,
+            "known_to_relative": measured.ratio.relative_uncertainty,
+        },
+        "rows_per_tooth": measured.rows_per_tooth,
+        "highest_order": measured.band,
+        "mesh_multiples": measured.multiples,
+        "interpolation_error_relative": measured.order_error,
+        "quantisation_arcsec": arcsec(measured.quantisation),
+        "flanks": flanks,
+        "play": measured.backlash.as_ref().map(|p| json!({
+            "mean_arcsec": arcsec(p.mean),
+            "mean_um": micrometres(found, p.mean),
+            "least_arcsec": p.variation.as_ref().map(|c| arcsec(c.range.0)),
+            "most_arcsec": p.variation.as_ref().map(|c| arcsec(c.range.1)),
+            "std_arcsec": p.variation.as_ref().map(|c| arcsec(c.deviation)),
+            "angle_deg": p.variation.as_ref().map(|c| (0..c.signal.values.len()).map(|i| c.signal.angle(i).to_degrees()).collect::<Vec<_>>()),
+            "arcsec": p.variation.as_ref().map(|c| c.signal.values.iter().map(|x| arcsec(*x)).collect::<Vec<_>>()),
+        })),
+        "speed": measured.trace.as_ref().map(|s| {
+            let (mean, least, most) = s.range();
+            let rpm = |w: f64| w * 30.0 / PI;
+            json!({ "mean_rpm": rpm(mean), "least_rpm": rpm(least), "most_rpm": rpm(most) })
+        }),
+        "eccentricity": found.separated.iter().map(|p| json!({
+            "shaft": p.shaft,
+            "encoder_arcsec": arcsec(p.encoder),
+            "gear_arcsec": arcsec(p.gear),
+            "std_arcsec": arcsec(p.deviation),
+        })).collect::<Vec<_>>(),
+        "index": measured.evaluation.iter().flatten().map(|i| json!({
+            "shaft": i.shaft,
+            "passages": i.passages,
+            "missing": i.missing,
+            "extra": i.extra,
+            "counts_apart": i.counts_apart,
+            "at_deg": 360.0 * i.mark_angle,
+            "scatter_deg": 360.0 * i.scatter,
+        })).collect::<Vec<_>>(),
+        "runs": measured.runs.iter().map(|r| json!({
+            "direction": if r.forward { "forward" } else { "backward" },
+            "first_row": r.rows.start + 1,
+            "last_row": r.rows.end,
+            "input_turns": r.travel() / TAU,
+        })).collect::<Vec<_>>(),
+        "limits": found.limits,
+        "repaired": measured.removed_steps.iter().map(|j| json!({
+            "row": j.row + 1, "counts": j.counts, "encoder": j.encoder, "step_arcsec": arcsec(j.step),
+            "or": j.alternative.map(|(counts, encoder)| json!({ "counts": counts, "encoder": encoder })),
+        })).collect::<Vec<_>>(),
+        "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
+        "repairs": repairs(done),
+        "warnings": warnings(&found.diagnostics),
+    });
+    if let (Some(document), Value::Object(more)) = (document.as_object_mut(), more) {
+        document.extend(more);
+    }
+    document
+}
+
+/// A length on the line of action, µm, where the radius is known.
+pub fn micrometres(found: &EncoderResult, angle: f64) -> Option<f64> {
+    found.radius.map(|r| 1e6 * r * angle)
+}
+
+fn flank(evaluation: &FlankEvaluation, found: &EncoderResult) -> Value {
+    let deviations = &evaluation.deviations;
+    let um = |angle: f64| micrometres(found, angle);
+    let all = |list: &[f64]| list.iter().map(|x| arcsec(*x)).collect::<Vec<_>>();
+    json!({
+        "direction": direction_name(evaluation),
+        "turns": evaluation.turns,
+        "whole_turns": deviations.turns,
+        "whole_hunting_cycles": deviations.closed,
+        "total_arcsec": arcsec(deviations.total),
+        "total_um": um(deviations.total),
+        "one_turn_arcsec": arcsec(deviations.per_rev.sliding),
+        "tooth_to_tooth_arcsec": arcsec(deviations.per_pitch.sliding),
+        "tooth_to_tooth_um": um(deviations.per_pitch.sliding),
+        "tooth_to_tooth_fixed_arcsec": arcsec(deviations.per_pitch.fixed),
+        "each_tooth_arcsec": all(&deviations.per_pitch.each),
+        "long_wave_arcsec": arcsec(deviations.long_wave_component.0),
+        "long_wave_by_pitch_mean_arcsec": arcsec(deviations.long_wave_component.1),
+        "short_wave_arcsec": arcsec(deviations.short_wave_component.0.sliding),
+        "short_wave_by_pitch_mean_arcsec": arcsec(deviations.short_wave_component.1.sliding),
+        "noise_rms_arcsec": arcsec(evaluation.noise),
+        "of_orders": {
+            "total_arcsec": arcsec(evaluation.fitted.total),
+            "one_turn_arcsec": arcsec(evaluation.fitted.per_rev),
+            "tooth_to_tooth_arcsec": arcsec(evaluation.fitted.per_pitch),
+            "std_arcsec": arcsec(evaluation.fitted.deviation),
+            "bound_arcsec": arcsec(evaluation.fitted.bound),
+            "tooth_to_tooth_bound_arcsec": arcsec(evaluation.fitted.bound_by_pitch),
+        },
+        "attribution": null,
+        "mean_turns": evaluation.shaft_averages.iter().map(|m| json!({
+            "shaft": m.shaft,
+            "turns": m.average.revolutions,
+            "range_arcsec": arcsec(peak_to_peak(&m.average.values)),
+            "standard_error_arcsec": arcsec(m.average.standard_error),
+            "te_arcsec": all(&m.average.values),
+        })).collect::<Vec<_>>(),
+        "orders": evaluation.estimates.iter().map(|l| line(l, found)).collect::<Vec<_>>(),
+        "unexplained": evaluation.line.iter().map(|u| json!({
+            "order_value": u.order,
+            "order_known_to": u.order_uncertainty,
+            "amplitude_arcsec": arcsec(u.amplitude),
+            "nearest": u.nearest,
+        })).collect::<Vec<_>>(),
+    })
+}
+
+/// What makes the lines. A declared error in µm, of couplings in mrad.
+fn attribution(all: &Attribution) -> Value {
+    let source = |s: &DeclaredSource| {
+        json!({
+            "source": s.name,
+            "unit": s.display_unit(),
+            "declared": s.to_display_unit(s.declared),
+            "arrives_arcsec": arcsec(s.output_amplitude),
+            "found": s.identified.map(|f| s.to_display_unit(f.0)),
+            "found_interval": s.identified.map(|f| [s.to_display_unit(f.1.0), s.to_display_unit(f.1.1)]),
+        })
+    };
+    let row = |r: &AttributedOrder| {
+        json!({
+            "order": r.order.to_string(),
+            "order_value": r.order.to_f64(),
+            "amplitude_arcsec": arcsec(r.amplitude),
+            "even_input_arcsec": arcsec(r.amplitude_uniform_input),
+            "sources": r.sources.iter().map(source).collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "sources": all.sources,
+        "rank": all.rank,
+        "orders": all.orders.iter().map(row).collect::<Vec<_>>(),
+        "beyond": all.unresolved,
+    })
+}
+
+fn line(estimate: &OrderEstimate, found: &EncoderResult) -> Value {
+    json!({
+        "order": estimate.order.fraction.to_string(),
+        "order_value": estimate.order.value,
+        "sources": estimate.order.names,
+        "amplitude_arcsec": arcsec(estimate.amplitude),
+        "amplitude_um": micrometres(found, estimate.amplitude),
+        "std_arcsec": arcsec(estimate.deviation),
+        "interval_arcsec": estimate.interval.map(|(low, high)| [arcsec(low), arcsec(high)]),
+        "phase_deg": degrees(estimate.phase),
+        "phase_from_mark_deg": estimate.mark_phase.map(|m| degrees(m.0)),
+        "mark": estimate.mark_phase.map(|m| m.1),
+        "significant": estimate.significant,
+        "shared": estimate.is_shared(),
+        "not_resolved_from": estimate.unresolved().iter().map(|n| json!({ "what": n.name, "turns_needed": n.turns })).collect::<Vec<_>>(),
+    })
+}
+
+/// One row a cell: direction, angle of the output, error, long wave over the turns of the ranges, play where both directions passed.
+pub fn csv(found: &EncoderResult) -> String {
+    let mut text = String::from("direction,angle_deg,te_arcsec,long_wave_arcsec");
+    let backlash = found.evaluation.backlash.as_ref();
+    let backlash = backlash
+        .and_then(|p| p.variation.as_ref())
+        .map(|c| &c.signal);
+    text += found.radius.map_or("", |_| ",te_um");
+    text += backlash.map_or("", |_| ",play_arcsec");
+    text.push('\n');
+    let arc = |x: Option<&f64>| x.map_or(String::new(), |x| format!("{:.6}", arcsec(*x)));
+    for evaluation in &found.evaluation.evaluations {
+        for (i, e) in evaluation.signal.values.iter().enumerate() {
+            let angle = evaluation.signal.angle(i).to_degrees();
+            let long = arc(evaluation.deviations.long_wave.get(i));
+            text += &format!(
+                "{},{angle:.9},{:.6},{long}",
+                direction_name(evaluation),
+                arcsec(*e)
+            );
+            if let Some(um) = micrometres(found, *e) {
+                text += &format!(",{um:.6}");
+            }
+            if let Some(backlash) = backlash {
+                let at = evaluation.signal.first + i as i64 - backlash.first;
+                let at = usize::try_from(at).ok();
+                text += &format!(",{}", arc(at.and_then(|at| backlash.values.get(at))));
+            }
+            text.push('\n');
+        }
+    }
+    text
+}

@@ -1,0 +1,373 @@
+//! Transmission error of an encoder record as tables for a terminal.
+
+use std::f64::consts::PI;
+
+use super::encoder_te::{arcsec, degrees, direction_name, micrometres, peak_to_peak};
+use super::modes_table::{finish, plain, right_but_first, right_but_last};
+use super::number_format::{
+    INTERVAL_FOOTNOTE, four_digits, interval, percent, significant, with_minus_signs,
+};
+use crate::base::text::pluralise;
+use crate::numeric::statistics::Z_95;
+use crate::plan::logs::attribution::Attribution;
+use crate::plan::logs::encoder_analysis::EncoderResult;
+use crate::transmission::encoder::flank::{FlankEvaluation, OrderEstimate};
+use crate::transmission::encoder::index_pulses::IndexEvaluation;
+
+/// Lines shown of a flank, the largest.
+const MAX_ROWS: usize = 24;
+
+/// Everything about a record.
+pub fn record(found: &EncoderResult, all: bool) -> String {
+    let measured = &found.evaluation;
+    let mut text = found
+        .method_text
+        .iter()
+        .map(|l| format!("{l}\n"))
+        .collect::<String>();
+    text += &format!(
+        "ratio {} by teeth, {:.9} by the encoders\n{} rows a tooth; orders up to {} within {:.0e}; steps of the encoders {} arcsec rms a row\n",
+        measured.tooth_ratio,
+        measured.ratio.value,
+        four_digits(measured.rows_per_tooth),
+        four_digits(measured.band),
+        measured.order_error,
+        four_digits(arcsec(measured.quantisation)),
+    );
+    if let Some(trace) = &measured.trace {
+        let (mean, least, most) = trace.range();
+        let rpm = |w: f64| four_digits(w * 30.0 / PI);
+        text += &format!(
+            "output at {} rpm, tooth by tooth {} … {}\n",
+            rpm(mean),
+            rpm(least),
+            rpm(most)
+        );
+    }
+    for evaluation in measured.evaluation.iter().flatten() {
+        text += &index_mark_text(evaluation);
+    }
+    for flank_evaluation in &measured.evaluations {
+        text += &flank_table(flank_evaluation, found, all);
+    }
+    for (flank_evaluation, all) in measured.evaluations.iter().zip(&found.attribution) {
+        if found.attribution.len() > 1 {
+            text += &format!("\n{}:\n", direction_name(flank_evaluation));
+        }
+        text += &attribution(all);
+    }
+    if let Some(backlash) = &measured.backlash {
+        text += &format!(
+            "\nplay between the flanks: {} arcsec{}\n",
+            four_digits(arcsec(backlash.mean)),
+            backlash.variation.as_ref().map_or(String::new(), |course| {
+                let varies = match course.range.1 > course.range.0 {
+                    true => format!(
+                        "{} … {} over the angle by the orders that stand out",
+                        four_digits(arcsec(course.range.0)),
+                        four_digits(arcsec(course.range.1))
+                    ),
+                    false => "no order of it stands out of the noise".to_string(),
+                };
+                let at_each = four_digits(arcsec(Z_95 * course.deviation));
+                format!(", {varies}, ± {at_each} at each angle")
+            })
+        );
+    }
+    if !found.separated.is_empty() {
+        let mut table = plain();
+        table.add_row(vec!["eccentricity on", "encoder", "gear", "±"]);
+        table.add_row(vec!["", "arcsec", "arcsec", "arcsec"]);
+        for p in &found.separated {
+            table.add_row(vec![
+                p.shaft.to_string(),
+                four_digits(arcsec(p.encoder)),
+                four_digits(arcsec(p.gear)),
+                four_digits(arcsec(Z_95 * p.deviation)),
+            ]);
+        }
+        right_but_first(&mut table);
+        text += &format!("\n{}", finish(&table));
+    }
+    text += &format!("\n{INTERVAL_FOOTNOTE}");
+    for limit in &found.limits {
+        text += &format!("\n{limit}\n");
+    }
+    with_minus_signs(&text)
+}
+
+/// What an index says.
+fn index_mark_text(evaluation: &IndexEvaluation) -> String {
+    let place = |turns: f64| format!("{:.3}", 360.0 * turns);
+    let apart = evaluation.counts_apart.map_or(String::new(), |counts| {
+        format!(", {} counts apart", significant(counts))
+    });
+    format!(
+        "index of the {}: passed {}{apart}, {} deg from where its readings are zero; each passage ± {} deg of it\n",
+        evaluation.shaft,
+        pluralise(evaluation.passages, "time"),
+        place(evaluation.mark_angle),
+        four_digits(360.0 * Z_95 * evaluation.scatter)
+    )
+}
+
+fn flank_table(evaluation: &FlankEvaluation, found: &EncoderResult, all: bool) -> String {
+    let deviations = &evaluation.deviations;
+    let mut text = format!(
+        "\n{}: {:.3} turns of the output, ranges over {}{}\n\n",
+        direction_name(evaluation),
+        evaluation.turns,
+        pluralise(deviations.turns, "turn"),
+        if deviations.closed {
+            ", whole hunting cycles"
+        } else {
+            ""
+        }
+    );
+    let with_um = found.radius.is_some();
+    let mut table = plain();
+    let mut row = |name: &str, angle: f64, note: String| {
+        let mut cells = vec![name.to_string(), four_digits(arcsec(angle))];
+        if let Some(um) = micrometres(found, angle) {
+            cells.push(four_digits(um));
+        }
+        cells.push(note);
+        table.add_row(cells);
+    };
+    row(
+        "F_i′, whole record",
+        deviations.total,
+        "of the readings, with steps and noise".into(),
+    );
+    row("F_i′, one turn", deviations.per_rev.sliding, String::new());
+    row(
+        "f_i′, one pitch",
+        deviations.per_pitch.sliding,
+        format!(
+            "end to end {}",
+            four_digits(arcsec(deviations.per_pitch.fixed))
+        ),
+    );
+    let orders = &evaluation.fitted;
+    let beside = |bound: f64| {
+        format!(
+            "± {}: what the fitted orders make, without steps of the encoders and noise",
+            four_digits(arcsec(Z_95 * orders.deviation + bound))
+        )
+    };
+    row("F_i′ of the orders", orders.total, beside(orders.bound));
+    row(
+        "f_i′ of the orders",
+        orders.per_pitch,
+        beside(orders.bound_by_pitch),
+    );
+    row(
+        "long wave",
+        deviations.long_wave_component.0,
+        format!(
+            "by pitch means {}",
+            four_digits(arcsec(deviations.long_wave_component.1))
+        ),
+    );
+    row(
+        "short wave",
+        deviations.short_wave_component.0.sliding,
+        format!(
+            "by pitch means {}",
+            four_digits(arcsec(deviations.short_wave_component.1.sliding))
+        ),
+    );
+    for mean in &evaluation.shaft_averages {
+        let average = &mean.average;
+        row(
+            &format!("mean turn of {}", mean.shaft),
+            peak_to_peak(&average.values),
+            format!(
+                "± {} at each angle, over {}",
+                four_digits(arcsec(Z_95 * average.standard_error)),
+                pluralise(average.revolutions, "turn")
+            ),
+        );
+    }
+    row("left beside the orders", evaluation.noise, "rms".into());
+    let mut heads = vec!["", "arcsec"];
+    if with_um {
+        heads.push("µm");
+    }
+    let mut whole = plain();
+    whole.add_row(heads);
+    whole.add_rows(table.row_iter().cloned().collect::<Vec<_>>());
+    right_but_last(&mut whole);
+    if let Some(first) = whole.column_mut(0) {
+        first.set_cell_alignment(comfy_table::CellAlignment::Left);
+    }
+    text += &finish(&whole);
+    text += &lines(evaluation, with_um, found, all);
+    text += &largest(evaluation);
+    for u in &evaluation.line {
+        let near = u.nearest.as_ref().map_or(String::new(), |what| {
+            format!("; {what} lies there, --all fits multiples of the shafts")
+        });
+        text += &format!(
+            "unexplained: order {} ± {}, {} arcsec{near}\n",
+            significant(u.order),
+            four_digits(u.order_uncertainty),
+            four_digits(arcsec(u.amplitude))
+        );
+    }
+    text
+}
+
+/// Which line makes most of the error.
+fn largest(evaluation: &FlankEvaluation) -> String {
+    let known = || evaluation.estimates.iter().filter(|l| l.significant);
+    let Some(first) = known().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)) else {
+        return "no order stands out of the noise\n".to_string();
+    };
+    let others = evaluation.line.iter().map(|u| u.amplitude);
+    let sum: f64 = known()
+        .map(|l| l.amplitude)
+        .chain(others)
+        .map(|a| a * a)
+        .sum();
+    format!(
+        "most of it: order {}, {}, {} % of the squares of what stands out\n",
+        first.order.fraction,
+        first.order.names.join(" = "),
+        percent(first.amplitude.powi(2) / sum)
+    )
+}
+
+/// Declared errors next to what the record makes of them.
+fn attribution(all: &Attribution) -> String {
+    if all.sources == 0 {
+        return "\nthe model declares no error between the encoders\n".to_string();
+    }
+    let mut table = plain();
+    table.add_row(vec![
+        "order", "declared", "", "arrives", "measured", "evenly", "so it is", "95 %", "of",
+    ]);
+    table.add_row(vec!["", "", "", "arcsec", "arcsec", "arcsec", "", "", ""]);
+    for row in &all.orders {
+        for source in &row.sources {
+            let shown = |x: f64| four_digits(source.to_display_unit(x));
+            table.add_row(vec![
+                row.order.to_string(),
+                shown(source.declared),
+                source.display_unit().to_string(),
+                four_digits(arcsec(source.output_amplitude)),
+                four_digits(arcsec(row.amplitude)),
+                four_digits(arcsec(row.amplitude_uniform_input)),
+                source.identified.map_or("–".to_string(), |f| shown(f.0)),
+                source.identified.map_or("–".to_string(), |f| {
+                    interval(source.to_display_unit(f.1.0), source.to_display_unit(f.1.1))
+                }),
+                source.name.clone(),
+            ]);
+        }
+    }
+    right_but_last(&mut table);
+    let mut text = format!(
+        "\n{}\nevenly: as it would be measured if the input turned evenly, which is how errors arrive\nthe record tells {} numbers of {} declared errors; where orders are shared no source has a size of its own\n",
+        finish(&table),
+        all.rank,
+        all.sources
+    );
+    if !all.unresolved.is_empty() {
+        text += &format!(
+            "beyond the highest order of the record: {}\n",
+            all.unresolved.join(", ")
+        );
+    }
+    text
+}
+
+/// The lines that stand out, or the largest of them, by order.
+fn lines(evaluation: &FlankEvaluation, with_um: bool, found: &EncoderResult, all: bool) -> String {
+    let mut shown: Vec<&OrderEstimate> = evaluation
+        .estimates
+        .iter()
+        .filter(|l| all || l.significant)
+        .collect();
+    if !all {
+        shown.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        shown.truncate(MAX_ROWS);
+        shown.sort_by(|a, b| a.order.value.total_cmp(&b.order.value));
+    }
+    let mut text = String::from("\n");
+    if !shown.is_empty() {
+        let mut table = plain();
+        let (mut heads, mut units) = (
+            vec!["order", "", "amplitude", "95 %"],
+            vec!["", "", "arcsec", "arcsec"],
+        );
+        if with_um {
+            heads.push("amplitude");
+            units.push("µm");
+        }
+        let marked = found.evaluation.evaluation.iter().any(Option::is_some);
+        heads.push("phase");
+        units.push("deg");
+        if marked {
+            heads.push("from mark of");
+            units.push("");
+        }
+        heads.push("from");
+        units.push("");
+        table.add_row(heads);
+        table.add_row(units);
+        for estimate in shown.iter() {
+            let exact = estimate.order.fraction.to_string();
+            let mut row = vec![
+                exact.clone(),
+                if exact.contains('/') {
+                    four_digits(estimate.order.value)
+                } else {
+                    String::new()
+                },
+                four_digits(arcsec(estimate.amplitude)),
+                estimate.interval.map_or("–".to_string(), |(low, high)| {
+                    interval(arcsec(low), arcsec(high))
+                }),
+            ];
+            if let Some(um) = micrometres(found, estimate.amplitude) {
+                row.push(four_digits(um));
+            }
+            let phase = estimate.mark_phase.map_or(estimate.phase, |m| m.0);
+            row.push(format!("{:.1}", degrees(phase)));
+            if marked {
+                row.push(estimate.mark_phase.map_or("–", |m| m.1).to_string());
+            }
+            row.push(source_text(estimate));
+            table.add_row(row);
+        }
+        right_but_last(&mut table);
+        text += &finish(&table);
+    }
+    let more = evaluation.estimates.len() - shown.len();
+    if more > 0 {
+        text += &format!(
+            "{} more {}; --all shows them\n",
+            pluralise(more, "order"),
+            if shown.len() < MAX_ROWS {
+                "not clear of the noise"
+            } else {
+                "smaller or not clear of the noise"
+            }
+        );
+    }
+    text
+}
+
+/// What makes a line, and what it cannot be told from.
+fn source_text(estimate: &OrderEstimate) -> String {
+    let mut text = estimate.order.names.join(" = ");
+    for order in estimate.unresolved() {
+        text += &format!(
+            "; not told from {} before {} turns",
+            order.name,
+            four_digits(order.turns.ceil())
+        );
+    }
+    text
+}

@@ -1,0 +1,240 @@
+//! Energy-share plot: elements by modes, symbol areas in proportion to the share.
+
+use super::svg::{
+    Anchor, BLACK, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, ORANGE, Point2, TITLE_SIZE, WIDTH,
+    render_svg, significant, text_width, truncate_label,
+};
+use crate::modes::energy::EnergyShares;
+use crate::plan::modes_run::ModesResult;
+use crate::plan::prepared_machine::PreparedMachine;
+
+/// No more modes than this.
+const MAX_MODES: usize = 20;
+
+/// No more elements than this.
+const MAX_ELEMENTS: usize = 60;
+
+/// A share below this in every mode shown leaves its element out.
+const MAX_ROWS: f64 = 0.03;
+
+/// Radius of a share of 1, points.
+const FULL: f64 = 8.6;
+
+const ROW_HEIGHT: f64 = 21.0;
+
+/// Strain and kinetic energy of the first `count` modes, twenty at most, by element.
+pub fn draw_energy_matrix(machine: &PreparedMachine, result: &ModesResult, count: usize) -> String {
+    let shown = result.modes.len().min(result.shares.len());
+    let shares = &result.shares[..shown.min(count).min(MAX_MODES)];
+    let (elements, left_out) = significant_elements(shares);
+    let name = |&e: &usize| truncate_label(&machine.machine.elements[e].name, 24);
+    let matrix = EnergyMatrix {
+        names: elements.iter().map(name).collect(),
+        elements,
+        left_out,
+        frequencies: result
+            .modes
+            .iter()
+            .map(|mode| mode.frequency_hz())
+            .collect(),
+        shares,
+    };
+    matrix.draw()
+}
+
+/// Elements with a share worth showing, in file order, and how many are left out.
+fn significant_elements(energy_shares: &[EnergyShares]) -> (Vec<usize>, usize) {
+    let mut largest: Vec<(usize, f64)> = Vec::new();
+    let strains = energy_shares.iter().filter_map(|e| e.strain.as_ref());
+    let shares = energy_shares
+        .iter()
+        .map(|e| &e.kinetic)
+        .chain(strains)
+        .flatten();
+    let mut sorted: Vec<(usize, f64)> = shares.map(|&(e, share)| (e, share.abs())).collect();
+    sorted.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    for (element, share) in sorted {
+        if largest.last().is_none_or(|last| last.0 != element) {
+            largest.push((element, share));
+        }
+    }
+    let all = largest.len();
+    largest.retain(|&(_, share)| share >= MAX_ROWS);
+    largest.sort_by(|a, b| b.1.total_cmp(&a.1));
+    largest.truncate(MAX_ELEMENTS);
+    largest.sort_by_key(|&(element, _)| element);
+    let kept = largest.len();
+    (largest.into_iter().map(|(e, _)| e).collect(), all - kept)
+}
+
+struct EnergyMatrix<'a> {
+    names: Vec<String>,
+    elements: Vec<usize>,
+    left_out: usize,
+    frequencies: Vec<f64>,
+    shares: &'a [EnergyShares],
+}
+
+impl EnergyMatrix<'_> {
+    fn draw(&self) -> String {
+        let (n, m) = (self.shares.len(), self.elements.len());
+        let height = 60.0 + m as f64 * ROW_HEIGHT + 46.0;
+        render_svg(WIDTH, height, |canvas| {
+            if n == 0 {
+                let middle = (WIDTH / 2.0, height / 2.0);
+                canvas.text("no modes", middle, TITLE_SIZE, GREY, Anchor::Middle);
+                return;
+            }
+            let widest = self.names.iter().map(|name| text_width(name, LABEL_SIZE));
+            let left = 34.0 + widest.fold(70.0, f64::max);
+            let column = ((WIDTH - left - 12.0) / n as f64).min(72.0);
+            let grid = EnergyGrid {
+                left,
+                top: 60.0,
+                column,
+                columns: n,
+                rows: m,
+            };
+            grid.draw(canvas);
+            self.heads(canvas, &grid);
+            self.cells(canvas, &grid);
+            self.key(canvas, &grid);
+        })
+    }
+
+    fn heads(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
+        let end = grid.left - 8.0;
+        canvas.text("mode", (end, 24.0), LABEL_SIZE, BLACK, Anchor::End);
+        canvas.text("frequency, Hz", (end, 42.0), LABEL_SIZE, BLACK, Anchor::End);
+        for k in 0..grid.columns {
+            let (x, _) = grid.centre(k, 0);
+            let mode = format!("{}", k + 1);
+            canvas.text(&mode, (x, 24.0), TITLE_SIZE, BLACK, Anchor::Middle);
+            let digits = if grid.column < 44.0 { 3 } else { 4 };
+            let frequency = match self.frequencies[k] {
+                0.0 => "0".to_string(),
+                f => significant(f, digits),
+            };
+            canvas.text(&frequency, (x, 42.0), LABEL_SIZE, BLACK, Anchor::Middle);
+        }
+        for (row, name) in self.names.iter().enumerate() {
+            let (_, y) = grid.centre(0, row);
+            canvas.text(name, (end, y), LABEL_SIZE, BLACK, Anchor::End);
+        }
+        let middle = grid.top + grid.rows as f64 * ROW_HEIGHT / 2.0;
+        canvas.vertical_text("element", (14.0, middle), LABEL_SIZE, BLACK, Anchor::Middle);
+    }
+
+    fn cells(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
+        let quarter = grid.column / 4.0;
+        for (k, shares) in self.shares.iter().enumerate() {
+            for (row, &element) in self.elements.iter().enumerate() {
+                let (x, y) = grid.centre(k, row);
+                if let Some(share) = shares.strain.as_deref().and_then(|s| share_of(s, element)) {
+                    strain(canvas, (x - quarter, y), share);
+                }
+                if let Some(share) = share_of(&shares.kinetic, element) {
+                    kinetic(canvas, (x + quarter, y), share);
+                }
+            }
+        }
+    }
+
+    fn key(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
+        let y = grid.top + grid.rows as f64 * ROW_HEIGHT + 24.0;
+        let mut x = 24.0;
+        let say = |canvas: &mut Canvas, x: &mut f64, text: &str| {
+            canvas.text(text, (*x, y), LABEL_SIZE, BLACK, Anchor::Start);
+            *x += text_width(text, LABEL_SIZE) + 12.0;
+        };
+        strain(canvas, (x, y), 1.0);
+        x += 15.0;
+        say(canvas, &mut x, "strain");
+        kinetic(canvas, (x, y), 1.0);
+        x += 15.0;
+        say(
+            canvas,
+            &mut x,
+            "kinetic energy, share of the mode's by area:",
+        );
+        for (share, text) in [(0.03, "3 %"), (0.25, "25 %"), (1.0, "100 %")] {
+            strain(canvas, (x, y), share);
+            kinetic(canvas, (x + 20.0, y), share);
+            x += 33.0;
+            say(canvas, &mut x, text);
+            x += 8.0;
+        }
+        if self.any_negative() {
+            canvas.stroke_circle((x, y), FULL, ORANGE, 1.4);
+            x += 15.0;
+            say(canvas, &mut x, "negative");
+        }
+        if self.left_out > 0 {
+            let text = format!("{} elements below 3 % are left out", self.left_out);
+            canvas.text(&text, (WIDTH - 12.0, y), LABEL_SIZE, GREY, Anchor::End);
+        }
+    }
+
+    fn any_negative(&self) -> bool {
+        let strains = self.shares.iter().filter_map(|e| e.strain.as_ref());
+        strains.flatten().any(|&(_, share)| share < 0.0)
+    }
+}
+
+/// An element's share.
+fn share_of(shares: &[(usize, f64)], element: usize) -> Option<f64> {
+    shares.iter().find(|s| s.0 == element).map(|s| s.1)
+}
+
+/// Radius of a disc for a share; nothing where it would be less than a dot.
+fn radius(share: f64) -> Option<f64> {
+    const MAX_COUNT: f64 = 1.3; // shares beyond 1 occur beside negative ones
+    const DOT: f64 = 0.002;
+    let size = share.abs().min(MAX_COUNT);
+    (size >= DOT).then(|| FULL * size.sqrt())
+}
+
+/// A disc; a ring where the stiffness is negative.
+fn strain(canvas: &mut Canvas, spot: Point2, share: f64) {
+    match radius(share) {
+        Some(r) if share < 0.0 => canvas.stroke_circle(spot, r, ORANGE, 1.4),
+        Some(r) => canvas.fill_circle(spot, r, BLACK),
+        None => {}
+    }
+}
+
+/// An open square of the area the disc of the same share has.
+fn kinetic(canvas: &mut Canvas, (x, y): Point2, share: f64) {
+    let Some(r) = radius(share) else { return };
+    let half = r * std::f64::consts::PI.sqrt() / 2.0;
+    canvas.stroke_rect((x - half, y - half), (x + half, y + half), GREY, 1.3);
+}
+
+/// Columns of modes and rows of elements.
+struct EnergyGrid {
+    left: f64,
+    top: f64,
+    column: f64,
+    columns: usize,
+    rows: usize,
+}
+
+impl EnergyGrid {
+    fn centre(&self, column: usize, row: usize) -> Point2 {
+        let x = self.left + (column as f64 + 0.5) * self.column;
+        (x, self.top + (row as f64 + 0.5) * ROW_HEIGHT)
+    }
+
+    fn draw(&self, canvas: &mut Canvas) {
+        let right = self.left + self.columns as f64 * self.column;
+        let foot = self.top + self.rows as f64 * ROW_HEIGHT;
+        for row in 0..=self.rows {
+            let y = self.top + row as f64 * ROW_HEIGHT;
+            canvas.line((self.left, y), (right, y), LIGHT_GREY, 0.5);
+        }
+        for column in 0..=self.columns {
+            let x = self.left + column as f64 * self.column;
+            canvas.line((x, self.top), (x, foot), LIGHT_GREY, 0.5);
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! Frequency-domain decomposition plot: singular values, SDOF bells, autocovariance decay.
+
+use super::axes::{clip_to_panel, draw_frame, draw_log_grid, log_range};
+use super::spectrum_plot::{draw_empty_note, name_peaks};
+use super::svg::{
+    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
+    TITLE_SIZE, WIDTH, colour_from_rgb, render_svg,
+};
+
+const MARGIN_LEFT: f64 = 70.0;
+const MARGIN_TOP: f64 = 76.0;
+
+/// Of the singular values, and of the decays.
+const HEIGHT: f64 = 330.0;
+const LOW: f64 = 210.0;
+
+/// From the lower edge of the one to the upper edge of the other.
+const SPACING: f64 = 66.0;
+
+/// Right of the decays, for what is written of each.
+const WORDS: f64 = 190.0;
+
+/// A row of it.
+const ROW_HEIGHT: f64 = 15.0;
+
+/// A decomposition as plain data.
+#[derive(Debug, Clone, Default)]
+pub struct FddPlot {
+    /// Above it.
+    pub title: String,
+    /// Lines, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Singular values over these lines, the largest first.
+    pub singular_values: Vec<Vec<f64>>,
+    /// Labelled peaks: Hz, value, text.
+    pub labels: Vec<(f64, f64, String)>,
+    /// Bells by rising frequency.
+    pub bells: Vec<PlottedBell>,
+    /// Between these shares of the decay its line is laid.
+    pub fitted: (f64, f64),
+}
+
+/// A bell and its decay.
+#[derive(Debug, Clone, Default)]
+pub struct PlottedBell {
+    /// What is said of it next to the decays.
+    pub words: String,
+    /// Lines, Hz, and density.
+    pub lines: Vec<(f64, f64)>,
+    /// Cycles and share left.
+    pub decay: Vec<(f64, f64)>,
+    /// Natural logarithm at no lag, and its slope per cycle.
+    pub line: Option<(f64, f64)>,
+}
+
+/// One ink after the other, so that neighbours differ.
+fn ink(k: usize) -> Colour {
+    [
+        ORANGE,
+        BLUE,
+        colour_from_rgb(0x00, 0x80, 0x50),
+        colour_from_rgb(0x90, 0x30, 0x90),
+    ][k % 4]
+}
+
+/// Draws it: the decays only where there are some.
+pub fn draw(plot: &FddPlot) -> String {
+    let has_decays = plot.bells.iter().any(|b| !b.decay.is_empty());
+    let below = if has_decays { SPACING + LOW } else { 0.0 };
+    render_svg(WIDTH, MARGIN_TOP + HEIGHT + below + 52.0, |canvas| {
+        canvas.text(
+            &plot.title,
+            (MARGIN_LEFT, 16.0),
+            TITLE_SIZE,
+            BLACK,
+            Anchor::Start,
+        );
+        let key = match plot.bells.is_empty() {
+            true => "black: the largest singular value, grey: the others",
+            false => {
+                "black: the largest singular value, grey: the others, in colour: the bell of each peak, which has its shape"
+            }
+        };
+        canvas.text(key, (MARGIN_LEFT, 36.0), LABEL_SIZE, GREY, Anchor::Start);
+        singular_values(canvas, plot);
+        if has_decays {
+            decays(canvas, plot, MARGIN_TOP + HEIGHT + SPACING);
+        }
+    })
+}
+
+fn singular_values(canvas: &mut Canvas, plot: &FddPlot) {
+    let ends = plot.frequency_hz.first().zip(plot.frequency_hz.last());
+    let all = plot.singular_values.iter().flatten().copied();
+    let (Some((&from, &to)), Some(y)) = (ends.filter(|e| e.0 < e.1), log_range(all)) else {
+        draw_empty_note(canvas, MARGIN_TOP + HEIGHT / 2.0);
+        return;
+    };
+    let panel = Panel {
+        across: (MARGIN_LEFT, WIDTH - 24.0),
+        down: (MARGIN_TOP, MARGIN_TOP + HEIGHT),
+        x: (from, to),
+        y,
+    };
+    draw_log_grid(&panel, canvas);
+    draw_frame(&panel, canvas, "singular values", Some("frequency, Hz"));
+    for (k, values) in plot.singular_values.iter().enumerate().rev() {
+        let points = plot.frequency_hz.iter().zip(values);
+        for run in clip_to_panel(&panel, points.map(|(f, v)| (*f, v.log10()))) {
+            let (ink, width) = if k == 0 { (BLACK, 0.9) } else { (GREY, 0.5) };
+            canvas.polyline(&run, ink, width, LineStyle::Solid);
+        }
+    }
+    for (k, bell) in plot.bells.iter().enumerate() {
+        let points = bell.lines.iter().map(|(f, v)| (*f, v.log10()));
+        for run in clip_to_panel(&panel, points) {
+            canvas.polyline(&run, ink(k), 2.2, LineStyle::Solid);
+        }
+    }
+    let logarithm = |(f, v, text): &(f64, f64, String)| (*f, v.log10(), text.clone());
+    let labels: Vec<_> = plot.labels.iter().map(logarithm).collect();
+    name_peaks(canvas, &panel, &labels);
+}
+
+fn decays(canvas: &mut Canvas, plot: &FddPlot, top: f64) {
+    let points = || plot.bells.iter().flat_map(|b| &b.decay);
+    let longest = points().map(|p| p.0).fold(0.0, f64::max);
+    let Some(y) = log_range(points().map(|p| p.1)).filter(|_| longest > 0.0) else {
+        return;
+    };
+    let panel = Panel {
+        across: (MARGIN_LEFT, WIDTH - 24.0 - WORDS),
+        down: (top, top + LOW),
+        x: (0.0, longest),
+        y,
+    };
+    draw_log_grid(&panel, canvas);
+    draw_frame(&panel, canvas, "autocovariance of the bell", Some("cycles"));
+    for share in [plot.fitted.0, plot.fitted.1] {
+        let ends = [
+            panel.to_canvas(0.0, share.log10()),
+            panel.to_canvas(longest, share.log10()),
+        ];
+        canvas.polyline(&ends, GREY, 0.8, LineStyle::Dotted);
+    }
+    let right = panel.across.1 + 14.0;
+    let rows = ((LOW - ROW_HEIGHT) / ROW_HEIGHT) as usize;
+    let count = plot.bells.len();
+    for (k, bell) in plot.bells.iter().enumerate() {
+        for &(cycles, share) in bell.decay.iter().filter(|p| p.1.log10() < y.1) {
+            canvas.fill_circle(panel.to_canvas(cycles, share.log10()), 1.1, ink(k));
+        }
+        if let Some((start, slope)) = bell.line {
+            let decade = |cycles: f64| (start + slope * cycles) / std::f64::consts::LN_10;
+            let end = bell.decay.last().map_or(0.0, |p| p.0);
+            let line = [(0.0, decade(0.0)), (end, decade(end))];
+            for run in clip_to_panel(&panel, line.into_iter()) {
+                canvas.polyline(&run, ink(k), 0.8, LineStyle::Solid);
+            }
+        }
+        let height = top + 8.0 + ROW_HEIGHT * k as f64;
+        if k < rows {
+            canvas.fill_circle((right, height), 3.0, ink(k));
+            let spot = (right + 9.0, height);
+            canvas.text(&bell.words, spot, LABEL_SIZE, BLACK, Anchor::Start);
+        }
+    }
+    if count > rows {
+        let text = format!("{} more", count - rows);
+        let spot = (right + 9.0, top + 8.0 + ROW_HEIGHT * rows as f64);
+        canvas.text(&text, spot, LABEL_SIZE, GREY, Anchor::Start);
+    }
+    let note = "a line is laid through each between the dotted ones";
+    let spot = (panel.across.1, panel.down.0 - 8.0);
+    canvas.text(note, spot, LABEL_SIZE, GREY, Anchor::End);
+    canvas.line(
+        (panel.across.0, panel.down.1),
+        (panel.across.1, panel.down.1),
+        LIGHT_GREY,
+        0.5,
+    );
+}

@@ -1,0 +1,313 @@
+//! Gear charts over the teeth: pitch, single-flank records, profile and helix traces.
+
+use super::axes::{clip_to_panel, draw_frame, linear_range};
+use super::svg::{
+    Anchor, BLACK, BLUE, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
+    TITLE_SIZE, WIDTH, lighten, render_svg, ticks, truncate_label,
+};
+use crate::gear::measurement::pitch::PitchDeviations;
+use crate::gear::measurement::trace::MeanLine;
+use crate::plan::measure::charts::ChartPlot;
+use crate::plan::measure::grading::FlankSide;
+
+/// Left and right edge of every panel.
+const ACROSS: (f64, f64) = (66.0, WIDTH - 16.0);
+/// Room above a panel for its title and below for its axis.
+const ABOVE: f64 = 30.0;
+const BELOW: f64 = 40.0;
+
+/// All charts below each other; `None` where there is nothing to draw unrolled.
+pub fn draw_charts(title: &str, plot: &[ChartPlot]) -> Option<String> {
+    let sections: Vec<(&ChartPlot, f64)> =
+        plot.iter().filter_map(|d| Some((d, height(d)?))).collect();
+    let total: f64 = sections.iter().map(|s| s.1 + ABOVE + BELOW).sum();
+    (!sections.is_empty()).then(|| {
+        render_svg(WIDTH, total + 34.0, |canvas| {
+            canvas.text(title, (ACROSS.0, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+            let mut top = 26.0;
+            for (section, height) in sections {
+                let down = (top + ABOVE, top + ABOVE + height);
+                draw(canvas, section, down);
+                top += height + ABOVE + BELOW;
+            }
+        })
+    })
+}
+
+fn height(plot: &ChartPlot) -> Option<f64> {
+    match plot {
+        ChartPlot::Pitch { .. } => Some(150.0),
+        ChartPlot::Traces { .. } => Some(250.0),
+        ChartPlot::Record { .. } => Some(150.0),
+        ChartPlot::Runout { .. } => Some(110.0),
+    }
+}
+
+fn draw(canvas: &mut Canvas, plot: &ChartPlot, down: (f64, f64)) {
+    match plot {
+        ChartPlot::Pitch { side, deviations } => pitch(canvas, *side, deviations, down),
+        ChartPlot::Runout {
+            method_text: found,
+            runout,
+        } => {
+            let title = format!("run-out {found}, F_r {:.2} µm", 1e6 * runout.range.value);
+            let bars: Vec<f64> = runout.readings.iter().map(|r| 1e6 * r).collect();
+            let panel = panel(canvas, &title, "tooth", &bars, down);
+            blocks(canvas, &panel, &bars);
+        }
+        ChartPlot::Traces {
+            side,
+            is_profile,
+            along,
+            range,
+            design,
+            traces,
+            ..
+        } => {
+            let what = if *is_profile { "profile" } else { "helix" };
+            let title = format!("{what}, {}", flanks(*side));
+            draw_traces(canvas, &title, (along, *range, design), traces, down);
+        }
+        ChartPlot::Record {
+            side,
+            is_double,
+            predicted,
+            turns,
+            values,
+            long,
+        } => {
+            let what = match (is_double, predicted) {
+                (true, _) => "double-flank record".to_string(),
+                (_, true) => format!(
+                    "single-flank record expected from pitch and profile, {}",
+                    flanks(*side)
+                ),
+                (_, false) => format!("single-flank record, {}", flanks(*side)),
+            };
+            record(canvas, &what, *turns, (values, long), down);
+        }
+    }
+}
+
+fn flanks(side: FlankSide) -> String {
+    match side {
+        FlankSide::Both => "both flanks".to_string(),
+        side => format!("{} flanks", side.name()),
+    }
+}
+
+/// A panel over teeth with room for all values and zero.
+fn panel(canvas: &mut Canvas, title: &str, axis: &str, values: &[f64], down: (f64, f64)) -> Panel {
+    let n = values.len() as f64;
+    grid_panel(canvas, title, axis, (0.5, n + 0.5), values, down)
+}
+
+fn grid_panel(
+    canvas: &mut Canvas,
+    title: &str,
+    axis: &str,
+    x: (f64, f64),
+    values: &[f64],
+    down: (f64, f64),
+) -> Panel {
+    let y = linear_range(values.iter().copied().chain([0.0])).unwrap_or((-1.0, 1.0));
+    let panel = Panel {
+        across: ACROSS,
+        down,
+        x,
+        y,
+    };
+    panel.draw_y_grid(canvas, &ticks(panel.y, 5));
+    draw_frame(&panel, canvas, "", Some(axis));
+    let middle = 0.5 * (down.0 + down.1);
+    canvas.vertical_text("µm", (18.0, middle), LABEL_SIZE, BLACK, Anchor::Middle);
+    canvas.text(
+        title,
+        (ACROSS.0, down.0 - 12.0),
+        LABEL_SIZE,
+        BLACK,
+        Anchor::Start,
+    );
+    panel
+}
+
+fn blocks(canvas: &mut Canvas, panel: &Panel, values: &[f64]) {
+    for (i, &value) in values.iter().enumerate() {
+        let x = i as f64 + 1.0;
+        canvas.fill_rect(
+            panel.to_canvas(x - 0.32, 0.0),
+            panel.to_canvas(x + 0.32, value),
+            lighten(BLUE),
+        );
+    }
+    canvas.line(
+        panel.to_canvas(panel.x.0, 0.0),
+        panel.to_canvas(panel.x.1, 0.0),
+        GREY,
+        0.6,
+    );
+}
+
+/// Single pitches as bars, the places they add up to as a line, the extremes marked.
+fn pitch(canvas: &mut Canvas, side: FlankSide, deviations: &PitchDeviations, down: (f64, f64)) {
+    let single: Vec<f64> = deviations.single.iter().map(|f| 1e6 * f).collect();
+    let summed: Vec<f64> = deviations.cumulative.iter().map(|f| 1e6 * f).collect();
+    let (worst, total) = (deviations.single_pitch(), deviations.cumulative_total());
+    let title = format!(
+        "pitch, {}: bars f_i (f_p {:.2} µm), line F_i (F_p {:.2} µm)",
+        flanks(side),
+        1e6 * worst.estimate.value.abs(),
+        1e6 * total.estimate.value
+    );
+    let all = [&single[..], &summed].concat();
+    let n = single.len() as f64;
+    let panel = grid_panel(canvas, &title, "pitch", (0.5, n + 0.5), &all, down);
+    blocks(canvas, &panel, &single);
+    let x = worst.first as f64 + 1.0;
+    let (from, to) = (
+        panel.to_canvas(x - 0.32, 0.0),
+        panel.to_canvas(x + 0.32, single[worst.first]),
+    );
+    canvas.fill_rect(from, to, ORANGE);
+    let points: Vec<_> = summed
+        .iter()
+        .enumerate()
+        .map(|(i, &f)| panel.to_canvas(i as f64 + 1.0, f))
+        .collect();
+    canvas.polyline(&points, BLACK, 1.2, LineStyle::Solid);
+    let extremes = summed.iter().enumerate();
+    let high = extremes.clone().max_by(|a, b| a.1.total_cmp(b.1));
+    let low = extremes.min_by(|a, b| a.1.total_cmp(b.1));
+    for (i, _) in high.into_iter().chain(low) {
+        canvas.stroke_circle(points[i], 4.0, BLACK, 1.2);
+    }
+}
+
+fn record(
+    canvas: &mut Canvas,
+    what: &str,
+    turns: usize,
+    (values, long): (&[f64], &[f64]),
+    down: (f64, f64),
+) {
+    let n = values.len() as f64;
+    let values: Vec<f64> = values.iter().map(|e| 1e6 * e).collect();
+    let title = format!("{what}; pale: orders below z/2");
+    let x = (0.0, turns as f64);
+    let y = linear_range(values.iter().copied()).unwrap_or((-1.0, 1.0));
+    let panel = grid_panel(canvas, &title, "turn", x, &[y.0, y.1], down);
+    let curve = |canvas: &mut Canvas, values: &mut dyn Iterator<Item = f64>, ink, width| {
+        let points = values.enumerate();
+        let points = points.map(|(i, e)| (turns as f64 * i as f64 / n, e));
+        for run in clip_to_panel(&panel, points) {
+            canvas.polyline(&run, ink, width, LineStyle::Solid);
+        }
+    };
+    curve(canvas, &mut values.iter().copied(), BLACK, 0.7);
+    curve(
+        canvas,
+        &mut long.iter().map(|e| 1e6 * e),
+        lighten(BLUE),
+        2.4,
+    );
+}
+
+/// Traces upright, one next to the other, surplus to the right, with their mean lines and the design.
+fn draw_traces(
+    canvas: &mut Canvas,
+    title: &str,
+    (along, range, design): (&[f64], (f64, f64), &[f64]),
+    traces: &[(String, Vec<f64>, MeanLine)],
+    down: (f64, f64),
+) {
+    let values = || traces.iter().flat_map(|t| &t.1).chain(design).copied();
+    let Some((low, high)) = linear_range(values().map(|y| 1e6 * y).chain([0.0])) else {
+        return;
+    };
+    let (Some(&foot), Some(&top)) = (along.first(), along.last()) else {
+        return;
+    };
+    let lane = ((ACROSS.1 - ACROSS.0) / traces.len() as f64).min(190.0);
+    let y = (1e3 * foot, 1e3 * top);
+    let whole = Panel {
+        across: (ACROSS.0, ACROSS.0 + lane * traces.len() as f64),
+        down,
+        x: (0.0, 1.0),
+        y,
+    };
+    whole.draw_y_grid(canvas, &ticks(y, 6));
+    canvas.vertical_text(
+        "mm",
+        (18.0, 0.5 * (down.0 + down.1)),
+        LABEL_SIZE,
+        BLACK,
+        Anchor::Middle,
+    );
+    for border in [range.0, range.1] {
+        let at = whole.canvas_y((1e3 * border).clamp(y.0, y.1));
+        let ends = [(whole.across.0, at), (whole.across.1, at)];
+        canvas.polyline(&ends, ORANGE, 1.0, LineStyle::Dashed);
+    }
+    for (i, (name, trace, line)) in traces.iter().enumerate() {
+        let left = ACROSS.0 + lane * i as f64;
+        let panel = Panel {
+            across: (left + 6.0, left + lane - 6.0),
+            down,
+            x: (low, high),
+            y,
+        };
+        let zero = panel.canvas_x(0.0);
+        canvas.line((zero, down.0), (zero, down.1), LIGHT_GREY, 1.0);
+        let curve = |values: &mut dyn Iterator<Item = (f64, f64)>| -> Vec<_> {
+            values
+                .map(|(x, y)| panel.to_canvas(1e6 * y, 1e3 * x))
+                .collect()
+        };
+        if design.iter().any(|d| *d != 0.0) {
+            let points = curve(&mut along.iter().copied().zip(design.iter().copied()));
+            canvas.polyline(&points, GREY, 1.0, LineStyle::Dashed);
+        }
+        let points = curve(&mut along.iter().copied().zip(trace.iter().copied()));
+        canvas.polyline(&points, BLACK, 1.1, LineStyle::Solid);
+        // The mean line lies about the design.
+        let inside = along
+            .iter()
+            .zip(design)
+            .filter(|(x, _)| **x >= range.0 && **x <= range.1);
+        let points = curve(&mut inside.map(|(x, d)| (*x, line.height_at(*x) + d)));
+        canvas.polyline(&points, BLUE, 1.4, LineStyle::Solid);
+        let label = truncate_label(name, (lane / 7.0) as usize);
+        let middle = left + 0.5 * lane;
+        canvas.text(
+            &label,
+            (middle, down.1 + 11.0),
+            LABEL_SIZE,
+            BLACK,
+            Anchor::Middle,
+        );
+        let slope = format!("f_H {:.1}", 1e6 * line.slope.value).replace('-', "−");
+        canvas.text(
+            &slope,
+            (middle, down.1 + 25.0),
+            LABEL_SIZE,
+            BLUE,
+            Anchor::Middle,
+        );
+    }
+    let bar = ticks((0.0, 0.5 * (high - low)), 2)
+        .last()
+        .copied()
+        .unwrap_or(1.0);
+    let long = bar / (high - low) * (lane - 12.0);
+    let (end, at) = (ACROSS.1, down.0 - 12.0);
+    canvas.line((end - long, at), (end, at), BLACK, 2.0);
+    let said = format!("surplus to the right, {bar} µm");
+    canvas.text(
+        &said,
+        (end - long - 8.0, at),
+        LABEL_SIZE,
+        BLACK,
+        Anchor::End,
+    );
+    canvas.text(title, (ACROSS.0, at), LABEL_SIZE, BLACK, Anchor::Start);
+}

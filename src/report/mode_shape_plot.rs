@@ -1,0 +1,498 @@
+//! Mode-shape plots: rotation along the drive train, lateral displacements next to it.
+
+use super::node_layout::{LayoutNode, LinkKind, layout_nodes};
+use super::svg::{
+    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, Panel,
+    TITLE_SIZE, WIDTH, hertz, render_svg, significant, text_width, ticks, truncate_label,
+};
+use crate::machine::components::Machine;
+use crate::modes::energy::{EnergyShares, dominant_element};
+use crate::modes::mode::{Mode, modulus};
+use crate::numeric::Complex;
+use crate::plan::modes_run::ModesResult;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::scene::model::Axis;
+
+/// No more panels than this.
+const MAX_COUNT: usize = 8;
+
+/// Up to this many nodes two panels stand side by side.
+const NARROW: usize = 24;
+
+/// Up to this many nodes each has a stem of its own.
+const STEMS: usize = 45;
+
+/// Longest name on an axis, characters.
+const MAX_NAME_LEN: usize = 20;
+
+/// Motion smaller than this part of the other kind, at a lever of 1 m, is rounding and is not drawn.
+const ROUNDING: f64 = 1e-9;
+
+/// The first `count` modes, eight at most.
+///
+/// Rotations are divided by each node's ratio to the first where one rigid-body motion turns every node: then the rigid mode is
+/// a flat line, and what is not flat is wind-up. Shapes are turned so that the largest rotation is real and positive.
+pub fn draw_mode_shapes(
+    prepared_machine: &PreparedMachine,
+    result: &ModesResult,
+    count: usize,
+) -> String {
+    let machine = &prepared_machine.machine;
+    let modes = &result.modes[..result.modes.len().min(count).min(MAX_COUNT)];
+    let nodes = layout_nodes(machine);
+    let ratios = ratios(prepared_machine, &nodes);
+    let sideways = lateral_dofs(machine);
+    let figure = ModeShapeFigure {
+        machine,
+        complex: result.complex,
+        scaled: ratios.is_some(),
+        ratios: ratios.unwrap_or_else(|| vec![1.0; nodes.len()]),
+        nodes,
+        sideways,
+    };
+    figure.draw(modes, &result.shares)
+}
+
+/// Each stop's turns for one turn of the first, where a single rigid-body motion turns them all.
+fn ratios(machine: &PreparedMachine, nodes: &[LayoutNode]) -> Option<Vec<f64>> {
+    let turns: Vec<Vec<f64>> = machine
+        .model
+        .rigid
+        .iter()
+        .map(|motion| machine.model.expand(motion))
+        .map(|q| nodes.iter().map(|node| q[node.dof]).collect::<Vec<f64>>())
+        .filter(|turns| turns.iter().any(|&t| t != 0.0))
+        .collect();
+    let [turns] = &turns[..] else { return None };
+    let first = turns.first()?;
+    let all_turn = turns.iter().all(|t| t.abs() > ROUNDING * first.abs());
+    all_turn.then(|| turns.iter().map(|t| t / first).collect())
+}
+
+/// The degrees of freedom that are no rotation about a shaft: displacements, then tilts.
+fn lateral_dofs(machine: &Machine) -> Vec<usize> {
+    let of = |tilts: bool| {
+        machine
+            .dofs
+            .iter()
+            .enumerate()
+            .filter(move |(_, f)| f.axis != Axis::Theta && f.axis.is_rotation() == tilts)
+            .map(|(i, _)| i)
+    };
+    of(false).chain(of(true)).collect()
+}
+
+/// Real or imaginary part.
+type ComplexComponent = fn(&Complex) -> f64;
+
+/// What all panels share.
+struct ModeShapeFigure<'a> {
+    machine: &'a Machine,
+    complex: bool,
+    scaled: bool,
+    ratios: Vec<f64>,
+    nodes: Vec<LayoutNode>,
+    sideways: Vec<usize>,
+}
+
+/// Where the panels are, points.
+struct ShapeLayout {
+    columns: usize,
+    rows: usize,
+    panel: (f64, f64),
+    top: f64,
+    names: f64,
+    height: f64,
+}
+
+const MARGIN_LEFT: f64 = 70.0;
+const MARGIN_RIGHT: f64 = 14.0;
+const SPACING: f64 = 50.0;
+const HEADING: f64 = 30.0;
+
+impl ModeShapeFigure<'_> {
+    fn lateral(&self) -> bool {
+        !self.sideways.is_empty()
+    }
+
+    fn layout(&self, n_modes: usize) -> ShapeLayout {
+        let beside = !self.lateral() && self.nodes.len() <= NARROW && n_modes > 1;
+        let columns = if beside { 2 } else { 1 };
+        let rows = n_modes.div_ceil(columns).max(1);
+        let across = if columns == 2 || self.lateral() {
+            2.0
+        } else {
+            1.0
+        };
+        let width = (WIDTH - MARGIN_LEFT - MARGIN_RIGHT - (across - 1.0) * SPACING) / across;
+        let panel = (width, 92.0);
+        let longest = |names: &[String]| {
+            names
+                .iter()
+                .map(|n| text_width(n, LABEL_SIZE))
+                .fold(0.0, f64::max)
+        };
+        let names = longest(&self.node_names()).max(longest(&self.sideways_names())) + 8.0;
+        let top = if self.complex { 34.0 } else { 12.0 };
+        let height = top + rows as f64 * (panel.1 + HEADING) + names + 26.0;
+        ShapeLayout {
+            columns,
+            rows,
+            panel,
+            top,
+            names,
+            height,
+        }
+    }
+
+    fn node_names(&self) -> Vec<String> {
+        let name =
+            |node: &LayoutNode| truncate_label(&self.machine.nodes[node.node].name, MAX_NAME_LEN);
+        self.nodes.iter().map(name).collect()
+    }
+
+    fn sideways_names(&self) -> Vec<String> {
+        let name = |&i: &usize| {
+            let dof = self.machine.dofs[i];
+            let node = truncate_label(&self.machine.nodes[dof.node].name, MAX_NAME_LEN - 3);
+            format!("{node}.{}", dof.axis.name())
+        };
+        self.sideways.iter().map(name).collect()
+    }
+
+    fn draw(&self, modes: &[Mode], shares: &[EnergyShares]) -> String {
+        let layout = self.layout(modes.len());
+        render_svg(WIDTH, layout.height, |canvas| {
+            if modes.is_empty() {
+                let middle = (WIDTH / 2.0, layout.height / 2.0);
+                canvas.text("no modes", middle, TITLE_SIZE, GREY, Anchor::Middle);
+                return;
+            }
+            if self.complex {
+                draw_legend(canvas);
+            }
+            for (i, mode) in modes.iter().enumerate() {
+                let (row, column) = (i / layout.columns, i % layout.columns);
+                let left = MARGIN_LEFT + column as f64 * (layout.panel.0 + SPACING);
+                let top = layout.top + HEADING + row as f64 * (layout.panel.1 + HEADING);
+                let title = self.title(i, mode, shares.get(i));
+                let lowest = i + layout.columns >= modes.len();
+                self.row(canvas, (left, top), &layout, mode, &title, lowest);
+            }
+            self.label_axes(canvas, &layout);
+        })
+    }
+
+    fn title(&self, i: usize, mode: &Mode, energy_shares: Option<&EnergyShares>) -> String {
+        let start = format!("mode {} · {}", i + 1, hertz(mode.frequency_hz()));
+        if mode.rigid {
+            return format!("{start} · rigid body");
+        }
+        let swings = if mode.is_oscillatory() {
+            ""
+        } else {
+            " · does not swing"
+        };
+        let shares = energy_shares.and_then(|e| e.strain.as_deref());
+        match shares.and_then(dominant_element) {
+            Some((element, share)) => {
+                let name = truncate_label(&self.machine.elements[element].name, MAX_NAME_LEN + 4);
+                format!("{start}{swings} · {name} {:.0} %", 100.0 * share)
+            }
+            None => format!("{start}{swings}"),
+        }
+    }
+
+    /// One mode: its rotations, and next to them its displacements where there are any.
+    fn row(
+        &self,
+        canvas: &mut Canvas,
+        corner: (f64, f64),
+        layout: &ShapeLayout,
+        mode: &Mode,
+        title: &str,
+        lowest: bool,
+    ) {
+        let panel = |left: f64, x: (f64, f64)| Panel {
+            across: (left, left + layout.panel.0),
+            down: (corner.1, corner.1 + layout.panel.1),
+            x,
+            y: (-1.12, 1.12),
+        };
+        let (turns, moves) = self.values(mode);
+        let last = self.nodes.last().map_or(0.0, |node| node.x);
+        let left = panel(corner.0, (-0.5, last + 0.5));
+        let head = (corner.0, corner.1 - 10.0);
+        canvas.text(title, head, TITLE_SIZE, BLACK, Anchor::Start);
+        rule(canvas, &left);
+        match largest(&turns) {
+            0.0 => nothing(canvas, &left, "no rotation"),
+            size => self.trace(canvas, &left, &scaled_to_unit(&turns, size)),
+        }
+        let places: Vec<f64> = self.nodes.iter().map(|node| node.x).collect();
+        if lowest {
+            name_places(canvas, &left, &places, &self.node_names());
+        }
+        if !self.lateral() {
+            return;
+        }
+        let n = self.sideways.len() as f64;
+        let right = panel(corner.0 + layout.panel.0 + SPACING, (-0.7, n - 0.3));
+        rule(canvas, &right);
+        let diagnostic = self.displacement_note(&turns, &moves);
+        let end = (right.across.1, corner.1 - 10.0);
+        canvas.text(&diagnostic, end, LABEL_SIZE, BLACK, Anchor::End);
+        self.bars(canvas, &right, &moves);
+        if lowest {
+            let places: Vec<f64> = (0..self.sideways.len()).map(|i| i as f64).collect();
+            name_places(canvas, &right, &places, &self.sideways_names());
+        }
+    }
+
+    /// Rotations by stop and the other degrees of freedom, with what is rounding set to zero.
+    fn values(&self, mode: &Mode) -> (Vec<Complex>, Vec<Complex>) {
+        let turn = |(node, ratio): (&LayoutNode, &f64)| mode.shape[node.dof] / *ratio;
+        let mut turns: Vec<Complex> = self.nodes.iter().zip(&self.ratios).map(turn).collect();
+        let mut moves: Vec<Complex> = self.sideways.iter().map(|&i| mode.shape[i]).collect();
+        let all = largest(&turns).max(largest(&moves));
+        for part in [&mut turns, &mut moves] {
+            if largest(part) <= ROUNDING * all {
+                part.iter_mut().for_each(|z| *z = Complex::new(0.0, 0.0));
+            }
+        }
+        // One phase for both, so that signs can be compared across.
+        let phase = phase_of_largest(&turns).or(phase_of_largest(&moves));
+        if let Some(phase) = phase {
+            let turn_back = |z: &mut Complex| *z /= phase;
+            turns.iter_mut().chain(&mut moves).for_each(turn_back);
+        }
+        (turns, moves)
+    }
+
+    fn n_displacements(&self) -> usize {
+        let displaces = |&&i: &&usize| !self.machine.dofs[i].axis.is_rotation();
+        self.sideways.iter().filter(displaces).count()
+    }
+
+    /// How large the displacements are against the rotations.
+    fn displacement_note(&self, turns: &[Complex], moves: &[Complex]) -> String {
+        let (turn, displacement) = (largest(turns), largest(&moves[..self.n_displacements()]));
+        if displacement == 0.0 || turn == 0.0 {
+            return String::new();
+        }
+        let um_per_mrad = displacement / turn * 1e3; // m/rad = 10³ µm/mrad
+        format!(
+            "1 here: {} µm, where 1 at left: 1 mrad",
+            significant(um_per_mrad, 3)
+        )
+    }
+
+    /// Stems and a line through them, black along shafts and grey over other joints.
+    fn trace(&self, canvas: &mut Canvas, panel: &Panel, values: &[Complex]) {
+        let spot =
+            |i: usize, part: ComplexComponent| panel.to_canvas(self.nodes[i].x, part(&values[i]));
+        let (real, imaginary): (ComplexComponent, ComplexComponent) = (|z| z.re, |z| z.im);
+        let stems = self.nodes.len() <= STEMS;
+        if stems {
+            for i in 0..values.len() {
+                let (x, y) = spot(i, real);
+                canvas.line((x, panel.canvas_y(0.0)), (x, y), GREY, 0.8);
+            }
+        }
+        for (i, node) in self.nodes.iter().enumerate() {
+            match node.from {
+                Some((from, _)) if !node.same_place => {
+                    let way = [spot(from, real), spot(i, real)];
+                    canvas.polyline(&way, GREY, 0.7, LineStyle::Dotted);
+                }
+                Some((from, LinkKind::Mesh)) => {
+                    canvas.line(spot(from, real), spot(i, real), GREY, 1.0);
+                }
+                _ => {}
+            }
+        }
+        for run in
+            self.runs(|node| node.same_place && matches!(node.from, Some((_, LinkKind::Shaft))))
+        {
+            let points: Vec<_> = run.clone().map(|i| spot(i, real)).collect();
+            canvas.polyline(&thinned(&points), BLACK, 1.6, LineStyle::Solid);
+        }
+        if self.complex {
+            for run in self.runs(|node| node.same_place) {
+                let points: Vec<_> = run.map(|i| spot(i, imaginary)).collect();
+                canvas.polyline(&thinned(&points), BLUE, 1.3, LineStyle::Dashed);
+            }
+        }
+        if stems {
+            (0..values.len()).for_each(|i| canvas.fill_circle(spot(i, real), 2.4, BLACK));
+        }
+    }
+
+    /// Stretches of stops each of which goes on from the one before.
+    fn runs(&self, goes_on: impl Fn(&LayoutNode) -> bool) -> Vec<std::ops::Range<usize>> {
+        let mut starts: Vec<usize> = (0..self.nodes.len())
+            .filter(|&i| !goes_on(&self.nodes[i]))
+            .collect();
+        starts.push(self.nodes.len());
+        starts.windows(2).map(|w| w[0]..w[1]).collect()
+    }
+
+    /// A bar for each displacement and each tilt, either kind by its own largest.
+    fn bars(&self, canvas: &mut Canvas, panel: &Panel, moves: &[Complex]) {
+        let n = self.n_displacements();
+        let (displacements, tilts) = moves.split_at(n);
+        for (values, start, ink) in [(displacements, 0, BLACK), (tilts, n, GREY)] {
+            let size = largest(values);
+            if size == 0.0 {
+                continue;
+            }
+            for (i, value) in scaled_to_unit(values, size).iter().enumerate() {
+                let x = (start + i) as f64;
+                let (w, shift) = if self.complex {
+                    (0.18, 0.2)
+                } else {
+                    (0.25, 0.0)
+                };
+                bar(canvas, panel, (x - shift, w), value.re, ink);
+                if self.complex {
+                    bar(canvas, panel, (x + shift, w), value.im, BLUE);
+                }
+            }
+        }
+        if largest(moves) == 0.0 {
+            nothing(canvas, panel, "no displacement");
+        }
+    }
+
+    fn label_axes(&self, canvas: &mut Canvas, layout: &ShapeLayout) {
+        let below = layout.top + layout.rows as f64 * (layout.panel.1 + HEADING);
+        let middle = (layout.top + below) / 2.0;
+        let label = if self.scaled {
+            let first = self.nodes.first().map_or(0, |layout_node| layout_node.node);
+            let name = truncate_label(&self.machine.nodes[first].name, MAX_NAME_LEN);
+            format!("θ ÷ ratio to {name}, largest = 1 (–)")
+        } else {
+            "θ, largest = 1 (–)".to_string()
+        };
+        canvas.vertical_text(&label, (18.0, middle), LABEL_SIZE, BLACK, Anchor::Middle);
+        let foot = below + layout.names + 14.0;
+        let tilts = self.sideways.len() > self.n_displacements();
+        if self.lateral() {
+            let (w, label) = (layout.panel.0, "node, in the order of the train");
+            canvas.text(
+                label,
+                (MARGIN_LEFT + w / 2.0, foot),
+                LABEL_SIZE,
+                BLACK,
+                Anchor::Middle,
+            );
+            let label = if tilts {
+                "freedom; displacements black, tilts grey"
+            } else {
+                "displacement"
+            };
+            let x = MARGIN_LEFT + w * 1.5 + SPACING;
+            canvas.text(label, (x, foot), LABEL_SIZE, BLACK, Anchor::Middle);
+            let label = if tilts {
+                "each kind: largest = 1 (–)"
+            } else {
+                "largest = 1 (–)"
+            };
+            let x = MARGIN_LEFT + w + 14.0;
+            canvas.vertical_text(label, (x, middle), LABEL_SIZE, BLACK, Anchor::Middle);
+        } else {
+            let x = (MARGIN_LEFT + WIDTH - MARGIN_RIGHT) / 2.0;
+            let label = "node, in the order of the train; black: shafts, grey: other joints, dotted: to a branch";
+            canvas.text(label, (x, foot), LABEL_SIZE, BLACK, Anchor::Middle);
+        }
+    }
+}
+
+/// Says once how the two parts of a complex shape are drawn.
+fn draw_legend(canvas: &mut Canvas) {
+    let y = 14.0;
+    canvas.line((MARGIN_LEFT, y), (MARGIN_LEFT + 26.0, y), BLACK, 1.6);
+    let x = MARGIN_LEFT + 32.0;
+    canvas.text("real part", (x, y), LABEL_SIZE, BLACK, Anchor::Start);
+    canvas.polyline(
+        &[(x + 66.0, y), (x + 92.0, y)],
+        BLUE,
+        1.3,
+        LineStyle::Dashed,
+    );
+    let text = "imaginary part, a quarter period apart; the largest rotation is real";
+    canvas.text(text, (x + 98.0, y), LABEL_SIZE, BLACK, Anchor::Start);
+}
+
+fn largest(values: &[Complex]) -> f64 {
+    values.iter().map(|&z| modulus(z)).fold(0.0, f64::max)
+}
+
+/// Direction in the complex plane of the largest component; `None` where nothing moves.
+fn phase_of_largest(values: &[Complex]) -> Option<Complex> {
+    let size = largest(values);
+    let lead = values
+        .iter()
+        .find(|&&z| modulus(z) >= size * (1.0 - 1e-9))?;
+    (size > 0.0).then(|| *lead / modulus(*lead))
+}
+
+fn scaled_to_unit(values: &[Complex], size: f64) -> Vec<Complex> {
+    values.iter().map(|&z| z / size).collect()
+}
+
+fn rule(canvas: &mut Canvas, panel: &Panel) {
+    panel.draw_y_grid(canvas, &ticks((-1.0, 1.0), 2));
+    let zero = panel.canvas_y(0.0);
+    canvas.line((panel.across.0, zero), (panel.across.1, zero), GREY, 0.8);
+}
+
+fn nothing(canvas: &mut Canvas, panel: &Panel, diagnostic: &str) {
+    let middle = (panel.across.0 + panel.across.1) / 2.0;
+    let above = panel.canvas_y(0.0) - 10.0;
+    canvas.text(
+        diagnostic,
+        (middle, above),
+        LABEL_SIZE,
+        GREY,
+        Anchor::Middle,
+    );
+}
+
+fn bar(canvas: &mut Canvas, panel: &Panel, (x, half): (f64, f64), value: f64, ink: Colour) {
+    canvas.fill_rect(
+        panel.to_canvas(x - half, 0.0),
+        panel.to_canvas(x + half, value),
+        ink,
+    );
+}
+
+/// Names below a panel, as many as fit.
+fn name_places(canvas: &mut Canvas, panel: &Panel, places: &[f64], names: &[String]) {
+    let mut free_from = f64::NEG_INFINITY;
+    for (&x, name) in places.iter().zip(names) {
+        let (right, below) = (panel.canvas_x(x), panel.down.1);
+        if right < free_from {
+            continue;
+        }
+        free_from = right + if places.len() > STEMS { 2.5 } else { 1.2 } * LABEL_SIZE;
+        canvas.line((right, below), (right, below + 3.0), LIGHT_GREY, 0.8);
+        canvas.vertical_text(name, (right, below + 6.0), LABEL_SIZE, BLACK, Anchor::End);
+    }
+}
+
+/// A line of very many points by the lowest and highest of each point of width.
+fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    const MANY_NODES: usize = 2000;
+    if points.len() <= MANY_NODES {
+        return points.to_vec();
+    }
+    let mut kept: Vec<(f64, f64)> = Vec::new();
+    for group in points.chunk_by(|a, b| a.0.floor() == b.0.floor()) {
+        let ends = [group.first(), group.last()];
+        let lowest = group.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let highest = group.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        kept.extend([ends[0], lowest, highest, ends[1]].into_iter().flatten());
+    }
+    kept
+}

@@ -1,0 +1,106 @@
+//! Modes over the time of a recording: JSON, CSV, plot of frequency and damping.
+
+use serde_json::{Value, json};
+
+use super::axes::{draw_frame, linear_range};
+use super::number_format::or_blank;
+use super::svg::{
+    Anchor, BLACK, BLUE, Colour, GREY, LABEL_SIZE, ORANGE, Panel, TITLE_SIZE, WIDTH, lighten,
+    render_svg, ticks,
+};
+use crate::identify::modal_parameters::ModalParameters;
+use crate::identify::series::model_trajectory::{MemoryTrial, ModeTrack};
+use crate::plan::logs::identification_result::ModeTracking;
+use crate::plan::logs::method::structure_text;
+
+/// What was tried, for `evidence`.
+pub fn trials(course: &ModeTracking) -> Value {
+    let one = |t: &MemoryTrial| json!({ "model": structure_text(t.structure), "memory_s": course.memory_s(t), "error_variance": t.error_variance, "accepted": *t == course.chosen });
+    course.trials.iter().map(one).collect()
+}
+
+/// The tracks, point by point.
+pub fn json(course: &ModeTracking) -> Value {
+    let point = |(at, m): &(usize, ModalParameters)| json!({ "time_s": course.time_s[*at], "frequency_hz": m.frequency_hz(), "frequency_std_hz": m.frequency_std_hz(), "damping_ratio": m.damping_ratio(), "damping_std": m.damping_std() });
+    let track = |(k, t): (usize, &ModeTrack)| json!({ "mode": k + 1, "points": t.points.iter().map(point).collect::<Vec<_>>() });
+    course.tracks.iter().enumerate().map(track).collect()
+}
+
+/// The tracks, one row for each point.
+pub fn csv(course: &ModeTracking) -> String {
+    let mut text =
+        String::from("mode,time_s,frequency_hz,frequency_std_hz,damping_ratio,damping_std\n");
+    for (k, track) in course.tracks.iter().enumerate() {
+        for (at, m) in &track.points {
+            text += &format!(
+                "{},{:?},{:?},{},{:?},{}\n",
+                k + 1,
+                course.time_s[*at],
+                m.frequency_hz(),
+                or_blank(m.frequency_std_hz()),
+                m.damping_ratio(),
+                or_blank(m.damping_std())
+            );
+        }
+    }
+    text
+}
+
+/// Draws frequency and damping over time, a bar of two standard deviations to either side at every point.
+pub fn draw(course: &ModeTracking, title: &str) -> String {
+    const COLOURS: [Colour; 4] = [BLUE, ORANGE, BLACK, GREY];
+    const MARGIN_LEFT: f64 = 70.0;
+    render_svg(WIDTH, 640.0, |canvas| {
+        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+        let x = (0.0, course.time_s.last().copied().unwrap_or(1.0));
+        type Accessor = fn(&ModalParameters) -> (f64, f64);
+        let frequency: Accessor = |m| (m.frequency_hz(), m.frequency_std_hz().unwrap_or(0.0));
+        let damping: Accessor = |m| {
+            let std = m.damping_std().unwrap_or(0.0);
+            (100.0 * m.damping_ratio(), 100.0 * std)
+        };
+        let panels = [
+            ("frequency, Hz", frequency, (44.0, 364.0), None),
+            ("damping, %", damping, (388.0, 588.0), Some("time, s")),
+        ];
+        for (name, pick, down, below) in panels {
+            let values = (course.tracks.iter()).flat_map(|t| t.points.iter().map(|p| pick(&p.1).0));
+            let Some(y) = linear_range(values) else {
+                let spot = (WIDTH / 2.0, 0.5 * (down.0 + down.1));
+                canvas.text("no mode", spot, TITLE_SIZE, GREY, Anchor::Middle);
+                continue;
+            };
+            let panel = Panel {
+                across: (MARGIN_LEFT, WIDTH - 40.0),
+                down,
+                x,
+                y,
+            };
+            panel.draw_y_grid(canvas, &ticks(y, 6));
+            draw_frame(&panel, canvas, name, below);
+            for (k, track) in course.tracks.iter().enumerate() {
+                let ink = COLOURS[k % COLOURS.len()];
+                for (at, mode) in &track.points {
+                    let (value, std) = pick(mode);
+                    let ends = [value - 2.0 * std, value + 2.0 * std].map(|v| v.clamp(y.0, y.1));
+                    let [low, high] = ends.map(|v| panel.to_canvas(course.time_s[*at], v));
+                    canvas.line(low, high, lighten(ink), 1.4);
+                }
+                for (at, mode) in &track.points {
+                    canvas.fill_circle(panel.to_canvas(course.time_s[*at], pick(mode).0), 1.6, ink);
+                }
+                if let Some((at, mode)) = track.points.last() {
+                    let spot = panel.to_canvas(course.time_s[*at], pick(mode).0);
+                    let label = (k + 1).to_string();
+                    canvas.text(
+                        &label,
+                        (spot.0 + 8.0, spot.1),
+                        LABEL_SIZE,
+                        ink,
+                        Anchor::Start,
+                    );
+                }
+            }
+        }
+    })
+}

@@ -1,0 +1,168 @@
+//! Motion in time as tables for a terminal.
+
+use super::modes_table::{finish, plain, right_but_first};
+use super::number_format::{four_digits, percent, significant_text};
+use crate::base::text::pluralise;
+use crate::motion::energy_balance::EnergyBalance;
+use crate::plan::motion::output_statistics::step_response;
+use crate::plan::motion::run::MotionHistory;
+use crate::plan::motion::sensitivity::{OutputPredictability, Sensitivity};
+use crate::plan::motion::simulation_setup::SimulationSetup;
+
+/// Extremes and means of every output, with the digits that hold.
+pub fn output_statistics(
+    scene: &SimulationSetup,
+    history: &MotionHistory,
+    sensitivity: Option<&Sensitivity>,
+) -> String {
+    let mut table = plain();
+    table.set_header([
+        "output",
+        "unit",
+        "end",
+        "least",
+        "at s",
+        "greatest",
+        "at s",
+        "mean",
+        "rms about it",
+    ]);
+    for (at, (output, reading)) in scene
+        .outputs
+        .list
+        .iter()
+        .zip(&history.statistics)
+        .enumerate()
+    {
+        let Some(r) = reading else {
+            continue;
+        };
+        let numbers = [r.end, r.min.0, r.min.1, r.max.0, r.max.1, r.mean, r.rms];
+        let errors = sensitivity.map_or([Some(0.0); 7], |s| errors(&s.outputs[at]));
+        // What differs from zero by less than a digit shown of the largest value is zero.
+        let slight = SLIGHT * r.max.0.abs().max(r.min.0.abs());
+        let cells = numbers.iter().zip(errors).map(|(x, error)| {
+            let text = error.and_then(|error| significant_text(*x, error));
+            text.unwrap_or_else(|| match error {
+                Some(error) if error <= slight => "0".to_string(),
+                _ => "–".to_string(),
+            })
+        });
+        table.add_row(
+            [output.name.clone(), output.unit.to_string()]
+                .into_iter()
+                .chain(cells),
+        );
+    }
+    right_but_first(&mut table);
+    finish(&table)
+}
+
+/// Half a unit of the fourth digit of what is largest.
+const SLIGHT: f64 = 5e-5;
+
+/// What each number of a row may be off by.
+fn errors(d: &OutputPredictability) -> [Option<f64>; 7] {
+    [
+        d.end,
+        d.min,
+        d.min_at,
+        d.max,
+        d.max_at,
+        Some(d.mean),
+        Some(d.rms),
+    ]
+}
+
+/// Answers to a step at an instant.
+pub fn step_responses(scene: &SimulationSetup, history: &MotionHistory, at: f64) -> String {
+    let mut table = plain();
+    table.set_header([
+        "answer to the step",
+        "before",
+        "after",
+        "overshoot %",
+        "after s",
+        "rise s",
+        "settled s",
+        "oscillations",
+    ]);
+    let mut restless = Vec::new();
+    for (output, values) in scene.outputs.list.iter().zip(&history.values) {
+        match step_response(&history.time, values, at) {
+            None => restless.push(output.name.as_str()),
+            Some(a) => {
+                let numbers = [
+                    four_digits(a.initial_value),
+                    four_digits(a.final_value),
+                    percent(a.overshoot.0),
+                    four_digits(a.overshoot.1),
+                    four_digits(a.rise_s),
+                    four_digits(a.settling_s),
+                    four_digits(a.oscillations),
+                ];
+                table.add_row([output.name.clone()].into_iter().chain(numbers));
+            }
+        }
+    }
+    right_but_first(&mut table);
+    let mut text = match table.row_count() {
+        0 => String::new(),
+        _ => format!("\n{}", finish(&table)),
+    };
+    if !restless.is_empty() {
+        text += &format!(
+            "\nnot settled within 2 % by the end, so no answer is read off: {}\n",
+            restless.join(", ")
+        );
+    }
+    text
+}
+
+/// What the run cost.
+pub fn effort(history: &MotionHistory) -> String {
+    let e = &history.stats;
+    let counts = [
+        (e.steps, "step"),
+        (e.evaluations, "evaluation"),
+        (e.jacobians, "Jacobian"),
+        (e.factorisations, "factorisation"),
+        (e.regimes, "linear machine"),
+        (e.events, "event"),
+    ];
+    let things = counts.map(|(n, thing)| (n, pluralise(n as usize, thing)));
+    let done = [(e.rejected, "rejected"), (e.grazings, "grazed")];
+    let done = done.map(|(n, what)| (n, format!("{n} {what}")));
+    let told: Vec<String> = things
+        .into_iter()
+        .chain(done)
+        .filter(|c| c.0 > 0)
+        .map(|c| c.1)
+        .collect();
+    let told = if told.is_empty() {
+        String::new()
+    } else {
+        format!("{}, ", told.join(", "))
+    };
+    format!("effort: {told}{} s\n", four_digits(history.seconds))
+}
+
+/// The energy balance, J.
+pub fn balance(balance: &EnergyBalance) -> String {
+    if let Some(share) = balance.stopped_at {
+        return format!(
+            "energy: not told, the powers change so fast that {} readings of them came through {} % of the time\n",
+            balance.evaluations,
+            four_digits(100.0 * share),
+        );
+    }
+    format!(
+        "energy: stored {} J, put in {} J, lost {} J, stored at the end {} J; it closes to {}, known to {}\n",
+        four_digits(balance.before),
+        four_digits(balance.work_in),
+        four_digits(balance.dissipated),
+        four_digits(balance.after),
+        four_digits(balance.relative_error().abs()),
+        four_digits(balance.error_bound().unwrap_or(f64::INFINITY)),
+    )
+}

@@ -1,0 +1,383 @@
+//! Plots of a transmission error: lines by order with their sources, the budget by element, lines over speed.
+
+use super::axes::{draw_frame, draw_log_grid, log_range};
+use super::heatmap::{draw_colour_bar, ink, step_of};
+use super::number_format::{four_digits, percent};
+use super::svg::{
+    Anchor, BLACK, BLUE, GREY, LABEL_SIZE, LIGHT_GREY, ORANGE, Panel, TITLE_SIZE, WIDTH, lighten,
+    render_svg, spread_labels, text_width, ticks, truncate_label,
+};
+use super::transmission::{TeUnit, cause, source};
+use crate::machine::components::Machine;
+use crate::plan::transmission::run::{OrderLineResult, SpeedMap, TransmissionResult};
+
+const MARGIN_LEFT: f64 = 70.0;
+
+/// Orders with a name.
+const MAX_LABELS: usize = 28;
+
+/// Of the largest line: smaller ones are not drawn.
+const DRAWN: f64 = 1e-5;
+
+/// Of the worst case: lines below this have no size of their own to which speed could be compared.
+const MIN_LINE_SHARE: f64 = 1e-9;
+
+/// Every plot with the word its file name ends in.
+pub fn draw_all(
+    title: &str,
+    machine: &Machine,
+    result: &TransmissionResult,
+) -> Vec<(&'static str, String)> {
+    let title = &titled(title, machine, result);
+    let mut all = vec![
+        ("", lines(title, machine, result)),
+        (
+            "budget",
+            budget(title, result, TeUnit::for_output(machine, result)),
+        ),
+    ];
+    if let Some(map) = &result.map {
+        all.push(("speeds", speeds(title, machine, result, map)));
+    }
+    all
+}
+
+/// The model and whose error is shown: `Y2250: work_spindle driven by motor`.
+fn titled(title: &str, machine: &Machine, result: &TransmissionResult) -> String {
+    const MAX_NAME_LEN: usize = 120;
+    let name = |dof: usize| machine.nodes[machine.dofs[dof].node].name.as_str();
+    let ends = &result.chain.ends;
+    let against = ends
+        .relative_to
+        .map_or(String::new(), |a| format!(", against {}", name(a)));
+    let whose = format!(
+        "{} driven by {}{against}",
+        name(ends.output),
+        name(ends.driver)
+    );
+    let room = MAX_NAME_LEN
+        .saturating_sub(whose.chars().count() + 2)
+        .max(20);
+    format!("{}: {whose}", truncate_label(title, room))
+}
+
+/// Rows by falling amplitude, those without one left out.
+fn largest(result: &TransmissionResult) -> Vec<usize> {
+    let size = |k: usize| result.quasi_static(&result.lines[k]).norm();
+    let mut order: Vec<usize> = (0..result.lines.len()).filter(|&k| size(k) > 0.0).collect();
+    order.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+    order
+}
+
+/// The largest line of each order, with the others behind it; the orders with the largest, ascending.
+fn orders(result: &TransmissionResult, size: impl Fn(usize) -> f64) -> Vec<Vec<usize>> {
+    let all: Vec<usize> = (0..result.lines.len()).filter(|&k| size(k) > 0.0).collect();
+    let mut groups: Vec<Vec<usize>> = all
+        .chunk_by(|&a, &b| result.lines[a].line.order == result.lines[b].line.order)
+        .map(|group| {
+            let mut group = group.to_vec();
+            group.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+            group
+        })
+        .collect();
+    groups.sort_by(|a, b| size(b[0]).total_cmp(&size(a[0])));
+    groups.truncate(MAX_LABELS);
+    groups.sort_by_key(|group| group[0]);
+    groups
+}
+
+/// Amplitudes over orders, the largest with their sources.
+fn lines(title: &str, machine: &Machine, result: &TransmissionResult) -> String {
+    const HEIGHT: f64 = 340.0;
+    /// Height of the letters of names.
+    const NAME: f64 = 9.0;
+    let unit = TeUnit::for_output(machine, result);
+    let order = largest(result);
+    let size = |k: usize| result.quasi_static(&result.lines[k]).norm() * unit.times;
+    let least = order.first().map_or(0.0, |&k| DRAWN * size(k));
+    let amplitude = |k: usize| if size(k) < least { 0.0 } else { size(k) };
+    let order: Vec<usize> = order.into_iter().filter(|&k| amplitude(k) > 0.0).collect();
+    let place = |k: usize| result.lines[k].line.order.to_f64().log10();
+    let groups = orders(result, amplitude);
+    let names: Vec<String> = groups
+        .iter()
+        .map(|group| order_label(machine, result, group))
+        .collect();
+    let longest = names
+        .iter()
+        .map(|name| text_width(name, NAME))
+        .fold(0.0, f64::max);
+    let top = 44.0 + longest;
+    render_svg(WIDTH, top + HEIGHT + 50.0, |canvas| {
+        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+        let Some(y) = log_range(order.iter().map(|&k| amplitude(k))) else {
+            canvas.text(
+                "no line",
+                (WIDTH / 2.0, top),
+                TITLE_SIZE,
+                GREY,
+                Anchor::Middle,
+            );
+            return;
+        };
+        let ends = order
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &k| {
+                (l.min(place(k)), h.max(place(k)))
+            });
+        let panel = Panel {
+            across: (MARGIN_LEFT, WIDTH - 24.0),
+            down: (top, top + HEIGHT),
+            x: (ends.0 - 0.15, ends.1 + 0.15),
+            y,
+        };
+        draw_log_grid(&panel, canvas);
+        let beside = format!("amplitude at the output, {}", unit.name);
+        draw_frame(&panel, canvas, &beside, None);
+        for decade in panel.x.0.ceil() as i32..=panel.x.1.floor() as i32 {
+            let right = panel.canvas_x(f64::from(decade));
+            canvas.line((right, top), (right, top + HEIGHT), LIGHT_GREY, 0.5);
+            canvas.text(
+                &four_digits(10f64.powi(decade)),
+                (right, top + HEIGHT + 12.0),
+                LABEL_SIZE,
+                BLACK,
+                Anchor::Middle,
+            );
+        }
+        let per = machine.dofs[result.chain.order_reference].node;
+        let below = format!("order, cycles per turn of {}", machine.nodes[per].name);
+        canvas.text(
+            &below,
+            (0.5 * (MARGIN_LEFT + WIDTH - 24.0), top + HEIGHT + 34.0),
+            LABEL_SIZE,
+            BLACK,
+            Anchor::Middle,
+        );
+        for &k in &order {
+            let head = panel.to_canvas(place(k), amplitude(k).log10());
+            canvas.line((head.0, top + HEIGHT), head, BLUE, 1.6);
+            canvas.fill_circle(head, 2.2, BLUE);
+        }
+        // Names by rising order; lines of one order share that of the largest.
+        let wanted: Vec<f64> = groups.iter().map(|g| panel.canvas_x(place(g[0]))).collect();
+        let spread = spread_labels(&wanted, 15.0, (MARGIN_LEFT + 4.0, WIDTH - 28.0));
+        for ((group, name), right) in groups.iter().zip(&names).zip(spread) {
+            let first = group[0];
+            let spot = panel.to_canvas(
+                place(first),
+                group
+                    .iter()
+                    .map(|&k| amplitude(k))
+                    .fold(0.0, f64::max)
+                    .log10(),
+            );
+            canvas.line((right, top - 6.0), (spot.0, spot.1 - 4.0), LIGHT_GREY, 0.7);
+            canvas.vertical_text(name, (right, top - 9.0), NAME, BLACK, Anchor::Start);
+        }
+    })
+}
+
+/// An order with the largest of its sources.
+fn order_label(machine: &Machine, result: &TransmissionResult, group: &[usize]) -> String {
+    let more = match group.len() {
+        1 => String::new(),
+        n => format!(" and {} more", n - 1),
+    };
+    truncate_label(&(line_label(machine, &result.lines[group[0]]) + &more), 90)
+}
+
+/// An order, its source and its cause.
+fn line_label(machine: &Machine, result: &OrderLineResult) -> String {
+    format!(
+        "{}: {}, {}",
+        four_digits(result.line.order.to_f64()),
+        source(machine, result),
+        cause(machine, result)
+    )
+}
+
+/// Shares of the sum of squares by element.
+fn budget(title: &str, result: &TransmissionResult, unit: TeUnit) -> String {
+    const ROW_HEIGHT: f64 = 20.0;
+    const MARGIN_TOP: f64 = 64.0;
+    const MAX_COUNT: usize = 20;
+    let found = &result.budget.elements;
+    let mut order: Vec<usize> = (0..found.len()).filter(|&e| found[e].share > 0.0).collect();
+    order.sort_by(|&a, &b| found[b].share.total_cmp(&found[a].share));
+    let hidden: f64 = order.iter().skip(MAX_COUNT).map(|&e| found[e].share).sum();
+    order.truncate(MAX_COUNT);
+    let height = MARGIN_TOP + ROW_HEIGHT * order.len() as f64 + 40.0;
+    render_svg(WIDTH, height, |canvas| {
+        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+        let sums = format!(
+            "share of the sum of squares; root {} {unit}, worst case {} {unit}",
+            four_digits(result.budget.rss * unit.times),
+            four_digits(result.budget.worst_case * unit.times),
+            unit = unit.name
+        );
+        canvas.text(&sums, (MARGIN_LEFT, 38.0), LABEL_SIZE, BLACK, Anchor::Start);
+        let names: Vec<String> = order
+            .iter()
+            .map(|&e| truncate_label(&result.elements[e], 28))
+            .collect();
+        let widest = names
+            .iter()
+            .map(|name| text_width(name, LABEL_SIZE))
+            .fold(60.0, f64::max);
+        let (left, right) = (24.0 + widest, WIDTH - 350.0);
+        let full = order.first().map_or(1.0, |&e| found[e].share);
+        for (row, (&e, name)) in order.iter().zip(&names).enumerate() {
+            let middle = MARGIN_TOP + ROW_HEIGHT * (row as f64 + 0.5);
+            canvas.text(name, (left - 8.0, middle), LABEL_SIZE, BLACK, Anchor::End);
+            let end = left + (right - left) * found[e].share / full;
+            canvas.fill_rect(
+                (left, middle - 7.0),
+                (end, middle + 7.0),
+                if row == 0 { ORANGE } else { lighten(BLUE) },
+            );
+            let text = format!(
+                "{} %: {}without it {} % off",
+                percent(found[e].share),
+                found[e].one_grade_finer.map_or(String::new(), |better| {
+                    format!("one grade better {} % off, ", percent(better))
+                }),
+                percent(found[e].rss_without)
+            );
+            canvas.text(&text, (end + 6.0, middle), LABEL_SIZE, BLACK, Anchor::Start);
+        }
+        if hidden > 0.0 {
+            let text = format!("{} % in smaller ones", percent(hidden));
+            canvas.text(
+                &text,
+                (left, height - 20.0),
+                LABEL_SIZE,
+                GREY,
+                Anchor::Start,
+            );
+        }
+    })
+}
+
+/// The node whose speed counts.
+fn reference_node(machine: &Machine) -> &str {
+    let stated = machine.speeds.first().map(|s| machine.dofs[s.0].node);
+    stated.map_or("the driver", |node| machine.nodes[node].name.as_str())
+}
+
+/// What speed makes of the largest line of each order, in dB of what it is slowly; next to the names how large it is slowly and
+/// at most.
+fn speeds(title: &str, machine: &Machine, result: &TransmissionResult, map: &SpeedMap) -> String {
+    const ROW_HEIGHT: f64 = 17.0;
+    const MARGIN_TOP: f64 = 52.0;
+    const MARGIN_RIGHT: f64 = WIDTH - 96.0;
+    let most = |k: usize| map.amplitudes[k].iter().fold(0.0f64, |m, a| m.max(*a));
+    let still =
+        |k: usize| result.lines[k].loaded.norm() > MIN_LINE_SHARE * result.budget.worst_case;
+    let groups = orders(result, |k| if still(k) { most(k) } else { 0.0 });
+    let shown: Vec<usize> = groups.iter().map(|group| group[0]).collect();
+    let height = MARGIN_TOP + ROW_HEIGHT * shown.len() as f64;
+    let unit = TeUnit::for_output(machine, result);
+    let sizes = |k: usize| {
+        let (slow, most) = (result.lines[k].loaded.norm(), map.largest[k].1);
+        let [slow, most] = [slow, most].map(|x| four_digits(x * unit.times));
+        format!("{slow} slowly, {most} at most")
+    };
+    let level = |k: usize, s: usize| {
+        20.0 * (map.amplitudes[k][s] / result.lines[k].loaded.norm().max(f64::MIN_POSITIVE)).log10()
+    };
+    render_svg(WIDTH, height + 54.0, |canvas| {
+        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+        let levels = shown
+            .iter()
+            .flat_map(|&k| (0..map.speeds.len()).map(move |s| (k, s)));
+        let most = levels
+            .map(|(k, s)| level(k, s))
+            .filter(|x| x.is_finite())
+            .fold(6.0f64, |m, x| m.max(x.abs()));
+        let scale = (-most.min(40.0), most.min(40.0));
+        let names: Vec<String> = shown
+            .iter()
+            .map(|&k| {
+                format!(
+                    "{}: {}",
+                    truncate_label(&line_label(machine, &result.lines[k]), 40),
+                    sizes(k)
+                )
+            })
+            .collect();
+        let head = format!("order: source, cause, {} at the output", unit.name);
+        let left = 16.0
+            + names
+                .iter()
+                .map(|name| text_width(name, 9.0))
+                .fold(60.0, f64::max);
+        canvas.text(
+            &head,
+            (left - 6.0, MARGIN_TOP - 9.0),
+            9.0,
+            GREY,
+            Anchor::End,
+        );
+        let rpm: Vec<f64> = map
+            .speeds
+            .iter()
+            .map(|s| s * 30.0 / std::f64::consts::PI)
+            .collect();
+        let half = 0.5 * (rpm[1] - rpm[0]);
+        let panel = Panel {
+            across: (left, MARGIN_RIGHT),
+            down: (MARGIN_TOP, height),
+            x: (rpm[0] - half, rpm[rpm.len() - 1] + half),
+            y: (0.0, 1.0),
+        };
+        for (row, (&k, name)) in shown.iter().zip(&names).enumerate() {
+            let (up, down) = (
+                MARGIN_TOP + ROW_HEIGHT * row as f64,
+                MARGIN_TOP + ROW_HEIGHT * (row as f64 + 1.0),
+            );
+            canvas.text(
+                name,
+                (left - 6.0, 0.5 * (up + down)),
+                9.0,
+                BLACK,
+                Anchor::End,
+            );
+            for (s, speed) in rpm.iter().enumerate() {
+                let across = (
+                    panel.canvas_x(speed - half),
+                    (panel.canvas_x(speed + half) + 1.0).min(MARGIN_RIGHT),
+                );
+                canvas.fill_rect(
+                    (across.0, down - 1.0),
+                    (across.1, up),
+                    ink(step_of(level(k, s), scale)),
+                );
+            }
+        }
+        for tick in ticks(panel.x, 8) {
+            let right = panel.canvas_x(tick);
+            canvas.text(
+                &four_digits(tick),
+                (right, height + 12.0),
+                LABEL_SIZE,
+                BLACK,
+                Anchor::Middle,
+            );
+        }
+        let middle = 0.5 * (left + MARGIN_RIGHT);
+        canvas.text(
+            &format!("speed of {}, rpm", reference_node(machine)),
+            (middle, height + 34.0),
+            LABEL_SIZE,
+            BLACK,
+            Anchor::Middle,
+        );
+        draw_colour_bar(
+            canvas,
+            (MARGIN_TOP, height),
+            scale,
+            "at speed over slowly, dB",
+        );
+    })
+}

@@ -1,0 +1,274 @@
+//! Continuation steps: tangent predictor, Newton corrector, adaptive number of harmonics.
+
+use super::balance::{HarmonicBalance, HarmonicUnknowns};
+use super::family::SpeedFamily;
+use super::linear_part::LinearPart;
+use super::point::{PeriodicSolution, PointOptions, periodic_solution};
+use crate::base::error::Error;
+use crate::motion::dynamic_model::ForceLaw;
+
+/// Where the curve goes, and how finely.
+#[derive(Debug, Clone, Copy)]
+pub struct ContinuationOptions {
+    /// What everything repeats with at the beginning, rad/s.
+    pub from: f64,
+    /// At the end; below the beginning for a falling speed.
+    pub to: f64,
+    /// The largest step, rad/s.
+    pub step: f64,
+    /// What higher orders may add, of the size of the deflections.
+    pub tolerance: f64,
+    /// So many orders and no others.
+    pub orders: Option<usize>,
+    /// The most points.
+    pub max_points: usize,
+}
+
+/// What higher orders may add where nothing is asked.
+pub const DEFAULT_TOLERANCE: f64 = 1e-6;
+
+/// A place on the curve.
+#[derive(Clone)]
+pub(super) struct CurvePoint {
+    pub x: HarmonicUnknowns,
+    pub tangent: Vec<f64>,
+    pub orders: usize,
+}
+
+/// Unknowns beyond this take longer than they are worth.
+const MAX_UNKNOWNS: usize = 1200;
+
+/// Steps along a curve.
+pub(super) struct Continuation<'a> {
+    pub family: &'a SpeedFamily,
+    pub part: &'a LinearPart,
+    pub options: PointOptions<'a>,
+    pub continuation_options: ContinuationOptions,
+    sizes: Vec<f64>,
+    pub span: f64,
+    pub limited: bool,
+}
+
+impl<'a> Continuation<'a> {
+    /// Ready to follow.
+    ///
+    /// # Errors
+    /// Those of the linear part.
+    pub fn new(
+        family: &'a SpeedFamily,
+        part: &'a LinearPart,
+        options: PointOptions<'a>,
+        continuation_options: ContinuationOptions,
+    ) -> Result<Continuation<'a>, Error> {
+        Ok(Continuation {
+            sizes: sizes(family, part, continuation_options.from)?,
+            family,
+            part,
+            options,
+            continuation_options,
+            span: (continuation_options.to - continuation_options.from).abs(),
+            limited: false,
+        })
+    }
+
+    /// The balance with a number of orders.
+    pub fn balance(&self, orders: usize) -> HarmonicBalance<'a> {
+        HarmonicBalance::new(self.family, self.part, orders, &self.sizes, self.span)
+    }
+
+    fn max_orders(&self) -> usize {
+        let each = MAX_UNKNOWNS / self.sizes.len().max(1);
+        (each.saturating_sub(1) / 2).max(self.family.max_order)
+    }
+
+    fn first_orders(&self) -> usize {
+        let few = 8.max(4 * self.family.max_order);
+        self.continuation_options
+            .orders
+            .unwrap_or(few.min(self.max_orders()))
+    }
+
+    /// The motion at a place.
+    pub fn point(&self, curve_point: &CurvePoint) -> Result<PeriodicSolution, Error> {
+        periodic_solution(
+            &mut self.balance(curve_point.orders),
+            &curve_point.x,
+            &curve_point.tangent,
+            &self.options,
+        )
+    }
+
+    /// The first motion, with enough orders.
+    pub fn first(&mut self) -> Result<CurvePoint, Error> {
+        let orders = self.first_orders();
+        let mut balance = self.balance(orders);
+        let guess = balance.initial_guess(self.continuation_options.from)?;
+        let mut still = vec![0.0; guess.len()];
+        still[guess.len() - 1] = 1.0;
+        let (x, _) = balance.correct(&guess, &still).map_err(|error| {
+            error.with_hint("no periodic motion was found at the first speed: begin elsewhere")
+        })?;
+        let sense = (self.continuation_options.to - self.continuation_options.from).signum();
+        still.iter_mut().for_each(|t| *t *= sense);
+        let tangent = balance.tangent(&x, &still)?;
+        let mut point = self.adapt_orders(CurvePoint { x, tangent, orders })?;
+        // More orders have moved it along the curve: back to the first speed.
+        let last = point.x.len() - 1;
+        let mut still = vec![0.0; point.x.len()];
+        still[last] = sense;
+        point.x[last] = self.continuation_options.from / self.span;
+        let mut balance = self.balance(point.orders);
+        point.x = balance.correct(&point.x, &still)?.0;
+        point.tangent = balance.tangent(&point.x, &still)?;
+        Ok(point)
+    }
+
+    /// How far the next place is from where the tangent pointed, in steps.
+    pub fn predictor_deviation(&self, here: &CurvePoint, next: &CurvePoint, length: f64) -> f64 {
+        let active = self.sizes.len();
+        let alike = |x: &[f64]| resize_orders(x, next.orders, here.orders, active);
+        let ahead = here
+            .x
+            .iter()
+            .zip(&here.tangent)
+            .map(|(x, t)| x + length * t);
+        let square: f64 = ahead
+            .zip(alike(&next.x))
+            .map(|(a, b)| (a - b).powi(2))
+            .sum();
+        square.sqrt() / length
+    }
+
+    /// One step along the tangent.
+    pub fn step(&mut self, from: &CurvePoint, length: f64) -> Result<(CurvePoint, usize), Error> {
+        let (point, iterations) = self.advance(from, length)?;
+        Ok((self.adapt_orders(point)?, iterations))
+    }
+
+    /// The place at a distance along the tangent, with the same orders.
+    pub fn advance(&self, from: &CurvePoint, length: f64) -> Result<(CurvePoint, usize), Error> {
+        let mut balance = self.balance(from.orders);
+        let ahead: Vec<f64> = from
+            .x
+            .iter()
+            .zip(&from.tangent)
+            .map(|(x, t)| x + length * t)
+            .collect();
+        let (x, iterations) = balance.correct(&ahead, &from.tangent)?;
+        let tangent = balance.tangent(&x, &from.tangent)?;
+        Ok((
+            CurvePoint {
+                x,
+                tangent,
+                orders: from.orders,
+            },
+            iterations,
+        ))
+    }
+
+    /// The same place with as many orders as its residual asks.
+    fn adapt_orders(&mut self, point: CurvePoint) -> Result<CurvePoint, Error> {
+        if self.continuation_options.orders.is_some() || self.part.element.is_empty() {
+            return Ok(point);
+        }
+        let least = self.first_orders();
+        let mut point = point;
+        loop {
+            let mut balance = self.balance(point.orders);
+            let left_out = balance.truncation_error(&point.x)?;
+            let wanted = if left_out > self.continuation_options.tolerance {
+                (3 * point.orders / 2 + 1).min(self.max_orders())
+            } else if left_out < 0.01 * self.continuation_options.tolerance {
+                (2 * point.orders / 3).max(least)
+            } else {
+                point.orders
+            };
+            if wanted == point.orders {
+                self.limited |= left_out > self.continuation_options.tolerance;
+                return Ok(point);
+            }
+            let fewer = wanted < point.orders;
+            let (delta, omega) = (balance.deflections(&point.x), balance.omega(&point.x));
+            let mut more = self.balance(wanted);
+            let along = |t: &[f64]| -> Vec<f64> {
+                resize_orders(t, point.orders, wanted, self.sizes.len())
+            };
+            let tangent = along(&point.tangent);
+            let x = more.unknowns(&delta, omega);
+            let (x, _) = more.correct(&x, &tangent)?;
+            let tangent = more.tangent(&x, &tangent)?;
+            point = CurvePoint {
+                x,
+                tangent,
+                orders: wanted,
+            };
+            if fewer {
+                return Ok(point);
+            }
+        }
+    }
+
+    /// The place between two where the frequency is `omega`.
+    pub fn point_at(&self, here: &CurvePoint, next: &CurvePoint, omega: f64) -> Option<CurvePoint> {
+        let mut balance = self.balance(here.orders);
+        let between = balance.omega(&here.x);
+        let beyond = self.balance(next.orders).omega(&next.x);
+        if between == omega || beyond == between {
+            return None;
+        }
+        let share = (omega - between) / (beyond - between);
+        let mut still = vec![0.0; here.x.len()];
+        still[here.x.len() - 1] = (beyond - between).signum();
+        let slope = here.tangent[here.x.len() - 1];
+        let length = share * (beyond - between) / self.span / slope;
+        let mut ahead: Vec<f64> = here
+            .x
+            .iter()
+            .zip(&here.tangent)
+            .map(|(x, t)| x + length * t)
+            .collect();
+        let last = ahead.len() - 1;
+        ahead[last] = omega / self.span;
+        let (x, _) = balance.correct(&ahead, &still).ok()?;
+        let tangent = balance.tangent(&x, &still).ok()?;
+        Some(CurvePoint {
+            x,
+            tangent,
+            orders: here.orders,
+        })
+    }
+}
+
+/// The size of the deflection of every active branch.
+fn sizes(family: &SpeedFamily, part: &LinearPart, omega: f64) -> Result<Vec<f64>, Error> {
+    let mut sizes = vec![0.0f64; part.element.len()];
+    for k in 0..=family.max_order {
+        let line = part.order_response(k, omega)?;
+        sizes
+            .iter_mut()
+            .zip(&line.drive[0])
+            .for_each(|(s, p)| *s = s.max(p.norm()));
+    }
+    for (size, element) in sizes.iter_mut().zip(&part.element) {
+        if let ForceLaw::Contact(contact) =
+            &family.relative_model.model.elements[element.branch].law
+        {
+            *size = size.max(contact.half_play);
+        }
+    }
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let least = if largest > 0.0 { 1e-6 * largest } else { 1.0 };
+    Ok(sizes.into_iter().map(|s| s.max(least)).collect())
+}
+
+/// A vector of unknowns with another number of orders.
+fn resize_orders(t: &[f64], orders: usize, wanted: usize, active: usize) -> Vec<f64> {
+    let (width, wide) = (2 * orders + 1, 2 * wanted + 1);
+    let mut out = Vec::with_capacity(active * wide + 1);
+    for own in 0..active {
+        let part = &t[own * width..(own + 1) * width];
+        out.extend((0..wide).map(|j| part.get(j).copied().unwrap_or(0.0)));
+    }
+    out.push(t[t.len() - 1]);
+    out
+}

@@ -1,0 +1,504 @@
+//! Reads `[measured_gear]` with `[[chart]]`: gear data, required accuracy, chart files.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::study::texts;
+use super::tables::{read_table, read_tables};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::error_collector::{ErrorCollector, ValueRange};
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::source_span::{SourceFile, SourceSpan};
+use crate::base::table_reader::TableReader;
+use crate::base::toml::{self, Value};
+use crate::gear::involute::InvoluteGear;
+use crate::gear::measurement::accuracy_grades::AccuracyGrades;
+use crate::gear::measurement::iso1328::Edition;
+use crate::gear::measurement::pitch::PitchMethod;
+use crate::gear::measurement::trace::Modification;
+
+/// A gear with its charts, as its file describes them.
+#[derive(Debug, Clone)]
+pub struct MeasuredGear {
+    /// What the file calls it.
+    pub title: String,
+    /// Its basic dimensions.
+    pub gear: InvoluteGear,
+    /// Face width, m.
+    pub face_width: Option<f64>,
+    /// Tip diameter, m.
+    pub tip_diameter: Option<f64>,
+    /// Total contact ratio with its mate.
+    pub contact_ratio: Option<f64>,
+    /// Short wave the design itself has, m.
+    pub designed_short_wave: Option<f64>,
+    /// Allowed normal thickness deviations, lower and upper, m.
+    pub thickness: Option<[f64; 2]>,
+    /// What was asked.
+    pub requirement: Option<AccuracyRequirement>,
+    /// The charts.
+    pub charts: Vec<MeasuredChart>,
+    /// The file.
+    pub source: Arc<SourceFile>,
+}
+
+/// Which accuracy was asked.
+#[derive(Debug, Clone)]
+pub struct AccuracyRequirement {
+    /// By which standard; `None`: JB 179-60, whose limits come from a table file.
+    pub edition: Option<Edition>,
+    /// Grades.
+    pub grades: AccuracyGrades,
+    /// The table file with limits, from the folder of this file.
+    pub table: Option<PathBuf>,
+}
+
+/// One chart or list of readings.
+#[derive(Debug, Clone)]
+pub struct MeasuredChart {
+    /// What was measured, with what it takes to evaluate it.
+    pub kind: ChartKind,
+    /// The log it stands in, from the folder of this file.
+    pub file: PathBuf,
+    /// Columns that belong to neither flank, to the left flanks, to the right flanks.
+    pub columns: [Vec<String>; 3],
+    /// Unit of the columns where their names do not say it.
+    pub unit: Option<String>,
+    /// Standard uncertainty of one reading, m.
+    pub std: Option<f64>,
+    /// Where its table begins.
+    pub span: SourceSpan,
+}
+
+/// What was measured.
+#[derive(Debug, Clone)]
+pub enum ChartKind {
+    /// Pitches, over `k` teeth as well.
+    Pitch {
+        /// How they were read.
+        method: PitchMethod,
+        /// Over how many pitches F_pk reaches.
+        k: Option<u32>,
+    },
+    /// Profile or helix traces.
+    Trace(TraceSettings),
+    /// A ball in every space.
+    Runout,
+    /// Deviations of base pitches.
+    BasePitch,
+    /// Spans over `k` teeth.
+    Span {
+        /// Teeth spanned.
+        k: Option<u32>,
+    },
+    /// Over balls or pins of a diameter, m.
+    Balls {
+        /// The ball's.
+        diameter: f64,
+    },
+    /// Chords at the reference cylinder.
+    Chord,
+    /// Constant chords.
+    ConstantChord,
+    /// Centre distance with a master on both flanks.
+    DoubleFlank,
+    /// Transmission error with a master on one flank.
+    SingleFlank {
+        /// Turns recorded.
+        turns: u32,
+        /// Lengths lie along the line of action, else along the reference circle; unsaid where angles were read.
+        along_action: Option<bool>,
+        /// Angle of the gear at which tooth 1 comes into contact, rad.
+        first_contact: Option<f64>,
+    },
+}
+
+/// How traces are evaluated.
+#[derive(Debug, Clone)]
+pub struct TraceSettings {
+    /// Along the profile, else along the face.
+    pub is_profile: bool,
+    /// Column of places.
+    pub along: String,
+    /// Its unit where its name does not say it.
+    pub along_unit: Option<String>,
+    /// Evaluation range, m; all by default.
+    pub evaluation: Option<[f64; 2]>,
+    /// The range the mean line is extended to for the slope, m.
+    pub active: Option<[f64; 2]>,
+    /// What the design takes off.
+    pub design: Vec<Modification>,
+    /// Where a relief begins that is to be told, m.
+    pub relief_from: Option<f64>,
+    /// What is shorter is taken out of the trace first.
+    pub filter: Option<TraceFilter>,
+}
+
+/// A Gaussian filter of a trace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TraceFilter {
+    /// Cut-off, m.
+    Cutoff(f64),
+    /// A thirtieth of the evaluation range, 25 µm at least.
+    OfRange,
+}
+
+/// Whether a TOML file describes a measured gear.
+pub fn is_measured_gear(source: &Arc<SourceFile>) -> bool {
+    toml::parse(source).root.get("measured_gear").is_some()
+}
+
+/// Reads one.
+///
+/// # Errors
+/// Everything wrong in it.
+pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
+    let document = toml::parse(source);
+    let mut collector = ErrorCollector::default();
+    let units = document.root.get("units").map(|entry| &entry.item.value);
+    if matches!(units, Some(Value::String(text)) if text == "SI") {
+        collector.bare_si.push(source.path.clone());
+    }
+    let span = SourceSpan::new(source.clone(), 0..0);
+    let mut f = TableReader::new(&document.root, span, "the measured gear", &mut collector);
+    let title = f.optional_text("title").unwrap_or_default().to_string();
+    f.optional_text("source");
+    f.item("units", "the text \"SI\"");
+    f.item(
+        "truth",
+        "a table of what is known of a simulated gear, read by nobody here",
+    );
+    let gear = read_table(&mut f, "measured_gear", gear);
+    f.require("measured_gear");
+    let internal = (gear.as_ref().and_then(Option::as_ref)).is_some_and(|g| g.gear.internal);
+    let charts = read_tables(&mut f, "chart", |f| chart(f, internal));
+    if charts.is_empty() {
+        let hint = "write [[chart]] with its kind, its file and its columns";
+        f.report_key(Code::MissingKey, "chart", "nothing is measured", hint);
+    }
+    let charts: Vec<MeasuredChart> = charts.into_iter().flatten().collect();
+    f.finish();
+    let mut errors = collector.errors;
+    errors.extend(document.syntax_error);
+    let folder = Path::new(&source.path).parent().unwrap_or(Path::new(""));
+    let Some(gear) = gear.flatten() else {
+        let unknown = Error::new(Code::MissingKey, "the gear is not described")
+            .with_span(&SourceSpan::new(source.clone(), 0..0));
+        return Errors::into_result(errors, || ()).and(Err(unknown.into()));
+    };
+    Errors::into_result(errors, || MeasuredGear {
+        title,
+        source: source.clone(),
+        charts: charts
+            .into_iter()
+            .map(|chart| MeasuredChart {
+                file: folder.join(&chart.file),
+                ..chart
+            })
+            .collect(),
+        requirement: gear.requirement.map(|requirement| AccuracyRequirement {
+            table: requirement.table.map(|table| folder.join(table)),
+            ..requirement
+        }),
+        gear: gear.gear,
+        face_width: gear.face_width,
+        tip_diameter: gear.tip_diameter,
+        contact_ratio: gear.contact_ratio,
+        designed_short_wave: gear.designed_short_wave,
+        thickness: gear.thickness,
+    })
+}
+
+/// `[measured_gear]`.
+struct GearTable {
+    gear: InvoluteGear,
+    face_width: Option<f64>,
+    tip_diameter: Option<f64>,
+    contact_ratio: Option<f64>,
+    designed_short_wave: Option<f64>,
+    thickness: Option<[f64; 2]>,
+    requirement: Option<AccuracyRequirement>,
+}
+
+/// Most teeth a gear is taken to have.
+const MAX_TEETH: u32 = 100_000;
+
+fn gear(f: &mut TableReader) -> Option<GearTable> {
+    let errors = f.errors.errors.len();
+    let teeth = f.optional_count("teeth", 3, MAX_TEETH);
+    f.require("teeth");
+    let module = f.quantity("module", QuantityKind::Length, ValueRange::Positive);
+    let steep = ValueRange::Open(0.0, 45f64.to_radians(), "between 0 and 45 deg");
+    let pressure_angle = f.optional_quantity("pressure_angle", QuantityKind::Angle, steep);
+    let lean = ValueRange::Open(-80f64.to_radians(), 80f64.to_radians(), "within ±80 deg");
+    let helix = f.optional_quantity("helix", QuantityKind::Angle, lean);
+    let internal = f.flag("internal");
+    let shift = f.optional_number("profile_shift", ValueRange::Open(-3.0, 3.0, "within ±3"));
+    let mut positive =
+        |key: &str| f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive);
+    let (face_width, tip_diameter) = (positive("face_width"), positive("tip_diameter"));
+    let thickness =
+        f.optional_quantities("thickness", QuantityKind::Length, ValueRange::Any, Some(2));
+    let thickness: Option<[f64; 2]> = thickness.and_then(|t| t.try_into().ok());
+    if thickness.is_some_and(|[low, high]| low >= high) {
+        let hint = "`thickness` takes the lower allowance first: [\"-120 µm\", \"-60 µm\"]";
+        f.report_key(Code::OutOfRange, "thickness", "`thickness` falls", hint);
+    }
+    let contact_ratio = f.optional_number("contact_ratio", ValueRange::Positive);
+    let designed_short_wave = f.optional_quantity(
+        "designed_short_wave",
+        QuantityKind::Length,
+        ValueRange::NotNegative,
+    );
+    let requirement = demand(f);
+    if f.errors.errors.len() > errors {
+        return None;
+    }
+    Some(GearTable {
+        gear: InvoluteGear {
+            teeth: teeth?,
+            module,
+            pressure_angle: pressure_angle.unwrap_or(20f64.to_radians()),
+            helix: helix.unwrap_or(0.0),
+            profile_shift: shift.unwrap_or(0.0),
+            internal,
+        },
+        face_width,
+        tip_diameter,
+        contact_ratio,
+        designed_short_wave,
+        thickness,
+        requirement,
+    })
+}
+
+fn demand(f: &mut TableReader) -> Option<AccuracyRequirement> {
+    let standards = [
+        ("ISO 1328-1:1995", Some(Edition::Y1995)),
+        ("ISO 1328-1:2013", Some(Edition::Y2013)),
+        ("JB 179-60", None),
+    ];
+    let standard = f.choice("standard", &standards);
+    let table = f.optional_text("limits").map(PathBuf::from);
+    let item = f.item("accuracy", "a grade or a notation: 6, \"8-7-7 Dc\"")?;
+    let read = match &item.value {
+        Value::Integer(grade) => AccuracyGrades::parse(&grade.to_string()),
+        Value::String(text) => AccuracyGrades::parse(text),
+        _ => return f.wrong_type("accuracy", item, "a grade or a notation: 6, \"8-7-7 Dc\""),
+    };
+    let grades = match read {
+        Ok(grades) => grades,
+        Err(error) => {
+            f.report_key(
+                error.code,
+                "accuracy",
+                error.message,
+                &error.hint.unwrap_or_default(),
+            );
+            return None;
+        }
+    };
+    if !f.has("standard") {
+        f.report_missing("standard", ", by which the accuracy is asked");
+    }
+    let edition = standard?;
+    if edition.is_none() && table.is_none() {
+        let hint = "its tables are not part of geardyn: write them into a table file (docs/reference/measured-gears.md) and name it \
+                    in `limits`; leave `accuracy` out to have the values alone";
+        let message = "JB 179-60 needs a table of limits";
+        f.report_key(Code::MissingKey, "standard", message, hint);
+    }
+    if edition.is_some() && table.is_some() {
+        let message = "`limits` belongs to JB 179-60; those of ISO 1328 are computed";
+        f.report_key(
+            Code::Conflict,
+            "limits",
+            message,
+            "leave it out, or write standard = \"JB 179-60\"",
+        );
+    }
+    Some(AccuracyRequirement {
+        edition,
+        grades,
+        table,
+    })
+}
+
+#[derive(Clone, Copy)]
+enum ChartTag {
+    Pitch,
+    Profile,
+    Helix,
+    Runout,
+    BasePitch,
+    Span,
+    Balls,
+    Chord,
+    ConstantChord,
+    DoubleFlank,
+    SingleFlank,
+}
+
+fn chart(f: &mut TableReader, internal: bool) -> Option<MeasuredChart> {
+    let errors = f.errors.errors.len();
+    let words = [
+        ("pitch", ChartTag::Pitch),
+        ("profile", ChartTag::Profile),
+        ("helix", ChartTag::Helix),
+        ("runout", ChartTag::Runout),
+        ("base_pitch", ChartTag::BasePitch),
+        ("span", ChartTag::Span),
+        ("balls", ChartTag::Balls),
+        ("chord", ChartTag::Chord),
+        ("constant_chord", ChartTag::ConstantChord),
+        ("double_flank", ChartTag::DoubleFlank),
+        ("single_flank", ChartTag::SingleFlank),
+    ];
+    let tag = f.choice("kind", &words);
+    f.require("kind");
+    let file = f.optional_text("file").map(PathBuf::from);
+    f.require("file");
+    let columns = ["column", "left", "right"].map(|key| names(f, key));
+    if columns.iter().all(Vec::is_empty) {
+        f.report_missing("column", ", nor `left` or `right`");
+    }
+    let unit = f.optional_text("unit").map(str::to_string);
+    let std = f.optional_quantity("uncertainty", QuantityKind::Length, ValueRange::NotNegative);
+    let kind = tag.map(|tag| kind(f, tag, internal));
+    let source_span = f.span.clone();
+    (f.errors.errors.len() == errors).then_some(())?;
+    Some(MeasuredChart {
+        kind: kind?,
+        file: file?,
+        columns,
+        unit,
+        std,
+        span: source_span,
+    })
+}
+
+/// One column's name, or a list of them.
+fn names(f: &mut TableReader, key: &str) -> Vec<String> {
+    match f.item(key, "a column's name, or a list of them") {
+        None => Vec::new(),
+        Some(item) => match &item.value {
+            Value::String(text) => vec![text.clone()],
+            _ => texts(f, key),
+        },
+    }
+}
+
+fn kind(f: &mut TableReader, tag: ChartTag, internal: bool) -> ChartKind {
+    match tag {
+        ChartTag::Pitch => {
+            let methods = [
+                ("comparator", PitchMethod::Comparator),
+                ("index", PitchMethod::Index),
+            ];
+            let method = f.choice("method", &methods);
+            f.require("method");
+            ChartKind::Pitch {
+                method: method.unwrap_or(PitchMethod::Index),
+                k: f.optional_count("k", 2, MAX_TEETH),
+            }
+        }
+        ChartTag::Profile => ChartKind::Trace(trace(f, true, internal)),
+        ChartTag::Helix => ChartKind::Trace(trace(f, false, internal)),
+        ChartTag::Runout => ChartKind::Runout,
+        ChartTag::BasePitch => ChartKind::BasePitch,
+        ChartTag::Span => ChartKind::Span {
+            k: f.optional_count("teeth", 1, MAX_TEETH),
+        },
+        ChartTag::Balls => ChartKind::Balls {
+            diameter: f.quantity("diameter", QuantityKind::Length, ValueRange::Positive),
+        },
+        ChartTag::Chord => ChartKind::Chord,
+        ChartTag::ConstantChord => ChartKind::ConstantChord,
+        ChartTag::DoubleFlank => ChartKind::DoubleFlank,
+        ChartTag::SingleFlank => ChartKind::SingleFlank {
+            turns: f.optional_count("turns", 1, MAX_TEETH).unwrap_or(1),
+            along_action: f.choice(
+                "on",
+                &[("line_of_action", true), ("reference_circle", false)],
+            ),
+            first_contact: f.optional_quantity(
+                "first_contact",
+                QuantityKind::Angle,
+                ValueRange::Any,
+            ),
+        },
+    }
+}
+
+fn trace(f: &mut TableReader, is_profile: bool, internal: bool) -> TraceSettings {
+    let along = f.optional_text("along").map(str::to_string);
+    f.require("along");
+    let along_unit = f.optional_text("along_unit").map(str::to_string);
+    let mut range = |key: &str| -> Option<[f64; 2]> {
+        let pair: [f64; 2] = f
+            .optional_quantities(key, QuantityKind::Length, ValueRange::Any, Some(2))?
+            .try_into()
+            .ok()?;
+        if pair[0] >= pair[1] {
+            let message = format!("`{key}` does not rise");
+            f.report_key(Code::OutOfRange, key, message, "it takes [from, to]");
+        }
+        Some(pair)
+    };
+    let (evaluation, active) = (range("evaluation"), range("active"));
+    let mut design = Vec::new();
+    let mut amount = |key: &str| -> Option<f64> {
+        f.optional_quantity(key, QuantityKind::Length, ValueRange::NotNegative)
+    };
+    let (tip, crowning) = (amount("tip_relief"), amount("crowning"));
+    let relief_from = f.optional_quantity("relief_from", QuantityKind::Length, ValueRange::Any);
+    let ends = active.or(evaluation);
+    if let (Some(amount), Some([from, to])) = (crowning, ends) {
+        design.push(Modification::Crowning { from, to, amount });
+    }
+    if let (Some(amount), Some(from), Some([low, high])) = (tip, relief_from, ends) {
+        // With the length of roll one comes to the tip last, of an internal gear first.
+        let to = if is_profile && internal { low } else { high };
+        design.push(Modification::Relief { from, to, amount });
+    }
+    let wanting = (crowning.is_some() || tip.is_some()) && ends.is_none();
+    if wanting {
+        f.report_missing("active", ", between whose ends the design is stated");
+    }
+    if tip.is_some() && relief_from.is_none() {
+        f.report_missing("relief_from", ", where the designed tip relief begins");
+    }
+    if let (Some(from), Some([low, high])) = (relief_from, ends)
+        && !(low < from && from < high)
+    {
+        let message = "the relief begins outside the trace's range";
+        f.report_key(
+            Code::OutOfRange,
+            "relief_from",
+            message,
+            "it takes a place between the ends of `active`",
+        );
+    }
+    let of_range = f.has("filter")
+        && f.span_of("filter").text().trim_matches(['"', '\'']) == "ISO 1328-1:2013";
+    let filter = match of_range {
+        true => {
+            f.item("filter", "a length, or \"ISO 1328-1:2013\"");
+            Some(TraceFilter::OfRange)
+        }
+        false => f
+            .optional_quantity("filter", QuantityKind::Length, ValueRange::Positive)
+            .map(TraceFilter::Cutoff),
+    };
+    TraceSettings {
+        filter,
+        is_profile,
+        along: along.unwrap_or_default(),
+        along_unit,
+        evaluation,
+        active,
+        design,
+        relief_from,
+    }
+}

@@ -1,0 +1,155 @@
+//! Options of accuracy and stability studies.
+
+use super::motion::simulate;
+use super::{ResponseStudy, SimulateStudy, SpeedRange, response, texts};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity;
+use crate::base::table_reader::TableReader;
+use crate::scene::shared_keys::MAX_COUNT;
+
+/// Error against run time, as the command has it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct AccuracyStudy {
+    /// What is to be exact.
+    pub target: AccuracyTarget,
+    /// The motion.
+    pub motion: SimulateStudy,
+    /// How many elastic modes are compared.
+    pub lowest: Option<u32>,
+    /// The responses.
+    pub response: ResponseStudy,
+    /// Only these methods; all that apply where empty.
+    pub methods: Vec<String>,
+    /// The error that is wanted in the end, relative.
+    pub target_error: Option<f64>,
+}
+
+/// What a study of accuracy compares.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum AccuracyTarget {
+    /// The motion in time.
+    #[default]
+    Motion,
+    /// The lowest natural frequencies.
+    Modes,
+    /// Frequency responses.
+    Response,
+}
+
+/// Reads its keys.
+pub(super) fn accuracy(f: &mut TableReader) -> AccuracyStudy {
+    let words = [
+        ("motion", AccuracyTarget::Motion),
+        ("modes", AccuracyTarget::Modes),
+        ("response", AccuracyTarget::Response),
+    ];
+    let mut study = AccuracyStudy {
+        target: f.choice("of", &words).unwrap_or_default(),
+        target_error: f.optional_number("error", ValueRange::Positive),
+        ..AccuracyStudy::default()
+    };
+    match study.target {
+        AccuracyTarget::Motion => {
+            study.motion = simulate(f);
+            study.methods = texts(f, "methods");
+        }
+        AccuracyTarget::Modes => study.lowest = f.optional_count("lowest", 1, MAX_COUNT),
+        AccuracyTarget::Response => study.response = response::response(f),
+    }
+    study
+}
+
+/// Where methods and machine break, as the command has it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StabilityStudy {
+    /// The motion.
+    pub motion: SimulateStudy,
+    /// Only these methods; all that apply where empty.
+    pub methods: Vec<String>,
+    /// Speeds of a parametric stability chart.
+    pub speeds: Option<SpeedRange>,
+    /// What else the chart goes over.
+    pub sweep: Option<ParameterSweep>,
+}
+
+/// The second axis of a stability chart: factors on what the scene has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParameterSweep {
+    /// What is changed.
+    pub parameter: SweepParameter,
+    /// The first factor.
+    pub from: f64,
+    /// The last.
+    pub to: f64,
+    /// How many, both ends included.
+    pub count: u32,
+}
+
+/// What a stability chart can go over next to speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SweepParameter {
+    /// How far every stiffness wave goes from its mean.
+    Depth,
+    /// Every damping.
+    Damping,
+}
+
+impl SweepParameter {
+    /// The word for it in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            SweepParameter::Depth => "depth",
+            SweepParameter::Damping => "damping",
+        }
+    }
+}
+
+impl ParameterSweep {
+    /// Reads `depth=A:B:N` or `damping=A:B:N`.
+    pub fn parse(text: &str, subject: &str) -> Result<ParameterSweep, Error> {
+        const MAX_ROWS: u32 = 1000;
+        let form = || {
+            let message = format!(
+                "\"{}\" is no second axis of a chart",
+                quantity::truncate(text)
+            );
+            let hint = format!(
+                "{subject} takes depth=first:last:rows or damping=first:last:rows, factors on what the scene has, such as depth=0:1:21"
+            );
+            Error::new(Code::OutOfRange, message).with_hint(hint)
+        };
+        let (name, range) = text.split_once('=').ok_or_else(form)?;
+        let known = [SweepParameter::Depth, SweepParameter::Damping];
+        let parameter = known.into_iter().find(|p| p.name() == name.trim());
+        let parts: Vec<&str> = range.split(':').map(str::trim).collect();
+        let [from, to, count] = parts[..] else {
+            return Err(form());
+        };
+        let number = |text: &str| {
+            text.parse::<f64>()
+                .ok()
+                .filter(|x| x.is_finite() && *x >= 0.0)
+        };
+        match (parameter, number(from), number(to), count.parse::<u32>()) {
+            (Some(parameter), Some(from), Some(to), Ok(count))
+                if from < to && (2..=MAX_ROWS).contains(&count) =>
+            {
+                Ok(ParameterSweep {
+                    parameter,
+                    from,
+                    to,
+                    count,
+                })
+            }
+            _ => Err(form()),
+        }
+    }
+
+    /// The factors, rising.
+    pub fn factors(self) -> impl Iterator<Item = f64> {
+        let steps = f64::from(self.count - 1);
+        (0..self.count).map(move |k| self.from + (self.to - self.from) * f64::from(k) / steps)
+    }
+}

@@ -1,0 +1,85 @@
+//! Options of transmission-error studies.
+
+use super::{SpeedRange, parsed, speeds};
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::TableReader;
+use crate::scene::shared_keys::MAX_COUNT;
+
+/// Transmission error of a chain, as the command has it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TransmissionStudy {
+    /// The node whose error is wanted.
+    pub output: Option<String>,
+    /// The node whose angle is prescribed; that of the first stated speed where absent.
+    pub driver: Option<String>,
+    /// The node the output should turn with.
+    pub against: Option<String>,
+    /// Where on the output the error is also told as an arc, m.
+    pub radius: Option<f64>,
+    /// Speed of the first node of `[speed]` for the error at speed, rad/s.
+    pub speed: Option<f64>,
+    /// Speeds of a map of all lines.
+    pub speeds: Option<SpeedRange>,
+    /// Turns of the output over which ranges are told and a record is made.
+    pub window_revs: Option<u32>,
+    /// Teeth of the output by which a record is told tooth by tooth.
+    pub teeth: Option<u32>,
+    /// A machine that indexes tooth by tooth.
+    pub index: Option<IndexingStudy>,
+    /// The error over the angle is wanted.
+    pub record: bool,
+}
+
+/// Reads its keys.
+pub(super) fn transmission(f: &mut TableReader) -> TransmissionStudy {
+    let text = |f: &mut TableReader, key: &str| f.optional_text(key).map(str::to_string);
+    TransmissionStudy {
+        output: text(f, "output"),
+        driver: text(f, "driver"),
+        against: text(f, "against"),
+        radius: f.optional_quantity("radius", QuantityKind::Length, ValueRange::Positive),
+        speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
+        speeds: speeds(f, "speeds"),
+        window_revs: f.optional_count("window", 1, MAX_COUNT),
+        teeth: f.optional_count("teeth", 1, MAX_COUNT),
+        index: parsed(f, "index", IndexingStudy::parse),
+        record: false,
+    }
+}
+
+/// A machine that indexes tooth by tooth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IndexingStudy {
+    /// The pair or shaft whose output side moves on from tooth to tooth.
+    pub element: String,
+    /// Teeth of the work.
+    pub teeth: u32,
+}
+
+impl IndexingStudy {
+    /// Reads `ELEMENT:TEETH`.
+    ///
+    /// # Errors
+    /// What is not of that form.
+    pub fn parse(text: &str, subject: &str) -> Result<IndexingStudy, Error> {
+        let parts = text.rsplit_once(':');
+        let read = parts.and_then(|(behind, teeth)| {
+            Some((behind, teeth.trim().parse().ok().filter(|z| *z >= 2)?))
+        });
+        let Some((behind, teeth)) = read else {
+            let message = format!("\"{}\" is no indexing", quantity::truncate(text));
+            let hint = format!(
+                "{subject} takes the element behind which the work moves on, and the teeth of the work, such as differential:37"
+            );
+            return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
+        };
+        Ok(IndexingStudy {
+            element: behind.trim().to_string(),
+            teeth,
+        })
+    }
+}

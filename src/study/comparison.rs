@@ -1,0 +1,99 @@
+//! Comparison of exact and approximate solution methods by error and run time.
+
+use super::timing::min_time;
+use crate::base::error::Error;
+
+/// What every way to an answer costs.
+pub struct ComparisonResult {
+    /// What is compared, as text.
+    pub quantity: String,
+    /// How errors are measured, as text.
+    pub norm: &'static str,
+    /// Degrees of freedom of the machine, without rigid joints.
+    pub dofs: usize,
+    /// What the errors are against.
+    pub reference: String,
+    /// Its own relative error, below which none can be told.
+    pub reference_error: f64,
+    /// Every way that was tried.
+    pub methods: Vec<ComparedMethod>,
+    /// It ended before all were tried.
+    pub interrupted: bool,
+}
+
+/// One way.
+pub struct ComparedMethod {
+    /// Its name.
+    pub method: &'static str,
+    /// How fine; absent where nothing is chosen.
+    pub size: Option<ModelSize>,
+    /// Its relative error.
+    pub error: Option<f64>,
+    /// The least time of its repeats, s.
+    pub seconds: f64,
+    /// Why it came to no end.
+    pub failure: Option<String>,
+}
+
+/// How fine a way is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModelSize {
+    /// So many coordinates are kept.
+    Coordinates(usize),
+    /// So many elastic modes are kept.
+    Modes(usize),
+    /// Every shaft with a mass of its own is cut in so many lengths.
+    ShaftElements(usize),
+}
+
+impl ComparisonResult {
+    /// The quickest way to an error.
+    pub fn cheapest(&self, error: f64) -> Option<&ComparedMethod> {
+        let reached = self
+            .methods
+            .iter()
+            .filter(|w| w.error.is_some_and(|e| e <= error));
+        reached.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
+    }
+
+    /// The way that comes nearest to the answer.
+    pub fn most_accurate(&self) -> Option<&ComparedMethod> {
+        let off = |w: &ComparedMethod| w.error.unwrap_or(f64::INFINITY);
+        let ended = self.methods.iter().filter(|w| w.error.is_some());
+        ended.min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+}
+
+impl ComparedMethod {
+    /// Takes a way, with the least time of several repeats; `judge` says how far its answer is off.
+    pub fn time_method<T>(
+        method: &'static str,
+        size: Option<ModelSize>,
+        task: impl FnMut() -> Result<T, Error>,
+        judge: impl FnOnce(T) -> Result<f64, String>,
+    ) -> ComparedMethod {
+        let (outcome, seconds) = min_time(task);
+        ComparedMethod::with_error(method, size, outcome, seconds, judge)
+    }
+
+    /// A way that was taken in so many seconds.
+    pub fn with_error<T>(
+        method: &'static str,
+        size: Option<ModelSize>,
+        outcome: Result<T, Error>,
+        seconds: f64,
+        judge: impl FnOnce(T) -> Result<f64, String>,
+    ) -> ComparedMethod {
+        let (error, failed) = match outcome.map_err(|e| e.message).and_then(judge) {
+            Ok(error) => (Some(error), None),
+            Err(why) => (None, Some(why)),
+        };
+        ComparedMethod {
+            method,
+            size,
+            error,
+            seconds,
+            failure: failed,
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! Work–precision study: integration methods against one reference solution.
+//!
+//! The error of an output is its largest difference from the reference over all samples, divided by the largest size of the
+//! reference; that of a run is the worst of its outputs. Nothing below the distance of the reference from its closest unrelated
+//! witness can be told, so no error is stated smaller. Times are the least of several repeats.
+
+use super::method_run::{MIN_TOLERANCE, cost_ratio, relative_distance, run_method, step_sizes};
+use super::monitor::Monitor;
+use super::reference::ReferenceSolution;
+use super::timing::min_time;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::quantity;
+use crate::base::time_budget::CancelToken;
+use crate::motion::methods::{IntegrationMethod, METHODS};
+use crate::motion::problem::{IntegrationStats, StepSize};
+use crate::plan::motion::cost::{CostModel, check_memory};
+use crate::plan::motion::method_choice::find_methods;
+use crate::plan::motion::simulation_setup::SimulationSetup;
+
+/// Error against run time of one scene.
+pub struct WorkPrecisionResult {
+    /// What the errors are against.
+    pub solution: ReferenceSolution,
+    /// Every rung of every method, run or not.
+    pub runs: Vec<WorkPrecisionRun>,
+    /// It ended before all were done.
+    pub interrupted: bool,
+}
+
+/// One rung of a method.
+pub struct WorkPrecisionRun {
+    /// The method.
+    pub method: &'static str,
+    /// How exact or how fine it was asked; absent for exact methods, and for those that take no rung at all.
+    pub step_size: Option<StepSize>,
+    /// How it ended.
+    pub outcome: RunOutcome,
+}
+
+/// How a rung ended.
+pub enum RunOutcome {
+    /// It came to its end.
+    Completed {
+        /// Its error, not below what the reference is known to.
+        error: f64,
+        /// The least time of its repeats, s.
+        seconds: f64,
+        /// What it cost.
+        stats: IntegrationStats,
+    },
+    /// It did not, for this reason.
+    Failed(Error),
+    /// It was not begun, for this reason.
+    Skipped(String),
+}
+
+/// What is to be taken for an error.
+pub enum Recommendation<'a> {
+    /// The cheapest run that reaches it, and the cheapest of another method.
+    Cheapest(&'a WorkPrecisionRun, Option<&'a WorkPrecisionRun>),
+    /// None reaches it; this one comes nearest.
+    Nearest(&'a WorkPrecisionRun),
+    /// No run came to its end.
+    Unavailable,
+}
+
+/// Seconds a rung may take, and all runs of one method for the reference.
+pub const TIME_LIMIT: f64 = 10.0;
+
+/// Histories held at a time: those of the methods that may be the reference, and of the rung compared with it.
+const MAX_HISTORIES: usize = 16;
+
+/// Runs every method. A rung that would take longer than `time_limit`, s, is not begun or given up. Ended early, it gives the runs
+/// that were finished.
+///
+/// # Errors
+/// An unknown method; no method that could serve as the reference; `Interrupted` before there is one.
+pub fn work_precision(
+    scene: &SimulationSetup,
+    methods: &[String],
+    patience: f64,
+    monitor: &mut Monitor,
+) -> Result<WorkPrecisionResult, Error> {
+    refuse(scene, methods)?;
+    let chosen: Vec<&'static IntegrationMethod> = match methods.is_empty() {
+        true => METHODS.iter().collect(),
+        false => find_methods(methods)?,
+    };
+    let model = CostModel::new(scene);
+    let solution = ReferenceSolution::compute_reference(scene, (&model, patience), monitor)?;
+    let criteria = RunCriteria {
+        solution: &solution,
+        model,
+        time_limit: patience,
+    };
+    let mut runs = Vec::new();
+    for method in chosen {
+        match (method.unsupported_reason)(&scene.model.model) {
+            Some(why) => runs.push(WorkPrecisionRun {
+                method: method.name,
+                step_size: None,
+                outcome: RunOutcome::Skipped(why),
+            }),
+            None => run_step_sizes(scene, method, &criteria, monitor, &mut runs),
+        }
+        if monitor.cancel.is_cancelled() {
+            break;
+        }
+    }
+    Ok(WorkPrecisionResult {
+        solution,
+        runs,
+        interrupted: monitor.cancel.is_cancelled(),
+    })
+}
+
+/// Refuses what can be known before any run.
+///
+/// # Errors
+/// An unknown method; histories that would take more room than is allowed.
+pub fn refuse(scene: &SimulationSetup, methods: &[String]) -> Result<(), Error> {
+    find_methods(methods)?;
+    check_memory(scene, MAX_HISTORIES)
+}
+
+/// What rungs are judged by.
+struct RunCriteria<'a> {
+    solution: &'a ReferenceSolution,
+    model: CostModel<'a>,
+    /// Seconds a rung may take.
+    time_limit: f64,
+}
+
+/// Every rung of a method, the coarsest first; those that would take too long are listed and not begun.
+fn run_step_sizes(
+    scene: &SimulationSetup,
+    method: &'static IntegrationMethod,
+    criteria: &RunCriteria,
+    monitor: &mut Monitor,
+    runs: &mut Vec<WorkPrecisionRun>,
+) {
+    let mut dear = None;
+    for rung in step_sizes(scene, method) {
+        let size = rung.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
+        let bound = criteria.model.lower_bound(method, size);
+        let bound = bound.filter(|bound| bound.is_beyond(criteria.time_limit));
+        dear = dear.or(bound.map(|bound| format!("not run: {}", bound.text())));
+        let outcome = match &dear {
+            Some(why) => RunOutcome::Skipped(String::clone(why)),
+            None => {
+                let on = monitor.proceed(method.name);
+                let outcome = run(scene, method, rung, criteria, monitor.cancel);
+                if !on || monitor.cancel.is_cancelled() {
+                    return;
+                }
+                dear = outcome.skip_reason(method, criteria.time_limit);
+                outcome
+            }
+        };
+        runs.push(WorkPrecisionRun {
+            method: method.name,
+            step_size: rung,
+            outcome,
+        });
+    }
+}
+
+impl RunOutcome {
+    /// Why the next finer rung is not worth beginning.
+    fn skip_reason(&self, method: &IntegrationMethod, patience: f64) -> Option<String> {
+        match self {
+            RunOutcome::Completed { seconds, .. } => {
+                let next = cost_ratio(method) * seconds;
+                (next > patience).then(|| {
+                    format!(
+                        "not run: the last took {}, the next would take about {}",
+                        quantity::format_time(*seconds),
+                        quantity::format_time(next)
+                    )
+                })
+            }
+            RunOutcome::Failed(error) if error.code == Code::BudgetExceeded => {
+                Some("not run: the last was given up".to_string())
+            }
+            _ => None,
+        }
+    }
+}
+
+impl WorkPrecisionRun {
+    /// Its error, where it came to its end.
+    pub fn error(&self) -> Option<f64> {
+        match self.outcome {
+            RunOutcome::Completed { error, .. } => Some(error),
+            _ => None,
+        }
+    }
+
+    /// How long it took, s, where it came to its end.
+    pub fn seconds(&self) -> Option<f64> {
+        match self.outcome {
+            RunOutcome::Completed { seconds, .. } => Some(seconds),
+            _ => None,
+        }
+    }
+
+    /// Why it has no error.
+    pub fn reason(&self) -> Option<&str> {
+        match &self.outcome {
+            RunOutcome::Completed { .. } => None,
+            RunOutcome::Failed(error) => Some(&error.message),
+            RunOutcome::Skipped(why) => Some(why),
+        }
+    }
+}
+
+impl WorkPrecisionResult {
+    /// What is to be taken for an error.
+    pub fn recommend(&self, error: f64) -> Recommendation<'_> {
+        let reached = || {
+            let all = self.runs.iter();
+            all.filter(|r| r.error().is_some_and(|e| e <= error))
+        };
+        let time = |run: &WorkPrecisionRun| run.seconds().unwrap_or(f64::INFINITY);
+        let cheaper = |a: &&WorkPrecisionRun, b: &&WorkPrecisionRun| time(a).total_cmp(&time(b));
+        if let Some(best) = reached().min_by(cheaper) {
+            let others = reached().filter(|r| r.method != best.method);
+            return Recommendation::Cheapest(best, others.min_by(cheaper));
+        }
+        let ended = self.runs.iter().filter(|r| r.error().is_some());
+        let off = |run: &WorkPrecisionRun| run.error().unwrap_or(f64::INFINITY);
+        let nearest = ended.min_by(|a, b| off(a).total_cmp(&off(b)).then(cheaper(a, b)));
+        nearest.map_or(Recommendation::Unavailable, Recommendation::Nearest)
+    }
+}
+
+fn run(
+    scene: &SimulationSetup,
+    method: &'static IntegrationMethod,
+    rung: Option<StepSize>,
+    criteria: &RunCriteria,
+    cancel: &CancelToken,
+) -> RunOutcome {
+    let size = rung.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
+    let (outcome, seconds) = min_time(|| {
+        let trial = run_method(
+            scene,
+            method,
+            size,
+            &scene.initial_state,
+            (cancel, criteria.time_limit),
+        )?;
+        let error = relative_distance(&trial.values, &criteria.solution.values);
+        let error = error.max(criteria.solution.agreement().unwrap_or(0.0));
+        match error.is_finite() {
+            true => Ok((error, trial.stats)),
+            false => Err(Error::new(
+                Code::Overflow,
+                "the motion grew beyond all numbers",
+            )),
+        }
+    });
+    match outcome {
+        Ok((error, stats)) => RunOutcome::Completed {
+            error,
+            seconds,
+            stats,
+        },
+        Err(error) => RunOutcome::Failed(error),
+    }
+}

@@ -1,0 +1,265 @@
+//! Joint least-squares fit of known orders, `e = c + Σ a_k cos o_k φ + b_k sin o_k φ`.
+//!
+//! Counted from the middle of the record cosines and sines are orthogonal to each other, and their products have closed sums:
+//! `Σ cos(θm) = sin(Nθ/2)/sin(θ/2)`; any number of turns is as good as a whole one. An order p/q is summed over q turns folded upon
+//! each other.
+
+use std::f64::consts::TAU;
+
+use super::orders::CandidateOrder;
+use crate::base::error::Error;
+use crate::numeric::fraction::Fraction;
+use crate::numeric::symmetric::lu_solve;
+use crate::numeric::{Complex, Matrix};
+use crate::spectrum::rotation::angular_resampling::AngularSignal;
+
+/// Waves and what they leave.
+#[derive(Debug, Clone)]
+pub struct HarmonicFit {
+    /// The mean.
+    pub mean: f64,
+    /// `A e^{iψ}` of `A cos(o φ + ψ)`, φ the angle of the output from zero.
+    pub waves: Vec<Complex>,
+    /// Variance of either quadrature of each wave, over that of the noise at a sample.
+    pub variance_factor: Vec<f64>,
+    /// What is left.
+    pub residual: Vec<f64>,
+}
+
+/// Samples between two exact places of a turning pointer.
+const PHASOR_RESTART: usize = 256;
+
+/// Fits waves.
+///
+/// # Errors
+/// Orders that the record does not distinguish.
+pub fn fit_orders(signal: &AngularSignal, orders: &[CandidateOrder]) -> Result<HarmonicFit, Error> {
+    let (count, per_turn) = (signal.values.len(), signal.samples_per_rev as f64);
+    let middle = signal.first as f64 + 0.5 * (count as f64 - 1.0);
+    let mut record = FoldedRecord::new(signal);
+    // Sums against waves whose zero is the middle of the record; order zero is the mean's.
+    let sums: Vec<Complex> = std::iter::once(Complex::new(signal.values.iter().sum(), 0.0))
+        .chain(orders.iter().map(|o| {
+            let turns = (o.value * middle / per_turn).rem_euclid(1.0);
+            record.sum(o) * Complex::from_polar(1.0, TAU * turns)
+        }))
+        .collect();
+    let value = |k: usize| if k == 0 { 0.0 } else { orders[k - 1].value };
+    let kernel = |order: f64| {
+        let half = 0.5 * TAU * order / per_turn;
+        match half.sin() {
+            s if s.abs() < 1e-300 => count as f64,
+            s => (count as f64 * half).sin() / s,
+        }
+    };
+    let product = |i: usize, j: usize, sign: f64| {
+        let (a, b) = (value(i), value(j));
+        0.5 * (kernel(a - b) + sign * kernel(a + b))
+    };
+    let n = orders.len() + 1;
+    let cosines = Matrix::from_fn(n, n, |i, j| product(i, j, 1.0));
+    let sines = Matrix::from_fn(n - 1, n - 1, |i, j| product(i + 1, j + 1, -1.0));
+    let c = solve_with_inverse_diagonal(&cosines, |i| sums[i].re)?;
+    let s = solve_with_inverse_diagonal(&sines, |i| -sums[i + 1].im)?;
+    let waves: Vec<Complex> = orders
+        .iter()
+        .enumerate()
+        .map(|(k, o)| {
+            let turns = (o.value * middle / per_turn).rem_euclid(1.0);
+            Complex::new(c.0[k + 1], -s.0[k]) * Complex::from_polar(1.0, -TAU * turns)
+        })
+        .collect();
+    let spread = (0..orders.len())
+        .map(|k| 0.5 * (c.1[k + 1] + s.1[k]))
+        .collect();
+    let mut residual: Vec<f64> = signal.values.iter().map(|e| e - c.0[0]).collect();
+    record.subtract_waves(orders, &waves, &mut residual);
+    Ok(HarmonicFit {
+        mean: c.0[0],
+        waves,
+        variance_factor: spread,
+        residual,
+    })
+}
+
+/// Adds waves to a signal.
+pub fn add(signal: &mut AngularSignal, orders: &[CandidateOrder], waves: &[Complex]) {
+    let waves: Vec<Complex> = waves.iter().map(|w| -w).collect();
+    let mut values = std::mem::take(&mut signal.values);
+    let room = AngularSignal {
+        values: vec![0.0; values.len()],
+        ..*signal
+    };
+    FoldedRecord::new(&room).subtract_waves(orders, &waves, &mut values);
+    signal.values = values;
+}
+
+/// The solution, and the diagonal of the inverse.
+fn solve_with_inverse_diagonal(
+    a: &Matrix,
+    right: impl Fn(usize) -> f64,
+) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let n = a.nrows();
+    if n == 0 {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    let b = Matrix::from_fn(n, n + 1, |i, j| match j {
+        0 => right(i),
+        j => f64::from(u8::from(i + 1 == j)),
+    });
+    let x = lu_solve(a, &b)?;
+    Ok((
+        (0..n).map(|i| x[(i, 0)]).collect(),
+        (0..n).map(|i| x[(i, i + 1)]).collect(),
+    ))
+}
+
+/// A record folded onto one period after another.
+struct FoldedRecord<'a> {
+    signal: &'a AngularSignal,
+    /// By turns of the output in the period: sums of what falls on each place of it.
+    folded: Vec<(usize, Vec<f64>)>,
+}
+
+impl<'a> FoldedRecord<'a> {
+    fn new(signal: &'a AngularSignal) -> FoldedRecord<'a> {
+        FoldedRecord {
+            signal,
+            folded: Vec::new(),
+        }
+    }
+
+    /// Samples after which an order repeats, if the record is longer.
+    fn period(&self, order: &CandidateOrder) -> Option<usize> {
+        let measure =
+            Fraction::greatest_common_divisor([&Fraction::one(), &order.fraction].into_iter())?;
+        let samples = self.signal.samples_per_rev as f64 / measure.to_f64();
+        (samples <= 0.5 * self.signal.values.len() as f64).then_some(samples.round() as usize)
+    }
+
+    /// `Σ e_m e^{−i o φ_m}`, angles from zero.
+    fn sum(&mut self, order: &CandidateOrder) -> Complex {
+        let step = order.value / self.signal.samples_per_rev as f64;
+        let Some(period) = self.period(order) else {
+            return correlate(&self.signal.values, step, self.signal.first as f64);
+        };
+        let at = self.folded.iter().position(|f| f.0 == period);
+        let at = at.unwrap_or_else(|| {
+            let mut sums = vec![0.0; period];
+            let start = self.signal.first.rem_euclid(period as i64) as usize;
+            let (head, rest) = self.signal.values.split_at(period - start);
+            sums[start..].copy_from_slice(head);
+            for part in rest.chunks(period) {
+                sums.iter_mut().zip(part).for_each(|(s, e)| *s += e);
+            }
+            self.folded.push((period, sums));
+            self.folded.len() - 1
+        });
+        correlate(&self.folded[at].1, step, 0.0)
+    }
+
+    /// Takes waves off.
+    fn subtract_waves(&self, orders: &[CandidateOrder], waves: &[Complex], from: &mut [f64]) {
+        let mut tables: Vec<(usize, Vec<f64>)> = Vec::new();
+        for (order, &wave) in orders.iter().zip(waves) {
+            let step = order.value / self.signal.samples_per_rev as f64;
+            let Some(period) = self.period(order) else {
+                subtract(from, wave, step, self.signal.first as f64);
+                continue;
+            };
+            let at = tables.iter().position(|t| t.0 == period);
+            let at = at.unwrap_or_else(|| {
+                tables.push((period, vec![0.0; period]));
+                tables.len() - 1
+            });
+            subtract(&mut tables[at].1, wave, step, 0.0);
+        }
+        for (period, table) in tables {
+            let start = self.signal.first.rem_euclid(period as i64) as usize;
+            let ring = table.iter().cycle().skip(start);
+            from.iter_mut().zip(ring).for_each(|(e, t)| *e += t);
+        }
+    }
+}
+
+/// The pointer `e^{i 2π step (first + m)}` over many m: exact every so often, turned on by products between.
+fn phasors(count: usize, step: f64, first: f64) -> impl Iterator<Item = Complex> {
+    let turn = Complex::from_polar(1.0, TAU * step);
+    let mut pointer = Complex::ONE;
+    (0..count).map(move |m| {
+        pointer = match m % PHASOR_RESTART {
+            0 => Complex::from_polar(1.0, TAU * (step * (first + m as f64)).rem_euclid(1.0)),
+            _ => pointer * turn,
+        };
+        pointer
+    })
+}
+
+fn correlate(values: &[f64], step: f64, first: f64) -> Complex {
+    let mut sum = Complex::ZERO;
+    for (e, p) in values.iter().zip(phasors(values.len(), step, first)) {
+        sum.re += e * p.re;
+        sum.im -= e * p.im;
+    }
+    sum
+}
+
+fn subtract(from: &mut [f64], wave: Complex, step: f64, first: f64) {
+    let count = from.len();
+    for (e, p) in from.iter_mut().zip(phasors(count, step, first)) {
+        *e -= wave.re * p.re - wave.im * p.im;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn order(top: i64, bottom: i64) -> CandidateOrder {
+        let exact = Fraction::new(top, bottom);
+        CandidateOrder {
+            value: exact.to_f64(),
+            fraction: exact,
+            names: Vec::new(),
+            unresolved: Vec::new(),
+        }
+    }
+
+    /// Waves of whole and broken orders come back to rounding from any number of turns and any start.
+    #[test]
+    fn exact_waves() {
+        let orders = [
+            order(1, 1),
+            order(3, 1),
+            order(64, 21),
+            order(64, 1),
+            order(5, 3),
+        ];
+        for (count, first) in [(5000, -317), (40_013, 91_000), (2117, 0)] {
+            let mut signal = AngularSignal {
+                samples_per_rev: 96,
+                first,
+                values: vec![0.0; count],
+            };
+            let truth: Vec<Complex> = (0..orders.len())
+                .map(|k| Complex::from_polar(1.0 + k as f64, 0.9 * k as f64 - 2.0))
+                .collect();
+            for m in 0..count {
+                let angle = signal.angle(m);
+                let wave = |(o, z): (&CandidateOrder, &Complex)| {
+                    (z * Complex::from_polar(1.0, o.value * angle)).re
+                };
+                signal.values[m] = 7.0 + orders.iter().zip(&truth).map(wave).sum::<f64>();
+            }
+            let found = fit_orders(&signal, &orders).unwrap();
+            assert!((found.mean - 7.0).abs() < 1e-9);
+            for (z, t) in found.waves.iter().zip(&truth) {
+                assert!((z - t).norm() < 1e-8, "{z} {t}");
+            }
+            assert!(found.residual.iter().all(|r| r.abs() < 1e-8));
+            for spread in &found.variance_factor {
+                assert!(spread * count as f64 > 1.9 && spread * (count as f64) < 4.0);
+            }
+        }
+    }
+}
