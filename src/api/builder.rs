@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use super::model::Model;
 use crate::base::error::Errors;
 
-/// Builds a [`Model`] without a file; quantities are in SI units.
+/// Builds a [`Model`] without a file; quantities are in SI units. Elements between two nodes are called `shaft_1`, `gear_pair_2` and so
+/// on, by their kind and their place among such elements.
 ///
 /// ```
 /// use geardyn::Model;
@@ -22,6 +23,7 @@ use crate::base::error::Errors;
 #[derive(Debug, Clone, Default)]
 pub struct ModelBuilder {
     text: String,
+    elements: usize,
 }
 
 impl ModelBuilder {
@@ -38,14 +40,14 @@ impl ModelBuilder {
     #[must_use]
     pub fn shaft(self, from: &str, to: &str, stiffness: f64) -> ModelBuilder {
         let k = quantity(stiffness, "N·m/rad");
-        self.element("shaft", &[("between", texts(&[from, to])), ("k", k)])
+        self.between("shaft", [from, to], &[("k", k)])
     }
 
     /// Adds a rotational damper between two nodes; viscous coefficient, N·m·s/rad.
     #[must_use]
     pub fn damper(self, from: &str, to: &str, coefficient: f64) -> ModelBuilder {
         let c = quantity(coefficient, "N·m·s/rad");
-        self.element("damper", &[("between", texts(&[from, to])), ("c", c)])
+        self.between("damper", [from, to], &[("c", c)])
     }
 
     /// Adds a spur gear pair between two nodes: numbers of teeth, module in m, mesh stiffness along the line of action in N/m.
@@ -58,15 +60,25 @@ impl ModelBuilder {
         stiffness: f64,
     ) -> ModelBuilder {
         let [first, second] = teeth;
-        self.element(
-            "gear_pair",
-            &[
-                ("between", texts(&between)),
-                ("teeth", format!("[{first}, {second}]")),
-                ("module", quantity(module, "m")),
-                ("k", quantity(stiffness, "N/m")),
-            ],
-        )
+        let keys = [
+            ("teeth", format!("[{first}, {second}]")),
+            ("module", quantity(module, "m")),
+            ("k", quantity(stiffness, "N/m")),
+        ];
+        self.between("gear_pair", between, &keys)
+    }
+
+    /// Adds an element between two nodes, named by its kind and its number among the elements: `shaft_3`.
+    fn between(
+        mut self,
+        table: &str,
+        nodes: [&str; 2],
+        keys: &[(&str, String)],
+    ) -> ModelBuilder {
+        self.elements += 1;
+        let name = format!("{table}_{}", self.elements);
+        let ends = [("name", text(&name)), ("between", texts(&nodes))];
+        self.element(table, &[&ends, keys].concat())
     }
 
     /// Adds any element of a model file: its table, and its keys with their values as the file writes them (`"\"a text\""`, `"[1, 2]"`).

@@ -15,7 +15,7 @@ use crate::scene::{self, Scene};
 /// let model = Model::parse(
 ///     r#"
 ///     inertia = [{ name = "motor", J = "0.02 kg·m²" }, { name = "work", J = "0.05 kg·m²" }]
-///     shaft = [{ between = ["motor", "work"], k = "12000 N·m/rad" }]
+///     shaft = [{ name = "shaft", between = ["motor", "work"], k = "12000 N·m/rad" }]
 ///     "#,
 /// )?;
 /// let modes = model.machine()?.modes(&Default::default())?;

@@ -27,7 +27,7 @@ fn examples_run() {
 
 const TWO_DISCS: &str = r#"
 inertia = [{ name = "motor", J = "0.02 kg·m²" }, { name = "work", J = "0.05 kg·m²" }]
-shaft = [{ between = ["motor", "work"], k = "12000 N·m/rad" }]
+shaft = [{ name = "shaft_1", between = ["motor", "work"], k = "12000 N·m/rad" }]
 "#;
 
 fn two_discs() -> ModelBuilder {
