@@ -79,7 +79,11 @@ impl Recording {
     /// # Errors
     /// Unknown channels; a study the record is too short for.
     pub fn spectrum(&self, study: &SpectrumStudy) -> Result<SpectrumResult, Errors> {
-        Ok(spectrum::run_spectrum(self, study)?)
+        let mut study = study.clone();
+        if study.channels.is_empty() {
+            study.channels = self.channels.iter().map(|c| c.name.clone()).collect();
+        }
+        Ok(spectrum::run_spectrum(self, &study)?)
     }
 
     /// Frequency responses, transfer functions and modes from `inputs` to `outputs`; modes from responses alone where `inputs` is empty.
