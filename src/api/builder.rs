@@ -2,10 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::model::Model;
-use crate::base::error::Errors;
-
-/// Builds a [`Model`] without a file; quantities are in SI units. Elements between two nodes are called `shaft_1`, `gear_pair_2` and so
+/// Builds a [`Model`](crate::Model) without a file; quantities are in SI units. Elements between two nodes are called `shaft_1`, `gear_pair_2` and so
 /// on, by their kind and their place among such elements.
 ///
 /// ```
@@ -69,12 +66,7 @@ impl ModelBuilder {
     }
 
     /// Adds an element between two nodes, named by its kind and its number among the elements: `shaft_3`.
-    fn between(
-        mut self,
-        table: &str,
-        nodes: [&str; 2],
-        keys: &[(&str, String)],
-    ) -> ModelBuilder {
+    fn between(mut self, table: &str, nodes: [&str; 2], keys: &[(&str, String)]) -> ModelBuilder {
         self.elements += 1;
         let name = format!("{table}_{}", self.elements);
         let ends = [("name", text(&name)), ("between", texts(&nodes))];
@@ -94,14 +86,6 @@ impl ModelBuilder {
     /// The model as the text of a model file.
     pub fn text(&self) -> &str {
         &self.text
-    }
-
-    /// Checks the model.
-    ///
-    /// # Errors
-    /// As [`Model::parse`]; lines are those of [`ModelBuilder::text`].
-    pub fn build(&self) -> Result<Model, Errors> {
-        Model::parse(&self.text)
     }
 }
 

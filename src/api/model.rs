@@ -62,3 +62,13 @@ impl Model {
         Machine::new(self.scene.clone())
     }
 }
+
+impl ModelBuilder {
+    /// Checks the model.
+    ///
+    /// # Errors
+    /// As [`Model::parse`]; lines are those of [`ModelBuilder::text`].
+    pub fn build(&self) -> Result<Model, Errors> {
+        Model::parse(self.text())
+    }
+}

@@ -26,11 +26,11 @@ const MAX_DENSE_DOFS: usize = 1000;
 /// # Errors
 /// A study without band, input or output; a machine without damping; those of its speed.
 pub fn refuse(machine: &PreparedMachine, study: &ResponseStudy) -> Result<(), Error> {
-    asked(machine, study)?;
+    band_and_ports(machine, study)?;
     machine.speeds_at(study.speed).map(|_| ())
 }
 
-fn asked(
+fn band_and_ports(
     prepared_machine: &PreparedMachine,
     study: &ResponseStudy,
 ) -> Result<((f64, f64), Ports), Error> {
@@ -75,7 +75,7 @@ pub fn compare_responses(
         model: linear,
         ..
     } = prepared_machine;
-    let ((from, to), ports) = asked(prepared_machine, study)?;
+    let ((from, to), ports) = band_and_ports(prepared_machine, study)?;
     let speeds = prepared_machine.speeds_at(study.speed)?;
     let model = prepared_machine.frequency_setting(speeds.as_deref());
     let lines = study.lines.unwrap_or(DEFAULT_LINES).max(2);

@@ -1,7 +1,8 @@
-//! The house itself: import order of the floors, the verification manual.
+//! The house itself: import order of the floors, words, the verification manual.
 
 #[path = "../support/verification.rs"]
 mod figures;
 
 mod floors;
 mod verification;
+mod words;

@@ -23,7 +23,7 @@ const SHORTEST: usize = 64;
 /// What free decays tell.
 pub struct Decays {
     /// Modes and what they rest on.
-    pub found: SignalIdentification,
+    pub identification: SignalIdentification,
     /// Weak modes.
     pub weak: Vec<IdentifiedMode>,
     /// Misfit by channel and decay.
@@ -219,7 +219,7 @@ pub fn identify(
         how,
         band_hz,
         count: cut.len(),
-        found: SignalIdentification {
+        identification: SignalIdentification {
             modes,
             harmonics: Vec::new(),
             selection_rule: rule(IdentificationMethod::Rational, fit.departs),

@@ -371,7 +371,7 @@ fn of_decays(
         checked_recording.clipped_warnings(),
     ]
     .concat();
-    diagnostics.extend(decays.found.diagnostics);
+    diagnostics.extend(decays.identification.diagnostics);
     let terminal = |&at: &usize| ChannelLabel {
         name: recording.channels[at].name.clone(),
         unit: recording.channels[at].unit.clone(),
@@ -384,7 +384,7 @@ fn of_decays(
         trace: vec![("free decays", start.elapsed().as_secs_f64())],
         method: IdentificationMethod::FreeDecay,
         method_text: decays.how,
-        selection_rule: decays.found.selection_rule,
+        selection_rule: decays.identification.selection_rule,
         hits: Vec::new(),
         outputs: outputs.iter().map(terminal).collect(),
         inputs: match decays.count {
@@ -395,8 +395,8 @@ fn of_decays(
         driving_point: None,
         responses: None,
         band_hz: decays.band_hz,
-        evidence: decays.found.evidence,
-        modes: decays.found.modes,
+        evidence: decays.identification.evidence,
+        modes: decays.identification.modes,
         weak: decays.weak,
         harmonics: Vec::new(),
         functions: Vec::new(),

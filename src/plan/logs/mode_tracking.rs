@@ -6,7 +6,7 @@ use super::identify_study::IdentifyStudy;
 use super::method::{IdentificationMethod, structure_text};
 use super::segment_samples::SegmentSamples;
 use super::time_series::{
-    MAX_ITERATIVE_ORDER, check_cost, rejection_reason, residual_warning, root_rule_text,
+    MAX_ITERATIVE_ORDER, check_cost, rejection_reason, residual_diagnostic, root_rule_text,
     to_io_data, whiteness_test,
 };
 use crate::base::error::{Diagnostic, Error};
@@ -51,7 +51,7 @@ pub fn identify_tracking(
     }
     if !is_noise {
         let fitted = course.instants.last().map_or(0, |(_, model)| model.a.len());
-        diagnostics.extend(residual_warning(
+        diagnostics.extend(residual_diagnostic(
             "white",
             &whiteness_test(&course.errors, fitted)?,
         ));

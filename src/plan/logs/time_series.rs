@@ -110,7 +110,7 @@ pub fn identify_time_series(
     diagnostics.extend(
         tests
             .iter()
-            .filter_map(|(what, test)| residual_warning(what, test)),
+            .filter_map(|(what, test)| residual_diagnostic(what, test)),
     );
     let rule = format!(
         "{} {}; {}",
@@ -279,7 +279,7 @@ fn structure_of_order(method: IdentificationMethod, n: usize) -> ModelStructure 
 }
 
 /// That residuals hold what should have been modelled, where chance does not give as much.
-pub(super) fn residual_warning(what: &str, test: &ResidualTest) -> Option<Diagnostic> {
+pub(super) fn residual_diagnostic(what: &str, test: &ResidualTest) -> Option<Diagnostic> {
     (test.probability < TEST_LEVEL).then(|| Diagnostic {
         code: "residuals",
         message: format!(
