@@ -37,7 +37,7 @@ impl Recording {
     /// let sine: Vec<f64> = (0..4000).map(|k| (2.0 * 3.14159265 * 50.0 * k as f64 / rate).sin()).collect();
     /// let recording = Recording::from_arrays(rate, &[("ax", "m/s²", &sine)])?;
     /// let spectrum = recording.spectrum(&Default::default())?;
-    /// assert_eq!(spectrum.curves.len(), 1);
+    /// assert_eq!(spectrum.channel_spectra.len(), 1);
     /// # Ok::<(), geardyn::Errors>(())
     /// ```
     ///

@@ -42,7 +42,11 @@ fn key(abscissa_kind: AbscissaKind) -> &'static str {
 pub fn json(found: &SpectrumResult, done: &[Repair]) -> Value {
     let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
     let place = key(found.abscissa_kind);
-    let channels: Vec<Value> = found.spectrums.iter().map(|c| channel(c, place)).collect();
+    let channels: Vec<Value> = found
+        .channel_spectra
+        .iter()
+        .map(|c| channel(c, place))
+        .collect();
     let mut document = json!({
         "geardyn": log_header(&trace),
         "kind": kind(found.kind),
@@ -101,14 +105,14 @@ pub fn decibels(ratio: f64) -> f64 {
 /// One row a line, one column a channel; of spectrograms one row a time and line.
 pub fn csv(found: &SpectrumResult) -> String {
     let with_times = found
-        .spectrums
+        .channel_spectra
         .iter()
         .any(|c| !c.spectrogram_rows.is_empty());
-    let speed = found.spectrums.first().map_or(&[][..], |c| &c.speed);
+    let speed = found.channel_spectra.first().map_or(&[][..], |c| &c.speed);
     let mut text = String::from(if with_times { "time_s," } else { "" });
     text += if speed.is_empty() { "" } else { "speed_rpm," };
     text += key(found.abscissa_kind);
-    for spectrum in &found.spectrums {
+    for spectrum in &found.channel_spectra {
         let head = match spectrum.unit.is_empty() {
             true => spectrum.channel.clone(),
             false => format!("{} [{}]", spectrum.channel, spectrum.unit),
@@ -129,7 +133,7 @@ pub fn csv(found: &SpectrumResult) -> String {
     };
     if with_times {
         let rows = found
-            .spectrums
+            .channel_spectra
             .iter()
             .map(|c| c.spectrogram_rows.len())
             .min()
@@ -137,11 +141,11 @@ pub fn csv(found: &SpectrumResult) -> String {
         for r in 0..rows {
             for k in 0..found.abscissa.len() {
                 let mut values = found
-                    .spectrums
+                    .channel_spectra
                     .iter()
                     .map(|c| c.spectrogram_rows[r].density[k]);
                 row(
-                    Some((r, found.spectrums[0].spectrogram_rows[r].time_s)),
+                    Some((r, found.channel_spectra[0].spectrogram_rows[r].time_s)),
                     k,
                     &mut values,
                 );
@@ -149,7 +153,11 @@ pub fn csv(found: &SpectrumResult) -> String {
         }
     } else {
         for k in 0..found.abscissa.len() {
-            row(None, k, &mut found.spectrums.iter().map(|c| c.value[k]));
+            row(
+                None,
+                k,
+                &mut found.channel_spectra.iter().map(|c| c.value[k]),
+            );
         }
     }
     text
@@ -184,7 +192,7 @@ pub fn heatmaps(found: &SpectrumResult, title: &str) -> Vec<Heatmap> {
         }
     };
     let with_times = found
-        .spectrums
+        .channel_spectra
         .iter()
         .filter(|c| !c.spectrogram_rows.is_empty());
     with_times.map(map).collect()
@@ -230,8 +238,12 @@ pub fn spectrum_plot(found: &SpectrumResult, title: &str) -> SpectrumPlot {
         "" => String::new(),
         unit => format!(", {unit}"),
     };
-    let up = found.spectrums.first().map_or("", |c| &c.unit);
-    let mut strongest: Vec<&LabelledPeak> = found.spectrums.iter().flat_map(|c| &c.peaks).collect();
+    let up = found.channel_spectra.first().map_or("", |c| &c.unit);
+    let mut strongest: Vec<&LabelledPeak> = found
+        .channel_spectra
+        .iter()
+        .flat_map(|c| &c.peaks)
+        .collect();
     strongest.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
     strongest.truncate(LABELS);
     let text = |labelled_peak: &LabelledPeak| match labelled_peak.names.first() {
@@ -251,7 +263,7 @@ pub fn spectrum_plot(found: &SpectrumResult, title: &str) -> SpectrumPlot {
             _ => format!("{}{}", kind(found.kind), unit_of(up)),
         },
         curves: found
-            .spectrums
+            .channel_spectra
             .iter()
             .map(|c| {
                 (

@@ -13,7 +13,7 @@ const MAX_ROWS: usize = 20;
 /// What was done and the strongest lines.
 pub fn spectrum(found: &SpectrumResult) -> String {
     let mut text = format!("{}\n", found.method_text);
-    for channel_spectrum in &found.spectrums {
+    for channel_spectrum in &found.channel_spectra {
         text += &format!("\n{}\n", channel_spectrum.channel);
         text += &match channel_spectrum.peaks.is_empty() {
             true => no_lines_text(found, channel_spectrum),
@@ -21,7 +21,7 @@ pub fn spectrum(found: &SpectrumResult) -> String {
         };
     }
     if found.abscissa_kind == AbscissaKind::Order
-        && found.spectrums.iter().any(|c| !c.peaks.is_empty())
+        && found.channel_spectra.iter().any(|c| !c.peaks.is_empty())
     {
         text += &format!(
             "\nan order may be off by a line, {}\n",

@@ -259,7 +259,7 @@ fn build_result(
         )));
     }
     let low_hz = band.map_or(0.0, |b| b.0).max(DC_LINES as f64 * spacing);
-    let mut spectrums = Vec::new();
+    let mut channel_spectra = Vec::new();
     for (c, channel) in channels.iter().enumerate() {
         check_range(channel, &spectra.psd[c])?;
         let (conversion, unit) = conversion(channel, study.quantity, low_hz)?;
@@ -310,7 +310,7 @@ fn build_result(
         for row in &mut of_channel {
             row.density = inside.iter().map(|&k| row.density[k]).collect();
         }
-        spectrums.push(ChannelSpectrum {
+        channel_spectra.push(ChannelSpectrum {
             channel: channel.name.clone(),
             unit: value_unit,
             amplitude_unit,
@@ -320,7 +320,7 @@ fn build_result(
             speed: speed.clone(),
         });
     }
-    if spectrums
+    if channel_spectra
         .iter()
         .all(|c| c.peaks.iter().all(|l| !l.significant))
     {
@@ -339,7 +339,7 @@ fn build_result(
         kind: study.kind,
         abscissa_kind,
         abscissa: inside.iter().map(|&k| spectra.frequency_hz[k]).collect(),
-        spectrums,
+        channel_spectra,
         quefrency_range_s: None,
         abscissa_step: spacing,
         averages: spectra.averages,
@@ -521,7 +521,7 @@ fn cepstrum(
     };
     let sought = ((high_s - low_s) * recording.rate_hz).max(1.0);
     let least = normal_quantile(1.0 - FALSE_ALARMS / sought);
-    let spectrums: Vec<ChannelSpectrum> = all
+    let channel_spectra: Vec<ChannelSpectrum> = all
         .into_iter()
         .zip(channels)
         .map(|(cepstrum, channel)| {
@@ -556,7 +556,7 @@ fn cepstrum(
             }
         })
         .collect();
-    if spectrums
+    if channel_spectra
         .iter()
         .all(|c| c.peaks.iter().all(|l| !l.significant))
     {
@@ -577,7 +577,7 @@ fn cepstrum(
         kind: study.kind,
         abscissa_kind: AbscissaKind::Quefrency,
         abscissa: places,
-        spectrums,
+        channel_spectra,
         quefrency_range_s: Some((low_s, high_s)),
         abscissa_step: 1.0 / recording.rate_hz,
         averages: estimate.spectra.averages,
@@ -609,7 +609,7 @@ fn synchronous_average(
         kind: study.kind,
         abscissa_kind: AbscissaKind::Angle,
         abscissa: found.angle_deg,
-        spectrums: found.values.into_iter().zip(channels).map(curve).collect(),
+        channel_spectra: found.values.into_iter().zip(channels).map(curve).collect(),
         quefrency_range_s: None,
         abscissa_step: 360.0 / per_turn as f64,
         averages: Some(found.revolutions as f64),

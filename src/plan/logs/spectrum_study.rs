@@ -146,7 +146,7 @@ pub struct SpectrumResult {
     /// Places, rising.
     pub abscissa: Vec<f64>,
     /// One for each channel.
-    pub spectrums: Vec<ChannelSpectrum>,
+    pub channel_spectra: Vec<ChannelSpectrum>,
     /// Between these quefrencies families of lines were looked for, s.
     pub quefrency_range_s: Option<(f64, f64)>,
     /// Between one place and the next.

@@ -48,7 +48,7 @@ pub fn analyse_stored(
         return Err(Error::new(Code::OutOfRange, message).with_hint("choose another --band"));
     }
     let how: Vec<String> = chosen.iter().map(|s| describe(s)).collect();
-    let spectrums = chosen
+    let channel_spectra = chosen
         .iter()
         .map(|held| channel_spectrum(held, &kept, study))
         .collect();
@@ -61,7 +61,7 @@ pub fn analyse_stored(
         },
         abscissa_kind: AbscissaKind::Frequency,
         abscissa: kept.iter().map(|&k| frequency_hz[k]).collect(),
-        spectrums,
+        channel_spectra,
         quefrency_range_s: None,
         abscissa_step: match kept[..] {
             [first, second, ..] => frequency_hz[second] - frequency_hz[first],
