@@ -84,7 +84,7 @@ fn recordings_from_arrays() {
     let tone: Vec<f64> = (0..8192).map(|k| (0.1 * f64::from(k)).sin()).collect();
     let recording = Recording::from_arrays(1000.0, &[("ax", "m/s²", &tone)]).unwrap();
     let spectrum = recording.spectrum(&SpectrumStudy::default()).unwrap();
-    let curve = &spectrum.spectra[0];
+    let curve = &spectrum.channel_spectra[0];
     assert_eq!(curve.value.len(), spectrum.abscissa.len());
     for channels in [
         vec![("a", "", &tone[..]), ("b", "", &tone[1..])],
