@@ -220,7 +220,7 @@ fn averages() {
         let spectra = estimator.finish().expect("there are blocks");
         estimate(&spectra, &[0], &[1], Estimator::H1).expect("the input has power")
     });
-    let value = &found.frfs[0].values;
+    let value = &found.functions[0].values;
     let off = |k: usize| {
         let back = Complex::new(0.0, -TAU * k as f64 / BLOCK as f64).exp();
         let below = 1.0 - back * (2.0 * RADIUS * ANGLE.cos()) + back * back * (RADIUS * RADIUS);
@@ -364,9 +364,9 @@ fn poles() {
         );
 
         if noise > 0.0 {
-            let data = alone(&f, &h);
+            let measured = alone(&f, &h);
             let (time, fit) = best(1, || {
-                rational::fit(&data, &RationalOptions::default()).expect("it fits")
+                rational::fit(&measured, &RationalOptions::default()).expect("it fits")
             });
             let what = format!("rational fit without order ({} modes)", fit.modes.len());
             row(&what, time, Some(worst(&truth, &fit.poles)), None);
@@ -396,7 +396,7 @@ fn alone<'a>(f: &'a [f64], h: &'a [Vec<Complex>]) -> FrfData<'a> {
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
-        hit: None,
+        hits: None,
     }
 }
 
@@ -412,9 +412,9 @@ fn fits() {
             .collect();
         let step = 1000.0 / lines as f64;
         let (f, h) = answers(&truth, responses, lines, step, 1e-2);
-        let data = alone(&f, &h);
+        let measured = alone(&f, &h);
         let (time, fit) = best(5, || {
-            rational::fit(&data, &RationalOptions::default()).expect("it fits")
+            rational::fit(&measured, &RationalOptions::default()).expect("it fits")
         });
         let what = format!(
             "rational fit, {responses} × {lines}, {} of {} modes",

@@ -188,8 +188,7 @@ fn shipped(name: &str, until: f64, samples: u32) -> Moved {
         ..SimulateStudy::default()
     };
     let prepared_machine = PreparedMachine::new(&scene.model).expect("the model is a machine");
-    let ready =
-        SimulationSetup::new(&prepared_machine, &scene.conditions, &study).expect("it can move");
+    let ready = SimulationSetup::new(&prepared_machine, &scene.start, &study).expect("it can move");
     Moved {
         train: ready.model.model,
         start: ready.initial_state,
@@ -220,7 +219,7 @@ fn cycles(name: &str) -> Moved {
         .elements
         .iter()
         .find_map(|b| b.stiffness_wave.as_ref());
-    let Some(WavePhase::Imposed { omega, .. }) = mesh.map(|function| &function.phase) else {
+    let Some(WavePhase::Imposed { omega, .. }) = mesh.map(|wave| &wave.phase) else {
         panic!("{name} has a mesh at a speed that is imposed");
     };
     result.until = CYCLES * (TAU / omega);
@@ -279,7 +278,7 @@ fn one_freedom() -> Moved {
     Moved {
         train: DynamicModel {
             coordinates: vec!["x".to_string()],
-            matrix: MassMatrix::Diagonal(vec![1.0]),
+            mass: MassMatrix::Diagonal(vec![1.0]),
             elements: vec![mesh],
             forces: vec![AppliedForce {
                 name: "load".to_string(),
@@ -536,7 +535,7 @@ impl Moved {
     fn numbers(&self, peers: &[&str]) -> Value {
         let model = &self.train;
         let n = model.coordinate_count();
-        let mass = match &model.matrix {
+        let mass = match &model.mass {
             MassMatrix::Diagonal(mass) => mass.clone(),
             MassMatrix::Full { .. } => panic!("the peer takes inertias that are not coupled"),
         };
@@ -599,20 +598,20 @@ fn branch(b: &ForceElement) -> Value {
     );
     let (kind, numbers) = match &b.law {
         ForceLaw::Linear { stiffness, damping } => ("linear", vec![*stiffness, *damping]),
-        ForceLaw::Contact(contact_law) => {
+        ForceLaw::Contact(contact) => {
             assert!(
-                contact_law.flanks == ActiveFlanks::Both,
+                contact.flanks == ActiveFlanks::Both,
                 "{} has two branches",
                 b.name
             );
-            let losses = match contact_law.contact_damping {
+            let losses = match contact.contact_damping {
                 ContactDamping::ActsInGap => 0.0,
                 ContactDamping::Adhesive => 1.0,
                 ContactDamping::NoPull => 2.0,
                 ContactDamping::Continuous => 3.0,
             };
-            let (k, c) = (contact_law.stiffness, contact_law.damping);
-            ("contact", vec![k, c, contact_law.half_play, losses])
+            let (k, c) = (contact.stiffness, contact.damping);
+            ("contact", vec![k, c, contact.half_play, losses])
         }
         ForceLaw::Friction(f) => (
             "friction",
@@ -634,11 +633,11 @@ fn branch(b: &ForceElement) -> Value {
         } => ("induction", vec![*pull_out, *slip, *synchronous, *lag]),
         other => panic!("the peer does not take {other:?}"),
     };
-    let function = b.stiffness_wave.as_ref().map(|function| {
-        let WavePhase::Imposed { omega, start } = function.phase else {
+    let wave = b.stiffness_wave.as_ref().map(|wave| {
+        let WavePhase::Imposed { omega, start } = wave.phase else {
             panic!("{} has a wave that follows an angle", b.name);
         };
-        match &function.waveform {
+        match &wave.waveform {
             Waveform::Rectangular { high, low, duty } => {
                 json!({ "omega": omega, "start": start, "steps": [high, low, duty] })
             }
@@ -653,7 +652,7 @@ fn branch(b: &ForceElement) -> Value {
         "u": terms(b.force_direction()),
         "law": kind,
         "numbers": numbers,
-        "wave": function,
+        "wave": wave,
         "imposed": b.imposed_displacement.as_ref().map(signal),
     })
 }

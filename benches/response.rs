@@ -69,9 +69,9 @@ fn frequency_responses() {
     let names = |k: usize| vec![prepared_machine.machine.dof_name(k)];
     let ports = Ports::parse(&prepared_machine.machine, &names(0), &names(DISCS - 1), &[])
         .expect("both exist");
-    let operating_model = OperatingModel {
+    let setting = OperatingModel {
         machine: &prepared_machine.machine,
-        point: &prepared_machine.point,
+        operating: &prepared_machine.operating,
         model: &prepared_machine.model,
         speeds: None,
     };
@@ -104,7 +104,7 @@ fn frequency_responses() {
         ),
     ] {
         let (seconds, found) = best_on_processor(runs, || {
-            frf_matrix(&operating_model, &ports, &omega, method).expect("damped")
+            frf_matrix(&setting, &ports, &omega, method).expect("damped")
         });
         let off = found
             .values
@@ -143,19 +143,19 @@ fn branch(name: String, terms: &[(usize, f64)], law: ForceLaw) -> ForceElement {
 /// Two rows of `side` discs of 1/side, joined by a pair with play that is shaken by its error, driven and braked at the ends.
 fn geared(side: usize, damping: f64) -> DynamicModel {
     let n = 2 * side;
-    let mut elements = Vec::new();
+    let mut branches = Vec::new();
     for at in (0..n - 1).filter(|at| at + 1 != side) {
         let law = ForceLaw::Linear {
             stiffness: 10.0,
             damping: 10.0 * damping,
         };
-        elements.push(branch(
+        branches.push(branch(
             format!("shaft {at}"),
             &[(at, 1.0), (at + 1, -1.0)],
             law,
         ));
     }
-    let contact_law = ContactLaw {
+    let contact = ContactLaw {
         stiffness: 1.0,
         damping,
         half_play: 1.0,
@@ -165,10 +165,10 @@ fn geared(side: usize, damping: f64) -> DynamicModel {
     let mut mesh = branch(
         "mesh".into(),
         &[(side - 1, 1.0), (side, -1.0)],
-        ForceLaw::Contact(contact_law),
+        ForceLaw::Contact(contact),
     );
     mesh.imposed_displacement = Some(Signal::harmonic(0.05, 1.0, 0.0));
-    elements.push(mesh);
+    branches.push(mesh);
     let drive = |at: usize, torque: f64| AppliedForce {
         name: format!("torque {at}"),
         direction: Direction::unit(at),
@@ -176,8 +176,8 @@ fn geared(side: usize, damping: f64) -> DynamicModel {
     };
     DynamicModel {
         coordinates: (0..n).map(|k| format!("x{k}")).collect(),
-        matrix: MassMatrix::Diagonal(vec![2.0 / side as f64; n]),
-        elements,
+        mass: MassMatrix::Diagonal(vec![2.0 / side as f64; n]),
+        elements: branches,
         forces: vec![drive(0, 0.1), drive(n - 1, -0.1)],
         mass_damping: 0.0,
         unattached: None,
@@ -200,7 +200,7 @@ fn periodic_motions() {
             ("balance alone", false, 1e-7),
             ("balance and events", true, 1e-4),
         ] {
-            let options = ContinuationOptions {
+            let course = ContinuationOptions {
                 from: omega,
                 to: 1.1 * omega,
                 step: 0.01,
@@ -208,21 +208,21 @@ fn periodic_motions() {
                 orders: None,
                 max_points: 1,
             };
-            let point_options = PointOptions {
+            let options = PointOptions {
                 outputs: &outputs,
                 events,
             };
             let (seconds, curve) = best(3, || {
-                continue_curve(&family, point_options, options, &mut |_| {}).expect("a motion")
+                continue_curve(&family, options, course, &mut |_| {}).expect("a motion")
             });
-            let start = curve.solutions[0].start.clone();
+            let start = curve.points[0].start.clone();
             let exact = find_orbit(&family.relative_at(omega), &start, 1)
                 .expect("an orbit")
                 .start;
             let error = Some(apart(&start, &exact));
             row(
                 WIDTH,
-                &format!("{what}: {name}, {} orders", curve.solutions[0].orders),
+                &format!("{what}: {name}, {} orders", curve.points[0].orders),
                 Took { seconds, error },
                 None,
             );

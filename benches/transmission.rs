@@ -62,7 +62,7 @@ fn main() {
         step: TAU / counts,
     };
     let options = EvaluationOptions {
-        train: GearTrain::parse("21:64").expect("teeth"),
+        teeth: GearTrain::parse("21:64").expect("teeth"),
         scales: EncoderScales {
             input: scale(COUNTS[0]),
             output: scale(COUNTS[1]),
@@ -80,7 +80,7 @@ fn main() {
         evaluate(&rows, &options).expect("the record is sound")
     });
     let off = |(order, a): &(f64, f64)| {
-        let lines = &found.evaluations[0].estimates;
+        let lines = &found.flanks[0].lines;
         let line = lines.iter().find(|l| (l.order.value - order).abs() < 1e-9);
         line.map_or(f64::NAN, |l| (l.amplitude / a - 1.0).abs())
     };

@@ -49,15 +49,15 @@ impl Modes {
             shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
             shares
         };
-        let with_energies = result.modes.into_iter().zip(&result.shares);
-        let modes = with_energies.map(|(mode, energy_shares)| Mode {
+        let with_energies = result.modes.into_iter().zip(&result.energies);
+        let modes = with_energies.map(|(mode, energies)| Mode {
             frequency_hz: mode.frequency_hz(),
             damping_ratio: mode.damping_ratio,
             eigenvalue: mode.eigenvalue,
             is_rigid: mode.rigid,
             digits: mode.trusted_digits,
-            kinetic_energy: named(&energy_shares.kinetic),
-            strain_energy: energy_shares.strain.as_deref().map_or(Vec::new(), named),
+            kinetic_energy: named(&energies.kinetic),
+            strain_energy: energies.strain.as_deref().map_or(Vec::new(), named),
             shape: mode.shape,
         });
         Modes {

@@ -48,13 +48,13 @@ pub struct ResponsePeak {
 
 impl Response {
     pub(super) fn new(machine: &Machine, result: ResponseResult) -> Response {
-        let functions = result.curves.into_iter().map(|pair| ResponseFunction {
+        let functions = result.pairs.into_iter().map(|pair| ResponseFunction {
             peaks: (pair.peaks.iter())
-                .map(|peak| ResponsePeak {
-                    frequency_hz: peak.peak.omega / TAU,
-                    magnitude: peak.peak.height,
-                    damping_ratio: peak.peak.damping(),
-                    dominant_element: peak
+                .map(|strained| ResponsePeak {
+                    frequency_hz: strained.peak.omega / TAU,
+                    magnitude: strained.peak.height,
+                    damping_ratio: strained.peak.damping(),
+                    dominant_element: strained
                         .dominant_element
                         .map(|(element, _)| machine.elements[element].name.clone()),
                 })

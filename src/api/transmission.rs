@@ -38,13 +38,13 @@ pub struct OrderComponent {
 
 impl TransmissionError {
     pub(super) fn new(machine: &Machine, result: TransmissionResult) -> TransmissionError {
-        let component = |line_result: &OrderLineResult| OrderComponent {
-            order: line_result.line.order.to_f64(),
-            order_fraction: line_result.line.order.to_string(),
-            source: source(machine, line_result),
-            value: result.quasi_static(line_result),
-            value_at_speed: line_result.dynamic,
-            share: line_result.share,
+        let component = |row: &OrderLineResult| OrderComponent {
+            order: row.line.order.to_f64(),
+            order_fraction: row.line.order.to_string(),
+            source: source(machine, row),
+            value: result.quasi_static(row),
+            value_at_speed: row.dynamic,
+            share: row.share,
         };
         TransmissionError {
             components: result.lines.iter().map(component).collect(),

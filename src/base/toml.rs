@@ -117,10 +117,9 @@ pub fn parse(source: &Arc<SourceFile>) -> Document {
             }
             Err(error) => {
                 let span = error.span().unwrap_or(end..end);
-                let source_span =
-                    SourceSpan::new(source.clone(), to_char_boundaries(&source.text, span));
-                end = line_start(&source.text, source_span.span().start.min(end));
-                broken = Some(syntax(error.message()).with_span(&source_span));
+                let place = SourceSpan::new(source.clone(), to_char_boundaries(&source.text, span));
+                end = line_start(&source.text, place.span().start.min(end));
+                broken = Some(syntax(error.message()).with_span(&place));
             }
         }
     }

@@ -14,49 +14,49 @@ pub(super) struct UnitParser<'a> {
 impl<'a> UnitParser<'a> {
     /// Factor to SI and dimension, or the part that is not known.
     pub(super) fn parse(text: &'a str) -> Result<(f64, Dimension), String> {
-        let mut parser = UnitParser {
+        let mut unit = UnitParser {
             rest: text,
             factor: 1.0,
             dimension: Dimension::DIMENSIONLESS,
         };
         let (mut below, mut bracket) = (false, None);
         loop {
-            parser.rest = parser.rest.trim_start();
-            let Some(next) = parser.rest.chars().next() else {
+            unit.rest = unit.rest.trim_start();
+            let Some(next) = unit.rest.chars().next() else {
                 break;
             };
-            let single = &parser.rest[..next.len_utf8()];
+            let single = &unit.rest[..next.len_utf8()];
             match next {
-                '·' | '⋅' | '*' => parser.skip(single),
+                '·' | '⋅' | '*' => unit.skip(single),
                 '/' if !below => {
                     below = true;
-                    parser.skip(single);
+                    unit.skip(single);
                     continue;
                 }
                 '(' if bracket.is_none() => {
                     bracket = Some(below);
                     below = false;
-                    parser.skip(single);
+                    unit.skip(single);
                 }
                 ')' if bracket.is_some() => {
                     bracket = None;
-                    parser.skip(single);
+                    unit.skip(single);
                 }
                 '1' => {
-                    parser.skip(single);
+                    unit.skip(single);
                     below = false;
                 }
                 _ => {
                     let inverse = below != bracket.unwrap_or(false);
-                    parser.factor_of(inverse).ok_or_else(|| parser.word())?;
+                    unit.factor_of(inverse).ok_or_else(|| unit.word())?;
                     below = false;
                 }
             }
         }
-        if below || bracket.is_some() || parser.factor == 0.0 || !parser.factor.is_finite() {
+        if below || bracket.is_some() || unit.factor == 0.0 || !unit.factor.is_finite() {
             return Err(text.to_string());
         }
-        Ok((parser.factor, parser.dimension))
+        Ok((unit.factor, unit.dimension))
     }
 
     fn skip(&mut self, part: &str) {

@@ -34,24 +34,24 @@ pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
         files::ends(path, &["svg"])?;
     }
     let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let report = AccuracyReport::new(&scene, &study, args.quiet, &interrupt::cancel_on_ctrl_c())?;
-    let whole = report.exit_code() != interrupt::EXIT_INTERRUPTED;
+    let measured = AccuracyReport::new(&scene, &study, args.quiet, &interrupt::cancel_on_ctrl_c())?;
+    let whole = measured.exit_code() != interrupt::EXIT_INTERRUPTED;
     if let Some(path) = args.csv.as_ref().filter(|_| whole) {
-        files.write(path, report.csv().as_bytes())?;
+        files.write(path, measured.csv().as_bytes())?;
     }
     if let Some(path) = args.svg.as_ref().filter(|_| whole) {
-        files.write(path, report.draw(&scene.model.title).as_bytes())?;
+        files.write(path, measured.draw(&scene.model.title).as_bytes())?;
     }
     files.finish()?;
     match args.json {
-        true => output::document(&report.json(&scene))?,
-        false => output::print(&report.text())?,
+        true => output::document(&measured.json(&scene))?,
+        false => output::print(&measured.text())?,
     }
     if !args.quiet {
-        output::print_note(report.epilogue());
+        output::print_note(measured.epilogue());
         output::print_note(&footer::not_written(&outputs, whole));
     }
-    Ok(report.exit_code())
+    Ok(measured.exit_code())
 }
 
 /// The study a scene lists with what the flags say put in its place.
@@ -162,12 +162,12 @@ fn study_from_scene(scene: &Scene) -> AccuracyStudy {
 /// A study of accuracy with all that is said of it.
 pub struct AccuracyReport {
     target_error: f64,
-    data: AccuracyData,
+    result: AccuracyData,
 }
 
 enum AccuracyData {
     Motion {
-        result: WorkPrecisionResult,
+        accuracy: WorkPrecisionResult,
         outputs: Vec<String>,
     },
     Ways(ComparisonResult),
@@ -188,7 +188,7 @@ impl AccuracyReport {
             cancel,
             on_progress: &mut |what| output::show_status(what, quiet),
         };
-        let data = match study.target {
+        let result = match study.target {
             AccuracyTarget::Modes => {
                 let count = study
                     .lowest
@@ -209,9 +209,9 @@ impl AccuracyReport {
             }
             AccuracyTarget::Motion => {
                 let machine = PreparedMachine::new(&scene.model)?;
-                let ready = SimulationSetup::new(&machine, &scene.conditions, &study.motion)?;
+                let ready = SimulationSetup::new(&machine, &scene.start, &study.motion)?;
                 AccuracyData::Motion {
-                    result: work_precision::work_precision(
+                    accuracy: work_precision::work_precision(
                         &ready,
                         &study.methods,
                         work_precision::TIME_LIMIT,
@@ -223,15 +223,15 @@ impl AccuracyReport {
         };
         Ok(AccuracyReport {
             target_error: study.target_error.unwrap_or(DEFAULT_TARGET_ERROR),
-            data,
+            result,
         })
     }
 
     /// The table.
     pub fn text(&self) -> String {
-        match &self.data {
-            AccuracyData::Motion { result, outputs } => {
-                report::work_precision_table::table(outputs, result, self.target_error)
+        match &self.result {
+            AccuracyData::Motion { accuracy, outputs } => {
+                report::work_precision_table::table(outputs, accuracy, self.target_error)
             }
             AccuracyData::Ways(found) => {
                 report::method_comparison_table::table(found, self.target_error)
@@ -241,9 +241,9 @@ impl AccuracyReport {
 
     /// The document.
     pub fn json(&self, scene: &Scene) -> serde_json::Value {
-        match &self.data {
-            AccuracyData::Motion { result, outputs } => {
-                report::work_precision::json(&scene.sources, outputs, result, self.target_error)
+        match &self.result {
+            AccuracyData::Motion { accuracy, outputs } => {
+                report::work_precision::json(&scene.sources, outputs, accuracy, self.target_error)
             }
             AccuracyData::Ways(found) => {
                 report::method_comparison::json(&scene.sources, found, self.target_error)
@@ -261,8 +261,8 @@ impl AccuracyReport {
 
     /// How the command ends.
     pub fn exit_code(&self) -> u8 {
-        let interrupted = match &self.data {
-            AccuracyData::Motion { result, .. } => result.interrupted,
+        let interrupted = match &self.result {
+            AccuracyData::Motion { accuracy, .. } => accuracy.interrupted,
             AccuracyData::Ways(found) => found.interrupted,
         };
         match interrupted {
@@ -272,15 +272,15 @@ impl AccuracyReport {
     }
 
     fn csv(&self) -> String {
-        match &self.data {
-            AccuracyData::Motion { result, .. } => report::work_precision::csv(result),
+        match &self.result {
+            AccuracyData::Motion { accuracy, .. } => report::work_precision::csv(accuracy),
             AccuracyData::Ways(found) => report::method_comparison::csv(found),
         }
     }
 
     fn draw(&self, title: &str) -> String {
-        match &self.data {
-            AccuracyData::Motion { result, .. } => report::work_precision::draw(title, result),
+        match &self.result {
+            AccuracyData::Motion { accuracy, .. } => report::work_precision::draw(title, accuracy),
             AccuracyData::Ways(found) => report::method_comparison::draw(title, found),
         }
     }

@@ -83,9 +83,9 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<(String, Value, String), E
     if scene::measured_gear::is_measured_gear(&source) {
         return summarise_measured_gear(path, &source);
     }
-    let summary = check(path)?;
-    let doubts = footer::warnings(&summary.diagnostics);
-    Ok((summary.line(), summary.json(), doubts))
+    let result = check(path)?;
+    let doubts = footer::warnings(&result.diagnostics);
+    Ok((result.line(), result.json(), doubts))
 }
 
 /// A measured gear is checked by evaluating it: its columns are read, nothing is held against limits.
@@ -95,7 +95,7 @@ fn summarise_measured_gear(
 ) -> Result<(String, Value, String), Errors> {
     let gear = scene::measured_gear::read(source)?;
     let answer = plan::measure::run::run(&gear)?;
-    let (charts, values) = (gear.charts.len(), answer.values.len());
+    let (charts, values) = (gear.charts.len(), answer.rows.len());
     let text = format!(
         "{}   {}\n  measured gear of {} teeth, {charts} charts, {values} values\n",
         path.display(),

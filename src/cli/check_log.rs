@@ -62,7 +62,7 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<LogSummary, Err
         }
         false => {
             let mut recording = preprocess::preprocess(log, &options)?;
-            let statistics = recording
+            let surveys = recording
                 .channels
                 .iter()
                 .map(|c| channel_statistics(&recording, c))
@@ -72,8 +72,8 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<LogSummary, Err
             let stuck = stuck.stuck_warnings(&recording, false);
             recording.diagnostics.extend(stuck);
             let found = LogSummary {
-                text: report::log_tables::survey(&recording, &statistics),
-                json: report::recording::json(&recording, &statistics),
+                text: report::log_tables::survey(&recording, &surveys),
+                json: report::recording::json(&recording, &surveys),
                 diagnostics: diagnostics_text(&recording.repairs, &recording.diagnostics),
             };
             (found, Some(recording.rate_hz))

@@ -48,14 +48,14 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
     let log = progress::open(&args.file, &options, args.quiet)?;
     let mut told = String::new();
     let content = content(log, options, &args.channel, &mut told)?;
-    let uff_format = if args.binary {
+    let form = if args.binary {
         UffFormat::Binary
     } else {
         UffFormat::Text
     };
     let name = args.to.display();
     files.write_with(&args.to, |mut to| {
-        write_as(&content, format, uff_format, &mut to).map_err(|e| Error {
+        write_as(&content, format, form, &mut to).map_err(|e| Error {
             message: format!("{name}: {}", e.message),
             ..e
         })
@@ -118,17 +118,17 @@ fn select_outputs(
 fn write_as(
     content: &Content,
     format: &str,
-    uff_format: UffFormat,
+    form: UffFormat,
     to: &mut dyn Write,
 ) -> Result<(), Error> {
     let mut to = to;
     let header = log_header(&[]);
     match (content, format) {
         (Content::Signals(r), "csv") => write::csv::write_recording(r, &mut to),
-        (Content::Signals(r), "uff") => write::uff::write_recording(r, uff_format, &mut to),
+        (Content::Signals(r), "uff") => write::uff::write_recording(r, form, &mut to),
         (Content::Signals(r), _) => write::json::write_recording(r, &header, &mut to),
         (Content::Responses(r), "csv") => write::csv::write_responses(r, &mut to),
-        (Content::Responses(r), "uff") => write::uff::write_responses(r, uff_format, &mut to),
+        (Content::Responses(r), "uff") => write::uff::write_responses(r, form, &mut to),
         (Content::Responses(r), _) => write::json::write_responses(r, &header, &mut to),
     }
 }

@@ -38,15 +38,13 @@ fn catalogue() -> Vec<(&'static str, &'static str, String)> {
         let kind = format!("exit code {}", code.exit_code());
         (code.as_str(), code.explanation(), kind)
     });
-    let diagnostics = diagnostic::DIAGNOSTICS
-        .iter()
-        .map(|(word, diagnostic_kind, text)| {
-            let kind = match diagnostic_kind {
-                DiagnosticKind::Warning => "a warning beside an answer: the exit code stays 0",
-                DiagnosticKind::Repair => "what was done to a log: the exit code stays 0",
-            };
-            (*word, *text, kind.to_string())
-        });
+    let diagnostics = diagnostic::DIAGNOSTICS.iter().map(|(word, sort, text)| {
+        let kind = match sort {
+            DiagnosticKind::Warning => "a warning beside an answer: the exit code stays 0",
+            DiagnosticKind::Repair => "what was done to a log: the exit code stays 0",
+        };
+        (*word, *text, kind.to_string())
+    });
     errors.chain(diagnostics).collect()
 }
 

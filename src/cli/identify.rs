@@ -41,25 +41,23 @@ const MAX_MODES: usize = 500;
 pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     let mut study = study(args)?;
     let outputs = outputs(args)?;
-    let inputs = logs::open_logs(&args.files, &args.log)?;
-    let files = OutputFiles::new(&outputs, &logs::paths(&inputs))?;
-    let mut log = progress::open(&inputs[0].path, &inputs[0].options, args.quiet)?;
+    let logs = logs::open_logs(&args.files, &args.log)?;
+    let files = OutputFiles::new(&outputs, &logs::paths(&logs))?;
+    let mut log = progress::open(&logs[0].path, &logs[0].options, args.quiet)?;
     let responses = log
         .responses
         .take()
         .filter(|r| log.groups.is_empty() || use_file_responses(r, &study));
-    if responses.is_some() && inputs.len() > 1 {
+    if responses.is_some() && logs.len() > 1 {
         let message =
             "the file holds frequency responses; only signals of several files are joined";
         let hint = "identify files of responses one by one, or join their columns in one table";
         let error = Error::new(Code::Conflict, message).with_hint(hint);
-        return Err(error
-            .with_file(&inputs[0].path.display().to_string())
-            .into());
+        return Err(error.with_file(&logs[0].path.display().to_string()).into());
     }
-    let work = |input: IdentificationInput, study: &IdentifyStudy| {
+    let work = |source: IdentificationInput, study: &IdentifyStudy| {
         progress::with_spinner("identifying", args.quiet, || {
-            identification::identify(input, study)
+            identification::identify(source, study)
         })
     };
     let (found, repairs) = match responses {
@@ -75,11 +73,11 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             });
             let test = match study.outputs.is_empty() {
                 // All channels are settled, to be named in the error.
-                true => Test::Joined(Box::new(logs::preprocess(&inputs, log, &[], args.quiet)?)),
+                true => Test::Joined(Box::new(logs::preprocess(&logs, log, &[], args.quiet)?)),
                 false => {
                     reject_duplicates(&study)?;
                     let sides = (&study.inputs[..], &study.outputs[..]);
-                    logs::test(&inputs, log, sides, roving, args.quiet)?
+                    logs::test(&logs, log, sides, roving, args.quiet)?
                 }
             };
             match test {
@@ -211,7 +209,7 @@ fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
         },
         band_hz: args.band.as_deref().map(parse_band).transpose()?,
         order: args.order,
-        model: match args.delay {
+        delay: match args.delay {
             DelayArg::None => DelayModel::None,
             DelayArg::Common => DelayModel::Common,
             DelayArg::Each => DelayModel::PerResponse,
@@ -365,15 +363,15 @@ fn draw_plots(
     let [first, nyquist, poles, stabilisation] = plot_paths(path);
     let diagram = report::identification::stabilisation_diagram(found, name)
         .map(|d| report::pole_plots::stabilisation(&d));
-    let Some(fdd_plot) = report::identification::curves(found, name) else {
+    let Some(shown) = report::identification::curves(found, name) else {
         // Without responses the first plot is what the modes were chosen from.
         let course = found.tracking().map(|c| {
             report::mode_tracking::draw(c, &format!("{name}: modes in the course of the record"))
         });
         let plot = (course.or(diagram))
             .or_else(|| {
-                let fdd_plot = report::identification::decomposition(found, name);
-                fdd_plot.map(|s| report::fdd_plot::draw(&s))
+                let shown = report::identification::decomposition(found, name);
+                shown.map(|s| report::fdd_plot::draw(&s))
             })
             .unwrap_or_else(|| {
                 let poles: Vec<_> = found.modes.iter().map(|m| m.mode.pole).collect();
@@ -392,8 +390,8 @@ fn draw_plots(
         None => name.to_string(),
     };
     let mut all = vec![
-        (first, report::bode::draw_bode(&fdd_plot)),
-        (nyquist, report::bode::draw_nyquist(&fdd_plot)),
+        (first, report::bode::draw_bode(&shown)),
+        (nyquist, report::bode::draw_nyquist(&shown)),
         (
             poles,
             report::pole_plots::pole_zero(&title, &crosses, &zeros),
@@ -527,8 +525,8 @@ fn discretisation_from_arg(word: DiscretisationArg) -> DiscretisationMethod {
 fn epilogue(found: &IdentificationResult, repairs: &[Repair], written: &[PathBuf]) -> String {
     let mut text = String::from("\n");
     text += &footer::repairs(repairs);
-    for hit in found.hits.iter().filter(|h| h.reason.is_some()) {
-        let why = hit.reason.map_or("", |f| f.description());
+    for hit in found.hits.iter().filter(|h| h.fault.is_some()) {
+        let why = hit.fault.map_or("", |f| f.description());
         let file = (hit.moment.file.as_ref()).map_or(String::new(), |f| format!(" of {f}"));
         text += &format!("hit at {:.4} s{file} left out: {why}\n", hit.moment.time_s);
     }

@@ -55,15 +55,9 @@ pub fn open_logs(files: &[PathBuf], args: &LogArgs) -> Result<Vec<LogInput>, Err
 }
 
 /// Every file that is read, which no output may replace.
-pub fn paths(inputs: &[LogInput]) -> Vec<PathBuf> {
-    let both = |input: &LogInput| {
-        input
-            .sidecar
-            .clone()
-            .into_iter()
-            .chain([input.path.clone()])
-    };
-    inputs.iter().flat_map(both).collect()
+pub fn paths(logs: &[LogInput]) -> Vec<PathBuf> {
+    let both = |log: &LogInput| log.sidecar.clone().into_iter().chain([log.path.clone()]);
+    logs.iter().flat_map(both).collect()
 }
 
 /// What the logs are called in titles: the name of the file, and how many more there are.
@@ -86,13 +80,13 @@ pub fn title(files: &[PathBuf]) -> String {
 /// # Errors
 /// Whatever is wrong with a log; logs that are not of one test.
 pub fn preprocess(
-    inputs: &[LogInput],
+    logs: &[LogInput],
     first: RawLog,
     only: &[String],
     quiet: bool,
 ) -> Result<Recording, Errors> {
-    let all = each(inputs, first, quiet, |input, raw_log| {
-        settle_only(input, raw_log, only)
+    let all = each(logs, first, quiet, |log, raw_log| {
+        settle_only(log, raw_log, only)
     })?;
     Ok(join::join(all)?)
 }
@@ -111,27 +105,23 @@ pub enum Test {
 /// # Errors
 /// Whatever is wrong with a log; logs that are not of one test.
 pub fn test(
-    log_inputs: &[LogInput],
+    logs: &[LogInput],
     first: RawLog,
     (inputs, outputs): (&[String], &[String]),
     roving: Option<Roving>,
     quiet: bool,
 ) -> Result<Test, Errors> {
-    let roving = roving.or_else(|| {
-        log_inputs
-            .iter()
-            .find_map(|log_input| log_input.options.roving)
-    });
-    if roving.is_some() && (log_inputs.len() < 2 || inputs.is_empty()) {
+    let roving = roving.or_else(|| logs.iter().find_map(|log| log.options.roving));
+    if roving.is_some() && (logs.len() < 2 || inputs.is_empty()) {
         let message = "a roving test has several files and an input";
         let hint = "name the file of every point, and what drives: --input; or leave --roving out";
         return Err(Error::new(Code::Usage, message).with_hint(hint).into());
     }
-    let all = each(log_inputs, first, quiet, |log_input, raw_log| {
+    let all = each(logs, first, quiet, |log, raw_log| {
         let of = |words: &[String]| -> Vec<String> {
             (words
                 .iter()
-                .filter(|word| is_in(word, &raw_log, log_input))
+                .filter(|word| is_in(word, &raw_log, log))
                 .cloned())
             .collect()
         };
@@ -142,7 +132,7 @@ pub fn test(
         }
         let count = own.len();
         own.append(&mut own_outputs);
-        let recording = settle_only(log_input, raw_log, &own)?;
+        let recording = settle_only(log, raw_log, &own)?;
         Ok((own, count, recording))
     })?;
     let is_whole = |own: &[String]| own.len() == inputs.len() + outputs.len();
@@ -160,7 +150,7 @@ pub fn test(
     }
     let points = records.into_iter().map(|(_, count, files)| {
         let recording = join::join(files)?;
-        let file = is_named_by_file.then(|| point_of(&recording.path, log_inputs));
+        let file = is_named_by_file.then(|| point_of(&recording.path, logs));
         let names = recording.channels.iter().map(|c| c.name.clone());
         let (of_inputs, of_outputs): (Vec<_>, Vec<_>) =
             names.enumerate().partition(|(k, _)| *k < count);
@@ -183,22 +173,18 @@ pub fn test(
 }
 
 /// The name of a file without its ending; with its folder where another has the same name.
-fn point_of(path: &str, inputs: &[LogInput]) -> String {
+fn point_of(path: &str, logs: &[LogInput]) -> String {
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_os_string();
     let own = stem(Path::new(path));
-    match inputs
-        .iter()
-        .filter(|input| stem(&input.path) == own)
-        .count()
-    {
+    match logs.iter().filter(|log| stem(&log.path) == own).count() {
         1 => own.to_string_lossy().into(),
         _ => path.to_string(),
     }
 }
 
 /// Whether a log has the channel that a word means, by its name or that of its sidecar.
-fn is_in(word: &str, raw_log: &RawLog, input: &LogInput) -> bool {
-    let renamed = (input.options.channels.iter())
+fn is_in(word: &str, raw_log: &RawLog, log: &LogInput) -> bool {
+    let renamed = (log.options.channels.iter())
         .find(|s| s.rename.as_ref().is_some_and(|r| r == word))
         .map_or(word, |s| &s.name);
     let channels = raw_log.groups.iter().flat_map(|g| &g.channels);
@@ -206,26 +192,26 @@ fn is_in(word: &str, raw_log: &RawLog, input: &LogInput) -> bool {
     channel_names::find_channel(renamed, &known).is_some()
 }
 
-fn settle_only(input: &LogInput, raw_log: RawLog, only: &[String]) -> Result<Recording, Errors> {
-    let mut options = input.options.clone();
+fn settle_only(log: &LogInput, raw_log: RawLog, only: &[String]) -> Result<Recording, Errors> {
+    let mut options = log.options.clone();
     options.keep_channels = only.to_vec();
     Ok(preprocess::preprocess(raw_log, &options)?)
 }
 
 /// Opens one log after the other.
 fn each<T>(
-    inputs: &[LogInput],
+    logs: &[LogInput],
     first: RawLog,
     quiet: bool,
     read: impl Fn(&LogInput, RawLog) -> Result<T, Errors>,
 ) -> Result<Vec<T>, Errors> {
     let (mut all, mut first) = (Vec::new(), Some(first));
-    for input in inputs {
+    for log in logs {
         let raw_log = match first.take() {
             Some(raw_log) => raw_log,
-            None => progress::open(&input.path, &input.options, quiet)?,
+            None => progress::open(&log.path, &log.options, quiet)?,
         };
-        all.push(read(input, raw_log)?);
+        all.push(read(log, raw_log)?);
     }
     Ok(all)
 }

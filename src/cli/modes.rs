@@ -53,7 +53,7 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
         output::document(&document)?;
         return Ok(0);
     }
-    let text = match (chosen, &result.diagram) {
+    let text = match (chosen, &result.campbell) {
         (Some(k), _) => report::modes_table::mode(&machine, &result, k),
         (None, Some(found)) => report::modes_table::crossings(found, machine.model.rigid.len()),
         (None, None) => report::modes_table::modes(&machine, &result),
@@ -62,8 +62,8 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     if let Some((space, parts)) = &result.state_space {
         text += &report::state_space_tables::participation(space, parts);
     }
-    if let Some(reduction_result) = &result.result {
-        text += &report::state_space_tables::reduction(reduction_result);
+    if let Some(reduction) = &result.reduction {
+        text += &report::state_space_tables::reduction(reduction);
     }
     output::print(&text)?;
     if !args.quiet {
@@ -135,7 +135,7 @@ fn draw_plots(
     machine: &PreparedMachine,
     result: &ModesResult,
 ) -> Vec<(PathBuf, String)> {
-    if let Some(found) = &result.diagram {
+    if let Some(found) = &result.campbell {
         return vec![(
             path.to_path_buf(),
             report::campbell::draw(found, machine.model.rigid.len()),

@@ -100,7 +100,7 @@ fn simulation_plans(
             no_sensitivity: motion.no_sensitivity || kind != "simulate",
             ..motion
         };
-        let ready = SimulationSetup::new(machine, &scene.conditions, &motion)?;
+        let ready = SimulationSetup::new(machine, &scene.start, &motion)?;
         let choice = method_choice::choose_method(&ready.model.model, &motion)?;
         Ok::<_, Error>((kind, stages::plan(&ready, &choice, &motion)))
     };

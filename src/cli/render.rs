@@ -60,7 +60,7 @@ pub fn render_errors(errors: &Errors, coloured: bool) -> String {
 pub fn render_error(error: &Error, coloured: bool) -> String {
     let title = format!("{} [{}]", sanitise(&error.message), error.code.as_str());
     let label = error.label.as_deref().map(normalize_untrusted_str);
-    let excerpt = error
+    let window = error
         .span
         .as_ref()
         .filter(|span| !span.is_whole_file())
@@ -68,24 +68,24 @@ pub fn render_error(error: &Error, coloured: bool) -> String {
     let mut group = Level::ERROR
         .primary_title(normalize_untrusted_str(&title))
         .elements(Vec::<Snippet<'_, annotate_snippets::Annotation<'_>>>::new());
-    if let Some(excerpt) = &excerpt {
-        let mark = AnnotationKind::Primary.span(excerpt.mark.clone());
+    if let Some(window) = &window {
+        let mark = AnnotationKind::Primary.span(window.mark.clone());
         let mark = match label {
             Some(label) => mark.label(label),
             None => mark,
         };
-        let snippet = Snippet::source(excerpt.text.as_str())
-            .line_start(excerpt.line)
+        let snippet = Snippet::source(window.text.as_str())
+            .line_start(window.line)
             .annotation(mark);
-        group = if excerpt.text.is_empty() {
-            group.element(Origin::path(excerpt.path.as_str()).line(excerpt.line))
-        } else if excerpt.text.starts_with(ELLIPSIS) {
-            let origin = Origin::path(excerpt.path.as_str())
-                .line(excerpt.line)
-                .char_column(excerpt.column);
+        group = if window.text.is_empty() {
+            group.element(Origin::path(window.path.as_str()).line(window.line))
+        } else if window.text.starts_with(ELLIPSIS) {
+            let origin = Origin::path(window.path.as_str())
+                .line(window.line)
+                .char_column(window.column);
             group.element(origin).element(snippet)
         } else {
-            group.element(snippet.path(excerpt.path.as_str()))
+            group.element(snippet.path(window.path.as_str()))
         };
     } else if let Some(path) = unnamed_file(error) {
         let path = normalize_untrusted_str(path);
@@ -141,9 +141,9 @@ impl Excerpt {
     const BEFORE: usize = 60;
     const AFTER: usize = 80;
 
-    fn from_span(source_span: &SourceSpan) -> Excerpt {
-        let all = source_span.source().text.as_str();
-        let span = source_span.span();
+    fn from_span(place: &SourceSpan) -> Excerpt {
+        let all = place.source().text.as_str();
+        let span = place.span();
         let (before, after) = all.split_at(span.start.min(all.len()));
         let start = before.rfind('\n').map_or(0, |at| at + 1);
         let stop = after.find(['\n', '\r']).unwrap_or(after.len());
@@ -162,9 +162,9 @@ impl Excerpt {
         });
         let marked = (span.end - span.start).min(end.unwrap_or(after.len()));
         Excerpt {
-            path: normalize_untrusted_str(&source_span.source().path),
-            line: source_span.line(),
-            column: source_span.column(),
+            path: normalize_untrusted_str(&place.source().path),
+            line: place.line(),
+            column: place.column(),
             mark: head.len()..head.len() + marked,
             text: head + &tail,
         }

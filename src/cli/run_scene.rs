@@ -49,7 +49,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         output::print(&format!("{title}\n\n"))?;
     }
     for study in &scene.studies {
-        let (name, study_report) = match &study.kind {
+        let (name, done) = match &study.kind {
             StudyKind::Modes(study) => ("modes", run_modes(&scene, study, quiet)),
             StudyKind::Simulate(study) => (
                 "simulate",
@@ -62,11 +62,11 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Accuracy(study) => (
                 "accuracy",
-                AccuracyReport::new(&scene, study, quiet, &stop).map(|report| StudyReport {
-                    text: report.text(),
-                    json: report.json(&scene),
-                    epilogue: report.epilogue().to_string(),
-                    exit: report.exit_code(),
+                AccuracyReport::new(&scene, study, quiet, &stop).map(|measured| StudyReport {
+                    text: measured.text(),
+                    json: measured.json(&scene),
+                    epilogue: measured.epilogue().to_string(),
+                    exit: measured.exit_code(),
                 }),
             ),
             StudyKind::Response(study) => (
@@ -98,13 +98,11 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             ),
             StudyKind::Transmission(study) => (
                 "te",
-                TransmissionReport::new(&scene, study, quiet).map(|transmission_report| {
-                    StudyReport {
-                        text: transmission_report.text(),
-                        json: transmission_report.json(&scene),
-                        epilogue: transmission_report.epilogue(),
-                        exit: 0,
-                    }
+                TransmissionReport::new(&scene, study, quiet).map(|traced| StudyReport {
+                    text: traced.text(),
+                    json: traced.json(&scene),
+                    epilogue: traced.epilogue(),
+                    exit: 0,
                 }),
             ),
             StudyKind::Stability(study) => (
@@ -117,7 +115,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
                 }),
             ),
         };
-        let study_report = study_report.map_err(|e| match e.span {
+        let done = done.map_err(|e| match e.span {
             Some(_) => e,
             None => e.with_span(&study.span),
         })?;
@@ -126,13 +124,13 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
                 "{}── {name}\n",
                 if documents.is_empty() { "" } else { "\n" }
             ))?;
-            output::print(&study_report.text)?;
+            output::print(&done.text)?;
             if !args.quiet {
-                output::print_note(&study_report.epilogue);
+                output::print_note(&done.epilogue);
             }
         }
-        documents.push(json!({ "study": name, "answer": study_report.json }));
-        exit = exit.max(study_report.exit);
+        documents.push(json!({ "study": name, "answer": done.json }));
+        exit = exit.max(done.exit);
         if interrupt::is_raised() {
             exit = interrupt::EXIT_INTERRUPTED;
             break;

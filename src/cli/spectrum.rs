@@ -41,23 +41,23 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     {
         files::ends(path, &[end])?;
     }
-    let log_inputs = logs::open_logs(&args.files, &args.log)?;
-    let mut inputs = logs::paths(&log_inputs);
+    let logs = logs::open_logs(&args.files, &args.log)?;
+    let mut inputs = logs::paths(&logs);
     inputs.extend(args.model.clone());
     let files = OutputFiles::new(&outputs, &inputs)?;
-    study.line = expected_lines(args, &study)?;
+    study.expected_lines = expected_lines(args, &study)?;
     let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
     reject_duplicates(&only)?;
-    let mut settings = log_inputs[0].options.clone();
+    let mut settings = logs[0].options.clone();
     settings.keep_channels = only;
-    let log = progress::open(&log_inputs[0].path, &settings, args.quiet)?;
+    let log = progress::open(&logs[0].path, &settings, args.quiet)?;
     for word in study.channels.iter_mut().chain(&mut study.tacho) {
         *word = full_name(&log, word);
     }
     let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
     reject_duplicates(&only)?;
     let (mut found, diagnostics, repairs) = if use_file_spectra(&log, &study) {
-        if log_inputs.len() > 1 {
+        if logs.len() > 1 {
             let message = "the file holds spectra; only signals of several files are averaged";
             let error = Error::new(Code::Conflict, message).with_hint("name one file of spectra");
             return Err(error.with_file(&log.path).into());
@@ -66,7 +66,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
             .map_err(|e| e.with_file(&log.path))?;
         (found, log.diagnostics, log.repairs)
     } else {
-        let recording = logs::preprocess(&log_inputs, log, &only, args.quiet)?;
+        let recording = logs::preprocess(&logs, log, &only, args.quiet)?;
         if args.kind == SpectrumKindArg::OrderCut {
             return cut(files, args, &recording, &study);
         }
@@ -201,7 +201,7 @@ fn study(args: &SpectrumArgs) -> Result<SpectrumStudy, Error> {
             DetrendArg::Linear => Detrend::Linear,
         },
         band,
-        quantity: args.motion.map(|word| match word {
+        history: args.motion.map(|word| match word {
             MotionQuantityArg::Acceleration => MotionQuantity::Acceleration,
             MotionQuantityArg::Velocity => MotionQuantity::Velocity,
             MotionQuantityArg::Displacement => MotionQuantity::Displacement,
@@ -212,7 +212,7 @@ fn study(args: &SpectrumArgs) -> Result<SpectrumStudy, Error> {
         revolutions: args.turns,
         separate: args.separate,
         cuts: cuts(args)?,
-        line: Vec::new(),
+        expected_lines: Vec::new(),
     })
 }
 

@@ -33,7 +33,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         .as_deref()
         .map(|text| SpeedRange::parse(text, "--speeds"))
         .transpose()?;
-    let sweep = args
+    let over = args
         .over
         .as_deref()
         .map(|text| ParameterSweep::parse(text, "--over"))
@@ -46,9 +46,9 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
             args.methods.clone()
         },
         speeds: speeds.or(listed.speeds),
-        sweep: sweep.or(listed.sweep),
+        over: over.or(listed.over),
     };
-    if study.sweep.is_some() && study.speeds.is_none() {
+    if study.over.is_some() && study.speeds.is_none() {
         let error = Error::new(
             Code::Usage,
             "a second axis needs a first: `over` goes with speeds",
@@ -59,7 +59,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
     let mut outputs: Vec<PathBuf> = args.svg.iter().cloned().collect();
     if let Some(path) = &args.svg {
         files::ends(path, &["svg"])?;
-        outputs.extend(study.sweep.map(|_| files::sibling_path(path, "chart")));
+        outputs.extend(study.over.map(|_| files::sibling_path(path, "chart")));
     }
     let mut files = OutputFiles::new(&outputs, &inputs)?;
     let found = run_study(&scene, &study, args.json, &interrupt::cancel_on_ctrl_c())?;
@@ -72,11 +72,11 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
             .fold(f64::INFINITY, f64::min);
         let usual = if shortest.is_finite() { shortest } else { 1.0 };
         let step = study.motion.step.unwrap_or(usual);
-        let amplification_chart = AmplificationChart::new(&found.linear.eigenvalues, step)?;
+        let spectrum = AmplificationChart::new(&found.linear.eigenvalues, step)?;
         let plot = report::stability_regions::draw_stability_regions(
             &scene.model.title,
             &found.linear,
-            &amplification_chart,
+            &spectrum,
         );
         files.write(path, plot.as_bytes())?;
         let charted = found.floquet.as_ref().ok();
@@ -148,16 +148,16 @@ pub fn run_study(
         on_progress: &mut |what| output::show_status(what, quiet),
     };
     let machine = PreparedMachine::new(&scene.model)?;
-    let stability = match monitor.proceed("modes with their damping") {
+    let facts = match monitor.proceed("modes with their damping") {
         true => linear::linear_stability(&machine, study.motion.speed)?,
         false => return Err(interrupted_error()),
     };
     // Multipliers are of the machine, however long it moves; a period of the slowest motion stands in for a duration left out.
     let nominal = SimulateStudy {
-        end_time: study.motion.end_time.or(Some(stability.slowest_period())),
+        end_time: study.motion.end_time.or(Some(facts.slowest_period())),
         ..study.motion.clone()
     };
-    let ready = SimulationSetup::new(&machine, &scene.conditions, &nominal);
+    let ready = SimulationSetup::new(&machine, &scene.start, &nominal);
     let asks_motion = study.motion.end_time.is_some() || study.speeds.is_some();
     let budget = ready
         .as_ref()
@@ -192,11 +192,11 @@ pub fn run_study(
             (floquet, cases, left_out, unable)
         }
     };
-    let step = study.motion.step.unwrap_or(stability.default_step());
-    let factors = amplification::amplification_factors(&stability.eigenvalues, step)?;
+    let step = study.motion.step.unwrap_or(facts.default_step());
+    let amplified = amplification::amplification_factors(&facts.eigenvalues, step)?;
     Ok(StabilityResult {
-        amplification: (step, factors),
-        linear: stability,
+        amplification: (step, amplified),
+        linear: facts,
         floquet,
         cases,
         budget,

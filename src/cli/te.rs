@@ -29,31 +29,31 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     let outputs = outputs(args)?;
     let inputs: Vec<PathBuf> = scene.files();
     let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let mut report = TransmissionReport::new(&scene, &study, args.quiet)?;
-    report.all = args.all;
-    let (machine, result) = (&report.machine.machine, &report.result);
+    let mut result = TransmissionReport::new(&scene, &study, args.quiet)?;
+    result.all = args.all;
+    let (machine, answer) = (&result.machine.machine, &result.result);
     if let Some(path) = &args.csv {
-        files.write(path, report::transmission::csv(machine, result).as_bytes())?;
+        files.write(path, report::transmission::csv(machine, answer).as_bytes())?;
     }
     if let Some(path) = &args.written {
         files.write_with(path, |to| {
-            report::transmission::write_record(machine, result, to)
+            report::transmission::write_record(machine, answer, to)
         })?;
     }
     if let Some(path) = &args.svg {
         let title = &scene.model.title;
-        let plots = report::transmission_plots::draw_all(title, machine, result);
+        let plots = report::transmission_plots::draw_all(title, machine, answer);
         for (word, plot) in plots {
             files.write(&files::sibling_path(path, word), plot.as_bytes())?;
         }
     }
     let written = files.finish()?;
     match args.json {
-        true => output::document(&report.json(&scene))?,
-        false => output::print(&report.text())?,
+        true => output::document(&result.json(&scene))?,
+        false => output::print(&result.text())?,
     }
     if !args.quiet && !args.json {
-        output::print_note(&report.epilogue());
+        output::print_note(&result.epilogue());
         output::print_note(&footer::written_files(&written));
     }
     Ok(0)

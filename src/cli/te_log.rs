@@ -117,7 +117,7 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     }
     let written = files.finish()?;
     if args.json {
-        let document = report::encoder_te::json(&found, &study.train, &repairs);
+        let document = report::encoder_te::json(&found, &study.teeth, &repairs);
         output::document(&document)?;
         return Ok(0);
     }
@@ -173,30 +173,30 @@ fn read_and_evaluate(
         let log = progress::open(&args.file, &options, args.quiet)?;
         Ok((preprocess::preprocess(log, &options)?, full))
     };
-    let evaluate = |recordings: EncoderRecordings, study: &EncoderStudy| {
+    let evaluate = |read: EncoderRecordings, study: &EncoderStudy| {
         progress::with_spinner("evaluating", args.quiet, || {
-            evaluate_encoders(recordings, study, model)
+            evaluate_encoders(read, study, model)
         })
-        .map_err(|e| Errors::from(e.with_file(&recordings.input.path)))
+        .map_err(|e| Errors::from(e.with_file(&read.input.path)))
     };
     let (mut found, recording) = if study.pulse_times {
         let (a, first) = open(&study.input)?;
         let (b, second) = open(&study.output)?;
         (study.input, study.output) = (first, second);
         let mut marks = [None, None];
-        for (name, recordings) in study.index.iter_mut().zip(&mut marks) {
+        for (name, read) in study.index.iter_mut().zip(&mut marks) {
             if let Some(word) = name {
                 let (recording, mut full) = open(std::slice::from_ref(word))?;
                 *name = full.pop();
-                *recordings = Some(recording);
+                *read = Some(recording);
             }
         }
-        let recordings = EncoderRecordings {
+        let read = EncoderRecordings {
             input: &a,
             output: &b,
             index: [marks[0].as_ref(), marks[1].as_ref()],
         };
-        (evaluate(recordings, study)?, a)
+        (evaluate(read, study)?, a)
     } else {
         let shafts = study.input.iter().chain(&study.output);
         let all = shafts.chain(study.index.iter().flatten());
@@ -205,12 +205,12 @@ fn read_and_evaluate(
         let named = study.input.iter_mut().chain(&mut study.output);
         let named = named.chain(study.index.iter_mut().flatten());
         named.zip(&mut full).for_each(|(name, known)| *name = known);
-        let recordings = EncoderRecordings {
+        let read = EncoderRecordings {
             input: &a,
             output: &a,
             index: [0, 1].map(|k| study.index[k].as_ref().map(|_| &a)),
         };
-        (evaluate(recordings, study)?, a)
+        (evaluate(read, study)?, a)
     };
     found.diagnostics.splice(0..0, recording.diagnostics);
     Ok((found, recording.repairs))
@@ -316,7 +316,7 @@ fn study(args: &TeArgs) -> Result<EncoderStudy, Error> {
         input: args.record.input.clone(),
         output,
         index,
-        train: GearTrain::parse(teeth)?,
+        teeth: GearTrain::parse(teeth)?,
         lines: args
             .record
             .lines

@@ -114,17 +114,17 @@ impl PathOfContact {
 
     /// The whole cycle by its means.
     pub fn mean_segment(&self) -> MeshCycleSegment {
-        let segments = self.segments();
-        let ends = segments.iter().skip(1).map(|p| p.from).chain([1.0]);
+        let pieces = self.segments();
+        let ends = pieces.iter().skip(1).map(|p| p.from).chain([1.0]);
         let mut mean = LoadLever {
             distance: 0.0,
             slope: 0.0,
             balance: 0.0,
         };
-        for (segment, to) in segments.iter().zip(ends) {
-            let (width, lever) = (to - segment.from, &segment.flanks[0]);
-            mean.distance += width * (lever.distance + 0.5 * width * lever.slope);
-            mean.balance += width * lever.balance;
+        for (piece, to) in pieces.iter().zip(ends) {
+            let (width, reach) = (to - piece.from, &piece.flanks[0]);
+            mean.distance += width * (reach.distance + 0.5 * width * reach.slope);
+            mean.balance += width * reach.balance;
         }
         MeshCycleSegment {
             from: 0.0,
@@ -212,14 +212,14 @@ mod tests {
             "{}",
             path.contact_ratio()
         );
-        let segments = path.segments();
-        let ends = segments.iter().skip(1).map(|p| p.from).chain([1.0]);
+        let pieces = path.segments();
+        let ends = pieces.iter().skip(1).map(|p| p.from).chain([1.0]);
         let mut sums = [[0.0; 2]; 2];
-        for (segment, to) in segments.iter().zip(ends) {
-            let width = to - segment.from;
-            for (sum, lever) in sums.iter_mut().zip(&segment.flanks) {
-                sum[0] += width * (lever.distance + 0.5 * width * lever.slope);
-                sum[1] += width * lever.balance;
+        for (piece, to) in pieces.iter().zip(ends) {
+            let width = to - piece.from;
+            for (sum, reach) in sums.iter_mut().zip(&piece.flanks) {
+                sum[0] += width * (reach.distance + 0.5 * width * reach.slope);
+                sum[1] += width * reach.balance;
             }
         }
         assert!((sums[0][0] - sums[1][0]).abs() < 1e-12 * sums[0][0]);

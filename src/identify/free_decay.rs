@@ -50,14 +50,14 @@ pub fn fit(
             responses.push(spectrum[1..=lines].iter().map(|z| z / rate_hz).collect());
         }
     }
-    let data = FrfData {
+    let measured = FrfData {
         frequency_hz: &frequency_hz,
         responses: &responses,
         variance: None,
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
-        hit: None,
+        hits: None,
     };
     let top = TOP * rate_hz;
     let options = RationalOptions {
@@ -69,7 +69,7 @@ pub fn fit(
         }),
         ..*options
     };
-    Ok(unwarped(rational::fit(&data, &options)?, rate_hz))
+    Ok(unwarped(rational::fit(&measured, &options)?, rate_hz))
 }
 
 /// A frequency on the axis of Tustin's s, Hz.
@@ -88,7 +88,7 @@ fn pole(warped: Complex, rate_hz: f64) -> (Complex, Complex) {
 fn unwarped(mut fit: RationalFit, rate_hz: f64) -> RationalFit {
     for (k, mode) in fit.modes.iter_mut().enumerate() {
         let (own, slope) = pole(mode.pole, rate_hz);
-        if let Some(departure) = fit.shares.get_mut(k) {
+        if let Some(departure) = fit.departures.get_mut(k) {
             departure.frequency_spread_hz *= slope.norm();
         }
         *mode = ModalParameters {
@@ -100,7 +100,7 @@ fn unwarped(mut fit: RationalFit, rate_hz: f64) -> RationalFit {
     for one in &mut fit.poles {
         *one = pole(*one, rate_hz).0;
     }
-    for one in &mut fit.pole {
+    for one in &mut fit.omitted {
         one.pole = pole(one.pole, rate_hz).0;
     }
     fit

@@ -244,11 +244,11 @@ fn add_excitations(builder: &mut MachineBuilder, model: &Model) -> Result<(), Er
     for part in &model.motors {
         let element = builder.element(&part.name, "motor");
         let dof = builder.theta(&part.at)?;
-        let drive = part.model.clone();
-        builder.machine.drives.push(MotorDrive {
+        let drive = part.drive.clone();
+        builder.machine.motors.push(MotorDrive {
             element,
             dof,
-            model: drive,
+            drive,
         });
     }
     for part in &model.brakes {
@@ -260,8 +260,8 @@ fn add_excitations(builder: &mut MachineBuilder, model: &Model) -> Result<(), Er
         builder.machine.friction_elements.push(FrictionElement {
             element,
             direction: relative_rotation(ends),
-            law: part.law,
-            capacity: match &part.capacity_history {
+            friction: part.friction,
+            grip: match &part.capacity_history {
                 Some(points) => FrictionCapacity::Timed(points.clone()),
                 None => FrictionCapacity::Constant,
             },

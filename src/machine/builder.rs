@@ -147,9 +147,9 @@ impl MachineBuilder {
         part: Option<String>,
         drive: Direction,
         coast: Option<Direction>,
-        parameters: &ContactParameters,
+        contact: &ContactParameters,
     ) {
-        let law = branch_law(parameters.stiffness, parameters.damping);
+        let law = branch_law(contact.stiffness, contact.loss);
         let branch = Branch {
             element,
             part,
@@ -157,10 +157,10 @@ impl MachineBuilder {
             coast,
             force: None,
             law,
-            backlash: parameters.backlash,
-            contact_damping: parameters.damping_model,
-            stiffness_variation: parameters.wave.clone(),
-            characteristic: parameters.characteristic.clone(),
+            backlash: contact.backlash,
+            contact_damping: contact.damping_model,
+            stiffness_variation: contact.wave.clone(),
+            characteristic: contact.characteristic.clone(),
         };
         self.machine.branches.push(branch);
     }
@@ -194,9 +194,9 @@ pub fn relative_rotation(ends: [Option<usize>; 2]) -> Direction {
 }
 
 /// Elastic where a stiffness is given, rigid where not.
-pub fn branch_law(stiffness: Option<f64>, damping: BranchDamping) -> BranchLaw {
+pub fn branch_law(stiffness: Option<f64>, loss: BranchDamping) -> BranchLaw {
     stiffness.map_or(BranchLaw::Rigid, |stiffness| BranchLaw::Linear {
         stiffness,
-        damping,
+        loss,
     })
 }

@@ -30,7 +30,7 @@ pub struct Machine {
     /// The torques over time, by degree of freedom.
     pub histories: Vec<(usize, LoadHistory)>,
     /// What drives by speed.
-    pub drives: Vec<MotorDrive>,
+    pub motors: Vec<MotorDrive>,
     /// Dry friction.
     pub friction_elements: Vec<FrictionElement>,
     /// Errors of gears, couplings, belts and screws.
@@ -133,7 +133,7 @@ pub struct MotorDrive {
     /// The degree of freedom.
     pub dof: usize,
     /// How.
-    pub model: MotorModel,
+    pub drive: MotorModel,
 }
 
 /// Dry friction along a direction.
@@ -144,9 +144,9 @@ pub struct FrictionElement {
     /// Its direction.
     pub direction: Direction,
     /// Its law: of a clutch at its largest capacity, of what is pressed for a capacity of one.
-    pub law: FrictionLaw,
+    pub friction: FrictionLaw,
     /// What its capacity goes by.
-    pub capacity: FrictionCapacity,
+    pub grip: FrictionCapacity,
 }
 
 /// What the capacity of dry friction goes by.
@@ -179,7 +179,7 @@ pub struct ToothFrictionPath {
     /// What sliding at the pitch point would be, for drive flanks and for coast flanks.
     pub pitch_point_sliding: [Direction; 2],
     /// Levers over the mesh cycle.
-    pub segments: Vec<MeshCycleSegment>,
+    pub pieces: Vec<MeshCycleSegment>,
     /// The degree of freedom and the teeth that the cycle goes by, and where it stands at zero, rad; absent: levers are the
     /// same always.
     pub cycle: Option<(usize, u32, f64)>,
@@ -243,7 +243,7 @@ pub enum BranchLaw {
         /// k, N/m or N·m/rad.
         stiffness: f64,
         /// Its losses.
-        damping: BranchDamping,
+        loss: BranchDamping,
     },
 }
 
@@ -278,7 +278,7 @@ pub struct Gear {
     /// The branches its teeth act in.
     pub branches: Vec<usize>,
     /// How the gear stands in each of them; none of pulleys.
-    pub geometries: Vec<MeshGeometry>,
+    pub seats: Vec<MeshGeometry>,
 }
 
 /// A gear of a planetary stage by its name: `stage.planet_1`, `stage.sun`, `stage.ring`.

@@ -124,7 +124,7 @@ impl RigidMotions {
     /// The degree of freedom whose speed does not follow from those stated, or a stated one that contradicts the others.
     pub fn speeds(&self, n: usize, stated: &[(usize, f64)]) -> Result<Vec<f64>, usize> {
         let fastest = stated.iter().fold(0.0f64, |m, s| m.max(s.1.abs()));
-        let mut reduced_row: Vec<ReducedRow> = Vec::new();
+        let mut solved: Vec<ReducedRow> = Vec::new();
         for &(dof, speed) in stated {
             let mut row = ReducedRow {
                 terms: self.constraints.combination(dof).into_iter().collect(),
@@ -132,7 +132,7 @@ impl RigidMotions {
                 pivot: dof,
             };
             let size = row.size();
-            reduced_row.iter().for_each(|other| row.take_out(other));
+            solved.iter().for_each(|other| row.take_out(other));
             // Coefficients are fractions of tooth numbers: what cancels leaves rounding.
             let lead = row
                 .terms
@@ -148,12 +148,10 @@ impl RigidMotions {
             row.terms.values_mut().for_each(|b| *b /= a);
             row.value /= a;
             row.pivot = pivot;
-            reduced_row
-                .iter_mut()
-                .for_each(|other| other.take_out(&row));
-            reduced_row.push(row);
+            solved.iter_mut().for_each(|other| other.take_out(&row));
+            solved.push(row);
         }
-        let known: HashMap<usize, f64> = reduced_row
+        let known: HashMap<usize, f64> = solved
             .iter()
             .filter(|row| row.terms.len() == 1)
             .map(|row| (row.pivot, row.value))
@@ -363,7 +361,7 @@ pub fn mean_speeds(
         }
     }
     // Bodies about the axis of a stage stay on it.
-    let across = machine.gyroscopic.iter().filter_map(|terms| terms.across);
+    let across = machine.gyroscopic.iter().filter_map(|spin| spin.across);
     stated.extend(across.flatten().map(|dof| (dof, 0.0)));
     motions.speeds(n, &stated).map_err(|dof| {
         let name = machine.dof_name(dof);

@@ -62,7 +62,7 @@ impl LinearModel {
     pub fn new(
         machine: &Machine,
         kinematics: &Kinematics,
-        point: &OperatingPoint,
+        operating: &OperatingPoint,
     ) -> Result<LinearModel, Error> {
         let reduce = |d: &Direction| Direction {
             scale: d.scale,
@@ -79,18 +79,14 @@ impl LinearModel {
             .collect();
         let n = kinematics.independent_dofs.len();
         let massless = massless_coordinates(n, &masses);
-        let inverse_mass = InverseMass::new(n, &masses);
+        let mobility = InverseMass::new(n, &masses);
         let mut branches = Vec::new();
         for (index, branch) in machine.branches.iter().enumerate() {
-            let BranchLaw::Linear {
-                stiffness,
-                damping: branch_damping,
-            } = branch.law
-            else {
+            let BranchLaw::Linear { stiffness, loss } = branch.law else {
                 continue;
             };
-            let stiffness = point.tangent(index).unwrap_or(stiffness);
-            let state = point.state(index);
+            let stiffness = operating.tangent(index).unwrap_or(stiffness);
+            let state = operating.state(index);
             if state == ActiveFlank::Open {
                 continue;
             }
@@ -103,14 +99,14 @@ impl LinearModel {
             if direction.terms.is_empty() {
                 continue;
             }
-            let damping = match branch_damping {
+            let damping = match loss {
                 BranchDamping::Viscous(c) => c,
                 BranchDamping::Ratio(zeta) => {
-                    2.0 * zeta * (stiffness / inverse_mass.inverse_mass_along(&direction)).sqrt()
+                    2.0 * zeta * (stiffness / mobility.inverse_mass_along(&direction)).sqrt()
                 }
                 BranchDamping::None | BranchDamping::Factor(_) => 0.0,
             };
-            let loss_factor = if let BranchDamping::Factor(eta) = branch_damping {
+            let loss_factor = if let BranchDamping::Factor(eta) = loss {
                 eta
             } else {
                 0.0

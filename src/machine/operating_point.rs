@@ -42,7 +42,7 @@ pub struct OperatingPoint {
     /// Branch, state, and the static force in it, N or N·m (none where no load was stated).
     pub contacts: Vec<(usize, ActiveFlank, Option<f64>)>,
     /// What is not linear.
-    pub stiffness: Vec<TangentStiffness>,
+    pub tangents: Vec<TangentStiffness>,
 }
 
 /// A branch with a characteristic, at its operating point.
@@ -67,7 +67,7 @@ impl OperatingPoint {
 
     /// The stiffness that small motions find in a branch, where it is not linear.
     pub fn tangent(&self, branch: usize) -> Option<f64> {
-        let found = self.stiffness.iter().find(|t| t.branch == branch);
+        let found = self.tangents.iter().find(|t| t.branch == branch);
         found.map(|t| t.stiffness)
     }
 
@@ -90,11 +90,8 @@ impl OperatingPoint {
                 .map(|b| (b, ActiveFlank::Drive, None))
                 .collect();
             let at_rest = machine.branches.iter().enumerate();
-            let stiffness = at_rest.filter_map(|(at, b)| tangent(at, b, 0.0)).collect();
-            return Ok(OperatingPoint {
-                contacts,
-                stiffness,
-            });
+            let tangents = at_rest.filter_map(|(at, b)| tangent(at, b, 0.0)).collect();
+            return Ok(OperatingPoint { contacts, tangents });
         }
         let mut search = ContactSearch::new(machine, kinematics, playing)?;
         let forces = search.solve_equilibrium()?;
@@ -238,7 +235,7 @@ impl<'a> ContactSearch<'a> {
         let springs = || self.springs.iter().zip(forces);
         OperatingPoint {
             contacts: springs().filter_map(contact).collect(),
-            stiffness: springs()
+            tangents: springs()
                 .filter_map(|(s, &f)| tangent(s.branch, s.part, f))
                 .collect(),
         }

@@ -33,19 +33,19 @@ impl SpinTerms {
             Direction::new(1.0, rows)
         };
         let mut terms = SpinTerms::default();
-        for gyroscopic_terms in &machine.gyroscopic {
-            let omega = speeds[gyroscopic_terms.turning];
+        for spin in &machine.gyroscopic {
+            let omega = speeds[spin.turning];
             if omega == 0.0 {
                 continue;
             }
-            for &(a, b, g) in &gyroscopic_terms.gyroscopic {
+            for &(a, b, g) in &spin.gyroscopic {
                 let [a, b] = [a, b].map(|dof| reduced(&Direction::unit(dof)));
                 terms.gyroscopic.push((a, b, g * omega));
             }
-            for (v, m) in &gyroscopic_terms.centripetal {
+            for (v, m) in &spin.centripetal {
                 terms.centripetal.push((reduced(v), m * omega * omega));
             }
-            let Some([x, y]) = gyroscopic_terms.across.filter(|_| damped) else {
+            let Some([x, y]) = spin.across.filter(|_| damped) else {
                 continue;
             };
             for lb in model.branches.iter().filter(|b| b.damping != 0.0) {
@@ -97,7 +97,7 @@ fn touches(branch: &Branch, dof: usize) -> bool {
 /// A support that is not the same in all directions, a joint to a body outside the frame, a body in two frames, damping
 /// proportional to mass.
 pub fn refuse_varying(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
-    let turns = |terms: &&GyroscopicTerms| terms.across.is_some() && speeds[terms.turning] != 0.0;
+    let turns = |spin: &&GyroscopicTerms| spin.across.is_some() && speeds[spin.turning] != 0.0;
     let frames: Vec<&GyroscopicTerms> = machine.gyroscopic.iter().filter(turns).collect();
     if let (Some(frame), true) = (frames.first(), machine.damping.mass != 0.0) {
         return Err(refused(
@@ -193,7 +193,7 @@ fn stiffness(branch: &Branch) -> f64 {
 fn viscous(branch: &Branch) -> f64 {
     match branch.law {
         BranchLaw::Linear {
-            damping: BranchDamping::Viscous(c),
+            loss: BranchDamping::Viscous(c),
             ..
         } => c,
         _ => 0.0,
@@ -204,7 +204,7 @@ fn viscous(branch: &Branch) -> f64 {
 fn ratio(branch: &Branch) -> f64 {
     match branch.law {
         BranchLaw::Linear {
-            damping: BranchDamping::Ratio(zeta),
+            loss: BranchDamping::Ratio(zeta),
             ..
         } => stiffness(branch) * zeta,
         _ => 0.0,
@@ -215,7 +215,7 @@ fn ratio(branch: &Branch) -> f64 {
 fn hysteretic(branch: &Branch) -> f64 {
     match branch.law {
         BranchLaw::Linear {
-            damping: BranchDamping::Factor(eta),
+            loss: BranchDamping::Factor(eta),
             ..
         } => stiffness(branch) * eta,
         _ => 0.0,

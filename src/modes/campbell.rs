@@ -90,39 +90,39 @@ pub fn campbell_diagram(
     options: &CampbellOptions,
 ) -> Result<CampbellDiagram, Error> {
     check(&options.speeds)?;
-    let ratios = SpeedRatios::new(machine, kinematics)?;
+    let spins = SpeedRatios::new(machine, kinematics)?;
     let solve = |speed: f64| {
-        let speeds = ratios.speeds_at(speed);
+        let speeds = spins.speeds_at(speed);
         let modal = modal_matrices::project(machine, model, basis, Some(&speeds), options.damped);
         damped::modes(model, basis, &modal)
     };
     let orders = excitation_orders(machine, kinematics, &options.orders)?;
     let tracker = ModeTracker::new(model, options.tracking, solve);
-    let mut builder = DiagramBuilder {
+    let mut drawing = DiagramBuilder {
         machine,
         model,
-        ratios: &ratios,
-        nodes: WhirlNodes::new(machine),
+        spins: &spins,
+        lateral: WhirlNodes::new(machine),
         orders: &orders,
         lines: Vec::new(),
         line_of: Vec::new(),
         crossings: Vec::new(),
         drawn: 0,
     };
-    let is_constant = ratios.is_speed_independent(machine);
+    let is_constant = spins.is_speed_independent(machine);
     if is_constant {
-        builder.draw_constant(&tracker, &options.speeds)?;
+        drawing.draw_constant(&tracker, &options.speeds)?;
     } else {
-        builder.draw(&tracker, &options.speeds)?;
+        drawing.draw(&tracker, &options.speeds)?;
     }
     let DiagramBuilder {
         lines: branches,
         mut crossings,
         ..
-    } = builder;
+    } = drawing;
     crossings.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
     Ok(CampbellDiagram {
-        reference: machine.nodes[machine.dofs[ratios.reference].node]
+        reference: machine.nodes[machine.dofs[spins.reference].node]
             .name
             .clone(),
         speeds_rpm: options.speeds.iter().map(|&speed| rpm(speed)).collect(),
@@ -185,15 +185,15 @@ impl SpeedRatios {
         machine
             .gyroscopic
             .iter()
-            .all(|terms| self.per_unit[terms.turning] == 0.0)
+            .all(|spin| self.per_unit[spin.turning] == 0.0)
     }
 }
 
 struct DiagramBuilder<'a> {
     machine: &'a Machine,
     model: &'a LinearModel,
-    ratios: &'a SpeedRatios,
-    nodes: WhirlNodes,
+    spins: &'a SpeedRatios,
+    lateral: WhirlNodes,
     orders: &'a [ExcitationOrder],
     lines: Vec<CampbellBranch>,
     /// Of each mode of the last speed: its line.
@@ -211,9 +211,9 @@ impl DiagramBuilder<'_> {
         let mut here = tracker.start(speeds[0], speeds.get(1).copied().unwrap_or(speeds[0]))?;
         self.add(&here, vec![None; here.modes.len()]);
         for &speed in &speeds[1..] {
-            let (next, matching) = tracker.follow(&here, speed)?;
-            self.cross(tracker, &here, &next, &matching)?;
-            self.advance(&next, &matching);
+            let (next, link) = tracker.follow(&here, speed)?;
+            self.cross(tracker, &here, &next, &link)?;
+            self.advance(&next, &link);
             here = next;
         }
         Ok(())
@@ -247,15 +247,15 @@ impl DiagramBuilder<'_> {
     }
 
     /// Puts one speed on every line; modes without a line get a new one.
-    fn add(&mut self, set: &ModeSet, lines: Vec<Option<usize>>) {
-        let speeds = self.ratios.speeds_at(set.speed);
+    fn add(&mut self, snapshot: &ModeSet, lines: Vec<Option<usize>>) {
+        let speeds = self.spins.speeds_at(snapshot.speed);
         for line in &mut self.lines {
             line.frequency_hz.push(None);
             line.damping_ratio.push(None);
             line.whirl.push(None);
         }
         self.line_of = Vec::with_capacity(lines.len());
-        for (followed, line) in set.modes.iter().zip(lines) {
+        for (followed, line) in snapshot.modes.iter().zip(lines) {
             let number = line.unwrap_or_else(|| {
                 let absent = self.drawn + 1;
                 self.lines.push(CampbellBranch {
@@ -267,11 +267,11 @@ impl DiagramBuilder<'_> {
                 self.lines.len() - 1
             });
             let mode = &followed.mode;
-            let whirl = self.nodes.whirl(
+            let whirl = self.lateral.whirl(
                 &mode.shape,
                 &speeds,
-                &self.ratios.per_unit,
-                self.ratios.reference,
+                &self.spins.per_unit,
+                self.spins.reference,
             );
             let line = &mut self.lines[number];
             line.frequency_hz[self.drawn] = Some(mode.frequency_hz());
@@ -282,13 +282,13 @@ impl DiagramBuilder<'_> {
         self.drawn += 1;
     }
 
-    fn advance(&mut self, next: &ModeSet, matching: &ModeMatching) {
+    fn advance(&mut self, next: &ModeSet, link: &ModeMatching) {
         let mut lines = vec![None; next.modes.len()];
         for (mode, &line) in self.line_of.iter().enumerate() {
-            if let Some(now) = matching.to[mode] {
+            if let Some(now) = link.to[mode] {
                 lines[now] = Some(line);
             }
-            if matching.uncertain[mode] {
+            if link.uncertain[mode] {
                 self.lines[line].uncertain_rpm.push(rpm(next.speed));
             }
         }
@@ -300,12 +300,12 @@ impl DiagramBuilder<'_> {
         tracker: &ModeTracker<F>,
         here: &ModeSet,
         next: &ModeSet,
-        matching: &ModeMatching,
+        link: &ModeMatching,
     ) -> Result<(), Error>
     where
         F: Fn(f64) -> Result<Vec<Mode>, Error>,
     {
-        for (from, to) in matching.to.iter().enumerate() {
+        for (from, to) in link.to.iter().enumerate() {
             let Some(to) = *to else { continue };
             for (number, order) in self.orders.iter().enumerate() {
                 let sides = [(here, from), (next, to)]

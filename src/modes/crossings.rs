@@ -37,8 +37,9 @@ pub fn find_crossing<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
     (before, from): (&ModeSet, usize),
     (after, to): (&ModeSet, usize),
 ) -> Result<Option<ModeAtCrossing>, Error> {
-    let gap =
-        |set: &ModeSet, mode: usize| distance_to_order(&set.modes[mode].mode, order, set.speed);
+    let gap = |snapshot: &ModeSet, mode: usize| {
+        distance_to_order(&snapshot.modes[mode].mode, order, snapshot.speed)
+    };
     let (mut low, mut high) = (gap(before, from), gap(after, to));
     if (low < 0.0) == (high < 0.0) {
         return Ok(None);

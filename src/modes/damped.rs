@@ -24,30 +24,30 @@ use crate::numeric::{Complex, ComplexMatrix, eigen};
 pub fn modes(
     model: &LinearModel,
     basis: &ModalBasis,
-    matrices: &ModalMatrices,
+    modal: &ModalMatrices,
 ) -> Result<Vec<Mode>, Error> {
-    let reduction = MasslessReduction::new(matrices)?;
-    let whole = reduction.condense(matrices)?;
-    let motions = RigidMotions::new(&whole, model.n_undamped_rigid);
-    let eigenproblem = motions.without(whole);
-    let form = CompanionForm::new(&eigenproblem, basis, model.n_undamped_rigid);
+    let light = MasslessReduction::new(modal)?;
+    let whole = light.condense(modal)?;
+    let conserved = RigidMotions::new(&whole, model.n_undamped_rigid);
+    let eigenproblem = conserved.without(whole);
+    let state = CompanionForm::new(&eigenproblem, basis, model.n_undamped_rigid);
     let symmetric = model
         .branches
         .iter()
         .all(|b| b.force.is_none() || b.stiffness == 0.0);
-    let lossless = symmetric && !matrices.is_dissipative() && form.n_damped_massless == 0;
+    let lossless = symmetric && !modal.is_dissipative() && state.n_damped_massless == 0;
     let swings = match lossless {
         true => gyroscopic::gyroscopic_modes(
             &eigenproblem.damping,
             &eigenproblem.stiffness,
-            &form.positions,
-            &form.rates,
+            &state.positions,
+            &state.rates,
         )?,
         false => None,
     };
     let mut found = match swings {
         Some((swings, error)) => undamped_roots(&eigenproblem, swings, error),
-        None => complex_roots(&eigenproblem, &form)?,
+        None => complex_roots(&eigenproblem, &state)?,
     };
     if let Some(lost) = found
         .iter()
@@ -64,7 +64,7 @@ pub fn modes(
     let rigid = (0..basis.n_rigid).filter(|&j| is_free(&eigenproblem, j));
     let rigid = rigid.map(|j| {
         let mut shape: Vec<Complex> = model
-            .expand(&super::modal_basis::column(&matrices.shapes, j))
+            .expand(&super::modal_basis::column(&modal.shapes, j))
             .iter()
             .map(|&x| Complex::new(x, 0.0))
             .collect();
@@ -79,22 +79,22 @@ pub fn modes(
             trusted_digits: f64::INFINITY,
         }
     });
-    let damped = matrices.is_dissipative();
-    let elastic = found.iter().map(|polished_root| {
-        let mut x = polished_root.x.clone();
-        motions.recover(polished_root.value, &mut x);
-        let z = reduction.expand(&x);
-        let p: Vec<Complex> = (0..matrices.shapes.nrows())
+    let damped = modal.is_dissipative();
+    let elastic = found.iter().map(|polished| {
+        let mut x = polished.x.clone();
+        conserved.recover(polished.value, &mut x);
+        let z = light.expand(&x);
+        let p: Vec<Complex> = (0..modal.shapes.nrows())
             .map(|i| {
                 z.iter()
                     .enumerate()
-                    .map(|(j, &x)| x * matrices.shapes[(i, j)])
+                    .map(|(j, &x)| x * modal.shapes[(i, j)])
                     .fold(Complex::ZERO, |s, t| s + t)
             })
             .collect();
         let mut shape = recover(model, &p);
         orient(&mut shape);
-        let lambda = polished_root.value;
+        let lambda = polished.value;
         let damping_ratio =
             (damped && lambda.im != 0.0 && lambda.re != 0.0).then(|| -lambda.re / modulus(lambda));
         Mode {
@@ -102,8 +102,8 @@ pub fn modes(
             rigid: false,
             damping_ratio,
             shape,
-            residual: polished_root.residual,
-            trusted_digits: polished_root.digits,
+            residual: polished.residual,
+            trusted_digits: polished.digits,
         }
     });
     Ok(rigid.chain(elastic).collect())
@@ -117,16 +117,16 @@ fn undamped_roots(
 ) -> Vec<PolishedRoot> {
     let omega: Vec<Complex> = swings
         .iter()
-        .map(|mode| Complex::new(0.0, mode.omega))
+        .map(|swing| Complex::new(0.0, swing.omega))
         .collect();
-    let swings = swings.into_iter().enumerate().map(|(k, mode)| {
-        let wants = is_isolated(k, &omega) && error > POLISH_THRESHOLD * mode.omega;
-        let estimate = RootEstimate {
+    let swings = swings.into_iter().enumerate().map(|(k, swing)| {
+        let wants = is_isolated(k, &omega) && error > POLISH_THRESHOLD * swing.omega;
+        let start = RootEstimate {
             value: omega[k],
-            vector: mode.shape,
+            vector: swing.shape,
             error,
         };
-        polish(eigenproblem, estimate, wants, RootLocation::OnAxis)
+        polish(eigenproblem, start, wants, RootLocation::OnAxis)
     });
     swings.collect()
 }
@@ -134,13 +134,13 @@ fn undamped_roots(
 /// Roots of the first-order form.
 fn complex_roots(
     eigenproblem: &QuadraticEigenproblem,
-    form: &CompanionForm,
+    state: &CompanionForm,
 ) -> Result<Vec<PolishedRoot>, Error> {
     let mut found = Vec::new();
-    if form.is_empty() {
+    if state.is_empty() {
         return Ok(found);
     }
-    let matrix = form.matrix(eigenproblem)?;
+    let matrix = state.matrix(eigenproblem)?;
     let eigen = eigen::eigen(&matrix)?;
     let swings = eigen.values.iter().filter(|value| value.im > 0.0).count();
     for k in (0..eigen.values.len()).filter(|&k| eigen.values[k].im >= 0.0) {
@@ -148,8 +148,8 @@ fn complex_roots(
         if eigenproblem.hysteretic.is_some() && value.im > 0.0 {
             continue;
         }
-        let right: Vec<Complex> = (0..form.len()).map(|i| eigen.right[(i, k)]).collect();
-        let vector = form.positions(eigenproblem, value, &right);
+        let right: Vec<Complex> = (0..state.len()).map(|i| eigen.right[(i, k)]).collect();
+        let vector = state.positions(eigenproblem, value, &right);
         let error = f64::EPSILON * eigen.norm * eigen.condition[k];
         let wants = is_isolated(k, &eigen.values);
         found.push(polish(
@@ -164,11 +164,11 @@ fn complex_roots(
         ));
     }
     if let Some(h) = &eigenproblem.hysteretic {
-        let extra = form.hysteretic(eigenproblem, h)?;
-        let full = ComplexMatrix::from_fn(form.len(), form.len(), |i, j| {
+        let extra = state.hysteretic(eigenproblem, h)?;
+        let full = ComplexMatrix::from_fn(state.len(), state.len(), |i, j| {
             Complex::new(matrix[(i, j)], extra[(i, j)])
         });
-        found.extend(with_loss_factors(eigenproblem, form, &full, swings)?);
+        found.extend(with_loss_factors(eigenproblem, state, &full, swings)?);
     }
     Ok(found)
 }
@@ -176,7 +176,7 @@ fn complex_roots(
 /// Roots above the real axis, where H acts as an imaginary stiffness: as many as swing without it.
 fn with_loss_factors(
     eigenproblem: &QuadraticEigenproblem,
-    form: &CompanionForm,
+    state: &CompanionForm,
     matrix: &ComplexMatrix,
     swings: usize,
 ) -> Result<Vec<PolishedRoot>, Error> {
@@ -196,8 +196,8 @@ fn with_loss_factors(
     }
     let size = modulus(values[values.len() - 1]);
     let polished = above.iter().map(|&k| {
-        let vector: Vec<Complex> = (0..form.len()).map(|i| right[(i, k)]).collect();
-        let vector = form.positions(eigenproblem, values[k], &vector);
+        let vector: Vec<Complex> = (0..state.len()).map(|i| right[(i, k)]).collect();
+        let vector = state.positions(eigenproblem, values[k], &vector);
         // Without the condition of each root a backward error of some ε of the matrix is taken tenfold.
         let error = 10.0 * f64::EPSILON * size;
         polish(
@@ -273,28 +273,28 @@ const POLISH_SAFETY: f64 = 10.0;
 /// Polishes a root where that is wanted; keeps the start where polishing leads elsewhere.
 fn polish(
     eigenproblem: &QuadraticEigenproblem,
-    estimate: RootEstimate,
+    start: RootEstimate,
     wanted: bool,
     known: RootLocation,
 ) -> PolishedRoot {
-    let reach = 1e3 * estimate.error;
+    let reach = 1e3 * start.error;
     let tries = wanted && eigenproblem.len() <= MAX_POLISH_ORDER;
     let polished = tries
-        .then(|| eigenproblem.polish(estimate.value, &estimate.vector).ok())
+        .then(|| eigenproblem.polish(start.value, &start.vector).ok())
         .flatten();
-    let near = polished.filter(|location| modulus(location.value - estimate.value) <= reach);
+    let near = polished.filter(|root| modulus(root.value - start.value) <= reach);
     let (mut value, mut x, residual, lost) = match near {
-        Some(location) => {
-            let lost = POLISH_SAFETY * f64::EPSILON * eigenproblem.condition(&location);
-            (location.value, location.right, location.residual, lost)
+        Some(root) => {
+            let lost = POLISH_SAFETY * f64::EPSILON * eigenproblem.condition(&root);
+            (root.value, root.right, root.residual, lost)
         }
         None => {
-            let residual = eigenproblem.residual(estimate.value, &estimate.vector);
+            let residual = eigenproblem.residual(start.value, &start.vector);
             (
-                estimate.value,
-                estimate.vector,
+                start.value,
+                start.vector,
                 residual,
-                POLISH_SAFETY * estimate.error / modulus(estimate.value),
+                POLISH_SAFETY * start.error / modulus(start.value),
             )
         }
     };

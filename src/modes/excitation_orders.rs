@@ -93,7 +93,7 @@ pub fn excitation_orders(
 ) -> Result<Vec<ExcitationOrder>, Error> {
     let reference = reference_dof(machine)?;
     let unit = mean_speeds(machine, kinematics, Some(1.0))?;
-    let constraints = SpeedConstraints {
+    let ratios = SpeedConstraints {
         unit,
         reference,
         turning: speed_constraints(machine, reference),
@@ -121,7 +121,7 @@ pub fn excitation_orders(
     let mut orders: Vec<ExcitationOrder> = Vec::new();
     for member in &members {
         let mut put = |cause: ExcitationCause, multiple: u32| {
-            let Some((exact, value)) = constraints.order(member, cause, multiple) else {
+            let Some((exact, value)) = ratios.order(member, cause, multiple) else {
                 return;
             };
             let decimal = || format!("{value:.9}");

@@ -16,10 +16,10 @@ pub(super) struct MasslessReduction {
 }
 
 impl MasslessReduction {
-    pub(super) fn new(matrices: &ModalMatrices) -> Result<MasslessReduction, Error> {
-        let (m, l) = (matrices.n_modes, matrices.n_massless);
+    pub(super) fn new(modal: &ModalMatrices) -> Result<MasslessReduction, Error> {
+        let (m, l) = (modal.n_modes, modal.n_massless);
         let block = Matrix::from_fn(l, l, |i, j| {
-            (matrices.damping[(m + i, m + j)] + matrices.damping[(m + j, m + i)]) / 2.0
+            (modal.damping[(m + i, m + j)] + modal.damping[(m + j, m + i)]) / 2.0
         });
         let eigen = symmetric::symmetric_eigen(&block)?;
         let largest = eigen.values.iter().fold(0.0f64, |a, b| a.max(b.abs()));
@@ -43,11 +43,8 @@ impl MasslessReduction {
         })
     }
 
-    pub(super) fn condense(
-        &self,
-        matrices: &ModalMatrices,
-    ) -> Result<QuadraticEigenproblem, Error> {
-        let (m, l) = (matrices.n_modes, matrices.n_massless);
+    pub(super) fn condense(&self, modal: &ModalMatrices) -> Result<QuadraticEigenproblem, Error> {
+        let (m, l) = (modal.n_modes, modal.n_massless);
         let keep = m + self.n_braked;
         let turned = |a: &Matrix| -> Matrix {
             let full = Matrix::from_fn(m + l, m + l, |i, j| match (i < m, j < m) {
@@ -61,13 +58,13 @@ impl MasslessReduction {
                 full.transpose() * a * &full
             }
         };
-        let (damping, stiffness) = (turned(&matrices.damping), turned(&matrices.stiffness));
+        let (damping, stiffness) = (turned(&modal.damping), turned(&modal.stiffness));
         let cut = |a: &Matrix| Matrix::from_fn(keep, keep, |i, j| a[(i, j)]);
         let mut eigenproblem = QuadraticEigenproblem {
             n_inertial: m,
             damping: cut(&damping),
             stiffness: cut(&stiffness),
-            hysteretic: matrices.hysteretic.as_ref().map(|h| cut(&turned(h))),
+            hysteretic: modal.hysteretic.as_ref().map(|h| cut(&turned(h))),
         };
         if keep < m + l {
             let follow = self.static_recovery(&stiffness, keep, m + l)?;

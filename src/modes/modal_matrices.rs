@@ -45,7 +45,7 @@ pub fn project(
     for (at, &i) in model.massless.iter().enumerate() {
         shapes[(i, n_modes + at)] = 1.0;
     }
-    let mut matrices = ModalMatrices {
+    let mut modal = ModalMatrices {
         n_modes,
         n_massless: n_light,
         damping: Matrix::zeros(n, n),
@@ -54,21 +54,21 @@ pub fn project(
         shapes,
     };
     for (j, omega) in basis.omega.iter().enumerate() {
-        matrices.stiffness[(j, j)] = omega * omega;
+        modal.stiffness[(j, j)] = omega * omega;
     }
     let terms = speeds.map(|speeds| SpinTerms::new(machine, model, speeds, damped));
     let n_turning = match &terms {
-        Some(terms) => matrices.split_rigid(&terms.centripetal, model.n_undamped_rigid),
+        Some(terms) => modal.split_rigid(&terms.centripetal, model.n_undamped_rigid),
         None => 0,
     };
-    matrices.add_branches(model, basis, damped);
+    modal.add_branches(model, basis, damped);
     if damped {
-        matrices.add_global(machine, basis);
+        modal.add_global(machine, basis);
     }
     if let Some(terms) = &terms {
-        matrices.add_spins(terms, basis.n_rigid, n_turning);
+        modal.add_spins(terms, basis.n_rigid, n_turning);
     }
-    matrices
+    modal
 }
 
 impl ModalMatrices {

@@ -103,7 +103,7 @@ pub fn solve(
         None => request.count.saturating_sub(rigid.len()),
         Some(_) => request.count,
     };
-    let (pairs, solver) = match request.near {
+    let (ritz, solver) = match request.near {
         None => modes_near_shift(model, forest, &rigid, 0.0, elastic)?,
         Some(omega) => {
             // From above the spectrum all modes look alike; from its upper end the highest are as near.
@@ -133,7 +133,7 @@ pub fn solve(
                 .map(|p| undamped::mode(model, p, 0.0, true, f64::INFINITY)),
         );
     }
-    for (value, vector) in pairs.values.iter().zip(&pairs.vectors) {
+    for (value, vector) in ritz.values.iter().zip(&ritz.vectors) {
         modes.push(undamped::mode(
             model,
             vector,
@@ -145,8 +145,8 @@ pub fn solve(
     Ok(ModeSubset {
         modes,
         solver,
-        solves: pairs.steps,
-        sturm_verified: pairs.sturm_verified,
+        solves: ritz.steps,
+        sturm_verified: ritz.sturm_verified,
     })
 }
 
@@ -184,31 +184,31 @@ fn modes_near_frequency(
     let count = count.min(most);
     let mut ask = (count + EXTRA_MODES).min(most);
     loop {
-        let (mut pairs, solver) = modes_near_shift(model, forest, rigid, omega * omega, ask)?;
+        let (mut ritz, solver) = modes_near_shift(model, forest, rigid, omega * omega, ask)?;
         let apart = |value: &f64| (value.max(0.0).sqrt() - omega).abs();
-        let mut order: Vec<usize> = (0..pairs.values.len()).collect();
-        order.sort_by(|&a, &b| apart(&pairs.values[a]).total_cmp(&apart(&pairs.values[b])));
-        let reach = pairs
+        let mut order: Vec<usize> = (0..ritz.values.len()).collect();
+        order.sort_by(|&a, &b| apart(&ritz.values[a]).total_cmp(&apart(&ritz.values[b])));
+        let reach = ritz
             .values
             .iter()
             .map(|value| (value - omega * omega).abs())
             .fold(0.0, f64::max);
         let farthest = order
             .get(count.saturating_sub(1))
-            .map_or(0.0, |&at| apart(&pairs.values[at]));
+            .map_or(0.0, |&at| apart(&ritz.values[at]));
         if ask < most && reach < farthest * (2.0 * omega + farthest) {
             ask = (2 * ask).min(most);
             continue;
         }
         order.truncate(count);
         order.sort_unstable();
-        pairs.values = order.iter().map(|&at| pairs.values[at]).collect();
-        pairs.residuals = order.iter().map(|&at| pairs.residuals[at]).collect();
-        pairs.vectors = order
+        ritz.values = order.iter().map(|&at| ritz.values[at]).collect();
+        ritz.residuals = order.iter().map(|&at| ritz.residuals[at]).collect();
+        ritz.vectors = order
             .iter()
-            .map(|&at| std::mem::take(&mut pairs.vectors[at]))
+            .map(|&at| std::mem::take(&mut ritz.vectors[at]))
             .collect();
-        return Ok((pairs, solver));
+        return Ok((ritz, solver));
     }
 }
 
@@ -258,11 +258,11 @@ fn on_sparse(
     };
     let factor = LdlFactor::shifted(&k, &m, sigma)?;
     let below = |sigma: f64| LdlFactor::shifted(&k, &m, sigma).map(|factor| factor.n_negative());
-    let corrected = EnergyCorrected {
+    let measured = EnergyCorrected {
         factor: &factor,
         energy: &energy,
     };
-    let inverse: &dyn ShiftInvert = &corrected;
+    let inverse: &dyn ShiftInvert = &measured;
     nearest_modes(&LanczosProblem {
         inverse,
         mass: &m,

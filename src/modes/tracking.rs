@@ -176,7 +176,7 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> ModeTracker<'a, F> {
             .enumerate()
             .filter_map(|(i, j)| j.map(|j| (i, j)))
             .collect();
-        let omega = |set: &ModeSet, i: usize| set.modes[i].mode.omega();
+        let omega = |snapshot: &ModeSet, i: usize| snapshot.modes[i].mode.omega();
         for (at, &(i, j)) in matched.iter().enumerate() {
             for &(k, l) in &matched[at + 1..] {
                 let before = omega(from, i) - omega(from, k);
@@ -260,13 +260,13 @@ fn mac(from: &ModeSet, to: &ModeSet) -> Matrix {
 }
 
 /// Runs of modes whose eigenvalues are equal.
-fn groups(set: &ModeSet) -> Vec<std::ops::Range<usize>> {
+fn groups(snapshot: &ModeSet) -> Vec<std::ops::Range<usize>> {
     let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
-    for (i, mode) in set.modes.iter().enumerate() {
-        let lambda = mode.mode.eigenvalue;
+    for (i, followed) in snapshot.modes.iter().enumerate() {
+        let lambda = followed.mode.eigenvalue;
         match groups.last_mut() {
             Some(group)
-                if modulus(lambda - set.modes[i - 1].mode.eigenvalue)
+                if modulus(lambda - snapshot.modes[i - 1].mode.eigenvalue)
                     <= REPEATED_TOLERANCE * modulus(lambda) =>
             {
                 group.end = i + 1;
@@ -278,11 +278,11 @@ fn groups(set: &ModeSet) -> Vec<std::ops::Range<usize>> {
 }
 
 /// Shapes of repeated modes are any combination of each other: takes those most like the modes of `like`.
-fn align_repeated(set: &mut ModeSet, like: &ModeSet) {
-    for group in groups(set).into_iter().filter(|group| group.len() > 1) {
+fn align_repeated(snapshot: &mut ModeSet, like: &ModeSet) {
+    for group in groups(snapshot).into_iter().filter(|group| group.len() > 1) {
         let mut basis: Vec<TrackedMode> = Vec::new();
-        for mode in &set.modes[group.clone()] {
-            let mut next = mode.clone();
+        for followed in &snapshot.modes[group.clone()] {
+            let mut next = followed.clone();
             if orthonormalise(&mut next, &basis) {
                 basis.push(next);
             }
@@ -314,8 +314,8 @@ fn align_repeated(set: &mut ModeSet, like: &ModeSet) {
             }
         }
         turned.sort_by(|a, b| a.mode.omega().total_cmp(&b.mode.omega()));
-        for (place, mode) in group.zip(turned) {
-            set.modes[place] = mode;
+        for (place, followed) in group.zip(turned) {
+            snapshot.modes[place] = followed;
         }
     }
 }
@@ -340,20 +340,24 @@ fn combination(basis: &[TrackedMode], parts: &[Complex]) -> TrackedMode {
 }
 
 /// Takes out what the others have of it; false where little is left.
-fn orthonormalise(mode: &mut TrackedMode, others: &[TrackedMode]) -> bool {
-    let whole = hermitian_product(&mode.state, &mode.state).re.sqrt();
+fn orthonormalise(followed: &mut TrackedMode, others: &[TrackedMode]) -> bool {
+    let whole = hermitian_product(&followed.state, &followed.state)
+        .re
+        .sqrt();
     for _ in 0..2 {
         for other in others {
-            let part = -hermitian_product(&other.state, &mode.state);
-            add(&mut mode.state, part, &other.state);
-            add(&mut mode.mode.shape, part, &other.mode.shape);
+            let part = -hermitian_product(&other.state, &followed.state);
+            add(&mut followed.state, part, &other.state);
+            add(&mut followed.mode.shape, part, &other.mode.shape);
         }
     }
-    let length = hermitian_product(&mode.state, &mode.state).re.sqrt();
+    let length = hermitian_product(&followed.state, &followed.state)
+        .re
+        .sqrt();
     let is_new = length > 1e-3 * whole && length > 1e-6; // of unit states: less is no direction of its own
     if is_new {
-        scale(&mut mode.state, 1.0 / length);
-        scale(&mut mode.mode.shape, 1.0 / length);
+        scale(&mut followed.state, 1.0 / length);
+        scale(&mut followed.mode.shape, 1.0 / length);
     }
     is_new
 }

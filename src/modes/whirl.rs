@@ -41,7 +41,7 @@ struct LateralAxes {
 
 /// Where a machine can whirl.
 pub struct WhirlNodes {
-    axes: Vec<LateralAxes>,
+    pairs: Vec<LateralAxes>,
     mass: Vec<f64>,
 }
 
@@ -55,7 +55,7 @@ impl WhirlNodes {
     /// Finds the nodes that can whirl.
     pub fn new(machine: &Machine) -> WhirlNodes {
         let mass = mass_diagonal(machine);
-        let mut axes = Vec::new();
+        let mut pairs = Vec::new();
         for node in 0..machine.nodes.len() {
             let dof = |axis| {
                 machine
@@ -65,7 +65,7 @@ impl WhirlNodes {
             };
             for (x, y) in [(Axis::X, Axis::Y), (Axis::TiltX, Axis::TiltY)] {
                 if let (Some(x), Some(y)) = (dof(x), dof(y)) {
-                    axes.push(LateralAxes {
+                    pairs.push(LateralAxes {
                         x,
                         y,
                         mass: [mass[x], mass[y]],
@@ -74,7 +74,7 @@ impl WhirlNodes {
                 }
             }
         }
-        WhirlNodes { axes, mass }
+        WhirlNodes { pairs, mass }
     }
 
     /// The sense of a mode at the mean speeds given; `spin` are those at a positive speed of the reference, for when all stand
@@ -93,20 +93,20 @@ impl WhirlNodes {
             .map(|(m, q)| m * q.norm_sqr())
             .sum();
         let (mut with, mut against, mut across) = (0.0, 0.0, 0.0);
-        for axes in &self.axes {
-            let (x, y) = (shape[axes.x], shape[axes.y]);
+        for pair in &self.pairs {
+            let (x, y) = (shape[pair.x], shape[pair.y]);
             let sense = |i: usize| if speeds[i] != 0.0 { speeds[i] } else { spin[i] };
-            let turning = axes.turning.map_or(0.0, sense);
+            let turning = pair.turning.map_or(0.0, sense);
             let sense = if turning != 0.0 {
                 turning
             } else {
                 sense(reference)
             };
             let area =
-                -2.0 * (axes.mass[0] * axes.mass[1]).sqrt() * (x.conj() * y).im * sense.signum();
+                -2.0 * (pair.mass[0] * pair.mass[1]).sqrt() * (x.conj() * y).im * sense.signum();
             with += area.max(0.0);
             against += (-area).max(0.0);
-            across += axes.mass[0] * x.norm_sqr() + axes.mass[1] * y.norm_sqr();
+            across += pair.mass[0] * x.norm_sqr() + pair.mass[1] * y.norm_sqr();
         }
         if across.is_nan() || across <= MIN_LATERAL_SHARE * kinetic {
             return None;

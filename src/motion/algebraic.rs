@@ -80,7 +80,7 @@ fn component(direction: &Direction, coordinate: usize) -> f64 {
 impl DynamicModel {
     /// Whether a coordinate has no inertia.
     pub fn is_massless(&self, coordinate: usize) -> bool {
-        self.matrix.entry(coordinate, coordinate) == 0.0
+        self.mass.entry(coordinate, coordinate) == 0.0
     }
 
     /// Some coordinate has no inertia.

@@ -49,90 +49,87 @@ pub fn assemble(
 ) -> Result<AssembledModel, Error> {
     let model = LinearModel::new(machine, kinematics, &OperatingPoint::default())?;
     check_supported(machine, &model)?;
-    let assembler = Assembler {
+    let site = Assembler {
         machine,
         kinematics,
         model,
         speeds,
         phase: begin.phase,
     };
-    let coordinates = assembler
+    let coordinates = site
         .model
         .independent_dofs
         .iter()
         .map(|&i| machine.dof_name(i))
         .collect();
-    let matrix = assembler.mass()?;
-    let general = assembler.gyroscopic_and_modal_terms()?;
-    let (mut elements, mut of) = (Vec::new(), vec![Vec::new(); machine.branches.len()]);
-    for lb in &assembler.model.branches {
-        for element in assembler.branch(lb)? {
-            of[lb.index].push(elements.len());
-            elements.push(element);
+    let mass = site.mass()?;
+    let general = site.gyroscopic_and_modal_terms()?;
+    let (mut branches, mut of) = (Vec::new(), vec![Vec::new(); machine.branches.len()]);
+    for lb in &site.model.branches {
+        for branch in site.branch(lb)? {
+            of[lb.index].push(branches.len());
+            branches.push(branch);
         }
     }
-    elements.extend(assembler.friction_elements(&of)?);
-    elements.extend(assembler.angle_locked_loads());
+    branches.extend(site.friction_elements(&of)?);
+    branches.extend(site.angle_locked_loads());
     let mut known: Vec<(String, usize, Signal)> = Vec::new();
-    for drive in &machine.drives {
-        let name = machine.elements[drive.element].name.clone();
-        match &drive.model {
-            laws::MotorModel::Curve { curve, lag } => elements.push(motor_branch(
-                name,
-                assembler.dof_row(drive.dof),
-                curve,
-                *lag,
-            )),
-            laws::MotorModel::Speed(profile) => {
-                let (at, ratio) = assembler.prescribe(drive, &known)?;
+    for motor in &machine.motors {
+        let name = machine.elements[motor.element].name.clone();
+        match &motor.drive {
+            laws::MotorModel::Curve { curve, lag } => {
+                branches.push(motor_branch(name, site.dof_row(motor.dof), curve, *lag))
+            }
+            laws::MotorModel::Speed(course) => {
+                let (at, ratio) = site.prescribe(motor, &known)?;
                 known.push((
                     name,
                     at,
-                    history_to_signal(profile)?.integral().scaled(ratio),
+                    history_to_signal(course)?.integral().scaled(ratio),
                 ));
             }
-            laws::MotorModel::Angle(profile) => {
-                let (at, ratio) = assembler.prescribe(drive, &known)?;
-                known.push((name, at, history_to_signal(profile)?.scaled(ratio)));
+            laws::MotorModel::Angle(course) => {
+                let (at, ratio) = site.prescribe(motor, &known)?;
+                known.push((name, at, history_to_signal(course)?.scaled(ratio)));
             }
         }
     }
-    let loads = assembler.loads()?;
+    let loads = site.loads()?;
     let drives = loads.iter().map(|(dof, signal)| AppliedForce {
         name: load_name(machine, *dof),
-        direction: assembler.dof_row(*dof),
+        direction: site.dof_row(*dof),
         signal: signal.clone(),
     });
-    let drives = drives.chain(assembler.carried_round(begin.at));
-    let dynamic_model = DynamicModel {
+    let drives = drives.chain(site.carried_round(begin.at));
+    let train = DynamicModel {
         coordinates,
-        matrix,
-        elements,
+        mass,
+        elements: branches,
         forces: drives.collect(),
         mass_damping: machine.damping.mass,
         unattached: general,
     };
-    let dofs = assembler.model.transform.iter().map(|terms| {
+    let dofs = site.model.transform.iter().map(|terms| {
         Some(LinearCombination {
             terms: terms.clone(),
             imposed: None,
         })
     });
-    let assembled_model = AssembledModel {
+    let moving = AssembledModel {
         dofs: dofs.collect(),
-        retained: (0..dynamic_model.coordinate_count()).collect(),
-        model: dynamic_model,
-        dampers: vec![None; of.len()],
+        retained: (0..train.coordinate_count()).collect(),
+        model: train,
+        springs: vec![None; of.len()],
         loads,
         branches: of,
-        rigid: assembler.model.rigid.clone(),
-        reduction: None,
+        rigid: site.model.rigid.clone(),
+        prescribed: None,
     };
-    let light = assembler.model.massless.iter().copied();
+    let light = site.model.massless.iter().copied();
     let light: Vec<usize> = light.filter(|j| known.iter().all(|k| k.1 != *j)).collect();
-    assembled_model
+    moving
         .without_massless(&light, &|j| {
-            let node = machine.dofs[assembler.model.independent_dofs[j]].node;
+            let node = machine.dofs[site.model.independent_dofs[j]].node;
             machine.elements[machine.nodes[node].element].span.clone()
         })?
         .without_prescribed(known)
@@ -151,22 +148,20 @@ fn check_supported(machine: &Machine, model: &LinearModel) -> Result<(), Error> 
             .with_span(&element.span)
             .with_hint(hint));
     }
-    for (at, motor_drive) in machine.drives.iter().enumerate() {
-        let other = machine.drives[..at]
-            .iter()
-            .find(|m| m.dof == motor_drive.dof);
+    for (at, motor) in machine.motors.iter().enumerate() {
+        let other = machine.motors[..at].iter().find(|m| m.dof == motor.dof);
         let is_speed =
-            |m: &components::MotorDrive| !matches!(m.model, laws::MotorModel::Curve { .. });
-        if let Some(other) = other.filter(|m| is_speed(m) || is_speed(motor_drive)) {
+            |m: &components::MotorDrive| !matches!(m.drive, laws::MotorModel::Curve { .. });
+        if let Some(other) = other.filter(|m| is_speed(m) || is_speed(motor)) {
             let (one, two) = (
                 &machine.elements[other.element],
-                &machine.elements[motor_drive.element],
+                &machine.elements[motor.element],
             );
             let message = format!(
                 "`{}` and `{}` both drive {}, and one of them prescribes its motion",
                 one.name,
                 two.name,
-                machine.dof_name(motor_drive.dof)
+                machine.dof_name(motor.dof)
             );
             return Err(Error::new(Code::Conflict, message)
                 .with_span(&two.span)
@@ -188,10 +183,10 @@ impl Assembler<'_> {
         }
         let n = self.model.n;
         let mut matrix = Matrix::zeros(n, n);
-        for mass_matrix in &self.model.masses {
-            for (i, a) in mass_matrix.direction.entries() {
-                for (j, b) in mass_matrix.direction.entries() {
-                    matrix[(i, j)] += mass_matrix.value * a * b;
+        for mass in &self.model.masses {
+            for (i, a) in mass.direction.entries() {
+                for (j, b) in mass.direction.entries() {
+                    matrix[(i, j)] += mass.value * a * b;
                 }
             }
         }
@@ -230,9 +225,9 @@ impl Assembler<'_> {
     /// the Coriolis terms act with `2 m r Ω θ̇`: `m r Ω²` of it is too much. About a start at rest nothing is added.
     fn carried_round(&self, at: InitialState) -> Vec<AppliedForce> {
         let speeds = self.speeds.filter(|_| at == InitialState::Steady);
-        let each = self.machine.gyroscopic.iter().filter_map(|terms| {
-            let (dof, lever) = terms.outwards?;
-            let omega = speeds?[terms.turning];
+        let each = self.machine.gyroscopic.iter().filter_map(|spin| {
+            let (dof, lever) = spin.outwards?;
+            let omega = speeds?[spin.turning];
             (lever * omega != 0.0).then(|| AppliedForce {
                 name: format!("centrifugal force on {}", self.machine.dof_name(dof)),
                 direction: self.dof_row(dof),
@@ -376,9 +371,9 @@ impl Assembler<'_> {
 
     fn is_prescribed(&self, dof: usize) -> bool {
         let rows = &self.model.transform;
-        let mut motors = self.machine.drives.iter();
+        let mut motors = self.machine.motors.iter();
         motors.any(|m| {
-            let prescribes = !matches!(m.model, laws::MotorModel::Curve { .. });
+            let prescribes = !matches!(m.drive, laws::MotorModel::Curve { .. });
             prescribes && rows[m.dof].len() == 1 && rows[dof] == rows[m.dof]
         })
     }
@@ -408,19 +403,19 @@ impl Assembler<'_> {
         });
         for (error, reach) in acting {
             let pace = error.periods_per_rev.0 as f64 / error.periods_per_rev.1 as f64;
-            let function = self.rotating_wave(
+            let wave = self.rotating_wave(
                 error.waveform.scaled(-reach.gain),
                 error.rotation_dof,
                 error.carrier,
                 pace,
                 reach.phase,
             )?;
-            match function.phase {
+            match wave.phase {
                 WavePhase::Imposed { omega, start } => {
-                    let signal = function.waveform.to_signal(omega, start);
+                    let signal = wave.waveform.to_signal(omega, start);
                     imposed = Some(imposed.map_or(signal.clone(), |s| s.plus(&signal)));
                 }
-                WavePhase::FollowsAngle { .. } => followed.push(function),
+                WavePhase::FollowsAngle { .. } => followed.push(wave),
             }
         }
         Ok((imposed, followed))
@@ -428,35 +423,39 @@ impl Assembler<'_> {
 
     /// Dry friction; `of` are the branches of the train that each branch of the machine is.
     fn friction_elements(&self, of: &[Vec<usize>]) -> Result<Vec<ForceElement>, Error> {
-        let mut elements = Vec::new();
+        let mut branches = Vec::new();
         for brake in &self.machine.friction_elements {
             let direction = self.reduced(&brake.direction);
             let element = &self.machine.elements[brake.element];
             let name = element.name.clone();
-            match &brake.capacity {
+            match &brake.grip {
                 FrictionCapacity::Constant => {
-                    elements.push(bare_element(name, direction, ForceLaw::Friction(brake.law)));
+                    branches.push(bare_element(
+                        name,
+                        direction,
+                        ForceLaw::Friction(brake.friction),
+                    ));
                 }
                 FrictionCapacity::Timed(share) => {
                     let law = ForceLaw::Clutch {
-                        law: brake.law,
+                        friction: brake.friction,
                         grip: known::signal(share)?,
                     };
-                    elements.push(bare_element(name, direction, law));
+                    branches.push(bare_element(name, direction, law));
                 }
-                FrictionCapacity::Pressed(load_friction) if load_friction.coefficient == 0.0 => {
-                    let law = ForceLaw::Friction(brake.law.scaled(load_friction.constant));
-                    elements.push(bare_element(format!("{name} friction"), direction, law));
+                FrictionCapacity::Pressed(pressed) if pressed.coefficient == 0.0 => {
+                    let law = ForceLaw::Friction(brake.friction.scaled(pressed.constant));
+                    branches.push(bare_element(format!("{name} friction"), direction, law));
                 }
-                FrictionCapacity::Pressed(load_friction) => {
+                FrictionCapacity::Pressed(pressed) => {
                     let name = format!("{name} friction");
-                    for law in self.load_dependent_friction(brake.law, load_friction, of)? {
-                        elements.push(bare_element(name.clone(), direction.clone(), law));
+                    for law in self.load_dependent_friction(brake.friction, pressed, of)? {
+                        branches.push(bare_element(name.clone(), direction.clone(), law));
                     }
                 }
             }
         }
-        Ok(elements)
+        Ok(branches)
     }
 
     fn reduced(&self, direction: &Direction) -> Direction {
@@ -469,17 +468,17 @@ impl Assembler<'_> {
     /// Friction that goes by forces of branches; one law a flank where these are branches of their own.
     fn load_dependent_friction(
         &self,
-        friction_law: FrictionLaw,
-        load_friction: &components::LoadDependentCapacity,
+        friction: FrictionLaw,
+        pressed: &components::LoadDependentCapacity,
         of: &[Vec<usize>],
     ) -> Result<Vec<ForceLaw>, Error> {
-        let law = |by: Vec<Vec<(usize, f64)>>, levers: Option<load_friction::FrictionLevers>| {
+        let law = |by: Vec<Vec<(usize, f64)>>, path: Option<load_friction::FrictionLevers>| {
             ForceLaw::LoadFriction(Box::new(LoadFriction {
-                law: friction_law,
-                constant: load_friction.constant,
-                coefficient: load_friction.coefficient,
+                friction,
+                constant: pressed.constant,
+                coefficient: pressed.coefficient,
                 force_components: by,
-                levers,
+                path,
             }))
         };
         let component = |forces: &Vec<(usize, f64)>| {
@@ -488,21 +487,17 @@ impl Assembler<'_> {
                 .flat_map(|&(b, share)| of[b].iter().map(move |&at| (at, share)));
             each.collect()
         };
-        let Some(levers) = &load_friction.path else {
+        let Some(path) = &pressed.path else {
             return Ok(vec![law(
-                load_friction
-                    .force_components
-                    .iter()
-                    .map(component)
-                    .collect(),
+                pressed.force_components.iter().map(component).collect(),
                 None,
             )]);
         };
-        let phase = match levers.cycle {
+        let phase = match path.cycle {
             Some((dof, teeth, start)) => Some(self.phase(dof, None, f64::from(teeth), start)?),
             None => None,
         };
-        let flanks = load_friction
+        let flanks = pressed
             .force_components
             .iter()
             .flatten()
@@ -511,15 +506,15 @@ impl Assembler<'_> {
         let own = |(flank, &at): (usize, &usize)| {
             // A branch of its own for coast flanks pulls with a force below zero as well.
             let aside = match flanks.len() {
-                1 => [&levers.pitch_point_sliding[0]; 2],
-                _ => [&levers.pitch_point_sliding[flank]; 2],
+                1 => [&path.pitch_point_sliding[0]; 2],
+                _ => [&path.pitch_point_sliding[flank]; 2],
             };
-            let levers = load_friction::FrictionLevers {
+            let path = load_friction::FrictionLevers {
                 pitch_point_sliding: aside.map(|d| self.reduced(d)),
-                segments: levers.segments.clone(),
+                pieces: path.pieces.clone(),
                 phase: phase.clone(),
             };
-            law(vec![vec![(at, 1.0)]], Some(levers))
+            law(vec![vec![(at, 1.0)]], Some(path))
         };
         Ok(flanks.iter().enumerate().map(own).collect())
     }
@@ -545,13 +540,13 @@ impl Assembler<'_> {
     /// Whether a constant torque stood for a motor that is there now: one that pushes the way the motor starts, or any where the
     /// motion itself is prescribed.
     fn is_replaced_by_motor(&self, dof: usize, torque: f64) -> bool {
-        let mut motors = self.machine.drives.iter();
-        motors.any(|drive| {
-            let takes = match &drive.model {
+        let mut motors = self.machine.motors.iter();
+        motors.any(|motor| {
+            let takes = match &motor.drive {
                 laws::MotorModel::Curve { curve, .. } => curve.torque(0.0) * torque >= 0.0,
                 laws::MotorModel::Speed(_) | laws::MotorModel::Angle(_) => true,
             };
-            drive.dof == dof && takes
+            motor.dof == dof && takes
         })
     }
 
@@ -590,11 +585,11 @@ impl Assembler<'_> {
     /// The coordinate that a prescribed motion moves, and how far per unit.
     fn prescribe(
         &self,
-        drive: &components::MotorDrive,
+        motor: &components::MotorDrive,
         known: &[(String, usize, Signal)],
     ) -> Result<(usize, f64), Error> {
-        let element = &self.machine.elements[drive.element];
-        let terms = &self.model.transform[drive.dof];
+        let element = &self.machine.elements[motor.element];
+        let terms = &self.model.transform[motor.dof];
         let &[(j, a)] = &terms[..] else {
             let message = format!(
                 "the motion of `{}` cannot be prescribed: rigid joints tie it to several others",
@@ -624,11 +619,11 @@ pub fn load_name(machine: &Machine, dof: usize) -> String {
 }
 
 /// A course as a known function of time.
-fn history_to_signal(profile: &MotionProfile) -> Result<Signal, Error> {
-    let swing = profile
+fn history_to_signal(course: &MotionProfile) -> Result<Signal, Error> {
+    let swing = course
         .oscillation
         .map(|s| Signal::harmonic(s.amplitude, s.omega, s.phase));
-    let line = Signal::table(&profile.points)?;
+    let line = Signal::table(&course.points)?;
     Ok(swing.map_or(line.clone(), |swing| line.plus(&swing)))
 }
 

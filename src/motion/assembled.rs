@@ -18,7 +18,7 @@ pub struct AssembledModel {
     /// others.
     pub branches: Vec<Vec<usize>>,
     /// Branches of the machine that became part of others or join known motions alone.
-    pub dampers: Vec<Option<SpringDamper>>,
+    pub springs: Vec<Option<SpringDamper>>,
     /// Loads over time as the file has them, each with its degree of freedom, N·m or N; those that follow an angle are branches.
     pub loads: Vec<(usize, Signal)>,
     /// The coordinates of the linear machine that the train's are.
@@ -26,7 +26,7 @@ pub struct AssembledModel {
     /// Motions that strain nothing, over the train's coordinates.
     pub rigid: Vec<Vec<f64>>,
     /// What moves as prescribed, taken out of the equations.
-    pub reduction: Option<PrescribedReduction>,
+    pub prescribed: Option<PrescribedReduction>,
 }
 
 /// A spring and a damper side by side.
@@ -60,7 +60,7 @@ impl AssembledModel {
     /// What prescribed motions add to every coordinate of the train at `t`: place, speed.
     pub fn prescribed_motion(&self, t: f64) -> Vec<(f64, f64)> {
         let n = self.model.coordinate_count();
-        let Some(known) = &self.reduction else {
+        let Some(known) = &self.prescribed else {
             return vec![(0.0, 0.0); n];
         };
         let all = known.state(t, &vec![0.0; 2 * n]);
@@ -85,19 +85,19 @@ impl AssembledModel {
         let motions = self.rigid.iter();
         let rigid = motions.map(|r| found.retained.iter().map(|&i| r[i]).collect());
         let rigid = rigid.collect();
-        let coordinates = ReducedCoordinates {
+        let fewer = ReducedCoordinates {
             model: found.model,
             retained: found.retained,
             branches: found.branches,
             places: found.recovery,
         };
-        Ok(self.in_reduced(coordinates, rigid, None))
+        Ok(self.in_reduced(fewer, rigid, None))
     }
 
     /// Without coordinates whose motion is known: the name of what prescribes each, its coordinate of the linear machine, x.
     ///
     /// # Errors
-    /// Those of [`reduction::eliminate`].
+    /// Those of [`prescribed::eliminate`].
     pub fn without_prescribed(
         self,
         known: Vec<(String, usize, Signal)>,
@@ -110,28 +110,27 @@ impl AssembledModel {
             (name, at, course)
         });
         let known = known.collect();
-        let model = prescribed::eliminate(self.model.clone(), &self.rigid, known)?;
-        let coordinates = ReducedCoordinates {
-            model: model.model,
-            retained: model.reduction.retained.clone(),
-            branches: model.reduction.branches.clone(),
-            places: model.reduction.recovery(),
+        let rest = prescribed::eliminate(self.model.clone(), &self.rigid, known)?;
+        let fewer = ReducedCoordinates {
+            model: rest.model,
+            retained: rest.prescribed.retained.clone(),
+            branches: rest.prescribed.branches.clone(),
+            places: rest.prescribed.recovery(),
         };
-        Ok(self.in_reduced(coordinates, model.rigid, Some(model.reduction)))
+        Ok(self.in_reduced(fewer, rest.rigid, Some(rest.prescribed)))
     }
 
     fn in_reduced(
         self,
-        coordinates: ReducedCoordinates,
+        fewer: ReducedCoordinates,
         rigid: Vec<Vec<f64>>,
-        reduction: Option<PrescribedReduction>,
+        prescribed: Option<PrescribedReduction>,
     ) -> AssembledModel {
-        let over =
-            |whole: &Option<LinearCombination>| whole.as_ref()?.substitute(&coordinates.places);
-        let damper = |(of, damper): (&Vec<usize>, &Option<SpringDamper>)| {
-            let (deflection, stiffness, damping) = match (damper, &of[..]) {
+        let over = |whole: &Option<LinearCombination>| whole.as_ref()?.substitute(&fewer.places);
+        let spring = |(of, spring): (&Vec<usize>, &Option<SpringDamper>)| {
+            let (deflection, stiffness, damping) = match (spring, &of[..]) {
                 (Some(known), _) => (known.deflection.clone(), known.stiffness, known.damping),
-                (None, &[at]) if coordinates.branches[at].is_none() => {
+                (None, &[at]) if fewer.branches[at].is_none() => {
                     let b = &self.model.elements[at];
                     let ForceLaw::Linear { stiffness, damping } = b.law else {
                         return None;
@@ -145,29 +144,25 @@ impl AssembledModel {
                 _ => return None,
             };
             Some(SpringDamper {
-                deflection: deflection.substitute(&coordinates.places)?,
+                deflection: deflection.substitute(&fewer.places)?,
                 stiffness,
                 damping,
             })
         };
-        let springs = self.branches.iter().zip(&self.dampers).map(damper);
+        let springs = self.branches.iter().zip(&self.springs).map(spring);
         let branches = self.branches.iter().map(|of| {
-            let stay = of.iter().filter_map(|&b| coordinates.branches[b]);
+            let stay = of.iter().filter_map(|&b| fewer.branches[b]);
             stay.collect()
         });
         AssembledModel {
             dofs: self.dofs.iter().map(over).collect(),
             branches: branches.collect(),
-            dampers: springs.collect(),
+            springs: springs.collect(),
             loads: self.loads,
-            retained: coordinates
-                .retained
-                .iter()
-                .map(|&i| self.retained[i])
-                .collect(),
-            model: coordinates.model,
+            retained: fewer.retained.iter().map(|&i| self.retained[i]).collect(),
+            model: fewer.model,
             rigid,
-            reduction,
+            prescribed,
         }
     }
 }

@@ -42,8 +42,8 @@ pub fn condense(
         .enumerate()
         .map(|(at, b)| (Some(at), b))
         .collect();
-    let mut forces = whole.forces.clone();
-    let mut dofs = Vec::new();
+    let mut drives = whole.forces.clone();
+    let mut followers = Vec::new();
     let mut left: Vec<usize> = massless.to_vec();
     let mut stay: Vec<usize> = Vec::new();
     while !left.is_empty() {
@@ -51,12 +51,12 @@ pub fn condense(
         let plain = left.iter().position(|&z| share(&branches, z).is_some());
         let z = left.remove(plain.unwrap_or(0));
         let joined = || branches.iter().map(|(_, b)| b).filter(|b| b.touches(z));
-        match reduce(&whole, z, joined().cloned().collect(), &forces, &left) {
-            Ok(equivalent) => {
+        match reduce(&whole, z, joined().cloned().collect(), &drives, &left) {
+            Ok(model) => {
                 branches.retain(|(_, b)| !b.touches(z));
-                branches.extend(equivalent.mesh.into_iter().map(|b| (None, b)));
-                forces = equivalent.forces;
-                dofs.push(equivalent.dof);
+                branches.extend(model.mesh.into_iter().map(|b| (None, b)));
+                drives = model.drives;
+                followers.push(model.follower);
             }
             Err(error)
                 if error.code != Code::BudgetExceeded
@@ -68,25 +68,25 @@ pub fn condense(
             Err(error) => return Err(error.with_span(&where_is(z))),
         }
     }
-    let taken: Vec<usize> = dofs.iter().map(|f| f.at).collect();
-    let model = assemble_condensed(whole, &taken, branches, forces, &dofs)?;
-    if let Err(floats) = model.model.check_index_one() {
-        let name = &model.model.coordinates[floats];
+    let taken: Vec<usize> = followers.iter().map(|f| f.at).collect();
+    let condensed = assemble_condensed(whole, &taken, branches, drives, &followers)?;
+    if let Err(floats) = condensed.model.check_index_one() {
+        let name = &condensed.model.coordinates[floats];
         let message = format!(
             "{name} has no inertia, and neither a spring nor a damper holds it while contacts beside it are open: its equations are of higher index"
         );
         return Err(Error::new(Code::Conflict, message)
-            .with_span(&where_is(model.retained[floats]))
+            .with_span(&where_is(condensed.retained[floats]))
             .with_hint("give the node its inertia, however small, or a spring that holds it"));
     }
-    Ok(model)
+    Ok(condensed)
 }
 
 /// What stands for a coordinate without inertia.
 struct StarEquivalent {
     mesh: Vec<ForceElement>,
-    forces: Vec<AppliedForce>,
-    dof: CondensedDof,
+    drives: Vec<AppliedForce>,
+    follower: CondensedDof,
 }
 
 /// Gyroscopic terms or modal damping act on a coordinate.
@@ -102,32 +102,32 @@ fn reduce(
     whole: &DynamicModel,
     z: usize,
     joined: Vec<ForceElement>,
-    forces: &[AppliedForce],
+    drives: &[AppliedForce],
     left: &[usize],
 ) -> Result<StarEquivalent, Error> {
     let name = &whole.coordinates[z];
-    let point = StarPoint::new(z, joined).map_err(|what| cannot_condense(name, &what))?;
+    let star = StarPoint::new(z, joined).map_err(|what| cannot_condense(name, &what))?;
     if is_general(whole, z) {
         return Err(cannot_condense(name, "gyroscopic terms or modal damping"));
     }
-    let (pulls, others): (Vec<AppliedForce>, Vec<AppliedForce>) = forces
+    let (pulls, others): (Vec<AppliedForce>, Vec<AppliedForce>) = drives
         .iter()
         .cloned()
         .partition(|d| d.direction.terms.iter().any(|t| t.0 == z));
-    let mut forces = others;
+    let mut drives = others;
     for pull in &pulls {
-        if point.lags() && !is_steady(&pull.signal) {
+        if star.lags() && !is_steady(&pull.signal) {
             return Err(cannot_condense(
                 name,
                 "a load that changes, beside dampers,",
             ));
         }
-        forces.push(point.distribute_load(pull));
+        drives.push(star.distribute_load(pull));
     }
     Ok(StarEquivalent {
-        mesh: point.mesh(name, left)?,
-        dof: point.follower(&pulls),
-        forces,
+        mesh: star.mesh(name, left)?,
+        follower: star.follower(&pulls),
+        drives,
     })
 }
 
@@ -151,9 +151,9 @@ fn share(branches: &[(Option<usize>, ForceElement)], z: usize) -> Option<f64> {
 fn assemble_condensed(
     whole: DynamicModel,
     massless: &[usize],
-    elements: Vec<(Option<usize>, ForceElement)>,
-    forces: Vec<AppliedForce>,
-    dofs: &[CondensedDof],
+    branches: Vec<(Option<usize>, ForceElement)>,
+    drives: Vec<AppliedForce>,
+    followers: &[CondensedDof],
 ) -> Result<CondensedModel, Error> {
     let n = whole.coordinate_count();
     let kept: Vec<usize> = (0..n).filter(|j| !massless.contains(j)).collect();
@@ -163,7 +163,7 @@ fn assemble_condensed(
         terms: d.terms.iter().map(|&(i, a)| (place(i), a)).collect(),
     };
     let mut numbers = vec![None; whole.elements.len()];
-    for (at, (number, _)) in elements.iter().enumerate() {
+    for (at, (number, _)) in branches.iter().enumerate() {
         if let Some(number) = number {
             numbers[*number] = Some(at);
         }
@@ -175,9 +175,9 @@ fn assemble_condensed(
         }
         phase
     };
-    let moved_wave = |function: PeriodicFunction| PeriodicFunction {
-        phase: moved_phase(&function.phase),
-        ..function
+    let moved_wave = |wave: PeriodicFunction| PeriodicFunction {
+        phase: moved_phase(&wave.phase),
+        ..wave
     };
     let moved_law = |name: &str, law: ForceLaw| match law {
         ForceLaw::LoadFriction(pressed) => {
@@ -187,7 +187,7 @@ fn assemble_condensed(
         }
         law => Ok(law),
     };
-    let elements = elements.into_iter().map(|(_, b)| {
+    let branches = branches.into_iter().map(|(_, b)| {
         Ok(ForceElement {
             direction: moved(&b.direction),
             force_direction: b.force_direction.as_ref().map(moved),
@@ -197,11 +197,11 @@ fn assemble_condensed(
             ..b
         })
     });
-    let elements = elements.collect::<Result<_, Error>>()?;
+    let branches = branches.collect::<Result<_, Error>>()?;
     let block = |a: &Matrix| Matrix::from_fn(kept.len(), kept.len(), |i, j| a[(kept[i], kept[j])]);
     let model = DynamicModel {
         coordinates: kept.iter().map(|&i| whole.coordinates[i].clone()).collect(),
-        matrix: match &whole.matrix {
+        mass: match &whole.mass {
             MassMatrix::Diagonal(mass) => {
                 MassMatrix::Diagonal(kept.iter().map(|&i| mass[i]).collect())
             }
@@ -210,8 +210,8 @@ fn assemble_condensed(
                 inverse: block(inverse),
             },
         },
-        elements,
-        forces: forces
+        elements: branches,
+        forces: drives
             .into_iter()
             .map(|d| AppliedForce {
                 direction: moved(&d.direction),
@@ -227,12 +227,12 @@ fn assemble_condensed(
     for (j, &i) in kept.iter().enumerate() {
         places[i] = Some(LinearCombination::coordinate(j));
     }
-    for dof in dofs.iter().rev() {
+    for follower in followers.iter().rev() {
         let own = LinearCombination {
-            terms: dof.terms.clone(),
-            imposed: dof.known.clone(),
+            terms: follower.terms.clone(),
+            imposed: follower.known.clone(),
         };
-        places[dof.at] = match dof.remembers {
+        places[follower.at] = match follower.remembers {
             true => None,
             false => own.substitute(&places),
         };

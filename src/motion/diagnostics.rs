@@ -36,11 +36,11 @@ pub fn nearest_to_switch<'t>(model: &'t DynamicModel, t: f64, y: &[f64]) -> Opti
             ForceLaw::Contact(contact) if contact.can_open() => Some(
                 (delta.abs() - contact.half_play).abs() / contact.half_play.max(f64::MIN_POSITIVE),
             ),
-            ForceLaw::Friction(law) | ForceLaw::Clutch { law, .. } => {
-                Some(rate.abs() / law.regularisation_velocity)
+            ForceLaw::Friction(friction) | ForceLaw::Clutch { friction, .. } => {
+                Some(rate.abs() / friction.regularisation_velocity)
             }
             ForceLaw::LoadFriction(pressed) => {
-                Some(rate.abs() / pressed.law.regularisation_velocity)
+                Some(rate.abs() / pressed.friction.regularisation_velocity)
             }
             _ => None,
         }
@@ -166,27 +166,27 @@ fn fastest_of<'t>(
 }
 
 /// The least stiffness of a branch that always acts.
-fn spring(element: &ForceElement) -> Option<(&ForceElement, f64)> {
-    let k = match &element.law {
+fn spring(branch: &ForceElement) -> Option<(&ForceElement, f64)> {
+    let k = match &branch.law {
         ForceLaw::Linear { stiffness, .. } => *stiffness,
         ForceLaw::Contact(contact) if !contact.can_open() => contact.stiffness,
         _ => return None,
     };
-    let least = element
+    let least = branch
         .stiffness_wave
         .as_ref()
         .map_or(1.0, |w| w.waveform.lower_bound());
-    let same = element.force_direction.is_none();
-    (same && k * least > 0.0).then_some((element, k * least))
+    let same = branch.force_direction.is_none();
+    (same && k * least > 0.0).then_some((branch, k * least))
 }
 
 /// The greatest stiffness of a branch.
-fn closed(element: &ForceElement) -> Option<(&ForceElement, f64)> {
-    let k = match &element.law {
+fn closed(branch: &ForceElement) -> Option<(&ForceElement, f64)> {
+    let k = match &branch.law {
         ForceLaw::Linear { stiffness, .. } => *stiffness,
         ForceLaw::Contact(contact) => contact.stiffness,
         _ => return None,
     };
-    let greatest = k * element.max_factor();
-    (element.force_direction.is_none() && greatest > 0.0).then_some((element, greatest))
+    let greatest = k * branch.max_factor();
+    (branch.force_direction.is_none() && greatest > 0.0).then_some((branch, greatest))
 }

@@ -20,7 +20,7 @@ pub struct DynamicModel {
     /// Names of the coordinates, `node.axis`.
     pub coordinates: Vec<String>,
     /// M.
-    pub matrix: MassMatrix,
+    pub mass: MassMatrix,
     /// What resists.
     pub elements: Vec<ForceElement>,
     /// What pushes.
@@ -133,7 +133,7 @@ pub enum ForceLaw {
     /// Dry friction pressed together over time: a clutch.
     Clutch {
         /// At full capacity.
-        law: FrictionLaw,
+        friction: FrictionLaw,
         /// The share of it, from 0 to 1.
         grip: Signal,
     },
@@ -194,7 +194,7 @@ impl ForceLaw {
     /// What carries its path of contact on, where it has one.
     pub fn phase(&self) -> Option<&WavePhase> {
         match self {
-            ForceLaw::LoadFriction(friction) => friction.levers.as_ref()?.phase.as_ref(),
+            ForceLaw::LoadFriction(pressed) => pressed.path.as_ref()?.phase.as_ref(),
             _ => None,
         }
     }
@@ -210,17 +210,19 @@ impl ForceLaw {
 
 /// The force of dry friction as it stands, 0, and d/dδ̇; where nothing says how it stands, its step is spread over the creep speed.
 pub fn dry_friction_force(
-    law: &FrictionLaw,
+    friction: &FrictionLaw,
     stand: Option<ElementState>,
     rate: f64,
 ) -> (f64, f64, f64) {
     match stand {
         Some(ElementState::Friction(FrictionState::Stick)) => (0.0, 0.0, 0.0),
-        Some(ElementState::Friction(state)) => {
-            (law.sliding_force(state, rate), 0.0, law.slope(state, rate))
-        }
+        Some(ElementState::Friction(slip)) => (
+            friction.sliding_force(slip, rate),
+            0.0,
+            friction.slope(slip, rate),
+        ),
         _ => {
-            let (force, slope) = law.regularised(rate);
+            let (force, slope) = friction.regularised(rate);
             (force, 0.0, slope)
         }
     }
@@ -234,8 +236,8 @@ impl ForceElement {
 
     /// The largest factor of its stiffness over its wave; one without.
     pub fn max_factor(&self) -> f64 {
-        let function = self.stiffness_wave.as_ref();
-        function.map_or(1.0, |w| {
+        let wave = self.stiffness_wave.as_ref();
+        wave.map_or(1.0, |w| {
             w.waveform.max().abs().max(w.waveform.lower_bound().abs())
         })
     }
@@ -260,7 +262,7 @@ impl ForceElement {
         let along = |d: &Direction| d.terms.iter().any(|t| t.0 == z);
         let waves = self.stiffness_wave.iter().chain(&self.angle_waves);
         let rubs = match &self.law {
-            ForceLaw::LoadFriction(friction) => friction.directions().any(along),
+            ForceLaw::LoadFriction(pressed) => pressed.directions().any(along),
             _ => false,
         };
         rubs || along(&self.direction)
@@ -275,11 +277,11 @@ impl ForceElement {
             delta -= e.value(t, piece as usize);
             rate -= e.slope(t, piece as usize);
         }
-        for function in &self.angle_waves {
-            let psi = function.phase.phase_at(t, q);
-            let at = function.waveform.piece(psi);
-            delta -= function.waveform.value_in(psi, at);
-            rate -= function.waveform.slope_in(psi, at) * function.phase.rate(t, v);
+        for wave in &self.angle_waves {
+            let psi = wave.phase.phase_at(t, q);
+            let at = wave.waveform.piece(psi);
+            delta -= wave.waveform.value_in(psi, at);
+            rate -= wave.waveform.slope_in(psi, at) * wave.phase.rate(t, v);
         }
         (delta, rate)
     }
@@ -288,11 +290,11 @@ impl ForceElement {
     pub fn factor(&self, t: f64, q: &[f64], piece: u32) -> (f64, f64) {
         match &self.stiffness_wave {
             None => (1.0, 0.0),
-            Some(function) => {
-                let psi = function.phase.phase_at(t, q);
+            Some(wave) => {
+                let psi = wave.phase.phase_at(t, q);
                 (
-                    function.waveform.value_in(psi, piece as usize),
-                    function.waveform.slope_in(psi, piece as usize),
+                    wave.waveform.value_in(psi, piece as usize),
+                    wave.waveform.slope_in(psi, piece as usize),
                 )
             }
         }
@@ -324,7 +326,7 @@ impl DynamicModel {
         self.elements.iter().all(|b| {
             let linear = match &b.law {
                 ForceLaw::Linear { .. } | ForceLaw::Maxwell { .. } => true,
-                ForceLaw::Contact(law) => !law.can_open(),
+                ForceLaw::Contact(contact) => !contact.can_open(),
                 ForceLaw::TorqueSpeed(curve) | ForceLaw::LaggedTorque { curve, .. } => {
                     matches!(curve, TorqueSpeedCurve::Linear { .. })
                 }
@@ -334,7 +336,7 @@ impl DynamicModel {
                 | ForceLaw::AngleLocked { .. }
                 | ForceLaw::Nonlinear { .. } => false,
             };
-            let known = |function: &PeriodicFunction| function.phase.angle().is_none();
+            let known = |wave: &PeriodicFunction| wave.phase.angle().is_none();
             linear && b.angle_waves.is_empty() && b.stiffness_wave.as_ref().is_none_or(known)
         })
     }
@@ -376,9 +378,9 @@ impl DynamicModel {
         self.elements.iter().filter(|b| {
             let linear = match &b.law {
                 ForceLaw::Linear { .. } | ForceLaw::Maxwell { .. } | ForceLaw::Contact(_) => true,
-                ForceLaw::Friction(law) => {
+                ForceLaw::Friction(friction) => {
                     let swings = |e: &Signal| !e.harmonics.is_empty();
-                    law.is_coulomb() && !b.imposed_displacement.as_ref().is_some_and(swings)
+                    friction.is_coulomb() && !b.imposed_displacement.as_ref().is_some_and(swings)
                 }
                 ForceLaw::TorqueSpeed(curve) | ForceLaw::LaggedTorque { curve, .. } => {
                     matches!(curve, TorqueSpeedCurve::Linear { .. })
@@ -399,8 +401,8 @@ impl DynamicModel {
     /// Something can switch at an instant that the motion decides.
     pub fn has_events(&self) -> bool {
         self.elements.iter().any(|b| match &b.law {
-            ForceLaw::Contact(contact_law) => {
-                contact_law.can_open()
+            ForceLaw::Contact(contact) => {
+                contact.can_open()
                     || b.stiffness_wave.as_ref().is_some_and(|w| {
                         w.phase.angle().is_some() && !matches!(w.waveform, Waveform::Fourier { .. })
                     })

@@ -61,9 +61,9 @@ impl DynamicModel {
     pub fn power_balance(&self, regime: &Regime, t: f64, y: &[f64]) -> PowerBalance {
         let n = self.coordinate_count();
         let (q, v) = (&y[..n], &y[n..2 * n]);
-        let mut balance = PowerBalance::default();
+        let mut powers = PowerBalance::default();
         for (at, drive) in self.forces.iter().enumerate() {
-            balance.input +=
+            powers.input +=
                 drive.signal.value(t, regime.pieces[at] as usize) * drive.direction.dot(v);
         }
         let mut inner = 2 * n;
@@ -84,19 +84,19 @@ impl DynamicModel {
             };
             // Where the force does not act along w, the difference is put in; so is what an imposed e pushes.
             let acted = b.force_direction().dot(v);
-            balance.input += force * (b.direction.dot(v) - acted);
-            balance.input -= b
+            powers.input += force * (b.direction.dot(v) - acted);
+            powers.input -= b
                 .imposed_displacement
                 .as_ref()
                 .map_or(0.0, |e| force * e.slope(t, piece as usize));
             for PeriodicFunction { waveform, phase } in &b.angle_waves {
                 let psi = phase.phase_at(t, q);
                 let slope = waveform.slope_in(psi, waveform.piece(psi));
-                balance.input -= force * slope * phase.imposed_rate(t);
+                powers.input -= force * slope * phase.imposed_rate(t);
             }
             match &b.law {
                 ForceLaw::Linear { stiffness, .. } => {
-                    balance.dissipated += (force - stiffness * delta) * rate
+                    powers.dissipated += (force - stiffness * delta) * rate
                 }
                 ForceLaw::Contact(contact) => {
                     let ElementState::Contact(state, of_wave) = regime.states[at] else {
@@ -104,34 +104,34 @@ impl DynamicModel {
                     };
                     let (factor, slope) = b.factor(t, q, of_wave);
                     let beyond = contact.penetration(state, delta);
-                    balance.dissipated += (force - factor * contact.stiffness * beyond) * rate;
-                    if let Some(function) = &b.stiffness_wave {
-                        let rate = slope * function.phase.imposed_rate(t);
-                        balance.input += 0.5 * contact.stiffness * rate * beyond * beyond;
+                    powers.dissipated += (force - factor * contact.stiffness * beyond) * rate;
+                    if let Some(wave) = &b.stiffness_wave {
+                        let rate = slope * wave.phase.imposed_rate(t);
+                        powers.input += 0.5 * contact.stiffness * rate * beyond * beyond;
                     }
                 }
-                ForceLaw::Nonlinear { damping, .. } => balance.dissipated += damping * rate * rate,
+                ForceLaw::Nonlinear { damping, .. } => powers.dissipated += damping * rate * rate,
                 ForceLaw::Friction(_) | ForceLaw::Clutch { .. } | ForceLaw::LoadFriction(_) => {
-                    balance.dissipated += self.friction_power(regime, t, y, at);
+                    powers.dissipated += self.friction_power(regime, t, y, at);
                 }
                 ForceLaw::TorqueSpeed(_)
                 | ForceLaw::LaggedTorque { .. }
                 | ForceLaw::AngleLocked { .. } => {
-                    balance.input -= force * rate;
+                    powers.input -= force * rate;
                 }
-                ForceLaw::Maxwell { damping, .. } => balance.dissipated += z * z / damping,
+                ForceLaw::Maxwell { damping, .. } => powers.dissipated += z * z / damping,
             }
         }
-        balance.dissipated += self.mass_damping
+        powers.dissipated += self.mass_damping
             * v.iter()
                 .zip(self.momentum(v))
                 .map(|(v, p)| v * p)
                 .sum::<f64>();
         if let Some((k, c)) = &self.unattached {
-            balance.dissipated +=
+            powers.dissipated +=
                 bilinear_form(c, v, v) + 0.5 * (bilinear_form(k, v, q) - bilinear_form(k, q, v));
         }
-        balance
+        powers
     }
 }
 

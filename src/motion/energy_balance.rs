@@ -144,7 +144,7 @@ impl EnergyIntegrator {
         run: [f64; 2],
         limit: BalanceLimit,
     ) -> (Rc<RefCell<EnergyIntegrator>>, Observer) {
-        let integrator = EnergyIntegrator {
+        let meter = EnergyIntegrator {
             model: model.clone(),
             known: known.cloned(),
             run,
@@ -153,15 +153,15 @@ impl EnergyIntegrator {
             quadrature_error: [0.0; 2],
             last: None,
         };
-        let integrator = Rc::new(RefCell::new(integrator));
-        let along = Rc::clone(&integrator);
+        let meter = Rc::new(RefCell::new(meter));
+        let along = Rc::clone(&meter);
         let follow = move |interval: DenseOutput| {
-            let mut integrator = along.borrow_mut();
-            let before = integrator.balance.evaluations;
-            integrator.add_interval(interval);
-            integrator.balance.evaluations - before
+            let mut meter = along.borrow_mut();
+            let before = meter.balance.evaluations;
+            meter.add_interval(interval);
+            meter.balance.evaluations - before
         };
-        (integrator, Observer::new(follow))
+        (meter, Observer::new(follow))
     }
 
     /// The balance so far.
@@ -280,11 +280,13 @@ impl EnergyIntegrator {
         let mut panel = QuadraturePanel::default();
         let (mut put_in, mut lost) = (0.0, 0.0);
         for (x, kronrod, gauss) in POINTS {
-            let (end, driven) = self.evaluate(interval, from + half * (1.0 + x), y);
+            let (span, driven) = self.evaluate(interval, from + half * (1.0 + x), y);
             let PowerBalance {
                 input: given,
                 dissipated: taken,
-            } = self.whole().power_balance(&end.regime, end.t, &end.state);
+            } = self
+                .whole()
+                .power_balance(&span.regime, span.t, &span.state);
             let given = given + driven;
             panel.work_in += half * kronrod * given;
             panel.dissipated += half * kronrod * taken;
@@ -294,7 +296,7 @@ impl EnergyIntegrator {
             if x == 0.0 {
                 let stored = self
                     .whole()
-                    .mechanical_energy(&end.regime, end.t, &end.state);
+                    .mechanical_energy(&span.regime, span.t, &span.state);
                 self.track_peak(stored);
             }
         }
@@ -309,13 +311,13 @@ impl EnergyIntegrator {
         let model = self.whole();
         let mut old = now.regime.clone();
         for (at, b) in model.elements.iter().enumerate() {
-            let function = b.stiffness_wave.as_ref();
+            let wave = b.stiffness_wave.as_ref();
             let over_an_angle = |w: &PeriodicFunction| {
                 w.phase.angle().is_some() && w.waveform.is_piecewise_constant()
             };
             if let ElementState::Contact(_, piece) = &mut old.states[at]
                 && let ElementState::Contact(_, former) = before.states[at]
-                && function.is_some_and(over_an_angle)
+                && wave.is_some_and(over_an_angle)
             {
                 *piece = former;
             }
@@ -338,8 +340,8 @@ impl EnergyIntegrator {
         let imposed = model.forces.len()..model.forces.len() + model.elements.len();
         regime.pieces[imposed.clone()].copy_from_slice(&next.regime.pieces[imposed]);
         for (at, b) in model.elements.iter().enumerate() {
-            let function = b.stiffness_wave.as_ref();
-            let of_itself = function.is_some_and(|w| matches!(w.phase, WavePhase::Imposed { .. }));
+            let wave = b.stiffness_wave.as_ref();
+            let of_itself = wave.is_some_and(|w| matches!(w.phase, WavePhase::Imposed { .. }));
             if let ElementState::Contact(..) = regime.states[at]
                 && (of_itself || b.imposed_displacement.is_some())
             {

@@ -57,7 +57,7 @@ impl DynamicModel {
 
     /// M⁻¹ g, in place; what has no inertia is not accelerated.
     pub fn apply_inverse_mass(&self, g: &mut [f64]) {
-        match &self.matrix {
+        match &self.mass {
             MassMatrix::Diagonal(mass) => g.iter_mut().zip(mass).for_each(|(x, m)| {
                 let own = *x / m;
                 *x = if *m == 0.0 || own.abs() < MIN_ACCELERATION {
@@ -81,7 +81,7 @@ impl DynamicModel {
 
     /// M v.
     pub fn momentum(&self, v: &[f64]) -> Vec<f64> {
-        match &self.matrix {
+        match &self.mass {
             MassMatrix::Diagonal(mass) => v.iter().zip(mass).map(|(x, m)| x * m).collect(),
             MassMatrix::Full { matrix, .. } => (0..v.len())
                 .map(|i| (0..v.len()).map(|j| matrix[(i, j)] * v[j]).sum())
@@ -182,9 +182,7 @@ impl OdeProblem for DynamicModel {
             _ => None,
         });
         let paths = self.elements.iter().filter_map(|b| match &b.law {
-            ForceLaw::LoadFriction(pressed) => {
-                pressed.levers.as_ref().map(|path| path.next_edge(t))
-            }
+            ForceLaw::LoadFriction(pressed) => pressed.path.as_ref().map(|path| path.next_edge(t)),
             _ => None,
         });
         drives

@@ -20,7 +20,7 @@ pub struct ErrorScale {
     share: f64,
     peaks: Vec<f64>,
     /// What forces at hand do; none for a plain problem.
-    coordinate: Vec<ForcedCoordinate>,
+    pushed: Vec<ForcedCoordinate>,
 }
 
 /// A coordinate under the forces at hand.
@@ -46,7 +46,7 @@ impl ErrorScale {
     pub fn for_model(model: &DynamicModel, options: &IntegrationOptions) -> ErrorScale {
         let n = model.coordinate_count();
         ErrorScale {
-            coordinate: acceleration_scale(model, options),
+            pushed: acceleration_scale(model, options),
             kinds: vec![0..n, n..2 * n, 2 * n..model.len()],
             remembers: true,
             share: 1e-3,
@@ -61,7 +61,7 @@ impl ErrorScale {
             remembers: false,
             share: 1e-6,
             peaks: vec![0.0; n],
-            coordinate: Vec::new(),
+            pushed: Vec::new(),
         }
     }
 
@@ -85,7 +85,7 @@ impl ErrorScale {
             })
             .collect();
         if let [positions, speeds, _] = largest.as_mut_slice() {
-            let given = self.coordinate.iter().map(|p| p.speed(h));
+            let given = self.pushed.iter().map(|p| p.speed(h));
             *speeds = given.fold(*speeds, f64::max);
             *positions = positions.max(h * *speeds);
         }
@@ -150,19 +150,19 @@ fn acceleration_scale(model: &DynamicModel, options: &IntegrationOptions) -> Vec
     for drive in &model.forces {
         add(&drive.direction, size(&drive.signal));
     }
-    for element in &model.elements {
-        if let Some(e) = &element.imposed_displacement {
-            add(element.force_direction(), stiffness(element) * size(e));
+    for branch in &model.elements {
+        if let Some(e) = &branch.imposed_displacement {
+            add(branch.force_direction(), stiffness(branch) * size(e));
         }
-        if let ForceLaw::Friction(law) | ForceLaw::Clutch { law, .. } = &element.law {
-            add(element.force_direction(), law.breakaway);
+        if let ForceLaw::Friction(friction) | ForceLaw::Clutch { friction, .. } = &branch.law {
+            add(branch.force_direction(), friction.breakaway);
         }
     }
     let (mut stiff, mut damped) = (vec![0.0; n], vec![0.0; n]);
-    for element in &model.elements {
+    for branch in &model.elements {
         // What always joins its ends.
-        if let ForceLaw::Linear { stiffness, damping } = element.law {
-            for (i, a) in element.direction.entries() {
+        if let ForceLaw::Linear { stiffness, damping } = branch.law {
+            for (i, a) in branch.direction.entries() {
                 stiff[i] += a * a * stiffness.abs();
                 damped[i] += a * a * damping.abs();
             }
@@ -171,14 +171,14 @@ fn acceleration_scale(model: &DynamicModel, options: &IntegrationOptions) -> Vec
     let heavy = (0..n).filter(|&i| !model.is_massless(i));
     let each = heavy.map(|i| ForcedCoordinate {
         acceleration: sum[i],
-        damping: damped[i] / model.matrix.entry(i, i),
-        stiffness: stiff[i] / model.matrix.entry(i, i),
+        damping: damped[i] / model.mass.entry(i, i),
+        stiffness: stiff[i] / model.mass.entry(i, i),
     });
     each.filter(|p| p.acceleration.is_finite()).collect()
 }
 
-fn stiffness(element: &ForceElement) -> f64 {
-    match &element.law {
+fn stiffness(branch: &ForceElement) -> f64 {
+    match &branch.law {
         ForceLaw::Linear { stiffness, .. } => *stiffness,
         ForceLaw::Contact(contact) => contact.stiffness,
         _ => 0.0,

@@ -43,7 +43,7 @@ struct EventRun<'a> {
     model: &'a DynamicModel,
     basis: BernsteinBasis,
     regime: Regime,
-    pieces: Vec<WavePiece>,
+    spans: Vec<WavePiece>,
     /// Branches that have switched at the present instant.
     entered: Vec<bool>,
     /// How often each branch has switched.
@@ -67,12 +67,12 @@ where
     S: for<'f> Stepper<RegimeProblem<'f>>,
 {
     check_options(options, model.len())?;
-    let mut emitter = SampleEmitter::new(options, sink);
+    let mut samples = SampleEmitter::new(options, sink);
     let (regime, y) = model.consistent_regime(options.from, &options.initial_state)?;
-    let mut event_run = EventRun {
+    let mut method = EventRun {
         model,
         basis: BernsteinBasis::new()?,
-        pieces: wave_pieces(model, options.from, &y),
+        spans: wave_pieces(model, options.from, &y),
         regime,
         entered: vec![false; model.elements.len()],
         switches: vec![0; model.elements.len()],
@@ -80,60 +80,59 @@ where
         t: options.from,
         y,
     };
-    let mut sample = event_run.y.clone();
-    while emitter.due().is_some() && event_run.t < options.to {
-        let stop =
-            next_discontinuity_within(|t| model.next_discontinuity(t), event_run.t, options.to);
-        event_run.enter_interval(stop)?;
-        event_run.emit(&mut emitter, &mut sample)?;
+    let mut sample = method.y.clone();
+    while samples.due().is_some() && method.t < options.to {
+        let stop = next_discontinuity_within(|t| model.next_discontinuity(t), method.t, options.to);
+        method.enter_interval(stop)?;
+        method.emit(&mut samples, &mut sample)?;
         stepper.restart();
         let mut standing = 0;
-        while event_run.t < stop && emitter.due().is_some() {
-            let (t, y) = (event_run.t, event_run.y.clone());
-            let switched = event_run.step(stop, stepper)?;
-            check_budget(options, &event_run.stats, event_run.t)
-                .map_err(|e| diagnostics::with_most_switched(e, model, &event_run.switches))?;
-            if event_run.t > t {
-                let (before, span) = (event_run.t.next_down(), event_run.t - t);
+        while method.t < stop && samples.due().is_some() {
+            let (t, y) = (method.t, method.y.clone());
+            let switched = method.step(stop, stepper)?;
+            check_budget(options, &method.stats, method.t)
+                .map_err(|e| diagnostics::with_most_switched(e, model, &method.switches))?;
+            if method.t > t {
+                let (before, span) = (method.t.next_down(), method.t - t);
                 options.observer.observe(DenseOutput {
                     from: t,
-                    to: event_run.t,
+                    to: method.t,
                     time_scale: span,
-                    regime: Some(&event_run.regime),
-                    state: &mut |at, into| match at == event_run.t {
-                        true => into.copy_from_slice(&event_run.y),
+                    regime: Some(&method.regime),
+                    state: &mut |at, into| match at == method.t {
+                        true => into.copy_from_slice(&method.y),
                         false => stepper.interpolate((at - t) / span, into),
                     },
                 });
-                emitter.emit_until(before, &mut sample, Some(&event_run.regime), |due, into| {
+                samples.emit_until(before, &mut sample, Some(&method.regime), |due, into| {
                     stepper.interpolate((due - t) / span, into);
                 })?;
-                event_run.entered.fill(false);
+                method.entered.fill(false);
             }
-            standing = match event_run.t - t > 64.0 * f64::EPSILON * t.abs() {
+            standing = match method.t - t > 64.0 * f64::EPSILON * t.abs() {
                 true => 0,
                 false => standing + 1,
             };
             if let Some(surface) = switched {
                 if standing > 20 + 4 * model.elements.len() {
-                    return Err(event_run.chattering_error(surface, y));
+                    return Err(method.chattering_error(surface, y));
                 }
-                event_run.apply_switch(surface)?;
+                method.apply_switch(surface)?;
                 stepper.restart();
             }
-            if event_run.t < stop {
-                event_run.emit(&mut emitter, &mut sample)?;
+            if method.t < stop {
+                method.emit(&mut samples, &mut sample)?;
             }
         }
     }
-    event_run.emit(&mut emitter, &mut sample)?;
-    Ok(event_run.stats)
+    method.emit(&mut samples, &mut sample)?;
+    Ok(method.stats)
 }
 
 impl EventRun<'_> {
     /// Hands over what is due at the present instant, as everything stands from then on.
-    fn emit(&self, emitter: &mut SampleEmitter, sample: &mut [f64]) -> Result<(), Error> {
-        emitter.emit_until(self.t, sample, Some(&self.regime), |_, into| {
+    fn emit(&self, samples: &mut SampleEmitter, sample: &mut [f64]) -> Result<(), Error> {
+        samples.emit_until(self.t, sample, Some(&self.regime), |_, into| {
             into.copy_from_slice(&self.y);
         })
     }
@@ -153,13 +152,11 @@ impl EventRun<'_> {
                 jumps |= piece != self.regime.pieces[drives + at];
                 self.regime.pieces[drives + at] = piece;
             }
-            if let (Some(function), ElementState::Contact(state, old)) =
+            if let (Some(wave), ElementState::Contact(state, old)) =
                 (&branch.stiffness_wave, self.regime.states[at])
-                && let WavePhase::Imposed { .. } = function.phase
+                && let WavePhase::Imposed { .. } = wave.phase
             {
-                let piece = function
-                    .waveform
-                    .piece(function.phase.phase_at(middle, &[])) as u32;
+                let piece = wave.waveform.piece(wave.phase.phase_at(middle, &[])) as u32;
                 jumps |= piece != old;
                 self.regime.states[at] = ElementState::Contact(state, piece);
             }
@@ -179,13 +176,13 @@ impl EventRun<'_> {
     where
         S: for<'f> Stepper<RegimeProblem<'f>>,
     {
-        let problem = RegimeProblem {
+        let frozen = RegimeProblem {
             model: self.model,
             regime: &self.regime,
         };
         let (t, y) = (self.t, &self.y);
         let mut stats = self.stats;
-        let (mut reached, mut state) = stepper.step(&problem, (t, y), stop, &mut stats)?;
+        let (mut reached, mut state) = stepper.step(&frozen, (t, y), stop, &mut stats)?;
         stats.steps += 1;
         let h = reached - t;
         let mut switched = None;
@@ -198,12 +195,12 @@ impl EventRun<'_> {
             }
             let rate = crossing.fall / h;
             for _ in 0..4 {
-                (reached, state) = stepper.step(&problem, (t, y), target, &mut stats)?;
+                (reached, state) = stepper.step(&frozen, (t, y), target, &mut stats)?;
                 switched = (reached == target).then_some(crossing.surface);
                 let (value, size) =
                     crossing
                         .surface
-                        .value(self.model, &self.regime, &self.pieces, reached, &state);
+                        .value(self.model, &self.regime, &self.spans, reached, &state);
                 stats.evaluations += 1;
                 let change = value / rate;
                 let better = (target + change).min(stop);
@@ -231,7 +228,7 @@ impl EventRun<'_> {
     where
         S: for<'f> Stepper<RegimeProblem<'f>>,
     {
-        let all = switching_surfaces(self.model, &self.regime, &self.pieces);
+        let all = switching_surfaces(self.model, &self.regime, &self.spans);
         if all.is_empty() {
             return None;
         }
@@ -254,7 +251,7 @@ impl EventRun<'_> {
             let values: Coefficients = std::array::from_fn(|j| {
                 let u = t + self.basis.points[j] * h;
                 let (value, of) =
-                    surface.value(self.model, &self.regime, &self.pieces, u, &states[j]);
+                    surface.value(self.model, &self.regime, &self.spans, u, &states[j]);
                 size = size.max(of);
                 value
             });
@@ -266,7 +263,7 @@ impl EventRun<'_> {
                 * 8.0
                 / h;
             let noise = ROUNDING_FACTOR * size + 8.0 * f64::EPSILON * t.abs() * steepest;
-            match zero_crossing(&b, noise, self.entered[surface.branch(&self.pieces)]) {
+            match zero_crossing(&b, noise, self.entered[surface.branch(&self.spans)]) {
                 ZeroCrossing::NoCrossing => {}
                 ZeroCrossing::Grazing => stats.grazings += 1,
                 ZeroCrossing::Crossed(at, fall) => {
@@ -282,7 +279,7 @@ impl EventRun<'_> {
     /// Goes to the other side of a switching surface.
     fn apply_switch(&mut self, surface: SwitchingSurface) -> Result<(), Error> {
         let n = self.model.coordinate_count();
-        let branch = surface.branch(&self.pieces);
+        let branch = surface.branch(&self.spans);
         self.entered[branch] = true;
         self.switches[branch] += 1;
         self.stats.events += 1;
@@ -306,23 +303,22 @@ impl EventRun<'_> {
                 self.regime.states[branch] = ElementState::Friction(FrictionState::Stick);
                 self.project_stick_velocity();
             }
-            SwitchingSurface::Breakaway(_, friction_state) => {
-                self.regime.states[branch] = ElementState::Friction(friction_state);
+            SwitchingSurface::Breakaway(_, slip) => {
+                self.regime.states[branch] = ElementState::Friction(slip);
             }
-            SwitchingSurface::PieceEnd(wave_piece, up) => {
+            SwitchingSurface::PieceEnd(span, up) => {
                 self.stats.events -= 1;
                 self.switches[branch] -= 1;
-                self.pieces[wave_piece].advance(self.model, up);
-                let wave_piece = self.pieces[wave_piece];
-                match (wave_piece.kind, self.regime.states[branch]) {
+                self.spans[span].advance(self.model, up);
+                let span = self.spans[span];
+                match (span.kind, self.regime.states[branch]) {
                     (WaveKind::Stiffness, ElementState::Contact(state, _)) => {
-                        self.regime.states[branch] =
-                            ElementState::Contact(state, wave_piece.piece());
+                        self.regime.states[branch] = ElementState::Contact(state, span.piece());
                         self.update_contact_state(branch);
                     }
                     (WaveKind::Path, _) => {
                         let at = self.model.path_at(branch);
-                        self.regime.pieces[at] = wave_piece.piece();
+                        self.regime.pieces[at] = span.piece();
                     }
                     _ => {}
                 }
@@ -411,8 +407,8 @@ impl EventRun<'_> {
     }
 
     fn chattering_error(&self, surface: SwitchingSurface, y: Vec<f64>) -> Error {
-        let name = &self.model.elements[surface.branch(&self.pieces)].name;
-        let (_, size) = surface.value(self.model, &self.regime, &self.pieces, self.t, &y);
+        let name = &self.model.elements[surface.branch(&self.spans)].name;
+        let (_, size) = surface.value(self.model, &self.regime, &self.spans, self.t, &y);
         Error::new(
             Code::NoConvergence,
             format!(

@@ -60,13 +60,13 @@ impl DynamicModel {
         );
         let (delta, rate) = b.deflection(t, q, v, self.error_piece(regime, branch, t));
         match &b.law {
-            ForceLaw::Contact(contact_law) => {
-                let (state, of_wave) = self.contact_state(branch, contact_law, regime, t, y);
-                let force = contact_law.force(state, b.factor(t, q, of_wave).0);
+            ForceLaw::Contact(contact) => {
+                let (state, of_wave) = self.contact_state(branch, contact, regime, t, y);
+                let force = contact.force(state, b.factor(t, q, of_wave).0);
                 (force.value_at(delta, rate), force.deflection, force.rate)
             }
-            ForceLaw::Friction(friction_law) => {
-                dry_friction_force(friction_law, regime.map(|r| r.states[branch]), rate)
+            ForceLaw::Friction(friction) => {
+                dry_friction_force(friction, regime.map(|r| r.states[branch]), rate)
             }
             ForceLaw::Clutch { .. } | ForceLaw::LoadFriction(_) => {
                 let dry = self.friction_at(branch, regime, t, y);
@@ -120,7 +120,7 @@ impl DynamicModel {
     fn contact_state(
         &self,
         branch: usize,
-        law: &ContactLaw,
+        contact: &ContactLaw,
         regime: Option<&Regime>,
         t: f64,
         y: &[f64],
@@ -138,7 +138,7 @@ impl DynamicModel {
             .as_ref()
             .map_or(0, |w| w.waveform.piece(w.phase.phase_at(t, q)) as u32);
         let (delta, rate) = b.deflection(t, q, v, self.error_piece(regime, branch, t));
-        (law.state(delta, rate, b.factor(t, q, piece).0), piece)
+        (contact.state(delta, rate, b.factor(t, q, piece).0), piece)
     }
 
     /// What a wave that follows an angle adds: e(φ) turns the direction of its force, k(φ) adds ½ k′ g² along the angle.
@@ -162,14 +162,14 @@ impl DynamicModel {
             let slope = waveform.slope_in(psi, waveform.piece(psi)) / TAU;
             angle.entries().for_each(|(i, a)| g[i] += a * slope * force);
         }
-        if let (Some(angle), ForceLaw::Contact(law)) = (
+        if let (Some(angle), ForceLaw::Contact(contact)) = (
             b.stiffness_wave.as_ref().and_then(|w| w.phase.angle()),
             &b.law,
         ) {
-            let (state, piece) = self.contact_state(branch, law, regime, t, y);
+            let (state, piece) = self.contact_state(branch, contact, regime, t, y);
             let (delta, _) = b.deflection(t, q, v, self.error_piece(regime, branch, t));
-            let beyond = law.penetration(state, delta);
-            let push = 0.5 * law.stiffness * b.factor(t, q, piece).1 / TAU * beyond * beyond;
+            let beyond = contact.penetration(state, delta);
+            let push = 0.5 * contact.stiffness * b.factor(t, q, piece).1 / TAU * beyond * beyond;
             angle.entries().for_each(|(i, a)| g[i] -= a * push);
         }
     }

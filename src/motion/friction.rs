@@ -26,13 +26,13 @@ impl FrictionState {
 
 impl FrictionLaw {
     /// The force while sliding in the sense of `slip`, carried on smoothly beyond δ̇ = 0.
-    pub fn sliding_force(&self, state: FrictionState, rate: f64) -> f64 {
-        state.sign() * self.size(self.stribeck_velocity, rate).0
+    pub fn sliding_force(&self, slip: FrictionState, rate: f64) -> f64 {
+        slip.sign() * self.size(self.stribeck_velocity, rate).0
     }
 
     /// dF/dδ̇ while sliding.
-    pub fn slope(&self, state: FrictionState, rate: f64) -> f64 {
-        state.sign() * self.size(self.stribeck_velocity, rate).1
+    pub fn slope(&self, slip: FrictionState, rate: f64) -> f64 {
+        slip.sign() * self.size(self.stribeck_velocity, rate).1
     }
 
     /// The size of the force while sliding, falling over a speed, and its derivative to δ̇.

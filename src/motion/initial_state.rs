@@ -20,16 +20,16 @@ use crate::scene::laws::InitialState;
 /// # Errors
 /// A static solution that does not exist.
 pub fn initial_state(
-    assembled_model: &AssembledModel,
+    moving: &AssembledModel,
     linear_model: &LinearModel,
     speeds: Option<&[f64]>,
     at: InitialState,
     t: f64,
 ) -> Result<Vec<f64>, Error> {
-    let dynamic_model = &assembled_model.model;
-    let n = dynamic_model.coordinate_count();
-    let mut y = vec![0.0; dynamic_model.len()];
-    let carried = assembled_model.prescribed_motion(t);
+    let train = &moving.model;
+    let n = train.coordinate_count();
+    let mut y = vec![0.0; train.len()];
+    let carried = moving.prescribed_motion(t);
     if at == InitialState::Rest {
         for (j, (place, speed)) in carried.into_iter().enumerate() {
             (y[j], y[n + j]) = (-place, -speed);
@@ -43,13 +43,13 @@ pub fn initial_state(
         );
     };
     for (i, &dof) in linear_model.independent_dofs.iter().enumerate() {
-        if let Some(j) = assembled_model.coordinate_index(i) {
+        if let Some(j) = moving.coordinate_index(i) {
             y[n + j] = speeds[dof] - carried[j].1;
         }
     }
-    match_error_rates(dynamic_model, &assembled_model.rigid, t, &mut y)?;
-    init_internal_states(dynamic_model, t, &mut y);
-    let q = static_equilibrium(dynamic_model, &assembled_model.rigid, t, &y)?;
+    match_error_rates(train, &moving.rigid, t, &mut y)?;
+    init_internal_states(train, t, &mut y);
+    let q = static_equilibrium(train, &moving.rigid, t, &y)?;
     y[..n].copy_from_slice(&q);
     Ok(y)
 }
@@ -111,7 +111,7 @@ fn match_error_rates(
 fn static_stiffness(model: &DynamicModel, branch: usize) -> f64 {
     match &model.elements[branch].law {
         ForceLaw::Linear { stiffness, .. } => *stiffness,
-        ForceLaw::Contact(law) => law.stiffness,
+        ForceLaw::Contact(contact) => contact.stiffness,
         ForceLaw::Nonlinear { characteristic, .. } => characteristic.rated_secant(),
         _ => 0.0,
     }
@@ -169,8 +169,8 @@ fn static_deflection(
     let n = model.coordinate_count();
     let mut tight = model.clone();
     for b in &mut tight.elements {
-        if let ForceLaw::Contact(law) = &mut b.law {
-            law.half_play = 0.0;
+        if let ForceLaw::Contact(contact) = &mut b.law {
+            contact.half_play = 0.0;
         }
     }
     let mut push = tight.applied_forces(None, t, y);

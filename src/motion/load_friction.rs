@@ -14,7 +14,7 @@ use crate::machine::direction::Direction;
 #[derive(Debug, Clone)]
 pub struct LoadFriction {
     /// For a capacity of one.
-    pub law: FrictionLaw,
+    pub friction: FrictionLaw,
     /// C₀, N or N·m.
     pub constant: f64,
     /// μ l; of teeth μ alone.
@@ -22,7 +22,7 @@ pub struct LoadFriction {
     /// Components of N: forces of branches, so much of each.
     pub force_components: Vec<Vec<(usize, f64)>>,
     /// Where teeth touch.
-    pub levers: Option<FrictionLevers>,
+    pub path: Option<FrictionLevers>,
 }
 
 /// Where teeth touch.
@@ -31,7 +31,7 @@ pub struct FrictionLevers {
     /// What sliding at the pitch point would be, on drive flanks and on coast flanks.
     pub pitch_point_sliding: [Direction; 2],
     /// Levers over the mesh cycle.
-    pub segments: Vec<MeshCycleSegment>,
+    pub pieces: Vec<MeshCycleSegment>,
     /// What carries the cycle on; absent: levers are the same always.
     pub phase: Option<WavePhase>,
 }
@@ -40,17 +40,17 @@ impl FrictionLevers {
     /// Which piece of the cycle holds ψ.
     pub fn piece(&self, psi: f64) -> usize {
         let psi = psi.rem_euclid(1.0);
-        self.segments.partition_point(|p| p.from <= psi).max(1) - 1
+        self.pieces.partition_point(|p| p.from <= psi).max(1) - 1
     }
 
     /// Where a piece begins or ends in the cycle.
     pub fn edge(&self, at: usize) -> f64 {
-        self.segments.get(at).map_or(1.0, |p| p.from)
+        self.pieces.get(at).map_or(1.0, |p| p.from)
     }
 
     /// The levers at ψ with the piece `piece` carried on beyond its ends: of the load from the pitch point, m, and its balance.
     pub fn levers(&self, psi: f64, piece: usize, coasts: bool) -> (f64, f64) {
-        let MeshCycleSegment { from, flanks } = &self.segments[piece];
+        let MeshCycleSegment { from, flanks } = &self.pieces[piece];
         let LoadLever {
             distance,
             slope,
@@ -75,7 +75,7 @@ impl FrictionLevers {
         let whole = psi.floor();
         let edges = (-1..=2).flat_map(|turn| {
             let turn = whole + f64::from(turn);
-            self.segments.iter().map(move |p| turn + p.from)
+            self.pieces.iter().map(move |p| turn + p.from)
         });
         // The instant of an edge and the edge at an instant differ by rounding.
         let near = 16.0 * f64::EPSILON * t.abs();
@@ -99,13 +99,13 @@ impl LoadFriction {
     ) -> Result<LoadFriction, usize> {
         let renumbered = |&(at, share): &(usize, f64)| Ok((numbers[at].ok_or(at)?, share));
         let component = |forces: &Vec<(usize, f64)>| forces.iter().map(renumbered).collect();
-        let levers = self.levers.as_ref().map(|levers| FrictionLevers {
+        let path = self.path.as_ref().map(|path| FrictionLevers {
             pitch_point_sliding: [
-                direction(&levers.pitch_point_sliding[0]),
-                direction(&levers.pitch_point_sliding[1]),
+                direction(&path.pitch_point_sliding[0]),
+                direction(&path.pitch_point_sliding[1]),
             ],
-            segments: levers.segments.clone(),
-            phase: levers.phase.as_ref().map(phase),
+            pieces: path.pieces.clone(),
+            phase: path.phase.as_ref().map(phase),
         });
         Ok(LoadFriction {
             force_components: self
@@ -113,16 +113,16 @@ impl LoadFriction {
                 .iter()
                 .map(component)
                 .collect::<Result<_, usize>>()?,
-            levers,
+            path,
             ..self.clone()
         })
     }
 
     /// Everything it acts along next to its branch.
     pub fn directions(&self) -> impl Iterator<Item = &Direction> {
-        self.levers.iter().flat_map(|levers| {
-            let angle = levers.phase.as_ref().and_then(WavePhase::angle);
-            levers.pitch_point_sliding.iter().chain(angle)
+        self.path.iter().flat_map(|path| {
+            let angle = path.phase.as_ref().and_then(WavePhase::angle);
+            path.pitch_point_sliding.iter().chain(angle)
         })
     }
 }

@@ -26,12 +26,14 @@ impl DynamicModel {
         y: &[f64],
     ) -> Option<FrictionLaw> {
         match &self.elements[branch].law {
-            ForceLaw::Friction(law) => Some(*law),
-            ForceLaw::Clutch { law, grip } => Some(law.scaled(grip.value(t, grip.piece(t)))),
-            ForceLaw::LoadFriction(load_friction) => {
-                let force = self.press(branch, load_friction, regime, t, y);
-                let capacity = load_friction.constant + force.friction * force.levers.0;
-                Some(load_friction.law.scaled(capacity))
+            ForceLaw::Friction(friction) => Some(*friction),
+            ForceLaw::Clutch { friction, grip } => {
+                Some(friction.scaled(grip.value(t, grip.piece(t))))
+            }
+            ForceLaw::LoadFriction(pressed) => {
+                let press = self.press(branch, pressed, regime, t, y);
+                let capacity = pressed.constant + press.friction * press.levers.0;
+                Some(pressed.friction.scaled(capacity))
             }
             _ => None,
         }
@@ -40,9 +42,9 @@ impl DynamicModel {
     /// Which piece of the path of contact holds a branch, where it has one.
     pub fn path_piece(&self, branch: usize, t: f64, q: &[f64]) -> u32 {
         match &self.elements[branch].law {
-            ForceLaw::LoadFriction(friction) => friction.levers.as_ref().map_or(0, |levers| {
-                let phase = levers.phase.as_ref();
-                phase.map_or(0, |phase| levers.piece(phase.phase_at(t, q)) as u32)
+            ForceLaw::LoadFriction(pressed) => pressed.path.as_ref().map_or(0, |path| {
+                let phase = path.phase.as_ref();
+                phase.map_or(0, |phase| path.piece(phase.phase_at(t, q)) as u32)
             }),
             _ => 0,
         }
@@ -50,9 +52,9 @@ impl DynamicModel {
 
     /// Some branch's friction goes by a path of contact.
     pub fn has_paths(&self) -> bool {
-        let moves = |levers: &FrictionLevers| levers.phase.is_some();
+        let moves = |path: &FrictionLevers| path.phase.is_some();
         self.elements.iter().any(
-            |b| matches!(&b.law, ForceLaw::LoadFriction(p) if p.levers.as_ref().is_some_and(moves)),
+            |b| matches!(&b.law, ForceLaw::LoadFriction(p) if p.path.as_ref().is_some_and(moves)),
         )
     }
 
@@ -65,27 +67,27 @@ impl DynamicModel {
         y: &[f64],
     ) -> Option<(f64, &Direction)> {
         let b = &self.elements[branch];
-        let ForceLaw::LoadFriction(friction) = &b.law else {
+        let ForceLaw::LoadFriction(pressed) = &b.law else {
             return None;
         };
-        let levers = friction.levers.as_ref()?;
+        let path = pressed.path.as_ref()?;
         let n = self.coordinate_count();
-        let force = self.press(branch, friction, regime, t, y);
+        let press = self.press(branch, pressed, regime, t, y);
         let piece = b
             .imposed_displacement
             .as_ref()
             .map_or(0, |e| e.piece(t) as u32);
         let (_, rate) = b.deflection(t, &y[..n], &y[n..2 * n], piece);
         let stand = regime.map(|r| r.states[branch]);
-        let (sense, ..) = dry_friction_force(&friction.law, stand, rate);
-        let direction = &levers.pitch_point_sliding[usize::from(force.coasts)];
-        Some((sense * force.friction * force.levers.1, direction))
+        let (sense, ..) = dry_friction_force(&pressed.friction, stand, rate);
+        let direction = &path.pitch_point_sliding[usize::from(press.coasts)];
+        Some((sense * press.friction * press.levers.1, direction))
     }
 
     fn press(
         &self,
         branch: usize,
-        load_friction: &LoadFriction,
+        pressed: &LoadFriction,
         regime: Option<&Regime>,
         t: f64,
         y: &[f64],
@@ -95,17 +97,17 @@ impl DynamicModel {
                 |&(at, share): &(usize, f64)| share * self.element_force(at, regime, t, y, 0.0).0;
             forces.iter().map(force).sum()
         };
-        let components = load_friction.force_components.iter().map(component);
+        let components = pressed.force_components.iter().map(component);
         let (mut size, mut coasts) = (0.0f64, false);
         for x in components {
             size = size.hypot(x);
             coasts = x < 0.0;
         }
-        let levers = match &load_friction.levers {
+        let levers = match &pressed.path {
             None => (1.0, 0.0),
-            Some(friction_levers) => {
+            Some(path) => {
                 let q = &y[..self.coordinate_count()];
-                let psi = friction_levers
+                let psi = path
                     .phase
                     .as_ref()
                     .map_or(0.0, |phase| phase.phase_at(t, q));
@@ -113,11 +115,11 @@ impl DynamicModel {
                     Some(regime) => self.frozen_path(regime, branch),
                     None => self.path_piece(branch, t, q),
                 };
-                friction_levers.levers(psi, piece as usize, coasts)
+                path.levers(psi, piece as usize, coasts)
             }
         };
         NormalForce {
-            friction: load_friction.coefficient * size,
+            friction: pressed.coefficient * size,
             levers,
             coasts,
         }

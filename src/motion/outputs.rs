@@ -64,7 +64,7 @@ pub struct MotionOutputs {
     /// Sums of the forces of branches.
     pub sums: Vec<Vec<(usize, f64)>>,
     /// What moves as prescribed, where its torque is wanted.
-    pub reduction: Option<PrescribedReduction>,
+    pub prescribed: Option<PrescribedReduction>,
     /// Loads on degrees of freedom: over time, and branches of the motion where they follow an angle.
     pub loads: Vec<(Signal, Vec<usize>)>,
 }
@@ -125,7 +125,7 @@ impl MotionOutputs {
                     let lost = |model: &DynamicModel, regime: &Regime, y: &[f64]| {
                         all.map(|at| model.friction_power(regime, t, y, at)).sum()
                     };
-                    match &self.reduction {
+                    match &self.prescribed {
                         Some(known) => {
                             let state = known.state(t, y);
                             lost(&known.whole, &known.regime(stands(), t, &state), &state)
@@ -139,7 +139,7 @@ impl MotionOutputs {
                     signal.value(t, signal.piece(t)) - given.sum::<f64>()
                 }
                 OutputQuantity::PrescribedTorque(at) => {
-                    let known = self.reduction.as_ref();
+                    let known = self.prescribed.as_ref();
                     known.map_or(0.0, |known| known.torques(model, stands(), t, y)[at])
                 }
             })

@@ -86,29 +86,29 @@ impl HasPencil for RegimeProblem<'_> {
 }
 
 /// Whether a wave of a branch follows an angle.
-pub fn follows_angle(element: &ForceElement) -> bool {
-    !element.angle_waves.is_empty()
-        || element
+pub fn follows_angle(branch: &ForceElement) -> bool {
+    !branch.angle_waves.is_empty()
+        || branch
             .stiffness_wave
             .as_ref()
             .is_some_and(|w| w.phase.angle().is_some())
 }
 
 /// Whether the force of a branch goes by what others do.
-fn is_nonlocal(element: &ForceElement) -> bool {
-    follows_angle(element) || matches!(element.law, ForceLaw::LoadFriction(_))
+fn is_nonlocal(branch: &ForceElement) -> bool {
+    follows_angle(branch) || matches!(branch.law, ForceLaw::LoadFriction(_))
 }
 
 /// By differences.
 fn pencil_by_differences(
-    problem: &RegimeProblem,
+    frozen: &RegimeProblem,
     t: f64,
     y: &[f64],
     stats: &mut IntegrationStats,
 ) -> JacobianPencil {
-    let n = problem.model.coordinate_count();
+    let n = frozen.model.coordinate_count();
     let mut jacobian = Matrix::zeros(2 * n, 2 * n);
-    problem.jacobian(t, y, &mut jacobian);
+    frozen.jacobian(t, y, &mut jacobian);
     stats.evaluations += 2 * n as u64;
     JacobianPencil::SecondOrder {
         stiffness: Matrix::from_fn(n, n, |i, j| -jacobian[(n + i, j)]),
@@ -117,30 +117,25 @@ fn pencil_by_differences(
 }
 
 /// From the laws of the branches: `∂a/∂q = (I − M⁻¹Wᵀ(W M⁻¹Wᵀ)⁻¹W) M⁻¹ ∂g/∂q`, W the directions that stick.
-fn analytic_pencil(problem: &RegimeProblem, t: f64, y: &[f64]) -> JacobianPencil {
-    let model = problem.model;
+fn analytic_pencil(frozen: &RegimeProblem, t: f64, y: &[f64]) -> JacobianPencil {
+    let model = frozen.model;
     let n = model.coordinate_count();
     let (mut stiffness, mut damping) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
-    for (at, element) in model.elements.iter().enumerate() {
-        let (_, k, c) = model.element_force(at, Some(problem.regime), t, y, 0.0);
+    for (at, branch) in model.elements.iter().enumerate() {
+        let (_, k, c) = model.element_force(at, Some(frozen.regime), t, y, 0.0);
         add_outer_product(
             &mut stiffness,
-            element.force_direction(),
-            &element.direction,
+            branch.force_direction(),
+            &branch.direction,
             k,
         );
-        add_outer_product(
-            &mut damping,
-            element.force_direction(),
-            &element.direction,
-            c,
-        );
+        add_outer_product(&mut damping, branch.force_direction(), &branch.direction, c);
     }
     if let Some((k, c)) = &model.unattached {
         stiffness += k;
         damping += c;
     }
-    let sticking = problem.regime.sticking_pairs();
+    let sticking = frozen.regime.sticking_pairs();
     let zero = vec![0.0; n];
     for j in 0..n {
         let mut unit = vec![0.0; n];
@@ -232,27 +227,27 @@ impl JacobianPencil {
     }
 
     /// `(s I − ∂f/∂y)⁻¹ b`, in place.
-    pub fn solve(&self, pencil: &FactoredPencil<f64, Lu>, b: &mut [f64]) {
-        let s = pencil.s;
+    pub fn solve(&self, factored: &FactoredPencil<f64, Lu>, b: &mut [f64]) {
+        let s = factored.s;
         match self {
-            JacobianPencil::FirstOrder(..) => pencil.lu.solve(b),
+            JacobianPencil::FirstOrder(..) => factored.lu.solve(b),
             JacobianPencil::SecondOrder { stiffness, .. } => {
                 let n = stiffness.nrows();
                 let (q, v) = b.split_at_mut(n);
                 for i in 0..n {
                     v[i] -= (0..n).map(|j| stiffness[(i, j)] * q[j]).sum::<f64>() / s;
                 }
-                pencil.lu.solve(v);
+                factored.lu.solve(v);
                 q.iter_mut().zip(v).for_each(|(q, v)| *q = (*q + *v) / s);
             }
         }
     }
 
     /// The same for a complex s.
-    pub fn solve_complex(&self, pencil: &FactoredPencil<Complex, ComplexLu>, b: &mut [Complex]) {
-        let s = pencil.s;
+    pub fn solve_complex(&self, factored: &FactoredPencil<Complex, ComplexLu>, b: &mut [Complex]) {
+        let s = factored.s;
         match self {
-            JacobianPencil::FirstOrder(..) => pencil.lu.solve(b),
+            JacobianPencil::FirstOrder(..) => factored.lu.solve(b),
             JacobianPencil::SecondOrder { stiffness, .. } => {
                 let n = stiffness.nrows();
                 let (q, v) = b.split_at_mut(n);
@@ -260,7 +255,7 @@ impl JacobianPencil {
                     let sum = (0..n).fold(Complex::ZERO, |sum, j| sum + q[j] * stiffness[(i, j)]);
                     v[i] -= sum / s;
                 }
-                pencil.lu.solve(v);
+                factored.lu.solve(v);
                 q.iter_mut().zip(v).for_each(|(q, v)| *q = (*q + *v) / s);
             }
         }

@@ -52,7 +52,7 @@ pub struct PartitionedModel {
     /// Rigid motions left in it.
     pub rigid: Vec<Vec<f64>>,
     /// What was taken out.
-    pub reduction: PrescribedReduction,
+    pub prescribed: PrescribedReduction,
 }
 
 /// Takes coordinates with known motion out of a machine; `rigid` are its rigid motions.
@@ -75,13 +75,13 @@ pub fn eliminate(
             influence: share,
         })
         .collect();
-    let (model, reduction) = eliminate_motions(whole, motions)?;
-    let kept = &reduction.retained;
+    let (model, prescribed) = eliminate_motions(whole, motions)?;
+    let kept = &prescribed.retained;
     let rigid = left.iter().map(|r| kept.iter().map(|&i| r[i]).collect());
     Ok(PartitionedModel {
         rigid: rigid.collect(),
         model,
-        reduction,
+        prescribed,
     })
 }
 
@@ -113,45 +113,45 @@ pub fn eliminate_motions(
                 .with_hint("let the speed rise over a short time in place of the jump"));
         }
     }
-    let mut elements = Vec::new();
-    let numbers = whole.elements.iter_mut().map(|element| {
-        let rest = restrict_element(element, &kept, &motions);
+    let mut branches = Vec::new();
+    let numbers = whole.elements.iter_mut().map(|branch| {
+        let rest = restrict_element(branch, &kept, &motions);
         // The torque on the angle of a stiffness in steps is no more than jolts; they are booked where it jumps in time.
-        if let Some(function) = &rest.stiffness_wave
-            && function.waveform.is_piecewise_constant()
-            && function.phase.angle().is_none()
+        if let Some(wave) = &rest.stiffness_wave
+            && wave.waveform.is_piecewise_constant()
+            && wave.phase.angle().is_none()
         {
-            element.stiffness_wave.clone_from(&rest.stiffness_wave);
+            branch.stiffness_wave.clone_from(&rest.stiffness_wave);
         }
         (!rest.direction.terms.is_empty() || rest.internal_count() > 0).then(|| {
-            elements.push(rest);
-            elements.len() - 1
+            branches.push(rest);
+            branches.len() - 1
         })
     });
     let numbers: Vec<Option<usize>> = numbers.collect();
-    for element in &mut elements {
-        if let ForceLaw::LoadFriction(pressed) = &mut element.law {
+    for branch in &mut branches {
+        if let ForceLaw::LoadFriction(pressed) = &mut branch.law {
             let moved = pressed.with_coordinates(
                 |d| restrict(d, &kept),
                 |phase| restrict_phase(phase, &kept, &motions),
                 &numbers,
             );
-            **pressed = moved.map_err(|by| missing_normal_force(&whole, &element.name, by))?;
+            **pressed = moved.map_err(|by| missing_normal_force(&whole, &branch.name, by))?;
         }
     }
-    let forces = whole.forces.iter().map(|force| AppliedForce {
-        direction: restrict(&force.direction, &kept),
-        ..force.clone()
+    let drives = whole.forces.iter().map(|drive| AppliedForce {
+        direction: restrict(&drive.direction, &kept),
+        ..drive.clone()
     });
-    let mut forces: Vec<AppliedForce> = forces.filter(|d| !d.direction.terms.is_empty()).collect();
+    let mut drives: Vec<AppliedForce> = drives.filter(|d| !d.direction.terms.is_empty()).collect();
     for motion in &motions {
-        forces.extend(induced_forces(&whole, motion, &kept));
+        drives.extend(induced_forces(&whole, motion, &kept));
     }
     let model = DynamicModel {
         coordinates: kept.iter().map(|&i| whole.coordinates[i].clone()).collect(),
-        matrix: restrict_mass(&whole.matrix, &kept)?,
-        elements,
-        forces,
+        mass: restrict_mass(&whole.mass, &kept)?,
+        elements: branches,
+        forces: drives,
         mass_damping: whole.mass_damping,
         unattached: whole.unattached.as_ref().map(|(k, c)| {
             let of =
@@ -159,13 +159,13 @@ pub fn eliminate_motions(
             (of(k), of(c))
         }),
     };
-    let reduction = PrescribedReduction {
+    let prescribed = PrescribedReduction {
         whole,
         retained: kept,
         branches: numbers,
         motions,
     };
-    Ok((model, reduction))
+    Ok((model, prescribed))
 }
 
 impl PrescribedReduction {
@@ -367,15 +367,15 @@ fn induced_forces(
 }
 
 fn restrict_element(
-    element: &ForceElement,
+    branch: &ForceElement,
     kept: &[usize],
     motions: &[PrescribedMotion],
 ) -> ForceElement {
-    let mut rest = element.clone();
-    rest.direction = restrict(&element.direction, kept);
-    rest.force_direction = element.force_direction.as_ref().map(|u| restrict(u, kept));
+    let mut rest = branch.clone();
+    rest.direction = restrict(&branch.direction, kept);
+    rest.force_direction = branch.force_direction.as_ref().map(|u| restrict(u, kept));
     for motion in motions {
-        let seen = project(&element.direction, &motion.influence);
+        let seen = project(&branch.direction, &motion.influence);
         if seen != 0.0 {
             let known = motion.signal.scaled(-seen);
             rest.imposed_displacement = Some(match &rest.imposed_displacement {
@@ -384,18 +384,18 @@ fn restrict_element(
             });
         }
     }
-    rest.stiffness_wave = element
+    rest.stiffness_wave = branch
         .stiffness_wave
         .as_ref()
-        .map(|function| restrict_wave(function, kept, motions));
+        .map(|wave| restrict_wave(wave, kept, motions));
     rest.angle_waves.clear();
-    for function in &element.angle_waves {
-        let function = restrict_wave(function, kept, motions);
-        let WavePhase::Imposed { omega, start } = function.phase else {
-            rest.angle_waves.push(function);
+    for wave in &branch.angle_waves {
+        let wave = restrict_wave(wave, kept, motions);
+        let WavePhase::Imposed { omega, start } = wave.phase else {
+            rest.angle_waves.push(wave);
             continue;
         };
-        let e = function.waveform.to_signal(omega, start);
+        let e = wave.waveform.to_signal(omega, start);
         rest.imposed_displacement = Some(match &rest.imposed_displacement {
             None => e,
             Some(imposed) => imposed.plus(&e),
@@ -406,19 +406,16 @@ fn restrict_element(
 
 /// A wave whose angle is in part, or wholly, known.
 fn restrict_wave(
-    function: &PeriodicFunction,
+    wave: &PeriodicFunction,
     kept: &[usize],
     motions: &[PrescribedMotion],
 ) -> PeriodicFunction {
-    match (
-        restrict_phase(&function.phase, kept, motions),
-        &function.phase,
-    ) {
+    match (restrict_phase(&wave.phase, kept, motions), &wave.phase) {
         (WavePhase::Imposed { omega, start }, WavePhase::FollowsAngle { .. }) => {
-            PeriodicFunction::imposed(function.waveform.clone(), omega, start)
+            PeriodicFunction::imposed(wave.waveform.clone(), omega, start)
         }
         (phase, _) => PeriodicFunction {
-            waveform: function.waveform.clone(),
+            waveform: wave.waveform.clone(),
             phase,
         },
     }
@@ -485,11 +482,9 @@ fn restrict(direction: &Direction, kept: &[usize]) -> Direction {
     }
 }
 
-fn restrict_mass(mass_matrix: &MassMatrix, kept: &[usize]) -> Result<MassMatrix, Error> {
-    Ok(match mass_matrix {
-        MassMatrix::Diagonal(mass_matrix) => {
-            MassMatrix::Diagonal(kept.iter().map(|&i| mass_matrix[i]).collect())
-        }
+fn restrict_mass(mass: &MassMatrix, kept: &[usize]) -> Result<MassMatrix, Error> {
+    Ok(match mass {
+        MassMatrix::Diagonal(mass) => MassMatrix::Diagonal(kept.iter().map(|&i| mass[i]).collect()),
         MassMatrix::Full { matrix, .. } => {
             let m = kept.len();
             MassMatrix::full(Matrix::from_fn(m, m, |i, j| matrix[(kept[i], kept[j])]))?

@@ -121,12 +121,12 @@ impl DynamicModel {
             let Some((at, held, _)) = worst else {
                 return;
             };
-            let state = if held > 0.0 {
+            let slip = if held > 0.0 {
                 FrictionState::Forward
             } else {
                 FrictionState::Backward
             };
-            regime.states[at] = ElementState::Friction(state);
+            regime.states[at] = ElementState::Friction(slip);
         }
     }
 

@@ -37,18 +37,18 @@ pub fn run<P: OdeProblem>(
 ) -> Result<IntegrationStats, Error> {
     check_options(options, problem.len())?;
     let mut stats = IntegrationStats::default();
-    let mut emitter = SampleEmitter::new(options, sink);
+    let mut samples = SampleEmitter::new(options, sink);
     let (mut t, mut y) = (options.from, options.initial_state.clone());
     let mut sample = y.clone();
-    emitter.emit_until(t, &mut sample, None, |_, _| ())?;
-    while emitter.due().is_some() && t < options.to {
+    samples.emit_until(t, &mut sample, None, |_, _| ())?;
+    while samples.due().is_some() && t < options.to {
         let stop = next_discontinuity_within(|t| problem.next_discontinuity(t), t, options.to);
         stepper.restart();
-        while t < stop && emitter.due().is_some() {
+        while t < stop && samples.due().is_some() {
             let (reached, state) = stepper.step(problem, (t, &y), stop, &mut stats)?;
             stats.steps += 1;
             check_budget(options, &stats, reached)?;
-            emitter.emit_until(reached, &mut sample, None, |due, into| {
+            samples.emit_until(reached, &mut sample, None, |due, into| {
                 match due == reached {
                     true => into.copy_from_slice(&state),
                     false => stepper.interpolate((due - t) / (reached - t), into),

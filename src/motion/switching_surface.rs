@@ -57,44 +57,44 @@ impl PiecewiseWave<'_> {
     fn pieces(&self) -> usize {
         match self.edges {
             PieceEdges::Shape(waveform) => pieces(waveform),
-            PieceEdges::Path(levers) => levers.segments.len(),
+            PieceEdges::Path(path) => path.pieces.len(),
         }
     }
 
     fn edge(&self, at: usize) -> f64 {
         match self.edges {
             PieceEdges::Shape(waveform) => edge(waveform, at),
-            PieceEdges::Path(levers) => levers.edge(at),
+            PieceEdges::Path(path) => path.edge(at),
         }
     }
 
     fn piece(&self, psi: f64) -> usize {
         match self.edges {
             PieceEdges::Shape(waveform) => waveform.piece(psi),
-            PieceEdges::Path(levers) => levers.piece(psi),
+            PieceEdges::Path(path) => path.piece(psi),
         }
     }
 }
 
 /// What of a branch goes by pieces.
-fn periodic(element: &ForceElement, kind: WaveKind) -> Option<PiecewiseWave<'_>> {
-    let function = match kind {
-        WaveKind::Stiffness => element.stiffness_wave.as_ref()?,
-        WaveKind::Error(at) => element.angle_waves.get(at)?,
+fn periodic(branch: &ForceElement, of: WaveKind) -> Option<PiecewiseWave<'_>> {
+    let wave = match of {
+        WaveKind::Stiffness => branch.stiffness_wave.as_ref()?,
+        WaveKind::Error(at) => branch.angle_waves.get(at)?,
         WaveKind::Path => {
-            let ForceLaw::LoadFriction(pressed) = &element.law else {
+            let ForceLaw::LoadFriction(pressed) = &branch.law else {
                 return None;
             };
-            let levers = pressed.levers.as_ref()?;
+            let path = pressed.path.as_ref()?;
             return Some(PiecewiseWave {
-                phase: levers.phase.as_ref()?,
-                edges: PieceEdges::Path(levers),
+                phase: path.phase.as_ref()?,
+                edges: PieceEdges::Path(path),
             });
         }
     };
     Some(PiecewiseWave {
-        phase: &function.phase,
-        edges: PieceEdges::Shape(&function.waveform),
+        phase: &wave.phase,
+        edges: PieceEdges::Shape(&wave.waveform),
     })
 }
 
@@ -141,20 +141,20 @@ fn edge(waveform: &Waveform, at: usize) -> f64 {
 pub fn wave_pieces(model: &DynamicModel, t: f64, y: &[f64]) -> Vec<WavePiece> {
     let q = &y[..model.coordinate_count()];
     let mut spans = Vec::new();
-    for (at, element) in model.elements.iter().enumerate() {
-        let errors = (0..element.angle_waves.len()).map(WaveKind::Error);
-        for kind in [WaveKind::Stiffness, WaveKind::Path]
+    for (at, branch) in model.elements.iter().enumerate() {
+        let errors = (0..branch.angle_waves.len()).map(WaveKind::Error);
+        for of in [WaveKind::Stiffness, WaveKind::Path]
             .into_iter()
             .chain(errors)
         {
-            let Some(wave) = periodic(element, kind) else {
+            let Some(wave) = periodic(branch, of) else {
                 continue;
             };
             if matches!(wave.phase, WavePhase::FollowsAngle { .. }) && wave.pieces() > 1 {
                 let psi = wave.phase.phase_at(t, q);
                 spans.push(WavePiece {
                     branch: at,
-                    kind,
+                    kind: of,
                     turn: psi.floor(),
                     piece: wave.piece(psi),
                 });
@@ -171,8 +171,8 @@ pub fn switching_surfaces(
     spans: &[WavePiece],
 ) -> Vec<SwitchingSurface> {
     let mut all = Vec::new();
-    for (at, element) in model.elements.iter().enumerate() {
-        match (&element.law, regime.states[at]) {
+    for (at, branch) in model.elements.iter().enumerate() {
+        match (&branch.law, regime.states[at]) {
             (ForceLaw::Contact(contact), ElementState::Contact(state, _)) => {
                 let count = contact.switching_functions(state, 1.0).len();
                 all.extend((0..count).map(|which| SwitchingSurface::Contact(at, which)));
@@ -237,7 +237,7 @@ impl SwitchingSurface {
             SwitchingSurface::SlipReversal(branch) => {
                 let (_, rate) = deflection(branch);
                 let sign = match regime.states[branch] {
-                    ElementState::Friction(state) => state.sign(),
+                    ElementState::Friction(slip) => slip.sign(),
                     _ => 0.0,
                 };
                 (
@@ -245,26 +245,26 @@ impl SwitchingSurface {
                     rounding_scale(&model.elements[branch].direction, v),
                 )
             }
-            SwitchingSurface::Breakaway(branch, state) => {
+            SwitchingSurface::Breakaway(branch, slip) => {
                 let dry = model.friction_at(branch, Some(regime), t, y);
-                let breakaway = dry.map_or(f64::INFINITY, |law| law.breakaway);
+                let breakaway = dry.map_or(f64::INFINITY, |friction| friction.breakaway);
                 let held = model.friction_force(regime, t, y, branch);
                 (
-                    breakaway - state.sign() * held,
+                    breakaway - slip.sign() * held,
                     1e2 * (breakaway + held.abs()),
                 )
             }
             SwitchingSurface::PieceEnd(at, up) => {
-                let piece = &spans[at];
-                let Some(wave) = periodic(&model.elements[piece.branch], piece.kind) else {
+                let span = &spans[at];
+                let Some(wave) = periodic(&model.elements[span.branch], span.kind) else {
                     return (f64::INFINITY, 0.0);
                 };
                 let psi = wave.phase.phase_at(t, q);
                 let left = match up {
-                    true => piece.turn + wave.edge(piece.piece + 1) - psi,
-                    false => psi - piece.turn - wave.edge(piece.piece),
+                    true => span.turn + wave.edge(span.piece + 1) - psi,
+                    false => psi - span.turn - wave.edge(span.piece),
                 };
-                (left, psi.abs() + piece.turn.abs() + 1.0)
+                (left, psi.abs() + span.turn.abs() + 1.0)
             }
         }
     }

@@ -32,12 +32,12 @@ pub fn add_harmonic(series: &mut [f64], h: &Harmonic, middle: f64, half: f64) {
 }
 
 /// Adds a wave at imposed speed, on the piece that carries it at the middle.
-pub fn add_wave(series: &mut [f64], function: &PeriodicFunction, middle: f64, half: f64) {
-    let WavePhase::Imposed { omega, start } = function.phase else {
+pub fn add_wave(series: &mut [f64], wave: &PeriodicFunction, middle: f64, half: f64) {
+    let WavePhase::Imposed { omega, start } = wave.phase else {
         return;
     };
     let angle = omega * middle + start;
-    match &function.waveform {
+    match &wave.waveform {
         Waveform::Fourier { mean, terms } => {
             series[0] += mean;
             for &(n, a, phi) in terms {
@@ -88,7 +88,7 @@ pub struct TimeVaryingModel<'a> {
     pub half: f64,
 }
 
-/// `F = κ(σ) (constant + deflection δ) + rate δ̇ + own + series`.
+/// `F = κ(σ) (constant + deflection δ) + rate δ̇ + own + inner`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TimeVaryingElement {
     /// κ; empty: one.
@@ -97,7 +97,7 @@ pub struct TimeVaryingElement {
     deflection: f64,
     rate: f64,
     own: f64,
-    series: InternalSeries,
+    inner: InternalSeries,
 }
 
 /// `F ∋ sign z`, `ż = gain · (w·v − ė) + constant − z/lag`.
@@ -112,9 +112,9 @@ struct InternalSeries {
 
 impl TimeVaryingElement {
     /// A branch in a stand; none where its law is not linear there.
-    pub fn new(element: &ForceElement, state: Option<ContactState>) -> Option<TimeVaryingElement> {
+    pub fn new(branch: &ForceElement, state: Option<ContactState>) -> Option<TimeVaryingElement> {
         let plain = TimeVaryingElement::default();
-        match (&element.law, state) {
+        match (&branch.law, state) {
             (ForceLaw::Linear { stiffness, damping }, _) => Some(TimeVaryingElement {
                 deflection: *stiffness,
                 rate: *damping,
@@ -143,7 +143,7 @@ impl TimeVaryingElement {
                 },
                 _,
             ) => Some(TimeVaryingElement {
-                series: InternalSeries {
+                inner: InternalSeries {
                     present: true,
                     sign: -1.0,
                     gain: -stall / idle / lag,
@@ -153,7 +153,7 @@ impl TimeVaryingElement {
                 ..plain
             }),
             (ForceLaw::Maxwell { stiffness, damping }, _) => Some(TimeVaryingElement {
-                series: InternalSeries {
+                inner: InternalSeries {
                     present: true,
                     sign: 1.0,
                     gain: *stiffness,
@@ -193,7 +193,7 @@ impl TimeVaryingElement {
 
 impl TimeVaryingModel<'_> {
     /// The motion from a state `[q, v, z]` at the middle: coefficients of `[q, z]`, order by order.
-    pub fn motion_series(&self, start: &[f64], series: &ForcingSeries, terms: usize) -> Vec<f64> {
+    pub fn motion_series(&self, start: &[f64], sources: &ForcingSeries, terms: usize) -> Vec<f64> {
         let (n, half) = (self.model.coordinate_count(), self.half);
         let rows = start.len() - n;
         let mut out = vec![0.0; terms * rows];
@@ -210,24 +210,24 @@ impl TimeVaryingModel<'_> {
             let mut inner_rates = Vec::new();
             g.fill(0.0);
             for (at, drive) in self.model.forces.iter().enumerate() {
-                let f = series.drive(at, k);
+                let f = sources.drive(at, k);
                 drive.direction.entries().for_each(|(i, a)| g[i] += a * f);
             }
             for (at, (b, held)) in self.model.elements.iter().zip(&self.branches).enumerate() {
-                let steady = f64::from(series.steady && k == 0);
-                let delta = b.direction.dot(&now[..n]) - series.error(at, k);
-                let error_rate = (k + 1) as f64 / half * series.error(at, k + 1);
+                let steady = f64::from(sources.steady && k == 0);
+                let delta = b.direction.dot(&now[..n]) - sources.error(at, k);
+                let error_rate = (k + 1) as f64 / half * sources.error(at, k + 1);
                 let rate = b.direction.dot(speed) - error_rate;
                 let history = &mut deltas[at * terms..(at + 1) * terms];
                 history[k] = steady * held.constant + held.deflection * delta;
                 let mut force =
                     held.times_stiffness(history, k) + held.rate * rate + steady * held.own;
-                if held.series.present {
+                if held.inner.present {
                     let z = now[n + inner_rates.len()];
-                    force += held.series.sign * z;
+                    force += held.inner.sign * z;
                     inner_rates.push(
-                        held.series.gain * rate + steady * held.series.constant
-                            - held.series.decay * z,
+                        held.inner.gain * rate + steady * held.inner.constant
+                            - held.inner.decay * z,
                     );
                 }
                 b.force_direction()

@@ -154,16 +154,16 @@ mod tests {
     #[test]
     fn law_rows_one_by_one() {
         let mut rng = fastrand::Rng::with_seed(7);
-        let mut incremental_qr = IncrementalQr::new(4);
+        let mut triangle = IncrementalQr::new(4);
         let mut gram = Matrix::zeros(3, 3);
         for _ in 0..1000 {
             let a = [rng.f64(), rng.f64() - 0.5, rng.f64() * 2.0];
-            incremental_qr.push(&[a[0], a[1], a[2], 2.0 * a[0] - 3.0 * a[1] + 0.5 * a[2]]);
+            triangle.push(&[a[0], a[1], a[2], 2.0 * a[0] - 3.0 * a[1] + 0.5 * a[2]]);
             for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
                 gram[(i, j)] += a[i] * a[j];
             }
         }
-        let found = solve_from_r(&incremental_qr.finish()).unwrap();
+        let found = solve_from_r(&triangle.finish()).unwrap();
         for (x, expected) in found.solution.iter().zip([2.0, -3.0, 0.5]) {
             assert!((x - expected).abs() < 1e-13);
         }
@@ -175,9 +175,9 @@ mod tests {
 
     #[test]
     fn refuses_a_repeated_column() {
-        let mut incremental_qr = IncrementalQr::new(3);
-        (0..10).for_each(|i| incremental_qr.push(&[f64::from(i), 2.0 * f64::from(i), 1.0]));
-        let error = solve_from_r(&incremental_qr.finish()).unwrap_err();
+        let mut triangle = IncrementalQr::new(3);
+        (0..10).for_each(|i| triangle.push(&[f64::from(i), 2.0 * f64::from(i), 1.0]));
+        let error = solve_from_r(&triangle.finish()).unwrap_err();
         assert_eq!(error.code, Code::IllPosed);
     }
 

@@ -64,7 +64,7 @@ pub struct Forest {
     /// Stiffness to ground, per position.
     pub(super) ground: Vec<f64>,
     pub(super) trees: Vec<Tree>,
-    pub(super) springs: Vec<ClosingSpring>,
+    pub(super) loops: Vec<ClosingSpring>,
     /// How the tree turns without deforming, 1 at its root; per position.
     pub(super) rigid_shape: Vec<f64>,
 }
@@ -122,17 +122,17 @@ impl Forest {
     }
 
     fn from_parts(
-        first_tree: BreadthFirstTree,
+        hanging: BreadthFirstTree,
         edges: &[Edge],
         in_tree: &[bool],
         ground: &[f64],
     ) -> Forest {
         let BreadthFirstTree {
             order,
-            edges: tree_edges,
+            edges: links,
             roots,
             turning,
-        } = first_tree;
+        } = hanging;
         let n = order.len();
         let mut position = vec![0; n];
         for (at, &i) in order.iter().enumerate() {
@@ -152,10 +152,10 @@ impl Forest {
         }
         let mut forest = Forest {
             order,
-            edges: tree_edges,
+            edges: links,
             ground,
             trees,
-            springs: Vec::new(),
+            loops: Vec::new(),
             rigid_shape: turning,
         };
         for (edge, _) in edges.iter().zip(in_tree).filter(|(_, kept)| !**kept) {
@@ -164,7 +164,7 @@ impl Forest {
                 let tree = forest.trees.partition_point(|t| t.end <= closing.apex);
                 forest.trees[tree].locked |= !forest.trees[tree].grounded;
             }
-            forest.springs.push(closing);
+            forest.loops.push(closing);
         }
         forest
     }
@@ -176,9 +176,9 @@ impl Forest {
         while at[0].0 != at[1].0 {
             let lower = if at[0].0 > at[1].0 { 0 } else { 1 }; // parents come first: the later one is not the apex
             let (node, factor) = at[lower];
-            let Some(edge) = self.edges[node] else { break };
-            along.push((node, factor / edge.c));
-            at[lower] = (edge.parent, -factor * edge.a / edge.c);
+            let Some(link) = self.edges[node] else { break };
+            along.push((node, factor / link.c));
+            at[lower] = (link.parent, -factor * link.a / link.c);
         }
         let slip = at[0].1 + at[1].1;
         let slip = if slip.abs() <= SAME_RATIO * (at[0].1.abs() + at[1].1.abs()) {
@@ -207,7 +207,7 @@ impl Forest {
 
     /// How many springs close loops.
     pub fn n_loops(&self) -> usize {
-        self.springs.len()
+        self.loops.len()
     }
 
     /// The motions that deform no spring: one for each tree that neither ground nor contradicting ratios hold.
@@ -247,7 +247,7 @@ impl BreadthFirstTree {
         root: impl Fn(&[f64], &[usize]) -> usize,
     ) -> BreadthFirstTree {
         let neighbours = Neighbours::new(n, edges, used);
-        let mut tree = BreadthFirstTree {
+        let mut hanging = BreadthFirstTree {
             order: Vec::with_capacity(n),
             edges: Vec::with_capacity(n),
             roots: Vec::new(),
@@ -259,21 +259,21 @@ impl BreadthFirstTree {
             if round[first] > 0 {
                 continue;
             }
-            let start = tree.order.len();
-            tree.walk(first, 1, &neighbours, edges, &mut round);
-            for at in start..tree.order.len() {
-                by_freedom[tree.order[at]] = tree.turning[at];
+            let start = hanging.order.len();
+            hanging.walk(first, 1, &neighbours, edges, &mut round);
+            for at in start..hanging.order.len() {
+                by_freedom[hanging.order[at]] = hanging.turning[at];
             }
-            let chosen = root(&by_freedom, &tree.order[start..]);
+            let chosen = root(&by_freedom, &hanging.order[start..]);
             if chosen != first {
-                tree.order.truncate(start);
-                tree.edges.truncate(start);
-                tree.turning.truncate(start);
-                tree.walk(chosen, 2, &neighbours, edges, &mut round);
+                hanging.order.truncate(start);
+                hanging.edges.truncate(start);
+                hanging.turning.truncate(start);
+                hanging.walk(chosen, 2, &neighbours, edges, &mut round);
             }
-            tree.roots.push(start);
+            hanging.roots.push(start);
         }
-        tree
+        hanging
     }
 
     fn walk(

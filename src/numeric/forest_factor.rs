@@ -29,7 +29,7 @@ pub struct ForestFactor<'f> {
     flexibility: Vec<f64>,
     /// `−a c k / (d + k c²)`: what a force on the child is on the parent.
     ratio: Vec<f64>,
-    correction: Option<LoopCorrection>,
+    closed: Option<LoopCorrection>,
     negative: usize,
     smallest: f64,
 }
@@ -79,7 +79,7 @@ impl<'f> ForestFactor<'f> {
             stiffness: forest.ground.clone(),
             flexibility: vec![0.0; n],
             ratio: vec![0.0; n],
-            correction: None,
+            closed: None,
             negative: 0,
             smallest: 1.0,
             inertial,
@@ -89,16 +89,16 @@ impl<'f> ForestFactor<'f> {
             .zip(&this.inertial)
             .for_each(|(d, s)| *d += s);
         this.pivot();
-        if !forest.springs.is_empty() {
-            let correction = this.factor_loops();
-            this.negative = this.negative.saturating_sub(correction.negative);
-            this.correction = Some(correction);
+        if !forest.loops.is_empty() {
+            let closed = this.factor_loops();
+            this.negative = this.negative.saturating_sub(closed.negative);
+            this.closed = Some(closed);
         }
         this
     }
 
     fn pivot(&mut self) {
-        let floor = if self.forest.springs.is_empty() {
+        let floor = if self.forest.loops.is_empty() {
             MIN_PIVOT
         } else {
             MIN_PIVOT_WITH_LOOPS
@@ -150,7 +150,7 @@ impl<'f> ForestFactor<'f> {
     /// The small matrix of the loops: symmetric, `[k⁻¹ + wᵀA⁻¹w, −G; −Gᵀ, 0]` with G the slip of each locked tree.
     fn factor_loops(&self) -> LoopCorrection {
         let forest = self.forest;
-        let p = forest.springs.len();
+        let p = forest.loops.len();
         let locked: Vec<usize> = match self.inertial.is_empty() {
             true => (0..forest.trees.len())
                 .filter(|&t| forest.trees[t].locked)
@@ -159,11 +159,11 @@ impl<'f> ForestFactor<'f> {
         };
         let mut small = Matrix::zeros(p + locked.len(), p + locked.len());
         let (mut x, mut links) = (vec![0.0; forest.len()], vec![0.0; forest.len()]);
-        for (col, closing) in forest.springs.iter().enumerate() {
+        for (col, closing) in forest.loops.iter().enumerate() {
             x.fill(0.0);
             closing.ends.iter().for_each(|&(at, w)| x[at] += w);
             self.solve_forest(&mut x, &mut links);
-            for (row, other) in forest.springs.iter().enumerate() {
+            for (row, other) in forest.loops.iter().enumerate() {
                 small[(row, col)] = other.deformation(&x, &links);
             }
             small[(col, col)] += 1.0 / closing.k;
@@ -223,9 +223,9 @@ impl<'f> ForestFactor<'f> {
 
     /// The same at σ = 0 without refinement, and twice the strain energy `xᵀKx = Σ k δ²`, a sum without cancellation.
     pub fn solve_with_energy(&self, f: &mut [f64]) -> f64 {
-        let (x, deformation) = self.solve_closed(self.gather(f));
+        let (x, deformed) = self.solve_closed(self.gather(f));
         self.scatter(&x, f);
-        let in_links: f64 = deformation
+        let in_links: f64 = deformed
             .links
             .iter()
             .zip(&self.forest.edges)
@@ -236,10 +236,10 @@ impl<'f> ForestFactor<'f> {
             .zip(&self.forest.ground)
             .map(|(x, g)| g * x * x)
             .sum();
-        let in_loops: f64 = deformation
+        let in_loops: f64 = deformed
             .forces
             .iter()
-            .zip(&self.forest.springs)
+            .zip(&self.forest.loops)
             .map(|(force, l)| force * force / l.k)
             .sum();
         in_links + in_ground + in_loops
@@ -291,7 +291,7 @@ impl<'f> ForestFactor<'f> {
     fn solve_closed(&self, mut load: Vec<f64>) -> (Vec<f64>, SpringDeformation) {
         let forest = self.forest;
         let mut links = vec![0.0; load.len()];
-        let Some(correction) = &self.correction else {
+        let Some(closed) = &self.closed else {
             self.solve_forest(&mut load, &mut links);
             return (
                 load,
@@ -301,31 +301,31 @@ impl<'f> ForestFactor<'f> {
                 },
             );
         };
-        let p = forest.springs.len();
+        let p = forest.loops.len();
         let mut open = load.clone();
         self.solve_forest(&mut open, &mut links);
-        let mut right = Matrix::zeros(correction.scale.len(), 1);
-        for (row, closing) in forest.springs.iter().enumerate() {
-            right[(row, 0)] = correction.scale[row] * closing.deformation(&open, &links);
+        let mut right = Matrix::zeros(closed.scale.len(), 1);
+        for (row, closing) in forest.loops.iter().enumerate() {
+            right[(row, 0)] = closed.scale[row] * closing.deformation(&open, &links);
         }
-        for (t, &tree) in correction.locked.iter().enumerate() {
+        for (t, &tree) in closed.locked.iter().enumerate() {
             let span = forest.trees[tree].start..forest.trees[tree].end;
             let work: f64 = span.map(|at| forest.rigid_shape[at] * load[at]).sum();
-            right[(p + t, 0)] = -correction.scale[p + t] * work;
+            right[(p + t, 0)] = -closed.scale[p + t] * work;
         }
-        let unknown = correction.factor.solve(&right);
+        let unknown = closed.factor.solve(&right);
         let forces: Vec<f64> = (0..p)
-            .map(|row| correction.scale[row] * unknown[(row, 0)])
+            .map(|row| closed.scale[row] * unknown[(row, 0)])
             .collect();
-        for (closing, force) in forest.springs.iter().zip(&forces) {
+        for (closing, force) in forest.loops.iter().zip(&forces) {
             closing
                 .ends
                 .iter()
                 .for_each(|&(at, w)| load[at] -= w * force);
         }
         self.solve_forest(&mut load, &mut links);
-        for (t, &tree) in correction.locked.iter().enumerate() {
-            let turn = correction.scale[p + t] * unknown[(p + t, 0)];
+        for (t, &tree) in closed.locked.iter().enumerate() {
+            let turn = closed.scale[p + t] * unknown[(p + t, 0)];
             (forest.trees[tree].start..forest.trees[tree].end)
                 .for_each(|at| load[at] += turn * forest.rigid_shape[at]);
         }
@@ -342,7 +342,7 @@ impl<'f> ForestFactor<'f> {
             residual[link.parent] -= link.a * force;
             residual[at] -= link.c * force;
         }
-        for closing in &forest.springs {
+        for closing in &forest.loops {
             let force = closing.k * closing.ends.iter().map(|&(at, w)| w * x[at]).sum::<f64>();
             closing
                 .ends

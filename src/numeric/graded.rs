@@ -38,9 +38,9 @@ pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
     let rows = (0..a.nrows())
         .map(|i| (0..n).map(|j| a[(i, j)] / scale).collect())
         .collect();
-    let ldu = rank_revealing_ldu(rows, rank.unwrap_or(n));
+    let revealed = rank_revealing_ldu(rows, rank.unwrap_or(n));
 
-    let mut turned = rows_of_product(&ldu, n);
+    let mut turned = rows_of_product(&revealed, n);
     let (lengths, sweeps) = orthogonalise(&mut turned)?;
     let mut by_value: Vec<usize> = (0..turned.len()).filter(|&i| lengths[i] > 0.0).collect();
     by_value.sort_by(|&i, &j| lengths[i].total_cmp(&lengths[j]));
@@ -49,7 +49,7 @@ pub fn svd(a: &Matrix, rank: Option<usize>) -> Result<GradedSvd, Error> {
         .map(|&i| turned[i].iter().map(|x| x / lengths[i]).collect())
         .collect();
 
-    let mut vectors = null_space(null_vectors(&ldu, n), &live, n);
+    let mut vectors = null_space(null_vectors(&revealed, n), &live, n);
     let mut values = vec![0.0; vectors.len()];
     vectors.extend(live);
     values.extend(by_value.iter().map(|&i| lengths[i] * scale));
@@ -90,14 +90,14 @@ fn middle_scale(a: &Matrix) -> f64 {
 }
 
 /// Rows of `R Πᵀ U`, where `L D Π = Q R`: what is left of `A = L D U` once Q, which turns no right vector, is dropped.
-fn rows_of_product(ldu: &RankRevealingLdu, n: usize) -> Vec<Vec<f64>> {
-    let rank = ldu.pivots.len();
-    let r = pivoted_qr(ldu.lower.clone(), rank, rank, 0.0);
+fn rows_of_product(revealed: &RankRevealingLdu, n: usize) -> Vec<Vec<f64>> {
+    let rank = revealed.pivots.len();
+    let r = pivoted_qr(revealed.lower.clone(), rank, rank, 0.0);
     let mut rows = vec![vec![0.0; n]; r.steps];
     for (column, &at) in r.columns.iter().zip(&r.order) {
         rows.iter_mut()
             .zip(column)
-            .for_each(|(row, x)| subtract(row, -x, &ldu.upper[at]));
+            .for_each(|(row, x)| subtract(row, -x, &revealed.upper[at]));
     }
     rows
 }
@@ -164,15 +164,20 @@ pub fn condense(a: &Matrix, first: usize) -> Result<StaticCondensation, Error> {
     let rank = held.steps;
     let singular = held.order[rank..].iter().min().copied();
 
-    let ldu = rank_revealing_ldu(
+    let revealed = rank_revealing_ldu(
         (0..a.nrows())
             .map(|i| (0..first).map(|j| a[(i, j)]).collect())
             .collect(),
         rank,
     );
-    let rank = ldu.pivots.len();
+    let rank = revealed.pivots.len();
     let reduced = pivoted_qr(
-        ldu.lower.iter().chain(&columns[first..]).cloned().collect(),
+        revealed
+            .lower
+            .iter()
+            .chain(&columns[first..])
+            .cloned()
+            .collect(),
         rank,
         rank,
         0.0,
@@ -187,7 +192,7 @@ pub fn condense(a: &Matrix, first: usize) -> Result<StaticCondensation, Error> {
             .iter()
             .zip(&reduced.order)
             .for_each(|(x, &at)| right[at] = -x);
-        let x = solve_upper(&ldu, vec![0.0; first], &right);
+        let x = solve_upper(&revealed, vec![0.0; first], &right);
         x.iter()
             .enumerate()
             .for_each(|(i, x)| recovery[(i, j)] = *x);

@@ -66,48 +66,47 @@ struct ConvergedPair {
 }
 
 /// The modes nearest σ without the rigid ones, or all where there are fewer.
-pub fn nearest_modes(problem: &LanczosProblem) -> Result<RitzPairs, Error> {
-    let wanted = problem
+pub fn nearest_modes(search: &LanczosProblem) -> Result<RitzPairs, Error> {
+    let wanted = search
         .n_modes
-        .min(problem.mass.len().saturating_sub(problem.rigid.len()));
-    let mut state = LanczosState {
-        problem,
+        .min(search.mass.len().saturating_sub(search.rigid.len()));
+    let mut work = LanczosState {
+        search,
         n_modes: wanted,
         fixed: Vec::new(),
-        pairs: Vec::new(),
+        modes: Vec::new(),
         steps: 0,
     };
-    for r in problem.rigid {
+    for r in search.rigid {
         let mut r = r.clone();
-        let norm = state.orthogonalise(&mut r, &[]);
-        state.fixed.push(normalised(r, norm));
+        let norm = work.orthogonalise(&mut r, &[]);
+        work.fixed.push(normalised(r, norm));
     }
     let most_runs = 20 + 3 * wanted;
     let (mut start, mut nothing_new) = (None, false);
     for run in 0..most_runs {
-        let counted = state.is_complete()?;
-        if counted == Some(true)
-            || (counted.is_none() && nothing_new && state.pairs.len() >= wanted)
+        let counted = work.is_complete()?;
+        if counted == Some(true) || (counted.is_none() && nothing_new && work.modes.len() >= wanted)
         {
-            return Ok(state.finish(run, counted == Some(true)));
+            return Ok(work.finish(run, counted == Some(true)));
         }
-        let begin = start.take().unwrap_or_else(|| state.random(run as u64));
-        let result = state.run(begin)?;
+        let begin = start.take().unwrap_or_else(|| work.random(run as u64));
+        let result = work.run(begin)?;
         if result.exhausted && result.modes.is_empty() {
-            return Ok(state.finish(run + 1, counted == Some(true)));
+            return Ok(work.finish(run + 1, counted == Some(true)));
         }
         nothing_new = result.nothing_new;
         start = result.restart;
         for (theta, vector) in result.modes {
-            state.accept_pair(theta, vector);
+            work.accept_pair(theta, vector);
         }
     }
-    let have = state.pairs.len();
+    let have = work.modes.len();
     Err(Error::new(
         Code::NoConvergence,
         format!(
             "Lanczos ended after {most_runs} runs and {} solves with {have} modes of {wanted} wanted",
-            state.steps
+            work.steps
         ),
     ))
 }
@@ -123,19 +122,19 @@ struct RunResult {
 }
 
 struct LanczosState<'a> {
-    problem: &'a LanczosProblem<'a>,
+    search: &'a LanczosProblem<'a>,
     /// No more than there can be.
     n_modes: usize,
     /// Rigid motions, then modes, all M-orthonormal.
     fixed: Vec<Vec<f64>>,
-    pairs: Vec<ConvergedPair>,
+    modes: Vec<ConvergedPair>,
     steps: usize,
 }
 
 impl LanczosState<'_> {
     fn mass_times(&self, x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; x.len()];
-        self.problem.mass.mul_vec(x, &mut y);
+        self.search.mass.mul_vec(x, &mut y);
         y
     }
 
@@ -155,7 +154,7 @@ impl LanczosState<'_> {
                 .chain(basis)
                 .zip(&factors)
                 .for_each(|(v, &factor)| axpy(x, -factor, v));
-            self.problem.mass.mul_vec(x, &mut mx);
+            self.search.mass.mul_vec(x, &mut mx);
             let left = dot(x, &mx).max(0.0).sqrt();
             if left > REORTHOGONALISE_BELOW * norm || left == 0.0 {
                 return left;
@@ -174,11 +173,11 @@ impl LanczosState<'_> {
             state ^= state << 17;
             (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
         };
-        let mut x: Vec<f64> = (0..self.problem.mass.len()).map(number).collect();
+        let mut x: Vec<f64> = (0..self.search.mass.len()).map(number).collect();
         let norm = self.orthogonalise(&mut x, &[]);
         self.steps += 1;
         let mut x = self.mass_times(&normalised(x, norm));
-        self.problem.inverse.solve(&mut x);
+        self.search.inverse.solve(&mut x);
         x
     }
 
@@ -207,7 +206,7 @@ impl LanczosState<'_> {
             let j = basis.len() - 1;
             let mv = self.mass_times(&basis[j]);
             let mut w = mv.clone();
-            self.problem.inverse.solve(&mut w);
+            self.search.inverse.solve(&mut w);
             self.steps += 1;
             alpha.push(dot(&w, &mv));
             axpy(&mut w, -alpha[j], &basis[j]);
@@ -271,7 +270,7 @@ impl LanczosState<'_> {
             .iter()
             .take_while(|&&i| ready(i) && theta(i).abs() > MIN_THETA_RATIO * largest)
             .count();
-        let wanted = self.n_modes.saturating_sub(self.pairs.len());
+        let wanted = self.n_modes.saturating_sub(self.modes.len());
         let cutoff = self.cutoff();
         let nothing_new = n_ready > 0 && largest < cutoff;
         let passed = |i: usize| theta(i).abs() < cutoff;
@@ -322,9 +321,9 @@ impl LanczosState<'_> {
 
     fn distances(&self) -> Vec<f64> {
         let mut distances: Vec<f64> = self
-            .pairs
+            .modes
             .iter()
-            .map(|m| (m.value - self.problem.inverse.shift()).abs())
+            .map(|m| (m.value - self.search.inverse.shift()).abs())
             .collect();
         distances.sort_by(f64::total_cmp);
         distances
@@ -334,9 +333,9 @@ impl LanczosState<'_> {
     fn accept_pair(&mut self, theta: f64, vector: Vec<f64>) {
         let f = self.mass_times(&vector);
         let mut y = f.clone();
-        let energy = self.problem.inverse.solve_with_energy(&mut y);
+        let energy = self.search.inverse.solve_with_energy(&mut y);
         if energy.is_none() {
-            self.problem.inverse.solve(&mut y);
+            self.search.inverse.solve(&mut y);
         }
         self.steps += 1;
         let work = dot(&f, &y);
@@ -347,11 +346,11 @@ impl LanczosState<'_> {
         let norm = self.orthogonalise(&mut y, &[]);
         let value = match energy {
             Some(energy) => (energy - of_others) / (norm * norm),
-            None => self.problem.inverse.shift() + work / (norm * norm),
+            None => self.search.inverse.shift() + work / (norm * norm),
         };
         let vector = normalised(y, norm);
         self.fixed.push(vector.clone());
-        self.pairs.push(ConvergedPair {
+        self.modes.push(ConvergedPair {
             value,
             vector,
             residual,
@@ -361,13 +360,13 @@ impl LanczosState<'_> {
     /// The part of `yᵀKy` that modes already found have in it by rounding.
     fn energy_of_modes(&self, y: &[f64]) -> f64 {
         let my = self.mass_times(y);
-        let part = |pair: &ConvergedPair| pair.value * dot(&pair.vector, &my).powi(2);
-        self.pairs.iter().map(part).sum()
+        let part = |mode: &ConvergedPair| mode.value * dot(&mode.vector, &my).powi(2);
+        self.modes.iter().map(part).sum()
     }
 
     /// Whether no mode among the wanted is missing; none without a count.
     fn is_complete(&self) -> Result<Option<bool>, Error> {
-        let Some(count) = self.problem.count else {
+        let Some(count) = self.search.count else {
             return Ok(None);
         };
         if self.n_modes == 0 {
@@ -377,7 +376,7 @@ impl LanczosState<'_> {
         let Some(&last) = distances.get(self.n_modes - 1) else {
             return Ok(Some(false));
         };
-        let shift = self.problem.inverse.shift();
+        let shift = self.search.inverse.shift();
         let reach = last + SAME_VALUE * (last + shift.abs());
         let inside = distances.iter().filter(|d| **d <= reach).count();
         let below = shift - reach;
@@ -385,20 +384,20 @@ impl LanczosState<'_> {
             + if below > 0.0 {
                 count(below)?
             } else {
-                self.problem.rigid.len()
+                self.search.rigid.len()
             };
         Ok(Some(count(shift + reach)? <= known))
     }
 
     fn finish(self, runs: usize, counted: bool) -> RitzPairs {
-        let shift = self.problem.inverse.shift();
-        let mut pairs = self.pairs;
-        pairs.sort_by(|a, b| (a.value - shift).abs().total_cmp(&(b.value - shift).abs()));
-        pairs.truncate(self.n_modes);
-        pairs.sort_by(|a, b| a.value.total_cmp(&b.value));
-        let values = pairs.iter().map(|m| m.value).collect();
-        let residuals = pairs.iter().map(|m| m.residual).collect();
-        let vectors = pairs.into_iter().map(|m| m.vector).collect();
+        let shift = self.search.inverse.shift();
+        let mut modes = self.modes;
+        modes.sort_by(|a, b| (a.value - shift).abs().total_cmp(&(b.value - shift).abs()));
+        modes.truncate(self.n_modes);
+        modes.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let values = modes.iter().map(|m| m.value).collect();
+        let residuals = modes.iter().map(|m| m.residual).collect();
+        let vectors = modes.into_iter().map(|m| m.vector).collect();
         RitzPairs {
             values,
             vectors,

@@ -79,11 +79,11 @@ pub(super) fn pivoted_qr(
 }
 
 /// `R₁₁⁻¹ R₁₂`: one column for every pivoted column from `from` on, entry i belonging to pivoted column i.
-pub(super) fn back_substitute(reduced: &PivotedQr, from: usize) -> Vec<Vec<f64>> {
-    let r = &reduced.columns;
+pub(super) fn back_substitute(model: &PivotedQr, from: usize) -> Vec<Vec<f64>> {
+    let r = &model.columns;
     let solve = |right: &Vec<f64>| {
-        let mut x = right[..reduced.steps].to_vec();
-        for j in (0..reduced.steps).rev() {
+        let mut x = right[..model.steps].to_vec();
+        for j in (0..model.steps).rev() {
             x[j] /= r[j][j];
             let (above, at) = x.split_at_mut(j);
             subtract(above, at[0], &r[j][..j]);
@@ -152,13 +152,11 @@ mod tests {
             vec![0.0, 4.0, -1.0, 2.0],
             vec![2.0, 2.0, 7.0, -1.0],
         ];
-        let reduced = pivoted_qr(a.clone(), 3, 3, 0.0);
+        let model = pivoted_qr(a.clone(), 3, 3, 0.0);
         for i in 0..3 {
             for j in 0..3 {
-                let before = dot(&a[reduced.order[i]], &a[reduced.order[j]]);
-                assert!(
-                    (dot(&reduced.columns[i], &reduced.columns[j]) - before).abs() < 1e-14 * 60.0
-                );
+                let before = dot(&a[model.order[i]], &a[model.order[j]]);
+                assert!((dot(&model.columns[i], &model.columns[j]) - before).abs() < 1e-14 * 60.0);
             }
         }
     }
@@ -166,12 +164,12 @@ mod tests {
     /// A dependent column ends the reduction.
     #[test]
     fn exact_rank_one() {
-        let reduced = pivoted_qr(
+        let model = pivoted_qr(
             vec![vec![1.0, 2.0], vec![2.0, 4.0]],
             2,
             2,
             4.0 * f64::EPSILON,
         );
-        assert_eq!(reduced.steps, 1);
+        assert_eq!(model.steps, 1);
     }
 }

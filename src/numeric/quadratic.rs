@@ -101,22 +101,22 @@ impl QuadraticEigenproblem {
     }
 
     /// Relative change of λ per relative change of every entry: `|yᵀ| |Q| |x| / (|λ| |yᵀ Q′ x|)`.
-    pub fn condition(&self, eigenpair: &QuadraticEigenpair) -> f64 {
-        let slope = self.derivative_times(eigenpair.value, &eigenpair.right, false);
-        let bottom: Complex = eigenpair
+    pub fn condition(&self, root: &QuadraticEigenpair) -> f64 {
+        let slope = self.derivative_times(root.value, &root.right, false);
+        let bottom: Complex = root
             .left_vector
             .iter()
             .zip(&slope)
             .map(|(y, s)| y * s)
             .sum();
-        let size = self.term_magnitudes(eigenpair.value, &eigenpair.right);
-        let top: f64 = eigenpair
+        let size = self.term_magnitudes(root.value, &root.right);
+        let top: f64 = root
             .left_vector
             .iter()
             .zip(&size)
             .map(|(y, s)| y.norm() * s)
             .sum();
-        top / (eigenpair.value.norm() * bottom.norm())
+        top / (root.value.norm() * bottom.norm())
     }
 
     /// `Q′(λ) x = (2λ J + C) x`, or with the transpose of Q.

@@ -52,15 +52,15 @@ impl<'f> ShiftedForest<'f> {
 
     /// `K − σM` of a forest, with σ moved by some 1e-7 of itself where it falls on an eigenvalue.
     pub fn shifted(forest: &'f Forest, mass: &[f64], sigma: f64) -> ShiftedForest<'f> {
-        let mut shifted_forest = ShiftedForest(forest.factorise_shifted(mass, sigma), sigma);
+        let mut shifted = ShiftedForest(forest.factorise_shifted(mass, sigma), sigma);
         for attempt in 0..MAX_SHIFT_RETRIES {
-            if shifted_forest.0.smallest_pivot() > MIN_RELATIVE_PIVOT {
+            if shifted.0.smallest_pivot() > MIN_RELATIVE_PIVOT {
                 break;
             }
             let moved = sigma * (1.0 + SHIFT_PERTURBATION * (1 << attempt) as f64);
-            shifted_forest = ShiftedForest(forest.factorise_shifted(mass, moved), moved);
+            shifted = ShiftedForest(forest.factorise_shifted(mass, moved), moved);
         }
-        shifted_forest
+        shifted
     }
 }
 

@@ -33,17 +33,17 @@ pub struct ModesResult {
     /// The modes, by rising |λ|.
     pub modes: Vec<Mode>,
     /// Their energies.
-    pub shares: Vec<EnergyShares>,
+    pub energies: Vec<EnergyShares>,
     /// Their sensitivities, where they are real.
     pub sensitivities: Option<Vec<Vec<FrequencySensitivity>>>,
     /// Mean speeds, rad/s by degree of freedom, where a speed was asked for.
     pub speeds: Option<Vec<f64>>,
     /// Modes over speed, where asked for.
-    pub diagram: Option<CampbellDiagram>,
+    pub campbell: Option<CampbellDiagram>,
     /// The state-space form, where asked for, and how far each mode takes part in it.
     pub state_space: Option<(StateSpace, Vec<ModalParticipation>)>,
     /// The reduced machine, where asked for.
-    pub result: Option<ReductionResult>,
+    pub reduction: Option<ReductionResult>,
     /// The modes are complex: shapes have phases.
     pub complex: bool,
     /// Stages that ran, with seconds.
@@ -150,12 +150,12 @@ impl ModesResult {
     fn empty_result(diagnostics: Vec<Diagnostic>) -> ModesResult {
         ModesResult {
             modes: Vec::new(),
-            shares: Vec::new(),
+            energies: Vec::new(),
             sensitivities: None,
             speeds: None,
-            diagram: None,
+            campbell: None,
             state_space: None,
-            result: None,
+            reduction: None,
             complex: false,
             trace: Vec::new(),
             diagnostics,
@@ -194,7 +194,7 @@ impl ModesRun<'_> {
                     model: linear,
                     ..
                 } = self.machine;
-                self.result.shares = self
+                self.result.energies = self
                     .result
                     .modes
                     .iter()
@@ -332,7 +332,7 @@ impl ModesRun<'_> {
                 hint,
             });
         }
-        self.result.diagram = Some(found);
+        self.result.campbell = Some(found);
         Ok(())
     }
 
@@ -430,7 +430,7 @@ impl ModesRun<'_> {
             .copied()
             .take(omega.len())
             .collect();
-        self.result.result = Some(ReductionResult {
+        self.result.reduction = Some(ReductionResult {
             model,
             omega,
             full,

@@ -48,7 +48,7 @@ struct OnlineOrders {
 
 struct AngleBuffer {
     shafts: [String; 2],
-    train: GearTrain,
+    teeth: GearTrain,
     angles: VecDeque<[f64; 2]>,
     max_rows: usize,
     left: bool,
@@ -102,7 +102,7 @@ impl OnlineAnalysis {
                 };
                 Some(AngleBuffer {
                     shafts: shafts.clone(),
-                    train: GearTrain::parse(teeth)?,
+                    teeth: GearTrain::parse(teeth)?,
                     angles: VecDeque::new(),
                     max_rows: ROWS,
                     left: false,
@@ -159,21 +159,21 @@ impl OnlineAnalysis {
             .iter()
             .flat_map(|one| one.evaluate(model, None, t, y));
         let mut next = || beside.next().unwrap_or(f64::NAN);
-        if let Some(orders) = &mut self.track {
-            orders.demodulator.push(t, next(), next(), values)?;
+        if let Some(followed) = &mut self.track {
+            followed.demodulator.push(t, next(), next(), values)?;
         }
-        if let Some(buffer) = &mut self.te {
-            if buffer.angles.len() == buffer.max_rows {
-                buffer.angles.pop_front();
-                buffer.left = true;
+        if let Some(rows) = &mut self.te {
+            if rows.angles.len() == rows.max_rows {
+                rows.angles.pop_front();
+                rows.left = true;
             }
-            buffer.angles.push_back([next(), next()]);
+            rows.angles.push_back([next(), next()]);
         }
-        if let Some(spectra) = &mut self.spectra {
-            let lists = spectra.chunk.iter_mut().zip(values);
+        if let Some(averages) = &mut self.spectra {
+            let lists = averages.chunk.iter_mut().zip(values);
             lists.for_each(|(list, x)| list.push(*x));
-            if spectra.chunk.first().is_some_and(|c| c.len() == CHUNK) {
-                spectra.flush_chunk();
+            if averages.chunk.first().is_some_and(|c| c.len() == CHUNK) {
+                averages.flush_chunk();
             }
         }
         self.max_rows = self.max_rows.max(self.stored_values());
@@ -190,8 +190,8 @@ impl OnlineAnalysis {
         if let Some(te) = &mut self.te {
             te.max_rows = rows;
         }
-        if let Some(orders) = &mut self.track {
-            orders.demodulator.limit_points(points);
+        if let Some(followed) = &mut self.track {
+            followed.demodulator.limit_points(points);
         }
     }
 
@@ -220,23 +220,23 @@ impl OnlineAnalysis {
             te: None,
             diagnostics: Vec::new(),
         };
-        if let Some(mut online_spectra) = self.spectra {
-            online_spectra.flush_chunk();
-            result.spectra = match online_spectra.estimator.finish() {
+        if let Some(mut averages) = self.spectra {
+            averages.flush_chunk();
+            result.spectra = match averages.estimator.finish() {
                 Ok(spectra) => Some(spectra),
                 Err(_) if interrupted => None,
                 Err(error) => return Err(error),
             };
         }
-        if let Some(online_orders) = self.track {
-            let demodulated_orders = online_orders.demodulator.finish();
-            if demodulated_orders.points.is_empty() || demodulated_orders.skipped_windows > 0 {
+        if let Some(followed) = self.track {
+            let tracks = followed.demodulator.finish();
+            if tracks.points.is_empty() || tracks.skipped_windows > 0 {
                 diagnostics.push(Diagnostic {
                     code: "track-coarse",
-                    message: match demodulated_orders.skipped_windows {
+                    message: match tracks.skipped_windows {
                         0 => format!(
                             "{} turns too little for one point of the orders",
-                            online_orders.node
+                            followed.node
                         ),
                         n => format!(
                             "{n} points of the orders fell out: too few samples in their turns"
@@ -245,22 +245,22 @@ impl OnlineAnalysis {
                     hint: Some("ask for more --samples, a longer motion or other --turns".into()),
                 });
             }
-            result.tracks = Some((online_orders.node, demodulated_orders));
+            result.tracks = Some((followed.node, tracks));
         }
-        if let Some(buffer) = self.te {
-            if buffer.left {
+        if let Some(rows) = self.te {
+            if rows.left {
                 diagnostics.push(Diagnostic {
                     code: "te-latest",
                     message: format!(
                         "the transmission error is that of the last {} samples: no more are kept",
-                        buffer.angles.len()
+                        rows.angles.len()
                     ),
                     hint: None,
                 });
             }
-            let train = buffer.train.clone();
-            result.te = match buffer.evaluate_encoders(self.rate_hz) {
-                Ok(record) => Some((record, train)),
+            let teeth = rows.teeth.clone();
+            result.te = match rows.evaluate_encoders(self.rate_hz) {
+                Ok(record) => Some((record, teeth)),
                 Err(_) if interrupted => None,
                 Err(error) => return Err(error),
             };
@@ -311,7 +311,7 @@ impl AngleBuffer {
             input: vec!["input".into()],
             output: vec!["output".into()],
             index: [None, None],
-            train: self.train,
+            teeth: self.teeth,
             lines: None,
             counts_per_line: 1,
             pulse_times: false,
@@ -322,11 +322,11 @@ impl AngleBuffer {
             radius: None,
             pressure_angle: None,
         };
-        let recordings = EncoderRecordings {
+        let read = EncoderRecordings {
             input: &recording,
             output: &recording,
             index: [None, None],
         };
-        evaluate_encoders(recordings, &study, None)
+        evaluate_encoders(read, &study, None)
     }
 }

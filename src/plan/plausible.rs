@@ -45,9 +45,9 @@ fn warning(code: &'static str, message: String, hint: &str) -> Diagnostic {
 /// Modules, and mesh stiffnesses against them.
 fn modules(model: &Model) -> Vec<Diagnostic> {
     let pairs = model.gear_pairs.iter();
-    let pairs = pairs.map(|p| (p.name.text.clone(), p.module, p.parameters.stiffness));
+    let pairs = pairs.map(|p| (p.name.text.clone(), p.module, p.contact.stiffness));
     let worms = model.worm_pairs.iter();
-    let worms = worms.map(|p| (p.name.text.clone(), p.module, p.parameters.stiffness));
+    let worms = worms.map(|p| (p.name.text.clone(), p.module, p.contact.stiffness));
     let stages = model.planetaries.iter().flat_map(|p| {
         let module = match p.size {
             PlanetaryGeometry::Teeth { module, .. } => module,
@@ -115,7 +115,7 @@ fn ratios(machine: &Machine) -> Vec<Diagnostic> {
     let branches = machine.branches.iter().enumerate();
     let large = branches.filter_map(|(at, b)| match b.law {
         BranchLaw::Linear {
-            damping: BranchDamping::Ratio(ratio),
+            loss: BranchDamping::Ratio(ratio),
             ..
         } if ratio > RATIO => Some((at, ratio)),
         _ => None,

@@ -20,7 +20,7 @@ pub struct PreparedMachine {
     /// Rigid joints, solved.
     pub kinematics: Kinematics,
     /// Contacts with play.
-    pub point: OperatingPoint,
+    pub operating: OperatingPoint,
     /// What is left, linear.
     pub model: LinearModel,
     /// The linear machine as a forest of springs, where it is one.
@@ -37,15 +37,15 @@ impl PreparedMachine {
     pub fn new(model: &Model) -> Result<PreparedMachine, Error> {
         let machine = build(model)?;
         let kinematics = Kinematics::new(&machine)?;
-        let point = OperatingPoint::solve(&machine, &kinematics)?;
-        let linear_model = LinearModel::new(&machine, &kinematics, &point)?;
+        let operating = OperatingPoint::solve(&machine, &kinematics)?;
+        let linear_model = LinearModel::new(&machine, &kinematics, &operating)?;
         let forest = mode_subset::as_forest(&linear_model);
         let implausible = plausible::warnings(model, &machine, &kinematics);
         Ok(PreparedMachine {
             implausible,
             machine,
             kinematics,
-            point,
+            operating,
             model: linear_model,
             forest,
         })
@@ -64,7 +64,7 @@ impl PreparedMachine {
     pub fn frequency_setting<'a>(&'a self, speeds: Option<&'a [f64]>) -> OperatingModel<'a> {
         OperatingModel {
             machine: &self.machine,
-            point: &self.point,
+            operating: &self.operating,
             model: &self.model,
             speeds,
         }
@@ -80,10 +80,10 @@ impl PreparedMachine {
                 hint: hint.map(str::to_string),
             });
         };
-        for diagnostic in &self.machine.diagnostics {
-            warn(diagnostic.code, diagnostic.text.clone(), None);
+        for note in &self.machine.diagnostics {
+            warn(note.code, note.text.clone(), None);
         }
-        for (branch, state, _) in &self.point.contacts {
+        for (branch, state, _) in &self.operating.contacts {
             if *state == ActiveFlank::Open {
                 let name = self.machine.branch_name(*branch);
                 warn(
@@ -93,20 +93,20 @@ impl PreparedMachine {
                 );
             }
         }
-        for tangent_stiffness in &self.point.stiffness {
-            let name = self.machine.branch_name(tangent_stiffness.branch);
+        for tangent in &self.operating.tangents {
+            let name = self.machine.branch_name(tangent.branch);
             let message = format!(
                 "{name} is not linear: small motions about a force of {:.4e} (SI) find its tangent stiffness {:.4e} (SI)",
-                tangent_stiffness.force, tangent_stiffness.stiffness
+                tangent.force, tangent.stiffness
             );
             let flat = "it has no stiffness there: state the mean torque in [[load]]";
             warn(
                 "linearised",
                 message,
-                (tangent_stiffness.stiffness == 0.0).then_some(flat),
+                (tangent.stiffness == 0.0).then_some(flat),
             );
         }
-        let playing = self.point.contacts.len();
+        let playing = self.operating.contacts.len();
         if playing > 0 && self.machine.loads.is_empty() {
             let hint = "state mean torques in [[load]] to find the flanks that carry";
             let message = format!(
@@ -114,7 +114,7 @@ impl PreparedMachine {
             );
             warn("no-load", message, Some(hint));
         }
-        if self.machine.drives.is_empty() && self.loads_accelerate() {
+        if self.machine.motors.is_empty() && self.loads_accelerate() {
             let hint =
                 "state the torque that holds against them, if the machine is meant to run steadily";
             let message = "the mean loads do not balance: contacts are taken as the train accelerates under them";
@@ -150,7 +150,7 @@ impl PreparedMachine {
 
     /// A damping ratio needs a mass on both sides of its branch.
     fn idle_damping_ratios(&self) -> Vec<(String, &'static str)> {
-        let has_ratio = |b: &&crate::machine::linear::LinearBranch| matches!(self.machine.branches[b.index].law, BranchLaw::Linear { damping: BranchDamping::Ratio(zeta), .. } if zeta > 0.0);
+        let has_ratio = |b: &&crate::machine::linear::LinearBranch| matches!(self.machine.branches[b.index].law, BranchLaw::Linear { loss: BranchDamping::Ratio(zeta), .. } if zeta > 0.0);
         let idle = self
             .model
             .branches

@@ -59,40 +59,40 @@ impl SimulationResult {
         hear: &dyn Fn(f64),
     ) -> Result<SimulationResult, Error> {
         let machine = PreparedMachine::new(&scene.model)?;
-        let ready = SimulationSetup::new(&machine, &scene.conditions, study)?;
+        let ready = SimulationSetup::new(&machine, &scene.start, study)?;
         let compares = !study.no_sensitivity && !ready.model.model.superposes();
         let share = if compares { 0.5 } else { 1.0 };
         let carry_out = |choice: &MethodChoice| {
-            let mut samples = OnlineAnalysis::new(&machine, &ready, &study.running)?;
+            let mut rows = OnlineAnalysis::new(&machine, &ready, &study.running)?;
             let mut first = compares.then(|| RunSamples::new(&ready));
             let mut watch = |at: (f64, &[f64]), values: &[f64]| {
                 hear(share * at.0 / ready.end_time);
                 first
                     .iter_mut()
                     .for_each(|first| first.see(&ready, at, values));
-                samples.push(&ready, at, values)
+                rows.push(&ready, at, values)
             };
             let kept = (study.running.history, &mut watch as &mut StepObserver);
             let history = run::run_observed(&ready, choice, study.energy, cancel, kept)?;
-            let result = samples.finish(history.interrupted)?;
+            let result = rows.finish(history.interrupted)?;
             Ok::<_, Error>((history, result, first))
         };
         let first = method_choice::choose_method(&ready.model.model, study)?;
         cost::check_budget(&ready, &first, study)?;
-        let (choice, history, (result, samples), handed_over) = match carry_out(&first) {
-            Ok((history, result, samples)) => (first, history, (result, samples), None),
+        let (choice, history, (result, rows), handed_over) = match carry_out(&first) {
+            Ok((history, result, rows)) => (first, history, (result, rows), None),
             Err(error) => {
                 let next = method_choice::fallback(&ready.model.model, study, &first, &error);
                 let Some(next) = next else { return Err(error) };
                 let said = fallback_warning(&first, &next, error);
-                let (history, result, samples) = carry_out(&next)?;
-                (next, history, (result, samples), Some(said))
+                let (history, result, rows) = carry_out(&next)?;
+                (next, history, (result, rows), Some(said))
             }
         };
-        let samples = samples.filter(|_| !history.interrupted);
-        let compared = samples.map(|samples| {
+        let rows = rows.filter(|_| !history.interrupted);
+        let compared = rows.map(|rows| {
             let hear = |done: f64| hear(share + (1.0 - share) * done);
-            let first = (&samples, history.seconds);
+            let first = (&rows, history.seconds);
             Sensitivity::measure(&ready, &choice, first, cancel, &hear)
         });
         let (sensitivity, not_compared) = match compared {

@@ -129,8 +129,7 @@ pub struct ModesPlan {
 impl ModesPlan {
     /// Decides every stage.
     pub fn plan_modes(machine: &PreparedMachine, study: &ModesStudy) -> ModesPlan {
-        let decided =
-            |entry: &StageEntry| (entry.stage, entry.name, (entry.decide)(machine, study));
+        let decided = |row: &StageEntry| (row.stage, row.name, (row.decide)(machine, study));
         ModesPlan {
             stages: STAGES.iter().map(decided).collect(),
         }
@@ -195,9 +194,9 @@ fn joints(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
 }
 
 fn operating_point(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
-    let contacts = machine.point.contacts.len();
+    let contacts = machine.operating.contacts.len();
     match (contacts, machine.machine.loads.is_empty()) {
-        (0, _) => match machine.point.stiffness.len() {
+        (0, _) => match machine.operating.tangents.len() {
             0 => StageDecision::LeftOut("no contact has play".to_string()),
             n => StageDecision::Runs(format!(
                 "{n} characteristics by their tangents under the mean loads"
@@ -209,7 +208,7 @@ fn operating_point(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
         (_, false) => {
             let count = |state| {
                 machine
-                    .point
+                    .operating
                     .contacts
                     .iter()
                     .filter(|c| c.1 == state)

@@ -69,9 +69,9 @@ pub fn channel_statistics(
     let clipped = match constant || empty {
         true => None,
         false => {
-            let mut detector = ClippingDetector::new((low, high), resolution);
-            recording.each_block(channel, |_, block, _| detector.push(block))?;
-            clipping::clipped_tops(&detector)
+            let mut extremes = ClippingDetector::new((low, high), resolution);
+            recording.each_block(channel, |_, block, _| extremes.push(block))?;
+            clipping::clipped_tops(&extremes)
         }
     };
     Ok(ChannelStatistics {

@@ -80,18 +80,24 @@ pub fn parse(unit: &str) -> Option<ChannelUnit> {
         Some(rest) => format!("µm{rest}"),
         None => plain,
     };
-    if let Some(&(_, quantity, factor)) = SENSOR_UNITS.iter().find(|s| s.0 == plain) {
-        return Some(ChannelUnit { quantity, factor });
+    if let Some(&(_, sensed, factor)) = SENSOR_UNITS.iter().find(|s| s.0 == plain) {
+        return Some(ChannelUnit {
+            quantity: sensed,
+            factor,
+        });
     }
     let (factor, dimension) = quantity::parse_unit(&plain)?;
     if plain.is_empty() {
         return None;
     }
-    let quantity = MOTION_DIMENSIONS
+    let sensed = MOTION_DIMENSIONS
         .iter()
         .find(|m| Dimension(m.0) == dimension)
         .map_or(MeasuredQuantity::Other, |m| m.1);
-    Some(ChannelUnit { quantity, factor })
+    Some(ChannelUnit {
+        quantity: sensed,
+        factor,
+    })
 }
 
 impl MeasuredQuantity {
@@ -177,9 +183,9 @@ mod tests {
             ("mV", MeasuredQuantity::Voltage, 1e-3),
             ("rad/s", MeasuredQuantity::AngularVelocity, 1.0),
         ];
-        for (unit, quantity, factor) in known {
+        for (unit, sensed, factor) in known {
             let found = parse(unit).unwrap();
-            assert_eq!(found.quantity, quantity, "{unit}");
+            assert_eq!(found.quantity, sensed, "{unit}");
             assert!((found.factor / factor - 1.0).abs() < 1e-14, "{unit}");
         }
         assert_eq!(parse("um/m").unwrap().quantity, MeasuredQuantity::Other);

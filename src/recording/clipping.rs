@@ -78,20 +78,20 @@ impl ClippingDetector {
         let per_unit = windows as f64 / (high - low);
         for &x in samples {
             self.count += 1;
-            for (limit_level, level) in self.at.iter_mut().zip([low, high]) {
+            for (extreme, level) in self.at.iter_mut().zip([low, high]) {
                 if x != level {
-                    limit_level.run = (0, 0.0);
+                    extreme.run = (0, 0.0);
                     continue;
                 }
-                if limit_level.run.0 == 0 {
-                    limit_level.run.1 = (x - self.last).abs();
-                    limit_level.visits += 1;
+                if extreme.run.0 == 0 {
+                    extreme.run.1 = (x - self.last).abs();
+                    extreme.visits += 1;
                 }
-                limit_level.run.0 += 1;
-                limit_level.samples += 1;
-                limit_level.flat_tops += usize::from(
-                    limit_level.run.0 == MIN_FLAT_SAMPLES
-                        && limit_level.run.1 > MIN_JUMP_STEPS * self.resolution,
+                extreme.run.0 += 1;
+                extreme.samples += 1;
+                extreme.flat_tops += usize::from(
+                    extreme.run.0 == MIN_FLAT_SAMPLES
+                        && extreme.run.1 > MIN_JUMP_STEPS * self.resolution,
                 );
             }
             if windows > 0 && x > low && x < high {
@@ -102,14 +102,14 @@ impl ClippingDetector {
     }
 
     /// Whether the samples at an extreme are more than those in the windows next to it, in order from it, lead to.
-    fn is_pile(&self, level: &LimitLevel, next: &mut dyn Iterator<Item = &usize>) -> bool {
+    fn is_pile(&self, extreme: &LimitLevel, next: &mut dyn Iterator<Item = &usize>) -> bool {
         let below: Vec<usize> = next.take(NEIGHBOUR_BINS).copied().collect();
         let filled = below.iter().filter(|&&n| n > 0).count();
         let fullest = below.iter().take(ADJACENT_BINS).copied().max().unwrap_or(0) as f64;
-        level.visits >= MIN_VISITS
+        extreme.visits >= MIN_VISITS
             && below.iter().sum::<usize>() >= MIN_SAMPLES_BELOW
             && filled >= MIN_FILLED_BINS
-            && level.samples as f64 > MIN_EXCESS_RATIO * fullest
+            && extreme.samples as f64 > MIN_EXCESS_RATIO * fullest
     }
 }
 
@@ -122,14 +122,14 @@ pub fn clipped_tops(found: &ClippingDetector) -> Option<(usize, f64)> {
 /// The same of the low and of the high extreme.
 pub fn clipping_by_side(found: &ClippingDetector) -> [Option<(usize, f64)>; 2] {
     let [low, high] = &found.at;
-    let share = |level: &LimitLevel| level.samples as f64 / found.count.max(1) as f64;
+    let share = |extreme: &LimitLevel| extreme.samples as f64 / found.count.max(1) as f64;
     if share(low) + share(high) > TWO_LEVEL_SHARE {
         return [None, None];
     }
-    let tops = |level: &LimitLevel, next: &mut dyn Iterator<Item = &usize>| match () {
-        () if share(level) > MAX_IDLE_SHARE => 0,
-        () if found.is_pile(level, next) => level.visits,
-        () => level.flat_tops,
+    let tops = |extreme: &LimitLevel, next: &mut dyn Iterator<Item = &usize>| match () {
+        () if share(extreme) > MAX_IDLE_SHARE => 0,
+        () if found.is_pile(extreme, next) => extreme.visits,
+        () => extreme.flat_tops,
     };
     let low = (tops(low, &mut found.bins.iter()), found.range.0);
     let high = (tops(high, &mut found.bins.iter().rev()), found.range.1);
@@ -148,9 +148,9 @@ mod tests {
         let written: Vec<f64> = samples.map(|x| (x / resolution).round()).collect();
         let low = written.iter().copied().fold(f64::INFINITY, f64::min);
         let high = written.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let mut detector = ClippingDetector::new((low, high), 1.0);
-        detector.push(&written);
-        clipped_tops(&detector).map(|(count, level)| (count, level * resolution))
+        let mut extremes = ClippingDetector::new((low, high), 1.0);
+        extremes.push(&written);
+        clipped_tops(&extremes).map(|(count, level)| (count, level * resolution))
     }
 
     fn sine(count: usize, per_period: f64) -> impl Iterator<Item = f64> {

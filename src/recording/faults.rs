@@ -59,9 +59,9 @@ pub struct StuckInterval {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Faults {
     /// At most one for each channel.
-    pub interval: Vec<ClippedInterval>,
+    pub clipped: Vec<ClippedInterval>,
     /// Each run of its own.
-    pub stuck_interval: Vec<StuckInterval>,
+    pub stuck: Vec<StuckInterval>,
 }
 
 /// Looks for clipping of `inputs` and `outputs`, and for stuck sensors among `outputs`: an input may rest.
@@ -75,18 +75,16 @@ pub fn find(recording: &Recording, inputs: &[usize], outputs: &[usize]) -> Resul
         if seen.low >= seen.high {
             continue;
         }
-        found.interval.extend(clipped(recording, channel, &seen)?);
+        found.clipped.extend(clipped(recording, channel, &seen)?);
         if outputs.contains(&channel) {
-            found
-                .stuck_interval
-                .extend(stuck(recording, channel, &seen)?);
+            found.stuck.extend(stuck(recording, channel, &seen)?);
         }
     }
-    for interval in &mut found.stuck_interval {
+    for stuck in &mut found.stuck {
         let others = inputs.iter().chain(outputs);
-        for &other in others.filter(|&&other| other != interval.channel) {
-            let [outside, inside] = differences(recording, other, &interval.range)?;
-            interval.is_proven |= outside > 0.0 && inside >= MIN_MOTION_RATIO * outside;
+        for &other in others.filter(|&&other| other != stuck.channel) {
+            let [outside, inside] = differences(recording, other, &stuck.range)?;
+            stuck.is_proven |= outside > 0.0 && inside >= MIN_MOTION_RATIO * outside;
         }
     }
     Ok(found)
@@ -100,9 +98,7 @@ pub fn find_stuck(recording: &Recording, channels: &[usize]) -> Result<Faults, E
     let mut found = Faults::default();
     for &channel in channels {
         let seen = scan(recording, channel)?;
-        found
-            .stuck_interval
-            .extend(stuck(recording, channel, &seen)?);
+        found.stuck.extend(stuck(recording, channel, &seen)?);
     }
     Ok(found)
 }
@@ -187,12 +183,12 @@ fn clipped(
     channel: usize,
     seen: &ChannelScan,
 ) -> Result<Option<ClippedInterval>, Error> {
-    let mut detector = ClippingDetector::new((seen.low, seen.high), seen.resolution);
+    let mut extremes = ClippingDetector::new((seen.low, seen.high), seen.resolution);
     recording.each_block(&recording.channels[channel], |_, block, _| {
-        detector.push(block)
+        extremes.push(block)
     })?;
     let stated = recording.channels[channel].overload_level;
-    let by_shape = clipping::clipping_by_side(&detector);
+    let by_shape = clipping::clipping_by_side(&extremes);
     let over = |x: f64| {
         stated.is_some_and(|level| x.abs() >= level)
             || by_shape.iter().flatten().any(|side| x == side.1)
@@ -253,9 +249,9 @@ fn stuck(
         return Ok(Vec::new());
     }
     let mut moving = Vec::new();
-    for interval in &found {
-        let Range { start, end } = interval.range;
-        let [usual, _] = differences(recording, channel, &interval.range)?;
+    for stuck in &found {
+        let Range { start, end } = stuck.range;
+        let [usual, _] = differences(recording, channel, &stuck.range)?;
         let near = [
             start.saturating_sub(MIN_RUN)..start,
             end..(end + MIN_RUN).min(recording.samples),
@@ -279,16 +275,13 @@ fn stuck(
 impl Faults {
     /// The samples of stuck sensors, where another channel proves them.
     pub fn stuck_ranges(&self) -> Vec<Range<usize>> {
-        let proven = self.stuck_interval.iter().filter(|s| s.is_proven);
+        let proven = self.stuck.iter().filter(|s| s.is_proven);
         proven.map(|s| s.range.clone()).collect()
     }
 
     /// The samples at which any channel clipped.
     pub fn clipped_ranges(&self) -> Vec<Range<usize>> {
-        self.interval
-            .iter()
-            .flat_map(|c| c.ranges.clone())
-            .collect()
+        self.clipped.iter().flat_map(|c| c.ranges.clone()).collect()
     }
 
     /// What stuck sensors are said to be; `is_left_out` where their time was not analysed.
@@ -323,7 +316,7 @@ impl Faults {
                 ),
             }
         };
-        self.stuck_interval.iter().map(warning).collect()
+        self.stuck.iter().map(warning).collect()
     }
 
     /// How often and where each channel clipped, as text; nothing where none did.
@@ -337,7 +330,7 @@ impl Faults {
             let times = pluralise(c.tops, "time");
             format!("{} clipped {times} at {:.4}{unit}", channel.name, c.level)
         };
-        let all: Vec<String> = self.interval.iter().map(one).collect();
+        let all: Vec<String> = self.clipped.iter().map(one).collect();
         (!all.is_empty()).then(|| all.join(", "))
     }
 }
@@ -415,9 +408,9 @@ mod tests {
         let (moving, mut stuck) = (noise(1, 9000), noise(2, 9000));
         stuck[3000..6000].fill(77.0);
         let found = find(&recorded(&[moving.clone(), stuck.clone()]), &[0], &[1]).unwrap();
-        assert_eq!(found.stuck_interval.len(), 1);
-        assert_eq!(found.stuck_interval[0].range, 3000..6000);
-        assert!(found.stuck_interval[0].is_proven && found.stuck_interval[0].value == 77.0);
+        assert_eq!(found.stuck.len(), 1);
+        assert_eq!(found.stuck[0].range, 3000..6000);
+        assert!(found.stuck[0].is_proven && found.stuck[0].value == 77.0);
         // What decays into its last digit, and what rests before an event, is not stuck.
         let decay =
             |k: i32| (1e5 * (0.3 * f64::from(k)).sin() * (-4e-3 * f64::from(k)).exp()).round();
@@ -425,13 +418,13 @@ mod tests {
         let rest = [vec![0.0; 5000], moving[..4000].to_vec()].concat();
         for calm in [decay, rest] {
             let found = find(&recorded(&[moving.clone(), calm]), &[0], &[1]).unwrap();
-            assert_eq!(found.stuck_interval, []);
+            assert_eq!(found.stuck, []);
         }
         let coarse: Vec<f64> = (0..9000)
             .map(|k| (0.002 * f64::from(k)).sin().round())
             .collect();
         let found = find(&recorded(&[moving, coarse]), &[0], &[1]).unwrap();
-        assert_eq!(found.stuck_interval, []);
+        assert_eq!(found.stuck, []);
     }
 
     /// Stretches end at what is left out, and keep their time.

@@ -87,7 +87,7 @@ pub struct RawTiming {
     /// Date and time of the first sample as written.
     pub start: Option<String>,
     /// Line of the file each row stands on.
-    pub numbers: LineNumbers,
+    pub lines: LineNumbers,
 }
 
 /// The sample rate of a step from sample to sample, Hz; whole where only the rounding of the division keeps it from that.

@@ -20,7 +20,7 @@ pub struct ReadOptions {
     /// Only these channels are kept, in this order; all where empty.
     pub keep_channels: Vec<String>,
     /// What is done about gaps.
-    pub policy: GapPolicy,
+    pub gaps: GapPolicy,
     /// Nothing before this time is kept, s from the first sample.
     pub from_s: Option<f64>,
     /// Nothing from this time on is kept, s from the first sample.

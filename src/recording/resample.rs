@@ -83,7 +83,7 @@ pub fn resample(
     let points = KERNEL_LEN.min(grid.rows.len());
     let mut interpolator = BandLimitedInterpolator::new(band_hz, points);
     let mut window = KernelWindow::new(grid.rows.clone(), columns.len());
-    let mut resampling_error = ResamplingError {
+    let mut quality = ResamplingError {
         band_hz,
         error: 0.0,
         error_at_ends: 0.0,
@@ -108,8 +108,8 @@ pub fn resample(
         // The outermost values of a segment have fewer neighbours on one side.
         let inside = first > grid.rows.start && first + points < grid.rows.end;
         let worst = match inside {
-            true => &mut resampling_error.error,
-            false => &mut resampling_error.error_at_ends,
+            true => &mut quality.error,
+            false => &mut quality.error_at_ends,
         };
         *worst = worst.max(error);
         for (values, ready) in window.values.iter().zip(&mut ready) {
@@ -123,7 +123,7 @@ pub fn resample(
             }
         }
     }
-    Ok(resampling_error)
+    Ok(quality)
 }
 
 /// The stamps and samples about the place being interpolated.
@@ -198,8 +198,8 @@ mod tests {
             count: 40_000,
         };
         let mut out = [SampleColumn::default()];
-        let resampling_error = resample(&seconds, &[&column], &grid, rate, band, &mut out).unwrap();
-        let error = resampling_error.error;
+        let quality = resample(&seconds, &[&column], &grid, rate, band, &mut out).unwrap();
+        let error = quality.error;
         assert!(error < 2e-4, "{error}");
         let mut y = vec![0.0; out[0].len()];
         out[0].read(0, &mut y).unwrap();
@@ -210,9 +210,6 @@ mod tests {
         let wrong = |i: usize| (y[i] - wave(i as f64 / rate)).abs();
         let ends = (0..HALF_KERNEL).chain(40_000 - HALF_KERNEL..40_000);
         let worst = ends.map(wrong).fold(0.0, f64::max);
-        assert!(
-            worst < 3.0 * resampling_error.error_at_ends,
-            "{worst} {resampling_error:?}"
-        );
+        assert!(worst < 3.0 * quality.error_at_ends, "{worst} {quality:?}");
     }
 }

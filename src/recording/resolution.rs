@@ -6,7 +6,7 @@
 pub struct Resolution {
     /// One unit of the finest digit written, s.
     pub finest_s: f64,
-    digits: Option<SignificantDigits>,
+    significant: Option<SignificantDigits>,
 }
 
 /// Numbers of a fixed count of significant digits.
@@ -24,27 +24,27 @@ impl Resolution {
     pub fn constant(finest_s: f64) -> Resolution {
         Resolution {
             finest_s,
-            digits: None,
+            significant: None,
         }
     }
 
     /// Of stamps with at most `digits` significant digits and none finer than `finest_s`, the first of which is `first` units of
     /// `unit_s` seconds.
     pub(super) fn from_digits(finest_s: f64, digits: i32, first: f64, unit_s: f64) -> Resolution {
-        let significant_digits = SignificantDigits {
+        let significant = SignificantDigits {
             digits,
             first,
             unit_s,
         };
         Resolution {
             finest_s,
-            digits: Some(significant_digits),
+            significant: Some(significant),
         }
     }
 
     /// How many significant digits are written, where that is known and may matter.
     pub fn digits(&self) -> Option<i32> {
-        self.digits.map(|s| s.digits)
+        self.significant.map(|s| s.digits)
     }
 
     /// One unit of the last digit of a stamp, s; `since_s` after the first.
@@ -53,7 +53,7 @@ impl Resolution {
             digits,
             first,
             unit_s,
-        }) = self.digits
+        }) = self.significant
         else {
             return self.finest_s;
         };

@@ -67,34 +67,34 @@ const HEIGHT: f64 = 440.0;
 const MAX_NAME_LEN: usize = 30;
 
 /// Draws a Campbell diagram.
-pub fn draw_campbell(plot: &CampbellPlot) -> String {
+pub fn draw_campbell(diagram: &CampbellPlot) -> String {
     let widest = |texts: Vec<String>| {
         texts
             .iter()
             .map(|t| text_width(t, LABEL_SIZE))
             .fold(0.0, f64::max)
     };
-    let at_top = widest(plot.top_texts());
-    let at_right = widest(plot.right_texts());
+    let at_top = widest(diagram.top_texts());
+    let at_right = widest(diagram.right_texts());
     let top = 20.0 + at_top;
     let panel = Panel {
         across: (MARGIN_LEFT, WIDTH - at_right.max(20.0) - 34.0),
         down: (top, top + HEIGHT),
-        x: plot.speed_range(),
-        y: (0.0, plot.highest()),
+        x: diagram.speed_range(),
+        y: (0.0, diagram.highest()),
     };
     render_svg(WIDTH, top + HEIGHT + 66.0, |canvas| {
-        if plot.speeds_rpm.is_empty() || plot.branches.is_empty() {
+        if diagram.speeds_rpm.is_empty() || diagram.branches.is_empty() {
             let middle = (WIDTH / 2.0, top + HEIGHT / 2.0);
             canvas.text("no modes", middle, TITLE_SIZE, GREY, Anchor::Middle);
             return;
         }
-        plot.axes(canvas, &panel);
-        let mut labels = plot.draw_orders(canvas, &panel);
-        labels.extend(plot.draw_branches(canvas, &panel));
-        label_right(canvas, &panel, &labels);
-        plot.draw_crossings(canvas, &panel);
-        plot.key(canvas, &panel);
+        diagram.axes(canvas, &panel);
+        let mut ends = diagram.draw_orders(canvas, &panel);
+        ends.extend(diagram.draw_branches(canvas, &panel));
+        label_right(canvas, &panel, &ends);
+        diagram.draw_crossings(canvas, &panel);
+        diagram.key(canvas, &panel);
     })
 }
 
@@ -197,7 +197,7 @@ impl CampbellPlot {
     /// The rays; labels of those that leave at the top stand there, the rest are returned.
     fn draw_orders(&self, canvas: &mut Canvas, panel: &Panel) -> Vec<EdgeLabel> {
         let ((first, last), highest) = (panel.x, panel.y.1);
-        let mut labels = Vec::new();
+        let mut ends = Vec::new();
         let mut at_top: Vec<(f64, String)> = Vec::new();
         for order in self.rays() {
             let leaves = order.frequency_at(last) > highest;
@@ -211,7 +211,7 @@ impl CampbellPlot {
             canvas.line(from, to, GREY, 0.7);
             match leaves {
                 true => at_top.push((to.0, order.text())),
-                false => labels.push(EdgeLabel {
+                false => ends.push(EdgeLabel {
                     spot: to,
                     text: order.text(),
                     ink: GREY,
@@ -226,11 +226,11 @@ impl CampbellPlot {
             let start = (place, foot.1 - 2.0);
             canvas.vertical_text(text, start, LABEL_SIZE, GREY, Anchor::Start);
         }
-        labels
+        ends
     }
 
     fn draw_branches(&self, canvas: &mut Canvas, panel: &Panel) -> Vec<EdgeLabel> {
-        let mut labels = Vec::new();
+        let mut ends = Vec::new();
         for branch in &self.branches {
             let (ink, kind) = match branch.whirl {
                 PlottedWhirl::Forward => (BLUE, LineStyle::Solid),
@@ -242,14 +242,14 @@ impl CampbellPlot {
                 canvas.polyline(piece, ink, 1.6, kind);
             }
             if let Some(&spot) = pieces.last().and_then(|piece| piece.last()) {
-                labels.push(EdgeLabel {
+                ends.push(EdgeLabel {
                     spot,
                     text: truncate_label(&branch.label, MAX_NAME_LEN),
                     ink,
                 });
             }
         }
-        labels
+        ends
     }
 
     /// The segments of a branch that were followed.
@@ -306,9 +306,9 @@ impl CampbellPlot {
             ),
             (PlottedWhirl::None, BLACK, LineStyle::Solid, "no whirl"),
         ];
-        for (whirl, ink, style, text) in kinds {
+        for (whirl, ink, stroke, text) in kinds {
             if whirls && has(whirl) {
-                canvas.polyline(&[(x, y), (x + 26.0, y)], ink, 1.6, style);
+                canvas.polyline(&[(x, y), (x + 26.0, y)], ink, 1.6, stroke);
                 x += 32.0;
                 say(canvas, &mut x, text);
             }
@@ -338,10 +338,10 @@ fn ring_size(participation: f64) -> f64 {
 }
 
 /// Labels of lines that end at the right edge, none over another, each led to its line.
-fn label_right(canvas: &mut Canvas, panel: &Panel, labels: &[EdgeLabel]) {
-    let wanted: Vec<f64> = labels.iter().map(|label| label.spot.1).collect();
+fn label_right(canvas: &mut Canvas, panel: &Panel, ends: &[EdgeLabel]) {
+    let wanted: Vec<f64> = ends.iter().map(|end| end.spot.1).collect();
     let places = spread_labels(&wanted, LABEL_SIZE + 2.5, (panel.down.0, panel.down.1));
-    for (EdgeLabel { spot, text, ink }, &place) in labels.iter().zip(&places) {
+    for (EdgeLabel { spot, text, ink }, &place) in ends.iter().zip(&places) {
         let side = panel.across.1 + 16.0;
         canvas.line(*spot, (side, place), *ink, 0.5);
         canvas.text(text, (side + 4.0, place), LABEL_SIZE, *ink, Anchor::Start);

@@ -23,12 +23,8 @@ pub fn degrees(angle: f64) -> f64 {
 }
 
 /// Which way the input turned.
-pub fn direction_name(evaluation: &FlankEvaluation) -> &'static str {
-    if evaluation.forward {
-        "forward"
-    } else {
-        "backward"
-    }
+pub fn direction_name(flank: &FlankEvaluation) -> &'static str {
+    if flank.forward { "forward" } else { "backward" }
 }
 
 /// Greatest less least.
@@ -42,14 +38,10 @@ pub fn peak_to_peak(values: &[f64]) -> f64 {
 }
 
 /// The JSON document of `te LOG`.
-pub fn json(found: &EncoderResult, train: &GearTrain, done: &[Repair]) -> Value {
+pub fn json(found: &EncoderResult, teeth: &GearTrain, done: &[Repair]) -> Value {
     let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
-    let measured = &found.evaluation;
-    let mut flanks: Vec<Value> = measured
-        .evaluations
-        .iter()
-        .map(|f| flank(f, found))
-        .collect();
+    let measured = &found.measured;
+    let mut flanks: Vec<Value> = measured.flanks.iter().map(|f| flank(f, found)).collect();
     for (flank, all) in flanks.iter_mut().zip(&found.attribution) {
         flank["attribution"] = attribution(all);
     }
@@ -57,8 +49,8 @@ pub fn json(found: &EncoderResult, train: &GearTrain, done: &[Repair]) -> Value 
     let more = json!({
         "geardyn": log_header(&trace),
         "how": found.method_text,
-        "teeth": train.pairs().iter().map(|p| [p.0, p.1]).collect::<Vec<_>>(),
-        "hunting_turns": train.hunting_turns().to_string(),
+        "teeth": teeth.pairs().iter().map(|p| [p.0, p.1]).collect::<Vec<_>>(),
+        "hunting_turns": teeth.hunting_turns().to_string(),
         "ratio": {
             "declared": measured.tooth_ratio.to_string(),
             "declared_value": measured.tooth_ratio.to_f64(),
@@ -80,7 +72,7 @@ pub fn json(found: &EncoderResult, train: &GearTrain, done: &[Repair]) -> Value 
             "angle_deg": p.variation.as_ref().map(|c| (0..c.signal.values.len()).map(|i| c.signal.angle(i).to_degrees()).collect::<Vec<_>>()),
             "arcsec": p.variation.as_ref().map(|c| c.signal.values.iter().map(|x| arcsec(*x)).collect::<Vec<_>>()),
         })),
-        "speed": measured.trace.as_ref().map(|s| {
+        "speed": measured.speed.as_ref().map(|s| {
             let (mean, least, most) = s.range();
             let rpm = |w: f64| w * 30.0 / PI;
             json!({ "mean_rpm": rpm(mean), "least_rpm": rpm(least), "most_rpm": rpm(most) })
@@ -91,7 +83,7 @@ pub fn json(found: &EncoderResult, train: &GearTrain, done: &[Repair]) -> Value 
             "gear_arcsec": arcsec(p.gear),
             "std_arcsec": arcsec(p.deviation),
         })).collect::<Vec<_>>(),
-        "index": measured.evaluation.iter().flatten().map(|i| json!({
+        "index": measured.index.iter().flatten().map(|i| json!({
             "shaft": i.shaft,
             "passages": i.passages,
             "missing": i.missing,
@@ -126,45 +118,45 @@ pub fn micrometres(found: &EncoderResult, angle: f64) -> Option<f64> {
     found.radius.map(|r| 1e6 * r * angle)
 }
 
-fn flank(evaluation: &FlankEvaluation, found: &EncoderResult) -> Value {
-    let deviations = &evaluation.deviations;
+fn flank(flank: &FlankEvaluation, found: &EncoderResult) -> Value {
+    let composite = &flank.composite;
     let um = |angle: f64| micrometres(found, angle);
     let all = |list: &[f64]| list.iter().map(|x| arcsec(*x)).collect::<Vec<_>>();
     json!({
-        "direction": direction_name(evaluation),
-        "turns": evaluation.turns,
-        "whole_turns": deviations.turns,
-        "whole_hunting_cycles": deviations.closed,
-        "total_arcsec": arcsec(deviations.total),
-        "total_um": um(deviations.total),
-        "one_turn_arcsec": arcsec(deviations.per_rev.sliding),
-        "tooth_to_tooth_arcsec": arcsec(deviations.per_pitch.sliding),
-        "tooth_to_tooth_um": um(deviations.per_pitch.sliding),
-        "tooth_to_tooth_fixed_arcsec": arcsec(deviations.per_pitch.fixed),
-        "each_tooth_arcsec": all(&deviations.per_pitch.each),
-        "long_wave_arcsec": arcsec(deviations.long_wave_component.0),
-        "long_wave_by_pitch_mean_arcsec": arcsec(deviations.long_wave_component.1),
-        "short_wave_arcsec": arcsec(deviations.short_wave_component.0.sliding),
-        "short_wave_by_pitch_mean_arcsec": arcsec(deviations.short_wave_component.1.sliding),
-        "noise_rms_arcsec": arcsec(evaluation.noise),
+        "direction": direction_name(flank),
+        "turns": flank.turns,
+        "whole_turns": composite.turns,
+        "whole_hunting_cycles": composite.closed,
+        "total_arcsec": arcsec(composite.total),
+        "total_um": um(composite.total),
+        "one_turn_arcsec": arcsec(composite.per_rev.sliding),
+        "tooth_to_tooth_arcsec": arcsec(composite.per_pitch.sliding),
+        "tooth_to_tooth_um": um(composite.per_pitch.sliding),
+        "tooth_to_tooth_fixed_arcsec": arcsec(composite.per_pitch.fixed),
+        "each_tooth_arcsec": all(&composite.per_pitch.each),
+        "long_wave_arcsec": arcsec(composite.long_wave_component.0),
+        "long_wave_by_pitch_mean_arcsec": arcsec(composite.long_wave_component.1),
+        "short_wave_arcsec": arcsec(composite.short_wave_component.0.sliding),
+        "short_wave_by_pitch_mean_arcsec": arcsec(composite.short_wave_component.1.sliding),
+        "noise_rms_arcsec": arcsec(flank.noise),
         "of_orders": {
-            "total_arcsec": arcsec(evaluation.fitted.total),
-            "one_turn_arcsec": arcsec(evaluation.fitted.per_rev),
-            "tooth_to_tooth_arcsec": arcsec(evaluation.fitted.per_pitch),
-            "std_arcsec": arcsec(evaluation.fitted.deviation),
-            "bound_arcsec": arcsec(evaluation.fitted.bound),
-            "tooth_to_tooth_bound_arcsec": arcsec(evaluation.fitted.bound_by_pitch),
+            "total_arcsec": arcsec(flank.fitted.total),
+            "one_turn_arcsec": arcsec(flank.fitted.per_rev),
+            "tooth_to_tooth_arcsec": arcsec(flank.fitted.per_pitch),
+            "std_arcsec": arcsec(flank.fitted.deviation),
+            "bound_arcsec": arcsec(flank.fitted.bound),
+            "tooth_to_tooth_bound_arcsec": arcsec(flank.fitted.bound_by_pitch),
         },
         "attribution": null,
-        "mean_turns": evaluation.shaft_averages.iter().map(|m| json!({
+        "mean_turns": flank.shaft_averages.iter().map(|m| json!({
             "shaft": m.shaft,
             "turns": m.average.revolutions,
             "range_arcsec": arcsec(peak_to_peak(&m.average.values)),
             "standard_error_arcsec": arcsec(m.average.standard_error),
             "te_arcsec": all(&m.average.values),
         })).collect::<Vec<_>>(),
-        "orders": evaluation.estimates.iter().map(|l| line(l, found)).collect::<Vec<_>>(),
-        "unexplained": evaluation.line.iter().map(|u| json!({
+        "orders": flank.lines.iter().map(|l| line(l, found)).collect::<Vec<_>>(),
+        "unexplained": flank.unexplained.iter().map(|u| json!({
             "order_value": u.order,
             "order_known_to": u.order_uncertainty,
             "amplitude_arcsec": arcsec(u.amplitude),
@@ -197,56 +189,54 @@ fn attribution(all: &Attribution) -> Value {
     json!({
         "sources": all.sources,
         "rank": all.rank,
-        "orders": all.orders.iter().map(row).collect::<Vec<_>>(),
+        "orders": all.rows.iter().map(row).collect::<Vec<_>>(),
         "beyond": all.unresolved,
     })
 }
 
-fn line(estimate: &OrderEstimate, found: &EncoderResult) -> Value {
+fn line(line: &OrderEstimate, found: &EncoderResult) -> Value {
     json!({
-        "order": estimate.order.fraction.to_string(),
-        "order_value": estimate.order.value,
-        "sources": estimate.order.names,
-        "amplitude_arcsec": arcsec(estimate.amplitude),
-        "amplitude_um": micrometres(found, estimate.amplitude),
-        "std_arcsec": arcsec(estimate.deviation),
-        "interval_arcsec": estimate.interval.map(|(low, high)| [arcsec(low), arcsec(high)]),
-        "phase_deg": degrees(estimate.phase),
-        "phase_from_mark_deg": estimate.mark_phase.map(|m| degrees(m.0)),
-        "mark": estimate.mark_phase.map(|m| m.1),
-        "significant": estimate.significant,
-        "shared": estimate.is_shared(),
-        "not_resolved_from": estimate.unresolved().iter().map(|n| json!({ "what": n.name, "turns_needed": n.turns })).collect::<Vec<_>>(),
+        "order": line.order.fraction.to_string(),
+        "order_value": line.order.value,
+        "sources": line.order.names,
+        "amplitude_arcsec": arcsec(line.amplitude),
+        "amplitude_um": micrometres(found, line.amplitude),
+        "std_arcsec": arcsec(line.deviation),
+        "interval_arcsec": line.interval.map(|(low, high)| [arcsec(low), arcsec(high)]),
+        "phase_deg": degrees(line.phase),
+        "phase_from_mark_deg": line.mark_phase.map(|m| degrees(m.0)),
+        "mark": line.mark_phase.map(|m| m.1),
+        "significant": line.significant,
+        "shared": line.is_shared(),
+        "not_resolved_from": line.unresolved().iter().map(|n| json!({ "what": n.name, "turns_needed": n.turns })).collect::<Vec<_>>(),
     })
 }
 
 /// One row a cell: direction, angle of the output, error, long wave over the turns of the ranges, play where both directions passed.
 pub fn csv(found: &EncoderResult) -> String {
     let mut text = String::from("direction,angle_deg,te_arcsec,long_wave_arcsec");
-    let backlash = found.evaluation.backlash.as_ref();
-    let backlash = backlash
-        .and_then(|p| p.variation.as_ref())
-        .map(|c| &c.signal);
+    let play = found.measured.backlash.as_ref();
+    let play = play.and_then(|p| p.variation.as_ref()).map(|c| &c.signal);
     text += found.radius.map_or("", |_| ",te_um");
-    text += backlash.map_or("", |_| ",play_arcsec");
+    text += play.map_or("", |_| ",play_arcsec");
     text.push('\n');
     let arc = |x: Option<&f64>| x.map_or(String::new(), |x| format!("{:.6}", arcsec(*x)));
-    for evaluation in &found.evaluation.evaluations {
-        for (i, e) in evaluation.signal.values.iter().enumerate() {
-            let angle = evaluation.signal.angle(i).to_degrees();
-            let long = arc(evaluation.deviations.long_wave.get(i));
+    for flank in &found.measured.flanks {
+        for (i, e) in flank.signal.values.iter().enumerate() {
+            let angle = flank.signal.angle(i).to_degrees();
+            let long = arc(flank.composite.long_wave.get(i));
             text += &format!(
                 "{},{angle:.9},{:.6},{long}",
-                direction_name(evaluation),
+                direction_name(flank),
                 arcsec(*e)
             );
             if let Some(um) = micrometres(found, *e) {
                 text += &format!(",{um:.6}");
             }
-            if let Some(backlash) = backlash {
-                let at = evaluation.signal.first + i as i64 - backlash.first;
+            if let Some(play) = play {
+                let at = flank.signal.first + i as i64 - play.first;
                 let at = usize::try_from(at).ok();
-                text += &format!(",{}", arc(at.and_then(|at| backlash.values.get(at))));
+                text += &format!(",{}", arc(at.and_then(|at| play.values.get(at))));
             }
             text.push('\n');
         }

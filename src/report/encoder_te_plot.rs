@@ -36,16 +36,14 @@ const NAME: f64 = 9.0;
 
 /// Draws a record.
 pub fn draw_record(found: &EncoderResult, title: &str) -> String {
-    let backlash = found.evaluation.backlash.as_ref();
-    let backlash = backlash
-        .and_then(|p| p.variation.as_ref())
-        .map(|c| &c.signal);
-    let below = match backlash {
+    let play = found.measured.backlash.as_ref();
+    let play = play.and_then(|p| p.variation.as_ref()).map(|c| &c.signal);
+    let below = match play {
         Some(_) => RECORD.1 + BELOW + 20.0 + HEIGHTS.0 + BELOW,
         None => RECORD.1 + BELOW,
     };
     // As much room as the longest name takes upright.
-    let named = (found.evaluation.evaluations.iter().take(1)).flat_map(|f| stems(f, BLUE));
+    let named = (found.measured.flanks.iter().take(1)).flat_map(|f| stems(f, BLUE));
     let named: Vec<OrderStem> = strongest(named.collect());
     let longest = named
         .iter()
@@ -55,11 +53,11 @@ pub fn draw_record(found: &EncoderResult, title: &str) -> String {
     let down = (top, top + HEIGHTS.1);
     render_svg(WIDTH, down.1 + BELOW + 4.0, |canvas| {
         canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
-        let evaluations = &found.evaluation.evaluations;
+        let flanks = &found.measured.flanks;
         let mut right = MARGIN_LEFT;
-        for (evaluation, ink) in evaluations.iter().zip([BLUE, ORANGE]) {
+        for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
             for (label, ink, width) in [
-                (direction_name(evaluation).to_string(), lighten(ink), 1.0),
+                (direction_name(flank).to_string(), lighten(ink), 1.0),
                 ("long wave".into(), ink, 2.0),
             ] {
                 canvas.line((right, 38.0), (right + 18.0, 38.0), ink, width);
@@ -73,24 +71,24 @@ pub fn draw_record(found: &EncoderResult, title: &str) -> String {
                 right += 39.0 + text_width(&label, LABEL_SIZE);
             }
         }
-        let x = turns(evaluations);
-        draw_te(canvas, evaluations, x);
-        if let Some(backlash) = backlash {
+        let x = turns(flanks);
+        draw_te(canvas, flanks, x);
+        if let Some(play) = play {
             let bottom = below - BELOW;
-            draw_backlash(canvas, backlash, (bottom - HEIGHTS.0, bottom), x);
+            draw_backlash(canvas, play, (bottom - HEIGHTS.0, bottom), x);
         }
-        orders(canvas, evaluations, &named, down);
+        orders(canvas, flanks, &named, down);
     })
 }
 
 /// The turns that the record covers, from and to.
-fn turns(evaluations: &[FlankEvaluation]) -> (f64, f64) {
-    let ends = |evaluation: &FlankEvaluation| {
-        let n = evaluation.signal.samples_per_rev as f64;
-        let first = evaluation.signal.first as f64 / n;
-        (first, first + evaluation.signal.values.len() as f64 / n)
+fn turns(flanks: &[FlankEvaluation]) -> (f64, f64) {
+    let ends = |flank: &FlankEvaluation| {
+        let n = flank.signal.samples_per_rev as f64;
+        let first = flank.signal.first as f64 / n;
+        (first, first + flank.signal.values.len() as f64 / n)
     };
-    let all = evaluations.iter().map(ends);
+    let all = flanks.iter().map(ends);
     all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| {
         (l.min(e.0), h.max(e.1))
     })
@@ -121,8 +119,8 @@ fn points(cells: &AngularSignal, values: &[f64]) -> impl Iterator<Item = Point2>
     each.map(move |(i, e)| ((first + i as i64) as f64 / n, arcsec(*e)))
 }
 
-fn draw_te(canvas: &mut Canvas, evaluations: &[FlankEvaluation], x: (f64, f64)) {
-    let values = evaluations
+fn draw_te(canvas: &mut Canvas, flanks: &[FlankEvaluation], x: (f64, f64)) {
+    let values = flanks
         .iter()
         .flat_map(|f| f.signal.values.iter().map(|e| arcsec(*e)));
     let Some(y) = linear_range(values) else {
@@ -141,32 +139,17 @@ fn draw_te(canvas: &mut Canvas, evaluations: &[FlankEvaluation], x: (f64, f64)) 
         "transmission error, arcsec",
         Some("turns of the output"),
     );
-    let draw = |canvas: &mut Canvas,
-                evaluation: &FlankEvaluation,
-                values: &[f64],
-                ink: Colour,
-                width: f64| {
-        for run in clip_to_panel(&panel, points(&evaluation.signal, values)) {
-            canvas.polyline(&run, ink, width, LineStyle::Solid);
-        }
-    };
-    for (evaluation, ink) in evaluations.iter().zip([BLUE, ORANGE]) {
-        draw(
-            canvas,
-            evaluation,
-            &evaluation.signal.values,
-            lighten(ink),
-            0.6,
-        );
+    let draw =
+        |canvas: &mut Canvas, flank: &FlankEvaluation, values: &[f64], ink: Colour, width: f64| {
+            for run in clip_to_panel(&panel, points(&flank.signal, values)) {
+                canvas.polyline(&run, ink, width, LineStyle::Solid);
+            }
+        };
+    for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
+        draw(canvas, flank, &flank.signal.values, lighten(ink), 0.6);
     }
-    for (evaluation, ink) in evaluations.iter().zip([BLUE, ORANGE]) {
-        draw(
-            canvas,
-            evaluation,
-            &evaluation.deviations.long_wave,
-            ink,
-            1.6,
-        );
+    for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
+        draw(canvas, flank, &flank.composite.long_wave, ink, 1.6);
     }
 }
 
@@ -180,9 +163,9 @@ struct OrderStem {
 }
 
 /// The lines of a flank that stand out.
-fn stems(evaluation: &FlankEvaluation, ink: Colour) -> impl Iterator<Item = OrderStem> {
-    let lines = evaluation
-        .estimates
+fn stems(flank: &FlankEvaluation, ink: Colour) -> impl Iterator<Item = OrderStem> {
+    let lines = flank
+        .lines
         .iter()
         .filter(|l| l.significant)
         .map(move |l| OrderStem {
@@ -192,7 +175,7 @@ fn stems(evaluation: &FlankEvaluation, ink: Colour) -> impl Iterator<Item = Orde
             name: format!("{} {}", l.order.fraction, with_others(&l.order.names)),
             ink,
         });
-    let others = evaluation.line.iter().map(|u| OrderStem {
+    let others = flank.unexplained.iter().map(|u| OrderStem {
         order: u.order,
         size: arcsec(u.amplitude),
         interval: None,
@@ -205,14 +188,14 @@ fn stems(evaluation: &FlankEvaluation, ink: Colour) -> impl Iterator<Item = Orde
 /// Both directions; of the one with more turns the strongest have names.
 fn orders(
     canvas: &mut Canvas,
-    evaluations: &[FlankEvaluation],
+    flanks: &[FlankEvaluation],
     strongest: &[OrderStem],
     down: (f64, f64),
 ) {
-    let named: Vec<OrderStem> = (evaluations.iter().take(1))
+    let named: Vec<OrderStem> = (flanks.iter().take(1))
         .flat_map(|f| stems(f, BLUE))
         .collect();
-    let other: Vec<OrderStem> = (evaluations.iter().skip(1))
+    let other: Vec<OrderStem> = (flanks.iter().skip(1))
         .flat_map(|f| stems(f, ORANGE))
         .collect();
     let all = || named.iter().chain(&other);

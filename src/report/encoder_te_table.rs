@@ -19,7 +19,7 @@ const MAX_ROWS: usize = 24;
 
 /// Everything about a record.
 pub fn record(found: &EncoderResult, all: bool) -> String {
-    let measured = &found.evaluation;
+    let measured = &found.measured;
     let mut text = found
         .method_text
         .iter()
@@ -34,8 +34,8 @@ pub fn record(found: &EncoderResult, all: bool) -> String {
         measured.order_error,
         four_digits(arcsec(measured.quantisation)),
     );
-    if let Some(trace) = &measured.trace {
-        let (mean, least, most) = trace.range();
+    if let Some(speed) = &measured.speed {
+        let (mean, least, most) = speed.range();
         let rpm = |w: f64| four_digits(w * 30.0 / PI);
         text += &format!(
             "output at {} rpm, tooth by tooth {} … {}\n",
@@ -44,23 +44,23 @@ pub fn record(found: &EncoderResult, all: bool) -> String {
             rpm(most)
         );
     }
-    for evaluation in measured.evaluation.iter().flatten() {
-        text += &index_mark_text(evaluation);
+    for index in measured.index.iter().flatten() {
+        text += &index_mark_text(index);
     }
-    for flank_evaluation in &measured.evaluations {
-        text += &flank_table(flank_evaluation, found, all);
+    for flank in &measured.flanks {
+        text += &flank_table(flank, found, all);
     }
-    for (flank_evaluation, all) in measured.evaluations.iter().zip(&found.attribution) {
+    for (flank, all) in measured.flanks.iter().zip(&found.attribution) {
         if found.attribution.len() > 1 {
-            text += &format!("\n{}:\n", direction_name(flank_evaluation));
+            text += &format!("\n{}:\n", direction_name(flank));
         }
         text += &attribution(all);
     }
-    if let Some(backlash) = &measured.backlash {
+    if let Some(play) = &measured.backlash {
         text += &format!(
             "\nplay between the flanks: {} arcsec{}\n",
-            four_digits(arcsec(backlash.mean)),
-            backlash.variation.as_ref().map_or(String::new(), |course| {
+            four_digits(arcsec(play.mean)),
+            play.variation.as_ref().map_or(String::new(), |course| {
                 let varies = match course.range.1 > course.range.0 {
                     true => format!(
                         "{} … {} over the angle by the orders that stand out",
@@ -97,28 +97,28 @@ pub fn record(found: &EncoderResult, all: bool) -> String {
 }
 
 /// What an index says.
-fn index_mark_text(evaluation: &IndexEvaluation) -> String {
+fn index_mark_text(index: &IndexEvaluation) -> String {
     let place = |turns: f64| format!("{:.3}", 360.0 * turns);
-    let apart = evaluation.counts_apart.map_or(String::new(), |counts| {
+    let apart = index.counts_apart.map_or(String::new(), |counts| {
         format!(", {} counts apart", significant(counts))
     });
     format!(
         "index of the {}: passed {}{apart}, {} deg from where its readings are zero; each passage ± {} deg of it\n",
-        evaluation.shaft,
-        pluralise(evaluation.passages, "time"),
-        place(evaluation.mark_angle),
-        four_digits(360.0 * Z_95 * evaluation.scatter)
+        index.shaft,
+        pluralise(index.passages, "time"),
+        place(index.mark_angle),
+        four_digits(360.0 * Z_95 * index.scatter)
     )
 }
 
-fn flank_table(evaluation: &FlankEvaluation, found: &EncoderResult, all: bool) -> String {
-    let deviations = &evaluation.deviations;
+fn flank_table(flank: &FlankEvaluation, found: &EncoderResult, all: bool) -> String {
+    let composite = &flank.composite;
     let mut text = format!(
         "\n{}: {:.3} turns of the output, ranges over {}{}\n\n",
-        direction_name(evaluation),
-        evaluation.turns,
-        pluralise(deviations.turns, "turn"),
-        if deviations.closed {
+        direction_name(flank),
+        flank.turns,
+        pluralise(composite.turns, "turn"),
+        if composite.closed {
             ", whole hunting cycles"
         } else {
             ""
@@ -136,19 +136,19 @@ fn flank_table(evaluation: &FlankEvaluation, found: &EncoderResult, all: bool) -
     };
     row(
         "F_i′, whole record",
-        deviations.total,
+        composite.total,
         "of the readings, with steps and noise".into(),
     );
-    row("F_i′, one turn", deviations.per_rev.sliding, String::new());
+    row("F_i′, one turn", composite.per_rev.sliding, String::new());
     row(
         "f_i′, one pitch",
-        deviations.per_pitch.sliding,
+        composite.per_pitch.sliding,
         format!(
             "end to end {}",
-            four_digits(arcsec(deviations.per_pitch.fixed))
+            four_digits(arcsec(composite.per_pitch.fixed))
         ),
     );
-    let orders = &evaluation.fitted;
+    let orders = &flank.fitted;
     let beside = |bound: f64| {
         format!(
             "± {}: what the fitted orders make, without steps of the encoders and noise",
@@ -163,21 +163,21 @@ fn flank_table(evaluation: &FlankEvaluation, found: &EncoderResult, all: bool) -
     );
     row(
         "long wave",
-        deviations.long_wave_component.0,
+        composite.long_wave_component.0,
         format!(
             "by pitch means {}",
-            four_digits(arcsec(deviations.long_wave_component.1))
+            four_digits(arcsec(composite.long_wave_component.1))
         ),
     );
     row(
         "short wave",
-        deviations.short_wave_component.0.sliding,
+        composite.short_wave_component.0.sliding,
         format!(
             "by pitch means {}",
-            four_digits(arcsec(deviations.short_wave_component.1.sliding))
+            four_digits(arcsec(composite.short_wave_component.1.sliding))
         ),
     );
-    for mean in &evaluation.shaft_averages {
+    for mean in &flank.shaft_averages {
         let average = &mean.average;
         row(
             &format!("mean turn of {}", mean.shaft),
@@ -189,7 +189,7 @@ fn flank_table(evaluation: &FlankEvaluation, found: &EncoderResult, all: bool) -
             ),
         );
     }
-    row("left beside the orders", evaluation.noise, "rms".into());
+    row("left beside the orders", flank.noise, "rms".into());
     let mut heads = vec!["", "arcsec"];
     if with_um {
         heads.push("µm");
@@ -202,9 +202,9 @@ fn flank_table(evaluation: &FlankEvaluation, found: &EncoderResult, all: bool) -
         first.set_cell_alignment(comfy_table::CellAlignment::Left);
     }
     text += &finish(&whole);
-    text += &lines(evaluation, with_um, found, all);
-    text += &largest(evaluation);
-    for u in &evaluation.line {
+    text += &lines(flank, with_um, found, all);
+    text += &largest(flank);
+    for u in &flank.unexplained {
         let near = u.nearest.as_ref().map_or(String::new(), |what| {
             format!("; {what} lies there, --all fits multiples of the shafts")
         });
@@ -219,12 +219,12 @@ fn flank_table(evaluation: &FlankEvaluation, found: &EncoderResult, all: bool) -
 }
 
 /// Which line makes most of the error.
-fn largest(evaluation: &FlankEvaluation) -> String {
-    let known = || evaluation.estimates.iter().filter(|l| l.significant);
+fn largest(flank: &FlankEvaluation) -> String {
+    let known = || flank.lines.iter().filter(|l| l.significant);
     let Some(first) = known().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)) else {
         return "no order stands out of the noise\n".to_string();
     };
-    let others = evaluation.line.iter().map(|u| u.amplitude);
+    let others = flank.unexplained.iter().map(|u| u.amplitude);
     let sum: f64 = known()
         .map(|l| l.amplitude)
         .chain(others)
@@ -248,7 +248,7 @@ fn attribution(all: &Attribution) -> String {
         "order", "declared", "", "arrives", "measured", "evenly", "so it is", "95 %", "of",
     ]);
     table.add_row(vec!["", "", "", "arcsec", "arcsec", "arcsec", "", "", ""]);
-    for row in &all.orders {
+    for row in &all.rows {
         for source in &row.sources {
             let shown = |x: f64| four_digits(source.to_display_unit(x));
             table.add_row(vec![
@@ -283,9 +283,9 @@ fn attribution(all: &Attribution) -> String {
 }
 
 /// The lines that stand out, or the largest of them, by order.
-fn lines(evaluation: &FlankEvaluation, with_um: bool, found: &EncoderResult, all: bool) -> String {
-    let mut shown: Vec<&OrderEstimate> = evaluation
-        .estimates
+fn lines(flank: &FlankEvaluation, with_um: bool, found: &EncoderResult, all: bool) -> String {
+    let mut shown: Vec<&OrderEstimate> = flank
+        .lines
         .iter()
         .filter(|l| all || l.significant)
         .collect();
@@ -305,7 +305,7 @@ fn lines(evaluation: &FlankEvaluation, with_um: bool, found: &EncoderResult, all
             heads.push("amplitude");
             units.push("µm");
         }
-        let marked = found.evaluation.evaluation.iter().any(Option::is_some);
+        let marked = found.measured.index.iter().any(Option::is_some);
         heads.push("phase");
         units.push("deg");
         if marked {
@@ -316,35 +316,35 @@ fn lines(evaluation: &FlankEvaluation, with_um: bool, found: &EncoderResult, all
         units.push("");
         table.add_row(heads);
         table.add_row(units);
-        for estimate in shown.iter() {
-            let exact = estimate.order.fraction.to_string();
+        for line in shown.iter() {
+            let exact = line.order.fraction.to_string();
             let mut row = vec![
                 exact.clone(),
                 if exact.contains('/') {
-                    four_digits(estimate.order.value)
+                    four_digits(line.order.value)
                 } else {
                     String::new()
                 },
-                four_digits(arcsec(estimate.amplitude)),
-                estimate.interval.map_or("–".to_string(), |(low, high)| {
+                four_digits(arcsec(line.amplitude)),
+                line.interval.map_or("–".to_string(), |(low, high)| {
                     interval(arcsec(low), arcsec(high))
                 }),
             ];
-            if let Some(um) = micrometres(found, estimate.amplitude) {
+            if let Some(um) = micrometres(found, line.amplitude) {
                 row.push(four_digits(um));
             }
-            let phase = estimate.mark_phase.map_or(estimate.phase, |m| m.0);
+            let phase = line.mark_phase.map_or(line.phase, |m| m.0);
             row.push(format!("{:.1}", degrees(phase)));
             if marked {
-                row.push(estimate.mark_phase.map_or("–", |m| m.1).to_string());
+                row.push(line.mark_phase.map_or("–", |m| m.1).to_string());
             }
-            row.push(source_text(estimate));
+            row.push(source_text(line));
             table.add_row(row);
         }
         right_but_last(&mut table);
         text += &finish(&table);
     }
-    let more = evaluation.estimates.len() - shown.len();
+    let more = flank.lines.len() - shown.len();
     if more > 0 {
         text += &format!(
             "{} more {}; --all shows them\n",
@@ -360,13 +360,13 @@ fn lines(evaluation: &FlankEvaluation, with_um: bool, found: &EncoderResult, all
 }
 
 /// What makes a line, and what it cannot be told from.
-fn source_text(estimate: &OrderEstimate) -> String {
-    let mut text = estimate.order.names.join(" = ");
-    for order in estimate.unresolved() {
+fn source_text(line: &OrderEstimate) -> String {
+    let mut text = line.order.names.join(" = ");
+    for near in line.unresolved() {
         text += &format!(
             "; not told from {} before {} turns",
-            order.name,
-            four_digits(order.turns.ceil())
+            near.name,
+            four_digits(near.turns.ceil())
         );
     }
     text

@@ -24,11 +24,11 @@ const ROW_HEIGHT: f64 = 21.0;
 
 /// Strain and kinetic energy of the first `count` modes, twenty at most, by element.
 pub fn draw_energy_matrix(machine: &PreparedMachine, result: &ModesResult, count: usize) -> String {
-    let shown = result.modes.len().min(result.shares.len());
-    let shares = &result.shares[..shown.min(count).min(MAX_MODES)];
-    let (elements, left_out) = significant_elements(shares);
+    let shown = result.modes.len().min(result.energies.len());
+    let energies = &result.energies[..shown.min(count).min(MAX_MODES)];
+    let (elements, left_out) = significant_elements(energies);
     let name = |&e: &usize| truncate_label(&machine.machine.elements[e].name, 24);
-    let matrix = EnergyMatrix {
+    let table = EnergyMatrix {
         names: elements.iter().map(name).collect(),
         elements,
         left_out,
@@ -37,20 +37,16 @@ pub fn draw_energy_matrix(machine: &PreparedMachine, result: &ModesResult, count
             .iter()
             .map(|mode| mode.frequency_hz())
             .collect(),
-        shares,
+        energies,
     };
-    matrix.draw()
+    table.draw()
 }
 
 /// Elements with a share worth showing, in file order, and how many are left out.
-fn significant_elements(energy_shares: &[EnergyShares]) -> (Vec<usize>, usize) {
+fn significant_elements(energies: &[EnergyShares]) -> (Vec<usize>, usize) {
     let mut largest: Vec<(usize, f64)> = Vec::new();
-    let strains = energy_shares.iter().filter_map(|e| e.strain.as_ref());
-    let shares = energy_shares
-        .iter()
-        .map(|e| &e.kinetic)
-        .chain(strains)
-        .flatten();
+    let strains = energies.iter().filter_map(|e| e.strain.as_ref());
+    let shares = energies.iter().map(|e| &e.kinetic).chain(strains).flatten();
     let mut sorted: Vec<(usize, f64)> = shares.map(|&(e, share)| (e, share.abs())).collect();
     sorted.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
     for (element, share) in sorted {
@@ -72,12 +68,12 @@ struct EnergyMatrix<'a> {
     elements: Vec<usize>,
     left_out: usize,
     frequencies: Vec<f64>,
-    shares: &'a [EnergyShares],
+    energies: &'a [EnergyShares],
 }
 
 impl EnergyMatrix<'_> {
     fn draw(&self) -> String {
-        let (n, m) = (self.shares.len(), self.elements.len());
+        let (n, m) = (self.energies.len(), self.elements.len());
         let height = 60.0 + m as f64 * ROW_HEIGHT + 46.0;
         render_svg(WIDTH, height, |canvas| {
             if n == 0 {
@@ -127,13 +123,17 @@ impl EnergyMatrix<'_> {
 
     fn cells(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
         let quarter = grid.column / 4.0;
-        for (k, shares) in self.shares.iter().enumerate() {
+        for (k, energies) in self.energies.iter().enumerate() {
             for (row, &element) in self.elements.iter().enumerate() {
                 let (x, y) = grid.centre(k, row);
-                if let Some(share) = shares.strain.as_deref().and_then(|s| share_of(s, element)) {
+                if let Some(share) = energies
+                    .strain
+                    .as_deref()
+                    .and_then(|s| share_of(s, element))
+                {
                     strain(canvas, (x - quarter, y), share);
                 }
-                if let Some(share) = share_of(&shares.kinetic, element) {
+                if let Some(share) = share_of(&energies.kinetic, element) {
                     kinetic(canvas, (x + quarter, y), share);
                 }
             }
@@ -176,7 +176,7 @@ impl EnergyMatrix<'_> {
     }
 
     fn any_negative(&self) -> bool {
-        let strains = self.shares.iter().filter_map(|e| e.strain.as_ref());
+        let strains = self.energies.iter().filter_map(|e| e.strain.as_ref());
         strains.flatten().any(|&(_, share)| share < 0.0)
     }
 }

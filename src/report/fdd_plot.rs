@@ -64,34 +64,34 @@ fn ink(k: usize) -> Colour {
 }
 
 /// Draws it: the decays only where there are some.
-pub fn draw(plot: &FddPlot) -> String {
-    let has_decays = plot.bells.iter().any(|b| !b.decay.is_empty());
+pub fn draw(shown: &FddPlot) -> String {
+    let has_decays = shown.bells.iter().any(|b| !b.decay.is_empty());
     let below = if has_decays { SPACING + LOW } else { 0.0 };
     render_svg(WIDTH, MARGIN_TOP + HEIGHT + below + 52.0, |canvas| {
         canvas.text(
-            &plot.title,
+            &shown.title,
             (MARGIN_LEFT, 16.0),
             TITLE_SIZE,
             BLACK,
             Anchor::Start,
         );
-        let key = match plot.bells.is_empty() {
+        let key = match shown.bells.is_empty() {
             true => "black: the largest singular value, grey: the others",
             false => {
                 "black: the largest singular value, grey: the others, in colour: the bell of each peak, which has its shape"
             }
         };
         canvas.text(key, (MARGIN_LEFT, 36.0), LABEL_SIZE, GREY, Anchor::Start);
-        singular_values(canvas, plot);
+        singular_values(canvas, shown);
         if has_decays {
-            decays(canvas, plot, MARGIN_TOP + HEIGHT + SPACING);
+            decays(canvas, shown, MARGIN_TOP + HEIGHT + SPACING);
         }
     })
 }
 
-fn singular_values(canvas: &mut Canvas, plot: &FddPlot) {
-    let ends = plot.frequency_hz.first().zip(plot.frequency_hz.last());
-    let all = plot.singular_values.iter().flatten().copied();
+fn singular_values(canvas: &mut Canvas, shown: &FddPlot) {
+    let ends = shown.frequency_hz.first().zip(shown.frequency_hz.last());
+    let all = shown.singular_values.iter().flatten().copied();
     let (Some((&from, &to)), Some(y)) = (ends.filter(|e| e.0 < e.1), log_range(all)) else {
         draw_empty_note(canvas, MARGIN_TOP + HEIGHT / 2.0);
         return;
@@ -104,26 +104,26 @@ fn singular_values(canvas: &mut Canvas, plot: &FddPlot) {
     };
     draw_log_grid(&panel, canvas);
     draw_frame(&panel, canvas, "singular values", Some("frequency, Hz"));
-    for (k, values) in plot.singular_values.iter().enumerate().rev() {
-        let points = plot.frequency_hz.iter().zip(values);
+    for (k, values) in shown.singular_values.iter().enumerate().rev() {
+        let points = shown.frequency_hz.iter().zip(values);
         for run in clip_to_panel(&panel, points.map(|(f, v)| (*f, v.log10()))) {
             let (ink, width) = if k == 0 { (BLACK, 0.9) } else { (GREY, 0.5) };
             canvas.polyline(&run, ink, width, LineStyle::Solid);
         }
     }
-    for (k, bell) in plot.bells.iter().enumerate() {
+    for (k, bell) in shown.bells.iter().enumerate() {
         let points = bell.lines.iter().map(|(f, v)| (*f, v.log10()));
         for run in clip_to_panel(&panel, points) {
             canvas.polyline(&run, ink(k), 2.2, LineStyle::Solid);
         }
     }
     let logarithm = |(f, v, text): &(f64, f64, String)| (*f, v.log10(), text.clone());
-    let labels: Vec<_> = plot.labels.iter().map(logarithm).collect();
+    let labels: Vec<_> = shown.labels.iter().map(logarithm).collect();
     name_peaks(canvas, &panel, &labels);
 }
 
-fn decays(canvas: &mut Canvas, plot: &FddPlot, top: f64) {
-    let points = || plot.bells.iter().flat_map(|b| &b.decay);
+fn decays(canvas: &mut Canvas, shown: &FddPlot, top: f64) {
+    let points = || shown.bells.iter().flat_map(|b| &b.decay);
     let longest = points().map(|p| p.0).fold(0.0, f64::max);
     let Some(y) = log_range(points().map(|p| p.1)).filter(|_| longest > 0.0) else {
         return;
@@ -136,7 +136,7 @@ fn decays(canvas: &mut Canvas, plot: &FddPlot, top: f64) {
     };
     draw_log_grid(&panel, canvas);
     draw_frame(&panel, canvas, "autocovariance of the bell", Some("cycles"));
-    for share in [plot.fitted.0, plot.fitted.1] {
+    for share in [shown.fitted.0, shown.fitted.1] {
         let ends = [
             panel.to_canvas(0.0, share.log10()),
             panel.to_canvas(longest, share.log10()),
@@ -145,8 +145,8 @@ fn decays(canvas: &mut Canvas, plot: &FddPlot, top: f64) {
     }
     let right = panel.across.1 + 14.0;
     let rows = ((LOW - ROW_HEIGHT) / ROW_HEIGHT) as usize;
-    let count = plot.bells.len();
-    for (k, bell) in plot.bells.iter().enumerate() {
+    let count = shown.bells.len();
+    for (k, bell) in shown.bells.iter().enumerate() {
         for &(cycles, share) in bell.decay.iter().filter(|p| p.1.log10() < y.1) {
             canvas.fill_circle(panel.to_canvas(cycles, share.log10()), 1.1, ink(k));
         }

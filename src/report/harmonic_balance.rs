@@ -38,9 +38,9 @@ pub fn json(sources: &[Arc<SourceFile>], result: &HarmonicBalanceResult) -> Valu
         .map(|r| r.0)
         .collect();
     let special = |(s, jump): (&Bifurcation, &Option<f64>)| {
-        let mut value = motion(result, &s.solution);
+        let mut value = motion(result, &s.point);
         value["kind"] = json!(bifurcation_name(s.kind));
-        value["rising_speed"] = json!(s.solution.sense > 0.0);
+        value["rising_speed"] = json!(s.point.sense > 0.0);
         value["after_point"] = json!(s.after);
         value["jumps_to"] = json!(jump);
         value
@@ -58,10 +58,10 @@ pub fn json(sources: &[Arc<SourceFile>], result: &HarmonicBalanceResult) -> Valu
         "outputs": result.outputs.iter().map(|(name, unit)| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),
         "nonlinear": result.branches,
         "special": result.curve.bifurcations.iter().zip(&result.jumps).map(special).collect::<Vec<_>>(),
-        "points": result.curve.solutions.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
+        "points": result.curve.points.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
         "doubled": result.curve.period_doubled.iter().map(|d| json!({
             "born_at_special": d.bifurcation,
-            "points": d.solutions.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
+            "points": d.points.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "tongues": tongues,
         "complete": result.curve.stopped_by.is_none(),
@@ -115,12 +115,8 @@ pub fn csv(result: &HarmonicBalanceResult) -> String {
         }
     }
     let mut text = head.join(",") + "\n";
-    let single = result.curve.solutions.iter().map(|p| (p, 1));
-    let doubled = result
-        .curve
-        .period_doubled
-        .iter()
-        .flat_map(|d| &d.solutions);
+    let single = result.curve.points.iter().map(|p| (p, 1));
+    let doubled = result.curve.period_doubled.iter().flat_map(|d| &d.points);
     for (p, periods) in single.chain(doubled.map(|p| (p, 2))) {
         let largest = p.multipliers.first().map_or(0.0, |m| m.norm());
         text += &format!(
@@ -157,15 +153,9 @@ pub fn draw(title: &str, result: &HarmonicBalanceResult) -> String {
     let (factor, unit) = choose_unit(
         result
             .curve
-            .solutions
+            .points
             .iter()
-            .chain(
-                result
-                    .curve
-                    .period_doubled
-                    .iter()
-                    .flat_map(|d| &d.solutions),
-            )
+            .chain(result.curve.period_doubled.iter().flat_map(|d| &d.points))
             .map(amplitude)
             .fold(0.0, f64::max),
         unit,
@@ -176,7 +166,7 @@ pub fn draw(title: &str, result: &HarmonicBalanceResult) -> String {
         (x, y, p.unstable_count() == 0)
     };
     let mark = |s: &Bifurcation| {
-        let (speed, height) = at(&s.solution);
+        let (speed, height) = at(&s.point);
         (
             speed,
             height,
@@ -184,7 +174,7 @@ pub fn draw(title: &str, result: &HarmonicBalanceResult) -> String {
         )
     };
     let jump = |(s, to): (&Bifurcation, &Option<f64>)| {
-        let (speed, from) = at(&s.solution);
+        let (speed, from) = at(&s.point);
         (s.kind == BifurcationKind::Fold).then_some((speed, from, factor * (*to)?))
     };
     let tongues = result.instability_tongues.as_ref().map_or(Vec::new(), |t| {
@@ -204,7 +194,7 @@ pub fn draw(title: &str, result: &HarmonicBalanceResult) -> String {
         up: format!("{name}, half of peak to peak, {unit}"),
         points: points_with_folds(result).into_iter().map(shown).collect(),
         others: (result.curve.period_doubled.iter())
-            .map(|d| d.solutions.iter().map(shown).collect())
+            .map(|d| d.points.iter().map(shown).collect())
             .collect(),
         marks: result.curve.bifurcations.iter().map(mark).collect(),
         jumps: result
@@ -221,15 +211,15 @@ pub fn draw(title: &str, result: &HarmonicBalanceResult) -> String {
 /// Points with the folds among them, so that the line goes through these.
 fn points_with_folds(result: &HarmonicBalanceResult) -> Vec<&PeriodicSolution> {
     let curve = &result.curve;
-    let mut all = Vec::with_capacity(curve.solutions.len() + curve.bifurcations.len());
-    for (at, p) in curve.solutions.iter().enumerate() {
+    let mut all = Vec::with_capacity(curve.points.len() + curve.bifurcations.len());
+    for (at, p) in curve.points.iter().enumerate() {
         all.push(p);
         all.extend(
             curve
                 .bifurcations
                 .iter()
                 .filter(|s| s.after == at)
-                .map(|s| &s.solution),
+                .map(|s| &s.point),
         );
     }
     all

@@ -17,14 +17,14 @@ pub fn table(result: &HarmonicBalanceResult) -> String {
         .map_or(("", ""), |(n, u)| (n.as_str(), u));
     let largest = result
         .curve
-        .solutions
+        .points
         .iter()
         .max_by(|a, b| amplitude(a).total_cmp(&amplitude(b)));
     let (factor, unit) = choose_unit(largest.map_or(0.0, amplitude), unit);
     let mut text = format!(
         "{name} over the speed of {}: {}",
         result.node,
-        pluralise(result.curve.solutions.len(), "motion")
+        pluralise(result.curve.points.len(), "motion")
     );
     if let Some(p) = largest {
         text += &format!(
@@ -34,11 +34,7 @@ pub fn table(result: &HarmonicBalanceResult) -> String {
         );
     }
     if result.curve.bifurcations.is_empty() {
-        let stable = result
-            .curve
-            .solutions
-            .iter()
-            .all(|p| p.unstable_count() == 0);
+        let stable = result.curve.points.iter().all(|p| p.unstable_count() == 0);
         text += match stable {
             true => "no fold, no bifurcation: every motion is stable\n",
             false => "no fold, no bifurcation: every motion is unstable\n",
@@ -55,14 +51,14 @@ pub fn table(result: &HarmonicBalanceResult) -> String {
         ]);
         table.add_row(vec!["rpm", "Hz", &unit, &unit, "", ""]);
         for (s, jump) in result.curve.bifurcations.iter().zip(&result.jumps) {
-            let multiplier = s.solution.multipliers.first().map_or("–".to_string(), |m| {
+            let multiplier = s.point.multipliers.first().map_or("–".to_string(), |m| {
                 let sign = if m.im == 0.0 && m.re < 0.0 { "−" } else { "" };
                 format!("{sign}{}", four_digits(m.norm()))
             });
             table.add_row(vec![
-                significant(rpm(result.speed(s.solution.omega))),
-                significant(s.solution.omega / std::f64::consts::TAU),
-                four_digits(factor * amplitude(&s.solution)),
+                significant(rpm(result.speed(s.point.omega))),
+                significant(s.point.omega / std::f64::consts::TAU),
+                four_digits(factor * amplitude(&s.point)),
                 jump.map_or("–".to_string(), |j| four_digits(factor * j)),
                 multiplier,
                 describe_bifurcation(s),
@@ -89,7 +85,7 @@ pub fn table(result: &HarmonicBalanceResult) -> String {
 
 /// What happens at a special place, seen from the motion the curve came along.
 fn describe_bifurcation(s: &Bifurcation) -> String {
-    let sense = if s.solution.sense > 0.0 {
+    let sense = if s.point.sense > 0.0 {
         "rising"
     } else {
         "falling"
@@ -105,15 +101,15 @@ fn period_doubled_text(result: &HarmonicBalanceResult, factor: f64, unit: &str) 
     let curve = &result.curve;
     let speed = |p: &PeriodicSolution| significant(rpm(result.speed(p.omega)));
     let mut text = String::new();
-    for (at, bifurcation) in curve.bifurcations.iter().enumerate() {
-        if bifurcation.kind != BifurcationKind::PeriodDoubling {
+    for (at, special) in curve.bifurcations.iter().enumerate() {
+        if special.kind != BifurcationKind::PeriodDoubling {
             continue;
         }
-        let born = speed(&bifurcation.solution);
+        let born = speed(&special.point);
         let Some(found) = curve.period_doubled.iter().find(|d| d.bifurcation == at) else {
             let reached =
                 |d: &&crate::response::harmonic_balance::period_doubling::PeriodDoubledBranch| {
-                    d.covers_point(bifurcation.after)
+                    d.covers_point(special.after)
                 };
             text += &match curve.period_doubled.iter().find(reached) {
                 Some(_) => format!(
@@ -125,28 +121,25 @@ fn period_doubled_text(result: &HarmonicBalanceResult, factor: f64, unit: &str) 
             };
             continue;
         };
-        let (first, last) = (
-            &found.solutions[0],
-            &found.solutions[found.solutions.len() - 1],
-        );
+        let (first, last) = (&found.points[0], &found.points[found.points.len() - 1]);
         let stable = found
-            .solutions
+            .points
             .iter()
             .filter(|p| p.unstable_count() == 0)
             .count();
         let largest = found
-            .solutions
+            .points
             .iter()
             .filter_map(|p| p.outputs.first())
             .map(|o| o.amplitude())
             .fold(0.0, f64::max);
         text += &format!(
             "{} of two periods, born at {born} rpm, from {} to {} rpm, {} stable, the largest {} {unit}\n",
-            pluralise(found.solutions.len(), "motion"),
+            pluralise(found.points.len(), "motion"),
             speed(first),
             speed(last),
             match stable {
-                n if n == found.solutions.len() => "all".to_string(),
+                n if n == found.points.len() => "all".to_string(),
                 0 => "none".to_string(),
                 n => n.to_string(),
             },

@@ -61,29 +61,29 @@ pub fn draw_heatmaps(shown: &[Heatmap]) -> String {
     let high = if shown.len() == 1 { 420.0 } else { 240.0 };
     let pitch = high + SPACING;
     render_svg(WIDTH, MARGIN_TOP + shown.len() as f64 * pitch, |canvas| {
-        for (at, heatmap) in shown.iter().enumerate() {
+        for (at, map) in shown.iter().enumerate() {
             let top = MARGIN_TOP + at as f64 * pitch;
             canvas.text(
-                &heatmap.title,
+                &map.title,
                 (MARGIN_LEFT, top - 14.0),
                 TITLE_SIZE,
                 BLACK,
                 Anchor::Start,
             );
-            draw(heatmap, canvas, (top, top + high));
+            draw(map, canvas, (top, top + high));
         }
     })
 }
 
-fn draw(heatmap: &Heatmap, canvas: &mut Canvas, down: (f64, f64)) {
+fn draw(map: &Heatmap, canvas: &mut Canvas, down: (f64, f64)) {
     let middle = (0.5 * (MARGIN_LEFT + MARGIN_RIGHT), 0.5 * (down.0 + down.1));
-    let cells = HeatmapCells::from_heatmap(heatmap);
+    let cells = HeatmapCells::from_heatmap(map);
     let Some((panel, scale)) = cells.panel(down).zip(cells.scale()) else {
         canvas.text("nothing to show", middle, TITLE_SIZE, GREY, Anchor::Middle);
         return;
     };
     panel.draw_y_grid(canvas, &ticks(panel.y, 6));
-    draw_frame(&panel, canvas, "frequency, Hz", Some(&heatmap.across));
+    draw_frame(&panel, canvas, "frequency, Hz", Some(&map.across));
     for column in &cells.columns {
         let across = (
             panel.canvas_x(column.from),
@@ -104,7 +104,7 @@ fn draw(heatmap: &Heatmap, canvas: &mut Canvas, down: (f64, f64)) {
             );
         }
     }
-    draw_colour_bar(canvas, down, scale, &heatmap.level);
+    draw_colour_bar(canvas, down, scale, &map.level);
 }
 
 /// The scale of colours next to the map.
@@ -162,27 +162,26 @@ struct MapColumn {
 }
 
 impl HeatmapCells {
-    fn from_heatmap(heatmap: &Heatmap) -> HeatmapCells {
+    fn from_heatmap(map: &Heatmap) -> HeatmapCells {
         let gap = |all: &[f64]| {
             let steps = all.windows(2).map(|w| w[1] - w[0]);
             steps.reduce(f64::min).unwrap_or(1.0)
         };
-        let (pace, spacing) = (gap(&heatmap.times), gap(&heatmap.places));
+        let (pace, spacing) = (gap(&map.times), gap(&map.places));
         let merged = (
-            heatmap.times.len().div_ceil(CELLS.0).max(1),
-            heatmap.places.len().div_ceil(CELLS.1).max(1),
+            map.times.len().div_ceil(CELLS.0).max(1),
+            map.places.len().div_ceil(CELLS.1).max(1),
         );
         // Rows that belong together follow each other: a gap of the record stays one.
         const MAP_SPACING: f64 = 1.5;
-        let rows: Vec<(f64, &Vec<f64>)> =
-            heatmap.times.iter().copied().zip(&heatmap.rows).collect();
+        let rows: Vec<(f64, &Vec<f64>)> = map.times.iter().copied().zip(&map.rows).collect();
         let together = rows.chunk_by(|a, b| b.0 - a.0 < MAP_SPACING * pace);
         let column = |rows: &[(f64, &Vec<f64>)]| {
             let largest = |lines: std::ops::Range<usize>| {
                 let all = rows.iter().filter_map(|r| r.1.get(lines.clone())).flatten();
                 10.0 * all.copied().fold(0.0, f64::max).log10()
             };
-            let count = heatmap.places.len();
+            let count = map.places.len();
             let starts = (0..count).step_by(merged.1);
             MapColumn {
                 from: rows[0].0 - 0.5 * pace,
@@ -196,7 +195,7 @@ impl HeatmapCells {
             columns: together
                 .flat_map(|run| run.chunks(merged.0).map(column))
                 .collect(),
-            low: heatmap.places.first().map_or(0.0, |f| f - 0.5 * spacing),
+            low: map.places.first().map_or(0.0, |f| f - 0.5 * spacing),
             step: merged.1 as f64 * spacing,
         }
     }

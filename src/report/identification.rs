@@ -35,7 +35,7 @@ pub fn json(found: &IdentificationResult, done: &[Repair]) -> Result<Value, Erro
         .map(TransferFunction::to_json)
         .collect::<Result<Vec<Value>, Error>>()?;
     let fit = found.fit();
-    let hits = found.hits.iter().map(|h| json!({ "file": h.moment.file, "time_s": h.moment.time_s, "peak": h.peak, "used": h.reason.is_none(), "fault": h.reason.map(|f| f.description()) }));
+    let hits = found.hits.iter().map(|h| json!({ "file": h.moment.file, "time_s": h.moment.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault.map(|f| f.description()) }));
     let omitted = found.rejected_poles();
     let omitted = (omitted.iter())
         .map(|(pole, reason)| json!({ "pole_rad_s": complex(*pole), "reason": reason }));
@@ -73,15 +73,15 @@ pub fn json(found: &IdentificationResult, done: &[Repair]) -> Result<Value, Erro
 
 fn mode(found: &IdentificationResult, k: usize, mode: &IdentifiedMode) -> Value {
     let f = mode.frequency_hz();
-    let over = |labels: &[ChannelLabel], values: &[Complex]| -> Map<String, Value> {
-        let names = labels.iter().map(|t| t.name.clone());
+    let over = |terminals: &[ChannelLabel], values: &[Complex]| -> Map<String, Value> {
+        let names = terminals.iter().map(|t| t.name.clone());
         names.zip(values.iter().map(|&z| complex(z))).collect()
     };
     let several = !mode.participation.is_empty();
     let decay = found.window_decay();
     let shape = mode.mode.shape.as_slice();
     let shaped = shape.len() > 1;
-    let kurtosis = mode.indicator.as_ref().map(|h| h.envelope_kurtosis);
+    let kurtosis = mode.harmonic.as_ref().map(|h| h.envelope_kurtosis);
     json!({
         "mode": k + 1,
         "frequency_hz": f,
@@ -95,9 +95,9 @@ fn mode(found: &IdentificationResult, k: usize, mode: &IdentifiedMode) -> Value 
         "presence": mode.presence,
         "scatter_hz": mode.scatter_hz,
         "weak": mode.weak,
-        "model_error": mode.share.map(|d| d.model_error),
-        "frequency_spread_hz": mode.share.map(|d| d.frequency_spread_hz),
-        "damping_spread": mode.share.map(|d| d.damping_spread),
+        "model_error": mode.departure.map(|d| d.model_error),
+        "frequency_spread_hz": mode.departure.map(|d| d.frequency_spread_hz),
+        "damping_spread": mode.departure.map(|d| d.damping_spread),
         "envelope_kurtosis": kurtosis,
         "on_order": mode.on_order,
         "phase_collinearity": shaped.then(|| compare::phase_collinearity(shape)),
@@ -154,8 +154,8 @@ fn evidence(evidence: &Evidence) -> Value {
     match evidence {
         Evidence::Rational(fit) => fit.evidence.iter().map(|s| json!({ "pole_pairs_before": s.poles_before, "pole_pairs": s.poles_after, "chi2_before": s.chi2_before, "chi2": s.chi2_after, "probability": s.probability, "accepted": s.accepted, "reason": s.reason })).collect(),
         Evidence::Diagram(diagram) => diagram.poles.iter().map(|p| json!({ "order": p.order, "frequency_hz": p.frequency_hz, "damping_ratio": p.damping_ratio, "stability": stability_word(p.stability) })).collect(),
-        Evidence::Peaks(picking) => picking.peaks.iter().map(|p| json!({ "frequency_hz": p.frequency_hz, "prominence": p.prominence, "half_power": p.half_power.map(|(f, d)| json!({ "frequency_hz": f, "damping_ratio": d })), "bell_hz": bell_hz(p), "reason": p.reason })).collect(),
-        Evidence::Orders(orders) => orders.candidates.iter().map(|c| json!({ "model": structure_text(c.structure), "error_variance": c.error_variance, "aic": c.aic, "bic": c.bic, "mdl": c.mdl, "accepted": c.structure == orders.chosen })).collect(),
+        Evidence::Peaks(peaks) => peaks.peaks.iter().map(|p| json!({ "frequency_hz": p.frequency_hz, "prominence": p.prominence, "half_power": p.half_power.map(|(f, d)| json!({ "frequency_hz": f, "damping_ratio": d })), "bell_hz": bell_hz(p), "reason": p.reason })).collect(),
+        Evidence::Orders(orders) => orders.candidates.iter().map(|c| json!({ "model": structure_text(c.family), "error_variance": c.error_variance, "aic": c.aic, "bic": c.bic, "mdl": c.mdl, "accepted": c.family == orders.chosen })).collect(),
         Evidence::Tracking(course) => mode_tracking::trials(course),
     }
 }
@@ -334,10 +334,10 @@ pub fn stabilisation_diagram(
 
 /// Singular values with their peaks, bells and decays, where the method looked for peaks.
 pub fn decomposition(found: &IdentificationResult, name: &str) -> Option<FddPlot> {
-    let Evidence::Peaks(picking) = &found.evidence else {
+    let Evidence::Peaks(peaks) = &found.evidence else {
         return None;
     };
-    let (lines, first) = &picking.level;
+    let (lines, first) = &peaks.level;
     let inside: Vec<usize> = (0..lines.len())
         .filter(|&k| (found.band_hz.0..=found.band_hz.1).contains(&lines[k]))
         .collect();
@@ -369,11 +369,11 @@ pub fn decomposition(found: &IdentificationResult, name: &str) -> Option<FddPlot
         title: format!("{name}: peaks by {}", found.method.name()),
         frequency_hz: of_band(lines),
         singular_values: std::iter::once(first)
-            .chain(&picking.below)
+            .chain(&peaks.below)
             .map(of_band)
             .collect(),
         labels: found.modes.iter().filter_map(label).collect(),
-        bells: picking.peaks.iter().filter_map(bell).collect(),
+        bells: peaks.peaks.iter().filter_map(bell).collect(),
         fitted: DECAY_RANGE,
     })
 }

@@ -60,9 +60,9 @@ pub fn modes(
         "modes": list,
         "contacts": contacts(machine),
         "tangents": tangents(machine),
-        "campbell": result.diagram.as_ref().map(campbell::json),
+        "campbell": result.campbell.as_ref().map(campbell::json),
         "state_space": result.state_space.as_ref().map(|(space, parts)| state_space::state_space_json(space, parts)),
-        "reduction": result.result.as_ref().map(state_space::reduction_json),
+        "reduction": result.reduction.as_ref().map(state_space::reduction_json),
         "effort": result.trace.iter().map(|t| json!({ "stage": t.1, "time_s": t.2 })).collect::<Vec<_>>(),
         "warnings": warnings(&result.diagnostics),
     })
@@ -77,7 +77,7 @@ fn contacts(machine: &PreparedMachine) -> Value {
             "force_si": force,
         })
     };
-    machine.point.contacts.iter().map(contact).collect()
+    machine.operating.contacts.iter().map(contact).collect()
 }
 
 /// What is not linear: the force it carries, N or N·m, and its tangent stiffness there, N/m or N·m/rad.
@@ -89,7 +89,7 @@ fn tangents(machine: &PreparedMachine) -> Value {
             "stiffness_si": t.stiffness,
         })
     };
-    machine.point.stiffness.iter().map(tangent).collect()
+    machine.operating.tangents.iter().map(tangent).collect()
 }
 
 /// A plan.
@@ -126,7 +126,7 @@ fn mode(
 ) -> Value {
     let machine = &prepared_machine.machine;
     let mode = &result.modes[k];
-    let energy_shares = &result.shares[k];
+    let energies = &result.energies[k];
     let sensitivities = result
         .sensitivities
         .as_ref()
@@ -139,15 +139,15 @@ fn mode(
         "damped_frequency_hz": swings.then(|| mode.eigenvalue.im / std::f64::consts::TAU),
         "time_constants_s": time_constants,
         "damping_ratio": mode.damping_ratio,
-        "light_damping_ratio": energy_shares.estimated_damping_ratio.filter(|_| !result.complex),
+        "light_damping_ratio": energies.estimated_damping_ratio.filter(|_| !result.complex),
         "rigid": mode.rigid,
         "eigenvalue_rad_s": complex(mode.eigenvalue),
         "residual": mode.residual,
         "digits_trusted": mode.trusted_digits.is_finite().then_some((mode.trusted_digits * 10.0).floor() / 10.0),
         "shape": shape(machine, mode, result.complex, detail),
-        "kinetic_energy": shares(machine, &energy_shares.kinetic, detail),
-        "strain_energy": energy_shares.strain.as_ref().map(|s| shares(machine, s, detail)),
-        "dissipation": energy_shares.dissipated.as_ref().map(|s| shares(machine, s, detail)),
+        "kinetic_energy": shares(machine, &energies.kinetic, detail),
+        "strain_energy": energies.strain.as_ref().map(|s| shares(machine, s, detail)),
+        "dissipation": energies.dissipated.as_ref().map(|s| shares(machine, s, detail)),
         "sensitivities": sensitivities,
     })
 }

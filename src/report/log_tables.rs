@@ -18,7 +18,7 @@ use crate::recording::frequency_responses::{FrequencyResponses, StoredSpectrum};
 use crate::recording::signals::Recording;
 
 /// What was understood of a log.
-pub fn survey(recording: &Recording, statistics: &[ChannelStatistics]) -> String {
+pub fn survey(recording: &Recording, surveys: &[ChannelStatistics]) -> String {
     let mut text = format!("{}   {}\n", recording.path, recording.dialect);
     text += &format!(
         "  time base   {} Hz, {}\n",
@@ -44,17 +44,17 @@ pub fn survey(recording: &Recording, statistics: &[ChannelStatistics]) -> String
     }
     let mut table = plain();
     table.add_row(vec!["  channel", "unit", "range", "noise ≤", "note"]);
-    for (channel, channel_statistics) in recording.channels.iter().zip(statistics) {
-        let (range, noise) = match channel_statistics.empty {
+    for (channel, survey) in recording.channels.iter().zip(surveys) {
+        let (range, noise) = match survey.empty {
             true => ("–".to_string(), "–".to_string()),
             false => (
                 format!(
                     "{} … {}",
-                    four_digits(channel_statistics.range.0),
-                    four_digits(channel_statistics.range.1)
+                    four_digits(survey.range.0),
+                    four_digits(survey.range.1)
                 ),
-                match channel_statistics.noise.is_finite() {
-                    true => four_digits(channel_statistics.noise),
+                match survey.noise.is_finite() {
+                    true => four_digits(survey.noise),
                     false => "–".to_string(),
                 },
             ),
@@ -69,7 +69,7 @@ pub fn survey(recording: &Recording, statistics: &[ChannelStatistics]) -> String
             unit.to_string(),
             range,
             noise,
-            survey_note(channel_statistics),
+            survey_note(survey),
         ]);
     }
     text + &finish(&table)
@@ -367,8 +367,8 @@ fn evidence(found: &IdentificationResult) -> String {
             );
             repeat + &left_out(found)
         }
-        Evidence::Peaks(picking) => picking.peaks.iter().filter_map(peak).collect(),
-        Evidence::Orders(selection) => order_table(selection) + &left_out(found),
+        Evidence::Peaks(peaks) => peaks.peaks.iter().filter_map(peak).collect(),
+        Evidence::Orders(orders) => order_table(orders) + &left_out(found),
         Evidence::Tracking(course) => mode_tracking_table::trials_table(course),
     }
 }
@@ -407,24 +407,24 @@ fn peak(peak: &PickedPeak) -> Option<String> {
 }
 
 /// Orders near the chosen one, and what the residuals tell.
-fn order_table(selection: &OrderSelection) -> String {
+fn order_table(orders: &OrderSelection) -> String {
     let mut table = plain();
     table.add_row(vec!["model", "BIC", "AIC", "MDL", "note"]);
-    let chosen = selection
+    let chosen = orders
         .candidates
         .iter()
-        .position(|c| c.structure == selection.chosen)
+        .position(|c| c.family == orders.chosen)
         .unwrap_or(0);
-    let shown = chosen.saturating_sub(NEIGHBOURS)
-        ..(chosen + NEIGHBOURS + 1).min(selection.candidates.len());
-    for candidate in &selection.candidates[shown] {
-        let note = if candidate.structure == selection.chosen {
+    let shown =
+        chosen.saturating_sub(NEIGHBOURS)..(chosen + NEIGHBOURS + 1).min(orders.candidates.len());
+    for candidate in &orders.candidates[shown] {
+        let note = if candidate.family == orders.chosen {
             "taken"
         } else {
             ""
         };
         table.add_row(vec![
-            structure_text(candidate.structure),
+            structure_text(candidate.family),
             format!("{:.1}", candidate.bic),
             format!("{:.1}", candidate.aic),
             format!("{:.1}", candidate.mdl),
@@ -432,11 +432,11 @@ fn order_table(selection: &OrderSelection) -> String {
         ]);
     }
     let mut text = String::new();
-    if !selection.candidates.is_empty() {
+    if !orders.candidates.is_empty() {
         super::modes_table::right_but_last(&mut table);
         text = finish(&table);
     }
-    for (what, test) in &selection.tests {
+    for (what, test) in &orders.tests {
         text += &format!(
             "residuals {what}: {}\n",
             format_probability(test.probability)
@@ -459,7 +459,7 @@ const NEIGHBOURS: usize = 3;
 /// What is remarkable about a mode.
 fn note_of(found: &IdentificationResult, mode: &IdentifiedMode) -> String {
     let mut notes = Vec::new();
-    if let Some(departure) = &mode.share {
+    if let Some(departure) = &mode.departure {
         if departure.model_error > 0.0 {
             let share = super::number_format::percent(departure.model_error);
             notes.push(format!("departs by {share} %"));

@@ -21,7 +21,7 @@ pub fn json(gear: &MeasuredGear, result: &MeasurementResult) -> Value {
         "title": gear.title,
         "asked": gear.requirement.as_ref().map(requirement_json),
         "within": result.is_within_limits(),
-        "deviations": result.values.iter().map(|value| deviation(gear, value)).collect::<Vec<_>>(),
+        "deviations": result.rows.iter().map(|row| deviation(gear, row)).collect::<Vec<_>>(),
         "notes": result.notes,
         "stages": super::json::stages(steps),
         "warnings": super::json::warnings(&result.diagnostics),
@@ -29,7 +29,7 @@ pub fn json(gear: &MeasuredGear, result: &MeasurementResult) -> Value {
 }
 
 fn requirement_json(requirement: &AccuracyRequirement) -> Value {
-    let accuracy = &requirement.grades;
+    let accuracy = &requirement.accuracy;
     json!({
         "standard": standard(requirement),
         "motion": accuracy.motion,
@@ -52,45 +52,45 @@ fn uses_limit_table(gear: &MeasuredGear) -> bool {
 }
 
 /// The grade a row reached by what was asked; by the newer edition where nothing was.
-pub fn required_grade_result(gear: &MeasuredGear, value: &GradedValue) -> Option<AchievedGrade> {
+pub fn required_grade_result(gear: &MeasuredGear, row: &GradedValue) -> Option<AchievedGrade> {
     match gear.requirement.as_ref().and_then(|d| d.edition) {
-        Some(Edition::Y1995) => value.achieved[0],
-        _ if uses_limit_table(gear) => value.reached_by_table,
-        _ => value.achieved[1],
+        Some(Edition::Y1995) => row.achieved[0],
+        _ if uses_limit_table(gear) => row.reached_by_table,
+        _ => row.achieved[1],
     }
 }
 
-fn deviation(gear: &MeasuredGear, value: &GradedValue) -> Value {
+fn deviation(gear: &MeasuredGear, row: &GradedValue) -> Value {
     let micro = |x: f64| 1e6 * x;
-    let old = value.deviation.jb179_name();
-    let grade = |achieved_grade: Option<AchievedGrade>| match achieved_grade {
+    let old = row.quantity.jb179_name();
+    let grade = |reached: Option<AchievedGrade>| match reached {
         Some(AchievedGrade::Grade(grade)) => json!(grade),
         _ => Value::Null,
     };
-    let over = match value.deviation {
+    let over = match row.quantity {
         GearDeviation::OverPitches(k) => Some(k),
         _ => None,
     };
     json!({
-        "name": value.deviation.key(),
-        "title": value.deviation.name(),
+        "name": row.quantity.key(),
+        "title": row.quantity.name(),
         "old_name": old.map(|old| old.symbol),
         "over_pitches": over,
-        "side": value.side.name(),
-        "found": value.location,
-        "predicted": value.predicted,
-        "value_um": micro(value.estimate.value),
-        "std_um": value.estimate.std.map(micro),
-        "lower_limit_um": value.limits.map(|limits| micro(limits.0)),
-        "upper_limit_um": value.limits.map(|limits| micro(limits.1)),
-        "grade_asked": value.required_grade,
-        "grade": grade(required_grade_result(gear, value)),
-        "grade_1995": grade(value.achieved[0]),
-        "grade_2013": grade(value.achieved[1]),
-        "coarser_than_all_grades": matches!(required_grade_result(gear, value), Some(AchievedGrade::Beyond(_))),
-        "within": value.is_within_limits(),
-        "in_doubt": value.is_inconclusive(),
-        "limiting": value.limiting,
+        "side": row.side.name(),
+        "found": row.location,
+        "predicted": row.predicted,
+        "value_um": micro(row.estimate.value),
+        "std_um": row.estimate.std.map(micro),
+        "lower_limit_um": row.limits.map(|limits| micro(limits.0)),
+        "upper_limit_um": row.limits.map(|limits| micro(limits.1)),
+        "grade_asked": row.required_grade,
+        "grade": grade(required_grade_result(gear, row)),
+        "grade_1995": grade(row.achieved[0]),
+        "grade_2013": grade(row.achieved[1]),
+        "coarser_than_all_grades": matches!(required_grade_result(gear, row), Some(AchievedGrade::Beyond(_))),
+        "within": row.is_within_limits(),
+        "in_doubt": row.is_inconclusive(),
+        "limiting": row.limiting,
     })
 }
 
@@ -100,34 +100,31 @@ pub fn csv(gear: &MeasuredGear, result: &MeasurementResult) -> String {
         "name,old_name,side,found,predicted,value [µm],std [µm],lower_limit [µm],upper_limit [µm],grade_asked,grade,within,limiting\n",
     );
     let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{}", 1e6 * x));
-    for graded_value in &result.values {
-        let grade = match required_grade_result(gear, graded_value) {
+    for row in &result.rows {
+        let grade = match required_grade_result(gear, row) {
             Some(AchievedGrade::Grade(grade)) => grade.to_string(),
             Some(AchievedGrade::Beyond(coarsest)) => format!(">{coarsest}"),
             None => String::new(),
         };
         let cells = [
-            graded_value.deviation.key().to_string(),
-            graded_value
-                .deviation
+            row.quantity.key().to_string(),
+            row.quantity
                 .jb179_name()
                 .map_or("", |old| old.symbol)
                 .to_string(),
-            graded_value.side.name().to_string(),
-            csv_field(&graded_value.location),
-            graded_value.predicted.to_string(),
-            number(Some(graded_value.estimate.value)),
-            number(graded_value.estimate.std),
-            number(graded_value.limits.map(|l| l.0)),
-            number(graded_value.limits.map(|l| l.1)),
-            graded_value
-                .required_grade
+            row.side.name().to_string(),
+            csv_field(&row.location),
+            row.predicted.to_string(),
+            number(Some(row.estimate.value)),
+            number(row.estimate.std),
+            number(row.limits.map(|l| l.0)),
+            number(row.limits.map(|l| l.1)),
+            row.required_grade
                 .map_or(String::new(), |grade| grade.to_string()),
             grade,
-            graded_value
-                .is_within_limits()
+            row.is_within_limits()
                 .map_or(String::new(), |w| w.to_string()),
-            graded_value.limiting.to_string(),
+            row.limiting.to_string(),
         ];
         text += &(cells.join(",") + "\n");
     }

@@ -17,9 +17,9 @@ const ABOVE: f64 = 30.0;
 const BELOW: f64 = 40.0;
 
 /// All charts below each other; `None` where there is nothing to draw unrolled.
-pub fn draw_charts(title: &str, plot: &[ChartPlot]) -> Option<String> {
+pub fn draw_charts(title: &str, plots: &[ChartPlot]) -> Option<String> {
     let sections: Vec<(&ChartPlot, f64)> =
-        plot.iter().filter_map(|d| Some((d, height(d)?))).collect();
+        plots.iter().filter_map(|d| Some((d, height(d)?))).collect();
     let total: f64 = sections.iter().map(|s| s.1 + ABOVE + BELOW).sum();
     (!sections.is_empty()).then(|| {
         render_svg(WIDTH, total + 34.0, |canvas| {
@@ -34,8 +34,8 @@ pub fn draw_charts(title: &str, plot: &[ChartPlot]) -> Option<String> {
     })
 }
 
-fn height(plot: &ChartPlot) -> Option<f64> {
-    match plot {
+fn height(plots: &ChartPlot) -> Option<f64> {
+    match plots {
         ChartPlot::Pitch { .. } => Some(150.0),
         ChartPlot::Traces { .. } => Some(250.0),
         ChartPlot::Record { .. } => Some(150.0),
@@ -43,9 +43,9 @@ fn height(plot: &ChartPlot) -> Option<f64> {
     }
 }
 
-fn draw(canvas: &mut Canvas, plot: &ChartPlot, down: (f64, f64)) {
-    match plot {
-        ChartPlot::Pitch { side, deviations } => pitch(canvas, *side, deviations, down),
+fn draw(canvas: &mut Canvas, plots: &ChartPlot, down: (f64, f64)) {
+    match plots {
+        ChartPlot::Pitch { side, pitches } => pitch(canvas, *side, pitches, down),
         ChartPlot::Runout {
             method_text: found,
             runout,
@@ -149,10 +149,10 @@ fn blocks(canvas: &mut Canvas, panel: &Panel, values: &[f64]) {
 }
 
 /// Single pitches as bars, the places they add up to as a line, the extremes marked.
-fn pitch(canvas: &mut Canvas, side: FlankSide, deviations: &PitchDeviations, down: (f64, f64)) {
-    let single: Vec<f64> = deviations.single.iter().map(|f| 1e6 * f).collect();
-    let summed: Vec<f64> = deviations.cumulative.iter().map(|f| 1e6 * f).collect();
-    let (worst, total) = (deviations.single_pitch(), deviations.cumulative_total());
+fn pitch(canvas: &mut Canvas, side: FlankSide, pitches: &PitchDeviations, down: (f64, f64)) {
+    let single: Vec<f64> = pitches.single.iter().map(|f| 1e6 * f).collect();
+    let summed: Vec<f64> = pitches.cumulative.iter().map(|f| 1e6 * f).collect();
+    let (worst, total) = (pitches.single_pitch(), pitches.cumulative_total());
     let title = format!(
         "pitch, {}: bars f_i (f_p {:.2} µm), line F_i (F_p {:.2} µm)",
         flanks(side),

@@ -21,32 +21,32 @@ struct PolarCurve {
 }
 
 /// Everything that goes round, three in a row; `None` where nothing does.
-pub fn draw_polar(title: &str, plot: &[ChartPlot]) -> Option<String> {
-    let curves: Vec<PolarCurve> = plot.iter().filter_map(round).collect();
-    let rows = curves.len().div_ceil(3);
-    (!curves.is_empty()).then(|| {
+pub fn draw_polar(title: &str, plots: &[ChartPlot]) -> Option<String> {
+    let rounds: Vec<PolarCurve> = plots.iter().filter_map(round).collect();
+    let rows = rounds.len().div_ceil(3);
+    (!rounds.is_empty()).then(|| {
         render_svg(WIDTH, rows as f64 * SIDE + 30.0, |canvas| {
             canvas.text(title, (16.0, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
-            for (i, curve) in curves.iter().enumerate() {
+            for (i, round) in rounds.iter().enumerate() {
                 let (row, column) = (i / 3, i % 3);
                 let centre = (
                     (column as f64 + 0.5) * SIDE,
                     30.0 + (row as f64 + 0.5) * SIDE + 10.0,
                 );
-                draw(canvas, curve, centre);
+                draw(canvas, round, centre);
             }
         })
     })
 }
 
-fn round(plot: &ChartPlot) -> Option<PolarCurve> {
+fn round(plots: &ChartPlot) -> Option<PolarCurve> {
     let micro = |values: &[f64]| values.iter().map(|x| 1e6 * x).collect();
     let of = |title: String, values: &[f64], slow: &[f64]| PolarCurve {
         title,
         values: micro(values),
         slow: micro(slow),
     };
-    Some(match plot {
+    Some(match plots {
         ChartPlot::Runout {
             method_text: found,
             runout,
@@ -55,9 +55,9 @@ fn round(plot: &ChartPlot) -> Option<PolarCurve> {
             &runout.readings,
             &runout.first_order(),
         ),
-        ChartPlot::Pitch { side, deviations } => of(
+        ChartPlot::Pitch { side, pitches } => of(
             format!("places of {} flanks", side.name()),
-            &deviations.flank_positions(),
+            &pitches.flank_positions(),
             &[],
         ),
         ChartPlot::Record {
@@ -75,8 +75,8 @@ fn round(plot: &ChartPlot) -> Option<PolarCurve> {
     })
 }
 
-fn draw(canvas: &mut Canvas, polar_curve: &PolarCurve, centre: Point2) {
-    let (low, high) = polar_curve
+fn draw(canvas: &mut Canvas, round: &PolarCurve, centre: Point2) {
+    let (low, high) = round
         .values
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
@@ -102,7 +102,7 @@ fn draw(canvas: &mut Canvas, polar_curve: &PolarCurve, centre: Point2) {
         let degrees = format!("{}°", 90 * quarter);
         canvas.text(&degrees, (x, y), LABEL_SIZE, BLACK, Anchor::Middle);
     }
-    let n = polar_curve.values.len();
+    let n = round.values.len();
     let closed = |values: &[f64]| -> Vec<Point2> {
         let spot = |(i, x): (usize, &f64)| at(i as f64 / n as f64, radius(*x));
         values
@@ -112,23 +112,18 @@ fn draw(canvas: &mut Canvas, polar_curve: &PolarCurve, centre: Point2) {
             .map(spot)
             .collect()
     };
-    if !polar_curve.slow.is_empty() {
-        canvas.polyline(
-            &closed(&polar_curve.slow),
-            lighten(BLUE),
-            2.4,
-            LineStyle::Solid,
-        );
+    if !round.slow.is_empty() {
+        canvas.polyline(&closed(&round.slow), lighten(BLUE), 2.4, LineStyle::Solid);
     }
     let few = n <= 400;
-    let curve = closed(&polar_curve.values);
+    let curve = closed(&round.values);
     canvas.polyline(&curve, BLACK, if few { 1.1 } else { 0.7 }, LineStyle::Solid);
     if few {
         curve
             .iter()
             .for_each(|&spot| canvas.fill_circle(spot, 1.6, BLACK));
     }
-    let slow = match (polar_curve.slow.is_empty(), few) {
+    let slow = match (round.slow.is_empty(), few) {
         (true, _) => "",
         (_, true) => "; pale: eccentricity",
         (_, false) => "; pale: orders below z/2",
@@ -136,12 +131,6 @@ fn draw(canvas: &mut Canvas, polar_curve: &PolarCurve, centre: Point2) {
     let range = format!("range {:.2} µm{slow}", high - low);
     let top = centre.1 - SIDE / 2.0;
     let below = |by: f64| (centre.0, top + by);
-    canvas.text(
-        &polar_curve.title,
-        below(2.0),
-        LABEL_SIZE,
-        BLACK,
-        Anchor::Middle,
-    );
+    canvas.text(&round.title, below(2.0), LABEL_SIZE, BLACK, Anchor::Middle);
     canvas.text(&range, below(16.0), LABEL_SIZE, GREY, Anchor::Middle);
 }

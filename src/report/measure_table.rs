@@ -13,7 +13,7 @@ use crate::scene::measured_gear::MeasuredGear;
 pub fn deviations(gear: &MeasuredGear, result: &MeasurementResult) -> String {
     let mut text = head(gear);
     let (measured, predicted): (Vec<&GradedValue>, Vec<&GradedValue>) =
-        result.values.iter().partition(|value| !value.predicted);
+        result.rows.iter().partition(|row| !row.predicted);
     text += "\n";
     text += &table(gear, &measured);
     if !predicted.is_empty() {
@@ -27,32 +27,28 @@ pub fn deviations(gear: &MeasuredGear, result: &MeasurementResult) -> String {
         }
     }
     text += "\n";
-    if result
-        .values
-        .iter()
-        .any(|value| value.estimate.std.is_some())
-    {
+    if result.rows.iter().any(|row| row.estimate.std.is_some()) {
         text += INTERVAL_FOOTNOTE;
     }
     text + &verdict(gear, result)
 }
 
 fn head(gear: &MeasuredGear) -> String {
-    let involute_gear = &gear.gear;
+    let involute = &gear.gear;
     let mut text = format!("{}\n", gear.title);
     text += &format!(
         "z {}, m {} mm, α {} deg",
-        involute_gear.teeth,
-        short(1e3 * involute_gear.module),
-        short(involute_gear.pressure_angle.to_degrees())
+        involute.teeth,
+        short(1e3 * involute.module),
+        short(involute.pressure_angle.to_degrees())
     );
-    if involute_gear.helix != 0.0 {
-        text += &format!(", β {} deg", short(involute_gear.helix.to_degrees()));
+    if involute.helix != 0.0 {
+        text += &format!(", β {} deg", short(involute.helix.to_degrees()));
     }
-    if involute_gear.profile_shift != 0.0 {
-        text += &format!(", x {}", short(involute_gear.profile_shift));
+    if involute.profile_shift != 0.0 {
+        text += &format!(", x {}", short(involute.profile_shift));
     }
-    text += &format!(", d {} mm", short(1e3 * involute_gear.reference_diameter()));
+    text += &format!(", d {} mm", short(1e3 * involute.reference_diameter()));
     if let Some(width) = gear.face_width {
         text += &format!(", b {} mm", short(1e3 * width));
     }
@@ -61,7 +57,7 @@ fn head(gear: &MeasuredGear) -> String {
         Some(requirement) => {
             text += &format!(
                 "asked: {}, {}\n",
-                requirement.grades.describe(),
+                requirement.accuracy.describe(),
                 standard(requirement)
             );
         }
@@ -75,10 +71,8 @@ fn short(x: f64) -> String {
     super::number_format::four_digits((x * 1e6).round() / 1e6)
 }
 
-fn table(gear: &MeasuredGear, values: &[&GradedValue]) -> String {
-    let by_table = values
-        .iter()
-        .any(|graded_value| graded_value.reached_by_table.is_some());
+fn table(gear: &MeasuredGear, rows: &[&GradedValue]) -> String {
+    let by_table = rows.iter().any(|row| row.reached_by_table.is_some());
     let mut table = plain();
     let mut heads = vec![
         "",
@@ -101,39 +95,33 @@ fn table(gear: &MeasuredGear, values: &[&GradedValue]) -> String {
     units.extend(["", ""]);
     table.add_row(heads);
     table.add_row(units);
-    for graded_value in values {
+    for row in rows {
         let dash = || "–".to_string();
         let mut cells = vec![
-            symbol(graded_value.deviation),
-            graded_value.deviation.name().to_string(),
-            graded_value
-                .deviation
+            symbol(row.quantity),
+            row.quantity.name().to_string(),
+            row.quantity
                 .jb179_name()
                 .map_or(String::new(), |old| old.symbol.to_string()),
-            graded_value.side.name().to_string(),
-            micro(graded_value.estimate.value),
-            graded_value
-                .estimate
-                .std
-                .map_or(dash(), |u| micro(Z_95 * u)),
-            limit(graded_value).unwrap_or_else(dash),
-            graded_value
-                .required_grade
-                .map_or(dash(), |grade| grade.to_string()),
-            grade(graded_value.achieved[0]),
-            grade(graded_value.achieved[1]),
+            row.side.name().to_string(),
+            micro(row.estimate.value),
+            row.estimate.std.map_or(dash(), |u| micro(Z_95 * u)),
+            limit(row).unwrap_or_else(dash),
+            row.required_grade.map_or(dash(), |grade| grade.to_string()),
+            grade(row.achieved[0]),
+            grade(row.achieved[1]),
         ];
         if by_table {
-            cells.push(grade(graded_value.reached_by_table));
+            cells.push(grade(row.reached_by_table));
         }
-        cells.push(mark(graded_value).to_string());
-        cells.push(match graded_value.limiting {
+        cells.push(mark(row).to_string());
+        cells.push(match row.limiting {
             true => format!(
                 "{}  ◄ sets the grade, {}",
-                graded_value.location,
-                grade(required_grade_result(gear, graded_value))
+                row.location,
+                grade(required_grade_result(gear, row))
             ),
-            false => graded_value.location.clone(),
+            false => row.location.clone(),
         });
         table.add_row(cells);
     }
@@ -146,8 +134,8 @@ fn table(gear: &MeasuredGear, values: &[&GradedValue]) -> String {
     finish(&table)
 }
 
-fn symbol(deviation: GearDeviation) -> String {
-    match deviation {
+fn symbol(quantity: GearDeviation) -> String {
+    match quantity {
         GearDeviation::OverPitches(k) => format!("F_p{k}"),
         other => other.symbol().to_string(),
     }
@@ -162,8 +150,8 @@ fn micro(x: f64) -> String {
     }
 }
 
-fn limit(value: &GradedValue) -> Option<String> {
-    let (low, high) = value.limits?;
+fn limit(row: &GradedValue) -> Option<String> {
+    let (low, high) = row.limits?;
     let one =
         |x: f64| super::number_format::four_digits((1e7 * x).round() / 10.0).replace('-', "−");
     Some(match low == -high {
@@ -172,16 +160,16 @@ fn limit(value: &GradedValue) -> Option<String> {
     })
 }
 
-fn grade(achieved_grade: Option<AchievedGrade>) -> String {
-    match achieved_grade {
+fn grade(reached: Option<AchievedGrade>) -> String {
+    match reached {
         Some(AchievedGrade::Grade(grade)) => grade.to_string(),
         Some(AchievedGrade::Beyond(coarsest)) => format!(">{coarsest}"),
         None => "–".to_string(),
     }
 }
 
-fn mark(value: &GradedValue) -> &'static str {
-    match (value.is_within_limits(), value.is_inconclusive()) {
+fn mark(row: &GradedValue) -> &'static str {
+    match (row.is_within_limits(), row.is_inconclusive()) {
         (None, _) => "",
         (Some(true), false) => "in",
         (Some(true), true) => "in?",
@@ -191,9 +179,9 @@ fn mark(value: &GradedValue) -> &'static str {
 }
 
 fn verdict(gear: &MeasuredGear, result: &MeasurementResult) -> String {
-    let measured = || result.values.iter().filter(|value| !value.predicted);
+    let measured = || result.rows.iter().filter(|row| !row.predicted);
     let coarsest = measured()
-        .filter_map(|value| required_grade_result(gear, value))
+        .filter_map(|row| required_grade_result(gear, row))
         .max();
     let by = match &gear.requirement {
         Some(requirement) => standard(requirement),
@@ -208,16 +196,16 @@ fn verdict(gear: &MeasuredGear, result: &MeasurementResult) -> String {
         }
         None => String::new(),
     };
-    let out = measured().filter(|value| value.is_within_limits() == Some(false));
+    let out = measured().filter(|row| row.is_within_limits() == Some(false));
     let out: Vec<String> = out
-        .map(|value| {
-            format!("{} {}", symbol(value.deviation), value.side.name())
+        .map(|row| {
+            format!("{} {}", symbol(row.quantity), row.side.name())
                 .trim_end()
                 .to_string()
         })
         .collect();
     let all = measured().count();
-    let held = measured().filter(|value| value.limits.is_some()).count();
+    let held = measured().filter(|row| row.limits.is_some()).count();
     text += &match (held, out.is_empty()) {
         (0, _) => "nothing is held against a limit\n".to_string(),
         (_, true) => format!("{held} of {all} values have a limit, all within it\n"),
@@ -228,7 +216,7 @@ fn verdict(gear: &MeasuredGear, result: &MeasurementResult) -> String {
     };
     // Of what was asked by a standard, not of an allowance of thickness.
     let by_grade = measured()
-        .filter(|value| value.required_grade.is_some())
+        .filter(|row| row.required_grade.is_some())
         .count();
     if gear.requirement.is_some() && by_grade == 0 {
         text +=

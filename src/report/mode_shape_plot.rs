@@ -39,28 +39,33 @@ pub fn draw_mode_shapes(
 ) -> String {
     let machine = &prepared_machine.machine;
     let modes = &result.modes[..result.modes.len().min(count).min(MAX_COUNT)];
-    let nodes = layout_nodes(machine);
-    let ratios = ratios(prepared_machine, &nodes);
+    let stops = layout_nodes(machine);
+    let ratios = ratios(prepared_machine, &stops);
     let sideways = lateral_dofs(machine);
-    let figure = ModeShapeFigure {
+    let sheet = ModeShapeFigure {
         machine,
         complex: result.complex,
         scaled: ratios.is_some(),
-        ratios: ratios.unwrap_or_else(|| vec![1.0; nodes.len()]),
-        nodes,
+        ratios: ratios.unwrap_or_else(|| vec![1.0; stops.len()]),
+        stops,
         sideways,
     };
-    figure.draw(modes, &result.shares)
+    sheet.draw(modes, &result.energies)
 }
 
 /// Each stop's turns for one turn of the first, where a single rigid-body motion turns them all.
-fn ratios(machine: &PreparedMachine, nodes: &[LayoutNode]) -> Option<Vec<f64>> {
+fn ratios(machine: &PreparedMachine, stops: &[LayoutNode]) -> Option<Vec<f64>> {
     let turns: Vec<Vec<f64>> = machine
         .model
         .rigid
         .iter()
         .map(|motion| machine.model.expand(motion))
-        .map(|q| nodes.iter().map(|node| q[node.dof]).collect::<Vec<f64>>())
+        .map(|q| {
+            stops
+                .iter()
+                .map(|cancel| q[cancel.dof])
+                .collect::<Vec<f64>>()
+        })
         .filter(|turns| turns.iter().any(|&t| t != 0.0))
         .collect();
     let [turns] = &turns[..] else { return None };
@@ -91,7 +96,7 @@ struct ModeShapeFigure<'a> {
     complex: bool,
     scaled: bool,
     ratios: Vec<f64>,
-    nodes: Vec<LayoutNode>,
+    stops: Vec<LayoutNode>,
     sideways: Vec<usize>,
 }
 
@@ -116,7 +121,7 @@ impl ModeShapeFigure<'_> {
     }
 
     fn layout(&self, n_modes: usize) -> ShapeLayout {
-        let beside = !self.lateral() && self.nodes.len() <= NARROW && n_modes > 1;
+        let beside = !self.lateral() && self.stops.len() <= NARROW && n_modes > 1;
         let columns = if beside { 2 } else { 1 };
         let rows = n_modes.div_ceil(columns).max(1);
         let across = if columns == 2 || self.lateral() {
@@ -146,9 +151,10 @@ impl ModeShapeFigure<'_> {
     }
 
     fn node_names(&self) -> Vec<String> {
-        let name =
-            |node: &LayoutNode| truncate_label(&self.machine.nodes[node.node].name, MAX_NAME_LEN);
-        self.nodes.iter().map(name).collect()
+        let name = |cancel: &LayoutNode| {
+            truncate_label(&self.machine.nodes[cancel.node].name, MAX_NAME_LEN)
+        };
+        self.stops.iter().map(name).collect()
     }
 
     fn sideways_names(&self) -> Vec<String> {
@@ -160,7 +166,7 @@ impl ModeShapeFigure<'_> {
         self.sideways.iter().map(name).collect()
     }
 
-    fn draw(&self, modes: &[Mode], shares: &[EnergyShares]) -> String {
+    fn draw(&self, modes: &[Mode], energies: &[EnergyShares]) -> String {
         let layout = self.layout(modes.len());
         render_svg(WIDTH, layout.height, |canvas| {
             if modes.is_empty() {
@@ -175,7 +181,7 @@ impl ModeShapeFigure<'_> {
                 let (row, column) = (i / layout.columns, i % layout.columns);
                 let left = MARGIN_LEFT + column as f64 * (layout.panel.0 + SPACING);
                 let top = layout.top + HEADING + row as f64 * (layout.panel.1 + HEADING);
-                let title = self.title(i, mode, shares.get(i));
+                let title = self.title(i, mode, energies.get(i));
                 let lowest = i + layout.columns >= modes.len();
                 self.row(canvas, (left, top), &layout, mode, &title, lowest);
             }
@@ -183,7 +189,7 @@ impl ModeShapeFigure<'_> {
         })
     }
 
-    fn title(&self, i: usize, mode: &Mode, energy_shares: Option<&EnergyShares>) -> String {
+    fn title(&self, i: usize, mode: &Mode, energies: Option<&EnergyShares>) -> String {
         let start = format!("mode {} · {}", i + 1, hertz(mode.frequency_hz()));
         if mode.rigid {
             return format!("{start} · rigid body");
@@ -193,7 +199,7 @@ impl ModeShapeFigure<'_> {
         } else {
             " · does not swing"
         };
-        let shares = energy_shares.and_then(|e| e.strain.as_deref());
+        let shares = energies.and_then(|e| e.strain.as_deref());
         match shares.and_then(dominant_element) {
             Some((element, share)) => {
                 let name = truncate_label(&self.machine.elements[element].name, MAX_NAME_LEN + 4);
@@ -220,7 +226,7 @@ impl ModeShapeFigure<'_> {
             y: (-1.12, 1.12),
         };
         let (turns, moves) = self.values(mode);
-        let last = self.nodes.last().map_or(0.0, |node| node.x);
+        let last = self.stops.last().map_or(0.0, |cancel| cancel.x);
         let left = panel(corner.0, (-0.5, last + 0.5));
         let head = (corner.0, corner.1 - 10.0);
         canvas.text(title, head, TITLE_SIZE, BLACK, Anchor::Start);
@@ -229,7 +235,7 @@ impl ModeShapeFigure<'_> {
             0.0 => nothing(canvas, &left, "no rotation"),
             size => self.trace(canvas, &left, &scaled_to_unit(&turns, size)),
         }
-        let places: Vec<f64> = self.nodes.iter().map(|node| node.x).collect();
+        let places: Vec<f64> = self.stops.iter().map(|cancel| cancel.x).collect();
         if lowest {
             name_places(canvas, &left, &places, &self.node_names());
         }
@@ -251,8 +257,8 @@ impl ModeShapeFigure<'_> {
 
     /// Rotations by stop and the other degrees of freedom, with what is rounding set to zero.
     fn values(&self, mode: &Mode) -> (Vec<Complex>, Vec<Complex>) {
-        let turn = |(node, ratio): (&LayoutNode, &f64)| mode.shape[node.dof] / *ratio;
-        let mut turns: Vec<Complex> = self.nodes.iter().zip(&self.ratios).map(turn).collect();
+        let turn = |(cancel, ratio): (&LayoutNode, &f64)| mode.shape[cancel.dof] / *ratio;
+        let mut turns: Vec<Complex> = self.stops.iter().zip(&self.ratios).map(turn).collect();
         let mut moves: Vec<Complex> = self.sideways.iter().map(|&i| mode.shape[i]).collect();
         let all = largest(&turns).max(largest(&moves));
         for part in [&mut turns, &mut moves] {
@@ -290,18 +296,18 @@ impl ModeShapeFigure<'_> {
     /// Stems and a line through them, black along shafts and grey over other joints.
     fn trace(&self, canvas: &mut Canvas, panel: &Panel, values: &[Complex]) {
         let spot =
-            |i: usize, part: ComplexComponent| panel.to_canvas(self.nodes[i].x, part(&values[i]));
+            |i: usize, part: ComplexComponent| panel.to_canvas(self.stops[i].x, part(&values[i]));
         let (real, imaginary): (ComplexComponent, ComplexComponent) = (|z| z.re, |z| z.im);
-        let stems = self.nodes.len() <= STEMS;
+        let stems = self.stops.len() <= STEMS;
         if stems {
             for i in 0..values.len() {
                 let (x, y) = spot(i, real);
                 canvas.line((x, panel.canvas_y(0.0)), (x, y), GREY, 0.8);
             }
         }
-        for (i, node) in self.nodes.iter().enumerate() {
-            match node.from {
-                Some((from, _)) if !node.same_place => {
+        for (i, cancel) in self.stops.iter().enumerate() {
+            match cancel.from {
+                Some((from, _)) if !cancel.same_place => {
                     let way = [spot(from, real), spot(i, real)];
                     canvas.polyline(&way, GREY, 0.7, LineStyle::Dotted);
                 }
@@ -311,14 +317,14 @@ impl ModeShapeFigure<'_> {
                 _ => {}
             }
         }
-        for run in
-            self.runs(|node| node.same_place && matches!(node.from, Some((_, LinkKind::Shaft))))
+        for run in self
+            .runs(|cancel| cancel.same_place && matches!(cancel.from, Some((_, LinkKind::Shaft))))
         {
             let points: Vec<_> = run.clone().map(|i| spot(i, real)).collect();
             canvas.polyline(&thinned(&points), BLACK, 1.6, LineStyle::Solid);
         }
         if self.complex {
-            for run in self.runs(|node| node.same_place) {
+            for run in self.runs(|cancel| cancel.same_place) {
                 let points: Vec<_> = run.map(|i| spot(i, imaginary)).collect();
                 canvas.polyline(&thinned(&points), BLUE, 1.3, LineStyle::Dashed);
             }
@@ -330,10 +336,10 @@ impl ModeShapeFigure<'_> {
 
     /// Stretches of stops each of which goes on from the one before.
     fn runs(&self, goes_on: impl Fn(&LayoutNode) -> bool) -> Vec<std::ops::Range<usize>> {
-        let mut starts: Vec<usize> = (0..self.nodes.len())
-            .filter(|&i| !goes_on(&self.nodes[i]))
+        let mut starts: Vec<usize> = (0..self.stops.len())
+            .filter(|&i| !goes_on(&self.stops[i]))
             .collect();
-        starts.push(self.nodes.len());
+        starts.push(self.stops.len());
         starts.windows(2).map(|w| w[0]..w[1]).collect()
     }
 
@@ -368,7 +374,7 @@ impl ModeShapeFigure<'_> {
         let below = layout.top + layout.rows as f64 * (layout.panel.1 + HEADING);
         let middle = (layout.top + below) / 2.0;
         let label = if self.scaled {
-            let first = self.nodes.first().map_or(0, |layout_node| layout_node.node);
+            let first = self.stops.first().map_or(0, |cancel| cancel.node);
             let name = truncate_label(&self.machine.nodes[first].name, MAX_NAME_LEN);
             format!("θ ÷ ratio to {name}, largest = 1 (–)")
         } else {

@@ -6,13 +6,16 @@ use crate::modes::mode::Mode;
 
 /// Where a mode's strain energy sits, or where a root that does not swing loses its energy: `belt (99.9 %)`, two elements
 /// where the first does not hold half of it.
-pub fn dominant_elements_text(machine: &Machine, mode: &Mode, shares: &EnergyShares) -> String {
+pub fn dominant_elements_text(machine: &Machine, mode: &Mode, energies: &EnergyShares) -> String {
     if mode.rigid {
         return "rigid body".to_string();
     }
     // A root that does not swing is where its energy is lost, not where it is stored.
-    let lost = shares.dissipated.clone().filter(|_| !mode.is_oscillatory());
-    let mut strain = lost.or(shares.strain.clone()).unwrap_or_default();
+    let lost = energies
+        .dissipated
+        .clone()
+        .filter(|_| !mode.is_oscillatory());
+    let mut strain = lost.or(energies.strain.clone()).unwrap_or_default();
     strain.sort_by(|a, b| b.1.total_cmp(&a.1));
     let word = |&(e, share): &(usize, f64)| {
         format!("{} ({:.0} %)", machine.elements[e].name, 100.0 * share)

@@ -15,7 +15,7 @@ use crate::plan::logs::method::structure_text;
 
 /// What was tried, for `evidence`.
 pub fn trials(course: &ModeTracking) -> Value {
-    let one = |t: &MemoryTrial| json!({ "model": structure_text(t.structure), "memory_s": course.memory_s(t), "error_variance": t.error_variance, "accepted": *t == course.chosen });
+    let one = |t: &MemoryTrial| json!({ "model": structure_text(t.family), "memory_s": course.memory_s(t), "error_variance": t.error_variance, "accepted": *t == course.chosen });
     course.trials.iter().map(one).collect()
 }
 

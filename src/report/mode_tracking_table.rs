@@ -69,7 +69,7 @@ pub fn trials_table(course: &ModeTracking) -> String {
             .map_or("all".to_string(), four_digits);
         let note = if *trial == course.chosen { "taken" } else { "" };
         table.add_row(vec![
-            structure_text(trial.structure),
+            structure_text(trial.family),
             memory,
             significant(trial.error_variance.sqrt()),
             note.to_string(),

@@ -29,7 +29,7 @@ pub fn modes(prepared_machine: &PreparedMachine, result: &ModesResult) -> String
         let damping = if result.complex {
             mode.damping_ratio
         } else {
-            result.shares[k].estimated_damping_ratio
+            result.energies[k].estimated_damping_ratio
         };
         let fields = [
             (k + 1).to_string(),
@@ -44,7 +44,7 @@ pub fn modes(prepared_machine: &PreparedMachine, result: &ModesResult) -> String
                     .is_finite()
                     .then_some((mode.trusted_digits * 10.0).floor() / 10.0),
             ),
-            csv_field(&dominant_elements_text(machine, mode, &result.shares[k])),
+            csv_field(&dominant_elements_text(machine, mode, &result.energies[k])),
         ];
         text += &fields.join(",");
         for z in &mode.shape {

@@ -66,7 +66,7 @@ pub fn modes(machine: &PreparedMachine, result: &ModesResult) -> String {
         row.push(dominant_elements_text(
             &machine.machine,
             mode,
-            &result.shares[k],
+            &result.energies[k],
         ));
         table.add_row(row);
     }
@@ -86,14 +86,14 @@ fn damping(result: &ModesResult, k: usize) -> Option<f64> {
     if result.complex {
         result.modes[k].damping_ratio
     } else {
-        result.shares[k].estimated_damping_ratio
+        result.energies[k].estimated_damping_ratio
     }
 }
 
 /// Everything about one mode: where its energy is, what it depends on, its shape.
 pub fn mode(prepared_machine: &PreparedMachine, result: &ModesResult, k: usize) -> String {
     let machine = &prepared_machine.machine;
-    let (mode, energy_shares) = (&result.modes[k], &result.shares[k]);
+    let (mode, energies) = (&result.modes[k], &result.energies[k]);
     let mut text = match mode.rigid || mode.is_oscillatory() {
         true => format!("mode {}: {:.9} Hz", k + 1, mode.frequency_hz()),
         false => format!(
@@ -131,9 +131,9 @@ pub fn mode(prepared_machine: &PreparedMachine, result: &ModesResult, k: usize) 
     for element in rank_by_share(
         machine,
         [
-            energy_shares.strain.as_deref(),
-            Some(&energy_shares.kinetic),
-            energy_shares.dissipated.as_deref(),
+            energies.strain.as_deref(),
+            Some(&energies.kinetic),
+            energies.dissipated.as_deref(),
         ],
     ) {
         let share = |shares: Option<&[(usize, f64)]>| {
@@ -142,9 +142,9 @@ pub fn mode(prepared_machine: &PreparedMachine, result: &ModesResult, k: usize) 
         };
         table.add_row(vec![
             machine.elements[element].name.clone(),
-            share(energy_shares.strain.as_deref()),
-            share(Some(&energy_shares.kinetic)),
-            share(energy_shares.dissipated.as_deref()),
+            share(energies.strain.as_deref()),
+            share(Some(&energies.kinetic)),
+            share(energies.dissipated.as_deref()),
             sensitivity(list, element, SensitivityParameter::Stiffness),
             sensitivity(list, element, SensitivityParameter::Inertia),
         ]);

@@ -35,14 +35,14 @@ const SPACING: f64 = 0.8;
 pub fn layout_nodes(machine: &Machine) -> Vec<LayoutNode> {
     let joints = joints(machine);
     let mut tree = NodeTree::new(machine, joints);
-    let mut nodes: Vec<LayoutNode> = Vec::new();
+    let mut stops: Vec<LayoutNode> = Vec::new();
     for root in 0..tree.joints.len() {
         if tree.dof[root].is_some() && !tree.seen[root] {
             tree.depth_first(root);
-            tree.place_subtree(root, &mut nodes);
+            tree.place_subtree(root, &mut stops);
         }
     }
-    nodes
+    stops
 }
 
 /// For every node: its neighbours, in file order.
@@ -51,11 +51,11 @@ fn joints(machine: &Machine) -> Vec<Vec<(usize, LinkKind)>> {
     for branch in &machine.branches {
         let mut nodes: Vec<usize> = turning(machine, &branch.direction).collect();
         nodes.dedup();
-        let kind = joint(&branch.direction);
+        let joint = joint(&branch.direction);
         for (i, &a) in nodes.iter().enumerate() {
             for &b in &nodes[i + 1..] {
-                joints[a].push((b, kind));
-                joints[b].push((a, kind));
+                joints[a].push((b, joint));
+                joints[b].push((a, joint));
             }
         }
     }
@@ -111,13 +111,13 @@ impl NodeTree {
         let mut stack = vec![(root, 0)];
         self.seen[root] = true;
         while let Some((node, next)) = stack.pop() {
-            let Some(&(other, kind)) = self.joints[node].get(next) else {
+            let Some(&(other, joint)) = self.joints[node].get(next) else {
                 continue;
             };
             stack.push((node, next + 1));
             if !self.seen[other] {
                 self.seen[other] = true;
-                self.parent[other] = Some((node, kind));
+                self.parent[other] = Some((node, joint));
                 self.children[node].push(other);
                 order.push(other);
                 stack.push((other, 0));
@@ -130,23 +130,23 @@ impl NodeTree {
     }
 
     /// Sets the nodes below a root one after the other, the longest way first.
-    fn place_subtree(&self, root: usize, nodes: &mut Vec<LayoutNode>) {
+    fn place_subtree(&self, root: usize, stops: &mut Vec<LayoutNode>) {
         let mut stack: Vec<(usize, Option<usize>)> = vec![(root, None)];
         while let Some((node, from)) = stack.pop() {
-            let last = nodes.len().checked_sub(1);
+            let last = stops.len().checked_sub(1);
             let beside = from.is_some() && from == last;
             let x = match last {
                 None => 0.0,
-                Some(last) if beside => nodes[last].x + 1.0,
-                Some(last) => nodes[last].x + 1.0 + SPACING,
+                Some(last) if beside => stops[last].x + 1.0,
+                Some(last) => stops[last].x + 1.0 + SPACING,
             };
-            let kind = self.parent[node].map_or(LinkKind::Mesh, |(_, kind)| kind);
-            let here = nodes.len();
-            nodes.push(LayoutNode {
+            let joint = self.parent[node].map_or(LinkKind::Mesh, |(_, joint)| joint);
+            let here = stops.len();
+            stops.push(LayoutNode {
                 dof: self.dof[node].unwrap_or_default(),
                 node,
                 x,
-                from: from.map(|stop| (stop, kind)),
+                from: from.map(|stop| (stop, joint)),
                 same_place: beside,
             });
             let mut children = self.children[node].clone();

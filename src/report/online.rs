@@ -18,11 +18,8 @@ pub fn extend(document: &mut Value, scene: &SimulationSetup, result: &OnlineResu
     if let Some(spectra) = &result.spectra {
         document.insert("spectra".into(), spectra_json(scene, spectra));
     }
-    if let Some((node, demodulated_orders)) = &result.tracks {
-        document.insert(
-            "orders".into(),
-            orders_json(scene, node, demodulated_orders),
-        );
+    if let Some((node, tracks)) = &result.tracks {
+        document.insert("orders".into(), orders_json(scene, node, tracks));
     }
     if let Some((record, teeth)) = &result.te {
         let mut te = encoder_te::json(record, teeth, &[]);
@@ -53,18 +50,11 @@ fn spectra_json(scene: &SimulationSetup, spectra: &Spectra) -> Value {
     })
 }
 
-fn orders_json(
-    scene: &SimulationSetup,
-    node: &str,
-    demodulated_orders: &DemodulatedOrders,
-) -> Value {
+fn orders_json(scene: &SimulationSetup, node: &str, tracks: &DemodulatedOrders) -> Value {
     let of_order = |(at, order): (usize, &f64)| {
         let (mut sizes, mut phases) = (Map::new(), Map::new());
         for (channel, output) in scene.outputs.list.iter().enumerate() {
-            let values = demodulated_orders
-                .points
-                .iter()
-                .map(|p| p.values[channel][at]);
+            let values = tracks.points.iter().map(|p| p.values[channel][at]);
             let (size, phase): (Vec<f64>, Vec<f64>) = values.map(|z| (z.norm(), z.arg())).unzip();
             sizes.insert(key(output), json!(size));
             phases.insert(key(output), json!(phase));
@@ -73,10 +63,10 @@ fn orders_json(
     };
     json!({
         "node": node,
-        "turns": demodulated_orders.revolutions,
-        "time_s": demodulated_orders.points.iter().map(|p| p.time_s).collect::<Vec<_>>(),
-        "speed_rad_s": demodulated_orders.points.iter().map(|p| p.speed).collect::<Vec<_>>(),
-        "orders": demodulated_orders.orders.iter().enumerate().map(of_order).collect::<Vec<_>>(),
-        "windows_left_out": demodulated_orders.skipped_windows,
+        "turns": tracks.revolutions,
+        "time_s": tracks.points.iter().map(|p| p.time_s).collect::<Vec<_>>(),
+        "speed_rad_s": tracks.points.iter().map(|p| p.speed).collect::<Vec<_>>(),
+        "orders": tracks.orders.iter().enumerate().map(of_order).collect::<Vec<_>>(),
+        "windows_left_out": tracks.skipped_windows,
     })
 }

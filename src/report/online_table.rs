@@ -18,8 +18,8 @@ pub fn text(scene: &SimulationSetup, result: &OnlineResult) -> String {
     if let Some(spectra) = &result.spectra {
         text += &lines(scene, spectra);
     }
-    if let Some((node, demodulated_orders)) = &result.tracks {
-        text += &orders(scene, node, demodulated_orders);
+    if let Some((node, tracks)) = &result.tracks {
+        text += &orders(scene, node, tracks);
     }
     if let Some((record, _)) = &result.te {
         text += &format!("\n{}", encoder_te_table::record(record, false));
@@ -54,7 +54,7 @@ fn lines(scene: &SimulationSetup, spectra: &Spectra) -> String {
     }
 }
 
-fn orders(scene: &SimulationSetup, node: &str, demodulated_orders: &DemodulatedOrders) -> String {
+fn orders(scene: &SimulationSetup, node: &str, tracks: &DemodulatedOrders) -> String {
     let mut table = plain();
     table.set_header([
         "order of",
@@ -66,12 +66,11 @@ fn orders(scene: &SimulationSetup, node: &str, demodulated_orders: &DemodulatedO
         "phase deg",
     ]);
     for (channel, output) in scene.outputs.list.iter().enumerate() {
-        for (at, order) in demodulated_orders.orders.iter().enumerate() {
+        for (at, order) in tracks.orders.iter().enumerate() {
             let size = |p: &&OrderPoint| p.values[channel][at].norm();
             let by = |a: &&_, b: &&_| size(a).total_cmp(&size(b));
-            let least = demodulated_orders.points.iter().min_by(by);
-            let (Some(least), Some(most)) = (least, demodulated_orders.points.iter().max_by(by))
-            else {
+            let least = tracks.points.iter().min_by(by);
+            let (Some(least), Some(most)) = (least, tracks.points.iter().max_by(by)) else {
                 continue;
             };
             let value = most.values[channel][at];
@@ -91,8 +90,8 @@ fn orders(scene: &SimulationSetup, node: &str, demodulated_orders: &DemodulatedO
     }
     let head = format!(
         "\norders of {node}: {} points, each over {} turns\n",
-        demodulated_orders.points.len(),
-        four_digits(demodulated_orders.revolutions)
+        tracks.points.len(),
+        four_digits(tracks.revolutions)
     );
     match table.row_count() {
         0 => head,

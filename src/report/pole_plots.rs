@@ -154,12 +154,12 @@ pub fn stabilisation(shown: &StabilisationPlot) -> String {
                 LineStyle::Dotted,
             );
         }
-        for &(order, f, stability) in &shown.poles {
+        for &(order, f, steadiness) in &shown.poles {
             if !(shown.band_hz.0..=shown.band_hz.1).contains(&f) {
                 continue;
             }
             let spot = panel.to_canvas(f, order as f64);
-            match stability {
+            match steadiness {
                 PlottedStability::Stable => canvas.fill_circle(spot, 2.4, BLUE),
                 PlottedStability::Frequency => canvas.stroke_circle(spot, 2.4, ORANGE, 1.0),
                 PlottedStability::New => canvas.fill_circle(spot, 0.9, GREY),

@@ -11,25 +11,25 @@ use crate::recording::signals::Recording;
 use crate::recording::write;
 
 /// The JSON document of `check LOG`, without its header.
-pub fn json(recording: &Recording, statistics: &[ChannelStatistics]) -> Value {
+pub fn json(recording: &Recording, surveys: &[ChannelStatistics]) -> Value {
     let channels: Vec<Value> = recording
         .channels
         .iter()
-        .zip(statistics)
-        .map(|(channel, channel_statistics)| {
-            let known = |x: f64| (!channel_statistics.empty).then_some(x);
+        .zip(surveys)
+        .map(|(channel, survey)| {
+            let known = |x: f64| (!survey.empty).then_some(x);
             json!({
                 "name": channel.name,
                 "unit": channel.unit,
-                "minimum": known(channel_statistics.range.0),
-                "maximum": known(channel_statistics.range.1),
-                "mean": known(channel_statistics.mean),
-                "standard_deviation": known(channel_statistics.std),
-                "noise_rms": known(channel_statistics.noise),
-                "constant": channel_statistics.constant,
-                "empty": channel_statistics.empty,
-                "overloads": channel_statistics.overloads,
-                "clipped": channel_statistics.clipped.map(|(count, level)| json!({ "count": count, "level": level })),
+                "minimum": known(survey.range.0),
+                "maximum": known(survey.range.1),
+                "mean": known(survey.mean),
+                "standard_deviation": known(survey.std),
+                "noise_rms": known(survey.noise),
+                "constant": survey.constant,
+                "empty": survey.empty,
+                "overloads": survey.overloads,
+                "clipped": survey.clipped.map(|(count, level)| json!({ "count": count, "level": level })),
             })
         })
         .collect();
@@ -115,15 +115,15 @@ pub fn repairs(list: &[Repair]) -> Value {
 }
 
 /// What a survey found remarkable, as text; empty where nothing is.
-pub fn survey_note(statistics: &ChannelStatistics) -> String {
+pub fn survey_note(survey: &ChannelStatistics) -> String {
     let mut notes = Vec::new();
-    if statistics.empty {
+    if survey.empty {
         return "no number at all".to_string();
     }
-    if statistics.constant {
+    if survey.constant {
         notes.push("constant".to_string());
     }
-    if let Some((count, level)) = statistics.clipped {
+    if let Some((count, level)) = survey.clipped {
         let times = if count == 1 {
             "once".to_string()
         } else {
@@ -131,15 +131,15 @@ pub fn survey_note(statistics: &ChannelStatistics) -> String {
         };
         notes.push(format!("clipped {times} at {}", four_digits(level)));
     }
-    match statistics.overloads {
+    match survey.overloads {
         0 => {}
         1 => notes.push("1 overload".to_string()),
         n => notes.push(format!("{n} overloads")),
     }
     // A mean of so many deviations hides the signal next to it until it is taken off.
     const LARGE: f64 = 3.0;
-    if !statistics.constant && statistics.mean.abs() > LARGE * statistics.std {
-        notes.push(format!("mean {}", four_digits(statistics.mean)));
+    if !survey.constant && survey.mean.abs() > LARGE * survey.std {
+        notes.push(format!("mean {}", four_digits(survey.mean)));
     }
     notes.join(", ")
 }

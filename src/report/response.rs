@@ -54,7 +54,7 @@ pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &ResponseRes
     let mut document = json!({
         "geardyn": header(sources, &trace),
         "frequency_hz": result.frequency_hz,
-        "responses": result.curves.iter().map(|curve| response(machine, curve)).collect::<Vec<_>>(),
+        "responses": result.pairs.iter().map(|pair| response(machine, pair)).collect::<Vec<_>>(),
         "method": match result.solver {
             SolverKind::Dense | SolverKind::Sparse => "direct",
             SolverKind::RealModes => "real modes",
@@ -67,58 +67,58 @@ pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &ResponseRes
         "stages": stages(result.plan.iter().map(|(name, decision)| (*name, decision))),
         "warnings": warnings(&result.diagnostics),
     });
-    if let [only] = &result.curves[..] {
+    if let [only] = &result.pairs[..] {
         document["value"] = values(only);
         document["peaks"] = peaks(machine, only);
     }
     document
 }
 
-fn response(machine: &Machine, curve: &ResponseCurve) -> Value {
+fn response(machine: &Machine, pair: &ResponseCurve) -> Value {
     json!({
-        "input": curve.input,
-        "output": curve.output,
-        "unit": curve.unit,
-        "at_rest": curve.static_response,
-        "value": values(curve),
-        "peaks": peaks(machine, curve),
+        "input": pair.input,
+        "output": pair.output,
+        "unit": pair.unit,
+        "at_rest": pair.static_response,
+        "value": values(pair),
+        "peaks": peaks(machine, pair),
     })
 }
 
-fn values(curve: &ResponseCurve) -> Value {
-    curve.values.iter().map(|&z| complex(z)).collect()
+fn values(pair: &ResponseCurve) -> Value {
+    pair.values.iter().map(|&z| complex(z)).collect()
 }
 
-fn peaks(machine: &Machine, curve: &ResponseCurve) -> Value {
+fn peaks(machine: &Machine, pair: &ResponseCurve) -> Value {
     let peak = |p: &crate::plan::response::run::ResonancePeak| {
         json!({
             "frequency_hz": p.peak.omega / std::f64::consts::TAU,
             "magnitude": p.peak.height,
-            "amplification": curve.static_response.map(|rest| p.peak.height / rest),
+            "amplification": pair.static_response.map(|rest| p.peak.height / rest),
             "damping_ratio": p.peak.damping(),
             "mostly": p.dominant_element.map(|(element, _)| machine.elements[element].name.clone()),
             "share": p.dominant_element.map(|(_, share)| share),
         })
     };
-    curve.peaks.iter().map(peak).collect()
+    pair.peaks.iter().map(peak).collect()
 }
 
 /// One row a line, real and imaginary part of every response.
 pub fn csv(result: &ResponseResult) -> String {
     let mut head = vec!["frequency [Hz]".to_string()];
-    for curve in &result.curves {
+    for pair in &result.pairs {
         for part in ["re", "im"] {
             head.push(super::modes_csv::csv_field(&format!(
                 "{} by {} {part} [{}]",
-                curve.output, curve.input, curve.unit
+                pair.output, pair.input, pair.unit
             )));
         }
     }
     let mut text = head.join(",") + "\n";
     for (k, f) in result.frequency_hz.iter().enumerate() {
         text += &format!("{f}");
-        for curve in &result.curves {
-            text += &format!(",{},{}", curve.values[k].re, curve.values[k].im);
+        for pair in &result.pairs {
+            text += &format!(",{},{}", pair.values[k].re, pair.values[k].im);
         }
         text.push('\n');
     }
@@ -127,7 +127,7 @@ pub fn csv(result: &ResponseResult) -> String {
 
 /// What the plots leave out, as text; empty where they show every response.
 pub fn omitted_text(result: &ResponseResult) -> String {
-    let (all, shown) = (result.curves.len(), plotted_pairs(result).count());
+    let (all, shown) = (result.pairs.len(), plotted_pairs(result).count());
     match plotted_pairs(result).next() {
         Some(first) if shown < all => format!(
             "drawn: the {} in {}, of {all}; those in other units are drawn when asked for by themselves\n",
@@ -140,17 +140,17 @@ pub fn omitted_text(result: &ResponseResult) -> String {
 
 /// The responses in the unit of the first.
 fn plotted_pairs(result: &ResponseResult) -> impl Iterator<Item = &ResponseCurve> {
-    let unit = result.curves.first().map(|curve| &curve.unit);
-    (result.curves.iter()).filter(move |curve| Some(&curve.unit) == unit)
+    let unit = result.pairs.first().map(|pair| &pair.unit);
+    (result.pairs.iter()).filter(move |pair| Some(&pair.unit) == unit)
 }
 
 /// Magnitude and phase over frequency, and the complex plane; of the responses in the unit of the first.
 pub fn draw_plots(title: &str, result: &ResponseResult) -> (String, String) {
-    let curve = |response_curve: &ResponseCurve| BodeCurve {
+    let curve = |pair: &ResponseCurve| BodeCurve {
         traced: Vec::new(),
-        label: format!("{} by {}", response_curve.output, response_curve.input),
-        unit: response_curve.unit.clone(),
-        measured: response_curve.plotted.clone(),
+        label: format!("{} by {}", pair.output, pair.input),
+        unit: pair.unit.clone(),
+        measured: pair.plotted.clone(),
         computed: true,
         ..BodeCurve::default()
     };

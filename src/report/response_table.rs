@@ -11,22 +11,22 @@ const MAX_ROWS: usize = 20;
 /// The peaks of every response.
 pub fn peaks(machine: &Machine, result: &ResponseResult) -> String {
     let mut text = String::new();
-    for (at, curve) in result.curves.iter().enumerate() {
+    for (at, pair) in result.pairs.iter().enumerate() {
         let gap = if at > 0 { "\n" } else { "" };
-        text += &format!("{gap}{} by {}\n", curve.output, curve.input);
-        if let Some(rest) = curve.static_response {
-            text += &format!("at rest {} {}\n", four_digits(rest), curve.unit);
+        text += &format!("{gap}{} by {}\n", pair.output, pair.input);
+        if let Some(rest) = pair.static_response {
+            text += &format!("at rest {} {}\n", four_digits(rest), pair.unit);
         }
-        text += &match curve.peaks.is_empty() {
+        text += &match pair.peaks.is_empty() {
             true => "  no peak in the band\n".to_string(),
-            false => table(machine, curve),
+            false => table(machine, pair),
         };
     }
     text
 }
 
-fn table(machine: &Machine, curve: &ResponseCurve) -> String {
-    let mut shown: Vec<_> = curve.peaks.iter().collect();
+fn table(machine: &Machine, pair: &ResponseCurve) -> String {
+    let mut shown: Vec<_> = pair.peaks.iter().collect();
     shown.sort_by(|a, b| b.peak.height.total_cmp(&a.peak.height));
     shown.truncate(MAX_ROWS);
     shown.sort_by(|a, b| a.peak.omega.total_cmp(&b.peak.omega));
@@ -38,7 +38,7 @@ fn table(machine: &Machine, curve: &ResponseCurve) -> String {
         "damping",
         "mostly in",
     ]);
-    table.add_row(vec!["Hz", &curve.unit, "of rest", "%", ""]);
+    table.add_row(vec!["Hz", &pair.unit, "of rest", "%", ""]);
     let dash = || "–".to_string();
     for p in shown {
         let mostly = p.dominant_element.map_or(dash(), |(element, share)| {
@@ -51,8 +51,7 @@ fn table(machine: &Machine, curve: &ResponseCurve) -> String {
         table.add_row(vec![
             significant(p.peak.omega / std::f64::consts::TAU),
             four_digits(p.peak.height),
-            curve
-                .static_response
+            pair.static_response
                 .map_or(dash(), |rest| four_digits(p.peak.height / rest)),
             p.peak.damping().map_or(dash(), percent),
             mostly,
@@ -60,8 +59,8 @@ fn table(machine: &Machine, curve: &ResponseCurve) -> String {
     }
     right_but_last(&mut table);
     let mut text = finish(&table);
-    if curve.peaks.len() > MAX_ROWS {
-        text += &format!("{} lower ones\n", curve.peaks.len() - MAX_ROWS);
+    if pair.peaks.len() > MAX_ROWS {
+        text += &format!("{} lower ones\n", pair.peaks.len() - MAX_ROWS);
     }
     text
 }

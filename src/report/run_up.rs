@@ -43,7 +43,7 @@ pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &RunUpResult
             "branches": e.branches.iter().map(|b| machine.branch_name(b.0)).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "outputs": result.outputs.iter().enumerate().map(output).collect::<Vec<_>>(),
-        "critical": result.speed.iter().map(|c| json!({
+        "critical": result.critical.iter().map(|c| json!({
             "speed_rpm": rpm(c.speed), "frequency_hz": c.omega / TAU, "excitation": c.excitation,
             "order": result.excitations[c.excitation].fraction, "source": result.excitations[c.excitation].source,
             "amplitude": c.amplitude, "danger": c.highest_strain_energy.map(|d| machine.elements[d.0].name.clone()), "share": c.highest_strain_energy.map(|d| d.1),
@@ -107,7 +107,7 @@ pub fn draw(title: &str, result: &RunUpResult) -> String {
         * result.speeds.iter().fold(0.0f64, |m, s| m.max(s.abs()))
         / TAU;
     let highest = result
-        .speed
+        .critical
         .iter()
         .map(|c| 1.3 * c.omega / TAU)
         .fold(0.0, f64::max);

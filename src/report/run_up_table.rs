@@ -34,18 +34,18 @@ pub fn table(machine: &Machine, result: &RunUpResult) -> String {
             four_digits(rpm(speed))
         );
     }
-    if result.speed.is_empty() {
+    if result.critical.is_empty() {
         return text + "no order meets a natural frequency that answers in this range\n";
     }
     let largest = result
-        .speed
+        .critical
         .iter()
         .filter_map(|c| c.amplitude)
         .fold(0.0, f64::max);
     let (factor, unit) = choose_unit(largest, unit);
     text += &format!(
         "\n{} of {}\n",
-        pluralise(result.speed.len(), "critical speed"),
+        pluralise(result.critical.len(), "critical speed"),
         result.node
     );
     let mut table = plain();
@@ -58,7 +58,7 @@ pub fn table(machine: &Machine, result: &RunUpResult) -> String {
         "in danger",
     ]);
     table.add_row(vec!["rpm", "Hz", "", &unit, "", ""]);
-    for c in result.speed.iter().take(MAX_ROWS) {
+    for c in result.critical.iter().take(MAX_ROWS) {
         let e = &result.excitations[c.excitation];
         table.add_row(vec![
             significant(rpm(c.speed)),
@@ -82,10 +82,10 @@ pub fn table(machine: &Machine, result: &RunUpResult) -> String {
     }
     right_but_last(&mut table);
     text += &finish(&table);
-    if result.speed.len() > MAX_ROWS {
+    if result.critical.len() > MAX_ROWS {
         text += &format!(
             "… and {} with smaller answers; --json holds all\n",
-            result.speed.len() - MAX_ROWS
+            result.critical.len() - MAX_ROWS
         );
     }
     with_minus_signs(&text)

@@ -14,23 +14,23 @@ pub fn extend(document: &mut Value, scene: &SimulationSetup, sensitivity: Option
         return;
     };
     let mut outputs = serde_json::Map::new();
-    for (output, predictability) in scene.outputs.list.iter().zip(&found.outputs) {
+    for (output, digits) in scene.outputs.list.iter().zip(&found.outputs) {
         let key = key(output);
-        for (name, error) in errors(predictability) {
+        for (name, error) in errors(digits) {
             if error.is_none() && document["readings"][&key].is_object() {
                 document["readings"][&key][name] = Value::Null;
             }
         }
-        let off: serde_json::Map<String, Value> = errors(predictability)
+        let off: serde_json::Map<String, Value> = errors(digits)
             .into_iter()
             .map(|(name, error)| (name.to_string(), json!(error)))
             .collect();
         outputs.insert(
             key,
             json!({
-                "predictable_until_s": predictability.until,
+                "predictable_until_s": digits.until,
                 "uncertainty": off,
-                "second_half": predictability.second_half.as_ref().map(statistics),
+                "second_half": digits.second_half.as_ref().map(statistics),
             }),
         );
     }
@@ -55,10 +55,10 @@ fn errors(d: &OutputPredictability) -> [(&'static str, Option<f64>); 7] {
 }
 
 fn statistics(s: &Statistics) -> Value {
-    let of = |uncertain_value: &UncertainValue| json!({ "value": uncertain_value.value, "uncertainty": uncertain_value.error });
+    let of = |known: &UncertainValue| json!({ "value": known.value, "uncertainty": known.error });
     let percentiles = s.percentiles.map(|all| {
-        let one = |(share, uncertain_value): (&f64, &UncertainValue)| {
-            json!({ "below": share, "value": uncertain_value.value, "uncertainty": uncertain_value.error })
+        let one = |(share, known): (&f64, &UncertainValue)| {
+            json!({ "below": share, "value": known.value, "uncertainty": known.error })
         };
         PERCENTILES.iter().zip(&all).map(one).collect::<Vec<_>>()
     });

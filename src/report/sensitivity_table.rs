@@ -24,8 +24,8 @@ pub fn text(scene: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     let shares = PERCENTILES.map(|share| format!("{:.0} % below", 100.0 * share));
     let columns = ["second half", "unit", "mean", "rms about it"].map(str::to_string);
     table.set_header(columns.into_iter().chain(shares));
-    for (output, predictability) in scene.outputs.list.iter().zip(&sensitivity.outputs) {
-        if let Some(statistics) = &predictability.second_half {
+    for (output, digits) in scene.outputs.list.iter().zip(&sensitivity.outputs) {
+        if let Some(statistics) = &digits.second_half {
             let names = [output.name.clone(), output.unit.to_string()];
             table.add_row(names.into_iter().chain(cells(statistics)));
         }
@@ -56,7 +56,7 @@ fn factor(sensitivity: &Sensitivity) -> String {
 }
 
 fn cells(s: &Statistics) -> Vec<String> {
-    let cell = |value: &UncertainValue| with_deviation(value.value, value.error);
+    let cell = |known: &UncertainValue| with_deviation(known.value, known.error);
     let percentiles = match &s.percentiles {
         Some(all) => all.iter().map(cell).collect(),
         None => vec!["–".to_string(); PERCENTILES.len()],

@@ -29,8 +29,8 @@ pub fn kind(kind: SpectrumKind) -> &'static str {
 }
 
 /// The key of the places.
-fn key(abscissa_kind: AbscissaKind) -> &'static str {
-    match abscissa_kind {
+fn key(across: AbscissaKind) -> &'static str {
+    match across {
         AbscissaKind::Frequency => "frequency_hz",
         AbscissaKind::Order => "order",
         AbscissaKind::Quefrency => "quefrency_s",
@@ -63,20 +63,20 @@ pub fn json(found: &SpectrumResult, done: &[Repair]) -> Value {
     document
 }
 
-fn channel(spectrum: &ChannelSpectrum, place: &str) -> Value {
+fn channel(curve: &ChannelSpectrum, place: &str) -> Value {
     let mut all = json!({
-        "channel": spectrum.channel,
-        "unit": spectrum.unit,
-        "value": spectrum.value,
-        "peaks": spectrum.peaks.iter().map(|l| peak(l, spectrum, place)).collect::<Vec<_>>(),
+        "channel": curve.channel,
+        "unit": curve.unit,
+        "value": curve.value,
+        "peaks": curve.peaks.iter().map(|l| peak(l, curve, place)).collect::<Vec<_>>(),
     });
-    if !spectrum.spectrogram_rows.is_empty() {
-        all["rows"] = spectrum
+    if !curve.spectrogram_rows.is_empty() {
+        all["rows"] = curve
             .spectrogram_rows
             .iter()
             .enumerate()
             .map(|(at, row)| {
-                let speed_rpm = spectrum.speed.get(at).map(|&s| rpm(s));
+                let speed_rpm = curve.speed.get(at).map(|&s| rpm(s));
                 json!({ "time_s": row.time_s, "speed_rpm": speed_rpm, "value": row.density })
             })
             .collect();
@@ -84,16 +84,16 @@ fn channel(spectrum: &ChannelSpectrum, place: &str) -> Value {
     all
 }
 
-fn peak(labelled_peak: &LabelledPeak, spectrum: &ChannelSpectrum, place: &str) -> Value {
+fn peak(line: &LabelledPeak, curve: &ChannelSpectrum, place: &str) -> Value {
     let mut all = json!({
-        "value": labelled_peak.value,
-        "amplitude": labelled_peak.amplitude,
-        "amplitude_unit": spectrum.amplitude_unit,
-        "signal_to_noise_db": labelled_peak.signal_to_noise.map(decibels),
-        "significant": labelled_peak.significant,
-        "names": labelled_peak.names,
+        "value": line.value,
+        "amplitude": line.amplitude,
+        "amplitude_unit": curve.amplitude_unit,
+        "signal_to_noise_db": line.signal_to_noise.map(decibels),
+        "significant": line.significant,
+        "names": line.names,
     });
-    all[place] = json!(labelled_peak.position);
+    all[place] = json!(line.position);
     all
 }
 
@@ -112,10 +112,10 @@ pub fn csv(found: &SpectrumResult) -> String {
     let mut text = String::from(if with_times { "time_s," } else { "" });
     text += if speed.is_empty() { "" } else { "speed_rpm," };
     text += key(found.abscissa_kind);
-    for spectrum in &found.channel_spectra {
-        let head = match spectrum.unit.is_empty() {
-            true => spectrum.channel.clone(),
-            false => format!("{} [{}]", spectrum.channel, spectrum.unit),
+    for curve in &found.channel_spectra {
+        let head = match curve.unit.is_empty() {
+            true => curve.channel.clone(),
+            false => format!("{} [{}]", curve.channel, curve.unit),
         };
         text += &format!(",\"{}\"", head.replace('"', "\"\""));
     }
@@ -165,26 +165,26 @@ pub fn csv(found: &SpectrumResult) -> String {
 
 /// Spectrograms as maps, one for each channel; none of other spectra.
 pub fn heatmaps(found: &SpectrumResult, title: &str) -> Vec<Heatmap> {
-    let map = |spectrum: &ChannelSpectrum| {
-        let (across, times, rows) = match spectrum.speed.is_empty() {
+    let map = |curve: &ChannelSpectrum| {
+        let (across, times, rows) = match curve.speed.is_empty() {
             true => (
                 "time, s",
-                spectrum
+                curve
                     .spectrogram_rows
                     .iter()
                     .map(|row| row.time_s)
                     .collect(),
-                spectrum
+                curve
                     .spectrogram_rows
                     .iter()
                     .map(|row| row.density.clone())
                     .collect(),
             ),
-            false => over_speed(spectrum),
+            false => over_speed(curve),
         };
         Heatmap {
-            title: format!("{title}: {}", spectrum.channel),
-            level: format!("dB re 1 {}", spectrum.unit),
+            title: format!("{title}: {}", curve.channel),
+            level: format!("dB re 1 {}", curve.unit),
             across: across.to_string(),
             times,
             places: found.abscissa.clone(),
@@ -202,25 +202,20 @@ pub fn heatmaps(found: &SpectrumResult, title: &str) -> Vec<Heatmap> {
 const SPEEDS: usize = 250;
 
 /// Rows of equal speed averaged, by rising speed in rpm.
-fn over_speed(spectrum: &ChannelSpectrum) -> (&'static str, Vec<f64>, Vec<Vec<f64>>) {
+fn over_speed(curve: &ChannelSpectrum) -> (&'static str, Vec<f64>, Vec<Vec<f64>>) {
     let ends =
-        (spectrum.speed.iter()).fold((f64::INFINITY, 0.0f64), |(l, h), &s| (l.min(s), h.max(s)));
-    let width = (ends.1 - ends.0) / SPEEDS.min(spectrum.spectrogram_rows.len()).max(1) as f64;
+        (curve.speed.iter()).fold((f64::INFINITY, 0.0f64), |(l, h), &s| (l.min(s), h.max(s)));
+    let width = (ends.1 - ends.0) / SPEEDS.min(curve.spectrogram_rows.len()).max(1) as f64;
     let bin = |speed: f64| ((speed - ends.0) / width.max(f64::MIN_POSITIVE)) as usize;
-    let mut order: Vec<usize> = (0..spectrum.spectrogram_rows.len()).collect();
-    order.sort_by(|&a, &b| spectrum.speed[a].total_cmp(&spectrum.speed[b]));
+    let mut order: Vec<usize> = (0..curve.spectrogram_rows.len()).collect();
+    order.sort_by(|&a, &b| curve.speed[a].total_cmp(&curve.speed[b]));
     let (mut speeds, mut rows) = (Vec::new(), Vec::new());
-    for group in order.chunk_by(|&a, &b| bin(spectrum.speed[a]) == bin(spectrum.speed[b])) {
+    for group in order.chunk_by(|&a, &b| bin(curve.speed[a]) == bin(curve.speed[b])) {
         let share = 1.0 / group.len() as f64;
-        speeds.push(
-            group
-                .iter()
-                .map(|&at| share * rpm(spectrum.speed[at]))
-                .sum(),
-        );
-        let mut mean = vec![0.0; spectrum.spectrogram_rows[group[0]].density.len()];
+        speeds.push(group.iter().map(|&at| share * rpm(curve.speed[at])).sum());
+        let mut mean = vec![0.0; curve.spectrogram_rows[group[0]].density.len()];
         for &at in group {
-            let both = mean.iter_mut().zip(&spectrum.spectrogram_rows[at].density);
+            let both = mean.iter_mut().zip(&curve.spectrogram_rows[at].density);
             both.for_each(|(m, d)| *m += share * d);
         }
         rows.push(mean);
@@ -246,9 +241,9 @@ pub fn spectrum_plot(found: &SpectrumResult, title: &str) -> SpectrumPlot {
         .collect();
     strongest.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
     strongest.truncate(LABELS);
-    let text = |labelled_peak: &LabelledPeak| match labelled_peak.names.first() {
-        Some(name) => format!("{} {name}", four_digits(labelled_peak.position)),
-        None => four_digits(labelled_peak.position),
+    let text = |line: &LabelledPeak| match line.names.first() {
+        Some(name) => format!("{} {name}", four_digits(line.position)),
+        None => four_digits(line.position),
     };
     // What lies at the shortest quefrencies, the level of the spectrum, would hide the rest.
     let lowest = found.quefrency_range_s.map_or(f64::NEG_INFINITY, |s| s.0);
@@ -275,13 +270,7 @@ pub fn spectrum_plot(found: &SpectrumResult, title: &str) -> SpectrumPlot {
             .collect(),
         labels: strongest
             .into_iter()
-            .map(|labelled_peak| {
-                (
-                    labelled_peak.position,
-                    labelled_peak.value,
-                    text(labelled_peak),
-                )
-            })
+            .map(|line| (line.position, line.value, text(line)))
             .collect(),
         logarithmic: matches!(
             found.kind,

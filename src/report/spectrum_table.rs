@@ -13,11 +13,11 @@ const MAX_ROWS: usize = 20;
 /// What was done and the strongest lines.
 pub fn spectrum(found: &SpectrumResult) -> String {
     let mut text = format!("{}\n", found.method_text);
-    for channel_spectrum in &found.channel_spectra {
-        text += &format!("\n{}\n", channel_spectrum.channel);
-        text += &match channel_spectrum.peaks.is_empty() {
-            true => no_lines_text(found, channel_spectrum),
-            false => lines(found, channel_spectrum),
+    for curve in &found.channel_spectra {
+        text += &format!("\n{}\n", curve.channel);
+        text += &match curve.peaks.is_empty() {
+            true => no_lines_text(found, curve),
+            false => lines(found, curve),
         };
     }
     if found.abscissa_kind == AbscissaKind::Order
@@ -47,8 +47,8 @@ pub fn spectrum(found: &SpectrumResult) -> String {
 }
 
 /// What a curve without lines shows.
-fn no_lines_text(found: &SpectrumResult, channel_spectrum: &ChannelSpectrum) -> String {
-    let (low, high) = channel_spectrum
+fn no_lines_text(found: &SpectrumResult, curve: &ChannelSpectrum) -> String {
+    let (low, high) = curve
         .value
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| {
@@ -59,7 +59,7 @@ fn no_lines_text(found: &SpectrumResult, channel_spectrum: &ChannelSpectrum) -> 
             "  {} … {} {}\n",
             four_digits(low),
             four_digits(high),
-            channel_spectrum.unit
+            curve.unit
         ),
         _ => "  no line\n".to_string(),
     }
@@ -71,7 +71,7 @@ fn format_to_resolution(place: f64, known: f64) -> String {
     format!("{place:.digits$}")
 }
 
-fn lines(found: &SpectrumResult, channel_spectrum: &ChannelSpectrum) -> String {
+fn lines(found: &SpectrumResult, curve: &ChannelSpectrum) -> String {
     let (across, unit) = found.abscissa_kind.label();
     let mut table = plain();
     let size = match found.kind {
@@ -80,8 +80,8 @@ fn lines(found: &SpectrumResult, channel_spectrum: &ChannelSpectrum) -> String {
         _ => "amplitude",
     };
     table.add_row(vec![across, size, "signal to noise", "line"]);
-    table.add_row(vec![unit, &channel_spectrum.amplitude_unit, "dB", ""]);
-    for line in channel_spectrum.peaks.iter().take(MAX_ROWS) {
+    table.add_row(vec![unit, &curve.amplitude_unit, "dB", ""]);
+    for line in curve.peaks.iter().take(MAX_ROWS) {
         let ratio = line
             .signal_to_noise
             .map_or("–".to_string(), |r| format!("{:.1}", decibels(r)));
@@ -100,8 +100,8 @@ fn lines(found: &SpectrumResult, channel_spectrum: &ChannelSpectrum) -> String {
     }
     right_but_last(&mut table);
     let mut text = finish(&table);
-    if channel_spectrum.peaks.len() > MAX_ROWS {
-        text += &format!("{} more\n", channel_spectrum.peaks.len() - MAX_ROWS);
+    if curve.peaks.len() > MAX_ROWS {
+        text += &format!("{} more\n", curve.peaks.len() - MAX_ROWS);
     }
     text
 }

@@ -41,9 +41,9 @@ pub struct StabilityResult {
 
 /// The document.
 pub fn json(sources: &[Arc<SourceFile>], found: &StabilityResult) -> Value {
-    let stability = &found.linear;
+    let facts = &found.linear;
     let finite = |x: f64| x.is_finite().then_some(x);
-    let limits: serde_json::Map<String, Value> = stability
+    let limits: serde_json::Map<String, Value> = facts
         .max_steps
         .iter()
         .map(|(n, h)| (n.to_string(), json!(finite(*h))))
@@ -61,24 +61,24 @@ pub fn json(sources: &[Arc<SourceFile>], found: &StabilityResult) -> Value {
             }))),
         }),
     };
-    let (step, factors) = &found.amplification;
-    let factors = factors.iter().map(|a| {
+    let (step, amplified) = &found.amplification;
+    let amplified = amplified.iter().map(|a| {
         json!({
-            "method": a.method, "step_limit_s": stability.max_stable_step(a.method).and_then(finite), "fastest": finite(a.fastest),
+            "method": a.method, "step_limit_s": facts.max_stable_step(a.method).and_then(finite), "fastest": finite(a.fastest),
             "slowest": finite(a.slowest), "slowest_added_damping_ratio": finite(a.added_damping),
         })
     });
-    let factors: Vec<Value> = factors.collect();
+    let amplified: Vec<Value> = amplified.collect();
     let case = |c: &StressCase| json!({ "case": c.name, "method": c.method, "verdict": c.verdict.name(), "figure": c.energy_error, "reason": c.reason });
     json!({
         "geardyn": header(sources, &["facts", "floquet", "extremes"]),
         "interrupted": found.interrupted,
         "facts": {
-            "stiffness_ratio": finite(stability.stiffness_ratio), "spectral_abscissa_per_s": finite(stability.spectral_abscissa),
-            "speed_rad_s": stability.speed, "fastest_rad_s": stability.fastest, "slowest_rad_s": finite(stability.slowest), "step_limits_s": limits,
-            "eigenvalues_rad_s": stability.eigenvalues.iter().map(|z| json!({ "re": z.re, "im": z.im })).collect::<Vec<_>>(),
+            "stiffness_ratio": finite(facts.stiffness_ratio), "spectral_abscissa_per_s": finite(facts.spectral_abscissa),
+            "speed_rad_s": facts.speed, "fastest_rad_s": facts.fastest, "slowest_rad_s": finite(facts.slowest), "step_limits_s": limits,
+            "eigenvalues_rad_s": facts.eigenvalues.iter().map(|z| json!({ "re": z.re, "im": z.im })).collect::<Vec<_>>(),
         },
-        "amplification": { "step_s": finite(*step), "methods": factors },
+        "amplification": { "step_s": finite(*step), "methods": amplified },
         "floquet": floquet,
         "budget_evaluations": found.budget,
         "budget_as_it_is_evaluations": BASELINE_FACTOR * found.budget,
@@ -88,7 +88,7 @@ pub fn json(sources: &[Arc<SourceFile>], found: &StabilityResult) -> Value {
         "counts": {
             "pass": count_verdicts(found, CaseVerdict::Pass), "refused": count_verdicts(found, CaseVerdict::Refused), "fail": count_verdicts(found, CaseVerdict::Fail),
         },
-        "warnings": warnings(&stability.diagnostics),
+        "warnings": warnings(&facts.diagnostics),
     })
 }
 

@@ -37,8 +37,8 @@ fn line_style(method: &str) -> (Colour, LineStyle) {
 /// Regions of stability with the eigenvalues times the step, and the factor of every method on each of them over |hλ|.
 pub fn draw_stability_regions(
     title: &str,
-    stability: &LinearStability,
-    chart: &AmplificationChart,
+    facts: &LinearStability,
+    spectrum: &AmplificationChart,
 ) -> String {
     let across = (MARGIN_LEFT, WIDTH - MARGIN_RIGHT);
     let high = (across.1 - across.0) * (IM.1 - IM.0) / (RE.1 - RE.0);
@@ -51,21 +51,21 @@ pub fn draw_stability_regions(
             x: RE,
             y: IM,
         };
-        draw_complex_plane(canvas, &plane, stability, chart);
+        draw_complex_plane(canvas, &plane, facts, spectrum);
         let factors = Panel {
             across,
             down: (middle, middle + FACTORS),
-            x: chart.decade_range(),
-            y: range_of_factors(chart),
+            x: spectrum.decade_range(),
+            y: range_of_factors(spectrum),
         };
-        draw_amplification(canvas, &factors, chart);
+        draw_amplification(canvas, &factors, spectrum);
     })
 }
 
 /// Powers of ten of the factors shown, a decade to each side of one at least; what lies beyond six stands on the edge.
-fn range_of_factors(chart: &AmplificationChart) -> (f64, f64) {
+fn range_of_factors(spectrum: &AmplificationChart) -> (f64, f64) {
     const MAX_COUNT: f64 = 6.0;
-    let points = chart
+    let points = spectrum
         .methods
         .iter()
         .flat_map(|m| m.undamped.iter().chain(&m.eigenvalues));
@@ -78,8 +78,8 @@ fn range_of_factors(chart: &AmplificationChart) -> (f64, f64) {
 fn draw_complex_plane(
     canvas: &mut Canvas,
     panel: &Panel,
-    stability: &LinearStability,
-    chart: &AmplificationChart,
+    facts: &LinearStability,
+    spectrum: &AmplificationChart,
 ) {
     canvas.fill_rect(
         panel.to_canvas(RE.0, IM.1),
@@ -88,7 +88,7 @@ fn draw_complex_plane(
     );
     panel.draw_y_grid(canvas, &ticks(panel.y, 8));
     draw_frame(panel, canvas, "Im hλ", Some("Re hλ"));
-    let always = chart
+    let always = spectrum
         .unconditionally_stable()
         .collect::<Vec<_>>()
         .join(", ");
@@ -104,26 +104,26 @@ fn draw_complex_plane(
         );
     }
     let mut right = MARGIN_LEFT;
-    for course in &chart.methods {
+    for course in &spectrum.methods {
         let curve = stability_boundary(course.method);
         if curve.is_empty() {
             continue;
         }
-        let (ink, style) = line_style(course.method);
+        let (ink, stroke) = line_style(course.method);
         let spots: Vec<Point2> = curve
             .iter()
             .filter(|z| z.im >= -0.02)
             .map(|z| panel.to_canvas(z.re, z.im))
             .collect();
-        canvas.polyline(&spots, ink, 1.6, style);
+        canvas.polyline(&spots, ink, 1.6, stroke);
         let side = match course.conditionally_stable {
             true => "stable inside",
             false => "outside",
         };
         let text = format!("{}, {side}", course.method);
-        right = entry(canvas, (right, 36.0), &text, ink, style);
+        right = entry(canvas, (right, 36.0), &text, ink, stroke);
     }
-    let label = format!("eigenvalues times {}", format_time(chart.step));
+    let label = format!("eigenvalues times {}", format_time(spectrum.step));
     canvas.stroke_circle((right + 8.0, 36.0), 3.0, BLACK, 1.2);
     canvas.text(
         &label,
@@ -132,7 +132,7 @@ fn draw_complex_plane(
         BLACK,
         Anchor::Start,
     );
-    let places = stability.eigenvalues.iter().map(|z| *z * chart.step);
+    let places = facts.eigenvalues.iter().map(|z| *z * spectrum.step);
     let (shown, beyond): (Vec<_>, Vec<_>) =
         places.partition(|z| (RE.0..=RE.1).contains(&z.re) && z.im.abs() <= IM.1);
     for z in shown {
@@ -145,7 +145,7 @@ fn draw_complex_plane(
     }
 }
 
-fn draw_amplification(canvas: &mut Canvas, panel: &Panel, chart: &AmplificationChart) {
+fn draw_amplification(canvas: &mut Canvas, panel: &Panel, spectrum: &AmplificationChart) {
     draw_log_grid(panel, canvas);
     canvas.stroke_rect(
         (panel.across.0, panel.down.0),
@@ -188,17 +188,17 @@ fn draw_amplification(canvas: &mut Canvas, panel: &Panel, chart: &AmplificationC
         Anchor::Start,
     );
     let mut right = MARGIN_LEFT;
-    for course in &chart.methods {
-        let (ink, style) = line_style(course.method);
+    for course in &spectrum.methods {
+        let (ink, stroke) = line_style(course.method);
         let line = course.undamped.iter().map(|(x, y)| (x.log10(), y.log10()));
         for run in clip_to_panel(panel, line) {
-            canvas.polyline(&run, ink, 1.4, style);
+            canvas.polyline(&run, ink, 1.4, stroke);
         }
         for (x, y) in &course.eigenvalues {
             let height = y.log10().clamp(panel.y.0, panel.y.1);
             canvas.stroke_circle(panel.to_canvas(x.log10(), height), 2.4, ink, 1.0);
         }
-        right = entry(canvas, (right, above + 16.0), course.method, ink, style);
+        right = entry(canvas, (right, above + 16.0), course.method, ink, stroke);
     }
 }
 
@@ -208,9 +208,9 @@ fn entry(
     (right, down): Point2,
     text: &str,
     ink: Colour,
-    style: LineStyle,
+    stroke: LineStyle,
 ) -> f64 {
-    canvas.polyline(&[(right, down), (right + 18.0, down)], ink, 2.0, style);
+    canvas.polyline(&[(right, down), (right + 18.0, down)], ink, 2.0, stroke);
     canvas.text(text, (right + 23.0, down), LABEL_SIZE, BLACK, Anchor::Start);
     right + 23.0 + text_width(text, LABEL_SIZE) + 18.0
 }

@@ -15,35 +15,28 @@ use crate::study::stability::stress_test::CaseVerdict;
 
 /// Facts, parametric stability, the table of cases, what was refused and why.
 pub fn table(found: &StabilityResult) -> String {
-    let linear_stability = &found.linear;
+    let facts = &found.linear;
     let hertz = |omega: f64| format!("{} Hz", four_digits(omega / TAU));
-    let mut text = match linear_stability.eigenvalues.is_empty() {
+    let mut text = match facts.eigenvalues.is_empty() {
         true => "nothing swings or decays: any step is stable\n".to_string(),
         false => format!(
             "stiffness ratio {}   fastest {}, slowest {}   spectral abscissa {} 1/s\n",
-            four_digits(linear_stability.stiffness_ratio),
-            hertz(linear_stability.fastest),
-            hertz(linear_stability.slowest),
-            four_digits(linear_stability.spectral_abscissa),
+            four_digits(facts.stiffness_ratio),
+            hertz(facts.fastest),
+            hertz(facts.slowest),
+            four_digits(facts.spectral_abscissa),
         ),
     };
-    if let Some(speed) = linear_stability.speed {
+    if let Some(speed) = facts.speed {
         text += &format!(
             "gyroscopic, centripetal and circulatory terms of {} rpm are counted\n",
             four_digits(speed * 60.0 / TAU)
         );
     }
-    if let Some(growth) = linear_stability
-        .diagnostics
-        .iter()
-        .find(|w| w.code == UNSTABLE)
-    {
+    if let Some(growth) = facts.diagnostics.iter().find(|w| w.code == UNSTABLE) {
         text += &format!("{}\n", growth.message);
     }
-    let limits = linear_stability
-        .max_steps
-        .iter()
-        .filter(|(_, h)| h.is_finite());
+    let limits = facts.max_steps.iter().filter(|(_, h)| h.is_finite());
     let limits: Vec<String> = limits
         .map(|(name, h)| format!("{name} {}", format_time(*h)))
         .collect();

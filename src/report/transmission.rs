@@ -67,30 +67,30 @@ impl TeUnit {
 }
 
 /// The element a line comes from.
-pub fn source(machine: &Machine, result: &OrderLineResult) -> String {
-    match result.line.origin {
+pub fn source(machine: &Machine, row: &OrderLineResult) -> String {
+    match row.line.origin {
         LineOrigin::Declared(number) => machine.errors[number].location.clone(),
         LineOrigin::Stiffness(branch) => machine.branch_name(branch),
     }
 }
 
 /// What of it.
-pub fn cause(machine: &Machine, result: &OrderLineResult) -> &'static str {
-    match result.line.origin {
+pub fn cause(machine: &Machine, row: &OrderLineResult) -> &'static str {
+    match row.line.origin {
         LineOrigin::Declared(number) => machine.errors[number].cause.name(),
         LineOrigin::Stiffness(_) => "mesh stiffness",
     }
 }
 
 /// The phase of a line, degrees in (−180, 180], where it is known.
-pub fn phase(machine: &Machine, result: &OrderLineResult, value: Complex) -> Option<f64> {
+pub fn phase(machine: &Machine, row: &OrderLineResult, value: Complex) -> Option<f64> {
     /// Of a turn: rounding of a half turn backward.
     const ROUNDING: f64 = 1e-9;
     let turned = match value.arg().to_degrees() {
         half if half <= -180.0 + ROUNDING => half + 360.0,
         other => other,
     };
-    (result.line.phase_known(machine) && value.norm() > 0.0).then_some(turned)
+    (row.line.phase_known(machine) && value.norm() > 0.0).then_some(turned)
 }
 
 /// A second record, as text.
@@ -265,8 +265,8 @@ pub fn write_record(
 }
 
 fn order(machine: &Machine, result: &TransmissionResult, k: usize, unit: TeUnit) -> Value {
-    let line_result = &result.lines[k];
-    let slow = result.quasi_static(line_result);
+    let row = &result.lines[k];
+    let slow = result.quasi_static(row);
     let group = result.coincidences.iter().find(|c| c.lines.contains(&k));
     let others = group.map_or(Vec::new(), |group| {
         let first = group.lines[0];
@@ -283,17 +283,17 @@ fn order(machine: &Machine, result: &TransmissionResult, k: usize, unit: TeUnit)
     });
     let mut others = json!({
         "row": k,
-        "order": line_result.line.order.to_string(),
-        "order_value": line_result.line.order.to_f64(),
-        "source": source(machine, line_result),
-        "cause": cause(machine, line_result),
-        "harmonic": line_result.line.harmonic,
-        "assumed": line_result.line.declared(machine).and_then(|error| error.assumed.clone()),
-        "phase_deg": phase(machine, line_result, slow),
-        "share": line_result.share,
-        "dynamic_phase_deg": line_result.dynamic.and_then(|z| phase(machine, line_result, z)),
-        "frequency_hz": result.speed.map(|speed| line_result.line.order.to_f64() * speed.abs() / (2.0 * PI)),
-        "mark": result.effects.as_ref().map(|effects| match &effects[k] {
+        "order": row.line.order.to_string(),
+        "order_value": row.line.order.to_f64(),
+        "source": source(machine, row),
+        "cause": cause(machine, row),
+        "harmonic": row.line.harmonic,
+        "assumed": row.line.declared(machine).and_then(|error| error.assumed.clone()),
+        "phase_deg": phase(machine, row, slow),
+        "share": row.share,
+        "dynamic_phase_deg": row.dynamic.and_then(|z| phase(machine, row, z)),
+        "frequency_hz": result.speed.map(|speed| row.line.order.to_f64() * speed.abs() / (2.0 * PI)),
+        "mark": result.marks.as_ref().map(|marks| match &marks[k] {
             IndexingEffect::Form => json!({ "kind": "form" }),
             IndexingEffect::Pitch { advance, adjacent } => {
                 let kind = json!({ "kind": "pitch", "advance": advance.to_string() });
@@ -307,9 +307,9 @@ fn order(machine: &Machine, result: &TransmissionResult, k: usize, unit: TeUnit)
     }
     let values = [
         ("amplitude", Some(slow.norm())),
-        ("kinematic", line_result.kinematic.map(|z| z.norm())),
-        ("loaded", Some(line_result.loaded.norm())),
-        ("dynamic", line_result.dynamic.map(|z| z.norm())),
+        ("kinematic", row.kinematic.map(|z| z.norm())),
+        ("loaded", Some(row.loaded.norm())),
+        ("dynamic", row.dynamic.map(|z| z.norm())),
     ];
     unit.object(&values, others)
 }
@@ -323,8 +323,8 @@ pub fn csv(machine: &Machine, result: &TransmissionResult) -> String {
         "order,order_value,source,cause,harmonic,amplitude_{key}{arc},phase_deg,share,kinematic_{key},loaded_{key},dynamic_{key},coincides_with_rows\n"
     );
     let blank = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
-    for (k, line_result) in result.lines.iter().enumerate() {
-        let slow = result.quasi_static(line_result);
+    for (k, row) in result.lines.iter().enumerate() {
+        let slow = result.quasi_static(row);
         let group = result.coincidences.iter().find(|c| c.lines.contains(&k));
         let others: Vec<String> = group.map_or(Vec::new(), |group| {
             group
@@ -335,22 +335,22 @@ pub fn csv(machine: &Machine, result: &TransmissionResult) -> String {
                 .collect()
         });
         let mut fields = vec![
-            line_result.line.order.to_string(),
-            format!("{}", line_result.line.order.to_f64()),
-            csv_field(&source(machine, line_result)),
-            cause(machine, line_result).to_string(),
-            line_result.line.harmonic.to_string(),
+            row.line.order.to_string(),
+            format!("{}", row.line.order.to_f64()),
+            csv_field(&source(machine, row)),
+            cause(machine, row).to_string(),
+            row.line.harmonic.to_string(),
             format!("{}", slow.norm() * unit.times),
         ];
         if turns {
             fields.push(blank(result.radius.map(|r| 1e6 * r * slow.norm())));
         }
         fields.extend([
-            blank(phase(machine, line_result, slow)),
-            format!("{}", line_result.share),
-            blank(line_result.kinematic.map(|z| z.norm() * unit.times)),
-            format!("{}", line_result.loaded.norm() * unit.times),
-            blank(line_result.dynamic.map(|z| z.norm() * unit.times)),
+            blank(phase(machine, row, slow)),
+            format!("{}", row.share),
+            blank(row.kinematic.map(|z| z.norm() * unit.times)),
+            format!("{}", row.loaded.norm() * unit.times),
+            blank(row.dynamic.map(|z| z.norm() * unit.times)),
             others.join(" "),
         ]);
         text += &(fields.join(",") + "\n");

@@ -188,12 +188,12 @@ fn order_label(machine: &Machine, result: &TransmissionResult, group: &[usize]) 
 }
 
 /// An order, its source and its cause.
-fn line_label(machine: &Machine, result: &OrderLineResult) -> String {
+fn line_label(machine: &Machine, row: &OrderLineResult) -> String {
     format!(
         "{}: {}, {}",
-        four_digits(result.line.order.to_f64()),
-        source(machine, result),
-        cause(machine, result)
+        four_digits(row.line.order.to_f64()),
+        source(machine, row),
+        cause(machine, row)
     )
 }
 

@@ -60,7 +60,7 @@ pub fn table(machine: &Machine, result: &TransmissionResult, all: bool) -> Strin
     column(at_speed, "frequency", "Hz");
     column(result.map.is_some(), "largest", unit.name);
     column(result.map.is_some(), "at", "rpm");
-    column(result.effects.is_some(), "work", "");
+    column(result.marks.is_some(), "work", "");
     column(!result.coincidences.is_empty(), "", "");
     table.add_row(head);
     table.add_row(units);
@@ -94,8 +94,8 @@ pub fn table(machine: &Machine, result: &TransmissionResult, all: bool) -> Strin
             cells.push(four_digits(most * unit.times));
             cells.push(four_digits(speed * 30.0 / std::f64::consts::PI));
         }
-        if let Some(effects) = &result.effects {
-            cells.push(match &effects[k] {
+        if let Some(marks) = &result.marks {
+            cells.push(match &marks[k] {
                 IndexingEffect::Form => "form".to_string(),
                 IndexingEffect::Pitch { adjacent, .. } => format!(
                     "pitch, {} from tooth to tooth",

@@ -19,30 +19,30 @@ use crate::study::work_precision::{
 pub fn json(
     sources: &[Arc<SourceFile>],
     outputs: &[String],
-    result: &WorkPrecisionResult,
+    accuracy: &WorkPrecisionResult,
     wanted: f64,
 ) -> Value {
-    let solution = &result.solution;
-    let near = solution.cross_checks.first();
+    let reference = &accuracy.reference;
+    let near = reference.cross_checks.first();
     let witness = |w: &CrossCheck| {
         let (tolerance, step) = tolerance_and_step(w.step_size);
         json!({ "method": w.method, "tolerance": tolerance, "step_s": step, "related": w.related, "distance": w.distance })
     };
-    let (tolerance, step) = tolerance_and_step(solution.step_size);
+    let (tolerance, step) = tolerance_and_step(reference.step_size);
     let silent = |(method, why): &(&str, String)| json!({ "method": method, "reason": why });
     json!({
         "geardyn": header(sources, &["equations", "start", "reference", "ladder"]),
-        "interrupted": result.interrupted,
+        "interrupted": accuracy.interrupted,
         "norm": NORM_TEXT,
         "outputs": outputs,
         "reference": {
-            "method": solution.method, "tolerance": tolerance, "step_s": step, "beside": near.map(|w| w.method),
-            "error": near.map(|w| w.distance), "amplification": solution.sensitivity,
-            "witnesses": solution.cross_checks.iter().map(witness).collect::<Vec<_>>(),
-            "silent": solution.unavailable.iter().map(silent).collect::<Vec<_>>(),
+            "method": reference.method, "tolerance": tolerance, "step_s": step, "beside": near.map(|w| w.method),
+            "error": near.map(|w| w.distance), "amplification": reference.sensitivity,
+            "witnesses": reference.cross_checks.iter().map(witness).collect::<Vec<_>>(),
+            "silent": reference.unavailable.iter().map(silent).collect::<Vec<_>>(),
         },
-        "runs": result.runs.iter().map(row).collect::<Vec<_>>(),
-        "recommendation": recommendation(result, wanted),
+        "runs": accuracy.runs.iter().map(row).collect::<Vec<_>>(),
+        "recommendation": recommendation(accuracy, wanted),
         "warnings": [],
     })
 }
@@ -65,8 +65,8 @@ fn row(run: &WorkPrecisionRun) -> Value {
     row
 }
 
-fn recommendation(result: &WorkPrecisionResult, wanted: f64) -> Value {
-    let (run, reached) = match result.recommend(wanted) {
+fn recommendation(accuracy: &WorkPrecisionResult, wanted: f64) -> Value {
+    let (run, reached) = match accuracy.recommend(wanted) {
         Recommendation::Cheapest(run, _) => (Some(run), true),
         Recommendation::Nearest(run) => (Some(run), false),
         Recommendation::Unavailable => (None, false),
@@ -75,17 +75,17 @@ fn recommendation(result: &WorkPrecisionResult, wanted: f64) -> Value {
     json!({
         "error": wanted, "reached": reached, "method": run.map(|r| r.method), "tolerance": tolerance, "step_s": step,
         "run_time_s": run.and_then(WorkPrecisionRun::seconds), "error_reached": run.and_then(WorkPrecisionRun::error),
-        "text": recommendation_text(result, wanted),
+        "text": recommendation_text(accuracy, wanted),
     })
 }
 
 /// One row a rung.
-pub fn csv(result: &WorkPrecisionResult) -> String {
+pub fn csv(accuracy: &WorkPrecisionResult) -> String {
     let mut text = String::from(
         "method,tolerance,step_s,error,run_time_s,steps,rejected,rhs_evaluations,events,status\n",
     );
     let power = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:e}"));
-    for run in &result.runs {
+    for run in &accuracy.runs {
         let (tolerance, step) = tolerance_and_step(run.step_size);
         let cost = match &run.outcome {
             RunOutcome::Completed {
@@ -109,7 +109,7 @@ pub fn csv(result: &WorkPrecisionResult) -> String {
 }
 
 /// Error over run time, a line for each method.
-pub fn draw(title: &str, result: &WorkPrecisionResult) -> String {
+pub fn draw(title: &str, accuracy: &WorkPrecisionResult) -> String {
     let point = |run: &WorkPrecisionRun| {
         Some(WorkPrecisionPoint {
             method: run.method,
@@ -117,7 +117,7 @@ pub fn draw(title: &str, result: &WorkPrecisionResult) -> String {
             error: run.error()?,
         })
     };
-    let points: Vec<WorkPrecisionPoint> = result.runs.iter().filter_map(point).collect();
-    let floor = result.solution.agreement().unwrap_or(0.0);
+    let points: Vec<WorkPrecisionPoint> = accuracy.runs.iter().filter_map(point).collect();
+    let floor = accuracy.reference.agreement().unwrap_or(0.0);
     work_precision_plot::draw(title, &points, (floor, "agreement of references"))
 }

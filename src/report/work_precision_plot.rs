@@ -123,13 +123,13 @@ pub fn draw(title: &str, points: &[WorkPrecisionPoint], (floor, called): (f64, &
         for (at, (method, (end, height))) in
             methods.iter().zip(ends.iter().zip(heights)).enumerate()
         {
-            let (ink, style) = line_style(at);
+            let (ink, stroke) = line_style(at);
             let spots: Vec<Point2> = ended
                 .iter()
                 .filter(|p| p.method == *method && p.error.log10() <= panel.y.1)
                 .map(|p| panel.to_canvas(p.seconds.log10(), p.error.log10()))
                 .collect();
-            canvas.polyline(&spots, ink, 1.4, style);
+            canvas.polyline(&spots, ink, 1.4, stroke);
             spots.iter().for_each(|&s| canvas.fill_circle(s, 3.0, ink));
             let label = (panel.across.1 + 14.0, height);
             canvas.line(*end, (label.0 - 3.0, label.1), LIGHT_GREY, 0.7);
@@ -149,10 +149,10 @@ fn end_of(panel: &Panel, ended: &[WorkPrecisionPoint], method: &str) -> Point2 {
 
 fn line_style(at: usize) -> (Colour, LineStyle) {
     let inks = [BLUE, ORANGE, BLACK, GREY, lighten(BLUE), lighten(ORANGE)];
-    let styles = [LineStyle::Solid, LineStyle::Dashed, LineStyle::Dotted];
+    let strokes = [LineStyle::Solid, LineStyle::Dashed, LineStyle::Dotted];
     (
         inks[at % inks.len()],
-        styles[(at / inks.len()) % styles.len()],
+        strokes[(at / inks.len()) % strokes.len()],
     )
 }
 

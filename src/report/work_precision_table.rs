@@ -9,11 +9,11 @@ use crate::study::reference::{CrossCheck, ReferenceSolution};
 use crate::study::work_precision::{RunOutcome, WorkPrecisionResult, WorkPrecisionRun};
 
 /// The table, the reference, the recommendation.
-pub fn table(outputs: &[String], result: &WorkPrecisionResult, wanted: f64) -> String {
+pub fn table(outputs: &[String], accuracy: &WorkPrecisionResult, wanted: f64) -> String {
     let mut text = format!(
         "error in {} ({NORM_TEXT}) against run time\n{}\n",
         outputs.join(", "),
-        reference(&result.solution)
+        reference(&accuracy.reference)
     );
     let mut table = plain();
     table.set_header([
@@ -26,8 +26,8 @@ pub fn table(outputs: &[String], result: &WorkPrecisionResult, wanted: f64) -> S
         "evaluations",
         "events",
     ]);
-    let known = result.solution.agreement();
-    for run in &result.runs {
+    let known = accuracy.reference.agreement();
+    for run in &accuracy.runs {
         let RunOutcome::Completed {
             error,
             seconds,
@@ -57,16 +57,16 @@ pub fn table(outputs: &[String], result: &WorkPrecisionResult, wanted: f64) -> S
     }
     right_but_first(&mut table);
     text += &finish(&table);
-    text += &failed_runs_text(&result.runs);
-    text += &format!("\n{}\n", recommendation_text(result, wanted));
+    text += &failed_runs_text(&accuracy.runs);
+    text += &format!("\n{}\n", recommendation_text(accuracy, wanted));
     text
 }
 
 /// What the errors are against, and how well that is known.
-fn reference(solution: &ReferenceSolution) -> String {
-    let own = method_label(solution.method, solution.step_size);
+fn reference(reference: &ReferenceSolution) -> String {
+    let own = method_label(reference.method, reference.step_size);
     let other = |w: &CrossCheck| method_label(w.method, w.step_size);
-    let mut text = match &solution.cross_checks[..] {
+    let mut text = match &reference.cross_checks[..] {
         [] => format!("reference: {own} alone; nothing could check it\n"),
         [near, ..] if near.related => format!(
             "reference: {own}, {} from itself at {}; no unrelated method could check it\n",
@@ -89,10 +89,10 @@ fn reference(solution: &ReferenceSolution) -> String {
             text
         }
     };
-    for (method, why) in &solution.unavailable {
+    for (method, why) in &reference.unavailable {
         text += &format!("           {method}: {why}\n");
     }
-    text + &match solution.sensitivity {
+    text + &match reference.sensitivity {
         Some(growth) => format!(
             "a change of the start shows {} times as much over the whole time as over its first tenth\n",
             four_digits(growth)

@@ -9,7 +9,7 @@ pub const NORM_TEXT: &str =
     "largest difference over all samples, by the largest size of the reference, worst output";
 
 /// What is to be taken for the error wanted.
-pub fn recommendation_text(result: &WorkPrecisionResult, wanted: f64) -> String {
+pub fn recommendation_text(accuracy: &WorkPrecisionResult, wanted: f64) -> String {
     let of = |run: &WorkPrecisionRun| {
         let time = run.seconds().map_or(String::new(), format_time_short);
         format!("{} ({time})", method_label(run.method, run.step_size))
@@ -19,7 +19,7 @@ pub fn recommendation_text(result: &WorkPrecisionResult, wanted: f64) -> String 
             (Some(best), Some(next)) => brief_ratio(next / best),
             _ => String::new(),
         };
-    match result.recommend(wanted) {
+    match accuracy.recommend(wanted) {
         Recommendation::Cheapest(best, Some(next)) => format!(
             "for {wanted:e} the cheapest is {}, {} × before {}",
             of(best),
@@ -35,7 +35,7 @@ pub fn recommendation_text(result: &WorkPrecisionResult, wanted: f64) -> String 
                 of(run),
                 run.error().map_or(String::new(), format_error)
             );
-            if let Some(known) = result.solution.agreement().filter(|x| *x > wanted) {
+            if let Some(known) = accuracy.reference.agreement().filter(|x| *x > wanted) {
                 text += &format!(
                     ", and the reference itself is known to {} only",
                     format_error(known)

@@ -33,7 +33,7 @@ pub(super) struct ConstrainedCoordinates {
     /// The machine with everything held still.
     pub fixed: LinearModel,
     /// What is prescribed.
-    pub dof: Vec<PrescribedDof>,
+    pub held: Vec<PrescribedDof>,
     /// Motions that strain nothing with everything held still, over p.
     pub rigid: Vec<Vec<f64>>,
     rows: ConstraintRows,
@@ -42,27 +42,27 @@ pub(super) struct ConstrainedCoordinates {
 /// What the coordinates are found from.
 pub(super) struct CoordinateInput<'a> {
     pub machine: &'a Machine,
-    pub point: &'a OperatingPoint,
+    pub operating: &'a OperatingPoint,
     pub model: &'a LinearModel,
 }
 
 impl ConstrainedCoordinates {
     pub fn new(from: &CoordinateInput, ports: &Ports) -> Result<ConstrainedCoordinates, Error> {
-        let dof = fixed_rows(from.machine, ports);
+        let model = fixed_rows(from.machine, ports);
         let (mut machine, mut tied) = (from.machine.clone(), from.machine.clone());
-        for what in &dof {
+        for what in &model {
             match *what {
                 // A stiffness so that nothing hangs loose meanwhile; it is taken out below.
                 PrescribedDof::Joint(branch) => {
                     machine.branches[branch].law = BranchLaw::Linear {
                         stiffness: 1.0,
-                        damping: BranchDamping::None,
+                        loss: BranchDamping::None,
                     }
                 }
-                PrescribedDof::Dof(freedom) => tied.branches.push(Branch {
-                    element: tied.nodes[tied.dofs[freedom].node].element,
+                PrescribedDof::Dof(dof) => tied.branches.push(Branch {
+                    element: tied.nodes[tied.dofs[dof].node].element,
                     part: None,
-                    direction: Direction::unit(freedom),
+                    direction: Direction::unit(dof),
                     coast: None,
                     force: None,
                     law: BranchLaw::Rigid,
@@ -73,20 +73,23 @@ impl ConstrainedCoordinates {
                 }),
             }
         }
-        let joints = dof
+        let joints = model
             .iter()
             .any(|what| matches!(what, PrescribedDof::Joint(_)));
-        let dofs = dof.iter().any(|what| matches!(what, PrescribedDof::Dof(_)));
+        let dofs = model
+            .iter()
+            .any(|what| matches!(what, PrescribedDof::Dof(_)));
         let again = |machine: &Machine| -> Result<LinearModel, Error> {
-            let mut model = LinearModel::new(machine, &Kinematics::new(machine)?, from.point)?;
+            let mut linear_model =
+                LinearModel::new(machine, &Kinematics::new(machine)?, from.operating)?;
             // A damping ratio refers to the masses of the machine as it is.
-            for branch in &mut model.branches {
+            for branch in &mut linear_model.branches {
                 let own = from.model.branch(branch.index);
                 branch.damping = own.map_or(branch.damping, |b| b.damping);
             }
-            Ok(model)
+            Ok(linear_model)
         };
-        let model = if joints {
+        let linear_model = if joints {
             again(&machine)?
         } else {
             from.model.clone()
@@ -96,20 +99,20 @@ impl ConstrainedCoordinates {
         } else {
             from.model.clone()
         };
-        let released = |b: &LinearBranch| dof.contains(&PrescribedDof::Joint(b.index));
-        let mut model = model;
-        model.branches.retain(|b| !released(b));
-        let rows = ConstraintRows::new(&machine, &model, &dof)?;
+        let released = |b: &LinearBranch| model.contains(&PrescribedDof::Joint(b.index));
+        let mut linear_model = linear_model;
+        linear_model.branches.retain(|b| !released(b));
+        let rows = ConstraintRows::new(&machine, &linear_model, &model)?;
         let rigid = still
             .rigid
             .iter()
-            .map(|r| model.select_independent(&still.expand(r)))
+            .map(|r| linear_model.select_independent(&still.expand(r)))
             .collect();
         Ok(ConstrainedCoordinates {
             machine,
-            model,
+            model: linear_model,
             fixed: still,
-            dof,
+            held: model,
             rigid,
             rows,
         })
@@ -141,7 +144,7 @@ impl ConstrainedCoordinates {
         let alone = (0..self.model.n)
             .filter(|&j| free[j])
             .map(|j| self.rows.free_motion(j));
-        let imposed = (0..self.dof.len()).map(|h| self.rows.imposed(h));
+        let imposed = (0..self.held.len()).map(|h| self.rows.imposed(h));
         let rigid = self.rigid.iter().map(|r| sparse(r.iter().copied()));
         rigid.chain(alone).chain(imposed).collect()
     }
@@ -155,7 +158,7 @@ impl ConstrainedCoordinates {
             unit[j] = 1.0;
             over(&unit)
         });
-        let imposed = (0..self.dof.len()).map(|h| {
+        let imposed = (0..self.held.len()).map(|h| {
             let mut column = vec![0.0; self.model.n];
             (self.rows.imposed(h).iter()).for_each(|&(j, a)| column[j] = a);
             column
@@ -233,26 +236,26 @@ impl ConstraintRows {
     fn new(
         machine: &Machine,
         model: &LinearModel,
-        dof: &[PrescribedDof],
+        held: &[PrescribedDof],
     ) -> Result<ConstraintRows, Error> {
         let mut rows = ConstraintRows {
             pivots: Vec::new(),
             others: Vec::new(),
             imposed: Vec::new(),
         };
-        for (number, what) in dof.iter().enumerate() {
+        for (number, what) in held.iter().enumerate() {
             let mut row = vec![0.0; model.n];
             let direction = match *what {
-                PrescribedDof::Dof(freedom) => Direction::unit(freedom),
+                PrescribedDof::Dof(dof) => Direction::unit(dof),
                 PrescribedDof::Joint(branch) => machine.branches[branch].direction.clone(),
             };
-            for (freedom, a) in direction.entries() {
-                for &(j, b) in &model.transform[freedom] {
+            for (dof, a) in direction.entries() {
+                for &(j, b) in &model.transform[dof] {
                     row[j] += a * b;
                 }
             }
             let size = row.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-            let mut share = vec![0.0; dof.len()];
+            let mut share = vec![0.0; held.len()];
             share[number] = 1.0;
             for (at, &pivot) in rows.pivots.iter().enumerate() {
                 let factor = row[pivot];

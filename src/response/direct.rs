@@ -13,8 +13,8 @@ use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
 /// A system ready to be solved at any frequency.
 pub struct DirectSolver {
     system: InputOutputSystem,
-    stiffness: DynamicStiffness,
-    factor: Option<SymbolicFactor>,
+    entries: DynamicStiffness,
+    pattern: Option<SymbolicFactor>,
 }
 
 /// Smaller systems are solved densely.
@@ -29,12 +29,12 @@ impl DirectSolver {
     /// # Errors
     /// Those of the machine's matrices; `Hopeless` where memory runs out.
     pub fn new(model: &OperatingModel, ports: &Ports) -> Result<DirectSolver, Error> {
-        let (system, stiffness) = InputOutputSystem::direct_system(model, ports)?;
-        let factor = pattern(&stiffness)?;
+        let (system, entries) = InputOutputSystem::direct_system(model, ports)?;
+        let pattern = pattern(&entries)?;
         Ok(DirectSolver {
             system,
-            stiffness,
-            factor,
+            entries,
+            pattern,
         })
     }
 
@@ -45,7 +45,7 @@ impl DirectSolver {
 
     /// Solved as a sparse matrix.
     pub fn is_sparse(&self) -> bool {
-        self.factor.is_some()
+        self.pattern.is_some()
     }
 
     /// Outputs by inputs at `s = iω`, ω in rad/s.
@@ -79,7 +79,7 @@ impl DirectSolver {
     /// `D(s)⁻¹ B`.
     fn solve(&self, s: Complex) -> Result<ComplexMatrix, Error> {
         let b = self.system.load_columns();
-        solve_scaled(&self.stiffness, self.factor.as_ref(), s, &b)
+        solve_scaled(&self.entries, self.pattern.as_ref(), s, &b)
     }
 
     /// The limit at rest of a free machine: it accelerates as one under what does not balance, and deforms under the rest.
@@ -96,7 +96,7 @@ impl DirectSolver {
         }
         let mut own = Matrix::zeros(rigid, rigid);
         let among = |e: &&StiffnessEntry| e.row < rigid && e.column < rigid;
-        for e in self.stiffness.list.iter().filter(among) {
+        for e in self.entries.list.iter().filter(among) {
             own[(e.row, e.column)] = e.mass;
         }
         let push = Matrix::from_fn(rigid, b.ncols(), |i, j| b[(i, j)]);
@@ -105,12 +105,12 @@ impl DirectSolver {
         let rest = n - rigid;
         let mut f = Matrix::from_fn(rest, b.ncols(), |i, j| b[(rigid + i, j)]);
         let across = |e: &&StiffnessEntry| e.row >= rigid && e.column < rigid;
-        for e in self.stiffness.list.iter().filter(across) {
+        for e in self.entries.list.iter().filter(across) {
             for j in 0..b.ncols() {
                 f[(e.row - rigid, j)] -= e.mass * a[(e.column, j)];
             }
         }
-        let k = self.stiffness.trailing_block(rigid);
+        let k = self.entries.trailing_block(rigid);
         let bent = solve_scaled(&k, pattern(&k)?.as_ref(), Complex::ZERO, &f)?;
         let mut answer = ComplexMatrix::zeros(system.outputs.len(), system.inputs.len());
         for (o, terms) in system.outputs.iter().enumerate() {
@@ -166,8 +166,8 @@ impl DirectSolver {
 }
 
 /// The order in which a matrix is eliminated as a sparse one; nothing where it is small or full.
-fn pattern(stiffness: &DynamicStiffness) -> Result<Option<SymbolicFactor>, Error> {
-    let (n, list) = (stiffness.n, &stiffness.list);
+fn pattern(entries: &DynamicStiffness) -> Result<Option<SymbolicFactor>, Error> {
+    let (n, list) = (entries.n, &entries.list);
     let sparse = n > DENSE_LIMIT && (list.len() as f64) < MAX_FILL * (n * n) as f64;
     let places = list.iter().map(|e| (e.row, e.column));
     sparse.then(|| SymbolicFactor::new(n, places)).transpose()
@@ -175,14 +175,14 @@ fn pattern(stiffness: &DynamicStiffness) -> Result<Option<SymbolicFactor>, Error
 
 /// `D(s)⁻¹ B`, with D scaled to unit diagonal.
 fn solve_scaled(
-    stiffness: &DynamicStiffness,
-    factor: Option<&SymbolicFactor>,
+    entries: &DynamicStiffness,
+    pattern: Option<&SymbolicFactor>,
     s: Complex,
     b: &Matrix,
 ) -> Result<ComplexMatrix, Error> {
-    let n = stiffness.n;
+    let n = entries.n;
     let mut scale = vec![1.0; n];
-    for own in stiffness.list.iter().filter(|e| e.row == e.column) {
+    for own in entries.list.iter().filter(|e| e.row == e.column) {
         let size = own.size(s);
         // A power of two, so that scaling rounds nothing.
         if size > 0.0 {
@@ -192,15 +192,15 @@ fn solve_scaled(
     let scaled = |e: &StiffnessEntry| e.value_at(s) * (scale[e.row] * scale[e.column]);
     let right =
         ComplexMatrix::from_fn(n, b.ncols(), |i, j| Complex::new(b[(i, j)] * scale[i], 0.0));
-    let mut x = match factor {
+    let mut x = match pattern {
         _ if n == 0 => right,
-        Some(factor) => {
-            let values: Vec<Complex> = stiffness.list.iter().map(scaled).collect();
-            factor.solve(&values, &right)?
+        Some(pattern) => {
+            let values: Vec<Complex> = entries.list.iter().map(scaled).collect();
+            pattern.solve(&values, &right)?
         }
         None => {
             let mut full = ComplexMatrix::zeros(n, n);
-            for e in &stiffness.list {
+            for e in &entries.list {
                 full[(e.row, e.column)] = scaled(e);
             }
             symmetric::lu_solve_complex(&full, &right)?

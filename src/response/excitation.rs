@@ -44,7 +44,7 @@ const ORDER_TOLERANCE: f64 = 1e-9;
 pub fn excitations(
     machine: &Machine,
     kinematics: &Kinematics,
-    point: &OperatingPoint,
+    operating: &OperatingPoint,
 ) -> Result<Vec<OrderExcitation>, Error> {
     let options = OrderOptions {
         rotation_multiples: 1,
@@ -52,7 +52,7 @@ pub fn excitations(
     };
     let unit = mean_speeds(machine, kinematics, Some(1.0))?;
     let known = excitation_orders(machine, kinematics, &options)?;
-    let mut all = declared_errors(machine, point, &unit, &known);
+    let mut all = declared_errors(machine, operating, &unit, &known);
     let first = all.len();
     let mut put = |order: f64, fraction: String, source: String, branches: &[usize]| {
         let same = |e: &OrderExcitation| {
@@ -131,12 +131,12 @@ pub fn excitations(
 /// The errors a scene declares, harmonic by harmonic, on the flanks that carry.
 fn declared_errors(
     machine: &Machine,
-    point: &OperatingPoint,
+    operating: &OperatingPoint,
     unit: &[f64],
     known: &[ExcitationOrder],
 ) -> Vec<OrderExcitation> {
     let flank = |branch: usize| {
-        let state = point.contacts.iter().find(|c| c.0 == branch);
+        let state = operating.contacts.iter().find(|c| c.0 == branch);
         usize::from(state.is_some_and(|c| c.1 == ActiveFlank::Coast))
     };
     let mut all = Vec::new();

@@ -70,8 +70,8 @@ const MAX_MODAL_ERROR: f64 = 1e-8;
 
 /// A machine between its inputs and outputs, ready to be asked at any frequency.
 pub struct ResponseSolver {
-    solver: DirectSolver,
-    sum: Option<ModalSum>,
+    direct: DirectSolver,
+    modes: Option<ModalSum>,
     /// What it takes, and what it is worth.
     pub stats: ResponseStats,
 }
@@ -86,8 +86,8 @@ impl ResponseSolver {
         ports: &Ports,
         method: ResponseMethod,
     ) -> Result<ResponseSolver, Error> {
-        let solver = DirectSolver::new(model, ports)?;
-        let sum = match method {
+        let direct = DirectSolver::new(model, ports)?;
+        let modes = match method {
             ResponseMethod::Direct => None,
             ResponseMethod::Modal => {
                 let (system, equations, basis) = InputOutputSystem::modal_system(model, ports)?;
@@ -95,18 +95,22 @@ impl ResponseSolver {
             }
         };
         let stats = ResponseStats {
-            coordinates: solver.system().len(),
+            coordinates: direct.system().len(),
             ..ResponseStats::default()
         };
-        Ok(ResponseSolver { solver, sum, stats })
+        Ok(ResponseSolver {
+            direct,
+            modes,
+            stats,
+        })
     }
 
     /// How it answers.
     pub fn kind(&self) -> SolverKind {
-        match &self.sum {
-            Some(sum) if sum.is_complex() => SolverKind::ComplexModes,
+        match &self.modes {
+            Some(modes) if modes.is_complex() => SolverKind::ComplexModes,
             Some(_) => SolverKind::RealModes,
-            None if self.solver.is_sparse() => SolverKind::Sparse,
+            None if self.direct.is_sparse() => SolverKind::Sparse,
             None => SolverKind::Dense,
         }
     }
@@ -116,11 +120,11 @@ impl ResponseSolver {
     /// # Errors
     /// At rest what a free machine does not have; undamped resonances.
     pub fn response_at(&self, omega: f64) -> Result<ComplexMatrix, Error> {
-        match &self.sum {
-            Some(sum) if omega > 0.0 || self.solver.system().n_rigid() == 0 => {
-                finite(sum.response_at(omega), omega)
+        match &self.modes {
+            Some(modes) if omega > 0.0 || self.direct.system().n_rigid() == 0 => {
+                finite(modes.response_at(omega), omega)
             }
-            _ => self.solver.response_at(omega),
+            _ => self.direct.response_at(omega),
         }
     }
 
@@ -129,7 +133,7 @@ impl ResponseSolver {
     /// # Errors
     /// Those of [`ResponseSolver::response_at`].
     pub fn check(&mut self, omega: &[f64]) -> Result<(), Error> {
-        if self.sum.is_none() {
+        if self.modes.is_none() {
             return Ok(());
         }
         let checked: Vec<f64> = check_lines(omega.len())
@@ -144,14 +148,14 @@ impl ResponseSolver {
         };
         let error = difference(
             &of(&|w| self.response_at(w))?,
-            &of(&|w| self.solver.response_at(w))?,
+            &of(&|w| self.direct.response_at(w))?,
         );
         self.stats.checked = checked.len();
         if error <= MAX_MODAL_ERROR {
             self.stats.error = Some(error);
         } else {
             self.stats.rejected_error = Some(error);
-            self.sum = None;
+            self.modes = None;
         }
         Ok(())
     }
@@ -182,7 +186,7 @@ pub fn frf_matrix(
         .iter()
         .map(|&w| solver.response_at(w))
         .collect::<Result<Vec<_>, Error>>()?;
-    let kind = solver.kind();
+    let how = solver.kind();
     let stats = ResponseStats {
         seconds: start.elapsed().as_secs_f64(),
         ..solver.stats
@@ -190,7 +194,7 @@ pub fn frf_matrix(
     Ok(FrfMatrix {
         omega: omega.to_vec(),
         values,
-        solver: kind,
+        solver: how,
         stats,
     })
 }

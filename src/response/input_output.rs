@@ -86,8 +86,8 @@ pub(super) struct PortBuilder<'a> {
 
 impl PortBuilder<'_> {
     fn prescribed_index(&self, what: PrescribedDof) -> usize {
-        let dof = &self.coordinates.dof;
-        dof.iter().position(|h| *h == what).unwrap_or(dof.len())
+        let model = &self.coordinates.held;
+        model.iter().position(|h| *h == what).unwrap_or(model.len())
     }
 
     fn branch(&self, index: usize) -> Option<&LinearBranch> {
@@ -119,27 +119,27 @@ impl PortBuilder<'_> {
     /// # Errors
     /// A displacement imposed where nothing carries it; a base that nothing elastic joins.
     pub fn input(&self, input: ResponseInput) -> Result<InputVector, Error> {
-        let mut vector = InputVector {
+        let mut driven = InputVector {
             force: Vec::new(),
-            prescribed: vec![0.0; self.coordinates.dof.len()],
+            prescribed: vec![0.0; self.coordinates.held.len()],
             imposed: Vec::new(),
         };
         match input {
             ResponseInput::Torque(dof) => {
-                vector.force.push((LaplaceFactor::ONE, self.dof_row(dof)))
+                driven.force.push((LaplaceFactor::ONE, self.dof_row(dof)))
             }
             ResponseInput::Motion(dof) => {
-                vector.prescribed[self.prescribed_index(PrescribedDof::Dof(dof))] = 1.0
+                driven.prescribed[self.prescribed_index(PrescribedDof::Dof(dof))] = 1.0
             }
             ResponseInput::Displacement(branch)
                 if self.machine.branches[branch].law == BranchLaw::Rigid =>
             {
-                vector.prescribed[self.prescribed_index(PrescribedDof::Joint(branch))] = 1.0;
+                driven.prescribed[self.prescribed_index(PrescribedDof::Joint(branch))] = 1.0;
             }
-            ResponseInput::Displacement(branch) => vector.imposed.push((branch, 1.0)),
-            ResponseInput::Base(axis) => vector.imposed = self.base(axis)?,
+            ResponseInput::Displacement(branch) => driven.imposed.push((branch, 1.0)),
+            ResponseInput::Base(axis) => driven.imposed = self.base(axis)?,
         }
-        for &(index, e) in &vector.imposed {
+        for &(index, e) in &driven.imposed {
             let Some(branch) = self.branch(index) else {
                 let name = self.machine.branch_name(index);
                 let message = format!(
@@ -150,10 +150,10 @@ impl PortBuilder<'_> {
             };
             let acts = self.transform.project(branch.force_direction().entries());
             for (factor, value) in self.dynamic_stiffness(branch) {
-                vector.force.push((factor, scaled(value * e, &acts)));
+                driven.force.push((factor, scaled(value * e, &acts)));
             }
         }
-        Ok(vector)
+        Ok(driven)
     }
 
     /// Displacements of the branches that end at the ground, per unit of its motion: what its motion takes from their δ.
@@ -222,7 +222,7 @@ impl PortBuilder<'_> {
 
     /// What an output sees.
     pub fn output(&self, output: &ResponseOutput) -> OutputVector {
-        let mut vector = OutputVector {
+        let mut seen = OutputVector {
             rows: Vec::new(),
             own_displacement: Vec::new(),
             along: None,
@@ -235,30 +235,30 @@ impl PortBuilder<'_> {
                     power: *times,
                     hysteretic: false,
                 };
-                vector.rows.push((factor, row));
+                seen.rows.push((factor, row));
             }
             &ResponseOutput::Force(index)
                 if self.machine.branches[index].law == BranchLaw::Rigid =>
             {
                 let at = self.n + self.prescribed_index(PrescribedDof::Joint(index));
-                vector.along = Some(at);
+                seen.along = Some(at);
                 let own = self.prescribed_entries.iter().filter(|e| e.row == at);
                 let parts = own.flat_map(|e| e.factors().map(|(factor, a)| (factor, e.column, -a)));
                 for (factor, column, a) in parts.filter(|part| part.2 != 0.0) {
-                    vector.rows.push((factor, vec![(column, a)]));
+                    seen.rows.push((factor, vec![(column, a)]));
                 }
             }
-            &ResponseOutput::Force(index) => self.add(&mut vector, index, 1.0, true),
+            &ResponseOutput::Force(index) => self.add(&mut seen, index, 1.0, true),
             ResponseOutput::Forces(all) => {
-                (all.iter()).for_each(|&(index, share)| self.add(&mut vector, index, share, true))
+                (all.iter()).for_each(|&(index, share)| self.add(&mut seen, index, share, true))
             }
-            &ResponseOutput::Deflection(index) => self.add(&mut vector, index, 1.0, false),
+            &ResponseOutput::Deflection(index) => self.add(&mut seen, index, 1.0, false),
         }
-        vector
+        seen
     }
 
     /// Adds the force of a branch, or its deformation, times a factor.
-    fn add(&self, vector: &mut OutputVector, index: usize, share: f64, force: bool) {
+    fn add(&self, rows: &mut OutputVector, index: usize, share: f64, force: bool) {
         let Some(branch) = self.branch(index) else {
             return; // Open, or between what moves as one.
         };
@@ -271,8 +271,8 @@ impl PortBuilder<'_> {
         };
         for (factor, value) in law {
             let value = share * value;
-            vector.rows.push((factor, scaled(value, &along)));
-            vector.own_displacement.push((index, factor, value));
+            rows.rows.push((factor, scaled(value, &along)));
+            rows.own_displacement.push((index, factor, value));
         }
     }
 
@@ -289,18 +289,18 @@ impl PortBuilder<'_> {
     /// d between an input and an output.
     pub fn feedthrough(
         &self,
-        vector: &OutputVector,
+        rows: &OutputVector,
         input: &InputVector,
     ) -> Vec<(LaplaceFactor, f64)> {
         let mut all: Vec<(LaplaceFactor, f64)> = Vec::new();
-        for (factor, row) in &vector.rows {
+        for (factor, row) in &rows.rows {
             let prescribed = row.iter().filter(|term| term.0 >= self.n);
             let moved = prescribed
                 .map(|&(j, a)| a * input.prescribed[j - self.n])
                 .sum();
             all.push((*factor, moved));
         }
-        for &(index, factor, value) in &vector.own_displacement {
+        for &(index, factor, value) in &rows.own_displacement {
             let e: f64 = input
                 .imposed
                 .iter()
@@ -309,7 +309,7 @@ impl PortBuilder<'_> {
                 .sum();
             all.push((factor, -value * e));
         }
-        if let Some(at) = vector.along {
+        if let Some(at) = rows.along {
             for (factor, force) in &input.force {
                 let own = force.iter().filter(|term| term.0 == at);
                 all.extend(own.map(|term| (*factor, term.1)));

@@ -22,7 +22,7 @@ pub struct ModalSum {
 struct ModalTerm {
     output_row: Vec<Complex>,
     input_column: Vec<Complex>,
-    denominator: ModalDenominator,
+    root: ModalDenominator,
 }
 
 enum ModalDenominator {
@@ -168,7 +168,7 @@ impl ModalSum {
             terms.extend((0..states).map(|k| ModalTerm {
                 output_row: (0..shown.nrows()).map(|i| shown[(i, k)]).collect(),
                 input_column: (0..reached.ncols()).map(|j| reached[(k, j)]).collect(),
-                denominator: ModalDenominator::FirstOrder(eigen.values[k]),
+                root: ModalDenominator::FirstOrder(eigen.values[k]),
             }));
         }
         Ok(Some(ModalSum {
@@ -185,7 +185,7 @@ impl ModalSum {
         let weights: Vec<Complex> = self
             .terms
             .iter()
-            .map(|t| Complex::new(1.0, 0.0) / t.denominator.response_at(s))
+            .map(|t| Complex::new(1.0, 0.0) / t.root.response_at(s))
             .collect();
         self.system.combine(s, |read, load| {
             let start = Complex::new(self.static_term[(read, load)], 0.0);
@@ -223,7 +223,7 @@ fn second_order_term(
     ModalTerm {
         output_row: (0..reads.nrows()).map(|i| real(reads[(i, k)])).collect(),
         input_column: (0..loads.ncols()).map(|j| real(loads[(k, j)])).collect(),
-        denominator: ModalDenominator::SecondOrder {
+        root: ModalDenominator::SecondOrder {
             damping: e.damping[(k, k)],
             stiffness: stiffness(e, basis, k, k),
             lossy: e.hysteretic.as_ref().map_or(0.0, |h| h[(k, k)]),

@@ -22,7 +22,7 @@ pub struct OperatingModel<'a> {
     /// The machine.
     pub machine: &'a Machine,
     /// How its contacts stand.
-    pub point: &'a OperatingPoint,
+    pub operating: &'a OperatingPoint,
     /// The same, linear.
     pub model: &'a LinearModel,
     /// Mean speed of every degree of freedom, rad/s, for gyroscopic terms; absent: at rest.
@@ -77,7 +77,7 @@ impl InputOutputSystem {
                 DynamicStiffness::assemble(&case(model, &coordinates, &none), &transform, rigid.0)
             }
         };
-        let (own, beside) = all.split(transform.columns() - coordinates.dof.len());
+        let (own, beside) = all.split(transform.columns() - coordinates.held.len());
         let system =
             InputOutputSystem::over_band(model, ports, &coordinates, (&transform, &beside), rigid)?;
         Ok((system, own))
@@ -100,8 +100,8 @@ impl InputOutputSystem {
         let shapes = shapes.unwrap_or_else(|| ModalBasis::empty(coordinates.model.n));
         let context = case(model, &coordinates, &shapes);
         let all = SystemMatrices::in_basis(&context, matrix, Vec::new(), rigid.0);
-        let n = all.len() - coordinates.dof.len();
-        let beside = match coordinates.dof.is_empty() {
+        let n = all.len() - coordinates.held.len();
+        let beside = match coordinates.held.is_empty() {
             true => Vec::new(),
             false => DynamicStiffness::from_dense(&all).split(n).1,
         };
@@ -142,7 +142,7 @@ impl InputOutputSystem {
         (transform, beside): (&SparseTransform, &[StiffnessEntry]),
         (rigid, undamped_rigid): (usize, usize),
     ) -> Result<InputOutputSystem, Error> {
-        let n = transform.columns() - coordinates.dof.len();
+        let n = transform.columns() - coordinates.held.len();
         let builder = PortBuilder {
             machine: model.machine,
             coordinates,
@@ -236,12 +236,12 @@ pub fn fixed_frequencies(
 }
 
 fn coordinates(model: &OperatingModel, ports: &Ports) -> Result<ConstrainedCoordinates, Error> {
-    let input = CoordinateInput {
+    let origin = CoordinateInput {
         machine: model.machine,
-        point: model.point,
+        operating: model.operating,
         model: model.model,
     };
-    ConstrainedCoordinates::new(&input, ports)
+    ConstrainedCoordinates::new(&origin, ports)
 }
 
 /// The equations that are to be summed; modal damping refers to `shapes`.

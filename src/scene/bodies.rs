@@ -127,6 +127,6 @@ pub fn read_disc_chain(f: &mut TableReader) -> DiscChain {
         stiffness,
         start_fixed: start_held,
         end_fixed: end_held,
-        damping: shared_keys::read_damping(f, "", QuantityKind::TorsionalDamping, "`k`", false),
+        loss: shared_keys::read_damping(f, "", QuantityKind::TorsionalDamping, "`k`", false),
     }
 }

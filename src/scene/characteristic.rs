@@ -48,9 +48,9 @@ fn read(
     deflection: QuantityKind,
 ) -> Option<Characteristic> {
     const EXPONENT: ValueRange = ValueRange::HalfOpen(1.0, 20.0, "at least 1 and below 20");
-    let tag = f.choice("kind", WORDS);
+    let word = f.choice("kind", WORDS);
     f.require("kind");
-    match tag? {
+    match word? {
         CharacteristicTag::Power => {
             let at = f.quantity(one, force, ValueRange::Positive);
             let rated = f.quantity("deflection", deflection, ValueRange::Positive);

@@ -13,13 +13,13 @@ use crate::base::quantity::truncate;
 /// Notes what is wrong between the tables of a model.
 pub fn check(model: &Model, errors: &mut ErrorCollector) {
     duplicates(model, errors);
-    let table = NodeTable::from_model(model);
+    let nodes = NodeTable::from_model(model);
     for name in references(model) {
         if errors.is_full() {
             return;
         }
-        if !name.text.is_empty() && !table.has(&name.text) {
-            errors.push(table.unknown(name));
+        if !name.text.is_empty() && !nodes.has(&name.text) {
+            errors.push(nodes.unknown(name));
         }
     }
     check_modules(model, errors);
@@ -211,9 +211,9 @@ fn check_modules(model: &Model, errors: &mut ErrorCollector) {
         }
     }
     let gears = model.gear_pairs.iter();
-    let gears = gears.map(|p| (&p.name, &p.between, p.module, p.parameters.stiffness));
+    let gears = gears.map(|p| (&p.name, &p.between, p.module, p.contact.stiffness));
     let worms = model.worm_pairs.iter();
-    let worms = worms.map(|p| (&p.name, &p.between, p.module, p.parameters.stiffness));
+    let worms = worms.map(|p| (&p.name, &p.between, p.module, p.contact.stiffness));
     for (name, between, module, stiffness) in gears.chain(worms) {
         let moves = between.iter().find(|n| lateral.contains(n.text.as_str()));
         if let (None, None, Some(body)) = (module, stiffness, moves) {

@@ -37,9 +37,9 @@ pub fn factors(f: &mut TableReader) -> Vec<LoadHistory> {
 }
 
 fn factor(f: &mut TableReader) -> LoadHistory {
-    let tag = f.choice("kind", WORDS).unwrap_or(FactorTag::Constant);
+    let word = f.choice("kind", WORDS).unwrap_or(FactorTag::Constant);
     let value = |f: &mut TableReader| f.optional_number("value", ValueRange::Any).unwrap_or(1.0);
-    match tag {
+    match word {
         FactorTag::Constant => LoadHistory::Constant(value(f)),
         FactorTag::Step => LoadHistory::Step {
             torque: value(f),

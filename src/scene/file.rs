@@ -27,7 +27,7 @@ pub struct Scene {
     /// The model file.
     pub model_path: PathBuf,
     /// Where motion starts.
-    pub conditions: InitialConditions,
+    pub start: InitialConditions,
     /// What is asked, in the order asked.
     pub studies: Vec<Study>,
     /// Every file read, the one named first at the front; their texts are what a hash of the input covers.
@@ -85,7 +85,7 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
     finish(errors, document.syntax_error, || Scene {
         model,
         model_path: PathBuf::from(&source.path),
-        conditions: InitialConditions::default(),
+        start: InitialConditions::default(),
         studies: Vec::new(),
         sources: vec![source.clone()],
     })
@@ -117,12 +117,12 @@ fn finish<T>(
     Errors::into_result(errors.errors, value)
 }
 
-fn read_scene(document: Document, mut collector: ErrorCollector) -> Result<Scene, Errors> {
+fn read_scene(document: Document, mut notes: ErrorCollector) -> Result<Scene, Errors> {
     let span = SourceSpan::new(document.source.clone(), 0..0);
-    let mut f = TableReader::new(&document.root, span, "the scene", &mut collector);
+    let mut f = TableReader::new(&document.root, span, "the scene", &mut notes);
     let (title, _) = heading(&mut f);
     let named = f.optional_text("model");
-    let additions = SceneAdditions {
+    let added = SceneAdditions {
         loads: read_tables(&mut f, "load", loads_and_motors::load),
         motors: read_tables(&mut f, "motor", loads_and_motors::motor),
         brakes: brakes(&mut f),
@@ -130,7 +130,7 @@ fn read_scene(document: Document, mut collector: ErrorCollector) -> Result<Scene
         without_model_loads: f.choice("model_loads", &[("kept", false), ("left out", true)])
             == Some(true),
     };
-    let conditions = read_table(&mut f, "start", initial_conditions::read).unwrap_or_default();
+    let start = read_table(&mut f, "start", initial_conditions::read).unwrap_or_default();
     let studies = read_tables(&mut f, "study", study::read);
     f.item("set", "a table of \"element.key\" = value");
     let at = f.span_of("model").clone();
@@ -138,7 +138,7 @@ fn read_scene(document: Document, mut collector: ErrorCollector) -> Result<Scene
     let whole = document.syntax_error.is_none();
     let found = named
         .filter(|_| whole)
-        .and_then(|named| model_of(&document, named, &at, additions, &mut collector));
+        .and_then(|named| model_of(&document, named, &at, added, &mut notes));
     // Without a model an error has been noted, and the scene below is not made.
     let (mut model, model_path, source, broken) = match found {
         Some((model, path, file)) => (model, path, file.source, file.syntax_error),
@@ -152,10 +152,10 @@ fn read_scene(document: Document, mut collector: ErrorCollector) -> Result<Scene
     if !title.is_empty() {
         model.title = title;
     }
-    finish(collector, broken, || Scene {
+    finish(notes, broken, || Scene {
         model,
         model_path,
-        conditions,
+        start,
         studies: studies.into_iter().flatten().collect(),
         sources: vec![document.source.clone(), source],
     })
@@ -166,7 +166,7 @@ fn model_of(
     scene: &Document,
     named: &str,
     at: &SourceSpan,
-    additions: SceneAdditions,
+    added: SceneAdditions,
     errors: &mut ErrorCollector,
 ) -> Option<(Model, PathBuf, Document)> {
     let folder = Path::new(&scene.source.path).parent();
@@ -197,7 +197,7 @@ fn model_of(
     if let (Some(set), None) = (scene.root.get("set"), &file.syntax_error) {
         overrides::apply(set, &mut file.root, errors);
     }
-    let model = read_model(&file, additions, errors);
+    let model = read_model(&file, added, errors);
     Some((model, path, file))
 }
 
@@ -227,9 +227,9 @@ fn brakes(f: &mut TableReader) -> Vec<Brake> {
 }
 
 /// The tables of a model file; what a scene adds comes after its own.
-fn read_model(file: &Document, additions: SceneAdditions, collector: &mut ErrorCollector) -> Model {
+fn read_model(file: &Document, added: SceneAdditions, notes: &mut ErrorCollector) -> Model {
     let span = SourceSpan::new(file.source.clone(), 0..0);
-    let mut f = TableReader::new(&file.root, span.clone(), "the model", collector);
+    let mut f = TableReader::new(&file.root, span.clone(), "the model", notes);
     let (title, source) = heading(&mut f);
     let mut model = Model {
         title,
@@ -253,26 +253,26 @@ fn read_model(file: &Document, additions: SceneAdditions, collector: &mut ErrorC
         damping: read_table(&mut f, "damping", supports::damping).unwrap_or_default(),
         speeds: read_table(&mut f, "speed", supports::speeds).unwrap_or_default(),
     };
-    if additions.without_model_loads {
+    if added.without_model_loads {
         model.loads.clear();
     }
-    model.loads.extend(additions.loads);
-    model.motors.extend(additions.motors);
-    model.brakes.extend(additions.brakes);
-    model.errors.extend(additions.errors);
+    model.loads.extend(added.loads);
+    model.motors.extend(added.motors);
+    model.brakes.extend(added.brakes);
+    model.errors.extend(added.errors);
     let empty = !["inertia", "chain", "planetary"]
         .iter()
         .any(|key| f.has(key));
     f.finish();
     // A misspelt [[inertia]] has been noted as such.
-    if empty && collector.errors.is_empty() {
+    if empty && notes.errors.is_empty() {
         let what = match file.source.text.trim().is_empty() {
             true => "the file is empty",
             false => "the model has no [[inertia]], so nothing can move",
         };
         let error = Error::new(Code::EmptyMachine, what).with_span(&span);
-        collector.push(error.with_hint("`geardyn new FILE` writes a model to start from"));
+        notes.push(error.with_hint("`geardyn new FILE` writes a model to start from"));
     }
-    consistency::check(&model, collector);
+    consistency::check(&model, notes);
     model
 }

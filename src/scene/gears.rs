@@ -79,7 +79,7 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
         cone_angles,
         hand: shared_keys::hand(f),
         mesh_angles: shared_keys::mesh_angles(f, usual),
-        parameters: contact,
+        contact,
     }
 }
 
@@ -150,7 +150,7 @@ pub fn worm_pair(f: &mut TableReader) -> WormPair {
         hand: shared_keys::hand(f),
         friction: f.optional_number("friction", ValueRange::NotNegative),
         mesh_angles: shared_keys::mesh_angles(f, [0.0, PI]),
-        parameters: contact,
+        contact,
     }
 }
 
@@ -176,7 +176,7 @@ pub fn belt(f: &mut TableReader) -> Belt {
         }
     }
     let rigid = !f.has("k");
-    let damping = shared_keys::read_damping(f, "", QuantityKind::Damping, "`k`", rigid);
+    let loss = shared_keys::read_damping(f, "", QuantityKind::Damping, "`k`", rigid);
     let (radii, exact) = match (diameters.as_deref(), teeth) {
         (Some(&[one, two]), _) => {
             let radii = [one / 2.0, two / 2.0];
@@ -198,7 +198,7 @@ pub fn belt(f: &mut TableReader) -> Belt {
         ratio_integers: exact,
         crossed,
         stiffness,
-        damping,
+        loss,
     }
 }
 

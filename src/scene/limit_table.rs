@@ -85,7 +85,7 @@ fn cells(text: &str) -> Vec<&str> {
 
 fn line<'c>(cell: &impl Fn(&str) -> &'c str) -> Result<ToleranceLimit, Error> {
     let key = cell("quantity");
-    let deviation = GearDeviation::from_key(key).ok_or_else(|| {
+    let quantity = GearDeviation::from_key(key).ok_or_else(|| {
         let keys = GearDeviation::LIMITED
             .into_iter()
             .flat_map(|q| std::iter::once(q.key()).chain(q.jb179_name().map(|old| old.key)));
@@ -120,7 +120,7 @@ fn line<'c>(cell: &impl Fn(&str) -> &'c str) -> Result<ToleranceLimit, Error> {
         return Err(Error::new(Code::OutOfRange, message).with_hint("limits are in µm"));
     }
     Ok(ToleranceLimit {
-        deviation,
+        quantity,
         grade,
         modules: range("module")?,
         diameters: range("diameter")?,

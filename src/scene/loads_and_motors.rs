@@ -197,7 +197,7 @@ pub fn motor(f: &mut TableReader) -> Motor {
     ];
     let word = f.choice("kind", &words);
     f.require("kind");
-    let model = match word {
+    let drive = match word {
         Some(MotorTag::Speed) => {
             let points = match f.has("times") {
                 true => points(
@@ -210,10 +210,10 @@ pub fn motor(f: &mut TableReader) -> Motor {
                     f.quantity("speed", QuantityKind::Speed, ValueRange::Any),
                 )],
             };
-            let sinusoid = read_sinusoid(f, QuantityKind::Speed);
+            let swing = read_sinusoid(f, QuantityKind::Speed);
             MotorModel::Speed(MotionProfile {
                 points,
-                oscillation: sinusoid,
+                oscillation: swing,
             })
         }
         Some(MotorTag::Angle) => MotorModel::Angle(read_angle_profile(f)),
@@ -245,7 +245,7 @@ pub fn motor(f: &mut TableReader) -> Motor {
             MotorModel::Curve { curve, lag: lag(f) }
         }
     };
-    Motor { name, at, model }
+    Motor { name, at, drive }
 }
 
 /// What swings about a prescribed motion.
@@ -269,7 +269,7 @@ fn read_sinusoid(f: &mut TableReader, kind: QuantityKind) -> Option<Sinusoid> {
 
 /// An angle over time: points, an oscillation, or both.
 fn read_angle_profile(f: &mut TableReader) -> MotionProfile {
-    let sinusoid = read_sinusoid(f, QuantityKind::Angle);
+    let swing = read_sinusoid(f, QuantityKind::Angle);
     if !f.has("times") && !f.has("angles") && !f.has("amplitude") {
         f.report_missing("amplitude", ", and no `times` and `angles` either");
     }
@@ -294,7 +294,7 @@ fn read_angle_profile(f: &mut TableReader) -> MotionProfile {
     }
     MotionProfile {
         points,
-        oscillation: sinusoid,
+        oscillation: swing,
     }
 }
 
@@ -369,7 +369,7 @@ fn pressed(
     Brake {
         name,
         between,
-        law: FrictionLaw {
+        friction: FrictionLaw {
             sliding: largest,
             breakaway: law.breakaway * largest,
             ..law
@@ -427,7 +427,7 @@ pub fn brake(f: &mut TableReader) -> Brake {
     Brake {
         name,
         between,
-        law: friction::read_stribeck_law(f, sliding, breakaway.unwrap_or(sliding)),
+        friction: friction::read_stribeck_law(f, sliding, breakaway.unwrap_or(sliding)),
         capacity_history: None,
     }
 }

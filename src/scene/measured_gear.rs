@@ -49,7 +49,7 @@ pub struct AccuracyRequirement {
     /// By which standard; `None`: JB 179-60, whose limits come from a table file.
     pub edition: Option<Edition>,
     /// Grades.
-    pub grades: AccuracyGrades,
+    pub accuracy: AccuracyGrades,
     /// The table file with limits, from the folder of this file.
     pub table: Option<PathBuf>,
 }
@@ -155,13 +155,13 @@ pub fn is_measured_gear(source: &Arc<SourceFile>) -> bool {
 /// Everything wrong in it.
 pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
     let document = toml::parse(source);
-    let mut collector = ErrorCollector::default();
+    let mut notes = ErrorCollector::default();
     let units = document.root.get("units").map(|entry| &entry.item.value);
     if matches!(units, Some(Value::String(text)) if text == "SI") {
-        collector.bare_si.push(source.path.clone());
+        notes.bare_si.push(source.path.clone());
     }
     let span = SourceSpan::new(source.clone(), 0..0);
-    let mut f = TableReader::new(&document.root, span, "the measured gear", &mut collector);
+    let mut f = TableReader::new(&document.root, span, "the measured gear", &mut notes);
     let title = f.optional_text("title").unwrap_or_default().to_string();
     f.optional_text("source");
     f.item("units", "the text \"SI\"");
@@ -179,7 +179,7 @@ pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
     }
     let charts: Vec<MeasuredChart> = charts.into_iter().flatten().collect();
     f.finish();
-    let mut errors = collector.errors;
+    let mut errors = notes.errors;
     errors.extend(document.syntax_error);
     let folder = Path::new(&source.path).parent().unwrap_or(Path::new(""));
     let Some(gear) = gear.flatten() else {
@@ -287,8 +287,8 @@ fn demand(f: &mut TableReader) -> Option<AccuracyRequirement> {
         Value::String(text) => AccuracyGrades::parse(text),
         _ => return f.wrong_type("accuracy", item, "a grade or a notation: 6, \"8-7-7 Dc\""),
     };
-    let grades = match read {
-        Ok(grades) => grades,
+    let accuracy = match read {
+        Ok(accuracy) => accuracy,
         Err(error) => {
             f.report_key(
                 error.code,
@@ -320,7 +320,7 @@ fn demand(f: &mut TableReader) -> Option<AccuracyRequirement> {
     }
     Some(AccuracyRequirement {
         edition,
-        grades,
+        accuracy,
         table,
     })
 }
@@ -355,7 +355,7 @@ fn chart(f: &mut TableReader, internal: bool) -> Option<MeasuredChart> {
         ("double_flank", ChartTag::DoubleFlank),
         ("single_flank", ChartTag::SingleFlank),
     ];
-    let tag = f.choice("kind", &words);
+    let word = f.choice("kind", &words);
     f.require("kind");
     let file = f.optional_text("file").map(PathBuf::from);
     f.require("file");
@@ -365,8 +365,8 @@ fn chart(f: &mut TableReader, internal: bool) -> Option<MeasuredChart> {
     }
     let unit = f.optional_text("unit").map(str::to_string);
     let std = f.optional_quantity("uncertainty", QuantityKind::Length, ValueRange::NotNegative);
-    let kind = tag.map(|tag| kind(f, tag, internal));
-    let source_span = f.span.clone();
+    let kind = word.map(|word| kind(f, word, internal));
+    let place = f.span.clone();
     (f.errors.errors.len() == errors).then_some(())?;
     Some(MeasuredChart {
         kind: kind?,
@@ -374,7 +374,7 @@ fn chart(f: &mut TableReader, internal: bool) -> Option<MeasuredChart> {
         columns,
         unit,
         std,
-        span: source_span,
+        span: place,
     })
 }
 
@@ -389,8 +389,8 @@ fn names(f: &mut TableReader, key: &str) -> Vec<String> {
     }
 }
 
-fn kind(f: &mut TableReader, tag: ChartTag, internal: bool) -> ChartKind {
-    match tag {
+fn kind(f: &mut TableReader, word: ChartTag, internal: bool) -> ChartKind {
+    match word {
         ChartTag::Pitch => {
             let methods = [
                 ("comparator", PitchMethod::Comparator),

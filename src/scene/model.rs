@@ -105,7 +105,7 @@ pub struct Shaft {
     /// Stiffness given or from geometry; absent: rigid.
     pub body: Option<ShaftBody>,
     /// Losses of each length.
-    pub damping: BranchDamping,
+    pub loss: BranchDamping,
 }
 
 /// Where a shaft's stiffness comes from.
@@ -159,7 +159,7 @@ pub struct DiscChain {
     /// One more equal shaft from the last disc to ground.
     pub end_fixed: bool,
     /// Losses of each shaft.
-    pub damping: BranchDamping,
+    pub loss: BranchDamping,
 }
 
 /// How teeth or the halves of a coupling resist: along the tooth normal, in N and m, or the twist, in N·m and rad.
@@ -168,7 +168,7 @@ pub struct ContactParameters {
     /// Stiffness; absent: rigid.
     pub stiffness: Option<f64>,
     /// Losses.
-    pub damping: BranchDamping,
+    pub loss: BranchDamping,
     /// Play, flank to flank.
     pub backlash: f64,
     /// What the damper does where the contact opens.
@@ -222,7 +222,7 @@ pub struct GearPair {
     /// Where the mesh stands round each gear's axis, from its x to its y, rad.
     pub mesh_angles: [f64; 2],
     /// The contact.
-    pub parameters: ContactParameters,
+    pub contact: ContactParameters,
     /// Dry friction along the teeth.
     pub friction: Option<ToothFriction>,
 }
@@ -249,7 +249,7 @@ pub struct WormPair {
     /// Where the mesh stands round each member's axis, rad.
     pub mesh_angles: [f64; 2],
     /// The contact.
-    pub parameters: ContactParameters,
+    pub contact: ContactParameters,
 }
 
 /// A planetary stage. Members are nodes or ground; planets are made by the stage.
@@ -320,7 +320,7 @@ pub struct Belt {
     /// Stiffness of both strands together along the belt, N/m; absent: rigid.
     pub stiffness: Option<f64>,
     /// Losses.
-    pub damping: BranchDamping,
+    pub loss: BranchDamping,
 }
 
 /// A body that moves along `z` and does not turn.
@@ -344,7 +344,7 @@ pub struct Screw {
     /// Right: the slide goes forward while the screw turns forward.
     pub hand: Hand,
     /// Along the axis, N/m.
-    pub parameters: ContactParameters,
+    pub contact: ContactParameters,
 }
 
 /// A torsional coupling.
@@ -356,7 +356,7 @@ pub struct Coupling {
     pub between: [BranchEnd; 2],
     /// Along the twist, N·m/rad and rad; a negative stiffness leaves the factored form. Without one the halves are rigid,
     /// or, where there are Maxwell elements, joined by these alone.
-    pub parameters: ContactParameters,
+    pub contact: ContactParameters,
     /// Springs and dampers in series next to it, as rubber has them: N·m/rad, N·m·s/rad.
     pub maxwell: Vec<[f64; 2]>,
 }
@@ -420,7 +420,7 @@ pub struct Bearing {
     /// Damping in the same form.
     pub damping: Vec<(Axis, Axis, f64)>,
     /// Losses of its stiffness, where no damping is given.
-    pub branch_damping: BranchDamping,
+    pub loss: BranchDamping,
     /// Dry friction on the rotation.
     pub friction: Option<BearingFriction>,
 }
@@ -468,7 +468,7 @@ pub struct Motor {
     /// The node.
     pub at: Name,
     /// How.
-    pub model: MotorModel,
+    pub drive: MotorModel,
 }
 
 /// Dry friction on the rotation of a node against ground, or of two nodes against each other.
@@ -479,7 +479,7 @@ pub struct Brake {
     /// Both ends.
     pub between: [BranchEnd; 2],
     /// N·m and rad/s; of a clutch at its largest capacity.
-    pub law: FrictionLaw,
+    pub friction: FrictionLaw,
     /// The share of that capacity over time, s; always all of it by default.
     pub capacity_history: Option<LoadHistory>,
 }

@@ -26,6 +26,6 @@ pub fn screw(f: &mut TableReader) -> Screw {
         // Where the lead is wrong that has been noted.
         lead: (1e9 * lead).round().max(1.0) as u64,
         hand: shared_keys::hand(f),
-        parameters: shared_keys::read_contact(f, ""),
+        contact: shared_keys::read_contact(f, ""),
     }
 }

@@ -43,7 +43,7 @@ pub fn shaft(f: &mut TableReader) -> Shaft {
         name,
         between,
         body: stiffness.map(ShaftBody::Stiffness).or(bar),
-        damping: shared_keys::read_damping(
+        loss: shared_keys::read_damping(
             f,
             "",
             QuantityKind::TorsionalDamping,
@@ -109,7 +109,7 @@ pub fn coupling(f: &mut TableReader) -> Coupling {
     let contact = shared_keys::read_coupling_contact(f);
     if contact.stiffness.is_some_and(|k| k < 0.0)
         && matches!(
-            contact.damping,
+            contact.loss,
             BranchDamping::Ratio(_) | BranchDamping::Factor(_)
         )
     {
@@ -124,7 +124,7 @@ pub fn coupling(f: &mut TableReader) -> Coupling {
     Coupling {
         name,
         between,
-        parameters: contact,
+        contact,
         maxwell,
     }
 }

@@ -234,18 +234,18 @@ pub fn read_contact(f: &mut TableReader, suffix: &str) -> ContactParameters {
 
 /// The same between teeth, whose stiffness may change over the mesh cycle.
 pub fn read_mesh_contact(f: &mut TableReader, suffix: &str) -> ContactParameters {
-    let parameters = read_contact(f, suffix);
+    let contact = read_contact(f, suffix);
     let wave = read_table(
         f,
         &format!("k_wave{suffix}"),
         waveforms::read_stiffness_variation,
     )
     .flatten();
-    if parameters.characteristic.is_some() && wave.is_some() {
+    if contact.characteristic.is_some() && wave.is_some() {
         let [wave, curve] = ["k_wave", "characteristic"].map(|key| format!("{key}{suffix}"));
         f.exclusive(&curve, &wave);
     }
-    ContactParameters { wave, ..parameters }
+    ContactParameters { wave, ..contact }
 }
 
 /// Stiffness, losses and lost motion of a coupling.
@@ -283,9 +283,9 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
     let characteristic = read_table(f, &curve, units.characteristic).flatten();
     f.exclusive(&k, &curve);
     let rigid = !f.has(&k) && !f.has(&curve) && !f.has("maxwell");
-    let parameters = ContactParameters {
+    let contact = ContactParameters {
         stiffness: stiffness.or(characteristic.as_ref().map(Characteristic::rated_secant)),
-        damping: read_damping(f, suffix, units.damping, &format!("`{k}`"), rigid),
+        loss: read_damping(f, suffix, units.damping, &format!("`{k}`"), rigid),
         backlash: f
             .optional_quantity(&backlash, units.deflection, ValueRange::NotNegative)
             .unwrap_or(0.0),
@@ -293,7 +293,7 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
         wave: None,
         characteristic,
     };
-    if parameters.backlash > units.max_play.0 {
+    if contact.backlash > units.max_play.0 {
         let message = format!(
             "`{backlash}` must not exceed {}: the deflection of the contact would be lost in the digits of the play",
             units.max_play.1
@@ -301,10 +301,10 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
         let hint = "look at its unit; what never touches is left out";
         f.report_key(Code::OutOfRange, &backlash, message, hint);
     }
-    if parameters.backlash > 0.0 && parameters.backlash < MIN_BACKLASH {
+    if contact.backlash > 0.0 && contact.backlash < MIN_BACKLASH {
         let message = format!(
             "`{backlash}` is {:e} in SI units, less than any play",
-            parameters.backlash
+            contact.backlash
         );
         f.report_key(
             Code::OutOfRange,
@@ -320,13 +320,13 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
                 f.report_key(Code::Conflict, &key, message, "give `c` instead");
             }
         }
-        if parameters.backlash > 0.0 {
+        if contact.backlash > 0.0 {
             let message = format!("`{backlash}` and `{curve}` both say what happens about rest");
             let hint = "put the play into the curve: a table whose second point still has no force";
             f.report_key(Code::Conflict, &backlash, message, hint);
         }
     }
-    parameters
+    contact
 }
 
 /// What the damper of a contact does where it opens.

@@ -84,13 +84,13 @@ pub fn read_list(path: &Path) -> Result<Option<ReadOptions>, Errors> {
 /// Everything wrong in it.
 pub fn read(source: &Arc<SourceFile>) -> Result<ReadOptions, Errors> {
     let document = toml::parse(source);
-    let mut collector = ErrorCollector::default();
+    let mut notes = ErrorCollector::default();
     let units = document.root.get("units").map(|entry| &entry.item.value);
     if matches!(units, Some(Value::String(text)) if text == "SI") {
-        collector.bare_si.push(document.source.path.clone());
+        notes.bare_si.push(document.source.path.clone());
     }
     let span = SourceSpan::new(document.source.clone(), 0..0);
-    let mut f = TableReader::new(&document.root, span, "the sidecar", &mut collector);
+    let mut f = TableReader::new(&document.root, span, "the sidecar", &mut notes);
     for said in ["title", "source"] {
         f.optional_text(said);
     }
@@ -102,7 +102,7 @@ pub fn read(source: &Arc<SourceFile>) -> Result<ReadOptions, Errors> {
     let mut options = read_table(&mut f, "log", log).unwrap_or_default();
     options.channels = read_tables(&mut f, "channel", channel);
     f.finish();
-    let mut errors = collector.errors;
+    let mut errors = notes.errors;
     errors.extend(document.syntax_error);
     Errors::into_result(errors, || options)
 }
@@ -144,7 +144,7 @@ fn log(f: &mut TableReader) -> ReadOptions {
         time_unit: f.optional_text("time_unit").map(str::to_string),
         channels: Vec::new(),
         keep_channels: Vec::new(),
-        policy: f
+        gaps: f
             .choice(
                 "gaps",
                 &[("split", GapPolicy::Split), ("fill", GapPolicy::Fill)],
@@ -243,7 +243,7 @@ pub fn write(options: &ReadOptions, rate_hz: Option<f64>, channels: &[(String, S
             if day_first { "day" } else { "month" }
         );
     }
-    if options.policy == GapPolicy::Fill {
+    if options.gaps == GapPolicy::Fill {
         text += "gaps = \"fill\"\n";
     }
     for (key, time) in [("after", options.from_s), ("before", options.to_s)] {
@@ -291,7 +291,7 @@ mod tests {
                 decimal: Some(','),
                 ..DialectOptions::default()
             },
-            policy: GapPolicy::Fill,
+            gaps: GapPolicy::Fill,
             from_s: Some(0.5),
             channels: vec![ChannelOptions {
                 name: "ax".into(),

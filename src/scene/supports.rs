@@ -16,7 +16,7 @@ pub fn bearing(f: &mut TableReader) -> Bearing {
     let between = shared_keys::read_ends_or_node(f);
     let stiffness = read_matrix_terms(f, "k", stiffness_kind);
     let damping = read_matrix_terms(f, "c", damping_kind);
-    let branch_damping = loss(f, &stiffness);
+    let loss = loss(f, &stiffness);
     let any = f.has_prefix("k_") || f.has_prefix("c_") || f.has_prefix("friction");
     if !any {
         f.report_missing("k_radial", " nor any other stiffness, damping or friction");
@@ -27,7 +27,7 @@ pub fn bearing(f: &mut TableReader) -> Bearing {
         between,
         stiffness,
         damping,
-        branch_damping,
+        loss,
         friction,
     }
 }

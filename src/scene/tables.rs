@@ -46,8 +46,8 @@ fn inner<T>(
     header: &str,
     read: impl Fn(&mut TableReader) -> T,
 ) -> T {
-    let mut reader = TableReader::new(table, item.span.clone(), header, f.errors);
-    let value = read(&mut reader);
-    reader.finish();
+    let mut fields = TableReader::new(table, item.span.clone(), header, f.errors);
+    let value = read(&mut fields);
+    fields.finish();
     value
 }

@@ -27,12 +27,12 @@ const WORDS: &[(&str, WaveformTag)] = &[
 
 /// The stiffness over a mesh cycle, as factors of `k`.
 pub fn read_stiffness_variation(f: &mut TableReader) -> Option<StiffnessVariation> {
-    let tag = f.choice("kind", WORDS);
+    let word = f.choice("kind", WORDS);
     f.require("kind");
     let lead = f
         .optional_quantity("phase", QuantityKind::Angle, ValueRange::Any)
         .unwrap_or(0.0);
-    let waveform = match tag? {
+    let waveform = match word? {
         WaveformTag::Rectangular => {
             let factor = |f: &mut TableReader, key: &str| {
                 let value = f.optional_number(key, ValueRange::NotNegative);

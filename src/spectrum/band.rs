@@ -93,11 +93,10 @@ pub fn analytic_signal(
     rate_hz: f64,
     band: Option<FrequencyBand>,
 ) -> Result<Vec<Complex>, Error> {
-    let spectrum = analytic_spectrum(samples, rate_hz, band)?;
+    let lines = analytic_spectrum(samples, rate_hz, band)?;
     let n = samples.len();
     let mut values = vec![Complex::new(0.0, 0.0); n];
-    values[spectrum.first..spectrum.first + spectrum.values.len()]
-        .copy_from_slice(&spectrum.values);
+    values[lines.first..lines.first + lines.values.len()].copy_from_slice(&lines.values);
     synthesise(&mut values);
     Ok(values)
 }
@@ -120,14 +119,14 @@ pub fn baseband(
     rate_hz: f64,
     band: FrequencyBand,
 ) -> Result<BasebandSignal, Error> {
-    let spectrum = analytic_spectrum(samples, rate_hz, Some(band))?;
+    let lines = analytic_spectrum(samples, rate_hz, Some(band))?;
     let n = samples.len() as f64;
-    let m = next_fast_len(2 * spectrum.values.len());
-    let mut values = spectrum.values;
+    let m = next_fast_len(2 * lines.values.len());
+    let mut values = lines.values;
     values.resize(m, Complex::new(0.0, 0.0));
     synthesise(&mut values);
     Ok(BasebandSignal {
-        origin_hz: spectrum.first as f64 * rate_hz / n,
+        origin_hz: lines.first as f64 * rate_hz / n,
         rate_hz: rate_hz * m as f64 / n,
         values,
     })

@@ -62,7 +62,7 @@ pub fn smoothed_spectra(
             .iter()
             .map(|x| (0..groups).map(|at| mean(x, x, at).re).collect())
             .collect(),
-        spectrum: pairs
+        cross: pairs
             .iter()
             .map(|&(x, y)| CrossSpectrum {
                 pair: (x, y),

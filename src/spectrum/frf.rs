@@ -52,7 +52,7 @@ pub struct FrfEstimate {
     /// Lines, Hz.
     pub frequency_hz: Vec<f64>,
     /// Output by output, inside it input by input.
-    pub frfs: Vec<EstimatedFrf>,
+    pub functions: Vec<EstimatedFrf>,
     /// Multiple coherence by output and line: the share of its power that all inputs explain.
     pub multiple_coherence: Vec<Vec<f64>>,
     /// Lines where the inputs have no power or cannot be told from each other.
@@ -97,10 +97,10 @@ pub fn estimate(
     estimator: Estimator,
 ) -> Result<FrfEstimate, Error> {
     let averages = check(spectra, inputs, outputs, estimator)?;
-    let output_spectra = InputOutputSpectra::new(spectra, inputs, outputs)?;
+    let sides = InputOutputSpectra::new(spectra, inputs, outputs)?;
     let (lines, q) = (spectra.frequency_hz.len(), inputs.len());
     let has_error = averages > q as f64 * (1.0 + AVERAGES_TOLERANCE);
-    let mut frfs: Vec<EstimatedFrf> = outputs
+    let mut functions: Vec<EstimatedFrf> = outputs
         .iter()
         .flat_map(|&output| inputs.iter().map(move |&input| (input, output)))
         .map(|(input, output)| EstimatedFrf {
@@ -115,24 +115,24 @@ pub fn estimate(
     let mut multiple = vec![vec![0.0; lines]; outputs.len()];
     let mut undetermined = Vec::new();
     for line in 0..lines {
-        let Some(inverse) = output_spectra.inverse(line) else {
+        let Some(inverse) = sides.inverse(line) else {
             undetermined.push(line);
             continue;
         };
         for (y, multiple) in multiple.iter_mut().enumerate() {
-            let line_estimate = output_spectra.solve(line, y, &inverse, estimator)?;
-            multiple[line] = line_estimate.multiple_coherence;
+            let solved = sides.solve(line, y, &inverse, estimator)?;
+            multiple[line] = solved.multiple_coherence;
             for x in 0..q {
-                let frf = &mut frfs[y * q + x];
-                frf.values[line] = line_estimate.values[x];
-                frf.ordinary_coherence[line] = coherence(
-                    output_spectra.sxx[x][line],
-                    output_spectra.sxy[y][x][line],
-                    output_spectra.syy[y][line],
+                let function = &mut functions[y * q + x];
+                function.values[line] = solved.values[x];
+                function.ordinary_coherence[line] = coherence(
+                    sides.sxx[x][line],
+                    sides.sxy[y][x][line],
+                    sides.syy[y][line],
                 );
-                frf.partial_coherence[line] = line_estimate.partial_coherence[x];
-                if let Some(variance) = &mut frf.variance {
-                    variance[line] = line_estimate.variance_times_dof[x] / (averages - q as f64);
+                function.partial_coherence[line] = solved.partial_coherence[x];
+                if let Some(variance) = &mut function.variance {
+                    variance[line] = solved.variance_times_dof[x] / (averages - q as f64);
                 }
             }
         }
@@ -140,7 +140,7 @@ pub fn estimate(
     let diagnostics = warnings(undetermined.len(), lines, q, has_error)?;
     Ok(FrfEstimate {
         frequency_hz: spectra.frequency_hz.clone(),
-        frfs,
+        functions,
         multiple_coherence: multiple,
         undetermined_lines: undetermined,
         averages,
@@ -159,7 +159,7 @@ impl FrfEstimate {
     /// # Panics
     /// Fewer names than channels: a mistake of the caller.
     pub fn to_frequency_responses(&self, channels: &[ChannelLabel]) -> FrequencyResponses {
-        let inputs = self.frfs.len() / self.multiple_coherence.len().max(1);
+        let inputs = self.functions.len() / self.multiple_coherence.len().max(1);
         let is_average = self.averages > inputs as f64 * (1.0 + AVERAGES_TOLERANCE);
         let function = |(at, f): (usize, &EstimatedFrf)| FrequencyResponse {
             input: Some(channels[f.input].clone()),
@@ -171,7 +171,7 @@ impl FrfEstimate {
         };
         FrequencyResponses {
             frequency_hz: self.frequency_hz.clone(),
-            responses: self.frfs.iter().enumerate().map(function).collect(),
+            responses: self.functions.iter().enumerate().map(function).collect(),
             averages: Some(self.averages),
             window_decay: self.window_decay,
             usable_band_hz: None,
@@ -293,7 +293,7 @@ impl<'a> InputOutputSpectra<'a> {
         let residual = 1.0 - multiple;
         let c = |j: usize| inverse[(j, j)].re;
         let own = |j: usize| h[j].norm_sqr() / c(j);
-        let mut line_estimate = LineEstimate {
+        let mut solved = LineEstimate {
             partial_coherence: (0..q)
                 .map(|j| own(j) / (own(j) + residual).max(f64::MIN_POSITIVE))
                 .collect(),
@@ -304,28 +304,26 @@ impl<'a> InputOutputSpectra<'a> {
         match estimator {
             Estimator::H1 => {}
             Estimator::H2 => {
-                line_estimate.values[0] /= multiple;
-                line_estimate.variance_times_dof[0] /= multiple * multiple;
+                solved.values[0] /= multiple;
+                solved.variance_times_dof[0] /= multiple * multiple;
             }
             Estimator::Hv if q == 1 => {
-                line_estimate.values[0] /= multiple.sqrt();
-                line_estimate.variance_times_dof[0] =
+                solved.values[0] /= multiple.sqrt();
+                solved.variance_times_dof[0] =
                     ratio(0).powi(2) * residual * 0.5 * (1.0 + 1.0 / multiple);
             }
             Estimator::Hv => {
                 let total = self.min_power_direction(line, &gamma)?;
-                line_estimate.values = (0..q).map(|j| total[j] * ratio(j)).collect();
+                solved.values = (0..q).map(|j| total[j] * ratio(j)).collect();
             }
         }
         for j in 0..q {
-            if !(line_estimate.values[j].norm().is_finite()
-                && line_estimate.variance_times_dof[j].is_finite())
-            {
-                line_estimate.values[j] = Complex::new(0.0, 0.0);
-                line_estimate.variance_times_dof[j] = f64::INFINITY;
+            if !(solved.values[j].norm().is_finite() && solved.variance_times_dof[j].is_finite()) {
+                solved.values[j] = Complex::new(0.0, 0.0);
+                solved.variance_times_dof[j] = f64::INFINITY;
             }
         }
-        Ok(line_estimate)
+        Ok(solved)
     }
 
     /// `h` with `(h, −1)` along the direction of least power of inputs and output.

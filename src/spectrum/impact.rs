@@ -175,12 +175,12 @@ pub fn estimate_from_hits(
             .chain(responses.iter().copied())
             .collect(),
         force_share: options.force_share,
-        blocks: Vec::new(),
+        cuts: Vec::new(),
     };
     for segment in segments {
         record.cut(segment, options);
     }
-    if record.blocks.is_empty() {
+    if record.cuts.is_empty() {
         return Err(
             Error::new(Code::NoSignal, "the force holds no hit").with_hint(
                 "name the channel of the hammer's force, or estimate with a steady input instead",
@@ -194,13 +194,13 @@ pub fn estimate_from_hits(
         force_power,
         by_hit,
     } = record.estimate(block, sigma)?;
-    let hit = |hit_block: &HitBlock| Hit {
-        sample: hit_block.pulse.peak,
-        peak: hit_block.pulse.height,
-        rejected: hit_block.rejected,
+    let hit = |cut: &HitBlock| Hit {
+        sample: cut.pulse.peak,
+        peak: cut.pulse.height,
+        rejected: cut.rejected,
     };
     Ok(ImpactEstimate {
-        hits: record.blocks.iter().map(hit).collect(),
+        hits: record.cuts.iter().map(hit).collect(),
         block,
         force_power,
         by_hit,
@@ -233,7 +233,7 @@ struct ImpactRecord<'a> {
     rate_hz: f64,
     channels: Vec<&'a [f64]>,
     force_share: Option<f64>,
-    blocks: Vec<HitBlock>,
+    cuts: Vec<HitBlock>,
 }
 
 impl ImpactRecord<'_> {
@@ -244,7 +244,7 @@ impl ImpactRecord<'_> {
         let mut baseline: Vec<f64> = self.channels.iter().map(level).collect();
         baseline[0] = found.baseline;
         let apart = (options.double_within_s * self.rate_hz) as usize;
-        let first = self.blocks.len();
+        let first = self.cuts.len();
         let mut strokes = found.pulses.into_iter().peekable();
         let mut quiet_from = segment.start;
         while let Some(pulse) = strokes.next() {
@@ -267,7 +267,7 @@ impl ImpactRecord<'_> {
             pulse.samples = begin..pulse.samples.end + segment.start;
             let lead = (2 * pulse.samples.len()).max(8);
             let start = begin.saturating_sub(lead).max(segment.start);
-            self.blocks.push(HitBlock {
+            self.cuts.push(HitBlock {
                 rejected: if is_double {
                     Some(RejectReason::Double)
                 } else {
@@ -281,12 +281,12 @@ impl ImpactRecord<'_> {
             });
             quiet_from = end;
         }
-        for at in first + 1..self.blocks.len() {
-            self.blocks[at - 1].limit = self.blocks[at].start;
+        for at in first + 1..self.cuts.len() {
+            self.cuts[at - 1].limit = self.cuts[at].start;
         }
         // What still rings from the hit before is no noise: the later half of the quiet counts.
-        for block in &mut self.blocks[first..] {
-            block.quiet.start += block.quiet.len() / 2;
+        for cut in &mut self.cuts[first..] {
+            cut.quiet.start += cut.quiet.len() / 2;
         }
     }
 
@@ -295,25 +295,21 @@ impl ImpactRecord<'_> {
             Some(Some(level)) => samples.iter().any(|x| x.abs() >= *level),
             _ => is_clipped(samples),
         };
-        for block in self
-            .blocks
-            .iter_mut()
-            .filter(|block| block.rejected.is_none())
-        {
+        for cut in self.cuts.iter_mut().filter(|cut| cut.rejected.is_none()) {
             let mut channels = self.channels.iter().enumerate();
-            if channels.any(|(at, channel)| is_over(at, &channel[block.start..block.limit])) {
-                block.rejected = Some(RejectReason::Overload);
+            if channels.any(|(at, channel)| is_over(at, &channel[cut.start..cut.limit])) {
+                cut.rejected = Some(RejectReason::Overload);
             }
         }
     }
 
     fn accepted(&self) -> impl Iterator<Item = &HitBlock> {
-        self.blocks.iter().filter(|block| block.rejected.is_none())
+        self.cuts.iter().filter(|cut| cut.rejected.is_none())
     }
 
     /// A response about its level.
-    fn response(&self, channel: usize, block: &HitBlock, range: Range<usize>) -> Vec<f64> {
-        let level = block.baseline[channel];
+    fn response(&self, channel: usize, cut: &HitBlock, range: Range<usize>) -> Vec<f64> {
+        let level = cut.baseline[channel];
         let samples = &self.channels[channel][range];
         samples.iter().map(|x| x - level).collect()
     }
@@ -323,10 +319,7 @@ impl ImpactRecord<'_> {
         let noise: Vec<f64> = (0..self.channels.len())
             .map(|channel| self.noise(channel))
             .collect();
-        let mut free: Vec<usize> = self
-            .accepted()
-            .map(|hit_block| hit_block.limit - hit_block.start)
-            .collect();
+        let mut free: Vec<usize> = self.accepted().map(|cut| cut.limit - cut.start).collect();
         free.sort_unstable();
         // So long that three quarters of the hits fill it at least, by the largest product of length and hits.
         let worth = |&at: &usize| free[at] * (free.len() - at);
@@ -338,9 +331,9 @@ impl ImpactRecord<'_> {
         };
         let most = free[at];
         let mut decayed = 0;
-        for hit_block in self.accepted() {
+        for cut in self.accepted() {
             for channel in 1..self.channels.len() {
-                let response = self.response(channel, hit_block, hit_block.start..hit_block.limit);
+                let response = self.response(channel, cut, cut.start..cut.limit);
                 decayed = decayed.max(decay_length(&response, noise[channel]));
             }
         }
@@ -356,9 +349,9 @@ impl ImpactRecord<'_> {
                 .find(|&n| next_fast_len(n) == n)
                 .unwrap_or(16),
         };
-        for hit_block in &mut self.blocks {
-            if hit_block.rejected.is_none() && hit_block.limit - hit_block.start < block {
-                hit_block.rejected = Some(RejectReason::CutShort);
+        for cut in &mut self.cuts {
+            if cut.rejected.is_none() && cut.limit - cut.start < block {
+                cut.rejected = Some(RejectReason::CutShort);
             }
         }
         if self.accepted().next().is_none() {
@@ -368,10 +361,9 @@ impl ImpactRecord<'_> {
             return Ok((block, -end.ln() * self.rate_hz / block as f64));
         }
         let mut left: f64 = 0.0;
-        for hit_block in self.accepted() {
+        for cut in self.accepted() {
             for channel in 1..self.channels.len() {
-                let response =
-                    self.response(channel, hit_block, hit_block.start..hit_block.start + block);
+                let response = self.response(channel, cut, cut.start..cut.start + block);
                 let levels = levels(&response);
                 let largest = levels.iter().copied().fold(0.0, f64::max);
                 let last = levels.last().copied().unwrap_or(0.0);
@@ -391,20 +383,20 @@ impl ImpactRecord<'_> {
     /// The least root mean square of a channel before a hit; 0 where nothing is quiet.
     fn noise(&self, channel: usize) -> f64 {
         let before = self
-            .blocks
+            .cuts
             .iter()
             .filter(|c| c.quiet.len() >= MIN_NOISE_SAMPLES);
         let level = before
-            .map(|block| rms(&self.response(channel, block, block.quiet.clone())))
+            .map(|cut| rms(&self.response(channel, cut, cut.quiet.clone())))
             .fold(f64::INFINITY, f64::min);
         if level.is_finite() { level } else { 0.0 }
     }
 
     fn no_valid_hit(&self) -> Error {
-        let count = |reason| {
-            self.blocks
+        let count = |fault| {
+            self.cuts
                 .iter()
-                .filter(|c| c.rejected == Some(reason))
+                .filter(|c| c.rejected == Some(fault))
                 .count()
         };
         let reasons: Vec<String> = [
@@ -414,18 +406,18 @@ impl ImpactRecord<'_> {
             RejectReason::LateStart,
         ]
         .into_iter()
-        .filter(|&reason| count(reason) > 0)
-        .map(|reason| format!("{} × {}", count(reason), reason.description()))
+        .filter(|&fault| count(fault) > 0)
+        .map(|fault| format!("{} × {}", count(fault), fault.description()))
         .collect();
         Error::new(
             Code::TooShort,
             format!(
                 "none of {} hits is fit for use: {}",
-                self.blocks.len(),
+                self.cuts.len(),
                 reasons.join(", ")
             ),
         )
-        .with_hint(match count(RejectReason::LateStart) == self.blocks.len() {
+        .with_hint(match count(RejectReason::LateStart) == self.cuts.len() {
             true => "record from before the hit; look with `geardyn check` whether the file holds finished responses",
             false => "a shorter block, or stated overload levels, let more of them through",
         })
@@ -446,7 +438,7 @@ impl ImpactRecord<'_> {
                 .map(|k| k as f64 * self.rate_hz / block as f64)
                 .collect(),
             psd: vec![vec![0.0; fft.lines()]; self.channels.len()],
-            spectrum: required_pairs(&[0], &outputs)
+            cross: required_pairs(&[0], &outputs)
                 .into_iter()
                 .map(|pair| CrossSpectrum {
                     pair,
@@ -465,13 +457,12 @@ impl ImpactRecord<'_> {
         let group = |nth: usize| nth * groups / hits;
         let mut by_hit: Vec<HitResponses> = Vec::new();
         let mut power = vec![0.0; fft.lines()];
-        let places = (0..self.blocks.len()).filter(|&at| self.blocks[at].rejected.is_none());
+        let places = (0..self.cuts.len()).filter(|&at| self.cuts[at].rejected.is_none());
         for (nth, place) in places.enumerate() {
-            let hit_block = &self.blocks[place];
-            let fade = force_window(hit_block, block, self.force_share);
+            let cut = &self.cuts[place];
+            let fade = force_window(cut, block, self.force_share);
             for (channel, lines) in lines.iter_mut().enumerate() {
-                let mut samples =
-                    self.response(channel, hit_block, hit_block.start..hit_block.start + block);
+                let mut samples = self.response(channel, cut, cut.start..cut.start + block);
                 for j in 0..block {
                     samples[j] *= window[j] * if channel == 0 { fade[j] } else { 1.0 };
                 }
@@ -482,7 +473,7 @@ impl ImpactRecord<'_> {
             for CrossSpectrum {
                 pair,
                 values: value,
-            } in &mut spectra.spectrum
+            } in &mut spectra.cross
             {
                 let ends = lines[pair.0].iter().zip(&lines[pair.1]);
                 for (s, (x, y)) in value.iter_mut().zip(ends) {
@@ -504,8 +495,8 @@ impl ImpactRecord<'_> {
             }
         }
         let mut found = estimate(&spectra, &[0], &outputs, Estimator::H1)?;
-        if let (1, Some(hit_block)) = (hits, self.accepted().next()) {
-            self.error_by_noise(hit_block, &window, &spectra, &mut found)?;
+        if let (1, Some(cut)) = (hits, self.accepted().next()) {
+            self.error_by_noise(cut, &window, &spectra, &mut found)?;
         }
         Ok(HitSums {
             estimate: found,
@@ -518,14 +509,14 @@ impl ImpactRecord<'_> {
     /// begins too near it, by what is left once the responses have decayed.
     fn error_by_noise(
         &self,
-        hit_block: &HitBlock,
+        cut: &HitBlock,
         window: &[f64],
         spectra: &Spectra,
         found: &mut FrfEstimate,
     ) -> Result<(), Error> {
-        let after = hit_block.start + window.len()..hit_block.limit;
-        let quiet = if hit_block.quiet.len() >= MIN_NOISE_SAMPLES {
-            hit_block.quiet.clone()
+        let after = cut.start + window.len()..cut.limit;
+        let quiet = if cut.quiet.len() >= MIN_NOISE_SAMPLES {
+            cut.quiet.clone()
         } else if spectra.window_decay == 0.0 && after.len() >= MIN_NOISE_SAMPLES {
             after
         } else {
@@ -548,7 +539,7 @@ impl ImpactRecord<'_> {
         estimator.push(&samples);
         let noise_psd = estimator.finish()?;
         let energy: f64 = window.iter().map(|w| w * w).sum();
-        let fade = force_window(hit_block, window.len(), self.force_share);
+        let fade = force_window(cut, window.len(), self.force_share);
         let weights = window.iter().zip(&fade);
         let force_energy: f64 = weights.map(|(w, f)| (w * f).powi(2)).sum();
         let noise = |channel: usize, energy: f64, f: f64| {
@@ -556,7 +547,7 @@ impl ImpactRecord<'_> {
                 * energy
                 * interpolate(&noise_psd.frequency_hz, &noise_psd.psd[channel], f)
         };
-        for function in &mut found.frfs {
+        for function in &mut found.functions {
             let error = |(line, h): (usize, &Complex)| {
                 let f = spectra.frequency_hz[line];
                 let variance =
@@ -597,11 +588,11 @@ impl HitResponses {
 }
 
 /// One over the share asked for, or over the pulse and some widths behind it, then a quarter of a cosine down to zero.
-fn force_window(hit_block: &HitBlock, block: usize, share: Option<f64>) -> Vec<f64> {
-    let width = hit_block.pulse.samples.len();
+fn force_window(cut: &HitBlock, block: usize, share: Option<f64>) -> Vec<f64> {
+    let width = cut.pulse.samples.len();
     let kept = match share {
         Some(share) => (share * block as f64) as usize,
-        None => hit_block.pulse.samples.end - hit_block.start + FORCE_WINDOW_WIDTHS * width,
+        None => cut.pulse.samples.end - cut.start + FORCE_WINDOW_WIDTHS * width,
     };
     let fade = 2 * width;
     (0..block)

@@ -114,8 +114,8 @@ mod tests {
     ];
 
     /// The p-th derivative of cos ωt.
-    fn wave(omega: f64, t: f64, quantity: MotionQuantity) -> f64 {
-        let p = quantity.derivative_order();
+    fn wave(omega: f64, t: f64, history: MotionQuantity) -> f64 {
+        let p = history.derivative_order();
         omega.powi(p) * (omega * t + f64::from(p) * PI / 2.0).cos()
     }
 

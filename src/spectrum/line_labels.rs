@@ -38,32 +38,38 @@ pub struct LineLabel {
 }
 
 /// One label for each peak, in their order. Expected lines may be listed in any order.
-pub fn label_lines(lines: &[MeasuredLine], line: &[ExpectedLine]) -> Vec<LineLabel> {
-    let mut order: Vec<usize> = (0..line.len()).collect();
-    order.sort_by(|&a, &b| line[a].position.total_cmp(&line[b].position));
-    let widest = line.iter().fold(0.0_f64, |w, e| w.max(e.tolerance));
-    let one = |measured_line: &MeasuredLine| {
-        let reach = measured_line.uncertainty + widest;
-        let from = order.partition_point(|&i| line[i].position < measured_line.position - reach);
-        let distance = |i: usize| (line[i].position - measured_line.position).abs();
+pub fn label_lines(peaks: &[MeasuredLine], expected_lines: &[ExpectedLine]) -> Vec<LineLabel> {
+    let mut order: Vec<usize> = (0..expected_lines.len()).collect();
+    order.sort_by(|&a, &b| {
+        expected_lines[a]
+            .position
+            .total_cmp(&expected_lines[b].position)
+    });
+    let widest = expected_lines
+        .iter()
+        .fold(0.0_f64, |w, e| w.max(e.tolerance));
+    let one = |peak: &MeasuredLine| {
+        let reach = peak.uncertainty + widest;
+        let from = order.partition_point(|&i| expected_lines[i].position < peak.position - reach);
+        let distance = |i: usize| (expected_lines[i].position - peak.position).abs();
         let mut candidates: Vec<usize> = order[from..]
             .iter()
             .copied()
-            .take_while(|&i| line[i].position <= measured_line.position + reach)
-            .filter(|&i| distance(i) <= line[i].tolerance + measured_line.uncertainty)
+            .take_while(|&i| expected_lines[i].position <= peak.position + reach)
+            .filter(|&i| distance(i) <= expected_lines[i].tolerance + peak.uncertainty)
             .collect();
         candidates.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)));
         let nearest = candidates.first().map_or(0.0, |&i| distance(i));
         let alike = candidates
             .iter()
-            .take_while(|&&i| distance(i) - nearest <= measured_line.uncertainty)
+            .take_while(|&&i| distance(i) - nearest <= peak.uncertainty)
             .count();
         LineLabel {
             candidates,
             indistinguishable: alike,
         }
     };
-    lines.iter().map(one).collect()
+    peaks.iter().map(one).collect()
 }
 
 /// What a family of lines is made of.
@@ -233,17 +239,20 @@ mod tests {
             harmonics,
         };
         let (mesh, wheel) = (family("mesh", 21.0, 2), family("wheel", 1.0 / 3.0, 3));
-        let mut line = mesh.harmonics();
-        line.extend(family("pinion", 1.0, 2).harmonics());
-        line.extend(wheel.harmonics());
-        line.extend(mesh.sidebands(&wheel));
+        let mut expected_lines = mesh.harmonics();
+        expected_lines.extend(family("pinion", 1.0, 2).harmonics());
+        expected_lines.extend(wheel.harmonics());
+        expected_lines.extend(mesh.sidebands(&wheel));
         let peak = |position| MeasuredLine {
             position,
             amplitude: 1.0,
             uncertainty: 0.02,
         };
-        let labels = label_lines(&[peak(42.01), peak(20.66), peak(7.7), peak(1.0)], &line);
-        let name = |at: usize| &line[labels[at].candidates[0]].name;
+        let labels = label_lines(
+            &[peak(42.01), peak(20.66), peak(7.7), peak(1.0)],
+            &expected_lines,
+        );
+        let name = |at: usize| &expected_lines[labels[at].candidates[0]].name;
         assert_eq!(
             (name(0).as_str(), labels[0].indistinguishable),
             ("2 × mesh", 1)
@@ -270,12 +279,12 @@ mod tests {
             position: f64::NAN,
             tolerance: f64::INFINITY,
         };
-        let line = MeasuredLine {
+        let peak = MeasuredLine {
             position: f64::NAN,
             amplitude: 0.0,
             uncertainty: 0.1,
         };
-        assert!(label_lines(&[line], &[wild])[0].candidates.is_empty());
+        assert!(label_lines(&[peak], &[wild])[0].candidates.is_empty());
         assert!(label_lines(&[], &[]).is_empty());
     }
 }

@@ -173,15 +173,15 @@ impl LocalPolynomialEstimator {
         let zero = Complex::new(0.0, 0.0);
         let mut columns = vec![vec![zero; width]; size];
         let mut answers = vec![vec![zero; width]; self.transforms.len() - self.inputs];
-        for (at, sums) in self.windows.iter_mut().enumerate() {
+        for (at, gathered) in self.windows.iter_mut().enumerate() {
             let from = self.first + at * width;
             for (j, input) in self.transforms[..self.inputs].iter().enumerate() {
                 let lines = &input[from..from + width];
                 let second: f64 = lines.iter().map(Complex::norm_sqr).sum();
                 let fourth: f64 = lines.iter().map(|x| x.norm_sqr().powi(2)).sum();
-                sums.input_power[j] += second;
+                gathered.input_power[j] += second;
                 if fourth > 0.0 {
-                    sums.input_evenness[j] += second * second / fourth / width as f64;
+                    gathered.input_evenness[j] += second * second / fourth / width as f64;
                 }
                 for s in 0..POLYNOMIAL_TERMS {
                     let column = &mut columns[s * self.inputs + j];
@@ -194,10 +194,10 @@ impl LocalPolynomialEstimator {
             for (answer, output) in answers.iter_mut().zip(outputs) {
                 answer.copy_from_slice(&output[from..from + width]);
             }
-            sums.without_transient.add(&columns, &answers);
+            gathered.without_transient.add(&columns, &answers);
             let both = columns.iter_mut().chain(&mut answers);
             both.for_each(|values| project(&self.basis, values));
-            sums.with_transient.add(&columns, &answers);
+            gathered.with_transient.add(&columns, &answers);
         }
     }
 
@@ -244,7 +244,7 @@ impl LocalPolynomialEstimator {
             ordinary_coherence: vec![0.0; lines],
             partial_coherence: vec![0.0; lines],
         };
-        let mut frfs: Vec<EstimatedFrf> = (0..inputs * outputs).map(empty).collect();
+        let mut functions: Vec<EstimatedFrf> = (0..inputs * outputs).map(empty).collect();
         let mut multiple = vec![vec![0.0; lines]; outputs];
         let largest: Vec<f64> = (0..inputs)
             .map(|j| {
@@ -282,7 +282,7 @@ impl LocalPolynomialEstimator {
                 let beside = beside
                     .as_ref()
                     .map(|i| plain(&window.with_transient, i, dofs));
-                let estimate = match (beside, rest) {
+                let told = match (beside, rest) {
                     (Some(beside), Some(rest)) if !transient_is_identifiable(&beside, &rest) => {
                         estimate_without_transient(beside, rest)
                     }
@@ -297,25 +297,25 @@ impl LocalPolynomialEstimator {
                     },
                     (None, None) => continue,
                 };
-                let noise = estimate.residual / estimate.dof;
+                let noise = told.residual / told.dof;
                 let all = window.with_transient.power[o] / total;
                 if all > 0.0 {
                     multiple[o][at] = (1.0 - noise / all).clamp(0.0, 1.0);
                 }
                 for j in 0..inputs {
-                    let own = estimate.value[j].norm_sqr() / estimate.spread[j];
-                    let partial = own / (own + estimate.residual).max(f64::MIN_POSITIVE);
+                    let own = told.value[j].norm_sqr() / told.spread[j];
+                    let partial = own / (own + told.residual).max(f64::MIN_POSITIVE);
                     if inputs == 1 {
                         // So that |H|² (1 − γ²)/γ²/(n − 1) is the variance, as of an average.
                         multiple[o][at] = partial;
                     }
-                    let frf = &mut frfs[o * inputs + j];
-                    frf.values[at] = estimate.value[j];
-                    if let Some(variance) = &mut frf.variance {
-                        variance[at] = noise * estimate.spread[j];
+                    let function = &mut functions[o * inputs + j];
+                    function.values[at] = told.value[j];
+                    if let Some(variance) = &mut function.variance {
+                        variance[at] = noise * told.spread[j];
                     }
-                    frf.partial_coherence[at] = partial;
-                    frf.ordinary_coherence[at] = multiple[o][at];
+                    function.partial_coherence[at] = partial;
+                    function.ordinary_coherence[at] = multiple[o][at];
                 }
             }
         }
@@ -328,7 +328,7 @@ impl LocalPolynomialEstimator {
         let middle = |at: usize| (self.first + at * width + self.half_width) as f64 * df;
         Ok(FrfEstimate {
             frequency_hz: (0..lines).map(middle).collect(),
-            frfs,
+            functions,
             multiple_coherence: multiple,
             undetermined_lines: undetermined,
             // As many as leave a residual of the same degrees of freedom.
@@ -422,10 +422,10 @@ fn is_significant(next: &WindowEstimate, plain: &WindowEstimate) -> bool {
 impl LocalPolynomialEstimator {
     /// The same over as many poles as are worth it.
     fn best_rational_fit(&self, at: usize, output: usize, plain: WindowEstimate) -> WindowEstimate {
-        (1..=MAX_WINDOW_POLES).fold(plain, |estimate, order| {
+        (1..=MAX_WINDOW_POLES).fold(plain, |told, order| {
             let next = self.rational_fit(at, output, order);
-            next.filter(|next| is_significant(next, &estimate))
-                .unwrap_or(estimate)
+            next.filter(|next| is_significant(next, &told))
+                .unwrap_or(told)
         })
     }
 
@@ -468,13 +468,13 @@ impl LocalPolynomialEstimator {
                 let model: Complex = (0..unknowns).map(|a| theta[a] * columns[a][k]).sum();
                 (answer[k] - model).norm_sqr()
             };
-            let estimate = WindowEstimate {
+            let told = WindowEstimate {
                 value: theta[..self.inputs].to_vec(),
                 spread: (0..self.inputs).map(|j| inverse[(j, j)].re).collect(),
                 residual: (0..width).map(off).sum(),
                 dof: (width - unknowns) as f64,
             };
-            found = Some((estimate, theta[unknowns - order..].to_vec()));
+            found = Some((told, theta[unknowns - order..].to_vec()));
             let of = |k: usize| {
                 let terms = (1..=order).map(|s| theta[unknowns - order + s - 1] * power(k, s));
                 1.0 + terms.sum::<Complex>()

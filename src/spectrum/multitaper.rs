@@ -78,7 +78,7 @@ pub fn multitaper(
             .map(|k| rate_hz * (k as f64 / whole as f64))
             .collect(),
         psd: transforms.iter().map(psd).collect(),
-        spectrum: pairs.iter().map(cross).collect(),
+        cross: pairs.iter().map(cross).collect(),
         bandwidth_hz: rate_hz / mean_square_sum(whole, tapers),
         blocks: tapers,
         averages: Some(tapers as f64),
@@ -146,7 +146,7 @@ mod tests {
                 let sides = if found.is_real_line(line) { 1.0 } else { 2.0 };
                 let exact = sides * power / 10.0;
                 assert!((found.psd[0][line] - exact).abs() < 1e-12, "{n} {line}");
-                assert!((found.spectrum[0].values[line].re - exact).abs() < 1e-12);
+                assert!((found.cross[0].values[line].re - exact).abs() < 1e-12);
             }
         }
     }

@@ -144,19 +144,19 @@ mod tests {
         let mut told = |noise: f64, left: f64| {
             let at = |j: usize| {
                 let wave = exact * Complex::from_polar(1.0, TAU * f * j as f64);
-                let estimate = left * (pole * j as f64).exp();
-                (wave - estimate).re + noise * (random.f64() - 0.5)
+                let ringing = left * (pole * j as f64).exp();
+                (wave - ringing).re + noise * (random.f64() - 0.5)
             };
             let output: Vec<f64> = (0..COUNT).map(at).collect();
             SteadyStateEstimate::extrapolate(&dwell, f, 1.0, &input, &output).unwrap()
         };
-        let off = |estimate: &SteadyStateEstimate| (estimate.steady_state - exact).norm();
+        let off = |ringing: &SteadyStateEstimate| (ringing.steady_state - exact).norm();
         assert!(off(&told(0.0, 1.0).unwrap()) < 3e-3);
         let (mut square, mut stated) = (0.0, 0.0);
         for _ in 0..20 {
-            let estimate = told(0.2, 1.0).unwrap();
-            square += off(&estimate).powi(2);
-            stated += estimate.variance;
+            let ringing = told(0.2, 1.0).unwrap();
+            square += off(&ringing).powi(2);
+            stated += ringing.variance;
         }
         assert!(
             square < 1.5 * stated && stated < 20.0 * square,

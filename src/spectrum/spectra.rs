@@ -18,7 +18,7 @@ pub struct Spectra {
     /// One-sided power spectral density of every channel, unit²/Hz.
     pub psd: Vec<Vec<f64>>,
     /// Cross spectra of the pairs asked for.
-    pub spectrum: Vec<CrossSpectrum>,
+    pub cross: Vec<CrossSpectrum>,
     /// Equivalent noise bandwidth, Hz: a tone of rms `a` has a density of `a²/bandwidth` at its line.
     pub bandwidth_hz: f64,
     /// How many blocks (or tapers) were averaged.
@@ -62,7 +62,7 @@ impl Spectra {
             let real = |&s: &f64| Complex::new(s, 0.0);
             return self.psd.get(x).map(|psd| psd.iter().map(real).collect());
         }
-        self.spectrum.iter().find_map(|c| {
+        self.cross.iter().find_map(|c| {
             if c.pair == (x, y) {
                 Some(c.values.clone())
             } else if c.pair == (y, x) {

@@ -83,9 +83,9 @@ pub fn find_dwells(input: &[f64], rate_hz: f64) -> Vec<Dwell> {
     let mut found = Vec::new();
     let mut from = 0;
     while from + MIN_PERIODS < crossings.len() {
-        let mut fit = PeriodFit::new(crossings[from], crossings[from + 1]);
+        let mut beat = PeriodFit::new(crossings[from], crossings[from + 1]);
         let later = crossings[from + 2..].iter();
-        let run = 1 + later.take_while(|&&at| fit.try_push(at)).count();
+        let run = 1 + later.take_while(|&&at| beat.try_push(at)).count();
         if run >= MIN_PERIODS {
             let (last, period) = trim_run(&crossings[from..=from + run]);
             // The first and the last period may hold a part of the step.
@@ -106,15 +106,15 @@ pub fn find_dwells(input: &[f64], rate_hz: f64) -> Vec<Dwell> {
 fn trim_run(run: &[f64]) -> (usize, f64) {
     const OUTLIER_SIGMA: f64 = 2.0; // times their scatter
     let kept = (3 * run.len() / 4).max(3);
-    let mut fit = PeriodFit::new(run[0], run[1]);
-    run[2..kept].iter().for_each(|&at| fit.add(at));
-    let (.., scatter) = fit.line();
-    let allowed = (OUTLIER_SIGMA * scatter).max(MIN_TOLERANCE * fit.first);
+    let mut beat = PeriodFit::new(run[0], run[1]);
+    run[2..kept].iter().for_each(|&at| beat.add(at));
+    let (.., scatter) = beat.line();
+    let allowed = (OUTLIER_SIGMA * scatter).max(MIN_TOLERANCE * beat.first);
     let mut last = run.len() - 1;
-    while last > kept && fit.deviation(run[last], last as f64).abs() > allowed {
+    while last > kept && beat.deviation(run[last], last as f64).abs() > allowed {
         last -= 1;
     }
-    (last, fit.period())
+    (last, beat.period())
 }
 
 /// A straight line through crossings over their number, kept as what they stray from the first period: `r_i = t_i − t_0 − i p`.
@@ -259,9 +259,9 @@ pub fn estimate_from_dwells(
         frequency_hz: Vec::with_capacity(dwells.len()),
         responses: outputs
             .iter()
-            .map(|(label, _)| FrequencyResponse {
+            .map(|(terminal, _)| FrequencyResponse {
                 input: Some(input.0.clone()),
-                output: (*label).clone(),
+                output: (*terminal).clone(),
                 variance: Some(Vec::with_capacity(dwells.len())),
                 ..FrequencyResponse::default()
             })
@@ -298,10 +298,10 @@ pub fn estimate_from_dwells(
             let mut h = y.amplitude / x.amplitude;
             let of_y = y.variance_near(&output[range.clone()], rate_hz);
             let mut noise = (of_y + h.norm_sqr() * of_x) / x.amplitude.norm_sqr();
-            if let Some(state_estimate) =
+            if let Some(ringing) =
                 SteadyStateEstimate::extrapolate(dwell, x.frequency_hz, rate_hz, input.1, output)?
             {
-                (h, noise) = (state_estimate.steady_state, noise + state_estimate.variance);
+                (h, noise) = (ringing.steady_state, noise + ringing.variance);
                 if unsettled_hz.last() != Some(&x.frequency_hz) {
                     unsettled_hz.push(x.frequency_hz);
                 }

@@ -82,7 +82,7 @@ pub struct WelchEstimator {
     work: Vec<f64>,
     transforms: Vec<Vec<Complex>>,
     psd: Vec<Vec<f64>>,
-    spectrum: Vec<CrossSpectrum>,
+    cross: Vec<CrossSpectrum>,
     error: AverageWeights,
 }
 
@@ -119,7 +119,7 @@ impl WelchEstimator {
             work: vec![0.0; n],
             transforms: vec![vec![zero; lines]; channels],
             psd: vec![vec![0.0; lines]; channels],
-            spectrum: pairs.iter().map(empty).collect(),
+            cross: pairs.iter().map(empty).collect(),
             options: options.clone(),
         })
     }
@@ -177,8 +177,8 @@ impl WelchEstimator {
         for psd in &mut self.psd {
             psd.iter_mut().enumerate().for_each(|(k, s)| *s *= at(k));
         }
-        for spectrum in &mut self.spectrum {
-            let lines = spectrum.values.iter_mut().enumerate();
+        for cross in &mut self.cross {
+            let lines = cross.values.iter_mut().enumerate();
             lines.for_each(|(k, s)| *s *= at(k));
         }
         if let Some(bad) = self
@@ -207,7 +207,7 @@ impl WelchEstimator {
             rate_hz: self.rate_hz,
             frequency_hz: (0..self.fft.lines()).map(line_hz).collect(),
             psd: self.psd,
-            spectrum: self.spectrum,
+            cross: self.cross,
             bandwidth_hz: gain.bandwidth_lines * df,
             blocks: self.error.blocks,
             averages: match self.options.averaging {
@@ -245,7 +245,7 @@ impl WelchEstimator {
         for CrossSpectrum {
             pair,
             values: value,
-        } in &mut self.spectrum
+        } in &mut self.cross
         {
             let (x, y) = (&self.transforms[pair.0], &self.transforms[pair.1]);
             for ((s, x), y) in value.iter_mut().zip(x).zip(y) {

@@ -33,7 +33,7 @@ fn of_study(scene: &Scene, machine: &PreparedMachine, study: &StudyKind) -> Resu
             AccuracyTarget::Modes => frequencies::refuse(machine),
             AccuracyTarget::Response => responses::refuse(machine, &study.response),
             AccuracyTarget::Motion => {
-                let ready = SimulationSetup::new(machine, &scene.conditions, &study.motion)?;
+                let ready = SimulationSetup::new(machine, &scene.start, &study.motion)?;
                 work_precision::refuse(&ready, &study.methods)
             }
         },
@@ -47,7 +47,7 @@ fn of_study(scene: &Scene, machine: &PreparedMachine, study: &StudyKind) -> Resu
                 end_time: study.motion.end_time.or(Some(1.0)),
                 ..study.motion.clone()
             };
-            let ready = SimulationSetup::new(machine, &scene.conditions, &motion)?;
+            let ready = SimulationSetup::new(machine, &scene.start, &motion)?;
             parametric::refuse(machine, &ready, study)
         }
         StudyKind::Response(study) => response::run::refuse(machine, study),
@@ -64,7 +64,7 @@ fn modes(machine: &PreparedMachine, study: &ModesStudy) -> Result<(), Error> {
 
 /// A motion: its equations, outputs and start, its method, what it would cost.
 fn motion(scene: &Scene, machine: &PreparedMachine, study: &SimulateStudy) -> Result<(), Error> {
-    let ready = SimulationSetup::new(machine, &scene.conditions, study)?;
+    let ready = SimulationSetup::new(machine, &scene.start, study)?;
     let choice = method_choice::choose_method(&ready.model.model, study)?;
     OnlineAnalysis::new(machine, &ready, &study.running)?;
     cost::check_budget(&ready, &choice, study)

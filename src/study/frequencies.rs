@@ -78,18 +78,18 @@ pub fn compare_eigensolvers(
         Some(basis) => elastic_frequencies(basis, count),
         None => lowest_frequencies(&prepared_machine, count)?,
     };
-    let reference_frequencies = ReferenceFrequencies {
+    let truth = ReferenceFrequencies {
         omega,
         error: 10f64.powf(-digits),
     };
-    let mut methods = Vec::new();
+    let mut ways = Vec::new();
     let mut add =
         |method: &'static str, size, task: &mut dyn FnMut() -> Result<Vec<f64>, Error>| {
             if !monitor.proceed(method) {
                 return;
             }
-            methods.push(ComparedMethod::time_method(method, size, task, |found| {
-                reference_frequencies.relative_error(found)
+            ways.push(ComparedMethod::time_method(method, size, task, |found| {
+                truth.relative_error(found)
             }));
         };
     add("lowest modes only", None, &mut || {
@@ -149,8 +149,8 @@ pub fn compare_eigensolvers(
             );
         }
     }
-    methods.extend(compare_subdivisions(model, count, monitor));
-    let highest = reference_frequencies.omega.last().copied().unwrap_or(0.0);
+    ways.extend(compare_subdivisions(model, count, monitor));
+    let highest = truth.omega.last().copied().unwrap_or(0.0);
     Ok(ComparisonResult {
         quantity: format!(
             "the lowest {} to {:.4} Hz",
@@ -164,8 +164,8 @@ pub fn compare_eigensolvers(
             false => "the lowest modes by elimination",
         }
         .to_string(),
-        reference_error: reference_frequencies.error,
-        methods,
+        reference_error: truth.error,
+        methods: ways,
         interrupted: monitor.cancel.is_cancelled(),
     })
 }

@@ -108,28 +108,28 @@ pub fn parametric_stability(
     };
     let multipliers = monodromy.multipliers()?;
     let speed = first_speed(machine, study)?;
-    let mut result = ParametricResult {
+    let mut parametric = ParametricResult {
         max_multiplier: multipliers.largest,
         period: monodromy.period,
         speed,
         chart: None,
     };
     let Some(range) = study.speeds else {
-        return Ok(Ok(result));
+        return Ok(Ok(parametric));
     };
     let span = [range.from / speed, range.to / speed];
     let points = range.count as usize;
-    let factors: Vec<f64> = match study.sweep {
+    let factors: Vec<f64> = match study.over {
         None => vec![1.0],
-        Some(sweep) => sweep.factors().collect(),
+        Some(over) => over.factors().collect(),
     };
     let mut rows = Vec::new();
     for factor in factors {
-        let (row, changed) = match study.sweep {
+        let (row, changed) = match study.over {
             None => ("speeds".to_string(), model.clone()),
-            Some(sweep) => (
-                format!("{} × {factor:.4}", sweep.parameter.name()),
-                scale_parameter(model, sweep, factor)?,
+            Some(over) => (
+                format!("{} × {factor:.4}", over.parameter.name()),
+                scale_parameter(model, over, factor)?,
             ),
         };
         if !monitor.proceed(&row) {
@@ -142,15 +142,15 @@ pub fn parametric_stability(
         }
     }
     if rows.is_empty() {
-        return Ok(Ok(result));
+        return Ok(Ok(parametric));
     }
-    result.chart = Some(StabilityChart {
+    parametric.chart = Some(StabilityChart {
         span,
         rows,
-        parameter: study.sweep.map(|o| o.parameter),
-        base: std::f64::consts::TAU / result.period,
+        parameter: study.over.map(|o| o.parameter),
+        base: std::f64::consts::TAU / parametric.period,
     });
-    Ok(Ok(result))
+    Ok(Ok(parametric))
 }
 
 /// The machine without loads and imposed errors: what grows by itself does so whatever acts, and repeats with the stiffness alone.
@@ -167,19 +167,19 @@ fn unforced(model: &DynamicModel) -> DynamicModel {
 /// The machine with a parameter times a factor.
 fn scale_parameter(
     model: &DynamicModel,
-    sweep: ParameterSweep,
+    over: ParameterSweep,
     factor: f64,
 ) -> Result<DynamicModel, Error> {
     let mut model = model.clone();
-    match sweep.parameter {
+    match over.parameter {
         SweepParameter::Depth => {
-            for function in model
+            for wave in model
                 .elements
                 .iter_mut()
                 .filter_map(|b| b.stiffness_wave.as_mut())
             {
-                function.waveform = scale_variation(&function.waveform, factor);
-                if function.waveform.lower_bound() <= 0.0 {
+                wave.waveform = scale_variation(&wave.waveform, factor);
+                if wave.waveform.lower_bound() <= 0.0 {
                     let message = format!(
                         "at {} times its depth a stiffness falls to zero or below",
                         format_number(factor)

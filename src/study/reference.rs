@@ -89,7 +89,7 @@ impl ReferenceSolution {
         monitor: &mut Monitor,
     ) -> Result<ReferenceSolution, Error> {
         let (found, silent) = candidate_runs(scene, patience, monitor)?;
-        let Some((at, mut checks)) = most_trusted_pair(&found) else {
+        let Some((at, mut witnesses)) = most_trusted_pair(&found) else {
             let error = Error::new(
                 Code::BudgetExceeded,
                 "no method gives a reference for this scene",
@@ -101,18 +101,18 @@ impl ReferenceSolution {
             return Err(error.with_hint(format!("ask for a shorter time; {}", why.join("; "))));
         };
         let own = &found[at];
-        if checks.is_empty() {
-            checks.extend(self_check(own));
+        if witnesses.is_empty() {
+            witnesses.extend(self_check(own));
         }
         let size = own.trials.last().and_then(|t| t.0);
-        let known = checks.first().map_or(0.0, |w| w.distance);
+        let known = witnesses.first().map_or(0.0, |w| w.distance);
         let amplification = initial_sensitivity(scene, own, known, monitor);
         let method = own.method.name;
         let values = own.values().to_vec();
         Ok(ReferenceSolution {
             method,
             step_size: size,
-            cross_checks: checks,
+            cross_checks: witnesses,
             unavailable: silent,
             sensitivity: amplification,
             values,
@@ -163,7 +163,7 @@ fn candidate_runs(
             return Err(interrupted_error());
         }
         match refine(scene, method, patience, monitor) {
-            Ok(series) => found.push(series),
+            Ok(climbed) => found.push(climbed),
             Err(error) if error.code == Code::Interrupted => return Err(error),
             Err(error) => {
                 // Explicit methods are all bound alike.
@@ -179,7 +179,7 @@ fn candidate_runs(
 fn refine(
     scene: &SimulationSetup,
     method: &'static IntegrationMethod,
-    (model, patience): (&CostModel, f64),
+    (cost, patience): (&CostModel, f64),
     monitor: &mut Monitor,
 ) -> Result<RefinementSeries, Error> {
     let mut trials: Vec<(Option<StepSize>, MethodRun)> = Vec::new();
@@ -192,20 +192,20 @@ fn refine(
         if next > left {
             break;
         }
-        let bound = model.lower_bound(method, size);
-        if let Some(bound) = bound.filter(|bound| bound.is_beyond(left)) {
+        let least = cost.lower_bound(method, size);
+        if let Some(least) = least.filter(|least| least.is_beyond(left)) {
             match trials.is_empty() {
-                true => return Err(Error::new(Code::BudgetExceeded, bound.text())),
+                true => return Err(Error::new(Code::BudgetExceeded, least.text())),
                 false => break,
             }
         }
         let patience = (monitor.cancel, left);
         match run_method(scene, method, size, &scene.initial_state, patience) {
-            Ok(run) if relative_distance(&run.values, &run.values).is_finite() => {
-                left -= run.seconds;
+            Ok(trial) if relative_distance(&trial.values, &trial.values).is_finite() => {
+                left -= trial.seconds;
                 // The one before is enough to compare with.
                 trials.drain(..trials.len().saturating_sub(1));
-                trials.push((rung, run));
+                trials.push((rung, trial));
             }
             Ok(_) => {
                 let message = "the motion grew beyond all numbers";
@@ -270,7 +270,7 @@ fn initial_sensitivity(
     known: f64,
     monitor: &mut Monitor,
 ) -> Option<f64> {
-    let (step_size, best) = own.trials.last()?;
+    let (request, best) = own.trials.last()?;
     let nudge = (PERTURBATION_FACTOR * known).clamp(PERTURBATION.0, PERTURBATION.1);
     if best.sizes.iter().all(|s| *s == 0.0) {
         return None;
@@ -281,9 +281,9 @@ fn initial_sensitivity(
         .zip(&best.sizes)
         .map(|(x, size)| x + nudge * size)
         .collect();
-    let step_size = step_size.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
+    let request = request.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
     let patience = (monitor.cancel, 2.0 * best.seconds + 1.0);
-    let moved = run_method(scene, own.method, step_size, &start, patience).ok()?;
+    let moved = run_method(scene, own.method, request, &start, patience).ok()?;
     let of = |(x, r): (&Vec<f64>, &Vec<f64>)| {
         let apart: Vec<f64> = x.iter().zip(r).map(|(a, b)| (a - b).abs()).collect();
         let largest = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);

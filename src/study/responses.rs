@@ -105,7 +105,7 @@ pub fn compare_responses(
         ComparedMethod::time_method("all modes", None, || by(How::Modal), judge),
     ];
     match (torque_motion_ports(&ports), small) {
-        (Some(motion_ports), true) => {
+        (Some(plain), true) => {
             let basis = modal_basis::solve(linear, BasisSolver::Factored)?;
             let context = AnalysisContext {
                 machine,
@@ -113,7 +113,7 @@ pub fn compare_responses(
                 basis: &basis,
                 speeds: speeds.as_deref(),
             };
-            for (method, size, reduce) in reductions(&context, &motion_ports) {
+            for (method, size, reduce) in reductions(&context, &plain) {
                 if !monitor.proceed(method) {
                     break;
                 }
@@ -121,7 +121,7 @@ pub fn compare_responses(
                     let matrices = reduce()?;
                     omega
                         .iter()
-                        .map(|&w| motion_ports.reduced_response(&context, &matrices, w))
+                        .map(|&w| plain.reduced_response(&context, &matrices, w))
                         .collect()
                 };
                 list.push(ComparedMethod::time_method(method, Some(size), task, judge));
@@ -243,11 +243,11 @@ type ReductionFn<'a> = Box<dyn Fn() -> Result<SystemMatrices, Error> + 'a>;
 /// Every reduction over its ladder of sizes.
 fn reductions<'a>(
     context: &'a AnalysisContext<'a>,
-    motion_ports: &TorqueMotionPorts,
+    plain: &TorqueMotionPorts,
 ) -> Vec<(&'static str, ModelSize, ReductionFn<'a>)> {
     let mut all: Vec<(&'static str, ModelSize, ReductionFn)> = Vec::new();
     let elastic = context.basis.omega.len() - context.basis.n_rigid;
-    let ports = motion_ports.ports(context);
+    let ports = plain.ports(context);
     if let Some(masters) = ports.clone() {
         let size = ModelSize::Coordinates(masters.len());
         let reduce = move || {

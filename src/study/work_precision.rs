@@ -21,7 +21,7 @@ use crate::plan::motion::simulation_setup::SimulationSetup;
 /// Error against run time of one scene.
 pub struct WorkPrecisionResult {
     /// What the errors are against.
-    pub solution: ReferenceSolution,
+    pub reference: ReferenceSolution,
     /// Every rung of every method, run or not.
     pub runs: Vec<WorkPrecisionRun>,
     /// It ended before all were done.
@@ -87,11 +87,11 @@ pub fn work_precision(
         true => METHODS.iter().collect(),
         false => find_methods(methods)?,
     };
-    let model = CostModel::new(scene);
-    let solution = ReferenceSolution::compute_reference(scene, (&model, patience), monitor)?;
-    let criteria = RunCriteria {
-        solution: &solution,
-        model,
+    let cost = CostModel::new(scene);
+    let reference = ReferenceSolution::compute_reference(scene, (&cost, patience), monitor)?;
+    let judge = RunCriteria {
+        reference: &reference,
+        cost,
         time_limit: patience,
     };
     let mut runs = Vec::new();
@@ -102,14 +102,14 @@ pub fn work_precision(
                 step_size: None,
                 outcome: RunOutcome::Skipped(why),
             }),
-            None => run_step_sizes(scene, method, &criteria, monitor, &mut runs),
+            None => run_step_sizes(scene, method, &judge, monitor, &mut runs),
         }
         if monitor.cancel.is_cancelled() {
             break;
         }
     }
     Ok(WorkPrecisionResult {
-        solution,
+        reference,
         runs,
         interrupted: monitor.cancel.is_cancelled(),
     })
@@ -126,8 +126,8 @@ pub fn refuse(scene: &SimulationSetup, methods: &[String]) -> Result<(), Error> 
 
 /// What rungs are judged by.
 struct RunCriteria<'a> {
-    solution: &'a ReferenceSolution,
-    model: CostModel<'a>,
+    reference: &'a ReferenceSolution,
+    cost: CostModel<'a>,
     /// Seconds a rung may take.
     time_limit: f64,
 }
@@ -136,25 +136,25 @@ struct RunCriteria<'a> {
 fn run_step_sizes(
     scene: &SimulationSetup,
     method: &'static IntegrationMethod,
-    criteria: &RunCriteria,
+    judge: &RunCriteria,
     monitor: &mut Monitor,
     runs: &mut Vec<WorkPrecisionRun>,
 ) {
     let mut dear = None;
     for rung in step_sizes(scene, method) {
         let size = rung.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
-        let bound = criteria.model.lower_bound(method, size);
-        let bound = bound.filter(|bound| bound.is_beyond(criteria.time_limit));
-        dear = dear.or(bound.map(|bound| format!("not run: {}", bound.text())));
+        let least = judge.cost.lower_bound(method, size);
+        let least = least.filter(|least| least.is_beyond(judge.time_limit));
+        dear = dear.or(least.map(|least| format!("not run: {}", least.text())));
         let outcome = match &dear {
             Some(why) => RunOutcome::Skipped(String::clone(why)),
             None => {
                 let on = monitor.proceed(method.name);
-                let outcome = run(scene, method, rung, criteria, monitor.cancel);
+                let outcome = run(scene, method, rung, judge, monitor.cancel);
                 if !on || monitor.cancel.is_cancelled() {
                     return;
                 }
-                dear = outcome.skip_reason(method, criteria.time_limit);
+                dear = outcome.skip_reason(method, judge.time_limit);
                 outcome
             }
         };
@@ -239,7 +239,7 @@ fn run(
     scene: &SimulationSetup,
     method: &'static IntegrationMethod,
     rung: Option<StepSize>,
-    criteria: &RunCriteria,
+    judge: &RunCriteria,
     cancel: &CancelToken,
 ) -> RunOutcome {
     let size = rung.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
@@ -249,10 +249,10 @@ fn run(
             method,
             size,
             &scene.initial_state,
-            (cancel, criteria.time_limit),
+            (cancel, judge.time_limit),
         )?;
-        let error = relative_distance(&trial.values, &criteria.solution.values);
-        let error = error.max(criteria.solution.agreement().unwrap_or(0.0));
+        let error = relative_distance(&trial.values, &judge.reference.values);
+        let error = error.max(judge.reference.agreement().unwrap_or(0.0));
         match error.is_finite() {
             true => Ok((error, trial.stats)),
             false => Err(Error::new(

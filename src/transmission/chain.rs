@@ -47,14 +47,14 @@ pub struct TransmissionChain {
 /// The direction of a branch on the flank that carries; absent where it is open.
 pub fn carrying_direction<'a>(
     machine: &'a Machine,
-    point: &OperatingPoint,
+    operating: &OperatingPoint,
     branch: usize,
 ) -> Option<&'a Direction> {
     let part = &machine.branches[branch];
     if matches!(part.law, BranchLaw::Linear { stiffness, .. } if stiffness == 0.0) {
         return None;
     }
-    match (point.state(branch), &part.coast) {
+    match (operating.state(branch), &part.coast) {
         (ActiveFlank::Open, _) => None,
         (ActiveFlank::Coast, Some(coast)) => Some(coast),
         _ => Some(&part.direction),
@@ -68,7 +68,7 @@ impl TransmissionChain {
     /// An end that does not turn with the driver, or whose ratio no fraction gives; an open contact on the way.
     pub fn new(
         machine: &Machine,
-        point: &OperatingPoint,
+        operating: &OperatingPoint,
         ends: ChainEnds,
     ) -> Result<TransmissionChain, Error> {
         let n = machine.dofs.len();
@@ -97,11 +97,16 @@ impl TransmissionChain {
         let moves = |dof: usize| turns[dof].as_ref().filter(|t| !t.is_zero());
         for dof in [Some(ends.driver), ends.relative_to].into_iter().flatten() {
             if moves(dof).is_none() {
-                return Err(not_coupled_error(machine, point, ends.output, dof));
+                return Err(not_coupled_error(machine, operating, ends.output, dof));
             }
         }
         let Some(output) = moves(ends.output) else {
-            return Err(not_coupled_error(machine, point, ends.output, ends.driver));
+            return Err(not_coupled_error(
+                machine,
+                operating,
+                ends.output,
+                ends.driver,
+            ));
         };
         let mut combination = vec![(ends.output, 1.0)];
         if let Some((against, turns)) = ends.relative_to.and_then(|a| Some((a, moves(a)?))) {
@@ -116,7 +121,7 @@ impl TransmissionChain {
             transmission: Vec::new(),
             loop_conditions: Vec::new(),
         };
-        chain.solve_transmission(machine, point)?;
+        chain.solve_transmission(machine, operating)?;
         Ok(chain)
     }
 
@@ -148,13 +153,13 @@ impl TransmissionChain {
     fn solve_transmission(
         &mut self,
         machine: &Machine,
-        point: &OperatingPoint,
+        operating: &OperatingPoint,
     ) -> Result<(), Error> {
         let n = machine.dofs.len();
         let mut carriers: Vec<usize> = Vec::new();
         for act in machine.errors.iter().flat_map(|error| &error.acts) {
             if !carriers.contains(&act.branch)
-                && carrying_direction(machine, point, act.branch).is_some()
+                && carrying_direction(machine, operating, act.branch).is_some()
             {
                 carriers.push(act.branch);
             }
@@ -162,7 +167,7 @@ impl TransmissionChain {
         let mut joints = ExactConstraints::with_prescribed(n, carriers.len());
         // Short rows first: what ground holds drops out before meshes are looked at.
         let mut rows: Vec<(usize, &Direction)> = (0..machine.branches.len())
-            .filter_map(|b| Some((b, carrying_direction(machine, point, b)?)))
+            .filter_map(|b| Some((b, carrying_direction(machine, operating, b)?)))
             .collect();
         rows.sort_by_key(|(_, direction)| direction.terms.len());
         for (branch, direction) in &rows {
@@ -184,13 +189,13 @@ impl TransmissionChain {
         for &(dof, a) in &self.combination {
             for (j, b) in joints.combination(dof) {
                 if j < n {
-                    return Err(not_coupled_error(machine, point, dof, self.ends.driver));
+                    return Err(not_coupled_error(machine, operating, dof, self.ends.driver));
                 }
                 sum[j - n] += a * b;
             }
         }
         let scale = |at: usize| {
-            carrying_direction(machine, point, carriers[at])
+            carrying_direction(machine, operating, carriers[at])
                 .map_or(1.0, |direction| direction.scale)
         };
         let sense = self.output_sense();
@@ -233,12 +238,22 @@ fn order_reference(machine: &Machine, output: usize) -> Result<usize, Error> {
 }
 
 /// An end that does not turn with another.
-fn not_coupled_error(machine: &Machine, point: &OperatingPoint, one: usize, other: usize) -> Error {
+fn not_coupled_error(
+    machine: &Machine,
+    operating: &OperatingPoint,
+    one: usize,
+    other: usize,
+) -> Error {
     let [one, other] = [one, other].map(|dof| machine.dof_name(dof));
-    let open = (point.contacts.iter()).find(|contact| contact.1 == ActiveFlank::Open);
+    let open = (operating.contacts.iter()).find(|contact| contact.1 == ActiveFlank::Open);
     if open.is_none() {
         let joints: Vec<(usize, &[(usize, f64)])> = (0..machine.branches.len())
-            .filter_map(|b| Some((b, carrying_direction(machine, point, b)?.terms.as_slice())))
+            .filter_map(|b| {
+                Some((
+                    b,
+                    carrying_direction(machine, operating, b)?.terms.as_slice(),
+                ))
+            })
             .collect();
         if let Some(error) = contradictory_loop(machine, &joints) {
             return error;

@@ -132,10 +132,7 @@ pub fn neglected_second_order(machine: &Machine, chain: &TransmissionChain) -> f
                 (other, one)
             };
             let base = [arm(mate), arm(own)];
-            let lever = own
-                .geometries
-                .first()
-                .map_or(1.0, |geometry| geometry.lever);
+            let lever = own.seats.first().map_or(1.0, |seat| seat.lever);
             let pair = EccentricPair::new(base, (base[0] + base[1]) / lever, offset);
             let second = pair
                 .and_then(|pair| pair.harmonics())

@@ -48,8 +48,8 @@ impl OrderLine {
 }
 
 /// How the error acts on the flank that carries.
-fn flank_action(point: &OperatingPoint, act: &ErrorAction) -> FlankTransfer {
-    act.flanks[usize::from(point.state(act.branch) == ActiveFlank::Coast)]
+fn flank_action(operating: &OperatingPoint, act: &ErrorAction) -> FlankTransfer {
+    act.flanks[usize::from(operating.state(act.branch) == ActiveFlank::Coast)]
 }
 
 /// Turns of an error's period per turn that orders are counted by, with sign; absent where its shaft does not turn with the output.
@@ -76,7 +76,7 @@ const RELATIVE_ROUNDING: f64 = 1e-14;
 /// Every harmonic of every declared error, by rising order. Errors of shafts that stand still give no line.
 pub fn order_lines(
     machine: &Machine,
-    point: &OperatingPoint,
+    operating: &OperatingPoint,
     chain: &TransmissionChain,
 ) -> Vec<OrderLine> {
     let mut lines = Vec::new();
@@ -102,7 +102,7 @@ pub fn order_lines(
                 quasi_static: Complex::ZERO,
             };
             for act in &error.acts {
-                let FlankTransfer { gain, phase: turn } = flank_action(point, act);
+                let FlankTransfer { gain, phase: turn } = flank_action(operating, act);
                 let angle = phase + f64::from(harmonic) * turn;
                 let e = Complex::new(angle.cos(), rising * angle.sin()) * (-gain * amplitude);
                 line.quasi_static += e * chain.transmission(act.branch);

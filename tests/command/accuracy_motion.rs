@@ -17,7 +17,7 @@ use serde_json::Value;
 fn study(text: &str, asked: SimulateStudy, methods: &[&str], patience: f64) -> WorkPrecisionResult {
     let scene = scene::read_text("x.toml", text).unwrap();
     let machine = PreparedMachine::new(&scene.model).unwrap();
-    let ready = SimulationSetup::new(&machine, &scene.conditions, &asked).unwrap();
+    let ready = SimulationSetup::new(&machine, &scene.start, &asked).unwrap();
     let methods: Vec<String> = methods.iter().map(|m| m.to_string()).collect();
     let mut monitor = Monitor {
         cancel: &CancelToken::default(),
@@ -71,15 +71,15 @@ fn law_linear_references_are_confirmed_by_strangers() {
         &["exact", "switched"],
         10.0,
     );
-    let solution = &found.solution;
-    assert_eq!(solution.method, "exact");
-    for check in &solution.cross_checks {
-        assert!(kin(check.method) != MethodFamily::Propagation && !check.related);
-        assert!(check.step_size.is_some() && check.distance > 0.0);
+    let reference = &found.reference;
+    assert_eq!(reference.method, "exact");
+    for witness in &reference.cross_checks {
+        assert!(kin(witness.method) != MethodFamily::Propagation && !witness.related);
+        assert!(witness.step_size.is_some() && witness.distance > 0.0);
     }
-    let known = solution.agreement().unwrap();
+    let known = reference.agreement().unwrap();
     assert!(known < 1e-11, "{known}");
-    assert!(solution.sensitivity.unwrap() >= 1.0);
+    assert!(reference.sensitivity.unwrap() >= 1.0);
     // Whatever is nearer to the reference than its witness is not called better than that.
     assert!(found.runs.iter().all(|r| r.error() == Some(known)));
 }
@@ -90,7 +90,7 @@ fn law_linear_references_are_confirmed_by_strangers() {
 fn case_growth_of_a_change_of_a_free_disc() {
     let text = "title = \"x\"\nsource = \"x\"\n[[inertia]]\nname = \"a\"\nJ = \"1 kg·m²\"\n[[load]]\nat = \"a\"\nkind = \"step\"\ntorque = \"2 N·m\"\ntime = \"0 s\"\n";
     let found = study(text, asked(4.0, "a.theta"), &["exact"], 10.0);
-    let growth = found.solution.sensitivity.unwrap();
+    let growth = found.reference.sensitivity.unwrap();
     assert!((growth - 2.5).abs() < 1e-4, "{growth}");
 }
 
@@ -100,12 +100,12 @@ fn law_witnesses_stand_in_order() {
     let pair = std::fs::read_to_string("examples/backlash_pair.toml").unwrap();
     let pair = pair.replace("../models/", "models/");
     let found = study(&pair, asked(2e-3, "pair.deflection"), &["switched"], 10.0);
-    let all = &found.solution.cross_checks;
+    let all = &found.reference.cross_checks;
     assert!(!all.is_empty() && all.is_sorted_by(|a, b| a.distance <= b.distance));
     let strangers = all
         .iter()
-        .all(|w| kin(w.method) != kin(found.solution.method));
-    assert!(strangers && found.solution.agreement().unwrap() < 1e-9);
+        .all(|w| kin(w.method) != kin(found.reference.method));
+    assert!(strangers && found.reference.agreement().unwrap() < 1e-9);
 }
 
 /// Every rung of every method is listed, with an error or with the reason why there is none.
@@ -228,7 +228,7 @@ fn law_growth_goes_by_deformations() {
         };
         let methods = ["switched".to_string()];
         let found = work_precision::work_precision(&ready, &methods, 10.0, &mut monitor).unwrap();
-        found.solution.sensitivity.unwrap()
+        found.reference.sensitivity.unwrap()
     };
     let (slow, fast) = (growth(1.0), growth(1000.0));
     println!("{slow:e} {fast:e}");

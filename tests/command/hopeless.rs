@@ -33,7 +33,7 @@ fn ready(example: &str, until: f64, output: &str) -> SimulationSetup {
     };
     SimulationSetup::new(
         &PreparedMachine::new(&scene.model).unwrap(),
-        &scene.conditions,
+        &scene.start,
         &study,
     )
     .unwrap()
@@ -72,10 +72,10 @@ fn case_fastest_motion_of_a_chain() {
     assert!((0.98..=1.0 + 1e-12).contains(&ratio), "{ratio}");
     // Steps at the edge of stability: `ω T` over the radius.
     let method = method_by_name("dop853-events").unwrap();
-    let bound = CostModel::new(&scene)
+    let least = CostModel::new(&scene)
         .lower_bound(method, StepSize::Adaptive(1e-3))
         .unwrap();
-    assert!((bound.steps * 6.8 / found.rate - 1.0).abs() < 1e-12 && bound.seconds > 0.0);
+    assert!((least.steps * 6.8 / found.rate - 1.0).abs() < 1e-12 && least.seconds > 0.0);
     let mut seen = 0;
     let options = IntegrationOptions {
         from: 0.0,
@@ -92,7 +92,7 @@ fn case_fastest_motion_of_a_chain() {
         ControlFlow::Continue(())
     })
     .unwrap();
-    assert!(effort.steps as f64 >= bound.steps, "{effort:?}");
+    assert!(effort.steps as f64 >= least.steps, "{effort:?}");
 }
 
 /// Known before any work: said with the estimate, the element that costs, and what to try.
@@ -207,10 +207,10 @@ fn law_accuracy_refuses_what_cannot() {
             "{why}"
         );
     }
-    assert_eq!(found.solution.method, "exact");
+    assert_eq!(found.reference.method, "exact");
     let kin = |name: &str| method_by_name(name).unwrap().family;
-    let check = &found.solution.cross_checks[0];
-    assert!(kin(check.method) != kin("exact") && check.distance > 0.0);
+    let witness = &found.reference.cross_checks[0];
+    assert!(kin(witness.method) != kin("exact") && witness.distance > 0.0);
 }
 
 /// What makes no sense ends with 2 and says what would.
@@ -277,7 +277,7 @@ load = [{ at = \"a\", kind = \"harmonic\", torque = 5.0, frequency = 7.0 }]
     };
     let ready = SimulationSetup::new(
         &PreparedMachine::new(&scene.model).unwrap(),
-        &scene.conditions,
+        &scene.start,
         &study,
     )
     .unwrap();

@@ -224,7 +224,7 @@ fn exact_motion_of_a_long_chain() {
 /// For a second.
 fn ready(text: &str) -> SimulationSetup {
     let study = until(1.0, "disc.1.theta");
-    SimulationSetup::new(&prepared(text), &read(text).conditions, &study).unwrap()
+    SimulationSetup::new(&prepared(text), &read(text).start, &study).unwrap()
 }
 
 /// Few discs go by all modes; many too where a stiff shaft would hold steps short.

@@ -37,7 +37,7 @@ fn moved(until: f64, samples: u32, running: OnlineStudy) -> (MotionHistory, Onli
         ..SimulateStudy::default()
     };
     let machine = PreparedMachine::new(&scene.model).unwrap();
-    let ready = SimulationSetup::new(&machine, &scene.conditions, &study).unwrap();
+    let ready = SimulationSetup::new(&machine, &scene.start, &study).unwrap();
     let choice = method_choice::choose_method(&ready.model.model, &study).unwrap();
     let mut seen = OnlineAnalysis::new(&machine, &ready, &study.running).unwrap();
     if !study.running.history {
@@ -64,14 +64,14 @@ fn exact_spectrum_of_the_history() {
         spectrum: Some(500),
         ..OnlineStudy::default()
     };
-    let (motion_history, result, _) = moved(3.0, 6000, running);
+    let (motion, result, _) = moved(3.0, 6000, running);
     let spectra = result.spectra.unwrap();
     let options = WelchOptions {
         block: 500,
         ..WelchOptions::default()
     };
     let mut estimator = WelchEstimator::new(2000.0, 3, &[], &options).unwrap();
-    let views: Vec<&[f64]> = motion_history.values.iter().map(Vec::as_slice).collect();
+    let views: Vec<&[f64]> = motion.values.iter().map(Vec::as_slice).collect();
     estimator.push(&views);
     let history = estimator.finish().unwrap();
     assert_eq!(spectra.psd, history.psd);
@@ -88,14 +88,14 @@ fn exact_order_of_a_linear_machine() {
         ..OnlineStudy::default()
     };
     let (_, result, _) = moved(40.0, 80_000, running);
-    let (node, orders) = result.tracks.unwrap();
+    let (node, tracks) = result.tracks.unwrap();
     assert_eq!(node, "motor");
     // J ω̇ = 2 cos 90t − k δ − c δ̇: the torque of the shaft holds the wheel back with δ = wheel − motor.
     let (w, k, c, j) = (90.0, 2e4, 5.0, 0.5);
     let (re, im) = (k - w * w * j, w * c);
     let size = 2.0 / f64::hypot(re, im);
     // The start has died away in the last half: c/2J = 5/s.
-    for point in &orders.points[orders.points.len() / 2..] {
+    for point in &tracks.points[tracks.points.len() / 2..] {
         let value = point.values[0][0];
         assert!((point.speed - 30.0).abs() < 1e-9);
         within("amplitude", (value.norm() / (w * size) - 1.0).abs(), 1e-3);
@@ -106,7 +106,7 @@ fn exact_order_of_a_linear_machine() {
             value.arg()
         );
     }
-    assert!(orders.points.len() > 10);
+    assert!(tracks.points.len() > 10);
 }
 
 /// A hundred times the duration holds no number more, and no history.
@@ -123,9 +123,9 @@ fn law_memory_goes_by_the_analysis() {
         };
         let samples = 200 * times;
         let until = 0.4 * f64::from(times);
-        let (motion_history, result, most) = moved(until, samples, running);
-        assert!(motion_history.time.is_empty() && motion_history.values.iter().all(Vec::is_empty));
-        assert!(motion_history.statistics.iter().all(Option::is_some));
+        let (motion, result, most) = moved(until, samples, running);
+        assert!(motion.time.is_empty() && motion.values.iter().all(Vec::is_empty));
+        assert!(motion.statistics.iter().all(Option::is_some));
         assert!(result.spectra.is_some() && result.te.is_some());
         most
     };

@@ -33,8 +33,8 @@ impl Case {
     fn of(scene: scene::Scene) -> Case {
         let machine = build(&scene.model).unwrap();
         let kinematics = Kinematics::new(&machine).unwrap();
-        let point = OperatingPoint::solve(&machine, &kinematics).unwrap();
-        let model = LinearModel::new(&machine, &kinematics, &point).unwrap();
+        let operating = OperatingPoint::solve(&machine, &kinematics).unwrap();
+        let model = LinearModel::new(&machine, &kinematics, &operating).unwrap();
         let basis = modal_basis::solve(&model, UndampedSolver::Factored).unwrap();
         Case {
             machine,

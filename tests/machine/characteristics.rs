@@ -45,7 +45,7 @@ fn moved(
     };
     let ready = SimulationSetup::new(
         &PreparedMachine::new(&scene.model).unwrap(),
-        &scene.conditions,
+        &scene.start,
         &study,
     )
     .unwrap();
@@ -85,7 +85,7 @@ load = [{ at = \"disc\", torque = 14.0 }]",
     let found = frequencies(&scene)[0];
     within("frequency", (found / exact - 1.0).abs(), 1e-11);
     let machine = PreparedMachine::new(&scene.model).unwrap();
-    assert!((machine.point.stiffness[0].force - x.powi(3)).abs() < 1e-9);
+    assert!((machine.operating.tangents[0].force - x.powi(3)).abs() < 1e-9);
     assert!(machine.warnings().iter().any(|w| w.code == "linearised"));
 }
 
@@ -96,7 +96,7 @@ fn exact_period_of_a_cubic_spring() {
         "inertia = [{ name = \"disc\", J = 0.5 }]
 coupling = [{ name = \"hard\", between = [\"ground\", \"disc\"], characteristic = { kind = \"power\", torque = 8.0, deflection = 0.2, exponent = 3.0 } }]",
     );
-    scene.conditions.angles = vec![(scene.model.inertias[0].name.clone(), 0.3)];
+    scene.start.angles = vec![(scene.model.inertias[0].name.clone(), 0.3)];
     let omega = (8.0 / 0.2f64.powi(3) / 0.5).sqrt();
     let period = 7.416_298_709_205_487 / (0.3 * omega);
     for method in [None, Some("radau5"), Some("dop853")] {
@@ -126,7 +126,7 @@ inertia = [{ name = \"motor\", J = 0.01 }, { name = \"roll\", J = 0.4 }]
 coupling = [{ name = \"rubber\", between = [\"motor\", \"roll\"], c = 0.1, characteristic = { kind = \"table\", deflections = [0.0, 0.01, 0.05, 0.1], torques = [0.0, 0.0, 20.0, 120.0] } }]
 load = [{ at = \"motor\", torque = 30.0 }, { at = \"roll\", torque = -30.0 }]",
     );
-    scene.conditions.at = InitialState::Steady;
+    scene.start.at = InitialState::Steady;
     let (_, history) = moved(
         &scene,
         0.5,
@@ -269,7 +269,7 @@ fn law_maxwell_in_motion() {
 coupling = [{ name = \"oil\", between = [\"a\", \"b\"], maxwell = [{ k = 400.0, c = 3.0 }] }]
 load = [{ at = \"a\", torque = -2.0 }, { at = \"b\", torque = 2.0 }]",
     );
-    scene.conditions.at = InitialState::Rest;
+    scene.start.at = InitialState::Rest;
     let outputs = ["a", "b", "b.theta.speed"];
     let (exact, by_exact) = moved(&scene, 10.0, &outputs, None);
     assert_eq!(exact.method.name, "exact");

@@ -14,7 +14,7 @@ use geardyn::scene::{self, Scene};
 
 fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, MotionHistory) {
     let machine = PreparedMachine::new(&scene.model).unwrap();
-    let ready = SimulationSetup::new(&machine, &scene.conditions, study).unwrap();
+    let ready = SimulationSetup::new(&machine, &scene.start, study).unwrap();
     let choice = method_choice::choose_method(&ready.model.model, study).unwrap();
     let history = run::run(&ready, &choice, study.energy, &CancelToken::default()).unwrap();
     (choice.method.name, history)
@@ -212,7 +212,7 @@ load = [{ at = "b", torque = 5.0 }]
         .collect();
     let together = 0.1 + 0.2;
     assert_ne!(together, 0.3);
-    scene.conditions.speeds = vec![(names[0].clone(), together), (names[1].clone(), 0.3)];
+    scene.start.speeds = vec![(names[0].clone(), together), (names[1].clone(), 0.3)];
     for method in [None, Some("radau5"), Some("dop853-events")] {
         let (_, history) = moved(&scene, &study(1.0, 10, &["k.torque", "a.speed"], method));
         for (k, t) in history.time.iter().enumerate() {

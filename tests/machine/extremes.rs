@@ -33,7 +33,7 @@ fn scene_of(text: &str) -> Scene {
 
 fn ready(scene: &Scene, study: &SimulateStudy) -> SimulationSetup {
     let machine = PreparedMachine::new(&scene.model).unwrap();
-    SimulationSetup::new(&machine, &scene.conditions, study).unwrap()
+    SimulationSetup::new(&machine, &scene.start, study).unwrap()
 }
 
 fn moved(ready: &SimulationSetup, study: &SimulateStudy) -> MotionHistory {
@@ -424,7 +424,7 @@ c = 30.0
 k_wave = { kind = "rectangular", high = 1.3, low = 0.7, share = 0.4 }
 "#,
     );
-    scene.conditions.phase = MeshPhase::Angle;
+    scene.start.phase = MeshPhase::Angle;
     for (method, within) in [
         ("radau5", 1e-7),
         ("dop853-events", 1e-7),

@@ -187,12 +187,12 @@ fn ref_gear_pair_folds() {
         ([0.83384301254, 0.164078751799], 0.75, -5e-3),
     ];
     for (expected, (near, from, step)) in folds.into_iter().zip(starts) {
-        let options = FoldOptions {
+        let course = FoldOptions {
             from,
             step,
             max_steps: 200,
         };
-        let (omega, orbit) = find_fold(&family, &near, 1, options).unwrap();
+        let (omega, orbit) = find_fold(&family, &near, 1, course).unwrap();
         println!(
             "{omega} for {expected}, multipliers {:?}",
             orbit.multipliers
@@ -205,7 +205,7 @@ fn ref_gear_pair_folds() {
 /// P′ against differences of P, where the force jumps at touch and release.
 #[test]
 fn law_saltation_agrees_with_differences() {
-    for damping in [
+    for contact_damping in [
         ContactDamping::ActsInGap,
         ContactDamping::Adhesive,
         ContactDamping::NoPull,
@@ -213,7 +213,7 @@ fn law_saltation_agrees_with_differences() {
     ] {
         let mut model = gear_pair(0.85, 0.1, 0.2, 0.1, 0.05);
         let waveform = cosine(0.2);
-        let mut mesh = branch("mesh", &[(0, 1.0)], contact(1.0, 0.2, 1.0, damping));
+        let mut mesh = branch("mesh", &[(0, 1.0)], contact(1.0, 0.2, 1.0, contact_damping));
         mesh.stiffness_wave = wave(waveform, 0.85, 0.0);
         model.elements[0] = mesh;
         let start = [1.4, 0.1];
@@ -229,10 +229,10 @@ fn law_saltation_agrees_with_differences() {
             for i in 0..2 {
                 let difference = (up[i] - down[i]) / (2.0 * h) * map.units[j];
                 let off = (map.jacobian[i * 2 + j] - difference).abs();
-                assert!(off < 1e-7, "{damping:?} ({i}, {j}): {off:.1e}");
+                assert!(off < 1e-7, "{contact_damping:?} ({i}, {j}): {off:.1e}");
             }
         }
-        assert!(map.events > 1, "{damping:?}");
+        assert!(map.events > 1, "{contact_damping:?}");
     }
 }
 

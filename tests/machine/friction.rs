@@ -47,7 +47,7 @@ fn moved(
         .into_iter()
         .filter_map(|(node, x)| named(node, x));
     let speeds: Vec<_> = speeds.collect();
-    (scene.conditions.angles, scene.conditions.speeds) = (angles, speeds);
+    (scene.start.angles, scene.start.speeds) = (angles, speeds);
     let study = SimulateStudy {
         end_time: Some(until),
         outputs: outputs.iter().map(|s| s.to_string()).collect(),
@@ -59,7 +59,7 @@ fn moved(
     };
     let ready = SimulationSetup::new(
         &PreparedMachine::new(&scene.model).unwrap(),
-        &scene.conditions,
+        &scene.start,
         &study,
     );
     let ready = ready.unwrap();
@@ -364,7 +364,7 @@ bearing = [{{ name = "one", at = "a", k_radial = 1e8 }}, {{ name = "two", at = "
         let machine = PreparedMachine::new(&scene_of(&text).model)
             .unwrap()
             .machine;
-        let FrictionCapacity::Pressed(pressed) = &machine.friction_elements[0].capacity else {
+        let FrictionCapacity::Pressed(pressed) = &machine.friction_elements[0].grip else {
             panic!("{:?}", machine.friction_elements)
         };
         let Some(ToothFrictionPath {

@@ -35,11 +35,7 @@ fn study(until: f64, outputs: &[&str], method: Option<&str>) -> SimulateStudy {
 const EXACT: [&str; 3] = ["exact", "switched", "periodic"];
 
 fn ready(scene: &Scene, study: &SimulateStudy) -> Result<SimulationSetup, Error> {
-    SimulationSetup::new(
-        &PreparedMachine::new(&scene.model)?,
-        &scene.conditions,
-        study,
-    )
+    SimulationSetup::new(&PreparedMachine::new(&scene.model)?, &scene.start, study)
 }
 
 /// The motion and the method that was taken.
@@ -173,7 +169,7 @@ load = [{{ at = "z", kind = "harmonic", torque = 3.0, frequency = "17 rad/s" }}]
         &study(0.5, &outputs, None),
     );
     let mut heavy = scene_of(&text(brake, 1e13));
-    heavy.conditions.speeds = vec![(heavy.model.inertias[0].name.clone(), 12.0)];
+    heavy.start.speeds = vec![(heavy.model.inertias[0].name.clone(), 12.0)];
     let (_, heavy) = moved(&heavy, &study(0.5, &outputs, None));
     for at in 0..3 {
         let gap = apart(&steady.values[at], &heavy.values[at]);
@@ -339,7 +335,7 @@ load = [{ at = "b", torque = -5.0 }]
 a = "8 rad/s"
 "#;
     let mut scene = scene_of(text);
-    scene.conditions.at = InitialState::Steady;
+    scene.start.at = InitialState::Steady;
     let (_, history) = moved(&scene, &study(2.0, &["s.force", "m.torque"], None));
     for k in 0..history.time.len() {
         assert!((history.values[0][k] + 5.0).abs() < 1e-12);
@@ -496,7 +492,7 @@ fn exact_clutch_synchronises() {
     };
     let run = |clutch: &str, until: f64, method: Option<&str>| {
         let mut scene = scene_of(&text(clutch));
-        scene.conditions.speeds = vec![(scene.model.inertias[0].name.clone(), 10.0)];
+        scene.start.speeds = vec![(scene.model.inertias[0].name.clone(), 10.0)];
         let mut study = study(until, &["a.speed", "b.speed", "k.torque"], method);
         study.energy = method.is_none();
         moved(&scene, &study)
@@ -560,7 +556,7 @@ load = [{ at = "b", torque = 5.0 }]
 fn exact_orders_follow_the_angle() {
     let text = "inertia = [{ name = \"d\", J = 2.0 }]\nload = [{ at = \"d\", kind = \"orders\", orders = [1.5], torques = [3.0] }]\n";
     let mut scene = scene_of(text);
-    scene.conditions.speeds = vec![(scene.model.inertias[0].name.clone(), 2.0)];
+    scene.start.speeds = vec![(scene.model.inertias[0].name.clone(), 2.0)];
     let (name, history) = moved(&scene, &study(8.0, &["d", "d.speed"], None));
     assert_eq!(name, "dop853-events");
     for k in 0..history.time.len() {
@@ -577,7 +573,7 @@ fn exact_orders_follow_the_angle() {
     scene.model.speeds = scene_of(&format!("{text}[speed]\nd = \"2 rad/s\""))
         .model
         .speeds;
-    scene.conditions.phase = scene::laws::MeshPhase::Speed;
+    scene.start.phase = scene::laws::MeshPhase::Speed;
     let (name, history) = moved(&scene, &study(8.0, &["d.speed"], None));
     assert_eq!(name, "exact");
     for (k, t) in history.time.iter().enumerate() {
@@ -600,8 +596,8 @@ p = "5 rad/s"
 "#;
     let run = |phase| {
         let mut scene = scene_of(text);
-        scene.conditions.at = InitialState::Steady;
-        scene.conditions.phase = phase;
+        scene.start.at = InitialState::Steady;
+        scene.start.phase = phase;
         moved(&scene, &study(1.0, &["g.force", "w.speed"], None))
     };
     let (known, time) = run(scene::laws::MeshPhase::Speed);

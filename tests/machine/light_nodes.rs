@@ -200,14 +200,14 @@ fn order_limit_of_no_inertia() {
         model.forces.push(push(1, Signal::harmonic(3.0, 2.0, 0.5)));
         model
     };
-    let play = |small: f64, damping: ContactDamping| {
+    let play = |small: f64, contact_damping: ContactDamping| {
         let mut model = inertias(&[1.0, small]);
         let terms = [(0, -1.0), (1, 1.0)];
         model.elements.push(branch("s", &terms, spring(300.0, 0.5)));
         model.elements.push(branch(
             "play",
             &[(1, 1.0)],
-            contact(600.0, 0.8, 0.02, damping),
+            contact(600.0, 0.8, 0.02, contact_damping),
         ));
         model.forces.push(push(0, Signal::harmonic(4.0, 3.0, 0.3)));
         model
@@ -225,15 +225,15 @@ fn order_limit_of_no_inertia() {
     let gap = compare("exact", &row(0.0), &row(1e-12), &start, 1.0);
     within("dampers in a row", gap, 1e-8);
     // The last where the disc goes back, beyond which the exact method switches to and fro.
-    for (damping, to) in [
+    for (contact_damping, to) in [
         (ContactDamping::ActsInGap, 1.0),
         (ContactDamping::Adhesive, 1.0),
         (ContactDamping::NoPull, 1.0),
         (ContactDamping::Continuous, 0.1),
     ] {
-        let (light, small) = (play(0.0, damping), play(1e-12, damping));
+        let (light, small) = (play(0.0, contact_damping), play(1e-12, contact_damping));
         let gap = compare("switched", &light, &small, &[0.0, 0.0, 0.3, 0.3], to);
-        within(&format!("play, {damping:?}"), gap, 1e-8);
+        within(&format!("play, {contact_damping:?}"), gap, 1e-8);
     }
 }
 
@@ -254,11 +254,7 @@ fn ready(
 ) -> Result<SimulationSetup, geardyn::base::error::Error> {
     let head = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
     let scene = scene::read_text("test.toml", &format!("{head}{text}")).unwrap();
-    SimulationSetup::new(
-        &PreparedMachine::new(&scene.model)?,
-        &scene.conditions,
-        study,
-    )
+    SimulationSetup::new(&PreparedMachine::new(&scene.model)?, &scene.start, study)
 }
 
 /// Two discs, between them a shaft and a coupling that hardens; the node where these meet has the inertia J.
@@ -441,7 +437,7 @@ fn law_stage_with_massless_ring_and_planets() {
         scene::read_text("test.toml", &light.join("\n\n")).unwrap_or_else(|e| panic!("{e}"));
     let machine = PreparedMachine::new(&scene.model).unwrap();
     let study = asked(1e-3, &["sun"]);
-    let ready = SimulationSetup::new(&machine, &scene.conditions, &study).unwrap();
+    let ready = SimulationSetup::new(&machine, &scene.start, &study).unwrap();
     let model = &ready.model.model;
     // Sun and carrier, x, y and theta each.
     assert_eq!(model.coordinate_count(), 6);
@@ -458,7 +454,7 @@ fn law_stage_with_massless_ring_and_planets() {
         }
     }
     let found = support::solve_model(&scene.model, &support::plain()).unwrap();
-    let root = |i: usize| model.matrix.entry(i, i).sqrt();
+    let root = |i: usize| model.mass.entry(i, i).sqrt();
     let scaled = geardyn::numeric::Matrix::from_fn(6, 6, |i, j| k[(i, j)] / (root(i) * root(j)));
     let mut own = geardyn::numeric::symmetric::symmetric_eigen(&scaled)
         .unwrap()

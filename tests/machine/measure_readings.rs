@@ -71,18 +71,18 @@ fn ref_pitch_by_both_methods() {
         (&shifted, PitchMethod::Comparator),
         (&index, PitchMethod::Index),
     ] {
-        let deviations = PitchDeviations::new(readings, method, 18, Some(0.5)).unwrap();
-        near(deviations.single_pitch().estimate.value, 5.0, 1e-14);
-        assert_eq!(deviations.single_pitch().first, 6);
-        near(deviations.cumulative_total().estimate.value, 8.0, 1e-13);
+        let pitches = PitchDeviations::new(readings, method, 18, Some(0.5)).unwrap();
+        near(pitches.single_pitch().estimate.value, 5.0, 1e-14);
+        assert_eq!(pitches.single_pitch().first, 6);
+        near(pitches.cumulative_total().estimate.value, 8.0, 1e-13);
         near(
-            deviations.span_deviation(default_span(18)).estimate.value,
+            pitches.span_deviation(default_span(18)).estimate.value,
             7.0,
             1e-13,
         );
-        near(deviations.adjacent().estimate.value, 6.0, 1e-14);
-        assert_eq!(deviations.cumulative.last(), Some(&0.0));
-        assert_eq!(deviations.flank_positions().len(), 18);
+        near(pitches.adjacent().estimate.value, 6.0, 1e-14);
+        assert_eq!(pitches.cumulative.last(), Some(&0.0));
+        assert_eq!(pitches.flank_positions().len(), 18);
     }
     assert_eq!(default_span(18), 2);
     assert_eq!(default_span(40), 5);
@@ -92,8 +92,8 @@ fn ref_pitch_by_both_methods() {
 #[test]
 fn exact_pitch_wraps_round() {
     let readings = [5.0, -1.0, -3.0, -3.0, -3.0, 5.0];
-    let deviations = PitchDeviations::new(&readings, PitchMethod::Comparator, 6, None).unwrap();
-    let over = deviations.span_deviation(2);
+    let pitches = PitchDeviations::new(&readings, PitchMethod::Comparator, 6, None).unwrap();
+    let over = pitches.span_deviation(2);
     near(over.estimate.value, 10.0, 1e-14);
     assert_eq!((over.first, over.end), (5, 7));
     let few = PitchDeviations::new(&[3.0, 0.0, -3.0], PitchMethod::Comparator, 3, None).unwrap();
@@ -109,9 +109,9 @@ fn exact_drift() {
     let readings: Vec<f64> = (0..5)
         .map(|i| true_places[i % 4] + 0.8 * i as f64 / 4.0)
         .collect();
-    let deviations = PitchDeviations::new(&readings, PitchMethod::Index, 4, None).unwrap();
-    near(deviations.drift, 0.8, 1e-15);
-    for (found, expected) in deviations.flank_positions().iter().zip(true_places) {
+    let pitches = PitchDeviations::new(&readings, PitchMethod::Index, 4, None).unwrap();
+    near(pitches.drift, 0.8, 1e-15);
+    for (found, expected) in pitches.flank_positions().iter().zip(true_places) {
         near(*found, expected, 1e-15);
     }
 }

@@ -27,12 +27,12 @@ fn exact_pitch_alone() {
     let places = [0.0, 3e-6, -2e-6, 5e-6, 1e-6];
     let along = along(1.4 * BASE_PITCH, 30);
     let flat = [vec![0.0; 30]];
-    let deviations = FlankDeviations {
+    let flanks = FlankDeviations {
         pitch_surplus: &places,
         along: &along,
         profiles: &flat,
     };
-    let record = te_against_master(&deviations, BASE_PITCH, 100).unwrap();
+    let record = te_against_master(&flanks, BASE_PITCH, 100).unwrap();
     assert_eq!(record.len(), 500);
     for j in 0..5 {
         // From 0 to 0.4 pitches the tooth before is still in contact.
@@ -54,12 +54,12 @@ fn exact_crowned_profiles() {
     let parabola = |s: f64| -crown * (2.0 * (s - middle) / reach).powi(2);
     let profile = [along.iter().map(|&s| parabola(s)).collect()];
     let places = [0.0; 12];
-    let deviations = FlankDeviations {
+    let flanks = FlankDeviations {
         pitch_surplus: &places,
         along: &along,
         profiles: &profile,
     };
-    let record = te_against_master(&deviations, BASE_PITCH, 400).unwrap();
+    let record = te_against_master(&flanks, BASE_PITCH, 400).unwrap();
     let drop = -parabola(middle + 0.5 * BASE_PITCH);
     let composite = SingleFlankRecord::new(&record, 1, 12, true).unwrap();
     near(composite.ranges_per_pitch().sliding, drop, 1e-11);
@@ -118,12 +118,12 @@ fn law_round_trip() {
     let along = along(overlap * BASE_PITCH, 400);
     let shape = |s: f64| 2e-6 * (400.0 * s).sin();
     let profiles = [along.iter().map(|&s| shape(s)).collect()];
-    let deviations = FlankDeviations {
+    let flanks = FlankDeviations {
         pitch_surplus: &places,
         along: &along,
         profiles: &profiles,
     };
-    let record = te_against_master(&deviations, BASE_PITCH, 200).unwrap();
+    let record = te_against_master(&flanks, BASE_PITCH, 200).unwrap();
     let teeth = separate_pitch_and_profile(&record, z, overlap, Some(0.1e-6)).unwrap();
     for (found, place) in teeth.places.iter().zip(&places) {
         near(found.value, place - mean, 1e-18);
@@ -153,22 +153,22 @@ fn refuses_what_cannot_be_known() {
     let places = [0.0; 5];
     let flat = [vec![0.0; 30]];
     let short = along(0.9 * BASE_PITCH, 30);
-    let deviations = FlankDeviations {
+    let flanks = FlankDeviations {
         pitch_surplus: &places,
         along: &short,
         profiles: &flat,
     };
-    let error = te_against_master(&deviations, BASE_PITCH, 50).unwrap_err();
+    let error = te_against_master(&flanks, BASE_PITCH, 50).unwrap_err();
     assert_eq!(error.code, Code::OutOfRange);
     assert!(error.message.contains("no teeth touch"));
     let twice = [vec![0.0; 30], vec![0.0; 30]];
-    let deviations = FlankDeviations {
+    let flanks = FlankDeviations {
         pitch_surplus: &places,
         along: &short,
         profiles: &twice,
     };
     assert!(
-        te_against_master(&deviations, BASE_PITCH, 50)
+        te_against_master(&flanks, BASE_PITCH, 50)
             .unwrap_err()
             .message
             .contains("2 profiles for 5")

@@ -27,7 +27,7 @@ fn micro(found: Option<f64>) -> f64 {
 #[test]
 fn ref_newer_edition_to_its_digits() {
     let gear = size(3.0, 40, 30.0);
-    for (deviation, expected) in [
+    for (quantity, expected) in [
         (SinglePitch, 8.937829714),
         (CumulativePitch, 28.800385846),
         (ProfileSlope, 7.523616152),
@@ -38,23 +38,23 @@ fn ref_newer_edition_to_its_digits() {
         (HelixTotal, 13.717763432),
         (Runout, 25.920347261),
     ] {
-        let found = micro(Edition::Y2013.unrounded_tolerance(deviation, &gear, 6));
+        let found = micro(Edition::Y2013.unrounded_tolerance(quantity, &gear, 6));
         printed(
-            &format!("{deviation:?}, unrounded"),
+            &format!("{quantity:?}, unrounded"),
             "µm",
             expected,
             found,
             6e-10,
         );
     }
-    for (deviation, expected) in [
+    for (quantity, expected) in [
         (SinglePitch, 9.0),
         (CumulativePitch, 29.0),
         (ProfileTotal, 12.0),
     ] {
-        let found = micro(Edition::Y2013.tolerance(deviation, &gear, 6));
+        let found = micro(Edition::Y2013.tolerance(quantity, &gear, 6));
         printed(
-            &format!("{deviation:?}, rounded"),
+            &format!("{quantity:?}, rounded"),
             "µm",
             expected,
             found,
@@ -91,7 +91,7 @@ fn ref_older_edition_against_a_report() {
     let (mut sun, mut planet) = (size(21.0, 18, 550.0), size(21.0, 36, 550.0));
     sun.contact_ratio = Some(1.37);
     planet.contact_ratio = Some(1.37);
-    for (deviation, expected) in [
+    for (quantity, expected) in [
         (SinglePitch, [18.0, 19.0]),
         (ProfileForm, [21.0, 23.0]),
         (ProfileSlope, [17.0, 19.0]),
@@ -105,9 +105,9 @@ fn ref_older_edition_against_a_report() {
     ] {
         let gears = [("sun", &sun), ("planet", &planet)];
         for ((name, gear), expected) in gears.into_iter().zip(expected) {
-            let found = micro(Edition::Y1995.tolerance(deviation, gear, 6));
+            let found = micro(Edition::Y1995.tolerance(quantity, gear, 6));
             printed(
-                &format!("{deviation:?}, {name}"),
+                &format!("{quantity:?}, {name}"),
                 "µm",
                 expected,
                 found,
@@ -120,9 +120,9 @@ fn ref_older_edition_against_a_report() {
         let found = micro(Edition::Y1995.tolerance(OverPitches(k), gear, 6));
         printed(&format!("over {k} pitches"), "µm", expected, found, 1e-9);
     }
-    for (deviation, expected) in [(SingleFlankTooth, 40.0), (SingleFlankTotal, 94.0)] {
-        let found = micro(Edition::Y1995.tolerance(deviation, &sun, 6));
-        printed(&format!("{deviation:?}, sun"), "µm", expected, found, 1e-9);
+    for (quantity, expected) in [(SingleFlankTooth, 40.0), (SingleFlankTotal, 94.0)] {
+        let found = micro(Edition::Y1995.tolerance(quantity, &sun, 6));
+        printed(&format!("{quantity:?}, sun"), "µm", expected, found, 1e-9);
     }
 }
 
@@ -130,30 +130,30 @@ fn ref_older_edition_against_a_report() {
 #[test]
 fn law_grades_grow_and_are_found_again() {
     for edition in Edition::ALL {
-        for deviation in GearDeviation::LIMITED {
+        for quantity in GearDeviation::LIMITED {
             let mut gear = size(4.0, 31, 25.0);
             gear.contact_ratio = Some(1.6);
-            let grades = edition.grades(deviation);
+            let grades = edition.grades(quantity);
             let Some(limits) = grades
                 .clone()
-                .map(|grade| edition.tolerance(deviation, &gear, grade))
+                .map(|grade| edition.tolerance(quantity, &gear, grade))
                 .collect::<Option<Vec<f64>>>()
             else {
                 continue;
             };
             for (pair, grade) in limits.windows(2).zip(grades.clone()) {
-                let exact = |g| edition.unrounded_tolerance(deviation, &gear, g).unwrap();
+                let exact = |g| edition.unrounded_tolerance(quantity, &gear, g).unwrap();
                 assert!((exact(grade + 1) / exact(grade) - 2f64.sqrt()).abs() < 1e-12);
-                assert!(pair[1] > pair[0], "{deviation:?} {grade}");
+                assert!(pair[1] > pair[0], "{quantity:?} {grade}");
                 // Exactly at the limit keeps it, a little above does not.
-                assert_eq!(edition.grade_of(deviation, &gear, -pair[0]), Some(grade));
+                assert_eq!(edition.grade_of(quantity, &gear, -pair[0]), Some(grade));
                 let above = pair[0] + 1e-9;
-                assert_eq!(edition.grade_of(deviation, &gear, above), Some(grade + 1));
+                assert_eq!(edition.grade_of(quantity, &gear, above), Some(grade + 1));
             }
             let last = *limits.last().unwrap();
-            assert_eq!(edition.grade_of(deviation, &gear, 1.01 * last), None);
+            assert_eq!(edition.grade_of(quantity, &gear, 1.01 * last), None);
             assert_eq!(
-                edition.grade_of(deviation, &gear, 0.0),
+                edition.grade_of(quantity, &gear, 0.0),
                 grades.clone().next()
             );
         }
@@ -191,11 +191,11 @@ fn exact_designed_short_wave() {
 
 #[test]
 fn refuses_sizes_outside_the_editions() {
-    let outside = |edition: Edition, deviation, gear: &GearSize| {
-        let why = edition.out_of_scope(deviation, gear);
+    let outside = |edition: Edition, quantity, gear: &GearSize| {
+        let why = edition.out_of_scope(quantity, gear);
         assert_eq!(
             why.is_some(),
-            edition.tolerance(deviation, gear, 6).is_none()
+            edition.tolerance(quantity, gear, 6).is_none()
         );
         why.unwrap_or_default()
     };
@@ -230,7 +230,7 @@ fn exact_notation() {
     assert_eq!(read("7"), AccuracyGrades::uniform(7));
     let one = read("7-Dc");
     assert_eq!(
-        (one.motion, one.contact, one.class),
+        (one.motion, one.contact, one.backlash),
         (7, 7, Some(BacklashClass::Normal))
     );
     let all = read("8-7-7 Dc");
@@ -247,7 +247,7 @@ fn exact_notation() {
         all.describe(),
         "grade 8 in motion, 7 in smoothness, 7 in contact, normal backlash"
     );
-    assert_eq!(read("6-D").class, Some(BacklashClass::None));
+    assert_eq!(read("6-D").backlash, Some(BacklashClass::None));
     for allowed in ["8-7-7", "8-6-6", "7-8-8", "8-7-6 De", "7-7-7-Db"] {
         read(allowed);
     }
@@ -274,12 +274,12 @@ fn exact_notation() {
 #[test]
 fn law_keys_are_unique() {
     let mut keys = Vec::new();
-    for deviation in GearDeviation::LIMITED {
-        keys.push(deviation.key());
-        assert_eq!(GearDeviation::from_key(deviation.key()), Some(deviation));
-        if let Some(old) = deviation.jb179_name() {
+    for quantity in GearDeviation::LIMITED {
+        keys.push(quantity.key());
+        assert_eq!(GearDeviation::from_key(quantity.key()), Some(quantity));
+        if let Some(old) = quantity.jb179_name() {
             keys.push(old.key);
-            assert_eq!(GearDeviation::from_key(old.key), Some(deviation));
+            assert_eq!(GearDeviation::from_key(old.key), Some(quantity));
         }
     }
     let all = keys.len();

@@ -170,7 +170,7 @@ fn law_every_wave_runs_by_one_rule() {
                 let text = driven(&mesh.text(), motor, [omega, omega * mesh.ratio]);
                 let moving = moving(&prepared(&text), phase);
                 let model = &moving.model.model;
-                let function = branch(model, mesh.mesh).stiffness_wave.clone().unwrap();
+                let wave = branch(model, mesh.mesh).stiffness_wave.clone().unwrap();
                 let speeds =
                     &moving.initial_state[model.coordinate_count()..2 * model.coordinate_count()];
                 for share in [0.1, 0.3, 0.7, 0.9] {
@@ -180,7 +180,7 @@ fn law_every_wave_runs_by_one_rule() {
                         true => share < 0.25,
                         false => share > 0.75,
                     };
-                    let found = function.waveform.value(function.phase.phase_at(t, &q));
+                    let found = wave.waveform.value(wave.phase.phase_at(t, &q));
                     let wanted = if high { 1.2 } else { 0.8 };
                     assert_eq!(
                         found, wanted,
@@ -208,18 +208,18 @@ fn law_every_error_goes_by_its_own_gear() {
                     phase,
                 );
                 let model = &moving.model.model;
-                let element = branch(model, "g");
+                let branch = branch(model, "g");
                 let speeds =
                     &moving.initial_state[model.coordinate_count()..2 * model.coordinate_count()];
                 let still = vec![0.0; model.coordinate_count()];
                 let e = |t: f64| {
                     let q: Vec<f64> = speeds.iter().map(|v| v * t).collect();
-                    let piece = element
+                    let piece = branch
                         .imposed_displacement
                         .as_ref()
                         .map_or(0, |e| e.piece(t) as u32);
-                    let known = element.deflection(t, &q, &still, piece).0;
-                    known - element.direction.dot(&q)
+                    let known = branch.deflection(t, &q, &still, piece).0;
+                    known - branch.direction.dot(&q)
                 };
                 let wanted = |t: f64| (3.0 * turns * omega * t + PHASE).cos();
                 // What prescribed motions add is straight in time: second differences see the error alone. The start adds what keeps the mesh
@@ -252,7 +252,7 @@ fn law_harmonic_balance_runs_with_the_wave() {
                 .unwrap_or_else(|e| panic!("mesh {number}: {e}"));
             for factor in [0.5, 2.0] {
                 let model = family.relative_at(factor * family.base);
-                let function = branch(&model, mesh.mesh).stiffness_wave.clone().unwrap();
+                let wave = branch(&model, mesh.mesh).stiffness_wave.clone().unwrap();
                 let still = vec![0.0; model.coordinate_count()];
                 for share in [0.1, 0.3, 0.7, 0.9] {
                     let t = share * TAU / (factor * mesh.cycles * omega).abs();
@@ -261,7 +261,7 @@ fn law_harmonic_balance_runs_with_the_wave() {
                         false => share > 0.75,
                     };
                     let wanted = if high { 1.2 } else { 0.8 };
-                    let found = function.waveform.value(function.phase.phase_at(t, &still));
+                    let found = wave.waveform.value(wave.phase.phase_at(t, &still));
                     assert_eq!(
                         found, wanted,
                         "mesh {number}, {omega} rad/s × {factor}, {share}"

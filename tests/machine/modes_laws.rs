@@ -115,11 +115,11 @@ fn law_rigid_joints_do_not_strain() {
 fn law_energy_shares_sum_to_one() {
     let check = |_: &Description, solved: &Solved| {
         let mut worst: f64 = 0.0;
-        for (mode, energy_shares) in solved.answer.modes.iter().zip(&solved.answer.shares) {
+        for (mode, energies) in solved.answer.modes.iter().zip(&solved.answer.energies) {
             let sum = |shares: &[(usize, f64)]| shares.iter().map(|s| s.1).sum::<f64>();
-            worst = worst.max((sum(&energy_shares.kinetic) - 1.0).abs());
-            assert_eq!(energy_shares.strain.is_none(), mode.rigid);
-            if let Some(strain) = &energy_shares.strain {
+            worst = worst.max((sum(&energies.kinetic) - 1.0).abs());
+            assert_eq!(energies.strain.is_none(), mode.rigid);
+            if let Some(strain) = &energies.strain {
                 worst = worst.max((sum(strain) - 1.0).abs());
             }
         }

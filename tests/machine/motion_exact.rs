@@ -27,12 +27,12 @@ use serde_json::Value;
 
 // machines
 
-fn train(mass: &[f64], elements: Vec<ForceElement>, forces: Vec<AppliedForce>) -> DynamicModel {
+fn train(mass: &[f64], branches: Vec<ForceElement>, drives: Vec<AppliedForce>) -> DynamicModel {
     DynamicModel {
         coordinates: (0..mass.len()).map(|i| format!("disc_{i}.theta")).collect(),
-        matrix: MassMatrix::Diagonal(mass.to_vec()),
-        elements,
-        forces,
+        mass: MassMatrix::Diagonal(mass.to_vec()),
+        elements: branches,
+        forces: drives,
         mass_damping: 0.0,
         unattached: None,
     }
@@ -412,9 +412,9 @@ fn ref_stiff_chain() {
     let (inertia, stiffness) = (numbers(&case["J_kg_m2"]), numbers(&case["k_Nm_per_rad"]));
     let start = [numbers(&case["start_q"]), numbers(&case["start_v"])].concat();
     for run in case["cases"].as_array().unwrap() {
-        let elements = chain(&inertia, &stiffness, &numbers(&run["c_Nms_per_rad"]));
+        let branches = chain(&inertia, &stiffness, &numbers(&run["c_Nms_per_rad"]));
         let torque = Signal::harmonic(3.0, 2.5, 0.5);
-        let mut machine = train(&inertia, elements, vec![drive(0, torque)]);
+        let mut machine = train(&inertia, branches, vec![drive(0, torque)]);
         machine.mass_damping = run["drag_per_s"].as_f64().unwrap();
         for (t, y) in run["y_at_s"].as_object().unwrap() {
             let exact = numbers(y);
@@ -522,15 +522,15 @@ fn apply(e: &Matrix, y: &[f64]) -> Vec<f64> {
 /// not act where it is seen, gyroscopic and centrifugal terms, coupled inertia, drag.
 #[test]
 fn law_general_machine_against_an_exponential() {
-    let mut elements = chain(&[1.0; 4], &[40.0, 90.0, 15.0], &[0.1, 0.0, 0.5]);
-    elements.push(branch(
+    let mut branches = chain(&[1.0; 4], &[40.0, 90.0, 15.0], &[0.1, 0.0, 0.5]);
+    branches.push(branch(
         &[(0, -1.0), (2, 2.0)],
         ForceLaw::Maxwell {
             stiffness: 30.0,
             damping: 4.0,
         },
     ));
-    elements.push(branch(
+    branches.push(branch(
         &[(0, 1.0)],
         ForceLaw::LaggedTorque {
             curve: TorqueSpeedCurve::Linear {
@@ -540,20 +540,20 @@ fn law_general_machine_against_an_exponential() {
             lag: 0.2,
         },
     ));
-    elements.push(branch(
+    branches.push(branch(
         &[(3, 1.0)],
         ForceLaw::TorqueSpeed(TorqueSpeedCurve::Linear {
             stall: -2.0,
             idle: 30.0,
         }),
     ));
-    elements.push(spring(&[(1, 1.0)], 0.0, 0.3));
+    branches.push(spring(&[(1, 1.0)], 0.0, 0.3));
     let mut skew = spring(&[(1, 1.0), (2, -1.0)], 5.0, 0.2);
     skew.force_direction = Some(Direction::new(1.0, [(1, 1.0), (3, -0.5)]));
-    elements.push(skew);
+    branches.push(skew);
     let mut machine = train(
         &[1.0; 4],
-        elements,
+        branches,
         vec![
             drive(2, Signal::harmonic(2.0, 3.0, 0.0)),
             drive(0, Signal::constant(0.7)),
@@ -564,7 +564,7 @@ fn law_general_machine_against_an_exponential() {
     for variant in 0..3 {
         let mut machine = machine.clone();
         if variant > 0 {
-            machine.matrix = MassMatrix::Full {
+            machine.mass = MassMatrix::Full {
                 matrix: matrix.clone(),
                 inverse: inverse.clone(),
             };
@@ -603,7 +603,7 @@ fn law_general_machine_against_an_exponential() {
 fn exact_triple_root() {
     let a: f64 = 1.5;
     let (k0, k) = (a * a / 3.0, 8.0 * a * a / 3.0);
-    let elements = vec![
+    let branches = vec![
         spring(&[(0, 1.0)], k0, 0.0),
         branch(
             &[(0, 1.0)],
@@ -613,7 +613,7 @@ fn exact_triple_root() {
             },
         ),
     ];
-    let machine = train(&[1.0], elements, vec![drive(0, Signal::constant(k0))]);
+    let machine = train(&[1.0], branches, vec![drive(0, Signal::constant(k0))]);
     // x = 1 + (c₀ + c₁ t + c₂ t²) e^{−at} with x = 0, v = 0, z = 0: ẍ(0) = k0
     let (c0, c1) = (-1.0, -a);
     let c2 = 0.5 * (k0 + 2.0 * a * c1 - a * a * c0);
@@ -706,11 +706,11 @@ fn ref_backlash() {
 
 fn gear_pair(omega: f64) -> DynamicModel {
     let mesh = branch(&[(0, 1.0)], play(1.0, 0.1, 1.0, ContactDamping::ActsInGap));
-    let forces = vec![
+    let drives = vec![
         drive(0, Signal::constant(0.1)),
         drive(0, Signal::harmonic(0.05 * omega * omega, omega, 0.0)),
     ];
-    train(&[1.0], vec![mesh], forces)
+    train(&[1.0], vec![mesh], drives)
 }
 
 /// Orbits with contact loss come back to where they began, and stay for a hundred periods.
@@ -807,7 +807,7 @@ fn two_meshes(seed: u64, n: usize, wave: bool) -> (DynamicModel, Vec<f64>) {
     let inertia: Vec<f64> = (0..n).map(|_| 0.5 + random.f64()).collect();
     let stiffness: Vec<f64> = (0..n).map(|_| 200.0 + 800.0 * random.f64()).collect();
     let damping: Vec<f64> = (0..n).map(|_| 0.2 + 0.5 * random.f64()).collect();
-    let mut elements = chain(&inertia, &stiffness, &damping);
+    let mut branches = chain(&inertia, &stiffness, &damping);
     let contact_damping = [
         ContactDamping::ActsInGap,
         ContactDamping::Adhesive,
@@ -816,7 +816,7 @@ fn two_meshes(seed: u64, n: usize, wave: bool) -> (DynamicModel, Vec<f64>) {
     ];
     for at in [n / 4, 2 * n / 3] {
         let half = 0.002 + 0.01 * random.f64();
-        elements[at].law = play(
+        branches[at].law = play(
             stiffness[at],
             2.0 * damping[at],
             half,
@@ -824,13 +824,13 @@ fn two_meshes(seed: u64, n: usize, wave: bool) -> (DynamicModel, Vec<f64>) {
         );
     }
     if wave {
-        elements[n / 2].law = play(
+        branches[n / 2].law = play(
             stiffness[n / 2],
             damping[n / 2],
             0.0,
             ContactDamping::Adhesive,
         );
-        elements[n / 2].stiffness_wave = Some(PeriodicFunction {
+        branches[n / 2].stiffness_wave = Some(PeriodicFunction {
             waveform: Waveform::Rectangular {
                 high: 1.2,
                 low: 0.8,
@@ -842,14 +842,14 @@ fn two_meshes(seed: u64, n: usize, wave: bool) -> (DynamicModel, Vec<f64>) {
             },
         });
     }
-    elements.push(spring(&[(n - 1, 1.0)], 50.0, 0.5));
-    let forces = vec![
+    branches.push(spring(&[(n - 1, 1.0)], 50.0, 0.5));
+    let drives = vec![
         drive(0, Signal::constant(0.3)),
         drive(1, Signal::harmonic(6.0, 4.0 + 8.0 * random.f64(), 0.0)),
     ];
     let mut start = vec![0.0; 2 * n];
     (0..n).for_each(|i| start[n + i] = 0.2 * (random.f64() - 0.5));
-    (train(&inertia, elements, forces), start)
+    (train(&inertia, branches, drives), start)
 }
 
 /// States at samples and the number of switches by short steps of matrix exponentials, borders looked at after every step.
@@ -871,13 +871,13 @@ fn brute_force(
     let worst = |stands: &[ElementState], y: &[f64]| -> Option<(usize, f64, ElementState)> {
         let mut found: Option<(usize, f64, ElementState)> = None;
         for (at, b) in machine.elements.iter().enumerate() {
-            let (ForceLaw::Contact(law), ElementState::Contact(contact_state, piece)) =
+            let (ForceLaw::Contact(contact), ElementState::Contact(stand, piece)) =
                 (&b.law, stands[at])
             else {
                 continue;
             };
             let (delta, rate) = b.deflection(0.0, &y[..n], &y[n..2 * n], 0);
-            for (border, to) in law.switching_functions(contact_state, 1.0) {
+            for (border, to) in contact.switching_functions(stand, 1.0) {
                 let p = border.value_at(delta, rate);
                 let scale = border.deflection.abs() + border.rate.abs();
                 if p < -1e-13 * scale && found.as_ref().is_none_or(|f| p / scale < f.1) {

@@ -48,10 +48,10 @@ fn ref_gear_pair_over_thousand_periods() {
 }
 
 /// Three inertias, two meshes with play, one at twice the frequency of the other.
-fn trio(waveforms: [Waveform; 2]) -> DynamicModel {
+fn trio(shapes: [Waveform; 2]) -> DynamicModel {
     let mut model = inertias(&[1.0, 0.5, 2.0]);
     let sizes = [(40.0, 0.3, 0.05), (25.0, 0.2, 0.03)];
-    for (at, (waveform, (k, c, half))) in waveforms.into_iter().zip(sizes).enumerate() {
+    for (at, (waveform, (k, c, half))) in shapes.into_iter().zip(sizes).enumerate() {
         let law = contact(k, c, half, ContactDamping::Adhesive);
         let mut mesh = branch("mesh", &[(at, 1.0), (at + 1, -1.0)], law);
         mesh.stiffness_wave = wave(waveform, [3.0, 6.0][at], [0.3, 1.1][at]);
@@ -73,13 +73,13 @@ fn trio(waveforms: [Waveform; 2]) -> DynamicModel {
 
 const TRIO: [f64; 6] = [0.06, 0.0, -0.04, 0.0, 0.1, 0.0];
 
-fn check_trio(name: &str, waveforms: [Waveform; 2]) {
+fn check_trio(name: &str, shapes: [Waveform; 2]) {
     let expected = &reference("periodic")[name];
     let samples: Vec<Vec<f64>> = rows(&expected["samples"])
         .into_iter()
         .map(|row| row[1..].to_vec())
         .collect();
-    let (_, states, effort) = run("periodic", &trio(waveforms), &TRIO, 40.0, 40).unwrap();
+    let (_, states, effort) = run("periodic", &trio(shapes), &TRIO, 40.0, 40).unwrap();
     let off = apart(&states, &samples);
     within("states over 40 s", off, 1e-9);
     assert_eq!(effort.events, expected["events"].as_u64().unwrap());
@@ -211,14 +211,14 @@ fn random_scene(random: &mut fastrand::Rng, scene: usize) -> (DynamicModel, [f64
         },
         _ => Waveform::Table((0..6).map(|_| between(1.0 - depth, 1.0 + depth)).collect()),
     };
-    let damping = [
+    let contact_damping = [
         ContactDamping::ActsInGap,
         ContactDamping::Adhesive,
         ContactDamping::NoPull,
         ContactDamping::Continuous,
     ][scene / 3 % 4];
     let mut model = inertias(&[1.0]);
-    let law = contact(1.0, between(0.01, 0.3), half, damping);
+    let law = contact(1.0, between(0.01, 0.3), half, contact_damping);
     let mut mesh = branch("mesh", &[(0, 1.0)], law);
     mesh.stiffness_wave = wave(waveform, omega, between(0.0, TAU));
     model.elements.push(mesh);
@@ -235,25 +235,25 @@ fn check_no_event_lost(seed: u64, scenes: usize, places: usize) {
     let (mut events, mut grazed) = (0, 0);
     for scene in 0..scenes {
         let (model, start, period) = random_scene(&mut random, scene);
-        let ForceLaw::Contact(law) = &model.elements[0].law else {
+        let ForceLaw::Contact(contact) = &model.elements[0].law else {
             unreachable!()
         };
-        let mut run = PeriodicRun::new(&model, 0.0, &start).unwrap();
-        let end = run.cache.grid.instant(60.0 * period);
+        let mut walk = PeriodicRun::new(&model, 0.0, &start).unwrap();
+        let end = walk.cache.grid.instant(60.0 * period);
         loop {
-            let (from, segment) = (run.position(), run.next_segment(end));
+            let (from, segment) = (walk.position(), walk.next_segment(end));
             // At a jump of the stiffness a stand may give way at once.
             let places = if segment.to > from { places } else { 0 };
-            let regime = run.whole_regime();
+            let regime = walk.whole_regime();
             let ElementState::Contact(state, piece) = regime.states[0] else {
                 unreachable!()
             };
             for at in 0..places {
                 let place = from + (segment.to - from) * (at as f64 + 0.5) / places as f64;
                 let mut y = [0.0; 2];
-                run.value(place, &mut y);
-                let factor = model.elements[0].factor(run.elapsed(place), &[], piece).0;
-                for (border, next) in law.switching_functions(state, factor) {
+                walk.value(place, &mut y);
+                let factor = model.elements[0].factor(walk.elapsed(place), &[], piece).0;
+                for (border, next) in contact.switching_functions(state, factor) {
                     let value = border.value_at(y[0], y[1]);
                     assert!(
                         value > -1e-13 * (1.0 + y[0].abs()),
@@ -261,19 +261,19 @@ fn check_no_event_lost(seed: u64, scenes: usize, places: usize) {
                     );
                 }
             }
-            if segment.event.is_none() && segment.to >= run.position_of(end) {
+            if segment.limit.is_none() && segment.to >= walk.position_of(end) {
                 break;
             }
             // An unstable machine soon makes rounding of its play.
             let mut y = [0.0; 2];
-            run.value(segment.to, &mut y);
+            walk.value(segment.to, &mut y);
             if y[0].abs() > 100.0 {
                 break;
             }
-            run.advance(segment).unwrap();
+            walk.advance(segment).unwrap();
         }
-        events += run.stats.events;
-        grazed += run.stats.grazings;
+        events += walk.stats.events;
+        grazed += walk.stats.grazings;
     }
     println!("{scenes} scenes, {events} events, {grazed} grazed");
     assert!(events > 20 * scenes as u64);

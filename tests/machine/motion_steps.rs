@@ -68,12 +68,12 @@ fn ask(to: f64, start: &[f64], samples: usize, effort: StepSize) -> IntegrationO
     }
 }
 
-fn train(mass: &[f64], elements: Vec<ForceElement>, forces: Vec<AppliedForce>) -> DynamicModel {
+fn train(mass: &[f64], branches: Vec<ForceElement>, drives: Vec<AppliedForce>) -> DynamicModel {
     DynamicModel {
         coordinates: (0..mass.len()).map(|i| format!("n{i}.theta")).collect(),
-        matrix: MassMatrix::Diagonal(mass.to_vec()),
-        elements,
-        forces,
+        mass: MassMatrix::Diagonal(mass.to_vec()),
+        elements: branches,
+        forces: drives,
         mass_damping: 0.0,
         unattached: None,
     }

@@ -19,14 +19,14 @@ fn lowest(springs: &[ForestSpring], mass: &[f64], wanted: usize) -> RitzPairs {
     let inverse = ShiftedForest::unshifted(&forest);
     let matrix = SparseSymmetric::diagonal(mass);
     let count = |sigma: f64| Ok(forest.count_below(mass, sigma));
-    let problem = LanczosProblem {
+    let search = LanczosProblem {
         inverse: &inverse,
         mass: &matrix,
         rigid: &rigid,
         count: Some(&count),
         n_modes: wanted,
     };
-    nearest_modes(&problem).unwrap()
+    nearest_modes(&search).unwrap()
 }
 
 fn shaft(i: usize, j: usize, k: f64) -> ForestSpring {
@@ -146,7 +146,7 @@ fn exact_uniform_chains() {
             }
             let wanted = 20.min(n - 1);
             let begin = Instant::now();
-            let pairs = lowest(&springs, &mass, wanted);
+            let ritz = lowest(&springs, &mass, wanted);
             let seconds = begin.elapsed().as_secs_f64();
             let size = n as f64;
             let angle = |k: f64| {
@@ -157,16 +157,16 @@ fn exact_uniform_chains() {
                 }
             };
             let omega = |k: usize| 2.0 * (PI * angle(k as f64)).sin();
-            let found: Vec<f64> = pairs.values.iter().map(|v| v.sqrt()).collect();
+            let found: Vec<f64> = ritz.values.iter().map(|v| v.sqrt()).collect();
             let error = worst(&found, (1..=wanted).map(omega));
             println!(
                 "n {n} fixed {fixed}: worst {error:.1e}, {} solves, {} runs, {seconds:.3} s",
-                pairs.steps, pairs.runs
+                ritz.steps, ritz.runs
             );
             let held = if fixed { "held" } else { "free" };
             within(&format!("{n} discs {held}, lowest {wanted}"), error, 1e-12);
             assert!(
-                pairs.sturm_verified && found.len() == wanted,
+                ritz.sturm_verified && found.len() == wanted,
                 "n {n}, {held}"
             );
             let forest = Forest::new(n, &springs, &mass).unwrap();
@@ -187,10 +187,10 @@ fn exact_repeated_frequencies() {
     let mut springs: Vec<ForestSpring> = (1..=arms).map(|j| shaft(0, j, 3.0)).collect();
     let mut mass = vec![2.0; arms + 1];
     mass[0] = 5.0;
-    let pairs = lowest(&springs, &mass, arms);
+    let ritz = lowest(&springs, &mass, arms);
     let last = 3.0 * (1.0 / 2.0 + arms as f64 / 5.0);
     let exact = (1..=arms).map(|k| if k < arms { 1.5 } else { last });
-    within("hub", worst(&pairs.values, exact), 1e-14);
+    within("hub", worst(&ritz.values, exact), 1e-14);
     springs.push(ground(0, 7.0));
     let grounded = lowest(&springs, &mass, arms + 1);
     let dense = dense_values(&springs, &mass);
@@ -211,24 +211,23 @@ fn law_repeated_frequencies_of_long_arms_are_all_found() {
         springs.extend((1..=length).map(|s| shaft(node(s - 1), node(s), 1.0)));
     }
     let mass = vec![1.0; arms * length + 1];
-    let pairs = lowest(&springs, &mass, 25);
+    let ritz = lowest(&springs, &mass, 25);
     let fixed =
         |k: f64| (2.0 * (PI * (2.0 * k - 1.0) / (2.0 * (2.0 * length as f64 + 1.0))).sin()).powi(2);
     let copies = |k: f64| {
-        pairs
-            .values
+        ritz.values
             .iter()
             .filter(|v| (**v / fixed(k) - 1.0).abs() < 1e-12)
             .count()
     };
-    println!("long arms: {} solves in {} runs", pairs.steps, pairs.runs);
+    println!("long arms: {} solves in {} runs", ritz.steps, ritz.runs);
     assert_eq!(
         (copies(1.0), copies(2.0)),
         (arms - 1, arms - 1),
         "{:?}",
-        pairs.values
+        ritz.values
     );
-    assert!(pairs.sturm_verified);
+    assert!(ritz.sturm_verified);
 }
 
 #[test]
@@ -245,10 +244,10 @@ fn law_trains_agree_with_dense() {
         let (springs, mass) = train(500, loops, grounds, seed);
         let dense = dense_values(&springs, &mass);
         let rigid = usize::from(grounds == 0);
-        let pairs = lowest(&springs, &mass, 20);
-        let error = worst(&pairs.values, dense[rigid..].iter().copied());
+        let ritz = lowest(&springs, &mass, 20);
+        let error = worst(&ritz.values, dense[rigid..].iter().copied());
         assert!(
-            error < 1e-9 && pairs.sturm_verified,
+            error < 1e-9 && ritz.sturm_verified,
             "seed {seed}: {error:e}"
         ); // ε λ_max / λ_1 of the dense answer
         let forest = Forest::new(500, &springs, &mass).unwrap();
@@ -280,14 +279,14 @@ fn law_nearest_modes_agree_with_dense() {
         );
         let factor = LdlFactor::shifted(&k, &m, target).unwrap();
         let count = |sigma: f64| LdlFactor::shifted(&k, &m, sigma).map(|f| f.n_negative());
-        let problem = LanczosProblem {
+        let search = LanczosProblem {
             inverse: &factor,
             mass: &m,
             rigid: &[],
             count: Some(&count),
             n_modes: 12,
         };
-        let found = nearest_modes(&problem).unwrap();
+        let found = nearest_modes(&search).unwrap();
         assert!(
             worst(&found.values, dense.iter().copied()) < 1e-11 && found.sturm_verified,
             "seed {seed}"
@@ -299,7 +298,7 @@ fn law_nearest_modes_agree_with_dense() {
         let uncounted = nearest_modes(&LanczosProblem {
             inverse: &inverse,
             count: None,
-            ..problem
+            ..search
         })
         .unwrap();
         assert!(
@@ -381,11 +380,11 @@ fn ref_mpmath_graded_forests() {
             .rev()
             .map(|digits| 10_f64.powi(-digits))
             .find(|&t| exact(t));
-        let pairs = lowest(&springs, &mass, values.len());
+        let ritz = lowest(&springs, &mass, values.len());
         println!("{name}: counts to {good:?}");
         within(
             "eigenvalues by Lanczos",
-            worst(&pairs.values, values.iter().copied()),
+            worst(&ritz.values, values.iter().copied()),
             1e-9,
         );
         assert!(good.is_some_and(|t| t <= 1e-12), "{name}: {good:?}");
@@ -423,21 +422,21 @@ fn survives_graded_trains() {
         mass.iter_mut()
             .for_each(|m| *m *= 10_f64.powf(12.0 * dice.roll() - 6.0));
         let begin = Instant::now();
-        let pairs = lowest(&springs, &mass, 20);
+        let ritz = lowest(&springs, &mass, 20);
         let seconds = begin.elapsed().as_secs_f64();
         let forest = Forest::new(n, &springs, &mass).unwrap();
         let rigid = forest.rigid_motions().len();
         let good = |t: f64| {
-            pairs.values.iter().enumerate().all(|(k, v)| {
+            ritz.values.iter().enumerate().all(|(k, v)| {
                 forest.count_below(&mass, v * (1.0 - t)) <= rigid + k
                     && forest.count_below(&mass, v * (1.0 + t)) > rigid + k
             })
         };
         let digits = (1..16).rev().find(|&d| good(10_f64.powi(-d)));
-        let worst = pairs.residuals.iter().copied().fold(0.0, f64::max);
+        let worst = ritz.residuals.iter().copied().fold(0.0, f64::max);
         println!(
             "graded n {n} loops {loops} grounds {grounds}: within counts to {digits:?} digits, residual {worst:.0e}, {} solves, {} runs, {seconds:.3} s, counted {}",
-            pairs.steps, pairs.runs, pairs.sturm_verified
+            ritz.steps, ritz.runs, ritz.sturm_verified
         );
         assert!(digits.is_some_and(|d| d >= 11), "seed {seed}");
     }
@@ -508,14 +507,14 @@ fn survives_a_shift_on_an_eigenvalue() {
     let m = SparseSymmetric::diagonal(&mass);
     let inverse = ShiftedForest::shifted(&forest, &mass, 4.0);
     let count = |sigma: f64| Ok(forest.count_below(&mass, sigma));
-    let problem = LanczosProblem {
+    let search = LanczosProblem {
         inverse: &inverse,
         mass: &m,
         rigid: &forest.rigid_motions(),
         count: Some(&count),
         n_modes: 1,
     };
-    assert!((nearest_modes(&problem).unwrap().values[0] / 4.0 - 1.0).abs() < 1e-14);
+    assert!((nearest_modes(&search).unwrap().values[0] / 4.0 - 1.0).abs() < 1e-14);
 }
 
 /// A free square net of springs, k = J = 1, too many loops for a forest: λ = 4 sin²(pπ/2N) + 4 sin²(qπ/2N), most of them twice.
@@ -552,14 +551,14 @@ fn exact_net() {
         energy: &energy,
     };
     let begin = Instant::now();
-    let problem = LanczosProblem {
+    let search = LanczosProblem {
         inverse: &inverse,
         mass: &m,
         rigid: &rigid,
         count: Some(&count),
         n_modes: 20,
     };
-    let found = nearest_modes(&problem).unwrap();
+    let found = nearest_modes(&search).unwrap();
     println!(
         "net: {} solves, {} runs, {:.3} s",
         found.steps,
@@ -591,14 +590,14 @@ fn exact_consistent_mass() {
     let forest = Forest::new(n, &springs, &vec![1.0; n]).unwrap();
     let inverse = ShiftedForest::unshifted(&forest);
     let count = |sigma: f64| LdlFactor::shifted(&k, &m, sigma).map(|f| f.n_negative());
-    let problem = LanczosProblem {
+    let search = LanczosProblem {
         inverse: &inverse,
         mass: &m,
         rigid: &forest.rigid_motions(),
         count: Some(&count),
         n_modes: 20,
     };
-    let found = nearest_modes(&problem).unwrap();
+    let found = nearest_modes(&search).unwrap();
     let angle = |k: usize| k as f64 * PI / (n as f64 - 1.0);
     let error = worst(
         &found.values,

@@ -43,7 +43,7 @@ fn drive(loads: &[(&str, f64)]) -> PreparedMachine {
 fn exact_flank_and_force_of_a_pair() {
     let base = 21.0 * 0.003 * 20f64.to_radians().cos() / 2.0;
     for (torque, state) in [(30.0, ActiveFlank::Drive), (-30.0, ActiveFlank::Coast)] {
-        let found = drive(&[("motor", torque), ("roll", 3.0 * torque)]).point;
+        let found = drive(&[("motor", torque), ("roll", 3.0 * torque)]).operating;
         let (_, found_state, force) = found.contacts[0];
         assert_eq!(found_state, state);
         let exact = torque / base;
@@ -54,7 +54,7 @@ fn exact_flank_and_force_of_a_pair() {
 /// Loads that do not balance accelerate the train: the mesh carries what the roll's side of the inertia takes.
 #[test]
 fn exact_inertia_relief() {
-    let found = drive(&[("motor", 30.0)]).point;
+    let found = drive(&[("motor", 30.0)]).operating;
     let (upper, lower) = (0.01 + 0.001, (0.04 + 1.5) / 9.0);
     let base = 21.0 * 0.003 * 20f64.to_radians().cos() / 2.0;
     let exact = 30.0 * lower / (upper + lower) / base;
@@ -68,7 +68,7 @@ fn exact_open_contact() {
     // Torque and inertia in the same ratio on both sides of the mesh: nothing passes through it.
     let lower = 3.0 * (0.04 + 1.5) / 9.0 / (0.01 + 0.001);
     let machine = drive(&[("motor", 1.0), ("roll", -lower)]);
-    assert_eq!(machine.point.contacts[0].1, ActiveFlank::Open);
+    assert_eq!(machine.operating.contacts[0].1, ActiveFlank::Open);
     let result = modes(&machine);
     assert_eq!(result.modes.iter().filter(|m| m.rigid).count(), 2);
     assert!(result.diagnostics.iter().any(|w| w.code == "contact-open"));
@@ -85,7 +85,7 @@ fn exact_open_contact() {
 #[test]
 fn law_no_load_is_said() {
     let machine = drive(&[]);
-    assert_eq!(machine.point.contacts[0].1, ActiveFlank::Drive);
+    assert_eq!(machine.operating.contacts[0].1, ActiveFlank::Drive);
     assert!(machine.warnings().iter().any(|w| w.code == "no-load"));
 }
 
@@ -105,7 +105,7 @@ fn ref_numpy_four_square() {
             let of_pair =
                 |c: &&(usize, ActiveFlank, Option<f64>)| machine.machine.branch_name(c.0) == name;
             machine
-                .point
+                .operating
                 .contacts
                 .iter()
                 .find(of_pair)
@@ -140,7 +140,7 @@ fn exact_contact_that_carries_nothing() {
              [[load]]\nat = \"a\"\ntorque = {torque:?}\n"
         ));
         assert_eq!(
-            machine.point.contacts[0].1,
+            machine.operating.contacts[0].1,
             ActiveFlank::Open,
             "{torque} N·m"
         );

@@ -223,7 +223,7 @@ fn survives_nothing_to_show() {
         assert_whole(&draw_energy_matrix(&machine, &result, count));
     }
     result.modes.clear();
-    result.shares.clear();
+    result.energies.clear();
     assert_eq!(texts(&draw_mode_shapes(&machine, &result, 8)), ["no modes"]);
     assert_eq!(
         texts(&draw_energy_matrix(&machine, &result, 8)),

@@ -116,7 +116,7 @@ fn ref_stage_that_turns_in_the_inertial_frame() {
 fn ref_stage_that_turns_keeps_its_speed() {
     let reference = support::reference("turning_stage");
     let machine = prepared(&turning(|text| text)).unwrap();
-    let conditions = InitialConditions {
+    let start = InitialConditions {
         at: InitialState::Steady,
         ..InitialConditions::default()
     };
@@ -125,7 +125,7 @@ fn ref_stage_that_turns_keeps_its_speed() {
         outputs: vec!["carrier.speed".to_string(), "stage.planet_1.x".to_string()],
         ..SimulateStudy::default()
     };
-    let ready = SimulationSetup::new(&machine, &conditions, &study).unwrap();
+    let ready = SimulationSetup::new(&machine, &start, &study).unwrap();
     let choice = method_choice::choose_method(&ready.model.model, &study).unwrap();
     let motion = motion::run(&ready, &choice, false, &CancelToken::default())
         .unwrap()

@@ -27,7 +27,7 @@ fn speeds(text: &str, method: Option<&str>) -> (Vec<f64>, &'static str) {
     };
     let ready = SimulationSetup::new(
         &PreparedMachine::new(&scene.model).unwrap(),
-        &scene.conditions,
+        &scene.start,
         &study,
     )
     .unwrap();

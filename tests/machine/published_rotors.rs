@@ -212,9 +212,9 @@ fn exact_jeffcott_unbalance() {
          [[bearing]]\nname = \"shaft\"\nat = \"disc\"\nk_x = {k:?}\nk_y = {k:?}\nc_x = {c:?}\nc_y = {c:?}\n"
     );
     let prepared_machine = PreparedMachine::new(&model(&text)).unwrap();
-    let operating_model = OperatingModel {
+    let setting = OperatingModel {
         machine: &prepared_machine.machine,
-        point: &prepared_machine.point,
+        operating: &prepared_machine.operating,
         model: &prepared_machine.model,
         speeds: None,
     };
@@ -230,7 +230,7 @@ fn exact_jeffcott_unbalance() {
         (3191.75479635, 2.00250469729e-4 / 2f64.sqrt(), None),
     ] {
         let speed = rpm * TAU / 60.0;
-        let found = frf_matrix(&operating_model, &ports, &[speed], ResponseMethod::Direct).unwrap();
+        let found = frf_matrix(&setting, &ports, &[speed], ResponseMethod::Direct).unwrap();
         let whirl = found.values[0][(0, 0)] * (mass * eccentricity * speed * speed);
         // Speeds with twelve digits stand on flanks of the peak, 10 times as steep.
         within("amplitudes", (whirl.norm() / amplitude - 1.0).abs(), 1e-10);

@@ -147,7 +147,7 @@ fn exact_one_of_each_element() {
     close(m.inertias[2].mass.unwrap(), mass);
     close(m.inertias[2].polar, mass * (0.2 * 0.2 + 0.04 * 0.04) / 8.0);
     assert!(matches!(m.shafts[0].body, Some(ShaftBody::Stiffness(k)) if k == 8500.0));
-    assert_eq!(m.shafts[0].damping, BranchDamping::Ratio(0.01));
+    assert_eq!(m.shafts[0].loss, BranchDamping::Ratio(0.01));
     let Some(ShaftBody::Bar {
         shear_modulus,
         segments,
@@ -161,8 +161,8 @@ fn exact_one_of_each_element() {
     close(shear_modulus, 79.3e9);
     assert!(m.chains[0].start_fixed && !m.chains[0].end_fixed);
     let pair = &m.gear_pairs[0];
-    close(pair.parameters.stiffness.unwrap(), 420e6);
-    close(pair.parameters.backlash, 80e-6);
+    close(pair.contact.stiffness.unwrap(), 420e6);
+    close(pair.contact.backlash, 80e-6);
     close(pair.spiral_angles[1], PI / 12.0);
     close(pair.pressure_angle, PI / 9.0);
     assert_eq!(pair.mesh_angles, [0.0, PI]);
@@ -177,10 +177,10 @@ fn exact_one_of_each_element() {
             ..
         }
     ));
-    assert_eq!(stage.ring_contact.damping, BranchDamping::Viscous(1000.0));
+    assert_eq!(stage.ring_contact.loss, BranchDamping::Viscous(1000.0));
     close(stage.pressure_angles[1], 21.0 * PI / 180.0);
     assert_eq!(m.belts[0].ratio_integers, [50_000_000, 125_000_000]);
-    assert_eq!(m.couplings[0].parameters.stiffness, Some(-5.0));
+    assert_eq!(m.couplings[0].contact.stiffness, Some(-5.0));
     assert_eq!(m.bearings[0].stiffness.len(), 4);
     assert_eq!(m.bearings[0].damping.len(), 1);
     close(m.speeds[0].speed, 1450.0 * PI / 30.0);

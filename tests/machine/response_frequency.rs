@@ -68,7 +68,7 @@ fn answer(
     let PreparedMachine {
         machine,
         kinematics,
-        point,
+        operating,
         model: linear,
         ..
     } = prepared_machine;
@@ -77,7 +77,7 @@ fn answer(
         .then(|| mean_speeds(machine, kinematics, None).unwrap());
     let model = OperatingModel {
         machine,
-        point,
+        operating,
         model: linear,
         speeds: speeds.as_deref(),
     };
@@ -314,7 +314,7 @@ fn law_reciprocity_and_modal_sum() {
         ),
         ("drill_string.toml", ["", "", ""], SolverKind::RealModes),
     ];
-    for (file, ports, kind) in cases {
+    for (file, ports, how) in cases {
         let machine = shipped(file);
         let all: Vec<String> = (0..machine.machine.dofs.len())
             .map(|f| machine.machine.dof_name(f))
@@ -334,7 +334,7 @@ fn law_reciprocity_and_modal_sum() {
         };
         let direct = answer(&machine, &ask(ResponseMethod::Direct), &omega).unwrap();
         let modal = answer(&machine, &ask(ResponseMethod::Modal), &omega).unwrap();
-        assert_eq!(modal.solver, kind, "{file}: {:?}", modal.stats);
+        assert_eq!(modal.solver, how, "{file}: {:?}", modal.stats);
         for (line, (d, m)) in direct.values.iter().zip(&modal.values).enumerate() {
             let symmetric = apart(d, &d.transpose().to_owned());
             assert!(

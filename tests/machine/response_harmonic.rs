@@ -62,13 +62,13 @@ fn course(from: f64, to: f64, step: f64) -> ContinuationOptions {
     }
 }
 
-fn curve(family: &SpeedFamily, options: ContinuationOptions, events: bool) -> SolutionCurve {
+fn curve(family: &SpeedFamily, course: ContinuationOptions, events: bool) -> SolutionCurve {
     let outputs = deflection();
-    let point_options = PointOptions {
+    let options = PointOptions {
         outputs: &outputs,
         events,
     };
-    continue_curve(family, point_options, options, &mut |_| {}).unwrap()
+    continue_curve(family, options, course, &mut |_| {}).unwrap()
 }
 
 /// The two folds of the gear pair with play, good to 5e-6 in the reference; and its stable orbits, from the nearest point of the
@@ -89,15 +89,11 @@ fn ref_folds_and_orbits_of_the_gear_pair() {
     assert!(found.stopped_by.is_none());
     assert!(
         found
-            .solutions
+            .points
             .iter()
             .all(|p| p.refinement == Refinement::Shooting)
     );
-    let folds: Vec<f64> = found
-        .bifurcations
-        .iter()
-        .map(|s| s.solution.omega)
-        .collect();
+    let folds: Vec<f64> = found.bifurcations.iter().map(|s| s.point.omega).collect();
     assert!(
         found
             .bifurcations
@@ -115,7 +111,7 @@ fn ref_folds_and_orbits_of_the_gear_pair() {
             continue;
         }
         let model = family.relative_at(omega);
-        let stable = found.solutions.windows(2).filter(|pair| {
+        let stable = found.points.windows(2).filter(|pair| {
             let spans = (pair[0].omega - omega) * (pair[1].omega - omega) <= 0.0;
             spans && pair.iter().all(|p| p.unstable_count() == 0)
         });
@@ -148,7 +144,7 @@ fn ref_folds_of_one_order() {
         .bifurcations
         .iter()
         .filter(|s| s.kind == BifurcationKind::Fold)
-        .map(|s| s.solution.omega)
+        .map(|s| s.point.omega)
         .collect();
     assert_eq!(folds.len(), 2, "{folds:?}");
     for (fold, expected) in folds.iter().zip([0.826070049838, 0.68013692186]) {
@@ -168,7 +164,7 @@ fn law_orders_agree_with_events() {
         let found = curve(&family, many, false);
         let mut worst = 0.0f64;
         let mut lost = 0;
-        for p in found.solutions.iter().filter(|p| p.unstable_count() == 0) {
+        for p in found.points.iter().filter(|p| p.unstable_count() == 0) {
             let exact = find_orbit(&family.relative_at(p.omega), &p.start, 1).unwrap();
             lost += exact.events;
             let apart = p.start.iter().zip(&exact.start).map(|(a, b)| (a - b).abs());
@@ -179,7 +175,7 @@ fn law_orders_agree_with_events() {
         }
         println!(
             "{set}: {} motions, {lost} switches, apart {worst:.1e}",
-            found.solutions.len()
+            found.points.len()
         );
         assert!(lost > 8 || set == "S2");
         assert!(worst < 1e-6, "{set}: {worst:.1e}");
@@ -191,7 +187,7 @@ fn law_orders_agree_with_events() {
 fn law_period_doubles_at_the_edges_of_the_tongue() {
     let family = SpeedFamily::new(&pair("S3"), &[0.0, 0.0]).unwrap();
     let expected = instability_tongues(
-        &family.relative_model.model,
+        &family.relative.model,
         [1.7, 2.3],
         60,
         &CancelToken::default(),
@@ -203,13 +199,9 @@ fn law_period_doubles_at_the_edges_of_the_tongue() {
     let found = curve(&family, course(1.75, 2.25, 0.06), true);
     let kinds: Vec<BifurcationKind> = found.bifurcations.iter().map(|s| s.kind).collect();
     assert_eq!(kinds, [BifurcationKind::PeriodDoubling; 2]);
-    for (bifurcation, edge) in found.bifurcations.iter().zip([tongue.from, tongue.to]) {
-        let off = bifurcation.solution.omega / edge - 1.0;
-        assert!(
-            off.abs() < 1e-5,
-            "{} for {edge}",
-            bifurcation.solution.omega
-        );
+    for (special, edge) in found.bifurcations.iter().zip([tongue.from, tongue.to]) {
+        let off = special.point.omega / edge - 1.0;
+        assert!(off.abs() < 1e-5, "{} for {edge}", special.point.omega);
     }
 }
 
@@ -230,7 +222,7 @@ fn law_pair_leaves_the_circle_at_a_sum_of_modes() {
     model.forces.push(push(0, Signal::constant(0.1)));
     let family = SpeedFamily::new(&model, &[0.0, 0.0]).unwrap();
     let charted = instability_tongues(
-        &family.relative_model.model,
+        &family.relative.model,
         [3.8, 5.0],
         60,
         &CancelToken::default(),
@@ -244,27 +236,23 @@ fn law_pair_leaves_the_circle_at_a_sum_of_modes() {
     );
     let kinds: Vec<BifurcationKind> = found.bifurcations.iter().map(|s| s.kind).collect();
     assert_eq!(kinds, [BifurcationKind::NeimarkSacker; 2]);
-    for (bifurcation, edge) in found.bifurcations.iter().zip([tongue.from, tongue.to]) {
-        let off = bifurcation.solution.omega / edge - 1.0;
-        assert!(
-            off.abs() < 1e-5,
-            "{} for {edge}",
-            bifurcation.solution.omega
-        );
+    for (special, edge) in found.bifurcations.iter().zip([tongue.from, tongue.to]) {
+        let off = special.point.omega / edge - 1.0;
+        assert!(off.abs() < 1e-5, "{} for {edge}", special.point.omega);
     }
 }
 
 /// Dry friction over its creep speed, a Hertzian contact and a spring behind a damper against integration until it is steady.
 #[test]
 fn law_smooth_laws_agree_with_integration() {
-    let friction_law = FrictionLaw {
+    let friction = FrictionLaw {
         sliding: 0.1,
         breakaway: 0.13,
         stribeck_velocity: 0.2,
         regularisation_velocity: 0.05,
     };
     let laws = [
-        ("friction", ForceLaw::Friction(friction_law), 0.0),
+        ("friction", ForceLaw::Friction(friction), 0.0),
         (
             "power",
             ForceLaw::Nonlinear {
@@ -300,7 +288,7 @@ fn law_smooth_laws_agree_with_integration() {
             ..course(0.9, 1.0, 0.05)
         };
         let found = curve(&family, few, true);
-        let p = &found.solutions[0];
+        let p = &found.points[0];
         assert!(
             (p.omega - 0.9).abs() < 1e-12,
             "the curve begins where it was told to"
@@ -351,11 +339,11 @@ fn law_turning_against_a_damper_keeps_no_angle() {
     let found = curve(&family, course(0.8, 1.0, 0.1), true);
     assert!(
         found
-            .solutions
+            .points
             .iter()
             .all(|p| p.refinement == Refinement::HarmonicBalance && p.unstable_count() == 0)
     );
-    let p = &found.solutions[0];
+    let p = &found.points[0];
     let mut model = family.relative_at(p.omega);
     // At that frequency the fan turns at 4 rad/s and takes 0.08 of the torque of 0.1; the rest accelerates both, and is taken off.
     let rest = 0.02 / 3.0;
@@ -374,13 +362,13 @@ fn law_sliding_friction_takes_no_stability() {
     let multipliers = |torque: f64| {
         let mut model = swinging();
         if torque > 0.0 {
-            let friction_law = FrictionLaw {
+            let friction = FrictionLaw {
                 sliding: torque,
                 breakaway: torque,
                 stribeck_velocity: 1.0,
                 regularisation_velocity: 1e-3,
             };
-            let law = ForceLaw::Friction(friction_law);
+            let law = ForceLaw::Friction(friction);
             model.elements.push(branch("bearing", &[(1, 1.0)], law));
         }
         model.forces.push(push(0, Signal::constant(0.1)));
@@ -388,7 +376,7 @@ fn law_sliding_friction_takes_no_stability() {
         let family = SpeedFamily::new(&model, &[5.0, 5.0]).unwrap();
         let found = curve(&family, course(0.8, 1.0, 0.1), false);
         assert!(found.bifurcations.is_empty());
-        let points = found.solutions.iter();
+        let points = found.points.iter();
         points
             .map(|p| (p.unstable_count(), p.multipliers.clone()))
             .collect::<Vec<_>>()
@@ -459,7 +447,7 @@ fn exact_motions_of_two_periods() {
         .filter(|s| s.kind == BifurcationKind::PeriodDoubling);
     assert_eq!(doublings.count(), 2);
     assert_eq!(found.period_doubled.len(), 1);
-    let doubled = &found.period_doubled[0].solutions;
+    let doubled = &found.period_doubled[0].points;
     assert!(doubled.len() > 3);
     let mut compared = 0;
     for point in doubled

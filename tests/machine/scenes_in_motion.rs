@@ -34,11 +34,7 @@ fn study(until: f64, outputs: &[&str]) -> SimulateStudy {
 }
 
 fn ready(scene: &Scene, study: &SimulateStudy) -> Result<SimulationSetup, Error> {
-    SimulationSetup::new(
-        &PreparedMachine::new(&scene.model)?,
-        &scene.conditions,
-        study,
-    )
+    SimulationSetup::new(&PreparedMachine::new(&scene.model)?, &scene.start, study)
 }
 
 fn moved(scene: &Scene, study: &SimulateStudy) -> (SimulationSetup, MotionHistory) {
@@ -168,7 +164,7 @@ fn exact_loads_on_a_free_disc() {
 fn exact_brake_stops_and_holds() {
     let text = "inertia = [{ name = \"disc\", J = 2.0 }]\nbrake = [{ name = \"b\", at = \"disc\", torque = 4.0 }]\n[speed]\ndisc = \"6 rad/s\"";
     let mut scene = scene_of(text);
-    scene.conditions.at = scene::laws::InitialState::Steady;
+    scene.start.at = scene::laws::InitialState::Steady;
     let (_, history) = moved(&scene, &study(5.0, &["disc", "disc.speed", "b.force"]));
     for (k, t) in history.time.iter().enumerate() {
         let speed = (6.0 - 2.0 * t).max(0.0);
@@ -252,7 +248,7 @@ fn law_steady_start_stays() {
     )
     .unwrap();
     let mut scene = scene::read_text("m.toml", &text).unwrap();
-    scene.conditions.at = scene::laws::InitialState::Steady;
+    scene.start.at = scene::laws::InitialState::Steady;
     let (_, history) = moved(
         &scene,
         &study(0.05, &["pair.deflection", "pair.force", "pinion.speed"]),
@@ -283,8 +279,8 @@ p = "40 rad/s"
 "#
         );
         let mut scene = scene_of(&text);
-        scene.conditions.at = scene::laws::InitialState::Steady;
-        scene.conditions.phase = if phase == "speed" {
+        scene.start.at = scene::laws::InitialState::Steady;
+        scene.start.phase = if phase == "speed" {
             scene::laws::MeshPhase::Speed
         } else {
             scene::laws::MeshPhase::Angle
@@ -701,7 +697,7 @@ fn refused_machines_and_studies() {
     let mut imposed = scene_of(&pair(
         ", k_wave = { kind = \"fourier\", amplitudes = [0.1] }",
     ));
-    imposed.conditions.phase = scene::laws::MeshPhase::Speed;
+    imposed.start.phase = scene::laws::MeshPhase::Speed;
     assert_eq!(
         ready(&imposed, &one()).err().unwrap().code,
         Code::UndeterminedSpeed

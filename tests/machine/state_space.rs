@@ -50,8 +50,8 @@ fn names(words: &[&str]) -> Vec<String> {
 fn ready(model: &geardyn::scene::model::Model) -> Ready {
     let machine = build(model).unwrap();
     let kinematics = Kinematics::new(&machine).unwrap();
-    let point = OperatingPoint::solve(&machine, &kinematics).unwrap();
-    let linear_model = LinearModel::new(&machine, &kinematics, &point).unwrap();
+    let operating = OperatingPoint::solve(&machine, &kinematics).unwrap();
+    let linear_model = LinearModel::new(&machine, &kinematics, &operating).unwrap();
     let basis = modal_basis::solve(&linear_model, UndampedSolver::Factored).unwrap();
     Ready {
         machine,

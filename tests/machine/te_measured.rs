@@ -75,7 +75,7 @@ impl Rig {
             false => EncoderScale::RAD,
         };
         EvaluationOptions {
-            train: GearTrain::parse(self.teeth).unwrap(),
+            teeth: GearTrain::parse(self.teeth).unwrap(),
             scales: EncoderScales {
                 input: scale(self.counts[0]),
                 output: scale(self.counts[1]),
@@ -92,13 +92,13 @@ impl Rig {
 
     /// Readings of both encoders.
     fn readings(&self) -> (Vec<f64>, Vec<f64>) {
-        let train = GearTrain::parse(self.teeth).unwrap();
-        let ratio = train.ratio().to_f64();
-        let per_turn = self.rows_per_tooth * train.output_teeth() as f64;
-        let mut equations = Normal(fastrand::Rng::with_seed(self.seed));
+        let teeth = GearTrain::parse(self.teeth).unwrap();
+        let ratio = teeth.ratio().to_f64();
+        let per_turn = self.rows_per_tooth * teeth.output_teeth() as f64;
+        let mut normal = Normal(fastrand::Rng::with_seed(self.seed));
         let rows = (self.turns * per_turn) as usize;
         let mut read = |angle: f64, counts: f64| match counts > 0.0 {
-            true => (angle / TAU * counts + self.noise * equations.draw()).floor(),
+            true => (angle / TAU * counts + self.noise * normal.draw()).floor(),
             false => angle,
         };
         let one = |i: usize| {
@@ -138,10 +138,10 @@ fn exact_lines_without_noise() {
         };
         let found = rig.measured().unwrap();
         assert!(found.order_error <= 5.005e-4);
-        let flank = &found.evaluations[0];
+        let flank = &found.flanks[0];
         for (order, amplitude, phase) in &errors {
             let line = flank
-                .estimates
+                .lines
                 .iter()
                 .find(|l| (l.order.value - order).abs() < 1e-9);
             let line = line.unwrap_or_else(|| panic!("order {order} is not listed"));
@@ -151,9 +151,9 @@ fn exact_lines_without_noise() {
             assert!(turned.abs() < 1e-3, "{order}: {turned}");
             assert!(line.significant);
         }
-        assert!(flank.line.is_empty(), "{:?}", flank.line);
-        let trace = found.trace.unwrap();
-        let (mean, least, most) = trace.range();
+        assert!(flank.unexplained.is_empty(), "{:?}", flank.unexplained);
+        let speed = found.speed.unwrap();
+        let (mean, least, most) = speed.range();
         assert!((mean / (1000.0 * TAU / (rows_per_tooth * 64.0)) - 1.0).abs() < 0.03);
         assert!(least < 0.96 * mean && most > 1.03 * mean);
     }
@@ -210,7 +210,7 @@ fn coverage(rigs: u64) -> [(usize, usize); 2] {
             let sum = truth.entry(key(*order)).or_default();
             *sum = (sum.0 + a * p.cos(), sum.1 + a * p.sin());
         }
-        for line in &found.evaluations[0].estimates {
+        for line in &found.flanks[0].lines {
             let Some((low, high)) = line.interval else {
                 continue;
             };
@@ -285,15 +285,15 @@ fn exact_play_between_flanks() {
     }
     let found = evaluate(&MemoryReadings(&input, &output), &Rig::default().ask()).unwrap();
     assert_eq!(found.runs.len(), 2);
-    assert_eq!(found.evaluations.len(), 2);
+    assert_eq!(found.flanks.len(), 2);
     let shown = found.backlash.unwrap();
     let course = shown.variation.unwrap();
     let size = 20.0 * ARCSEC; // the error itself at an angle shifted by the play
     within("play, arcsec", (shown.mean - play).abs() / ARCSEC, 0.1);
     assert!(course.range.1 - course.range.0 < size);
-    for flank in &found.evaluations {
+    for flank in &found.flanks {
         let one = flank
-            .estimates
+            .lines
             .iter()
             .find(|l| l.order.names[0] == "output")
             .unwrap();
@@ -328,7 +328,7 @@ fn refuses_wrong_teeth() {
     let (a, b) = rig.readings();
     for (said, _) in [("21:63", 0), ("63:21", 0), ("22:64", 0)] {
         let options = EvaluationOptions {
-            train: GearTrain::parse(said).unwrap(),
+            teeth: GearTrain::parse(said).unwrap(),
             ..rig.ask()
         };
         let found = evaluate(&MemoryReadings(&a, &b), &options);
@@ -385,7 +385,7 @@ fn refuses_lost_counts_or_mends_them() {
     };
     let found = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
     assert_eq!(found.removed_steps.len(), 2);
-    let one = &found.evaluations[0].estimates[0];
+    let one = &found.flanks[0].lines[0];
     assert!(
         (one.amplitude / ARCSEC - 12.0).abs() < 1.0,
         "{}",
@@ -428,8 +428,8 @@ fn refuses_single_lost_counts_of_unlike_encoders() {
                 ..rig.ask()
             };
             let mended = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
-            let total = mended.evaluations[0].fitted.total / ARCSEC;
-            let clean = rig.measured().unwrap().evaluations[0].fitted.total / ARCSEC;
+            let total = mended.flanks[0].fitted.total / ARCSEC;
+            let clean = rig.measured().unwrap().flanks[0].fitted.total / ARCSEC;
             assert!(
                 (total - clean).abs() < 1.5,
                 "{whose} {lost}: {total} {clean}"
@@ -460,7 +460,7 @@ fn law_intervals_hold_the_bound_of_the_cells() {
     };
     let found = rig.measured().unwrap();
     for (order, amplitude, _) in &rig.errors {
-        let lines = &found.evaluations[0].estimates;
+        let lines = &found.flanks[0].lines;
         let line = lines.iter().find(|l| (l.order.value - order).abs() < 1e-9);
         let (low, high) = line.unwrap().interval.unwrap();
         assert!(
@@ -487,16 +487,16 @@ fn exact_ranges_of_the_orders() {
         }
     };
     let (truth, found) = (fine.measured().unwrap(), coarse.measured().unwrap());
-    let (truth, found) = (&truth.evaluations[0], &found.evaluations[0]);
+    let (truth, found) = (&truth.flanks[0], &found.flanks[0]);
     for (exact, raw, orders) in [
         (
-            truth.deviations.total,
-            found.deviations.total,
+            truth.composite.total,
+            found.composite.total,
             found.fitted.total,
         ),
         (
-            truth.deviations.per_pitch.sliding,
-            found.deviations.per_pitch.sliding,
+            truth.composite.per_pitch.sliding,
+            found.composite.per_pitch.sliding,
             found.fitted.per_pitch,
         ),
     ] {
@@ -554,14 +554,14 @@ fn exact_waves_between_cells() {
             turns,
             ..Rig::default()
         };
-        let flank = &rig.measured().unwrap().evaluations[0];
-        let deviations = &flank.deviations;
-        assert_eq!(deviations.closed, turns > 21.0);
-        assert_eq!(deviations.turns, if turns > 21.0 { 21 } else { 4 });
+        let flank = &rig.measured().unwrap().flanks[0];
+        let composite = &flank.composite;
+        assert_eq!(composite.closed, turns > 21.0);
+        assert_eq!(composite.turns, if turns > 21.0 { 21 } else { 4 });
         let start = flank.signal.first as f64 / flank.signal.samples_per_rev as f64;
-        let whole = deviations.turns as f64;
+        let whole = composite.turns as f64;
         // No step beyond 1/512 of a tooth's second multiple.
-        let steps = deviations.turns * 64 * 1024;
+        let steps = composite.turns * 64 * 1024;
         let near = |name: &str, found: f64, truth: f64, within: f64| {
             assert!(
                 (found - truth).abs() < within,
@@ -582,8 +582,8 @@ fn exact_waves_between_cells() {
             orders.bound_by_pitch,
         );
         assert!(orders.bound < 2e-3 * total && orders.bound_by_pitch < 2e-3 * pitch);
-        near("F_i′", deviations.total, total, 1e-3 * total);
-        near("f_i′", deviations.per_pitch.sliding, pitch, 1e-3 * pitch);
+        near("F_i′", composite.total, total, 1e-3 * total);
+        near("f_i′", composite.per_pitch.sliding, pitch, 1e-3 * pitch);
         let part = |long: bool| {
             let kept: Vec<_> = (rig.errors.iter().copied())
                 .filter(|e| (e.0 < 32.0) == long)
@@ -597,14 +597,14 @@ fn exact_waves_between_cells() {
         let long = range_of(part(true), start, whole, whole, steps);
         near(
             "long wave",
-            deviations.long_wave_component.0,
+            composite.long_wave_component.0,
             long,
             1e-3 * long,
         );
         let short = 8.0 * ARCSEC;
         near(
             "short wave",
-            deviations.short_wave_component.0.sliding,
+            composite.short_wave_component.0.sliding,
             short,
             1e-3 * short,
         );
@@ -637,9 +637,8 @@ fn exact_course_of_play() {
         input.push(*x);
         output.push(y + play(x * ratio / TAU));
     }
-    let mut equations = Normal(fastrand::Rng::with_seed(3));
-    let mut read =
-        |angle: f64, counts: f64| (angle / TAU * counts + 0.3 * equations.draw()).floor();
+    let mut normal = Normal(fastrand::Rng::with_seed(3));
+    let mut read = |angle: f64, counts: f64| (angle / TAU * counts + 0.3 * normal.draw()).floor();
     let input: Vec<f64> = input.iter().map(|x| read(*x, rig.counts[0])).collect();
     let output: Vec<f64> = output.iter().map(|x| read(*x, rig.counts[1])).collect();
     let found = evaluate(&MemoryReadings(&input, &output), &rig.ask()).unwrap();
@@ -671,7 +670,7 @@ fn keeps_names_near_unexplained_lines() {
     };
     rig.errors = vec![(1.0, 12.0 * ARCSEC, 0.3), (53.0, 4.0 * ARCSEC, 1.0)];
     let found = rig.measured().unwrap();
-    let line = &found.evaluations[0].line[0];
+    let line = &found.flanks[0].unexplained[0];
     assert_eq!(line.nearest.as_deref(), Some("53 × output"), "{line:?}");
     let mut rig = Rig {
         teeth: "21:64",
@@ -685,7 +684,7 @@ fn keeps_names_near_unexplained_lines() {
         ..rig.ask()
     };
     let found = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
-    let lines = &found.evaluations[0].estimates;
+    let lines = &found.flanks[0].lines;
     let eight = lines.iter().find(|l| l.order.value == 8.0).unwrap();
     assert_eq!(eight.order.names, ["8 × output"]);
     assert!((eight.amplitude / ARCSEC - 0.2).abs() < 0.02);
@@ -758,14 +757,14 @@ fn survives_extremes() {
             ..Rig::default()
         };
         let found = rig.measured().unwrap_or_else(|e| panic!("{teeth}: {e}"));
-        let flank = &found.evaluations[0];
+        let flank = &found.flanks[0];
         assert!(
             flank
-                .estimates
+                .lines
                 .iter()
                 .all(|l| l.amplitude.is_finite() && l.deviation.is_finite())
         );
-        assert!(flank.deviations.total.is_finite());
+        assert!(flank.composite.total.is_finite());
     }
 }
 
@@ -894,7 +893,7 @@ fn exact_phases_from_marks() {
     };
     let found = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
     assert!(found.diagnostics.is_empty(), "{:?}", found.diagnostics);
-    let lines = &found.evaluations[0].estimates;
+    let lines = &found.flanks[0].lines;
     for (order, _, phase) in &rig.errors {
         let line = lines.iter().find(|l| (l.order.value - order).abs() < 1e-9);
         let line = line.unwrap();
@@ -909,21 +908,21 @@ fn exact_phases_from_marks() {
         let known = 4.0 * line.deviation / line.amplitude + order * TAU / 3080.0;
         assert!(off.abs() < known, "{order}: {off} {known}");
     }
-    for (evaluation, at) in found.evaluation.iter().flatten().zip(at) {
-        assert!(evaluation.passages >= 8 && evaluation.missing + evaluation.extra == 0);
-        let counts = evaluation.counts_apart.unwrap();
-        let a_turn = rig.counts[usize::from(evaluation.shaft == "output")];
+    for (index, at) in found.index.iter().flatten().zip(at) {
+        assert!(index.passages >= 8 && index.missing + index.extra == 0);
+        let counts = index.counts_apart.unwrap();
+        let a_turn = rig.counts[usize::from(index.shaft == "output")];
         assert!((counts - a_turn).abs() < 8.0, "{counts}");
-        let by = if evaluation.shaft == "input" {
+        let by = if index.shaft == "input" {
             5_123.0
         } else {
             -31_777.0
         };
-        let off = (evaluation.mark_angle - at - by / a_turn + 0.5).rem_euclid(1.0) - 0.5;
+        let off = (index.mark_angle - at - by / a_turn + 0.5).rem_euclid(1.0) - 0.5;
         assert!(off.abs() < 2e-3, "{off}");
     }
     // The mean turn of the input begins at its mark: what it shows there is the wave of the input.
-    let means = &found.evaluations[0].shaft_averages;
+    let means = &found.flanks[0].shaft_averages;
     let input = means.iter().find(|m| m.shaft == "input").unwrap();
     assert!(input.average.revolutions >= 20);
     let n = input.average.values.len() as f64;
@@ -951,7 +950,7 @@ fn exact_mean_turns_of_a_short_record() {
         ..Rig::default()
     };
     let found = rig.measured().unwrap();
-    let means = &found.evaluations[0].shaft_averages;
+    let means = &found.flanks[0].shaft_averages;
     let range = |name: &str| {
         let mean = means.iter().find(|m| m.shaft == name).unwrap();
         let ends =
@@ -990,7 +989,7 @@ fn refuses_lost_counts_by_marks() {
         "{error}"
     );
     let mended = evaluate(&MemoryReadings(&a, &short), &ask(true)).unwrap();
-    let total = |m: &TeEvaluation| m.evaluations[0].fitted.total / ARCSEC;
+    let total = |m: &TeEvaluation| m.flanks[0].fitted.total / ARCSEC;
     let clean = total(&rig.measured().unwrap());
     assert!((total(&mended) - clean).abs() < 1.5);
     // Both encoders lose what makes one step: the error shows nothing.
@@ -1068,7 +1067,7 @@ fn survives_bad_index_pulses() {
     let found = evaluate(&MemoryReadings(&a, &b), &options).unwrap();
     let said: Vec<&str> = found.diagnostics.iter().map(|w| w.code).collect();
     assert_eq!(said, ["index-pulses"]);
-    let output = found.evaluation[1].as_ref().unwrap();
+    let output = found.index[1].as_ref().unwrap();
     assert_eq!((output.missing, output.extra), (1, 1));
     for edges in [
         Vec::new(),
@@ -1129,7 +1128,7 @@ fn keeps_word_of_a_short_way_back() {
     a.extend(back.iter().map(|x| x.0));
     b.extend(back.iter().map(|x| x.1));
     let found = evaluate(&MemoryReadings(&a, &b), &rig.ask()).unwrap();
-    assert_eq!(found.evaluations.len(), 1);
+    assert_eq!(found.flanks.len(), 1);
     let said: Vec<&str> = found.diagnostics.iter().map(|w| w.code).collect();
     assert_eq!(said, ["direction-too-short"]);
 }

@@ -69,13 +69,13 @@ fn exact_generator_chain() {
         ("shaft_1", "profile", "mesh 24/60"),
     ];
     for (on, of, key) in expected {
-        let line_result = result
+        let row = result
             .lines
             .iter()
             .find(|r| source(machine, r) == on && cause(machine, r) == of)
             .unwrap();
         assert_eq!(
-            line_result.line.order.to_string(),
+            row.line.order.to_string(),
             reference["orders"][key].as_str().unwrap(),
             "{on} {of}"
         );
@@ -208,12 +208,12 @@ fn law_loaded_becomes_kinematic_on_random_chains() {
         let machine = written(&text);
         let result = traced(&machine, &study("a0", &format!("b{n}")));
         assert!(result.wind_up != 0.0);
-        for line_result in &result.lines {
+        for row in &result.lines {
             assert!(
-                close(line_result.loaded, line_result.line.quasi_static, 1e-9),
+                close(row.loaded, row.line.quasi_static, 1e-9),
                 "{text}\n{:?} {:?}",
-                line_result.loaded,
-                line_result.line.quasi_static
+                row.loaded,
+                row.line.quasi_static
             );
         }
     }
@@ -248,17 +248,17 @@ fn law_dynamic_becomes_loaded_at_rest() {
             ..study(driver, &output)
         };
         let mut differs = false;
-        for result in traced(&machine, &slow).lines {
+        for row in traced(&machine, &slow).lines {
             // Damping makes the first difference, of the order of ω c/k.
             assert!(
-                close(result.dynamic.unwrap(), result.loaded, 1e-9),
+                close(row.dynamic.unwrap(), row.loaded, 1e-9),
                 "{text}\n{:?} {:?}",
-                result.dynamic,
-                result.loaded
+                row.dynamic,
+                row.loaded
             );
         }
-        for result in traced(&machine, &fast).lines {
-            differs |= !close(result.dynamic.unwrap(), result.loaded, 1e-3);
+        for row in traced(&machine, &fast).lines {
+            differs |= !close(row.dynamic.unwrap(), row.loaded, 1e-3);
         }
         assert!(differs, "{text}");
     }
@@ -365,8 +365,8 @@ fn law_loaded_becomes_kinematic_in_random_loops() {
                 k(4, 1e8),
             )
         };
-        let sum = |results: &[OrderLineResult], of: &dyn Fn(&OrderLineResult) -> Complex| {
-            results.iter().map(of).fold(Complex::ZERO, |s, z| s + z)
+        let sum = |rows: &[OrderLineResult], of: &dyn Fn(&OrderLineResult) -> Complex| {
+            rows.iter().map(of).fold(Complex::ZERO, |s, z| s + z)
         };
         let stiff = traced(&written(&machine(1e12)), &study("motor", "w2"));
         let kinematic = sum(&stiff.lines, &|r| r.line.quasi_static);
@@ -377,8 +377,8 @@ fn law_loaded_becomes_kinematic_in_random_loops() {
             speed: Some(1e-8),
             ..study("motor", "w2")
         };
-        for result in traced(&written(&machine(1.0)), &slow).lines {
-            assert!(close(result.dynamic.unwrap(), result.loaded, 1e-9));
+        for row in traced(&written(&machine(1.0)), &slow).lines {
+            assert!(close(row.dynamic.unwrap(), row.loaded, 1e-9));
         }
     }
 }
@@ -632,14 +632,11 @@ fn law_relative_error_forgets_what_is_common() {
         ..study("m", "a")
     };
     let result = traced(&machine, &ask);
-    for line_result in &result.lines {
-        assert!(
-            close(line_result.loaded, line_result.line.quasi_static, 1e-9)
-                || line_result.loaded.norm() < 1e-15
-        );
-        match source(&machine.machine, line_result).as_str() {
-            "m" => assert!(line_result.line.quasi_static.norm() == 0.0),
-            _ => assert!(line_result.line.quasi_static.norm() > 0.0),
+    for row in &result.lines {
+        assert!(close(row.loaded, row.line.quasi_static, 1e-9) || row.loaded.norm() < 1e-15);
+        match source(&machine.machine, row).as_str() {
+            "m" => assert!(row.line.quasi_static.norm() == 0.0),
+            _ => assert!(row.line.quasi_static.norm() > 0.0),
         }
     }
     let alone = traced(&machine, &study("m", "a"));
@@ -672,17 +669,14 @@ fn law_y2250() {
         .iter()
         .map(|r| r.line.quasi_static.norm())
         .fold(0.0, f64::max);
-    for line_result in &result.lines {
-        let off = |z: Complex| (z - line_result.line.quasi_static).norm();
-        assert!(
-            off(line_result.loaded) < 1e-9 * largest
-                && off(line_result.dynamic.unwrap()) < 1e-9 * largest
-        );
-        if line_result.line.quasi_static.norm() > 0.0 {
+    for row in &result.lines {
+        let off = |z: Complex| (z - row.line.quasi_static).norm();
+        assert!(off(row.loaded) < 1e-9 * largest && off(row.dynamic.unwrap()) < 1e-9 * largest);
+        if row.line.quasi_static.norm() > 0.0 {
             assert!(
-                off(line_result.loaded) < 1e-9 * line_result.line.quasi_static.norm(),
+                off(row.loaded) < 1e-9 * row.line.quasi_static.norm(),
                 "{}",
-                source(machine, line_result)
+                source(machine, row)
             );
         }
         let common = [
@@ -693,12 +687,12 @@ fn law_y2250() {
             "speed_gear_1",
             "cutter_ring",
         ];
-        if common.contains(&source(machine, line_result).as_str()) {
+        if common.contains(&source(machine, row).as_str()) {
             assert_eq!(
-                line_result.line.quasi_static.norm(),
+                row.line.quasi_static.norm(),
                 0.0,
                 "{}",
-                source(machine, line_result)
+                source(machine, row)
             );
         }
     }
@@ -706,14 +700,14 @@ fn law_y2250() {
         let k = (0..result.lines.len()).find(|&k| {
             source(machine, &result.lines[k]) == on && cause(machine, &result.lines[k]) == word
         });
-        k.map(|k| (&result.lines[k], &result.effects.as_ref().unwrap()[k]))
+        k.map(|k| (&result.lines[k], &result.marks.as_ref().unwrap()[k]))
             .unwrap()
     };
     // Half of F_p over the radius, 206.265 · 9.5 / 270 arcsec; a 37th of a turn on, 2 sin(π/37) of it from tooth to tooth.
-    let (wheel, effect) = of("index_wheel", "cumulative-pitch");
+    let (wheel, mark) = of("index_wheel", "cumulative-pitch");
     assert!((result.quasi_static(wheel).norm() * 0.27 / 9.5e-6 - 1.0).abs() < 1e-12);
-    let IndexingEffect::Pitch { advance, adjacent } = effect else {
-        panic!("{effect:?}")
+    let IndexingEffect::Pitch { advance, adjacent } = mark else {
+        panic!("{mark:?}")
     };
     assert_eq!(advance.to_string(), "1/37");
     assert!((adjacent - 2.0 * (std::f64::consts::PI / 37.0).sin()).abs() < 1e-14);
@@ -834,8 +828,8 @@ fn exact_wind_up_of_a_changing_stiffness() {
             1e-12,
         );
         let meshing: Vec<u32> = (result.lines.iter())
-            .filter(|line_result| line_result.line.quasi_static.norm() == 0.0)
-            .map(|line_result| line_result.line.harmonic)
+            .filter(|row| row.line.quasi_static.norm() == 0.0)
+            .map(|row| row.line.harmonic)
             .collect();
         if mean < 1.1 && wave != fourier {
             assert_eq!(meshing, [1, 3, 5, 7, 9, 11, 13, 15]);
@@ -882,18 +876,12 @@ fn keeps_kinematic_and_loaded_apart() {
     let machine = written(&looped(1.0, FITS));
     let result = traced(&machine, &study("motor", "out"));
     assert!(result.load_changes_lines());
-    for line_result in &result.lines {
-        let name = source(&machine.machine, line_result);
+    for row in &result.lines {
+        let name = source(&machine.machine, row);
         match name.as_str() {
-            "p1" | "p2" => assert!(line_result.kinematic.is_none(), "{name}"),
-            "out" => assert!(close(
-                line_result.kinematic.unwrap(),
-                line_result.loaded,
-                1e-9
-            )),
-            _ => assert!(
-                line_result.kinematic.unwrap() == Complex::ZERO && line_result.loaded.norm() > 0.0
-            ),
+            "p1" | "p2" => assert!(row.kinematic.is_none(), "{name}"),
+            "out" => assert!(close(row.kinematic.unwrap(), row.loaded, 1e-9)),
+            _ => assert!(row.kinematic.unwrap() == Complex::ZERO && row.loaded.norm() > 0.0),
         }
     }
 }

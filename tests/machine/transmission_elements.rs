@@ -76,7 +76,7 @@ fn exact_response_to_a_torque() {
     let prepared_machine = written(&feed("left", ""));
     let model = OperatingModel {
         machine: &prepared_machine.machine,
-        point: &prepared_machine.point,
+        operating: &prepared_machine.operating,
         model: &prepared_machine.model,
         speeds: None,
     };

@@ -87,22 +87,27 @@ fn struck(test: Test, seed: u64) -> ImpactEstimate {
 
 fn identified(found: &ImpactEstimate) -> RationalFit {
     let estimate = &found.estimate;
-    let values: Vec<Vec<Complex>> = estimate.frfs.iter().map(|f| f.values.clone()).collect();
-    let variance: Option<Vec<Vec<f64>>> =
-        (estimate.frfs.iter()).map(|f| f.variance.clone()).collect();
+    let values: Vec<Vec<Complex>> = estimate
+        .functions
+        .iter()
+        .map(|f| f.values.clone())
+        .collect();
+    let variance: Option<Vec<Vec<f64>>> = (estimate.functions.iter())
+        .map(|f| f.variance.clone())
+        .collect();
     let by_hit: Vec<Vec<Vec<Complex>>> = found.by_hit.iter().map(|h| h.value.clone()).collect();
     assert_eq!(
         estimate.window_decay, 0.0,
         "the responses decay inside a block"
     );
-    let data = FrfData {
+    let measured = FrfData {
         frequency_hz: &estimate.frequency_hz,
         responses: &values,
         variance: variance.as_deref(),
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
-        hit: Some(ResponsesByHit {
+        hits: Some(ResponsesByHit {
             responses: &by_hit,
             joined: found.hits.len() as f64 / by_hit.len() as f64,
             fourth: 70.0,
@@ -112,7 +117,7 @@ fn identified(found: &ImpactEstimate) -> RationalFit {
         band_hz: Some((20.0, 700.0)),
         ..RationalOptions::default()
     };
-    fit(&data, &options).unwrap()
+    fit(&measured, &options).unwrap()
 }
 
 /// What several runs found.
@@ -250,7 +255,7 @@ fn law_responses_hit_by_hit() {
     let found = struck(FOUR, 1);
     let hits: Vec<&[usize]> = found.by_hit.iter().map(|h| h.hits.as_slice()).collect();
     assert_eq!(hits, [&[0], &[1], &[2], &[3]]);
-    let all = &found.estimate.frfs[0].values;
+    let all = &found.estimate.functions[0].values;
     for line in [100, 400, 900] {
         let mean: Complex = (found.by_hit.iter()).map(|h| h.value[0][line] / 4.0).sum();
         assert!((mean - all[line]).norm() < 0.2 * all[line].norm(), "{line}");
@@ -293,21 +298,21 @@ fn law_a_resonance_off_its_model_is_one() {
             .map(|z| z + Complex::new(normal(&mut rng), normal(&mut rng)) * noise)
             .collect::<Vec<Complex>>(),
     ];
-    let data = FrfData {
+    let measured = FrfData {
         frequency_hz: &lines,
         responses: &response,
         variance: None,
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
-        hit: None,
+        hits: None,
     };
     for band in [(1.0, 700.0), (150.0, 220.0)] {
         let options = RationalOptions {
             band_hz: Some(band),
             ..RationalOptions::default()
         };
-        let found = fit(&data, &options).unwrap();
+        let found = fit(&measured, &options).unwrap();
         let inside = TRUTH.iter().filter(|t| (band.0..band.1).contains(&t.0));
         let own: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz()).collect();
         assert_eq!(own.len(), inside.count(), "{band:?}: {own:?}");

@@ -64,11 +64,10 @@ fn exact_without_leakage() {
     let u = noise(16_000, 1);
     let y = mode.answer(&u, [3.0, -2.0]);
     let half = min_half_width(1, 1, 8);
-    let mut estimator =
-        LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
-    estimator.push(&[&u, &y]);
-    let found = estimator.finish().unwrap();
-    let sharp = error(&found.frequency_hz, &found.frfs[0].values, |f| {
+    let mut local = LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
+    local.push(&[&u, &y]);
+    let found = local.finish().unwrap();
+    let sharp = error(&found.frequency_hz, &found.functions[0].values, |f| {
         mode.response(f)
     });
     // Windows of 15 lines of 1/16 Hz reach to a = 7/8 of the half-power half-bandwidth: of 1/(1 + jx) a parabola misses
@@ -78,17 +77,11 @@ fn exact_without_leakage() {
         block: 1024,
         ..WelchOptions::default()
     };
-    let mut welch_estimator =
+    let mut estimator =
         WelchEstimator::new(RATE, 2, &frf::required_pairs(&[0], &[1]), &options).unwrap();
-    welch_estimator.push(&[&u, &y]);
-    let averaged = frf::estimate(
-        &welch_estimator.finish().unwrap(),
-        &[0],
-        &[1],
-        Estimator::H1,
-    )
-    .unwrap();
-    let blunt = error(&averaged.frequency_hz, &averaged.frfs[0].values, |f| {
+    estimator.push(&[&u, &y]);
+    let averaged = frf::estimate(&estimator.finish().unwrap(), &[0], &[1], Estimator::H1).unwrap();
+    let blunt = error(&averaged.frequency_hz, &averaged.functions[0].values, |f| {
         mode.response(f)
     });
     assert!(blunt > 5.0 * sharp, "{blunt} {sharp}");
@@ -109,12 +102,11 @@ fn exact_of_resonances_narrower_than_windows() {
         y.iter_mut().zip(answer).for_each(|(y, a)| *y += a);
     }
     let half = min_half_width(1, 1, 8);
-    let mut estimator =
-        LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
-    estimator.push(&[&u, &y]);
-    let found = estimator.finish().unwrap();
+    let mut local = LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
+    local.push(&[&u, &y]);
+    let found = local.finish().unwrap();
     let truth = |f: f64| modes.iter().map(|m| m.response(f)).sum();
-    let off = error(&found.frequency_hz, &found.frfs[0].values, truth);
+    let off = error(&found.frequency_hz, &found.functions[0].values, truth);
     within("responses, of the largest", off, 0.01);
 }
 
@@ -128,11 +120,11 @@ fn law_variance_is_that_of_the_errors() {
         let mut y = mode.answer(&u, [0.0; 2]);
         (y.iter_mut().zip(noise(16_384, 2 * seed + 1))).for_each(|(y, e)| *y += e);
         let half = min_half_width(1, 1, 8);
-        let mut estimator =
+        let mut local =
             LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (10.0, 400.0)).unwrap();
-        estimator.push(&[&u, &y]);
-        let found = estimator.finish().unwrap();
-        let f = &found.frfs[0];
+        local.push(&[&u, &y]);
+        let found = local.finish().unwrap();
+        let f = &found.functions[0];
         let variance = f.variance.as_ref().unwrap();
         for (k, &at) in found.frequency_hz.iter().enumerate() {
             sum += (f.values[k] - mode.response(at)).norm_sqr() / variance[k];
@@ -160,14 +152,13 @@ fn law_sweeps_are_followed_from_their_beginning() {
         .map(|(y, e)| y + size * e)
         .collect();
     let half = min_half_width(1, 1, 5);
-    let mut estimator =
-        LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
-    estimator.push(&[&u, &y]);
-    let found = estimator.finish().unwrap();
+    let mut local = LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
+    local.push(&[&u, &y]);
+    let found = local.finish().unwrap();
     let largest = mode.response(40.0).norm();
-    let variance = found.frfs[0].variance.as_ref().unwrap();
+    let variance = found.functions[0].variance.as_ref().unwrap();
     let (mut near, mut all) = (0, 0);
-    let values = found.frfs[0].values.iter().zip(variance);
+    let values = found.functions[0].values.iter().zip(variance);
     for (f, (h, variance)) in found.frequency_hz.iter().zip(values) {
         if !(7.0..60.0).contains(f) {
             continue;
@@ -194,15 +185,16 @@ fn exact_of_two_inputs() {
         .collect();
     let block = u.len() / 2;
     let half = min_half_width(2, 2, 8);
-    let mut estimator =
-        LocalPolynomialEstimator::new(RATE, 2, 1, block, half, (0.0, 500.0)).unwrap();
+    let mut local = LocalPolynomialEstimator::new(RATE, 2, 1, block, half, (0.0, 500.0)).unwrap();
     for part in [0..block, block..2 * block] {
-        estimator.push(&[&u[part.clone()], &v[part.clone()], &y[part]]);
+        local.push(&[&u[part.clone()], &v[part.clone()], &y[part]]);
     }
-    let found = estimator.finish().unwrap();
+    let found = local.finish().unwrap();
     let lines = &found.frequency_hz;
-    let one = error(lines, &found.frfs[0].values, |f| first.response(f));
-    let two = error(lines, &found.frfs[1].values, |f| second.response(f) * -2.0);
+    let one = error(lines, &found.functions[0].values, |f| first.response(f));
+    let two = error(lines, &found.functions[1].values, |f| {
+        second.response(f) * -2.0
+    });
     assert!(one < 0.01 && two < 0.01, "{one} {two}");
     assert!(found.multiple_coherence[0].iter().all(|c| *c > 0.99));
 }
@@ -212,10 +204,10 @@ fn exact_of_two_inputs() {
 fn law_evenness_tells_what_repeats() {
     let evenness = |u: &[f64]| {
         let half = min_half_width(1, 1, 8);
-        let mut estimator =
+        let mut local =
             LocalPolynomialEstimator::new(RATE, 1, 1, u.len(), half, (0.0, 500.0)).unwrap();
-        estimator.push(&[u, u]);
-        estimator.input_flatness((10.0, 400.0))
+        local.push(&[u, u]);
+        local.input_flatness((10.0, 400.0))
     };
     let even = evenness(&noise(16_384, 3));
     assert!((even - 0.5).abs() < 0.1, "{even}");

@@ -392,7 +392,7 @@ fn exact_repairs_are_reported() {
         [StatedRate::is_sample_rate(100.0, "fs")]
     );
     assert_eq!(
-        (clock.numbers.line_of_row(0), clock.numbers.line_of_row(1)),
+        (clock.lines.line_of_row(0), clock.lines.line_of_row(1)),
         (Some(4), Some(6))
     );
     assert_eq!(log.dialect, "CSV, comma, 3 header lines");
@@ -653,7 +653,7 @@ fn exact_long_logs_over_block_boundaries() {
         assert_eq!(group.timing.stamps.as_ref().unwrap().seconds.len(), n);
         let a = samples(&group.channels[0].samples);
         assert!(a.len() == n && a.iter().enumerate().all(|(i, x)| *x == i as f64));
-        assert_eq!(group.timing.numbers.line_of_row(n - 1), Some(n + 1));
+        assert_eq!(group.timing.lines.line_of_row(n - 1), Some(n + 1));
         text.truncate(text.len() - end.len());
         text.push_str(",7");
         let error = refused(&text);

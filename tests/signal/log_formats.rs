@@ -315,7 +315,7 @@ fn exact_segments_follow_each_other_by_their_time() {
             [StatedRate::is_sample_rate(4.0, "Delta_X")]
         );
         assert_eq!(
-            group.timing.numbers.line_of_row(2),
+            group.timing.lines.line_of_row(2),
             Some(text.lines().position(|l| l.contains("\t3\t30")).unwrap() + 1)
         );
         assert_eq!(
@@ -979,17 +979,17 @@ fn survives_many_damaged_files() {
 #[ignore = "study: speed on files of 100 MB"]
 fn survives_large_files() {
     let recording = recording(4_000_000);
-    for uff_format in [write::uff::UffFormat::Binary, write::uff::UffFormat::Text] {
+    for form in [write::uff::UffFormat::Binary, write::uff::UffFormat::Text] {
         let mut bytes = Vec::new();
         let start = std::time::Instant::now();
-        write::uff::write_recording(&recording, uff_format, &mut bytes).unwrap();
+        write::uff::write_recording(&recording, form, &mut bytes).unwrap();
         let written = start.elapsed().as_secs_f64();
         let start = std::time::Instant::now();
         let log = read_with(uff::read, &bytes);
         let read = start.elapsed().as_secs_f64();
         let size = bytes.len() as f64 / 1e6;
         println!(
-            "UFF {uff_format:?}: {size:.0} MB written in {written:.2} s, read in {read:.2} s ({})",
+            "UFF {form:?}: {size:.0} MB written in {written:.2} s, read in {read:.2} s ({})",
             log.dialect
         );
     }

@@ -93,9 +93,9 @@ fn within(what: &str, (frequency, damping): (f64, f64), allowed: (f64, f64)) {
 fn exact_five_modes_without_noise() {
     for inputs in [1, 3] {
         let (f, h) = machine(inputs, 0.0, 1);
-        let frf = MeasuredFrf::new(&f, &h).unwrap();
+        let responses = MeasuredFrf::new(&f, &h).unwrap();
         let orders = plscf(
-            &frf,
+            &responses,
             &PlscfOptions {
                 max_order: Some(60 / inputs),
             },
@@ -109,8 +109,8 @@ fn exact_five_modes_without_noise() {
 fn survives_noise_of_40_db() {
     for (inputs, seed) in [(1, 2), (1, 3), (3, 4)] {
         let (f, h) = machine(inputs, 0.01, seed);
-        let frf = MeasuredFrf::new(&f, &h).unwrap();
-        let orders = plscf(&frf, &PlscfOptions::default()).unwrap();
+        let responses = MeasuredFrf::new(&f, &h).unwrap();
+        let orders = plscf(&responses, &PlscfOptions::default()).unwrap();
         within("plscf, 40 dB", errors(&chosen(&orders, 0.5)), (1e-3, 0.15));
     }
 }
@@ -119,15 +119,15 @@ fn survives_noise_of_40_db() {
 #[test]
 fn exact_other_methods_without_noise() {
     let (f, h) = machine(1, 0.0, 1);
-    let frf = MeasuredFrf::new(&f, &h).unwrap();
+    let responses = MeasuredFrf::new(&f, &h).unwrap();
     within(
         "rfp",
-        errors(&chosen(&rfp(&frf, 24).unwrap(), 0.5)),
+        errors(&chosen(&rfp(&responses, 24).unwrap(), 0.5)),
         (1e-9, 1e-7),
     );
     within(
         "lsce",
-        errors(&chosen(&lsce(&frf, 60).unwrap(), 0.5)),
+        errors(&chosen(&lsce(&responses, 60).unwrap(), 0.5)),
         (1e-3, 0.1),
     );
 }
@@ -136,9 +136,9 @@ fn exact_other_methods_without_noise() {
 #[test]
 fn exact_residues_and_modal_mass() {
     let (f, h) = machine(2, 0.0, 1);
-    let frf = MeasuredFrf::new(&f, &h).unwrap();
+    let responses = MeasuredFrf::new(&f, &h).unwrap();
     let poles: Vec<Complex> = (0..5).map(|r| pole(HZ[r], ZETA[r])).collect();
-    let fit = fit_residues(&frf, &poles, MotionQuantity::Displacement).unwrap();
+    let fit = fit_residues(&responses, &poles, MotionQuantity::Displacement).unwrap();
     for r in 0..5 {
         let exact: Vec<Complex> = (0..6)
             .map(|o| Complex::new(string(r, (o + 1) as f64 / 7.0), 0.0))
@@ -207,9 +207,9 @@ fn exact_single_mode() {
 #[test]
 fn law_diagram_marks_repeated_poles() {
     let (f, h) = machine(1, 0.0, 1);
-    let frf = MeasuredFrf::new(&f, &h).unwrap();
+    let responses = MeasuredFrf::new(&f, &h).unwrap();
     let orders = plscf(
-        &frf,
+        &responses,
         &PlscfOptions {
             max_order: Some(40),
         },
@@ -251,12 +251,12 @@ fn refuses_what_cannot_be_fitted() {
     assert_eq!(word(&repeated, std::slice::from_ref(&good)), "bad-time");
     // one response without a mode: methods return, whatever they find
     let one = [good];
-    let frf = MeasuredFrf::single_input(&f, &one).unwrap();
-    let orders = plscf(&frf, &PlscfOptions::default()).unwrap();
+    let responses = MeasuredFrf::single_input(&f, &one).unwrap();
+    let orders = plscf(&responses, &PlscfOptions::default()).unwrap();
     chosen(&orders, 1.0);
     assert_eq!(
         plscf(
-            &frf,
+            &responses,
             &PlscfOptions {
                 max_order: Some(1000)
             }
@@ -266,26 +266,29 @@ fn refuses_what_cannot_be_fitted() {
         .as_str(),
         "too-short"
     );
-    assert_eq!(rfp(&frf, 0).unwrap_err().code.as_str(), "too-short");
-    assert_eq!(lsce(&frf, 900).unwrap_err().code.as_str(), "too-short");
+    assert_eq!(rfp(&responses, 0).unwrap_err().code.as_str(), "too-short");
     assert_eq!(
-        fit_residues(&frf, &[], MotionQuantity::Displacement)
+        lsce(&responses, 900).unwrap_err().code.as_str(),
+        "too-short"
+    );
+    assert_eq!(
+        fit_residues(&responses, &[], MotionQuantity::Displacement)
             .unwrap_err()
             .code
             .as_str(),
         "ill-posed"
     );
-    assert!(frf.band(100.0, 90.0).is_err());
+    assert!(responses.band(100.0, 90.0).is_err());
 }
 
 const BEAM_HZ: [f64; 7] = [177.05, 477.37, 933.10, 1535.48, 2286.86, 3162.52, 4181.87];
 const BEAM_ZETA: [f64; 7] = [0.0080, 0.0017, 0.0015, 0.0020, 0.0028, 0.0018, 0.0015];
 
-fn check_beam(frf: &MeasuredFrf) {
+fn check_beam(responses: &MeasuredFrf) {
     let start = std::time::Instant::now();
-    let orders = plscf(frf, &PlscfOptions::default()).unwrap();
+    let orders = plscf(responses, &PlscfOptions::default()).unwrap();
     let poles = start.elapsed();
-    let modes = chosen(&orders, frf.frequency_resolution_hz());
+    let modes = chosen(&orders, responses.frequency_resolution_hz());
     println!(
         "poles {poles:.2?}, selection {:.2?}",
         start.elapsed() - poles

@@ -115,7 +115,7 @@ fn law_modes_of_a_frame_are_found() {
                 (m.mode.damping_ratio() - zeta).abs() < 4.0 * sz && sz < zeta,
                 "{f}: {m:?}"
             );
-            assert!(!m.indicator.is_harmonic(), "{f}: {:?}", m.indicator);
+            assert!(!m.harmonic.is_harmonic(), "{f}: {:?}", m.harmonic);
             let exact: Vec<f64> = (0..5).map(|c| frame.shape(k, c)).collect();
             let product: geardyn::numeric::Complex = (m.mode.shape.iter().zip(&exact))
                 .map(|(a, b)| a.conj() * b)
@@ -135,21 +135,21 @@ fn law_modes_of_a_frame_are_found() {
 /// nothing else; and a band only chooses among them.
 #[test]
 fn law_many_channels_at_a_high_rate() {
-    let terms = Structure {
+    let structure = Structure {
         rate: 512.0,
         modes: vec![(4.0, 0.02), (13.0, 0.015), (47.0, 0.01), (120.0, 0.008)],
         channels: 18,
         sensor_noise: 0.2,
     };
-    let y = terms.respond(5, 16_000);
-    let found = identified(&y, terms.rate, Weighting::Covariances);
+    let y = structure.respond(5, 16_000);
+    let found = identified(&y, structure.rate, Weighting::Covariances);
     let all = frequencies(&found.modes);
     assert_eq!(all.len(), 4, "{all:?}");
-    for (&(f, _), (g, std, _)) in terms.modes.iter().zip(&all) {
+    for (&(f, _), (g, std, _)) in structure.modes.iter().zip(&all) {
         assert!((f - g).abs() < 4.0 * std && *std < 0.02 * f, "{f}: {all:?}");
     }
     let views = slices(&y);
-    let channels = ResponseChannels::new(&views, terms.rate).unwrap();
+    let channels = ResponseChannels::new(&views, structure.rate).unwrap();
     let options = SsiOptions {
         band_hz: Some((30.0, 60.0)),
         ..SsiOptions::default()
@@ -174,12 +174,12 @@ struct Count {
 }
 
 /// Over records of so many samples: modes found, others, and how often 95 % intervals hold the truth.
-fn count(terms: &Structure, samples: usize, seeds: std::ops::Range<u64>) -> Count {
+fn count(structure: &Structure, samples: usize, seeds: std::ops::Range<u64>) -> Count {
     let mut count = Count::default();
     for seed in seeds {
-        let y = terms.respond(500 + seed, samples);
-        let mut left = identified(&y, terms.rate, Weighting::Covariances).modes;
-        for &(f, zeta) in &terms.modes {
+        let y = structure.respond(500 + seed, samples);
+        let mut left = identified(&y, structure.rate, Weighting::Covariances).modes;
+        for &(f, zeta) in &structure.modes {
             count.modes += 1;
             let off = |m: &OperationalMode| (m.mode.frequency_hz() - f).abs();
             let nearest = (0..left.len()).min_by(|&a, &b| off(&left[a]).total_cmp(&off(&left[b])));
@@ -259,7 +259,7 @@ fn law_choice_and_coverage_over_records() {
         channels: 22,
         sensor_noise: 0.1,
     };
-    for (what, terms, samples, records) in [
+    for (what, structure, samples, records) in [
         ("two modes, 2 channels", two_modes(), 10_000, 60),
         ("frame, 5 channels", frame(), 20_000, 30),
         ("frame, 5 channels, 50 s", frame(), 5_000, 30),
@@ -267,7 +267,7 @@ fn law_choice_and_coverage_over_records() {
         ("mast, 22 channels", mast, 123_825, 12),
     ] {
         eprint!("{what}: ");
-        let count = count(&terms, samples, 0..records);
+        let count = count(&structure, samples, 0..records);
         assert!(
             count.found * 10 >= count.modes * 9 && count.spurious * 50 <= count.modes,
             "{what}: {count:?}"
@@ -302,7 +302,7 @@ fn law_decomposition_of_a_frame() {
             "{f}: {}",
             mode.damping_ratio()
         );
-        assert!(!peak.indicator.is_harmonic(), "{f}: {:?}", peak.indicator);
+        assert!(!peak.harmonic.is_harmonic(), "{f}: {:?}", peak.harmonic);
         let exact = |c: usize| frame.shape(k, c);
         let best = (0..5)
             .max_by(|&a, &b| exact(a).abs().total_cmp(&exact(b).abs()))
@@ -336,31 +336,31 @@ fn law_a_running_line_is_marked() {
         .iter()
         .find(|p| (p.frequency_hz - 24.3).abs() < 0.05)
         .unwrap();
-    assert!(line.indicator.is_sine(), "{:?}", line.indicator);
-    let estimate = ssi::identify(&channels, &SsiOptions::default()).unwrap();
-    for m in &estimate.modes {
+    assert!(line.harmonic.is_sine(), "{:?}", line.harmonic);
+    let subspace = ssi::identify(&channels, &SsiOptions::default()).unwrap();
+    for m in &subspace.modes {
         let f = m.mode.frequency_hz();
         assert_eq!(
-            m.indicator.is_sine(),
+            m.harmonic.is_sine(),
             (f - 24.3).abs() < 0.1,
             "{f} Hz: {:?}",
-            m.indicator
+            m.harmonic
         );
     }
-    let speed = RunningSpeed {
+    let running = RunningSpeed {
         speed_hz: 8.1,
         orders: vec![1.0, 3.0],
         tolerance: 0.005,
     };
     let options = fdd::FddOptions {
-        running_speed: Some(speed),
+        running_speed: Some(running),
         ..fdd::FddOptions::default()
     };
     let found = fdd(&channels, &options).unwrap();
     let orders: Vec<f64> = found
         .peaks
         .iter()
-        .filter_map(|p| p.indicator.order)
+        .filter_map(|p| p.harmonic.order)
         .collect();
     assert_eq!(orders, [3.0]);
 }
@@ -437,7 +437,7 @@ fn survives_poor_records() {
             assert!(found.modes.len() <= 1, "{:?}", frequencies(&found.modes));
         }
         let found = fdd(&channels, &fdd::FddOptions::default()).unwrap();
-        assert!(found.peaks.iter().any(|p| p.indicator.is_sine()));
+        assert!(found.peaks.iter().any(|p| p.harmonic.is_sine()));
     }
 }
 
@@ -480,7 +480,7 @@ fn ref_cessipy_slab() {
     for p in &found.peaks {
         eprintln!(
             "{:.3} Hz, {:.1} times its valleys, {:?}",
-            p.frequency_hz, p.prominence, p.indicator
+            p.frequency_hz, p.prominence, p.harmonic
         );
     }
     let fine = fdd::FddOptions {

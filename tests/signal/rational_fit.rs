@@ -115,14 +115,14 @@ fn measured<'a>(
         variance_trusted: variance.is_some(),
         line_independence: 1.0,
         derivative: 0,
-        hit: None,
+        hits: None,
     }
 }
 
 fn describe(fit: &RationalFit) -> String {
     let mut text = format!(
         "{:?} chi2/dof {:.3} {:?}\n",
-        fit.terms,
+        fit.structure,
         fit.chi2 / fit.dof,
         fit.effort
     );
@@ -135,11 +135,11 @@ fn describe(fit: &RationalFit) -> String {
             m.damping_std().unwrap_or(f64::NAN)
         );
     }
-    for o in &fit.pole {
+    for o in &fit.omitted {
         let (f, z) = (o.pole.norm() / TAU, -o.pole.re / o.pole.norm());
         text += &format!("  omitted {f:10.4} Hz {z:.6}: {}\n", o.reason);
     }
-    for s in &fit.shares {
+    for s in &fit.departures {
         text += &format!("  {s:?}\n");
     }
     for s in &fit.evidence {
@@ -430,7 +430,11 @@ fn study_single(seeds: std::ops::Range<u64>) -> Study {
             let omitted = |o: &geardyn::identify::rational::RejectedPole| {
                 near(o.pole.norm() / TAU, r) && o.reason.contains("certain")
             };
-            assert!(told || fit.pole.iter().any(omitted), "{}", describe(&fit));
+            assert!(
+                told || fit.omitted.iter().any(omitted),
+                "{}",
+                describe(&fit)
+            );
         }
     }
     study
@@ -525,7 +529,7 @@ fn exact_delay_and_complex_shapes() {
     let (h, v) = noisy(&late, 60.0, 5);
     for kind in [DelayModel::Common, DelayModel::PerResponse] {
         let options = RationalOptions {
-            model: kind,
+            delay: kind,
             ..RationalOptions::default()
         };
         let fit = fit(&measured(&f, &h, Some(&v)), &options).unwrap();
@@ -699,11 +703,11 @@ fn law_free_body() {
                 *z *= s.powi(derivative) * (1.0 + noise * (LEVEL / 2f64.sqrt()));
             }
         }
-        let data = FrfData {
+        let measured = FrfData {
             derivative: derivative as u8,
             ..measured(&f, &h, None)
         };
-        let fit = fit(&data, &RationalOptions::default()).unwrap();
+        let fit = fit(&measured, &RationalOptions::default()).unwrap();
         let worst = errors(&fit, &WELL);
         assert!(worst.is_some_and(|w| w.0 < 1e-3), "{}", describe(&fit));
         for (m, f) in fit.modes.iter().zip(WELL.frequency_hz) {

@@ -233,7 +233,7 @@ fn exact_orders_of_a_run_up() {
     let time = |j: usize| j as f64 / rate;
     let tacho: Vec<f64> = (0..n).map(|j| (run.angle(time(j)) + 1.0).sin()).collect();
     let found = find_tacho_pulses(&tacho, rate, EdgeDirection::Rising, None).unwrap();
-    assert!(found.missing_pulses.is_empty() && found.extra_s.is_empty());
+    assert!(found.missing.is_empty() && found.extra_s.is_empty());
     let curve = AngleCurve::from_pulses(&found, 1).unwrap();
     // zero angle is the first rising edge, where θ + 1 = 2π
     let theta = |t: f64| run.angle(t) + 1.0 - TAU;
@@ -324,9 +324,9 @@ fn law_tacho_with_faults() {
     }
     place(at(900) + 0.5 * spacing);
     let found = find_tacho_pulses(&x, rate, EdgeDirection::Rising, None).unwrap();
-    assert_eq!(found.missing_pulses.len(), 1);
-    assert_eq!(found.missing_pulses[0].number, 2);
-    assert!((found.missing_pulses[0].after_s - at(399) / rate).abs() < 2.0 / rate);
+    assert_eq!(found.missing.len(), 1);
+    assert_eq!(found.missing[0].number, 2);
+    assert!((found.missing[0].after_s - at(399) / rate).abs() < 2.0 / rate);
     assert_eq!(found.extra_s.len(), 1);
     assert!((found.extra_s[0] - (at(900) + 0.5 * spacing) / rate).abs() < 2.0 / rate);
     let curve = AngleCurve::from_pulses(&found, 12).unwrap();

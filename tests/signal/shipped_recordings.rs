@@ -64,9 +64,9 @@ fn identified(resolution_hz: Option<f64>) -> IdentificationResult {
 fn exact_impact_test_of_a_spindle() {
     // Blocks as long as the distance of the hits allows: what is cut off the decays is then far below the noise.
     let found = identified(Some(1.6));
-    let reasons: Vec<Option<RejectReason>> = found.hits.iter().map(|h| h.reason).collect();
+    let faults: Vec<Option<RejectReason>> = found.hits.iter().map(|h| h.fault).collect();
     assert_eq!(
-        reasons,
+        faults,
         [
             None,
             Some(RejectReason::Double),

@@ -198,7 +198,7 @@ fn law_chunks_and_gaps() {
     }
     let cut = cut.finish().unwrap();
     assert_eq!(cut.psd, whole.psd);
-    assert_eq!(cut.spectrum[0].values, whole.spectrum[0].values);
+    assert_eq!(cut.cross[0].values, whole.cross[0].values);
     let mut gapped = WelchEstimator::new(1.0, 1, &[], &with).unwrap();
     gapped.push(&[&x[..100]]);
     gapped.end_segment();
@@ -324,7 +324,7 @@ fn law_bias_of_h1_h2_hv() {
         let (x, y) = (add(&u, input, &m), add(&y, output, &e));
         let spectra = welch(1.0, &[&x, &y], &[(0, 1)], &options(100, 0.5, Window::Hann));
         let found = estimate(&spectra, &[0], &[1], estimator).unwrap();
-        let values = &found.frfs[0].values[2..48];
+        let values = &found.functions[0].values[2..48];
         values.iter().sum::<Complex>() / values.len() as f64
     };
     let cases = [
@@ -373,7 +373,7 @@ fn law_variance_of_one_input() {
                 &options(32, overlap, Window::Hann),
             );
             let found = estimate(&spectra, &[0], &[1], estimator).unwrap();
-            let f = &found.frfs[0];
+            let f = &found.functions[0];
             for line in 3..14 {
                 scatter += (f.values[line] - 2.0).norm_sqr();
                 stated += f.variance.as_ref().unwrap()[line];
@@ -409,14 +409,14 @@ fn law_variance_of_two_inputs() {
         let found = estimate(&spectra, &[0, 2], &[1, 3], Estimator::H1).unwrap();
         for line in 3..14 {
             for x in 0..2 {
-                let f = &found.frfs[x];
+                let f = &found.functions[x];
                 scatter[x] += (f.values[line] - truth[x]).norm_sqr();
                 stated[x] += f.variance.as_ref().unwrap()[line];
                 sum[x] += f.values[line];
             }
             count += 1.0;
-            partial += found.frfs[2].partial_coherence[line];
-            ordinary += found.frfs[2].ordinary_coherence[line];
+            partial += found.functions[2].partial_coherence[line];
+            ordinary += found.functions[2].ordinary_coherence[line];
         }
     }
     for x in 0..2 {
@@ -455,7 +455,7 @@ fn law_hv_of_two_inputs() {
     let spectra = welch(1.0, &[&a, &b, &y], &required_pairs(&[0, 1], &[2]), &with);
     let mean = |estimator| {
         let found = estimate(&spectra, &[0, 1], &[2], estimator).unwrap();
-        let values = &found.frfs[0].values[2..24];
+        let values = &found.functions[0].values[2..24];
         values.iter().sum::<Complex>().re / values.len() as f64
     };
     assert!(
@@ -493,13 +493,13 @@ fn refuses_inputs_it_cannot_tell_apart() {
         Code::TooShort
     );
     let one = estimate(&spectra(4000), &[0], &[2], Estimator::H1).unwrap();
-    assert!(one.frfs[0].variance.is_none() && one.diagnostics[0].code == "one-average");
+    assert!(one.functions[0].variance.is_none() && one.diagnostics[0].code == "one-average");
     let zero = vec![0.0; 4000];
     let with = options(100, 0.5, Window::Hann);
     let silent = welch(1.0, &[&zero, &y], &[(0, 1)], &with);
     assert_eq!(code(&silent, &[0], &[1], Estimator::H1), Code::NoSignal);
     let mute = estimate(&silent, &[1], &[0], Estimator::Hv).unwrap();
-    assert!(mute.frfs[0].values.iter().all(|h| h.norm() == 0.0));
+    assert!(mute.functions[0].values.iter().all(|h| h.norm() == 0.0));
     assert!(mute.multiple_coherence[0].iter().all(|&c| c == 0.0));
 }
 
@@ -576,9 +576,9 @@ fn exact_hits_and_faults() {
         &ImpactOptions::default(),
     )
     .unwrap();
-    let reasons: Vec<Option<RejectReason>> = found.hits.iter().map(|hit| hit.rejected).collect();
+    let faults: Vec<Option<RejectReason>> = found.hits.iter().map(|hit| hit.rejected).collect();
     assert_eq!(
-        reasons,
+        faults,
         [
             None,
             None,
@@ -590,7 +590,7 @@ fn exact_hits_and_faults() {
     );
     assert!((found.hits[0].sample as f64 / 4000.0 - 2009.0 / 4000.0).abs() < 3e-4);
     assert_eq!(found.estimate.window_decay, 0.0);
-    let f = &found.estimate.frfs[0];
+    let f = &found.estimate.functions[0];
     let peak = system.response(80.0, 0.0).norm();
     for (line, &hz) in found.estimate.frequency_hz.iter().enumerate() {
         if hz > 5.0 && hz < 200.0 {
@@ -633,7 +633,7 @@ fn exact_exponential_window() {
     for (line, &hz) in found.estimate.frequency_hz.iter().enumerate() {
         if hz > 5.0 && hz < 200.0 {
             let exact = system.response(hz, sigma);
-            let error = (found.estimate.frfs[0].values[line] - exact).norm();
+            let error = (found.estimate.functions[0].values[line] - exact).norm();
             assert!(
                 error < 0.012 * system.response(80.0, sigma).norm(),
                 "{hz}: {error}"
@@ -668,7 +668,7 @@ fn law_variance_of_a_single_hit() {
         let y = add(&y, 0.02, &noise.take(5000));
         let found =
             estimate_from_hits(4000.0, &f, &[&y], std::slice::from_ref(&whole), &options).unwrap();
-        let h = &found.estimate.frfs[0];
+        let h = &found.estimate.functions[0];
         for line in 10..50 {
             let hz = found.estimate.frequency_hz[line];
             scatter += (h.values[line] - system.response(hz, 0.0)).norm_sqr();
@@ -724,13 +724,13 @@ fn exact_sweep() {
         for (line, &hz) in found.frequency_hz.iter().enumerate() {
             if hz > 20.0 && hz < 190.0 {
                 let exact = system.response(hz, 0.0);
-                let error = (found.frfs[0].values[line] - exact).norm();
+                let error = (found.functions[0].values[line] - exact).norm();
                 if level == 0.0 {
                     assert!(error < 0.01 * exact.norm(), "{hz} {error}");
                     assert!(found.multiple_coherence[0][line] > 0.998, "{hz}");
                 } else {
                     scatter += error * error;
-                    stated += found.frfs[0].variance.as_ref().unwrap()[line];
+                    stated += found.functions[0].variance.as_ref().unwrap()[line];
                 }
             }
         }
@@ -805,7 +805,7 @@ fn ref_beam_hit() {
         found.hits, found.block, found.estimate.window_decay
     );
     assert!((found.hits[0].peak - 195.6).abs() < 2.0);
-    let f = &found.estimate.frfs[0];
+    let f = &found.estimate.functions[0];
     for mode in [695.8, 1898.0, 3671.2] {
         let near = (0..f.values.len())
             .filter(|&k| (found.estimate.frequency_hz[k] / mode - 1.0).abs() < 0.1);

@@ -74,8 +74,8 @@ fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
 fn ref_statsmodels_autoregressive() {
     let reference = reference();
     let y = list(&reference["y"]);
-    let data = InputOutputData::new(&y, 1.0).unwrap();
-    let fit = |method| autoregressive::fit(&data, 4, method).unwrap();
+    let record = InputOutputData::new(&y, 1.0).unwrap();
+    let fit = |method| autoregressive::fit(&record, 4, method).unwrap();
     for (method, name) in [
         (ArMethod::Burg, "burg"),
         (ArMethod::YuleWalker, "yule_walker"),
@@ -107,8 +107,8 @@ fn ref_statsmodels_autoregressive() {
 fn ref_statsmodels_arma() {
     let reference = &reference();
     let y = list(&reference["y"]);
-    let data = InputOutputData::new(&y, 1.0).unwrap();
-    let model = prediction_error::fit(&data, ModelStructure::Arma { a: 2, c: 1 }).unwrap();
+    let record = InputOutputData::new(&y, 1.0).unwrap();
+    let model = prediction_error::fit(&record, ModelStructure::Arma { a: 2, c: 1 }).unwrap();
     let expected = [list(&reference["arma"]["a"]), list(&reference["arma"]["c"])].concat();
     let found = [model.a.clone(), model.c.clone()].concat();
     let std = list(&reference["arma"]["std"]);
@@ -143,7 +143,7 @@ fn ref_statsmodels_ljung_box() {
 #[test]
 fn law_coefficients_lie_within_their_own_deviations() {
     let (a, b, c) = ([-1.5, 0.8], [1.0, 0.5], [0.5]);
-    let structures = [
+    let families = [
         ModelStructure::Ar { a: 2 },
         ModelStructure::Arma { a: 2, c: 1 },
         ModelStructure::Arx {
@@ -163,13 +163,13 @@ fn law_coefficients_lie_within_their_own_deviations() {
             delay: 1,
         },
     ];
-    for structure in structures {
+    for family in families {
         let (mut square, mut count, mut denied) = (0.0, 0.0, 0);
         for seed in 0..60 {
             let mut rng = fastrand::Rng::with_seed(seed);
             let (e, u) = (noise(&mut rng, 1000), noise(&mut rng, 1000));
             let quiet = vec![0.0; 1000];
-            let (y, truth): (Vec<f64>, Vec<f64>) = match structure {
+            let (y, truth): (Vec<f64>, Vec<f64>) = match family {
                 ModelStructure::Ar { .. } => (simulate(&a, &[], 0, &u, &[], &e), a.to_vec()),
                 ModelStructure::Arma { .. } => {
                     (simulate(&a, &[], 0, &u, &c, &e), [&a[..], &c].concat())
@@ -186,25 +186,25 @@ fn law_coefficients_lie_within_their_own_deviations() {
                     )
                 }
             };
-            let data = InputOutputData::new(&y, 1.0)
+            let record = InputOutputData::new(&y, 1.0)
                 .unwrap()
                 .with_input(&u)
                 .unwrap();
-            let model = prediction_error::fit(&data, structure).unwrap();
+            let model = prediction_error::fit(&record, family).unwrap();
             let found = [&model.a[..], &model.b, &model.c, &model.f].concat();
             for ((f, t), s) in found.iter().zip(&truth).zip(model.std()) {
                 square += ((f - t) / s).powi(2);
                 count += 1.0;
             }
-            let left = model.residuals(&data).unwrap();
+            let left = model.residuals(&record).unwrap();
             let fitted = model.a.len() + model.c.len();
             denied +=
                 usize::from(residuals::ljung_box(&left, 25, fitted).unwrap().probability < 0.05);
         }
         // The mean of some 200 correlated χ²₁ scatters by about 0.15; 5 % of 60 is 3, more than 9 is chance once in 300.
         let mean = square / count;
-        assert!((0.6..1.5).contains(&mean), "{structure:?}: {mean}");
-        assert!(denied <= 9, "{structure:?}: {denied} of 60");
+        assert!((0.6..1.5).contains(&mean), "{family:?}: {mean}");
+        assert!(denied <= 9, "{family:?}: {denied} of 60");
     }
 }
 
@@ -214,8 +214,8 @@ fn law_methods_agree_on_long_records() {
     let mut rng = fastrand::Rng::with_seed(5);
     let e = noise(&mut rng, 50_000);
     let y = simulate(&[-1.5, 0.8, -0.1], &[], 0, &[], &[], &e);
-    let data = InputOutputData::new(&y, 1.0).unwrap();
-    let fit = |method| autoregressive::fit(&data, 3, method).unwrap();
+    let record = InputOutputData::new(&y, 1.0).unwrap();
+    let fit = |method| autoregressive::fit(&record, 3, method).unwrap();
     let burg = fit(ArMethod::Burg);
     for method in [
         ArMethod::YuleWalker,
@@ -242,12 +242,12 @@ fn law_armax_is_unbiased_where_arx_is_not() {
     let mut rng = fastrand::Rng::with_seed(11);
     let (e, u) = (noise(&mut rng, 5000), noise(&mut rng, 5000));
     let y = simulate(&[-1.5, 0.8], &[1.0, 0.5], 1, &u, &[0.9], &e);
-    let data = InputOutputData::new(&y, 1.0)
+    let record = InputOutputData::new(&y, 1.0)
         .unwrap()
         .with_input(&u)
         .unwrap();
     let arx = prediction_error::fit(
-        &data,
+        &record,
         ModelStructure::Arx {
             a: 2,
             b: 2,
@@ -256,7 +256,7 @@ fn law_armax_is_unbiased_where_arx_is_not() {
     )
     .unwrap();
     let armax = prediction_error::fit(
-        &data,
+        &record,
         ModelStructure::Armax {
             a: 2,
             b: 2,
@@ -273,13 +273,13 @@ fn law_armax_is_unbiased_where_arx_is_not() {
         far(&armax)
     );
     let white = |m: &PolynomialModel| {
-        let left = m.residuals(&data).unwrap();
+        let left = m.residuals(&record).unwrap();
         residuals::ljung_box(&left, 25, m.a.len() + m.c.len())
             .unwrap()
             .probability
     };
     assert!(white(&arx) < 1e-6 && white(&armax) > 0.001);
-    let left = armax.residuals(&data).unwrap();
+    let left = armax.residuals(&record).unwrap();
     assert!(
         residuals::cross_correlation(&left, &u, 20)
             .unwrap()
@@ -288,7 +288,7 @@ fn law_armax_is_unbiased_where_arx_is_not() {
     );
     // A delay too long leaves the input's first action unexplained.
     let late = prediction_error::fit(
-        &data,
+        &record,
         ModelStructure::Armax {
             a: 2,
             b: 1,
@@ -297,7 +297,7 @@ fn law_armax_is_unbiased_where_arx_is_not() {
         },
     )
     .unwrap();
-    let left = late.residuals(&data).unwrap();
+    let left = late.residuals(&record).unwrap();
     assert!(
         residuals::cross_correlation(&left, &u, 20)
             .unwrap()
@@ -313,11 +313,11 @@ fn law_response_and_predictions() {
     let u = noise(&mut rng, 2000);
     let y = simulate(&[-1.5, 0.8], &[1.0, 0.5], 1, &u, &[], &vec![0.0; 2000]);
     let offset: Vec<f64> = y.iter().map(|y| y + 7.0).collect();
-    let data = InputOutputData::new(&offset, 100.0)
+    let record = InputOutputData::new(&offset, 100.0)
         .unwrap()
         .with_input(&u)
         .unwrap();
-    for structure in [
+    for family in [
         ModelStructure::Arx {
             a: 2,
             b: 2,
@@ -329,7 +329,7 @@ fn law_response_and_predictions() {
             delay: 1,
         },
     ] {
-        let model = prediction_error::fit(&data, structure).unwrap();
+        let model = prediction_error::fit(&record, family).unwrap();
         for f in [0.0, 3.0, 9.0, 40.0] {
             let q =
                 geardyn::numeric::Complex::new((TAU * f / 100.0).cos(), -(TAU * f / 100.0).sin());
@@ -337,11 +337,11 @@ fn law_response_and_predictions() {
             // the mean of a finite record is not quite that of a process from rest
             assert!(
                 (model.response(f) - exact).norm() < 0.02 * exact.norm(),
-                "{structure:?} at {f} Hz"
+                "{family:?} at {f} Hz"
             );
         }
-        let predicted = model.predictions(&data).unwrap();
-        let left = model.residuals(&data).unwrap();
+        let predicted = model.predictions(&record).unwrap();
+        let left = model.residuals(&record).unwrap();
         assert!((0..2000).all(|t| (predicted[t] + left[t] - offset[t]).abs() < 1e-12));
     }
 }
@@ -359,8 +359,8 @@ fn law_intervals_of_frequency_and_damping_cover() {
         let mut rng = fastrand::Rng::with_seed(1000 + seed);
         let e = noise(&mut rng, 4500);
         let y = &simulate(&a, &[], 0, &[], &[], &e)[500..];
-        let data = InputOutputData::new(y, rate).unwrap();
-        let model = autoregressive::fit(&data, 2, ArMethod::Burg).unwrap();
+        let record = InputOutputData::new(y, rate).unwrap();
+        let model = autoregressive::fit(&record, 2, ArMethod::Burg).unwrap();
         let modes = model.modes().unwrap();
         assert_eq!(modes.len(), 1);
         let mode = &modes[0];
@@ -388,8 +388,8 @@ fn law_density_integrates_to_variance() {
     let mut rng = fastrand::Rng::with_seed(3);
     let e = noise(&mut rng, 20_000);
     let y = simulate(&[-1.2, 0.6], &[], 0, &[], &[0.3], &e);
-    let data = InputOutputData::new(&y, 50.0).unwrap();
-    let model = prediction_error::fit(&data, ModelStructure::Arma { a: 2, c: 1 }).unwrap();
+    let record = InputOutputData::new(&y, 50.0).unwrap();
+    let model = prediction_error::fit(&record, ModelStructure::Arma { a: 2, c: 1 }).unwrap();
     let lines = 5000;
     let step = 25.0 / f64::from(lines);
     let integral: f64 = (0..lines)
@@ -408,29 +408,29 @@ fn law_order_is_found() {
     let mut rng = fastrand::Rng::with_seed(8);
     let (e, u) = (noise(&mut rng, 4000), noise(&mut rng, 4000));
     let y = simulate(&[-1.5, 1.2, -0.5, 0.3], &[], 0, &[], &[], &e);
-    let data = InputOutputData::new(&y, 1.0).unwrap();
-    let choice = order::select_ar_order(&data, 20, OrderCriterion::Bic).unwrap();
-    assert_eq!(choice.structure, ModelStructure::Ar { a: 4 });
+    let record = InputOutputData::new(&y, 1.0).unwrap();
+    let choice = order::select_ar_order(&record, 20, OrderCriterion::Bic).unwrap();
+    assert_eq!(choice.family, ModelStructure::Ar { a: 4 });
     assert_eq!(choice.candidates.len(), 20);
     let y = simulate(&[-1.5, 0.8], &[1.0, 0.5], 3, &u, &[], &e);
-    let data = InputOutputData::new(&y, 1.0)
+    let record = InputOutputData::new(&y, 1.0)
         .unwrap()
         .with_input(&u)
         .unwrap();
-    let mut structures = Vec::new();
+    let mut families = Vec::new();
     for (n, delay) in (1..=3).flat_map(|n| (0..=5).map(move |d| (n, d))) {
-        structures.push(ModelStructure::Arx { a: n, b: n, delay });
+        families.push(ModelStructure::Arx { a: n, b: n, delay });
     }
-    let (model, choice) = order::select_structure(&data, &structures, OrderCriterion::Bic).unwrap();
+    let (model, choice) = order::select_structure(&record, &families, OrderCriterion::Bic).unwrap();
     assert_eq!(
-        choice.structure,
+        choice.family,
         ModelStructure::Arx {
             a: 2,
             b: 2,
             delay: 3
         }
     );
-    assert_eq!(model.structure, choice.structure);
+    assert_eq!(model.family, choice.family);
     assert!(choice.candidates.iter().all(|c| c.mdl == c.bic / 2.0));
 }
 
@@ -492,10 +492,10 @@ fn law_course_of_a_process_that_changes() {
             x
         })
         .collect();
-    let data = InputOutputData::new(&y, rate).unwrap();
-    let course = track_model(&data, &[2, 4, 6, 8, 10], None).unwrap();
+    let record = InputOutputData::new(&y, rate).unwrap();
+    let course = track_model(&record, &[2, 4, 6, 8, 10], None).unwrap();
     assert_eq!(
-        course.chosen.structure,
+        course.chosen.family,
         ModelStructure::Ar { a: 4 },
         "{:?}",
         course.trials
@@ -530,7 +530,7 @@ fn law_course_of_a_process_that_changes() {
             .into_iter()
             .all(|(_, m)| (m.damped_frequency_hz() - 31.0).abs() < 0.5)
     );
-    let short = track_model(&data, &[4], Some(30.0)).unwrap_err();
+    let short = track_model(&record, &[4], Some(30.0)).unwrap_err();
     assert_eq!(short.code, Code::TooShort, "{short}");
 }
 
@@ -554,12 +554,12 @@ fn exact_recursion_without_forgetting() {
     assert_near(following.a(), &[-1.5, 0.8], 0.1);
     assert_near(following.b(), &[1.0, 0.5], 0.15);
     // the whole-record fit takes the means off first, which moves it by far less than a standard deviation (about 0.02)
-    let data = InputOutputData::new(&y, 1.0)
+    let record = InputOutputData::new(&y, 1.0)
         .unwrap()
         .with_input(&u)
         .unwrap();
     let whole = prediction_error::fit(
-        &data,
+        &record,
         ModelStructure::Arx {
             a: 2,
             b: 2,
@@ -597,8 +597,8 @@ fn refuses_what_cannot_be_fitted() {
         Code::OutOfRange
     );
     let y: Vec<f64> = (0..30).map(|t| f64::from(t * t % 11)).collect();
-    let data = InputOutputData::new(&y, 1.0).unwrap();
-    assert!(data.with_input(&y[1..]).is_err());
+    let record = InputOutputData::new(&y, 1.0).unwrap();
+    assert!(record.with_input(&y[1..]).is_err());
     for method in [
         ArMethod::Burg,
         ArMethod::YuleWalker,
@@ -606,12 +606,15 @@ fn refuses_what_cannot_be_fitted() {
         ArMethod::ForwardBackward,
     ] {
         assert_eq!(
-            code(autoregressive::fit(&data, 0, method)),
+            code(autoregressive::fit(&record, 0, method)),
             Code::OutOfRange
         );
-        assert_eq!(code(autoregressive::fit(&data, 15, method)), Code::TooShort);
+        assert_eq!(
+            code(autoregressive::fit(&record, 15, method)),
+            Code::TooShort
+        );
     }
-    let fit = |structure| code(prediction_error::fit(&data, structure));
+    let fit = |family| code(prediction_error::fit(&record, family));
     assert_eq!(fit(ModelStructure::Arma { a: 0, c: 0 }), Code::OutOfRange);
     assert_eq!(
         fit(ModelStructure::Arx {
@@ -625,13 +628,13 @@ fn refuses_what_cannot_be_fitted() {
     // an input that is one sine cannot tell six coefficients
     let u: Vec<f64> = (0..400).map(|t| (0.3 * f64::from(t)).sin()).collect();
     let y: Vec<f64> = (0..400).map(|t| (0.3 * f64::from(t) - 1.0).sin()).collect();
-    let data = InputOutputData::new(&y, 1.0)
+    let record = InputOutputData::new(&y, 1.0)
         .unwrap()
         .with_input(&u)
         .unwrap();
     assert_eq!(
         code(prediction_error::fit(
-            &data,
+            &record,
             ModelStructure::Arx {
                 a: 4,
                 b: 4,
@@ -642,7 +645,7 @@ fn refuses_what_cannot_be_fitted() {
     );
     assert!(
         prediction_error::fit(
-            &data,
+            &record,
             ModelStructure::OutputError {
                 b: 4,
                 f: 4,
@@ -652,8 +655,8 @@ fn refuses_what_cannot_be_fitted() {
         .is_err()
     );
     assert!(residuals::ljung_box(&y, 3, 3).is_err());
-    assert!(order::select_ar_order(&data, 0, OrderCriterion::Aic).is_err());
-    assert!(order::select_structure(&data, &[], OrderCriterion::Aic).is_err());
+    assert!(order::select_ar_order(&record, 0, OrderCriterion::Aic).is_err());
+    assert!(order::select_structure(&record, &[], OrderCriterion::Aic).is_err());
 }
 
 /// Orders far above the process: an answer or an error, never a panic.
@@ -662,11 +665,11 @@ fn survives_orders_too_high() {
     let mut rng = fastrand::Rng::with_seed(9);
     let (e, u) = (noise(&mut rng, 300), noise(&mut rng, 300));
     let y = simulate(&[-0.5], &[1.0], 1, &u, &[], &e);
-    let data = InputOutputData::new(&y, 1.0)
+    let record = InputOutputData::new(&y, 1.0)
         .unwrap()
         .with_input(&u)
         .unwrap();
-    for structure in [
+    for family in [
         ModelStructure::Arma { a: 6, c: 6 },
         ModelStructure::Armax {
             a: 5,
@@ -680,7 +683,7 @@ fn survives_orders_too_high() {
             delay: 0,
         },
     ] {
-        if let Ok(model) = prediction_error::fit(&data, structure) {
+        if let Ok(model) = prediction_error::fit(&record, family) {
             assert!(model.modes().is_ok());
             assert!(model.noise_variance.is_finite());
         }

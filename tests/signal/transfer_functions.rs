@@ -49,12 +49,12 @@ fn responses(
     constant: f64,
     lines: &[f64],
 ) -> Vec<Vec<Complex>> {
-    let terms = DirectTerms {
+    let direct = DirectTerms {
         constant,
         ..DirectTerms::default()
     };
     let one = |list: &Vec<Complex>| {
-        TransferFunction::new(poles.to_vec(), list.clone(), terms)
+        TransferFunction::new(poles.to_vec(), list.clone(), direct)
             .unwrap()
             .response(lines)
     };
@@ -120,11 +120,11 @@ fn in_order(a: &[Complex], b: &[Complex]) -> f64 {
 fn ref_scipy() {
     for case in reference()["cases"].as_array().unwrap() {
         let name = case["name"].as_str().unwrap();
-        let terms = DirectTerms {
+        let direct = DirectTerms {
             constant: case["constant"].as_f64().unwrap(),
             ..DirectTerms::default()
         };
-        let h = TransferFunction::new(unpack(&case["poles"]), unpack(&case["residues"]), terms)
+        let h = TransferFunction::new(unpack(&case["poles"]), unpack(&case["residues"]), direct)
             .unwrap();
         let numbers = |v: &serde_json::Value| -> Vec<f64> {
             v.as_array()
@@ -162,22 +162,17 @@ fn ref_scipy() {
             1e-10,
         );
         let form = Realisation::from_transfer_functions(&[h]).unwrap();
-        for (method, discretisation_method) in [
+        for (method, map) in [
             ("zoh", DiscretisationMethod::ZeroOrderHold),
             ("bilinear", DiscretisationMethod::Bilinear),
             ("impulse", DiscretisationMethod::ImpulseInvariant),
         ] {
             if case["sampled"][method].is_null() {
-                assert_eq!(
-                    form.discretise(0.05, discretisation_method)
-                        .unwrap_err()
-                        .code,
-                    Code::Conflict
-                );
+                assert_eq!(form.discretise(0.05, map).unwrap_err().code, Code::Conflict);
                 continue;
             }
             let sampled = form
-                .discretise(case["step_s"].as_f64().unwrap(), discretisation_method)
+                .discretise(case["step_s"].as_f64().unwrap(), map)
                 .unwrap();
             let own: Vec<Complex> = at
                 .iter()
@@ -201,13 +196,13 @@ fn law_state_space_is_poles_and_residues() {
     for (j, input) in ["hammer", "shaker"].into_iter().enumerate() {
         for (i, output) in ["a", "b", "c"].into_iter().enumerate() {
             let residues = (0..6).map(|k| shapes[i][k] * shapes[3 + j][k]).collect();
-            let terms = DirectTerms {
+            let direct = DirectTerms {
                 constant: 0.3,
                 inverse: 2.0,
                 inverse_square: 40.0 + i as f64,
                 ..DirectTerms::default()
             };
-            let h = TransferFunction::new(poles.clone(), residues, terms).unwrap();
+            let h = TransferFunction::new(poles.clone(), residues, direct).unwrap();
             functions.push(
                 h.with_labels(Some(named(input)), named(output))
                     .with_delay(1e-4)
@@ -256,7 +251,7 @@ fn law_state_space_is_poles_and_residues() {
 fn exact_zeros() {
     // s² (s + 5)/((s + 1)(s + 2)) = s + 2 + 4/(s + 1) − 12/(s + 2).
     let (r1, r2) = (4.0, -12.0);
-    let terms = DirectTerms {
+    let direct = DirectTerms {
         slope: 1.0,
         constant: 2.0,
         ..DirectTerms::default()
@@ -264,7 +259,7 @@ fn exact_zeros() {
     let h = TransferFunction::new(
         vec![c(-1.0, 0.0), c(-2.0, 0.0)],
         vec![c(r1, 0.0), c(r2, 0.0)],
-        terms,
+        direct,
     )
     .unwrap();
     let found = h.zeros().unwrap();
@@ -278,11 +273,11 @@ fn exact_zeros() {
     assert!(cases.error < 1e-13, "{cases:?}");
     // Two free masses: 1/s² and a mode; the antiresonance is known. L = 1/3, R/(s² + w²) with R = 1/6: zero at s² = −L w²/(L + R).
     let w = 50.0;
-    let terms = DirectTerms {
+    let direct = DirectTerms {
         inverse_square: 1.0 / 3.0,
         ..DirectTerms::default()
     };
-    let h = TransferFunction::new(vec![c(0.0, w)], vec![c(0.0, -1.0 / 12.0 / w)], terms).unwrap();
+    let h = TransferFunction::new(vec![c(0.0, w)], vec![c(0.0, -1.0 / 12.0 / w)], direct).unwrap();
     let found = h.zeros().unwrap();
     assert!(
         (found.gain - 0.5).abs() < 1e-14 && found.zeros.len() == 2,
@@ -326,12 +321,12 @@ fn survives_high_degree() {
 #[test]
 fn ref_scipy_loads_the_mat_file() {
     let (poles, residues) = system(3, 2, 9);
-    let terms = DirectTerms {
+    let direct = DirectTerms {
         constant: 0.1,
         ..DirectTerms::default()
     };
     let one = |(name, list): (&str, &Vec<Complex>)| {
-        let h = TransferFunction::new(poles.clone(), list.clone(), terms).unwrap();
+        let h = TransferFunction::new(poles.clone(), list.clone(), direct).unwrap();
         h.with_labels(Some(named("hammer")), named(name))
     };
     let functions: Vec<TransferFunction> = ["left", "right"]
@@ -632,14 +627,14 @@ fn exact_integrated_accelerance() {
     let r = [c(0.02, -0.7), c(-0.01, 0.3)];
     let (lower, upper) = (0.4, 2e-6);
     let both = |f: &dyn Fn(usize) -> Complex| (0..2).map(|k| 2.0 * f(k).re).sum::<f64>();
-    let terms = DirectTerms {
+    let direct = DirectTerms {
         constant: lower + both(&|k| poles[k] * r[k]),
         slope: both(&|k| r[k]),
         square: upper,
         ..DirectTerms::default()
     };
     let residues = (0..2).map(|k| poles[k] * poles[k] * r[k]).collect();
-    let accelerance = TransferFunction::new(poles.clone(), residues, terms).unwrap();
+    let accelerance = TransferFunction::new(poles.clone(), residues, direct).unwrap();
     assert!(
         accelerance.is_improper()
             && Realisation::from_transfer_functions(std::slice::from_ref(&accelerance)).is_err()

@@ -54,7 +54,7 @@ fn averaged(lines: &[f64], blocks: &[Vec<Vec<Complex>>], drawn: &[usize]) -> Spe
         psd: (0..=RESPONSES)
             .map(|c| mean(c, c).iter().map(|z| z.re).collect())
             .collect(),
-        spectrum: (required_pairs(&[0], &outputs).into_iter())
+        cross: (required_pairs(&[0], &outputs).into_iter())
             .map(|pair| CrossSpectrum {
                 pair,
                 values: mean(pair.0, pair.1),
@@ -71,24 +71,24 @@ fn averaged(lines: &[f64], blocks: &[Vec<Vec<Complex>>], drawn: &[usize]) -> Spe
 fn fitted(spectra: &Spectra) -> RationalFit {
     let outputs: Vec<usize> = (1..=RESPONSES).collect();
     let found = estimate(spectra, &[0], &outputs, Estimator::H1).unwrap();
-    let values: Vec<Vec<Complex>> = found.frfs.iter().map(|f| f.values.clone()).collect();
-    let variance: Vec<Vec<f64>> = (found.frfs.iter())
+    let values: Vec<Vec<Complex>> = found.functions.iter().map(|f| f.values.clone()).collect();
+    let variance: Vec<Vec<f64>> = (found.functions.iter())
         .map(|f| f.variance.clone().unwrap())
         .collect();
-    let data = FrfData {
+    let measured = FrfData {
         frequency_hz: &found.frequency_hz,
         responses: &values,
         variance: Some(&variance),
         variance_trusted: false,
         line_independence: 1.0,
         derivative: 0,
-        hit: None,
+        hits: None,
     };
     let options = RationalOptions {
         order: Some(TRUTH.len()),
         ..RationalOptions::default()
     };
-    fit(&data, &options).unwrap()
+    fit(&measured, &options).unwrap()
 }
 
 /// Frequency and damping of each mode spread over measurements drawn from the averages by as much as one measurement's covariance says.

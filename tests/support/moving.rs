@@ -21,7 +21,7 @@ use geardyn::motion::wave::{PeriodicFunction, WavePhase, Waveform};
 pub fn inertias(masses: &[f64]) -> DynamicModel {
     DynamicModel {
         coordinates: (0..masses.len()).map(|i| format!("x{i}")).collect(),
-        matrix: MassMatrix::Diagonal(masses.to_vec()),
+        mass: MassMatrix::Diagonal(masses.to_vec()),
         elements: Vec::new(),
         forces: Vec::new(),
         mass_damping: 0.0,

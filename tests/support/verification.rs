@@ -117,18 +117,14 @@ fn short(size: f64) -> String {
 
 /// Compares a figure with its line, or writes the line. `holds` says whether the line is still true; `larger` whether this figure replaces
 /// one of the same name.
-fn record(
-    stated_number: Figure,
-    holds: impl Fn(&Figure) -> bool,
-    larger: impl Fn(&Figure) -> bool,
-) {
+fn record(figure: Figure, holds: impl Fn(&Figure) -> bool, larger: impl Fn(&Figure) -> bool) {
     let thread = std::thread::current();
     // A test thread is named `file::test`.
     let path = thread.name().unwrap_or("main").to_string();
     let (file, test) = path.split_once("::").unwrap_or(("", &path));
     let evidence = ["ref_", "exact_", "order_"];
     let is_case = evidence.iter().any(|prefix| test.starts_with(prefix));
-    if file.is_empty() || (stated_number.kind == "difference" && !is_case) {
+    if file.is_empty() || (figure.kind == "difference" && !is_case) {
         return;
     }
     let mut book = BOOK.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -140,16 +136,16 @@ fn record(
             figures.remove(test);
         }
         let list = figures.entry(test.into()).or_default();
-        match list.iter_mut().find(|f| f.what == stated_number.what) {
-            Some(line) if larger(line) => *line = stated_number,
+        match list.iter_mut().find(|f| f.what == figure.what) {
+            Some(line) if larger(line) => *line = figure,
             Some(_) => return,
-            None => list.push(stated_number),
+            None => list.push(figure),
         }
         write(file, figures);
         return;
     }
     let line = figures.get(test).and_then(|list| {
-        let mut same = list.iter().filter(|f| f.what == stated_number.what);
+        let mut same = list.iter().filter(|f| f.what == figure.what);
         same.next().cloned()
     });
     drop(book);
@@ -159,12 +155,12 @@ fn record(
     match line {
         None => panic!(
             "the verification manual lacks \"{}\" of {test}; {renew}",
-            stated_number.what
+            figure.what
         ),
         Some(line) => assert!(
             holds(&line),
-            "\"{}\" of {test} no longer holds: the manual prints {line:?}, found {stated_number:?}; if that is meant, {renew}",
-            stated_number.what
+            "\"{}\" of {test} no longer holds: the manual prints {line:?}, found {figure:?}; if that is meant, {renew}",
+            figure.what
         ),
     }
 }
@@ -180,7 +176,7 @@ fn number(text: &str) -> f64 {
 pub fn within(what: &str, error: f64, tolerance: f64) {
     println!("{what:44} {error:8.1e}  (allowed {tolerance:.0e})");
     assert!(error <= tolerance, "{what}: {error:.2e} > {tolerance:.0e}");
-    let stated_number = Figure {
+    let figure = Figure {
         kind: "difference".into(),
         what: what.into(),
         reference: String::new(),
@@ -188,7 +184,7 @@ pub fn within(what: &str, error: f64, tolerance: f64) {
         difference: bound_text(error, tolerance),
     };
     record(
-        stated_number,
+        figure,
         |line| error <= number(&line.difference),
         |line| bound(error, tolerance) > number(&line.difference),
     );
@@ -221,7 +217,7 @@ pub fn printed(what: &str, unit: &str, reference: f64, value: f64, tolerance: f6
     } else {
         format!(" {unit}")
     };
-    let stated_number = Figure {
+    let figure = Figure {
         kind: "printed".into(),
         what: what.into(),
         reference: format!("{reference:.decimals$}{unit}"),
@@ -230,9 +226,9 @@ pub fn printed(what: &str, unit: &str, reference: f64, value: f64, tolerance: f6
     };
     let last = 10f64.powi(-(decimals as i32) - 2);
     let same = |line: &Figure| (number(&line.computed) - value).abs() <= 1.01 * last;
-    let is_reference = stated_number.reference.clone();
+    let is_reference = figure.reference.clone();
     record(
-        stated_number,
+        figure,
         |line| same(line) && line.reference == is_reference,
         |_| panic!("{what} is printed twice: give each value a name"),
     );
@@ -258,7 +254,7 @@ pub fn order(what: &str, theory: f64, measured: f64) {
         measured >= theory - ORDER_SHORT,
         "{what}: order {measured:.2}, theory {theory}"
     );
-    let stated_number = Figure {
+    let figure = Figure {
         kind: "order".into(),
         what: what.into(),
         reference: format!("{theory}"),
@@ -266,7 +262,7 @@ pub fn order(what: &str, theory: f64, measured: f64) {
         difference: String::new(),
     };
     record(
-        stated_number,
+        figure,
         |line| (number(&line.computed) - measured).abs() <= ORDER_SHORT,
         |line| measured < number(&line.computed),
     );
@@ -279,7 +275,7 @@ pub fn coverage(what: &str, promised: f64, held: usize, count: usize) {
         "{what:44} {share:.1} % of {count} (promised {:.0} %)",
         100.0 * promised
     );
-    let stated_number = Figure {
+    let figure = Figure {
         kind: "coverage".into(),
         what: what.into(),
         reference: format!("{:.0} %", 100.0 * promised),
@@ -287,7 +283,7 @@ pub fn coverage(what: &str, promised: f64, held: usize, count: usize) {
         difference: String::new(),
     };
     record(
-        stated_number,
+        figure,
         |line| (number(&line.computed) - share).abs() <= COVERAGE_MOVES,
         |_| panic!("{what} is counted twice: give each count a name"),
     );

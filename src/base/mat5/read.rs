@@ -200,13 +200,13 @@ impl ArrayReader {
             return Ok(Vec::new());
         }
         let element = DataElement::split(rest, self.order)?;
-        let Some(number_format) = NumberFormat::from_type(element.kind, self.order) else {
+        let Some(scalars) = NumberFormat::from_type(element.kind, self.order) else {
             return Err(corrupt(format!(
                 "variable `{name}` of the MATLAB file holds data of the unknown type {}",
                 element.kind
             )));
         };
-        let held = element.data.len() / number_format.width();
+        let held = element.data.len() / scalars.width();
         if held != count {
             return Err(corrupt(format!(
                 "variable `{name}` of the MATLAB file has {held} numbers where its dimensions ask for {count}"
@@ -221,7 +221,7 @@ impl ArrayReader {
                 "save fewer variables, or write the signals to CSV, which is read piece by piece",
             )
         })?;
-        Ok(number_format.decode(element.data))
+        Ok(scalars.decode(element.data))
     }
 
     /// The arrays of cells, or of the fields of structures.

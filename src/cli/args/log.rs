@@ -154,7 +154,7 @@ impl LogArgs {
         options.time_column = self.time.clone().or(options.time_column);
         options.time_unit = self.time_unit.clone().or(options.time_unit);
         if self.fill_gaps {
-            options.policy = GapPolicy::Fill;
+            options.gaps = GapPolicy::Fill;
         }
         self.dialect(&mut options)?;
         self.channels(&mut options)?;

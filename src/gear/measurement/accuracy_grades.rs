@@ -42,7 +42,7 @@ pub struct AccuracyGrades {
     /// Bearing of the flanks.
     pub contact: u32,
     /// The kind of backlash.
-    pub class: Option<BacklashClass>,
+    pub backlash: Option<BacklashClass>,
 }
 
 /// The coarsest grade there is.
@@ -55,7 +55,7 @@ impl AccuracyGrades {
             motion: grade,
             smoothness: grade,
             contact: grade,
-            class: None,
+            backlash: None,
         }
     }
 
@@ -74,11 +74,11 @@ impl AccuracyGrades {
             .filter(|part| !part.is_empty())
             .collect();
         let is_kind = |part: &&&str| BacklashClass::ALL.iter().any(|b| b.1 == **part);
-        let class = parts.last().filter(is_kind).and_then(|part| {
+        let backlash = parts.last().filter(is_kind).and_then(|part| {
             let kind = BacklashClass::ALL.iter().find(|b| b.1 == *part);
             kind.map(|b| b.0)
         });
-        let digits = &parts[..parts.len() - usize::from(class.is_some())];
+        let digits = &parts[..parts.len() - usize::from(backlash.is_some())];
         let grades: Option<Vec<u32>> = digits.iter().map(|part| part.parse().ok()).collect();
         let signed = text.trim_start().starts_with(['-', '–']);
         let (motion, smoothness, contact) = match grades.as_deref().filter(|_| !signed) {
@@ -107,7 +107,7 @@ impl AccuracyGrades {
             motion,
             smoothness,
             contact,
-            class,
+            backlash,
         })
     }
 
@@ -126,7 +126,7 @@ impl AccuracyGrades {
             (m, s, c) if m == s && s == c => format!("grade {m}"),
             (m, s, c) => format!("grade {m} in motion, {s} in smoothness, {c} in contact"),
         };
-        match self.class {
+        match self.backlash {
             None => grades,
             Some(kind) => format!("{grades}, {}", kind.meaning()),
         }

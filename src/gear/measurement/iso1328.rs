@@ -61,8 +61,8 @@ impl Edition {
     }
 
     /// Grades it has for a quantity.
-    pub fn grades(self, deviation: GearDeviation) -> std::ops::RangeInclusive<u32> {
-        match (self, deviation) {
+    pub fn grades(self, quantity: GearDeviation) -> std::ops::RangeInclusive<u32> {
+        match (self, quantity) {
             (Edition::Y1995, GearDeviation::DoubleFlankTotal | GearDeviation::DoubleFlankTooth) => {
                 4..=12
             }
@@ -72,10 +72,10 @@ impl Edition {
     }
 
     /// What lies outside the range the edition states, as text; `None` where all is inside.
-    pub fn out_of_scope(self, deviation: GearDeviation, size: &GearSize) -> Option<String> {
+    pub fn out_of_scope(self, quantity: GearDeviation, size: &GearSize) -> Option<String> {
         use GearDeviation::*;
         let (d, m, b) = millimetres(size);
-        let double = matches!(deviation, DoubleFlankTotal | DoubleFlankTooth);
+        let double = matches!(quantity, DoubleFlankTotal | DoubleFlankTooth);
         let (modules, diameters, widths) = match self {
             // Beyond the ranges of part 2 sizes themselves are taken, so only its lower ends bind.
             Edition::Y1995 if double => ((0.2, 70.0), (5.0, 10000.0), (4.0, 1000.0)),
@@ -87,7 +87,7 @@ impl Edition {
             let inside = value >= low * (1.0 - ROUNDING) && value <= high * (1.0 + ROUNDING);
             (!inside).then(|| format!("{what} {value:.6} mm is outside {low} to {high} mm"))
         };
-        let helix = matches!(deviation, HelixTotal | HelixForm | HelixSlope);
+        let helix = matches!(quantity, HelixTotal | HelixForm | HelixSlope);
         let newer = self == Edition::Y2013;
         wrong("module", m, modules)
             .or_else(|| wrong("reference diameter", d, diameters))
@@ -105,28 +105,27 @@ impl Edition {
     /// The tolerance at a grade before rounding, m; `None` where the edition states no formula, or where what it takes is not given.
     pub fn unrounded_tolerance(
         self,
-        deviation: GearDeviation,
+        quantity: GearDeviation,
         size: &GearSize,
         grade: u32,
     ) -> Option<f64> {
-        let tolerance = match self {
-            Edition::Y1995 => tolerance_1995(deviation, size)?,
-            Edition::Y2013 => tolerance_2013(deviation, size)?,
+        let base = match self {
+            Edition::Y1995 => tolerance_1995(quantity, size)?,
+            Edition::Y2013 => tolerance_2013(quantity, size)?,
         };
         // What the design has of itself does not grow with the grade.
         let step = std::f64::consts::SQRT_2.powi(grade as i32 - 5);
-        Some(1e-6 * (tolerance.graded * step + tolerance.fixed))
+        Some(1e-6 * (base.graded * step + base.fixed))
     }
 
     /// The tolerance at a grade as the edition rounds it, m.
-    pub fn tolerance(self, deviation: GearDeviation, size: &GearSize, grade: u32) -> Option<f64> {
-        if !self.grades(deviation).contains(&grade) || self.out_of_scope(deviation, size).is_some()
-        {
+    pub fn tolerance(self, quantity: GearDeviation, size: &GearSize, grade: u32) -> Option<f64> {
+        if !self.grades(quantity).contains(&grade) || self.out_of_scope(quantity, size).is_some() {
             return None;
         }
-        let exact = 1e6 * self.unrounded_tolerance(deviation, size, grade)?;
+        let exact = 1e6 * self.unrounded_tolerance(quantity, size, grade)?;
         let part_2 = matches!(
-            deviation,
+            quantity,
             GearDeviation::DoubleFlankTotal
                 | GearDeviation::DoubleFlankTooth
                 | GearDeviation::Runout
@@ -136,9 +135,9 @@ impl Edition {
     }
 
     /// The finest grade whose tolerance holds a value; `None` where none does or the edition has no formula.
-    pub fn grade_of(self, deviation: GearDeviation, size: &GearSize, value: f64) -> Option<u32> {
-        self.grades(deviation).find(|&grade| {
-            self.tolerance(deviation, size, grade)
+    pub fn grade_of(self, quantity: GearDeviation, size: &GearSize, value: f64) -> Option<u32> {
+        self.grades(quantity).find(|&grade| {
+            self.tolerance(quantity, size, grade)
                 .is_some_and(|limit| is_within(value, limit))
         })
     }
@@ -182,7 +181,7 @@ fn mean_of_range(value: f64, limits: &[f64]) -> f64 {
     range.map_or(value, |w| (w[0] * w[1]).sqrt())
 }
 
-fn tolerance_1995(deviation: GearDeviation, size: &GearSize) -> Option<Grade5Tolerance> {
+fn tolerance_1995(quantity: GearDeviation, size: &GearSize) -> Option<Grade5Tolerance> {
     use GearDeviation::*;
     let (d, m, b) = millimetres(size);
     let (d2, m2) = (mean_of_range(d, &DIAMETERS_2), mean_of_range(m, &MODULES_2));
@@ -201,7 +200,7 @@ fn tolerance_1995(deviation: GearDeviation, size: &GearSize) -> Option<Grade5Tol
         };
         k * (4.3 + single + profile)
     };
-    let graded = match deviation {
+    let graded = match quantity {
         SinglePitch => single,
         CumulativePitch => cumulative,
         OverPitches(k) => single + 1.6 * (f64::from(k.saturating_sub(1)) * m).sqrt(),
@@ -220,7 +219,7 @@ fn tolerance_1995(deviation: GearDeviation, size: &GearSize) -> Option<Grade5Tol
     Some(Grade5Tolerance { graded, fixed: 0.0 })
 }
 
-fn tolerance_2013(deviation: GearDeviation, size: &GearSize) -> Option<Grade5Tolerance> {
+fn tolerance_2013(quantity: GearDeviation, size: &GearSize) -> Option<Grade5Tolerance> {
     use GearDeviation::*;
     let (d, m, b) = millimetres(size);
     let single = 0.001 * d + 0.4 * m + 5.0;
@@ -230,7 +229,7 @@ fn tolerance_2013(deviation: GearDeviation, size: &GearSize) -> Option<Grade5Tol
     let helix_form = 0.07 * d.sqrt() + 0.45 * b.sqrt() + 4.0;
     let short = 0.375 * m + 5.0;
     let mut fixed = 0.0;
-    let graded = match deviation {
+    let graded = match quantity {
         SinglePitch => single,
         CumulativePitch => cumulative,
         // At k = z/4 this is the cumulative tolerance; beyond, that one holds.

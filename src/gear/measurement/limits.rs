@@ -6,7 +6,7 @@ use super::deviation::GearDeviation;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToleranceLimit {
     /// What it limits.
-    pub deviation: GearDeviation,
+    pub quantity: GearDeviation,
     /// At which grade.
     pub grade: u32,
     /// Normal modules.
@@ -23,12 +23,12 @@ pub struct ToleranceLimit {
 const ROUNDING: f64 = 1e-9;
 
 impl ToleranceLimit {
-    fn applies_to(&self, deviation: GearDeviation, sizes: [f64; 3]) -> bool {
+    fn applies_to(&self, quantity: GearDeviation, sizes: [f64; 3]) -> bool {
         let ranges = [self.modules, self.diameters, self.widths];
         let within = |((low, high), x): ((f64, f64), f64)| {
             x > low * (1.0 + ROUNDING) && x <= high * (1.0 + ROUNDING)
         };
-        let same = std::mem::discriminant(&self.deviation) == std::mem::discriminant(&deviation);
+        let same = std::mem::discriminant(&self.quantity) == std::mem::discriminant(&quantity);
         same && ranges.into_iter().zip(sizes).all(within)
     }
 }
@@ -36,23 +36,23 @@ impl ToleranceLimit {
 /// The limit a table has for a quantity of a gear of a module, a diameter and a face width.
 pub fn find_limit(
     table: &[ToleranceLimit],
-    deviation: GearDeviation,
+    quantity: GearDeviation,
     grade: u32,
     sizes: [f64; 3],
 ) -> Option<f64> {
-    let holds = |line: &&ToleranceLimit| line.grade == grade && line.applies_to(deviation, sizes);
+    let holds = |line: &&ToleranceLimit| line.grade == grade && line.applies_to(quantity, sizes);
     table.iter().find(holds).map(|line| line.limit)
 }
 
 /// The finest grade of a table whose limit holds a value.
 pub fn grade_of(
     table: &[ToleranceLimit],
-    deviation: GearDeviation,
+    quantity: GearDeviation,
     value: f64,
     sizes: [f64; 3],
 ) -> Option<u32> {
     let holds = |line: &&ToleranceLimit| {
-        line.applies_to(deviation, sizes) && value.abs() <= line.limit * (1.0 + ROUNDING)
+        line.applies_to(quantity, sizes) && value.abs() <= line.limit * (1.0 + ROUNDING)
     };
     table.iter().filter(holds).map(|line| line.grade).min()
 }

@@ -57,13 +57,13 @@ pub fn aaa(
     let used = nodes.len();
     let mut poles = poles(&problem, &nodes, &unknowns)?;
     problem.rescale_poles(&mut poles);
-    let pole_fit = partial_fractions::fit(&problem, &poles, used)?;
+    let fitted = partial_fractions::fit(&problem, &poles, used)?;
     let kept: Vec<Complex> = (0..poles.len())
-        .filter(|&k| is_effective(&problem, &pole_fit, k))
+        .filter(|&k| is_effective(&problem, &fitted, k))
         .map(|k| poles[k])
         .collect();
     if kept.len() == poles.len() {
-        return Ok(pole_fit);
+        return Ok(fitted);
     }
     partial_fractions::fit(&problem, &kept, used)
 }

@@ -24,10 +24,10 @@ impl From<CommonPoleOptions> for PolynomialColumns {
 }
 
 /// Rows: real parts of all lines, then imaginary parts; one column for each real unknown.
-pub fn columns(poles: &[Complex], omega: &[f64], polynomial_columns: PolynomialColumns) -> Matrix {
+pub fn columns(poles: &[Complex], omega: &[f64], beside: PolynomialColumns) -> Matrix {
     let lines = omega.len();
     let count: usize = poles.iter().map(|p| if p.im > 0.0 { 2 } else { 1 }).sum();
-    let more = usize::from(polynomial_columns.constant) + usize::from(polynomial_columns.slope);
+    let more = usize::from(beside.constant) + usize::from(beside.slope);
     let mut a = Matrix::zeros(2 * lines, count + more);
     let mut at = 0;
     for &p in poles {
@@ -45,11 +45,11 @@ pub fn columns(poles: &[Complex], omega: &[f64], polynomial_columns: PolynomialC
         }
         at += if p.im > 0.0 { 2 } else { 1 };
     }
-    if polynomial_columns.constant {
+    if beside.constant {
         a.col_as_slice_mut(at)[..lines].fill(1.0);
         at += 1;
     }
-    if polynomial_columns.slope {
+    if beside.slope {
         a.col_as_slice_mut(at)[lines..].copy_from_slice(omega);
     }
     a
@@ -101,10 +101,10 @@ pub fn fit(
     };
     let model = &plain * &unknowns;
     let scale = problem.scale;
-    let mut pole_fit = CommonPoleFit {
+    let mut fitted = CommonPoleFit {
         poles: poles.iter().map(|p| p * scale).collect(),
         residues: Vec::with_capacity(count),
-        terms: Vec::with_capacity(count),
+        direct: Vec::with_capacity(count),
         errors: Vec::with_capacity(count),
         iterations,
     };
@@ -115,7 +115,7 @@ pub fn fit(
             let re = next();
             Complex::new(re, if p.im > 0.0 { next() } else { 0.0 }) * scale
         };
-        pole_fit.residues.push(poles.iter().map(residue).collect());
+        fitted.residues.push(poles.iter().map(residue).collect());
         let constant = if problem.options.constant {
             next()
         } else {
@@ -126,16 +126,16 @@ pub fn fit(
         } else {
             0.0
         };
-        pole_fit.terms.push(DirectTerms {
+        fitted.direct.push(DirectTerms {
             constant,
             slope,
             ..DirectTerms::default()
         });
-        pole_fit
+        fitted
             .errors
             .push(misfit(&problem.responses[q], model.col_as_slice(q)));
     }
-    Ok(pole_fit)
+    Ok(fitted)
 }
 
 /// `‖model − response‖ / ‖response‖`; the norm of the model where the response is nil.

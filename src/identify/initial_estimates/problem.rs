@@ -41,7 +41,7 @@ pub struct CommonPoleFit {
     /// One list for each response, in the order of the poles; units of the response times rad/s.
     pub residues: Vec<Vec<Complex>>,
     /// Terms next to the poles, one for each response.
-    pub terms: Vec<DirectTerms>,
+    pub direct: Vec<DirectTerms>,
     /// Root of the mean square misfit of each response, as a share of its root mean square over the lines (unweighted).
     pub errors: Vec<f64>,
     /// Iterations used.
@@ -77,8 +77,11 @@ impl CommonPoleFit {
             );
         }
         let one = |(q, output): (usize, &ChannelLabel)| {
-            let f =
-                TransferFunction::new(self.poles.clone(), self.residues[q].clone(), self.terms[q])?;
+            let f = TransferFunction::new(
+                self.poles.clone(),
+                self.residues[q].clone(),
+                self.direct[q],
+            )?;
             let mut f = f.with_labels(input.cloned(), output.clone());
             f.fit_error = Some(self.errors[q]);
             Ok(f)

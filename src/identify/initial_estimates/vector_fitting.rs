@@ -38,15 +38,15 @@ pub fn vector_fit(
     frequency_hz: &[f64],
     responses: &[Vec<Complex>],
     weights: Option<&[Vec<f64>]>,
-    initial_poles: InitialPoles,
+    start: InitialPoles,
     options: CommonPoleOptions,
 ) -> Result<CommonPoleFit, Error> {
-    let order = match initial_poles {
+    let order = match start {
         InitialPoles::Order(n) => n,
         InitialPoles::Poles(list) => list.iter().map(|p| if p.im > 0.0 { 2 } else { 1 }).sum(),
     };
     let problem = CommonPoleProblem::new(frequency_hz, responses, weights, order, options)?;
-    let mut poles = match initial_poles {
+    let mut poles = match start {
         InitialPoles::Order(n) => spread_poles(&problem.omega, n),
         InitialPoles::Poles(list) => scaled(list, problem.scale)?,
     };

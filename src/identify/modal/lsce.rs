@@ -19,43 +19,43 @@ const EQUATIONS_PER_COEFFICIENT: usize = 4;
 ///
 /// # Errors
 /// `TooShort` where the lines do not carry that order; `IllPosed` where the equations stay singular.
-pub fn lsce(frf: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>, Error> {
-    let bearable = frf.n_lines() * 2 / (EQUATIONS_PER_COEFFICIENT + 1);
+pub fn lsce(responses: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>, Error> {
+    let bearable = responses.n_lines() * 2 / (EQUATIONS_PER_COEFFICIENT + 1);
     if !(2..=bearable).contains(&max_order) {
         return Err(Error::new(
             Code::TooShort,
             format!(
                 "order {max_order} cannot be fitted to the impulse responses of {} lines",
-                frf.n_lines()
+                responses.n_lines()
             ),
         )
         .with_hint(format!("ask for an order from 2 to {bearable}")));
     }
     let equations = EQUATIONS_PER_COEFFICIENT * max_order;
-    let mut lag_sums = LagSums::new(frf.frequency_hz(), equations + max_order);
+    let mut lags = LagSums::new(responses.frequency_hz(), equations + max_order);
     let side = max_order + 1;
     let mut c = Matrix::zeros(side, side);
-    for output in 0..frf.n_outputs() {
-        for input in 0..frf.n_inputs() {
-            let value = frf.response(output, input);
-            let sums = lag_sums.sum(|k| value[k]);
+    for output in 0..responses.n_outputs() {
+        for input in 0..responses.n_inputs() {
+            let value = responses.response(output, input);
+            let sums = lags.sum(|k| value[k]);
             let h = &sums[equations + max_order..];
             let size = h.iter().map(|x| x * x).sum::<f64>();
             add_products(&mut c, h, equations, 1.0 / size);
         }
     }
-    let cholesky = NestedCholesky::new(c)?;
+    let nested = NestedCholesky::new(c)?;
     let mut orders = Vec::new();
     for order in (2..=max_order).step_by(2) {
-        let beta = cholesky.monic_minimum(order);
+        let beta = nested.monic_minimum(order);
         let companion = Matrix::from_fn(order, order, |i, j| match i {
             0 => -beta[order - 1 - j],
             _ => f64::from(u8::from(i == j + 1)),
         });
         let poles = eigenvalues(&companion)?
             .into_iter()
-            .filter_map(|z| lag_sums.to_s_plane(z))
-            .filter(|&p| is_in_band(p, frf.band_limits_hz()));
+            .filter_map(|z| lags.to_s_plane(z))
+            .filter(|&p| is_in_band(p, responses.band_limits_hz()));
         orders.push(OrderPoles::new(
             order,
             poles.map(CandidatePole::from_pole).collect(),

@@ -31,7 +31,7 @@ pub struct ResidueFit {
 /// # Errors
 /// `IllPosed` without a pole, with one that is no pole of the upper half plane, or more unknowns than lines; those of the solver.
 pub fn fit_residues(
-    frf: &MeasuredFrf,
+    responses: &MeasuredFrf,
     poles: &[Complex],
     quantity: MotionQuantity,
 ) -> Result<ResidueFit, Error> {
@@ -43,23 +43,23 @@ pub fn fit_residues(
         )
         .with_hint("select poles first"));
     }
-    let lines: Vec<usize> = (0..frf.n_lines())
-        .filter(|&k| frf.frequency_hz()[k] > 0.0) // L/s² has no value at rest
+    let lines: Vec<usize> = (0..responses.n_lines())
+        .filter(|&k| responses.frequency_hz()[k] > 0.0) // L/s² has no value at rest
         .collect();
     let n = lines.len();
-    let scale = TAU * frf.band_limits_hz().1; // s and the poles in units of the last line, so that L and U stay in range
+    let scale = TAU * responses.band_limits_hz().1; // s and the poles in units of the last line, so that L and U stay in range
     let unknowns = 2 * poles.len() + 2;
     let mut basis = Matrix::zeros(2 * n, unknowns);
     for (row, &k) in lines.iter().enumerate() {
-        let s = Complex::new(0.0, TAU * frf.frequency_hz()[k] / scale);
+        let s = Complex::new(0.0, TAU * responses.frequency_hz()[k] / scale);
         for (column, value) in terms(s, poles, scale, quantity).into_iter().enumerate() {
             basis[(row, column)] = value.re;
             basis[(n + row, column)] = value.im;
         }
     }
-    let (outputs, inputs) = (frf.n_outputs(), frf.n_inputs());
+    let (outputs, inputs) = (responses.n_outputs(), responses.n_inputs());
     let measured = Matrix::from_fn(2 * n, outputs * inputs, |i, column| {
-        let h = frf.response(column / inputs, column % inputs);
+        let h = responses.response(column / inputs, column % inputs);
         if i < n {
             h[lines[i]].re
         } else {

@@ -41,30 +41,33 @@ pub struct PlscfOptions {
 ///
 /// # Errors
 /// `TooShort` where the lines do not reach for two coefficients; `IllPosed` where the equations stay singular.
-pub fn plscf(frf: &MeasuredFrf, options: &PlscfOptions) -> Result<Vec<OrderPoles>, Error> {
-    let most = highest_order(frf, options)?;
-    let equations = ReducedNormalEquations::new(frf, most)?;
-    let stride = if frf.n_inputs() == 1 { 2 } else { 1 };
+pub fn plscf(responses: &MeasuredFrf, options: &PlscfOptions) -> Result<Vec<OrderPoles>, Error> {
+    let most = highest_order(responses, options)?;
+    let fraction = ReducedNormalEquations::new(responses, most)?;
+    let stride = if responses.n_inputs() == 1 { 2 } else { 1 };
     (2..=most)
         .step_by(stride)
-        .map(|order| equations.poles(order, frf.band_limits_hz()))
+        .map(|order| fraction.poles(order, responses.band_limits_hz()))
         .collect()
 }
 
-fn highest_order(frf: &MeasuredFrf, options: &PlscfOptions) -> Result<usize, Error> {
-    let inputs = frf.n_inputs();
+fn highest_order(responses: &MeasuredFrf, options: &PlscfOptions) -> Result<usize, Error> {
+    let inputs = responses.n_inputs();
     let usual = if inputs == 1 {
         80
     } else {
         (160 / inputs).max(20)
     };
-    let bearable = frf.n_lines() / LINES_PER_COEFFICIENT;
+    let bearable = responses.n_lines() / LINES_PER_COEFFICIENT;
     match options.max_order {
         None => Ok(usual.min(bearable)),
         Some(order) if (2..=bearable).contains(&order) => Ok(order),
         Some(order) => Err(Error::new(
             Code::TooShort,
-            format!("order {order} cannot be fitted to {} lines", frf.n_lines()),
+            format!(
+                "order {order} cannot be fitted to {} lines",
+                responses.n_lines()
+            ),
         )
         .with_hint(format!("ask for an order from 2 to {bearable}"))),
     }
@@ -72,7 +75,7 @@ fn highest_order(frf: &MeasuredFrf, options: &PlscfOptions) -> Result<usize, Err
 
 /// The reduced normal equations of the highest order.
 struct ReducedNormalEquations<'a> {
-    sums: LagSums<'a>,
+    lags: LagSums<'a>,
     max_order: usize,
     inputs: usize,
     outputs: usize,
@@ -88,15 +91,20 @@ struct ReducedNormalEquations<'a> {
 }
 
 impl<'a> ReducedNormalEquations<'a> {
-    fn new(frf: &MeasuredFrf<'a>, most: usize) -> Result<ReducedNormalEquations<'a>, Error> {
-        let (inputs, outputs, n) = (frf.n_inputs(), frf.n_outputs(), frf.n_lines());
-        let mut lag_sums = LagSums::new(frf.frequency_hz(), most);
-        let (output_size, input_size) = sizes(frf);
-        let scaled =
-            |o: usize, a: usize, k: usize| frf.response(o, a)[k] / (output_size[o] * input_size[a]);
+    fn new(responses: &MeasuredFrf<'a>, most: usize) -> Result<ReducedNormalEquations<'a>, Error> {
+        let (inputs, outputs, n) = (
+            responses.n_inputs(),
+            responses.n_outputs(),
+            responses.n_lines(),
+        );
+        let mut lags = LagSums::new(responses.frequency_hz(), most);
+        let (output_size, input_size) = sizes(responses);
+        let scaled = |o: usize, a: usize, k: usize| {
+            responses.response(o, a)[k] / (output_size[o] * input_size[a])
+        };
         let mean = |sums: Vec<f64>| -> Vec<f64> { sums.iter().map(|s| s / n as f64).collect() };
         let side = most + 1;
-        let ones = mean(lag_sums.sum(|_| Complex::ONE));
+        let ones = mean(lags.sum(|_| Complex::ONE));
         let mut r = Matrix::from_fn(side, side, |j, k| ones[most + k - j]);
         add_ridge(&mut r);
         let numerator = cholesky(&r).map_err(|_| singular(most))?;
@@ -104,7 +112,7 @@ impl<'a> ReducedNormalEquations<'a> {
         let mut m = Matrix::zeros(inputs * side, inputs * side);
         for a in 0..inputs {
             for b in 0..inputs {
-                let power = mean(lag_sums.sum(|k| {
+                let power = mean(lags.sum(|k| {
                     (0..outputs).fold(Complex::ZERO, |s, o| {
                         s + scaled(o, a, k).conj() * scaled(o, b, k)
                     })
@@ -119,7 +127,7 @@ impl<'a> ReducedNormalEquations<'a> {
         let mut cross = Matrix::zeros(outputs * side, inputs * side);
         for o in 0..outputs {
             for a in 0..inputs {
-                let sums = mean(lag_sums.sum(|k| scaled(o, a, k)));
+                let sums = mean(lags.sum(|k| scaled(o, a, k)));
                 for k in 0..side {
                     for j in 0..side {
                         cross[(o * side + j, k * inputs + a)] = -sums[most + k - j];
@@ -132,7 +140,7 @@ impl<'a> ReducedNormalEquations<'a> {
         }
         let denominator = NestedCholesky::new(m)?;
         Ok(ReducedNormalEquations {
-            sums: lag_sums,
+            lags,
             max_order: most,
             inputs,
             outputs,
@@ -153,7 +161,7 @@ impl<'a> ReducedNormalEquations<'a> {
         };
         let beta = self.numerators(&alpha);
         for z in eigenvalues(&companion)? {
-            let Some(pole) = self.sums.to_s_plane(z) else {
+            let Some(pole) = self.lags.to_s_plane(z) else {
                 continue;
             };
             if is_in_band(pole, ends_hz) {
@@ -224,12 +232,12 @@ impl<'a> ReducedNormalEquations<'a> {
 }
 
 /// Root mean squares by output, then by input of what is left.
-fn sizes(frf: &MeasuredFrf) -> (Vec<f64>, Vec<f64>) {
+fn sizes(responses: &MeasuredFrf) -> (Vec<f64>, Vec<f64>) {
     let power = |o: usize, a: usize| {
-        let h = frf.response(o, a);
+        let h = responses.response(o, a);
         h.iter().map(Complex::norm_sqr).sum::<f64>() / h.len() as f64
     };
-    let (outputs, inputs) = (frf.n_outputs(), frf.n_inputs());
+    let (outputs, inputs) = (responses.n_outputs(), responses.n_inputs());
     let mean = |sum: f64, count: usize| (sum / count as f64).sqrt();
     let output: Vec<f64> = (0..outputs)
         .map(|o| mean((0..inputs).map(|a| power(o, a)).sum(), inputs))

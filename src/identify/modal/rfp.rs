@@ -21,24 +21,24 @@ const EXTRA_NUMERATOR_ORDER: usize = 2;
 ///
 /// # Errors
 /// `TooShort` where the lines do not carry that order; `IllPosed` where the equations stay singular.
-pub fn rfp(frf: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>, Error> {
-    let bearable = (frf.n_lines() / 2).saturating_sub(EXTRA_NUMERATOR_ORDER);
+pub fn rfp(responses: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>, Error> {
+    let bearable = (responses.n_lines() / 2).saturating_sub(EXTRA_NUMERATOR_ORDER);
     if !(2..=bearable).contains(&max_order) {
         return Err(Error::new(
             Code::TooShort,
             format!(
                 "order {max_order} cannot be fitted to {} lines",
-                frf.n_lines()
+                responses.n_lines()
             ),
         )
         .with_hint(format!("ask for an order from 2 to {bearable}")));
     }
-    let (_, high) = frf.band_limits_hz();
-    let all: Vec<Vec<Complex>> = (0..frf.n_outputs())
-        .flat_map(|o| (0..frf.n_inputs()).map(move |i| (o, i)))
-        .map(|(o, i)| to_unit_length(frf.response(o, i)))
+    let (_, high) = responses.band_limits_hz();
+    let all: Vec<Vec<Complex>> = (0..responses.n_outputs())
+        .flat_map(|o| (0..responses.n_inputs()).map(move |i| (o, i)))
+        .map(|(o, i)| to_unit_length(responses.response(o, i)))
         .collect();
-    let x: Vec<f64> = frf.frequency_hz().iter().map(|f| f / high).collect();
+    let x: Vec<f64> = responses.frequency_hz().iter().map(|f| f / high).collect();
     let weight = (0..x.len()).map(|k| all.iter().map(|h| h[k].norm_sqr()).sum());
     let (q, b) = forsythe_polynomials(&x, &weight.collect::<Vec<f64>>(), max_order + 1);
     let (p, _) = forsythe_polynomials(
@@ -55,15 +55,15 @@ pub fn rfp(frf: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>, Error
         });
         m -= projected.transpose() * &projected;
     }
-    let cholesky = NestedCholesky::new(m)?;
+    let nested = NestedCholesky::new(m)?;
     let scale = TAU * high;
     (2..=max_order)
         .step_by(2)
         .map(|order| {
-            let poles = eigenvalues(&comrade_matrix(&cholesky.monic_minimum(order), &b))?
+            let poles = eigenvalues(&comrade_matrix(&nested.monic_minimum(order), &b))?
                 .into_iter()
                 .map(|s| s * scale)
-                .filter(|&p| is_in_band(p, frf.band_limits_hz()))
+                .filter(|&p| is_in_band(p, responses.band_limits_hz()))
                 .map(CandidatePole::from_pole);
             Ok(OrderPoles::new(order, poles.collect()))
         })

@@ -51,12 +51,12 @@ impl Covariances {
             return Err(Error::new(Code::TooShort, message)
                 .with_hint(format!("take a longer record: {needed} samples or more")));
         }
-        let mut products = LagProducts::new(channels, scale, references, lags);
+        let mut sums = LagProducts::new(channels, scale, references, lags);
         let end = n - lags;
         let bounds: Vec<usize> = (0..=parts).map(|k| k * end / parts).collect();
         let counts: Vec<usize> = bounds.windows(2).map(|b| b[1] - b[0]).collect();
         let parts: Vec<Vec<f64>> = (bounds.windows(2))
-            .map(|b| products.mean_products(b[0], b[1]))
+            .map(|b| sums.mean_products(b[0], b[1]))
             .collect();
         let mut mean = vec![0.0; parts.first().map_or(0, Vec::len)];
         for (part, count) in parts.iter().zip(&counts) {

@@ -43,7 +43,7 @@ pub struct FddPeak {
     /// Pole from the decay of its bell, where that decays; with the same shape, without covariance.
     pub mode: Option<ModalParameters>,
     /// What it shows of being a line of running speed.
-    pub indicator: HarmonicIndicator,
+    pub harmonic: HarmonicIndicator,
 }
 
 /// A bell and how its autocovariance decays.
@@ -100,22 +100,22 @@ pub fn fdd(channels: &ResponseChannels, options: &FddOptions) -> Result<FddEstim
     let mut values = Vec::with_capacity(spectra.lines.len());
     let mut vectors = Vec::with_capacity(spectra.lines.len());
     for line in &spectra.lines {
-        let (mut peak, columns) = symmetric::hermitian_eigen(line)?;
-        vectors.push(columns.col_as_slice(peak.len() - 1).to_vec());
-        peak.reverse();
-        values.push(peak);
+        let (mut result, columns) = symmetric::hermitian_eigen(line)?;
+        vectors.push(columns.col_as_slice(result.len() - 1).to_vec());
+        result.reverse();
+        values.push(result);
     }
     let first: Vec<f64> = values.iter().map(|v| v[0].max(f64::MIN_POSITIVE)).collect();
-    let search = BellSearch {
+    let bells = BellSearch {
         spectra: &spectra,
         first: &first,
         vectors: &vectors,
         rate_hz: channels.rate_hz(),
     };
-    let peak = search.peaks(options.band_hz)?;
-    let band_spectra = BandSpectra::new(channels);
-    let peaks = (0..peak.len())
-        .map(|k| search.describe_peak(&peak, k, &band_spectra, options))
+    let result = bells.peaks(options.band_hz)?;
+    let bands = BandSpectra::new(channels);
+    let peaks = (0..result.len())
+        .map(|k| bells.describe_peak(&result, k, &bands, options))
         .collect();
     Ok(FddEstimate {
         frequency_hz: (0..first.len())
@@ -157,8 +157,8 @@ impl BellSearch<'_> {
             .with_hint("widen the band, or take longer segments"));
         }
         let scatter = self.scatter(from, to);
-        let peak = significant_peaks(s, from..to + 1, 2.0 / (scatter * scatter));
-        Ok(peak)
+        let result = significant_peaks(s, from..to + 1, 2.0 / (scatter * scatter));
+        Ok(result)
     }
 
     /// Standard deviation of the logarithm of a density: `1/√averages` by count, more by the median difference of lines that are two
@@ -185,12 +185,12 @@ impl BellSearch<'_> {
 
     fn describe_peak(
         &self,
-        peak: &[ProminentPeak],
+        result: &[ProminentPeak],
         k: usize,
-        spectra: &BandSpectra,
+        bands: &BandSpectra,
         options: &FddOptions,
     ) -> FddPeak {
-        let ProminentPeak { line, prominence } = peak[k];
+        let ProminentPeak { line, prominence } = result[k];
         let spacing = self.spectra.line_spacing_hz;
         let frequency_hz = (line as f64 + self.peak_offset(line)) * spacing;
         let (mut shape, mut strongest) = (self.vectors[line].clone(), 0);
@@ -214,7 +214,7 @@ impl BellSearch<'_> {
             prominence,
             bell,
             mode,
-            indicator: spectra.examine_band(
+            harmonic: bands.examine_band(
                 strongest,
                 frequency_hz,
                 half_band,

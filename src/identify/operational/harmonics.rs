@@ -111,14 +111,14 @@ impl BandSpectra {
         channel: usize,
         frequency_hz: f64,
         half_band_hz: f64,
-        speed: Option<&RunningSpeed>,
+        running: Option<&RunningSpeed>,
     ) -> HarmonicIndicator {
         let envelope = self.envelope_kurtosis(channel, frequency_hz, half_band_hz);
         let (envelope_kurtosis, scatter) = envelope.unwrap_or((2.0, f64::INFINITY));
         HarmonicIndicator {
             envelope_kurtosis,
             scatter,
-            order: speed.and_then(|r| r.order(frequency_hz)),
+            order: running.and_then(|r| r.order(frequency_hz)),
         }
     }
 

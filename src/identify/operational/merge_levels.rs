@@ -32,7 +32,7 @@ pub struct OperationalMode {
     /// Standard deviation of the frequency over the orders, Hz.
     pub scatter_hz: f64,
     /// Whether it shows a line of running speed.
-    pub indicator: HarmonicIndicator,
+    pub harmonic: HarmonicIndicator,
 }
 
 /// Two modes on one rung where another shows one.

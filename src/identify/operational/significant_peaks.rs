@@ -32,7 +32,7 @@ pub struct ProminentPeak {
 /// Peaks among the lines `inside`, rising, of a density with `freedoms` of χ² on each line. The narrowest width in which a peak stands
 /// out counts.
 pub fn significant_peaks(density: &[f64], inside: Range<usize>, dofs: f64) -> Vec<ProminentPeak> {
-    let mut peak: Vec<ProminentPeak> = Vec::new();
+    let mut result: Vec<ProminentPeak> = Vec::new();
     let mut half = 0;
     loop {
         let width = 2 * half + 1;
@@ -47,7 +47,11 @@ pub fn significant_peaks(density: &[f64], inside: Range<usize>, dofs: f64) -> Ve
                 continue;
             }
             let prominence = prominence(&mean, k);
-            if prominence < needed || peak.iter().any(|f| is_same_peak(&mean, k, f.line, needed)) {
+            if prominence < needed
+                || result
+                    .iter()
+                    .any(|f| is_same_peak(&mean, k, f.line, needed))
+            {
                 continue;
             }
             let line = highest(
@@ -59,12 +63,12 @@ pub fn significant_peaks(density: &[f64], inside: Range<usize>, dofs: f64) -> Ve
                 new.push(ProminentPeak { line, prominence });
             }
         }
-        peak.extend(new);
+        result.extend(new);
         half = (2 * half).max(1);
     }
-    peak.sort_by_key(|f| f.line);
-    peak.dedup_by_key(|f| f.line);
-    peak
+    result.sort_by_key(|f| f.line);
+    result.dedup_by_key(|f| f.line);
+    result
 }
 
 /// Whether no valley that noise does not make lies between a peak and another.
@@ -165,12 +169,12 @@ mod tests {
             (2300.0, 80.0, 5.0),
         ];
         for seed in 100..120 {
-            let peak = significant_peaks(&density(seed, &peaks), 4..2990, 2.0 * AVERAGES as f64);
-            assert_eq!(peak.len(), peaks.len(), "{seed}: {peak:?}");
-            for (peak, (at, half, _)) in peak.iter().zip(peaks) {
+            let result = significant_peaks(&density(seed, &peaks), 4..2990, 2.0 * AVERAGES as f64);
+            assert_eq!(result.len(), peaks.len(), "{seed}: {result:?}");
+            for (result, (at, half, _)) in result.iter().zip(peaks) {
                 assert!(
-                    (peak.line as f64 - at).abs() < 1.5 * half,
-                    "{seed}: {peak:?}"
+                    (result.line as f64 - at).abs() < 1.5 * half,
+                    "{seed}: {result:?}"
                 );
             }
         }

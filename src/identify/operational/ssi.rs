@@ -43,7 +43,7 @@ pub struct SsiOptions {
     /// Right multiplier of the Hankel matrix.
     pub weighting: Weighting,
     /// What turns.
-    pub speed: Option<RunningSpeed>,
+    pub running: Option<RunningSpeed>,
 }
 
 /// A cluster of poles that is no mode, and why.
@@ -61,7 +61,7 @@ pub struct SsiEstimate {
     /// By rising frequency.
     pub modes: Vec<OperationalMode>,
     /// Stable poles that are no modes, by rising frequency.
-    pub cluster: Vec<RejectedCluster>,
+    pub rejected: Vec<RejectedCluster>,
     /// Rungs by falling rate.
     pub levels: Vec<DecimationLevel>,
     /// Poles of all orders by rung.
@@ -90,7 +90,7 @@ pub fn identify(channels: &ResponseChannels, options: &SsiOptions) -> Result<Ssi
     let mut own: Vec<Vec<f64>> = Vec::new();
     let mut factor = 1;
     let mut found: Vec<Vec<OperationalMode>> = Vec::new();
-    let (mut cluster, mut orders) = (Vec::new(), Vec::new());
+    let (mut rejected, mut orders) = (Vec::new(), Vec::new());
     for level in &levels {
         if level.factor > factor {
             let by = level.factor / factor;
@@ -106,13 +106,13 @@ pub fn identify(channels: &ResponseChannels, options: &SsiOptions) -> Result<Ssi
             1 => *channels,
             _ => ResponseChannels::new(&views, level.rate_hz)?,
         };
-        let time = modes_of_level(&at_rate, level, options)?;
-        if time.modes.len() >= MANY_MODES {
+        let step = modes_of_level(&at_rate, level, options)?;
+        if step.modes.len() >= MANY_MODES {
             diagnostics.push(Diagnostic {
                 code: "many-modes",
                 message: format!(
                     "{} modes from {:.4} to {:.4} Hz, of {} that the order {MAX_ORDER} allows: others may be missing",
-                    time.modes.len(),
+                    step.modes.len(),
                     level.band_hz.0,
                     level.band_hz.1,
                     MAX_ORDER / 2
@@ -120,9 +120,9 @@ pub fn identify(channels: &ResponseChannels, options: &SsiOptions) -> Result<Ssi
                 hint: Some("compare with the peaks of --method fdd".to_string()),
             });
         }
-        found.push(time.modes);
-        cluster.extend(time.cluster);
-        orders.push(time.orders);
+        found.push(step.modes);
+        rejected.extend(step.rejected);
+        orders.push(step.orders);
     }
     let (modes, pairs) = merge_levels(found);
     // What one rung rejects and another confirms is a mode.
@@ -130,11 +130,11 @@ pub fn identify(channels: &ResponseChannels, options: &SsiOptions) -> Result<Ssi
         let near = |m: &OperationalMode| (m.mode.pole - r.pole).norm() < 2.0 * m.mode.pole.re.abs();
         modes.iter().any(near)
     };
-    cluster.retain(|r| !is_known(r));
-    cluster.sort_by(|a: &RejectedCluster, b| a.pole.norm().total_cmp(&b.pole.norm()));
+    rejected.retain(|r| !is_known(r));
+    rejected.sort_by(|a: &RejectedCluster, b| a.pole.norm().total_cmp(&b.pole.norm()));
     Ok(SsiEstimate {
         modes,
-        cluster,
+        rejected,
         levels,
         orders,
         pairs,
@@ -144,7 +144,7 @@ pub fn identify(channels: &ResponseChannels, options: &SsiOptions) -> Result<Ssi
 
 struct StageTime {
     modes: Vec<OperationalMode>,
-    cluster: Vec<RejectedCluster>,
+    rejected: Vec<RejectedCluster>,
     orders: Vec<OrderPoles>,
 }
 
@@ -171,16 +171,16 @@ fn modes_of_level(
         .collect();
     let (low, high) = level.band_hz;
     let wider = (low * (1.0 - BAND_MARGIN), high * (1.0 + BAND_MARGIN));
-    let mut poles = JackknifePoles::new(&subspaces, level.rate_hz, highest);
+    let mut replicates = JackknifePoles::new(&subspaces, level.rate_hz, highest);
     let mut estimates: Vec<(PoleEstimate, f64)> = Vec::new();
-    let mut rejected_cluster = Vec::new();
+    let mut rejected = Vec::new();
     let inside = |f: f64| f >= low && f <= high;
     for cluster in clusters(&orders, wider) {
         if !inside(cluster.frequency()) {
             continue;
         }
-        let Some(estimate) = poles.estimate(&cluster) else {
-            rejected_cluster.push(RejectedCluster {
+        let Some(estimate) = replicates.estimate(&cluster) else {
+            rejected.push(RejectedCluster {
                 pole: cluster.members[cluster.members.len() / 2].1.pole,
                 reason: "lost when a part of the record is left out",
             });
@@ -192,18 +192,18 @@ fn modes_of_level(
     let mut accepted = Vec::new();
     for one in estimates {
         match refusal(&one.0, &all) {
-            Some(reason) => rejected_cluster.push(RejectedCluster {
+            Some(reason) => rejected.push(RejectedCluster {
                 pole: one.0.mode.pole,
                 reason,
             }),
             None => accepted.push(one),
         }
     }
-    let mut spectra: Vec<Option<BandSpectra>> = vec![None; channels.samples().len()];
+    let mut bands: Vec<Option<BandSpectra>> = vec![None; channels.samples().len()];
     let modes = without_twins(accepted)
         .into_iter()
         .map(|(estimate, scatter_hz)| {
-            let indicator = harmonic(&estimate.mode, channels, &mut spectra, options);
+            let harmonic = harmonic(&estimate.mode, channels, &mut bands, options);
             let mut mode = estimate.mode;
             (mode.shape.iter_mut().zip(&scale)).for_each(|(x, s)| *x *= *s);
             mode.shape = normalize_to_largest(mode.shape);
@@ -212,13 +212,13 @@ fn modes_of_level(
                 order: estimate.order,
                 presence: estimate.presence,
                 scatter_hz,
-                indicator,
+                harmonic,
             }
         })
         .collect();
     Ok(StageTime {
         modes,
-        cluster: rejected_cluster,
+        rejected,
         orders,
     })
 }
@@ -313,7 +313,7 @@ fn without_twins(mut all: Vec<(PoleEstimate, f64)>) -> Vec<(PoleEstimate, f64)> 
 fn harmonic(
     mode: &ModalParameters,
     channels: &ResponseChannels,
-    spectra: &mut [Option<BandSpectra>],
+    bands: &mut [Option<BandSpectra>],
     options: &SsiOptions,
 ) -> HarmonicIndicator {
     let strongest = (0..mode.shape.len())
@@ -326,12 +326,12 @@ fn harmonic(
     let samples = channels.samples()[strongest];
     let spacing = channels.rate_hz() / samples.len() as f64;
     let half_band = (KURTOSIS_HALF_BANDWIDTHS * half_band_hz(mode)).max(LINES * spacing);
-    spectra[strongest]
+    bands[strongest]
         .get_or_insert_with(|| BandSpectra::from_signals(&[samples], channels.rate_hz()))
         .examine_band(
             0,
             mode.damped_frequency_hz(),
             half_band,
-            options.speed.as_ref(),
+            options.running.as_ref(),
         )
 }

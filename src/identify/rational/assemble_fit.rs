@@ -18,19 +18,19 @@ const MODEL_ERROR_RATIO: f64 = 1.5;
 
 /// Turns what a search found into the answer.
 pub(super) fn assemble_fit(
-    data: &FrfData,
-    scaled_responses: &ScaledResponses,
+    measured: &FrfData,
+    lines: &ScaledResponses,
     result: SearchResult,
 ) -> RationalFit {
     let per_dof = result.chi2 / result.dof;
-    let departs = result.deviations.is_some();
+    let departs = result.departures.is_some();
     let beyond = !departs && per_dof > 1.0 + MODEL_ERROR_SIGMA * (2.0 / result.dof).sqrt();
     // A variance with departures counts the lines of a resonance as one: it is no measure of its own misfit.
     let scale = match !departs && (result.estimated || beyond) {
         true => per_dof,
         false => 1.0,
     };
-    let numerators = result.terms.numerators();
+    let numerators = result.structure.numerators();
     let certain = &result.covariance;
     let poles = &result.fit.model.poles;
     let mut order: Vec<usize> = (0..poles.len()).collect();
@@ -38,77 +38,77 @@ pub(super) fn assemble_fit(
         let size = |r: usize| poles[r].value().norm();
         size(a).total_cmp(&size(b))
     });
-    let coefficients = coefficients(&result, scaled_responses.h.len());
-    let responses = data.responses.len();
+    let coefficients = coefficients(&result, lines.h.len());
+    let responses = measured.responses.len();
     let zero = Complex::new(0.0, 0.0);
     let mut fit = RationalFit {
         modes: Vec::new(),
         poles: order
             .iter()
-            .map(|&r| poles[r].value() * scaled_responses.max_omega)
+            .map(|&r| poles[r].value() * lines.max_omega)
             .collect(),
         residues: vec![vec![zero; poles.len()]; responses],
         residual_terms: vec![[0.0; 2]; responses],
-        delay_s: per_measured_response(&result.fit.model.delays, scaled_responses, responses)
+        delay_s: per_measured_response(&result.fit.model.delays, lines, responses)
             .iter()
-            .map(|d| d / scaled_responses.max_omega)
+            .map(|d| d / lines.max_omega)
             .collect(),
-        delay_std_s: per_measured_response(&certain.delays, scaled_responses, responses)
+        delay_std_s: per_measured_response(&certain.delays, lines, responses)
             .iter()
-            .map(|v| v.map(|v| (scale * v.max(0.0)).sqrt() / scaled_responses.max_omega))
+            .map(|v| v.map(|v| (scale * v.max(0.0)).sqrt() / lines.max_omega))
             .collect(),
-        derivative: scaled_responses.derivative,
+        derivative: lines.derivative,
         fit_error: vec![0.0; responses],
-        shares: Vec::new(),
+        departures: Vec::new(),
         chi2: result.chi2,
         dof: result.dof,
         negative_log_likelihood: result.negative_log_likelihood,
-        terms: result.terms,
-        pole: Vec::new(),
+        structure: result.structure,
+        omitted: Vec::new(),
         departs,
         diagnostics: Vec::new(),
         evidence: result.evidence.clone(),
         effort: result.effort,
     };
-    let q = i32::from(scaled_responses.derivative);
+    let q = i32::from(lines.derivative);
     // residues of the scaled responses over their size, by pole in order
     let mut scaled = vec![vec![zero; poles.len()]; responses];
-    for (at, &i) in scaled_responses.response_indices.iter().enumerate() {
-        let size = scaled_responses.size[at];
+    for (at, &i) in lines.response_indices.iter().enumerate() {
+        let size = lines.size[at];
         for (place, &r) in order.iter().enumerate() {
             let residue = residue(&coefficients[at], &poles[r], r, numerators);
             scaled[i][place] = residue;
-            fit.residues[i][place] = residue * scaled_responses.max_omega.powi(1 - q) * size;
+            fit.residues[i][place] = residue * lines.max_omega.powi(1 - q) * size;
         }
         let mut rest = coefficients[at][poles.len() * numerators..].iter();
-        if result.terms.lower {
+        if result.structure.lower {
             fit.residual_terms[i][0] =
-                rest.next().copied().unwrap_or(0.0) * scaled_responses.max_omega.powi(2 - q) * size;
+                rest.next().copied().unwrap_or(0.0) * lines.max_omega.powi(2 - q) * size;
         }
-        if result.terms.upper {
+        if result.structure.upper {
             fit.residual_terms[i][1] =
-                rest.next().copied().unwrap_or(0.0) * scaled_responses.max_omega.powi(-q) * size;
+                rest.next().copied().unwrap_or(0.0) * lines.max_omega.powi(-q) * size;
         }
-        fit.fit_error[i] = fit_error(&result, scaled_responses, at);
+        fit.fit_error[i] = fit_error(&result, lines, at);
     }
     let model_error = departs || (beyond && per_dof > MODEL_ERROR_RATIO);
     for (place, &r) in order.iter().enumerate() {
-        let square = scaled_responses.max_omega * scaled_responses.max_omega;
+        let square = lines.max_omega * lines.max_omega;
         let mut mode = ModalParameters {
             pole: fit.poles[place],
             pole_covariance: certain.poles[r].map(|c| c.map(|v| scale * v * square)),
             shape: shape(
                 &scaled.iter().map(|row| row[place]).collect::<Vec<_>>(),
-                scaled_responses,
+                lines,
             ),
         };
         let mean = result.means.get(r).copied().flatten();
-        let share = result.deviations.as_ref().map_or(0.0, |d| d[r].share);
-        let error_share = departure(&mut mode, share, mean.as_ref(), scaled_responses.max_omega);
+        let share = result.departures.as_ref().map_or(0.0, |d| d[r].share);
+        let departure = departure(&mut mode, share, mean.as_ref(), lines.max_omega);
         let candidate = ModeCandidate {
             mode: &mode,
-            band_hz: scaled_responses.band_limits_hz(),
-            visibility: visibility(scaled_responses, &poles[r].value(), &scaled, place),
+            band_hz: lines.band_limits_hz(),
+            visibility: visibility(lines, &poles[r].value(), &scaled, place),
             model_error,
             departs,
         };
@@ -116,16 +116,16 @@ pub(super) fn assemble_fit(
             None => {
                 fit.modes.push(mode);
                 if departs || mean.is_some() {
-                    fit.shares.push(error_share);
+                    fit.departures.push(departure);
                 }
             }
-            Some(reason) => fit.pole.push(RejectedPole {
+            Some(reason) => fit.omitted.push(RejectedPole {
                 pole: mode.pole,
                 reason,
             }),
         }
     }
-    add_warnings(&mut fit, scaled_responses, &result, beyond, per_dof);
+    add_warnings(&mut fit, lines, &result, beyond, per_dof);
     fit
 }
 
@@ -136,14 +136,14 @@ fn departure(
     mean: Option<&GroupMean>,
     top: f64,
 ) -> ModelErrorShare {
-    let mut error_share = ModelErrorShare {
+    let mut departure = ModelErrorShare {
         model_error: share,
         groups: mean.map_or(0, |m| m.count),
         frequency_spread_hz: 0.0,
         damping_spread: 0.0,
     };
     let Some((w, sigma)) = mean.and_then(|m| m.mean) else {
-        return error_share;
+        return departure;
     };
     let square = top * top;
     mode.pole = Complex::new(-sigma.mean, w.mean) * top;
@@ -156,22 +156,22 @@ fn departure(
         ]),
         ..mode.clone()
     };
-    error_share.frequency_spread_hz = between.frequency_std_hz().unwrap_or(0.0);
-    error_share.damping_spread = between.damping_std().unwrap_or(0.0);
-    error_share
+    departure.frequency_spread_hz = between.frequency_std_hz().unwrap_or(0.0);
+    departure.damping_spread = between.damping_std().unwrap_or(0.0);
+    departure
 }
 
 /// A value per delay; where each response has its own, zero or nothing for those that were left out.
 fn per_measured_response<T: Copy + Default>(
     values: &[T],
-    scaled_responses: &ScaledResponses,
+    lines: &ScaledResponses,
     responses: usize,
 ) -> Vec<T> {
     if values.len() < 2 {
         return values.to_vec();
     }
     let mut all = vec![T::default(); responses];
-    for (&i, &v) in scaled_responses.response_indices.iter().zip(values) {
+    for (&i, &v) in lines.response_indices.iter().zip(values) {
         all[i] = v;
     }
     all
@@ -208,11 +208,11 @@ pub(super) fn residue(
 }
 
 /// The largest component is 1.
-pub(super) fn shape(residues: &[Complex], responses: &ScaledResponses) -> Vec<Complex> {
-    let largest_size = responses.size.iter().copied().fold(0.0, f64::max);
+pub(super) fn shape(residues: &[Complex], lines: &ScaledResponses) -> Vec<Complex> {
+    let largest_size = lines.size.iter().copied().fold(0.0, f64::max);
     let mut shape = residues.to_vec();
-    for (at, &i) in responses.response_indices.iter().enumerate() {
-        shape[i] *= responses.size[at] / largest_size;
+    for (at, &i) in lines.response_indices.iter().enumerate() {
+        shape[i] *= lines.size[at] / largest_size;
     }
     let largest = shape
         .iter()
@@ -227,33 +227,33 @@ pub(super) fn shape(residues: &[Complex], responses: &ScaledResponses) -> Vec<Co
 
 /// Power of a pole pair over that measured, within its half-power band (at least the nearest lines).
 pub(super) fn visibility(
-    responses: &ScaledResponses,
+    lines: &ScaledResponses,
     p: &Complex,
     scaled: &[Vec<Complex>],
     place: usize,
 ) -> f64 {
-    let step = responses.step;
+    let step = lines.step;
     let half = p.re.abs().max(step);
     let (mut own, mut all) = (0.0, 0.0);
-    for k in 0..responses.x.len() {
-        if (responses.x[k] - p.im).abs() > half {
+    for k in 0..lines.x.len() {
+        if (lines.x[k] - p.im).abs() > half {
             continue;
         }
-        let s = Complex::new(0.0, responses.x[k]);
-        let power = responses.x[k].powi(i32::from(responses.derivative));
-        for (at, &i) in responses.response_indices.iter().enumerate() {
+        let s = Complex::new(0.0, lines.x[k]);
+        let power = lines.x[k].powi(i32::from(lines.derivative));
+        for (at, &i) in lines.response_indices.iter().enumerate() {
             let r = scaled[i][place];
             let h = (r / (s - p) + r.conj() / (s - p.conj())) * power;
             own += h.norm_sqr();
-            all += responses.h[at][k].norm_sqr();
+            all += lines.h[at][k].norm_sqr();
         }
     }
     if all > 0.0 { own / all } else { 0.0 }
 }
 
 /// Root mean square misfit over that of the response, unweighted.
-fn fit_error(result: &SearchResult, responses: &ScaledResponses, response: usize) -> f64 {
-    let n = responses.x.len();
+fn fit_error(result: &SearchResult, lines: &ScaledResponses, response: usize) -> f64 {
+    let n = lines.x.len();
     let Some((problem, left)) = result
         .problems
         .iter()
@@ -265,17 +265,16 @@ fn fit_error(result: &SearchResult, responses: &ScaledResponses, response: usize
     let e = left.col_as_slice(response - problem.first);
     let (mut left, mut all) = (0.0, 0.0);
     for k in 0..n {
-        let weight =
-            problem.factor[k].norm() / responses.x[k].powi(i32::from(responses.derivative));
+        let weight = problem.factor[k].norm() / lines.x[k].powi(i32::from(lines.derivative));
         left += (e[k] * e[k] + e[n + k] * e[n + k]) / (weight * weight);
-        all += responses.h[response][k].norm_sqr();
+        all += lines.h[response][k].norm_sqr();
     }
     (left * result.by_response[response] / all).sqrt()
 }
 
 fn add_warnings(
     fit: &mut RationalFit,
-    scaled_responses: &ScaledResponses,
+    lines: &ScaledResponses,
     result: &SearchResult,
     beyond: bool,
     per_dof: f64,
@@ -287,12 +286,12 @@ fn add_warnings(
             hint: (!hint.is_empty()).then(|| hint.to_string()),
         });
     };
-    if scaled_responses.response_indices.len() < fit.residues.len() {
+    if lines.response_indices.len() < fit.residues.len() {
         say(
             "zero-response",
             format!(
                 "{} of {} responses are zero throughout and were left out",
-                fit.residues.len() - scaled_responses.response_indices.len(),
+                fit.residues.len() - lines.response_indices.len(),
                 fit.residues.len()
             ),
             "",
@@ -307,9 +306,9 @@ fn add_warnings(
             "look for drift between measurements, nonlinearity, leakage, or a variance that is too small",
         );
     }
-    if result.deviations.is_some() {
+    if result.departures.is_some() {
         let most =
-            |pick: fn(&ModelErrorShare) -> f64| fit.shares.iter().map(pick).fold(0.0, f64::max);
+            |pick: fn(&ModelErrorShare) -> f64| fit.departures.iter().map(pick).fold(0.0, f64::max);
         let (share, spread) = (most(|d| d.model_error), most(|d| d.frequency_spread_hz));
         let of = match (spread > 0.0, result.by_hit) {
             (false, _) => String::new(),

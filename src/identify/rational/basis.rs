@@ -95,12 +95,12 @@ impl WhitenedProblem {
     }
 
     /// The columns without poles of a structure.
-    pub fn residual_terms(x: &[f64], factor: &[Complex], model_terms: ModelTerms) -> Matrix {
+    pub fn residual_terms(x: &[f64], factor: &[Complex], structure: ModelTerms) -> Matrix {
         let n = x.len();
         let lower = |k: usize| -factor[k] / (x[k] * x[k]);
         let upper = |k: usize| factor[k];
         let terms: [(bool, &dyn Fn(usize) -> Complex); 2] =
-            [(model_terms.lower, &lower), (model_terms.upper, &upper)];
+            [(structure.lower, &lower), (structure.upper, &upper)];
         let used: Vec<_> = terms.iter().filter(|t| t.0).collect();
         let mut fixed = Matrix::zeros(2 * n, used.len());
         for (j, (_, term)) in used.iter().enumerate() {

@@ -42,49 +42,49 @@ struct GroupPole {
 
 /// Means over the groups for every pole; nothing of those that fewer than three groups see.
 pub(super) fn means(
-    fit: &BandFit,
+    band: &BandFit,
     groups: &[Vec<usize>],
     by_hit: bool,
-    deviations: &[ModeDeviation],
+    departures: &[ModeDeviation],
     is_reported: &dyn Fn(&ScaledPole) -> bool,
 ) -> Vec<Option<GroupMean>> {
-    let poles = &fit.residues.poles;
-    let pole: Vec<Vec<GroupPole>> = (0..poles.len())
+    let poles = &band.modes.poles;
+    let own: Vec<Vec<GroupPole>> = (0..poles.len())
         .map(
             |r| match is_reported(&poles[r]) && groups.len() >= MIN_GROUPS {
-                true => own_poles(fit, groups, deviations, r),
+                true => own_poles(band, groups, departures, r),
                 false => Vec::new(),
             },
         )
         .collect();
-    let column = |pole: &[GroupPole],
+    let column = |own: &[GroupPole],
                   pick: &dyn Fn(&GroupPole) -> (f64, f64)|
-     -> (Vec<f64>, Vec<f64>) { pole.iter().map(pick).unzip() };
+     -> (Vec<f64>, Vec<f64>) { own.iter().map(pick).unzip() };
     let frequency = |o: &GroupPole| (o.pole.w, o.variance.0);
     let width = |o: &GroupPole| (o.pole.sigma, o.variance.1);
-    let statistic = |pole: &[GroupPole]| {
+    let statistic = |own: &[GroupPole]| {
         let of = |pick: &dyn Fn(&GroupPole) -> (f64, f64)| {
-            let (y, v) = column(pole, pick);
+            let (y, v) = column(own, pick);
             heterogeneity(&y, &v)
         };
         [of(&frequency), of(&width)]
     };
-    let seen = |pole: &&Vec<GroupPole>| pole.len() >= MIN_GROUPS;
-    let (q, dof) = pole.iter().filter(seen).fold((0.0, 0.0), |(q, dof), pole| {
-        let [a, b] = statistic(pole);
-        (q + a + b, dof + 2.0 * (pole.len() as f64 - 1.0))
+    let seen = |own: &&Vec<GroupPole>| own.len() >= MIN_GROUPS;
+    let (q, dof) = own.iter().filter(seen).fold((0.0, 0.0), |(q, dof), own| {
+        let [a, b] = statistic(own);
+        (q + a + b, dof + 2.0 * (own.len() as f64 - 1.0))
     });
     // Hits of one test share what makes them differ; responses need not.
     let together = by_hit && differ_together(q, dof);
-    pole.iter()
-        .map(|pole| {
-            if pole.len() < MIN_GROUPS {
+    own.iter()
+        .map(|own| {
+            if own.len() < MIN_GROUPS {
                 return None;
             }
-            let free = pole.len() as f64 - 1.0;
-            let differs = together || statistic(pole).into_iter().any(|q| differ(q, free));
+            let free = own.len() as f64 - 1.0;
+            let differs = together || statistic(own).into_iter().any(|q| differ(q, free));
             let of = |pick: &dyn Fn(&GroupPole) -> (f64, f64)| {
-                let (y, v) = column(pole, pick);
+                let (y, v) = column(own, pick);
                 let found = pooled_mean(&y, &v);
                 let least = 1.0 / v.iter().map(|v| 1.0 / v).sum::<f64>();
                 PooledMean {
@@ -93,10 +93,10 @@ pub(super) fn means(
                 }
             };
             Some(GroupMean {
-                count: pole.len(),
+                count: own.len(),
                 mean: differs.then(|| {
                     let (w, sigma) = (of(&frequency), of(&width));
-                    (w, narrowed(sigma, &w, fit.responses.joined, free))
+                    (w, narrowed(sigma, &w, band.lines.joined, free))
                 }),
             })
         })
@@ -116,12 +116,12 @@ fn narrowed(sigma: PooledMean, w: &PooledMean, joined: f64, free: f64) -> Pooled
 }
 
 fn own_poles(
-    band_fit: &BandFit,
+    band: &BandFit,
     groups: &[Vec<usize>],
-    deviations: &[ModeDeviation],
+    departures: &[ModeDeviation],
     r: usize,
 ) -> Vec<GroupPole> {
-    let (lines, poles) = (band_fit.responses, &band_fit.residues.poles);
+    let (lines, poles) = (band.lines, &band.modes.poles);
     let pole = poles[r];
     let others = (0..poles.len()).filter(|&o| o != r);
     let neighbour = others
@@ -131,28 +131,28 @@ fn own_poles(
         })
         .map_or(0.0, |o| poles[o].sigma);
     let half = half_window(lines.step, pole.sigma, neighbour);
-    let window = PoleWindow::new(band_fit, pole.w, half, &|o| deviations[o]);
+    let window = PoleWindow::new(band, pole.w, half, &|o| departures[o]);
     let Some(at) = window.near.iter().position(|&o| o == r) else {
         return Vec::new();
     };
     let start: Vec<ScaledPole> = window.near.iter().map(|&o| poles[o]).collect();
-    let common = band_fit.residues.select(&window.near);
+    let common = band.modes.select(&window.near);
     let one = |group: &Vec<usize>| -> Option<GroupPole> {
-        let mut deviations: Vec<ModeDeviation> = (window.near.iter())
+        let mut departures: Vec<ModeDeviation> = (window.near.iter())
             .map(|&o| ModeDeviation {
                 scatter: 0.0,
-                ..deviations[o]
+                ..departures[o]
             })
             .collect();
         let mut modes = common.clone();
         let mut fit: Option<WindowFit> = None;
         for _ in 0..MAX_ITERATIONS {
-            let weights = window.weights(group, &window.variance(&modes, &deviations));
+            let weights = window.weights(group, &window.variance(&modes, &departures));
             let from = fit.as_ref().map_or(&start, |f| &f.fit.model.poles);
             let next = window.fit(group, &weights, from, CONVERGENCE);
             modes = next.modes(lines.h.len());
             let residual = next.residual(lines.independence);
-            for (k, d) in deviations.iter_mut().enumerate() {
+            for (k, d) in departures.iter_mut().enumerate() {
                 d.share = window.misfit(group, &residual, &modes, k);
                 d.width = modes.poles[k].sigma;
             }

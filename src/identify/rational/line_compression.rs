@@ -117,18 +117,18 @@ impl<'a> Compressor<'a> {
             .chain(candidates.iter().map(|c| narrow(&c.pole, WIDTH_MARGIN.1)))
             .collect();
         let clear = share.min(0.1).powf(-1.0 / NODES as f64);
-        let mut ranges = Vec::new();
-        split(&problem.x, 0, problem.lines(), &poles, clear, &mut ranges);
-        for range in ranges.iter_mut().filter(|range| range.smooth) {
-            let known = (self.cached_blocks.entry((range.from, range.to))).or_insert_with(|| {
-                CompressedBlock::new(problem, range.from, range.to, &mut self.cached_rules)
+        let mut parts = Vec::new();
+        split(&problem.x, 0, problem.lines(), &poles, clear, &mut parts);
+        for part in parts.iter_mut().filter(|part| part.smooth) {
+            let known = (self.cached_blocks.entry((part.from, part.to))).or_insert_with(|| {
+                CompressedBlock::new(problem, part.from, part.to, &mut self.cached_rules)
             });
-            range.smooth = known.is_some();
+            part.smooth = known.is_some();
         }
-        if ranges.iter().all(|range| !range.smooth) {
+        if parts.iter().all(|part| !part.smooth) {
             return CompressedProblem::uncompressed(problem);
         }
-        let n = ranges.iter().map(LineRange::rows).sum();
+        let n = parts.iter().map(LineRange::rows).sum();
         let mut fewer = WhitenedProblem {
             x: Vec::with_capacity(n),
             factor: Vec::with_capacity(n),
@@ -139,10 +139,10 @@ impl<'a> Compressor<'a> {
             omitted_energy: 0.0,
         };
         let mut blocks = Vec::new();
-        for range in &ranges {
-            let (from, to, at) = (range.from, range.to, fewer.x.len());
+        for part in &parts {
+            let (from, to, at) = (part.from, part.to, fewer.x.len());
             match self.cached_blocks.get(&(from, to)) {
-                Some(Some(block)) if range.smooth => {
+                Some(Some(block)) if part.smooth => {
                     blocks.push(middle_and_half(&problem.x, from, to));
                     fewer.x.extend(&block.x);
                     fewer.factor.extend(&block.factor);
@@ -195,12 +195,12 @@ fn split(
     to: usize,
     poles: &[ScaledPole],
     clear: f64,
-    ranges: &mut Vec<LineRange>,
+    parts: &mut Vec<LineRange>,
 ) {
     if to - from <= MIN_BLOCK_LINES {
-        match ranges.last_mut() {
+        match parts.last_mut() {
             Some(last) if !last.smooth => last.to = to,
-            _ => ranges.push(LineRange {
+            _ => parts.push(LineRange {
                 from,
                 to,
                 smooth: false,
@@ -210,7 +210,7 @@ fn split(
     }
     let (middle, half) = middle_and_half(x, from, to);
     if is_clear(middle, half, poles, clear) {
-        ranges.push(LineRange {
+        parts.push(LineRange {
             from,
             to,
             smooth: true,
@@ -218,8 +218,8 @@ fn split(
         return;
     }
     let between = from + (to - from) / 2;
-    split(x, from, between, poles, clear, ranges);
-    split(x, between, to, poles, clear, ranges);
+    split(x, from, between, poles, clear, parts);
+    split(x, between, to, poles, clear, parts);
 }
 
 fn middle_and_half(x: &[f64], from: usize, to: usize) -> (f64, f64) {

@@ -109,14 +109,14 @@ pub(super) fn fit_locally(
 /// The residual within a window with the neighbours' own shares put back, and a background `1, j, t, jt`.
 pub(super) fn cut_window(
     problem: &WhitenedProblem,
-    model_fit: &ModelFit,
+    fitted: &ModelFit,
     numerators: usize,
     near: &[usize],
     from: usize,
     to: usize,
 ) -> WhitenedProblem {
     let (n, m) = (problem.lines(), to - from);
-    let fit = &model_fit.fits[0];
+    let fit = &fitted.fits[0];
     let half = |a: &Matrix| {
         Matrix::from_fn(2 * m, a.ncols(), |k, j| {
             a[(if k < m { from + k } else { n + from + k - m }, j)]
@@ -147,7 +147,7 @@ pub(super) fn cut_window(
         omitted_energy: 0.0,
     };
     if !near.is_empty() {
-        let poles: Vec<ScaledPole> = near.iter().map(|&r| model_fit.model.poles[r]).collect();
+        let poles: Vec<ScaledPole> = near.iter().map(|&r| fitted.model.poles[r]).collect();
         let basis = local.basis(&poles, numerators);
         let shares = Matrix::from_fn(poles.len() * numerators, fit.c.ncols(), |row, i| {
             let column = near[row / numerators] * numerators + row % numerators;

@@ -75,7 +75,7 @@ pub struct FrfData<'a> {
     /// Power of s that makes a receptance this kind of response: 1 for mobilities, 2 for accelerances, 0 for anything else.
     pub derivative: u8,
     /// The responses are averages over these hits.
-    pub hit: Option<ResponsesByHit<'a>>,
+    pub hits: Option<ResponsesByHit<'a>>,
 }
 
 /// Responses hit by hit. Poles are then found from all of them, each with residues and noise of its own, and are the mean over the hits.
@@ -113,7 +113,7 @@ pub struct RationalOptions {
     /// Poles may lie in the right half plane.
     pub allow_unstable: bool,
     /// A delay to be estimated with the poles.
-    pub model: DelayModel,
+    pub delay: DelayModel,
 }
 
 impl Default for RationalOptions {
@@ -123,7 +123,7 @@ impl Default for RationalOptions {
             max_poles: 40,
             order: None,
             allow_unstable: false,
-            model: DelayModel::None,
+            delay: DelayModel::None,
         }
     }
 }
@@ -223,7 +223,7 @@ pub struct RationalFit {
     /// What can be called modes, by rising frequency; shapes over the responses.
     pub modes: Vec<ModalParameters>,
     /// What each of them departs from the model by; empty where noise alone explains the responses, and no hits are known.
-    pub shares: Vec<ModelErrorShare>,
+    pub departures: Vec<ModelErrorShare>,
     /// Every pole of the upper half plane, rad/s, by rising frequency.
     pub poles: Vec<Complex>,
     /// Residues `R` by response and pole, in the unit of the response times rad/s over that of `s^q`.
@@ -247,9 +247,9 @@ pub struct RationalFit {
     /// What was tried.
     pub evidence: Vec<SelectionStep>,
     /// Terms of the fit.
-    pub terms: ModelTerms,
+    pub structure: ModelTerms,
     /// Poles that are not reported as modes.
-    pub pole: Vec<RejectedPole>,
+    pub omitted: Vec<RejectedPole>,
     /// Noise alone does not explain the responses.
     pub departs: bool,
     /// Warnings.
@@ -288,8 +288,8 @@ impl RationalFit {
 /// # Errors
 /// `OutOfRange` where a frequency, a value or a variance is not finite, frequencies do not rise, or more poles are asked for than the lines determine; `Conflict` where lengths differ;
 /// `TooShort` for fewer than eight lines in the band; `NoSignal` where every response is zero.
-pub fn fit(data: &FrfData, options: &RationalOptions) -> Result<RationalFit, Error> {
-    fit_with(data, options, None)
+pub fn fit(measured: &FrfData, options: &RationalOptions) -> Result<RationalFit, Error> {
+    fit_with(measured, options, None)
 }
 
 /// The same from poles at hand (rad/s, of the upper half plane, say of vector fitting), none added: they are refined together, and the
@@ -299,49 +299,47 @@ pub fn fit(data: &FrfData, options: &RationalOptions) -> Result<RationalFit, Err
 /// # Errors
 /// As [`fit`].
 pub fn fit_from_poles(
-    data: &FrfData,
+    measured: &FrfData,
     options: &RationalOptions,
     poles: &[Complex],
 ) -> Result<RationalFit, Error> {
-    fit_with(data, options, Some(poles))
+    fit_with(measured, options, Some(poles))
 }
 
 fn fit_with(
-    data: &FrfData,
+    measured: &FrfData,
     options: &RationalOptions,
     from: Option<&[Complex]>,
 ) -> Result<RationalFit, Error> {
     let started = std::time::Instant::now();
-    let responses = scaled_responses::ScaledResponses::new(data, options)?;
-    let determined = search::max_determined_poles(&responses, usize::MAX);
+    let lines = scaled_responses::ScaledResponses::new(measured, options)?;
+    let determined = search::max_determined_poles(&lines, usize::MAX);
     if let Some(order) = options.order
         && order > determined
     {
         let message = format!(
             "{order} pole pairs are asked for, and {} determine {determined} at most",
-            pluralise(responses.x.len(), "line")
+            pluralise(lines.x.len(), "line")
         );
         return Err(Error::new(Code::OutOfRange, message)
             .with_hint("ask for fewer, widen the band, or measure with finer lines"));
     }
     let from: Option<Vec<ScaledPole>> = from.map(|poles| {
-        let near = |p: &&Complex| p.im > p.re.abs() && p.norm() < responses.max_omega;
+        let near = |p: &&Complex| p.im > p.re.abs() && p.norm() < lines.max_omega;
         let inside = poles.iter().filter(near);
-        let starts = inside.map(|p| ScaledPole::new(*p, responses.max_omega));
+        let starts = inside.map(|p| ScaledPole::new(*p, lines.max_omega));
         starts.take(determined).collect()
     });
     // A delay turns every line of the average alike.
-    let by_hit = match options.model {
-        DelayModel::None => scaled_responses::ScaledResponses::split_by_hit(data, options)?,
+    let by_hit = match options.delay {
+        DelayModel::None => scaled_responses::ScaledResponses::split_by_hit(measured, options)?,
         _ => None,
     };
     let found = match by_hit {
-        Some(each) => {
-            search::search(&each, options, false, from.as_deref()).fit_responses(&responses)
-        }
-        None => search::search(&responses, options, data.variance_trusted, from.as_deref()),
+        Some(each) => search::search(&each, options, false, from.as_deref()).fit_responses(&lines),
+        None => search::search(&lines, options, measured.variance_trusted, from.as_deref()),
     };
-    let mut fit = assemble_fit::assemble_fit(data, &responses, found);
+    let mut fit = assemble_fit::assemble_fit(measured, &lines, found);
     fit.effort.seconds = started.elapsed().as_secs_f64();
     Ok(fit)
 }

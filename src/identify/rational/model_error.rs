@@ -72,27 +72,27 @@ impl PoleResidues {
 
 /// The variance of the scaled responses on the lines from `from` on, by response and line; that of the noise is of these lines alone.
 pub(super) fn variance(
-    responses: &ScaledResponses,
+    lines: &ScaledResponses,
     from: usize,
     noise: &[Vec<f64>],
-    residues: &PoleResidues,
-    deviations: &[ModeDeviation],
+    modes: &PoleResidues,
+    departures: &[ModeDeviation],
 ) -> Vec<Vec<f64>> {
     let to = from + noise[0].len();
-    let count: Vec<f64> = (residues.poles.iter().zip(deviations))
-        .map(|(pole, d)| d.lines(pole, responses.step))
+    let count: Vec<f64> = (modes.poles.iter().zip(departures))
+        .map(|(pole, d)| d.lines(pole, lines.step))
         .collect();
-    (0..responses.h.len())
+    (0..lines.h.len())
         .map(|i| {
             let mut v = noise[i].clone();
-            let most = largest_nearby(&responses.h[i], from, to);
+            let most = largest_nearby(&lines.h[i], from, to);
             let departs = |d: &(usize, &ModeDeviation)| d.1.share > 0.0 || d.1.scatter > 0.0;
-            for (r, d) in deviations.iter().enumerate().filter(departs) {
-                let pole = &residues.poles[r];
+            for (r, d) in departures.iter().enumerate().filter(departs) {
+                let pole = &modes.poles[r];
                 for (k, v) in v.iter_mut().enumerate() {
-                    let x = responses.x[from + k];
-                    let (part, inverse) = residues.part(i, r, x);
-                    let own = part.norm_sqr() * responses.power_size(from + k);
+                    let x = lines.x[from + k];
+                    let (part, inverse) = modes.part(i, r, x);
+                    let own = part.norm_sqr() * lines.power_size(from + k);
                     *v += count[r] * d.share * d.share * own.min(most[k]);
                     if d.scatter > 0.0 {
                         let slope = own * inverse.norm_sqr() * (2.0 * pole.w * pole.sigma).powi(2);
@@ -123,25 +123,25 @@ const NOISE_SIGMA: f64 = 2.0;
 
 /// What is left about a mode beyond the noise as a share of its own value, responses weighed by how much of them it is.
 pub(super) fn misfit(
-    responses: &ScaledResponses,
+    lines: &ScaledResponses,
     from: usize,
     of: &[usize],
     residual: &[Vec<Complex>],
     noise: &[Vec<f64>],
-    residues: &PoleResidues,
+    modes: &PoleResidues,
     r: usize,
 ) -> f64 {
-    let pole = &residues.poles[r];
-    let reach = (MODE_HALF_WIDTHS.0 * pole.sigma).max(MODE_HALF_WIDTHS.1 * responses.step);
+    let pole = &modes.poles[r];
+    let reach = (MODE_HALF_WIDTHS.0 * pole.sigma).max(MODE_HALF_WIDTHS.1 * lines.step);
     let (mut left, mut own, mut chance, mut least) = (0.0, 0.0, 0.0, 0.0);
     let m = noise[0].len();
-    let first = responses.x[from..from + m].partition_point(|&x| x < pole.w - reach);
-    let end = responses.x[from..from + m].partition_point(|&x| x <= pole.w + reach);
+    let first = lines.x[from..from + m].partition_point(|&x| x < pole.w - reach);
+    let end = lines.x[from..from + m].partition_point(|&x| x <= pole.w + reach);
     for (at, &i) in of.iter().enumerate() {
         for k in first..end {
-            let x = responses.x[from + k];
-            let part = residues.part(i, r, x).0.norm_sqr() * responses.power_size(from + k);
-            let whole = responses.h[i][from + k].norm_sqr().max(f64::MIN_POSITIVE);
+            let x = lines.x[from + k];
+            let part = modes.part(i, r, x).0.norm_sqr() * lines.power_size(from + k);
+            let whole = lines.h[i][from + k].norm_sqr().max(f64::MIN_POSITIVE);
             let weight = (part / whole).min(1.0) / whole;
             left += weight * residual[at][k].norm_sqr();
             own += weight * part;

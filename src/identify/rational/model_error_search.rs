@@ -48,7 +48,7 @@ const MAX_WORK: f64 = 6e10;
 /// What the search needs.
 pub(super) struct ModelErrorSearch<'a> {
     /// Lines and responses.
-    pub responses: &'a ScaledResponses,
+    pub lines: &'a ScaledResponses,
     /// Variance of the noise alone.
     pub noise: &'a [Vec<f64>],
     /// How poles are added.
@@ -72,9 +72,9 @@ pub(super) struct WeightedFit {
 /// What the search came to.
 pub(super) struct ModelErrorFit {
     /// The fit.
-    pub fit: WeightedFit,
+    pub state: WeightedFit,
     /// What each pole departs by.
-    pub deviations: Vec<ModeDeviation>,
+    pub departures: Vec<ModeDeviation>,
     /// Covariance of the poles under the variance.
     pub covariance: PoleCovariance,
 }
@@ -82,14 +82,14 @@ pub(super) struct ModelErrorFit {
 impl ModelErrorSearch<'_> {
     /// Responses that may differ about a pole: by hit, else each alone.
     pub fn groups(&self) -> Vec<Vec<usize>> {
-        match self.responses.hits.is_empty() {
-            true => (0..self.responses.h.len()).map(|i| vec![i]).collect(),
-            false => self.responses.hits.clone(),
+        match self.lines.hits.is_empty() {
+            true => (0..self.lines.h.len()).map(|i| vec![i]).collect(),
+            false => self.lines.hits.clone(),
         }
     }
 
     fn by_hit(&self) -> bool {
-        !self.responses.hits.is_empty()
+        !self.lines.hits.is_empty()
     }
 
     /// A model brought to its place under a variance.
@@ -97,11 +97,11 @@ impl ModelErrorSearch<'_> {
         &self,
         variance: Vec<Vec<f64>>,
         model: &PoleModel,
-        criteria: StopCriteria,
+        cancel: StopCriteria,
         effort: &mut FitEffort,
     ) -> WeightedFit {
         let weights = SeparableWeights::mean(&variance);
-        let all = self.responses.shared_problem(&weights, ModelTerms::FULL);
+        let all = self.lines.shared_problem(&weights, ModelTerms::FULL);
         let enough = Compressor::new(&all).compress(model, &[]);
         let fewer = enough.problem.into_owned();
         let problem = std::slice::from_ref(&fewer);
@@ -109,7 +109,7 @@ impl ModelErrorSearch<'_> {
             problem,
             fit_at(problem, model, NUMERATORS),
             NUMERATORS,
-            criteria,
+            cancel,
         );
         effort.steps += fit.steps;
         WeightedFit {
@@ -121,31 +121,31 @@ impl ModelErrorSearch<'_> {
         }
     }
 
-    fn modes(&self, fit: &WeightedFit) -> PoleResidues {
+    fn modes(&self, state: &WeightedFit) -> PoleResidues {
         PoleResidues {
-            poles: fit.fit.model.poles.clone(),
-            coefficients: (0..self.responses.h.len())
-                .map(|i| coefficients(&fit.fit, i, fit.weights.by_response[i]))
+            poles: state.fit.model.poles.clone(),
+            coefficients: (0..self.lines.h.len())
+                .map(|i| coefficients(&state.fit, i, state.weights.by_response[i]))
                 .collect(),
         }
     }
 
     /// The fit as windows see it.
-    pub fn band(&self, fit: &WeightedFit) -> BandFit<'_> {
-        let e = residual(&fit.all, &fit.fit.model, NUMERATORS, &fit.fit.fits[0]);
+    pub fn band(&self, state: &WeightedFit) -> BandFit<'_> {
+        let e = residual(&state.all, &state.fit.model, NUMERATORS, &state.fit.fits[0]);
         BandFit {
-            responses: self.responses,
+            lines: self.lines,
             noise: self.noise,
-            residues: self.modes(fit),
-            residual: unweighted_residuals(self.responses, &fit.weights, &e),
+            modes: self.modes(state),
+            residual: unweighted_residuals(self.lines, &state.weights, &e),
         }
     }
 
     /// Departures while poles are sought.
-    fn assumed_model_error(&self, fit: &WeightedFit) -> Vec<ModeDeviation> {
-        let model = &fit.fit.model;
+    fn assumed_model_error(&self, state: &WeightedFit) -> Vec<ModeDeviation> {
+        let model = &state.fit.model;
         let tau = match self.by_hit() {
-            true => scatter(&fit.fewer, &fit.fit, NUMERATORS, &self.responses.hits),
+            true => scatter(&state.fewer, &state.fit, NUMERATORS, &self.lines.hits),
             false => vec![0.0; model.poles.len()],
         };
         let of = |(pole, tau): (&ScaledPole, f64)| ModeDeviation {
@@ -156,19 +156,19 @@ impl ModelErrorSearch<'_> {
         model.poles.iter().zip(tau).map(of).collect()
     }
 
-    fn variance(&self, fit: &WeightedFit, deviations: &[ModeDeviation]) -> Vec<Vec<f64>> {
-        variance(self.responses, 0, self.noise, &self.modes(fit), deviations)
+    fn variance(&self, state: &WeightedFit, departures: &[ModeDeviation]) -> Vec<Vec<f64>> {
+        variance(self.lines, 0, self.noise, &self.modes(state), departures)
     }
 
     /// The fit once its variance has followed its poles.
     fn iterate_variance(
         &self,
-        fit: &WeightedFit,
-        criteria: StopCriteria,
+        state: &WeightedFit,
+        cancel: StopCriteria,
         effort: &mut FitEffort,
     ) -> WeightedFit {
-        let variance = self.variance(fit, &self.assumed_model_error(fit));
-        self.state(variance, &fit.fit.model, criteria, effort)
+        let variance = self.variance(state, &self.assumed_model_error(state));
+        self.state(variance, &state.fit.model, cancel, effort)
     }
 
     /// Poles, judged and refined, with what they depart by.
@@ -179,20 +179,20 @@ impl ModelErrorSearch<'_> {
         effort: &mut FitEffort,
     ) -> ModelErrorFit {
         let first = self.state(self.noise.to_vec(), start, STEPS_AFTER_ADDED, effort);
-        let mut fit = match start.poles.is_empty() {
+        let mut state = match start.poles.is_empty() {
             true => first,
             false => self.iterate_variance(&first, STEPS_AFTER_REMOVED, effort),
         };
-        fit = self.grow(fit, evidence, effort);
+        state = self.grow(state, evidence, effort);
         if self.options.fixed_pole_count.is_none() {
-            fit = self.judge(fit, effort);
+            state = self.judge(state, effort);
         }
-        self.finish(fit, effort)
+        self.finish(state, effort)
     }
 
     fn grow(
         &self,
-        mut fit: WeightedFit,
+        mut state: WeightedFit,
         evidence: &mut Vec<SelectionStep>,
         effort: &mut FitEffort,
     ) -> WeightedFit {
@@ -200,38 +200,38 @@ impl ModelErrorSearch<'_> {
         let already = effort.work;
         loop {
             let allowed = MAX_WORK - (effort.work - already);
-            let mut search = StepwiseSearch::new(&fit.all, NUMERATORS, self.options, allowed);
-            search.rejected = std::mem::take(&mut refused);
-            let (result, is_more) = search.add_round(&fit.fit.model, evidence);
-            effort.scans += result.scans;
-            effort.steps += result.steps;
-            effort.work += result.work;
-            refused = result.rejected;
-            let before = fit.fit.model.poles.len();
-            let changed = is_more || result.fit.model.poles.len() != before;
+            let mut growth = StepwiseSearch::new(&state.all, NUMERATORS, self.options, allowed);
+            growth.rejected = std::mem::take(&mut refused);
+            let (grown, is_more) = growth.add_round(&state.fit.model, evidence);
+            effort.scans += grown.scans;
+            effort.steps += grown.steps;
+            effort.work += grown.work;
+            refused = grown.rejected;
+            let before = state.fit.model.poles.len();
+            let changed = is_more || grown.fit.model.poles.len() != before;
             if changed {
-                fit.fewer = result.compressed.unwrap_or_else(|| fit.all.clone());
-                fit.fit = result.fit;
-                fit = self.iterate_variance(&fit, STEPS_AFTER_ADDED, effort);
+                state.fewer = grown.compressed.unwrap_or_else(|| state.all.clone());
+                state.fit = grown.fit;
+                state = self.iterate_variance(&state, STEPS_AFTER_ADDED, effort);
             }
             if !is_more {
-                return fit;
+                return state;
             }
         }
     }
 
-    fn judge(&self, mut fit: WeightedFit, effort: &mut FitEffort) -> WeightedFit {
+    fn judge(&self, mut state: WeightedFit, effort: &mut FitEffort) -> WeightedFit {
         let groups = self.groups();
-        let significance = PoleSignificance {
-            threshold: StepwiseSearch::new(&fit.all, NUMERATORS, self.options, 0.0).threshold,
+        let judge = PoleSignificance {
+            threshold: StepwiseSearch::new(&state.all, NUMERATORS, self.options, 0.0).threshold,
             groups: &groups,
             by_hit: self.by_hit() && groups.len() >= MIN_GROUPS,
         };
         let mut needed = Vec::new();
         let mut is_last = false;
         for _ in 0..MAX_REMOVAL_ROUNDS {
-            let redundant_pole = significance.needless(&self.band(&fit), &mut needed);
-            if redundant_pole.is_empty() {
+            let needless = judge.needless(&self.band(&state), &mut needed);
+            if needless.is_empty() {
                 if is_last {
                     break;
                 }
@@ -240,44 +240,44 @@ impl ModelErrorSearch<'_> {
                 needed.clear();
                 continue;
             }
-            let mut model = fit.fit.model.clone();
-            for one in &redundant_pole {
+            let mut model = state.fit.model.clone();
+            for one in &needless {
                 let moves =
                     |p: &ScaledPole| one.others.iter().any(|o| is_same(p, &model.poles[o.0]));
                 needed.retain(|p: &ScaledPole| !moves(p));
             }
-            for &(r, pole) in redundant_pole.iter().flat_map(|n| &n.others) {
+            for &(r, pole) in needless.iter().flat_map(|n| &n.others) {
                 model.poles[r] = pole;
             }
-            let gone: Vec<usize> = redundant_pole.iter().map(|n| n.pole).collect();
+            let gone: Vec<usize> = needless.iter().map(|n| n.pole).collect();
             let mut at = 0..model.poles.len();
             model
                 .poles
                 .retain(|_| at.next().is_some_and(|r| !gone.contains(&r)));
-            fit = self.state(fit.variance, &model, STEPS_AFTER_ADDED, effort);
-            fit = self.iterate_variance(
-                &self.iterate_variance(&fit, STEPS_AFTER_REMOVED, effort),
+            state = self.state(state.variance, &model, STEPS_AFTER_ADDED, effort);
+            state = self.iterate_variance(
+                &self.iterate_variance(&state, STEPS_AFTER_REMOVED, effort),
                 STEPS_AFTER_REMOVED,
                 effort,
             );
         }
-        fit
+        state
     }
 
     /// Departures as they are measured, the poles under them, and their covariance.
-    fn finish(&self, mut fit: WeightedFit, effort: &mut FitEffort) -> ModelErrorFit {
+    fn finish(&self, mut state: WeightedFit, effort: &mut FitEffort) -> ModelErrorFit {
         let groups = self.groups();
-        let mut deviations = Vec::new();
+        let mut departures = Vec::new();
         for _ in 0..MAX_ITERATIONS {
-            deviations = self.estimate_model_error(&fit, &groups);
-            let variance = self.variance(&fit, &deviations);
-            let model = fit.fit.model.clone();
-            fit = self.state(variance, &model, FINAL_STEPS, effort);
+            departures = self.estimate_model_error(&state, &groups);
+            let variance = self.variance(&state, &departures);
+            let model = state.fit.model.clone();
+            state = self.state(variance, &model, FINAL_STEPS, effort);
         }
-        let certain = covariance(std::slice::from_ref(&fit.fewer), &fit.fit, NUMERATORS);
+        let certain = covariance(std::slice::from_ref(&state.fewer), &state.fit, NUMERATORS);
         ModelErrorFit {
-            fit,
-            deviations,
+            state,
+            departures,
             covariance: certain,
         }
     }
@@ -285,25 +285,25 @@ impl ModelErrorSearch<'_> {
     /// What every mode departs by.
     pub fn estimate_model_error(
         &self,
-        fit: &WeightedFit,
+        state: &WeightedFit,
         groups: &[Vec<usize>],
     ) -> Vec<ModeDeviation> {
-        let band_fit = self.band(fit);
-        let all: Vec<usize> = (0..self.responses.h.len()).collect();
-        let tau = scatter(&fit.fewer, &fit.fit, NUMERATORS, groups);
-        (0..band_fit.residues.poles.len())
+        let band = self.band(state);
+        let all: Vec<usize> = (0..self.lines.h.len()).collect();
+        let tau = scatter(&state.fewer, &state.fit, NUMERATORS, groups);
+        (0..band.modes.poles.len())
             .map(|r| ModeDeviation {
                 share: misfit(
-                    self.responses,
+                    self.lines,
                     0,
                     &all,
-                    &band_fit.residual,
+                    &band.residual,
                     self.noise,
-                    &band_fit.residues,
+                    &band.modes,
                     r,
                 ),
                 scatter: tau[r],
-                width: band_fit.residues.poles[r].sigma,
+                width: band.modes.poles[r].sigma,
             })
             .collect()
     }
@@ -311,16 +311,16 @@ impl ModelErrorSearch<'_> {
 
 /// Whitened residuals as those of the scaled responses.
 pub(super) fn unweighted_residuals(
-    responses: &ScaledResponses,
+    lines: &ScaledResponses,
     weights: &SeparableWeights,
     left: &Matrix,
 ) -> Vec<Vec<Complex>> {
-    let n = responses.x.len();
+    let n = lines.x.len();
     let unit = |i: usize, k: usize| {
         let variance = weights.by_response[i] * weights.by_line[k];
-        (variance / 2.0 / responses.independence).sqrt()
+        (variance / 2.0 / lines.independence).sqrt()
     };
-    (0..responses.h.len())
+    (0..lines.h.len())
         .map(|i| {
             let column = left.col_as_slice(i);
             (0..n)

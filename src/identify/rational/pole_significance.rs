@@ -68,15 +68,15 @@ pub(super) fn is_same(a: &ScaledPole, b: &ScaledPole) -> bool {
 
 impl PoleSignificance<'_> {
     /// Poles that are not needed, the least first, no two of one window; `needed` are those known to be, by place.
-    pub fn needless(&self, fit: &BandFit, needed: &mut Vec<ScaledPole>) -> Vec<RedundantPole> {
-        let poles = &fit.residues.poles;
+    pub fn needless(&self, band: &BandFit, needed: &mut Vec<ScaledPole>) -> Vec<RedundantPole> {
+        let poles = &band.modes.poles;
         let mut all = Vec::new();
         for q in 0..poles.len() {
             if needed.iter().any(|p| is_same(p, &poles[q])) {
                 continue;
             }
-            match self.redundant(fit, q) {
-                Some(pole) => all.push(pole),
+            match self.redundant(band, q) {
+                Some(needless) => all.push(needless),
                 None => needed.push(poles[q]),
             }
         }
@@ -95,8 +95,8 @@ impl PoleSignificance<'_> {
     }
 
     /// `None` where the pole is needed, or alone.
-    fn redundant(&self, fit: &BandFit, q: usize) -> Option<RedundantPole> {
-        let (poles, lines) = (&fit.residues.poles, fit.responses);
+    fn redundant(&self, band: &BandFit, q: usize) -> Option<RedundantPole> {
+        let (poles, lines) = (&band.modes.poles, band.lines);
         let (pole, step) = (poles[q], lines.step);
         let others = (0..poles.len()).filter(|&r| r != q);
         let nearest = others.min_by(|&a, &b| {
@@ -125,21 +125,21 @@ impl PoleSignificance<'_> {
             scatter: 0.0,
             width: pole.sigma,
         };
-        let window = PoleWindow::new(fit, pole.w, half, &departure);
+        let window = PoleWindow::new(band, pole.w, half, &departure);
         let others: Vec<usize> = window.near.iter().copied().filter(|&r| r != q).collect();
         let all: Vec<usize> = (0..lines.h.len()).collect();
         // The variance of the fit without it.
-        let mut modes = fit.residues.select(&others);
-        let mut deviations: Vec<ModeDeviation> = others.iter().map(|&r| departure(r)).collect();
-        let mut weights = window.weights(&all, &window.variance(&modes, &deviations));
+        let mut modes = band.modes.select(&others);
+        let mut departures: Vec<ModeDeviation> = others.iter().map(|&r| departure(r)).collect();
+        let mut weights = window.weights(&all, &window.variance(&modes, &departures));
         let mut without = window.fit(&all, &weights, &modes.poles, CONVERGENCE);
         for _ in 0..2 {
             modes = without.modes(lines.h.len());
             let tau = self.scatter(&without);
-            for (d, tau) in deviations.iter_mut().zip(tau) {
+            for (d, tau) in departures.iter_mut().zip(tau) {
                 d.scatter = tau;
             }
-            weights = window.weights(&all, &window.variance(&modes, &deviations));
+            weights = window.weights(&all, &window.variance(&modes, &departures));
             without = window.fit(&all, &weights, &modes.poles, CONVERGENCE);
         }
         let with: Vec<ScaledPole> = window.near.iter().map(|&r| poles[r]).collect();

@@ -319,7 +319,7 @@ pub(super) fn refine(
     problems: &[impl Borrow<WhitenedProblem>],
     start: ModelFit,
     numerators: usize,
-    criteria: StopCriteria,
+    cancel: StopCriteria,
 ) -> ModelFit {
     let mut best = start;
     if best.model.poles.is_empty() && best.model.delays.is_empty() {
@@ -327,10 +327,10 @@ pub(super) fn refine(
     }
     let mut damping = DAMPING.0;
     let mut tried = 0;
-    'outer: while tried < criteria.steps {
-        let equations = normal(problems, &best.model, numerators, &best.fits);
+    'outer: while tried < cancel.steps {
+        let normal = normal(problems, &best.model, numerators, &best.fits);
         loop {
-            let Some((step, fall)) = step(&equations, damping) else {
+            let Some((step, fall)) = step(&normal, damping) else {
                 damping *= DAMPING.2;
                 if damping > MAX_DAMPING {
                     break 'outer;
@@ -338,9 +338,9 @@ pub(super) fn refine(
                 continue;
             };
             if fall
-                < criteria
+                < cancel
                     .min_decrease
-                    .max(criteria.min_relative_decrease * best.chi2)
+                    .max(cancel.min_relative_decrease * best.chi2)
             {
                 break 'outer;
             }
@@ -352,7 +352,7 @@ pub(super) fn refine(
                 break;
             }
             damping *= DAMPING.2;
-            if damping > MAX_DAMPING || tried >= criteria.steps {
+            if damping > MAX_DAMPING || tried >= cancel.steps {
                 break 'outer;
             }
         }
@@ -362,30 +362,30 @@ pub(super) fn refine(
 }
 
 /// A damped step and the fall of χ² it predicts; `None` where the equations are singular.
-fn step(equations: &GaussNewtonEquations, damping: f64) -> Option<(Vec<f64>, f64)> {
-    let n = equations.g.len();
+fn step(normal: &GaussNewtonEquations, damping: f64) -> Option<(Vec<f64>, f64)> {
+    let n = normal.g.len();
     let scale: Vec<f64> = (0..n)
         .map(|i| {
-            if equations.a[(i, i)] > 0.0 {
-                1.0 / equations.a[(i, i)].sqrt()
+            if normal.a[(i, i)] > 0.0 {
+                1.0 / normal.a[(i, i)].sqrt()
             } else {
                 0.0
             }
         })
         .collect();
     let damped = Matrix::from_fn(n, n, |i, j| {
-        let value = equations.a[(i, j)] * scale[i] * scale[j];
+        let value = normal.a[(i, j)] * scale[i] * scale[j];
         if i == j { 1.0 + damping } else { value }
     });
-    let right = Matrix::from_fn(n, 1, |i, _| -equations.g[i] * scale[i]);
+    let right = Matrix::from_fn(n, 1, |i, _| -normal.g[i] * scale[i]);
     let l = cholesky(&damped).ok()?;
     let solution = solve_lower_transposed(&l, &solve_lower(&l, &right));
     let step: Vec<f64> = (0..n).map(|i| solution[(i, 0)] * scale[i]).collect();
     let mut fall = 0.0;
     for i in 0..n {
-        fall -= 2.0 * equations.g[i] * step[i];
+        fall -= 2.0 * normal.g[i] * step[i];
         fall -= (0..n)
-            .map(|j| step[i] * equations.a[(i, j)] * step[j])
+            .map(|j| step[i] * normal.a[(i, j)] * step[j])
             .sum::<f64>();
     }
     fall.is_finite().then_some((step, fall))

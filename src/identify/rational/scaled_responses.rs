@@ -54,42 +54,39 @@ impl ScaledResponses {
     /// # Errors
     /// As [`ScaledResponses::new`].
     pub fn split_by_hit(
-        data: &FrfData,
+        measured: &FrfData,
         options: &RationalOptions,
     ) -> Result<Option<ScaledResponses>, Error> {
-        let Some(responses_by_hit) = data.hit.filter(|h| h.responses.len() > 1) else {
+        let Some(hits) = measured.hits.filter(|h| h.responses.len() > 1) else {
             return Ok(None);
         };
-        let responses = responses_by_hit.responses.concat();
+        let responses = hits.responses.concat();
         let each = FrfData {
             responses: &responses,
             variance: None,
-            hit: None,
-            ..*data
+            hits: None,
+            ..*measured
         };
-        let mut scaled_responses = ScaledResponses::new(&each, options)?;
-        let outputs = data.responses.len();
-        (scaled_responses.fourth, scaled_responses.joined) =
-            (responses_by_hit.fourth, responses_by_hit.joined);
-        scaled_responses.hits = (0..responses_by_hit.responses.len())
+        let mut lines = ScaledResponses::new(&each, options)?;
+        let outputs = measured.responses.len();
+        (lines.fourth, lines.joined) = (hits.fourth, hits.joined);
+        lines.hits = (0..hits.responses.len())
             .map(|hit| {
-                let of = |at: &usize| scaled_responses.response_indices[*at] / outputs == hit;
-                (0..scaled_responses.response_indices.len())
-                    .filter(of)
-                    .collect()
+                let of = |at: &usize| lines.response_indices[*at] / outputs == hit;
+                (0..lines.response_indices.len()).filter(of).collect()
             })
             .filter(|of: &Vec<usize>| !of.is_empty())
             .collect();
-        Ok(Some(scaled_responses))
+        Ok(Some(lines))
     }
 
     /// Checks what was measured and takes what lies in the band; the line at zero frequency is left out.
-    pub fn new(data: &FrfData, options: &RationalOptions) -> Result<ScaledResponses, Error> {
-        check(data, options)?;
+    pub fn new(measured: &FrfData, options: &RationalOptions) -> Result<ScaledResponses, Error> {
+        check(measured, options)?;
         let (from, to) = options.band_hz.unwrap_or((0.0, f64::INFINITY));
-        let taken: Vec<usize> = (0..data.frequency_hz.len())
-            .filter(|&k| data.frequency_hz[k] > 0.0)
-            .filter(|&k| (from..=to).contains(&data.frequency_hz[k]))
+        let taken: Vec<usize> = (0..measured.frequency_hz.len())
+            .filter(|&k| measured.frequency_hz[k] > 0.0)
+            .filter(|&k| (from..=to).contains(&measured.frequency_hz[k]))
             .collect();
         if taken.len() < MIN_LINES {
             return Err(Error::new(
@@ -101,26 +98,26 @@ impl ScaledResponses {
             )
             .with_hint("widen the band, or measure with a finer frequency step"));
         }
-        let highest = data.frequency_hz[taken[taken.len() - 1]];
+        let highest = measured.frequency_hz[taken[taken.len() - 1]];
         let x: Vec<f64> = taken
             .iter()
-            .map(|&k| data.frequency_hz[k] / highest)
+            .map(|&k| measured.frequency_hz[k] / highest)
             .collect();
-        let mut responses = ScaledResponses {
+        let mut lines = ScaledResponses {
             step: median_spacing(&x),
             x,
             max_omega: TAU * highest,
             response_indices: Vec::new(),
             size: Vec::new(),
             h: Vec::new(),
-            variance: data.variance.map(|_| Vec::new()),
-            derivative: data.derivative,
-            independence: data.line_independence,
+            variance: measured.variance.map(|_| Vec::new()),
+            derivative: measured.derivative,
+            independence: measured.line_independence,
             fourth: FOURTH_DIFFERENCE_VARIANCE,
             hits: Vec::new(),
             joined: 1.0,
         };
-        for (i, response) in data.responses.iter().enumerate() {
+        for (i, response) in measured.responses.iter().enumerate() {
             let size = taken
                 .iter()
                 .map(|&k| response[k].norm())
@@ -128,22 +125,22 @@ impl ScaledResponses {
             if size == 0.0 {
                 continue;
             }
-            responses.response_indices.push(i);
-            responses.size.push(size);
-            responses
+            lines.response_indices.push(i);
+            lines.size.push(size);
+            lines
                 .h
                 .push(taken.iter().map(|&k| response[k] / size).collect());
-            if let (Some(all), Some(mine)) = (&mut responses.variance, data.variance) {
+            if let (Some(all), Some(mine)) = (&mut lines.variance, measured.variance) {
                 all.push(taken.iter().map(|&k| mine[i][k] / size / size).collect());
             }
         }
-        if responses.h.is_empty() {
+        if lines.h.is_empty() {
             return Err(Error::new(
                 Code::NoSignal,
                 "every response is zero on every line of the band",
             ));
         }
-        Ok(responses)
+        Ok(lines)
     }
 
     /// Least variance of a value: what rounding leaves of it, and of the frequency where the response is steep.
@@ -195,9 +192,13 @@ impl ScaledResponses {
     }
 
     /// All responses with one weight profile.
-    pub fn shared_problem(&self, weights: &SeparableWeights, terms: ModelTerms) -> WhitenedProblem {
+    pub fn shared_problem(
+        &self,
+        weights: &SeparableWeights,
+        structure: ModelTerms,
+    ) -> WhitenedProblem {
         let all: Vec<usize> = (0..self.h.len()).collect();
-        self.problem(&all, &weights.by_response, &weights.by_line, terms)
+        self.problem(&all, &weights.by_response, &weights.by_line, structure)
     }
 
     /// One problem per response, each with its own weights.
@@ -205,7 +206,7 @@ impl ScaledResponses {
         &self,
         weights: &SeparableWeights,
         variance: &[Vec<f64>],
-        terms: ModelTerms,
+        structure: ModelTerms,
     ) -> Vec<WhitenedProblem> {
         (0..self.h.len())
             .map(|i| {
@@ -213,7 +214,7 @@ impl ScaledResponses {
                     .iter()
                     .map(|v| v / weights.by_response[i])
                     .collect();
-                self.problem(&[i], &weights.by_response, &own, terms)
+                self.problem(&[i], &weights.by_response, &own, structure)
             })
             .collect()
     }
@@ -223,7 +224,7 @@ impl ScaledResponses {
         responses: &[usize],
         by_response: &[f64],
         by_line: &[f64],
-        terms: ModelTerms,
+        structure: ModelTerms,
     ) -> WhitenedProblem {
         let n = self.x.len();
         let weight: Vec<f64> = by_line
@@ -240,7 +241,7 @@ impl ScaledResponses {
             }
         }
         WhitenedProblem {
-            pole_free_columns: WhitenedProblem::residual_terms(&self.x, &factor, terms),
+            pole_free_columns: WhitenedProblem::residual_terms(&self.x, &factor, structure),
             x: self.x.clone(),
             factor,
             y,
@@ -318,8 +319,8 @@ impl SeparableWeights {
     }
 }
 
-fn check(data: &FrfData, options: &RationalOptions) -> Result<(), Error> {
-    let f = data.frequency_hz;
+fn check(measured: &FrfData, options: &RationalOptions) -> Result<(), Error> {
+    let f = measured.frequency_hz;
     if let Some(k) = (0..f.len()).find(|&k| !f[k].is_finite()) {
         return Err(Error::new(
             Code::OutOfRange,
@@ -344,16 +345,16 @@ fn check(data: &FrfData, options: &RationalOptions) -> Result<(), Error> {
             format!("the band from {from} Hz to {to} Hz is empty"),
         ));
     }
-    if !(data.line_independence > 0.0 && data.line_independence <= 1.0) {
+    if !(measured.line_independence > 0.0 && measured.line_independence <= 1.0) {
         return Err(Error::new(
             Code::OutOfRange,
             format!(
                 "{} independent lines per line; it must lie above 0 and at most at 1",
-                data.line_independence
+                measured.line_independence
             ),
         ));
     }
-    if data.responses.is_empty() {
+    if measured.responses.is_empty() {
         return Err(Error::new(Code::NoSignal, "there is no response to fit"));
     }
     let lengths = |what: &str, i: usize, n: usize| {
@@ -364,7 +365,7 @@ fn check(data: &FrfData, options: &RationalOptions) -> Result<(), Error> {
             )
         })
     };
-    for (i, h) in data.responses.iter().enumerate() {
+    for (i, h) in measured.responses.iter().enumerate() {
         if let Some(error) = lengths("response", i, h.len()) {
             return Err(error);
         }
@@ -376,16 +377,16 @@ fn check(data: &FrfData, options: &RationalOptions) -> Result<(), Error> {
             .with_hint("leave out lines that were not measured"));
         }
     }
-    let Some(variance) = data.variance else {
+    let Some(variance) = measured.variance else {
         return Ok(());
     };
-    if variance.len() != data.responses.len() {
+    if variance.len() != measured.responses.len() {
         return Err(Error::new(
             Code::Conflict,
             format!(
                 "{} variances are given for {} responses",
                 variance.len(),
-                data.responses.len()
+                measured.responses.len()
             ),
         ));
     }

@@ -26,23 +26,23 @@ pub(super) fn scatter(
     if groups.len() < MIN_GROUPS || np == 0 {
         return vec![0.0; np];
     }
-    let equations = normal_by_group(problem, &fit.model, numerators, &fit.fits[0], groups);
+    let normals = normal_by_group(problem, &fit.model, numerators, &fit.fits[0], groups);
     let n = 2 * np;
     let mut shifts = vec![Vec::new(); np];
     let mut noise = vec![0.0; np];
-    for newton_equations in &equations {
+    for normal in &normals {
         let damped = Matrix::from_fn(n, n, |i, j| {
-            newton_equations.a[(i, j)] + if i == j { PRIOR } else { 0.0 }
+            normal.a[(i, j)] + if i == j { PRIOR } else { 0.0 }
         });
         let Ok(l) = cholesky(&damped) else {
             return vec![0.0; np];
         };
         let solve = |b: &Matrix| solve_lower_transposed(&l, &solve_lower(&l, b));
-        let shift = solve(&Matrix::from_fn(n, 1, |i, _| -newton_equations.g[i]));
+        let shift = solve(&Matrix::from_fn(n, 1, |i, _| -normal.g[i]));
         let inverse = solve(&Matrix::identity(n, n));
         for r in 0..np {
             shifts[r].push(shift[(2 * r, 0)]);
-            noise[r] += inverse[(2 * r, 2 * r)] / equations.len() as f64;
+            noise[r] += inverse[(2 * r, 2 * r)] / normals.len() as f64;
         }
     }
     let of = |(shifts, noise): (&Vec<f64>, &f64)| {

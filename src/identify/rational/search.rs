@@ -31,7 +31,7 @@ pub(super) struct SearchResult {
     /// Weights of the responses in them.
     pub by_response: Vec<f64>,
     /// Its terms.
-    pub terms: ModelTerms,
+    pub structure: ModelTerms,
     /// The variance was not given, or is itself an estimate.
     pub estimated: bool,
     /// Weighted misfit of the lines that were searched.
@@ -41,7 +41,7 @@ pub(super) struct SearchResult {
     /// What was tried.
     pub evidence: Vec<SelectionStep>,
     /// What each pole departs from the model by, where noise alone does not explain the responses.
-    pub deviations: Option<Vec<ModeDeviation>>,
+    pub departures: Option<Vec<ModeDeviation>>,
     /// What hits, or responses, say of each pole by themselves.
     pub means: Vec<Option<GroupMean>>,
     /// Groups of these means are hits.
@@ -89,33 +89,32 @@ const STOP_FINAL: StopCriteria = StopCriteria {
 
 /// Finds poles and their structure. Poles may be given to begin `from`: then none is added.
 pub(super) fn search(
-    responses: &ScaledResponses,
+    lines: &ScaledResponses,
     options: &RationalOptions,
     trusted: bool,
     from: Option<&[ScaledPole]>,
 ) -> SearchResult {
-    let given = responses.variance.is_some();
-    let noise = match &responses.variance {
-        Some(v) => responses.with_variance_floor(v),
-        None => from_differences(responses),
+    let given = lines.variance.is_some();
+    let noise = match &lines.variance {
+        Some(v) => lines.with_variance_floor(v),
+        None => from_differences(lines),
     };
-    let by_noise = MAX_BY_NOISE.0 + responses.x.len() / MAX_BY_NOISE.1;
-    let stepwise_options = StepwiseOptions {
-        max_poles: max_determined_poles(responses, options.max_poles.min(by_noise)),
+    let by_noise = MAX_BY_NOISE.0 + lines.x.len() / MAX_BY_NOISE.1;
+    let rules = StepwiseOptions {
+        max_poles: max_determined_poles(lines, options.max_poles.min(by_noise)),
         fixed_pole_count: options.order,
         add_poles: from.is_none(),
         unstable: options.allow_unstable,
         estimated: !(given && trusted),
-        data_count: responses.data_count(),
+        data_count: lines.data_count(),
         departs: false,
     };
     let start = PoleModel {
         poles: from.unwrap_or_default().to_vec(),
-        delays: match options.model {
+        delays: match options.delay {
             DelayModel::None => Vec::new(),
             kind => {
-                let problem =
-                    responses.shared_problem(&responses.weights(&noise), ModelTerms::FULL);
+                let problem = lines.shared_problem(&lines.weights(&noise), ModelTerms::FULL);
                 delay::initial_delay(&problem, kind == DelayModel::PerResponse)
             }
         },
@@ -123,8 +122,8 @@ pub(super) fn search(
     let mut effort = FitEffort::default();
     let mut evidence = Vec::new();
     if let Some(mut result) = fit_noise_only(
-        responses,
-        stepwise_options,
+        lines,
+        rules,
         noise.clone(),
         start.clone(),
         &mut evidence,
@@ -135,54 +134,54 @@ pub(super) fn search(
     }
     evidence.clear();
     let search = ModelErrorSearch {
-        responses,
+        lines,
         noise: &noise,
         options: StepwiseOptions {
-            max_poles: max_determined_poles(responses, options.max_poles),
+            max_poles: max_determined_poles(lines, options.max_poles),
             departs: true,
-            ..stepwise_options
+            ..rules
         },
     };
-    let fit = search.run(&start, &mut evidence, &mut effort);
-    let mut result = fit_with_model_error(&search, fit);
+    let departing = search.run(&start, &mut evidence, &mut effort);
+    let mut result = fit_with_model_error(&search, departing);
     (result.evidence, result.effort) = (evidence, effort);
     result
 }
 
 /// The fit by noise alone; `None` where that does not explain the responses.
 fn fit_noise_only(
-    responses: &ScaledResponses,
+    lines: &ScaledResponses,
     options: StepwiseOptions,
     noise: Vec<Vec<f64>>,
     mut start: PoleModel,
     evidence: &mut Vec<SelectionStep>,
     effort: &mut FitEffort,
 ) -> Option<SearchResult> {
-    let given = responses.variance.is_some();
+    let given = lines.variance.is_some();
     let mut variance = noise.clone();
-    let mut terms = ModelTerms::FULL;
+    let mut structure = ModelTerms::FULL;
     for round in 0..=MAX_ITERATIONS {
-        let mut full_fit = select_poles(
-            responses, options, terms, &variance, start, evidence, effort,
+        let mut model = select_poles(
+            lines, options, structure, &variance, start, evidence, effort,
         )?;
         let mut settled = given || round == MAX_ITERATIONS;
         if !settled {
-            let residual = full_fit.residuals(responses, terms.numerators(), effort);
-            let unknown = parameter_count(terms, &full_fit.fit, responses.h.len());
-            let free = 1.0 - unknown * responses.independence / responses.data_count();
-            let next = from_residuals(responses, &residual, free.max(0.1));
+            let residual = model.residuals(lines, structure.numerators(), effort);
+            let unknown = parameter_count(structure, &model.fit, lines.h.len());
+            let free = 1.0 - unknown * lines.independence / lines.data_count();
+            let next = from_residuals(lines, &residual, free.max(0.1));
             let ratio = mean_ratio(&next, &variance);
             variance = next;
             settled = (VARIANCE_RATIO_RANGE.0..VARIANCE_RATIO_RANGE.1).contains(&ratio);
             if settled {
-                full_fit = FullFit::fit_full(responses, &variance, &full_fit.fit.model);
+                model = FullFit::fit_full(lines, &variance, &model.fit.model);
             }
         }
-        start = full_fit.fit.model.clone();
+        start = model.fit.model.clone();
         if settled {
             let (chosen, better, steps) =
-                select_terms(full_fit.lines(), responses.data_count(), &full_fit.fit);
-            terms = chosen;
+                select_terms(model.lines(), lines.data_count(), &model.fit);
+            structure = chosen;
             start = better.model;
             effort.steps += steps;
             break;
@@ -191,53 +190,52 @@ fn fit_noise_only(
     let FullFit {
         all,
         weights,
-        fit: model_fit,
+        fit: fitted,
         ..
     } = select_poles(
-        responses, options, terms, &variance, start, evidence, effort,
+        lines, options, structure, &variance, start, evidence, effort,
     )?;
-    let numerators = terms.numerators();
+    let numerators = structure.numerators();
     let separate =
-        (!weights.exact).then(|| responses.separate_problems(&weights, &variance, terms));
+        (!weights.exact).then(|| lines.separate_problems(&weights, &variance, structure));
     let problems = separate.as_deref().unwrap_or(&all);
-    let (model_fit, covariance) = final_refinement(problems, model_fit.model, numerators, effort);
+    let (fitted, covariance) = final_refinement(problems, fitted.model, numerators, effort);
     let left: Vec<Matrix> = problems
         .iter()
-        .zip(&model_fit.fits)
-        .map(|(problem, fit)| residual(problem, &model_fit.model, numerators, fit))
+        .zip(&fitted.fits)
+        .map(|(problem, fit)| residual(problem, &fitted.model, numerators, fit))
         .collect();
-    let dof =
-        (responses.data_count() - parameter_count(terms, &model_fit, responses.h.len())).max(1.0);
-    if !is_explained(responses, options, &noise, &variance, &model_fit, dof) {
+    let dof = (lines.data_count() - parameter_count(structure, &fitted, lines.h.len())).max(1.0);
+    if !is_explained(lines, options, &noise, &variance, &fitted, dof) {
         return None;
     }
     let logarithms: f64 = variance.iter().flatten().map(|v| v.ln()).sum();
-    let surprise = responses.independence * logarithms + 0.5 * model_fit.chi2;
+    let surprise = lines.independence * logarithms + 0.5 * fitted.chi2;
     let mut result = SearchResult {
-        chi2: model_fit.chi2,
-        fit: model_fit,
+        chi2: fitted.chi2,
+        fit: fitted,
         problems: separate.unwrap_or_else(|| all.to_vec()),
         residuals: left,
         covariance,
         by_response: weights.by_response,
-        terms,
+        structure,
         estimated: options.estimated,
         dof,
         evidence: Vec::new(),
-        deviations: None,
+        departures: None,
         means: Vec::new(),
         by_hit: false,
         at_limit: false,
         negative_log_likelihood: surprise,
         effort: FitEffort::default(),
     };
-    if !responses.hits.is_empty() {
+    if !lines.hits.is_empty() {
         // Of what noise explains hits still say how far they place the poles apart.
-        let full = FullFit::fit_full(responses, &variance, &result.fit.model);
-        let band_fit = full.band(responses, &variance);
-        let deviations = vec![ModeDeviation::NONE; result.fit.model.poles.len()];
-        result.means = means(&band_fit, &responses.hits, true, &deviations, &|p| {
-            may_be_mode(responses, p)
+        let full = FullFit::fit_full(lines, &variance, &result.fit.model);
+        let band = full.band(lines, &variance);
+        let departures = vec![ModeDeviation::NONE; result.fit.model.poles.len()];
+        result.means = means(&band, &lines.hits, true, &departures, &|p| {
+            may_be_mode(lines, p)
         });
         result.by_hit = true;
     }
@@ -246,25 +244,25 @@ fn fit_noise_only(
 
 /// Whether a fit by noise alone is one: the misfit is that of noise, and its poles are needed whatever the responses depart by.
 fn is_explained(
-    responses: &ScaledResponses,
+    lines: &ScaledResponses,
     options: StepwiseOptions,
     noise: &[Vec<f64>],
     variance: &[Vec<f64>],
     fit: &ModelFit,
     dof: f64,
 ) -> bool {
-    let full = FullFit::fit_full(responses, variance, &fit.model);
-    let band_fit = full.band(responses, noise);
-    let limit = match (responses.variance.is_some(), options.estimated) {
+    let full = FullFit::fit_full(lines, variance, &fit.model);
+    let band = full.band(lines, noise);
+    let limit = match (lines.variance.is_some(), options.estimated) {
         (true, false) => MAX_NOISE_MISFIT.0,
         (true, true) => MAX_NOISE_MISFIT.1,
         (false, _) => MAX_NOISE_MISFIT.2,
     };
     // Differences of lines that go together under a window are less than their noise.
-    let has_noise = responses.variance.is_none()
-        && (responses.independence == 1.0 || !responses.hits.is_empty());
+    let has_noise =
+        lines.variance.is_none() && (lines.independence == 1.0 || !lines.hits.is_empty());
     let chi2 = match has_noise {
-        true => misfit(responses, &band_fit),
+        true => misfit(lines, &band),
         false => fit.chi2,
     };
     if chi2 > limit * dof {
@@ -276,60 +274,51 @@ fn is_explained(
     if fit.model.poles.len() >= options.max_poles {
         return false;
     }
-    let groups = responses.hits.clone();
-    let significance = PoleSignificance {
+    let groups = lines.hits.clone();
+    let judge = PoleSignificance {
         threshold: StepwiseSearch::new(&full.all[0], NUMERATORS, options, 0.0).threshold,
         by_hit: groups.len() >= MIN_GROUPS,
         groups: &groups,
     };
-    let inside = band_fit
-        .residues
-        .poles
-        .iter()
-        .filter(|p| may_be_mode(responses, p));
-    let needless = significance.needless(&band_fit, &mut Vec::new()).len() as f64;
+    let inside = band.modes.poles.iter().filter(|p| may_be_mode(lines, p));
+    let needless = judge.needless(&band, &mut Vec::new()).len() as f64;
     needless <= MAX_REDUNDANT_SHARE * inside.count() as f64
 }
 
 /// What a fit leaves over the noise.
-fn misfit(responses: &ScaledResponses, fit: &BandFit) -> f64 {
+fn misfit(lines: &ScaledResponses, band: &BandFit) -> f64 {
     let sum = |(e, v): (&Vec<Complex>, &Vec<f64>)| -> f64 {
         e.iter().zip(v).map(|(e, v)| e.norm_sqr() / v).sum()
     };
-    let all: f64 = fit.residual.iter().zip(fit.noise).map(sum).sum();
-    2.0 * responses.independence * all
+    let all: f64 = band.residual.iter().zip(band.noise).map(sum).sum();
+    2.0 * lines.independence * all
 }
 
 /// A pole of the band that may be a mode.
-fn may_be_mode(responses: &ScaledResponses, pole: &ScaledPole) -> bool {
+fn may_be_mode(lines: &ScaledResponses, pole: &ScaledPole) -> bool {
     /// Damping ratio from which on a pole is background.
     const BACKGROUND_DAMPING: f64 = 0.3;
-    (responses.x[0]..=1.0).contains(&pole.w) && pole.sigma < BACKGROUND_DAMPING * pole.w
+    (lines.x[0]..=1.0).contains(&pole.w) && pole.sigma < BACKGROUND_DAMPING * pole.w
 }
 
 /// A fit in a variance that holds departures.
-fn fit_with_model_error(search: &ModelErrorSearch, fit: ModelErrorFit) -> SearchResult {
-    let responses = search.responses;
+fn fit_with_model_error(search: &ModelErrorSearch, departing: ModelErrorFit) -> SearchResult {
+    let lines = search.lines;
     let ModelErrorFit {
-        fit: state,
-        deviations,
+        state,
+        departures,
         covariance,
-    } = fit;
+    } = departing;
     let groups = search.groups();
-    let band_fit = search.band(&state);
-    let means = means(
-        &band_fit,
-        &groups,
-        !responses.hits.is_empty(),
-        &deviations,
-        &|p| may_be_mode(responses, p),
-    );
+    let band = search.band(&state);
+    let means = means(&band, &groups, !lines.hits.is_empty(), &departures, &|p| {
+        may_be_mode(lines, p)
+    });
     let left = residual(&state.all, &state.fit.model, NUMERATORS, &state.fit.fits[0]);
-    let dof =
-        responses.data_count() - parameter_count(ModelTerms::FULL, &state.fit, responses.h.len());
+    let dof = lines.data_count() - parameter_count(ModelTerms::FULL, &state.fit, lines.h.len());
     let logarithms: f64 = state.variance.iter().flatten().map(|v| v.ln()).sum();
     SearchResult {
-        negative_log_likelihood: responses.independence * logarithms + 0.5 * state.fit.chi2,
+        negative_log_likelihood: lines.independence * logarithms + 0.5 * state.fit.chi2,
         chi2: state.fit.chi2,
         at_limit: search.options.fixed_pole_count.is_none()
             && state.fit.model.poles.len() >= search.options.max_poles,
@@ -338,34 +327,34 @@ fn fit_with_model_error(search: &ModelErrorSearch, fit: ModelErrorFit) -> Search
         residuals: vec![left],
         covariance,
         by_response: state.weights.by_response,
-        terms: ModelTerms::FULL,
+        structure: ModelTerms::FULL,
         estimated: true,
         dof: dof.max(1.0),
         evidence: Vec::new(),
-        deviations: Some(deviations),
+        departures: Some(departures),
         means,
-        by_hit: !responses.hits.is_empty(),
+        by_hit: !lines.hits.is_empty(),
         effort: FitEffort::default(),
     }
 }
 
 impl SearchResult {
     /// The same poles with residues of other responses over the same lines, such as the average of the hits that were searched.
-    pub fn fit_responses(self, responses: &ScaledResponses) -> SearchResult {
-        let variance = match &responses.variance {
-            Some(v) => responses.with_variance_floor(v),
-            None => vec![vec![1.0; responses.x.len()]; responses.h.len()],
+    pub fn fit_responses(self, lines: &ScaledResponses) -> SearchResult {
+        let variance = match &lines.variance {
+            Some(v) => lines.with_variance_floor(v),
+            None => vec![vec![1.0; lines.x.len()]; lines.h.len()],
         };
-        let weights = responses.weights(&variance);
-        let problems = responses.separate_problems(&weights, &variance, self.terms);
-        let numerators = self.terms.numerators();
-        let model_fit = fit_at(&problems, &self.fit.model, numerators);
-        let fits = problems.iter().zip(&model_fit.fits);
+        let weights = lines.weights(&variance);
+        let problems = lines.separate_problems(&weights, &variance, self.structure);
+        let numerators = self.structure.numerators();
+        let fitted = fit_at(&problems, &self.fit.model, numerators);
+        let fits = problems.iter().zip(&fitted.fits);
         let left = fits
-            .map(|(problem, fit)| residual(problem, &model_fit.model, numerators, fit))
+            .map(|(problem, fit)| residual(problem, &fitted.model, numerators, fit))
             .collect();
         SearchResult {
-            fit: model_fit,
+            fit: fitted,
             problems,
             residuals: left,
             by_response: weights.by_response,
@@ -385,9 +374,9 @@ struct FullFit {
 
 impl FullFit {
     /// Of every term, at a model as it stands.
-    fn fit_full(responses: &ScaledResponses, variance: &[Vec<f64>], model: &PoleModel) -> FullFit {
-        let weights = responses.weights(variance);
-        let all = [responses.shared_problem(&weights, ModelTerms::FULL)];
+    fn fit_full(lines: &ScaledResponses, variance: &[Vec<f64>], model: &PoleModel) -> FullFit {
+        let weights = lines.weights(variance);
+        let all = [lines.shared_problem(&weights, ModelTerms::FULL)];
         let enough = Compressor::new(&all[0]).compress(model, &[]);
         let fewer = (!enough.is_whole()).then(|| enough.problem.into_owned());
         let problem = fewer.as_ref().unwrap_or(&all[0]);
@@ -408,7 +397,7 @@ impl FullFit {
     /// What is left of the scaled responses once the poles are near enough to their place for an estimate of the variance.
     fn residuals(
         &mut self,
-        responses: &ScaledResponses,
+        lines: &ScaledResponses,
         numerators: usize,
         effort: &mut FitEffort,
     ) -> Vec<Vec<Complex>> {
@@ -418,51 +407,51 @@ impl FullFit {
         effort.rounds += 1;
         let left = residual(&self.all[0], &fit.model, numerators, &fit.fits[0]);
         self.fit = fit;
-        unweighted_residuals(responses, &self.weights, &left)
+        unweighted_residuals(lines, &self.weights, &left)
     }
 
     /// The fit, of every term, as windows see it.
-    fn band<'a>(&self, responses: &'a ScaledResponses, noise: &'a [Vec<f64>]) -> BandFit<'a> {
+    fn band<'a>(&self, lines: &'a ScaledResponses, noise: &'a [Vec<f64>]) -> BandFit<'a> {
         let model = &self.fit.model;
         let left = residual(&self.all[0], model, NUMERATORS, &self.fit.fits[0]);
         BandFit {
-            responses,
+            lines,
             noise,
-            residues: PoleResidues {
+            modes: PoleResidues {
                 poles: model.poles.clone(),
-                coefficients: (0..responses.h.len())
+                coefficients: (0..lines.h.len())
                     .map(|i| coefficients(&self.fit, i, self.weights.by_response[i]))
                     .collect(),
             },
-            residual: unweighted_residuals(responses, &self.weights, &left),
+            residual: unweighted_residuals(lines, &self.weights, &left),
         }
     }
 }
 
 /// Grows at one variance and structure; `None` where more poles than noise alone can ask for do not suffice.
 fn select_poles(
-    responses: &ScaledResponses,
+    lines: &ScaledResponses,
     options: StepwiseOptions,
-    terms: ModelTerms,
+    structure: ModelTerms,
     variance: &[Vec<f64>],
     model: PoleModel,
     evidence: &mut Vec<SelectionStep>,
     effort: &mut FitEffort,
 ) -> Option<FullFit> {
-    let numerators = terms.numerators();
-    let weights = responses.weights(variance);
-    let all = [responses.shared_problem(&weights, terms)];
-    let stepwise_search = StepwiseSearch::new(&all[0], numerators, options, MAX_WORK - effort.work);
-    let result = stepwise_search.run(&model, evidence);
-    effort.scans += result.scans;
-    effort.steps += result.steps;
-    effort.work += result.work;
-    let poles = &result.fit.model.poles;
+    let numerators = structure.numerators();
+    let weights = lines.weights(variance);
+    let all = [lines.shared_problem(&weights, structure)];
+    let growth = StepwiseSearch::new(&all[0], numerators, options, MAX_WORK - effort.work);
+    let grown = growth.run(&model, evidence);
+    effort.scans += grown.scans;
+    effort.steps += grown.steps;
+    effort.work += grown.work;
+    let poles = &grown.fit.model.poles;
     let is_out = options.fixed_pole_count.is_none()
-        && (poles.len() >= options.max_poles || is_crowd(poles, responses.step));
+        && (poles.len() >= options.max_poles || is_crowd(poles, lines.step));
     (effort.work <= MAX_WORK && !is_out).then_some(FullFit {
-        fewer: result.compressed,
-        fit: result.fit,
+        fewer: grown.compressed,
+        fit: grown.fit,
         all,
         weights,
     })
@@ -478,10 +467,10 @@ fn final_refinement(
     numerators: usize,
     effort: &mut FitEffort,
 ) -> (ModelFit, PoleCovariance) {
-    let mut compressors: Vec<Compressor> = problems.iter().map(Compressor::new).collect();
+    let mut condensers: Vec<Compressor> = problems.iter().map(Compressor::new).collect();
     let mut round = 0;
     loop {
-        let enough: Vec<CompressedProblem> = (compressors.iter_mut())
+        let enough: Vec<CompressedProblem> = (condensers.iter_mut())
             .map(|c| c.compress(&model, &[]))
             .collect();
         let start = fit_at(&enough, &model, numerators);
@@ -498,8 +487,8 @@ fn final_refinement(
 }
 
 /// Pole pairs whose parameters stay below half of the data, and at most `max_poles`.
-pub(super) fn max_determined_poles(responses: &ScaledResponses, most: usize) -> usize {
-    let (n, no) = (responses.x.len(), responses.h.len());
+pub(super) fn max_determined_poles(lines: &ScaledResponses, most: usize) -> usize {
+    let (n, no) = (lines.x.len(), lines.h.len());
     // per pole pair two numbers per response and the pole itself; two residual terms per response
     let determined = (n * no).saturating_sub(2 * no) / (2 * no + 2);
     most.min(determined.max(1))

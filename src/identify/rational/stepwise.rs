@@ -83,7 +83,7 @@ const WORTH_TRYING: f64 = 0.3;
 pub(super) struct StepwiseSearch<'a> {
     /// All lines.
     measured: &'a WhitenedProblem,
-    compressor: Compressor<'a>,
+    condenser: Compressor<'a>,
     /// As many as the poles at hand need.
     lines: CompressedProblem<'a>,
     numerators: usize,
@@ -118,7 +118,7 @@ impl<'a> StepwiseSearch<'a> {
         );
         StepwiseSearch {
             measured,
-            compressor: Compressor::new(measured),
+            condenser: Compressor::new(measured),
             lines: CompressedProblem::uncompressed(measured),
             numerators,
             options,
@@ -196,7 +196,7 @@ impl<'a> StepwiseSearch<'a> {
 
     /// A fit on the lines that poles and candidates need.
     fn fit_model(&mut self, model: &PoleModel, candidates: &[ScanPeak]) -> ModelFit {
-        self.lines = self.compressor.compress(model, candidates);
+        self.lines = self.condenser.compress(model, candidates);
         fit_at(self.problem(), model, self.numerators)
     }
 
@@ -350,14 +350,14 @@ impl<'a> StepwiseSearch<'a> {
     ) -> Option<ModelFit> {
         let least = self.threshold;
         let step = self.measured.line_spacing;
-        let local_fit: Vec<LocalFit> = distinct_peaks(peaks, step, MAX_BATCH.min(most))
+        let placed: Vec<LocalFit> = distinct_peaks(peaks, step, MAX_BATCH.min(most))
             .iter()
             .filter(|p| p.gain > least)
             .filter_map(|p| self.fit_locally(fit, p))
             .filter(|p| p.gain > least)
             .collect();
         let mut distinct: Vec<LocalFit> = Vec::new();
-        for p in local_fit {
+        for p in placed {
             let old = fit.model.poles.iter();
             let mut others = old.chain(distinct.iter().map(|q| &q.pole));
             let is_clear = |q: &ScaledPole| {
@@ -397,9 +397,9 @@ impl<'a> StepwiseSearch<'a> {
         let step = self.measured.line_spacing;
         let mut tries: Vec<(f64, PoleModel)> = Vec::new();
         for peak in distinct_peaks(peaks, step, MAX_TRIALS) {
-            let local_fit = self.fit_locally(fit, &peak);
+            let placed = self.fit_locally(fit, &peak);
             let mut model = fit.model.clone();
-            match &local_fit {
+            match &placed {
                 Some(p) => {
                     for &(r, pole) in &p.neighbours {
                         model.poles[r] = pole;
@@ -408,7 +408,7 @@ impl<'a> StepwiseSearch<'a> {
                 }
                 None => model.poles.push(peak.pole),
             }
-            tries.push((local_fit.map_or(peak.gain, |p| p.gain), model));
+            tries.push((placed.map_or(peak.gain, |p| p.gain), model));
         }
         tries.sort_by(|a, b| b.0.total_cmp(&a.0));
         for (gain, model) in tries {
@@ -468,7 +468,7 @@ impl<'a> StepwiseSearch<'a> {
     fn refine_all(&mut self, model: &PoleModel) -> ModelFit {
         let start = fit_at(self.problem(), model, self.numerators);
         let fall = 0.02 * self.threshold * (start.chi2 / self.options.data_count).max(1.0);
-        let criteria = StopCriteria {
+        let cancel = StopCriteria {
             steps: if self.options.departs {
                 STEPS_AFTER_ADDED / 2
             } else {
@@ -477,7 +477,7 @@ impl<'a> StepwiseSearch<'a> {
             min_decrease: fall.max(1.0),
             min_relative_decrease: 0.0,
         };
-        let fit = refine(self.problem(), start, self.numerators, criteria);
+        let fit = refine(self.problem(), start, self.numerators, cancel);
         self.count_steps(fit.steps, fit.model.poles.len());
         fit
     }
@@ -682,10 +682,10 @@ fn distinct_peaks(peaks: &[ScanPeak], step: f64, most: usize) -> Vec<ScanPeak> {
 }
 
 /// Rise of χ² if a pole's columns were taken out and the others stood still, for every pole.
-pub(super) fn significance(model_fit: &ModelFit, numerators: usize) -> Vec<f64> {
-    let np = model_fit.model.poles.len();
+pub(super) fn significance(fitted: &ModelFit, numerators: usize) -> Vec<f64> {
+    let np = fitted.model.poles.len();
     let mut all = vec![0.0; np];
-    for fit in &model_fit.fits {
+    for fit in &fitted.fits {
         let n = fit.qr.r.ncols();
         let inverse = fit
             .qr

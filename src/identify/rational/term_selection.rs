@@ -14,9 +14,9 @@ const STOP: StopCriteria = StopCriteria {
 };
 
 /// Free real numbers of a fit.
-pub(super) fn parameter_count(terms: ModelTerms, fit: &ModelFit, responses: usize) -> f64 {
+pub(super) fn parameter_count(structure: ModelTerms, fit: &ModelFit, responses: usize) -> f64 {
     let poles = fit.model.poles.len();
-    (2 * poles + fit.model.delays.len() + responses * terms.columns(poles)) as f64
+    (2 * poles + fit.model.delays.len() + responses * structure.columns(poles)) as f64
 }
 
 /// The structure of least criterion, with its fit; `problem` has every term, and so many independent numbers of data.
@@ -29,8 +29,8 @@ pub(super) fn select_terms(
     let dof = (data - parameter_count(ModelTerms::FULL, full, responses)).max(1.0);
     // a variance that is too small would keep every term
     let unit = (full.chi2 / dof).max(1.0);
-    let criterion = |terms: ModelTerms, fit: &ModelFit| {
-        fit.chi2 / unit + parameter_count(terms, fit, responses) * data.ln()
+    let criterion = |structure: ModelTerms, fit: &ModelFit| {
+        fit.chi2 / unit + parameter_count(structure, fit, responses) * data.ln()
     };
     let mut best = (ModelTerms::FULL, full.clone());
     let mut steps = 0;
@@ -43,24 +43,24 @@ pub(super) fn select_terms(
         |s| ModelTerms { lower: false, ..s },
     ];
     for less in without {
-        let terms = less(best.0);
-        if terms.columns(best.1.model.poles.len()) == 0 {
+        let structure = less(best.0);
+        if structure.columns(best.1.model.poles.len()) == 0 {
             continue;
         }
-        let problem = [without_terms(problem, terms)];
-        let start = fit_at(&problem, &best.1.model, terms.numerators());
-        let trial = refine(&problem, start, terms.numerators(), STOP);
+        let problem = [without_terms(problem, structure)];
+        let start = fit_at(&problem, &best.1.model, structure.numerators());
+        let trial = refine(&problem, start, structure.numerators(), STOP);
         steps += trial.steps;
-        if criterion(terms, &trial) <= criterion(best.0, &best.1) {
-            best = (terms, trial);
+        if criterion(structure, &trial) <= criterion(best.0, &best.1) {
+            best = (structure, trial);
         }
     }
     (best.0, best.1, steps)
 }
 
 /// A problem of full structure without the residual terms that another does not have.
-fn without_terms(problem: &WhitenedProblem, terms: ModelTerms) -> WhitenedProblem {
-    let used: Vec<usize> = [terms.lower, terms.upper]
+fn without_terms(problem: &WhitenedProblem, structure: ModelTerms) -> WhitenedProblem {
+    let used: Vec<usize> = [structure.lower, structure.upper]
         .into_iter()
         .enumerate()
         .filter_map(|(j, used)| used.then_some(j))

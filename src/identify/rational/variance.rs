@@ -14,14 +14,12 @@ const DIFFERENCE_WEIGHTS: [f64; 5] = [1.0, 16.0, 36.0, 16.0, 1.0];
 /// From fourth differences: `median |Δ⁴h|² / (70 ln 2)`, the median of the exponential law being `ln 2` of its mean. Noise is taken
 /// to be even along a window of lines; where noise in proportion to the response leaves the differences more alike in size, as over
 /// what falls as 1/s², it is taken to be the larger of both: what a first estimate has too little would be taken for poles.
-pub(super) fn from_differences(responses: &ScaledResponses) -> Vec<Vec<f64>> {
+pub(super) fn from_differences(lines: &ScaledResponses) -> Vec<Vec<f64>> {
     let of_response = |i: usize| {
-        let h = &responses.h[i];
+        let h = &lines.h[i];
         let power: Vec<f64> = h
             .windows(5)
-            .map(|h| {
-                (h[0] - h[1] * 4.0 + h[2] * 6.0 - h[3] * 4.0 + h[4]).norm_sqr() / responses.fourth
-            })
+            .map(|h| (h[0] - h[1] * 4.0 + h[2] * 6.0 - h[3] * 4.0 + h[4]).norm_sqr() / lines.fourth)
             .collect();
         let size: Vec<f64> = h
             .windows(5)
@@ -30,7 +28,7 @@ pub(super) fn from_differences(responses: &ScaledResponses) -> Vec<Vec<f64>> {
                     .zip(DIFFERENCE_WEIGHTS)
                     .map(|(h, s)| h.norm_sqr() * s)
                     .sum::<f64>()
-                    / responses.fourth
+                    / lines.fourth
             })
             .collect();
         let share: Vec<f64> = power.iter().zip(&size).map(|(p, s)| p / s).collect();
@@ -46,11 +44,11 @@ pub(super) fn from_differences(responses: &ScaledResponses) -> Vec<Vec<f64>> {
                     true => in_proportion[at(k)] * h[k].norm_sqr(),
                     false => 0.0,
                 };
-                along[at(k)].max(other).max(responses.variance_floor(i, k))
+                along[at(k)].max(other).max(lines.variance_floor(i, k))
             })
             .collect()
     };
-    (0..responses.h.len()).map(of_response).collect()
+    (0..lines.h.len()).map(of_response).collect()
 }
 
 /// Noise in proportion to the response is told from even noise where it is below this share of the power on most lines: a response
@@ -76,18 +74,18 @@ fn median_log_ratio(power: &[f64], expected: &[f64]) -> f64 {
 /// From residuals `e` of the scaled responses, of which a share `freedom` of the data is left: noise along the axis, or noise in
 /// proportion to the response, as rounding of what was written is; whichever makes the residuals likelier.
 pub(super) fn from_residuals(
-    responses: &ScaledResponses,
+    lines: &ScaledResponses,
     residual: &[Vec<Complex>],
     dof: f64,
 ) -> Vec<Vec<f64>> {
     let of_response = |(i, e): (usize, &Vec<Complex>)| {
         let power: Vec<f64> = e.iter().map(|z| z.norm_sqr() / dof).collect();
         let floored = |profile: Vec<f64>| -> Vec<f64> {
-            let floor = |(k, v): (usize, f64)| v.max(responses.variance_floor(i, k));
+            let floor = |(k, v): (usize, f64)| v.max(lines.variance_floor(i, k));
             profile.into_iter().enumerate().map(floor).collect()
         };
         let along = floored(variance_profile(&power));
-        let size: Vec<f64> = responses.h[i].iter().map(|h| h.norm_sqr()).collect();
+        let size: Vec<f64> = lines.h[i].iter().map(|h| h.norm_sqr()).collect();
         let share: Vec<f64> = power.iter().zip(&size).map(|(p, s)| p / s).collect();
         if share.iter().any(|s| !s.is_finite()) {
             return along;

@@ -27,18 +27,18 @@ const BACKGROUND_TERMS: usize = 4;
 /// A fit of the whole band, as far as windows need it.
 pub(super) struct BandFit<'a> {
     /// Lines and responses.
-    pub responses: &'a ScaledResponses,
+    pub lines: &'a ScaledResponses,
     /// Variance of the noise alone.
     pub noise: &'a [Vec<f64>],
     /// Poles and what the responses have of them.
-    pub residues: PoleResidues,
+    pub modes: PoleResidues,
     /// What the fit leaves of the scaled responses.
     pub residual: Vec<Vec<Complex>>,
 }
 
 /// Lines about a pole.
 pub(super) struct PoleWindow<'a> {
-    responses: &'a ScaledResponses,
+    lines: &'a ScaledResponses,
     from: usize,
     to: usize,
     /// Places of the poles inside it.
@@ -65,62 +65,62 @@ impl<'a> PoleWindow<'a> {
     /// The lines within `half` of a frequency, at least as many as the poles within need; `departure` is what the poles farther away
     /// depart by.
     pub fn new(
-        fit: &'a BandFit,
+        band: &'a BandFit,
         centre: f64,
         half: f64,
         departure: &dyn Fn(usize) -> ModeDeviation,
     ) -> PoleWindow<'a> {
-        let responses = fit.responses;
-        let (x, step) = (&responses.x, responses.step);
+        let lines = band.lines;
+        let (x, step) = (&lines.x, lines.step);
         let mut half = half;
         loop {
             let from = x.partition_point(|&v| v < centre - half);
             let to = x.partition_point(|&v| v <= centre + half);
             let inside = |p: &ScaledPole| (p.w - centre).abs() <= half;
-            let poles = &fit.residues.poles;
+            let poles = &band.modes.poles;
             let near: Vec<usize> = (0..poles.len()).filter(|&r| inside(&poles[r])).collect();
             let columns = (near.len() + 1) * NUMERATORS + BACKGROUND_TERMS;
             if 2 * to.saturating_sub(from) > columns + near.len() + 8 || to - from == x.len() {
-                return PoleWindow::around(fit, from, to, near, departure);
+                return PoleWindow::around(band, from, to, near, departure);
             }
             half = (1.3 * half).max(half + step);
         }
     }
 
     fn around(
-        fit: &'a BandFit,
+        band: &'a BandFit,
         from: usize,
         to: usize,
         near: Vec<usize>,
         departure: &dyn Fn(usize) -> ModeDeviation,
     ) -> PoleWindow<'a> {
-        let responses = fit.responses;
+        let lines = band.lines;
         let m = to - from;
-        let far: Vec<ModeDeviation> = (0..fit.residues.poles.len())
+        let far: Vec<ModeDeviation> = (0..band.modes.poles.len())
             .map(|r| match near.contains(&r) {
                 true => ModeDeviation::NONE,
                 false => departure(r),
             })
             .collect();
-        let noise: Vec<Vec<f64>> = fit.noise.iter().map(|v| v[from..to].to_vec()).collect();
-        let noise = variance(responses, from, &noise, &fit.residues, &far);
-        let h = (0..responses.h.len())
+        let noise: Vec<Vec<f64>> = band.noise.iter().map(|v| v[from..to].to_vec()).collect();
+        let noise = variance(lines, from, &noise, &band.modes, &far);
+        let h = (0..lines.h.len())
             .map(|i| {
                 (0..m)
                     .map(|k| {
-                        let x = responses.x[from + k];
-                        let own: Complex = near.iter().map(|&r| fit.residues.part(i, r, x).0).sum();
-                        fit.residual[i][from + k] + own * responses.power(from + k)
+                        let x = lines.x[from + k];
+                        let own: Complex = near.iter().map(|&r| band.modes.part(i, r, x).0).sum();
+                        band.residual[i][from + k] + own * lines.power(from + k)
                     })
                     .collect()
             })
             .collect();
-        let middle = 0.5 * (responses.x[from] + responses.x[to - 1]);
-        let reach = (0.5 * (responses.x[to - 1] - responses.x[from])).max(f64::MIN_POSITIVE);
+        let middle = 0.5 * (lines.x[from] + lines.x[to - 1]);
+        let reach = (0.5 * (lines.x[to - 1] - lines.x[from])).max(f64::MIN_POSITIVE);
         let mut fixed = Matrix::zeros(2 * m, BACKGROUND_TERMS);
         for k in 0..m {
-            let t = (responses.x[from + k] - middle) / reach;
-            let (power, j) = (responses.power(from + k), Complex::new(0.0, 1.0));
+            let t = (lines.x[from + k] - middle) / reach;
+            let (power, j) = (lines.power(from + k), Complex::new(0.0, 1.0));
             for (at, z) in [power, power * j, power * t, power * j * t]
                 .into_iter()
                 .enumerate()
@@ -129,7 +129,7 @@ impl<'a> PoleWindow<'a> {
             }
         }
         PoleWindow {
-            responses,
+            lines,
             from,
             to,
             near,
@@ -141,12 +141,12 @@ impl<'a> PoleWindow<'a> {
 
     /// Frequencies of its lines.
     pub fn x(&self) -> &[f64] {
-        &self.responses.x[self.from..self.to]
+        &self.lines.x[self.from..self.to]
     }
 
     /// The variance under departures of some modes.
-    pub fn variance(&self, residues: &PoleResidues, deviations: &[ModeDeviation]) -> Vec<Vec<f64>> {
-        variance(self.responses, self.from, &self.noise, residues, deviations)
+    pub fn variance(&self, modes: &PoleResidues, departures: &[ModeDeviation]) -> Vec<Vec<f64>> {
+        variance(self.lines, self.from, &self.noise, modes, departures)
     }
 
     /// What a fit by some responses leaves about a mode, as a share of its own value.
@@ -154,33 +154,25 @@ impl<'a> PoleWindow<'a> {
         &self,
         of: &[usize],
         residual: &[Vec<Complex>],
-        residues: &PoleResidues,
+        modes: &PoleResidues,
         r: usize,
     ) -> f64 {
-        misfit(
-            self.responses,
-            self.from,
-            of,
-            residual,
-            &self.noise,
-            residues,
-            r,
-        )
+        misfit(self.lines, self.from, of, residual, &self.noise, modes, r)
     }
 
     /// Share of the power of some responses that a mode has within its half-power band, and at least on the nearest lines.
-    pub fn visibility(&self, of: &[usize], residues: &PoleResidues, r: usize) -> f64 {
-        let pole = &residues.poles[r];
-        let half = pole.sigma.max(self.responses.step);
+    pub fn visibility(&self, of: &[usize], modes: &PoleResidues, r: usize) -> f64 {
+        let pole = &modes.poles[r];
+        let half = pole.sigma.max(self.lines.step);
         let (mut own, mut all) = (0.0, 0.0);
         for k in self.from..self.to {
-            let x = self.responses.x[k];
+            let x = self.lines.x[k];
             if (x - pole.w).abs() > half {
                 continue;
             }
             for &i in of {
-                own += residues.part(i, r, x).0.norm_sqr() * self.responses.power_size(k);
-                all += self.responses.h[i][k].norm_sqr();
+                own += modes.part(i, r, x).0.norm_sqr() * self.lines.power_size(k);
+                all += self.lines.h[i][k].norm_sqr();
             }
         }
         if all > 0.0 { own / all } else { 0.0 }
@@ -203,11 +195,11 @@ impl<'a> PoleWindow<'a> {
         of: &[usize],
         weights: &SeparableWeights,
         poles: &[ScaledPole],
-        criteria: StopCriteria,
+        cancel: StopCriteria,
     ) -> WindowFit {
         let m = self.to - self.from;
         let unit: Vec<f64> = (weights.by_line.iter())
-            .map(|v| (2.0 * self.responses.independence / v).sqrt())
+            .map(|v| (2.0 * self.lines.independence / v).sqrt())
             .collect();
         let mut y = Matrix::zeros(2 * m, of.len());
         for (at, &i) in of.iter().enumerate() {
@@ -220,14 +212,14 @@ impl<'a> PoleWindow<'a> {
         let problem = WhitenedProblem {
             x: self.x().to_vec(),
             factor: (0..m)
-                .map(|k| self.responses.power(self.from + k) * unit[k])
+                .map(|k| self.lines.power(self.from + k) * unit[k])
                 .collect(),
             pole_free_columns: Matrix::from_fn(2 * m, BACKGROUND_TERMS, |k, j| {
                 self.fixed[(k, j)] * unit[k % m]
             }),
             y,
             first: of[0],
-            line_spacing: self.responses.step,
+            line_spacing: self.lines.step,
             omitted_energy: 0.0,
         };
         let model = PoleModel {
@@ -235,14 +227,14 @@ impl<'a> PoleWindow<'a> {
             delays: Vec::new(),
         };
         let problems = std::slice::from_ref(&problem);
-        let model_fit = refine(
+        let fitted = refine(
             problems,
             fit_at(problems, &model, NUMERATORS),
             NUMERATORS,
-            criteria,
+            cancel,
         );
         WindowFit {
-            fit: model_fit,
+            fit: fitted,
             problem,
             weights: weights.clone(),
             of: of.to_vec(),
@@ -283,9 +275,9 @@ impl WindowFit {
 }
 
 /// Coefficients of the poles in a scaled response, the column `fit_at` of a fit.
-pub(super) fn coefficients(model_fit: &ModelFit, at: usize, by_response: f64) -> Vec<f64> {
-    let fit = &model_fit.fits[0];
-    (0..NUMERATORS * model_fit.model.poles.len())
+pub(super) fn coefficients(fitted: &ModelFit, at: usize, by_response: f64) -> Vec<f64> {
+    let fit = &fitted.fits[0];
+    (0..NUMERATORS * fitted.model.poles.len())
         .map(|j| fit.c[(j, at)] / fit.column_norms[j] * by_response.sqrt())
         .collect()
 }

@@ -29,12 +29,12 @@ pub enum ArMethod {
 /// # Errors
 /// `OutOfRange` for order 0; `TooShort`; `IllPosed` where the samples do not determine the coefficients.
 pub fn fit(
-    data: &InputOutputData,
+    record: &InputOutputData,
     order: usize,
     method: ArMethod,
 ) -> Result<PolynomialModel, Error> {
-    check_order(data.samples(), order, order)?;
-    let (y, output_mean) = remove_mean(data.output());
+    check_order(record.samples(), order, order)?;
+    let (y, output_mean) = remove_mean(record.output());
     let predicted = y.len() - order;
     let (a, noise_variance, covariance) = match method {
         ArMethod::Burg => with_covariance(&y, burg_path(&y, order).pop(), predicted)?,
@@ -46,7 +46,7 @@ pub fn fit(
         ArMethod::ForwardBackward => regression(&y, order, true)?,
     };
     Ok(PolynomialModel {
-        structure: ModelStructure::Ar { a: order },
+        family: ModelStructure::Ar { a: order },
         a,
         b: Vec::new(),
         c: Vec::new(),
@@ -56,7 +56,7 @@ pub fn fit(
         output_mean,
         input_mean: 0.0,
         samples: predicted,
-        rate_hz: data.rate_hz(),
+        rate_hz: record.rate_hz(),
         iterations: 0,
     })
 }
@@ -150,20 +150,20 @@ fn with_covariance(
 /// Least squares of forward errors, and of backward errors too.
 fn regression(y: &[f64], order: usize, backward: bool) -> Result<(Vec<f64>, f64, Matrix), Error> {
     let n = y.len();
-    let mut incremental_qr = IncrementalQr::new(order + 1);
+    let mut triangle = IncrementalQr::new(order + 1);
     let mut row = vec![0.0; order + 1];
     for t in order..n {
         (0..order).for_each(|k| row[k] = -y[t - 1 - k]);
         row[order] = y[t];
-        incremental_qr.push(&row);
+        triangle.push(&row);
         if backward {
             let s = t - order; // the sample that those after it predict
             (0..order).for_each(|k| row[k] = -y[s + 1 + k]);
             row[order] = y[s];
-            incremental_qr.push(&row);
+            triangle.push(&row);
         }
     }
-    let found = solve_from_r(&incremental_qr.finish())?;
+    let found = solve_from_r(&triangle.finish())?;
     // Both directions tell the same twice: twice the rows, no more knowledge.
     let twice = if backward { 2.0 } else { 1.0 };
     let dofs = (n - 2 * order).max(1) as f64;

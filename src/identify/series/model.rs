@@ -116,7 +116,7 @@ impl PolynomialOrders {
 #[derive(Debug, Clone)]
 pub struct PolynomialModel {
     /// What was fitted.
-    pub structure: ModelStructure,
+    pub family: ModelStructure,
     /// `a₁, a₂, …`.
     pub a: Vec<f64>,
     /// `b₀, b₁, …`, the first acting after the delay; output per input.
@@ -153,11 +153,11 @@ impl PolynomialModel {
     ///
     /// # Errors
     /// `NoSignal` where the model has an input and the record has none.
-    pub fn residuals(&self, data: &InputOutputData) -> Result<Vec<f64>, Error> {
-        let y: Vec<f64> = (data.output().iter())
+    pub fn residuals(&self, record: &InputOutputData) -> Result<Vec<f64>, Error> {
+        let y: Vec<f64> = (record.output().iter())
             .map(|y| y - self.output_mean)
             .collect();
-        let u = match (self.b.is_empty(), data.input()) {
+        let u = match (self.b.is_empty(), record.input()) {
             (true, _) => Vec::new(),
             (false, Some(u)) => u.iter().map(|u| u - self.input_mean).collect(),
             (false, None) => return Err(no_input()),
@@ -169,9 +169,9 @@ impl PolynomialModel {
     ///
     /// # Errors
     /// As [`PolynomialModel::residuals`].
-    pub fn predictions(&self, data: &InputOutputData) -> Result<Vec<f64>, Error> {
-        let errors = self.residuals(data)?;
-        Ok((data.output().iter().zip(errors))
+    pub fn predictions(&self, record: &InputOutputData) -> Result<Vec<f64>, Error> {
+        let errors = self.residuals(record)?;
+        Ok((record.output().iter().zip(errors))
             .map(|(y, e)| y - e)
             .collect())
     }
@@ -186,7 +186,7 @@ impl PolynomialModel {
     /// Output over input at `frequency_hz`.
     pub fn response(&self, frequency_hz: f64) -> Complex {
         let shift = self.shift(frequency_hz);
-        let delay = self.structure.orders().delay;
+        let delay = self.family.orders().delay;
         let top: Complex = (self.b.iter().enumerate())
             .map(|(j, &b)| power(shift, delay + j) * b)
             .sum();
@@ -261,7 +261,7 @@ impl PolynomialModel {
             b: &self.b,
             c: &self.c,
             f: &self.f,
-            delay: self.structure.orders().delay,
+            delay: self.family.orders().delay,
         }
     }
 
@@ -318,14 +318,14 @@ pub(super) struct Prediction {
 
 /// `e = (A y − w)/C` from the first sample with a full past on, with `e = 0` before it.
 pub(super) fn prediction_errors(model: PolynomialRefs, y: &[f64], u: &[f64]) -> Prediction {
-    let orders = PolynomialOrders {
+    let lengths = PolynomialOrders {
         a: model.a.len(),
         b: model.b.len(),
         c: model.c.len(),
         f: model.f.len(),
         delay: model.delay,
     };
-    let first = orders.warm_up().min(y.len());
+    let first = lengths.warm_up().min(y.len());
     let mut undisturbed = filter_delayed(u, model.b, model.delay);
     filter_inverse(&mut undisturbed, model.f);
     let mut errors = y.to_vec();

@@ -30,7 +30,7 @@ const MAX_ORDERS_WITHOUT_GAIN: usize = 3;
 #[derive(Debug, Clone, PartialEq)]
 pub struct MemoryTrial {
     /// The polynomials.
-    pub structure: ModelStructure,
+    pub family: ModelStructure,
     /// Samples of memory, `1/(1 − λ)`; infinite where nothing is forgotten.
     pub memory: f64,
     /// Mean square of the errors with which each sample was predicted before it was used, output squared.
@@ -59,28 +59,28 @@ pub struct ModelTrajectory {
 /// # Errors
 /// `TooShort` where the record does not bear the orders, or the memory given holds fewer than ten samples for each unknown.
 pub fn track_model(
-    data: &InputOutputData,
+    record: &InputOutputData,
     orders: &[usize],
     memory: Option<f64>,
 ) -> Result<ModelTrajectory, Error> {
-    let mut recursion_data = RecursionData::new(data);
+    let mut runs = RecursionData::new(record);
     if let (Some(memory), Some(&a)) = (memory, orders.first()) {
-        recursion_data.check_memory(a, memory)?;
+        runs.check_memory(a, memory)?;
     }
-    let bears = memory.unwrap_or(recursion_data.samples() / 2.0);
+    let bears = memory.unwrap_or(runs.samples() / 2.0);
     let orders: Vec<usize> = (orders.iter().copied())
-        .filter(|&a| recursion_data.least_memory(a) <= bears)
+        .filter(|&a| runs.least_memory(a) <= bears)
         .collect();
     let largest = orders
         .last()
-        .map_or(0, |&a| recursion_data.family(a).parameter_count());
-    check_order(data.samples(), largest, 2 * largest)?;
-    recursion_data.first = (4 * largest).min(data.samples() / 4);
+        .map_or(0, |&a| runs.family(a).parameter_count());
+    check_order(record.samples(), largest, 2 * largest)?;
+    runs.first = (4 * largest).min(record.samples() / 4);
     let mut tried: Vec<MemoryTrial> = Vec::new();
     // All trials after the orders are of the best of these, so the best of all is one of its family.
     let mut best: Option<RecursionRun> = None;
     let mut try_it = |a: usize, memory: f64| -> Result<bool, Error> {
-        let run = recursion_data.run(a, memory)?;
+        let run = runs.run(a, memory)?;
         tried.push(run.trial.clone());
         let is_better =
             (best.as_ref()).is_none_or(|best| run.trial.error_variance < best.trial.error_variance);
@@ -91,8 +91,7 @@ pub fn track_model(
     };
     let (mut order, mut in_vain) = (0, 0);
     for &a in &orders {
-        let share =
-            (MEMORY_OF_ORDERS * recursion_data.samples()).max(recursion_data.least_memory(a));
+        let share = (MEMORY_OF_ORDERS * runs.samples()).max(runs.least_memory(a));
         in_vain += 1;
         if try_it(a, memory.unwrap_or(share))? {
             (order, in_vain) = (a, 0);
@@ -102,10 +101,9 @@ pub fn track_model(
         }
     }
     if memory.is_none() {
-        let of_orders =
-            (MEMORY_OF_ORDERS * recursion_data.samples()).max(recursion_data.least_memory(order));
-        for memory in MEMORY_SHARES.map(|share| share * recursion_data.samples()) {
-            if memory >= recursion_data.least_memory(order) && memory != of_orders {
+        let of_orders = (MEMORY_OF_ORDERS * runs.samples()).max(runs.least_memory(order));
+        for memory in MEMORY_SHARES.map(|share| share * runs.samples()) {
+            if memory >= runs.least_memory(order) && memory != of_orders {
                 try_it(order, memory)?;
             }
         }
@@ -113,9 +111,9 @@ pub fn track_model(
     let best = best.ok_or_else(|| Error::new(Code::OutOfRange, "no order was asked for"))?;
     Ok(ModelTrajectory {
         chosen: best.trial,
-        highest: recursion_data.family(orders.last().copied().unwrap_or(order)),
+        highest: runs.family(orders.last().copied().unwrap_or(order)),
         trials: tried,
-        output_variance: mean_square(&recursion_data.output[recursion_data.first..]),
+        output_variance: mean_square(&runs.output[runs.first..]),
         errors: best.errors,
         instants: best.instants,
     })
@@ -135,11 +133,11 @@ struct RecursionData {
 }
 
 impl RecursionData {
-    fn new(data: &InputOutputData) -> RecursionData {
+    fn new(record: &InputOutputData) -> RecursionData {
         RecursionData {
-            output: remove_mean(data.output()).0,
-            input: data.input().map(|u| remove_mean(u).0),
-            rate_hz: data.rate_hz(),
+            output: remove_mean(record.output()).0,
+            input: record.input().map(|u| remove_mean(u).0),
+            rate_hz: record.rate_hz(),
             first: 0,
         }
     }
@@ -187,9 +185,9 @@ impl RecursionData {
     /// One run over the record, the model looked at once it has settled.
     fn run(&self, a: usize, memory: f64) -> Result<RecursionRun, Error> {
         let mut following = RecursiveLeastSquares::new(self.settings(a, memory))?;
-        let structure = self.family(a);
+        let family = self.family(a);
         let step = (self.output.len() / INSTANTS).max(1);
-        let unknowns = 4.0 * structure.parameter_count() as f64;
+        let unknowns = 4.0 * family.parameter_count() as f64;
         let settled = memory.min(self.samples() / 10.0).max(unknowns) as usize;
         let mut errors = Vec::with_capacity(self.output.len() - self.first);
         let mut instants = Vec::new();
@@ -207,7 +205,7 @@ impl RecursionData {
         }
         Ok(RecursionRun {
             trial: MemoryTrial {
-                structure,
+                family,
                 memory,
                 error_variance: mean_square(&errors),
             },

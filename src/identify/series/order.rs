@@ -24,7 +24,7 @@ pub enum OrderCriterion {
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderCandidate {
     /// The polynomials.
-    pub structure: ModelStructure,
+    pub family: ModelStructure,
     /// Mean square of the prediction errors, output squared.
     pub error_variance: f64,
     /// Akaike's criterion.
@@ -39,7 +39,7 @@ pub struct OrderCandidate {
 #[derive(Debug, Clone)]
 pub struct OrderChoice {
     /// The smallest criterion.
-    pub structure: ModelStructure,
+    pub family: ModelStructure,
     /// All that could be fitted, in the order given.
     pub candidates: Vec<OrderCandidate>,
     /// The output as it is, without any coefficient: noise alone where no candidate has a smaller criterion.
@@ -49,13 +49,13 @@ pub struct OrderChoice {
 }
 
 impl OrderCandidate {
-    fn new(structure: ModelStructure, error_variance: f64, samples: usize) -> OrderCandidate {
-        let (n, p) = (samples as f64, structure.parameter_count() as f64);
+    fn new(family: ModelStructure, error_variance: f64, samples: usize) -> OrderCandidate {
+        let (n, p) = (samples as f64, family.parameter_count() as f64);
         // Errors of rounding size are no evidence for yet another coefficient.
         let log = n * error_variance.max(f64::MIN_POSITIVE).ln();
         let bic = log + p * n.ln();
         OrderCandidate {
-            structure,
+            family,
             error_variance,
             aic: log + 2.0 * p,
             bic,
@@ -82,12 +82,12 @@ impl OrderCandidate {
 /// # Errors
 /// Those of [`InputOutputData`]; `OutOfRange` for a highest order of 0; `TooShort`.
 pub fn select_ar_order(
-    data: &InputOutputData,
+    record: &InputOutputData,
     highest: usize,
     criterion: OrderCriterion,
 ) -> Result<OrderChoice, Error> {
-    check_order(data.samples(), highest, highest)?;
-    let (y, _) = remove_mean(data.output());
+    check_order(record.samples(), highest, highest)?;
+    let (y, _) = remove_mean(record.output());
     let candidates = (burg_path(&y, highest).into_iter())
         .map(|(a, variance)| {
             OrderCandidate::new(ModelStructure::Ar { a: a.len() }, variance, y.len())
@@ -105,11 +105,11 @@ const MAX_ORDERS_WITHOUT_GAIN: usize = 2;
 /// # Errors
 /// Of the first family, where none can be fitted.
 pub fn select_structure(
-    data: &InputOutputData,
-    structures: &[ModelStructure],
+    record: &InputOutputData,
+    families: &[ModelStructure],
     criterion: OrderCriterion,
 ) -> Result<(PolynomialModel, OrderChoice), Error> {
-    let first = structures
+    let first = families
         .iter()
         .map(|f| f.orders().warm_up())
         .max()
@@ -117,21 +117,21 @@ pub fn select_structure(
     let mut candidates: Vec<OrderCandidate> = Vec::new();
     let mut models = Vec::new();
     let mut failure = None;
-    let (y, _) = remove_mean(data.output());
+    let (y, _) = remove_mean(record.output());
     let nothing = OrderCandidate::white_noise(&y[first.min(y.len())..]);
     let (mut least, mut in_vain) = (nothing.value(criterion), 0);
-    for &structure in structures {
+    for &family in families {
         // What is iterated is slow where poles and zeros cancel, which they do beyond the right order.
-        let orders = structure.orders();
-        if orders.c + orders.f > 0 && in_vain >= MAX_ORDERS_WITHOUT_GAIN {
+        let lengths = family.orders();
+        if lengths.c + lengths.f > 0 && in_vain >= MAX_ORDERS_WITHOUT_GAIN {
             break;
         }
         in_vain += 1;
-        match fit_from(data, structure, first) {
+        match fit_from(record, family, first) {
             Ok(model) => {
-                let dofs = (model.samples - structure.parameter_count()) as f64;
+                let dofs = (model.samples - family.parameter_count()) as f64;
                 let variance = model.noise_variance * dofs / model.samples as f64;
-                let candidate = OrderCandidate::new(structure, variance, model.samples);
+                let candidate = OrderCandidate::new(family, variance, model.samples);
                 if candidate.value(criterion) < least {
                     (least, in_vain) = (candidate.value(criterion), 0);
                 }
@@ -146,9 +146,9 @@ pub fn select_structure(
     }
     let choice = choose(candidates, nothing, criterion)?;
     // Where poles and zeros cancel, as in noise, a few samples more may keep the iteration from settling.
-    let whole = super::prediction_error::fit(data, choice.structure);
+    let whole = super::prediction_error::fit(record, choice.family);
     let model = whole.or_else(|error| {
-        let own = models.into_iter().find(|m| m.structure == choice.structure);
+        let own = models.into_iter().find(|m| m.family == choice.family);
         own.ok_or(error)
     })?;
     Ok((model, choice))
@@ -161,10 +161,10 @@ fn choose(
 ) -> Result<OrderChoice, Error> {
     let best = (candidates.iter())
         .min_by(|a, b| a.value(criterion).total_cmp(&b.value(criterion)))
-        .map(|c| (c.structure, c.value(criterion)));
+        .map(|c| (c.family, c.value(criterion)));
     match best {
-        Some((structure, value)) => Ok(OrderChoice {
-            structure,
+        Some((family, value)) => Ok(OrderChoice {
+            family,
             candidates,
             is_noise: nothing.value(criterion) <= value,
             white_noise: nothing,

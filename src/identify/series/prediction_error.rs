@@ -18,45 +18,45 @@ use crate::base::error::Error;
 use crate::numeric::Matrix;
 use crate::numeric::factorisations::{IncrementalQr, solve_from_r};
 
-/// A model of `structure`. Means are taken off first. AR and ARX are one linear least squares.
+/// A model of `family`. Means are taken off first. AR and ARX are one linear least squares.
 ///
 /// # Errors
 /// `OutOfRange` for a model without coefficients; `NoSignal` where it needs an input and there is none; `TooShort`; `IllPosed` where
 /// the samples do not determine the coefficients (orders too high, or an input that does not move enough); `NoConvergence`.
-pub fn fit(data: &InputOutputData, structure: ModelStructure) -> Result<PolynomialModel, Error> {
-    let orders = structure.orders();
-    fit_from(data, structure, orders.warm_up())
+pub fn fit(record: &InputOutputData, family: ModelStructure) -> Result<PolynomialModel, Error> {
+    let lengths = family.orders();
+    fit_from(record, family, lengths.warm_up())
 }
 
 /// As [`fit`], predicting from sample `first` on only, so that several orders can be compared on the same samples.
 pub(super) fn fit_from(
-    data: &InputOutputData,
-    structure: ModelStructure,
+    record: &InputOutputData,
+    family: ModelStructure,
     first: usize,
 ) -> Result<PolynomialModel, Error> {
-    let n = structure.orders();
+    let n = family.orders();
     let first = first.max(n.warm_up());
-    check_order(data.samples(), structure.parameter_count(), first)?;
-    let (y, output_mean) = remove_mean(data.output());
-    let (u, input_mean) = match (n.b, data.input()) {
+    check_order(record.samples(), family.parameter_count(), first)?;
+    let (y, output_mean) = remove_mean(record.output());
+    let (u, input_mean) = match (n.b, record.input()) {
         (0, _) => (Vec::new(), 0.0),
         (_, Some(u)) => remove_mean(u),
         (_, None) => return Err(no_input()),
     };
-    let pem_data = PemData { y, u, n, first };
+    let signals = PemData { y, u, n, first };
     let (theta, iterations) = if n.c == 0 && n.f == 0 {
-        (pem_data.linear(&pem_data.y, &pem_data.u, n)?.0, 0)
+        (signals.linear(&signals.y, &signals.u, n)?.0, 0)
     } else {
         let start = if n.f > 0 {
-            pem_data.steiglitz_mcbride()?
+            signals.steiglitz_mcbride()?
         } else {
-            pem_data.hannan_rissanen()?
+            signals.hannan_rissanen()?
         };
-        pem_data.iterate(start)?
+        signals.iterate(start)?
     };
-    let (triangle, loss) = pem_data.gradient(&theta);
-    let samples = pem_data.y.len() - first;
-    let noise_variance = loss / (samples - structure.parameter_count()) as f64;
+    let (triangle, loss) = signals.gradient(&theta);
+    let samples = signals.y.len() - first;
+    let noise_variance = loss / (samples - family.parameter_count()) as f64;
     let information = solve_from_r(&triangle)?;
     let size = theta.len();
     let covariance = Matrix::from_fn(size, size, |i, j| {
@@ -64,7 +64,7 @@ pub(super) fn fit_from(
     });
     let parts = n.split(&theta);
     Ok(PolynomialModel {
-        structure,
+        family,
         a: parts.a.to_vec(),
         b: parts.b.to_vec(),
         c: parts.c.to_vec(),
@@ -74,7 +74,7 @@ pub(super) fn fit_from(
         output_mean,
         input_mean,
         samples,
-        rate_hz: data.rate_hz(),
+        rate_hz: record.rate_hz(),
         iterations,
     })
 }
@@ -122,15 +122,15 @@ impl PemData {
     ) -> Result<(Vec<f64>, Vec<f64>), Error> {
         let first = self.first.max(n.warm_up());
         let size = n.a + n.b;
-        let mut incremental_qr = IncrementalQr::new(size + 1);
+        let mut triangle = IncrementalQr::new(size + 1);
         let mut row = vec![0.0; size + 1];
         for t in first..y.len() {
             (0..n.a).for_each(|k| row[k] = -y[t - 1 - k]);
             (0..n.b).for_each(|j| row[n.a + j] = u[t - n.delay - j]);
             row[size] = y[t];
-            incremental_qr.push(&row);
+            triangle.push(&row);
         }
-        let theta = solve_from_r(&incremental_qr.finish())?.solution;
+        let theta = solve_from_r(&triangle.finish())?.solution;
         let (a, b) = theta.split_at(n.a);
         let model = PolynomialRefs {
             a,
@@ -172,16 +172,16 @@ impl PemData {
             )
             .with_hint("take a longer record, or lower the orders"));
         }
-        let mut incremental_qr = IncrementalQr::new(size + 1);
+        let mut triangle = IncrementalQr::new(size + 1);
         let mut row = vec![0.0; size + 1];
         for t in first..samples {
             (0..n.a).for_each(|k| row[k] = -self.y[t - 1 - k]);
             (0..n.b).for_each(|j| row[n.a + j] = self.u[t - n.delay - j]);
             (0..n.c).for_each(|k| row[n.a + n.b + k] = noise[t - 1 - k]);
             row[size] = self.y[t];
-            incremental_qr.push(&row);
+            triangle.push(&row);
         }
-        let mut theta = solve_from_r(&incremental_qr.finish())?.solution;
+        let mut theta = solve_from_r(&triangle.finish())?.solution;
         let c = stabilise(theta.split_off(n.a + n.b));
         theta.extend(c);
         Ok(theta)
@@ -246,7 +246,7 @@ impl PemData {
         filter_inverse(&mut w, model.f);
         filter_inverse(&mut u, model.f);
         let size = theta.len();
-        let mut incremental_qr = IncrementalQr::new(size + 1);
+        let mut triangle = IncrementalQr::new(size + 1);
         let mut past: VecDeque<Vec<f64>> = VecDeque::new();
         let mut row = vec![0.0; size + 1];
         let before = |x: &[f64], t: usize, lag: usize| t.checked_sub(lag).map_or(0.0, |at| x[at]);
@@ -272,10 +272,10 @@ impl PemData {
             if t >= self.first {
                 row[size] = -e[t];
                 loss += e[t] * e[t];
-                incremental_qr.push(&row);
+                triangle.push(&row);
             }
         }
-        (incremental_qr.finish(), loss)
+        (triangle.finish(), loss)
     }
 
     /// Damped Gauss–Newton from `theta`; the coefficients and how many steps.

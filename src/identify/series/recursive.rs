@@ -150,7 +150,7 @@ impl RecursiveLeastSquares {
         let [w1, w2] = self.weights;
         let variance = found.residual_square / w1;
         Ok(PolynomialModel {
-            structure: self.options.structure(),
+            family: self.options.structure(),
             a: self.a().to_vec(),
             b: self.b().to_vec(),
             c: Vec::new(),

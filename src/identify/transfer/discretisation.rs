@@ -26,11 +26,7 @@ impl Realisation {
     /// `OutOfRange` for a sample time that is not positive, and a prewarping frequency outside 0 to half the sample rate;
     /// `Conflict` where it is sampled already or a direct term meets the impulse-invariant rule; `Overflow` and `Indefinite`
     /// of the rules.
-    pub fn discretise(
-        &self,
-        time_s: f64,
-        method: DiscretisationMethod,
-    ) -> Result<Realisation, Error> {
+    pub fn discretise(&self, time_s: f64, map: DiscretisationMethod) -> Result<Realisation, Error> {
         if let Some(already) = self.sampling {
             let message = format!("the model is sampled every {} s already", already.time_s);
             return Err(Error::new(Code::Conflict, message).with_hint("sample the continuous form"));
@@ -41,7 +37,7 @@ impl Realisation {
                 .with_hint("a tenth of the shortest period of interest is a start"));
         }
         let of = [&self.a, &self.b, &self.c, &self.d];
-        let [a, b, c, d] = match method {
+        let [a, b, c, d] = match map {
             DiscretisationMethod::ZeroOrderHold => discretisation::zero_order(of, time_s)?,
             DiscretisationMethod::Bilinear => discretisation::bilinear(of, time_s)?,
             DiscretisationMethod::Prewarped(frequency_hz) => {
@@ -66,7 +62,7 @@ impl Realisation {
                 discretisation::impulse_invariant([&self.a, &self.b, &self.c], time_s)?
             }
         };
-        let sampling = Some(Sampling { time_s, method });
+        let sampling = Some(Sampling { time_s, map });
         Ok(Realisation {
             a,
             b,

@@ -25,14 +25,14 @@ fn channel_label(of: &ChannelLabel) -> Value {
 }
 
 impl TransferFunction {
-    /// `input`, `output`, `poles_rad_s` and `residues` (conjugates after each of a pair), `zeros_rad_s`, `gain`, `terms` by
+    /// `input`, `output`, `poles_rad_s` and `residues` (conjugates after each of a pair), `zeros_rad_s`, `gain`, `direct` by
     /// powers of s from −2 to 2, `delay_s`, `numerator`, `denominator` by falling powers of s, `polynomial_error`, `fit_error`.
     ///
     /// # Errors
     /// Those of [`TransferFunction::zeros`].
     pub fn to_json(&self) -> Result<Value, Error> {
         let (zeros, polynomials) = (self.zeros()?, self.polynomials()?);
-        let [l2, l1, d, e, q] = self.terms.coefficients();
+        let [l2, l1, d, e, q] = self.direct.coefficients();
         let complete = self.poles_with_conjugates();
         let finite = |list: &[f64]| list.iter().all(|x| x.is_finite());
         let usable = finite(&polynomials.numerator) && finite(&polynomials.denominator);
@@ -55,14 +55,14 @@ impl TransferFunction {
 }
 
 impl Realisation {
-    /// `a`, `b`, `c`, `d` by rows, `inputs`, `outputs`, `delay_s`, `sample_time_s`, `method` and `prewarp_hz` (null where there are none).
+    /// `a`, `b`, `c`, `d` by rows, `inputs`, `outputs`, `delay_s`, `sample_time_s`, `map` and `prewarp_hz` (null where there are none).
     pub fn to_json(&self) -> Value {
         json!({
             "a": to_rows(&self.a), "b": to_rows(&self.b), "c": to_rows(&self.c), "d": to_rows(&self.d),
             "inputs": self.inputs, "outputs": self.outputs, "delay_s": self.delay_s,
             "sample_time_s": self.sampling.map(|s| s.time_s),
-            "map": self.sampling.map(|s| s.method.name()),
-            "prewarp_hz": self.sampling.and_then(|s| match s.method {
+            "map": self.sampling.map(|s| s.map.name()),
+            "prewarp_hz": self.sampling.and_then(|s| match s.map {
                 DiscretisationMethod::Prewarped(frequency) => Some(frequency),
                 _ => None,
             }),
@@ -92,7 +92,7 @@ pub fn write_csv(functions: &[TransferFunction], to: &mut impl Write) -> io::Res
         for (pole, residue) in f.poles_with_conjugates() {
             row("residue", Some(pole), residue)?;
         }
-        for (coefficient, power) in f.terms.coefficients().into_iter().zip(-2..=2) {
+        for (coefficient, power) in f.direct.coefficients().into_iter().zip(-2..=2) {
             if coefficient != 0.0 {
                 row(&format!("s^{power}"), None, Complex::new(coefficient, 0.0))?;
             }
@@ -104,7 +104,7 @@ pub fn write_csv(functions: &[TransferFunction], to: &mut impl Write) -> io::Res
     table.flush()
 }
 
-/// Variables `A`, `B`, `C`, `D`, `Ts` (0 where continuous), `method`, `delay_s`, cells `inputs` and `outputs` of the state space;
+/// Variables `A`, `B`, `C`, `D`, `Ts` (0 where continuous), `map`, `delay_s`, cells `inputs` and `outputs` of the state space;
 /// of the continuous functions `poles` (a column, conjugates included, rad/s), `residues` (a column for each function),
 /// `num` (a row for each function, falling powers of s, zeros in front) and `den`, cells `function_inputs`, `function_outputs`.
 ///
@@ -148,7 +148,7 @@ fn bytes(
     }
     let (time, map) = model
         .sampling
-        .map_or((0.0, "continuous"), |s| (s.time_s, s.method.name()));
+        .map_or((0.0, "continuous"), |s| (s.time_s, s.map.name()));
     file.extend(mat5::real("Ts", [1, 1], [time])?);
     file.extend(mat5::text("map", map)?);
     file.extend(mat5::real("delay_s", [1, 1], [model.delay_s])?);

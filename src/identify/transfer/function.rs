@@ -76,7 +76,7 @@ pub struct TransferFunction {
     pub fit_error: Option<f64>,
     pub(super) poles: Vec<Complex>,
     pub(super) residues: Vec<Complex>,
-    pub(super) terms: DirectTerms,
+    pub(super) direct: DirectTerms,
     pub(super) delay_s: f64,
 }
 
@@ -89,7 +89,7 @@ impl TransferFunction {
     pub fn new(
         poles: Vec<Complex>,
         residues: Vec<Complex>,
-        terms: DirectTerms,
+        direct: DirectTerms,
     ) -> Result<TransferFunction, Error> {
         if poles.len() != residues.len() {
             let message = format!("{} poles have {} residues", poles.len(), residues.len());
@@ -113,7 +113,7 @@ impl TransferFunction {
                 "a real system has real poles with real residues, and conjugate pairs",
             ));
         }
-        if let Some(c) = terms.coefficients().iter().find(|c| !c.is_finite()) {
+        if let Some(c) = direct.coefficients().iter().find(|c| !c.is_finite()) {
             let message = format!("a direct term of a transfer function is {c}");
             return Err(
                 Error::new(Code::OutOfRange, message).with_hint("leave it out, or give a number")
@@ -125,7 +125,7 @@ impl TransferFunction {
             fit_error: None,
             poles,
             residues,
-            terms,
+            direct,
             delay_s: 0.0,
         })
     }
@@ -145,7 +145,7 @@ impl TransferFunction {
     /// # Errors
     /// `OutOfRange` for a pole at zero or a term in 1/s², which has no partial fractions here.
     pub fn integrated(&self) -> Result<TransferFunction, Error> {
-        let d = self.terms;
+        let d = self.direct;
         if d.inverse_square != 0.0 || self.poles.iter().any(|p| p.norm() == 0.0) {
             let message = format!(
                 "the function to `{}` integrates twice already",
@@ -171,7 +171,7 @@ impl TransferFunction {
         };
         Ok(TransferFunction {
             residues,
-            terms: DirectTerms {
+            direct: DirectTerms {
                 inverse_square: d.inverse,
                 inverse,
                 constant: d.slope,
@@ -184,7 +184,7 @@ impl TransferFunction {
 
     /// It grows with s, so that no state space holds it.
     pub fn is_improper(&self) -> bool {
-        self.terms.polynomial_degree() > 0
+        self.direct.polynomial_degree() > 0
     }
 
     /// The same with a dead time, s.
@@ -214,7 +214,7 @@ impl TransferFunction {
 
     /// The terms next to the poles.
     pub fn direct(&self) -> DirectTerms {
-        self.terms
+        self.direct
     }
 
     /// Dead time, s.
@@ -262,12 +262,12 @@ impl TransferFunction {
             }
         };
         let poles = self.poles.iter().zip(&self.residues).map(term);
-        poles.fold(self.terms.value(s), |sum, term| sum + term)
+        poles.fold(self.direct.value(s), |sum, term| sum + term)
     }
 
     /// `dH/ds` without the dead time.
     pub(super) fn derivative_without_delay(&self, s: Complex) -> Complex {
-        let terms = self.terms.coefficients().into_iter().zip(-2..=2);
+        let terms = self.direct.coefficients().into_iter().zip(-2..=2);
         let direct = terms
             .filter(|(c, power)| *c != 0.0 && *power != 0)
             .map(|(c, power)| s.powi(power - 1) * (c * f64::from(power)))

@@ -27,7 +27,7 @@ impl TransferFunction {
     pub fn polynomials(&self) -> Result<TransferPolynomials, Error> {
         let found = self.zeros()?;
         let own = self.poles_with_conjugates().into_iter().map(|t| t.0);
-        let integrators = std::iter::repeat_n(Complex::ZERO, self.terms.integrators());
+        let integrators = std::iter::repeat_n(Complex::ZERO, self.direct.integrators());
         let denominator = product(own.chain(integrators));
         let numerator = product(found.zeros.iter().copied());
         let numerator: Vec<f64> = numerator.into_iter().map(|b| b * found.gain).collect();

@@ -30,7 +30,7 @@ pub struct Sampling {
     /// Between samples, s.
     pub time_s: f64,
     /// The rule.
-    pub method: DiscretisationMethod,
+    pub map: DiscretisationMethod,
 }
 
 /// State space of identified functions; inputs and outputs by name.
@@ -100,17 +100,17 @@ impl Realisation {
             table.push(row);
         }
         let (m, p) = (inputs.len(), outputs.len());
-        let mut builder = BlockBuilder::new(m, p);
+        let mut blocks = BlockBuilder::new(m, p);
         for (k, &pole) in first.poles.iter().enumerate() {
             let residues = ComplexMatrix::from_fn(p, m, |i, j| table[i][j].residues[k]);
-            builder.pole(pole, &residues)?;
+            blocks.pole(pole, &residues)?;
         }
         for j in 0..m {
-            let terms: Vec<DirectTerms> = table.iter().map(|row| row[j].terms).collect();
-            builder.integrators(j, &terms);
+            let terms: Vec<DirectTerms> = table.iter().map(|row| row[j].direct).collect();
+            blocks.integrators(j, &terms);
         }
-        let d = Matrix::from_fn(p, m, |i, j| table[i][j].terms.constant);
-        let (a, b, c) = builder.matrices();
+        let d = Matrix::from_fn(p, m, |i, j| table[i][j].direct.constant);
+        let (a, b, c) = blocks.matrices();
         let delay_s = first.delay_s;
         Ok(Realisation {
             a,
@@ -178,10 +178,10 @@ fn common(functions: &[TransferFunction]) -> Result<&TransferFunction, Error> {
             return Err(Error::new(Code::Conflict, message)
                 .with_hint("realise each alone, or fit them together with common poles"));
         }
-        if f.terms.polynomial_degree() > 0 {
+        if f.direct.polynomial_degree() > 0 {
             let message = format!(
                 "the function to `{}` grows with s (E = {:e}, Q = {:e}), which no state space holds",
-                f.output.name, f.terms.slope, f.terms.square
+                f.output.name, f.direct.slope, f.direct.square
             );
             return Err(Error::new(Code::OutOfRange, message)
                 .with_hint("integrate the response once or twice, or fit it without terms in s"));

@@ -76,12 +76,12 @@ impl TransferFunction {
             .iter()
             .map(|p| if p.im > 0.0 { 2 } else { 1 })
             .sum();
-        own + self.terms.integrators()
+        own + self.direct.integrators()
     }
 
     /// Powers by which H falls at high frequency, and its coefficient; nothing where H is nil.
     fn leading_term(&self) -> Option<(i32, f64)> {
-        let direct = self.terms;
+        let direct = self.direct;
         for (coefficient, power) in [
             (direct.square, -2),
             (direct.slope, -1),
@@ -142,9 +142,9 @@ impl TransferFunction {
     /// `1/(z − s₀)` of every zero z, and zeros for those at infinity.
     fn mapped_zeros(&self, centre: f64) -> Result<Vec<Complex>, Error> {
         let mut proper = self.clone();
-        (proper.terms.slope, proper.terms.square, proper.delay_s) = (0.0, 0.0, 0.0);
+        (proper.direct.slope, proper.direct.square, proper.delay_s) = (0.0, 0.0, 0.0);
         let Realisation { a, b, c, .. } = Realisation::from_transfer_functions(&[proper])?;
-        let (n, excess) = (a.nrows(), self.terms.polynomial_degree());
+        let (n, excess) = (a.nrows(), self.direct.polynomial_degree());
         let shifted = Matrix::from_fn(n, n, |i, j| a[(i, j)] - if i == j { centre } else { 0.0 });
         let identity_and_b = Matrix::from_fn(n, n + 1, |i, j| {
             if j < n {
@@ -161,8 +161,8 @@ impl TransferFunction {
         let through = self.value_without_delay(Complex::new(centre, 0.0)).re;
         // E s and Q s² are (E + 2Q s₀)/w and Q/w²: one or two integrators in w.
         let (slope, square) = (
-            self.terms.slope + 2.0 * self.terms.square * centre,
-            self.terms.square,
+            self.direct.slope + 2.0 * self.direct.square * centre,
+            self.direct.square,
         );
         let state = |i: usize, j: usize| match (i < n, j < n) {
             (true, true) => inverted[(i, j)],

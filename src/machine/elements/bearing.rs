@@ -71,11 +71,11 @@ pub fn add(builder: &mut MachineBuilder, element: usize, bearing: &Bearing) -> R
     };
     put(&bearing.stiffness, &|stiffness| BranchLaw::Linear {
         stiffness,
-        damping: bearing.branch_damping,
+        loss: bearing.loss,
     });
     put(&bearing.damping, &|c| BranchLaw::Linear {
         stiffness: 0.0,
-        damping: BranchDamping::Viscous(c),
+        loss: BranchDamping::Viscous(c),
     });
     for (axis, apart) in apart {
         let forces = forces.remove(&axis).unwrap_or_default();

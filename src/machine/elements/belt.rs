@@ -20,7 +20,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, belt: &Belt) -> Result<
         element,
         None,
         direction,
-        branch_law(belt.stiffness, belt.damping),
+        branch_law(belt.stiffness, belt.loss),
     );
     for turning in [first, second] {
         let gear = Gear {
@@ -29,7 +29,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, belt: &Belt) -> Result<
             teeth: None,
             carrier: None,
             branches: vec![branch],
-            geometries: Vec::new(),
+            seats: Vec::new(),
         };
         builder.machine.gears.push(gear);
     }

@@ -26,7 +26,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, chain: &DiscChain) {
     for (at, pair) in ends.windows(2).enumerate() {
         let law = BranchLaw::Linear {
             stiffness: chain.stiffness,
-            damping: chain.damping,
+            loss: chain.loss,
         };
         builder.branch(
             element,

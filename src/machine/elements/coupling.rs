@@ -17,9 +17,9 @@ pub fn add(builder: &mut MachineBuilder, element: usize, coupling: &Coupling) ->
         builder.rotation_of_end(&coupling.between[0])?,
         builder.rotation_of_end(&coupling.between[1])?,
     ];
-    if coupling.parameters.stiffness.is_some() || coupling.maxwell.is_empty() {
+    if coupling.contact.stiffness.is_some() || coupling.maxwell.is_empty() {
         let along = relative_rotation([first, second]);
-        builder.contact(element, None, along, None, &coupling.parameters);
+        builder.contact(element, None, along, None, &coupling.contact);
     }
     for (node, [stiffness, damping]) in inner_nodes(coupling).zip(&coupling.maxwell) {
         let part = |what: &str| {
@@ -29,11 +29,11 @@ pub fn add(builder: &mut MachineBuilder, element: usize, coupling: &Coupling) ->
         let inner = builder.dof_by_name(&node, Axis::Theta);
         let spring = BranchLaw::Linear {
             stiffness: *stiffness,
-            damping: BranchDamping::None,
+            loss: BranchDamping::None,
         };
         let damper = BranchLaw::Linear {
             stiffness: 0.0,
-            damping: BranchDamping::Viscous(*damping),
+            loss: BranchDamping::Viscous(*damping),
         };
         builder.branch(
             element,

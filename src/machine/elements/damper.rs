@@ -13,7 +13,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, damper: &Damper) -> Res
     ];
     let law = BranchLaw::Linear {
         stiffness: 0.0,
-        damping: BranchDamping::Viscous(damper.coefficient),
+        loss: BranchDamping::Viscous(damper.coefficient),
     };
     builder.branch(element, None, relative_rotation(ends), law);
     Ok(())

@@ -56,8 +56,8 @@ pub fn add_bearing_friction(
     builder.machine.friction_elements.push(FrictionElement {
         element,
         direction: relative_rotation(ends),
-        law: friction.law,
-        capacity: FrictionCapacity::Pressed(LoadDependentCapacity {
+        friction: friction.law,
+        grip: FrictionCapacity::Pressed(LoadDependentCapacity {
             constant: friction.constant,
             coefficient: friction.coefficient,
             force_components: by,
@@ -129,14 +129,14 @@ pub fn add_tooth_friction(
         radii[0] + addendum,
         radii[1] + if pair.internal { -addendum } else { addendum },
     ];
-    let geometry = PathGeometry {
+    let members = PathGeometry {
         base: radii.map(|r| r * angle.cos()),
         tip: friction.tips.unwrap_or(usual),
         angle,
         teeth: pair.teeth[0],
         internal: pair.internal,
     };
-    let path = PathOfContact::new(&geometry).ok_or_else(|| {
+    let path = PathOfContact::new(&members).ok_or_else(|| {
         let message = format!(
             "the teeth of `{}` let go before the next ones touch: their contact ratio is below 1",
             pair.name.text
@@ -167,14 +167,14 @@ pub fn add_tooth_friction(
     builder.machine.friction_elements.push(FrictionElement {
         element,
         direction: Direction::new(1.0, [(thetas[0], 1.0), (thetas[1], -1.0)]),
-        law: friction.law,
-        capacity: FrictionCapacity::Pressed(LoadDependentCapacity {
+        friction: friction.law,
+        grip: FrictionCapacity::Pressed(LoadDependentCapacity {
             constant: 0.0,
             coefficient: friction.coefficient,
             force_components: vec![vec![(branch, 1.0)]],
             path: Some(ToothFrictionPath {
                 pitch_point_sliding: aside,
-                segments: match friction.path {
+                pieces: match friction.path {
                     Some(_) => path.segments(),
                     None => vec![path.mean_segment()],
                 },

@@ -24,7 +24,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, pair: &GearPair) -> Res
         sized: pair.module.is_some(),
     };
     let branch = builder.machine.branches.len();
-    add_pair(builder, element, &made, &pair.parameters)?;
+    add_pair(builder, element, &made, &pair.contact)?;
     match &pair.friction {
         Some(friction) => {
             let drive = (made.scale, &made.drive);

@@ -78,18 +78,15 @@ fn gear(builder: &MachineBuilder, part: &model::DeclaredError) -> Result<Geometr
         _ => None,
     };
     let mut acts = Vec::new();
-    let zero = first
-        .geometries
-        .first()
-        .map_or(0.0, |geometry| geometry.angle);
+    let zero = first.seats.first().map_or(0.0, |seat| seat.angle);
     for gear in &gears {
-        for (&branch, geometry) in gear.branches.iter().zip(&gear.geometries) {
-            if !geometry.has_module {
+        for (&branch, seat) in gear.branches.iter().zip(&gear.seats) {
+            if !seat.has_module {
                 return Err(unsized_pair(machine, part, gear));
             }
             let mut flanks = [
-                flank_transfer(part.cause, geometry, 0, zero),
-                flank_transfer(part.cause, geometry, 1, zero),
+                flank_transfer(part.cause, seat, 0, zero),
+                flank_transfer(part.cause, seat, 1, zero),
             ];
             // The planets run through what stands in the sense of the carrier.
             if standing.is_some() {
@@ -171,11 +168,11 @@ fn unsized_pair(machine: &Machine, part: &model::DeclaredError, gear: &Gear) -> 
 /// How an error of a gear reaches a flank: 0 drive, 1 coast.
 fn flank_transfer(
     cause: ErrorCause,
-    geometry: &MeshGeometry,
+    seat: &MeshGeometry,
     flank: usize,
     zero: f64,
 ) -> FlankTransfer {
-    let [x, y] = geometry.across[flank];
+    let [x, y] = seat.across[flank];
     let material = [1.0, -1.0][flank];
     match cause {
         _ if cause.is_offset() => FlankTransfer {
@@ -183,16 +180,16 @@ fn flank_transfer(
             phase: -y.atan2(x),
         },
         ErrorCause::Axial => FlankTransfer {
-            gain: geometry.along,
+            gain: seat.along,
             phase: 0.0,
         },
         _ => FlankTransfer {
             gain: if cause.is_pitch() {
-                geometry.lever
+                seat.lever
             } else {
                 material
             },
-            phase: -(geometry.angle - zero),
+            phase: -(seat.angle - zero),
         },
     }
 }
@@ -261,17 +258,13 @@ fn graded(
     };
     let name = Edition::Y1995.name();
     let teeth = gear.teeth.unwrap_or(1);
-    let Some([module, radius]) = gear
-        .geometries
-        .first()
-        .and_then(|geometry| geometry.cylindrical)
-    else {
+    let Some([module, radius]) = gear.seats.first().and_then(|seat| seat.cylindrical) else {
         return Err(refuse(format!(
             "{name} is of cylindrical gears, and `{}` is none",
             part.on.text
         )));
     };
-    let (deviation, symbol, share, word, order) = match part.cause {
+    let (quantity, symbol, share, word, order) = match part.cause {
         ErrorCause::Eccentricity => (GearDeviation::Runout, "F_r", 0.5, "half", 1),
         ErrorCause::CumulativePitch => (GearDeviation::CumulativePitch, "F_p", 0.5, "half", 1),
         ErrorCause::SinglePitch => (GearDeviation::SinglePitch, "f_pt", 1.0, "", 1),
@@ -287,7 +280,7 @@ fn graded(
         designed_short_wave: None,
     };
     let limit = Edition::Y1995
-        .unrounded_tolerance(deviation, &size, grade)
+        .unrounded_tolerance(quantity, &size, grade)
         .ok_or_else(|| {
             refuse(format!(
                 "{name} has no {symbol} for a gear of {teeth} teeth and module {} mm",

@@ -67,17 +67,17 @@ pub fn add_pair(
     builder: &mut MachineBuilder,
     element: usize,
     pair: &MeshPair,
-    parameters: &ContactParameters,
+    contact: &ContactParameters,
 ) -> Result<(), Error> {
     let drive = direction(builder, pair.scale, &pair.drive)?;
     let coast = direction(builder, pair.scale, &pair.coast)?;
     let branch = builder.machine.branches.len();
     let coast = (coast != drive).then_some(coast);
-    builder.contact(element, None, drive, coast, parameters);
+    builder.contact(element, None, drive, coast, contact);
     for (at, &teeth) in pair.teeth.iter().enumerate() {
         let (side, other) = (&pair.drive[at], &pair.coast[at]);
         let turning = builder.theta(side.node)?;
-        let geometry = MeshGeometry {
+        let seat = MeshGeometry {
             angle: side.angle,
             across: [side, other].map(|side| {
                 let [(_, x), (_, y), ..] = lateral_terms(side);
@@ -94,7 +94,7 @@ pub fn add_pair(
             teeth: Some(teeth),
             carrier: None,
             branches: vec![branch],
-            geometries: vec![geometry],
+            seats: vec![seat],
         };
         builder.machine.gears.push(gear);
     }

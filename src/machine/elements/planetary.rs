@@ -94,7 +94,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, stage: &Planetary) -> R
             false => None,
         };
         for mesh in 0..2 {
-            let (word, parameters) =
+            let (word, contact) =
                 [("sun", &stage.sun_contact), ("ring", &stage.ring_contact)][mesh];
             let member = [sun, ring][mesh];
             let own = [arms.sun, arms.ring][mesh];
@@ -123,13 +123,13 @@ pub fn add(builder: &mut MachineBuilder, element: usize, stage: &Planetary) -> R
             );
             let coast = (coast != drive).then_some(coast);
             meshes[mesh].push(builder.machine.branches.len());
-            let parameters = &phase_shifted_contact(stage, parameters, mesh, position);
+            let contact = &phase_shifted_contact(stage, contact, mesh, position);
             builder.contact(
                 element,
                 Some(format!("{word} to planet {}", at + 1)),
                 drive,
                 coast,
-                parameters,
+                contact,
             );
         }
     }
@@ -157,7 +157,7 @@ fn list(
             teeth: Some(z),
             carrier,
             branches: meshes[mesh].clone(),
-            geometries: seats.collect(),
+            seats: seats.collect(),
         };
         match (thetas[mesh], thetas[2]) {
             (Some(turning), carrier) => builder.machine.gears.push(gear(turning, carrier)),
@@ -181,7 +181,7 @@ fn list(
             teeth: Some(teeth[1]),
             carrier: thetas[2],
             branches: vec![branches.0, branches.1],
-            geometries: vec![
+            seats: vec![
                 planet_seat(stage, 0, teeth[1]),
                 planet_seat(stage, 1, teeth[1]),
             ],
@@ -247,19 +247,17 @@ fn cylindrical(stage: &Planetary, teeth: u32) -> Option<[f64; 2]> {
 /// of one planet, which hangs on tooth thicknesses, is the `phase` of each wave.
 fn phase_shifted_contact(
     stage: &Planetary,
-    parameters: &ContactParameters,
+    contact: &ContactParameters,
     mesh: usize,
     position: f64,
 ) -> ContactParameters {
-    let mut parameters = parameters.clone();
-    if let (Some(wave), PlanetaryGeometry::Teeth { teeth, .. }) =
-        (&mut parameters.wave, &stage.size)
-    {
+    let mut contact = contact.clone();
+    if let (Some(wave), PlanetaryGeometry::Teeth { teeth, .. }) = (&mut contact.wave, &stage.size) {
         let stands = matches!([&stage.sun, &stage.ring][mesh], BranchEnd::Ground);
         let ahead = f64::from([teeth[0], teeth[2]][mesh]) * position;
         wave.phase += if stands { ahead } else { -ahead };
     }
-    parameters
+    contact
 }
 
 /// A planet's bearing gives way only where planets move sideways.

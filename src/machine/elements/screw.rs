@@ -40,14 +40,14 @@ pub fn add(builder: &mut MachineBuilder, element: usize, screw: &Screw) -> Resul
     terms.extend(builder.dof(turns, Axis::Z)?.map(|own| (own, along)));
     let branch = builder.machine.branches.len();
     let direction = Direction::new(NANOMETRE / TAU, terms);
-    builder.contact(element, None, direction, None, &screw.parameters);
+    builder.contact(element, None, direction, None, &screw.contact);
     builder.machine.gears.push(Gear {
         element,
         rotation_dof: theta,
         teeth: None,
         carrier: None,
         branches: vec![branch],
-        geometries: Vec::new(),
+        seats: Vec::new(),
     });
     Ok(())
 }

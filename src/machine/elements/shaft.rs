@@ -51,11 +51,11 @@ pub fn add(builder: &mut MachineBuilder, element: usize, shaft: &Shaft) -> Resul
             element,
             None,
             relative_rotation([first, last]),
-            branch_law(stiffness, shaft.damping),
+            branch_law(stiffness, shaft.loss),
         );
         return Ok(());
     };
-    if segments > 1 && matches!(shaft.damping, BranchDamping::Ratio(_)) {
+    if segments > 1 && matches!(shaft.loss, BranchDamping::Ratio(_)) {
         let message = format!(
             "the damping ratio of `{}` would mean less the more lengths it is cut into",
             shaft.name.text
@@ -78,7 +78,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, shaft: &Shaft) -> Resul
             relative_rotation([pair[0], pair[1]]),
             BranchLaw::Linear {
                 stiffness,
-                damping: shaft.damping,
+                loss: shaft.loss,
             },
         );
         add_inertia(builder, element, [pair[0], pair[1]], inertia, mass);

@@ -20,7 +20,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, pair: &WormPair) -> Res
         cylindrical: None,
         sized: pair.module.is_some(),
     };
-    add_pair(builder, element, &made, &pair.parameters)?;
+    add_pair(builder, element, &made, &pair.contact)?;
     if let Some(friction) = pair.friction {
         let Efficiency { driving, backwards } =
             efficiency(pair.lead_angle, pair.pressure_angle, friction);

@@ -96,11 +96,11 @@ fn candidates(context: &AnalysisContext, f_max_hz: f64) -> Vec<CondensableCoordi
 /// How many frequencies were compared and how far the worst moved; `None` where the rest cannot stand for the machine.
 fn change(
     context: &AnalysisContext,
-    coordinate: &[CondensableCoordinate],
+    left_out: &[CondensableCoordinate],
     f_max_hz: f64,
 ) -> Result<Option<(usize, f64)>, Error> {
     let masters: Vec<usize> = (0..context.model.n)
-        .filter(|j| coordinate.iter().all(|c| c.coordinate != *j))
+        .filter(|j| left_out.iter().all(|c| c.coordinate != *j))
         .collect();
     let Ok(model) = ReducedModel::new(context, ReductionMethod::Guyan { masters }) else {
         return Ok(None);

@@ -169,9 +169,9 @@ fn condense(
     method: ReductionMethod,
 ) -> Result<ReducedModel, Error> {
     let model = context.model;
-    let partition = CoordinatePartition::new(model, masters)?;
-    let static_modes = partition.constraint_modes(model)?;
-    let fixed = partition.fixed_modes(model)?;
+    let interior = CoordinatePartition::new(model, masters)?;
+    let static_modes = interior.constraint_modes(model)?;
+    let fixed = interior.fixed_modes(model)?;
     let n_kept = selection.count(&fixed.omega);
     let mut transform = Matrix::zeros(model.n, masters.len() + n_kept);
     for k in 0..masters.len() {
@@ -179,14 +179,14 @@ fn condense(
     }
     for k in 0..n_kept {
         let place = masters.len() + k;
-        partition
+        interior
             .condensed
             .iter()
             .enumerate()
             .for_each(|(i, &j)| transform[(j, place)] = fixed.shapes[(i, k)]);
     }
     if let Some(omega) = at {
-        dynamic_condensation(context, &partition, omega, &mut transform)?;
+        dynamic_condensation(context, &interior, omega, &mut transform)?;
     }
     let of_masters = masters
         .iter()
@@ -195,7 +195,7 @@ fn condense(
         .chain((1..=n_kept).map(|k| format!("interior mode {k}")))
         .collect();
     let dropped = fixed.omega[n_kept..].to_vec();
-    let flexibility = partition.flexibility(model)?;
+    let flexibility = interior.flexibility(model)?;
     let matrices = SystemMatrices::in_basis(context, transform, names, 0);
     Ok(ReducedModel {
         method,
@@ -209,7 +209,7 @@ fn condense(
 /// The others follow as `−(K_ss − ω²M_ss)⁻¹ (K_sm − ω²M_sm)`.
 fn dynamic_condensation(
     context: &AnalysisContext,
-    partition: &CoordinatePartition,
+    interior: &CoordinatePartition,
     omega: f64,
     transform: &mut Matrix,
 ) -> Result<(), Error> {
@@ -219,7 +219,7 @@ fn dynamic_condensation(
         Vec::new(),
         0,
     );
-    let (s, m) = (&partition.condensed, &partition.retained);
+    let (s, m) = (&interior.condensed, &interior.retained);
     let at = |i: usize, j: usize| {
         (full.stiffness[(i, j)] + full.stiffness[(j, i)]) / 2.0 - omega * omega * full.mass[(i, j)]
     };

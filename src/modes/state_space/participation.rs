@@ -79,10 +79,10 @@ pub fn participation(
         .collect();
     let share = |value: f64, size: f64| if size > 0.0 { value / size } else { 0.0 };
 
-    let mut products: Vec<ModeProducts> = Vec::new();
+    let mut rows: Vec<ModeProducts> = Vec::new();
     for j in (0..m).filter(|&j| free(j)) {
         let by = |x: f64, size: f64| Complex::new(share(x, size), 0.0);
-        products.push(ModeProducts {
+        rows.push(ModeProducts {
             eigenvalue: Complex::ZERO,
             inputs: (0..b.ncols())
                 .map(|k| by(b[(m + j, k)], b_size[k]))
@@ -92,7 +92,7 @@ pub fn participation(
                 .collect(),
         });
     }
-    let rigid = products.len();
+    let rigid = rows.len();
     if !kept.is_empty() {
         let eigen = eigen::eigen(&a)?;
         for (k, &lambda) in eigen
@@ -118,7 +118,7 @@ pub fn participation(
                     .map(|j| eigen.right[(j, k)] * c[(i, kept[j])])
                     .sum()
             };
-            products.push(ModeProducts {
+            rows.push(ModeProducts {
                 eigenvalue: lambda,
                 inputs: (0..b.ncols())
                     .map(|j| reach(j) * share(pair, left * b_size[j]))
@@ -129,7 +129,7 @@ pub fn participation(
             });
         }
     }
-    Ok(classify(products, rigid))
+    Ok(classify(rows, rigid))
 }
 
 /// √J of a unit of each state: ω for positions, 1 for rates; for what creeps, the unit that makes it act on the others as
@@ -160,41 +160,30 @@ struct ModeProducts {
     outputs: Vec<Complex>,
 }
 
-fn classify(products: Vec<ModeProducts>, rigid: usize) -> Vec<ModalParticipation> {
-    let largest = products
-        .iter()
-        .map(|s| s.eigenvalue.norm())
-        .fold(0.0, f64::max);
+fn classify(rows: Vec<ModeProducts>, rigid: usize) -> Vec<ModalParticipation> {
+    let largest = rows.iter().map(|s| s.eigenvalue.norm()).fold(0.0, f64::max);
     let together = |a: usize, b: usize| {
-        let (x, y) = (products[a].eigenvalue, products[b].eigenvalue);
+        let (x, y) = (rows[a].eigenvalue, rows[b].eigenvalue);
         (a < rigid) == (b < rigid)
             && (x - y).norm() <= REPEATED_TOLERANCE * x.norm().max(f64::EPSILON * largest)
     };
     let judge = |k: usize| {
-        let group: Vec<usize> = (0..products.len())
+        let group: Vec<usize> = (0..rows.len())
             .filter(|&other| together(k, other))
             .collect();
         let all = |of: fn(&ModeProducts) -> &Vec<Complex>| {
-            rank(group.iter().map(|&g| of(&products[g]).clone()).collect()) == group.len()
+            rank(group.iter().map(|&g| of(&rows[g]).clone()).collect()) == group.len()
         };
         ModalParticipation {
-            eigenvalue: products[k].eigenvalue,
-            controllability: products[k]
-                .inputs
-                .iter()
-                .map(|z| z.norm().min(1.0))
-                .collect(),
-            observability: products[k]
-                .outputs
-                .iter()
-                .map(|z| z.norm().min(1.0))
-                .collect(),
+            eigenvalue: rows[k].eigenvalue,
+            controllability: rows[k].inputs.iter().map(|z| z.norm().min(1.0)).collect(),
+            observability: rows[k].outputs.iter().map(|z| z.norm().min(1.0)).collect(),
             multiplicity: group.len(),
             reachable: all(|s| &s.inputs),
             visible: all(|s| &s.outputs),
         }
     };
-    (0..products.len()).map(judge).collect()
+    (0..rows.len()).map(judge).collect()
 }
 
 /// Rank of rows of figures, the largest rest first.

@@ -212,9 +212,9 @@ fn output_row(
     matrices: &SystemMatrices,
     first: &FirstOrder,
     name: &str,
-    signal: OutputSignal,
+    output: OutputSignal,
 ) -> Result<SignalRow, Error> {
-    match signal {
+    match output {
         OutputSignal::Dof(dof, times) => {
             let mut row = SignalRow::apply(matrices, first, &context.model.transform[dof]);
             for _ in 0..times {

@@ -33,10 +33,10 @@ pub fn find_fold(
     family: &dyn Fn(f64) -> DynamicModel,
     near: &[f64],
     periods: u64,
-    options: FoldOptions,
+    course: FoldOptions,
 ) -> Result<(f64, PeriodicOrbit), Error> {
-    let first = find_orbit(&family(options.from), near, periods)?;
-    let units = return_map(&family(options.from), &first.start, periods)?.units;
+    let first = find_orbit(&family(course.from), near, periods)?;
+    let units = return_map(&family(course.from), &first.start, periods)?.units;
     let follow = OrbitFamily {
         family,
         periods,
@@ -48,15 +48,15 @@ pub fn find_fold(
         .zip(&follow.units)
         .map(|(y, u)| y / u)
         .collect();
-    here.push(options.from);
+    here.push(course.from);
     let mut along = vec![0.0; here.len()];
-    along[here.len() - 1] = options.step.signum();
+    along[here.len() - 1] = course.step.signum();
     let mut tangent = follow.tangent(&here, &along)?;
-    let step = options.step.abs() / tangent[here.len() - 1].abs();
-    for _ in 0..options.max_steps {
+    let step = course.step.abs() / tangent[here.len() - 1].abs();
+    for _ in 0..course.max_steps {
         let next = follow.correct(&here, &tangent, step)?;
         let turned = follow.tangent(&next, &tangent)?;
-        if turned[here.len() - 1] * options.step < 0.0 {
+        if turned[here.len() - 1] * course.step < 0.0 {
             return follow.locate_fold(&here, &tangent, step);
         }
         (here, tangent) = (next, turned);
@@ -65,7 +65,7 @@ pub fn find_fold(
         Code::NoConvergence,
         format!(
             "the family of orbits did not turn back in {} steps",
-            options.max_steps
+            course.max_steps
         ),
     )
     .with_hint("take more steps, or larger ones"))

@@ -87,26 +87,25 @@ pub fn monodromy(model: &DynamicModel, regime: Option<&Regime>) -> Result<Monodr
     let mut scaled = Matrix::identity(all, all);
     let mut before: Option<(TimeVaryingModel, Matrix)> = None;
     for &piece in &grid.pieces {
-        let varying_model = freeze_states(model, from, &stands, piece)?;
+        let held = freeze_states(model, from, &stands, piece)?;
         // Between the jumps of rectangular waves pieces are alike.
-        let alike = |b: &(TimeVaryingModel, Matrix)| {
-            b.0.half == varying_model.half && b.0.branches == varying_model.branches
-        };
+        let alike =
+            |b: &(TimeVaryingModel, Matrix)| b.0.half == held.half && b.0.branches == held.branches;
         let over = match before.take().filter(alike) {
             Some((_, over)) => over,
             None => {
-                let solutions = FundamentalSolutions::new(&varying_model, &scale, &stands)?;
-                by_rows(&solutions.to_end) * by_rows(&solutions.from_start)
+                let free = FundamentalSolutions::new(&held, &scale, &stands)?;
+                by_rows(&free.to_end) * by_rows(&free.from_start)
             }
         };
         scaled = &over * scaled;
-        before = Some((varying_model, over));
+        before = Some((held, over));
     }
     let units = &scale.units;
-    let branches = before.map_or(Vec::new(), |(varying_model, _)| varying_model.branches);
+    let branches = before.map_or(Vec::new(), |(held, _)| held.branches);
     let elastic = model.elements.iter().zip(&branches);
     let mut rows: Vec<Vec<f64>> = elastic
-        .filter(|(_, varying_model)| varying_model.is_elastic())
+        .filter(|(_, held)| held.is_elastic())
         .map(|(b, _)| {
             let mut row = vec![0.0; n];
             b.direction

@@ -109,14 +109,14 @@ impl OscillatoryModes {
     /// Those of `at`, which gives what a period does at a speed; eigenvalues that are not found.
     pub fn locate_collision(
         &self,
-        candidate: CollisionCandidate,
+        expected_lines: CollisionCandidate,
         at: impl Fn(f64) -> Result<Monodromy, Error>,
     ) -> Result<Option<MultiplierCollision>, Error> {
         let CollisionCandidate {
             factor: first,
             pair,
             joint_cycles: turns,
-        } = candidate;
+        } = expected_lines;
         let decays = pair.map(|mode| self.swinging[mode].0.re);
         let mut factor = first;
         for _ in 0..MAX_STEPS {

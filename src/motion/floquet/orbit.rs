@@ -98,46 +98,46 @@ pub fn find_orbit(
 /// # Errors
 /// What the periodic method refuses.
 pub fn return_map(model: &DynamicModel, start: &[f64], periods: u64) -> Result<ReturnMap, Error> {
-    let mut run = PeriodicRun::new(model, 0.0, start)?;
+    let mut walk = PeriodicRun::new(model, 0.0, start)?;
     let n = start.len();
     let mut slope: Vec<f64> = (0..n * n).map(|at| f64::from(at / n == at % n)).collect();
-    let duration = run.cache.grid.elapsed(periods);
-    let mut end = run.cache.grid.instant(0.0);
+    let duration = walk.cache.grid.elapsed(periods);
+    let mut end = walk.cache.grid.instant(0.0);
     end.periods = periods;
     loop {
-        let segment = run.next_segment(end);
-        run.propagate(&mut slope, segment.to);
-        if segment.event.is_none() && segment.to >= run.position_of(end) {
+        let segment = walk.next_segment(end);
+        walk.propagate(&mut slope, segment.to);
+        if segment.limit.is_none() && segment.to >= walk.position_of(end) {
             let mut y = vec![0.0; n];
-            run.value(segment.to, &mut y);
-            let units = run.cache.units.units.clone();
+            walk.value(segment.to, &mut y);
+            let units = walk.cache.scale.units.clone();
             return Ok(ReturnMap {
                 end: y.iter().zip(&units).map(|(y, unit)| y / unit).collect(),
                 jacobian: slope,
                 units,
                 duration,
-                events: run.stats.events,
+                events: walk.stats.events,
             });
         }
-        if segment.event.is_some() && segment.rate != 0.0 {
-            apply_saltation(&mut run, segment, &mut slope);
+        if segment.limit.is_some() && segment.rate != 0.0 {
+            apply_saltation(&mut walk, segment, &mut slope);
         }
-        run.advance(segment)?;
+        walk.advance(segment)?;
     }
 }
 
 /// Multiplies by the saltation matrix of the switch that ends a leg.
-fn apply_saltation(run: &mut PeriodicRun, segment: RunSegment, slope: &mut [f64]) {
-    let Some(limit) = segment.event else { return };
-    let model = run.cache.model;
+fn apply_saltation(walk: &mut PeriodicRun, segment: RunSegment, slope: &mut [f64]) {
+    let Some(limit) = segment.limit else { return };
+    let model = walk.cache.model;
     let (n, all) = (
         model.coordinate_count(),
         model.coordinate_count() * 2 + model.internal_count(),
     );
     let mut y = vec![0.0; all];
-    run.value(segment.to, &mut y);
-    let t = run.cache.from + run.elapsed(segment.to);
-    let mut regime = run.whole_regime();
+    walk.value(segment.to, &mut y);
+    let t = walk.cache.from + walk.elapsed(segment.to);
+    let mut regime = walk.whole_regime();
     let (mut before, mut beyond) = (vec![0.0; all], vec![0.0; all]);
     model.derivative_in(Some(&regime), t, &y, &mut before);
     let ElementState::Contact(_, piece) = regime.states[limit.branch] else {
@@ -145,7 +145,7 @@ fn apply_saltation(run: &mut PeriodicRun, segment: RunSegment, slope: &mut [f64]
     };
     regime.states[limit.branch] = ElementState::Contact(limit.next, piece);
     model.derivative_in(Some(&regime), t, &y, &mut beyond);
-    let units = &run.cache.units.units;
+    let units = &walk.cache.scale.units;
     let branch = &model.elements[limit.branch];
     let factor = branch.factor(t, &y[..n], piece).0;
     let [plain, more] = limit.value;

@@ -79,7 +79,7 @@ pub fn instability_tongues(
     let step = (to - from) / points.max(1) as f64;
     let steps = (0..=points).map(|at| look(from + step * at as f64));
     let steps = steps.collect::<Result<Vec<GrowthSample>, Error>>()?;
-    let mut sample = steps.clone();
+    let mut rows = steps.clone();
     let modes = OscillatoryModes::new(model)?;
     for expected in modes.candidates(model, base, [from, to], MAX_ORDER) {
         let after = steps.partition_point(|s| s.factor <= expected.factor);
@@ -94,20 +94,20 @@ pub fn instability_tongues(
         {
             let near = [factor - within, factor + within].map(|x| x.clamp(from, to));
             let (factor, growth) = max_growth(&growth, near)?;
-            sample.extend(
+            rows.extend(
                 (growth > 1.0 + GROWTH_TOLERANCE).then_some(GrowthSample { factor, growth }),
             );
         }
     }
-    sort_by_speed(&mut sample);
-    split_tongues(&mut sample, step, look)?;
+    sort_by_speed(&mut rows);
+    split_tongues(&mut rows, step, look)?;
     let mut tongues = Vec::new();
     let mut at = 0;
-    for run in sample.chunk_by(|a, b| a.is_unstable() == b.is_unstable()) {
+    for run in rows.chunk_by(|a, b| a.is_unstable() == b.is_unstable()) {
         let (first, last) = (at, at + run.len() - 1);
         at += run.len();
         if run[0].is_unstable() {
-            tongues.push(tongue(model, base, (&sample, first, last), &growth)?);
+            tongues.push(tongue(model, base, (&rows, first, last), &growth)?);
         }
     }
     Ok(tongues)
@@ -115,7 +115,7 @@ pub fn instability_tongues(
 
 /// Looks between unstable speeds less than a step apart, where two tongues may lie.
 fn split_tongues(
-    sample: &mut Vec<GrowthSample>,
+    rows: &mut Vec<GrowthSample>,
     step: f64,
     look: impl Fn(f64) -> Result<GrowthSample, Error>,
 ) -> Result<(), Error> {
@@ -125,46 +125,42 @@ fn split_tongues(
     };
     let middle = |pair: &[GrowthSample]| look(0.5 * (pair[0].factor + pair[1].factor));
     let middles: Result<Vec<GrowthSample>, Error> =
-        sample.windows(2).filter(near).map(middle).collect();
-    sample.extend(middles?);
-    sort_by_speed(sample);
+        rows.windows(2).filter(near).map(middle).collect();
+    rows.extend(middles?);
+    sort_by_speed(rows);
     Ok(())
 }
 
-fn sort_by_speed(sample: &mut [GrowthSample]) {
-    sample.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+fn sort_by_speed(rows: &mut [GrowthSample]) {
+    rows.sort_by(|a, b| a.factor.total_cmp(&b.factor));
 }
 
 /// The tongue around unstable speeds from `first` to `last`.
 fn tongue(
     model: &DynamicModel,
     base: f64,
-    (sample, first, last): (&[GrowthSample], usize, usize),
+    (rows, first, last): (&[GrowthSample], usize, usize),
     growth: &impl Fn(f64) -> Result<f64, Error>,
 ) -> Result<InstabilityTongue, Error> {
     let surface = |inside: usize, outside: Option<usize>| {
-        let inside = sample[inside].factor;
-        match outside.and_then(|at| sample.get(at)) {
+        let inside = rows[inside].factor;
+        match outside.and_then(|at| rows.get(at)) {
             Some(outside) => edge(growth, inside, outside.factor),
             None => Ok(inside),
         }
     };
     let low = surface(first, first.checked_sub(1))?;
     let high = surface(last, Some(last + 1))?;
-    let by_growth = |a: &usize, b: &usize| sample[*a].growth.total_cmp(&sample[*b].growth);
+    let by_growth = |a: &usize, b: &usize| rows[*a].growth.total_cmp(&rows[*b].growth);
     let top = (first..=last).max_by(by_growth).unwrap_or(first);
-    let beside = |at: Option<usize>| {
-        at.and_then(|at| sample.get(at))
-            .unwrap_or(&sample[top])
-            .factor
-    };
+    let beside = |at: Option<usize>| at.and_then(|at| rows.get(at)).unwrap_or(&rows[top]).factor;
     let near = [
         beside(top.checked_sub(1)).max(low),
         beside(Some(top + 1)).min(high),
     ];
     let (mut worst, mut most) = max_growth(growth, near)?;
-    if sample[top].growth > most {
-        (worst, most) = (sample[top].factor, sample[top].growth);
+    if rows[top].growth > most {
+        (worst, most) = (rows[top].factor, rows[top].growth);
     }
     Ok(InstabilityTongue {
         from: low * base,
@@ -179,8 +175,8 @@ fn tongue(
 pub fn scale_speed(model: &DynamicModel, factor: f64) -> DynamicModel {
     let mut model = model.clone();
     for b in &mut model.elements {
-        for function in b.stiffness_wave.iter_mut().chain(&mut b.angle_waves) {
-            if let WavePhase::Imposed { omega, .. } = &mut function.phase {
+        for wave in b.stiffness_wave.iter_mut().chain(&mut b.angle_waves) {
+            if let WavePhase::Imposed { omega, .. } = &mut wave.phase {
                 *omega *= factor;
             }
         }

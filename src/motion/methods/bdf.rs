@@ -60,14 +60,14 @@ fn run<P: OdeProblem>(
         return Err(Error::new(Code::Usage, "bdf takes a tolerance, not a step"));
     };
     let mut stats = IntegrationStats::default();
-    let mut emitter = SampleEmitter::new(options, sink);
+    let mut samples = SampleEmitter::new(options, sink);
     let (mut t, mut y) = (options.from, options.initial_state.clone());
     let mut sample = y.clone();
-    emitter.emit_until(t, &mut sample, None, |_, _| ())?;
-    while emitter.due().is_some() && t < options.to {
+    samples.emit_until(t, &mut sample, None, |_, _| ())?;
+    while samples.due().is_some() && t < options.to {
         let stop = next_discontinuity_within(|t| problem.next_discontinuity(t), t, options.to);
         let soon = 1e-2 * (options.to - options.from) / options.samples.max(1) as f64;
-        let interval = ScaledInterval {
+        let passage = ScaledInterval {
             problem,
             from: t,
             to: stop,
@@ -76,13 +76,7 @@ fn run<P: OdeProblem>(
             evaluations: Cell::new(0),
             failed: Cell::new(false),
         };
-        y = interval.integrate_interval(
-            tolerance,
-            options,
-            &mut scale,
-            &mut emitter,
-            &mut stats,
-        )?;
+        y = passage.integrate_interval(tolerance, options, &mut scale, &mut samples, &mut stats)?;
         t = stop;
     }
     Ok(stats)
@@ -142,7 +136,7 @@ impl<P: OdeProblem> ScaledInterval<'_, P> {
         tolerance: f64,
         options: &IntegrationOptions,
         scale: &mut ErrorScale,
-        emitter: &mut SampleEmitter,
+        samples: &mut SampleEmitter,
         stats: &mut IntegrationStats,
     ) -> Result<Vec<f64>, Error> {
         let n = self.start.len();
@@ -178,7 +172,7 @@ impl<P: OdeProblem> ScaledInterval<'_, P> {
         let before = *stats;
         let mut sample = vec![0.0; n];
         let mut reached = self.from;
-        while reached < self.to && emitter.due().is_some() {
+        while reached < self.to && samples.due().is_some() {
             let stepped = solver.step();
             let cost = solver.get_statistics();
             stats.steps = before.steps + cost.number_of_steps as u64;
@@ -213,7 +207,7 @@ impl<P: OdeProblem> ScaledInterval<'_, P> {
                 regime: None,
                 state: &mut at,
             });
-            emitter.emit_until(reached, &mut sample, None, at)?;
+            samples.emit_until(reached, &mut sample, None, at)?;
             if let Some(why) = lost {
                 return Err(self.step_failure(reached, &why));
             }

@@ -16,7 +16,7 @@ const STEP_STAGES: usize = 12;
 
 /// The method between two steps.
 pub struct Dop853 {
-    rule: StepSizeRule,
+    control: StepSizeRule,
     scale: ErrorScale,
     /// The step to try next, s; zero where none is known.
     next: f64,
@@ -34,9 +34,9 @@ pub struct Dop853 {
 
 impl Dop853 {
     /// Before the first step.
-    pub fn new(rule: StepSizeRule, scale: ErrorScale) -> Dop853 {
+    pub fn new(control: StepSizeRule, scale: ErrorScale) -> Dop853 {
         Dop853 {
-            rule,
+            control,
             scale,
             next: 0.0,
             slopes: vec![Vec::new(); 16],
@@ -148,7 +148,7 @@ impl<P: OdeProblem> Stepper<P> for Dop853 {
             self.scale.update(y);
         }
         let left = end - t;
-        let wanted = match self.rule {
+        let wanted = match self.control {
             StepSizeRule::Fixed(h) => equal_step(left, h),
             StepSizeRule::Tolerance(_) if self.next > 0.0 => self.next,
             StepSizeRule::Tolerance(_) => self.first(y, left),
@@ -169,7 +169,7 @@ impl<P: OdeProblem> Stepper<P> for Dop853 {
             }
             stats.evaluations += STEP_STAGES as u64 - 1;
             let reached = self.stage(STEP_STAGES, y, h);
-            let error = match self.rule {
+            let error = match self.control {
                 StepSizeRule::Fixed(_) => 0.0,
                 StepSizeRule::Tolerance(tolerance) => self.error(y, &reached, h, tolerance),
             };

@@ -189,33 +189,33 @@ fn from_sizes<P: OdeProblem>(
     }
     let first = sizes.clone();
     let mut stats = IntegrationStats::default();
-    let mut emitter = SampleEmitter::new(options, sink);
+    let mut samples = SampleEmitter::new(options, sink);
     let mut t = options.from;
     let mut y = options.initial_state.clone();
-    emitter.emit_until(t, &mut y, None, |_, _| ())?;
-    while emitter.due().is_some() && t < options.to {
+    samples.emit_until(t, &mut y, None, |_, _| ())?;
+    while samples.due().is_some() && t < options.to {
         let stop = next_discontinuity_within(|t| problem.next_discontinuity(t), t, options.to);
         let between = [t, stop];
-        while let Some(due) = emitter.due().filter(|_| t < stop) {
+        while let Some(due) = samples.due().filter(|_| t < stop) {
             let end = match options.step_size {
                 StepSize::Adaptive(_) => due.min(stop),
                 StepSize::Fixed(_) => stop,
             };
-            let interval = SubInterval {
+            let part = SubInterval {
                 problem,
                 options,
                 between,
                 from: (t, &y),
                 end,
             };
-            let steps = interval.advance(method, &mut sizes, &mut stats)?;
+            let steps = part.advance(method, &mut sizes, &mut stats)?;
             let grown = |(now, first): (&f64, &f64)| now / first > DIVERGENCE_LIMIT;
             if matches!(options.step_size, StepSize::Fixed(_))
                 && sizes.iter().zip(&first).any(grown)
             {
                 return Err(out_of_range(t, end));
             }
-            stats.evaluations += emit_samples(problem, options, &steps, &mut emitter)?;
+            stats.evaluations += emit_samples(problem, options, &steps, &mut samples)?;
             if let Some((reached, state)) = steps.into_iter().next_back() {
                 (t, y) = (reached, state);
             }
@@ -271,7 +271,7 @@ impl<P: OdeProblem> SubInterval<'_, P> {
         &self,
         method: ExplicitMethod,
         sizes: &mut [f64],
-        integration_stats: &mut IntegrationStats,
+        effort: &mut IntegrationStats,
     ) -> Result<Vec<(f64, Vec<f64>)>, Error> {
         let n = sizes.len();
         let failed = Cell::new(false);
@@ -372,9 +372,9 @@ impl<P: OdeProblem> SubInterval<'_, P> {
         }
         match outcome {
             Ok(stats) => {
-                integration_stats.steps += u64::from(stats.accepted_steps);
-                integration_stats.rejected += u64::from(stats.rejected_steps);
-                integration_stats.evaluations += u64::from(stats.num_eval);
+                effort.steps += u64::from(stats.accepted_steps);
+                effort.rejected += u64::from(stats.rejected_steps);
+                effort.evaluations += u64::from(stats.num_eval);
                 Ok(steps)
             }
             Err(IntegrationError::MaxNumStepReached { n_step, .. }) => {
@@ -383,8 +383,8 @@ impl<P: OdeProblem> SubInterval<'_, P> {
                 } else {
                     12
                 };
-                integration_stats.steps += u64::from(n_step);
-                integration_stats.evaluations += u64::from(n_step) * stages;
+                effort.steps += u64::from(n_step);
+                effort.evaluations += u64::from(n_step) * stages;
                 Ok(steps)
             }
             Err(IntegrationError::StepSizeUnderflow { .. }) => Err(Error::new(
@@ -415,7 +415,7 @@ fn emit_samples<P: OdeProblem>(
     problem: &P,
     options: &IntegrationOptions,
     steps: &[(f64, Vec<f64>)],
-    emitter: &mut SampleEmitter,
+    samples: &mut SampleEmitter,
 ) -> Result<u64, Error> {
     let mut cost = IntegrationStats::default();
     for pair in steps.windows(2) {
@@ -429,7 +429,7 @@ fn emit_samples<P: OdeProblem>(
         let rounding = 4.0 * f64::EPSILON * to.abs();
         let at_an_end = |t: f64| to - t <= rounding || t - from <= rounding;
         let mut inside = None;
-        if options.observer.is_set() || emitter.due_within(*to).any(|due| !at_an_end(due)) {
+        if options.observer.is_set() || samples.due_within(*to).any(|due| !at_an_end(due)) {
             let mut step = Inside::new(StepSizeRule::Fixed(span), ErrorScale::plain(start.len()));
             let (_, reached) = step.step(problem, (*from, start), *to, &mut cost)?;
             let apart = end.iter().zip(&reached).map(|(end, reached)| end - reached);
@@ -454,7 +454,7 @@ fn emit_samples<P: OdeProblem>(
             state: &mut at,
         });
         let mut sample = vec![0.0; start.len()];
-        emitter.emit_until(*to, &mut sample, None, at)?;
+        samples.emit_until(*to, &mut sample, None, at)?;
     }
     Ok(cost.evaluations)
 }

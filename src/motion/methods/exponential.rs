@@ -59,7 +59,7 @@ pub fn exponential(
         waves.into_iter().any(|w| w.phase.angle().is_none())
     };
     let mut stepper = ExponentialRk {
-        rule: step_size(options),
+        control: step_size(options),
         scale: ErrorScale::for_model(model, options),
         next: 0.0,
         longest: MAX_PERIOD_SHARE * TAU / fastest,
@@ -159,8 +159,8 @@ struct TangentModes {
 }
 
 impl TangentModes {
-    fn new(problem: &RegimeProblem, t: f64, y: &[f64]) -> Result<TangentModes, Error> {
-        let model = problem.model;
+    fn new(frozen: &RegimeProblem, t: f64, y: &[f64]) -> Result<TangentModes, Error> {
+        let model = frozen.model;
         let n = model.coordinate_count();
         let (mut k, mut c) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
         for (at, b) in model.elements.iter().enumerate() {
@@ -173,12 +173,12 @@ impl TangentModes {
             );
             if sums && b.force_direction.is_none() {
                 let (_, stiffness, damping) =
-                    model.element_force(at, Some(problem.regime), t, y, 0.0);
+                    model.element_force(at, Some(frozen.regime), t, y, 0.0);
                 add_outer_product(&mut k, &b.direction, &b.direction, stiffness);
                 add_outer_product(&mut c, &b.direction, &b.direction, damping);
             }
         }
-        let mass = model.matrix.matrix();
+        let mass = model.mass.matrix();
         let found = symmetric::generalised_symmetric_eigen(&k, &mass)?;
         let back = found.vectors.transpose() * &mass;
         let shared = found.vectors.transpose() * &c * &found.vectors;
@@ -342,13 +342,13 @@ impl TangentModes {
         clock: impl Fn(f64) -> f64,
         (t, x): (f64, &[f64]),
         h: f64,
-        step: &ExponentialStep,
+        stepped: &ExponentialStep,
         stats: &mut IntegrationStats,
     ) -> Vec<f64> {
         const ERROR_POINT: f64 = 0.25;
-        let state = self.dense_state(x, h, &step.forcing, ERROR_POINT);
+        let state = self.dense_state(x, h, &stepped.forcing, ERROR_POINT);
         let there = self.forcing(problem, clock(t + ERROR_POINT * h), &state, stats);
-        let [first, slope, bend] = &step.forcing;
+        let [first, slope, bend] = &stepped.forcing;
         let r = sum(&[
             (1.0, &there),
             (-1.0, first),
@@ -356,7 +356,7 @@ impl TangentModes {
             (-0.5 * ERROR_POINT * ERROR_POINT, bend),
         ]);
         let mut error = vec![0.0; x.len()];
-        add_forcing(&mut error, &step.whole, (1, h), 2.0 / 3.0, &r);
+        add_forcing(&mut error, &stepped.whole, (1, h), 2.0 / 3.0, &r);
         error
     }
 
@@ -375,7 +375,7 @@ impl TangentModes {
 
 /// The method between two steps.
 pub struct ExponentialRk {
-    rule: StepSizeRule,
+    control: StepSizeRule,
     scale: ErrorScale,
     /// The step to try next, s; zero where none is known.
     next: f64,
@@ -429,7 +429,7 @@ impl<'f> Stepper<RegimeProblem<'f>> for ExponentialRk {
         let x = TangentModes::to_modal(&modes.back, y);
         let first = modes.forcing(problem, clock(t), &x, stats);
         let left = end - t;
-        let wanted = match self.rule {
+        let wanted = match self.control {
             StepSizeRule::Fixed(h) => equal_step(left, h),
             StepSizeRule::Tolerance(_) if self.next > 0.0 => self.next.min(self.longest),
             StepSizeRule::Tolerance(_) => self.first(y, &first, left).min(self.longest),
@@ -444,9 +444,9 @@ impl<'f> Stepper<RegimeProblem<'f>> for ExponentialRk {
                 )
                 .with_hint("what is not linear is stiff or jumps there: take radau5, or a coarser tolerance"));
             }
-            let exponential_step = modes.step(problem, clock, (t, &x), h, &first, stats);
-            let reached = TangentModes::to_modal(&modes.shapes, &exponential_step.end);
-            let error = match self.rule {
+            let stepped = modes.step(problem, clock, (t, &x), h, &first, stats);
+            let reached = TangentModes::to_modal(&modes.shapes, &stepped.end);
+            let error = match self.control {
                 StepSizeRule::Fixed(_) => 0.0,
                 StepSizeRule::Tolerance(tolerance) => {
                     let sizes = self.scale.sizes(y, &reached, h);
@@ -454,17 +454,12 @@ impl<'f> Stepper<RegimeProblem<'f>> for ExponentialRk {
                         error_norm(&TangentModes::to_modal(&modes.shapes, modal), &sizes)
                     };
                     let missed = match self.timed {
-                        true => size(&modes.step_error(
-                            problem,
-                            clock,
-                            (t, &x),
-                            h,
-                            &exponential_step,
-                            stats,
-                        )),
+                        true => {
+                            size(&modes.step_error(problem, clock, (t, &x), h, &stepped, stats))
+                        }
                         false => 0.0,
                     };
-                    size(&exponential_step.error).max(missed) / tolerance
+                    size(&stepped.error).max(missed) / tolerance
                 }
             };
             let factor = 0.9 * error.powf(-0.25);
@@ -476,7 +471,7 @@ impl<'f> Stepper<RegimeProblem<'f>> for ExponentialRk {
                     false => grown,
                 };
                 self.scale.update(&reached);
-                self.last = Some((h, x, exponential_step.forcing));
+                self.last = Some((h, x, stepped.forcing));
                 self.modes = Some(modes);
                 return Ok((u, reached));
             }

@@ -90,7 +90,7 @@ const NEWTON_FLOOR: f64 = 1e-14;
 
 /// The method between two steps.
 pub struct Radau5 {
-    rule: StepSizeRule,
+    control: StepSizeRule,
     scale: ErrorScale,
     /// The step to try next, s; zero where none is known.
     next: f64,
@@ -136,9 +136,9 @@ struct StageValues {
 
 impl Radau5 {
     /// Before the first step.
-    pub fn new(rule: StepSizeRule, scale: ErrorScale) -> Radau5 {
+    pub fn new(control: StepSizeRule, scale: ErrorScale) -> Radau5 {
         Radau5 {
-            rule,
+            control,
             scale,
             next: 0.0,
             before: None,
@@ -151,7 +151,7 @@ impl Radau5 {
     }
 
     fn tolerance(&self) -> f64 {
-        match self.rule {
+        match self.control {
             StepSizeRule::Tolerance(tolerance) => tolerance,
             StepSizeRule::Fixed(_) => 1e-13,
         }
@@ -159,7 +159,7 @@ impl Radau5 {
 
     /// Newton steps allowed: more where the step cannot be cut.
     fn rounds(&self) -> i32 {
-        match self.rule {
+        match self.control {
             StepSizeRule::Tolerance(_) => MAX_NEWTON,
             StepSizeRule::Fixed(_) => 6 * MAX_NEWTON,
         }
@@ -271,7 +271,7 @@ impl Radau5 {
         t: f64,
         y: &[f64],
         slope: &[f64],
-        values: &StageValues,
+        stages: &StageValues,
         factors: &RadauFactors,
         again: bool,
         stats: &mut IntegrationStats,
@@ -280,11 +280,11 @@ impl Radau5 {
         let Some(pencil) = &self.pencil else {
             return f64::INFINITY;
         };
-        let reached: Vec<f64> = (0..n).map(|i| y[i] + values.rise[2][i]).collect();
+        let reached: Vec<f64> = (0..n).map(|i| y[i] + stages.rise[2][i]).collect();
         let sizes = self.scale.sizes(y, &reached, factors.h);
         let of_stages: Vec<f64> = (0..n)
             .map(|i| {
-                let sum: f64 = (0..3).map(|k| ERROR[k] * values.rise[k][i]).sum();
+                let sum: f64 = (0..3).map(|k| ERROR[k] * stages.rise[k][i]).sum();
                 pencil.mass_entry(i) * sum / factors.h
             })
             .collect();
@@ -353,7 +353,7 @@ impl<P: HasPencil> Stepper<P> for Radau5 {
         problem.derivative(clock(t), y, &mut slope);
         stats.evaluations += 1;
         let left = end - t;
-        let wanted = match self.rule {
+        let wanted = match self.control {
             StepSizeRule::Fixed(h) => equal_step(left, h),
             StepSizeRule::Tolerance(_) if self.next > 0.0 => self.next,
             StepSizeRule::Tolerance(_) => self.first(y, &slope, left),
@@ -393,9 +393,9 @@ impl<P: HasPencil> Stepper<P> for Radau5 {
                 }
                 (None, None) => continue,
             };
-            let Some(values) = self.stages(problem, clock, (t, y), &factors, stats) else {
+            let Some(stages) = self.stages(problem, clock, (t, y), &factors, stats) else {
                 if self.fresh {
-                    if matches!(self.rule, StepSizeRule::Fixed(_)) {
+                    if matches!(self.control, StepSizeRule::Fixed(_)) {
                         return Err(Error::new(
                             Code::NoConvergence,
                             format!(
@@ -417,21 +417,21 @@ impl<P: HasPencil> Stepper<P> for Radau5 {
                 continue;
             };
             let u = if h == left { end } else { t + h };
-            let error = match self.rule {
+            let error = match self.control {
                 StepSizeRule::Fixed(_) => 0.0,
                 StepSizeRule::Tolerance(_) => self.error(
                     problem,
                     clock(t),
                     y,
                     &slope,
-                    &values,
+                    &stages,
                     &factors,
                     refused || self.before.is_none(),
                     stats,
                 ),
             };
             let rounds = f64::from(self.rounds());
-            let safety = 0.9 * (2.0 * rounds + 1.0) / (2.0 * rounds + f64::from(values.rounds));
+            let safety = 0.9 * (2.0 * rounds + 1.0) / (2.0 * rounds + f64::from(stages.rounds));
             let plain = error.powf(-0.25);
             if !(error <= 1.0) {
                 stats.rejected += 1;
@@ -442,7 +442,7 @@ impl<P: HasPencil> Stepper<P> for Radau5 {
                 };
                 continue;
             }
-            let reached: Vec<f64> = (0..y.len()).map(|i| y[i] + values.rise[2][i]).collect();
+            let reached: Vec<f64> = (0..y.len()).map(|i| y[i] + stages.rise[2][i]).collect();
             let predicted = match self.before {
                 Some((before, then)) if error > 0.0 => {
                     plain.min(plain * h / before * (then / error).powf(0.25))
@@ -450,7 +450,7 @@ impl<P: HasPencil> Stepper<P> for Radau5 {
                 _ => plain,
             };
             let factor = (safety * predicted).clamp(0.2, if refused { 1.0 } else { 8.0 });
-            let stale = values.rounds > 2 && values.rate > 1e-3;
+            let stale = stages.rounds > 2 && stages.rate > 1e-3;
             // Small changes are not worth new factors.
             let grown = match !stale && (0.9..1.2).contains(&factor) {
                 true => h,
@@ -464,7 +464,7 @@ impl<P: HasPencil> Stepper<P> for Radau5 {
                 self.pencil = None;
             }
             self.before = Some((h, error.max(1e-2)));
-            self.last = Some(Radau5::polynomial(t, h, y, &values.rise));
+            self.last = Some(Radau5::polynomial(t, h, y, &stages.rise));
             self.factors = Some(factors);
             self.scale.update(&reached);
             return Ok((u, reached));

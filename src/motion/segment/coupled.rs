@@ -23,19 +23,19 @@ pub fn decompose_coupled(
     equations: &ModalEquations,
     pushes: &[(f64, Vec<Complex>)],
 ) -> Result<(ModalParts, ModalTransform), Error> {
-    let layout = StateLayout::new(equations);
+    let states = StateLayout::new(equations);
     if let Some(found) = weak_coupling::damped_roots(equations) {
-        let root = |r: weak_coupling::DampedRoot| ComplexRoot::project(&layout, r.value, &r.shape);
+        let root = |r: weak_coupling::DampedRoot| ComplexRoot::project(&states, r.value, &r.shape);
         let roots: Vec<ComplexRoot> = found.into_iter().map(root).collect();
-        if let Some(found) = separate_parts(equations, &layout, &roots)? {
+        if let Some(found) = separate_parts(equations, &states, &roots)? {
             return Ok(found);
         }
     }
-    let matrix = layout.matrix(equations);
-    let modes = roots(equations, &layout, &matrix)?;
-    match separate_parts(equations, &layout, &modes)? {
+    let matrix = states.matrix(equations);
+    let modes = roots(equations, &states, &matrix)?;
+    match separate_parts(equations, &states, &modes)? {
         Some(found) => Ok(found),
-        None => single_part(equations, &layout, &matrix, pushes),
+        None => single_part(equations, &states, &matrix, pushes),
     }
 }
 
@@ -68,7 +68,7 @@ impl StateLayout {
                 .collect(),
             first: equations.free,
             modes: equations.count(),
-            scales: equations.state.iter().map(|inner| inner.scale).collect(),
+            scales: equations.inner.iter().map(|inner| inner.scale).collect(),
         }
     }
 
@@ -102,7 +102,7 @@ impl StateLayout {
         for i in self.first..self.modes {
             (self.first..self.modes).for_each(|j| a[(self.rate(i), self.rate(j))] = -d[(i, j)]);
         }
-        for (at, inner) in equations.state.iter().enumerate() {
+        for (at, inner) in equations.inner.iter().enumerate() {
             let own = self.inner(at);
             a[(own, own)] = -inner.decay;
             for j in self.first..self.modes {
@@ -132,14 +132,14 @@ struct ComplexRoot {
 
 impl ComplexRoot {
     /// Of a shape over the modes that are not free.
-    fn project(layout: &StateLayout, value: Complex, shape: &[Complex]) -> ComplexRoot {
-        let rate = |j: usize| shape[j - layout.first] * value;
-        let places = layout.places.iter();
-        let places = places.map(|&(j, s)| shape[j - layout.first] * s);
+    fn project(states: &StateLayout, value: Complex, shape: &[Complex]) -> ComplexRoot {
+        let rate = |j: usize| shape[j - states.first] * value;
+        let places = states.places.iter();
+        let places = places.map(|&(j, s)| shape[j - states.first] * s);
         ComplexRoot {
             value,
             vector: places
-                .chain((layout.first..layout.modes).map(rate))
+                .chain((states.first..states.modes).map(rate))
                 .collect(),
         }
     }
@@ -147,12 +147,12 @@ impl ComplexRoot {
 
 fn roots(
     equations: &ModalEquations,
-    layout: &StateLayout,
+    states: &StateLayout,
     matrix: &Matrix,
 ) -> Result<Vec<ComplexRoot>, Error> {
-    let n = layout.len();
+    let n = states.len();
     let eigen = eigen::eigen(matrix)?;
-    let eigenproblem = equations.state.is_empty().then(|| quadratic(equations));
+    let eigenproblem = equations.inner.is_empty().then(|| quadratic(equations));
     let mut found: Vec<ComplexRoot> = Vec::new();
     for k in (0..n).filter(|&k| eigen.values[k].im >= 0.0) {
         let value = eigen.values[k];
@@ -164,7 +164,7 @@ fn roots(
         });
         let polished = match &eigenproblem {
             Some(eigenproblem) if alone && value.norm() > 0.0 => {
-                refine_root(eigenproblem, layout, (value, &vector), error)
+                refine_root(eigenproblem, states, (value, &vector), error)
             }
             _ => None,
         };
@@ -197,12 +197,12 @@ fn quadratic(equations: &ModalEquations) -> QuadraticEigenproblem {
 /// A root polished, unless that leads to another or off the axis of what it is.
 fn refine_root(
     eigenproblem: &QuadraticEigenproblem,
-    layout: &StateLayout,
+    states: &StateLayout,
     (value, vector): (Complex, &[Complex]),
     error: f64,
 ) -> Option<ComplexRoot> {
-    let start: Vec<Complex> = (layout.first..layout.modes)
-        .map(|j| vector[layout.rate(j)] / value)
+    let start: Vec<Complex> = (states.first..states.modes)
+        .map(|j| vector[states.rate(j)] / value)
         .collect();
     let root = eigenproblem.polish(value, &start).ok()?;
     const SEARCH_RADIUS: f64 = 1e3; // of the error the start is known to have
@@ -218,7 +218,7 @@ fn refine_root(
         // No damper is certain to see it.
         polished = Complex::new(0.0, polished.im);
     }
-    let mut polished = ComplexRoot::project(layout, polished, &root.right);
+    let mut polished = ComplexRoot::project(states, polished, &root.right);
     if value.im == 0.0 {
         // A real root has a real vector up to a factor.
         let largest =
@@ -237,10 +237,10 @@ fn refine_root(
 /// Parts of their own, unless vectors nearly coincide.
 fn separate_parts(
     equations: &ModalEquations,
-    layout: &StateLayout,
+    states: &StateLayout,
     roots: &[ComplexRoot],
 ) -> Result<Option<(ModalParts, ModalTransform)>, Error> {
-    let n = layout.len();
+    let n = states.len();
     let (swings, slow): (Vec<&ComplexRoot>, Vec<&ComplexRoot>) =
         roots.iter().partition(|r| r.value.im > 0.0);
     if 2 * swings.len() + slow.len() != n {
@@ -281,13 +281,13 @@ fn separate_parts(
     let wide = if rigid.is_empty() { 1 } else { 2 };
     let kept = 2 * swings.len() + wide * slow.len();
     let total = kept + rigid.len() + 2 * free.len();
-    let modal = 2 * layout.modes + layout.scales.len();
+    let modal = 2 * states.modes + states.scales.len();
     let own = |k: usize| match k < 2 * swings.len() {
         true => k,
         false => 2 * swings.len() + wide * (k - 2 * swings.len()) + wide - 1,
     };
     let (mut out, mut into) = (Matrix::zeros(modal, total), Matrix::zeros(total, modal));
-    let places = layout.modal();
+    let places = states.modal();
     for k in 0..n {
         let (vector, column) = (vectors.col_as_slice(k), out.col_as_slice_mut(own(k)));
         let places = places.iter();
@@ -304,7 +304,7 @@ fn separate_parts(
         into[(keep, mode)] = 1.0;
         for (k, root) in swings.iter().enumerate() {
             // The integral of Re(X ζ) is Re(X ζ/λ) and something that keeps.
-            let rate = layout.rate(mode);
+            let rate = states.rate(mode);
             let x = Complex::new(vectors[(rate, 2 * k)], -vectors[(rate, 2 * k + 1)]) / root.value;
             out[(mode, 2 * k)] = x.re;
             out[(mode, 2 * k + 1)] = -x.im;
@@ -315,12 +315,12 @@ fn separate_parts(
         }
         for k in 0..slow.len() {
             let column = 2 * swings.len() + k;
-            out[(mode, own(column) - 1)] = vectors[(layout.rate(mode), column)];
+            out[(mode, own(column) - 1)] = vectors[(states.rate(mode), column)];
         }
     }
     for mode in free {
         let at = kept + rigid.len() + 2 * mode;
-        for (state, row) in [(at, mode), (at + 1, layout.modes + mode)] {
+        for (state, row) in [(at, mode), (at + 1, states.modes + mode)] {
             out[(row, state)] = 1.0;
             into[(state, row)] = 1.0;
         }
@@ -334,7 +334,7 @@ fn separate_parts(
     Ok(Some((
         ModalParts {
             oscillatory: swings.iter().map(|root| root.value).collect(),
-            parts: slow.chain(kept).chain(coasts).collect(),
+            others: slow.chain(kept).chain(coasts).collect(),
         },
         ModalTransform::Full { out, into },
     )))
@@ -347,18 +347,18 @@ fn length(v: &[Complex]) -> f64 {
 /// All states as one part, rigid positions and free modes with them.
 fn single_part(
     equations: &ModalEquations,
-    layout: &StateLayout,
+    states: &StateLayout,
     matrix: &Matrix,
     pushes: &[(f64, Vec<Complex>)],
 ) -> Result<(ModalParts, ModalTransform), Error> {
-    let n = layout.len();
+    let n = states.len();
     let rigid = equations.rigid;
     let total = n + rigid + equations.free;
-    let modal = 2 * layout.modes + layout.scales.len();
+    let modal = 2 * states.modes + states.scales.len();
     // The others' states, then positions of rigid motions, then rates of the free ones.
     let rate = |mode: usize| match mode < equations.free {
         true => n + rigid + mode,
-        false => layout.rate(mode),
+        false => states.rate(mode),
     };
     let mut a = Matrix::zeros(total, total);
     for i in 0..n {
@@ -367,7 +367,7 @@ fn single_part(
     (0..rigid).for_each(|mode| a[(n + mode, rate(mode))] = 1.0);
     (0..equations.free).for_each(|mode| a[(rate(mode), rate(mode))] = -equations.drag);
     let (mut out, mut into) = (Matrix::zeros(modal, total), Matrix::zeros(total, modal));
-    for (row, state, unit) in layout.modal() {
+    for (row, state, unit) in states.modal() {
         out[(row, state)] = unit;
         into[(state, row)] = 1.0 / unit;
     }
@@ -376,17 +376,17 @@ fn single_part(
         into[(state, row)] = 1.0;
     };
     (0..rigid).for_each(|mode| one(mode, n + mode));
-    (0..equations.free).for_each(|mode| one(layout.modes + mode, rate(mode)));
+    (0..equations.free).for_each(|mode| one(states.modes + mode, rate(mode)));
     let harmonics = pushes.iter().map(|(omega, push)| {
         let state =
             |k: usize| (0..modal).fold(Complex::ZERO, |sum, i| sum + push[i] * into[(k, i)]);
         (*omega, (0..total).map(state).collect())
     });
-    let system = DenseSystem::new(a, harmonics.collect())?;
+    let dense = DenseSystem::new(a, harmonics.collect())?;
     Ok((
         ModalParts {
             oscillatory: Vec::new(),
-            parts: vec![RealPart::Dense(Box::new(system))],
+            others: vec![RealPart::Dense(Box::new(dense))],
         },
         ModalTransform::Full { out, into },
     ))

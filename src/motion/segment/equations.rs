@@ -18,7 +18,7 @@ pub struct ModalEquations {
     /// What stiffness there is next to the squares.
     pub stiffness: Option<Matrix>,
     /// Inner states.
-    pub state: Vec<InternalState>,
+    pub inner: Vec<InternalState>,
 }
 
 /// D.

@@ -50,12 +50,12 @@ impl EventEvaluator {
 pub fn drop_unused_parts(
     evaluators: &mut [EventEvaluator],
     turning: usize,
-    parts: &[RealPart],
+    others: &[RealPart],
 ) -> Vec<bool> {
-    let mut unseen = Vec::with_capacity(parts.len());
+    let mut unseen = Vec::with_capacity(others.len());
     let mut at = turning;
-    for part in parts {
-        let states = at..at + part.count();
+    for other in others {
+        let states = at..at + other.count();
         let sees = |SumLanes(lane): &SumLanes| lane[0] != 0.0 || lane[1] != 0.0;
         let seen = evaluators
             .iter()

@@ -43,7 +43,7 @@ struct EventBracket {
     root: f64,
     /// Until when it is known to have none.
     clear: f64,
-    value: EventValue,
+    reading: EventValue,
     /// The safe step that follows from this.
     step: f64,
 }
@@ -57,7 +57,7 @@ impl EventSearch {
         &mut self,
         system: &RegimeSystem,
         cache: &mut PropagatorCache,
-        trajectory: &mut SegmentTrajectory,
+        flight: &mut SegmentTrajectory,
         (t, span): (f64, f64),
         (stats, options): (&mut IntegrationStats, &IntegrationOptions),
     ) -> Result<SearchOutcome, Error> {
@@ -67,7 +67,7 @@ impl EventSearch {
         let unknown = EventBracket {
             root: f64::NAN,
             clear: 0.0,
-            value: EventValue::default(),
+            reading: EventValue::default(),
             step: 0.0,
         };
         self.events.clear();
@@ -81,30 +81,30 @@ impl EventSearch {
                 }
                 check_budget(options, stats, t + tau)?;
             }
-            let horizon = (span - tau).min(trajectory.reach);
-            trajectory.evaluate_events(system, horizon);
+            let horizon = (span - tau).min(flight.reach);
+            flight.evaluate_events(system, horizon);
             for (at, own) in self.events.iter_mut().enumerate() {
-                let mut value = trajectory.event_value(system, at);
-                if value.value <= 0.0 {
+                let mut reading = flight.event_value(system, at);
+                if reading.value <= 0.0 {
                     // Just crossed, and falling by no more than rounding: a pair that breaks away does so without acceleration.
-                    let noise = trajectory.noise(at);
-                    let leaving = trajectory.is_zero_at_start(at)
-                        && value.value >= -noise
-                        && value.rate * value.rate <= 4.0 * value.bound * noise;
-                    if value.rate < 0.0 && !leaving {
+                    let noise = flight.noise(at);
+                    let leaving = flight.is_zero_at_start(at)
+                        && reading.value >= -noise
+                        && reading.rate * reading.rate <= 4.0 * reading.bound * noise;
+                    if reading.rate < 0.0 && !leaving {
                         return Ok(SearchOutcome::Reached(LocatedEvent { tau, event: at }));
                     }
-                    value.value = 0.0;
-                    value.rate = value.rate.max(0.0);
+                    reading.value = 0.0;
+                    reading.rate = reading.rate.max(0.0);
                 }
-                own.value = value;
-                own.step = safe_step(value, horizon);
+                own.reading = reading;
+                own.step = safe_step(reading, horizon);
             }
             let (mut step, mut first) = self.shortest(tau, None);
-            let EventBracket { root, value, .. } = self.events[first];
-            if root.is_nan() && step < horizon && is_monotone(value) {
-                let from = (tau, value);
-                match newton(system, trajectory, first, from, horizon, stats) {
+            let EventBracket { root, reading, .. } = self.events[first];
+            if root.is_nan() && step < horizon && is_monotone(reading) {
+                let from = (tau, reading);
+                match newton(system, flight, first, from, horizon, stats) {
                     Some(root) => self.events[first].root = root,
                     None => self.events[first].clear = tau + horizon,
                 }
@@ -122,15 +122,15 @@ impl EventSearch {
                 });
             }
             // Touching without a certain crossing: go on by as much as rounding hides, but no other switching surface is passed.
-            let hidden = match self.events[first].value.bound {
+            let hidden = match self.events[first].reading.bound {
                 0.0 => 0.0,
-                bound => (2.0 * trajectory.noise(first) / bound).sqrt(),
+                bound => (2.0 * flight.noise(first) / bound).sqrt(),
             };
-            let ulps = 4.0 * f64::EPSILON * (tau + trajectory.epoch.abs());
+            let ulps = 4.0 * f64::EPSILON * (tau + flight.epoch.abs());
             let ulps = ulps.max(f64::MIN_POSITIVE);
             let forced = step < hidden.max(ulps);
             if forced {
-                if !trajectory.is_zero_at_start(first) {
+                if !flight.is_zero_at_start(first) {
                     stats.grazings += 1;
                 }
                 step = hidden.min(self.shortest(tau, Some(first)).0).max(ulps);
@@ -139,13 +139,13 @@ impl EventSearch {
             if tau + step >= span {
                 return Ok(SearchOutcome::NoEvent);
             }
-            let stays = trajectory.trajectory.tau == tau && !forced;
+            let stays = flight.trajectory.tau == tau && !forced;
             let parts = &system.linear.parts;
             match cache.longest_within(parts, step).filter(|_| stays) {
-                Some(propagator) => trajectory.stride(system, propagator),
-                None => trajectory.move_to(system, tau + step),
+                Some(stride) => flight.stride(system, stride),
+                None => flight.move_to(system, tau + step),
             }
-            tau = trajectory.trajectory.tau;
+            tau = flight.trajectory.tau;
         }
     }
 
@@ -170,14 +170,14 @@ impl EventSearch {
 
 /// No root before this, or none before the horizon: p̈ stays above −M, and where it is known now also above `p̈ − jerk h`; the
 /// integral of the larger of these is followed until it touches zero.
-fn safe_step(event_value: EventValue, horizon: f64) -> f64 {
+fn safe_step(reading: EventValue, horizon: f64) -> f64 {
     let EventValue {
         value,
         rate,
         second_rate: bend,
         bound,
         jerk,
-    } = event_value;
+    } = reading;
     let mut step = parabola_step(value, rate, bound);
     // Where p̈ can have fallen to −M.
     let down = bend + bound;
@@ -220,12 +220,12 @@ fn parabola_step(value: f64, rate: f64, bound: f64) -> f64 {
 }
 
 /// Whether p falls by half its rate at least until it has certainly crossed: there is one root then within `2p/|ṗ|`.
-fn is_monotone(event_value: EventValue) -> bool {
+fn is_monotone(reading: EventValue) -> bool {
     let EventValue {
         value, rate, bound, ..
-    } = event_value;
+    } = reading;
     let reach = -2.0 * value / rate;
-    let bent = bound.min(event_value.second_rate.max(0.0) + 0.5 * event_value.jerk * reach);
+    let bent = bound.min(reading.second_rate.max(0.0) + 0.5 * reading.jerk * reach);
     rate < 0.0 && bent * reach < -0.5 * rate
 }
 
@@ -236,7 +236,7 @@ const CHECK_INTERVAL: u64 = 256;
 /// is there then.
 fn newton(
     system: &RegimeSystem,
-    trajectory: &mut SegmentTrajectory,
+    flight: &mut SegmentTrajectory,
     event: usize,
     (tau, start): (f64, EventValue),
     horizon: f64,
@@ -247,13 +247,13 @@ fn newton(
     if high > tau + horizon {
         high = tau + horizon;
         stats.evaluations += 1;
-        trajectory.move_to(system, high);
-        if trajectory.evaluate_event(system, event, 0.0).value > 0.0 {
+        flight.move_to(system, high);
+        if flight.evaluate_event(system, event, 0.0).value > 0.0 {
             return None;
         }
     }
     let mut at = tau;
-    let mut event_value = start;
+    let mut reading = start;
     const MAX_NEWTON: usize = 60; // of which two or three happen
     for _ in 0..MAX_NEWTON {
         let EventValue {
@@ -261,7 +261,7 @@ fn newton(
             rate,
             second_rate: bend,
             ..
-        } = event_value;
+        } = reading;
         // Where the parabola through value, rate and acceleration is zero.
         let root = (rate * rate - 2.0 * value * bend).sqrt();
         let parabola = 2.0 * value / (root - rate);
@@ -285,18 +285,18 @@ fn newton(
             break;
         }
         stats.evaluations += 1;
-        trajectory.shift_to(system, at);
-        event_value = trajectory.evaluate_event(system, event, 0.0);
-        if event_value.value > 0.0 {
+        flight.shift_to(system, at);
+        reading = flight.evaluate_event(system, event, 0.0);
+        if reading.value > 0.0 {
             low = at;
         } else {
             high = at;
         }
-        if event_value.value == 0.0 {
+        if reading.value == 0.0 {
             break;
         }
     }
-    trajectory.shift_to(system, at);
+    flight.shift_to(system, at);
     Some(at)
 }
 
@@ -317,29 +317,29 @@ mod tests {
             let bound = 10f64.powf(4.0 * random() - 2.0);
             let rate = 2.0 * random() - 1.0;
             let fresh = case % 4 == 0;
-            let event_value = EventValue {
+            let reading = EventValue {
                 value: if fresh { 0.0 } else { random() },
                 rate: if fresh { rate.abs() } else { rate },
                 second_rate: bound * (2.0 * random() - 1.0),
                 bound,
                 jerk: bound * 10f64.powf(4.0 * random() - 2.0),
             };
-            let step = safe_step(event_value, f64::INFINITY);
-            let (mut value, mut slope) = (event_value.value, event_value.rate);
+            let step = safe_step(reading, f64::INFINITY);
+            let (mut value, mut slope) = (reading.value, reading.rate);
             let small = step / 2000.0;
             for at in 0..16_000 {
                 let h = small * (f64::from(at) + 0.5);
-                let bent = (event_value.second_rate - event_value.jerk * h).max(-bound);
+                let bent = (reading.second_rate - reading.jerk * h).max(-bound);
                 value += small * (slope + 0.5 * small * bent);
                 slope += small * bent;
                 if value < 0.0 {
-                    assert!(h > 0.999 * step, "{h} before {step}: {event_value:?}");
+                    assert!(h > 0.999 * step, "{h} before {step}: {reading:?}");
                     break;
                 }
             }
             assert!(
-                value < 0.0 || event_value.second_rate > 0.0,
-                "{step} is far too short: {event_value:?}"
+                value < 0.0 || reading.second_rate > 0.0,
+                "{step} is far too short: {reading:?}"
             );
         }
     }

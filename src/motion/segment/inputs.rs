@@ -18,7 +18,7 @@ pub enum InputTarget {
 #[derive(Debug)]
 pub struct KnownInput<'a> {
     /// Where it enters.
-    pub target: InputTarget,
+    pub entry: InputTarget,
     /// What it is.
     pub signal: &'a Signal,
     /// Its place among the pieces of a regime.
@@ -49,7 +49,7 @@ impl<'a> KnownInputs<'a> {
             Some((InputTarget::Imposed(at), signal, model.forces.len() + at))
         });
         let mut frequencies: Vec<f64> = Vec::new();
-        let list = drives.chain(imposed).map(|(target, signal, piece)| {
+        let list = drives.chain(imposed).map(|(entry, signal, piece)| {
             let mut harmonics: Vec<(usize, Complex)> = Vec::new();
             let mut constant = 0.0;
             for h in &signal.harmonics {
@@ -74,7 +74,7 @@ impl<'a> KnownInputs<'a> {
                 }
             }
             KnownInput {
-                target,
+                entry,
                 signal,
                 piece,
                 harmonics,

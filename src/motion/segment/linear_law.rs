@@ -15,7 +15,7 @@ pub struct LinearLaw {
     /// It sticks: what it carries is a reaction.
     pub sticks: bool,
     /// Its inner state.
-    pub law: Option<InternalLaw>,
+    pub inner: Option<InternalLaw>,
 }
 
 impl LinearLaw {
@@ -23,7 +23,7 @@ impl LinearLaw {
     pub fn same_dynamics(&self, other: &LinearLaw) -> bool {
         let force = |law: &LinearLaw| (law.force.deflection, law.force.rate, law.sticks);
         let inner = |law: &LinearLaw| {
-            law.law.map(|own| InternalLaw {
+            law.inner.map(|own| InternalLaw {
                 constant: 0.0,
                 ..own
             })
@@ -53,7 +53,7 @@ pub struct InternalLaw {
 ///
 /// # Errors
 /// A law that is not linear between switches.
-pub fn linear_law(element: &ForceElement, state: ElementState) -> Result<LinearLaw, Error> {
+pub fn linear_law(branch: &ForceElement, state: ElementState) -> Result<LinearLaw, Error> {
     let plain = |constant: f64, deflection: f64, rate: f64| {
         Ok(LinearLaw {
             force: Affine {
@@ -62,25 +62,23 @@ pub fn linear_law(element: &ForceElement, state: ElementState) -> Result<LinearL
                 rate,
             },
             sticks: false,
-            law: None,
+            inner: None,
         })
     };
-    match (&element.law, state) {
+    match (&branch.law, state) {
         (ForceLaw::Linear { stiffness, damping }, _) => plain(0.0, *stiffness, *damping),
         (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => {
-            let force = contact.force(state, element.factor(0.0, &[], piece).0);
+            let force = contact.force(state, branch.factor(0.0, &[], piece).0);
             plain(force.constant, force.deflection, force.rate)
         }
-        (ForceLaw::Friction(friction_law), ElementState::Friction(friction_state))
-            if friction_law.is_coulomb() =>
-        {
+        (ForceLaw::Friction(friction), ElementState::Friction(slip)) if friction.is_coulomb() => {
             Ok(LinearLaw {
                 force: Affine {
-                    constant: friction_state.sign() * friction_law.sliding,
+                    constant: slip.sign() * friction.sliding,
                     ..Affine::default()
                 },
-                sticks: friction_state == FrictionState::Stick,
-                law: None,
+                sticks: slip == FrictionState::Stick,
+                inner: None,
             })
         }
         (ForceLaw::TorqueSpeed(TorqueSpeedCurve::Linear { stall, idle }), _) => {
@@ -97,7 +95,7 @@ pub fn linear_law(element: &ForceElement, state: ElementState) -> Result<LinearL
             Ok(LinearLaw {
                 force: Affine::default(),
                 sticks: false,
-                law: Some(InternalLaw {
+                inner: Some(InternalLaw {
                     force: -1.0,
                     constant: stall / lag,
                     seen,
@@ -110,7 +108,7 @@ pub fn linear_law(element: &ForceElement, state: ElementState) -> Result<LinearL
         (ForceLaw::Maxwell { stiffness, damping }, _) => Ok(LinearLaw {
             force: Affine::default(),
             sticks: false,
-            law: Some(InternalLaw {
+            inner: Some(InternalLaw {
                 force: 1.0,
                 constant: 0.0,
                 seen: *stiffness,
@@ -122,7 +120,7 @@ pub fn linear_law(element: &ForceElement, state: ElementState) -> Result<LinearL
         _ => {
             let message = format!(
                 "the law of `{}` is not linear between switches",
-                element.name
+                branch.name
             );
             Err(Error::new(Code::OutOfRange, message).with_hint("take a method that steps"))
         }

@@ -57,27 +57,27 @@ impl LinearSystem {
     pub fn new(context: &RunContext, laws: &[LinearLaw]) -> Result<LinearSystem, Error> {
         let model = context.model;
         let modes = RegimeModes::new(
-            &context.mass,
+            &context.root,
             &rows(context, laws),
             model.coordinate_count(),
         )?;
-        let modal_rows = ModalRows::new(model, laws, &modes);
-        let equations = equations(model, laws, &modes, &modal_rows);
+        let seen = ModalRows::new(model, laws, &modes);
+        let equations = equations(model, laws, &modes, &seen);
 
-        let raw = input_columns(context, laws, &modal_rows, &modes);
+        let raw = input_columns(context, laws, &seen, &modes);
         let harmonics = harmonics(
             &context.inputs,
             &raw,
             2 * modes.count() + model.internal_count(),
         );
-        let (modal_parts, transform) = match uncoupled::decompose_uncoupled(&equations) {
+        let (spectrum, stage) = match uncoupled::decompose_uncoupled(&equations) {
             Some(found) => found,
             None => coupled::decompose_coupled(&equations, &harmonics)?,
         };
-        let len = modal_parts.count();
+        let len = spectrum.count();
         let into = |modal: &[f64]| {
             let mut sigma = vec![0.0; len];
-            transform.to_parts(modal, &mut sigma);
+            stage.to_parts(modal, &mut sigma);
             sigma
         };
         let mut steady = Vec::new();
@@ -91,41 +91,41 @@ impl LinearSystem {
                 .zip(&im)
                 .map(|(&re, &im)| Complex::new(re, im))
                 .collect();
-            let found = modal_parts.steady_state(&push, (at, *omega), context.span);
+            let found = spectrum.steady_state(&push, (at, *omega), context.span);
             steady.push(found.phasors);
             near.extend(found.near);
             left.push(found.left);
         }
         let stuck: Vec<usize> = (0..laws.len()).filter(|&b| laws[b].sticks).collect();
-        let constraint = match stuck.is_empty() {
+        let method = match stuck.is_empty() {
             true => None,
             false => Some(StickConstraint::new(
-                context, laws, &stuck, &modes, &transform, len,
+                context, laws, &stuck, &modes, &stage, len,
             )?),
         };
-        let (enter, leave) = transforms(&modes, &transform, &steady, (len, model.internal_count()));
+        let (enter, leave) = transforms(&modes, &stage, &steady, (len, model.internal_count()));
         let turns = vec![0.0; 2 * harmonics.len()];
         let behind_turns = |modal: &[f64]| [&turns[..], &into(modal)].concat();
         let pushes = raw
             .iter()
             .map(|[value, rate]| [behind_turns(value), behind_turns(rate)])
             .collect();
-        let system = LinearSystem {
-            parts: ForcedParts::new(modal_parts.clone(), &context.inputs.frequencies, near),
+        let linear_model = LinearSystem {
+            parts: ForcedParts::new(spectrum.clone(), &context.inputs.frequencies, near),
             to_parts: ColumnMatrix::from_matrix(&enter),
             from_parts: ColumnMatrix::from_matrix(&leave),
             pushes,
-            stick: constraint,
+            stick: method,
             modes,
-            rows: modal_rows,
-            modal_parts,
-            transform,
+            rows: seen,
+            modal_parts: spectrum,
+            transform: stage,
             steady,
             residual_pushes: left,
             laws: laws.to_vec(),
         };
         registers::zero_upper();
-        Ok(system)
+        Ok(linear_model)
     }
 
     /// Whether branches so held make the same machine.
@@ -146,7 +146,7 @@ impl LinearSystem {
                 -law.force.constant,
                 &self.rows.acts[at],
             );
-            if let Some(own) = &law.law {
+            if let Some(own) = &law.inner {
                 modal[2 * m + inner_before(model, at)] += own.constant;
             }
         }
@@ -160,12 +160,12 @@ impl LinearSystem {
 /// From y to the parts and back.
 fn transforms(
     modes: &RegimeModes,
-    transform: &ModalTransform,
+    stage: &ModalTransform,
     phasors: &[Vec<Complex>],
     (len, inner): (usize, usize),
 ) -> (Matrix, Matrix) {
     let (n, m) = (modes.shapes.nrows(), modes.count());
-    let (out, into) = transform.matrices(len);
+    let (out, into) = stage.matrices(len);
     let states = 2 * n + inner;
     let turns = 2 * phasors.len();
     // Re(a e^{iωt}) = Re a cos − Im a sin, and σ is without it.
@@ -213,12 +213,12 @@ fn rows(context: &RunContext, laws: &[LinearLaw]) -> StrainRows {
     let mut rows = StrainRows::default();
     for (branch, law) in model.elements.iter().zip(laws) {
         let w = context
-            .mass
+            .root
             .to_mass_normalised(&to_dense(&branch.direction, n));
         let u = branch
             .force_direction
             .as_ref()
-            .map(|u| context.mass.to_mass_normalised(&to_dense(u, n)));
+            .map(|u| context.root.to_mass_normalised(&to_dense(u, n)));
         if law.sticks {
             rows.stuck.push(w);
             continue;
@@ -228,14 +228,14 @@ fn rows(context: &RunContext, laws: &[LinearLaw]) -> StrainRows {
             rows.squares.push((w, k.sqrt()));
         } else if k != 0.0 {
             rows.springs.extend(std::iter::once(w).chain(u));
-        } else if c != 0.0 || law.law.is_some() {
+        } else if c != 0.0 || law.inner.is_some() {
             rows.dampers.extend(std::iter::once(w).chain(u));
         }
     }
     if let Some((k, c)) = &model.unattached {
         let row = |a: &Matrix, i: usize| {
             context
-                .mass
+                .root
                 .to_mass_normalised(&(0..n).map(|j| a[(i, j)]).collect::<Vec<_>>())
         };
         rows.springs.extend((0..n).map(|i| row(k, i)));
@@ -264,7 +264,7 @@ impl ModalRows {
         let blind = |law: &LinearLaw, acting: bool| match law {
             // What a spring sees is not rigid, and where it acts along what it sees nothing rigid is pushed.
             law if law.force.deflection != 0.0 && !acting => modes.rigid,
-            law if law.force.deflection != 0.0 || law.force.rate != 0.0 || law.law.is_some() => {
+            law if law.force.deflection != 0.0 || law.force.rate != 0.0 || law.inner.is_some() => {
                 modes.free
             }
             _ => 0,
@@ -287,14 +287,14 @@ fn equations(
     model: &DynamicModel,
     laws: &[LinearLaw],
     modes: &RegimeModes,
-    modal_rows: &ModalRows,
+    seen: &ModalRows,
 ) -> ModalEquations {
     let m = modes.count();
     let mut stiffness = Matrix::zeros(m, m);
     let mut beside = false;
-    let mut state = Vec::new();
+    let mut inner = Vec::new();
     for (at, (branch, law)) in model.elements.iter().zip(laws).enumerate() {
-        let (sees, acts) = (&modal_rows.sees[at], &modal_rows.acts[at]);
+        let (sees, acts) = (&seen.sees[at], &seen.acts[at]);
         let k = law.force.deflection;
         if k != 0.0 && (k < 0.0 || branch.force_direction.is_some()) {
             beside = true;
@@ -302,8 +302,8 @@ fn equations(
                 stiffness[(i, j)] += k * acts[i] * sees[j];
             }
         }
-        if let Some(own) = &law.law {
-            state.push(InternalState {
+        if let Some(own) = &law.inner {
+            inner.push(InternalState {
                 decay: own.decay,
                 velocity_row: sees.iter().map(|w| own.seen * w).collect(),
                 force_column: acts.iter().map(|u| -own.force * u).collect(),
@@ -325,9 +325,9 @@ fn equations(
         free: modes.free,
         rigid: modes.rigid,
         drag: model.mass_damping,
-        damping: damping(model, laws, modes, modal_rows),
+        damping: damping(model, laws, modes, seen),
         stiffness: beside.then_some(stiffness),
-        state,
+        inner,
     }
 }
 
@@ -336,7 +336,7 @@ fn damping(
     model: &DynamicModel,
     laws: &[LinearLaw],
     modes: &RegimeModes,
-    modal_rows: &ModalRows,
+    seen: &ModalRows,
 ) -> ModalDamping {
     if let Some(beta) = rayleigh(model, laws) {
         let own = modes
@@ -362,7 +362,7 @@ fn damping(
         if c == 0.0 {
             continue;
         }
-        let (sees, acts) = (&modal_rows.sees[at], &modal_rows.acts[at]);
+        let (sees, acts) = (&seen.sees[at], &seen.acts[at]);
         let (large_w, large_u) = (large(&branch.direction), large(branch.force_direction()));
         for j in 0..m {
             axpy(d.col_as_slice_mut(j), c * sees[j], acts);
@@ -415,7 +415,7 @@ fn rayleigh(model: &DynamicModel, laws: &[LinearLaw]) -> Option<f64> {
 fn input_columns(
     context: &RunContext,
     laws: &[LinearLaw],
-    modal_rows: &ModalRows,
+    seen: &ModalRows,
     modes: &RegimeModes,
 ) -> Vec<[Vec<f64>; 2]> {
     let model = context.model;
@@ -423,7 +423,7 @@ fn input_columns(
     let nothing = vec![0.0; 2 * m + model.internal_count()];
     let inputs = context.inputs.list.iter().map(|input| {
         let (mut value, mut rate) = (nothing.clone(), nothing.clone());
-        match input.target {
+        match input.entry {
             InputTarget::Drive(at) => {
                 let d = modes.project(&model.forces[at].direction, 0);
                 value[m..2 * m].copy_from_slice(&d);
@@ -431,10 +431,10 @@ fn input_columns(
             InputTarget::Imposed(at) => {
                 let law = &laws[at];
                 for j in 0..m {
-                    value[m + j] = law.force.deflection * modal_rows.acts[at][j];
-                    rate[m + j] = law.force.rate * modal_rows.acts[at][j];
+                    value[m + j] = law.force.deflection * seen.acts[at][j];
+                    rate[m + j] = law.force.rate * seen.acts[at][j];
                 }
-                if let Some(own) = &law.law {
+                if let Some(own) = &law.inner {
                     rate[2 * m + inner_before(model, at)] = -own.imposed;
                 }
             }

@@ -25,7 +25,7 @@ impl CholeskyMass {
     /// # Errors
     /// A mass matrix that is not positive definite.
     pub fn new(model: &DynamicModel) -> Result<CholeskyMass, Error> {
-        match &model.matrix {
+        match &model.mass {
             MassMatrix::Diagonal(mass) => Ok(CholeskyMass::Diagonal(
                 mass.iter().map(|m| m.sqrt()).collect(),
             )),
@@ -107,7 +107,7 @@ impl RegimeModes {
     ///
     /// # Errors
     /// Numbers out of range; no convergence.
-    pub fn new(mass: &CholeskyMass, rows: &StrainRows, n: usize) -> Result<RegimeModes, Error> {
+    pub fn new(root: &CholeskyMass, rows: &StrainRows, n: usize) -> Result<RegimeModes, Error> {
         let allowed = constraint_null_space(&rows.stuck, n)?;
         let m = allowed.as_ref().map_or(n, Vec::len);
         let inside = |row: &Vec<f64>| -> Vec<f64> {
@@ -131,11 +131,11 @@ impl RegimeModes {
         let n_rigid = zero.len();
         extend(&mut zero, &still);
 
-        let roots = rows.squares.iter().map(|(_, mass)| *mass);
+        let roots = rows.squares.iter().map(|(_, root)| *root);
         let weighed: Vec<Vec<f64>> = squares
             .iter()
             .zip(roots)
-            .map(|(row, mass)| row.iter().map(|a| mass * a).collect())
+            .map(|(row, root)| row.iter().map(|a| root * a).collect())
             .collect();
         let a = Matrix::from_fn(weighed.len(), m, |i, j| weighed[i][j]);
         let found = graded::svd(&a, Some(m - zero.len()))?;
@@ -150,8 +150,8 @@ impl RegimeModes {
         let mut omega = found.values;
         omega.iter_mut().take(zero.len()).for_each(|w| *w = 0.0);
         Ok(RegimeModes {
-            shapes: mass.shapes(&vectors),
-            momenta: mass.momenta(&vectors),
+            shapes: root.shapes(&vectors),
+            momenta: root.momenta(&vectors),
             omega,
             free: n_free,
             rigid: n_rigid,
@@ -334,14 +334,14 @@ mod tests {
     /// Three discs of very different inertia on two springs, one damper to ground: one motion strains the damper only.
     #[test]
     fn exact_rigid_motion_with_a_brake() {
-        let mass = CholeskyMass::Diagonal(vec![1e-4, 1.0, 1e5]);
-        let row = |w: [f64; 3], k: f64| (mass.to_mass_normalised(&w), f64::sqrt(k));
+        let root = CholeskyMass::Diagonal(vec![1e-4, 1.0, 1e5]);
+        let row = |w: [f64; 3], k: f64| (root.to_mass_normalised(&w), f64::sqrt(k));
         let rows = StrainRows {
             squares: vec![row([-1.0, 1.0, 0.0], 1e9), row([0.0, -1.0, 1.0], 1.0)],
-            dampers: vec![mass.to_mass_normalised(&[1.0, 0.0, 0.0])],
+            dampers: vec![root.to_mass_normalised(&[1.0, 0.0, 0.0])],
             ..StrainRows::default()
         };
-        let modes = RegimeModes::new(&mass, &rows, 3).unwrap();
+        let modes = RegimeModes::new(&root, &rows, 3).unwrap();
         assert_eq!((modes.free, modes.rigid, modes.omega[0]), (0, 1, 0.0));
         let shape = modes.shapes.col_as_slice(0);
         assert!((shape[0] / shape[2] - 1.0).abs() < 1e-13, "{shape:?}");
@@ -371,13 +371,13 @@ mod tests {
     /// Held at the middle disc the two ends swing alone.
     #[test]
     fn exact_stuck_middle() {
-        let mass = CholeskyMass::Diagonal(vec![1.0; 3]);
+        let root = CholeskyMass::Diagonal(vec![1.0; 3]);
         let rows = StrainRows {
             squares: vec![(vec![-1.0, 1.0, 0.0], 2.0), (vec![0.0, -1.0, 1.0], 3.0)],
             stuck: vec![vec![0.0, 1.0, 0.0]],
             ..StrainRows::default()
         };
-        let modes = RegimeModes::new(&mass, &rows, 3).unwrap();
+        let modes = RegimeModes::new(&root, &rows, 3).unwrap();
         assert_eq!(modes.count(), 2);
         assert!((modes.omega[0] - 2.0).abs() < 1e-14 && (modes.omega[1] - 3.0).abs() < 1e-14);
     }

@@ -9,7 +9,7 @@ pub struct ModalParts {
     /// λ with Im λ > 0: `ζ̇ = λ ζ + β`, σ = (Re ζ, Im ζ).
     pub oscillatory: Vec<Complex>,
     /// The rest.
-    pub parts: Vec<RealPart>,
+    pub others: Vec<RealPart>,
 }
 
 /// A part that does not swing, or cannot be told from the others.
@@ -36,7 +36,7 @@ impl RealPart {
         match self {
             RealPart::Decay(_) => 1,
             RealPart::RigidMotion(_) | RealPart::Critical { .. } => 2,
-            RealPart::Dense(system) => system.count(),
+            RealPart::Dense(dense) => dense.count(),
         }
     }
 }
@@ -45,7 +45,7 @@ impl RealPart {
 #[derive(Debug, Clone)]
 pub struct ResonantForcing {
     /// Which swing, or which of the others.
-    pub index: PartIndex,
+    pub part: PartIndex,
     /// Which harmonic, by its place in the list of frequencies.
     pub frequency: usize,
     /// ω, rad/s.
@@ -77,16 +77,16 @@ pub struct SteadyState {
 impl ModalParts {
     /// How many states there are.
     pub fn count(&self) -> usize {
-        2 * self.oscillatory.len() + self.parts.iter().map(RealPart::count).sum::<usize>()
+        2 * self.oscillatory.len() + self.others.iter().map(RealPart::count).sum::<usize>()
     }
 
     /// The fastest growth of a part, 1/s; zero where none grows.
     pub fn growth(&self) -> f64 {
         let swings = self.oscillatory.iter().map(|l| l.re);
-        let others = self.parts.iter().map(|part| match part {
+        let others = self.others.iter().map(|other| match other {
             RealPart::Decay(lambda) | RealPart::RigidMotion(lambda) => *lambda,
             RealPart::Critical { d, .. } => -d,
-            RealPart::Dense(system) => system.growth(),
+            RealPart::Dense(dense) => dense.growth(),
         });
         swings.chain(others).fold(0.0, f64::max)
     }
@@ -99,17 +99,17 @@ impl ModalParts {
             out[2 * k + 1] = c[2 * k + 1] * l.re - c[2 * k] * l.im;
         }
         let mut at = 2 * self.oscillatory.len();
-        for part in &self.parts {
-            match part {
+        for other in &self.others {
+            match other {
                 RealPart::Decay(lambda) => out[at] = c[at] * lambda,
                 RealPart::RigidMotion(lambda) => out[at + 1] = c[at] + c[at + 1] * lambda,
                 RealPart::Critical { d, square } => {
                     out[at] = -square * c[at + 1];
                     out[at + 1] = c[at] - d * c[at + 1];
                 }
-                RealPart::Dense(system) => system.rate_of(&c[at..], &mut out[at..]),
+                RealPart::Dense(dense) => dense.rate_of(&c[at..], &mut out[at..]),
             }
-            at += part.count();
+            at += other.count();
         }
         out
     }
@@ -151,7 +151,7 @@ impl ModalParts {
                     left[2 * k] += real;
                     left[2 * k + 1] += imaginary;
                     near.push(ResonantForcing {
-                        index: PartIndex::Oscillatory(k),
+                        part: PartIndex::Oscillatory(k),
                         frequency,
                         omega: signed,
                         push,
@@ -166,17 +166,17 @@ impl ModalParts {
             out[2 * k + 1] = (forward - backward) * -i;
         }
         let mut at = 2 * self.oscillatory.len();
-        for (number, real_part) in self.parts.iter().enumerate() {
+        for (number, other) in self.others.iter().enumerate() {
             let mut slow = |state: usize| {
                 left[state] = b[state];
                 near.push(ResonantForcing {
-                    index: PartIndex::Other(number, at),
+                    part: PartIndex::Other(number, at),
                     frequency,
                     omega,
                     push: b[state],
                 });
             };
-            match real_part {
+            match other {
                 RealPart::Decay(lambda) if omega.abs().max(lambda.abs()) * span < 1.0 => slow(at),
                 RealPart::Decay(lambda) => out[at] = b[at] / (s - lambda),
                 RealPart::RigidMotion(_) if omega.abs() * span < 1.0 => slow(at + 1),
@@ -189,11 +189,11 @@ impl ModalParts {
                     out[at + 1] = out[at] * s;
                 }
                 // It knows its harmonics itself.
-                RealPart::Dense(system) => {
-                    left[at..at + system.count()].copy_from_slice(&b[at..at + system.count()])
+                RealPart::Dense(dense) => {
+                    left[at..at + dense.count()].copy_from_slice(&b[at..at + dense.count()])
                 }
             }
-            at += real_part.count();
+            at += other.count();
         }
         SteadyState {
             phasors: out,

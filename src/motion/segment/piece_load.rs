@@ -41,7 +41,7 @@ impl PieceLoad {
     pub fn new(
         inputs: &KnownInputs,
         pieces: &[u32],
-        (system, constant): (&LinearSystem, &[f64]),
+        (linear_model, constant): (&LinearSystem, &[f64]),
         events: &[EventFunction],
     ) -> PieceLoad {
         // Lines that stand still say the same at any instant.
@@ -52,7 +52,7 @@ impl PieceLoad {
         let still = |&input: &usize| lines[input].1 == 0.0;
         let mut push = constant.to_vec();
         for input in (0..lines.len()).filter(still) {
-            axpy(&mut push, lines[input].0, &system.pushes[input][0]);
+            axpy(&mut push, lines[input].0, &linear_model.pushes[input][0]);
         }
         let of_border = |event: &EventFunction| {
             let own = event.direct.iter().filter(|(input, _)| still(input));

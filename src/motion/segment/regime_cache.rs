@@ -87,7 +87,7 @@ impl RegimeCache {
             std::mem::take(&mut self.contact_states),
             std::mem::take(&mut self.kinds),
         );
-        let systems = std::mem::take(&mut self.linears);
+        let linears = std::mem::take(&mut self.linears);
         self.caches.clear();
         let (at, event) = crossed?;
         let machines = old.into_iter().zip(stands).zip(kinds);
@@ -95,7 +95,7 @@ impl RegimeCache {
         self.systems.push(system);
         self.contact_states.push(stands);
         self.kinds.push(0);
-        self.linears.push(Rc::clone(&systems[kind]));
+        self.linears.push(Rc::clone(&linears[kind]));
         self.caches.push(PropagatorCache::default());
         Some((0, event))
     }
@@ -121,18 +121,18 @@ impl RegimeCache {
         let kind = match self.linears.iter().position(|known| known.matches(&laws)) {
             Some(kind) => kind,
             None => {
-                let system = LinearSystem::new(context, &laws)?;
-                let turned = system.parts.max_phase(context.span);
+                let linear_model = LinearSystem::new(context, &laws)?;
+                let turned = linear_model.parts.max_phase(context.span);
                 check_phase("the fastest swing", turned, context.span)?;
-                self.linears.push(Rc::new(system));
+                self.linears.push(Rc::new(linear_model));
                 self.caches.push(PropagatorCache::default());
                 self.linears.len() - 1
             }
         };
-        let system = Rc::clone(&self.linears[kind]);
-        let regime_system = RegimeSystem::new(context, system, &laws, stands)?;
+        let linear_model = Rc::clone(&self.linears[kind]);
+        let system = RegimeSystem::new(context, linear_model, &laws, stands)?;
         self.contact_states.push(own().copied().collect());
-        self.systems.push(regime_system);
+        self.systems.push(system);
         self.kinds.push(kind);
         self.made += 1;
         Ok(self.systems.len() - 1)

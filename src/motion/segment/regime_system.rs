@@ -41,24 +41,24 @@ impl RegimeSystem {
     /// Numbers out of range.
     pub fn new(
         context: &RunContext,
-        system: Rc<LinearSystem>,
+        linear_model: Rc<LinearSystem>,
         laws: &[LinearLaw],
         stands: &[ElementState],
     ) -> Result<RegimeSystem, Error> {
         let mut evaluators = Vec::new();
-        let events = system.events(context, laws, stands, &mut evaluators)?;
-        let parts = &system.parts;
+        let events = linear_model.events(context, laws, stands, &mut evaluators)?;
+        let parts = &linear_model.parts;
         let unseen = match parts.is_resonant() {
-            true => vec![false; parts.parts.len()],
-            false => drop_unused_parts(&mut evaluators, parts.eigenvalues.len(), &parts.parts),
+            true => vec![false; parts.others.len()],
+            false => drop_unused_parts(&mut evaluators, parts.eigenvalues.len(), &parts.others),
         };
         Ok(RegimeSystem {
-            constant: system.constant(context.model, laws),
+            constant: linear_model.constant(context.model, laws),
             load: PieceLoad::default(),
             events,
             evaluators,
             unused_parts: unseen,
-            linear: system,
+            linear: linear_model,
         })
     }
 
@@ -91,28 +91,23 @@ impl LinearSystem {
                         found.push(self.event(context, (at, kind, next), evaluators));
                     }
                 }
-                (ForceLaw::Friction(_), ElementState::Friction(friction_state))
-                    if friction_state != FrictionState::Stick =>
+                (ForceLaw::Friction(_), ElementState::Friction(slip))
+                    if slip != FrictionState::Stick =>
                 {
                     let affine = Affine {
-                        rate: friction_state.sign(),
+                        rate: slip.sign(),
                         ..Default::default()
                     };
                     let kind = EventKind::Deflection(affine);
                     let next = ElementState::Friction(FrictionState::Stick);
                     found.push(self.event(context, (at, kind, next), evaluators));
                 }
-                (ForceLaw::Friction(law), ElementState::Friction(_)) => {
+                (ForceLaw::Friction(friction), ElementState::Friction(_)) => {
                     let Some(hold) = &self.stick else { continue };
-                    for friction_state in [FrictionState::Forward, FrictionState::Backward] {
-                        let held = hold.breakaway_reserve(
-                            context,
-                            laws,
-                            at,
-                            law.breakaway,
-                            friction_state,
-                        )?;
-                        let next = ElementState::Friction(friction_state);
+                    for slip in [FrictionState::Forward, FrictionState::Backward] {
+                        let held =
+                            hold.breakaway_reserve(context, laws, at, friction.breakaway, slip)?;
+                        let next = ElementState::Friction(slip);
                         let kind = EventKind::Reaction(held);
                         found.push(self.event(context, (at, kind, next), evaluators));
                     }
@@ -139,7 +134,7 @@ impl LinearSystem {
                     modal[j] = affine.deflection * seen.sees[branch][j];
                     modal[m + j] = affine.rate * seen.sees[branch][j];
                 }
-                let own = |input: &KnownInput| input.target == InputTarget::Imposed(branch);
+                let own = |input: &KnownInput| input.entry == InputTarget::Imposed(branch);
                 if let Some(at) = context.inputs.list.iter().position(own) {
                     direct.insert(at, [-affine.deflection, -affine.rate]);
                 }

@@ -40,15 +40,15 @@ pub fn run(
     let driven = model.harmonics().fold(0.0, f64::max);
     check_phase("the fastest that acts", driven * span, span)?;
     let context = RunContext::new(model, span)?;
-    let mut events = TimeEvents::new(model, options.from)?;
+    let mut timing = TimeEvents::new(model, options.from)?;
     let mut regime = model.regime(options.from, &options.initial_state);
-    for (branch, piece) in events.pieces() {
-        if let ElementState::Contact(contact_state, _) = regime.states[branch] {
-            regime.states[branch] = ElementState::Contact(contact_state, piece);
+    for (branch, piece) in timing.pieces() {
+        if let ElementState::Contact(stand, _) = regime.states[branch] {
+            regime.states[branch] = ElementState::Contact(stand, piece);
         }
     }
     model.release_overloaded(&mut regime, options.from, &options.initial_state);
-    let mut integration_run = IntegrationRun {
+    let mut journey = IntegrationRun {
         context: &context,
         options,
         now: DoubleTime::new(options.from),
@@ -61,97 +61,94 @@ pub fn run(
         simultaneous: (options.from, 0),
     };
     let mut cache = RegimeCache::new(model, room);
-    let mut trajectory = SegmentTrajectory::default();
+    let mut flight = SegmentTrajectory::default();
     let mut search = EventSearch::default();
     let mut next = vec![0.0; options.initial_state.len()];
-    let mut time_events = Vec::new();
+    let mut ticks = Vec::new();
     let mut crossed: Option<(usize, usize)> = None;
     loop {
-        if integration_run.stats.steps.is_multiple_of(CHECK_INTERVAL) {
+        if journey.stats.steps.is_multiple_of(CHECK_INTERVAL) {
             if options.cancel.should_stop() {
-                return Ok(integration_run.stats);
+                return Ok(journey.stats);
             }
-            check_budget(options, &integration_run.stats, integration_run.now.high).map_err(
-                |e| diagnostics::with_most_switched(e, model, &integration_run.event_counts),
-            )?;
+            check_budget(options, &journey.stats, journey.now.high)
+                .map_err(|e| diagnostics::with_most_switched(e, model, &journey.event_counts))?;
         }
         crossed = cache.make_room(crossed);
-        let place = cache.index_of(&context, &integration_run.regime.states)?;
-        integration_run.stats.regimes = cache.built_count();
-        integration_run.stats.steps += 1;
+        let place = cache.index_of(&context, &journey.regime.states)?;
+        journey.stats.regimes = cache.built_count();
+        journey.stats.steps += 1;
         cache
             .machine_mut(place)
-            .set_pieces(&context.inputs, &integration_run.regime.pieces);
+            .set_pieces(&context.inputs, &journey.regime.pieces);
         let system = cache.machine(place);
-        let known = events.next_time(&integration_run.regime.pieces, |branch| {
-            integration_run.wave_matters(branch)
+        let known = timing.next_time(&journey.regime.pieces, |branch| {
+            journey.wave_matters(branch)
         });
         let end = known.min(options.to);
-        let span = integration_run.now.until(end).max(0.0);
+        let span = journey.now.until(end).max(0.0);
         let from = crossed.map(|(system, event)| &cache.machine(system).events[event]);
-        trajectory.start(
+        flight.start(
             &context,
             system,
-            (integration_run.now, &integration_run.regime.pieces),
-            &integration_run.y,
+            (journey.now, &journey.regime.pieces),
+            &journey.y,
             span,
             from,
         );
         let (system, ladder) = cache.with_propagators(place);
-        let effort = (&mut integration_run.stats, options);
-        let ahead = (integration_run.now.high, span);
+        let effort = (&mut journey.stats, options);
+        let ahead = (journey.now.high, span);
         let found = search
-            .next_event(system, ladder, &mut trajectory, ahead, effort)
-            .map_err(|e| {
-                diagnostics::with_most_switched(e, model, &integration_run.event_counts)
-            })?;
-        let located_event = match found {
+            .next_event(system, ladder, &mut flight, ahead, effort)
+            .map_err(|e| diagnostics::with_most_switched(e, model, &journey.event_counts))?;
+        let reached = match found {
             SearchOutcome::NoEvent => None,
-            SearchOutcome::Reached(located_event) => Some(located_event),
-            SearchOutcome::Cancelled => return Ok(integration_run.stats),
+            SearchOutcome::Reached(reached) => Some(reached),
+            SearchOutcome::Cancelled => return Ok(journey.stats),
         };
-        let tau = located_event.map_or(span, |located_event| located_event.tau);
-        let last = located_event.is_none() && end >= options.to;
+        let tau = reached.map_or(span, |reached| reached.tau);
+        let last = reached.is_none() && end >= options.to;
         if !last {
-            trajectory.move_to(system, tau);
-            trajectory.state(system, &mut next);
+            flight.move_to(system, tau);
+            flight.state(system, &mut next);
         }
         if options.observer.is_set() {
-            let now = integration_run.now;
+            let now = journey.now;
             options.observer.observe(DenseOutput {
                 from: now.high,
                 to: now.high + tau,
                 time_scale: system.linear.parts.time_scale(),
-                regime: Some(&integration_run.regime),
+                regime: Some(&journey.regime),
                 state: &mut |t, y| match now.until(t) {
                     ahead if ahead > 0.0 => {
-                        trajectory.move_to(system, ahead.min(tau));
-                        trajectory.state(system, y);
+                        flight.move_to(system, ahead.min(tau));
+                        flight.state(system, y);
                     }
-                    _ => y.copy_from_slice(&integration_run.y),
+                    _ => y.copy_from_slice(&journey.y),
                 },
             });
         }
-        if integration_run.emit_samples(system, &mut trajectory, (tau, last), sink) || last {
-            return Ok(integration_run.stats);
+        if journey.emit_samples(system, &mut flight, (tau, last), sink) || last {
+            return Ok(journey.stats);
         }
         if tau > 0.0 {
-            std::mem::swap(&mut integration_run.y, &mut next);
+            std::mem::swap(&mut journey.y, &mut next);
         }
-        match located_event {
-            Some(located_event) => {
-                integration_run.now = integration_run.now.after(tau);
-                integration_run.apply_switch(system, located_event, &mut events)?;
-                crossed = Some((place, located_event.event));
+        match reached {
+            Some(reached) => {
+                journey.now = journey.now.after(tau);
+                journey.apply_switch(system, reached, &mut timing)?;
+                crossed = Some((place, reached.event));
             }
             None => {
-                integration_run.now = DoubleTime::new(end);
-                events.advance(&integration_run.regime.pieces, end, &mut time_events);
-                integration_run.apply_time_events(&time_events);
+                journey.now = DoubleTime::new(end);
+                timing.advance(&journey.regime.pieces, end, &mut ticks);
+                journey.apply_time_events(&ticks);
                 crossed = None;
             }
         }
-        if integration_run.y.iter().any(|y| !y.is_finite()) {
+        if journey.y.iter().any(|y| !y.is_finite()) {
             let message = format!(
                 "the motion leaves the range of numbers at t = {}",
                 format_instant(end)
@@ -189,7 +186,7 @@ impl IntegrationRun<'_> {
     fn emit_samples(
         &mut self,
         system: &RegimeSystem,
-        trajectory: &mut SegmentTrajectory,
+        flight: &mut SegmentTrajectory,
         (tau, last): (f64, bool),
         sink: &mut SampleSink,
     ) -> bool {
@@ -197,8 +194,7 @@ impl IntegrationRun<'_> {
             return false;
         }
         let usual = (self.options.to - self.options.from) / self.options.samples.max(1) as f64;
-        let propagator =
-            (tau > BATCH_SAMPLES * usual).then(|| system.linear.parts.propagator(usual));
+        let stride = (tau > BATCH_SAMPLES * usual).then(|| system.linear.parts.propagator(usual));
         let mut times = [0.0; BLOCK];
         while self.sample <= self.options.samples {
             if self.options.cancel.should_stop() {
@@ -231,7 +227,7 @@ impl IntegrationRun<'_> {
             let regime = Some(&self.regime);
             let mut give =
                 |at: usize, y: &[f64]| sink(options.time(first + at), y, regime).is_break();
-            if trajectory.states(system, propagator.as_ref(), &times[..count], &mut give) {
+            if flight.states(system, stride.as_ref(), &times[..count], &mut give) {
                 return true;
             }
         }
@@ -242,15 +238,15 @@ impl IntegrationRun<'_> {
     fn apply_switch(
         &mut self,
         system: &RegimeSystem,
-        event: LocatedEvent,
-        events: &mut TimeEvents,
+        reached: LocatedEvent,
+        timing: &mut TimeEvents,
     ) -> Result<(), Error> {
-        let border = &system.events[event.event];
+        let event = &system.events[reached.event];
         self.stats.events += 1;
-        self.event_counts[border.branch] += 1;
+        self.event_counts[event.branch] += 1;
         // While it stood open its wave went on unheeded.
-        let piece = events.piece(border.branch, self.now.high);
-        self.regime.states[border.branch] = match (border.to, piece) {
+        let piece = timing.piece(event.branch, self.now.high);
+        self.regime.states[event.branch] = match (event.to, piece) {
             (ElementState::Contact(state, _), Some(piece)) => ElementState::Contact(state, piece),
             (to, _) => to,
         };
@@ -260,7 +256,7 @@ impl IntegrationRun<'_> {
             false => (self.now.high, 0),
         };
         if self.simultaneous.1 > MAX_SIMULTANEOUS {
-            let name = &self.context.model.elements[border.branch].name;
+            let name = &self.context.model.elements[event.branch].name;
             let message = format!(
                 "`{name}` switches without end at t = {}",
                 format_instant(self.now.high)
@@ -276,15 +272,15 @@ impl IntegrationRun<'_> {
     }
 
     /// Known times were passed: lines, waves, and what stands otherwise since.
-    fn apply_time_events(&mut self, events: &[TimeEvent]) {
+    fn apply_time_events(&mut self, ticks: &[TimeEvent]) {
         let model = self.context.model;
-        let turned = |event: &TimeEvent| matches!(event, TimeEvent::Piece(..));
-        let before = match events.iter().any(turned) {
+        let turned = |tick: &TimeEvent| matches!(tick, TimeEvent::Piece(..));
+        let before = match ticks.iter().any(turned) {
             true => self.regime.pieces.clone(),
             false => Vec::new(),
         };
-        for event in events {
-            match *event {
+        for tick in ticks {
+            match *tick {
                 TimeEvent::Piece(at, piece) => self.regime.pieces[at] = piece,
                 TimeEvent::Wave(branch, piece) => {
                     if let ElementState::Contact(state, _) = self.regime.states[branch] {
@@ -293,8 +289,8 @@ impl IntegrationRun<'_> {
                 }
             }
         }
-        for event in events {
-            let branch = match *event {
+        for tick in ticks {
+            let branch = match *tick {
                 TimeEvent::Piece(at, _) => at.checked_sub(model.forces.len()),
                 TimeEvent::Wave(branch, _) => Some(branch),
             };

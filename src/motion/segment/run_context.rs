@@ -12,7 +12,7 @@ pub struct RunContext<'a> {
     /// The machine.
     pub model: &'a DynamicModel,
     /// `M = L Lᵀ`.
-    pub mass: CholeskyMass,
+    pub root: CholeskyMass,
     /// What is known in time.
     pub inputs: KnownInputs<'a>,
     /// How long the run is, s.
@@ -42,7 +42,7 @@ impl RunContext<'_> {
             }
         }
         Ok(RunContext {
-            mass: CholeskyMass::new(model)?,
+            root: CholeskyMass::new(model)?,
             inputs: KnownInputs::new(model),
             model,
             span,

@@ -160,8 +160,8 @@ impl SegmentTrajectory {
         self.events.clear();
         let load = &system.load;
         let steady = load.rising.is_empty() && system.linear.stick.is_none();
-        for (event, event_offset) in system.events.iter().zip(&load.events) {
-            let (mut base, mut slope, mut size) = (event_offset.base, 0.0, event_offset.size);
+        for (event, still) in system.events.iter().zip(&load.events) {
+            let (mut base, mut slope, mut size) = (still.base, 0.0, still.size);
             let rises = |direct: &&(usize, [f64; 2])| load.rising.contains(&direct.0);
             for &(input, [value, rate]) in event.direct.iter().filter(rises) {
                 let (line, change) = context.inputs.list[input].line(pieces, now);
@@ -181,7 +181,7 @@ impl SegmentTrajectory {
             self.events.push(EventStart {
                 base: [base, slope],
                 push: match steady {
-                    true => [event_offset.push, 0.0],
+                    true => [still.push, 0.0],
                     false => [slope + dot(&event.row, b0), dot(&event.row, b1)],
                 },
                 offset: match zero {
@@ -203,11 +203,11 @@ impl SegmentTrajectory {
     }
 
     /// Goes on by a stride.
-    pub fn stride(&mut self, system: &RegimeSystem, propagator: &Propagator) {
-        let tau = self.trajectory.tau + propagator.span;
+    pub fn stride(&mut self, system: &RegimeSystem, stride: &Propagator) {
+        let tau = self.trajectory.tau + stride.span;
         let parts = &system.linear.parts;
         self.trajectory
-            .propagator(parts, &system.unused_parts, propagator, tau);
+            .propagator(parts, &system.unused_parts, stride, tau);
     }
 
     /// The same from a τ nearby, where the way is short.
@@ -248,7 +248,7 @@ impl SegmentTrajectory {
 
     /// A switching surface where the motion was looked at.
     pub fn event_value(&self, system: &RegimeSystem, at: usize) -> EventValue {
-        let (event, start) = (&system.events[at], &self.events[at]);
+        let (event, state) = (&system.events[at], &self.events[at]);
         let tau = self.trajectory.tau;
         let [p, v, q, w, a, b, bound, jerk] = self.sums[event.evaluator];
         let sign = event.sign;
@@ -257,11 +257,11 @@ impl SegmentTrajectory {
             false => (f64::NAN, f64::INFINITY),
         };
         EventValue {
-            value: match start.zero && tau == 0.0 {
+            value: match state.zero && tau == 0.0 {
                 true => 0.0,
-                false => start.base[0] + start.base[1] * tau - start.offset + sign * (p + q),
+                false => state.base[0] + state.base[1] * tau - state.offset + sign * (p + q),
             },
-            rate: start.push[0] + start.push[1] * tau + sign * (v + w),
+            rate: state.push[0] + state.push[1] * tau + sign * (v + w),
             second_rate: bend,
             bound,
             jerk,
@@ -290,11 +290,11 @@ impl SegmentTrajectory {
     pub fn states(
         &mut self,
         system: &RegimeSystem,
-        propagator: Option<&Propagator>,
+        stride: Option<&Propagator>,
         times: &[f64],
         mut give: impl FnMut(usize, &[f64]) -> bool,
     ) -> bool {
-        if let ([tau], None) = (times, propagator) {
+        if let ([tau], None) = (times, stride) {
             self.move_to(system, *tau);
             let mut y = std::mem::take(&mut self.carried);
             y.resize(system.linear.from_parts.n_rows(), 0.0);
@@ -316,10 +316,8 @@ impl SegmentTrajectory {
         };
         let (parts, unseen) = (&system.linear.parts, &system.unused_parts);
         for (at, &tau) in times.iter().enumerate() {
-            match propagator {
-                Some(propagator) if at > 0 => {
-                    self.trajectory.propagator(parts, unseen, propagator, tau)
-                }
+            match stride {
+                Some(stride) if at > 0 => self.trajectory.propagator(parts, unseen, stride, tau),
                 _ => self.trajectory.move_to(parts, unseen, tau),
             }
             self.trajectory.update_unseen(parts, unseen);

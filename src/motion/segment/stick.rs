@@ -50,7 +50,7 @@ impl StickConstraint {
         laws: &[LinearLaw],
         stuck: &[usize],
         modes: &RegimeModes,
-        transform: &ModalTransform,
+        stage: &ModalTransform,
         len: usize,
     ) -> Result<StickConstraint, Error> {
         let model = context.model;
@@ -95,7 +95,7 @@ impl StickConstraint {
                     (0..model.internal_count()).for_each(|z| push[2 * m + z] = inner[(z, k)]);
                 }
                 let mut sigma = vec![0.0; len];
-                transform.to_parts(&push, &mut sigma);
+                stage.to_parts(&push, &mut sigma);
                 (0..len).for_each(|i| out[(i, k)] = sigma[i]);
             }
             out
@@ -127,14 +127,14 @@ impl StickConstraint {
         laws: &[LinearLaw],
         branch: usize,
         breakaway: f64,
-        state: FrictionState,
+        slip: FrictionState,
     ) -> Result<StickReserve, Error> {
         let model = context.model;
         let n = model.coordinate_count();
         let zero = vec![0.0; n];
         let own = self.stuck.iter().position(|&at| at == branch);
         let holds = own.map_or(&zero, |i| &self.holds[i]);
-        let sign = -state.sign();
+        let sign = -slip.sign();
         let (stiffness, damping, _) = forces(context, laws);
         // λ = holds · (d f − u F − α M q̇)
         let over = |a: &Matrix| -> Vec<f64> {
@@ -150,10 +150,10 @@ impl StickConstraint {
         let mut inner = Vec::new();
         for (at, law) in laws.iter().enumerate() {
             constant -= sign * law.force.constant * along(at);
-            inner.extend(law.law.iter().map(|own| -sign * own.force * along(at)));
+            inner.extend(law.inner.iter().map(|own| -sign * own.force * along(at)));
         }
         let direct = context.inputs.list.iter().enumerate();
-        let direct = direct.map(|(number, input)| match input.target {
+        let direct = direct.map(|(number, input)| match input.entry {
             InputTarget::Drive(at) => {
                 let per = sign * model.forces[at].direction.dot(holds);
                 (number, [per, 0.0])
@@ -191,7 +191,7 @@ fn forces(context: &RunContext, laws: &[LinearLaw]) -> (Matrix, Matrix, Matrix) 
                 damping[(i, j)] += law.force.rate * u * w;
             }
         }
-        if let Some(own) = &law.law {
+        if let Some(own) = &law.inner {
             branch
                 .direction
                 .entries()

@@ -55,11 +55,11 @@ impl<'a> TimeEvents<'a> {
             imposed.filter_map(|(at, b)| Some((offset + at, b.imposed_displacement.as_ref()?)));
         let mut waves = Vec::new();
         for (branch, b) in model.elements.iter().enumerate() {
-            let Some(function) = &b.stiffness_wave else {
+            let Some(wave) = &b.stiffness_wave else {
                 continue;
             };
             let (Waveform::Rectangular { duty, .. }, &WavePhase::Imposed { omega, start }) =
-                (&function.waveform, &function.phase)
+                (&wave.waveform, &wave.phase)
             else {
                 let message = format!(
                     "the stiffness of `{}` is not a rectangular wave at imposed speed",
@@ -68,7 +68,7 @@ impl<'a> TimeEvents<'a> {
                 return Err(Error::new(Code::OutOfRange, message)
                     .with_hint("take a method for smooth waves"));
             };
-            let psi = function.phase.phase_at(from, &[]);
+            let psi = wave.phase.phase_at(from, &[]);
             let whole = psi.floor();
             let passed = whole as i64 * 2 + i64::from(psi - whole >= *duty);
             let mut jumps = WaveJumps {
@@ -101,20 +101,20 @@ impl<'a> TimeEvents<'a> {
     }
 
     /// Passes all that happens at `t`.
-    pub fn advance(&mut self, pieces: &[u32], t: f64, events: &mut Vec<TimeEvent>) {
-        events.clear();
+    pub fn advance(&mut self, pieces: &[u32], t: f64, ticks: &mut Vec<TimeEvent>) {
+        ticks.clear();
         for (at, signal) in &self.signals {
             let mut piece = pieces[*at];
             while knot(signal, piece) <= t + MERGE_TOLERANCE * t.abs() {
                 piece += 1;
             }
             if piece != pieces[*at] {
-                events.push(TimeEvent::Piece(*at, piece));
+                ticks.push(TimeEvent::Piece(*at, piece));
             }
         }
         for jumps in &mut self.waves {
             if jumps.pass_until(t) {
-                events.push(TimeEvent::Wave(jumps.branch, jumps.piece()));
+                ticks.push(TimeEvent::Wave(jumps.branch, jumps.piece()));
             }
         }
     }

@@ -19,7 +19,7 @@ pub struct ForcedParts {
     /// 1/λ.
     inverses: Vec<Complex>,
     /// What does not turn.
-    pub parts: Vec<RealPart>,
+    pub others: Vec<RealPart>,
     near: Vec<ResonantForcing>,
     /// `iω − λ` of the resonances of oscillations; zero for those of others.
     detunings: Vec<Complex>,
@@ -41,11 +41,11 @@ pub struct ModalTrajectory {
     start: Vec<Complex>,
     first: Vec<Complex>,
     moving: Vec<Complex>,
-    responses: Vec<RampResponse>,
+    ramps: Vec<RampResponse>,
     others: Vec<RealTrajectory>,
     /// `push · e^{iωt₀}` of every resonance, and where it is.
     pushes: Vec<Complex>,
-    response: Vec<ResonantResponse>,
+    ringing: Vec<ResonantResponse>,
     /// Strides since it was set exactly.
     strides: u32,
     /// Bounds on |σ|, part by part: of every number that turns, then of every other state.
@@ -107,25 +107,30 @@ const RESET_INTERVAL: u32 = 16;
 
 impl ForcedParts {
     /// Of a machine, the harmonics that push it, and those of them that are near a root.
-    pub fn new(parts: ModalParts, frequencies: &[f64], near: Vec<ResonantForcing>) -> ForcedParts {
-        let growth = parts.growth();
+    pub fn new(
+        spectrum: ModalParts,
+        frequencies: &[f64],
+        near: Vec<ResonantForcing>,
+    ) -> ForcedParts {
+        let growth = spectrum.growth();
         let known = frequencies.iter().map(|&omega| Complex::new(0.0, omega));
-        let beats = near.iter().map(|near| match near.index {
+        let beats = near.iter().map(|near| match near.part {
             PartIndex::Oscillatory(k) => {
-                let lambda = parts.oscillatory[k];
+                let lambda = spectrum.oscillatory[k];
                 Complex::new(lambda.re, lambda.im - near.omega)
             }
             PartIndex::Other(..) => Complex::ZERO,
         });
         let beats = beats.collect();
-        let turning: Vec<Complex> = known.chain(parts.oscillatory).collect();
-        let plain = |part: &RealPart| matches!(part, RealPart::Decay(_) | RealPart::RigidMotion(_));
+        let turning: Vec<Complex> = known.chain(spectrum.oscillatory).collect();
+        let plain =
+            |other: &RealPart| matches!(other, RealPart::Decay(_) | RealPart::RigidMotion(_));
         ForcedParts {
             known: frequencies.len(),
             fastest: turning.iter().map(|l| size_of(*l)).fold(0.0, f64::max),
             inverses: turning.iter().map(|lambda| lambda.inv()).collect(),
-            exact_accelerations: near.is_empty() && parts.parts.iter().all(plain),
-            parts: parts.parts,
+            exact_accelerations: near.is_empty() && spectrum.others.iter().all(plain),
+            others: spectrum.others,
             eigenvalues: turning,
             near,
             detunings: beats,
@@ -158,15 +163,15 @@ impl ForcedParts {
 
     /// A stride of h.
     pub fn propagator(&self, h: f64) -> Propagator {
-        let mut cache = ExpCache::default();
+        let mut decay = ExpCache::default();
         let turns = self.eigenvalues.iter();
         Propagator {
             span: h,
-            turns: turns.map(|&lambda| cache.exp_m1(lambda, h)).collect(),
+            turns: turns.map(|&lambda| decay.exp_m1(lambda, h)).collect(),
             detunings: self
                 .detunings
                 .iter()
-                .map(|&kappa| cache.exp_m1(kappa, h))
+                .map(|&kappa| decay.exp_m1(kappa, h))
                 .collect(),
         }
     }
@@ -189,7 +194,7 @@ impl ForcedParts {
 
     /// How many numbers and other states there are.
     fn count(&self) -> usize {
-        self.eigenvalues.len() + self.parts.iter().map(RealPart::count).sum::<usize>()
+        self.eigenvalues.len() + self.others.iter().map(RealPart::count).sum::<usize>()
     }
 }
 
@@ -199,7 +204,7 @@ impl ModalTrajectory {
     pub fn start(&mut self, parts: &ForcedParts, (b0, b1): (&[f64], &[f64]), span: f64) {
         self.tau = 0.0;
         self.strides = 0;
-        self.responses.clear();
+        self.ramps.clear();
         self.others.clear();
         let turning = 2 * parts.eigenvalues.len();
         let numbers = self.sigma[..turning].as_chunks::<2>().0.iter();
@@ -228,7 +233,7 @@ impl ModalTrajectory {
             let (lambda, inverse) = (parts.eigenvalues[k], parts.inverses[k]);
             let slope = Complex::new(slope[0], slope[1]);
             let drift = -(slope * inverse);
-            self.responses.push(RampResponse {
+            self.ramps.push(RampResponse {
                 drift,
                 rate: lambda * self.first[k],
                 slope,
@@ -242,9 +247,9 @@ impl ModalTrajectory {
 
     fn start_others(&mut self, parts: &ForcedParts, (b0, b1): (&[f64], &[f64]), span: f64) {
         let mut at = parts.first_other();
-        for part in &parts.parts {
+        for other in &parts.others {
             let sigma = &self.sigma;
-            match part {
+            match other {
                 RealPart::Decay(lambda) => {
                     self.sizes.push(sigma[at].abs() + (b0[at] * span).abs());
                     self.others.push(RealTrajectory::Decay {
@@ -275,7 +280,7 @@ impl ModalTrajectory {
                     self.others.push(RealTrajectory::Dense(started));
                 }
             }
-            at += part.count();
+            at += other.count();
         }
     }
 
@@ -302,7 +307,7 @@ impl ModalTrajectory {
 
     fn start_resonances(&mut self, parts: &ForcedParts, span: f64) {
         self.pushes.clear();
-        self.response.clear();
+        self.ringing.clear();
         self.lasting.clear();
         if parts.near.is_empty() {
             return;
@@ -310,18 +315,18 @@ impl ModalTrajectory {
         self.lasting.resize(parts.count(), 0.0);
         for (near, kappa) in parts.near.iter().zip(&parts.detunings) {
             let turn = self.start[near.frequency];
-            let turn = match near.index {
+            let turn = match near.part {
                 PartIndex::Oscillatory(_) if near.omega < 0.0 => turn.conj(),
                 _ => turn,
             };
             let push = near.push * turn;
             self.pushes.push(push);
-            self.response.push(ResonantResponse {
+            self.ringing.push(ResonantResponse {
                 turned: Complex::ONE,
                 beaten: Complex::ZERO,
             });
             let (size, omega) = (push.norm(), near.omega.abs());
-            match near.index {
+            match near.part {
                 PartIndex::Oscillatory(k) => {
                     let lambda = parts.eigenvalues[parts.known + k];
                     let longest = span.min(2.0 / kappa.norm());
@@ -334,7 +339,7 @@ impl ModalTrajectory {
                     // Its number among all parts: swings count once, not twice.
                     let swings = parts.eigenvalues.len() - parts.known;
                     let place = parts.known + at - swings;
-                    match parts.parts[number] {
+                    match parts.others[number] {
                         RealPart::Decay(l) => self.lasting[place] += size * (2.0 * l.abs() + omega),
                         RealPart::RigidMotion(l) => {
                             self.lasting[place] += 2.0 * size;
@@ -351,25 +356,25 @@ impl ModalTrajectory {
     pub fn move_to(&mut self, parts: &ForcedParts, unseen: &[bool], tau: f64) {
         self.tau = tau;
         self.strides = 0;
-        let mut cache = ExpCache::default();
+        let mut decay = ExpCache::default();
         let both = self.first.iter().zip(&self.start);
         let each = parts.eigenvalues.iter().zip(both);
         let out = self.moving.iter_mut().zip(self.sigma.chunks_exact_mut(2));
         for ((&lambda, (first, start)), (moving, out)) in each.zip(out) {
-            let more = first * cache.exp_m1(lambda, tau);
+            let more = first * decay.exp_m1(lambda, tau);
             *moving = first + more;
             out[0] = start.re + more.re;
             out[1] = start.im + more.im;
         }
-        for ((response, near), &kappa) in self
-            .response
+        for ((ringing, near), &kappa) in self
+            .ringing
             .iter_mut()
             .zip(&parts.near)
             .zip(&parts.detunings)
         {
-            if let PartIndex::Oscillatory(_) = near.index {
-                response.turned = cache.exp_m1(Complex::new(0.0, near.omega), tau) + 1.0;
-                response.beaten = cache.exp_m1(kappa, tau);
+            if let PartIndex::Oscillatory(_) = near.part {
+                ringing.turned = decay.exp_m1(Complex::new(0.0, near.omega), tau) + 1.0;
+                ringing.beaten = decay.exp_m1(kappa, tau);
             }
         }
         self.update_forced(parts, unseen);
@@ -380,7 +385,7 @@ impl ModalTrajectory {
         &mut self,
         parts: &ForcedParts,
         unseen: &[bool],
-        propagator: &Propagator,
+        stride: &Propagator,
         tau: f64,
     ) {
         if self.strides == RESET_INTERVAL {
@@ -389,22 +394,22 @@ impl ModalTrajectory {
         self.tau = tau;
         self.strides += 1;
         let out = self.moving.iter_mut().zip(self.sigma.chunks_exact_mut(2));
-        for ((moving, out), turn) in out.zip(&propagator.turns) {
+        for ((moving, out), turn) in out.zip(&stride.turns) {
             let more = *moving * turn;
             *moving += more;
             out[0] += more.re;
             out[1] += more.im;
         }
-        let turns = parts.near.iter().zip(&propagator.detunings);
-        for (response, (near, beat)) in self.response.iter_mut().zip(turns) {
-            if let PartIndex::Oscillatory(_) = near.index {
-                let turn = propagator.turns[near.frequency];
+        let turns = parts.near.iter().zip(&stride.detunings);
+        for (ringing, (near, beat)) in self.ringing.iter_mut().zip(turns) {
+            if let PartIndex::Oscillatory(_) = near.part {
+                let turn = stride.turns[near.frequency];
                 let turn = if near.omega < 0.0 { turn.conj() } else { turn };
-                response.turned += response.turned * turn;
-                response.beaten += *beat + response.beaten * beat;
+                ringing.turned += ringing.turned * turn;
+                ringing.beaten += *beat + ringing.beaten * beat;
             }
         }
-        if !self.response.is_empty() {
+        if !self.ringing.is_empty() {
             // What rings is added to what was there before.
             for (k, out) in self
                 .sigma
@@ -429,7 +434,7 @@ impl ModalTrajectory {
         const SHORT: f64 = 0.02; // x⁸/8! is below rounding
         let delta = tau - self.tau;
         let fast = parts.fastest * delta.abs() > SHORT;
-        if fast || !parts.exact_accelerations || !self.responses.is_empty() || !self.is_exact() {
+        if fast || !parts.exact_accelerations || !self.ramps.is_empty() || !self.is_exact() {
             return false;
         }
         self.tau = tau;
@@ -450,21 +455,21 @@ impl ModalTrajectory {
     /// All that is no product of turns.
     fn update_forced(&mut self, parts: &ForcedParts, unseen: &[bool]) {
         let tau = self.tau;
-        for (k, response) in self.responses.iter().enumerate() {
-            let zeta = if tau < response.small {
+        for (k, ramp) in self.ramps.iter().enumerate() {
+            let zeta = if tau < ramp.small {
                 let (first, second) = phi::phi_series(parts.eigenvalues[k] * tau);
-                self.start[k] + (first * response.rate + second * response.slope * tau) * tau
+                self.start[k] + (first * ramp.rate + second * ramp.slope * tau) * tau
             } else {
-                (self.start[k] - self.first[k]) + response.drift * tau + self.moving[k]
+                (self.start[k] - self.first[k]) + ramp.drift * tau + self.moving[k]
             };
             (self.sigma[2 * k], self.sigma[2 * k + 1]) = (zeta.re, zeta.im);
         }
         self.others_at(parts, unseen, false);
         for (at, near) in parts.near.iter().enumerate() {
             let push = self.pushes[at];
-            match near.index {
+            match near.part {
                 PartIndex::Oscillatory(k) => {
-                    let ResonantResponse { turned, beaten } = self.response[at];
+                    let ResonantResponse { turned, beaten } = self.ringing[at];
                     let kappa = parts.detunings[at];
                     let beat = match kappa == Complex::ZERO {
                         true => Complex::new(tau, 0.0),
@@ -477,7 +482,7 @@ impl ModalTrajectory {
                 }
                 PartIndex::Other(number, state) => {
                     let first = 2 * parts.known + state;
-                    match parts.parts[number] {
+                    match parts.others[number] {
                         RealPart::Decay(lambda) => {
                             let rate = phi::forced_response(lambda, near.omega, tau).0;
                             self.sigma[first] += (push * rate).re;
@@ -502,9 +507,9 @@ impl ModalTrajectory {
     fn others_at(&mut self, parts: &ForcedParts, unseen: &[bool], which: bool) {
         let (tau, sigma) = (self.tau, &mut self.sigma);
         let mut at = parts.first_other();
-        for ((part, real_part), unseen) in self.others.iter().zip(&parts.parts).zip(unseen) {
+        for ((part, other), unseen) in self.others.iter().zip(&parts.others).zip(unseen) {
             if *unseen != which {
-                at += real_part.count();
+                at += other.count();
                 continue;
             }
             match part {
@@ -537,12 +542,12 @@ impl ModalTrajectory {
                     sigma[at + 1] = v * c - (square * y + half * v) * s + still[1];
                 }
                 RealTrajectory::Dense(started) => {
-                    if let RealPart::Dense(dense) = real_part {
+                    if let RealPart::Dense(dense) = other {
                         dense.state_at(started, tau, &mut sigma[at..at + dense.count()]);
                     }
                 }
             }
-            at += real_part.count();
+            at += other.count();
         }
     }
 
@@ -569,9 +574,9 @@ impl ModalTrajectory {
         }
         let mut rest = rest.iter();
         let mut state = parts.first_other();
-        for ((part, real_part), unseen) in self.others.iter().zip(&parts.parts).zip(unseen) {
+        for ((part, other), unseen) in self.others.iter().zip(&parts.others).zip(unseen) {
             if *unseen {
-                state += real_part.count();
+                state += other.count();
                 continue;
             }
             let x = &self.sigma[state..];
@@ -604,12 +609,12 @@ impl ModalTrajectory {
                 }
                 RealTrajectory::Dense(started) => {
                     let grown = parts.grown(self.tau);
-                    for x in &x[..real_part.count()] {
+                    for x in &x[..other.count()] {
                         lay(*x, 0.0, started.acceleration_bound() * grown, 0.0);
                     }
                 }
             }
-            state += real_part.count();
+            state += other.count();
         }
         if parts.growth > 0.0 || !self.lasting.is_empty() {
             let (until, grown) = (parts.grown(self.tau), parts.grown(horizon));

@@ -13,21 +13,21 @@ pub fn decompose_uncoupled(equations: &ModalEquations) -> Option<(ModalParts, Mo
     let ModalDamping::Diagonal(damping) = &equations.damping else {
         return None;
     };
-    if equations.stiffness.is_some() || !equations.state.is_empty() {
+    if equations.stiffness.is_some() || !equations.inner.is_empty() {
         return None;
     }
     let under = |w: f64, d: f64| w > 0.0 && (w - 0.5 * d) * (w + 0.5 * d) >= NEAR_CRITICAL * w * w;
     let modes = || equations.omega.iter().zip(damping);
     let swings = modes().filter(|&(&w, &d)| under(w, d)).count();
-    let mut modal_parts = ModalParts::default();
+    let mut spectrum = ModalParts::default();
     let mut pairs = Vec::with_capacity(equations.count());
     let mut next = 2 * swings;
     for (&w, &d) in modes() {
         if under(w, d) {
             let nu = ((w - 0.5 * d) * (w + 0.5 * d)).sqrt();
-            let at = 2 * modal_parts.oscillatory.len();
+            let at = 2 * spectrum.oscillatory.len();
             // ζ = (η̇ + dη/2)/ν + iη
-            modal_parts.oscillatory.push(Complex::new(-0.5 * d, nu));
+            spectrum.oscillatory.push(Complex::new(-0.5 * d, nu));
             pairs.push(ModePair {
                 at,
                 out: [0.0, 1.0, nu, -0.5 * d],
@@ -43,11 +43,11 @@ pub fn decompose_uncoupled(equations: &ModalEquations) -> Option<(ModalParts, Mo
         };
         next += 2;
         if w == 0.0 {
-            modal_parts.parts.push(RealPart::RigidMotion(-d));
+            spectrum.others.push(RealPart::RigidMotion(-d));
             pairs.push(own);
         } else if gap < NEAR_CRITICAL * w * w {
-            modal_parts
-                .parts
+            spectrum
+                .others
                 .push(RealPart::Critical { d, square: w * w });
             pairs.push(own);
         } else {
@@ -55,8 +55,8 @@ pub fn decompose_uncoupled(equations: &ModalEquations) -> Option<(ModalParts, Mo
             let fast = -(0.5 * d + gap.sqrt().copysign(d));
             let slow = w * w / fast;
             let apart = fast - slow;
-            modal_parts
-                .parts
+            spectrum
+                .others
                 .extend([RealPart::Decay(fast), RealPart::Decay(slow)]);
             pairs.push(ModePair {
                 out: [1.0, 1.0, fast, slow],
@@ -65,5 +65,5 @@ pub fn decompose_uncoupled(equations: &ModalEquations) -> Option<(ModalParts, Mo
             });
         }
     }
-    Some((modal_parts, ModalTransform::Pairs(pairs)))
+    Some((spectrum, ModalTransform::Pairs(pairs)))
 }

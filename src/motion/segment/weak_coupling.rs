@@ -27,7 +27,7 @@ pub struct DampedRoot {
 
 /// A root for every elastic mode and one for every rigid motion that a damper sees; nothing where they are not found so.
 pub fn damped_roots(equations: &ModalEquations) -> Option<Vec<DampedRoot>> {
-    if equations.stiffness.is_some() || !equations.state.is_empty() {
+    if equations.stiffness.is_some() || !equations.inner.is_empty() {
         return None;
     }
     let first = equations.free;
@@ -174,7 +174,7 @@ mod tests {
             drag: 0.0,
             damping: ModalDamping::Full(damping),
             stiffness: None,
-            state: Vec::new(),
+            inner: Vec::new(),
         }
     }
 

@@ -36,7 +36,7 @@ pub struct EncoderModel {
 #[derive(Debug, Default)]
 pub struct Attribution {
     /// Orders with a declared source, ascending.
-    pub orders: Vec<AttributedOrder>,
+    pub rows: Vec<AttributedOrder>,
     /// Declared harmonics that reach the output.
     pub sources: usize,
     /// Orders among them that the record distinguishes: so many numbers are known of the sources.
@@ -89,24 +89,28 @@ impl DeclaredSource {
 
 impl EncoderModel {
     fn chain(&self) -> Result<TransmissionChain, Error> {
-        let PreparedMachine { machine, point, .. } = &self.machine;
+        let PreparedMachine {
+            machine, operating, ..
+        } = &self.machine;
         let ends = ChainEnds {
             driver: angle_dof(machine, &self.input)?,
             output: angle_dof(machine, &self.output)?,
             relative_to: None,
         };
-        TransmissionChain::new(machine, point, ends)
+        TransmissionChain::new(machine, operating, ends)
     }
 
     /// The orders of a model whose ratio between the encoders is that of the teeth.
     ///
     /// # Errors
     /// Nodes that are not there or do not turn together; `RatioMismatch`.
-    pub fn source_orders(&self, train: &GearTrain) -> Result<KnownOrders, Error> {
-        let PreparedMachine { machine, point, .. } = &self.machine;
+    pub fn source_orders(&self, teeth: &GearTrain) -> Result<KnownOrders, Error> {
+        let PreparedMachine {
+            machine, operating, ..
+        } = &self.machine;
         let chain = self.chain()?;
         let between = chain.ratio(chain.ends.driver).map(Fraction::abs);
-        let stated = &Fraction::one() / &train.ratio();
+        let stated = &Fraction::one() / &teeth.ratio();
         if between.as_ref() != Some(&stated) {
             let message = format!(
                 "in the model {} turns {} times for one turn of {}, and the stated teeth make {stated}",
@@ -117,22 +121,22 @@ impl EncoderModel {
             return Err(Error::new(Code::RatioMismatch, message)
                 .with_hint("look at --at (input, then output) and at --teeth"));
         }
-        let mut orders = KnownOrders::default();
-        for estimate in order_lines::order_lines(machine, point, &chain) {
+        let mut named = KnownOrders::default();
+        for line in order_lines::order_lines(machine, operating, &chain) {
             // What lies before the input's encoder does not come between the two.
-            if estimate.quasi_static.norm() > 0.0 {
-                let name = source_name(machine, &estimate);
-                orders.declared.push((estimate.order, name));
+            if line.quasi_static.norm() > 0.0 {
+                let name = source_name(machine, &line);
+                named.declared.push((line.order, name));
             }
         }
         for (dof, part) in machine.dofs.iter().enumerate() {
             if let (Axis::Theta, Some(turns)) = (part.axis, chain.ratio(dof)) {
                 let name = format!("{} turns", machine.nodes[part.node].name);
-                orders.possible.push((turns.abs(), name));
+                named.possible.push((turns.abs(), name));
             }
         }
         for gear in &machine.gears {
-            let (Some(train), Some(own)) = (gear.teeth, chain.ratio(gear.rotation_dof)) else {
+            let (Some(teeth), Some(own)) = (gear.teeth, chain.ratio(gear.rotation_dof)) else {
                 continue;
             };
             let carried = match gear.carrier.map(|c| chain.ratio(c)) {
@@ -140,11 +144,11 @@ impl EncoderModel {
                 Some(Some(carried)) => carried.clone(),
                 Some(None) => continue,
             };
-            let order = (own - &carried).abs().times(train);
+            let order = (own - &carried).abs().times(teeth);
             let name = format!("{} meshes", machine.elements[gear.element].name);
-            orders.possible.push((order, name));
+            named.possible.push((order, name));
         }
-        Ok(orders)
+        Ok(named)
     }
 
     /// What makes the lines of a flank, the output turning at `speed`, rad/s, where it is known;
@@ -154,7 +158,7 @@ impl EncoderModel {
     /// Those of the chain at speed.
     pub fn attribute(
         &self,
-        evaluation: &FlankEvaluation,
+        flank: &FlankEvaluation,
         speed: Option<f64>,
         error: f64,
     ) -> Result<Attribution, Error> {
@@ -175,65 +179,52 @@ impl EncoderModel {
         };
         let answer = run(&self.machine, &study)?;
         let output_speed = speed.unwrap_or(0.0);
-        let is_known = speed.is_some() && evaluation.estimates.iter().any(|l| l.input.is_some());
-        let transfer = is_known
+        let is_known = speed.is_some() && flank.lines.iter().any(|l| l.input.is_some());
+        let passing = is_known
             .then(|| DriverTransfer::new(&self.machine.frequency_setting(None), &answer.chain))
             .transpose()?;
         let mut all = Attribution::default();
-        for attributed_order in &answer.lines {
-            let LineOrigin::Declared(number) = attributed_order.line.origin else {
+        for row in &answer.lines {
+            let LineOrigin::Declared(number) = row.line.origin else {
                 continue;
             };
-            let arrives = attributed_order
-                .dynamic
-                .unwrap_or(answer.quasi_static(attributed_order))
-                .norm();
-            if attributed_order.line.quasi_static.norm() == 0.0 {
+            let arrives = row.dynamic.unwrap_or(answer.quasi_static(row)).norm();
+            if row.line.quasi_static.norm() == 0.0 {
                 continue;
             }
             all.sources += 1;
             let harmonics = machine.errors[number].waveform.harmonics();
-            let own = harmonics
-                .iter()
-                .find(|h| h.0 == attributed_order.line.harmonic);
+            let own = harmonics.iter().find(|h| h.0 == row.line.harmonic);
             let source = DeclaredSource {
-                name: source_name(machine, &attributed_order.line),
+                name: source_name(machine, &row.line),
                 declared: own.map_or(0.0, |h| h.1.abs()),
                 is_angle: machine.errors[number].cause == ErrorCause::Misalignment,
                 output_amplitude: arrives,
                 identified: None,
             };
-            let Some(estimate) = evaluation
-                .estimates
+            let Some(line) = flank
+                .lines
                 .iter()
-                .find(|l| l.order.fraction == attributed_order.line.order)
+                .find(|l| l.order.fraction == row.line.order)
             else {
                 all.unresolved.push(source.name);
                 continue;
             };
-            match all
-                .orders
-                .iter_mut()
-                .find(|r| r.order == attributed_order.line.order)
-            {
+            match all.rows.iter_mut().find(|r| r.order == row.line.order) {
                 Some(known) => known.sources.push(source),
                 None => {
-                    let omega = attributed_order.line.order.to_f64() * output_speed;
-                    let (even, wider) = match &transfer {
-                        Some(transfer) => uniform_input_amplitude(
-                            transfer,
-                            omega,
-                            estimate,
-                            evaluation.forward,
-                            error,
-                        )?,
-                        None => (estimate.amplitude, 0.0),
+                    let omega = row.line.order.to_f64() * output_speed;
+                    let (even, wider) = match &passing {
+                        Some(passing) => {
+                            uniform_input_amplitude(passing, omega, line, flank.forward, error)?
+                        }
+                        None => (line.amplitude, 0.0),
                     };
-                    let by = even - estimate.amplitude;
-                    all.orders.push(AttributedOrder {
-                        order: attributed_order.line.order.clone(),
-                        amplitude: estimate.amplitude,
-                        interval: estimate
+                    let by = even - line.amplitude;
+                    all.rows.push(AttributedOrder {
+                        order: row.line.order.clone(),
+                        amplitude: line.amplitude,
+                        interval: line
                             .interval
                             .map(|(low, high)| ((low + by - wider).max(0.0), high + by + wider)),
                         amplitude_uniform_input: even,
@@ -242,48 +233,47 @@ impl EncoderModel {
                 }
             }
         }
-        for attributed_order in &mut all.orders {
-            if let ([source], Some((low, high))) =
-                (&mut attributed_order.sources[..], attributed_order.interval)
+        for row in &mut all.rows {
+            if let ([source], Some((low, high))) = (&mut row.sources[..], row.interval)
                 && source.output_amplitude > 0.0
             {
                 let scale = source.declared / source.output_amplitude;
                 source.identified = Some((
-                    scale * attributed_order.amplitude_uniform_input,
+                    scale * row.amplitude_uniform_input,
                     (scale * low, scale * high),
                 ));
             }
         }
-        all.rank = all.orders.iter().filter(|r| r.interval.is_some()).count();
+        all.rank = all.rows.iter().filter(|r| r.interval.is_some()).count();
         Ok(all)
     }
 }
 
 /// What a line would be, were the input even, and by how much taking that off widens its interval on either side.
 fn uniform_input_amplitude(
-    transfer: &DriverTransfer,
+    passing: &DriverTransfer,
     omega: f64,
-    estimate: &OrderEstimate,
+    line: &OrderEstimate,
     forward: bool,
     error: f64,
 ) -> Result<(f64, f64), Error> {
-    let Some((ahead, deviation)) = estimate.input else {
-        return Ok((estimate.amplitude, 0.0));
+    let Some((ahead, deviation)) = line.input else {
+        return Ok((line.amplitude, 0.0));
     };
-    let more = transfer.dynamic_deviation(omega)?;
+    let more = passing.dynamic_deviation(omega)?;
     // Turning back, the angle runs against time.
     let more = if forward { more } else { more.conj() };
-    let whole = Complex::from_polar(estimate.amplitude, estimate.phase);
+    let whole = Complex::from_polar(line.amplitude, line.phase);
     let off = more * ahead;
     let wider = Z_95 * more.norm() * deviation + error * off.norm();
     Ok(((whole - off).norm(), wider))
 }
 
-fn source_name(machine: &Machine, estimate: &Declared) -> String {
-    let Some(error) = estimate.declared(machine) else {
+fn source_name(machine: &Machine, line: &Declared) -> String {
+    let Some(error) = line.declared(machine) else {
         return String::new();
     };
-    let more = match estimate.harmonic {
+    let more = match line.harmonic {
         1 => String::new(),
         n => format!(", harmonic {n}"),
     };

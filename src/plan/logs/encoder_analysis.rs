@@ -21,7 +21,7 @@ pub struct EncoderResult {
     /// What the readings were, as text.
     pub method_text: Vec<String>,
     /// The evaluation.
-    pub evaluation: TeEvaluation,
+    pub measured: TeEvaluation,
     /// Eccentricity of encoders and gears apart.
     pub separated: Vec<EccentricitySplit>,
     /// What makes the lines of each flank, where there is a model.
@@ -41,25 +41,25 @@ pub struct EncoderResult {
 /// # Errors
 /// Channels that are not there or hold no angle; missing readings; everything [`evaluate`] refuses.
 pub fn evaluate_encoders(
-    recordings: EncoderRecordings,
+    read: EncoderRecordings,
     study: &EncoderStudy,
     model: Option<&EncoderModel>,
 ) -> Result<EncoderResult, Error> {
     let start = Instant::now();
-    let EncoderRecordings { input, output, .. } = recordings;
+    let EncoderRecordings { input, output, .. } = read;
     let mut how = Vec::new();
     let mut diagnostics = Vec::new();
     let first = find_channels(input, &study.input)?;
     let second = find_channels(output, &study.output)?;
     for recording in [input, output]
         .into_iter()
-        .chain(recordings.index.into_iter().flatten())
+        .chain(read.index.into_iter().flatten())
     {
         check_no_gaps(recording)?;
     }
     let timed = study.pulse_times || study.input.len() == 2 || study.output.len() == 2;
     let mut options = EvaluationOptions {
-        train: study.train.clone(),
+        teeth: study.teeth.clone(),
         scales: EncoderScales {
             input: EncoderScale::RAD,
             output: EncoderScale::RAD,
@@ -68,7 +68,7 @@ pub fn evaluate_encoders(
         multiples: study.multiples,
         repair: study.repair,
         known_orders: match model {
-            Some(model) => model.source_orders(&study.train)?,
+            Some(model) => model.source_orders(&study.teeth)?,
             None => KnownOrders::default(),
         },
         all_multiples: study.every,
@@ -76,7 +76,7 @@ pub fn evaluate_encoders(
         input: model.is_some(),
         index: [None, None],
     };
-    let evaluation = if timed {
+    let measured = if timed {
         let curve =
             |recording: &Recording, list: &[&Channel], lines, said: &mut Vec<String>| match study
                 .pulse_times
@@ -89,10 +89,10 @@ pub fn evaluate_encoders(
             curve(input, &first, a, &mut how)?,
             curve(output, &second, b, &mut how)?,
         );
-        let angles = resample_uniform(&first, &second)?;
-        let [first, second] = angles.angles;
-        options.rate_hz = Some(angles.timing.rate_hz);
-        options.index = index_signals(recordings, study, angles.timing, &mut how)?;
+        let even = resample_uniform(&first, &second)?;
+        let [first, second] = even.angles;
+        options.rate_hz = Some(even.timing.rate_hz);
+        options.index = index_signals(read, study, even.timing, &mut how)?;
         evaluate(&MemoryReadings(&first, &second), &options)?
     } else {
         let rows = EncoderColumns {
@@ -106,35 +106,35 @@ pub fn evaluate_encoders(
             from_s: 0.0,
             rate_hz: input.rate_hz,
         };
-        options.index = index_signals(recordings, study, timing, &mut how)?;
+        options.index = index_signals(read, study, timing, &mut how)?;
         evaluate(&rows, &options)?
     };
     let evaluated = start.elapsed().as_secs_f64();
-    how.extend(counts_passed(&evaluation, options.scales));
-    how.extend(rest_rows(&evaluation));
-    diagnostics.extend(evaluation.diagnostics.iter().cloned());
-    for step in &evaluation.removed_steps {
+    how.extend(counts_passed(&measured, options.scales));
+    how.extend(rest_rows(&measured));
+    diagnostics.extend(measured.diagnostics.iter().cloned());
+    for jump in &measured.removed_steps {
         diagnostics.push(Diagnostic {
             code: "counts-repaired",
-            message: format!("{} at row {}: taken out", step.describe(), step.row + 1),
+            message: format!("{} at row {}: taken out", jump.describe(), jump.row + 1),
             hint: None,
         });
     }
-    let speed = evaluation.trace.as_ref().map(|s| s.range().0);
-    let of_flank = |flank| model.map(|m| m.attribute(flank, speed, evaluation.order_error));
-    let attribution = evaluation.evaluations.iter().filter_map(of_flank);
+    let speed = measured.speed.as_ref().map(|s| s.range().0);
+    let of_flank = |flank| model.map(|m| m.attribute(flank, speed, measured.order_error));
+    let attribution = measured.flanks.iter().filter_map(of_flank);
     let attribution: Vec<Attribution> = attribution.collect::<Result<_, _>>()?;
     diagnostics.extend(attribution.iter().filter_map(speed_ripple_warning));
-    let split = study.pressure_angle.map_or(Vec::new(), |angle| {
-        split_eccentricity(&evaluation, &study.train, angle)
+    let parted = study.pressure_angle.map_or(Vec::new(), |angle| {
+        split_eccentricity(&measured, &study.teeth, angle)
     });
-    let limits = ambiguities(&evaluation, study, !split.is_empty());
+    let limits = ambiguities(&measured, study, !parted.is_empty());
     Ok(EncoderResult {
         method_text: how,
-        separated: split,
+        separated: parted,
         attribution,
         limits,
-        evaluation,
+        measured,
         radius: study.radius,
         trace: vec![("evaluate", evaluated)],
         diagnostics,
@@ -142,22 +142,22 @@ pub fn evaluate_encoders(
 }
 
 /// How many counts of both encoders passed, where counters were read.
-fn counts_passed(evaluation: &TeEvaluation, scales: EncoderScales) -> Option<String> {
-    let turned: f64 = evaluation.runs.iter().map(|run| run.travel()).sum();
+fn counts_passed(measured: &TeEvaluation, scales: EncoderScales) -> Option<String> {
+    let turned: f64 = measured.runs.iter().map(|run| run.travel()).sum();
     let counts = |angle: f64, step: f64| (angle / step).round();
     let (input, output) = (scales.input.step, scales.output.step);
     (input > 0.0 && output > 0.0).then(|| {
         format!(
             "{} counts of the input and {} of the output are evaluated",
             counts(turned, input),
-            counts(turned * evaluation.tooth_ratio.to_f64(), output)
+            counts(turned * measured.tooth_ratio.to_f64(), output)
         )
     })
 }
 
 /// Rows at the ends in which the input is at rest.
-fn rest_rows(evaluation: &TeEvaluation) -> Option<String> {
-    let named = evaluation.still.into_iter().zip(["beginning", "end"]);
+fn rest_rows(measured: &TeEvaluation) -> Option<String> {
+    let named = measured.still.into_iter().zip(["beginning", "end"]);
     let ends: Vec<String> = named
         .filter(|(rows, _)| *rows > 0)
         .map(|(rows, end)| format!("{} at the {end}", pluralise(rows, "row")))
@@ -167,10 +167,8 @@ fn rest_rows(evaluation: &TeEvaluation) -> Option<String> {
 
 /// Says that the input does not turn evenly at the orders of declared errors.
 fn speed_ripple_warning(found: &Attribution) -> Option<Diagnostic> {
-    let worst = found.orders.iter().max_by(|a, b| {
-        let far = |attributed_order: &AttributedOrder| {
-            (attributed_order.amplitude_uniform_input / attributed_order.amplitude - 1.0).abs()
-        };
+    let worst = found.rows.iter().max_by(|a, b| {
+        let far = |row: &AttributedOrder| (row.amplitude_uniform_input / row.amplitude - 1.0).abs();
         far(a).total_cmp(&far(b))
     })?;
     let far = worst.amplitude_uniform_input / worst.amplitude - 1.0;
@@ -189,10 +187,10 @@ fn speed_ripple_warning(found: &Attribution) -> Option<Diagnostic> {
 const MAX_RIPPLE_SHARE: f64 = 0.02;
 
 /// What is not distinguished.
-fn ambiguities(evaluation: &TeEvaluation, study: &EncoderStudy, is_parted: bool) -> Vec<String> {
+fn ambiguities(measured: &TeEvaluation, study: &EncoderStudy, is_parted: bool) -> Vec<String> {
     let mut all = Vec::new();
     if !is_parted {
-        let missing = match (evaluation.evaluations.len(), study.pressure_angle) {
+        let missing = match (measured.flanks.len(), study.pressure_angle) {
             (2, None) => "both flanks are there: --pressure-angle parts them",
             (2, Some(_)) => "both flanks are there, but the lines are shared or faint",
             _ => "a record of both directions would, with --pressure-angle",

@@ -180,7 +180,7 @@ pub fn angle_from_pulse_times(
     let name = &channel.name;
     let times = pulse_times(channel)?;
     let found = number_pulses(&times);
-    let missing: usize = found.missing_pulses.iter().map(|m| m.number).sum();
+    let missing: usize = found.missing.iter().map(|m| m.number).sum();
     if missing + found.extra_s.len() > 0 && !repair {
         return Err(missing_lines_error(name, &found, missing, lines));
     }
@@ -202,13 +202,13 @@ pub fn angle_from_pulse_times(
 fn missing_lines_error(name: &str, found: &TachoPulses, missing: usize, lines: usize) -> Error {
     let after = |time: f64| found.pulses.iter().find(|p: &&TachoPulse| p.time_s >= time);
     let places: Vec<usize> = found
-        .missing_pulses
+        .missing
         .iter()
         .filter_map(|m| after(m.after_s))
         .map(|p| p.index % lines.max(1))
         .collect();
     let same = places.len() > 1 && places.iter().all(|p| *p == places[0]);
-    let place = match (found.missing_pulses.first(), found.extra_s.first()) {
+    let place = match (found.missing.first(), found.extra_s.first()) {
         (Some(m), _) => format!("the first after {:.6} s", m.after_s),
         (None, Some(t)) => format!("the first at {t:.6} s"),
         (None, None) => String::new(),
@@ -317,14 +317,14 @@ pub struct RowTiming {
 /// # Errors
 /// Channels that are not there, hold no pulses or no instants.
 pub fn index_signals(
-    recordings: EncoderRecordings,
+    read: EncoderRecordings,
     study: &EncoderStudy,
     timing: RowTiming,
     how: &mut Vec<String>,
 ) -> Result<[Option<IndexSignal>; 2], Error> {
     let mut all = [None, None];
     for (k, role) in ["input", "output"].into_iter().enumerate() {
-        let (Some(name), Some(recording)) = (&study.index[k], recordings.index[k]) else {
+        let (Some(name), Some(recording)) = (&study.index[k], read.index[k]) else {
             continue;
         };
         let channel = find_channels(recording, std::slice::from_ref(name))?[0];

@@ -13,7 +13,7 @@ pub struct EncoderStudy {
     /// Channels of the index pulses of input and output.
     pub index: [Option<String>; 2],
     /// Teeth between the shafts.
-    pub train: GearTrain,
+    pub teeth: GearTrain,
     /// Lines a turn of both encoders, where the readings are not angles.
     pub lines: Option<(usize, usize)>,
     /// Counts that a counter makes of a line.

@@ -131,7 +131,7 @@ pub fn spectrum_warnings(
     places: &[usize],
 ) -> Result<Vec<Diagnostic>, Error> {
     let mut faults = faults::find(recording, places, &[])?;
-    faults.stuck_interval = faults::find_stuck(recording, places)?.stuck_interval;
+    faults.stuck = faults::find_stuck(recording, places)?.stuck;
     let mut all = faults.stuck_warnings(recording, false);
     if let Some(words) = faults.clipped_in_words(recording) {
         let message = format!(

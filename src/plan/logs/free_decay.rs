@@ -190,7 +190,7 @@ pub fn identify(
     let mut modes = Vec::new();
     for (k, mode) in fit.modes.iter().enumerate() {
         let mut mode = IdentifiedMode::mode_over_table(mode.clone(), &table)?;
-        mode.share = fit.shares.get(k).copied();
+        mode.departure = fit.departures.get(k).copied();
         modes.push(mode);
     }
     let (mut modes, mut weak) = weak::split_weak(modes, apart_hz);

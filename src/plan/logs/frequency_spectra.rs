@@ -70,10 +70,10 @@ pub fn welch_spectra(
     let mut diagnostics = Vec::new();
     let mut part = String::new();
     if study.separate {
-        let signals = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
-        let views: Vec<&[f64]> = signals.samples.iter().map(Vec::as_slice).collect();
+        let parts = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
+        let views: Vec<&[f64]> = parts.samples.iter().map(Vec::as_slice).collect();
         estimator.push(&views);
-        part = signals.removed_text;
+        part = parts.removed_text;
     } else {
         sample_blocks::for_each_block(recording, channels, |block, ends| {
             estimator.push(block);
@@ -230,8 +230,8 @@ pub fn multitaper_spectra(
     study: &SpectrumStudy,
 ) -> Result<SpectrumEstimate, Error> {
     let mut diagnostics = Vec::new();
-    let signals = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
-    let views: Vec<&[f64]> = signals.samples.iter().map(Vec::as_slice).collect();
+    let parts = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
+    let views: Vec<&[f64]> = parts.samples.iter().map(Vec::as_slice).collect();
     let samples = views.first().map_or(0, |v| v.len());
     // Tapers see (K + 1)/2 lines to either side.
     let tapers = match study.frequency_resolution_hz {
@@ -246,7 +246,7 @@ pub fn multitaper_spectra(
         samples as f64 / recording.rate_hz,
         recording.rate_hz / (samples + 1) as f64,
         spectra.bandwidth_hz,
-        signals.removed_text
+        parts.removed_text
     );
     Ok(to_estimate(how, spectra, diagnostics))
 }
@@ -273,7 +273,7 @@ pub fn envelope_spectra(
         return Err(Error::new(Code::TooShort, message)
             .with_hint("choose a wider --band, or record for longer"));
     }
-    let signals = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
+    let parts = longest_segment_signals(recording, channels, study, &mut diagnostics)?;
     let mut spectra = Spectra {
         rate_hz: 2.0 * (high_hz.min(0.5 * recording.rate_hz) - low_hz),
         bandwidth_hz: 1.0,
@@ -281,7 +281,7 @@ pub fn envelope_spectra(
         averages: Some(1.0),
         ..Spectra::default()
     };
-    for samples in &signals.samples {
+    for samples in &parts.samples {
         let lines = squared_envelope_spectrum(samples, recording.rate_hz, band)?;
         spectra
             .psd
@@ -290,7 +290,7 @@ pub fn envelope_spectra(
     }
     let how = format!(
         "squared envelope of {low_hz:.6} … {high_hz:.6} Hz over {duration_s:.4} s{}",
-        signals.removed_text
+        parts.removed_text
     );
     if study.band.is_none() {
         diagnostics.push(Diagnostic {
@@ -438,7 +438,7 @@ pub fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
             "--kind psd, amplitude, rms, cepstrum, multitaper and spectrogram",
         );
     }
-    if study.quantity.is_some() && (!blocks || study.kind == Cepstrum) && study.kind != Multitaper {
+    if study.history.is_some() && (!blocks || study.kind == Cepstrum) && study.kind != Multitaper {
         return refuse("--as", "--kind psd, amplitude, rms and multitaper");
     }
     if study.separate && matches!(study.kind, Spectrogram | SynchronousAverage) {

@@ -56,7 +56,7 @@ pub struct HitSummary {
     /// Its largest force over the level between hits.
     pub peak: f64,
     /// Why it was rejected; `None` where it was used.
-    pub reason: Option<RejectReason>,
+    pub fault: Option<RejectReason>,
 }
 
 /// Frequency responses and how they were had.
@@ -106,13 +106,13 @@ const MIN_SAMPLES: usize = 4;
 /// # Errors
 /// Channels without signal or alike, a record too short.
 pub fn estimate_responses(
-    checked_recording: &CheckedRecording,
+    sound: &CheckedRecording,
     inputs: &[usize],
     outputs: &[usize],
     study: &FrfStudy,
     request: ResolutionRequest,
 ) -> Result<EstimatedResponses, Error> {
-    let recording = &checked_recording.recording;
+    let recording = &sound.recording;
     let chosen: Vec<usize> = inputs.iter().chain(outputs).copied().collect();
     let channels: Vec<&Channel> = chosen.iter().map(|&c| &recording.channels[c]).collect();
     let is_stepped = study
@@ -144,17 +144,13 @@ pub fn estimate_responses(
         }
         _ => false,
     };
-    let with = |mut responses: EstimatedResponses, diagnostics: Vec<Diagnostic>| {
-        responses.diagnostics.splice(0..0, diagnostics);
-        responses
+    let with = |mut estimated_responses: EstimatedResponses, diagnostics: Vec<Diagnostic>| {
+        estimated_responses.diagnostics.splice(0..0, diagnostics);
+        estimated_responses
     };
     if is_stepped {
         let found = estimate_from_dwells(recording, &channels, study)?;
-        let diagnostics = [
-            checked_recording.stuck.clone(),
-            checked_recording.clipped_warnings(),
-        ]
-        .concat();
+        let diagnostics = [sound.stuck.clone(), sound.clipped_warnings()].concat();
         return Ok(with(found, diagnostics));
     }
     match is_hammer {
@@ -164,21 +160,17 @@ pub fn estimate_responses(
         }
         true => Ok(with(
             estimate_from_hits(recording, &channels, study, false)?,
-            checked_recording.stuck.clone(),
+            sound.stuck.clone(),
         )),
         false if is_step => {
-            let diagnostics = [
-                checked_recording.stuck.clone(),
-                checked_recording.clipped_warnings(),
-            ]
-            .concat();
+            let diagnostics = [sound.stuck.clone(), sound.clipped_warnings()].concat();
             Ok(with(
                 estimate_from_hits(recording, &channels, study, true)?,
                 diagnostics,
             ))
         }
         false => {
-            let (recording, diagnostics) = checked_recording.unclipped(SegmentUse::Blocks);
+            let (recording, diagnostics) = sound.unclipped(SegmentUse::Blocks);
             let found = estimate_from_blocks(&recording, &channels, inputs.len(), study, request)?;
             Ok(with(found, diagnostics))
         }
@@ -264,7 +256,7 @@ fn estimate_from_hits(
     let used = found.hits.iter().filter(|h| h.rejected.is_none()).count();
     let what = if steps { "step" } else { "hit" };
     let mut how = format!("{}: {used} used", pluralise(found.hits.len(), what));
-    for reason in [
+    for fault in [
         RejectReason::Overload,
         RejectReason::Double,
         RejectReason::CutShort,
@@ -273,10 +265,10 @@ fn estimate_from_hits(
         let count = found
             .hits
             .iter()
-            .filter(|h| h.rejected == Some(reason))
+            .filter(|h| h.rejected == Some(fault))
             .count();
         if count > 0 {
-            how += &format!(", {count} {}", reason.label());
+            how += &format!(", {count} {}", fault.label());
         }
     }
     how += &format!(
@@ -291,7 +283,7 @@ fn estimate_from_hits(
     let hit = |hit: &Hit| HitSummary {
         moment: recording.moment(hit.sample),
         peak: hit.peak,
-        reason: hit.rejected,
+        fault: hit.rejected,
     };
     let usable_hz = excited_band(&found.force_power, &found.estimate.frequency_hz);
     // What the exponential window falls to makes neighbouring lines go together.
@@ -555,7 +547,7 @@ fn estimate_local(
     let wanted = apart_hz.unwrap_or((band.1 - band.0) / MAX_FIRST_LINES);
     let half = (((wanted / df - 1.0) / 2.0).floor().max(0.0) as usize).max(least);
     let top = recording.rate_hz / 2.0;
-    let Ok(mut estimator) = LocalPolynomialEstimator::new(
+    let Ok(mut local) = LocalPolynomialEstimator::new(
         recording.rate_hz,
         inputs,
         channels.len() - inputs,
@@ -577,7 +569,7 @@ fn estimate_local(
             from += take;
             if pending[0].len() == block {
                 let views: Vec<&[f64]> = pending.iter().map(Vec::as_slice).collect();
-                estimator.push(&views);
+                local.push(&views);
                 pending.iter_mut().for_each(Vec::clear);
             }
         }
@@ -585,10 +577,10 @@ fn estimate_local(
             pending.iter_mut().for_each(Vec::clear);
         }
     })?;
-    if estimator.input_flatness(band) < MAX_PERIODIC_FLATNESS {
+    if local.input_flatness(band) < MAX_PERIODIC_FLATNESS {
         return Ok(None);
     }
-    let Ok(estimate) = estimator.finish() else {
+    let Ok(estimate) = local.finish() else {
         return Ok(None);
     };
     let left_out = segments.iter().sum::<usize>() - count * block;

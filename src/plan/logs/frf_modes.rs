@@ -242,13 +242,13 @@ fn circle_fits(
          through the lines within half power of each, and half power itself beside it",
         100.0 * MIN_PEAK_SHARE
     );
-    let picking = PeakPicking {
+    let peaks = PeakPicking {
         peaks: looked_at,
         level: (lines.to_vec(), level),
         below: Vec::new(),
     };
     modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
-    (modes, rule, Evidence::Peaks(picking))
+    (modes, rule, Evidence::Peaks(peaks))
 }
 
 /// What circle and half power disagree about beyond what a neighbour's skirt makes of one of them.

@@ -50,10 +50,10 @@ pub fn method(study: &IdentifyStudy, has_responses: bool) -> IdentificationMetho
 /// Those of the stages: channels that are not there or hold nothing, nothing to fit, a band without lines; `usage` where the method does
 /// not go with what is named.
 pub fn identify(
-    input: IdentificationInput,
+    source: IdentificationInput,
     study: &IdentifyStudy,
 ) -> Result<IdentificationResult, Error> {
-    match input {
+    match source {
         IdentificationInput::Responses(responses) => {
             let method = method(study, true);
             if method.required_data() != RequiredData::Responses {
@@ -125,7 +125,7 @@ fn of_recording(
     check_flags(method, study)?;
     check_roles(method, &inputs, &outputs, recording)?;
     segment_samples::check_channels(recording, &inputs, &outputs)?;
-    let checked_recording = fault_free::without_faults(recording, &inputs, &outputs)?;
+    let sound = fault_free::without_faults(recording, &inputs, &outputs)?;
     if method.required_data() != RequiredData::Responses {
         if study.estimate != FrfStudy::default() {
             let message = format!(
@@ -136,22 +136,16 @@ fn of_recording(
                 .with_hint("leave them out, or name what drives: --input"));
         }
         if method == IdentificationMethod::FreeDecay {
-            return of_decays(&checked_recording, &outputs, study);
+            return of_decays(&sound, &outputs, study);
         }
-        let recording = checked_recording.unclipped(SegmentUse::Longest);
+        let recording = sound.unclipped(SegmentUse::Longest);
         let mut found = identify_signals(method, &recording.0, &inputs, &outputs, study)?;
         found.diagnostics.splice(0..0, recording.1);
         return Ok(found);
     }
-    let has_gaps = checked_recording.recording.segments.len() > 1;
+    let has_gaps = sound.recording.segments.len() > 1;
     estimate_and_fit(method, has_gaps, study, |request| {
-        frf_estimation::estimate_responses(
-            &checked_recording,
-            &inputs,
-            &outputs,
-            &study.estimate,
-            request,
-        )
+        frf_estimation::estimate_responses(&sound, &inputs, &outputs, &study.estimate, request)
     })
 }
 
@@ -225,7 +219,7 @@ fn estimate_and_fit(
 fn check_flags(method: IdentificationMethod, study: &IdentifyStudy) -> Result<(), Error> {
     let idle = [
         (
-            study.model != DelayModel::None && method != IdentificationMethod::Rational,
+            study.delay != DelayModel::None && method != IdentificationMethod::Rational,
             "--delay",
             "--method rational estimates delays",
         ),
@@ -359,18 +353,14 @@ fn identify_signals(
 
 /// Modes of the free decays of a record.
 fn of_decays(
-    checked_recording: &CheckedRecording,
+    sound: &CheckedRecording,
     outputs: &[usize],
     study: &IdentifyStudy,
 ) -> Result<IdentificationResult, Error> {
     let start = Instant::now();
-    let recording = &checked_recording.recording;
+    let recording = &sound.recording;
     let decays = free_decay::identify(recording, outputs, study)?;
-    let mut diagnostics = [
-        checked_recording.stuck.clone(),
-        checked_recording.clipped_warnings(),
-    ]
-    .concat();
+    let mut diagnostics = [sound.stuck.clone(), sound.clipped_warnings()].concat();
     diagnostics.extend(decays.identification.diagnostics);
     let terminal = |&at: &usize| ChannelLabel {
         name: recording.channels[at].name.clone(),
@@ -437,7 +427,7 @@ fn identify_responses(
                     .map(|(k, m)| {
                         let mut mode =
                             IdentifiedMode::mode_over_table(without_window(m, decay), &table)?;
-                        mode.share = fit.shares.get(k).copied();
+                        mode.departure = fit.departures.get(k).copied();
                         Ok(mode)
                     })
                     .collect::<Result<_, Error>>()?,

@@ -83,11 +83,9 @@ impl IdentificationResult {
     /// Poles that are no modes, rad/s, and why.
     pub fn rejected_poles(&self) -> Vec<(Complex, &'static str)> {
         match &self.evidence {
-            Evidence::Rational(fit) => fit.pole.iter().map(|o| (o.pole, o.reason)).collect(),
+            Evidence::Rational(fit) => fit.omitted.iter().map(|o| (o.pole, o.reason)).collect(),
             Evidence::Diagram(diagram) => diagram.omitted.clone(),
-            Evidence::Orders(selection) => {
-                selection.omitted.iter().map(|o| (o.0.pole, o.1)).collect()
-            }
+            Evidence::Orders(orders) => orders.omitted.iter().map(|o| (o.0.pole, o.1)).collect(),
             Evidence::Peaks(_) | Evidence::Tracking(_) => Vec::new(),
         }
     }
@@ -131,11 +129,11 @@ pub struct IdentifiedMode {
     /// Standard deviation of its frequency over the orders, Hz: an indication, no uncertainty.
     pub scatter_hz: Option<f64>,
     /// How far it departs from the linear model, where the method measures that.
-    pub share: Option<ModelErrorShare>,
+    pub departure: Option<ModelErrorShare>,
     /// Why it is weak; `None` where it is not.
     pub weak: Option<&'static str>,
     /// What it shows of being a line of running speed.
-    pub indicator: Option<HarmonicIndicator>,
+    pub harmonic: Option<HarmonicIndicator>,
     /// The order of the running speed it lies on without being it.
     pub on_order: Option<f64>,
     /// Modal mass, the largest component of the shape one, by the driving point; in its unit.
@@ -150,9 +148,9 @@ impl From<ModalParameters> for IdentifiedMode {
             has_damping: true,
             presence: None,
             scatter_hz: None,
-            share: None,
+            departure: None,
             weak: None,
-            indicator: None,
+            harmonic: None,
             on_order: None,
             modal_mass: None,
         }
@@ -196,7 +194,7 @@ impl IdentifiedMode {
     /// What it is where it is nearer to a line of running speed than to a mode.
     fn to_harmonic(&self) -> Option<IdentifiedHarmonic> {
         let is_one = self
-            .indicator
+            .harmonic
             .as_ref()
             .is_some_and(HarmonicIndicator::is_harmonic);
         is_one.then(|| self.listed_as_harmonic())
@@ -206,10 +204,10 @@ impl IdentifiedMode {
     pub fn listed_as_harmonic(&self) -> IdentifiedHarmonic {
         IdentifiedHarmonic {
             frequency_hz: self.frequency_hz(),
-            order: self.indicator.as_ref().and_then(|h| h.order),
+            order: self.harmonic.as_ref().and_then(|h| h.order),
             amplitude: Vec::new(),
             probability: None,
-            envelope_kurtosis: self.indicator.as_ref().map(|h| h.envelope_kurtosis),
+            envelope_kurtosis: self.harmonic.as_ref().map(|h| h.envelope_kurtosis),
         }
     }
 }

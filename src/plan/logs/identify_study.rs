@@ -18,7 +18,7 @@ pub struct IdentifyStudy {
     /// Pole pairs; as many as are significant where `None`.
     pub order: Option<usize>,
     /// A delay to be estimated.
-    pub model: DelayModel,
+    pub delay: DelayModel,
     /// Poles may be unstable.
     pub allow_unstable: bool,
     /// How often the motion in every response was differentiated, where the units do not tell.

@@ -33,16 +33,18 @@ struct HitGroup<'a> {
 
 /// The check for the hits of a test; `modes` as measured, an exponential window on them.
 pub fn check_test(
-    responses: &EstimatedResponses,
+    estimated_responses: &EstimatedResponses,
     frequency_hz: &[f64],
     modes: &[ModalParameters],
     unit: &str,
 ) -> Option<Diagnostic> {
     let level = |hits: &[usize]| {
-        let peaks = hits.iter().filter_map(|&at| responses.hits.get(at));
+        let peaks = hits
+            .iter()
+            .filter_map(|&at| estimated_responses.hits.get(at));
         peaks.map(|h| h.peak.abs()).sum::<f64>() / hits.len().max(1) as f64
     };
-    let groups: Vec<HitGroup> = (responses.by_hit.iter())
+    let groups: Vec<HitGroup> = (estimated_responses.by_hit.iter())
         .map(|g| HitGroup {
             level: level(&g.hits),
             value: &g.value,

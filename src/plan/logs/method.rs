@@ -130,8 +130,8 @@ impl IdentificationMethod {
 }
 
 /// A family with its numbers of coefficients.
-pub fn structure_text(structure: ModelStructure) -> String {
-    match structure {
+pub fn structure_text(family: ModelStructure) -> String {
+    match family {
         ModelStructure::Ar { a } => format!("AR({a})"),
         ModelStructure::Arma { a, c } => format!("ARMA({a}, {c})"),
         ModelStructure::Arx { a, b, delay } => format!("ARX({a}, {b}, delay {delay})"),

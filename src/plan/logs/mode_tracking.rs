@@ -26,20 +26,16 @@ pub fn identify_tracking(
     band_hz: (f64, f64),
     study: &IdentifyStudy,
 ) -> Result<SignalIdentification, Error> {
-    let segment_samples = to_io_data(samples)?;
+    let record = to_io_data(samples)?;
     let orders: Vec<usize> = match study.order {
         Some(modes) => {
-            check_cost(
-                IdentificationMethod::Rls,
-                2 * modes,
-                segment_samples.output().len(),
-            )?;
+            check_cost(IdentificationMethod::Rls, 2 * modes, record.output().len())?;
             vec![2 * modes]
         }
         None => (2..=MAX_ITERATIVE_ORDER).step_by(2).collect(),
     };
-    let memory = study.memory_s.map(|t| t * segment_samples.rate_hz());
-    let course = track_model(&segment_samples, &orders, memory)?;
+    let memory = study.memory_s.map(|t| t * record.rate_hz());
+    let course = track_model(&record, &orders, memory)?;
     let mut diagnostics = samples.diagnostics.clone();
     let is_noise = course.chosen.error_variance >= course.output_variance;
     if is_noise {
@@ -56,7 +52,7 @@ pub fn identify_tracking(
             &whiteness_test(&course.errors, fitted)?,
         ));
     }
-    let is_last = course.chosen.structure == course.highest && orders.len() > 1;
+    let is_last = course.chosen.family == course.highest && orders.len() > 1;
     if is_last && !is_noise {
         diagnostics.push(Diagnostic {
             code: "order-limit",
@@ -101,9 +97,9 @@ pub fn identify_tracking(
     let rule = format!(
         "{} with a memory of {}, {}; looked at {INSTANTS} times; {}; joined where it moves by less than 5 % or three standard \
          deviations, and shown where it lasts for {:.0} % of the record",
-        structure_text(course.chosen.structure),
+        structure_text(course.chosen.family),
         match course.chosen.memory.is_finite() {
-            true => format!("{:.4} s", course.chosen.memory / segment_samples.rate_hz()),
+            true => format!("{:.4} s", course.chosen.memory / record.rate_hz()),
             false => "the whole record".to_string(),
         },
         match (study.order, study.memory_s) {
@@ -124,7 +120,7 @@ pub fn identify_tracking(
             tracks,
             trials: course.trials,
             chosen: course.chosen,
-            rate_hz: segment_samples.rate_hz(),
+            rate_hz: record.rate_hz(),
         }),
         diagnostics,
     })

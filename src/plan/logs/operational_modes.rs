@@ -37,15 +37,15 @@ const SPEED_TOLERANCE: f64 = 0.005;
 /// Those of the method: channels without signal, a record too short.
 pub fn identify_operational(
     method: IdentificationMethod,
-    segment_samples: &SegmentSamples,
+    record: &SegmentSamples,
     band_hz: (f64, f64),
     study: &IdentifyStudy,
 ) -> Result<SignalIdentification, Error> {
-    let mut samples = segment_samples.samples.clone();
-    let tones = take_out_constant(segment_samples.rate_hz, &mut samples)?;
+    let mut samples = record.samples.clone();
+    let tones = take_out_constant(record.rate_hz, &mut samples)?;
     let samples: Vec<&[f64]> = samples.iter().map(Vec::as_slice).collect();
-    let channels = ResponseChannels::new(&samples, segment_samples.rate_hz)?;
-    let running_speed = study.speed_hz.map(|speed_hz| RunningSpeed {
+    let channels = ResponseChannels::new(&samples, record.rate_hz)?;
+    let running = study.speed_hz.map(|speed_hz| RunningSpeed {
         speed_hz,
         orders: (1..=MAX_SPEED_ORDER).map(|k| k as f64).collect(),
         tolerance: SPEED_TOLERANCE,
@@ -53,12 +53,12 @@ pub fn identify_operational(
     let options = fdd::FddOptions {
         segment: None,
         band_hz: study.band_hz,
-        running_speed: running_speed.clone(),
+        running_speed: running.clone(),
     };
     let orders = SpeedOrders {
-        speed: running_speed.as_ref(),
+        running: running.as_ref(),
         tones: &tones,
-        line_hz: segment_samples.rate_hz / channels.n_samples() as f64,
+        line_hz: record.rate_hz / channels.n_samples() as f64,
     };
     let mut found = match method {
         IdentificationMethod::Fdd | IdentificationMethod::Efdd => {
@@ -71,7 +71,7 @@ pub fn identify_operational(
                     IdentificationMethod::SsiData => Weighting::Projection,
                     _ => Weighting::Covariances,
                 },
-                speed: running_speed.clone(),
+                running: running.clone(),
             };
             let poles = ssi::identify(&channels, &options)?;
             // Behind the diagram only; a record too short for it still has poles.
@@ -79,9 +79,7 @@ pub fn identify_operational(
             from_ssi(poles, &orders, level, band_hz)
         }
     };
-    found
-        .diagnostics
-        .extend(segment_samples.diagnostics.iter().cloned());
+    found.diagnostics.extend(record.diagnostics.iter().cloned());
     found.selection_rule += &match study.speed_hz {
         Some(speed) => format!(
             "; sines are taken out before; what is within {} % of an order 1 to {MAX_SPEED_ORDER} of {speed:.4} Hz and not damped beside a sine taken out there, or distributed like a sine, is no mode",
@@ -102,7 +100,7 @@ pub fn identify_operational(
     let inside = |t: &&Tone| (band_hz.0..=band_hz.1).contains(&t.frequency_hz);
     let of_tone = |t: &Tone| IdentifiedHarmonic {
         frequency_hz: t.frequency_hz,
-        order: running_speed.as_ref().and_then(|r| r.order(t.frequency_hz)),
+        order: running.as_ref().and_then(|r| r.order(t.frequency_hz)),
         amplitude: t.amplitude.clone(),
         probability: Some(t.probability),
         envelope_kurtosis: None,
@@ -122,8 +120,7 @@ pub fn identify_operational(
             |a: &IdentifiedMode, b: &IdentifiedMode| a.frequency_hz().total_cmp(&b.frequency_hz());
         found.modes.sort_by(by_frequency);
     }
-    if !found.modes.is_empty()
-        && (is_only_sines(&segment_samples.samples, &samples) || is_white(&samples)?)
+    if !found.modes.is_empty() && (is_only_sines(&record.samples, &samples) || is_white(&samples)?)
     {
         found.modes.clear();
     }
@@ -214,7 +211,7 @@ fn from_fdd(
         if !reason.is_empty() {
             continue;
         }
-        let mut harmonic = peak.indicator.clone();
+        let mut harmonic = peak.harmonic.clone();
         let on_order = orders.coincident_order(&mut harmonic, half_width_hz);
         let undamped = || ModalParameters {
             pole: Complex::new(0.0, TAU * peak.frequency_hz),
@@ -223,7 +220,7 @@ fn from_fdd(
         };
         modes.push(IdentifiedMode {
             has_damping: bell.is_some(),
-            indicator: Some(harmonic),
+            harmonic: Some(harmonic),
             on_order,
             ..IdentifiedMode::from(bell.unwrap_or_else(undamped))
         });

@@ -141,7 +141,7 @@ fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
         pulses_per_rev: study.pulses_per_rev,
         speed: study.speed,
         revolutions: study.revolutions,
-        line: study.line.clone(),
+        expected_lines: study.expected_lines.clone(),
         ..SpectrumStudy::default()
     };
     if study.cuts.is_empty() {

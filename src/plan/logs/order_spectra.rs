@@ -136,7 +136,7 @@ pub(super) fn shaft_angle(
         )?;
         let samples = tacho.samples.first().map_or(&[][..], Vec::as_slice);
         let found = find_tacho_pulses(samples, recording.rate_hz, EdgeDirection::Rising, None)?;
-        let missing: usize = found.missing_pulses.iter().map(|m| m.number).sum();
+        let missing: usize = found.missing.iter().map(|m| m.number).sum();
         if missing + found.extra_s.len() > 0 {
             diagnostics.push(Diagnostic {
                 code: "tacho-pulses",
@@ -240,19 +240,19 @@ pub fn order_spectra(
 /// # Errors
 /// As for `resample_to_angle`.
 pub fn over_speed(
-    mut estimate: SpectrumEstimate,
+    mut result: SpectrumEstimate,
     recording: &Recording,
     study: &SpectrumStudy,
 ) -> Result<SpectrumEstimate, Error> {
-    let (curve, how) = shaft_angle(recording, study, &[], &mut estimate.diagnostics)?;
+    let (curve, how) = shaft_angle(recording, study, &[], &mut result.diagnostics)?;
     let start_s = longest_segment(recording).start as f64 / recording.rate_hz;
     let (from, to) = curve.time_range_s();
     let is_known = |row: &SpectrogramRow| (from..=to).contains(&(row.time_s - start_s));
-    estimate
+    result
         .spectrogram_rows
         .iter_mut()
         .for_each(|rows| rows.retain(is_known));
-    let times = estimate
+    let times = result
         .spectrogram_rows
         .first()
         .map_or(&[][..], Vec::as_slice);
@@ -261,11 +261,11 @@ pub fn over_speed(
         return Err(Error::new(Code::TooShort, message)
             .with_hint("ask for shorter blocks by a coarser --resolution"));
     }
-    estimate.speed = (times.iter())
+    result.speed = (times.iter())
         .map(|row| curve.speed(row.time_s - start_s))
         .collect();
-    estimate.method_text += &format!("; {how}");
-    Ok(estimate)
+    result.method_text += &format!("; {how}");
+    Ok(result)
 }
 
 /// The mean over turns: angles in degrees, one turn of each channel.

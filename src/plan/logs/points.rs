@@ -35,7 +35,7 @@ pub struct Points<'a>(Vec<Checked<'a>>);
 #[derive(Debug)]
 struct Checked<'a> {
     record: &'a PointRecord,
-    recording: CheckedRecording,
+    sound: CheckedRecording,
     inputs: Vec<usize>,
     outputs: Vec<usize>,
 }
@@ -58,7 +58,7 @@ impl<'a> Points<'a> {
                 segment_samples::check_channels(recording, &inputs, &outputs)?;
                 Ok(Checked {
                     record: own,
-                    recording: fault_free::without_faults(recording, &inputs, &outputs)?,
+                    sound: fault_free::without_faults(recording, &inputs, &outputs)?,
                     inputs,
                     outputs,
                 })
@@ -73,9 +73,7 @@ impl<'a> Points<'a> {
 
     /// Whether gaps cut a record.
     pub fn has_gaps(&self) -> bool {
-        self.0
-            .iter()
-            .any(|p| p.recording.recording.segments.len() > 1)
+        self.0.iter().any(|p| p.sound.recording.segments.len() > 1)
     }
 
     /// A response that two files hold.
@@ -100,7 +98,7 @@ impl<'a> Points<'a> {
     }
 
     fn refuse_rates(&self) -> Result<(), Error> {
-        let rate = |p: &Checked| p.recording.recording.rate_hz;
+        let rate = |p: &Checked| p.sound.recording.rate_hz;
         let first = self.0.first().map_or(0.0, rate);
         match self
             .0
@@ -130,7 +128,7 @@ impl<'a> Points<'a> {
         study: &FrfStudy,
         request: ResolutionRequest,
     ) -> Result<EstimatedResponses, Error> {
-        let whole: Vec<&CheckedRecording> = self.0.iter().map(|p| &p.recording).collect();
+        let whole: Vec<&CheckedRecording> = self.0.iter().map(|p| &p.sound).collect();
         let mut all = self.each(&whole, study, request)?;
         if !are_alike(&all) {
             all = match all.iter().all(|a| !a.hits.is_empty()) {
@@ -155,21 +153,21 @@ impl<'a> Points<'a> {
 
     fn each(
         &self,
-        recordings: &[&CheckedRecording],
+        sounds: &[&CheckedRecording],
         study: &FrfStudy,
         request: ResolutionRequest,
     ) -> Result<Vec<EstimatedResponses>, Error> {
-        let one = |(p, recording): (&Checked, &&CheckedRecording)| {
-            frf_estimation::estimate_responses(recording, &p.inputs, &p.outputs, study, request)
+        let one = |(p, sound): (&Checked, &&CheckedRecording)| {
+            frf_estimation::estimate_responses(sound, &p.inputs, &p.outputs, study, request)
                 .map_err(|e| e.with_file(&p.record.recording.path))
         };
-        self.0.iter().zip(recordings).map(one).collect()
+        self.0.iter().zip(sounds).map(one).collect()
     }
 
     /// Hits in blocks as long as every file has them without losing one, under the strongest of their exponential windows.
     fn of_equal_blocks(
         &self,
-        recordings: &[&CheckedRecording],
+        sounds: &[&CheckedRecording],
         study: &FrfStudy,
         request: ResolutionRequest,
         own: &[EstimatedResponses],
@@ -177,12 +175,12 @@ impl<'a> Points<'a> {
         let mut apart: Vec<f64> = own.iter().map(|a| apart_hz(&a.responses)).collect();
         apart.sort_by(f64::total_cmp);
         apart.dedup_by(|a, b| (*a / *b - 1.0).abs() < SAME_LINES);
-        let used = |a: &EstimatedResponses| a.hits.iter().filter(|h| h.reason.is_none()).count();
+        let used = |a: &EstimatedResponses| a.hits.iter().filter(|h| h.fault.is_none()).count();
         let mut found: Option<(FrfStudy, Vec<EstimatedResponses>)> = None;
         for resolution_hz in apart {
             let mut study = study.clone();
             study.frequency_resolution_hz.get_or_insert(resolution_hz);
-            let tried = self.each(recordings, &study, request);
+            let tried = self.each(sounds, &study, request);
             let keeps_all = |tried: &Vec<EstimatedResponses>| {
                 tried.iter().zip(own).all(|(a, b)| used(a) >= used(b))
             };
@@ -207,7 +205,7 @@ impl<'a> Points<'a> {
             .fold(0.0, f64::max);
         let end = (-decay / apart_hz(&found[0].responses)).exp();
         study.window = Some(Window::Exponential(end));
-        self.each(recordings, &study, request)
+        self.each(sounds, &study, request)
     }
 
     /// Records as long as the shortest of them, over the band in which every input has power.
@@ -217,9 +215,9 @@ impl<'a> Points<'a> {
         request: ResolutionRequest,
         own: &[EstimatedResponses],
     ) -> Result<Vec<EstimatedResponses>, Error> {
-        let shortest = self.0.iter().map(|p| p.recording.recording.samples).min();
+        let shortest = self.0.iter().map(|p| p.sound.recording.samples).min();
         let cut: Vec<CheckedRecording> = (self.0.iter())
-            .map(|p| p.recording.beginning(shortest.unwrap_or(0)))
+            .map(|p| p.sound.beginning(shortest.unwrap_or(0)))
             .collect();
         let request = ResolutionRequest {
             band_hz: request.band_hz.or_else(|| common_band(own)),
@@ -299,8 +297,8 @@ impl<'a> Points<'a> {
                 .zip(pairs(own))
             {
                 f.output.name = output.to_string();
-                if let Some(label) = &mut f.input {
-                    label.name = input.to_string();
+                if let Some(terminal) = &mut f.input {
+                    terminal.name = input.to_string();
                 }
                 if is_roving_hammer {
                     transpose(&mut f);

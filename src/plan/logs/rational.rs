@@ -108,7 +108,7 @@ pub fn fit_rational(
     let few_hits = few_hits(by_hit.len());
     let joined = by_hit.iter().map(|hit| hit.hits.len()).sum::<usize>() as f64;
     let by_hit: Vec<Vec<Vec<Complex>>> = by_hit.iter().map(of_hit).collect();
-    let responses_by_hit = (by_hit.len() > 1).then_some(ResponsesByHit {
+    let hits = (by_hit.len() > 1).then_some(ResponsesByHit {
         responses: &by_hit,
         joined: joined / by_hit.len() as f64,
         fourth: fourth(responses),
@@ -118,21 +118,21 @@ pub fn fit_rational(
             band_hz: Some(band),
             order: study.order,
             allow_unstable: study.allow_unstable,
-            model: study.model,
+            delay: study.delay,
             ..RationalOptions::default()
         };
-        let data = FrfData {
+        let measured = FrfData {
             frequency_hz: &lines,
             responses: &values,
             variance: variance.as_deref(),
             variance_trusted: false,
             line_independence: responses.independent_lines_per_line.unwrap_or(1.0),
             derivative,
-            hit: responses_by_hit,
+            hits,
         };
         match &start {
-            Some(poles) => rational::fit_from_poles(&data, &options, poles),
-            None => rational::fit(&data, &options),
+            Some(poles) => rational::fit_from_poles(&measured, &options, poles),
+            None => rational::fit(&measured, &options),
         }
     };
     let kinds: Vec<ResponseKind> = responses

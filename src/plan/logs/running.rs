@@ -27,7 +27,7 @@ pub fn evenly_spaced(
 
 /// Whether a pole is a line of running speed by itself.
 pub fn is_sine(mode: &IdentifiedMode) -> bool {
-    mode.indicator
+    mode.harmonic
         .as_ref()
         .is_some_and(HarmonicIndicator::is_harmonic)
 }
@@ -67,7 +67,7 @@ pub fn series_warning(all: &[HarmonicSeries]) -> Option<Diagnostic> {
 /// What is known of the running speed once sines are taken out.
 pub struct SpeedOrders<'a> {
     /// The speed as stated.
-    pub speed: Option<&'a RunningSpeed>,
+    pub running: Option<&'a RunningSpeed>,
     /// Sines taken out.
     pub tones: &'a [Tone],
     /// Distance of the lines of the whole record, Hz.
@@ -79,16 +79,16 @@ impl SpeedOrders<'_> {
     /// constant, and what is left is much wider than a line.
     pub fn coincident_order(
         &self,
-        indicator: &mut HarmonicIndicator,
+        harmonic: &mut HarmonicIndicator,
         half_width_hz: f64,
     ) -> Option<f64> {
         /// Lines of the record.
         const STRUCTURE_LINES: f64 = 10.0;
-        let order = indicator.order?;
-        let is_on_it = |t: &Tone| self.speed.and_then(|r| r.order(t.frequency_hz)) == Some(order);
+        let order = harmonic.order?;
+        let is_on_it = |t: &Tone| self.running.and_then(|r| r.order(t.frequency_hz)) == Some(order);
         let is_structure = half_width_hz > STRUCTURE_LINES * self.line_hz;
         match is_structure && self.tones.iter().any(is_on_it) {
-            true => indicator.order.take(),
+            true => harmonic.order.take(),
             false => None,
         }
     }

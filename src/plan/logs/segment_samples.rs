@@ -73,7 +73,7 @@ pub fn check_channels(
         .flat_map(|i| (inputs.len()..chosen.len()).map(move |o| (i, o)))
         .collect();
     let mut is_same = vec![true; pairs.len()];
-    let mut pair_sums = vec![PairSums::default(); pairs.len()];
+    let mut related = vec![PairSums::default(); pairs.len()];
     sample_blocks::for_each_block(recording, &channels, |block, _| {
         for (range, samples) in ranges.iter_mut().zip(block) {
             *range = samples
@@ -83,7 +83,7 @@ pub fn check_channels(
         for (same, &(i, o)) in is_same.iter_mut().zip(&pairs) {
             *same = *same && block[i] == block[o];
         }
-        for (sums, &(i, o)) in pair_sums.iter_mut().zip(&pairs) {
+        for (sums, &(i, o)) in related.iter_mut().zip(&pairs) {
             sums.add(block[i], block[o]);
         }
     })?;
@@ -110,7 +110,7 @@ pub fn check_channels(
         return Err(Error::new(Code::Conflict, message)
             .with_hint("look whether one signal was recorded under two names"));
     }
-    for (sums, &(i, o)) in pair_sums.iter().zip(&pairs) {
+    for (sums, &(i, o)) in related.iter().zip(&pairs) {
         if let Some((factor, offset)) = sums.regression_line() {
             let (i, o) = (name(chosen[i]), name(chosen[o]));
             let message = format!(

@@ -46,7 +46,7 @@ pub fn run_spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spec
         SpectrumKind::Cepstrum => cepstrum(recording, &channels, study)?,
         SpectrumKind::SynchronousAverage => synchronous_average(recording, &channels, study)?,
         _ => {
-            let estimate = match study.kind {
+            let result = match study.kind {
                 SpectrumKind::Multitaper => {
                     frequency_spectra::multitaper_spectra(recording, &channels, study)?
                 }
@@ -54,16 +54,16 @@ pub fn run_spectrum(recording: &Recording, study: &SpectrumStudy) -> Result<Spec
                     frequency_spectra::envelope_spectra(recording, &channels, study)?
                 }
                 SpectrumKind::Spectrogram => {
-                    let estimate = frequency_spectra::spectrograms(recording, &channels, study)?;
+                    let result = frequency_spectra::spectrograms(recording, &channels, study)?;
                     match study.tacho {
-                        Some(_) => order_spectra::over_speed(estimate, recording, study)?,
-                        None => estimate,
+                        Some(_) => order_spectra::over_speed(result, recording, study)?,
+                        None => result,
                     }
                 }
                 SpectrumKind::Order => order_spectra::order_spectra(recording, &channels, study)?,
                 _ => frequency_spectra::welch_spectra(recording, &channels, study)?,
             };
-            build_result(estimate, &channels, study)?
+            build_result(result, &channels, study)?
         }
     };
     let stage = match study.kind {
@@ -171,7 +171,7 @@ impl DensityConversion {
 /// The conversion of a channel and the unit that comes out.
 fn conversion(
     channel: &Channel,
-    motion_quantity: Option<MotionQuantity>,
+    history: Option<MotionQuantity>,
     low_hz: f64,
 ) -> Result<(DensityConversion, String), Error> {
     let unchanged = DensityConversion {
@@ -179,7 +179,7 @@ fn conversion(
         power: 0,
         low_hz: 0.0,
     };
-    let Some(motion_quantity) = motion_quantity else {
+    let Some(history) = history else {
         return Ok((unchanged, channel.unit.clone()));
     };
     let unknown = || {
@@ -203,7 +203,7 @@ fn conversion(
             | MeasuredQuantity::AngularVelocity
             | MeasuredQuantity::AngularAcceleration
     );
-    let (wanted, unit) = match (motion_quantity, turns) {
+    let (wanted, unit) = match (history, turns) {
         (MotionQuantity::Displacement, false) => (0, "m"),
         (MotionQuantity::Velocity, false) => (1, "m/s"),
         (MotionQuantity::Acceleration, false) => (2, "m/s²"),
@@ -222,18 +222,18 @@ fn conversion(
 
 /// The answer of what was found: converted, cut to the band, its lines named.
 fn build_result(
-    estimate: SpectrumEstimate,
+    result: SpectrumEstimate,
     channels: &[&Channel],
     study: &SpectrumStudy,
 ) -> Result<SpectrumResult, Error> {
     let SpectrumEstimate {
         method_text: mut how,
-        abscissa_kind,
+        abscissa_kind: across,
         spectra,
         spectrogram_rows: mut rows,
         speed,
         mut diagnostics,
-    } = estimate;
+    } = result;
     let band = match study.kind {
         SpectrumKind::Envelope => None,
         _ => study.band,
@@ -262,7 +262,7 @@ fn build_result(
     let mut channel_spectra = Vec::new();
     for (c, channel) in channels.iter().enumerate() {
         check_range(channel, &spectra.psd[c])?;
-        let (conversion, unit) = conversion(channel, study.quantity, low_hz)?;
+        let (conversion, unit) = conversion(channel, study.history, low_hz)?;
         if conversion.low_hz > 0.0 && c == 0 {
             how += &format!("; nothing below {} Hz", format_short(low_hz));
         }
@@ -284,23 +284,23 @@ fn build_result(
         let at = |&k: &usize| value(spectra.frequency_hz[k], spectra.psd[c][k], edge(k));
         let rms = study.kind == SpectrumKind::Rms;
         let flat = study.window == Some(Window::FlatTop);
-        let mut peaks = labelled_peaks(&spectra, c, band, flat);
-        for peak in &mut peaks {
-            let tone = conversion.amplitude_factor(peak.position)
-                * (spectra.bandwidth_hz * peak.value).sqrt();
-            peak.amplitude = if rms { tone } else { 2f64.sqrt() * tone };
-            peak.value = value(peak.position, peak.value, 2.0);
+        let mut lines = labelled_peaks(&spectra, c, band, flat);
+        for line in &mut lines {
+            let tone = conversion.amplitude_factor(line.position)
+                * (spectra.bandwidth_hz * line.value).sqrt();
+            line.amplitude = if rms { tone } else { 2f64.sqrt() * tone };
+            line.value = value(line.position, line.value, 2.0);
         }
-        peaks.retain(|peak| peak.amplitude > 0.0);
-        peaks.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        lines.retain(|line| line.amplitude > 0.0);
+        lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
         // While a shaft speeds up, what answers it lags more and more: an order is known to a whole line.
-        let known = match abscissa_kind {
+        let known = match across {
             AbscissaKind::Order => 2.0 * spacing,
             _ => spacing,
         };
-        label_peaks(&mut peaks, study, known);
-        if abscissa_kind == AbscissaKind::Frequency {
-            name_mains(&mut peaks, spacing);
+        label_peaks(&mut lines, study, known);
+        if across == AbscissaKind::Frequency {
+            name_mains(&mut lines, spacing);
         }
         let mut of_channel = if rows.is_empty() {
             Vec::new()
@@ -315,7 +315,7 @@ fn build_result(
             unit: value_unit,
             amplitude_unit,
             value: inside.iter().map(at).collect(),
-            peaks,
+            peaks: lines,
             spectrogram_rows: of_channel,
             speed: speed.clone(),
         });
@@ -337,7 +337,7 @@ fn build_result(
         trace: Vec::new(),
         method_text: how,
         kind: study.kind,
-        abscissa_kind,
+        abscissa_kind: across,
         abscissa: inside.iter().map(|&k| spectra.frequency_hz[k]).collect(),
         channel_spectra,
         quefrency_range_s: None,
@@ -459,32 +459,35 @@ pub(super) fn labelled_peaks(
 }
 
 /// Gives lines the names of what was expected within reach.
-pub(super) fn label_peaks(peaks: &mut [LabelledPeak], study: &SpectrumStudy, spacing: f64) {
-    let measured: Vec<line_labels::MeasuredLine> = peaks
+pub(super) fn label_peaks(lines: &mut [LabelledPeak], study: &SpectrumStudy, spacing: f64) {
+    let measured: Vec<line_labels::MeasuredLine> = lines
         .iter()
-        .map(|peak| line_labels::MeasuredLine {
-            position: peak.position,
-            amplitude: peak.amplitude,
+        .map(|line| line_labels::MeasuredLine {
+            position: line.position,
+            amplitude: line.amplitude,
             uncertainty: 0.5 * spacing,
         })
         .collect();
-    for (peak, found) in peaks.iter_mut().zip(label_lines(&measured, &study.line)) {
+    for (line, found) in lines
+        .iter_mut()
+        .zip(label_lines(&measured, &study.expected_lines))
+    {
         for &candidate in found.candidates.iter().take(found.indistinguishable) {
-            let name = &study.line[candidate].name;
-            if !peak.names.contains(name) {
-                peak.names.push(name.clone());
+            let name = &study.expected_lines[candidate].name;
+            if !line.names.contains(name) {
+                line.names.push(name.clone());
             }
         }
     }
 }
 
 /// Names the lines of the mains among those that stand clear.
-fn name_mains(peaks: &mut [LabelledPeak], spacing: f64) {
-    let mut clear: Vec<&mut LabelledPeak> = peaks.iter_mut().filter(|l| l.significant).collect();
+fn name_mains(lines: &mut [LabelledPeak], spacing: f64) {
+    let mut clear: Vec<&mut LabelledPeak> = lines.iter_mut().filter(|l| l.significant).collect();
     let positions: Vec<f64> = clear.iter().map(|l| l.position).collect();
     let names = mains::names(&positions, 0.5 * spacing);
-    for (peak, name) in clear.iter_mut().zip(names) {
-        peak.names.extend(name);
+    for (line, name) in clear.iter_mut().zip(names) {
+        line.names.extend(name);
     }
 }
 
@@ -499,16 +502,16 @@ fn cepstrum(
     const QUEFRENCY_RANGE: (f64, f64) = (8.0, 0.5);
     /// Families that noise alone may show in a hundred cepstra.
     const FALSE_ALARMS: f64 = 0.01;
-    let estimate = frequency_spectra::welch_spectra(recording, channels, study)?;
-    let mut diagnostics = estimate.diagnostics;
-    let lines = estimate.spectra.frequency_hz.len();
+    let result = frequency_spectra::welch_spectra(recording, channels, study)?;
+    let mut diagnostics = result.diagnostics;
+    let lines = result.spectra.frequency_hz.len();
     let block =
-        (recording.rate_hz / estimate.spectra.frequency_hz[1.min(lines - 1)]).round() as usize;
+        (recording.rate_hz / result.spectra.frequency_hz[1.min(lines - 1)]).round() as usize;
     let cepstrum = |(density, channel): (&Vec<f64>, &&Channel)| {
         check_range(channel, density)?;
         Cepstrum::from_psd(density, block, recording.rate_hz)
     };
-    let both = estimate.spectra.psd.iter().zip(channels);
+    let both = result.spectra.psd.iter().zip(channels);
     let all = both.map(cepstrum).collect::<Result<Vec<_>, Error>>()?;
     let places = all.first().map_or(Vec::new(), |c| c.quefrency_s());
     let longest = places.last().copied().unwrap_or(0.0);
@@ -570,7 +573,7 @@ fn cepstrum(
         trace: Vec::new(),
         method_text: format!(
             "real cepstrum of {}; families sought of lines {:.4} to {:.4} Hz apart, {low_s:.6} to {high_s:.6} s",
-            estimate.method_text,
+            result.method_text,
             1.0 / high_s,
             1.0 / low_s,
         ),
@@ -580,7 +583,7 @@ fn cepstrum(
         channel_spectra,
         quefrency_range_s: Some((low_s, high_s)),
         abscissa_step: 1.0 / recording.rate_hz,
-        averages: estimate.spectra.averages,
+        averages: result.spectra.averages,
         interval: None,
         diagnostics,
     })

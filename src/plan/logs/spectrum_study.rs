@@ -54,7 +54,7 @@ pub struct SpectrumStudy {
     /// Lines shown, Hz or order; the band-pass of an envelope, Hz.
     pub band: Option<(f64, f64)>,
     /// The motion wanted instead of the one measured.
-    pub quantity: Option<MotionQuantity>,
+    pub history: Option<MotionQuantity>,
     /// The channel of the tacho.
     pub tacho: Option<String>,
     /// Its pulses a turn.
@@ -68,7 +68,7 @@ pub struct SpectrumStudy {
     /// Only what does not repeat is analysed.
     pub separate: bool,
     /// Lines that may be there, Hz; orders where the spectrum is one of orders.
-    pub line: Vec<ExpectedLine>,
+    pub expected_lines: Vec<ExpectedLine>,
 }
 
 /// What a spectrum is over.

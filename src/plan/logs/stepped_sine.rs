@@ -47,19 +47,19 @@ pub fn estimate_responses(
         true => channel_dwells(recording, &all[0]),
         false => dwells_at(recording, &all[0], dwells_s)?,
     };
-    let labels: Vec<ChannelLabel> = (channels.iter())
+    let terminals: Vec<ChannelLabel> = (channels.iter())
         .map(|c| ChannelLabel {
             name: c.name.clone(),
             unit: c.unit.clone(),
         })
         .collect();
-    let outputs: Vec<(&ChannelLabel, &[f64])> = (labels[1..].iter())
+    let outputs: Vec<(&ChannelLabel, &[f64])> = (terminals[1..].iter())
         .zip(all[1..].iter().map(Vec::as_slice))
         .collect();
     let SteppedSineEstimate {
         responses,
         unsettled_hz,
-    } = stepped_sine::estimate_from_dwells(rate, (&labels[0], &all[0]), &outputs, &found)?;
+    } = stepped_sine::estimate_from_dwells(rate, (&terminals[0], &all[0]), &outputs, &found)?;
     let lines = &responses.frequency_hz;
     let ends = lines.first().zip(lines.last());
     let longest = found.iter().map(|d| d.range.len()).max().unwrap_or(0);

@@ -80,7 +80,7 @@ fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
         band: study.band,
         pulses_per_rev: study.pulses_per_rev,
         speed: study.speed,
-        line: study.line.clone(),
+        expected_lines: study.expected_lines.clone(),
         ..SpectrumStudy::default()
     };
     match *study == plain {

@@ -60,20 +60,20 @@ pub fn sub_bands<'a>(measured: &MeasuredFrf<'a>) -> Option<Vec<SubBand<'a>>> {
 /// # Errors
 /// As [`poles`].
 pub fn plscf_by_sub_band(
-    bands: &[SubBand],
+    parts: &[SubBand],
     rule: &SelectionRule,
 ) -> Result<(Vec<OrderPoles>, Vec<SelectedMode>), Error> {
     let mut all: Vec<OrderPoles> = Vec::new();
     let mut found: Vec<Vec<SelectedMode>> = Vec::new();
-    for (k, band) in bands.iter().enumerate() {
-        let orders = poles(&band.lines, &PlscfOptions::default())?;
+    for (k, part) in parts.iter().enumerate() {
+        let orders = poles(&part.lines, &PlscfOptions::default())?;
         found.push(select_modes(
             &orders,
-            band.lines.frequency_resolution_hz(),
+            part.lines.frequency_resolution_hz(),
             rule,
         ));
         for (at, order) in orders.into_iter().enumerate() {
-            let own = |f: f64| nearest(bands, f) == Some(k);
+            let own = |f: f64| nearest(parts, f) == Some(k);
             let kept = order
                 .poles
                 .into_iter()
@@ -92,17 +92,17 @@ pub fn plscf_by_sub_band(
     for (k, own) in found.iter().enumerate() {
         for mode in own {
             let f = mode.mode.damped_frequency_hz();
-            let others = (0..bands.len()).filter(|&o| o != k && bands[o].contains(f));
+            let others = (0..parts.len()).filter(|&o| o != k && parts[o].contains(f));
             let agree = others.into_iter().any(|o| {
                 let reach = |m: &SelectedMode| {
-                    m.mode.pole.re.abs() + PI * bands[o].lines.frequency_resolution_hz()
+                    m.mode.pole.re.abs() + PI * parts[o].lines.frequency_resolution_hz()
                 };
                 (found[o].iter()).any(|m| {
                     (m.mode.pole - mode.mode.pole).norm()
                         < rule.cluster_cut * (reach(m) + reach(mode))
                 })
             });
-            if agree && nearest(bands, f) == Some(k) {
+            if agree && nearest(parts, f) == Some(k) {
                 modes.push(mode.clone());
             }
         }
@@ -112,16 +112,16 @@ pub fn plscf_by_sub_band(
 }
 
 /// The part in whose middle a frequency lies.
-fn nearest(bands: &[SubBand], frequency_hz: f64) -> Option<usize> {
-    let off = |&k: &usize| bands[k].distance_from_centre(frequency_hz);
-    (0..bands.len())
-        .filter(|&k| bands[k].contains(frequency_hz))
+fn nearest(parts: &[SubBand], frequency_hz: f64) -> Option<usize> {
+    let off = |&k: &usize| parts[k].distance_from_centre(frequency_hz);
+    (0..parts.len())
+        .filter(|&k| parts[k].contains(frequency_hz))
         .min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 /// The rule as a sentence.
-pub fn rule_text(bands: &[SubBand], rule: &SelectionRule) -> String {
-    let count = bands.len();
+pub fn rule_text(parts: &[SubBand], rule: &SelectionRule) -> String {
+    let count = parts.len();
     format!(
         "{count} parts of the band, every line in two of them, which must agree; in each {}",
         rule.rule_text()

@@ -41,8 +41,8 @@ pub fn from_ssi(
         .map(|mut m| IdentifiedMode {
             presence: Some(m.presence),
             scatter_hz: Some(m.scatter_hz),
-            on_order: orders_known.coincident_order(&mut m.indicator, m.mode.pole.re.abs() / TAU),
-            indicator: Some(m.indicator),
+            on_order: orders_known.coincident_order(&mut m.harmonic, m.mode.pole.re.abs() / TAU),
+            harmonic: Some(m.harmonic),
             ..IdentifiedMode::from(m.mode)
         })
         .collect();
@@ -53,14 +53,14 @@ pub fn from_ssi(
     }
     // Of every frequency the poles of one rung, the fastest that shows it well.
     let mut poles = Vec::new();
-    for (k, (decimation_level, orders)) in found.levels.iter().zip(&found.orders).enumerate() {
+    for (k, (rung, orders)) in found.levels.iter().zip(&found.orders).enumerate() {
         let low_hz = if k + 1 == count {
             0.0
         } else {
-            0.5 * decimation_level.band_hz.1
+            0.5 * rung.band_hz.1
         };
         let shown = |p: &StabilisationPole| {
-            p.frequency_hz > low_hz && (p.frequency_hz <= decimation_level.band_hz.1 || k == 0)
+            p.frequency_hz > low_hz && (p.frequency_hz <= rung.band_hz.1 || k == 0)
         };
         poles.extend(
             stabilisation(orders, &StabilisationTolerances::default())
@@ -76,7 +76,7 @@ pub fn from_ssi(
         evidence: Evidence::Diagram(StabilisationDiagram {
             poles,
             level: level.map_or((Vec::new(), Vec::new()), FddEstimate::largest_values),
-            omitted: (found.cluster.iter())
+            omitted: (found.rejected.iter())
                 .filter(|r| is_in_band(r.pole, band_hz))
                 .map(|r| (r.pole, r.reason))
                 .collect(),
@@ -120,7 +120,7 @@ fn unexplained_peak_warnings(
         (m.frequency_hz() - f).abs() < (OWN.0 * line_hz).max(OWN.1 * half_band)
     };
     let mut unexplained = (level.peaks.iter())
-        .filter(|p| p.bell.is_some() && !p.indicator.is_harmonic())
+        .filter(|p| p.bell.is_some() && !p.harmonic.is_harmonic())
         .map(|p| p.frequency_hz)
         .filter(|f| (band_hz.0..=band_hz.1).contains(f))
         .filter(|f| !modes.iter().any(|m| is_own(*f, m)))

@@ -45,8 +45,8 @@ pub fn identify_time_series(
     band_hz: (f64, f64),
     study: &IdentifyStudy,
 ) -> Result<SignalIdentification, Error> {
-    let segment_samples = to_io_data(samples)?;
-    let output = segment_samples.output();
+    let record = to_io_data(samples)?;
+    let output = record.output();
     let bearable = (output.len() / SAMPLES_PER_UNKNOWN).max(2);
     let orders: Vec<usize> = match study.order {
         Some(modes) => {
@@ -66,29 +66,29 @@ pub fn identify_time_series(
     let last = orders.last().copied().unwrap_or(2);
     let (model, choice) = match (method, study.order) {
         (IdentificationMethod::Ar, _) => {
-            let choice = order::select_ar_order(&segment_samples, last, OrderCriterion::Bic)?;
+            let choice = order::select_ar_order(&record, last, OrderCriterion::Bic)?;
             let a = study
                 .order
-                .map_or(choice.structure.parameter_count(), |m| 2 * m);
-            let model = autoregressive::fit(&segment_samples, a, autoregressive::ArMethod::Burg)?;
+                .map_or(choice.family.parameter_count(), |m| 2 * m);
+            let model = autoregressive::fit(&record, a, autoregressive::ArMethod::Burg)?;
             (model, choice)
         }
         _ => {
-            let structures: Vec<ModelStructure> = orders
+            let families: Vec<ModelStructure> = orders
                 .iter()
                 .map(|&n| structure_of_order(method, n))
                 .collect();
-            order::select_structure(&segment_samples, &structures, OrderCriterion::Bic)?
+            order::select_structure(&record, &families, OrderCriterion::Bic)?
         }
     };
     let mut diagnostics = samples.diagnostics.clone();
-    let is_last = model.structure == structure_of_order(method, last) && orders.len() > 1;
+    let is_last = model.family == structure_of_order(method, last) && orders.len() > 1;
     if is_last && !choice.is_noise {
         diagnostics.push(Diagnostic {
             code: "order-limit",
             message: format!(
                 "BIC still falls at {}, where the search ends",
-                method::structure_text(model.structure)
+                method::structure_text(model.family)
             ),
             hint: Some("state a higher --order, or narrow the --band".to_string()),
         });
@@ -102,11 +102,11 @@ pub fn identify_time_series(
             });
             (Vec::new(), Vec::new())
         }
-        false => classify_roots(&model, &segment_samples, band_hz)?,
+        false => classify_roots(&model, &record, band_hz)?,
     };
     let (modes, harmonics) = split_harmonics(modes);
     diagnostics.extend(running::harmonic_warning(&harmonics));
-    let tests = residual_tests(&model, &segment_samples)?;
+    let tests = residual_tests(&model, &record)?;
     diagnostics.extend(
         tests
             .iter()
@@ -114,7 +114,7 @@ pub fn identify_time_series(
     );
     let rule = format!(
         "{} {}; {}",
-        method::structure_text(model.structure),
+        method::structure_text(model.family),
         match study.order {
             Some(_) => "as asked",
             None => "by the smallest BIC",
@@ -126,7 +126,7 @@ pub fn identify_time_series(
         harmonics,
         selection_rule: rule,
         evidence: Evidence::Orders(OrderSelection {
-            chosen: model.structure,
+            chosen: model.family,
             candidates: std::iter::once(choice.white_noise)
                 .chain(choice.candidates)
                 .collect(),
@@ -200,14 +200,14 @@ type ClassifiedRoots = (Vec<IdentifiedMode>, Vec<(ModalParameters, &'static str)
 /// Tells modes from roots that only fill up the polynomial.
 fn classify_roots(
     model: &PolynomialModel,
-    samples: &io_data::InputOutputData,
+    record: &io_data::InputOutputData,
     band_hz: (f64, f64),
 ) -> Result<ClassifiedRoots, Error> {
-    let signals = [samples.output()];
+    let signals = [record.output()];
     let channels = ResponseChannels::new(&signals, model.rate_hz)?;
     // A response to a measured input may be as constant as that is.
-    let spectra = (samples.input().is_none()).then(|| BandSpectra::new(&channels));
-    let spacing = model.rate_hz / samples.output().len() as f64;
+    let bands = (record.input().is_none()).then(|| BandSpectra::new(&channels));
+    let spacing = model.rate_hz / record.output().len() as f64;
     let (mut modes, mut omitted) = (Vec::new(), Vec::new());
     for (mode, shares) in model.modes()?.into_iter().zip(model.mode_shares()?) {
         if !is_in_band(mode.pole, band_hz) {
@@ -220,9 +220,9 @@ fn classify_roots(
         let (damping, f) = (mode.damping_ratio(), mode.frequency_hz());
         let half = (KURTOSIS_HALF_BANDWIDTHS * damping * f).max(LINES * spacing);
         let harmonic =
-            (spectra.as_ref()).map(|b| b.examine_band(0, mode.damped_frequency_hz(), half, None));
+            (bands.as_ref()).map(|b| b.examine_band(0, mode.damped_frequency_hz(), half, None));
         modes.push(IdentifiedMode {
-            indicator: harmonic,
+            harmonic,
             ..IdentifiedMode::from(mode)
         });
     }
@@ -301,15 +301,15 @@ pub(super) fn whiteness_test(residuals: &[f64], fitted: usize) -> Result<Residua
 /// Whether the residuals are white, and unrelated to the input.
 fn residual_tests(
     model: &PolynomialModel,
-    samples: &io_data::InputOutputData,
+    record: &io_data::InputOutputData,
 ) -> Result<Vec<(&'static str, ResidualTest)>, Error> {
-    let all = model.residuals(samples)?;
+    let all = model.residuals(record)?;
     // The first ones only start the recursion.
-    let start = model.structure.parameter_count().min(all.len());
+    let start = model.family.parameter_count().min(all.len());
     let residuals = &all[start..];
     let fitted = model.a.len() + model.c.len();
     let mut tests = vec![("white", whiteness_test(residuals, fitted)?)];
-    if let Some(input) = samples.input().filter(|_| !model.b.is_empty()) {
+    if let Some(input) = record.input().filter(|_| !model.b.is_empty()) {
         let test = cross_correlation(residuals, &input[start..], LAGS)?;
         tests.push(("unrelated to the input", test));
     }

@@ -36,46 +36,46 @@ pub fn without_window(mode: &ModalParameters, decay: f64) -> ModalParameters {
 /// Those of [`TransferFunction::new`].
 pub fn transfer_functions(
     responses: &FrequencyResponses,
-    fractions: &PartialFractions,
+    partials: &PartialFractions,
 ) -> Result<Vec<TransferFunction>, Error> {
     let decay = responses.window_decay;
     let mut all = Vec::new();
     for (i, f) in responses.responses.iter().enumerate() {
-        let mut terms = DirectTerms::default();
-        let [lower, upper] = fractions.residual_terms[i];
-        match fractions.derivative {
-            0 => (terms.inverse_square, terms.constant) = (lower, upper),
-            1 => (terms.inverse, terms.slope) = (lower, upper),
-            _ => (terms.constant, terms.square) = (lower, upper),
+        let mut direct = DirectTerms::default();
+        let [lower, upper] = partials.residual_terms[i];
+        match partials.derivative {
+            0 => (direct.inverse_square, direct.constant) = (lower, upper),
+            1 => (direct.inverse, direct.slope) = (lower, upper),
+            _ => (direct.constant, direct.square) = (lower, upper),
         }
         let mut residues = Vec::new();
-        for (&p, &r) in fractions.poles.iter().zip(&fractions.residues[i]) {
+        for (&p, &r) in partials.poles.iter().zip(&partials.residues[i]) {
             let both = |z: Complex| if p.im == 0.0 { z.re } else { 2.0 * z.re };
-            match fractions.derivative {
+            match partials.derivative {
                 0 => residues.push(r),
                 1 => {
                     residues.push(p * r);
-                    terms.constant += both(r);
+                    direct.constant += both(r);
                 }
                 _ => {
                     residues.push(p * p * r);
-                    terms.slope += both(r);
-                    terms.constant += both(p * r);
+                    direct.slope += both(r);
+                    direct.constant += both(p * r);
                 }
             }
         }
-        let poles = fractions.poles.iter().map(|p| p + decay).collect();
-        let delays = fractions.delay_s;
+        let poles = partials.poles.iter().map(|p| p + decay).collect();
+        let delays = partials.delay_s;
         let delay = delays
             .get(i.min(delays.len().saturating_sub(1)))
             .copied()
             .unwrap_or(0.0);
-        let mut function = TransferFunction::new(poles, residues, terms)?
+        let mut function = TransferFunction::new(poles, residues, direct)?
             .with_labels(f.input.clone(), f.output.clone());
         if delay > 0.0 {
             function = function.with_delay(delay)?;
         }
-        function.fit_error = fractions.fit_error.get(i).copied();
+        function.fit_error = partials.fit_error.get(i).copied();
         all.push(function);
     }
     Ok(all)

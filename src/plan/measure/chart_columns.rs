@@ -54,12 +54,12 @@ impl ChartFiles {
         &mut self,
         chart: &MeasuredChart,
         side: usize,
-        scale: &AngleScale,
+        lever: &AngleScale,
     ) -> Result<Vec<ChartColumn>, Errors> {
         let names = &chart.columns[side];
         names
             .iter()
-            .map(|name| self.column(chart, name, chart.unit.as_deref(), scale))
+            .map(|name| self.column(chart, name, chart.unit.as_deref(), lever))
             .collect()
     }
 
@@ -72,7 +72,7 @@ impl ChartFiles {
         chart: &MeasuredChart,
         name: &str,
         unit: Option<&str>,
-        scale: &AngleScale,
+        lever: &AngleScale,
     ) -> Result<ChartColumn, Errors> {
         let log = self
             .open(&chart.file)
@@ -98,7 +98,7 @@ impl ChartFiles {
             "" => unit.unwrap_or(""),
             written => written,
         };
-        let (factor, is_angle) = factor(written, scale).map_err(|why| {
+        let (factor, is_angle) = factor(written, lever).map_err(|why| {
             why.with_span(&chart.span)
                 .with_label(format!("column \"{}\" of {file}", channel.name))
         })?;
@@ -175,7 +175,7 @@ fn relocate_errors(errors: Errors, chart: &MeasuredChart) -> Errors {
         .unwrap_or(errors)
 }
 
-fn factor(unit: &str, scale: &AngleScale) -> Result<(f64, bool), Error> {
+fn factor(unit: &str, lever: &AngleScale) -> Result<(f64, bool), Error> {
     const HINT: &str =
         "write it behind the column's name, such as left [µm], or in the chart: unit = \"µm\"";
     if unit.is_empty() {
@@ -189,7 +189,7 @@ fn factor(unit: &str, scale: &AngleScale) -> Result<(f64, bool), Error> {
     };
     let (factor, dimension) = quantity::parse_unit(unit)
         .ok_or_else(|| wrong("is not a unit known here").with_hint(HINT))?;
-    match scale.radius {
+    match lever.radius {
         _ if dimension == QuantityKind::Length.dimension() => Ok((factor, false)),
         Some(radius) if dimension == QuantityKind::Angle.dimension() => Ok((factor * radius, true)),
         Some(_) => Err(wrong("measures neither a length nor an angle")),

@@ -45,7 +45,7 @@ pub enum AchievedGrade {
 #[derive(Debug, Clone)]
 pub struct GradedValue {
     /// What it is.
-    pub deviation: GearDeviation,
+    pub quantity: GearDeviation,
     /// Of which flanks.
     pub side: FlankSide,
     /// Where it was found, or how: `pitches 7 to 13`.
@@ -120,7 +120,7 @@ impl Grader {
     /// A value as a row.
     pub fn grade(
         &self,
-        deviation: GearDeviation,
+        quantity: GearDeviation,
         side: FlankSide,
         found: String,
         estimate: Estimate,
@@ -128,25 +128,25 @@ impl Grader {
         let asked = self
             .requirement
             .as_ref()
-            .filter(|_| deviation != GearDeviation::Thickness)
-            .map(|requirement| requirement.grades.grade(deviation.group()));
+            .filter(|_| quantity != GearDeviation::Thickness)
+            .map(|requirement| requirement.accuracy.grade(quantity.group()));
         let symmetric = |limit: f64| (-limit, limit);
-        let limits = match deviation {
+        let limits = match quantity {
             GearDeviation::Thickness => self.thickness.map(|[low, high]| (low, high)),
             _ => asked
-                .and_then(|grade| self.limit(deviation, grade))
+                .and_then(|grade| self.limit(quantity, grade))
                 .map(symmetric),
         };
         let by = |edition: Edition| {
-            let grades = edition.grades(deviation);
+            let grades = edition.grades(quantity);
             let coarsest = *grades.end();
             // Where the coarsest has a tolerance, all have.
-            edition.tolerance(deviation, &self.size, coarsest)?;
-            let grade = edition.grade_of(deviation, &self.size, estimate.value);
+            edition.tolerance(quantity, &self.size, coarsest)?;
+            let grade = edition.grade_of(quantity, &self.size, estimate.value);
             Some(grade.map_or(AchievedGrade::Beyond(coarsest), AchievedGrade::Grade))
         };
         GradedValue {
-            deviation,
+            quantity,
             side,
             location: found,
             estimate,
@@ -154,7 +154,7 @@ impl Grader {
             required_grade: limits.and(asked),
             limits,
             achieved: Edition::ALL.map(by),
-            reached_by_table: self.reached_by_table(deviation, estimate.value),
+            reached_by_table: self.reached_by_table(quantity, estimate.value),
             limiting: false,
         }
     }
@@ -162,7 +162,7 @@ impl Grader {
     /// A value that was not measured: graded, but nothing is refused by it.
     pub fn grade_predicted(
         &self,
-        deviation: GearDeviation,
+        quantity: GearDeviation,
         side: FlankSide,
         found: &str,
         estimate: Estimate,
@@ -171,7 +171,7 @@ impl Grader {
             predicted: true,
             required_grade: None,
             limits: None,
-            ..self.grade(deviation, side, found.to_string(), estimate)
+            ..self.grade(quantity, side, found.to_string(), estimate)
         }
     }
 
@@ -184,67 +184,63 @@ impl Grader {
         [self.size.module, self.size.diameter, width]
     }
 
-    fn limit(&self, deviation: GearDeviation, grade: u32) -> Option<f64> {
+    fn limit(&self, quantity: GearDeviation, grade: u32) -> Option<f64> {
         match self.requirement.as_ref()?.edition {
-            Some(edition) => edition.tolerance(deviation, &self.size, grade),
-            None => limits::find_limit(&self.table, deviation, grade, self.sizes()),
+            Some(edition) => edition.tolerance(quantity, &self.size, grade),
+            None => limits::find_limit(&self.table, quantity, grade, self.sizes()),
         }
     }
 
-    fn reached_by_table(&self, deviation: GearDeviation, value: f64) -> Option<AchievedGrade> {
+    fn reached_by_table(&self, quantity: GearDeviation, value: f64) -> Option<AchievedGrade> {
         let coarsest = (0..=12)
             .rev()
-            .find(|&g| limits::find_limit(&self.table, deviation, g, self.sizes()).is_some())?;
-        let grade = limits::grade_of(&self.table, deviation, value, self.sizes());
+            .find(|&g| limits::find_limit(&self.table, quantity, g, self.sizes()).is_some())?;
+        let grade = limits::grade_of(&self.table, quantity, value, self.sizes());
         Some(grade.map_or(AchievedGrade::Beyond(coarsest), AchievedGrade::Grade))
     }
 
     /// The grade a row reached by what is asked: the table, the edition asked, else the newer one.
-    fn required_achieved(&self, value: &GradedValue) -> Option<AchievedGrade> {
+    fn required_achieved(&self, row: &GradedValue) -> Option<AchievedGrade> {
         match self
             .requirement
             .as_ref()
             .map(|requirement| requirement.edition)
         {
-            Some(None) => value.reached_by_table,
-            Some(Some(Edition::Y1995)) => value.achieved[0],
-            Some(Some(Edition::Y2013)) | None => value.achieved[1],
+            Some(None) => row.reached_by_table,
+            Some(Some(Edition::Y1995)) => row.achieved[0],
+            Some(Some(Edition::Y2013)) | None => row.achieved[1],
         }
     }
 
     /// Marks the measured row that stands worst against the grade asked of its group; the first of equals.
-    pub fn mark_limiting(&self, values: &mut [GradedValue]) {
-        let grade = |value: &GradedValue| match self.required_achieved(value)? {
+    pub fn mark_limiting(&self, rows: &mut [GradedValue]) {
+        let grade = |row: &GradedValue| match self.required_achieved(row)? {
             AchievedGrade::Grade(grade) => Some(f64::from(grade)),
             // Beyond the coarsest there is no next one.
             AchievedGrade::Beyond(coarsest) => Some(f64::from(coarsest) + 1.0),
         };
-        let worse = |value: &GradedValue| {
+        let worse = |row: &GradedValue| {
             let asked = self.requirement.as_ref();
             let asked = asked.map_or(0, |requirement| {
-                requirement.grades.grade(value.deviation.group())
+                requirement.accuracy.grade(row.quantity.group())
             });
-            Some(grade(value)? - f64::from(asked))
+            Some(grade(row)? - f64::from(asked))
         };
         let mut worst: Option<(usize, f64)> = None;
-        for (at, value) in values
-            .iter()
-            .enumerate()
-            .filter(|(_, value)| !value.predicted)
-        {
-            if let Some(by) = worse(value)
+        for (at, row) in rows.iter().enumerate().filter(|(_, row)| !row.predicted) {
+            if let Some(by) = worse(row)
                 && worst.is_none_or(|(_, most)| by > most)
             {
                 worst = Some((at, by));
             }
         }
         if let Some((at, _)) = worst {
-            values[at].limiting = true;
+            rows[at].limiting = true;
         }
     }
 
     /// How many times a measured total is smaller than the finest grade allows, where no gear is made so well.
-    pub fn below_all_gears(&self, graded_value: &GradedValue) -> Option<f64> {
+    pub fn below_all_gears(&self, row: &GradedValue) -> Option<f64> {
         use GearDeviation::*;
         /// Parts of the tolerance of the finest grade (0 of 1995, 1 of 2013), which is itself finer than gears are made: readings a
         /// thousand times too small lie below it, those of a master gear do not.
@@ -257,25 +253,25 @@ impl Grader {
             SingleFlankTotal,
             DoubleFlankTotal,
         ];
-        let value = graded_value.estimate.value.abs();
-        if graded_value.predicted || value == 0.0 || !totals.contains(&graded_value.deviation) {
+        let value = row.estimate.value.abs();
+        if row.predicted || value == 0.0 || !totals.contains(&row.quantity) {
             return None;
         }
         let finest = |edition: &Edition| {
-            let grade = *edition.grades(graded_value.deviation).start();
-            edition.unrounded_tolerance(graded_value.deviation, &self.size, grade)
+            let grade = *edition.grades(row.quantity).start();
+            edition.unrounded_tolerance(row.quantity, &self.size, grade)
         };
         let finest = Edition::ALL.iter().find_map(finest)?;
         (value < SMALLEST * finest).then_some(finest / value)
     }
 
     /// Why a quantity that the edition asked grades has no limit here.
-    pub fn reason_without_limit(&self, deviation: GearDeviation) -> Option<String> {
+    pub fn reason_without_limit(&self, quantity: GearDeviation) -> Option<String> {
         let edition = self.requirement.as_ref()?.edition?;
         let graded =
-            edition.unrounded_tolerance(deviation, &self.size, *edition.grades(deviation).end());
+            edition.unrounded_tolerance(quantity, &self.size, *edition.grades(quantity).end());
         // Without a size in the formula it comes out as no number.
         graded?;
-        edition.out_of_scope(deviation, &self.size)
+        edition.out_of_scope(quantity, &self.size)
     }
 }

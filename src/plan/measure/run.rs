@@ -16,7 +16,7 @@ use crate::scene::measured_gear::MeasuredGear;
 #[derive(Debug, Clone)]
 pub struct MeasurementResult {
     /// Values, the limiting one marked.
-    pub values: Vec<GradedValue>,
+    pub rows: Vec<GradedValue>,
     /// What the table has no row for.
     pub notes: Vec<String>,
     /// What plots show.
@@ -32,7 +32,7 @@ pub struct MeasurementResult {
 impl MeasurementResult {
     /// Whether every value that has limits keeps them; `None` where none has.
     pub fn is_within_limits(&self) -> Option<bool> {
-        self.values
+        self.rows
             .iter()
             .filter_map(GradedValue::is_within_limits)
             .reduce(|all, one| all && one)
@@ -86,22 +86,22 @@ pub fn run(gear: &MeasuredGear) -> Result<MeasurementResult, Errors> {
         verdict(told, "least squares where one pair alone touches"),
     ));
     let ChartResults {
-        mut values,
+        mut rows,
         notes,
-        plots: plot,
+        plots,
     } = evaluation.results;
-    grader.mark_limiting(&mut values);
+    grader.mark_limiting(&mut rows);
     Ok(MeasurementResult {
-        diagnostics: warnings(&grader, &values),
-        values,
+        diagnostics: warnings(&grader, &rows),
+        rows,
         notes,
-        plots: plot,
+        plots,
         plan,
         sources,
     })
 }
 
-fn warnings(grader: &Grader, values: &[GradedValue]) -> Vec<Diagnostic> {
+fn warnings(grader: &Grader, rows: &[GradedValue]) -> Vec<Diagnostic> {
     let mut diagnostics: Vec<Diagnostic> = Vec::new();
     let mut add = |code, message: String, hint: &str| {
         let diagnostic = Diagnostic {
@@ -113,13 +113,13 @@ fn warnings(grader: &Grader, values: &[GradedValue]) -> Vec<Diagnostic> {
             diagnostics.push(diagnostic);
         }
     };
-    for value in values.iter().filter(|value| !value.predicted) {
-        if let Some(times) = grader.below_all_gears(value) {
+    for row in rows.iter().filter(|row| !row.predicted) {
+        if let Some(times) = grader.below_all_gears(row) {
             let message = format!(
                 "{} {} is {:.3} µm, {times:.0} times less than the finest grade allows",
-                value.deviation.symbol(),
-                value.side.name(),
-                1e6 * value.estimate.value.abs()
+                row.quantity.symbol(),
+                row.side.name(),
+                1e6 * row.estimate.value.abs()
             );
             add(
                 "readings-small",
@@ -127,19 +127,19 @@ fn warnings(grader: &Grader, values: &[GradedValue]) -> Vec<Diagnostic> {
                 "check the unit of the readings: mm written as µm are a thousand times too small",
             );
         }
-        if let Some(why) = grader.reason_without_limit(value.deviation) {
-            let message = format!("{} has no limit: {why}", value.deviation.symbol());
+        if let Some(why) = grader.reason_without_limit(row.quantity) {
+            let message = format!("{} has no limit: {why}", row.quantity.symbol());
             add(
                 "outside-standard",
                 message,
                 "the formulas are not extended beyond the range the standard states",
             );
         }
-        if value.is_inconclusive() {
+        if row.is_inconclusive() {
             let message = format!(
                 "{} {} is nearer to its limit than its ±",
-                value.deviation.symbol(),
-                value.side.name()
+                row.quantity.symbol(),
+                row.side.name()
             );
             add(
                 "limit-in-doubt",

@@ -28,17 +28,10 @@ pub fn predict_single_flank(evaluation: &mut ChartEvaluation) -> Result<(), Stri
     let mut records = Vec::new();
     let mut why = None;
     for side in [FlankSide::Left, FlankSide::Right] {
-        let Some((deviations, profile)) = charts_of(&evaluation.results.plots, side) else {
+        let Some((pitches, profile)) = charts_of(&evaluation.results.plots, side) else {
             continue;
         };
-        match single_flank_record(
-            side,
-            gear.internal,
-            deviations,
-            &profile,
-            base_pitch,
-            cosine,
-        ) {
+        match single_flank_record(side, gear.internal, pitches, &profile, base_pitch, cosine) {
             Ok(record) => records.push((side, record)),
             Err(error) => why = Some(error.message),
         }
@@ -52,7 +45,7 @@ pub fn predict_single_flank(evaluation: &mut ChartEvaluation) -> Result<(), Stri
             continue;
         };
         let split = record.split_by_order();
-        for (deviation, value) in [
+        for (quantity, value) in [
             (GearDeviation::SingleFlankTotal, record.total_deviation()),
             (
                 GearDeviation::SingleFlankTooth,
@@ -64,8 +57,8 @@ pub fn predict_single_flank(evaluation: &mut ChartEvaluation) -> Result<(), Stri
             let found = "expected from pitch and profile";
             let row = evaluation
                 .grader
-                .grade_predicted(deviation, side, found, estimate);
-            evaluation.results.values.push(row);
+                .grade_predicted(quantity, side, found, estimate);
+            evaluation.results.rows.push(row);
         }
         evaluation.results.plots.push(ChartPlot::Record {
             side,
@@ -85,12 +78,12 @@ struct ProfileTraces {
     traces: Vec<Vec<f64>>,
 }
 
-fn charts_of(plot: &[ChartPlot], wanted: FlankSide) -> Option<(&PitchDeviations, ProfileTraces)> {
-    let deviations = plot.iter().find_map(|d| match d {
-        ChartPlot::Pitch { side, deviations } if *side == wanted => Some(deviations),
+fn charts_of(plots: &[ChartPlot], wanted: FlankSide) -> Option<(&PitchDeviations, ProfileTraces)> {
+    let pitches = plots.iter().find_map(|d| match d {
+        ChartPlot::Pitch { side, pitches } if *side == wanted => Some(pitches),
         _ => None,
     })?;
-    let profile_traces = plot.iter().find_map(|d| match d {
+    let profiles = plots.iter().find_map(|d| match d {
         ChartPlot::Traces {
             side,
             is_profile: true,
@@ -111,7 +104,7 @@ fn charts_of(plot: &[ChartPlot], wanted: FlankSide) -> Option<(&PitchDeviations,
         }
         _ => None,
     })?;
-    Some((deviations, profile_traces))
+    Some((pitches, profiles))
 }
 
 /// The record along the reference circle. Right flanks come into mesh, the length of roll rising, in falling order. A flank that stands
@@ -120,12 +113,12 @@ fn charts_of(plot: &[ChartPlot], wanted: FlankSide) -> Option<(&PitchDeviations,
 fn single_flank_record(
     side: FlankSide,
     internal: bool,
-    deviations: &PitchDeviations,
+    pitches: &PitchDeviations,
     profile: &ProfileTraces,
     base_pitch: f64,
     cosine: f64,
 ) -> Result<Vec<f64>, Error> {
-    let teeth = deviations.teeth();
+    let teeth = pitches.teeth();
     let ProfileTraces { along, traces } = profile;
     let mut profiles = match traces.len() == teeth {
         true => traces.clone(),
@@ -135,7 +128,7 @@ fn single_flank_record(
             vec![(0..along.len()).map(mean).collect()]
         }
     };
-    let mut places: Vec<f64> = deviations.flank_positions();
+    let mut places: Vec<f64> = pitches.flank_positions();
     let is_right = side == FlankSide::Right;
     if is_right {
         places.reverse();
@@ -145,12 +138,12 @@ fn single_flank_record(
         places.iter_mut().for_each(|x| *x = -*x);
     }
     places.iter_mut().for_each(|x| *x *= cosine);
-    let flank_deviations = FlankDeviations {
+    let flanks = FlankDeviations {
         pitch_surplus: &places,
         along,
         profiles: &profiles,
     };
-    let record = unloaded_te::te_against_master(&flank_deviations, base_pitch, PER_PITCH)?;
+    let record = unloaded_te::te_against_master(&flanks, base_pitch, PER_PITCH)?;
     Ok(record.into_iter().map(|e| e / cosine).collect())
 }
 
@@ -182,45 +175,40 @@ pub fn pitch_from_single_flank(
     }
     let teeth = gear.teeth as usize;
     let mut found = Vec::new();
-    for plot in &evaluation.results.plots {
+    for plots in &evaluation.results.plots {
         if let ChartPlot::Record {
             side,
             is_double: false,
             predicted: false,
             values,
             ..
-        } = plot
+        } = plots
         {
             let record = align_to_contact(values, angle, teeth);
             let parts = unloaded_te::separate_pitch_and_profile(&record, teeth, overlap, std)
                 .map_err(|e| e.message)?;
             let places: Vec<f64> = parts.places.iter().map(|p| p.value).collect();
             let one = parts.places.first().and_then(|p| p.std);
-            let deviations = PitchDeviations::new(&places, PitchMethod::Index, teeth, one)
+            let pitches = PitchDeviations::new(&places, PitchMethod::Index, teeth, one)
                 .map_err(|e| e.message)?;
-            found.push((*side, deviations, parts.rest));
+            found.push((*side, pitches, parts.rest));
         }
     }
-    for (side, deviations, rest) in found {
+    for (side, pitches, rest) in found {
         let how = "from the single-flank record";
-        for (deviation, value) in [
-            (
-                GearDeviation::SinglePitch,
-                deviations.single_pitch().estimate,
-            ),
+        for (quantity, value) in [
+            (GearDeviation::SinglePitch, pitches.single_pitch().estimate),
             (
                 GearDeviation::CumulativePitch,
-                deviations.cumulative_total().estimate,
+                pitches.cumulative_total().estimate,
             ),
         ] {
             let size = Estimate {
                 value: value.value.abs(),
                 ..value
             };
-            let row = evaluation
-                .grader
-                .grade_predicted(deviation, side, how, size);
-            evaluation.results.values.push(row);
+            let row = evaluation.grader.grade_predicted(quantity, side, how, size);
+            evaluation.results.rows.push(row);
         }
         evaluation.results.notes.push(format!(
             "pitch {how}: where one pair alone touches; single teeth differ from place and mean profile by up to {:.2} µm. Not \

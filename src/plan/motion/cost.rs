@@ -24,7 +24,7 @@ pub struct CostModel<'s> {
     coordinates: usize,
     /// Seconds of one evaluation of f.
     evaluation: f64,
-    mode: Option<FastestMode<'s>>,
+    fastest: Option<FastestMode<'s>>,
 }
 
 /// A run costs at least this.
@@ -57,17 +57,17 @@ impl<'s> CostModel<'s> {
             until: scene.end_time,
             coordinates: model.coordinate_count(),
             evaluation: least,
-            mode: fastest_mode(model),
+            fastest: fastest_mode(model),
         }
     }
 
     /// What a run by a method costs at least; absent where nothing tells before.
     pub fn lower_bound(&self, method: &IntegrationMethod, size: StepSize) -> Option<CostBound<'s>> {
         let stages = method.bound.map_or(1.0, |b| f64::from(b.stages));
-        let (steps, by) = match (size, method.bound, self.mode) {
+        let (steps, by) = match (size, method.bound, self.fastest) {
             (StepSize::Fixed(h), ..) => (self.until / h, None),
-            (StepSize::Adaptive(_), Some(bound), Some(mode)) => {
-                (self.until * mode.rate / bound.radius, Some(mode))
+            (StepSize::Adaptive(_), Some(bound), Some(fastest)) => {
+                (self.until * fastest.rate / bound.radius, Some(fastest))
             }
             _ => (0.0, None),
         };
@@ -139,21 +139,21 @@ pub fn check_budget(
         check_memory(scene, 1)
             .map_err(|e| e.with_hint("ask for fewer --samples, or keep none with --no-history"))?;
     }
-    let bound = CostModel::new(scene).lower_bound(choice.method, choice.step_size);
-    let Some(bound) = bound.filter(|bound| bound.is_beyond(scene.time_budget_s)) else {
+    let least = CostModel::new(scene).lower_bound(choice.method, choice.step_size);
+    let Some(least) = least.filter(|least| least.is_beyond(scene.time_budget_s)) else {
         return Ok(());
     };
-    let room = match bound.matrices {
+    let room = match least.matrices {
         Some(_) => format!(" and {:.0} GB", 1e-9 * MAX_BYTES),
         None => String::new(),
     };
     let message = format!(
         "{} is hopeless here: {}, and {}{room} are allowed",
         choice.method.name,
-        bound.text(),
+        least.text(),
         format_duration(scene.time_budget_s)
     );
-    if bound.matrices.is_some() {
+    if least.matrices.is_some() {
         return Err(Error::new(Code::BudgetExceeded, message).with_hint(matrix_hint(scene)));
     }
     let free = SimulateStudy {
@@ -176,17 +176,17 @@ pub fn check_budget(
     Err(Error::new(Code::BudgetExceeded, message).with_hint(format!(
         "ask for a shorter time ({} reach t = {} at most), allow more with --allow {}{step}{other}",
         format_duration(scene.time_budget_s),
-        format_time(scene.end_time * scene.time_budget_s / bound.seconds),
-        suggested_time_limit(bound.seconds)
+        format_time(scene.end_time * scene.time_budget_s / least.seconds),
+        suggested_time_limit(least.seconds)
     )))
 }
 
 /// What to try where matrices are too large.
 fn matrix_hint(scene: &SimulationSetup) -> String {
-    let dynamic_model = &scene.model.model;
+    let train = &scene.model.model;
     let explicit = METHODS.iter().filter(|m| m.bound.is_some());
     let able: Vec<&str> = explicit
-        .filter(|m| (m.unsupported_reason)(dynamic_model).is_none())
+        .filter(|m| (m.unsupported_reason)(train).is_none())
         .map(|m| m.name)
         .collect();
     match able.is_empty() {

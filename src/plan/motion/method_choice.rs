@@ -76,7 +76,7 @@ fn explicit_steps(model: &DynamicModel, until: f64) -> Option<f64> {
             _ => return None,
         };
         // Row sums of M^-½ K M^-½ bound its largest eigenvalue (Gershgorin).
-        let root = |i: usize| model.matrix.entry(i, i).sqrt();
+        let root = |i: usize| model.mass.entry(i, i).sqrt();
         let sum: f64 = branch
             .direction
             .entries()

@@ -34,7 +34,7 @@ pub fn select_outputs(
                 .histories
                 .iter()
                 .map(|h| h.0)
-                .chain(machine.drives.iter().map(|m| m.dof));
+                .chain(machine.motors.iter().map(|m| m.dof));
             let mut dofs: Vec<usize> = loaded.collect();
             if dofs.is_empty() {
                 dofs = (0..machine.dofs.len()).collect();
@@ -69,7 +69,7 @@ pub fn select_outputs(
                 if let OutputQuantity::PrescribedTorque(_) | OutputQuantity::FrictionPower(..) =
                     quantity
                 {
-                    outputs.reduction.clone_from(&model.reduction);
+                    outputs.prescribed.clone_from(&model.prescribed);
                 }
                 quantity
             }
@@ -121,7 +121,7 @@ pub fn select_outputs(
                     }
                 }
                 signals::OutputSignal::Force(branch) => {
-                    match (model.branches[branch].first(), &model.dampers[branch]) {
+                    match (model.branches[branch].first(), &model.springs[branch]) {
                         (Some(&at), _) if deflection => OutputQuantity::Deflection(at),
                         (Some(&at), _) => OutputQuantity::Force(at),
                         (None, Some(spring)) => {
@@ -207,10 +207,10 @@ fn motors_or_brakes(
     let (stem, what) = name.rsplit_once('.')?;
     let machine = &prepared_machine.machine;
     let is = |element: usize| machine.elements[element].name == stem;
-    let motor = machine.drives.iter().any(|m| is(m.element));
+    let motor = machine.motors.iter().any(|m| is(m.element));
     let branch = || model.model.elements.iter().position(|b| b.name == stem);
     let prescribes = || {
-        let motions = &model.reduction.as_ref()?.motions;
+        let motions = &model.prescribed.as_ref()?.motions;
         motions.iter().position(|m| m.name == stem)
     };
     // Dry friction of an element that is more than that, or is that alone: its first branch and how many there are.
@@ -223,14 +223,11 @@ fn motors_or_brakes(
             .iter()
             .any(|b| is(b.element) && of_kind(b))
     };
-    let named = |dynamic_model: &DynamicModel| {
+    let named = |train: &DynamicModel| {
         let whole = format!("{stem} friction");
         let own = |b: &ForceElement| b.law.is_dry() && (b.name == whole || b.name == stem);
-        let first = dynamic_model.elements.iter().position(own)?;
-        let count = dynamic_model.elements[first..]
-            .iter()
-            .filter(|b| own(b))
-            .count();
+        let first = train.elements.iter().position(own)?;
+        let count = train.elements[first..].iter().filter(|b| own(b)).count();
         Some((first, count))
     };
     match what {
@@ -243,7 +240,7 @@ fn motors_or_brakes(
             .flatten()
             .map(|at| OutputQuantity::Force(at.0)),
         "loss" if rubs("") => {
-            let whole = model.reduction.as_ref().map(|known| &known.whole);
+            let whole = model.prescribed.as_ref().map(|known| &known.whole);
             let (first, count) = named(whole.unwrap_or(&model.model))?;
             Some(OutputQuantity::FrictionPower(first, count))
         }

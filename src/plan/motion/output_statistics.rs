@@ -24,7 +24,7 @@ pub struct StatisticsAccumulator {
     /// In that unit: the mean, and the sum of squares about it (Welford 1962).
     mean: f64,
     squares: f64,
-    values: Option<ExtremeValues>,
+    extremes: Option<ExtremeValues>,
 }
 
 /// Least, greatest and last.
@@ -38,7 +38,7 @@ struct ExtremeValues {
 impl StatisticsAccumulator {
     /// Takes the next value; they are equally spaced in time.
     pub fn push(&mut self, t: f64, x: f64) {
-        let seen = self.values.get_or_insert(ExtremeValues {
+        let seen = self.extremes.get_or_insert(ExtremeValues {
             min: (x, t),
             max: (x, t),
             end: x,
@@ -66,7 +66,7 @@ impl StatisticsAccumulator {
 
     /// What was read; absent where there was nothing.
     pub fn statistics(&self) -> Option<OutputStatistics> {
-        self.values.map(|seen| OutputStatistics {
+        self.extremes.map(|seen| OutputStatistics {
             end: seen.end,
             min: seen.min,
             max: seen.max,

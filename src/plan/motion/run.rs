@@ -95,15 +95,15 @@ pub fn run_observed(
             predicts: false,
             cancel: cancel.clone(),
         };
-        let known = scene.model.reduction.as_ref();
-        let (meter, observer) =
+        let known = scene.model.prescribed.as_ref();
+        let (meter, follower) =
             EnergyIntegrator::new(model, known, [options.from, options.to], limit);
-        options.observer = observer;
+        options.observer = follower;
         meter
     });
     let (mut time, mut values) = (Vec::new(), vec![Vec::new(); scene.outputs.list.len()]);
     let mut accumulators = vec![StatisticsAccumulator::default(); scene.outputs.list.len()];
-    let mut check = SamplingCheck::new(scene);
+    let mut fineness = SamplingCheck::new(scene);
     let (mut count, mut reached, mut refused) = (0, 0.0, None);
     let start = Instant::now();
     let stats = (choice.method.run)(model, &options, &mut |t, y, regime| {
@@ -112,10 +112,10 @@ pub fn run_observed(
             refused = Some(overflow_error(&scene.outputs.list[at].name, now[at], t));
             return ControlFlow::Break(());
         }
-        for (accumulator, value) in accumulators.iter_mut().zip(&now) {
-            accumulator.push(t, *value);
+        for (reader, value) in accumulators.iter_mut().zip(&now) {
+            reader.push(t, *value);
         }
-        check.push(scene, (t, y), regime, &now);
+        fineness.push(scene, (t, y), regime, &now);
         if keep {
             time.push(t);
             for (list, value) in values.iter_mut().zip(&now) {
@@ -147,7 +147,7 @@ pub fn run_observed(
             .iter()
             .map(StatisticsAccumulator::statistics)
             .collect(),
-        undersampled: check.worst_output(MIN_SAMPLES_PER_PERIOD),
+        undersampled: fineness.worst_output(MIN_SAMPLES_PER_PERIOD),
         end_time: reached,
         stats,
         seconds,

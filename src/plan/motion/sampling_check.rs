@@ -103,7 +103,7 @@ impl SamplingCheck {
             }
         };
         let all = self.values.iter().enumerate().map(of);
-        all.filter(|undersampled_output| undersampled_output.per_period < fewest)
+        all.filter(|coarse| coarse.per_period < fewest)
             .min_by(|a, b| a.per_period.total_cmp(&b.per_period))
     }
 }

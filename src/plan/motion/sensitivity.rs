@@ -94,8 +94,8 @@ impl RunSamples {
     /// Takes the next sample: instant and state, outputs.
     pub fn see(&mut self, scene: &SimulationSetup, (t, y): (f64, &[f64]), outputs: &[f64]) {
         self.deflections.see(&scene.model.model, t, y);
-        for (accumulator, value) in self.accumulators.iter_mut().zip(outputs) {
-            accumulator.push(t, *value);
+        for (reader, value) in self.accumulators.iter_mut().zip(outputs) {
+            reader.push(t, *value);
         }
         if self.count.is_multiple_of(self.stride) {
             self.time.push(t);
@@ -230,12 +230,12 @@ fn run(
         &cancel.with_deadline(patience),
     );
     (ask.initial_state, ask.step_size) = (start, size);
-    let mut samples = RunSamples::new(scene);
+    let mut rows = RunSamples::new(scene);
     let mut finite = true;
     (choice.method.run)(model, &ask, &mut |t, y, regime| {
         let now = scene.outputs.evaluate(model, regime, t, y);
         finite = now.iter().all(|value| value.is_finite());
-        samples.see(scene, (t, y), &now);
+        rows.see(scene, (t, y), &now);
         hear(t / scene.end_time);
         match finite {
             true => ControlFlow::Continue(()),
@@ -245,22 +245,22 @@ fn run(
     if !finite {
         return Err(Error::new(Code::Overflow, "the second run diverged"));
     }
-    if samples.count <= scene.samples {
+    if rows.count <= scene.samples {
         let message = format!(
             "a run from a changed start takes more than {}, {MAX_TIME_RATIO} times the first",
             format_duration(patience)
         );
         return Err(Error::new(Code::BudgetExceeded, message));
     }
-    Ok(samples)
+    Ok(rows)
 }
 
 /// What holds of an output.
 fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredictability {
     let (a, b) = (&first.values[output], &second.values[output]);
-    let statistics = [first, second].map(|samples| samples.accumulators[output].statistics());
+    let readings = [first, second].map(|rows| rows.accumulators[output].statistics());
     let until = first_unpredicted(a, b).map(|at| first.time[at]);
-    let [Some(x), Some(y)] = statistics else {
+    let [Some(x), Some(y)] = readings else {
         return OutputPredictability {
             until,
             end: None,

@@ -146,10 +146,10 @@ fn at_speed(
         true => None,
         false => Some(mean_speeds(&machine, kinematics, None)?),
     };
-    for motor in &mut machine.drives {
+    for motor in &mut machine.motors {
         let speed = |list: Option<&[f64]>| list.map_or(0.0, |s| s[motor.dof]);
         let (old, new) = (speed(before.as_deref()), speed(speeds));
-        match &mut motor.model {
+        match &mut motor.drive {
             MotorModel::Curve { curve, .. } => *curve = shift_curve(curve, new - old),
             MotorModel::Speed(course) if old != 0.0 => {
                 course.points.iter_mut().for_each(|p| p.1 *= new / old);

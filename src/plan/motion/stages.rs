@@ -34,7 +34,7 @@ pub fn plan(
         ),
         ("structure", StageDecision::Runs(structure_text(model))),
     ];
-    if let Some(known) = &scene.model.reduction {
+    if let Some(known) = &scene.model.prescribed {
         let moved = |m: &PrescribedMotion| {
             let name = &known.whole.coordinates[m.coordinate];
             format!("{name} by {}", m.name)

@@ -67,9 +67,9 @@ fn error(runs: [&[f64]; 2], of: &dyn Fn(&[f64]) -> f64) -> f64 {
         let long = run.len().div_ceil(BLOCKS).max(1);
         run.chunks(long).map(of)
     });
-    let mut accumulator = StatisticsAccumulator::default();
-    let count = blocks.map(|x| accumulator.push(0.0, x)).count() as f64;
-    let rms = accumulator.statistics().map_or(0.0, |r| r.rms);
+    let mut reader = StatisticsAccumulator::default();
+    let count = blocks.map(|x| reader.push(0.0, x)).count() as f64;
+    let rms = reader.statistics().map_or(0.0, |r| r.rms);
     match count > 1.0 {
         true => student_t_quantile(0.975, count - 1.0) * rms / (count - 1.0).sqrt(),
         false => f64::INFINITY,
@@ -77,9 +77,9 @@ fn error(runs: [&[f64]; 2], of: &dyn Fn(&[f64]) -> f64) -> f64 {
 }
 
 fn reading(values: &[f64]) -> Option<OutputStatistics> {
-    let mut accumulator = StatisticsAccumulator::default();
-    values.iter().for_each(|x| accumulator.push(0.0, *x));
-    accumulator.statistics()
+    let mut reader = StatisticsAccumulator::default();
+    values.iter().for_each(|x| reader.push(0.0, *x));
+    reader.statistics()
 }
 
 /// The value below which a share of all lies.

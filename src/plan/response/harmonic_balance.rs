@@ -99,16 +99,16 @@ impl HarmonicBalanceSetup {
                 .with_hint("begin above zero, in the sense of [speed]"));
         }
         let scene = simulation_setup(prepared_machine, study)?;
-        let dynamic_model = &scene.model.model;
-        if let Some(why) = algebraic::why_inertia_needed(dynamic_model) {
+        let train = &scene.model.model;
+        if let Some(why) = algebraic::why_inertia_needed(train) {
             return Err(Error::new(Code::Conflict, why)
                 .with_hint("give the node its inertia, however small"));
         }
         let of = |name: &String| machine.dof(name).map_or(0.0, |f| speeds[f]);
-        let coordinates: Vec<f64> = dynamic_model.coordinates.iter().map(of).collect();
+        let coordinates: Vec<f64> = train.coordinates.iter().map(of).collect();
         let coordinates = relative_speeds(&scene, coordinates)?;
-        let family = SpeedFamily::new(dynamic_model, &coordinates)?;
-        let element = LinearPart::new(&family).element;
+        let family = SpeedFamily::new(train, &coordinates)?;
+        let active = LinearPart::new(&family).active;
         let events = if study.skip_event_refinement {
             Err("not asked for".to_string())
         } else if !family.is_periodic() {
@@ -117,12 +117,12 @@ impl HarmonicBalanceSetup {
                     .to_string(),
             )
         } else {
-            unsupported_reason(dynamic_model).map_or(Ok(()), Err)
+            unsupported_reason(train).map_or(Ok(()), Err)
         };
         Ok(HarmonicBalanceSetup {
-            branches: element
+            branches: active
                 .iter()
-                .map(|a| dynamic_model.elements[a.branch].name.clone())
+                .map(|a| train.elements[a.branch].name.clone())
                 .collect(),
             node,
             ratio: speed / family.base,
@@ -137,7 +137,7 @@ impl HarmonicBalanceSetup {
     fn plan(&self, study: &HarmonicBalanceStudy) -> Vec<(&'static str, StageDecision)> {
         let runs = |text: &str| StageDecision::Runs(text.to_string());
         let out = |text: &str| StageDecision::LeftOut(text.to_string());
-        let n = self.family.relative_model.model.coordinate_count();
+        let n = self.family.relative.model.coordinate_count();
         let unknowns = match self.branches.is_empty() {
             true => "none: nothing is nonlinear here".to_string(),
             false => format!(
@@ -170,7 +170,7 @@ impl HarmonicBalanceSetup {
             ),
             (
                 "parametric resonances",
-                match has_varying_stiffness(&self.family.relative_model.model) {
+                match has_varying_stiffness(&self.family.relative.model) {
                     true => runs("with all contacts closed, over the same speeds"),
                     false => out("no stiffness varies"),
                 },
@@ -181,10 +181,10 @@ impl HarmonicBalanceSetup {
 
 /// Mean speeds of the coordinates that stay, less what prescribed motions carry them along with.
 fn relative_speeds(scene: &SimulationSetup, mut speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
-    let Some(reduction) = &scene.model.reduction else {
+    let Some(prescribed) = &scene.model.prescribed else {
         return Ok(speeds);
     };
-    for motion in &reduction.motions {
+    for motion in &prescribed.motions {
         let slope = motion.signal.knots.last().map_or(0.0, |k| k.slope);
         if motion.signal.knots.iter().any(|k| k.slope != slope) {
             let message = format!(
@@ -193,7 +193,7 @@ fn relative_speeds(scene: &SimulationSetup, mut speeds: Vec<f64>) -> Result<Vec<
             );
             return Err(Error::new(Code::Conflict, message).with_hint("give the motor one speed"));
         }
-        for (speed, &whole) in speeds.iter_mut().zip(&reduction.retained) {
+        for (speed, &whole) in speeds.iter_mut().zip(&prescribed.retained) {
             *speed -= motion.influence[whole] * slope;
         }
     }
@@ -235,9 +235,9 @@ pub fn run(
             format!("the orders of a balance count from 1 to {MAX_ORDERS}"),
         ));
     }
-    let setup = HarmonicBalanceSetup::new(machine, study)?;
-    let (family, span, range) = (&setup.family, setup.span, setup.range);
-    let options = ContinuationOptions {
+    let ready = HarmonicBalanceSetup::new(machine, study)?;
+    let (family, span, range) = (&ready.family, ready.span, ready.range);
+    let course = ContinuationOptions {
         from: span[0] * family.base,
         to: span[1] * family.base,
         step: (span[1] - span[0]).abs() * family.base / f64::from(range.count),
@@ -245,37 +245,37 @@ pub fn run(
         orders: study.orders.map(|n| n as usize),
         max_points: MAX_POINTS_FACTOR * range.count as usize,
     };
-    let point_options = PointOptions {
-        outputs: &setup.scene.outputs,
-        events: setup.events.is_ok(),
+    let options = PointOptions {
+        outputs: &ready.scene.outputs,
+        events: ready.events.is_ok(),
     };
-    let curve = continue_curve(family, point_options, options, progress)?;
+    let curve = continue_curve(family, options, course, progress)?;
     let jumps = curve
         .bifurcations
         .iter()
-        .map(|s| other_branch_amplitude(&curve, s.after, s.solution.omega, &s.solution))
+        .map(|s| other_branch_amplitude(&curve, s.after, s.point.omega, &s.point))
         .collect();
     let mut result = HarmonicBalanceResult {
         jumps,
-        outputs: setup
+        outputs: ready
             .scene
             .outputs
             .list
             .iter()
             .map(|o| (o.name.clone(), o.unit))
             .collect(),
-        node: machine.machine.dof_name(setup.node),
-        ratio: setup.ratio,
+        node: machine.machine.dof_name(ready.node),
+        ratio: ready.ratio,
         range,
         instability_tongues: parametric_resonances(
-            &family.relative_model.model,
+            &family.relative.model,
             span,
             SEARCH_POINTS_FACTOR * range.count as usize,
         ),
-        plan: setup.plan(study),
+        plan: ready.plan(study),
         diagnostics: machine.warnings(),
         seconds: begin.elapsed().as_secs_f64(),
-        branches: setup.branches,
+        branches: ready.branches,
         curve,
     };
     result.warn(machine.machine.gyroscopic.is_empty(), tolerance);
@@ -309,12 +309,12 @@ fn simulation_setup(
         outputs,
         ..SimulateStudy::default()
     };
-    let conditions = InitialConditions {
+    let start = InitialConditions {
         phase: MeshPhase::Speed,
         at: InitialState::Rest,
         ..InitialConditions::default()
     };
-    SimulationSetup::new(prepared_machine, &conditions, &motion)
+    SimulationSetup::new(prepared_machine, &start, &motion)
 }
 
 /// Parametric resonances with all contacts closed, by factors on the speed.
@@ -339,7 +339,7 @@ fn other_branch_amplitude(
     const EXCLUDED_POINTS: usize = 2;
     let amplitude = |p: &PeriodicSolution| p.outputs.first().map(|o| o.amplitude());
     let own = amplitude(here)?;
-    let others = curve.solutions.windows(2).enumerate().filter(|(at, pair)| {
+    let others = curve.points.windows(2).enumerate().filter(|(at, pair)| {
         let spans = (pair[0].omega - omega) * (pair[1].omega - omega) <= 0.0;
         at.abs_diff(after) > EXCLUDED_POINTS
             && spans
@@ -365,11 +365,11 @@ impl HarmonicBalanceResult {
     pub fn refinement_counts(&self) -> (usize, usize) {
         let exact = self
             .curve
-            .solutions
+            .points
             .iter()
             .filter(|p| p.refinement == Refinement::Shooting)
             .count();
-        (exact, self.curve.solutions.len() - exact)
+        (exact, self.curve.points.len() - exact)
     }
 
     fn warn(&mut self, plain: bool, tolerance: f64) {
@@ -386,7 +386,7 @@ impl HarmonicBalanceResult {
         if let Some(error) = &self.curve.stopped_by {
             let reached = self
                 .curve
-                .solutions
+                .points
                 .last()
                 .map_or(0.0, |p| p.omega * self.ratio)
                 * 30.0
@@ -400,7 +400,7 @@ impl HarmonicBalanceResult {
         if self.curve.order_limited {
             let worst = self
                 .curve
-                .solutions
+                .points
                 .iter()
                 .map(|p| p.truncation_error)
                 .fold(0.0, f64::max);

@@ -29,7 +29,7 @@ pub struct ResponseResult {
     /// Hz.
     pub frequency_hz: Vec<f64>,
     /// Of every input and output.
-    pub curves: Vec<ResponseCurve>,
+    pub pairs: Vec<ResponseCurve>,
     /// Frequencies of the plots' lines, Hz: closer where the curves need it; empty unless plots are wanted.
     pub drawn_hz: Vec<f64>,
     /// Why it was found so.
@@ -161,9 +161,9 @@ pub fn run(
     let values = lined.collect::<Result<Vec<_>, Error>>()?;
 
     let natural = natural_frequencies(prepared_machine, &ports, (from, to));
-    let energy = StrainEnergy::new(&model, &ports)?;
+    let strain = StrainEnergy::new(&model, &ports)?;
     let damped = linear.is_damped(machine);
-    let mut curves = Vec::new();
+    let mut pairs = Vec::new();
     for (i, input) in ports.inputs.iter().enumerate() {
         for (o, output) in ports.outputs.iter().enumerate() {
             let value: Vec<Complex> = values.iter().map(|h| h[(o, i)]).collect();
@@ -182,11 +182,11 @@ pub fn run(
             let at_rest = solver.response_at(0.0).ok().map(|h| h[(o, i)].norm());
             let strained = |peak: ResponsePeak| {
                 Ok(ResonancePeak {
-                    dominant_element: energy.dominant_element(peak.omega, i)?,
+                    dominant_element: strain.dominant_element(peak.omega, i)?,
                     peak,
                 })
             };
-            curves.push(ResponseCurve {
+            pairs.push(ResponseCurve {
                 input: input.name.clone(),
                 output: output.name.clone(),
                 plotted: Vec::new(),
@@ -202,13 +202,13 @@ pub fn run(
     }
     let mut drawn_hz = Vec::new();
     if drawn {
-        let course = refine(&omega, values, &half_power_widths(&curves), |w| {
+        let course = refine(&omega, values, &half_power_widths(&pairs), |w| {
             solver.response_at(w)
         });
         drawn_hz = course.omega.iter().map(|w| w / TAU).collect();
-        for (k, curve) in curves.iter_mut().enumerate() {
+        for (k, pair) in pairs.iter_mut().enumerate() {
             let (i, o) = (k / ports.outputs.len(), k % ports.outputs.len());
-            curve.plotted = course.values.iter().map(|h| h[(o, i)]).collect();
+            pair.plotted = course.values.iter().map(|h| h[(o, i)]).collect();
         }
     }
     let mut diagnostics = prepared_machine.warnings();
@@ -223,7 +223,7 @@ pub fn run(
     Ok(ResponseResult {
         frequency_hz: omega.iter().map(|w| w / TAU).collect(),
         drawn_hz,
-        curves,
+        pairs,
         solver: solver.kind(),
         stats: ResponseStats {
             seconds: start.elapsed().as_secs_f64(),
@@ -274,9 +274,9 @@ fn budget_error(forecast: BudgetForecast, lines: usize) -> Error {
 }
 
 /// Places and half-power widths of all peaks, rad/s; where a neighbour hides the width, a hundredth of the place.
-fn half_power_widths(curves: &[ResponseCurve]) -> Vec<(f64, f64)> {
+fn half_power_widths(pairs: &[ResponseCurve]) -> Vec<(f64, f64)> {
     const DEFAULT_WIDTH: f64 = 1e-2;
-    let all = curves.iter().flat_map(|p| &p.peaks).map(|s| s.peak);
+    let all = pairs.iter().flat_map(|p| &p.peaks).map(|s| s.peak);
     let width = |p: ResponsePeak| {
         p.half_power
             .map_or(DEFAULT_WIDTH * p.omega, |(low, high)| high - low)
@@ -336,7 +336,7 @@ pub fn natural_frequencies(
 
 /// What every spring is strained by each input.
 pub(super) struct StrainEnergy<'a> {
-    solver: DirectSolver,
+    direct: DirectSolver,
     /// Element and stiffness of every output.
     springs: Vec<(usize, f64)>,
     model: OperatingModel<'a>,
@@ -364,7 +364,7 @@ impl<'a> StrainEnergy<'a> {
             .map(|b| (model.machine.branches[b.index].element, b.stiffness))
             .collect();
         Ok(StrainEnergy {
-            solver: DirectSolver::new(model, &ports)?,
+            direct: DirectSolver::new(model, &ports)?,
             springs,
             model: *model,
         })
@@ -389,7 +389,7 @@ impl<'a> StrainEnergy<'a> {
         omega: f64,
         inputs: &[(usize, Complex)],
     ) -> Result<Vec<(usize, f64)>, Error> {
-        let deflections = self.solver.response_at(omega)?;
+        let deflections = self.direct.response_at(omega)?;
         let of = |(row, &(element, stiffness)): (usize, &(usize, f64))| {
             let zero = Complex::new(0.0, 0.0);
             let delta = inputs.iter().fold(zero, |sum, &(input, size)| {

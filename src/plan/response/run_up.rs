@@ -36,7 +36,7 @@ pub struct RunUpResult {
     /// Of every output the speed at which all excitations together are most, rad/s, and how much: of these speeds and the critical ones.
     pub max_amplitudes: Vec<(f64, f64)>,
     /// Critical speeds by falling answer of the first output.
-    pub speed: Vec<CriticalSpeed>,
+    pub critical: Vec<CriticalSpeed>,
     /// How responses were found.
     pub choice: ResponseMethodChoice,
     /// Stages with what they do.
@@ -113,7 +113,7 @@ impl RunUpSetup {
             return Err(error.with_hint("add --run-up 0:3000:301, or `speeds` to the study"));
         };
         let node = reference_dof(machine)?;
-        let all = excitations(machine, kinematics, &prepared_machine.point)?;
+        let all = excitations(machine, kinematics, &prepared_machine.operating)?;
         let count = all.len();
         // A branch that is open or joins what moves as one carries no error.
         let carries = |e: &OrderExcitation| {
@@ -261,35 +261,35 @@ pub fn plan(
 /// What is missing in the study; names that do not exist; machines without orders; those of the responses.
 pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<RunUpResult, Error> {
     let start = Instant::now();
-    let setup = RunUpSetup::new(prepared_machine, study)?;
+    let ready = RunUpSetup::new(prepared_machine, study)?;
     let PreparedMachine {
         machine,
         model: linear,
         ..
     } = prepared_machine;
     let model = prepared_machine.frequency_setting(None);
-    let ports = &setup.ports;
-    let mut solver = ResponseSolver::new(&model, ports, setup.choice.method)?;
+    let ports = &ready.ports;
+    let mut solver = ResponseSolver::new(&model, ports, ready.choice.method)?;
     let frequencies = |speed: &f64| {
-        setup
+        ready
             .excitations
             .iter()
             .map(|e| (e.order * speed).abs())
             .collect::<Vec<f64>>()
     };
-    let all: Vec<f64> = setup.speeds.iter().flat_map(frequencies).collect();
+    let all: Vec<f64> = ready.speeds.iter().flat_map(frequencies).collect();
     solver.check(&all)?;
-    let weights: Vec<Vec<(usize, Complex)>> = setup
+    let weights: Vec<Vec<(usize, Complex)>> = ready
         .excitations
         .iter()
         .map(|e| input_amplitudes(e, ports))
         .collect();
-    let has_size = |e: &OrderExcitation| setup.is_declared(e);
-    let column = |e| has_size(e).then(|| vec![0.0; setup.speeds.len()]);
-    let empty: Vec<Option<Vec<f64>>> = setup.excitations.iter().map(column).collect();
+    let has_size = |e: &OrderExcitation| ready.is_declared(e);
+    let column = |e| has_size(e).then(|| vec![0.0; ready.speeds.len()]);
+    let empty: Vec<Option<Vec<f64>>> = ready.excitations.iter().map(column).collect();
     let mut amplitudes = vec![empty; ports.outputs.len()];
-    for (at, &speed) in setup.speeds.iter().enumerate() {
-        for (number, e) in setup.excitations.iter().enumerate() {
+    for (at, &speed) in ready.speeds.iter().enumerate() {
+        for (number, e) in ready.excitations.iter().enumerate() {
             if !has_size(e) {
                 continue;
             }
@@ -308,10 +308,10 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
             .with_hint("look at the units of stiffnesses, dampings and errors"));
     }
     let damped = linear.is_damped(machine);
-    let critical_speed = critical_speeds(prepared_machine, &setup, &solver, &weights, damped)?;
+    let critical = critical_speeds(prepared_machine, &ready, &solver, &weights, damped)?;
     let total = |speed: f64| -> Result<Vec<f64>, Error> {
         let mut squares = vec![0.0; ports.outputs.len()];
-        for (e, own) in setup
+        for (e, own) in ready
             .excitations
             .iter()
             .zip(&weights)
@@ -327,14 +327,14 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
     let mut most: Vec<(f64, f64)> = (amplitudes.iter())
         .map(|table| {
             let square = |at: usize| table.iter().flatten().map(|a| a[at].powi(2)).sum::<f64>();
-            let all = setup.speeds.iter().enumerate();
+            let all = ready.speeds.iter().enumerate();
             all.map(|(at, &speed)| (speed, square(at).sqrt()))
                 .max_by(|a, b| a.1.total_cmp(&b.1))
                 .unwrap_or_default()
         })
         .collect();
     if damped {
-        for c in &critical_speed {
+        for c in &critical {
             let here = total(c.speed)?;
             for (best, here) in most.iter_mut().zip(here) {
                 if here > best.1 {
@@ -352,8 +352,8 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
         });
     }
     Ok(RunUpResult {
-        node: machine.dof_name(setup.node),
-        assumed: setup.assumes.then_some(UNIT_AMPLITUDE),
+        node: machine.dof_name(ready.node),
+        assumed: ready.assumes.then_some(UNIT_AMPLITUDE),
         fixed_dofs: (ports.fixed.iter())
             .map(|&dof| machine.dof_name(dof))
             .collect(),
@@ -362,13 +362,13 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
             .iter()
             .map(|p| (p.name.clone(), p.unit))
             .collect(),
-        plan: setup.plan(prepared_machine),
-        speeds: setup.speeds,
-        excitations: setup.excitations,
-        choice: setup.choice,
+        plan: ready.plan(prepared_machine),
+        speeds: ready.speeds,
+        excitations: ready.excitations,
+        choice: ready.choice,
         amplitudes,
         max_amplitudes: most,
-        speed: critical_speed,
+        critical,
         diagnostics,
         seconds: start.elapsed().as_secs_f64(),
     })
@@ -377,43 +377,43 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
 /// Where orders meet natural frequencies and the machine answers.
 fn critical_speeds(
     prepared_machine: &PreparedMachine,
-    setup: &RunUpSetup,
+    ready: &RunUpSetup,
     solver: &ResponseSolver,
     weights: &[Vec<(usize, Complex)>],
     damped: bool,
 ) -> Result<Vec<CriticalSpeed>, Error> {
     let size = |s: &f64| s.abs();
-    let (low, high) = setup
+    let (low, high) = ready
         .speeds
         .iter()
         .map(size)
         .fold((f64::INFINITY, 0.0f64), |(l, h), s| (l.min(s), h.max(s)));
     // A range through standstill holds every speed down to zero.
-    let through = setup.speeds.first().is_some_and(|f| *f < 0.0)
-        && setup.speeds.last().is_some_and(|l| *l > 0.0);
+    let through = ready.speeds.first().is_some_and(|f| *f < 0.0)
+        && ready.speeds.last().is_some_and(|l| *l > 0.0);
     let low = if through { 0.0 } else { low };
-    let most = setup
+    let most = ready
         .excitations
         .iter()
         .map(|e| e.order)
         .fold(0.0, f64::max)
         * high;
-    let omegas = natural_frequencies(prepared_machine, &setup.ports, (0.0, most));
+    let omegas = natural_frequencies(prepared_machine, &ready.ports, (0.0, most));
     let machine = &prepared_machine.machine;
     let model = prepared_machine.frequency_setting(None);
-    let energy = StrainEnergy::new(&model, &setup.ports)?;
+    let strain = StrainEnergy::new(&model, &ready.ports)?;
     let mut all = Vec::new();
     for &omega in &omegas {
-        for (excitation, e) in setup.excitations.iter().enumerate() {
+        for (excitation, e) in ready.excitations.iter().enumerate() {
             let speed = omega / e.order;
             if speed < low || speed > high || speed == 0.0 {
                 continue;
             }
             // On the very frequency of an undamped machine there is no answer; next to it the shape is the same.
             let near = if damped { omega } else { omega * (1.0 + 1e-6) };
-            let energies = energy.strain_energies(near, &weights[excitation])?;
+            let energies = strain.strain_energies(near, &weights[excitation])?;
             let sum = |omega: f64| -> Result<f64, Error> {
-                Ok(energy
+                Ok(strain
                     .strain_energies(omega, &weights[excitation])?
                     .iter()
                     .map(|e| e.1)
@@ -431,7 +431,7 @@ fn critical_speeds(
             energies.iter().for_each(|e| by_element[e.0] += e.1);
             let worst =
                 (0..by_element.len()).max_by(|&a, &b| by_element[a].total_cmp(&by_element[b]));
-            let amplitude = match damped && setup.is_declared(e) {
+            let amplitude = match damped && ready.is_declared(e) {
                 true => {
                     let h = solver.response_at(omega)?;
                     Some(summed_amplitude(|i| h[(0, i)], &weights[excitation]))

@@ -47,7 +47,7 @@ pub struct TransmissionResult {
     /// Second order of offsets, which the lines leave out, at the output, rad.
     pub second_order: f64,
     /// What each line does to work that is indexed tooth by tooth.
-    pub effects: Option<Vec<IndexingEffect>>,
+    pub marks: Option<Vec<IndexingEffect>>,
     /// Lines over speed.
     pub map: Option<SpeedMap>,
     /// The error over the angle.
@@ -99,10 +99,10 @@ pub struct OrderLineResult {
 
 impl TransmissionResult {
     /// A and ψ of a row, slowly: with rigid joints where these have an answer, in loops as the elastic joints share it out.
-    pub fn quasi_static(&self, result: &OrderLineResult) -> Complex {
-        match result.line.origin {
-            LineOrigin::Declared(_) if self.has_rigid_solution() => result.line.quasi_static,
-            _ => result.loaded,
+    pub fn quasi_static(&self, row: &OrderLineResult) -> Complex {
+        match row.line.origin {
+            LineOrigin::Declared(_) if self.has_rigid_solution() => row.line.quasi_static,
+            _ => row.loaded,
         }
     }
 
@@ -122,11 +122,11 @@ impl TransmissionResult {
             .lines
             .iter()
             .fold(0.0f64, |m, r| m.max(r.loaded.norm()));
-        let differs = |result: &OrderLineResult| {
-            let loaded = result.loaded.norm();
+        let differs = |row: &OrderLineResult| {
+            let loaded = row.loaded.norm();
             let off = |rigid: Complex| (rigid.norm() - loaded).abs();
             let shown = DISPLAY_TOLERANCE.0 * loaded + DISPLAY_TOLERANCE.1 * largest;
-            result.kinematic.is_none_or(|rigid| off(rigid) > shown)
+            row.kinematic.is_none_or(|rigid| off(rigid) > shown)
         };
         self.lines.iter().any(differs)
     }
@@ -142,7 +142,9 @@ fn chain_of(
     prepared_machine: &PreparedMachine,
     study: &TransmissionStudy,
 ) -> Result<TransmissionChain, Error> {
-    let PreparedMachine { machine, point, .. } = prepared_machine;
+    let PreparedMachine {
+        machine, operating, ..
+    } = prepared_machine;
     let Some(output) = &study.output else {
         return Err(Error::new(
             Code::Usage,
@@ -169,7 +171,7 @@ fn chain_of(
             ),
         );
     }
-    let chain = TransmissionChain::new(machine, point, ends)?;
+    let chain = TransmissionChain::new(machine, operating, ends)?;
     let slides = !machine.dofs[ends.output].axis.is_rotation();
     if let (true, Some(what)) = (
         slides,
@@ -207,12 +209,12 @@ pub fn run(
     let PreparedMachine {
         machine,
         kinematics,
-        point,
+        operating,
         ..
     } = prepared_machine;
     let chain = chain_of(prepared_machine, study)?;
     let model = prepared_machine.frequency_setting(None);
-    let mut all = order_lines::order_lines(machine, point, &chain);
+    let mut all = order_lines::order_lines(machine, operating, &chain);
     let misfit = order_lines::incompatible_loop(machine, &chain, &all);
     if let Some(loop_of) = &misfit
         && loop_of
@@ -282,7 +284,7 @@ pub fn run(
             })
         }
     };
-    let effects = match &study.index {
+    let marks = match &study.index {
         None => None,
         Some(index) => {
             let moved = index_positions(machine, &chain, index)?;
@@ -345,7 +347,7 @@ pub fn run(
         budget,
         elements,
         second_order: eccentric_pair::neglected_second_order(machine, &chain),
-        effects,
+        marks,
         map,
         record,
         period,
@@ -529,7 +531,7 @@ fn diagnostics(machine: &Machine, result: &TransmissionResult) -> Vec<Diagnostic
             let has_line = result
                 .lines
                 .iter()
-                .any(|line_result| line_result.line.origin == LineOrigin::Declared(*number));
+                .any(|row| row.line.origin == LineOrigin::Declared(*number));
             !has_line && !error.waveform.harmonics().iter().all(|h| h.1 == 0.0)
         })
         .map(|(_, error)| error.location.as_str())
@@ -552,12 +554,12 @@ fn diagnostics(machine: &Machine, result: &TransmissionResult) -> Vec<Diagnostic
             .iter()
             .any(|g| g.element == at && g.teeth.is_none());
         let near = coincidence::connected_side(machine, at, result.chain.ends.output);
-        let across = result.lines.iter().any(|line_result| {
-            let far = line_result
+        let across = result.lines.iter().any(|row| {
+            let far = row
                 .line
                 .declared(machine)
                 .is_some_and(|error| !near[error.rotation_dof]);
-            far && line_result.share > 0.0
+            far && row.share > 0.0
         });
         machine.elements[at].kind == "belt" && pulley && across
     };

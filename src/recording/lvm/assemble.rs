@@ -55,52 +55,51 @@ pub(super) fn assemble(
     let mut parts = Vec::new();
     for (at, mut segment) in segments.into_iter().enumerate() {
         report_comments(&mut segment, at, log);
-        let numbers = segment.numbers.clone();
-        let mut channels = Vec::new();
-        for segment_channels in split_by_abscissa(segment, log)? {
-            match segment_channels
+        let lines = segment.lines.clone();
+        let mut pieces = Vec::new();
+        for piece in split_by_abscissa(segment, log)? {
+            match piece
                 .channels
                 .iter()
                 .any(|(channel, _)| is_spectrum(channel))
             {
-                true => push_spectra(segment_channels, log)?,
-                false => channels.push(segment_channels),
+                true => push_spectra(piece, log)?,
+                false => pieces.push(piece),
             }
         }
-        if !channels.is_empty() {
-            parts.push((channels, numbers));
+        if !pieces.is_empty() {
+            parts.push((pieces, lines));
         }
     }
     if let Some(offsets) = segment_offsets(&parts, scale) {
-        let numbers = parts
+        let lines = parts
             .iter()
-            .map(|(_, numbers)| numbers.clone())
+            .map(|(_, lines)| lines.clone())
             .collect::<Vec<_>>();
         return join_segments(
-            parts.into_iter().map(|(channels, _)| channels).collect(),
+            parts.into_iter().map(|(pieces, _)| pieces).collect(),
             &offsets,
             scale,
-            &numbers,
+            &lines,
             log,
         );
     }
     let many = parts.len() > 1;
-    for (at, (channels, numbers)) in parts.into_iter().enumerate() {
-        for mut segment_channels in channels {
+    for (at, (pieces, lines)) in parts.into_iter().enumerate() {
+        for mut piece in pieces {
             if many {
-                for (channel, _) in &mut segment_channels.channels {
+                for (channel, _) in &mut piece.channels {
                     channel.name = format!("{} (segment {})", channel.name, at + 1);
                 }
             }
-            let mut group = start_group(&segment_channels, scale);
-            group.timing.numbers = numbers.clone();
-            if let Some(x) = &segment_channels.x {
+            let mut group = start_group(&piece, scale);
+            group.timing.lines = lines.clone();
+            if let Some(x) = &piece.x {
                 let first = x.first().copied().unwrap_or(0.0);
                 let seconds: Vec<f64> = x.iter().map(|x| (x - first) * scale).collect();
-                group.timing.stamps =
-                    Some(time_stamps(&seconds, segment_channels.resolution * scale));
+                group.timing.stamps = Some(time_stamps(&seconds, piece.resolution * scale));
             }
-            group.channels = segment_channels.channels.into_iter().map(channel).collect();
+            group.channels = piece.channels.into_iter().map(channel).collect();
             log.groups.push(group);
         }
     }
@@ -122,12 +121,12 @@ fn report_comments(segment: &mut LvmSegment, at: usize, log: &mut RawLog) {
 fn split_by_abscissa(segment: LvmSegment, log: &mut RawLog) -> Result<Vec<SegmentChannels>, Error> {
     let rows = segment.rows;
     let mut abscissas = Vec::new();
-    for mut reader in segment.abscissas {
+    for mut series in segment.abscissas {
         // A blank abscissa of a channel that has ended is no missing stamp.
-        reader.mark_blanks_missing()?;
-        abscissas.push((read_all(&reader.column)?, reader.resolution));
+        series.mark_blanks_missing()?;
+        abscissas.push((read_all(&series.column)?, series.resolution));
     }
-    let mut segment_channels: Vec<SegmentChannels> = Vec::new();
+    let mut pieces: Vec<SegmentChannels> = Vec::new();
     for (at, (channel, mut samples)) in segment
         .channels
         .into_iter()
@@ -150,7 +149,7 @@ fn split_by_abscissa(segment: LvmSegment, log: &mut RawLog) -> Result<Vec<Segmen
         let length = samples.column.len();
         let abscissa = abscissas.get(if abscissas.len() > 1 { at } else { 0 });
         let x = abscissa.and_then(|(x, _)| x.get(..length));
-        let kin = segment_channels.iter_mut().find(|piece| {
+        let kin = pieces.iter_mut().find(|piece| {
             piece.length == length
                 && piece.x.as_deref() == x
                 && piece.channels.first().is_some_and(|(other, _)| {
@@ -159,7 +158,7 @@ fn split_by_abscissa(segment: LvmSegment, log: &mut RawLog) -> Result<Vec<Segmen
         });
         match kin {
             Some(piece) => piece.channels.push((channel, samples)),
-            None => segment_channels.push(SegmentChannels {
+            None => pieces.push(SegmentChannels {
                 channels: vec![(channel, samples)],
                 x: x.map(<[f64]>::to_vec),
                 resolution: abscissa.map_or(0.0, |(_, resolution)| *resolution),
@@ -167,7 +166,7 @@ fn split_by_abscissa(segment: LvmSegment, log: &mut RawLog) -> Result<Vec<Segmen
             }),
         }
     }
-    Ok(segment_channels)
+    Ok(pieces)
 }
 
 fn read_all(column: &SampleColumn) -> Result<Vec<f64>, Error> {
@@ -184,9 +183,9 @@ fn is_spectrum(channel: &LvmChannel) -> bool {
             .any(|word| channel.name.contains(word))
 }
 
-fn push_spectra(channels: SegmentChannels, log: &mut RawLog) -> Result<(), Error> {
-    for (channel, reader) in &channels.channels {
-        let values = read_all(&reader.column)?;
+fn push_spectra(piece: SegmentChannels, log: &mut RawLog) -> Result<(), Error> {
+    for (channel, series) in &piece.channels {
+        let values = read_all(&series.column)?;
         let step = channel.delta_x.unwrap_or(f64::NAN);
         let even = || {
             (0..values.len())
@@ -209,7 +208,7 @@ fn push_spectra(channels: SegmentChannels, log: &mut RawLog) -> Result<(), Error
             kind: "spectrum",
             // Magnitudes are never negative, their logarithms mostly are.
             is_decibel: values.iter().any(|&v| v < 0.0) && !channel.name.contains("Phase"),
-            frequency_hz: channels.x.clone().unwrap_or_else(even),
+            frequency_hz: piece.x.clone().unwrap_or_else(even),
             values: values.iter().map(|&v| Complex::new(v, 0.0)).collect(),
         });
     }
@@ -223,34 +222,34 @@ fn segment_offsets(parts: &[(Vec<SegmentChannels>, LineNumbers)], scale: f64) ->
     if parts.len() < 2 {
         return None;
     }
-    let layout = |channels: &[SegmentChannels]| -> Vec<Vec<(String, String, Option<f64>)>> {
+    let layout = |pieces: &[SegmentChannels]| -> Vec<Vec<(String, String, Option<f64>)>> {
         let key = |(c, _): &(LvmChannel, ColumnReader)| (c.name.clone(), c.unit.clone(), c.delta_x);
-        channels
+        pieces
             .iter()
-            .map(|segment_channels| segment_channels.channels.iter().map(key).collect())
+            .map(|piece| piece.channels.iter().map(key).collect())
             .collect()
     };
-    let channel = |channels: &[SegmentChannels]| {
-        channels
+    let channel = |pieces: &[SegmentChannels]| {
+        pieces
             .first()
-            .and_then(|segment_channels| segment_channels.channels.first().map(|(c, _)| c.clone()))
+            .and_then(|piece| piece.channels.first().map(|(c, _)| c.clone()))
     };
     let known = layout(first);
     let start = start_time_s(&channel(first)?)?;
     let mut offsets = Vec::new();
     let mut end: Option<(f64, f64)> = None;
-    for (channels, _) in parts {
-        if layout(channels) != known {
+    for (pieces, _) in parts {
+        if layout(pieces) != known {
             return None;
         }
-        let (segment_channels, channel) = (channels.first()?, channel(channels)?);
+        let (piece, channel) = (pieces.first()?, channel(pieces)?);
         let mut offset = start_time_s(&channel)? - start;
         let step = channel.delta_x? * scale;
-        let (begin, last) = match &segment_channels.x {
+        let (begin, last) = match &piece.x {
             Some(x) => (x.first()? * scale, x.last()? * scale),
             None => (
                 channel.x0 * scale,
-                channel.x0 * scale + (segment_channels.length - 1) as f64 * step,
+                channel.x0 * scale + (piece.length - 1) as f64 * step,
             ),
         };
         if let Some((previous, step)) = end {
@@ -292,38 +291,37 @@ fn join_segments(
     parts: Vec<Vec<SegmentChannels>>,
     offsets: &[f64],
     scale: f64,
-    numbers: &[LineNumbers],
+    lines: &[LineNumbers],
     log: &mut RawLog,
 ) -> Result<(), Error> {
     let n_segments = parts.len();
     let mut groups: Vec<(ChannelGroup, Vec<f64>, f64)> = Vec::new();
     let mut rows_before = Vec::new();
-    for (at, channels) in parts.into_iter().enumerate() {
-        for (place, segment_channels) in channels.into_iter().enumerate() {
+    for (at, pieces) in parts.into_iter().enumerate() {
+        for (place, piece) in pieces.into_iter().enumerate() {
             if groups.len() == place {
-                groups.push((start_group(&segment_channels, scale), Vec::new(), 0.0));
+                groups.push((start_group(&piece, scale), Vec::new(), 0.0));
                 rows_before.push(0);
             }
             let (group, seconds, resolution) = &mut groups[place];
-            for row in 0..segment_channels.length {
-                if let Some(line) = numbers[at].line_of_row(row) {
-                    group.timing.numbers.push(rows_before[place] + row, line);
+            for row in 0..piece.length {
+                if let Some(line) = lines[at].line_of_row(row) {
+                    group.timing.lines.push(rows_before[place] + row, line);
                 }
             }
-            rows_before[place] += segment_channels.length;
-            *resolution = resolution.max(segment_channels.resolution * scale);
-            let (x0, step) = segment_channels
+            rows_before[place] += piece.length;
+            *resolution = resolution.max(piece.resolution * scale);
+            let (x0, step) = piece
                 .channels
                 .first()
                 .map_or((0.0, 0.0), |(c, _)| (c.x0, c.delta_x.unwrap_or(0.0)));
-            match &segment_channels.x {
+            match &piece.x {
                 Some(x) => seconds.extend(x.iter().map(|x| offsets[at] + x * scale)),
                 None => seconds.extend(
-                    (0..segment_channels.length)
-                        .map(|i| offsets[at] + (x0 + i as f64 * step) * scale),
+                    (0..piece.length).map(|i| offsets[at] + (x0 + i as f64 * step) * scale),
                 ),
             }
-            for (which, member) in segment_channels.channels.into_iter().enumerate() {
+            for (which, member) in piece.channels.into_iter().enumerate() {
                 let new = channel(member);
                 match group.channels.get_mut(which) {
                     Some(known) => {
@@ -353,11 +351,8 @@ fn join_segments(
 }
 
 /// A group with what the header says of its clock, without channels.
-fn start_group(segment_channels: &SegmentChannels, scale: f64) -> ChannelGroup {
-    let channel = segment_channels
-        .channels
-        .first()
-        .map(|(channel, _)| channel);
+fn start_group(piece: &SegmentChannels, scale: f64) -> ChannelGroup {
+    let channel = piece.channels.first().map(|(channel, _)| channel);
     let rate = channel
         .and_then(|c| c.delta_x)
         .map(|dx| rate_from_interval(scale * dx));
@@ -372,9 +367,7 @@ fn start_group(segment_channels: &SegmentChannels, scale: f64) -> ChannelGroup {
             invalid_rate: None,
             header_samples: channel.and_then(|c| {
                 // A first packet longer than the whole file contradicts it; a shorter one does not.
-                let packet = c
-                    .first_packet
-                    .filter(|&packet| packet > segment_channels.length);
+                let packet = c.first_packet.filter(|&packet| packet > piece.length);
                 c.samples.or(packet)
             }),
             start: start.filter(|start| !start.is_empty()),
@@ -394,11 +387,11 @@ fn time_stamps(seconds: &[f64], resolution_s: f64) -> TimeStamps {
     }
 }
 
-fn channel((channel, reader): (LvmChannel, ColumnReader)) -> RawChannel {
+fn channel((channel, series): (LvmChannel, ColumnReader)) -> RawChannel {
     RawChannel {
         name: channel.name,
         unit: channel.unit,
-        samples: reader.column,
-        overloads: reader.overloads,
+        samples: series.column,
+        overloads: series.overloads,
     }
 }

@@ -90,17 +90,17 @@ pub(super) enum AbscissaLayout {
 /// What the first header says.
 pub(super) struct FileHeader {
     pub separator: u8,
-    pub layout: AbscissaLayout,
+    pub abscissa: AbscissaLayout,
     /// Each segment has a header of its own; else `SampleEmitter` counts the first packet alone.
     pub many_headers: bool,
     pub metadata: Vec<(String, String)>,
 }
 
 /// Reads the first header.
-pub(super) fn read_file_header(reader: &mut LineReader<'_>) -> Result<FileHeader, Error> {
-    let first = reader
+pub(super) fn read_file_header(lines: &mut LineReader<'_>) -> Result<FileHeader, Error> {
+    let first = lines
         .next_line()
-        .map(|line| reader.decode(line))
+        .map(|line| lines.decode(line))
         .unwrap_or_default();
     if !first.starts_with("LabVIEW Measurement") {
         return Err(Error::new(
@@ -108,46 +108,42 @@ pub(super) fn read_file_header(reader: &mut LineReader<'_>) -> Result<FileHeader
             "an LVM file begins with `LabVIEW Measurement`, and this one does not",
         ));
     }
-    let mut file_header = FileHeader {
+    let mut file = FileHeader {
         separator: b'\t',
-        layout: AbscissaLayout::FirstColumn,
+        abscissa: AbscissaLayout::FirstColumn,
         many_headers: false,
         metadata: Vec::new(),
     };
-    while let Some(line) = reader.next_line() {
-        let text = reader.decode(line);
+    while let Some(line) = lines.next_line() {
+        let text = lines.decode(line);
         if text.starts_with(END_OF_HEADER) {
-            return Ok(file_header);
+            return Ok(file);
         }
         // The line that names the separator already uses it.
         if let Some(rest) = text.strip_prefix("Separator") {
-            file_header.separator = if rest.starts_with(',') || rest.contains("Comma") {
+            file.separator = if rest.starts_with(',') || rest.contains("Comma") {
                 b','
             } else {
                 b'\t'
             };
             continue;
         }
-        let Some((key, value)) = text.split_once(char::from(file_header.separator)) else {
+        let Some((key, value)) = text.split_once(char::from(file.separator)) else {
             continue;
         };
-        let value = value
-            .trim_end_matches(char::from(file_header.separator))
-            .trim();
+        let value = value.trim_end_matches(char::from(file.separator)).trim();
         match key.trim() {
             "X_Columns" => {
-                file_header.layout = match value {
+                file.abscissa = match value {
                     "No" => AbscissaLayout::No,
                     "Multi" => AbscissaLayout::Multi,
                     _ => AbscissaLayout::FirstColumn,
                 }
             }
-            "Multi_Headings" => file_header.many_headers = value == "Yes",
+            "Multi_Headings" => file.many_headers = value == "Yes",
             key @ ("Date" | "Time" | "Operator" | "Project" | "Description" | "Test"
             | "Time_Pref") => {
-                file_header
-                    .metadata
-                    .push((key.to_string(), value.to_string()));
+                file.metadata.push((key.to_string(), value.to_string()));
             }
             _ => {}
         }
@@ -187,20 +183,20 @@ pub(super) struct LvmChannel {
 
 /// Reads the next segment's header and the line of headings under it; `None` at the end of the file.
 pub(super) fn read_segment_header(
-    reader: &mut LineReader<'_>,
-    file_header: &FileHeader,
+    lines: &mut LineReader<'_>,
+    file: &FileHeader,
     log: &mut RawLog,
 ) -> Result<Option<SegmentHeader>, Error> {
-    let separator = char::from(file_header.separator);
+    let separator = char::from(file.separator);
     let mut keys: Vec<(String, Vec<String>)> = Vec::new();
     let mut inside_special = false;
     let mut special = 0;
-    let first_line = reader.number;
+    let first_line = lines.number;
     let ended = loop {
-        let Some(line) = reader.next_line() else {
+        let Some(line) = lines.next_line() else {
             break false;
         };
-        let text = reader.decode(line);
+        let text = lines.decode(line);
         let text = text.trim_end_matches([separator, ' ']);
         match text {
             "***Start_Special***" => inside_special = true,
@@ -224,7 +220,7 @@ pub(super) fn read_segment_header(
     match (ended, keys.is_empty()) {
         (false, true) => return Ok(None),
         (false, false) => {
-            return Err(reader.error(
+            return Err(lines.error(
                 Code::CorruptFile,
                 first_line,
                 b"",
@@ -236,12 +232,12 @@ pub(super) fn read_segment_header(
     if let Some((_, notes)) = keys.iter().find(|(key, _)| key == "Notes") {
         log.metadata.push(("Notes".to_string(), notes.join(" ")));
     }
-    let headings = reader
+    let headings = lines
         .next_line()
-        .map(|line| reader.decode(line))
+        .map(|line| lines.decode(line))
         .unwrap_or_default();
     let headings: Vec<&str> = headings.split(separator).map(str::trim).collect();
-    let header = assign_columns(&keys, &headings, file_header, reader, first_line)?;
+    let header = assign_columns(&keys, &headings, file, lines, first_line)?;
     Ok(Some(header))
 }
 
@@ -249,8 +245,8 @@ pub(super) fn read_segment_header(
 fn assign_columns(
     keys: &[(String, Vec<String>)],
     headings: &[&str],
-    file_header: &FileHeader,
-    reader: &LineReader<'_>,
+    file: &FileHeader,
+    lines: &LineReader<'_>,
     first_line: usize,
 ) -> Result<SegmentHeader, Error> {
     let values = |key: &str| {
@@ -267,9 +263,9 @@ fn assign_columns(
     let count = n_stated.unwrap_or(named);
     if count == 0 || count > MAX_CHANNELS {
         let message = format!("the header of the segment states {count} channels");
-        return Err(reader.error(Code::CorruptFile, first_line, b"", message));
+        return Err(lines.error(Code::CorruptFile, first_line, b"", message));
     }
-    let per_channel = if file_header.layout == AbscissaLayout::Multi {
+    let per_channel = if file.abscissa == AbscissaLayout::Multi {
         2
     } else {
         1
@@ -292,14 +288,14 @@ fn assign_columns(
             },
             unit: cell("Y_Unit_Label"),
             x_dimension: cell("X_Dimension"),
-            samples: stated(&cell("Samples")).filter(|_| file_header.many_headers),
-            first_packet: stated(&cell("Samples")).filter(|_| !file_header.many_headers),
+            samples: stated(&cell("Samples")).filter(|_| file.many_headers),
+            first_packet: stated(&cell("Samples")).filter(|_| !file.many_headers),
             x0: parse_number(&cell("X0")).unwrap_or(0.0),
             delta_x: parse_number(&cell("Delta_X")).filter(|dx| *dx > 0.0),
             date: cell("Date"),
             time: cell("Time"),
             column,
-            x_column: match file_header.layout {
+            x_column: match file.abscissa {
                 AbscissaLayout::No => None,
                 AbscissaLayout::FirstColumn => Some(0),
                 AbscissaLayout::Multi => Some(column - 1),

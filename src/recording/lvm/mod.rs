@@ -25,15 +25,15 @@ use crate::base::error::{Error, Errors};
 /// # Errors
 /// `broken-file`; `ragged-row` and `not-a-number` with the line, unless it is the last of the file, which is a repair; `empty-log` where no row holds a number.
 pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, Errors> {
-    let mut reader = header::LineReader::new(path, bytes, options);
-    let file = header::read_file_header(&mut reader)?;
+    let mut lines = header::LineReader::new(path, bytes, options);
+    let file = header::read_file_header(&mut lines)?;
     let mut log = RawLog {
         path: path.to_string(),
         ..RawLog::default()
     };
     let mut segments = Vec::new();
-    while let Some(segment) = header::read_segment_header(&mut reader, &file, &mut log)? {
-        let segment = rows::read_segment(&mut reader, &file, segment)?;
+    while let Some(segment) = header::read_segment_header(&mut lines, &file, &mut log)? {
+        let segment = rows::read_segment(&mut lines, &file, segment)?;
         if let Some((line, text)) = &segment.cut {
             let text = crate::base::quantity::truncate(text.trim());
             log.repairs.push(Repair {

@@ -72,7 +72,7 @@ pub(super) struct LvmSegment {
     /// Abscissas: one for all channels, one for each, or none.
     pub abscissas: Vec<ColumnReader>,
     pub rows: usize,
-    pub numbers: raw::LineNumbers,
+    pub lines: raw::LineNumbers,
     /// Row and text of comments.
     pub comments: Vec<(usize, String)>,
     pub comments_left_out: usize,
@@ -83,8 +83,8 @@ pub(super) struct LvmSegment {
 
 /// Reads the rows below a header.
 pub(super) fn read_segment(
-    numbers: &mut LineReader<'_>,
-    file_header: &FileHeader,
+    lines: &mut LineReader<'_>,
+    file: &FileHeader,
     header: SegmentHeader,
 ) -> Result<LvmSegment, Error> {
     let count = header.channels.len();
@@ -98,39 +98,37 @@ pub(super) fn read_segment(
         abscissas: (0..n_abscissas).map(|_| ColumnReader::default()).collect(),
         channels: header.channels,
         rows: 0,
-        numbers: raw::LineNumbers::default(),
+        lines: raw::LineNumbers::default(),
         comments: Vec::new(),
         comments_left_out: 0,
         has_comma: false,
         cut: None,
     };
     let mut cells: Vec<&[u8]> = Vec::new();
-    while let Some(line) = numbers.peek() {
-        let is_blank = line
-            .iter()
-            .all(|&b| b == file_header.separator || b == b' ');
+    while let Some(line) = lines.peek() {
+        let is_blank = line.iter().all(|&b| b == file.separator || b == b' ');
         if is_blank || is_key(line) {
             break;
         }
-        let number = numbers.number;
-        numbers.next_line();
+        let number = lines.number;
+        lines.next_line();
         cells.clear();
-        cells.extend(line.split(|&b| b == file_header.separator));
-        let position = RowPosition {
-            numbers,
+        cells.extend(line.split(|&b| b == file.separator));
+        let at = RowPosition {
+            lines,
             number,
             line,
         };
         // A logger that is switched off leaves its last row incomplete; a file of one such row holds nothing.
-        let is_last = numbers.peek().is_none() && segment.rows > 0;
-        if is_last && !segment.holds_all(&cells, &position) {
-            segment.cut = Some((number, numbers.decode(line)));
+        let is_last = lines.peek().is_none() && segment.rows > 0;
+        if is_last && !segment.holds_all(&cells, &at) {
+            segment.cut = Some((number, lines.decode(line)));
             break;
         }
-        segment.read_row(&cells, header.columns, &position)?;
+        segment.read_row(&cells, header.columns, &at)?;
     }
-    for reader in segment.samples.iter_mut().chain(&mut segment.abscissas) {
-        reader.flush()?;
+    for series in segment.samples.iter_mut().chain(&mut segment.abscissas) {
+        series.flush()?;
     }
     Ok(segment)
 }
@@ -142,27 +140,27 @@ fn is_key(line: &[u8]) -> bool {
 
 /// Where a row stands.
 struct RowPosition<'a> {
-    numbers: &'a LineReader<'a>,
+    lines: &'a LineReader<'a>,
     number: usize,
     line: &'a [u8],
 }
 
 impl RowPosition<'_> {
     fn error(&self, code: Code, message: String) -> Error {
-        self.numbers.error(code, self.number, self.line, message)
+        self.lines.error(code, self.number, self.line, message)
     }
 }
 
 impl LvmSegment {
     /// A row holds a number or a blank for every channel that has not ended.
-    fn holds_all(&self, cells: &[&[u8]], position: &RowPosition<'_>) -> bool {
+    fn holds_all(&self, cells: &[&[u8]], at: &RowPosition<'_>) -> bool {
         self.channels.iter().all(|channel| {
             let ended = channel.samples.is_some_and(|samples| self.rows >= samples);
             let reaches = ended || channel.column < cells.len();
-            let own = parse_number(cells, channel.column, &channel.name, position).is_ok();
+            let own = parse_number(cells, channel.column, &channel.name, at).is_ok();
             let x = channel
                 .x_column
-                .map(|x| parse_number(cells, x, "X_Value", position));
+                .map(|x| parse_number(cells, x, "X_Value", at));
             reaches && own && x.is_none_or(|x| x.is_ok())
         })
     }
@@ -171,26 +169,26 @@ impl LvmSegment {
         &mut self,
         cells: &[&[u8]],
         columns: usize,
-        position: &RowPosition<'_>,
+        at: &RowPosition<'_>,
     ) -> Result<(), Error> {
         let row = self.rows;
-        for (which, reader) in self.abscissas.iter_mut().enumerate() {
+        for (which, series) in self.abscissas.iter_mut().enumerate() {
             let column = self.channels[which].x_column.unwrap_or(0);
-            match parse_number(cells, column, "X_Value", position)? {
+            match parse_number(cells, column, "X_Value", at)? {
                 Some((x, comma)) => {
                     self.has_comma |= comma;
                     let cell = cells[column].trim_ascii();
-                    reader.resolution = reader.resolution.max(resolution_of(cell));
-                    reader.push(x)?;
+                    series.resolution = series.resolution.max(resolution_of(cell));
+                    series.push(x)?;
                 }
-                None => reader.blanks += 1,
+                None => series.blanks += 1,
             }
         }
-        for (channel, reader) in self.channels.iter().zip(&mut self.samples) {
+        for (channel, series) in self.channels.iter().zip(&mut self.samples) {
             // A row ends early only where the channels that follow have ended before.
             let ended = channel.samples.is_some_and(|samples| row >= samples);
             if channel.column >= cells.len() && !ended {
-                return Err(position.error(
+                return Err(at.error(
                     Code::RaggedRow,
                     format!(
                         "the row has {} cells where channel `{}` stands in column {}",
@@ -200,12 +198,12 @@ impl LvmSegment {
                     ),
                 ));
             }
-            match parse_number(cells, channel.column, &channel.name, position)? {
+            match parse_number(cells, channel.column, &channel.name, at)? {
                 Some((value, comma)) => {
                     self.has_comma |= comma;
-                    reader.push(value)?;
+                    series.push(value)?;
                 }
-                None => reader.blanks += 1,
+                None => series.blanks += 1,
             }
         }
         let comment = cells.get(columns..).unwrap_or_default();
@@ -213,12 +211,12 @@ impl LvmSegment {
         match comment {
             Some(comment) if self.comments.len() < MAX_COMMENTS => {
                 self.comments
-                    .push((row, position.numbers.decode(comment.trim_ascii())));
+                    .push((row, at.lines.decode(comment.trim_ascii())));
             }
             Some(_) => self.comments_left_out += 1,
             None => {}
         }
-        self.numbers.push(row, position.number);
+        self.lines.push(row, at.number);
         self.rows += 1;
         Ok(())
     }
@@ -229,7 +227,7 @@ fn parse_number(
     cells: &[&[u8]],
     column: usize,
     name: &str,
-    position: &RowPosition<'_>,
+    at: &RowPosition<'_>,
 ) -> Result<Option<(f64, bool)>, Error> {
     /// Bytes a number may be written in.
     const MAX_NUMBER_LEN: usize = 64;
@@ -253,7 +251,7 @@ fn parse_number(
         Some(value) => Ok(Some((value, true))),
         None => {
             let shown: String = String::from_utf8_lossy(cell).chars().take(24).collect();
-            Err(position.error(
+            Err(at.error(
                 Code::NotANumber,
                 format!("`{shown}` in channel `{name}` is not a number"),
             ))

@@ -104,12 +104,12 @@ fn duplicate_variable(name: &str) -> Diagnostic {
 }
 
 /// The file holds nothing that could be a log.
-fn no_log_data(variables: &Variables) -> Error {
-    let numbers = variables
+fn no_log_data(flat: &Variables) -> Error {
+    let numbers = flat
         .numbers
         .iter()
         .map(|v| format!("`{}` ({})", v.name, v.size_text()));
-    let others = variables
+    let others = flat
         .others
         .iter()
         .map(|(name, what)| format!("`{name}` ({what})"));

@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn survives_empty_arrays_of_any_size() {
         assert_eq!(element_count(&[3, 4, 5]), 60);
-        let mut variables = Variables::default();
+        let mut flat = Variables::default();
         let array = Array {
             name: "x".to_string(),
             dimensions: vec![0, usize::MAX, 3],
@@ -157,7 +157,7 @@ mod tests {
                 epsilon: f64::EPSILON,
             },
         };
-        variables.flatten("x".to_string(), array);
-        assert!(variables.numbers.is_empty());
+        flat.flatten("x".to_string(), array);
+        assert!(flat.numbers.is_empty());
     }
 }

@@ -30,7 +30,7 @@ impl Preprocessing {
                 hint: None,
             });
         }
-        if base.gaps.is_empty() || options.policy == GapPolicy::Fill {
+        if base.gaps.is_empty() || options.gaps == GapPolicy::Fill {
             return;
         }
         let missing: usize = base.gaps.iter().map(|g| g.missing).sum();

@@ -66,10 +66,9 @@ impl Preprocessing {
                 start_s,
                 count: rows.len(),
             };
-            let resampling_error =
-                resample::resample(seconds, &columns, &grid, rate, band, &mut outputs)?;
-            worst = worst.max(resampling_error.error);
-            worst_at_ends = worst_at_ends.max(resampling_error.error_at_ends);
+            let quality = resample::resample(seconds, &columns, &grid, rate, band, &mut outputs)?;
+            worst = worst.max(quality.error);
+            worst_at_ends = worst_at_ends.max(quality.error_at_ends);
         }
         // The outputs hold the segments end to end.
         for segment in &mut self.segments {

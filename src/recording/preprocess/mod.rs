@@ -78,7 +78,7 @@ fn preprocess_group(mut log: RawLog, options: &ReadOptions) -> Result<Recording,
             hint: None,
         });
     }
-    let mut preprocessing = Preprocessing {
+    let mut settled = Preprocessing {
         rate_hz,
         segments: match &base {
             Some(base) => segments(base, rate_hz),
@@ -92,31 +92,31 @@ fn preprocess_group(mut log: RawLog, options: &ReadOptions) -> Result<Recording,
         channels: group.channels,
     };
     if let (Some(base), Some(stamps)) = (&base, &group.timing.stamps) {
-        preprocessing.report_gaps(base, options);
-        preprocessing.resample_jitter(base, stamps)?;
+        settled.report_gaps(base, options);
+        settled.resample_jitter(base, stamps)?;
     }
-    let empty = preprocessing.empty_channels()?;
+    let empty = settled.empty_channels()?;
     if let Some(at) = empty
         .iter()
         .position(|e| *e)
         .filter(|_| !options.keep_channels.is_empty())
     {
-        let name = &preprocessing.channels[at].name;
+        let name = &settled.channels[at].name;
         return Err(channels::skipped_column_error(
             name,
             "holds no number in any row",
         ));
     }
-    preprocessing.split_at_missing(&empty)?;
-    preprocessing.crop(options)?;
+    settled.split_at_missing(&empty)?;
+    settled.crop(options)?;
     if !options.keep_channels.is_empty() {
         // The trigger was read for its level alone.
-        preprocessing.channels.truncate(options.keep_channels.len());
+        settled.channels.truncate(options.keep_channels.len());
     }
-    if options.policy == GapPolicy::Fill {
-        preprocessing.interpolate_gaps()?;
+    if options.gaps == GapPolicy::Fill {
+        settled.interpolate_gaps()?;
     }
-    preprocessing.finish(log, group.timing.start, rate, &calibrations)
+    settled.finish(log, group.timing.start, rate, &calibrations)
 }
 
 /// Rows without a gap.

@@ -12,19 +12,19 @@ use crate::recording::sample_column::SampleColumn;
 pub(super) fn assemble(
     log: &mut RawLog,
     plan: columns::ColumnPlan,
-    mut data: body::TableData,
+    mut body: body::TableData,
     said: &preamble::Preamble,
     options: &ReadOptions,
 ) -> Result<(), Error> {
-    let present = |data: &body::TableData, group: Option<usize>| {
+    let present = |body: &body::TableData, group: Option<usize>| {
         let of = |s: &&columns::ColumnSink| group.is_none_or(|g| s.group == g);
-        let sinks = plan.sinks.iter().zip(&data.sinks).filter(|(s, _)| of(s));
+        let sinks = plan.sinks.iter().zip(&body.sinks).filter(|(s, _)| of(s));
         sinks
-            .map(|(_, column_data)| column_data.last_row_with_value)
+            .map(|(_, filled)| filled.last_row_with_value)
             .max()
             .unwrap_or(0)
     };
-    if present(&data, None) == 0 {
+    if present(&body, None) == 0 {
         return Err(Error::new(
             Code::EmptyLog,
             format!("{} holds no number in any row", log.path),
@@ -35,7 +35,7 @@ pub(super) fn assemble(
         leave_out(log, name, why);
     }
     log.diagnostics.extend(plan.diagnostics.iter().cloned());
-    let trailing = data.rows - present(&data, None);
+    let trailing = body.rows - present(&body, None);
     if trailing > 0 {
         note(
             log,
@@ -46,7 +46,7 @@ pub(super) fn assemble(
             ),
         );
     }
-    if let Some((count, line, text)) = &data.footer {
+    if let Some((count, line, text)) = &body.footer {
         let text = crate::base::quantity::truncate(text.trim());
         note(
             log,
@@ -57,50 +57,47 @@ pub(super) fn assemble(
             ),
         );
     }
-    if let Some((line, text)) = &data.cut {
+    if let Some((line, text)) = &body.cut {
         let text = crate::base::quantity::truncate(text.trim());
         let message = format!("the last row, line {line}, breaks off and is left out: \"{text}\"");
         note(log, "row-incomplete", message);
     }
-    if let Some((count, first)) = data.repeated {
+    if let Some((count, first)) = body.repeated {
         let message = format!(
             "{} of the header repeated between the rows passed over, the first line {first}: rows on either side are joined, and only time stamps tell what passed",
             pluralise(count, "line")
         );
         note(log, "header-repeated", message);
     }
-    if data.time_only_rows > 0 {
+    if body.time_only_rows > 0 {
         note(
             log,
             "cells-missing",
-            format!("only a time in {}", pluralise(data.time_only_rows, "row")),
+            format!("only a time in {}", pluralise(body.time_only_rows, "row")),
         );
     }
     let lengths: Vec<usize> = (0..plan.groups)
-        .map(|group| present(&data, Some(group)))
+        .map(|group| present(&body, Some(group)))
         .collect();
     log.groups = lengths.iter().map(|_| ChannelGroup::default()).collect();
-    let lines = std::mem::take(&mut data.numbers);
-    for (sink, mut column_data) in plan.sinks.iter().zip(std::mem::take(&mut data.sinks)) {
+    let lines = std::mem::take(&mut body.lines);
+    for (sink, mut filled) in plan.sinks.iter().zip(std::mem::take(&mut body.sinks)) {
         let length = lengths[sink.group];
-        let cut = data.rows - length;
-        column_data.samples.truncate(length)?;
-        column_data.missing = column_data.missing.saturating_sub(cut);
+        let cut = body.rows - length;
+        filled.samples.truncate(length)?;
+        filled.missing = filled.missing.saturating_sub(cut);
         let last = lines
             .line_of_row(length.saturating_sub(1))
             .unwrap_or(usize::MAX);
-        column_data.lines.retain(|line| *line <= last);
-        if column_data.missing == length
-            && sink.reader.is_none()
-            && column_data.overloads == 0
-            && length > 0
+        filled.lines.retain(|line| *line <= last);
+        if filled.missing == length && sink.reader.is_none() && filled.overloads == 0 && length > 0
         {
             leave_out(log, &sink.name, "holds no number in any row");
             continue;
         }
-        report_cells(log, sink, &column_data);
+        report_cells(log, sink, &filled);
         let group = &mut log.groups[sink.group];
-        match sink.reader.map(|at| &plan.parsers[at]) {
+        match sink.reader.map(|at| &plan.accumulators[at]) {
             Some(reader) => {
                 if reader.is_ambiguous() {
                     log.diagnostics.push(Diagnostic {
@@ -117,13 +114,13 @@ pub(super) fn assemble(
                     name: sink.name.clone(),
                     unit: sink.unit.clone(),
                     first: reader.start.clone(),
-                    seconds: column_data.samples,
+                    seconds: filled.samples,
                     resolution: reader.resolution(),
                 });
             }
             None => group
                 .channels
-                .push(channel(sink, column_data.samples, column_data.overloads)),
+                .push(channel(sink, filled.samples, filled.overloads)),
         }
     }
     log.groups.retain(|group| !group.channels.is_empty());
@@ -135,7 +132,7 @@ pub(super) fn assemble(
             invalid_rate: None,
             header_samples: said.samples,
             start: start.or_else(|| said.start.clone()),
-            numbers: lines.clone(),
+            lines: lines.clone(),
         };
     }
     if log.groups.is_empty() {
@@ -194,18 +191,18 @@ fn channel(sink: &columns::ColumnSink, samples: SampleColumn, overloads: usize) 
 }
 
 /// Says which cells hold no number, and where thousands were grouped.
-fn report_cells(log: &mut RawLog, sink: &columns::ColumnSink, data: &body::ColumnData) {
+fn report_cells(log: &mut RawLog, sink: &columns::ColumnSink, filled: &body::ColumnData) {
     let name = &sink.name;
-    if data.missing > 0 {
-        let lines: Vec<String> = data.lines.iter().map(usize::to_string).collect();
-        let line = if data.missing == 1 { "line" } else { "lines" };
-        let more = data.missing.saturating_sub(data.lines.len());
+    if filled.missing > 0 {
+        let lines: Vec<String> = filled.lines.iter().map(usize::to_string).collect();
+        let line = if filled.missing == 1 { "line" } else { "lines" };
+        let more = filled.missing.saturating_sub(filled.lines.len());
         let more = if more > 0 {
             format!(" and {more} more")
         } else {
             String::new()
         };
-        let overloads = match data.overloads {
+        let overloads = match filled.overloads {
             0 => String::new(),
             n => format!(", {n} of them overloads"),
         };
@@ -214,18 +211,18 @@ fn report_cells(log: &mut RawLog, sink: &columns::ColumnSink, data: &body::Colum
             "cells-missing",
             format!(
                 "no number in {} of `{name}`{overloads}: {line} {}{more}",
-                pluralise(data.missing, "cell"),
+                pluralise(filled.missing, "cell"),
                 lines.join(", ")
             ),
         );
     }
-    if data.grouped > 0 {
+    if filled.grouped > 0 {
         note(
             log,
             "thousands-joined",
             format!(
                 "thousands separators in {} of `{name}`",
-                pluralise(data.grouped, "cell")
+                pluralise(filled.grouped, "cell")
             ),
         );
     }

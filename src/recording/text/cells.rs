@@ -432,8 +432,10 @@ mod tests {
     #[test]
     fn exact_cells_of_a_row() {
         let of = |row: &'static str, delimiter| -> Vec<&str> {
-            let iter = CellIter::new(row.as_bytes(), delimiter);
-            iter.map(|(_, c)| std::str::from_utf8(c).unwrap()).collect()
+            let cells = CellIter::new(row.as_bytes(), delimiter);
+            cells
+                .map(|(_, c)| std::str::from_utf8(c).unwrap())
+                .collect()
         };
         assert_eq!(of("a,\"b,\"\"c\",d,", b','), ["a", "\"b,\"\"c\"", "d", ""]);
         assert_eq!(of("  1 \t 2  ", b' '), ["1", "2"]);

@@ -26,9 +26,9 @@ pub enum CellType {
 #[derive(Debug, Clone)]
 pub struct TableLayout {
     /// Delimiter and decimal mark.
-    pub separators: Separators,
+    pub marks: Separators,
     /// What each column holds, trailing empty ones included.
-    pub types: Vec<CellType>,
+    pub kinds: Vec<CellType>,
     /// Index of the first line of numbers among the lines of the head.
     pub first: usize,
     /// The decimal mark was taken where a thousands separator could be meant.
@@ -66,11 +66,11 @@ pub fn cell_type(cell: &[u8], decimal: u8) -> CellType {
 }
 
 /// How well a line fits as a row of numbers, and its number of cells.
-fn line_score(line: &str, separators: Separators) -> (f64, usize) {
+fn line_score(line: &str, marks: Separators) -> (f64, usize) {
     let (mut fit, mut count, mut numbers) = (0.0, 0, 0);
-    for (_, cell) in CellIter::new(line.as_bytes(), separators.delimiter) {
+    for (_, cell) in CellIter::new(line.as_bytes(), marks.delimiter) {
         count += 1;
-        let gain = match cells::parse_cell(cell, separators.decimal) {
+        let gain = match cells::parse_cell(cell, marks.decimal) {
             Cell::Number(_) | Cell::Complex(..) => 1.0,
             Cell::Thousands {
                 unambiguous: true, ..
@@ -89,10 +89,10 @@ fn line_score(line: &str, separators: Separators) -> (f64, usize) {
 }
 
 /// The sum of fits over lines of the most fitting number of cells, and that number.
-fn score(lines: &[&str], separators: Separators) -> (f64, usize) {
+fn score(lines: &[&str], marks: Separators) -> (f64, usize) {
     let mut by_count: Vec<(f64, usize)> = Vec::new();
     for line in lines {
-        let (gain, count) = line_score(line, separators);
+        let (gain, count) = line_score(line, marks);
         if gain <= 0.0 {
             continue;
         }
@@ -118,25 +118,25 @@ pub fn detect(lines: &[&str], settings: &DialectOptions) -> Option<TableLayout> 
         .copied()
         .collect();
     sample.reverse();
-    let (separators, width) = choose(&sample, settings)?;
-    let types = column_types(&sample, separators, width);
+    let (marks, width) = choose(&sample, settings)?;
+    let kinds = column_types(&sample, marks, width);
     let first = match settings.header_lines {
         Some(n) => n,
-        None => first_row(lines, separators, &types)?,
+        None => first_row(lines, marks, &kinds)?,
     };
     let in_doubt = |line: &&str| {
-        CellIter::new(line.as_bytes(), separators.delimiter).all(|(_, cell)| {
+        CellIter::new(line.as_bytes(), marks.delimiter).all(|(_, cell)| {
             let cell = cells::trim_cell(cell);
             !cell.contains(&b',') || matches!(cells::parse_cell(cell, b'.'), Cell::Thousands { .. })
         })
     };
-    let chosen = settings.decimal.is_none() && separators.decimal == b',';
+    let chosen = settings.decimal.is_none() && marks.decimal == b',';
     let data = || lines.get(first..).unwrap_or(&[]).iter().take(SCORED_LINES);
     Some(TableLayout {
-        separators,
+        marks,
         first,
         ambiguous_comma: chosen && data().all(in_doubt),
-        types,
+        kinds,
     })
 }
 
@@ -161,19 +161,19 @@ fn choose(sample: &[&str], settings: &DialectOptions) -> Option<(Separators, usi
             .for_each(|m| m.decimal = decimal as u8);
     }
     let mut best: Option<(f64, Separators, usize)> = None;
-    for separators in candidates {
+    for marks in candidates {
         // Where tabs part cells, blanks belong to the cells.
-        let blanks_inside = separators.delimiter == b' '
+        let blanks_inside = marks.delimiter == b' '
             && best.is_some_and(|(fit, m, n)| m.delimiter == b'\t' && n > 1 && fit > 0.0);
-        let (fit, width) = score(sample, separators);
+        let (fit, width) = score(sample, marks);
         if !blanks_inside && fit > best.map_or(0.0, |b| b.0) {
-            best = Some((fit, separators, width));
+            best = Some((fit, marks, width));
         }
     }
-    let (_, separators, width) = best?;
+    let (_, marks, width) = best?;
     let guessed = settings.delimiter.is_none() && settings.decimal.is_none();
     if guessed
-        && separators
+        && marks
             == (Separators {
                 delimiter: b',',
                 decimal: b'.',
@@ -189,7 +189,7 @@ fn choose(sample: &[&str], settings: &DialectOptions) -> Option<(Separators, usi
             1,
         ));
     }
-    Some((separators, width))
+    Some((marks, width))
 }
 
 /// Whether rows such as `0,123` are one column with a decimal comma and not two of whole numbers.
@@ -227,17 +227,15 @@ fn is_one_column(sample: &[&str]) -> bool {
 }
 
 /// What each column of the rows with `width` cells mostly holds.
-fn column_types(sample: &[&str], separators: Separators, width: usize) -> Vec<CellType> {
+fn column_types(sample: &[&str], marks: Separators, width: usize) -> Vec<CellType> {
     let mut votes: Vec<Vec<(CellType, usize)>> = vec![Vec::new(); width];
     for line in sample {
-        let (gain, count) = line_score(line, separators);
+        let (gain, count) = line_score(line, marks);
         if gain <= 0.0 || count != width {
             continue;
         }
-        for ((_, cell), votes) in
-            CellIter::new(line.as_bytes(), separators.delimiter).zip(&mut votes)
-        {
-            let kind = cell_type(cell, separators.decimal);
+        for ((_, cell), votes) in CellIter::new(line.as_bytes(), marks.delimiter).zip(&mut votes) {
+            let kind = cell_type(cell, marks.decimal);
             if kind == CellType::Empty {
                 continue;
             }
@@ -270,14 +268,14 @@ pub enum LineKind {
 }
 
 /// How a line stands to columns of these kinds.
-pub fn line_kind(line: &str, separators: Separators, types: &[CellType]) -> LineKind {
+pub fn line_kind(line: &str, marks: Separators, kinds: &[CellType]) -> LineKind {
     if line.trim().is_empty() {
         return LineKind::Blank;
     }
     let (mut count, mut right, mut numbers, mut words) = (0, true, 0, 0);
-    for (_, cell) in CellIter::new(line.as_bytes(), separators.delimiter) {
-        let is = cell_type(cell, separators.decimal);
-        let wanted = types.get(count).copied().unwrap_or_default();
+    for (_, cell) in CellIter::new(line.as_bytes(), marks.delimiter) {
+        let is = cell_type(cell, marks.decimal);
+        let wanted = kinds.get(count).copied().unwrap_or_default();
         right &= is == CellType::Empty
             || wanted == CellType::Text
             || wanted == is
@@ -289,13 +287,13 @@ pub fn line_kind(line: &str, separators: Separators, types: &[CellType]) -> Line
         ));
         count += 1;
     }
-    let required = types
+    let required = kinds
         .iter()
         .rposition(|k| *k != CellType::Empty)
         .map_or(0, |at| at + 1);
-    if right && numbers > 0 && count >= required && count <= types.len() {
+    if right && numbers > 0 && count >= required && count <= kinds.len() {
         LineKind::Row
-    } else if numbers > words && (numbers > 1 || types.len() == 1) {
+    } else if numbers > words && (numbers > 1 || kinds.len() == 1) {
         LineKind::PartialRow
     } else {
         LineKind::Words
@@ -303,13 +301,13 @@ pub fn line_kind(line: &str, separators: Separators, types: &[CellType]) -> Line
 }
 
 /// The first line of numbers: the first of a run of rows, and rows above it that only misfits part from it.
-fn first_row(lines: &[&str], separators: Separators, types: &[CellType]) -> Option<usize> {
-    let mut line_kinds = Vec::new();
+fn first_row(lines: &[&str], marks: Separators, kinds: &[CellType]) -> Option<usize> {
+    let mut stances = Vec::new();
     let (mut best, mut start, mut run) = (None, 0, 0);
     for (at, line) in lines.iter().enumerate() {
-        let kind = line_kind(line, separators, types);
-        line_kinds.push(kind);
-        match kind {
+        let stance = line_kind(line, marks, kinds);
+        stances.push(stance);
+        match stance {
             LineKind::Blank => continue,
             LineKind::Row => {
                 start = if run == 0 { at } else { start };
@@ -326,9 +324,9 @@ fn first_row(lines: &[&str], separators: Separators, types: &[CellType]) -> Opti
     }
     let (mut first, _): (usize, usize) = best?;
     for at in (0..first).rev() {
-        match line_kinds[at] {
+        match stances[at] {
             LineKind::Row => first = at,
-            LineKind::Words if is_broken_row(lines[at], separators, types) => {}
+            LineKind::Words if is_broken_row(lines[at], marks, kinds) => {}
             LineKind::Words => break,
             LineKind::Blank | LineKind::PartialRow => {}
         }
@@ -337,14 +335,14 @@ fn first_row(lines: &[&str], separators: Separators, types: &[CellType]) -> Opti
 }
 
 /// A row of the right width with a number in a column of numbers, whatever stands in the others.
-fn is_broken_row(line: &str, separators: Separators, types: &[CellType]) -> bool {
-    let cells: Vec<&[u8]> = CellIter::new(line.as_bytes(), separators.delimiter)
+fn is_broken_row(line: &str, marks: Separators, kinds: &[CellType]) -> bool {
+    let cells: Vec<&[u8]> = CellIter::new(line.as_bytes(), marks.delimiter)
         .map(|(_, cell)| cell)
         .collect();
     let is_number = |(cell, wanted): (&&[u8], &CellType)| {
-        *wanted == CellType::Number && cell_type(cell, separators.decimal) == CellType::Number
+        *wanted == CellType::Number && cell_type(cell, marks.decimal) == CellType::Number
     };
-    cells.len() == types.len() && cells.iter().zip(types).any(is_number)
+    cells.len() == kinds.len() && cells.iter().zip(kinds).any(is_number)
 }
 
 #[cfg(test)]
@@ -354,11 +352,11 @@ mod tests {
     fn layout(text: &str) -> (char, char, usize, usize) {
         let lines: Vec<&str> = text.lines().collect();
         let found = detect(&lines, &DialectOptions::default()).unwrap();
-        let separators = found.separators;
+        let marks = found.marks;
         (
-            char::from(separators.delimiter),
-            char::from(separators.decimal),
-            found.types.len(),
+            char::from(marks.delimiter),
+            char::from(marks.decimal),
+            found.kinds.len(),
             found.first,
         )
     }

@@ -192,13 +192,10 @@ mod tests {
             .encode_utf16()
             .flat_map(u16::to_le_bytes)
             .collect();
-        let encoding = TextEncoding::detect(&wide, None).unwrap();
-        assert!(encoding.is_utf16());
+        let coding = TextEncoding::detect(&wide, None).unwrap();
+        assert!(coding.is_utf16());
         let mut text = String::new();
-        encoding
-            .to_utf8(&wide[..])
-            .read_to_string(&mut text)
-            .unwrap();
+        coding.to_utf8(&wide[..]).read_to_string(&mut text).unwrap();
         assert_eq!(text, "t,a\n1,2\n");
     }
 }

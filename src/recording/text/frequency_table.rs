@@ -115,7 +115,7 @@ pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyRespons
         )
         .with_hint("sort the table, or say which column is the time: --time COLUMN"));
     }
-    let mut table_columns = Vec::new();
+    let mut entries = Vec::new();
     for channel in rest {
         let Some((base, part)) = split_part(&channel.name) else {
             return Err(unpaired_column(path, &channel.name));
@@ -129,7 +129,7 @@ pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyRespons
             )
             .with_hint("leave that line out of the file, or mend it"));
         }
-        table_columns.push(TableColumn {
+        entries.push(TableColumn {
             base,
             part,
             unit: channel.unit.clone(),
@@ -137,7 +137,7 @@ pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyRespons
             name: channel.name.clone(),
         });
     }
-    let functions = pair(path, table_columns)?;
+    let functions = pair(path, entries)?;
     if functions.is_empty() {
         return Err(unpaired_column(path, &first.name));
     }
@@ -160,43 +160,43 @@ fn unpaired_column(path: &str, name: &str) -> Error {
 }
 
 /// Joins parts to functions: each real or magnitude column with the first partner left of the same base.
-fn pair(path: &str, mut columns: Vec<TableColumn>) -> Result<Vec<FrequencyResponse>, Error> {
+fn pair(path: &str, mut entries: Vec<TableColumn>) -> Result<Vec<FrequencyResponse>, Error> {
     let mut functions: Vec<(String, FrequencyResponse)> = Vec::new();
-    while !columns.is_empty() {
-        let column = columns.remove(0);
-        if column.part == ComplexPart::Coherence {
+    while !entries.is_empty() {
+        let entry = entries.remove(0);
+        if entry.part == ComplexPart::Coherence {
             let same = |(base, f): &&mut (String, FrequencyResponse)| {
-                *base == column.base && f.coherence.is_none()
+                *base == entry.base && f.coherence.is_none()
             };
             match functions.iter_mut().find(same) {
-                Some((_, function)) => function.coherence = Some(column.values),
+                Some((_, function)) => function.coherence = Some(entry.values),
                 None => match functions.last_mut() {
                     Some((_, function))
-                        if column.base.is_empty() && function.coherence.is_none() =>
+                        if entry.base.is_empty() && function.coherence.is_none() =>
                     {
-                        function.coherence = Some(column.values);
+                        function.coherence = Some(entry.values);
                     }
-                    _ => return Err(unpaired_column(path, &column.name)),
+                    _ => return Err(unpaired_column(path, &entry.name)),
                 },
             }
             continue;
         }
-        let partner = match column.part {
+        let partner = match entry.part {
             ComplexPart::Real => ComplexPart::Imaginary,
             ComplexPart::Imaginary => ComplexPart::Real,
             ComplexPart::Magnitude => ComplexPart::Phase,
             _ => ComplexPart::Magnitude,
         };
-        let same = |other: &TableColumn| other.part == partner && other.base == column.base;
-        let Some(at) = columns.iter().position(same) else {
-            return Err(unpaired_column(path, &column.name));
+        let same = |other: &TableColumn| other.part == partner && other.base == entry.base;
+        let Some(at) = entries.iter().position(same) else {
+            return Err(unpaired_column(path, &entry.name));
         };
-        let other = columns.remove(at);
-        let swapped = matches!(column.part, ComplexPart::Imaginary | ComplexPart::Phase);
+        let other = entries.remove(at);
+        let swapped = matches!(entry.part, ComplexPart::Imaginary | ComplexPart::Phase);
         let (one, two) = if swapped {
-            (&other, &column)
+            (&other, &entry)
         } else {
-            (&column, &other)
+            (&entry, &other)
         };
         let value = match one.part {
             ComplexPart::Real => one

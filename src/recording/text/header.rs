@@ -25,9 +25,9 @@ pub struct TableHeader {
 /// Splits the lines above the numbers into names, units and preamble.
 pub fn parse_header(lines: &[&str], layout: &TableLayout) -> TableHeader {
     let above = &lines[..layout.first.min(lines.len())];
-    let width = layout.types.len();
+    let width = layout.kinds.len();
     let required = layout
-        .types
+        .kinds
         .iter()
         .rposition(|k| *k != CellType::Empty)
         .map_or(0, |at| at + 1);
@@ -38,11 +38,11 @@ pub fn parse_header(lines: &[&str], layout: &TableLayout) -> TableHeader {
         if line.trim().is_empty() || !line.contains(char::is_alphabetic) {
             continue;
         }
-        match row(line, layout.separators, required, width, rows.is_empty()) {
+        match row(line, layout.marks, required, width, rows.is_empty()) {
             Some(cells) => rows.push((at, cells)),
             None if rows.is_empty() => {
-                let cells = CellIter::new(line.as_bytes(), layout.separators.delimiter).count();
-                if !is_comment(line) && cells > 2 && layout.separators.delimiter != b' ' {
+                let cells = CellIter::new(line.as_bytes(), layout.marks.delimiter).count();
+                if !is_comment(line) && cells > 2 && layout.marks.delimiter != b' ' {
                     misfit = Some((at, cells));
                 }
                 // A line of words directly above the numbers that does not fit: there are no names.
@@ -115,7 +115,7 @@ impl TableHeader {
 /// The cells of a row of words, where there are as many as columns; `free`ly parted where the delimiter does not fit.
 fn row(
     line: &str,
-    separators: Separators,
+    marks: Separators,
     required: usize,
     width: usize,
     free: bool,
@@ -126,8 +126,9 @@ fn row(
         line
     };
     let by = |delimiter: u8| -> Vec<String> {
-        let iter = CellIter::new(line.as_bytes(), delimiter);
-        iter.map(|(start, cell)| clean(&line[start..start + cell.len()]))
+        let cells = CellIter::new(line.as_bytes(), delimiter);
+        cells
+            .map(|(start, cell)| clean(&line[start..start + cell.len()]))
             .collect()
     };
     let wide_gaps = || {
@@ -136,23 +137,27 @@ fn row(
             .filter(|c| !c.is_empty())
             .collect::<Vec<String>>()
     };
-    let fits = |mut iter: Vec<String>| {
-        while iter.len() > required && iter.last().is_some_and(String::is_empty) {
-            iter.pop();
+    let fits = |mut cells: Vec<String>| {
+        while cells.len() > required && cells.last().is_some_and(String::is_empty) {
+            cells.pop();
         }
-        let filled = iter.iter().filter(|c| !c.is_empty()).count();
-        let enough =
-            iter.len() >= required && iter.len() <= width && 2 * filled >= iter.len().min(required);
+        let filled = cells.iter().filter(|c| !c.is_empty()).count();
+        let enough = cells.len() >= required
+            && cells.len() <= width
+            && 2 * filled >= cells.len().min(required);
         // A single name stands over columns without one where it has a unit.
         let with_unit = |c: &&String| !channel_names::split_unit(c).1.is_empty();
-        let sparse =
-            iter.len() == width && iter.iter().filter(|c| !c.is_empty()).all(|c| with_unit(&c));
+        let sparse = cells.len() == width
+            && cells
+                .iter()
+                .filter(|c| !c.is_empty())
+                .all(|c| with_unit(&c));
         ((enough || sparse) && filled > 0 && (width > 1 || !line.contains(['=', ':'])))
-            .then_some(iter)
+            .then_some(cells)
     };
     let others = [b'\t', b';', b',', b' '];
-    fits(by(separators.delimiter)).or_else(|| {
-        if width == 1 || (!free && separators.delimiter != b' ') {
+    fits(by(marks.delimiter)).or_else(|| {
+        if width == 1 || (!free && marks.delimiter != b' ') {
             return None;
         }
         fits(wide_gaps()).or_else(|| {
@@ -165,9 +170,9 @@ fn row(
 
 /// The cell of words in a row that otherwise is one of numbers, below a row of words alone.
 fn broken_cell(nearest: &[String], upper: &[String], layout: &TableLayout) -> Option<usize> {
-    let decimal = layout.separators.decimal;
+    let decimal = layout.marks.decimal;
     let is_number = |cell: &String| cells::number(cell.as_bytes(), decimal).is_some();
-    let of_numbers = |at: usize| layout.types.get(at) == Some(&CellType::Number);
+    let of_numbers = |at: usize| layout.kinds.get(at) == Some(&CellType::Number);
     let numbers = (0..nearest.len()).any(|at| of_numbers(at) && is_number(&nearest[at]));
     if !numbers || upper.len() < nearest.len() || upper.iter().any(is_number) {
         return None;

@@ -53,16 +53,15 @@ struct FileHead {
 pub fn read(path: &str, mut reader: impl Read, options: &ReadOptions) -> Result<RawLog, Errors> {
     let mut taste = Vec::new();
     read_up_to(&mut reader, SNIFF_LEN, &mut taste, path)?;
-    let text_encoding =
-        encodings::TextEncoding::detect(&taste, options.dialect.encoding.as_deref())?;
-    let (coding_name, label) = (text_encoding.name(&taste), text_encoding.label());
+    let coding = encodings::TextEncoding::detect(&taste, options.dialect.encoding.as_deref())?;
+    let (coding_name, label) = (coding.name(&taste), coding.label());
     let whole = Cursor::new(taste).chain(reader);
-    let mut stream: Box<dyn Read + '_> = if text_encoding.is_utf16() {
-        text_encoding.to_utf8(whole)
+    let mut stream: Box<dyn Read + '_> = if coding.is_utf16() {
+        coding.to_utf8(whole)
     } else {
         Box::new(whole)
     };
-    let head = head(path, &mut stream, &text_encoding)?;
+    let head = head(path, &mut stream, &coding)?;
     let lines: Vec<&str> = split(&head.text).take(head.line_starts.len()).collect();
     let Some(layout) = dialect::detect(&lines, &options.dialect) else {
         return Err(refusals::no_data_rows(path, &lines, head.whole).into());
@@ -74,20 +73,13 @@ pub fn read(path: &str, mut reader: impl Read, options: &ReadOptions) -> Result<
         .iter()
         .map(|&at| (at + 1, lines[at]))
         .collect();
-    let said = preamble::read(&above, layout.separators);
+    let said = preamble::read(&above, layout.marks);
     let rows = lines.get(layout.first..).unwrap_or(&[]);
     let rate = agreed_rate(&said.rates, false)
         .ok()
         .flatten()
         .map(|r| r.hertz);
-    let mut plan = columns::plan(
-        &header,
-        &layout.types,
-        layout.separators,
-        rows,
-        rate,
-        options,
-    )?;
+    let mut plan = columns::plan(&header, &layout.kinds, layout.marks, rows, rate, options)?;
     let start = head
         .line_starts
         .get(layout.first)
@@ -98,21 +90,17 @@ pub fn read(path: &str, mut reader: impl Read, options: &ReadOptions) -> Result<
     let ends = memchr::memchr2_iter(b'\n', b'\r', above);
     let pairs = memchr::memmem::find_iter(above, b"\r\n").count();
     let line = 1 + ends.count() - pairs;
-    let data = body::RowReader::new(
-        path,
-        &mut plan,
-        layout.separators,
-        text_encoding,
-        above,
-        line,
-    )
-    .read_all(&head.bytes[start..], head.whole, &mut stream)?;
+    let body = body::RowReader::new(path, &mut plan, layout.marks, coding, above, line).read_all(
+        &head.bytes[start..],
+        head.whole,
+        &mut stream,
+    )?;
     let mut log = RawLog {
         path: path.to_string(),
         dialect: describe_dialect(&layout, coding_name),
         text_dialect: TextDialect {
-            delimiter: (layout.types.len() > 1).then(|| char::from(layout.separators.delimiter)),
-            decimal: Some(char::from(layout.separators.decimal)),
+            delimiter: (layout.kinds.len() > 1).then(|| char::from(layout.marks.delimiter)),
+            decimal: Some(char::from(layout.marks.decimal)),
             encoding: Some(label.to_lowercase()),
             header_lines: Some(layout.first),
         },
@@ -122,7 +110,7 @@ pub fn read(path: &str, mut reader: impl Read, options: &ReadOptions) -> Result<
     };
     warnings(&mut log, &layout, &header);
     warn_other_dialect(&mut log, &lines, &layout);
-    assemble::assemble(&mut log, plan, data, &said, options)?;
+    assemble::assemble(&mut log, plan, body, &said, options)?;
     let unread = said
         .invalid_rate
         .map(|u| refusals::invalid_rate(path, &lines, &u));
@@ -149,13 +137,13 @@ fn read_up_to(
 fn head(
     path: &str,
     stream: &mut Box<dyn Read + '_>,
-    encoding: &encodings::TextEncoding,
+    coding: &encodings::TextEncoding,
 ) -> Result<FileHead, Error> {
     let mut bytes = Vec::new();
     read_up_to(stream, body::BLOCK, &mut bytes, path)?;
     let whole = bytes.len() < body::BLOCK;
-    if !encoding.is_utf16() {
-        bytes.drain(..encoding.mark.min(bytes.len()));
+    if !coding.is_utf16() {
+        bytes.drain(..coding.mark.min(bytes.len()));
     }
     if bytes.trim_ascii().is_empty() && whole {
         let message = if bytes.is_empty() {
@@ -182,7 +170,7 @@ fn head(
         starts.push(at);
     }
     Ok(FileHead {
-        text: encoding.text(&bytes),
+        text: coding.text(&bytes),
         bytes,
         whole,
         line_starts: starts,
@@ -237,8 +225,8 @@ fn split(text: &str) -> impl Iterator<Item = &str> {
 
 /// Format and dialect as text.
 fn describe_dialect(layout: &dialect::TableLayout, coding: Option<&str>) -> String {
-    let delimiter = match layout.separators.delimiter {
-        _ if layout.types.len() == 1 => "one column".to_string(),
+    let delimiter = match layout.marks.delimiter {
+        _ if layout.kinds.len() == 1 => "one column".to_string(),
         b',' => "comma".into(),
         b';' => "semicolon".into(),
         b'\t' => "tab".into(),
@@ -246,7 +234,7 @@ fn describe_dialect(layout: &dialect::TableLayout, coding: Option<&str>) -> Stri
         other => format!("`{}`", char::from(other)),
     };
     let mut words = vec!["CSV".to_string(), delimiter];
-    if layout.separators.decimal == b',' {
+    if layout.marks.decimal == b',' {
         words.push("decimal comma".into());
     }
     words.extend(coding.map(str::to_string));
@@ -260,7 +248,7 @@ fn describe_dialect(layout: &dialect::TableLayout, coding: Option<&str>) -> Stri
 
 /// Rows of as many cells right above the first row that other marks than those of the log make numbers: they were passed over.
 fn warn_other_dialect(log: &mut RawLog, lines: &[&str], layout: &dialect::TableLayout) {
-    let width = layout.types.len();
+    let width = layout.kinds.len();
     let by = |line: &str, delimiter: u8, decimal: u8| {
         let mut count = 0;
         for (at, (_, cell)) in cells::CellIter::new(line.as_bytes(), delimiter).enumerate() {
@@ -311,7 +299,7 @@ fn warnings(log: &mut RawLog, layout: &dialect::TableLayout, header: &header::Ta
             message: format!(
                 "line {} has {cells} words over {} columns: the columns are numbered instead",
                 at + 1,
-                layout.types.len()
+                layout.kinds.len()
             ),
             hint: None,
         });

@@ -172,7 +172,7 @@ pub fn is_comment(line: &str) -> bool {
 }
 
 /// What the lines, each with its number, say.
-pub fn read(lines: &[(usize, &str)], separators: Separators) -> Preamble {
+pub fn read(lines: &[(usize, &str)], marks: Separators) -> Preamble {
     let mut preamble = Preamble::default();
     for &(number, line) in lines {
         let bare = strip_comment(line);
@@ -185,9 +185,9 @@ pub fn read(lines: &[(usize, &str)], separators: Separators) -> Preamble {
             vec![bare]
         };
         for part in parts {
-            let (key, value) = split_key_value(part, separators)
+            let (key, value) = split_key_value(part, marks)
                 .unwrap_or_else(|| (format!("line {number}"), part.trim().to_string()));
-            preamble.apply_key(number, &key, &value, separators.decimal);
+            preamble.apply_key(number, &key, &value, marks.decimal);
             preamble.metadata.push((key, value));
         }
     }
@@ -195,8 +195,8 @@ pub fn read(lines: &[(usize, &str)], separators: Separators) -> Preamble {
 }
 
 /// Key and value of a line, where it has both.
-fn split_key_value(line: &str, separators: Separators) -> Option<(String, String)> {
-    let delimiter = char::from(separators.delimiter);
+fn split_key_value(line: &str, marks: Separators) -> Option<(String, String)> {
+    let delimiter = char::from(marks.delimiter);
     let splits = line.char_indices().find(|&(at, c)| match c {
         ':' => {
             let before = line[..at].chars().last();
@@ -211,8 +211,8 @@ fn split_key_value(line: &str, separators: Separators) -> Option<(String, String
         let rest = &line[at + c.len_utf8()..];
         let named = key.chars().any(char::is_alphabetic);
         if named && (c == delimiter || c == '\t') {
-            let iter = CellIter::new(rest.as_bytes(), c as u8);
-            let texts = iter.map(|(start, cell)| unquoted(&rest[start..start + cell.len()]));
+            let cells = CellIter::new(rest.as_bytes(), c as u8);
+            let texts = cells.map(|(start, cell)| unquoted(&rest[start..start + cell.len()]));
             let values: Vec<&str> = texts.filter(|t| !t.is_empty()).collect();
             let key = key.trim_end_matches([':', '=']).trim().to_string();
             return (!values.is_empty()).then(|| (key, values.join(", ")));
@@ -444,12 +444,12 @@ mod tests {
             ("100 samples per second", '.', 100.0, false),
         ];
         for (text, decimal, rate, doubted) in cases {
-            let separators = Separators {
+            let marks = Separators {
                 decimal: decimal as u8,
                 ..COMMA
             };
             let line = format!("Sample rate: {text}");
-            let found = read(&[(1, &line)], separators);
+            let found = read(&[(1, &line)], marks);
             let close = |r: f64| (r / rate - 1.0).abs() < 1e-12;
             let is = found.rates.first().is_some_and(|r| close(r.hertz));
             assert!(is, "{text} {decimal}: {:?}", found.rates);

@@ -64,8 +64,8 @@ pub(super) fn refuse_misfits(
     header: &header::TableHeader,
 ) -> Result<(), Error> {
     if let Some((at, column)) = header.broken_row {
-        let mut iter = cells::CellIter::new(lines[at].as_bytes(), layout.separators.delimiter);
-        let (start, cell) = iter.nth(column).unwrap_or((0, lines[at].as_bytes()));
+        let mut cells = cells::CellIter::new(lines[at].as_bytes(), layout.marks.delimiter);
+        let (start, cell) = cells.nth(column).unwrap_or((0, lines[at].as_bytes()));
         let span = SourceSpan::within_line(path, at + 1, lines[at], start..start + cell.len());
         return Err(Error::new(
             Code::NotANumber,
@@ -80,24 +80,24 @@ pub(super) fn refuse_misfits(
     let above = &lines[..layout.first.min(lines.len())];
     refuse_double_commas(path, above, lines, layout)?;
     for (at, line) in above.iter().enumerate().rev() {
-        match dialect::line_kind(line, layout.separators, &layout.types) {
+        match dialect::line_kind(line, layout.marks, &layout.kinds) {
             dialect::LineKind::Blank => {}
             dialect::LineKind::PartialRow
                 if header.preamble.contains(&at) && !preamble::is_comment(line) =>
             {
-                let (iter, width) = (
-                    cells::CellIter::new(line.as_bytes(), layout.separators.delimiter).count(),
-                    layout.types.len(),
+                let (cells, width) = (
+                    cells::CellIter::new(line.as_bytes(), layout.marks.delimiter).count(),
+                    layout.kinds.len(),
                 );
                 let span = SourceSpan::within_line(path, at + 1, line, 0..line.len());
                 let message =
-                    format!("the row has {iter} cells where the rows after it have {width}");
-                let code = if iter == width {
+                    format!("the row has {cells} cells where the rows after it have {width}");
+                let code = if cells == width {
                     Code::NotANumber
                 } else {
                     Code::RaggedRow
                 };
-                let message = if iter == width {
+                let message = if cells == width {
                     "the row holds a cell that is not what its column holds below".into()
                 } else {
                     message
@@ -123,7 +123,7 @@ fn refuse_double_commas(
     else {
         return Ok(());
     };
-    let width = layout.types.len();
+    let width = layout.kinds.len();
     let words = cells::CellIter::new(names.as_bytes(), b',').count();
     let is_whole = |(_, cell): (usize, &[u8])| {
         let digits = cell.strip_prefix(b"-").unwrap_or(cell);
@@ -134,7 +134,7 @@ fn refuse_double_commas(
         .unwrap_or(&[])
         .iter()
         .take(SNIFF_LEN);
-    let commas = layout.separators.delimiter == b',' && layout.separators.decimal == b'.';
+    let commas = layout.marks.delimiter == b',' && layout.marks.decimal == b'.';
     let doubled = commas
         && words > 1
         && width == 2 * words

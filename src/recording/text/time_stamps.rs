@@ -40,8 +40,8 @@ const DAY_S: i64 = 86_400;
 
 /// What kind of stamp a cell is; `None` for plain numbers and text.
 pub fn detect_format(cell: &[u8]) -> Option<StampFormat> {
-    let time = parse_date_time(cells::trim_cell(cell))?;
-    Some(match (time.date, time.clock) {
+    let written = parse_date_time(cells::trim_cell(cell))?;
+    Some(match (written.date, written.clock) {
         (Some(_), Some(_)) => StampFormat::DateTime,
         (Some(_), None) => StampFormat::Date,
         (None, _) => StampFormat::Clock,
@@ -243,7 +243,7 @@ pub struct StampParser {
     unit_s: f64,
     decimal: u8,
     day_first: Option<bool>,
-    stamp: Option<FirstStamp>,
+    first: Option<FirstStamp>,
     /// Days and seconds carried over midnight by a clock without date.
     wrapped: i64,
     last: i64,
@@ -277,7 +277,7 @@ impl StampParser {
             unit_s,
             decimal,
             day_first,
-            stamp: None,
+            first: None,
             wrapped: 0,
             last: 0,
             finest: f64::INFINITY,
@@ -292,7 +292,7 @@ impl StampParser {
             true => self.finest * self.unit_s,
             false => 0.0,
         };
-        let first = match self.stamp {
+        let first = match self.first {
             Some(FirstStamp::Exact(digits, after)) => digits as f64 / power_of_ten(after),
             Some(FirstStamp::Float(first)) => first,
             Some(FirstStamp::Clock(..)) | None => return Resolution::constant(finest_s),
@@ -303,7 +303,7 @@ impl StampParser {
     /// The day and the month of the first stamp may stand either way round, and no other one tells.
     pub fn is_ambiguous(&self) -> bool {
         let either = matches!(
-            self.stamp,
+            self.first,
             Some(FirstStamp::Clock(Some(Date::Ambiguous(..)), _))
         );
         either && self.day_first.is_none()
@@ -318,7 +318,7 @@ impl StampParser {
         if cell.is_empty() {
             return Ok(None);
         }
-        if self.stamp.is_none() {
+        if self.first.is_none() {
             self.start = String::from_utf8_lossy(cell).into_owned();
         }
         match self.format {
@@ -336,7 +336,7 @@ impl StampParser {
         self.finest = self.finest.min(power_of_ten(-after));
         let count = digits.unsigned_abs().checked_ilog10().map_or(0, |n| n + 1);
         self.digits = self.digits.max(count);
-        let since = match *self.stamp.get_or_insert(FirstStamp::Exact(digits, after)) {
+        let since = match *self.first.get_or_insert(FirstStamp::Exact(digits, after)) {
             FirstStamp::Exact(first, first_after) => difference(digits, after, first, first_after),
             FirstStamp::Float(first) => digits as f64 / power_of_ten(after) - first,
             FirstStamp::Clock(..) => return Err(StampError::NotAStamp),
@@ -357,7 +357,7 @@ impl StampParser {
             let count = 1.0 + value.abs().log10().floor() - last.log10().round();
             self.digits = self.digits.max(count.clamp(1.0, 18.0) as u32);
         }
-        let since = match *self.stamp.get_or_insert(FirstStamp::Float(value)) {
+        let since = match *self.first.get_or_insert(FirstStamp::Float(value)) {
             FirstStamp::Float(first) => value - first,
             FirstStamp::Exact(first, after) => value - first as f64 / power_of_ten(after),
             FirstStamp::Clock(..) => return Err(StampError::NotAStamp),
@@ -366,24 +366,26 @@ impl StampParser {
     }
 
     fn clock(&mut self, cell: &[u8]) -> Result<f64, StampError> {
-        let time = parse_date_time(cell).ok_or(StampError::NotAStamp)?;
-        let nano = time.clock.unwrap_or(0);
-        let digit = match time.clock {
-            Some(_) => power_of_ten(-(time.digits as i32)),
+        let written = parse_date_time(cell).ok_or(StampError::NotAStamp)?;
+        let nano = written.clock.unwrap_or(0);
+        let digit = match written.clock {
+            Some(_) => power_of_ten(-(written.digits as i32)),
             None => DAY_S as f64,
         };
         self.finest = self.finest.min(digit / self.unit_s);
-        let stamp = *self.stamp.get_or_insert(FirstStamp::Clock(time.date, nano));
-        if let (Some(Date::Known(.., Some(own))), Some(stated)) = (time.date, self.day_first)
+        let first = *self
+            .first
+            .get_or_insert(FirstStamp::Clock(written.date, nano));
+        if let (Some(Date::Known(.., Some(own))), Some(stated)) = (written.date, self.day_first)
             && own != stated
         {
             return Err(StampError::OtherOrder);
         }
-        let FirstStamp::Clock(first_date, first_nano) = stamp else {
+        let FirstStamp::Clock(first_date, first_nano) = first else {
             return Err(StampError::NotAStamp);
         };
-        let passed = match (first_date, time.date) {
-            (Some(stamp), Some(now)) => self.days_between(stamp, now)?,
+        let passed = match (first_date, written.date) {
+            (Some(first), Some(now)) => self.days_between(first, now)?,
             (None, None) => {
                 // A fall by more than half a day is midnight.
                 if nano + self.wrapped < self.last - SECOND * DAY_S / 2 {
@@ -504,8 +506,8 @@ mod tests {
     use super::*;
 
     fn seconds(format: StampFormat, unit_s: f64, cells: &[&str]) -> Vec<f64> {
-        let mut parser = StampParser::new(format, unit_s, b'.', None);
-        let read = |c: &&str| parser.seconds(c.as_bytes()).unwrap().unwrap();
+        let mut reader = StampParser::new(format, unit_s, b'.', None);
+        let read = |c: &&str| reader.seconds(c.as_bytes()).unwrap().unwrap();
         cells.iter().map(read).collect()
     }
 
@@ -545,12 +547,12 @@ mod tests {
     #[test]
     fn exact_resolution_from_the_digits() {
         let resolution = |format, cells: &[&str]| {
-            let mut parser = StampParser::new(format, 1.0, b'.', None);
+            let mut reader = StampParser::new(format, 1.0, b'.', None);
             cells
                 .iter()
-                .for_each(|c| assert!(parser.seconds(c.as_bytes()).is_ok()));
-            let resolution = parser.resolution();
-            let last = parser.seconds(cells[cells.len() - 1].as_bytes());
+                .for_each(|c| assert!(reader.seconds(c.as_bytes()).is_ok()));
+            let resolution = reader.resolution();
+            let last = reader.seconds(cells[cells.len() - 1].as_bytes());
             resolution.unit_at(last.unwrap().unwrap())
         };
         assert_eq!(
@@ -573,10 +575,10 @@ mod tests {
     /// What cannot be distinguished is not guessed.
     #[test]
     fn refuses_day_or_month_that_the_data_leave_open() {
-        let mut parser = StampParser::new(StampFormat::DateTime, 1.0, b'.', None);
-        assert_eq!(parser.seconds(b"03/04/2023 10:00"), Ok(Some(0.0)));
+        let mut reader = StampParser::new(StampFormat::DateTime, 1.0, b'.', None);
+        assert_eq!(reader.seconds(b"03/04/2023 10:00"), Ok(Some(0.0)));
         assert_eq!(
-            parser.seconds(b"05/07/2023 10:00"),
+            reader.seconds(b"05/07/2023 10:00"),
             Err(StampError::DayOrMonth)
         );
         for text in [

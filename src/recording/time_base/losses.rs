@@ -24,19 +24,19 @@ const MIN_LEVEL_SHIFT: f64 = 0.5;
 pub(super) fn are_ambiguous(
     stamps: &TimeStamps,
     resolution: &Resolution,
-    step: &TypicalStep,
+    usual: &TypicalStep,
 ) -> Result<bool, Error> {
     /// Of stamps no coarser than this part of a step.
     const FINE_RESOLUTION: f64 = 0.25;
     /// One or two may be pauses; so may one step in a thousand.
     const TOLERATED_PAUSES: (usize, usize) = (3, 1000);
-    let finest = FINE_RESOLUTION * step.median_s;
-    if !(step.median_s > 0.0 && resolution.finest_s < finest) {
+    let finest = FINE_RESOLUTION * usual.median_s;
+    if !(usual.median_s > 0.0 && resolution.finest_s < finest) {
         return Ok(false);
     }
     let (mut last, mut neither) = (f64::NAN, 0);
     for_each_stamp(&stamps.seconds, |_, t| {
-        let is_neither = AMBIGUOUS_STEPS.contains(&((t - last) / step.median_s));
+        let is_neither = AMBIGUOUS_STEPS.contains(&((t - last) / usual.median_s));
         neither += usize::from(is_neither && resolution.unit_at(t) < finest);
         last = t;
         Ok(())
@@ -49,7 +49,7 @@ pub(super) fn are_ambiguous(
 pub(super) fn check_hidden_losses(
     timing: &RawTiming,
     stamps: &TimeStamps,
-    typical_step: &TypicalStep,
+    usual: &TypicalStep,
 ) -> Result<(), Error> {
     let mut near = VecDeque::new();
     // The row of the largest shift in a run of them, the shift, and whether a sure gap is in the run.
@@ -64,8 +64,8 @@ pub(super) fn check_hidden_losses(
             return Ok(());
         }
         let at = row + 1 - LEVEL_ROWS;
-        let shift = level(near.make_contiguous()) / typical_step.median_s;
-        let step = (near[LEVEL_ROWS] - near[LEVEL_ROWS - 1]) / typical_step.median_s;
+        let shift = level(near.make_contiguous()) / usual.median_s;
+        let step = (near[LEVEL_ROWS] - near[LEVEL_ROWS - 1]) / usual.median_s;
         if shift.abs() >= MIN_LEVEL_SHIFT {
             let (first, most, sure) = run.unwrap_or((at, 0.0, false));
             let largest = if shift.abs() > most { at } else { first };
@@ -85,7 +85,7 @@ pub(super) fn check_hidden_losses(
     let Some(row) = hidden.or(open) else {
         return Ok(());
     };
-    let place = match timing.numbers.line_of_row(row) {
+    let place = match timing.lines.line_of_row(row) {
         Some(line) => format!("about line {line}"),
         None => format!("about sample {}", row + 1),
     };

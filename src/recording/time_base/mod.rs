@@ -186,12 +186,12 @@ fn split_at_gaps(
     };
     // First pass: order, gaps, and the sums of every segment.
     let (mut segments, mut gaps): (Vec<Range<usize>>, Vec<Gap>) = (Vec::new(), Vec::new());
-    let mut sums: Vec<RegressionSums> = Vec::new();
+    let mut lines: Vec<RegressionSums> = Vec::new();
     let mut firsts = Vec::new();
     let (mut last, mut shortest, mut longest) = (f64::NAN, f64::INFINITY, 0.0f64);
     for_each_stamp(&stamps.seconds, |row, t| {
         if !t.is_finite() {
-            return Err(bad_stamp(&timing.numbers, row, "has no time stamp"));
+            return Err(bad_stamp(&timing.lines, row, "has no time stamp"));
         }
         let step = t - last;
         if step < 0.0 || (step == 0.0 && !may_repeat(t)) {
@@ -199,31 +199,31 @@ fn split_at_gaps(
                 true => format!("repeats the time stamp of the row before, {t} s after the first"),
                 false => format!("goes back in time by {:.6} s", -step),
             };
-            return Err(bad_stamp(&timing.numbers, row, &what));
+            return Err(bad_stamp(&timing.lines, row, &what));
         }
         if row == 0 || is_gap(step, t) {
             if let Some(before) = segments.last_mut() {
                 before.end = row;
                 gaps.push(Gap {
                     row,
-                    line: timing.numbers.line_of_row(row),
+                    line: timing.lines.line_of_row(row),
                     missing: 0,
                     seconds: step,
                 });
             }
             segments.push(row..n);
-            sums.push(RegressionSums::default());
+            lines.push(RegressionSums::default());
             firsts.push(t);
         } else {
             (shortest, longest) = (shortest.min(step), longest.max(step));
         }
-        if let (Some(regression_sums), Some(&first)) = (sums.last_mut(), firsts.last()) {
-            regression_sums.add(t - first, weight(t));
+        if let (Some(line), Some(&first)) = (lines.last_mut(), firsts.last()) {
+            line.add(t - first, weight(t));
         }
         last = t;
         Ok(())
     })?;
-    let (xx, xy) = sums
+    let (xx, xy) = lines
         .iter()
         .map(RegressionSums::centred)
         .fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
@@ -239,10 +239,10 @@ fn split_at_gaps(
         )
         .with_hint("leave them aside and state the rate: --time none --rate HZ"));
     }
-    let starts: Vec<f64> = sums
+    let starts: Vec<f64> = lines
         .iter()
         .zip(&firsts)
-        .map(|(regression_sums, first)| first + regression_sums.offset(dt))
+        .map(|(line, first)| first + line.offset(dt))
         .collect();
     // Second pass: deviations from the line.
     let (mut square, mut weighted, mut most, mut at) = (0.0, 0.0, 0.0f64, 0);
@@ -280,7 +280,7 @@ fn split_at_gaps(
     let mut starts = starts;
     let mut ends_std = 0.0f64;
     if matches!(spacing, Spacing::Jittered { .. }) {
-        let (steps, length) = sums
+        let (steps, length) = lines
             .iter()
             .fold((0.0, 0.0), |(n, t), l| (n + l.rows - 1.0, t + l.last_s));
         rate_hz = if length > 0.0 {
@@ -305,7 +305,7 @@ fn split_at_gaps(
         .find(|g| !(g.seconds * rate_hz < MAX_MISSING_SAMPLES))
     {
         let what = format!("leaps forward in time by {:.3e} s", gap.seconds);
-        return Err(bad_stamp(&timing.numbers, gap.row, &what));
+        return Err(bad_stamp(&timing.lines, gap.row, &what));
     }
     for gap in &mut gaps {
         gap.missing = ((gap.seconds * rate_hz).round() as usize)
@@ -329,13 +329,13 @@ fn split_at_gaps(
     })
 }
 
-fn bad_stamp(numbers: &LineNumbers, row: usize, what: &str) -> Error {
-    let which = match numbers.line_of_row(row) {
+fn bad_stamp(lines: &LineNumbers, row: usize, what: &str) -> Error {
+    let which = match lines.line_of_row(row) {
         Some(line) => format!("line {line}"),
         None => format!("sample {}", row + 1),
     };
     let error = Error::new(Code::InvalidTimeStamps, format!("{which} {what}"));
-    let error = match numbers.line_of_row(row) {
+    let error = match lines.line_of_row(row) {
         Some(line) => error.with_span(&SourceSpan::whole_line("", line)),
         None => error,
     };

@@ -71,11 +71,11 @@ mod tests {
     /// Steps, of the slope over exact stamps, that the last of `rows` rows lies off the line.
     fn off(rows: u64) -> f64 {
         let step = 1.0 / 51_200.0;
-        let mut sums = RegressionSums::default();
-        (0..rows).for_each(|row| sums.add(row as f64 * step, 1.0));
-        let (xx, xy) = sums.centred();
-        let end = sums.offset(xy / xx) + (rows - 1) as f64 * (xy / xx);
-        (end - sums.last_s).abs() / step
+        let mut line = RegressionSums::default();
+        (0..rows).for_each(|row| line.add(row as f64 * step, 1.0));
+        let (xx, xy) = line.centred();
+        let end = line.offset(xy / xx) + (rows - 1) as f64 * (xy / xx);
+        (end - line.last_s).abs() / step
     }
 
     /// Exact stamps lie on their line however many they are: plain sums had put rows a hundredth of a step off.

@@ -73,7 +73,7 @@ fn refuses_stamps_that_repeat_or_run_back() {
         let mut t: Vec<f64> = (0..10).map(|i| f64::from(i) * 1e-3).collect();
         t[3] = wrong;
         let mut timing = RawTiming::default();
-        timing.numbers.push(0, 5);
+        timing.lines.push(0, 5);
         let error = fit(&timing, &stamps(&t, 1e-6)).unwrap_err();
         assert_eq!(error.code, Code::InvalidTimeStamps);
         assert!(error.message.starts_with("line 8"), "{}", error.message);

@@ -24,13 +24,13 @@ const INCREMENT_TOLERANCE: f64 = 1e-5;
 
 /// Deals the sets out by their type of function.
 pub(super) fn assemble(
-    set58s: Vec<DataSet58>,
+    data_sets: Vec<DataSet58>,
     is_si: bool,
     options: &ReadOptions,
     log: &mut RawLog,
 ) -> Result<(), Error> {
-    let names = PointNames::new(&set58s);
-    if let Some(first) = set58s.first() {
+    let names = PointNames::new(&data_sets);
+    if let Some(first) = data_sets.first() {
         let said = first
             .header
             .ids
@@ -44,25 +44,25 @@ pub(super) fn assemble(
     let mut coherences = Vec::new();
     let mut left_out: Vec<&str> = Vec::new();
     let mut responses: Vec<UffResponse> = Vec::new();
-    for set58 in set58s {
-        let over_time = set58.header.abscissa.data_type == codes::TIME;
-        let over_frequency = set58.header.abscissa.data_type == codes::FREQUENCY;
-        match (set58.header.function, set58.values.im.is_empty()) {
-            (codes::TIME_RESPONSE, true) => context.channel(set58, options, log)?,
-            (codes::TYPE_GENERAL, true) if over_time => context.channel(set58, options, log)?,
+    for set in data_sets {
+        let over_time = set.header.abscissa.data_type == codes::TIME;
+        let over_frequency = set.header.abscissa.data_type == codes::FREQUENCY;
+        match (set.header.function, set.values.im.is_empty()) {
+            (codes::TIME_RESPONSE, true) => context.channel(set, options, log)?,
+            (codes::TYPE_GENERAL, true) if over_time => context.channel(set, options, log)?,
             (codes::FREQUENCY_RESPONSE | codes::TYPE_TRANSMISSIBILITY, _) => {
-                responses.push(context.response(set58));
+                responses.push(context.response(set));
             }
-            (codes::COHERENCE | codes::TYPE_MULTIPLE_COHERENCE, _) => coherences.push(set58),
-            (2 | 3 | 9 | 10 | 12 | 18 | 20 | 21 | 24, _) => context.spectrum(set58, log),
-            (codes::TYPE_GENERAL, _) if over_frequency => context.spectrum(set58, log),
+            (codes::COHERENCE | codes::TYPE_MULTIPLE_COHERENCE, _) => coherences.push(set),
+            (2 | 3 | 9 | 10 | 12 | 18 | 20 | 21 | 24, _) => context.spectrum(set, log),
+            (codes::TYPE_GENERAL, _) if over_frequency => context.spectrum(set, log),
             (function, _) => {
                 left_out.push(codes::FUNCTION_TYPES.get(function).unwrap_or(&"unknown"));
             }
         }
     }
-    for set58 in coherences {
-        context.coherence(set58, &mut responses, log);
+    for set in coherences {
+        context.coherence(set, &mut responses, log);
     }
     log.responses = collect_responses(responses, log);
     if let Some(responses) = &mut log.responses {
@@ -98,11 +98,11 @@ impl FileContext {
     /// Puts a time response into the group of its clock.
     fn channel(
         &self,
-        set58: DataSet58,
+        set: DataSet58,
         options: &ReadOptions,
         log: &mut RawLog,
     ) -> Result<(), Error> {
-        let DataSet58 { header, values, .. } = set58;
+        let DataSet58 { header, values, .. } = set;
         let scale = time_scale(&header, options)?;
         let samples = SampleColumn::from_slice(&values.re);
         let mut timing = RawTiming {
@@ -135,7 +135,7 @@ impl FileContext {
                 seconds: SampleColumn::from_slice(&seconds),
                 // Six digits in text, single precision in bytes.
                 resolution: Resolution::constant(
-                    match header.ordinate_kind.is_double && set58.is_binary {
+                    match header.ordinate_kind.is_double && set.is_binary {
                         true => f64::EPSILON * largest * scale,
                         false => 10.0_f64.powf(largest.log10().floor() - 5.0) * scale,
                     },
@@ -158,48 +158,48 @@ impl FileContext {
         Ok(())
     }
 
-    fn response(&self, set58: DataSet58) -> UffResponse {
-        let lines = abscissa_hz(&set58);
+    fn response(&self, set: DataSet58) -> UffResponse {
+        let lines = abscissa_hz(&set);
         let response = FrequencyResponse {
-            input: self.names.input(&set58.header, self.is_si),
+            input: self.names.input(&set.header, self.is_si),
             output: ChannelLabel {
-                name: self.names.response_name(&set58.header),
-                unit: response_unit(&set58.header, self.is_si),
+                name: self.names.response_name(&set.header),
+                unit: response_unit(&set.header, self.is_si),
             },
-            values: complex(&set58),
+            values: complex(&set),
             ..FrequencyResponse::default()
         };
         UffResponse {
-            header: set58.header,
+            header: set.header,
             lines,
             response,
         }
     }
 
-    fn spectrum(&self, set58: DataSet58, log: &mut RawLog) {
+    fn spectrum(&self, set: DataSet58, log: &mut RawLog) {
         log.spectra.push(StoredSpectrum {
-            name: self.names.response_name(&set58.header),
-            unit: set58.header.ordinate.unit.clone(),
+            name: self.names.response_name(&set.header),
+            unit: set.header.ordinate.unit.clone(),
             kind: codes::FUNCTION_TYPES
-                .get(set58.header.function)
+                .get(set.header.function)
                 .copied()
                 .unwrap_or("spectrum"),
-            is_decibel: set58.header.ordinate.unit.starts_with("dB"),
-            frequency_hz: abscissa_hz(&set58),
-            values: complex(&set58),
+            is_decibel: set.header.ordinate.unit.starts_with("dB"),
+            frequency_hz: abscissa_hz(&set),
+            values: complex(&set),
         });
     }
 
     /// Gives a coherence to the responses between the same points; a multiple one to all at its response point.
-    fn coherence(&self, set58: DataSet58, responses: &mut [UffResponse], log: &mut RawLog) {
-        let is_multiple = set58.header.function == codes::TYPE_MULTIPLE_COHERENCE;
-        let lines = abscissa_hz(&set58);
+    fn coherence(&self, set: DataSet58, responses: &mut [UffResponse], log: &mut RawLog) {
+        let is_multiple = set.header.function == codes::TYPE_MULTIPLE_COHERENCE;
+        let lines = abscissa_hz(&set);
         let mut taken = false;
-        for response in responses {
-            let between = response.header.response == set58.header.response
-                && (is_multiple || response.header.reference == set58.header.reference);
-            if between && response.lines == lines && response.response.coherence.is_none() {
-                response.response.coherence = Some(set58.values.re.clone());
+        for function in responses {
+            let between = function.header.response == set.header.response
+                && (is_multiple || function.header.reference == set.header.reference);
+            if between && function.lines == lines && function.response.coherence.is_none() {
+                function.response.coherence = Some(set.values.re.clone());
                 taken = true;
                 if !is_multiple {
                     break;
@@ -207,7 +207,7 @@ impl FileContext {
             }
         }
         if !taken {
-            self.spectrum(set58, log);
+            self.spectrum(set, log);
         }
     }
 }
@@ -259,60 +259,57 @@ fn time_scale(header: &UffHeader, options: &ReadOptions) -> Result<f64, Error> {
 }
 
 /// Abscissa, Hz.
-fn abscissa_hz(set58: &DataSet58) -> Vec<f64> {
-    let scale = match set58.header.abscissa.unit.as_str() {
+fn abscissa_hz(set: &DataSet58) -> Vec<f64> {
+    let scale = match set.header.abscissa.unit.as_str() {
         "kHz" => 1e3,
         "rad/s" | "Rad/s" => std::f64::consts::TAU.recip(),
         "rpm" | "RPM" | "1/min" => 60.0_f64.recip(),
         _ => 1.0,
     };
-    let UffHeader { start, step, .. } = set58.header;
-    match set58.header.is_even {
-        true => (0..set58.values.re.len())
+    let UffHeader { start, step, .. } = set.header;
+    match set.header.is_even {
+        true => (0..set.values.re.len())
             .map(|k| (start + k as f64 * step) * scale)
             .collect(),
-        false => set58.values.x.iter().map(|x| x * scale).collect(),
+        false => set.values.x.iter().map(|x| x * scale).collect(),
     }
 }
 
-fn complex(set58: &DataSet58) -> Vec<Complex> {
-    let im = |k: usize| set58.values.im.get(k).copied().unwrap_or(0.0);
-    let values = set58.values.re.iter().enumerate();
+fn complex(set: &DataSet58) -> Vec<Complex> {
+    let im = |k: usize| set.values.im.get(k).copied().unwrap_or(0.0);
+    let values = set.values.re.iter().enumerate();
     values.map(|(k, &re)| Complex::new(re, im(k))).collect()
 }
 
 /// The responses over the lines most of them share; the others are said to be left out.
-fn collect_responses(
-    uff_responses: Vec<UffResponse>,
-    log: &mut RawLog,
-) -> Option<FrequencyResponses> {
-    let sharing = |lines: &[f64]| uff_responses.iter().filter(|f| f.lines == lines).count();
+fn collect_responses(functions: Vec<UffResponse>, log: &mut RawLog) -> Option<FrequencyResponses> {
+    let sharing = |lines: &[f64]| functions.iter().filter(|f| f.lines == lines).count();
     let mut best: Option<(usize, Vec<f64>)> = None;
-    for response in &uff_responses {
+    for function in &functions {
         if best
             .as_ref()
-            .is_some_and(|(_, lines)| *lines == response.lines)
+            .is_some_and(|(_, lines)| *lines == function.lines)
         {
             continue;
         }
-        let count = sharing(&response.lines);
+        let count = sharing(&function.lines);
         if best.as_ref().is_none_or(|&(most, _)| count > most) {
-            best = Some((count, response.lines.clone()));
+            best = Some((count, function.lines.clone()));
         }
     }
     let (count, frequency_hz) = best?;
-    let others = uff_responses.len() - count;
+    let others = functions.len() - count;
     if others > 0 {
         log.diagnostics.push(Diagnostic {
             code: "functions-left-out",
             message: format!(
                 "{others} of {} frequency responses lie on other lines than the rest and are left out",
-                uff_responses.len()
+                functions.len()
             ),
             hint: Some("put them into files of their own".into()),
         });
     }
-    let kept: Vec<UffResponse> = (uff_responses.into_iter())
+    let kept: Vec<UffResponse> = (functions.into_iter())
         .filter(|f| f.lines == frequency_hz)
         .collect();
     // What this crate wrote is the same in every set; what differs is not believed.
@@ -326,10 +323,10 @@ fn collect_responses(
     let line_independence = said(1, codes::INDEPENDENCE_LINE)
         .map(|(lines, line)| lines / line)
         .filter(|share| *share > 0.0 && *share <= 1.0);
-    let uff_responses = kept.into_iter().map(|f| f.response).collect();
+    let functions = kept.into_iter().map(|f| f.response).collect();
     Some(FrequencyResponses {
         frequency_hz,
-        responses: uff_responses,
+        responses: functions,
         averages: behind.map(|b| b.0).filter(|n| *n > 0.0),
         window_decay: behind.map_or(0.0, |b| b.1.max(0.0)),
         usable_band_hz: usable_hz,

@@ -58,8 +58,8 @@ pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, E
     reader.read(&mut UffCursor::new(path, bytes), options, &mut log)?;
     reader.report_skipped(&mut log);
     let is_si = reader.units_code.is_none_or(|code| code == UNITS_SI);
-    let has_binary = reader.set58s.iter().any(|set58| set58.is_binary);
-    let has_text = reader.set58s.iter().any(|set58| !set58.is_binary);
+    let has_binary = reader.data_sets.iter().any(|set| set.is_binary);
+    let has_text = reader.data_sets.iter().any(|set| !set.is_binary);
     let kind = match (has_text, has_binary) {
         (true, true) => "text and binary",
         (false, true) => "binary",
@@ -67,10 +67,10 @@ pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, E
     };
     log.dialect = format!(
         "UFF 58, {kind}, {}",
-        pluralise(reader.set58s.len(), "function")
+        pluralise(reader.data_sets.len(), "function")
     );
-    reader.set58s.retain(|set58| !set58.values.re.is_empty());
-    if reader.set58s.is_empty() {
+    reader.data_sets.retain(|set| !set.values.re.is_empty());
+    if reader.data_sets.is_empty() {
         let skipped: Vec<String> = reader.skipped.keys().map(i64::to_string).collect();
         let held = match skipped.len() {
             0 => "no data set at all".to_string(),
@@ -83,14 +83,14 @@ pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, E
         .with_hint("signals and frequency responses are in data sets 58: export these as well")
         .into());
     }
-    assemble::assemble(reader.set58s, is_si, options, &mut log)?;
+    assemble::assemble(reader.data_sets, is_si, options, &mut log)?;
     Ok(log)
 }
 
 /// What was met so far.
 #[derive(Default)]
 struct UffReader {
-    set58s: Vec<DataSet58>,
+    data_sets: Vec<DataSet58>,
     /// How often each other data set was passed over.
     skipped: BTreeMap<i64, usize>,
     /// Lines outside of any set.
@@ -163,9 +163,9 @@ impl UffReader {
             return Ok(());
         }
         let rest = &title[digits..];
-        let binary_header = rest.starts_with(['b', 'B']);
-        let binary_header = binary_header.then(|| binary_title(rest)).transpose();
-        let binary_header = binary_header.map_err(|(code, message)| Error {
+        let binary = rest.starts_with(['b', 'B']);
+        let binary = binary.then(|| binary_title(rest)).transpose();
+        let binary = binary.map_err(|(code, message)| Error {
             code,
             ..cursor.error(first_line, title, message)
         })?;
@@ -180,15 +180,15 @@ impl UffReader {
             let text = lines.get(at).map_or("", String::as_str);
             cursor.error(first_line + 1 + at, text, message)
         })?;
-        let values = match binary_header {
-            Some(binary_header) => values::read_binary(cursor, &header, binary_header)?,
+        let values = match binary {
+            Some(binary) => values::read_binary(cursor, &header, binary)?,
             None => values::read_text(cursor, &header)?,
         };
         self.read_end_delimiter(cursor, &header, &values, first_line, log)?;
-        self.set58s.push(DataSet58 {
+        self.data_sets.push(DataSet58 {
             header,
             values,
-            is_binary: binary_header.is_some(),
+            is_binary: binary.is_some(),
         });
         Ok(())
     }

@@ -14,24 +14,24 @@ pub(super) struct PointNames {
 }
 
 impl PointNames {
-    pub fn new(set58s: &[DataSet58]) -> PointNames {
+    pub fn new(data_sets: &[DataSet58]) -> PointNames {
         let mut points: Vec<(DofLabel, String)> = Vec::new();
-        for header in set58s.iter().map(|set58| &set58.header) {
-            for (end, label) in [&header.response, &header.reference]
+        for header in data_sets.iter().map(|set| &set.header) {
+            for (end, point) in [&header.response, &header.reference]
                 .into_iter()
                 .enumerate()
             {
-                if !points.iter().any(|(known, _)| known == label) {
-                    points.push((label.clone(), base(header, label, end)));
+                if !points.iter().any(|(known, _)| known == point) {
+                    points.push((point.clone(), base(header, point, end)));
                 }
             }
         }
         let shared = |name: &str| points.iter().filter(|(_, other)| other == name).count() > 1;
-        let told = points.iter().map(|(label, name)| {
-            let place = label.text();
+        let told = points.iter().map(|(point, name)| {
+            let place = point.text();
             match shared(name) && !place.is_empty() && *name != place {
-                true => (label.clone(), format!("{name} {place}")),
-                false => (label.clone(), name.clone()),
+                true => (point.clone(), format!("{name} {place}")),
+                false => (point.clone(), name.clone()),
             }
         });
         PointNames {
@@ -40,8 +40,8 @@ impl PointNames {
     }
 
     /// The name of a point; empty where the file says nothing of it.
-    pub fn point_name(&self, label: &DofLabel) -> String {
-        let known = self.points.iter().find(|(other, _)| other == label);
+    pub fn point_name(&self, point: &DofLabel) -> String {
+        let known = self.points.iter().find(|(other, _)| other == point);
         known.map(|(_, name)| name.clone()).unwrap_or_default()
     }
 
@@ -77,25 +77,25 @@ impl PointNames {
 
 /// The entity's name, else node and direction. A name that fills its columns was cut; the first line, `output` or
 /// `output / input`, may have it whole.
-fn base(header: &UffHeader, label: &DofLabel, end: usize) -> String {
-    if label.entity.is_empty() {
-        return label.text();
+fn base(header: &UffHeader, point: &DofLabel, end: usize) -> String {
+    if point.entity.is_empty() {
+        return point.text();
     }
     let whole = header.ids[0]
         .split(" / ")
         .nth(end)
         .unwrap_or(&header.ids[0]);
-    match label.entity.chars().count() == ENTITY_LEN && whole.starts_with(&label.entity) {
+    match point.entity.chars().count() == ENTITY_LEN && whole.starts_with(&point.entity) {
         true => whole.to_string(),
-        false => label.entity.clone(),
+        false => point.entity.clone(),
     }
 }
 
 /// The unit as written, else that of the type of data where the file is in SI.
-pub(super) fn axis_unit(record: &AxisRecord, is_si: bool) -> String {
-    match (record.unit.is_empty(), is_si) {
-        (false, _) => record.unit.clone(),
-        (true, true) => codes::si_unit(record.data_type).to_string(),
+pub(super) fn axis_unit(axis: &AxisRecord, is_si: bool) -> String {
+    match (axis.unit.is_empty(), is_si) {
+        (false, _) => axis.unit.clone(),
+        (true, true) => codes::si_unit(axis.data_type).to_string(),
         (true, false) => String::new(),
     }
 }

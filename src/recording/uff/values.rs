@@ -137,7 +137,7 @@ fn number(line: &[u8]) -> Option<(f64, usize)> {
 pub(super) fn read_binary(
     cursor: &mut UffCursor<'_>,
     header: &UffHeader,
-    binary_header: BinaryHeader,
+    binary: BinaryHeader,
 ) -> Result<UffValues, Error> {
     let OrdinateType { is_double, .. } = header.ordinate_kind;
     let size = if is_double { 8 } else { 4 };
@@ -145,7 +145,7 @@ pub(super) fn read_binary(
     let per_value = |abscissa: usize| ordinates * size + abscissa;
     let needs = |abscissa: usize| header.count.saturating_mul(per_value(abscissa));
     // An uneven abscissa has the precision of the ordinate with most writers, and is single with some.
-    let abscissa = match (header.is_even, binary_header.bytes == needs(4)) {
+    let abscissa = match (header.is_even, binary.bytes == needs(4)) {
         (true, _) => 0,
         (false, true) => 4,
         (false, false) => size,
@@ -166,8 +166,8 @@ pub(super) fn read_binary(
     let mut flat = Vec::with_capacity(header.count * width);
     for value in data.chunks_exact(per_value(abscissa).max(1)) {
         let (x, y) = value.split_at(abscissa);
-        decode(x, abscissa == 8, binary_header.is_big_endian, &mut flat);
-        decode(y, is_double, binary_header.is_big_endian, &mut flat);
+        decode(x, abscissa == 8, binary.is_big_endian, &mut flat);
+        decode(y, is_double, binary.is_big_endian, &mut flat);
     }
     let values = split_values(&flat, header, 0);
     if let Some(at) = values.x.iter().position(|x| !x.is_finite()) {

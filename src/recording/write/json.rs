@@ -107,8 +107,8 @@ pub fn write_responses<W: Write>(
     document(to).map_err(output_error)
 }
 
-fn channel_label(label: &ChannelLabel) -> Value {
-    json!({ "name": label.name, "unit": label.unit })
+fn channel_label(terminal: &ChannelLabel) -> Value {
+    json!({ "name": terminal.name, "unit": terminal.unit })
 }
 
 fn write_array(to: &mut impl Write, values: &[f64]) -> io::Result<()> {

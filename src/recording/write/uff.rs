@@ -47,7 +47,7 @@ struct DataSetHeader<'a> {
     input: Option<&'a ChannelLabel>,
     is_complex: bool,
     count: usize,
-    spacing: AbscissaSpacing<'a>,
+    abscissa: AbscissaSpacing<'a>,
     abscissa_type: i64,
 }
 
@@ -57,7 +57,7 @@ struct DataSetHeader<'a> {
 /// `conflict` where the record has gaps, for which an even abscissa has no place; `output-failed`; those of reading a column.
 pub fn write_recording(
     recording: &Recording,
-    uff_format: UffFormat,
+    form: UffFormat,
     to: &mut impl Write,
 ) -> Result<(), Error> {
     if recording.segments.len() > 1 {
@@ -85,24 +85,24 @@ pub fn write_recording(
             name: channel.name.clone(),
             unit: channel.unit.clone(),
         };
-        let header = DataSetHeader {
+        let head = DataSetHeader {
             ids: [&channel.name, "", date, &rate, ""],
             function: codes::TIME_RESPONSE,
             output: &output,
             input: None,
             is_complex: false,
             count: recording.samples,
-            spacing: AbscissaSpacing::Even(recording.time_s(0, 0), recording.rate_hz.recip()),
+            abscissa: AbscissaSpacing::Even(recording.time_s(0, 0), recording.rate_hz.recip()),
             abscissa_type: codes::TIME,
         };
-        header.write(uff_format, to).map_err(output_error)?;
-        let mut writer = ValueWriter::new(uff_format, to);
+        head.write(form, to).map_err(output_error)?;
+        let mut values = ValueWriter::new(form, to);
         for_each_block(channel, recording.samples, |block| {
             block
                 .iter()
-                .try_for_each(|&value| writer.write_value(value))
+                .try_for_each(|&value| values.write_value(value))
         })?;
-        writer.end().map_err(output_error)?;
+        values.end().map_err(output_error)?;
     }
     Ok(())
 }
@@ -113,11 +113,11 @@ pub fn write_recording(
 /// `output-failed`.
 pub fn write_responses(
     responses: &FrequencyResponses,
-    uff_format: UffFormat,
+    form: UffFormat,
     to: &mut impl Write,
 ) -> Result<(), Error> {
     let lines = &responses.frequency_hz;
-    let spacing = even_abscissa(lines).unwrap_or(AbscissaSpacing::Uneven(lines));
+    let abscissa = even_abscissa(lines).unwrap_or(AbscissaSpacing::Uneven(lines));
     let said = |pair: Option<(f64, f64)>, [before, between, after]: [&str; 3]| {
         pair.map_or(String::new(), |(a, b)| {
             format!("{before}{a:?}{between}{b:?}{after}")
@@ -135,17 +135,17 @@ pub fn write_responses(
         ),
     ];
     for function in &responses.responses {
-        write_data_set(function, spacing, lines, &facts, uff_format, to).map_err(output_error)?;
+        write_data_set(function, abscissa, lines, &facts, form, to).map_err(output_error)?;
     }
     Ok(())
 }
 
 fn write_data_set(
     function: &FrequencyResponse,
-    spacing: AbscissaSpacing<'_>,
+    abscissa: AbscissaSpacing<'_>,
     lines: &[f64],
     facts: &[String; 3],
-    uff_format: UffFormat,
+    form: UffFormat,
     to: &mut impl Write,
 ) -> io::Result<()> {
     let output = &function.output;
@@ -153,53 +153,53 @@ fn write_data_set(
         Some(input) => format!("{} / {}", output.name, input.name),
         None => output.name.clone(),
     };
-    let header = DataSetHeader {
+    let head = DataSetHeader {
         ids: [&name, &facts[2], "", &facts[0], &facts[1]],
         function: codes::FREQUENCY_RESPONSE,
         output,
         input: function.input.as_ref(),
         is_complex: true,
         count: lines.len(),
-        spacing,
+        abscissa,
         abscissa_type: codes::FREQUENCY,
     };
-    let is_uneven = matches!(spacing, AbscissaSpacing::Uneven(_));
-    header.write(uff_format, to)?;
-    let mut writer = ValueWriter::new(uff_format, to);
+    let is_uneven = matches!(abscissa, AbscissaSpacing::Uneven(_));
+    head.write(form, to)?;
+    let mut values = ValueWriter::new(form, to);
     for (line, value) in lines.iter().zip(&function.values) {
         if is_uneven {
-            writer.put_abscissa(*line)?;
+            values.put_abscissa(*line)?;
         }
-        writer.write_value(value.re)?;
-        writer.write_value(value.im)?;
-        writer.end_uneven(is_uneven)?;
+        values.write_value(value.re)?;
+        values.write_value(value.im)?;
+        values.end_uneven(is_uneven)?;
     }
-    writer.end()?;
+    values.end()?;
     let Some(coherence) = &function.coherence else {
         return Ok(());
     };
-    let unitless = |label: &ChannelLabel| ChannelLabel {
-        name: label.name.clone(),
+    let unitless = |terminal: &ChannelLabel| ChannelLabel {
+        name: terminal.name.clone(),
         unit: String::new(),
     };
     let (output, input) = (unitless(output), function.input.as_ref().map(unitless));
-    let header = DataSetHeader {
+    let head = DataSetHeader {
         function: codes::COHERENCE,
         output: &output,
         input: input.as_ref(),
         is_complex: false,
-        ..header
+        ..head
     };
-    header.write(uff_format, to)?;
-    let mut writer = ValueWriter::new(uff_format, to);
+    head.write(form, to)?;
+    let mut values = ValueWriter::new(form, to);
     for (line, value) in lines.iter().zip(coherence) {
         if is_uneven {
-            writer.put_abscissa(*line)?;
+            values.put_abscissa(*line)?;
         }
-        writer.write_value(*value)?;
-        writer.end_uneven(is_uneven)?;
+        values.write_value(*value)?;
+        values.end_uneven(is_uneven)?;
     }
-    writer.end()
+    values.end()
 }
 
 /// Start and increment of lines, where as written in the header they give the same bits back.
@@ -219,7 +219,7 @@ fn even_abscissa(lines: &[f64]) -> Option<AbscissaSpacing<'static>> {
 impl DataSetHeader<'_> {
     /// The opening mark, the number of the set and the eleven lines of its header.
     fn write(&self, format: UffFormat, to: &mut impl Write) -> io::Result<()> {
-        let is_even = matches!(self.spacing, AbscissaSpacing::Even(..));
+        let is_even = matches!(self.abscissa, AbscissaSpacing::Even(..));
         let per_value = usize::from(!is_even) + 1 + usize::from(self.is_complex);
         writeln!(to, "    -1")?;
         match format {
@@ -256,7 +256,7 @@ impl DataSetHeader<'_> {
             0,
             0
         )?;
-        let (start, step) = match self.spacing {
+        let (start, step) = match self.abscissa {
             AbscissaSpacing::Even(start, step) => (start, step),
             AbscissaSpacing::Uneven(lines) => (lines.first().copied().unwrap_or(0.0), 0.0),
         };
@@ -274,7 +274,7 @@ impl DataSetHeader<'_> {
             codes::TIME => ("Time", "s"),
             _ => ("Frequency", "Hz"),
         };
-        let data_type = |channel_label: &ChannelLabel| codes::data_type(&channel_label.unit);
+        let data_type = |terminal: &ChannelLabel| codes::data_type(&terminal.unit);
         axis(to, self.abscissa_type, label, unit)?;
         axis(
             to,

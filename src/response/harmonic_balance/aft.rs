@@ -50,13 +50,13 @@ const MIN_SAMPLES: usize = 1024;
 
 impl AftTransform {
     /// For so many orders.
-    pub fn new(family: &SpeedFamily, element: &[NonlinearElement], orders: usize) -> AftTransform {
+    pub fn new(family: &SpeedFamily, active: &[NonlinearElement], orders: usize) -> AftTransform {
         let samples = (SAMPLES * orders).max(MIN_SAMPLES).next_power_of_two();
-        let function = |a: &NonlinearElement| {
-            let function = family.relative_model.model.elements[a.branch]
+        let wave = |a: &NonlinearElement| {
+            let wave = family.relative.model.elements[a.branch]
                 .stiffness_wave
                 .as_ref()?;
-            let WavePhase::Imposed { omega, start } = function.phase else {
+            let WavePhase::Imposed { omega, start } = wave.phase else {
                 return None;
             };
             let turns = omega / family.base;
@@ -64,7 +64,7 @@ impl AftTransform {
                 (0..samples)
                     .map(|j| {
                         average(
-                            &function.waveform,
+                            &wave.waveform,
                             turns * j as f64 / samples as f64 + start / TAU,
                             turns / samples as f64,
                         )
@@ -75,7 +75,7 @@ impl AftTransform {
         AftTransform {
             orders,
             fft: RealFft::new(samples),
-            factors: element.iter().map(function).collect(),
+            factors: active.iter().map(wave).collect(),
         }
     }
 
@@ -111,12 +111,12 @@ impl AftTransform {
     pub fn period(
         &mut self,
         family: &SpeedFamily,
-        element: &[NonlinearElement],
+        active: &[NonlinearElement],
         own: usize,
         delta: &[Complex],
         omega: f64,
     ) -> PeriodSamples {
-        let branch = element[own].branch;
+        let branch = active[own].branch;
         let steady = family.rates[branch] / family.base;
         let derived: Vec<Complex> = delta
             .iter()
@@ -124,16 +124,16 @@ impl AftTransform {
             .map(|(k, x)| Complex::new(0.0, k as f64) * x)
             .collect();
         let (deflection, prime) = (self.time_samples(delta), self.time_samples(&derived));
-        let mut samples = PeriodSamples {
+        let mut period = PeriodSamples {
             stiffness: Vec::with_capacity(deflection.len()),
             damping: Vec::with_capacity(deflection.len()),
             force: Vec::with_capacity(deflection.len()),
             by_omega: Vec::with_capacity(deflection.len()),
             deflection,
         };
-        let law = &family.relative_model.model.elements[branch].law;
+        let law = &family.relative.model.elements[branch].law;
         for (j, &prime) in prime.iter().enumerate() {
-            let x = samples.deflection[j];
+            let x = period.deflection[j];
             // A motor's curve moves along with the speed it is set to; what slips at a brake does not.
             let (rate, by_omega) = match law {
                 ForceLaw::TorqueSpeed(_) => (family.rates[branch] + omega * prime, prime),
@@ -141,43 +141,43 @@ impl AftTransform {
             };
             let factor = self.factors[own].as_ref().map_or(1.0, |f| f[j]);
             let (force, k, c) = force_and_slopes(law, x, rate, factor);
-            samples.force.push(force);
-            samples.stiffness.push(k);
-            samples.damping.push(c);
-            samples.by_omega.push(c * by_omega);
+            period.force.push(force);
+            period.stiffness.push(k);
+            period.damping.push(c);
+            period.by_omega.push(c * by_omega);
         }
-        samples
+        period
     }
 
     /// N of active branch `own` with its derivatives.
     pub fn forces(
         &mut self,
         family: &SpeedFamily,
-        element: &[NonlinearElement],
+        active: &[NonlinearElement],
         own: usize,
         delta: &[Complex],
         omega: f64,
     ) -> ForceHarmonics {
-        let samples = self.period(family, element, own, delta, omega);
+        let period = self.period(family, active, own, delta, omega);
         let NonlinearElement {
             stiffness: k,
             damping: c,
             ..
-        } = element[own];
-        let mut harmonics = ForceHarmonics {
-            value: self.harmonics(samples.force),
-            stiffness: self.harmonics(samples.stiffness),
-            damping: self.harmonics(samples.damping),
-            by_omega: self.harmonics(samples.by_omega),
+        } = active[own];
+        let mut forces = ForceHarmonics {
+            value: self.harmonics(period.force),
+            stiffness: self.harmonics(period.stiffness),
+            damping: self.harmonics(period.damping),
+            by_omega: self.harmonics(period.by_omega),
         };
-        harmonics.stiffness[0] -= k;
-        harmonics.damping[0] -= c;
+        forces.stiffness[0] -= k;
+        forces.damping[0] -= c;
         for (order, x) in delta.iter().enumerate() {
             let ik = Complex::new(0.0, order as f64);
-            harmonics.value[order] -= (ik * (omega * c) + k) * x;
-            harmonics.by_omega[order] -= ik * c * x;
+            forces.value[order] -= (ik * (omega * c) + k) * x;
+            forces.by_omega[order] -= ik * c * x;
         }
-        harmonics
+        forces
     }
 }
 
@@ -210,8 +210,8 @@ fn force_and_slopes(law: &ForceLaw, delta: f64, rate: f64, factor: f64) -> (f64,
             let force = contact.force(contact.state(delta, rate, factor), factor);
             (force.value_at(delta, rate), force.deflection, force.rate)
         }
-        ForceLaw::Friction(friction_law) => {
-            let (force, slope) = friction_law.regularised(rate);
+        ForceLaw::Friction(friction) => {
+            let (force, slope) = friction.regularised(rate);
             (force, 0.0, slope)
         }
         law => law.force_and_slopes(delta, rate),

@@ -16,28 +16,28 @@ const SUBSTITUTE_DAMPING: f64 = 0.05;
 impl LinearPart {
     /// Of a family.
     pub fn new(family: &SpeedFamily) -> LinearPart {
-        let model = &family.relative_model.model;
+        let model = &family.relative.model;
         let n = model.coordinate_count();
         let dense = |b: &Direction| {
             let mut row = vec![0.0; n];
             b.entries().for_each(|(i, a)| row[i] += a);
             row
         };
-        let element: Vec<NonlinearElement> = (0..model.elements.len())
+        let active: Vec<NonlinearElement> = (0..model.elements.len())
             .filter_map(|branch| linear_substitute(model, branch))
             .collect();
         let (mut damping, mut stiffness) = match &model.unattached {
             Some((k, c)) => (c.clone(), k.clone()),
             None => (Matrix::zeros(n, n), Matrix::zeros(n, n)),
         };
-        let mass = model.matrix.matrix();
-        let mut order_element = Vec::new();
-        let mut forces: Vec<HarmonicForce> = Vec::new();
-        let mut errors = vec![Vec::new(); element.len()];
+        let mass = model.mass.matrix();
+        let mut late = Vec::new();
+        let mut terms: Vec<HarmonicForce> = Vec::new();
+        let mut errors = vec![Vec::new(); active.len()];
         for drive in &model.forces {
             let column = dense(&drive.direction);
             for (order, value) in fourier_coefficients(&drive.signal, family.base) {
-                forces.push(HarmonicForce {
+                terms.push(HarmonicForce {
                     order,
                     column: column.clone(),
                     plain: value,
@@ -47,9 +47,9 @@ impl LinearPart {
         }
         for (at, b) in model.elements.iter().enumerate() {
             let (acts, sees) = (dense(b.force_direction()), dense(&b.direction));
-            let own = element.iter().position(|a| a.branch == at);
+            let own = active.iter().position(|a| a.branch == at);
             let (k, c, steady) = match (&b.law, own) {
-                (_, Some(own)) => (element[own].stiffness, element[own].damping, 0.0),
+                (_, Some(own)) => (active[own].stiffness, active[own].damping, 0.0),
                 (ForceLaw::Linear { stiffness, damping }, None) => (*stiffness, *damping, 0.0),
                 (ForceLaw::Contact(contact), None) => (contact.stiffness, contact.damping, 0.0),
                 (ForceLaw::TorqueSpeed(curve), None) => {
@@ -61,7 +61,7 @@ impl LinearPart {
                         stiffness: *stiffness,
                         damping: *damping,
                     };
-                    order_element.push(FirstOrderElement {
+                    late.push(FirstOrderElement {
                         force_columns: acts.clone(),
                         input_columns: sees.clone(),
                         kind,
@@ -74,7 +74,7 @@ impl LinearPart {
                         slope: curve.slope(rate),
                         lag: *lag,
                     };
-                    order_element.push(FirstOrderElement {
+                    late.push(FirstOrderElement {
                         force_columns: acts.clone(),
                         input_columns: sees.clone(),
                         kind,
@@ -98,7 +98,7 @@ impl LinearPart {
                 }
             }
             if steady != 0.0 {
-                forces.push(HarmonicForce {
+                terms.push(HarmonicForce {
                     order: 0,
                     column: acts.clone(),
                     plain: Complex::new(-steady, 0.0),
@@ -108,7 +108,7 @@ impl LinearPart {
             if own.is_none() && family.rates[at] != 0.0 && matches!(b.law, ForceLaw::Linear { .. })
             {
                 let by_rate = Complex::new(-c * family.rates[at] / family.base, 0.0);
-                forces.push(HarmonicForce {
+                terms.push(HarmonicForce {
                     order: 0,
                     column: acts.clone(),
                     plain: ZERO,
@@ -119,7 +119,7 @@ impl LinearPart {
                 let lines = fourier_coefficients(e, family.base);
                 for &(order, value) in &lines {
                     let by_rate = if order == 0 { ZERO } else { value * c };
-                    forces.push(HarmonicForce {
+                    terms.push(HarmonicForce {
                         order,
                         column: acts.clone(),
                         plain: value * k,
@@ -137,7 +137,7 @@ impl LinearPart {
             }
         }
         let directions = |of: fn(&ForceElement) -> &Direction| {
-            element
+            active
                 .iter()
                 .map(|a| dense(of(&model.elements[a.branch])))
                 .collect()
@@ -145,13 +145,13 @@ impl LinearPart {
         LinearPart {
             input_columns: directions(|b| &b.direction),
             force_columns: directions(|b| b.force_direction()),
-            element,
+            active,
             mass,
             damping,
             stiffness,
-            first_order: order_element,
-            free: family.relative_model.free.clone(),
-            forces,
+            first_order: late,
+            free: family.relative.free.clone(),
+            terms,
             errors,
         }
     }

@@ -18,10 +18,10 @@ pub struct HarmonicBalance<'a> {
     /// The machine.
     pub family: &'a SpeedFamily,
     /// Its linear part.
-    pub part: &'a LinearPart,
+    pub lines: &'a LinearPart,
     /// K.
     pub orders: usize,
-    transform: AftTransform,
+    alternating: AftTransform,
     /// Of the deflection of every active branch.
     sizes: Vec<f64>,
     /// Of the frequency, rad/s.
@@ -47,15 +47,15 @@ impl<'a> HarmonicBalance<'a> {
     /// For so many orders; `sizes` of the active branches, `span` of the frequency.
     pub fn new(
         family: &'a SpeedFamily,
-        part: &'a LinearPart,
+        lines: &'a LinearPart,
         orders: usize,
         sizes: &[f64],
         span: f64,
     ) -> HarmonicBalance<'a> {
         HarmonicBalance {
-            transform: AftTransform::new(family, &part.element, orders),
+            alternating: AftTransform::new(family, &lines.active, orders),
             family,
-            part,
+            lines,
             orders,
             sizes: sizes.to_vec(),
             span,
@@ -101,10 +101,10 @@ impl<'a> HarmonicBalance<'a> {
     fn linearise(&mut self, x: &HarmonicUnknowns) -> Result<Linearisation, Error> {
         let (omega, delta) = (self.omega(x), self.deflections(x));
         let (m, orders, width) = (self.sizes.len(), self.orders, 2 * self.orders + 1);
-        let harmonics: Vec<_> = (0..m)
+        let forces: Vec<_> = (0..m)
             .map(|c| {
-                self.transform
-                    .forces(self.family, &self.part.element, c, &delta[c], omega)
+                self.alternating
+                    .forces(self.family, &self.lines.active, c, &delta[c], omega)
             })
             .collect();
         let total = self.len();
@@ -113,7 +113,7 @@ impl<'a> HarmonicBalance<'a> {
         for k in 0..=orders {
             let OrderResponse {
                 compliance, drive, ..
-            } = self.part.order_response(k, omega)?;
+            } = self.lines.order_response(k, omega)?;
             for b in 0..m {
                 let size = self.sizes[b];
                 let row = b * width + if k == 0 { 0 } else { 2 * k - 1 };
@@ -125,7 +125,7 @@ impl<'a> HarmonicBalance<'a> {
                 };
                 let mut left = delta[b][k] - drive[0][b];
                 let mut by_omega = -drive[1][b];
-                for (c, force) in harmonics.iter().enumerate() {
+                for (c, force) in forces.iter().enumerate() {
                     let [g, dg] = [compliance[0][b * m + c], compliance[1][b * m + c]];
                     left += g * force.value[k];
                     by_omega += dg * force.value[k] + g * force.by_omega[k];
@@ -217,18 +217,18 @@ impl<'a> HarmonicBalance<'a> {
     /// Those of the linear part.
     pub fn truncation_error(&mut self, x: &HarmonicUnknowns) -> Result<f64, Error> {
         let (omega, delta, m) = (self.omega(x), self.deflections(x), self.sizes.len());
-        let harmonics: Vec<_> = (0..m)
+        let forces: Vec<_> = (0..m)
             .map(|c| {
-                self.transform
-                    .forces(self.family, &self.part.element, c, &delta[c], omega)
+                self.alternating
+                    .forces(self.family, &self.lines.active, c, &delta[c], omega)
             })
             .collect();
         let mut sums = vec![0.0; m];
         for k in self.orders + 1..=2 * self.orders {
-            let response = self.part.order_response(k, omega)?;
+            let line = self.lines.order_response(k, omega)?;
             for (b, sum) in sums.iter_mut().enumerate() {
-                let at = (0..m).fold(-response.drive[0][b], |z, c| {
-                    z + response.compliance[0][b * m + c] * harmonics[c].value[k]
+                let at = (0..m).fold(-line.drive[0][b], |z, c| {
+                    z + line.compliance[0][b * m + c] * forces[c].value[k]
                 });
                 *sum += 2.0 * at.norm();
             }
@@ -245,18 +245,18 @@ impl<'a> HarmonicBalance<'a> {
         let m = self.sizes.len();
         let mut delta = vec![Vec::new(); m];
         for k in 0..=self.orders {
-            let response = self.part.order_response(k, omega)?;
+            let line = self.lines.order_response(k, omega)?;
             for (b, lines) in delta.iter_mut().enumerate() {
-                let mut value = response.drive[0][b];
+                let mut value = line.drive[0][b];
                 if k == 0 {
                     for c in 0..m {
-                        let element = self.part.element[c];
+                        let active = self.lines.active[c];
                         if let crate::motion::dynamic_model::ForceLaw::Contact(contact) =
-                            &self.family.relative_model.model.elements[element.branch].law
+                            &self.family.relative.model.elements[active.branch].law
                         {
-                            let flank = response.drive[0][c].re.signum();
-                            value += response.compliance[0][b * m + c]
-                                * (element.stiffness * contact.half_play * flank);
+                            let flank = line.drive[0][c].re.signum();
+                            value += line.compliance[0][b * m + c]
+                                * (active.stiffness * contact.half_play * flank);
                         }
                     }
                 }
@@ -272,23 +272,23 @@ impl<'a> HarmonicBalance<'a> {
     /// Those of the linear part.
     pub fn motion(&mut self, x: &HarmonicUnknowns) -> Result<Vec<Vec<Complex>>, Error> {
         let (omega, delta, m) = (self.omega(x), self.deflections(x), self.sizes.len());
-        let harmonics: Vec<_> = (0..m)
+        let forces: Vec<_> = (0..m)
             .map(|c| {
-                self.transform
-                    .forces(self.family, &self.part.element, c, &delta[c], omega)
+                self.alternating
+                    .forces(self.family, &self.lines.active, c, &delta[c], omega)
             })
             .collect();
         (0..=2 * self.orders)
             .map(|k| {
-                let own: Vec<Complex> = harmonics.iter().map(|f| f.value[k]).collect();
-                Ok(self.part.order_response(k, omega)?.motion(&own))
+                let own: Vec<Complex> = forces.iter().map(|f| f.value[k]).collect();
+                Ok(self.lines.order_response(k, omega)?.motion(&own))
             })
             .collect()
     }
 
     /// The transforms, for what is asked over a period.
     pub fn alternating(&mut self) -> &mut AftTransform {
-        &mut self.transform
+        &mut self.alternating
     }
 }
 

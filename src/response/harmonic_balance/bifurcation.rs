@@ -27,7 +27,7 @@ pub struct Bifurcation {
     /// The number of the point before it.
     pub after: usize,
     /// The motion there.
-    pub solution: PeriodicSolution,
+    pub point: PeriodicSolution,
 }
 
 /// Bisections of a step: eight digits of the largest step.
@@ -38,30 +38,29 @@ const FOLD_TOLERANCE: f64 = 0.02;
 
 /// All folds.
 pub(super) fn find_folds(
-    continuation: &Continuation,
-    solutions: &[PeriodicSolution],
-    curve_points: &[CurvePoint],
+    follower: &Continuation,
+    points: &[PeriodicSolution],
+    places: &[CurvePoint],
     steps: &[f64],
 ) -> Vec<Bifurcation> {
     let mut found = Vec::new();
-    for after in 0..solutions.len().saturating_sub(1).min(steps.len()) {
-        if solutions[after].sense * solutions[after + 1].sense >= 0.0 {
+    for after in 0..points.len().saturating_sub(1).min(steps.len()) {
+        if points[after].sense * points[after + 1].sense >= 0.0 {
             continue;
         }
-        let turned = |curve_point: &CurvePoint| {
-            curve_point.tangent[curve_point.tangent.len() - 1] * solutions[after].sense < 0.0
-        };
-        let curve_point = bisect_step(continuation, &curve_points[after], steps[after], &turned);
+        let turned =
+            |span: &CurvePoint| span.tangent[span.tangent.len() - 1] * points[after].sense < 0.0;
+        let span = bisect_step(follower, &places[after], steps[after], &turned);
         let Ok(mut at) = periodic_solution(
-            &mut continuation.balance(curve_point.orders),
-            &curve_point.x,
-            &curve_point.tangent,
-            &continuation.options,
+            &mut follower.balance(span.orders),
+            &span.x,
+            &span.tangent,
+            &follower.options,
         ) else {
             continue;
         };
-        if continuation.options.events
-            && let Some((omega, orbit)) = refine_fold(continuation, solutions, after, at.omega)
+        if follower.options.events
+            && let Some((omega, orbit)) = refine_fold(follower, points, after, at.omega)
         {
             at.omega = omega;
             at.start = orbit.start;
@@ -71,7 +70,7 @@ pub(super) fn find_folds(
         found.push(Bifurcation {
             kind: BifurcationKind::Fold,
             after,
-            solution: at,
+            point: at,
         });
     }
     found
@@ -79,27 +78,27 @@ pub(super) fn find_folds(
 
 /// The same fold with every switch located, from a motion a little before it.
 fn refine_fold(
-    continuation: &Continuation,
-    solutions: &[PeriodicSolution],
+    follower: &Continuation,
+    points: &[PeriodicSolution],
     after: usize,
     near: f64,
 ) -> Option<(f64, PeriodicOrbit)> {
-    let family = |omega: f64| continuation.family.relative_at(omega);
+    let family = |omega: f64| follower.family.relative_at(omega);
     let before = (0..=after)
         .rev()
-        .filter(|&at| solutions[at].refinement == Refinement::Shooting)
+        .filter(|&at| points[at].refinement == Refinement::Shooting)
         .take(3);
     for at in before {
-        let ahead = near - solutions[at].omega;
-        if ahead * solutions[at].sense <= 0.0 {
+        let ahead = near - points[at].omega;
+        if ahead * points[at].sense <= 0.0 {
             continue;
         }
-        let options = FoldOptions {
-            from: solutions[at].omega,
+        let course = FoldOptions {
+            from: points[at].omega,
             step: 0.1 * ahead,
             max_steps: 400,
         };
-        if let Ok((omega, orbit)) = find_fold(&family, &solutions[at].start, 1, options)
+        if let Ok((omega, orbit)) = find_fold(&family, &points[at].start, 1, course)
             && (omega - near).abs() < FOLD_TOLERANCE * near
         {
             return Some((omega, orbit));
@@ -110,15 +109,15 @@ fn refine_fold(
 
 /// Where stability is lost or won, folds apart.
 pub(super) fn stability_changes(
-    continuation: &Continuation,
-    solutions: &[PeriodicSolution],
-    curve_points: &[CurvePoint],
+    follower: &Continuation,
+    points: &[PeriodicSolution],
+    places: &[CurvePoint],
     steps: &[f64],
     folds: &[Bifurcation],
 ) -> Vec<Bifurcation> {
     let mut found = Vec::new();
-    for after in 0..solutions.len().saturating_sub(1).min(steps.len()) {
-        let (one, other) = (&solutions[after], &solutions[after + 1]);
+    for after in 0..points.len().saturating_sub(1).min(steps.len()) {
+        let (one, other) = (&points[after], &points[after + 1]);
         if one.unstable_count() == other.unstable_count() {
             continue;
         }
@@ -128,26 +127,26 @@ pub(super) fn stability_changes(
             continue;
         }
         let known = one.unstable_count();
-        let changed = |curve_point: &CurvePoint| {
+        let changed = |span: &CurvePoint| {
             let at = periodic_solution(
-                &mut continuation.balance(curve_point.orders),
-                &curve_point.x,
-                &curve_point.tangent,
-                &continuation.options,
+                &mut follower.balance(span.orders),
+                &span.x,
+                &span.tangent,
+                &follower.options,
             );
             at.is_ok_and(|p| p.unstable_count() != known)
         };
-        let curve_point = bisect_step(continuation, &curve_points[after], steps[after], &changed);
+        let span = bisect_step(follower, &places[after], steps[after], &changed);
         if let Ok(at) = periodic_solution(
-            &mut continuation.balance(curve_point.orders),
-            &curve_point.x,
-            &curve_point.tangent,
-            &continuation.options,
+            &mut follower.balance(span.orders),
+            &span.x,
+            &span.tangent,
+            &follower.options,
         ) {
             found.push(Bifurcation {
                 kind,
                 after,
-                solution: at,
+                point: at,
             });
         }
     }
@@ -174,7 +173,7 @@ fn kind(one: &PeriodicSolution, other: &PeriodicSolution) -> BifurcationKind {
 
 /// The last place before `beyond` becomes true, along one step of the curve.
 fn bisect_step(
-    continuation: &Continuation,
+    follower: &Continuation,
     from: &CurvePoint,
     length: f64,
     beyond: &dyn Fn(&CurvePoint) -> bool,
@@ -183,14 +182,14 @@ fn bisect_step(
     let mut best = from.clone();
     for _ in 0..MAX_BISECTIONS {
         let middle = 0.5 * (low + high);
-        let Ok((point, _)) = continuation.advance(from, middle) else {
+        let Ok((span, _)) = follower.advance(from, middle) else {
             break;
         };
-        if beyond(&point) {
+        if beyond(&span) {
             high = middle;
         } else {
             low = middle;
-            best = point;
+            best = span;
         }
     }
     best

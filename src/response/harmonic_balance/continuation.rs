@@ -41,9 +41,9 @@ const MAX_UNKNOWNS: usize = 1200;
 /// Steps along a curve.
 pub(super) struct Continuation<'a> {
     pub family: &'a SpeedFamily,
-    pub part: &'a LinearPart,
+    pub lines: &'a LinearPart,
     pub options: PointOptions<'a>,
-    pub continuation_options: ContinuationOptions,
+    pub course: ContinuationOptions,
     sizes: Vec<f64>,
     pub span: f64,
     pub limited: bool,
@@ -56,24 +56,24 @@ impl<'a> Continuation<'a> {
     /// Those of the linear part.
     pub fn new(
         family: &'a SpeedFamily,
-        part: &'a LinearPart,
+        lines: &'a LinearPart,
         options: PointOptions<'a>,
-        continuation_options: ContinuationOptions,
+        course: ContinuationOptions,
     ) -> Result<Continuation<'a>, Error> {
         Ok(Continuation {
-            sizes: sizes(family, part, continuation_options.from)?,
+            sizes: sizes(family, lines, course.from)?,
             family,
-            part,
+            lines,
             options,
-            continuation_options,
-            span: (continuation_options.to - continuation_options.from).abs(),
+            course,
+            span: (course.to - course.from).abs(),
             limited: false,
         })
     }
 
     /// The balance with a number of orders.
     pub fn balance(&self, orders: usize) -> HarmonicBalance<'a> {
-        HarmonicBalance::new(self.family, self.part, orders, &self.sizes, self.span)
+        HarmonicBalance::new(self.family, self.lines, orders, &self.sizes, self.span)
     }
 
     fn max_orders(&self) -> usize {
@@ -83,17 +83,15 @@ impl<'a> Continuation<'a> {
 
     fn first_orders(&self) -> usize {
         let few = 8.max(4 * self.family.max_order);
-        self.continuation_options
-            .orders
-            .unwrap_or(few.min(self.max_orders()))
+        self.course.orders.unwrap_or(few.min(self.max_orders()))
     }
 
     /// The motion at a place.
-    pub fn point(&self, curve_point: &CurvePoint) -> Result<PeriodicSolution, Error> {
+    pub fn point(&self, span: &CurvePoint) -> Result<PeriodicSolution, Error> {
         periodic_solution(
-            &mut self.balance(curve_point.orders),
-            &curve_point.x,
-            &curve_point.tangent,
+            &mut self.balance(span.orders),
+            &span.x,
+            &span.tangent,
             &self.options,
         )
     }
@@ -102,25 +100,25 @@ impl<'a> Continuation<'a> {
     pub fn first(&mut self) -> Result<CurvePoint, Error> {
         let orders = self.first_orders();
         let mut balance = self.balance(orders);
-        let guess = balance.initial_guess(self.continuation_options.from)?;
+        let guess = balance.initial_guess(self.course.from)?;
         let mut still = vec![0.0; guess.len()];
         still[guess.len() - 1] = 1.0;
         let (x, _) = balance.correct(&guess, &still).map_err(|error| {
             error.with_hint("no periodic motion was found at the first speed: begin elsewhere")
         })?;
-        let sense = (self.continuation_options.to - self.continuation_options.from).signum();
+        let sense = (self.course.to - self.course.from).signum();
         still.iter_mut().for_each(|t| *t *= sense);
         let tangent = balance.tangent(&x, &still)?;
-        let mut point = self.adapt_orders(CurvePoint { x, tangent, orders })?;
+        let mut span = self.adapt_orders(CurvePoint { x, tangent, orders })?;
         // More orders have moved it along the curve: back to the first speed.
-        let last = point.x.len() - 1;
-        let mut still = vec![0.0; point.x.len()];
+        let last = span.x.len() - 1;
+        let mut still = vec![0.0; span.x.len()];
         still[last] = sense;
-        point.x[last] = self.continuation_options.from / self.span;
-        let mut balance = self.balance(point.orders);
-        point.x = balance.correct(&point.x, &still)?.0;
-        point.tangent = balance.tangent(&point.x, &still)?;
-        Ok(point)
+        span.x[last] = self.course.from / self.span;
+        let mut balance = self.balance(span.orders);
+        span.x = balance.correct(&span.x, &still)?.0;
+        span.tangent = balance.tangent(&span.x, &still)?;
+        Ok(span)
     }
 
     /// How far the next place is from where the tangent pointed, in steps.
@@ -141,8 +139,8 @@ impl<'a> Continuation<'a> {
 
     /// One step along the tangent.
     pub fn step(&mut self, from: &CurvePoint, length: f64) -> Result<(CurvePoint, usize), Error> {
-        let (point, iterations) = self.advance(from, length)?;
-        Ok((self.adapt_orders(point)?, iterations))
+        let (span, iterations) = self.advance(from, length)?;
+        Ok((self.adapt_orders(span)?, iterations))
     }
 
     /// The place at a distance along the tangent, with the same orders.
@@ -167,43 +165,42 @@ impl<'a> Continuation<'a> {
     }
 
     /// The same place with as many orders as its residual asks.
-    fn adapt_orders(&mut self, point: CurvePoint) -> Result<CurvePoint, Error> {
-        if self.continuation_options.orders.is_some() || self.part.element.is_empty() {
-            return Ok(point);
+    fn adapt_orders(&mut self, span: CurvePoint) -> Result<CurvePoint, Error> {
+        if self.course.orders.is_some() || self.lines.active.is_empty() {
+            return Ok(span);
         }
         let least = self.first_orders();
-        let mut point = point;
+        let mut span = span;
         loop {
-            let mut balance = self.balance(point.orders);
-            let left_out = balance.truncation_error(&point.x)?;
-            let wanted = if left_out > self.continuation_options.tolerance {
-                (3 * point.orders / 2 + 1).min(self.max_orders())
-            } else if left_out < 0.01 * self.continuation_options.tolerance {
-                (2 * point.orders / 3).max(least)
+            let mut balance = self.balance(span.orders);
+            let left_out = balance.truncation_error(&span.x)?;
+            let wanted = if left_out > self.course.tolerance {
+                (3 * span.orders / 2 + 1).min(self.max_orders())
+            } else if left_out < 0.01 * self.course.tolerance {
+                (2 * span.orders / 3).max(least)
             } else {
-                point.orders
+                span.orders
             };
-            if wanted == point.orders {
-                self.limited |= left_out > self.continuation_options.tolerance;
-                return Ok(point);
+            if wanted == span.orders {
+                self.limited |= left_out > self.course.tolerance;
+                return Ok(span);
             }
-            let fewer = wanted < point.orders;
-            let (delta, omega) = (balance.deflections(&point.x), balance.omega(&point.x));
+            let fewer = wanted < span.orders;
+            let (delta, omega) = (balance.deflections(&span.x), balance.omega(&span.x));
             let mut more = self.balance(wanted);
-            let along = |t: &[f64]| -> Vec<f64> {
-                resize_orders(t, point.orders, wanted, self.sizes.len())
-            };
-            let tangent = along(&point.tangent);
+            let along =
+                |t: &[f64]| -> Vec<f64> { resize_orders(t, span.orders, wanted, self.sizes.len()) };
+            let tangent = along(&span.tangent);
             let x = more.unknowns(&delta, omega);
             let (x, _) = more.correct(&x, &tangent)?;
             let tangent = more.tangent(&x, &tangent)?;
-            point = CurvePoint {
+            span = CurvePoint {
                 x,
                 tangent,
                 orders: wanted,
             };
             if fewer {
-                return Ok(point);
+                return Ok(span);
             }
         }
     }
@@ -240,19 +237,17 @@ impl<'a> Continuation<'a> {
 }
 
 /// The size of the deflection of every active branch.
-fn sizes(family: &SpeedFamily, part: &LinearPart, omega: f64) -> Result<Vec<f64>, Error> {
-    let mut sizes = vec![0.0f64; part.element.len()];
+fn sizes(family: &SpeedFamily, lines: &LinearPart, omega: f64) -> Result<Vec<f64>, Error> {
+    let mut sizes = vec![0.0f64; lines.active.len()];
     for k in 0..=family.max_order {
-        let line = part.order_response(k, omega)?;
+        let line = lines.order_response(k, omega)?;
         sizes
             .iter_mut()
             .zip(&line.drive[0])
             .for_each(|(s, p)| *s = s.max(p.norm()));
     }
-    for (size, element) in sizes.iter_mut().zip(&part.element) {
-        if let ForceLaw::Contact(contact) =
-            &family.relative_model.model.elements[element.branch].law
-        {
+    for (size, active) in sizes.iter_mut().zip(&lines.active) {
+        if let ForceLaw::Contact(contact) = &family.relative.model.elements[active.branch].law {
             *size = size.max(contact.half_play);
         }
     }

@@ -14,7 +14,7 @@ use crate::base::error::Error;
 #[derive(Debug, Clone)]
 pub struct SolutionCurve {
     /// In the order they were found.
-    pub solutions: Vec<PeriodicSolution>,
+    pub points: Vec<PeriodicSolution>,
     /// Folds and bifurcations, in that order.
     pub bifurcations: Vec<Bifurcation>,
     /// Motions of two periods that doublings begin, where motions are refined by events.
@@ -44,33 +44,28 @@ const MAX_DEVIATION_SHORT: f64 = 4.0;
 pub fn continue_curve(
     family: &SpeedFamily,
     options: PointOptions,
-    continuation_options: ContinuationOptions,
+    course: ContinuationOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<SolutionCurve, Error> {
-    let fine = [
-        continuation_options.from,
-        continuation_options.to,
-        continuation_options.step,
-        continuation_options.tolerance,
-    ]
-    .iter()
-    .all(|x| x.is_finite() && *x > 0.0);
-    if !fine || continuation_options.from == continuation_options.to {
+    let fine = [course.from, course.to, course.step, course.tolerance]
+        .iter()
+        .all(|x| x.is_finite() && *x > 0.0);
+    if !fine || course.from == course.to {
         let message = format!(
             "a curve from {} to {} rad/s in steps of {} cannot be",
-            continuation_options.from, continuation_options.to, continuation_options.step
+            course.from, course.to, course.step
         );
         return Err(
             Error::new(Code::OutOfRange, message).with_hint("speeds lie above zero and differ")
         );
     }
-    let part = LinearPart::new(family);
-    let mut continuation = Continuation::new(family, &part, options, continuation_options)?;
-    trace(&mut continuation, progress)
+    let lines = LinearPart::new(family);
+    let mut follower = Continuation::new(family, &lines, options, course)?;
+    trace(&mut follower, progress)
 }
 
 fn trace(
-    continuation: &mut Continuation,
+    follower: &mut Continuation,
     progress: &mut dyn FnMut(f64),
 ) -> Result<SolutionCurve, Error> {
     let ContinuationOptions {
@@ -79,22 +74,22 @@ fn trace(
         step,
         max_points: most,
         ..
-    } = continuation.continuation_options;
-    let mut here = continuation.first()?;
-    let longest = step / continuation.span;
+    } = follower.course;
+    let mut here = follower.first()?;
+    let longest = step / follower.span;
     let mut length = 0.2 * longest;
     let mut curve = SolutionCurve {
-        solutions: Vec::new(),
+        points: Vec::new(),
         bifurcations: Vec::new(),
         period_doubled: Vec::new(),
         order_limited: false,
         stopped_by: None,
     };
     let (mut places, mut steps) = (vec![here.clone()], Vec::new());
-    curve.solutions.push(continuation.point(&here)?);
+    curve.points.push(follower.point(&here)?);
     let (low, high) = (from.min(to), from.max(to));
-    while curve.solutions.len() < most {
-        let taken = continuation.step(&here, length);
+    while curve.points.len() < most {
+        let taken = follower.step(&here, length);
         let shortest = length <= MIN_STEP * longest;
         let next = match taken {
             Ok((next, iterations)) => {
@@ -108,7 +103,7 @@ fn trace(
                     false => 1.0,
                 };
                 let short = length <= 1e-3 * longest;
-                let off = continuation.predictor_deviation(&here, &next, length);
+                let off = follower.predictor_deviation(&here, &next, length);
                 if (turn < MIN_COSINE && !short)
                     || off
                         > if short {
@@ -137,37 +132,37 @@ fn trace(
                 continue;
             }
         };
-        let omega = continuation.balance(next.orders).omega(&next.x);
+        let omega = follower.balance(next.orders).omega(&next.x);
         if omega < low * (1.0 - 1e-12) || omega > high * (1.0 + 1e-12) {
             if let Some(last) =
-                continuation.point_at(&here, &next, if omega < low { low } else { high })
+                follower.point_at(&here, &next, if omega < low { low } else { high })
             {
-                curve.solutions.push(continuation.point(&last)?);
+                curve.points.push(follower.point(&last)?);
                 places.push(last);
             }
             break;
         }
         progress(((omega - from) / (to - from)).clamp(0.0, 1.0));
-        curve.solutions.push(continuation.point(&next)?);
+        curve.points.push(follower.point(&next)?);
         places.push(next.clone());
         here = next;
     }
-    curve.order_limited = continuation.limited;
-    curve.bifurcations = find_folds(continuation, &curve.solutions, &places, &steps);
+    curve.order_limited = follower.limited;
+    curve.bifurcations = find_folds(follower, &curve.points, &places, &steps);
     let lost = stability_changes(
-        continuation,
-        &curve.solutions,
+        follower,
+        &curve.points,
         &places,
         &steps,
         &curve.bifurcations,
     );
     curve.bifurcations.extend(lost);
     curve.bifurcations.sort_by_key(|s| s.after);
-    if continuation.options.events {
+    if follower.options.events {
         curve.period_doubled = follow_period_doublings(
-            continuation.family,
-            &continuation.options,
-            &curve.solutions,
+            follower.family,
+            &follower.options,
+            &curve.points,
             &curve.bifurcations,
         );
     }

@@ -14,7 +14,7 @@ use crate::motion::wave::WavePhase;
 /// One machine at every speed.
 pub struct SpeedFamily {
     /// Against its free turning, at the speed it was given with.
-    pub relative_model: RelativeModel,
+    pub relative: RelativeModel,
     /// As it was given.
     pub model: DynamicModel,
     /// What everything repeats with at that speed, rad/s.
@@ -73,7 +73,7 @@ impl SpeedFamily {
                 .with_hint("leave the slow excitations (orders of shafts) out of this scene, or integrate in time"));
         }
         Ok(SpeedFamily {
-            relative_model: RelativeModel::new(model)?,
+            relative: RelativeModel::new(model)?,
             model: model.clone(),
             base,
             rates,
@@ -83,7 +83,7 @@ impl SpeedFamily {
 
     /// The machine against its free turning with everything repeating with `omega`, rad/s.
     pub fn relative_at(&self, omega: f64) -> DynamicModel {
-        scale_speed(&self.relative_model.model, omega / self.base)
+        scale_speed(&self.relative.model, omega / self.base)
     }
 
     /// The machine as it was given with everything repeating with `omega`, rad/s.
@@ -93,7 +93,7 @@ impl SpeedFamily {
 
     /// Nothing turns against anything else, and nothing turns freely: an orbit comes back to its state.
     pub fn is_periodic(&self) -> bool {
-        self.relative_model.free.is_empty() && self.rates.iter().all(|&rate| rate == 0.0)
+        self.relative.free.is_empty() && self.rates.iter().all(|&rate| rate == 0.0)
     }
 }
 

@@ -19,7 +19,7 @@ pub struct NonlinearElement {
 /// The linear part of a machine.
 pub struct LinearPart {
     /// The branches that are not linear.
-    pub element: Vec<NonlinearElement>,
+    pub active: Vec<NonlinearElement>,
     pub(super) mass: Matrix,
     pub(super) damping: Matrix,
     pub(super) stiffness: Matrix,
@@ -30,7 +30,7 @@ pub struct LinearPart {
     /// U, by columns.
     pub(super) force_columns: Vec<Vec<f64>>,
     pub(super) free: Vec<Vec<f64>>,
-    pub(super) forces: Vec<HarmonicForce>,
+    pub(super) terms: Vec<HarmonicForce>,
     /// e of every active branch: order and complex amplitude.
     pub(super) errors: Vec<Vec<(usize, Complex)>>,
 }
@@ -131,7 +131,7 @@ impl LinearPart {
     /// # Errors
     /// `Indefinite` at a resonance that nothing damps.
     pub fn order_response(&self, order: usize, omega: f64) -> Result<OrderResponse, Error> {
-        let (n, m) = (self.coordinate_count(), self.element.len());
+        let (n, m) = (self.coordinate_count(), self.active.len());
         let s = Complex::new(0.0, order as f64 * omega);
         // At order zero free motions are held, and what accelerates them is taken off.
         let held = if order == 0 { self.free.len() } else { 0 };
@@ -164,15 +164,14 @@ impl LinearPart {
         let transposed = ComplexMatrix::from_fn(all, all, |i, j| dynamic[(j, i)]);
         let (mut force, mut by_omega) = (vec![ZERO; n], vec![ZERO; n]);
         let speed = Complex::new(omega, 0.0);
-        for harmonic_force in self.forces.iter().filter(|t| t.order == order) {
+        for term in self.terms.iter().filter(|t| t.order == order) {
             let (factor, slope) = match order {
                 0 => (speed, Complex::new(1.0, 0.0)),
                 _ => (s, Complex::new(0.0, order as f64)),
             };
             for i in 0..n {
-                force[i] += (harmonic_force.plain + harmonic_force.by_rate * factor)
-                    * harmonic_force.column[i];
-                by_omega[i] += harmonic_force.by_rate * slope * harmonic_force.column[i];
+                force[i] += (term.plain + term.by_rate * factor) * term.column[i];
+                by_omega[i] += term.by_rate * slope * term.column[i];
             }
         }
         let right = ComplexMatrix::from_fn(all, m + 1, |i, j| match (i < n, j < m) {
@@ -211,7 +210,7 @@ impl LinearPart {
                 }
             }
         }
-        let mut response = OrderResponse {
+        let mut line = OrderResponse {
             compliance: [vec![ZERO; m * m], vec![ZERO; m * m]],
             drive: [vec![ZERO; m], vec![ZERO; m]],
             moved: ComplexMatrix::from_fn(n, m, |i, j| moved[(i, j)]),
@@ -226,16 +225,16 @@ impl LinearPart {
                     change -= seen[(i, b)] * turned[i * (m + 1) + c];
                 }
                 if c < m {
-                    response.compliance[0][b * m + c] = value;
-                    response.compliance[1][b * m + c] = change;
+                    line.compliance[0][b * m + c] = value;
+                    line.compliance[1][b * m + c] = change;
                 } else {
                     let own = self.errors[b].iter().filter(|e| e.0 == order);
-                    response.drive[0][b] = own.fold(value, |sum, e| sum - e.1);
-                    response.drive[1][b] =
+                    line.drive[0][b] = own.fold(value, |sum, e| sum - e.1);
+                    line.drive[1][b] =
                         (0..n).fold(change, |sum, i| sum + seen[(i, b)] * by_omega[i]);
                 }
             }
         }
-        Ok(response)
+        Ok(line)
     }
 }

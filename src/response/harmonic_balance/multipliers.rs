@@ -20,13 +20,13 @@ const STEPS_PER_PERIOD: usize = 512;
 /// Those of the exponential and of the eigenvalues.
 pub fn multipliers(
     family: &SpeedFamily,
-    element: &[NonlinearElement],
-    period_samples: &[PeriodSamples],
+    active: &[NonlinearElement],
+    periods: &[PeriodSamples],
     omega: f64,
 ) -> Result<Vec<Complex>, Error> {
     let model = family.relative_at(omega);
     let all = model.len();
-    let samples = period_samples
+    let samples = periods
         .first()
         .map_or(STEPS_PER_PERIOD, |p| p.stiffness.len());
     let each = (samples / STEPS_PER_PERIOD).max(1);
@@ -40,14 +40,14 @@ pub fn multipliers(
             let at = |j: usize| of[(step * each + j) % samples];
             ((1..each).map(at).sum::<f64>() + 0.5 * (at(0) + at(each))) / each as f64
         };
-        let slopes: Vec<[f64; 2]> = period_samples
+        let slopes: Vec<[f64; 2]> = periods
             .iter()
             .map(|p| [mean(&p.stiffness), mean(&p.damping)])
             .collect();
         let same = before.as_ref().is_some_and(|(known, _)| *known == slopes);
         if !same {
             let own = |at: usize| {
-                element
+                active
                     .iter()
                     .position(|a| a.branch == at)
                     .map(|own| slopes[own])
@@ -61,7 +61,7 @@ pub fn multipliers(
         }
     }
     let mut values = eigen::eigenvalues(&phi)?;
-    for _ in 0..family.relative_model.neutral {
+    for _ in 0..family.relative.neutral {
         let one = Complex::new(1.0, 0.0);
         let nearest = (0..values.len()).min_by(|&a, &b| {
             (values[a] - one)

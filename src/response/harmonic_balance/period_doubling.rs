@@ -14,7 +14,7 @@ pub struct PeriodDoubledBranch {
     /// The number of the doubling among the special places.
     pub bifurcation: usize,
     /// From the doubling on, at the speeds of the curve; multipliers are those of two periods.
-    pub solutions: Vec<PeriodicSolution>,
+    pub points: Vec<PeriodicSolution>,
     /// Points of the curve that they stand alongside.
     point_range: Range<usize>,
 }
@@ -42,19 +42,17 @@ const POWER_ITERATIONS: usize = 200;
 pub(super) fn follow_period_doublings(
     family: &SpeedFamily,
     options: &PointOptions,
-    solutions: &[PeriodicSolution],
-    bifurcations: &[Bifurcation],
+    points: &[PeriodicSolution],
+    specials: &[Bifurcation],
 ) -> Vec<PeriodDoubledBranch> {
     let mut all: Vec<PeriodDoubledBranch> = Vec::new();
-    for (born, bifurcation) in bifurcations.iter().enumerate() {
-        if bifurcation.kind != BifurcationKind::PeriodDoubling
-            || bifurcation.after + 1 >= solutions.len()
-        {
+    for (born, special) in specials.iter().enumerate() {
+        if special.kind != BifurcationKind::PeriodDoubling || special.after + 1 >= points.len() {
             continue;
         }
-        let (one, other) = (bifurcation.after, bifurcation.after + 1);
-        let rising = solutions[other].unstable_count() > solutions[one].unstable_count();
-        let interval = unstable_range(solutions, one, rising);
+        let (one, other) = (special.after, special.after + 1);
+        let rising = points[other].unstable_count() > points[one].unstable_count();
+        let interval = unstable_range(points, one, rising);
         // The other end of an interval that has been followed from here.
         let known = |d: &PeriodDoubledBranch| {
             interval.contains(&d.point_range.start) || d.point_range.contains(&interval.start)
@@ -66,11 +64,11 @@ pub(super) fn follow_period_doublings(
             true => interval.clone().collect(),
             false => interval.clone().rev().collect(),
         };
-        let followed = trace(family, options, solutions, &order);
+        let followed = trace(family, options, points, &order);
         if !followed.is_empty() {
             all.push(PeriodDoubledBranch {
                 bifurcation: born,
-                solutions: followed,
+                points: followed,
                 point_range: interval,
             });
         }
@@ -79,12 +77,12 @@ pub(super) fn follow_period_doublings(
 }
 
 /// Numbers of the points on the unstable side of the step after `one`, as far as they are unstable.
-fn unstable_range(solutions: &[PeriodicSolution], one: usize, rising: bool) -> Range<usize> {
+fn unstable_range(points: &[PeriodicSolution], one: usize, rising: bool) -> Range<usize> {
     let counts = |k: &usize| {
-        solutions[*k].unstable_count() > 0 && solutions[*k].refinement == Refinement::Shooting
+        points[*k].unstable_count() > 0 && points[*k].refinement == Refinement::Shooting
     };
     match rising {
-        true => one + 1..one + 1 + (one + 1..solutions.len()).take_while(counts).count(),
+        true => one + 1..one + 1 + (one + 1..points.len()).take_while(counts).count(),
         false => one + 1 - (0..=one).rev().take_while(counts).count()..one + 1,
     }
 }
@@ -92,14 +90,14 @@ fn unstable_range(solutions: &[PeriodicSolution], one: usize, rising: bool) -> R
 fn trace(
     family: &SpeedFamily,
     options: &PointOptions,
-    solutions: &[PeriodicSolution],
+    points: &[PeriodicSolution],
     order: &[usize],
 ) -> Vec<PeriodicSolution> {
     let mut found: Vec<PeriodicSolution> = Vec::new();
     // From the motion of one period to that of two, at the last speed.
     let mut beside: Option<Vec<f64>> = None;
     for (tried, &at) in order.iter().enumerate() {
-        let single = &solutions[at];
+        let single = &points[at];
         let model = family.relative_at(single.omega);
         let next = match &beside {
             Some(offset) => find_doubled_orbit(&model, single, std::slice::from_ref(offset)),

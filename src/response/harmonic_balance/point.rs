@@ -138,7 +138,7 @@ pub fn periodic_solution(
         true => refine(family, omega, &start),
         false => None,
     };
-    let (refinement, start, multipliers) = match exact {
+    let (result, start, multipliers) = match exact {
         Some(orbit) => (Refinement::Shooting, orbit.start, orbit.multipliers),
         None => (
             Refinement::HarmonicBalance,
@@ -146,7 +146,7 @@ pub fn periodic_solution(
             floquet_multipliers(balance, x)?,
         ),
     };
-    let outputs = match refinement {
+    let outputs = match result {
         Refinement::Shooting => sample_with_events(family, omega, 1, &start, options.outputs)?,
         Refinement::HarmonicBalance => sample_outputs(balance, &motion, omega, options.outputs),
     };
@@ -155,7 +155,7 @@ pub fn periodic_solution(
         omega,
         orders: balance.orders,
         truncation_error: left_out,
-        refinement,
+        refinement: result,
         start,
         multipliers,
         outputs,
@@ -166,7 +166,7 @@ pub fn periodic_solution(
 /// The orbit with every switch located, if it is this one.
 pub fn refine(family: &SpeedFamily, omega: f64, start: &[f64]) -> Option<PeriodicOrbit> {
     let found = find_orbit(&family.relative_at(omega), start, 1).ok()?;
-    let n = family.relative_model.model.coordinate_count();
+    let n = family.relative.model.coordinate_count();
     let size =
         |part: std::ops::Range<usize>| start[part].iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let moved = |part: std::ops::Range<usize>| {
@@ -183,18 +183,18 @@ fn floquet_multipliers(
     x: &HarmonicUnknowns,
 ) -> Result<Vec<Complex>, Error> {
     let (omega, delta) = (balance.omega(x), balance.deflections(x));
-    let (family, element) = (balance.family, &balance.part.element);
-    let transform = balance.alternating();
-    let samples: Vec<_> = (0..element.len())
-        .map(|own| transform.period(family, element, own, &delta[own], omega))
+    let (family, active) = (balance.family, &balance.lines.active);
+    let alternating = balance.alternating();
+    let periods: Vec<_> = (0..active.len())
+        .map(|own| alternating.period(family, active, own, &delta[own], omega))
         .collect();
-    multipliers(family, element, &samples, omega)
+    multipliers(family, active, &periods, omega)
 }
 
 /// `[x, ẋ, z]` at a share of the period.
 fn state(balance: &HarmonicBalance, motion: &[Vec<Complex>], omega: f64, share: f64) -> Vec<f64> {
-    let n = balance.part.coordinate_count();
-    let inner = balance.family.relative_model.model.internal_count();
+    let n = balance.lines.coordinate_count();
+    let inner = balance.family.relative.model.internal_count();
     let mut y = vec![0.0; 2 * n + inner];
     for (k, line) in motion.iter().enumerate() {
         let angle = TAU * k as f64 * share;
@@ -207,7 +207,7 @@ fn state(balance: &HarmonicBalance, motion: &[Vec<Complex>], omega: f64, share: 
         }
         if inner > 0 {
             for (i, z) in balance
-                .part
+                .lines
                 .internal_states(k, omega, line)
                 .iter()
                 .enumerate()
@@ -221,9 +221,9 @@ fn state(balance: &HarmonicBalance, motion: &[Vec<Complex>], omega: f64, share: 
 
 /// The state of the machine as it was given.
 fn full_state(family: &SpeedFamily, y: &[f64]) -> Vec<f64> {
-    let n = family.relative_model.model.coordinate_count();
-    let mut all = family.relative_model.full_coordinates(&y[..n]);
-    all.extend(family.relative_model.full_coordinates(&y[n..2 * n]));
+    let n = family.relative.model.coordinate_count();
+    let mut all = family.relative.full_coordinates(&y[..n]);
+    all.extend(family.relative.full_coordinates(&y[n..2 * n]));
     all.extend(&y[2 * n..]);
     all
 }

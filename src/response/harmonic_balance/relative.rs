@@ -33,7 +33,7 @@ impl RelativeModel {
         let all = model.coordinate_count();
         let keep: Vec<usize> = (0..all).filter(|&j| !is_prescribed(model, j)).collect();
         let n = keep.len();
-        let mass = Matrix::from_fn(n, n, |i, j| model.matrix.entry(keep[i], keep[j]));
+        let mass = Matrix::from_fn(n, n, |i, j| model.mass.entry(keep[i], keep[j]));
         let units: Vec<f64> = (0..n).map(|j| mass[(j, j)].sqrt().recip()).collect();
         let over = |d: &Direction| -> Vec<f64> {
             let mut row = vec![0.0; all];
@@ -187,10 +187,10 @@ fn transform_model(model: &DynamicModel, transform: &Matrix) -> Result<DynamicMo
         Direction::new(1.0, terms)
     };
     let between = |a: &Matrix| transform.transpose() * a * transform;
-    let whole = Matrix::from_fn(all, all, |i, j| model.matrix.entry(i, j));
+    let whole = Matrix::from_fn(all, all, |i, j| model.mass.entry(i, j));
     let matrix = between(&whole);
     let diagonal = (0..n).all(|i| (0..n).all(|j| i == j || matrix[(i, j)] == 0.0));
-    let mass_matrix = match diagonal {
+    let mass = match diagonal {
         true => MassMatrix::Diagonal((0..n).map(|i| matrix[(i, i)]).collect()),
         false => {
             let inverse = symmetric::lu_solve(&matrix, &Matrix::identity(n, n))?;
@@ -208,7 +208,7 @@ fn transform_model(model: &DynamicModel, transform: &Matrix) -> Result<DynamicMo
     };
     Ok(DynamicModel {
         coordinates: (0..n).map(|k| format!("x{}", k + 1)).collect(),
-        matrix: mass_matrix,
+        mass,
         elements: model.elements.iter().map(branch).collect(),
         forces: model.forces.iter().map(drive).collect(),
         mass_damping: model.mass_damping,

@@ -71,7 +71,7 @@ pub struct StabilityStudy {
     /// Speeds of a parametric stability chart.
     pub speeds: Option<SpeedRange>,
     /// What else the chart goes over.
-    pub sweep: Option<ParameterSweep>,
+    pub over: Option<ParameterSweep>,
 }
 
 /// The second axis of a stability chart: factors on what the scene has.

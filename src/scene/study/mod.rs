@@ -103,7 +103,7 @@ pub fn read(f: &mut TableReader) -> Option<Study> {
             motion: motion::simulate(f),
             methods: texts(f, "methods"),
             speeds: speeds(f, "speeds"),
-            sweep: parsed(f, "over", ParameterSweep::parse),
+            over: parsed(f, "over", ParameterSweep::parse),
         }),
         StudyTag::Response => StudyKind::Response(response::response(f)),
         StudyTag::RunUp => StudyKind::RunUp(RunUpStudy {

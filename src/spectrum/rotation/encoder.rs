@@ -80,20 +80,20 @@ pub fn quadrature(a: &[f64], b: &[f64], rate_hz: f64) -> Result<Quadrature, Erro
     all.extend(b.iter().map(|&e| (e, false)));
     all.sort_by(|x, y| x.0.time_s.total_cmp(&y.0.time_s));
     // before its first edge a track is on the other side of it
-    let before = |crossings: &[LevelCrossing]| crossings.first().is_some_and(|e| !e.rising);
+    let before = |edges: &[LevelCrossing]| edges.first().is_some_and(|e| !e.rising);
     let (mut high_a, mut high_b) = (before(&a), before(&b));
     let mut found = Quadrature::default();
     let mut count = 0;
-    for (crossing, of_a) in &all {
+    for (edge, of_a) in &all {
         // forward: A rises while B is low, B rises while A is high, and so on round
         let forward = if *of_a {
-            high_a = crossing.rising;
+            high_a = edge.rising;
             high_a != high_b
         } else {
-            high_b = crossing.rising;
+            high_b = edge.rising;
             high_a == high_b
         };
-        found.time_s.push(crossing.time_s);
+        found.time_s.push(edge.time_s);
         found.boundary.push(if forward { count + 1 } else { count });
         count += if forward { 1 } else { -1 };
     }

@@ -29,7 +29,7 @@ pub struct OrderDemodulator {
     elapsed_revolutions: f64,
     /// Where the next window begins.
     next: f64,
-    demodulated_orders: DemodulatedOrders,
+    tracks: DemodulatedOrders,
 }
 
 /// What was followed.
@@ -111,7 +111,7 @@ impl OrderDemodulator {
             last: None,
             elapsed_revolutions: 0.0,
             next: 0.0,
-            demodulated_orders: DemodulatedOrders {
+            tracks: DemodulatedOrders {
                 orders: orders.to_vec(),
                 revolutions: turns,
                 points: Vec::new(),
@@ -180,7 +180,7 @@ impl OrderDemodulator {
 
     /// What was followed.
     pub fn finish(self) -> DemodulatedOrders {
-        self.demodulated_orders
+        self.tracks
     }
 
     /// Numbers held at present.
@@ -188,7 +188,7 @@ impl OrderDemodulator {
         let unknowns = 2 + 2 * self.orders.len();
         let window = unknowns * (unknowns + self.channels) + 6;
         let point = 2 + 2 * self.channels * self.orders.len();
-        self.windows.len() * window + self.demodulated_orders.points.len() * point
+        self.windows.len() * window + self.tracks.points.len() * point
     }
 
     /// `1, 0, cos nφ, sin nφ, …`: the second is the window's own.
@@ -203,7 +203,7 @@ impl OrderDemodulator {
     fn close(&mut self, window: TrackWindow) -> Result<(), Error> {
         let [weight, time, speed] = window.sums;
         if window.samples < MIN_SAMPLES_PER_UNKNOWN * window.gram.nrows() || weight <= 0.0 {
-            self.demodulated_orders.skipped_windows += 1;
+            self.tracks.skipped_windows += 1;
             return Ok(());
         }
         let found = symmetric::lu_solve(&window.gram, &window.right)
@@ -216,13 +216,13 @@ impl OrderDemodulator {
         };
         let orders = self.orders.len();
         let values = (0..self.channels).map(|c| (0..orders).map(|n| value(c, n)).collect());
-        self.demodulated_orders.points.push(OrderPoint {
+        self.tracks.points.push(OrderPoint {
             time_s: time / weight,
             speed: speed / weight,
             values: values.collect(),
         });
-        if self.demodulated_orders.points.len() >= self.max_rows {
-            self.demodulated_orders.merge_neighbours();
+        if self.tracks.points.len() >= self.max_rows {
+            self.tracks.merge_neighbours();
         }
         Ok(())
     }

@@ -50,7 +50,7 @@ pub struct TachoPulses {
     /// Those that count.
     pub pulses: Vec<TachoPulse>,
     /// Where pulses are missing; their places are counted.
-    pub missing_pulses: Vec<MissingPulses>,
+    pub missing: Vec<MissingPulses>,
     /// Times of pulses that stand between the places, s; not counted.
     pub extra_s: Vec<f64>,
 }
@@ -62,14 +62,14 @@ pub struct TachoPulses {
 pub fn find_tacho_pulses(
     samples: &[f64],
     rate_hz: f64,
-    direction: EdgeDirection,
+    slope: EdgeDirection,
     levels: Option<StateLevels>,
 ) -> Result<TachoPulses, Error> {
     let levels = match levels {
         Some(levels) => levels,
         None => StateLevels::from_samples(samples)?,
     };
-    let wanted = direction == EdgeDirection::Rising;
+    let wanted = slope == EdgeDirection::Rising;
     let times: Vec<f64> = level_crossings(samples, rate_hz, levels)?
         .iter()
         .filter(|edge| edge.rising == wanted)
@@ -123,7 +123,7 @@ pub fn number_pulses(times: &[f64]) -> TachoPulses {
         }
         let places = (over(next).round() as usize).max(1);
         if places > 1 {
-            found.missing_pulses.push(MissingPulses {
+            found.missing.push(MissingPulses {
                 after_s: last.time_s,
                 number: places - 1,
             });
@@ -166,7 +166,7 @@ mod tests {
     fn exact_run_up_is_left_alone() {
         let times: Vec<f64> = (0..200).map(|k| f64::from(k).sqrt()).collect();
         let found = number_pulses(&times);
-        assert!(found.missing_pulses.is_empty() && found.extra_s.is_empty());
+        assert!(found.missing.is_empty() && found.extra_s.is_empty());
         assert!(
             found
                 .pulses
@@ -199,8 +199,8 @@ mod tests {
             }
             let found = number_pulses(&times);
             assert_eq!(found.extra_s, put);
-            assert_eq!(found.missing_pulses.len(), lost.len());
-            assert!(found.missing_pulses.iter().all(|m| m.number == 1));
+            assert_eq!(found.missing.len(), lost.len());
+            assert!(found.missing.iter().all(|m| m.number == 1));
             assert!(
                 lost.iter()
                     .all(|k| found.pulses.iter().all(|p| p.index != *k))
@@ -214,8 +214,8 @@ mod tests {
     fn exact_gap_of_two() {
         let times: Vec<f64> = (0..600).filter(|k| k % 60 < 58).map(f64::from).collect();
         let found = number_pulses(&times);
-        assert_eq!(found.missing_pulses.len(), 9); // the tenth gap has no pulse after it
-        assert!(found.missing_pulses.iter().all(|m| m.number == 2));
+        assert_eq!(found.missing.len(), 9); // the tenth gap has no pulse after it
+        assert!(found.missing.iter().all(|m| m.number == 2));
         assert!(found.pulses.iter().all(|p| p.index as f64 == p.time_s));
     }
 

@@ -32,7 +32,7 @@ pub struct PerturbedScene {
 impl PerturbedScene {
     /// A scene as it is.
     pub fn new(scene: &SimulationSetup, tolerance: f64, step: f64) -> PerturbedScene {
-        let known = scene.model.reduction.as_ref();
+        let known = scene.model.prescribed.as_ref();
         PerturbedScene {
             model: known.map_or(&scene.model.model, |k| &k.whole).clone(),
             motions: known.map_or(Vec::new(), |k| k.motions.clone()),
@@ -47,7 +47,7 @@ impl PerturbedScene {
     /// The machine to integrate, and what was taken out of it.
     ///
     /// # Errors
-    /// Those of [`reduction::eliminate_motions`].
+    /// Those of [`prescribed::eliminate_motions`].
     pub fn integration_model(&self) -> Result<(DynamicModel, Option<PrescribedReduction>), Error> {
         if self.motions.is_empty() {
             return Ok((self.model.clone(), None));
@@ -118,7 +118,7 @@ pub fn skipped_cases(
 
 /// Why a case changes nothing.
 pub fn no_effect_reason(name: &str, scene: &SimulationSetup) -> Option<&'static str> {
-    let known = scene.model.reduction.as_ref();
+    let known = scene.model.prescribed.as_ref();
     let model = known.map_or(&scene.model.model, |k| &k.whole);
     let plays = |law: &ForceLaw| matches!(law, ForceLaw::Contact(c) if c.half_play > 0.0);
     let imposed = model.elements.iter().any(|b| {
@@ -157,7 +157,7 @@ fn stiffness(model: &mut DynamicModel, factor: f64) {
 }
 
 fn inertia(model: &mut DynamicModel, factor: f64) {
-    match &mut model.matrix {
+    match &mut model.mass {
         MassMatrix::Diagonal(mass) => mass.iter_mut().for_each(|m| *m *= factor),
         MassMatrix::Full { matrix, inverse } => {
             for j in 0..matrix.ncols() {
@@ -207,15 +207,17 @@ fn backlash(model: &mut DynamicModel, factor: f64) {
     }
 }
 
-fn speed(scene: &mut PerturbedScene, factor: f64) {
-    let n = scene.model.coordinate_count() - scene.motions.len();
-    for motion in &mut scene.motions {
+fn speed(extreme: &mut PerturbedScene, factor: f64) {
+    let n = extreme.model.coordinate_count() - extreme.motions.len();
+    for motion in &mut extreme.motions {
         motion.signal = motion.signal.scaled(factor);
     }
-    scene.start[n..2 * n].iter_mut().for_each(|v| *v *= factor);
-    for b in &mut scene.model.elements {
-        for function in b.stiffness_wave.iter_mut().chain(&mut b.angle_waves) {
-            if let WavePhase::Imposed { omega, .. } = &mut function.phase {
+    extreme.start[n..2 * n]
+        .iter_mut()
+        .for_each(|v| *v *= factor);
+    for b in &mut extreme.model.elements {
+        for wave in b.stiffness_wave.iter_mut().chain(&mut b.angle_waves) {
+            if let WavePhase::Imposed { omega, .. } = &mut wave.phase {
                 *omega *= factor;
             }
         }

@@ -150,14 +150,9 @@ pub fn stress_test(
             if !monitor.proceed(&format!("{name}: {}", method.name)) {
                 return all;
             }
-            let mut perturbed_scene = as_it_is.clone();
-            change(&mut perturbed_scene);
-            let case = run_case(
-                name,
-                method,
-                (&perturbed_scene, scene.samples),
-                monitor.cancel,
-            );
+            let mut extreme = as_it_is.clone();
+            change(&mut extreme);
+            let case = run_case(name, method, (&extreme, scene.samples), monitor.cancel);
             all.extend(case);
         }
     }
@@ -181,7 +176,7 @@ pub fn stress_test(
 pub fn run_case(
     name: &str,
     method: &'static IntegrationMethod,
-    (scene, samples): (&PerturbedScene, usize),
+    (extreme, samples): (&PerturbedScene, usize),
     cancel: &CancelToken,
 ) -> Option<StressCase> {
     let case = |(verdict, figure, reason)| StressCase {
@@ -192,7 +187,7 @@ pub fn run_case(
         reason,
     };
     let refused = |why: String| Some(case((CaseVerdict::Refused, None, Some(why))));
-    let (model, known) = match scene.integration_model() {
+    let (model, known) = match extreme.integration_model() {
         Ok(moving) => moving,
         Err(error) => return refused(error_message(error)),
     };
@@ -200,22 +195,22 @@ pub fn run_case(
         return refused(why);
     }
     let limit = BalanceLimit {
-        evaluations: scene.budget,
+        evaluations: extreme.budget,
         predicts: true,
         cancel: cancel.clone(),
     };
     let (meter, follower) =
-        EnergyIntegrator::new(&model, known.as_ref(), [0.0, scene.end_time], limit);
+        EnergyIntegrator::new(&model, known.as_ref(), [0.0, extreme.end_time], limit);
     let options = IntegrationOptions {
         from: 0.0,
-        to: scene.end_time,
-        initial_state: scene.start.clone(),
+        to: extreme.end_time,
+        initial_state: extreme.start.clone(),
         samples,
         step_size: match method.step_control {
-            StepControl::Fixed => StepSize::Fixed(scene.step),
-            _ => StepSize::Adaptive(scene.tolerance),
+            StepControl::Fixed => StepSize::Fixed(extreme.step),
+            _ => StepSize::Adaptive(extreme.tolerance),
         },
-        max_work: scene.budget,
+        max_work: extreme.budget,
         cancel: cancel.clone(),
         observer: follower,
     };
@@ -235,16 +230,16 @@ pub fn run_case(
         }
         Ok(effort) => {
             let balance = meter.borrow().balance();
-            let accuracy = match method.step_control {
+            let asked = match method.step_control {
                 StepControl::Exact => RequestedAccuracy::Exact,
                 StepControl::Adaptive => {
-                    RequestedAccuracy::Tolerance(scene.tolerance, effort.steps)
+                    RequestedAccuracy::Tolerance(extreme.tolerance, effort.steps)
                 }
                 StepControl::Fixed => {
-                    RequestedAccuracy::Step(scene.step, method.order.unwrap_or(1))
+                    RequestedAccuracy::Step(extreme.step, method.order.unwrap_or(1))
                 }
             };
-            Some(case(judge_balance(&balance, accuracy)))
+            Some(case(judge_balance(&balance, asked)))
         }
     }
 }
@@ -297,7 +292,7 @@ impl RequestedAccuracy {
 /// What the balance of a run that came to its end says of it: verdict, figure, reason.
 pub fn judge_balance(
     balance: &EnergyBalance,
-    accuracy: RequestedAccuracy,
+    options: RequestedAccuracy,
 ) -> (CaseVerdict, Option<f64>, Option<String>) {
     let gap = balance.relative_error().abs();
     let refused = |figure, why| (CaseVerdict::Refused, figure, Some(why));
@@ -316,11 +311,11 @@ pub fn judge_balance(
     let doubt = balance.error_bound().unwrap_or(f64::INFINITY);
     if gap + doubt <= MAX_ENERGY_ERROR {
         (CaseVerdict::Pass, Some(gap), None)
-    } else if gap - doubt > MAX_ENERGY_ERROR.max(accuracy.max_energy_error()) {
+    } else if gap - doubt > MAX_ENERGY_ERROR.max(options.max_energy_error()) {
         let words = "the energy does not add up".to_string();
         (CaseVerdict::Fail, Some(gap), Some(words))
     } else if gap - doubt > MAX_ENERGY_ERROR {
-        refused(Some(gap), accuracy.coarse_step_message(gap))
+        refused(Some(gap), options.coarse_step_message(gap))
     } else {
         let words = format!(
             "whether its energy adds up cannot be told: it closes to {gap:.0e}, known to {doubt:.0e}"

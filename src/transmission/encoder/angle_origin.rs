@@ -19,7 +19,7 @@ pub struct AngleOrigin {
 impl AngleOrigin {
     /// The output's mark in the direction with more turns.
     pub fn new(
-        evaluation: &[Option<IndexEvaluation>; 2],
+        index: &[Option<IndexEvaluation>; 2],
         runs: &[DirectionRun],
         ratio: f64,
     ) -> AngleOrigin {
@@ -28,19 +28,19 @@ impl AngleOrigin {
             of_way.map(DirectionRun::travel).sum()
         };
         let forward = reach(true) >= reach(false);
-        let output = evaluation[1].as_ref();
+        let output = index[1].as_ref();
         let zero = output.and_then(|o| o.output_angle(ratio, forward));
         AngleOrigin {
             output_origin: zero.unwrap_or(0.0),
             has_output: zero.is_some(),
-            input: (evaluation[0].as_ref()).map(|i| i.mark_angle * ratio - zero.unwrap_or(0.0)),
+            input: (index[0].as_ref()).map(|i| i.mark_angle * ratio - zero.unwrap_or(0.0)),
         }
     }
 
     /// Phases over the angle from the mark of the shaft that an order repeats with.
-    pub fn set_mark_phases(&self, evaluation: &mut FlankEvaluation, train: &GearTrain) {
-        let ratio = train.ratio();
-        for line in &mut evaluation.estimates {
+    pub fn set_mark_phases(&self, flank: &mut FlankEvaluation, teeth: &GearTrain) {
+        let ratio = teeth.ratio();
+        for line in &mut flank.lines {
             let order = &line.order.fraction;
             let with_input = self.input.filter(|_| (order * &ratio).is_integer());
             line.mark_phase = match with_input {

@@ -50,11 +50,11 @@ pub fn mean_backlash(
 
 /// The play over the angle, of both flanks.
 pub fn backlash_variation(
-    evaluations: &[FlankEvaluation],
+    flanks: &[FlankEvaluation],
     first: i64,
     count: usize,
 ) -> Option<BacklashVariation> {
-    let of = |forward| evaluations.iter().find(|f| f.forward == forward);
+    let of = |forward| flanks.iter().find(|f| f.forward == forward);
     let (up, down) = (of(true)?, of(false)?);
     let mut fine = AngularSignal {
         samples_per_rev: up.signal.samples_per_rev * SUBSAMPLES,
@@ -84,16 +84,16 @@ fn differing_orders(
     down: &FlankEvaluation,
 ) -> (Vec<CandidateOrder>, Vec<Complex>) {
     let mut all: Vec<(&OrderEstimate, Complex, f64)> = Vec::new();
-    for (evaluation, sign) in [(down, 1.0), (up, -1.0)] {
-        for estimate in &evaluation.estimates {
-            let wave = Complex::from_polar(sign * estimate.amplitude, estimate.phase);
-            let variance = estimate.deviation.powi(2);
+    for (flank, sign) in [(down, 1.0), (up, -1.0)] {
+        for line in &flank.lines {
+            let wave = Complex::from_polar(sign * line.amplitude, line.phase);
+            let variance = line.deviation.powi(2);
             match all
                 .iter_mut()
-                .find(|l| l.0.order.fraction == estimate.order.fraction)
+                .find(|l| l.0.order.fraction == line.order.fraction)
             {
                 Some(both) => (both.1, both.2) = (both.1 + wave, both.2 + variance),
-                None => all.push((estimate, wave, variance)),
+                None => all.push((line, wave, variance)),
             }
         }
     }
@@ -102,6 +102,6 @@ fn differing_orders(
         wave.norm_sqr() > 2.0 * variance * least
     };
     let kept = all.iter().filter(stand_out);
-    kept.map(|(estimate, wave, _)| (estimate.order.clone(), *wave))
+    kept.map(|(line, wave, _)| (line.order.clone(), *wave))
         .unzip()
 }

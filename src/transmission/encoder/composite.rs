@@ -71,10 +71,10 @@ pub fn composite_deviations(
     signal: &AngularSignal,
     fitted: &HarmonicFit,
     orders: &[CandidateOrder],
-    train: &GearTrain,
+    teeth: &GearTrain,
     error: f64,
 ) -> Result<(CompositeDeviations, FittedDeviations), Error> {
-    let hunting = train.hunting_turns().to_f64();
+    let hunting = teeth.hunting_turns().to_f64();
     let cycles = (signal.revolutions() as f64 / hunting).floor();
     let closed = cycles >= 1.0;
     let turns = match closed {
@@ -82,7 +82,7 @@ pub fn composite_deviations(
         false => signal.revolutions(),
     };
     let count = turns * signal.samples_per_rev;
-    let last = train.output_teeth();
+    let last = teeth.output_teeth();
     let z = last as f64;
     let sizes = || (fitted.waves.iter().zip(orders)).map(|(w, o)| (w.norm(), o.value));
     let sum: f64 = sizes().map(|(a, _)| a).sum();
@@ -123,7 +123,7 @@ pub fn composite_deviations(
 
     let mut values = waves(&|_| 1.0);
     let record = SingleFlankRecord::new(&values, turns, last, closed)?;
-    let deviations = FittedDeviations {
+    let of_orders = FittedDeviations {
         total: record.total_deviation(),
         per_rev: record.ranges_per_rev().sliding,
         per_pitch: record.ranges_per_pitch().sliding,
@@ -164,7 +164,7 @@ pub fn composite_deviations(
         short_wave_component: (short, short_by_mean),
         long_wave: long.into_iter().step_by(parts).collect(),
     };
-    Ok((composite, deviations))
+    Ok((composite, of_orders))
 }
 
 /// Adds what stands in cells, straight between them, to `parts` values a cell; `next` stands behind the last.

@@ -45,54 +45,54 @@ impl<'a> CountCheck<'a> {
     }
 
     /// Steps that stay, with their encoder where an index tells it.
-    pub fn confirm_steps(&mut self, steps: Vec<CountStep>) -> Vec<CountStep> {
+    pub fn confirm_steps(&mut self, jumps: Vec<CountStep>) -> Vec<CountStep> {
         let mut kept = Vec::new();
-        for step in steps {
-            match self.confirm_step(step.clone()) {
-                Some(step) => kept.push(step),
-                None => self.rejected.push(step),
+        for jump in jumps {
+            match self.confirm_step(jump.clone()) {
+                Some(jump) => kept.push(jump),
+                None => self.rejected.push(jump),
             }
         }
         kept
     }
 
-    fn confirm_step(&mut self, mut step: CountStep) -> Option<CountStep> {
+    fn confirm_step(&mut self, mut jump: CountStep) -> Option<CountStep> {
         let names = ["input", "output"];
-        let row = step.row as f64;
+        let row = jump.row as f64;
         for shaft in 0..2 {
             let unit = self.unit(shaft);
             let agrees = |s: &CountShift| {
                 s.rows.0 <= row
                     && row <= s.rows.1 + 1.0
-                    && (s.counts * unit - step.step).abs()
-                        < AGREEMENT * unit.abs() + 0.1 * step.step.abs()
+                    && (s.counts * unit - jump.step).abs()
+                        < AGREEMENT * unit.abs() + 0.1 * jump.step.abs()
             };
             if let Some(at) = self.unmatched[shaft].iter().position(agrees) {
                 let shift = self.unmatched[shaft].remove(at);
-                (step.counts, step.encoder, step.alternative) = (shift.counts, names[shaft], None);
-                return Some(step);
+                (jump.counts, jump.encoder, jump.alternative) = (shift.counts, names[shaft], None);
+                return Some(jump);
             }
         }
         // The counts of a shaft are in order there: it was not this one.
         let cleared = |shaft: usize| {
             let unit = self.unit(shaft).abs();
-            let known = self.indices[shaft].and_then(|i| i.count_uncertainty(step.row));
-            known.is_some_and(|d| step.step.abs() / unit > MIN_DEVIATIONS * d)
+            let known = self.indices[shaft].and_then(|i| i.count_uncertainty(jump.row));
+            known.is_some_and(|d| jump.step.abs() / unit > MIN_DEVIATIONS * d)
         };
         match (cleared(0), cleared(1)) {
             (true, true) => None,
-            (false, false) => Some(step),
+            (false, false) => Some(jump),
             (input, _) => {
                 let left = if input { "output" } else { "input" };
-                match step.alternative.take() {
+                match jump.alternative.take() {
                     Some((counts, whose)) if whose == left => {
-                        (step.counts, step.encoder) = (counts, whose);
+                        (jump.counts, jump.encoder) = (counts, whose);
                     }
-                    _ if step.encoder.contains(left) => step.encoder = left,
+                    _ if jump.encoder.contains(left) => jump.encoder = left,
                     // Only counts of the cleared shaft make this step.
                     _ => return None,
                 }
-                Some(step)
+                Some(jump)
             }
         }
     }
@@ -134,14 +134,14 @@ impl<'a> CountCheck<'a> {
     ) -> Result<usize, Error> {
         let (low, high) = (shift.rows.0 as usize, shift.rows.1.ceil() as usize);
         let from = low.saturating_sub(window);
-        let range = ReadingsRange {
+        let part = ReadingsRange {
             rows,
             from,
             count: (high + window).min(rows.n_rows()) - from,
         };
         let mut sums = vec![0.0];
         let (mut sum, mut origin) = (0.0, None);
-        for_each_block(&range, scales, |_, input, output| {
+        for_each_block(&part, scales, |_, input, output| {
             for (a, b) in input.iter().zip(output) {
                 let e = b - self.ratio * a;
                 sum += e - *origin.get_or_insert(e);
@@ -157,12 +157,12 @@ impl<'a> CountCheck<'a> {
 
     /// Says which steps are no counts.
     pub fn warnings(&self) -> Vec<Diagnostic> {
-        let one = |count_step: &CountStep| Diagnostic {
+        let one = |jump: &CountStep| Diagnostic {
             code: "step-without-counts",
             message: format!(
                 "the error steps by {:.2} arcsec at row {} and stays, and the index pulses say that no counts are lost: it is left in",
-                count_step.step.to_degrees() * 3600.0,
-                count_step.row + 1
+                jump.step.to_degrees() * 3600.0,
+                jump.row + 1
             ),
             hint: Some("something slipped a little, a seat or an encoder moved: look there".into()),
         };

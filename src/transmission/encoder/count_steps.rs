@@ -82,9 +82,9 @@ pub fn find_steps(
     rows: &dyn EncoderReadings,
     scales: EncoderScales,
     runs: &[DirectionRun],
-    search: StepSearch,
+    request: StepSearch,
 ) -> Result<Vec<CountStep>, Error> {
-    let counts = (scales.input.step * search.ratio, scales.output.step);
+    let counts = (scales.input.step * request.ratio, scales.output.step);
     let smallest = [counts.0, counts.1]
         .into_iter()
         .filter(|c| *c > 0.0)
@@ -92,10 +92,10 @@ pub fn find_steps(
     if !smallest.is_finite() {
         return Ok(Vec::new());
     }
-    let narrow = ((search.rows_per_tooth / 8.0) as usize).clamp(NARROW.0, NARROW.1);
-    let wide = (search.rows_per_tooth.round() as usize).clamp(2 * narrow, WIDE);
+    let narrow = ((request.rows_per_tooth / 8.0) as usize).clamp(NARROW.0, NARROW.1);
+    let wide = (request.rows_per_tooth.round() as usize).clamp(2 * narrow, WIDE);
     let windows = StepWindows { narrow, wide };
-    let mut sizes = windows.sample_noise(rows, scales, search.ratio, runs)?;
+    let mut sizes = windows.sample_noise(rows, scales, request.ratio, runs)?;
     if sizes.is_empty() {
         return Ok(Vec::new());
     }
@@ -105,7 +105,7 @@ pub fn find_steps(
     let least = (MIN_COUNT_SHARE * smallest).max(STEP_THRESHOLD * deviation);
     // Over the wide windows a step is told from noise; where it is, the narrow ones say.
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
-    windows.for_each_window(rows, scales, search.ratio, runs, |row, near, far| {
+    windows.for_each_window(rows, scales, request.ratio, runs, |row, near, far| {
         if far.abs() < least || far * near < 0.0 {
             return;
         }
@@ -122,7 +122,7 @@ pub fn find_steps(
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     found.truncate(MAX_CANDIDATES);
     found.sort_by_key(|f| f.0);
-    let steps = fit_step_sizes(&found, runs, search);
+    let steps = fit_step_sizes(&found, runs, request);
     let all: Vec<CountStep> = found
         .iter()
         .zip(steps)
@@ -141,11 +141,11 @@ pub fn find_steps(
 fn fit_step_sizes(
     found: &[(usize, f64, f64)],
     runs: &[DirectionRun],
-    search: StepSearch,
+    request: StepSearch,
 ) -> Vec<f64> {
     let claimed = found.iter().map(|f| f.2).collect();
     let inside = |run: &DirectionRun, row: usize| run.rows.contains(&row);
-    let points: Vec<_> = search
+    let points: Vec<_> = request
         .survey
         .points
         .iter()
@@ -163,13 +163,13 @@ fn fit_step_sizes(
         }
         match j - runs.len() {
             k if k < TURNING => {
-                let angle = [1.0, 2.0][k / 2 % 2] * input * [1.0, search.ratio][k / 4];
+                let angle = [1.0, 2.0][k / 2 % 2] * input * [1.0, request.ratio][k / 4];
                 if k % 2 == 0 { angle.cos() } else { angle.sin() }
             }
             k => f64::from(u8::from(row >= found[k - TURNING].0)),
         }
     });
-    let error = |p: &(usize, f64, f64)| p.2 - search.ratio * p.1;
+    let error = |p: &(usize, f64, f64)| p.2 - request.ratio * p.1;
     let b = Matrix::from_fn(points.len(), 1, |i, _| error(points[i]) - error(points[0]));
     match solve(&a, &b) {
         Ok(x) => (0..found.len())
@@ -188,12 +188,12 @@ pub fn locate_rows(
     rows: &dyn EncoderReadings,
     scales: EncoderScales,
     runs: &[DirectionRun],
-    search: StepSearch,
+    request: StepSearch,
 ) -> Result<Vec<CountStep>, Error> {
     /// Cells reach so many rows beyond a place.
     const SEARCH_ROWS: usize = 24;
-    let near = ((search.rows_per_tooth / 8.0) as usize).clamp(NARROW.0, NARROW.1);
-    let points = &search.survey.points;
+    let near = ((request.rows_per_tooth / 8.0) as usize).clamp(NARROW.0, NARROW.1);
+    let points = &request.survey.points;
     let mut all = Vec::new();
     for &(input, step) in found {
         let holds = |run: &&DirectionRun| (run.input.0 - input) * (run.input.1 - input) <= 0.0;
@@ -211,15 +211,15 @@ pub fn locate_rows(
         let (start, angle) = before.map_or((run.rows.start, run.input.0), |p| (p.0, p.1));
         let from = start.saturating_sub(SEARCH_ROWS + near).max(run.rows.start);
         let to = (after + SEARCH_ROWS + near).min(run.rows.end);
-        let range = ReadingsRange {
+        let part = ReadingsRange {
             rows,
             from,
             count: to - from,
         };
         let (mut angles, mut errors) = (Vec::new(), Vec::new());
-        for_each_block(&range, scales, |_, a, b| {
+        for_each_block(&part, scales, |_, a, b| {
             angles.extend_from_slice(a);
-            errors.extend(a.iter().zip(b).map(|(a, b)| b - search.ratio * a));
+            errors.extend(a.iter().zip(b).map(|(a, b)| b - request.ratio * a));
         })?;
         // A counter that begins again is counted from the start of the part: angles are those next to a known row.
         let Some(&known) = angles.get(start - from) else {
@@ -238,7 +238,7 @@ pub fn locate_rows(
             .map(|i| (i, step.signum() * (mean(i, i + near) - mean(i - near, i))))
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .map_or(cross, |best| best.0);
-        let counts = (scales.input.step * search.ratio, scales.output.step);
+        let counts = (scales.input.step * request.ratio, scales.output.step);
         all.push(as_counts(from + at, step, counts));
     }
     Ok(all)
@@ -309,13 +309,13 @@ impl StepWindows {
         let mut sizes = Vec::new();
         for run in runs {
             for from in (run.rows.start..run.rows.end.saturating_sub(span)).step_by(every) {
-                let range = ReadingsRange {
+                let part = ReadingsRange {
                     rows,
                     from,
                     count: span,
                 };
                 let (mut early, mut late, mut origin) = (0.0, 0.0, None);
-                for_each_block(&range, scales, |first, input, output| {
+                for_each_block(&part, scales, |first, input, output| {
                     for (i, (a, b)) in input.iter().zip(output).enumerate() {
                         let e = b - ratio * a;
                         let e = e - *origin.get_or_insert(e);

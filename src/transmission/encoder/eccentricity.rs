@@ -25,15 +25,15 @@ pub struct EccentricitySplit {
 
 /// Of each shaft whose order nothing else has; none unless both flanks are there and the train is one pair.
 pub fn split_eccentricity(
-    evaluation: &TeEvaluation,
-    train: &GearTrain,
+    measured: &TeEvaluation,
+    teeth: &GearTrain,
     pressure_angle: f64,
 ) -> Vec<EccentricitySplit> {
-    let forward = |up: bool| evaluation.evaluations.iter().find(|f| f.forward == up);
+    let forward = |up: bool| measured.flanks.iter().find(|f| f.forward == up);
     let (Some(drive), Some(coast)) = (forward(true), forward(false)) else {
         return Vec::new();
     };
-    if train.pairs().len() != 1 {
+    if teeth.pairs().len() != 1 {
         return Vec::new();
     }
     let both = [("input", -1.0), ("output", 1.0)];
@@ -48,9 +48,9 @@ fn split_shaft(
     drive: &FlankEvaluation,
     coast: &FlankEvaluation,
 ) -> Option<EccentricitySplit> {
-    let line = |evaluation: &FlankEvaluation| -> Option<(Complex, f64)> {
+    let line = |flank: &FlankEvaluation| -> Option<(Complex, f64)> {
         let is_own = |l: &&OrderEstimate| l.order.names == [shaft] && l.interval.is_some();
-        let found = evaluation.estimates.iter().find(is_own)?;
+        let found = flank.lines.iter().find(is_own)?;
         Some((
             Complex::from_polar(found.amplitude, found.phase),
             found.deviation,

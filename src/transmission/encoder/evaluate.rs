@@ -25,7 +25,7 @@ use crate::spectrum::rotation::angular_resampling::AngularSignal;
 #[derive(Debug, Clone)]
 pub struct EvaluationOptions {
     /// Teeth between the shafts.
-    pub train: GearTrain,
+    pub teeth: GearTrain,
     /// What the readings mean.
     pub scales: EncoderScales,
     /// Rows a second, Hz, where the rows are even in time.
@@ -61,7 +61,7 @@ pub struct TeEvaluation {
     /// As the encoders have it.
     pub ratio: MeasuredRatio,
     /// One or two flanks, the one with more turns first.
-    pub evaluations: Vec<FlankEvaluation>,
+    pub flanks: Vec<FlankEvaluation>,
     /// Stretches in which the input turned one way.
     pub runs: Vec<DirectionRun>,
     /// Rows at either end in which the input stood still, left out.
@@ -71,7 +71,7 @@ pub struct TeEvaluation {
     /// Steps that were taken out.
     pub removed_steps: Vec<CountStep>,
     /// What the index pulses of input and output say.
-    pub evaluation: [Option<IndexEvaluation>; 2],
+    pub index: [Option<IndexEvaluation>; 2],
     /// Multiples of the meshes looked for.
     pub multiples: usize,
     /// The highest order kept.
@@ -83,7 +83,7 @@ pub struct TeEvaluation {
     /// Rows that a tooth of the output passes in.
     pub rows_per_tooth: f64,
     /// Speed over the record.
-    pub trace: Option<SpeedTrace>,
+    pub speed: Option<SpeedTrace>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -100,7 +100,7 @@ pub fn evaluate(
     let mut scales = options.scales;
     let looked = survey(rows, scales)?;
     let ratio = looked.ratio((scales.input.step, scales.output.step))?;
-    let mut evaluation = match options.index.iter().flatten().next() {
+    let mut index = match options.index.iter().flatten().next() {
         None => [None, None],
         Some(_) => {
             let signals = [options.index[0].as_ref(), options.index[1].as_ref()];
@@ -111,107 +111,107 @@ pub fn evaluate(
             evaluate_indices(rows, scales, &looked.runs, signals, paces)?
         }
     };
-    looked.check_ratio(&options.train, ratio, options.rate_hz)?;
+    looked.check_ratio(&options.teeth, ratio, options.rate_hz)?;
     // From here on both count up together.
     scales.output.unit *= ratio.value.signum();
-    if let Some(output) = evaluation[1].as_mut().filter(|_| ratio.value < 0.0) {
+    if let Some(output) = index[1].as_mut().filter(|_| ratio.value < 0.0) {
         output.reverse();
     }
-    let declared = options.train.ratio();
+    let declared = options.teeth.ratio();
     let r = declared.to_f64();
     let looked = match ratio.value < 0.0 {
         true => survey(rows, scales)?,
         false => looked,
     };
     let pace = looked.max_increment * r / TAU; // turns of the output in a row
-    let last = options.train.output_teeth() as f64;
+    let last = options.teeth.output_teeth() as f64;
     let rows_per_tooth = 1.0 / (pace * last);
     let (multiples, per_turn) = resolution(options, pace)?;
     let mut diagnostics = Vec::new();
     let band = per_turn as f64 / CELLS_PER_ORDER as f64;
     warn_above_band(options, band, &mut diagnostics);
     let runs = looked.after_take_up(r, TAU / last / r);
-    let step_search = StepSearch {
+    let request = StepSearch {
         survey: &looked,
         ratio: r,
         rows_per_tooth,
     };
-    let mut check = CountCheck::new([evaluation[0].as_ref(), evaluation[1].as_ref()], r);
-    let mut found = check.confirm_steps(find_steps(rows, scales, &runs, step_search)?);
-    found.extend(check.undetected_shifts(rows, scales, rows_per_tooth.ceil() as usize)?);
-    found.sort_by_key(|step| step.row);
-    let origin = AngleOrigin::new(&evaluation, &runs, r);
+    let mut decision = CountCheck::new([index[0].as_ref(), index[1].as_ref()], r);
+    let mut found = decision.confirm_steps(find_steps(rows, scales, &runs, request)?);
+    found.extend(decision.undetected_shifts(rows, scales, rows_per_tooth.ceil() as usize)?);
+    found.sort_by_key(|jump| jump.row);
+    let marks = AngleOrigin::new(&index, &runs, r);
     let steps = (scales.input.step * r, scales.output.step);
     let given = [steps.0, steps.1].into_iter().filter(|c| *c > 0.0);
     // Angles of the input are known to half a step, which rounds off high orders.
     let blunt = band * steps.0 / TAU;
     let error = RESAMPLING_ERROR + (0.5 * TAU * blunt).powi(2) / 6.0;
-    let flank_options = FlankOptions {
-        train: &options.train,
+    let search = FlankOptions {
+        teeth: &options.teeth,
         multiples,
         band,
         known_orders: &options.known_orders,
         all_multiples: options.all_multiples,
         error,
-        input_mark: origin.input.unwrap_or(0.0),
+        input_mark: marks.input.unwrap_or(0.0),
         count_step: given.fold(f64::INFINITY, f64::min),
     };
     let least = turns_needed(options) * per_turn as f64;
     let mut round = 0;
-    let (mut evaluations, trace, apart) = loop {
+    let (mut flanks, speed, apart) = loop {
         if !found.is_empty() && !options.repair {
             return Err(lost_counts_error(&found, options.rate_hz));
         }
-        let (mut signals, trace) = resample_directions(
+        let (mut signals, speed) = resample_directions(
             rows,
             scales,
             &runs,
             &found,
             options,
             per_turn,
-            origin.output_origin,
+            marks.output_origin,
         )?;
         signals.sort_by_key(|s| std::cmp::Reverse(s.order_error.values.len()));
         check_turns(options, &signals, per_turn)?;
         let of = |forward| signals.iter().find(|s| s.forward == forward);
         let apart = (of(true).zip(of(false)))
             .and_then(|(up, down)| backlash::mean_backlash(&up.order_error, &down.order_error));
-        let evaluations = signals
+        let flanks = signals
             .into_iter()
             .filter(|s| s.order_error.values.len() as f64 >= least)
-            .map(|s| evaluate_flank(s.order_error, s.input.as_ref(), s.forward, &flank_options))
+            .map(|s| evaluate_flank(s.order_error, s.input.as_ref(), s.forward, &search))
             .collect::<Result<Vec<FlankEvaluation>, Error>>()?;
         let mut more = Vec::new();
-        for flank_evaluation in &evaluations {
-            let places = flank_evaluation.steps.iter();
+        for flank in &flanks {
+            let places = flank.steps.iter();
             let places: Vec<(f64, f64)> = places
                 .map(|s| {
                     (
-                        (flank_evaluation.signal.angle(s.cell) + origin.output_origin * TAU) / r,
+                        (flank.signal.angle(s.cell) + marks.output_origin * TAU) / r,
                         s.size,
                     )
                 })
                 .collect();
             let of_way: Vec<DirectionRun> = runs
                 .iter()
-                .filter(|run| run.forward == flank_evaluation.forward)
+                .filter(|run| run.forward == flank.forward)
                 .cloned()
                 .collect();
-            more.extend(locate_rows(&places, rows, scales, &of_way, step_search)?);
+            more.extend(locate_rows(&places, rows, scales, &of_way, request)?);
         }
-        let more = check.confirm_steps(more);
+        let more = decision.confirm_steps(more);
         if more.is_empty() {
             warn_too_short(
                 &looked.runs,
-                &evaluations,
+                &flanks,
                 turns_needed(options),
                 r,
                 &mut diagnostics,
             );
-            break (evaluations, trace, apart);
+            break (flanks, speed, apart);
         }
         found.extend(more);
-        found.sort_by_key(|step| step.row);
+        found.sort_by_key(|jump| jump.row);
         round += 1;
         if round > MAX_REPAIRS {
             return Err(lost_counts_error(&found, options.rate_hz).with_hint(
@@ -219,35 +219,30 @@ pub fn evaluate(
             ));
         }
     };
-    let backlash = apart.map(|(mean, first, count)| AngularBacklash {
+    let play = apart.map(|(mean, first, count)| AngularBacklash {
         mean,
-        variation: backlash::backlash_variation(&evaluations, first, count),
+        variation: backlash::backlash_variation(&flanks, first, count),
     });
-    evaluations
+    flanks
         .iter_mut()
-        .for_each(|f| origin.set_mark_phases(f, &options.train));
-    diagnostics.extend(check.warnings());
-    diagnostics.extend(
-        evaluation
-            .iter()
-            .flatten()
-            .filter_map(IndexEvaluation::warnings),
-    );
+        .for_each(|f| marks.set_mark_phases(f, &options.teeth));
+    diagnostics.extend(decision.warnings());
+    diagnostics.extend(index.iter().flatten().filter_map(IndexEvaluation::warnings));
     Ok(TeEvaluation {
-        evaluation,
+        index,
         tooth_ratio: declared,
         ratio,
-        evaluations,
+        flanks,
         runs,
         still: looked.still,
-        backlash,
+        backlash: play,
         removed_steps: found,
         multiples,
         band,
         order_error: error,
         quantisation: (steps.0.powi(2) + steps.1.powi(2)).sqrt() / 12f64.sqrt(),
         rows_per_tooth,
-        trace,
+        speed,
         diagnostics,
     })
 }
@@ -255,7 +250,7 @@ pub fn evaluate(
 /// Says which direction turns too little to be evaluated.
 fn warn_too_short(
     runs: &[DirectionRun],
-    evaluations: &[FlankEvaluation],
+    flanks: &[FlankEvaluation],
     needed: f64,
     ratio: f64,
     to: &mut Vec<Diagnostic>,
@@ -263,7 +258,7 @@ fn warn_too_short(
     for (forward, way) in [(true, "forward"), (false, "backward")] {
         let reach = runs.iter().filter(|run| run.forward == forward);
         let turns = reach.map(DirectionRun::travel).fold(0.0, f64::max) * ratio / TAU;
-        if turns > 0.0 && !evaluations.iter().any(|f| f.forward == forward) {
+        if turns > 0.0 && !flanks.iter().any(|f| f.forward == forward) {
             to.push(Diagnostic {
                 code: "direction-too-short",
                 message: format!(
@@ -279,7 +274,7 @@ fn warn_too_short(
 fn resolution(options: &EvaluationOptions, pace: f64) -> Result<(usize, usize), Error> {
     let most = 1.0 / (MIN_PER_CELL * pace); // cells a turn
     let cells = |order: f64| (CELLS_PER_ORDER as f64 * SIDEBAND_MARGIN * order).ceil();
-    let meshes = options.train.meshes();
+    let meshes = options.teeth.meshes();
     let values = || meshes.iter().map(|m| m.order.to_f64());
     let lowest = values().fold(f64::INFINITY, f64::min);
     // Meshes that the rows do not hold are left out, unless none is left.
@@ -330,7 +325,7 @@ fn resolution(options: &EvaluationOptions, pace: f64) -> Result<(usize, usize), 
         .max(cells(named))
         .min(most);
     // Whole cells in a pitch of the output, as far as the rows allow.
-    let pitch = options.train.output_teeth() as f64;
+    let pitch = options.teeth.output_teeth() as f64;
     let per_pitch = (wanted / pitch).ceil();
     let per_pitch = if per_pitch * pitch > most {
         (most / pitch).floor()
@@ -342,7 +337,7 @@ fn resolution(options: &EvaluationOptions, pace: f64) -> Result<(usize, usize), 
 
 /// Says which meshes lie above the band.
 fn warn_above_band(options: &EvaluationOptions, band: f64, diagnostics: &mut Vec<Diagnostic>) {
-    let above: Vec<OrderSource> = options.train.meshes();
+    let above: Vec<OrderSource> = options.teeth.meshes();
     let above: Vec<String> = above
         .into_iter()
         .filter(|m| m.order.to_f64() > band)
@@ -399,7 +394,7 @@ fn resample_directions(
     per_turn: usize,
     zero: f64,
 ) -> Result<(Vec<DirectionSignal>, Option<SpeedTrace>), Error> {
-    let r = options.train.ratio().to_f64();
+    let r = options.teeth.ratio().to_f64();
     let turns = |x: f64| x * r / TAU - zero;
     let room = |forward: bool| {
         let ends = runs.iter().filter(|run| run.forward == forward);
@@ -415,9 +410,9 @@ fn resample_directions(
     let wanted = options.input && options.rate_hz.is_some();
     let ahead = |forward| open(forward).filter(|_| wanted);
     let (mut up_ahead, mut down_ahead) = (ahead(true), ahead(false));
-    let mut timer = options
+    let mut paces = options
         .rate_hz
-        .map(|rate| PitchTimer::new(rate, options.train.output_teeth()));
+        .map(|rate| PitchTimer::new(rate, options.teeth.output_teeth()));
     let mut values = Vec::new();
     for_each_block(rows, scales, |first, input, output| {
         let end = first + input.len();
@@ -433,12 +428,12 @@ fn resample_directions(
             values.clear();
             values.extend(a.iter().zip(b).map(|(a, b)| b - r * a));
             remove_steps(&mut values, low, lost);
-            let (resampler, ahead) = match run.forward {
+            let (cells, ahead) = match run.forward {
                 true => (&mut up, &mut up_ahead),
                 false => (&mut down, &mut down_ahead),
             };
-            if let Some(resampler) = resampler {
-                resampler.push(a.iter().map(|x| turns(*x)), &values);
+            if let Some(cells) = cells {
+                cells.push(a.iter().map(|x| turns(*x)), &values);
             }
             if let Some(ahead) = ahead {
                 // From the run's start on, at its mean pace.
@@ -448,14 +443,14 @@ fn resample_directions(
                 values.extend((low..).zip(a).map(|(row, x)| r * (x - even(row))));
                 ahead.push(a.iter().map(|x| turns(*x)), &values);
             }
-            if let Some(timer) = &mut timer {
-                timer.push(low, a.iter().map(|x| turns(*x)));
+            if let Some(paces) = &mut paces {
+                paces.push(low, a.iter().map(|x| turns(*x)));
             }
         }
     })?;
     let mut signals = Vec::new();
-    for (forward, resampler, ahead) in [(true, up, up_ahead), (false, down, down_ahead)] {
-        match resampler.map(AngularResampler::finish) {
+    for (forward, cells, ahead) in [(true, up, up_ahead), (false, down, down_ahead)] {
+        match cells.map(AngularResampler::finish) {
             Some(Ok(error)) => signals.push(DirectionSignal {
                 forward,
                 order_error: error,
@@ -466,20 +461,20 @@ fn resample_directions(
             _ => {}
         }
     }
-    Ok((signals, timer.and_then(PitchTimer::finish)))
+    Ok((signals, paces.and_then(PitchTimer::finish)))
 }
 
 /// Takes the steps out that lie before these rows or among them.
 fn remove_steps(values: &mut [f64], first: usize, lost: &[CountStep]) {
-    for step in lost {
-        let from = step.row.saturating_sub(first).min(values.len());
-        values[from..].iter_mut().for_each(|e| *e -= step.step);
+    for jump in lost {
+        let from = jump.row.saturating_sub(first).min(values.len());
+        values[from..].iter_mut().for_each(|e| *e -= jump.step);
     }
 }
 
 /// Turns of the output in which every shaft turns once.
 fn turns_needed(options: &EvaluationOptions) -> f64 {
-    let shafts = options.train.shafts();
+    let shafts = options.teeth.shafts();
     shafts
         .iter()
         .map(|s| 1.0 / s.order.to_f64())

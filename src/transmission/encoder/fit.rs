@@ -36,12 +36,12 @@ const PHASOR_RESTART: usize = 256;
 pub fn fit_orders(signal: &AngularSignal, orders: &[CandidateOrder]) -> Result<HarmonicFit, Error> {
     let (count, per_turn) = (signal.values.len(), signal.samples_per_rev as f64);
     let middle = signal.first as f64 + 0.5 * (count as f64 - 1.0);
-    let mut record = FoldedRecord::new(signal);
+    let mut folds = FoldedRecord::new(signal);
     // Sums against waves whose zero is the middle of the record; order zero is the mean's.
     let sums: Vec<Complex> = std::iter::once(Complex::new(signal.values.iter().sum(), 0.0))
         .chain(orders.iter().map(|o| {
             let turns = (o.value * middle / per_turn).rem_euclid(1.0);
-            record.sum(o) * Complex::from_polar(1.0, TAU * turns)
+            folds.sum(o) * Complex::from_polar(1.0, TAU * turns)
         }))
         .collect();
     let value = |k: usize| if k == 0 { 0.0 } else { orders[k - 1].value };
@@ -73,7 +73,7 @@ pub fn fit_orders(signal: &AngularSignal, orders: &[CandidateOrder]) -> Result<H
         .map(|k| 0.5 * (c.1[k + 1] + s.1[k]))
         .collect();
     let mut residual: Vec<f64> = signal.values.iter().map(|e| e - c.0[0]).collect();
-    record.subtract_waves(orders, &waves, &mut residual);
+    folds.subtract_waves(orders, &waves, &mut residual);
     Ok(HarmonicFit {
         mean: c.0[0],
         waves,

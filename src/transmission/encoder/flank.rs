@@ -64,13 +64,13 @@ pub struct FlankEvaluation {
     /// Turns of the output.
     pub turns: f64,
     /// Lines of known orders, ascending.
-    pub estimates: Vec<OrderEstimate>,
+    pub lines: Vec<OrderEstimate>,
     /// Lines of no known order, the strongest first.
-    pub line: Vec<UnidentifiedLine>,
+    pub unexplained: Vec<UnidentifiedLine>,
     /// What is left next to all lines, rms, rad.
     pub noise: f64,
     /// Ranges.
-    pub deviations: CompositeDeviations,
+    pub composite: CompositeDeviations,
     /// Ranges of what the fitted orders make, without steps of encoders and noise.
     pub fitted: FittedDeviations,
     /// Steps of lost or extra counts that the orders leave.
@@ -82,7 +82,7 @@ pub struct FlankEvaluation {
 /// What is looked for.
 pub struct FlankOptions<'a> {
     /// The train.
-    pub train: &'a GearTrain,
+    pub teeth: &'a GearTrain,
     /// Multiples of the meshes.
     pub multiples: usize,
     /// The highest order.
@@ -113,22 +113,22 @@ pub fn evaluate_flank(
     mut signal: AngularSignal,
     input: Option<&AngularSignal>,
     forward: bool,
-    options: &FlankOptions,
+    search: &FlankOptions,
 ) -> Result<FlankEvaluation, Error> {
     signal.check_revolutions(1)?;
     let turns = signal.values.len() as f64 / signal.samples_per_rev as f64;
-    let range = OrderRange {
-        band: options.band,
+    let reach = OrderRange {
+        band: search.band,
         turns,
     };
     let mut list = OrderList::default();
-    for (order, name) in &options.known_orders.declared {
+    for (order, name) in &search.known_orders.declared {
         list.insert(order.clone(), name.clone());
     }
-    list.add_gear_train(options.train, options.multiples);
-    let mut orders = list.resolve(range, &mut Vec::new());
+    list.add_gear_train(search.teeth, search.multiples);
+    let mut orders = list.resolve(reach, &mut Vec::new());
     let mut more = OrderList::default();
-    for (order, name) in &options.known_orders.possible {
+    for (order, name) in &search.known_orders.possible {
         // It names what nothing between the encoders makes, and takes nothing from what is fitted.
         let is_near =
             |o: &CandidateOrder| (o.value - order.to_f64()).abs() < MIN_SEPARATION / turns;
@@ -136,14 +136,14 @@ pub fn evaluate_flank(
             more.insert(order.clone(), name.clone());
         }
     }
-    more.add_extended(options.train, options.multiples);
-    let mut candidates = more.resolve(range, &mut orders);
-    if options.all_multiples {
+    more.add_extended(search.teeth, search.multiples);
+    let mut candidates = more.resolve(reach, &mut orders);
+    if search.all_multiples {
         orders.append(&mut candidates);
     }
     let mut found = fit_orders(&signal, &orders)?;
     let residual = |values: &[f64], orders: &[CandidateOrder]| {
-        ResidualSpectrum::new(values, signal.samples_per_rev, orders, options.band)
+        ResidualSpectrum::new(values, signal.samples_per_rev, orders, search.band)
     };
     let mut left = residual(&found.residual, &orders);
     // What stands out among the further orders is fitted as well; strong ones hide weaker ones, so twice.
@@ -166,19 +166,18 @@ pub fn evaluate_flank(
         &signal,
         &orders,
         &found.residual,
-        signal.samples_per_rev / options.train.output_teeth().max(1),
-        options.count_step,
+        signal.samples_per_rev / search.teeth.output_teeth().max(1),
+        search.count_step,
     )?;
-    let mut line = unidentified_lines(&mut left, RESAMPLING_ERROR * largest);
-    line.iter_mut()
-        .for_each(|u| u.nearest = nearest(options.train, u.order, u.order_uncertainty));
-    let averages = shaft_averages(&signal, &found, &orders, options.train, options.input_mark)?;
-    let (deviations, mut fitted_deviations) =
-        composite_deviations(&signal, &found, &orders, options.train, options.error)?;
-    let of_input = input
-        .map(|i| input_waves(i, &orders, options))
-        .transpose()?;
-    let mut estimates: Vec<OrderEstimate> = Vec::with_capacity(orders.len());
+    let mut unexplained = unidentified_lines(&mut left, RESAMPLING_ERROR * largest);
+    unexplained
+        .iter_mut()
+        .for_each(|u| u.nearest = nearest(search.teeth, u.order, u.order_uncertainty));
+    let mean_turns = shaft_averages(&signal, &found, &orders, search.teeth, search.input_mark)?;
+    let (composite, mut of_orders) =
+        composite_deviations(&signal, &found, &orders, search.teeth, search.error)?;
+    let of_input = input.map(|i| input_waves(i, &orders, search)).transpose()?;
+    let mut lines: Vec<OrderEstimate> = Vec::with_capacity(orders.len());
     let count = orders.len().max(1) as f64;
     let mut variance = 0.0;
     for (k, ((order, wave), spread)) in (orders.into_iter().zip(&found.waves))
@@ -193,12 +192,12 @@ pub fn evaluate_flank(
         let amplitude = wave.norm();
         variance += deviation.powi(2);
         let alone = order.unresolved.is_empty();
-        let bound = options.error * amplitude;
+        let bound = search.error * amplitude;
         let interval = || {
             let (low, high) = amplitude_interval(amplitude, deviation, level.dof);
             ((low - bound).max(0.0), high + bound)
         };
-        estimates.push(OrderEstimate {
+        lines.push(OrderEstimate {
             amplitude,
             phase: wave.im.atan2(wave.re),
             mark_phase: None,
@@ -210,22 +209,22 @@ pub fn evaluate_flank(
             order,
         });
     }
-    estimates.sort_by(|a, b| a.order.value.total_cmp(&b.order.value));
+    lines.sort_by(|a, b| a.order.value.total_cmp(&b.order.value));
     let square: f64 = found.residual.iter().map(|r| r * r).sum();
     signal.values.iter_mut().for_each(|e| *e -= found.mean);
     // Each quadrature has the deviation of its wave: either angle has its variance, and a range is a difference of two.
-    fitted_deviations.deviation = (2.0 * variance).sqrt();
+    of_orders.deviation = (2.0 * variance).sqrt();
     Ok(FlankEvaluation {
-        fitted: fitted_deviations,
+        fitted: of_orders,
         steps,
         forward,
         mean: found.mean,
         turns,
-        estimates,
-        line,
+        lines,
+        unexplained,
         noise: (square / found.residual.len() as f64).sqrt(),
-        deviations,
-        shaft_averages: averages,
+        composite,
+        shaft_averages: mean_turns,
         signal,
     })
 }
@@ -257,17 +256,12 @@ fn unidentified_lines(left: &mut ResidualSpectrum, floor: f64) -> Vec<Unidentifi
 fn input_waves(
     input: &AngularSignal,
     orders: &[CandidateOrder],
-    options: &FlankOptions,
+    search: &FlankOptions,
 ) -> Result<Vec<(Complex, f64)>, Error> {
     let mut signal = input.clone();
     remove_drift(&mut signal, orders)?;
     let found = fit_orders(&signal, orders)?;
-    let left = ResidualSpectrum::new(
-        &found.residual,
-        signal.samples_per_rev,
-        orders,
-        options.band,
-    );
+    let left = ResidualSpectrum::new(&found.residual, signal.samples_per_rev, orders, search.band);
     let one = |((order, wave), spread): ((&CandidateOrder, &Complex), &f64)| {
         let variance = left.noise_level(order.value).map_or(0.0, |l| l.variance);
         (*wave, (variance * spread).sqrt())
@@ -305,15 +299,15 @@ fn remove_drift(signal: &mut AngularSignal, orders: &[CandidateOrder]) -> Result
 }
 
 /// The lowest multiple of a shaft or of a mesh within `order_uncertainty` of an order.
-fn nearest(train: &GearTrain, order: f64, known_to: f64) -> Option<String> {
-    let (shafts, meshes) = (train.shafts(), train.meshes());
-    let one = |source: &super::gear_train::OrderSource| {
-        let unit = source.order.to_f64();
+fn nearest(teeth: &GearTrain, order: f64, known_to: f64) -> Option<String> {
+    let (shafts, meshes) = (teeth.shafts(), teeth.meshes());
+    let one = |member: &super::gear_train::OrderSource| {
+        let unit = member.order.to_f64();
         let n = (order / unit).round();
         let near = n >= 1.0 && (n * unit - order).abs() <= known_to;
         // A fine order is near some multiple of any slow shaft: that says nothing.
         let tells = unit > 4.0 * known_to;
-        (near && tells).then(|| (n, source.name.clone()))
+        (near && tells).then(|| (n, member.name.clone()))
     };
     let found = shafts.iter().chain(&meshes).filter_map(one);
     let least = found.min_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -127,14 +127,14 @@ mod tests {
     /// A synthetic generator chain: 24:60, 30:75, worm with 2 threads and 90 teeth (orders by hand).
     #[test]
     fn exact_orders_of_a_chain() {
-        let train = GearTrain::parse("24:60, 30:75,2:90").unwrap();
+        let teeth = GearTrain::parse("24:60, 30:75,2:90").unwrap();
         let orders = |list: Vec<OrderSource>| -> Vec<String> {
             list.iter().map(|m| m.order.to_string()).collect()
         };
-        assert_eq!(orders(train.shafts()), ["1125/4", "225/2", "45", "1"]);
-        assert_eq!(orders(train.meshes()), ["6750", "3375", "90"]);
-        assert_eq!(train.hunting_turns().to_string(), "4");
-        assert_eq!(train.ratio().to_string(), "4/1125");
+        assert_eq!(orders(teeth.shafts()), ["1125/4", "225/2", "45", "1"]);
+        assert_eq!(orders(teeth.meshes()), ["6750", "3375", "90"]);
+        assert_eq!(teeth.hunting_turns().to_string(), "4");
+        assert_eq!(teeth.ratio().to_string(), "4/1125");
         let pair = GearTrain::parse("21:64").unwrap();
         assert_eq!(pair.hunting_turns().to_string(), "21");
     }

@@ -72,7 +72,7 @@ pub struct IndexEvaluation {
     pub scatter: f64,
     /// Lost or extra counts, in their order.
     pub shifts: Vec<CountShift>,
-    accuracy: CountAccuracy,
+    counted: CountAccuracy,
     pulses: Vec<PulsePassage>,
 }
 
@@ -206,8 +206,8 @@ fn evaluate_index(
     }
     let counts: Vec<f64> = level.iter().map(|x| x * a_turn).collect();
     check_systematic_loss(shaft, &found, &counts, a_turn, deviation)?;
-    let accuracy = CountAccuracy { a_turn, deviation };
-    let shifts = shifts(&found, &counts, accuracy);
+    let counted = CountAccuracy { a_turn, deviation };
+    let shifts = shifts(&found, &counts, counted);
     let mean = level.iter().sum::<f64>() / level.len() as f64;
     let square: f64 = level.iter().map(|x| (x - mean).powi(2)).sum();
     let near: Vec<f64> = apart
@@ -225,7 +225,7 @@ fn evaluate_index(
         mark_angle: circular_mean(found.iter().map(|p| p.own / TAU)),
         scatter: (square / level.len() as f64).sqrt(),
         shifts,
-        accuracy,
+        counted,
         pulses: found,
     })
 }
@@ -321,13 +321,13 @@ fn check_systematic_loss(
 }
 
 /// Steps of the level of the passages: the strongest split, and again on either side of it.
-fn shifts(found: &[PulsePassage], counts: &[f64], accuracy: CountAccuracy) -> Vec<CountShift> {
-    if accuracy.a_turn == 0.0 {
+fn shifts(found: &[PulsePassage], counts: &[f64], counted: CountAccuracy) -> Vec<CountShift> {
+    if counted.a_turn == 0.0 {
         return Vec::new();
     }
     let mean = |a: usize, b: usize| counts[a..b].iter().sum::<f64>() / (b - a) as f64;
     let spread = |a: usize, k: usize, b: usize| {
-        accuracy.deviation * (1.0 / (k - a) as f64 + 1.0 / (b - k) as f64).sqrt()
+        counted.deviation * (1.0 / (k - a) as f64 + 1.0 / (b - k) as f64).sqrt()
     };
     let mut splits = Vec::new();
     let mut open = vec![(0, counts.len())];
@@ -358,7 +358,7 @@ fn shifts(found: &[PulsePassage], counts: &[f64], accuracy: CountAccuracy) -> Ve
 impl IndexEvaluation {
     /// How well the count of a place is known, counts; nothing where no mark passed before or after it.
     pub fn count_uncertainty(&self, row: usize) -> Option<f64> {
-        if self.accuracy.a_turn == 0.0 {
+        if self.counted.a_turn == 0.0 {
             return None;
         }
         let inside = |p: &&PulsePassage| {
@@ -374,12 +374,12 @@ impl IndexEvaluation {
         let before = near.iter().filter(|p| p.row < row as f64).count();
         let after = near.len() - before;
         (before > 0 && after > 0)
-            .then(|| self.accuracy.deviation * (1.0 / before as f64 + 1.0 / after as f64).sqrt())
+            .then(|| self.counted.deviation * (1.0 / before as f64 + 1.0 / after as f64).sqrt())
     }
 
     /// What one count of its encoder is, rad of its own shaft.
     pub fn count_angle(&self) -> f64 {
-        TAU / self.accuracy.a_turn
+        TAU / self.counted.a_turn
     }
 
     /// Its readings count the other way round from here on.

@@ -84,8 +84,8 @@ impl OrderList {
     }
 
     /// The shafts with two multiples, the meshes with as many as are asked for, and one sideband on either side.
-    pub fn add_gear_train(&mut self, train: &GearTrain, multiples: usize) {
-        let (shafts, meshes) = (train.shafts(), train.meshes());
+    pub fn add_gear_train(&mut self, teeth: &GearTrain, multiples: usize) {
+        let (shafts, meshes) = (teeth.shafts(), teeth.meshes());
         for one in shafts.iter().rev().chain(&meshes) {
             self.insert(one.order.clone(), one.name.clone());
         }
@@ -99,12 +99,12 @@ impl OrderList {
     }
 
     /// Also the multiples of each shaft up to half its teeth, and further sidebands.
-    pub fn add_extended(&mut self, train: &GearTrain, multiples: usize) {
+    pub fn add_extended(&mut self, teeth: &GearTrain, multiples: usize) {
         const MAX_SIDEBANDS: usize = 4;
         /// Beyond so many multiples of a shaft an unexplained line is not named after it.
         const MAX_COUNT: u32 = 200;
-        let (shafts, meshes) = (train.shafts(), train.meshes());
-        let pairs = train.pairs();
+        let (shafts, meshes) = (teeth.shafts(), teeth.meshes());
+        let pairs = teeth.pairs();
         for (k, shaft) in shafts.iter().enumerate().rev() {
             let driven = k.checked_sub(1).map_or(0, |j| pairs[j].1);
             let driving = pairs.get(k).map_or(0, |p| p.0);
@@ -117,9 +117,9 @@ impl OrderList {
         }
     }
 
-    fn multiple(&mut self, source: &OrderSource, n: usize) {
-        let order = &source.order * &Fraction::new(n as i64, 1);
-        self.insert(order, times(n, &source.name));
+    fn multiple(&mut self, member: &OrderSource, n: usize) {
+        let order = &member.order * &Fraction::new(n as i64, 1);
+        self.insert(order, times(n, &member.name));
     }
 
     /// The n-th multiple of each mesh with its own two shafts on either side.
@@ -141,12 +141,12 @@ impl OrderList {
 
     /// What a record can show of it, next to what is fitted `already`; an order nearer than it resolves to one before it is
     /// noted there.
-    pub fn resolve(self, range: OrderRange, already: &mut [CandidateOrder]) -> Vec<CandidateOrder> {
+    pub fn resolve(self, reach: OrderRange, already: &mut [CandidateOrder]) -> Vec<CandidateOrder> {
         let mut fresh: Vec<CandidateOrder> = Vec::new();
-        let least = MIN_SEPARATION / range.turns;
+        let least = MIN_SEPARATION / reach.turns;
         for order in self.orders {
             // Below this the record is a constant.
-            if order.value > range.band || order.value < least {
+            if order.value > reach.band || order.value < least {
                 continue;
             }
             let near = |o: &&mut CandidateOrder| (o.value - order.value).abs() < least;
@@ -186,26 +186,26 @@ fn times(n: usize, name: &str) -> String {
 mod tests {
     use super::*;
 
-    fn resolve(train: &str, turns: f64) -> Vec<CandidateOrder> {
-        let train = GearTrain::parse(train).unwrap();
-        let range = OrderRange { band: 400.0, turns };
+    fn resolve(teeth: &str, turns: f64) -> Vec<CandidateOrder> {
+        let teeth = GearTrain::parse(teeth).unwrap();
+        let reach = OrderRange { band: 400.0, turns };
         let mut list = OrderList::default();
-        list.add_gear_train(&train, 3);
-        list.resolve(range, &mut Vec::new())
+        list.add_gear_train(&teeth, 3);
+        list.resolve(reach, &mut Vec::new())
     }
 
     /// 21:63: one turn of the pinion is a third of the wheel's: the third multiple of the wheel has its order, exactly.
     #[test]
     fn exact_coincidence() {
-        let train = GearTrain::parse("21:63").unwrap();
-        let range = OrderRange {
+        let teeth = GearTrain::parse("21:63").unwrap();
+        let reach = OrderRange {
             band: 400.0,
             turns: 5.0,
         };
         let mut fitted = resolve("21:63", 5.0);
         let mut more = OrderList::default();
-        more.add_extended(&train, 3);
-        let more = more.resolve(range, &mut fitted);
+        more.add_extended(&teeth, 3);
+        let more = more.resolve(reach, &mut fitted);
         let three = fitted
             .iter()
             .find(|o| o.fraction.to_string() == "3")
@@ -222,8 +222,8 @@ mod tests {
             let mut fitted = resolve("21:64", turns);
             let mut more = OrderList::default();
             more.add_extended(&GearTrain::parse("21:64").unwrap(), 3);
-            let range = OrderRange { band: 400.0, turns };
-            let fresh = more.resolve(range, &mut fitted);
+            let reach = OrderRange { band: 400.0, turns };
+            let fresh = more.resolve(reach, &mut fitted);
             let input = fitted.into_iter().find(|o| o.names[0] == "input").unwrap();
             (input, fresh)
         };

@@ -218,9 +218,9 @@ mod tests {
                     .collect();
                 let wave = |x: f64| (TAU * order * x + 0.7).cos();
                 let values: Vec<f64> = turns.iter().map(|&x| wave(x)).collect();
-                let mut resampler = AngularResampler::new(per_turn, 0.0, 3.0);
-                resampler.push(turns.iter().copied(), &values);
-                let signal = resampler.finish().unwrap();
+                let mut cells = AngularResampler::new(per_turn, 0.0, 3.0);
+                cells.push(turns.iter().copied(), &values);
+                let signal = cells.finish().unwrap();
                 assert!(signal.values.len() > 2 * per_turn);
                 for (i, v) in signal.values.iter().enumerate() {
                     let off = (v - wave(signal.angle(i) / TAU)).abs();
@@ -239,9 +239,9 @@ mod tests {
         let (per_turn, order) = (240, 203.0);
         let turns: Vec<f64> = (0..9000).map(|i| f64::from(i) / 3000.0).collect();
         let values: Vec<f64> = turns.iter().map(|x| (TAU * order * x).cos()).collect();
-        let mut resampler = AngularResampler::new(per_turn, 0.0, 3.0);
-        resampler.push(turns.iter().copied(), &values);
-        let signal = resampler.finish().unwrap();
+        let mut cells = AngularResampler::new(per_turn, 0.0, 3.0);
+        cells.push(turns.iter().copied(), &values);
+        let signal = cells.finish().unwrap();
         let whole = 2 * per_turn;
         let folded = (per_turn as f64 - order) / per_turn as f64;
         let (mut re, mut im) = (0.0, 0.0);
@@ -255,10 +255,10 @@ mod tests {
 
     #[test]
     fn refuses_nothing() {
-        let resampler = AngularResampler::new(100, 0.0, 1.0);
-        assert_eq!(resampler.finish().unwrap_err().code, Code::TooShort);
-        let mut resampler = AngularResampler::new(100, 0.0, 1.0);
-        resampler.push([0.5, f64::NAN, 7.0].into_iter(), &[1.0; 3]);
-        assert_eq!(resampler.finish().unwrap_err().code, Code::TooShort);
+        let cells = AngularResampler::new(100, 0.0, 1.0);
+        assert_eq!(cells.finish().unwrap_err().code, Code::TooShort);
+        let mut cells = AngularResampler::new(100, 0.0, 1.0);
+        cells.push([0.5, f64::NAN, 7.0].into_iter(), &[1.0; 3]);
+        assert_eq!(cells.finish().unwrap_err().code, Code::TooShort);
     }
 }

@@ -32,11 +32,11 @@ pub fn shaft_averages(
     signal: &AngularSignal,
     fitted: &HarmonicFit,
     orders: &[CandidateOrder],
-    train: &GearTrain,
+    teeth: &GearTrain,
     input: f64,
 ) -> Result<Vec<ShaftAverage>, Error> {
     let mut all = Vec::new();
-    for member in train.shafts().into_iter().rev() {
+    for member in teeth.shafts().into_iter().rev() {
         let (own, waves): (Vec<CandidateOrder>, Vec<Complex>) = (orders.iter().zip(&fitted.waves))
             .filter(|(o, _)| (&o.fraction / &member.order).is_integer())
             .map(|(o, w)| (o.clone(), *w))

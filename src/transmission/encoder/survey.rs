@@ -99,18 +99,18 @@ pub fn survey(rows: &dyn EncoderReadings, scales: EncoderScales) -> Result<Recor
                     .max((angle - recent[slot]).abs() / INCREMENT_ROWS as f64);
             }
             recent[slot] = angle;
-            let tracker = run.get_or_insert(RunTracker::revolutions_at(row, angle));
-            if tracker.forward.is_none() && (angle - tracker.start.1).abs() <= still {
+            let turning = run.get_or_insert(RunTracker::revolutions_at(row, angle));
+            if turning.forward.is_none() && (angle - turning.start.1).abs() <= still {
                 left = (row, angle);
             }
-            if let Some(done) = tracker.see(row, angle, back, still) {
+            if let Some(done) = turning.see(row, angle, back, still) {
                 found.runs.push(done);
             }
         }
     })?;
-    if let Some(tracker) = run {
-        let came = tracker.came;
-        found.runs.extend(tracker.end(count));
+    if let Some(turning) = run {
+        let came = turning.came;
+        found.runs.extend(turning.end(count));
         found.trim(left, came, still);
     }
     if found.runs.is_empty() {
@@ -269,16 +269,16 @@ impl RecordSurvey {
     /// `RatioMismatch`, saying the measured ratio; `Slip`, saying where.
     pub fn check_ratio(
         &self,
-        train: &GearTrain,
+        teeth: &GearTrain,
         found: MeasuredRatio,
         rate_hz: Option<f64>,
     ) -> Result<(), Error> {
-        let declared = train.ratio().to_f64();
+        let declared = teeth.ratio().to_f64();
         let off = found.value.abs() / declared - 1.0;
         if off.abs() <= found.relative_uncertainty {
             return Ok(());
         }
-        let pairs: Vec<String> = train
+        let pairs: Vec<String> = teeth
             .pairs()
             .iter()
             .map(|p| format!("{}:{}", p.0, p.1))
@@ -300,7 +300,7 @@ impl RecordSurvey {
             return Err(Error::new(Code::Slip, message)
                 .with_hint("look at couplings, clamps and belts; take a stretch in which nothing slips: --after, --before"));
         }
-        let largest = train
+        let largest = teeth
             .pairs()
             .iter()
             .map(|p| p.0.max(p.1))

@@ -33,14 +33,14 @@ fn anchor(title: &str) -> String {
 }
 
 /// The rows of one test: its sentence, and a row for each figure where there are several.
-fn case_rows(case: &Case, numbers: &[Figure]) -> String {
+fn case_rows(case: &Case, figures: &[Figure]) -> String {
     let source = match (&case.source, case.name.starts_with("exact_")) {
         (Some(source), _) => source.clone(),
         (None, true) => "closed form".into(),
         (None, false) => String::new(),
     };
     let test = format!("`{}`", case.path());
-    let listed: Vec<&Figure> = numbers
+    let listed: Vec<&Figure> = figures
         .iter()
         .filter(|f| f.kind == "difference" || f.kind == "printed")
         .collect();
@@ -49,7 +49,7 @@ fn case_rows(case: &Case, numbers: &[Figure]) -> String {
         [one] => one.kind == "difference" && !one.what.contains(','),
         _ => false,
     };
-    let orders = numbers.iter().filter(|f| f.kind == "order");
+    let orders = figures.iter().filter(|f| f.kind == "order");
     let orders: Vec<&str> = orders.map(|f| f.computed.as_str()).collect();
     let difference = match listed[..] {
         [one] if alone => one.difference.clone(),
@@ -77,11 +77,11 @@ fn section(title: &str, text: &str) -> String {
     format!("\n## {title}\n\n{}\n", text.trim())
 }
 
-fn subject(manual: &Manual, target: &Subject) -> String {
-    let mut text = section(&target.title, &target.text);
+fn subject(manual: &Manual, subject: &Subject) -> String {
+    let mut text = section(&subject.title, &subject.text);
     let columns = ["case", "printed", "geardyn", "difference", "source", "test"];
     text += &head(columns, [false, true, true, true, false, false]);
-    for file in &target.files {
+    for file in &subject.files {
         let listed =
             |case: &&Case| case.file == *file && case.is_evidence() && !manual.is_omitted(case);
         for case in manual.cases.iter().filter(listed) {
@@ -169,14 +169,18 @@ fn references() -> String {
 /// Tests that the page does not list, with the reason.
 fn omissions(manual: &Manual) -> String {
     let mut text = head(["tests", "count", "reason"], [false, true, false]);
-    for pole in &manual.contents.omitted {
+    for omitted in &manual.contents.omitted {
         let in_it = |case: &&Case| {
             case.is_evidence()
-                && (pole.what.contains(&case.file) || pole.what.contains(&case.path()))
+                && (omitted.what.contains(&case.file) || omitted.what.contains(&case.path()))
         };
         let count = manual.cases.iter().filter(in_it).count();
-        let names: Vec<String> = pole.what.iter().map(|name| format!("`{name}`")).collect();
-        text += &row([&names.join(", "), &count.to_string(), &pole.reason]);
+        let names: Vec<String> = omitted
+            .what
+            .iter()
+            .map(|name| format!("`{name}`"))
+            .collect();
+        text += &row([&names.join(", "), &count.to_string(), &omitted.reason]);
     }
     let unit = evidence_in("src");
     let reason =

@@ -115,15 +115,15 @@ pub fn run(
     }
     let n = model.coordinate_count();
     let mut stats = IntegrationStats::default();
-    let mut emitter = SampleEmitter::new(options, sink);
-    let mut constant_part = ConstantPart::new(weights, model);
+    let mut samples = SampleEmitter::new(options, sink);
+    let mut constant = ConstantPart::new(weights, model);
     let mut scale = ErrorScale::for_model(model, options);
     scale.update(&options.initial_state);
     let mut y = options.initial_state.clone();
-    emitter.emit_until(options.from, &mut y, None, |_, _| ())?;
+    samples.emit_until(options.from, &mut y, None, |_, _| ())?;
     let mut size = PARTS >> 10;
     let mut from = options.from;
-    while emitter.due().is_some() && from < options.to {
+    while samples.due().is_some() && from < options.to {
         let to = next_discontinuity_within(|t| model.next_discontinuity(t), from, options.to);
         let clock = |t: f64| clamp_time(t, from, to);
         let mut slope = vec![0.0; model.len()];
@@ -142,7 +142,7 @@ pub fn run(
         let mut last: Option<(f64, Vec<f64>)> = None;
         // The step that a stands for.
         let mut meant = 0.0;
-        while done < parts && emitter.due().is_some() {
+        while done < parts && samples.due().is_some() {
             let t = from + part * done as f64;
             let (h, taken) = match options.step_size {
                 StepSize::Fixed(_) => (part, 1),
@@ -157,7 +157,7 @@ pub fn run(
                 state.rescale_acceleration(weights, (h - meant) / before, rise);
                 meant = h;
             }
-            let mut stepped = step(&mut constant_part, &state, t, h, clock, &scale, &mut stats);
+            let mut stepped = step(&mut constant, &state, t, h, clock, &scale, &mut stats);
             let mut first = None;
             // Before the first step only the motion tells how a changes.
             if let Ok(trial) = stepped.as_ref()
@@ -170,7 +170,7 @@ pub fn run(
                 let rise: Vec<f64> = (0..n).map(|i| slope[n + i] - state.a[i]).collect();
                 let carried = first.insert(state.clone());
                 carried.rescale_acceleration(weights, 1.0, &rise);
-                stepped = step(&mut constant_part, carried, t, h, clock, &scale, &mut stats);
+                stepped = step(&mut constant, carried, t, h, clock, &scale, &mut stats);
             }
             let begun = first.as_ref().unwrap_or(&state);
             let AlphaStep {
@@ -191,13 +191,8 @@ pub fn run(
                 let sizes = scale.sizes(&before, &reached, h);
                 let mut error = local_errors(weights, [begun, &next], h, last.as_ref());
                 let times = [t, t + h].map(clock);
-                let late = switch_error(
-                    &constant_part,
-                    [begun, &next],
-                    times,
-                    held.as_ref(),
-                    &mut stats,
-                );
+                let late =
+                    switch_error(&constant, [begun, &next], times, held.as_ref(), &mut stats);
                 for (error, late) in error[n..].iter_mut().zip(&late) {
                     *error = error.abs() + h * late.abs();
                 }
@@ -242,7 +237,7 @@ pub fn run(
                 regime: None,
                 state: &mut { at },
             });
-            emitter.emit_until(u, &mut y, None, at)?;
+            samples.emit_until(u, &mut y, None, at)?;
             let rise = next.a.iter().zip(&begun.a).map(|(b, a)| b - a);
             last = Some((h, rise.collect()));
             meant = h;

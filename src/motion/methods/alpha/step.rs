@@ -87,14 +87,14 @@ pub fn local_errors(
 /// What a jumps by at the end of a step because contacts stand otherwise there than in the step, which knows the mixed state alone: the
 /// switch came too late for it. Empty where nothing does.
 pub fn switch_error(
-    part: &ConstantPart,
+    constant: &ConstantPart,
     [from, to]: [&AlphaState; 2],
     [begin, end]: [f64; 2],
     held: Option<&Regime>,
     stats: &mut IntegrationStats,
 ) -> Vec<f64> {
-    let (model, w) = (part.model, part.weights);
-    if part.contacts.is_empty() {
+    let (model, w) = (constant.model, constant.weights);
+    if constant.contacts.is_empty() {
         return Vec::new();
     }
     stats.evaluations += 1;
@@ -103,7 +103,7 @@ pub fn switch_error(
     let stood = held.map_or_else(|| Cow::Owned(mixed()), Cow::Borrowed);
     let y = [&to.q[..], &to.v[..]].concat();
     let mut jump = vec![0.0; model.coordinate_count()];
-    for &b in &part.contacts {
+    for &b in &constant.contacts {
         let force = |regime| model.element_force(b, regime, end, &y, 0.0).0;
         let more = force(None) - force(Some(&*stood));
         let acts = model.elements[b].force_direction();
@@ -115,7 +115,7 @@ pub fn switch_error(
 
 /// One step of length `h` from `t`.
 pub fn step(
-    part: &mut ConstantPart,
+    constant: &mut ConstantPart,
     from: &AlphaState,
     t: f64,
     h: f64,
@@ -123,8 +123,8 @@ pub fn step(
     scale: &ErrorScale,
     stats: &mut IntegrationStats,
 ) -> Result<AlphaStep, Error> {
-    let at = part.system(h, stats)?;
-    let (model, w) = (part.model, part.weights);
+    let at = constant.system(h, stats)?;
+    let (model, w) = (constant.model, constant.weights);
     let n = model.coordinate_count();
     let u = clock(t + (1.0 - w.alpha_f) * h);
     let start = [from.q.clone(), from.v.clone()].concat();
@@ -159,7 +159,7 @@ pub fn step(
             .zip(&pushed)
             .map(|(p, g)| g - p)
             .collect();
-        let slopes: Vec<f64> = part
+        let slopes: Vec<f64> = constant
             .varying
             .iter()
             .map(|&b| {
@@ -167,7 +167,7 @@ pub fn step(
                 (1.0 - w.alpha_f) * (k + c * w.gamma / (w.beta * h))
             })
             .collect();
-        part.correct(&part.matrixes[at], &slopes, &mut change)?;
+        constant.correct(&constant.systems[at], &slopes, &mut change)?;
         let share = if round < 10 { 1.0 } else { 0.5 };
         for i in 0..n {
             let change = share * change[i];
@@ -179,7 +179,7 @@ pub fn step(
         if !size.is_finite() {
             break;
         }
-        if size < 1e-13 || part.varying.is_empty() {
+        if size < 1e-13 || constant.varying.is_empty() {
             return Ok(AlphaStep {
                 end: to,
                 frozen_regime: held,
@@ -188,13 +188,17 @@ pub fn step(
         // A contact whose force jumps may have no solution at its switching surface: it stands as it stood.
         let only_contacts = || {
             let law = |&b: &usize| model.elements[b].law.is_dry();
-            !part.varying.iter().any(law)
+            !constant.varying.iter().any(law)
         };
         if round == MAX_NEWTON / 2 && only_contacts() {
             held = Some(model.regime(u, &start));
         }
     }
-    let hint = match part.varying.iter().any(|&b| model.elements[b].law.is_dry()) {
+    let hint = match constant
+        .varying
+        .iter()
+        .any(|&b| model.elements[b].law.is_dry())
+    {
         true => "ask for a shorter step, or widen the creep speed of dry friction",
         false => "ask for a shorter step",
     };

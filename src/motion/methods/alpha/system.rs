@@ -20,7 +20,7 @@ pub struct ConstantPart<'a> {
     /// Those among them that are contacts.
     pub contacts: Vec<usize>,
     /// By step length.
-    pub matrixes: Vec<StepMatrix>,
+    pub systems: Vec<StepMatrix>,
 }
 
 /// `S = (1 − α_m)/(β h²) M + (1 − α_f) (γ/(β h) C + K)` with the other branches' directions solved for.
@@ -70,7 +70,7 @@ impl<'a> ConstantPart<'a> {
             stiffness += k;
             damping += c;
         }
-        let mass = model.matrix.matrix();
+        let mass = model.mass.matrix();
         for j in 0..n {
             for i in 0..n {
                 damping[(i, j)] += model.mass_damping * mass[(i, j)];
@@ -84,13 +84,13 @@ impl<'a> ConstantPart<'a> {
             damping,
             contacts,
             varying: others,
-            matrixes: Vec::new(),
+            systems: Vec::new(),
         }
     }
 
     /// The number of the system of a step length.
     pub fn system(&mut self, h: f64, stats: &mut IntegrationStats) -> Result<usize, Error> {
-        if let Some(at) = self.matrixes.iter().position(|s| s.h == h) {
+        if let Some(at) = self.systems.iter().position(|s| s.h == h) {
             return Ok(at);
         }
         let (n, w) = (self.model.coordinate_count(), self.weights);
@@ -117,38 +117,33 @@ impl<'a> ConstantPart<'a> {
                 .direction
                 .dot(columns.col_as_slice(j))
         });
-        if self.matrixes.len() == 16 {
-            self.matrixes.remove(0);
+        if self.systems.len() == 16 {
+            self.systems.remove(0);
         }
-        self.matrixes.push(StepMatrix {
+        self.systems.push(StepMatrix {
             h,
             lu,
             columns,
             capacitance: small,
         });
-        Ok(self.matrixes.len() - 1)
+        Ok(self.systems.len() - 1)
     }
 
     /// `(S + U D Wᵀ)⁻¹ r`, D the slopes of the other branches' forces (Woodbury's formula), in place.
-    pub fn correct(
-        &self,
-        step_matrix: &StepMatrix,
-        slopes: &[f64],
-        r: &mut [f64],
-    ) -> Result<(), Error> {
-        step_matrix.lu.solve(r);
+    pub fn correct(&self, system: &StepMatrix, slopes: &[f64], r: &mut [f64]) -> Result<(), Error> {
+        system.lu.solve(r);
         let m = slopes.len();
         if slopes.iter().all(|&d| d == 0.0) {
             return Ok(());
         }
         let direction = |i: usize| &self.model.elements[self.varying[i]].direction;
         let matrix = Matrix::from_fn(m, m, |i, j| {
-            f64::from(u8::from(i == j)) + slopes[i] * step_matrix.capacitance[(i, j)]
+            f64::from(u8::from(i == j)) + slopes[i] * system.capacitance[(i, j)]
         });
         let mut right: Vec<f64> = (0..m).map(|i| slopes[i] * direction(i).dot(r)).collect();
         Lu::new(&matrix)?.solve(&mut right);
         for (j, x) in right.iter().enumerate() {
-            for (r, a) in r.iter_mut().zip(step_matrix.columns.col_as_slice(j)) {
+            for (r, a) in r.iter_mut().zip(system.columns.col_as_slice(j)) {
                 *r -= a * x;
             }
         }

@@ -10,7 +10,7 @@ pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
     let of_branch = |b: &ForceElement| {
         let name = &b.name;
         let straight = |curve: &TorqueSpeedCurve| matches!(curve, TorqueSpeedCurve::Linear { .. });
-        let turns = |function: &PeriodicFunction| function.phase.angle().is_some();
+        let turns = |wave: &PeriodicFunction| wave.phase.angle().is_some();
         match &b.law {
             ForceLaw::Friction(_) | ForceLaw::Clutch { .. } | ForceLaw::LoadFriction(_) => {
                 return Some(format!("{name} has dry friction"));

@@ -33,25 +33,25 @@ impl FundamentalSolutions {
     /// Series that do not come to an end.
     pub fn new(
         model: &TimeVaryingModel,
-        units: &StateUnits,
+        scale: &StateUnits,
         stands: &[ElementState],
     ) -> Result<FundamentalSolutions, Error> {
-        let events = contact_events(model, stands);
-        let n = units.units.len();
+        let limits = contact_events(model, stands);
+        let n = scale.units.len();
         let unit = |j: usize| {
             let mut start = vec![0.0; n];
-            start[j] = units.units[j];
+            start[j] = scale.units[j];
             (start, ForcingSeries::default())
         };
         let starts: Vec<_> = (0..n).map(unit).collect();
-        let solutions = SeriesSolutions::new(model, units, &events, &starts)?;
-        let speed = 1.0 / (model.half * units.rate);
+        let solutions = SeriesSolutions::new(model, scale, &limits, &starts)?;
+        let speed = 1.0 / (model.half * scale.rate);
         let (from_start, to_end) = end_states(&solutions, model.model.coordinate_count(), speed);
         Ok(FundamentalSolutions {
             solutions,
             from_start,
             to_end,
-            contact_events: events,
+            contact_events: limits,
         })
     }
 }
@@ -66,9 +66,9 @@ pub fn period_grid(model: &DynamicModel, from: f64) -> Result<(StateUnits, Perio
             "choose a method that steps through time, such as one asked by a tolerance",
         ));
     }
-    let units = StateUnits::new(model)?;
-    let grid = PeriodGrid::new(model, from, units.fastest)?;
-    Ok((units, grid))
+    let scale = StateUnits::new(model)?;
+    let grid = PeriodGrid::new(model, from, scale.fastest)?;
+    Ok((scale, grid))
 }
 
 /// A machine with its contacts held, over a piece of the period that is counted from an instant, s.
@@ -92,9 +92,9 @@ pub fn freeze_states<'a>(
             Error::new(Code::Usage, message)
         })?;
         let mut factor = Vec::new();
-        if let (Some(function), Some(_)) = (&b.stiffness_wave, state) {
+        if let (Some(wave), Some(_)) = (&b.stiffness_wave, state) {
             factor = vec![0.0; FORCING_TERMS];
-            add_wave(&mut factor, function, middle, half);
+            add_wave(&mut factor, wave, middle, half);
         }
         Ok(held.with_factor(factor))
     };

@@ -59,8 +59,8 @@ impl PeriodGrid {
     pub fn new(model: &DynamicModel, from: f64, fastest: f64) -> Result<PeriodGrid, Error> {
         let (period, rest) = common_period(model, fastest)?;
         let mut ends = vec![0.0, period];
-        for function in waves(model) {
-            ends.extend(jump_times(function, from, period));
+        for wave in waves(model) {
+            ends.extend(jump_times(wave, from, period));
         }
         ends.sort_by(f64::total_cmp);
         ends.dedup_by(|later, earlier| *later - *earlier <= SAME_RATIO * period);
@@ -111,32 +111,32 @@ impl PeriodGrid {
     }
 
     /// Where an instant lies on a piece of a period: −1 at its start, 1 at its end.
-    pub fn position_in_piece(&self, time: PeriodTime, periods: u64, piece: usize) -> f64 {
+    pub fn position_in_piece(&self, instant: PeriodTime, periods: u64, piece: usize) -> f64 {
         let PeriodPiece { middle, half } = self.pieces[piece];
-        let ahead = time.periods as f64 - periods as f64;
-        (ahead * self.period + (time.within - middle)) / half
+        let ahead = instant.periods as f64 - periods as f64;
+        (ahead * self.period + (instant.within - middle)) / half
     }
 }
 
 /// Waves whose phase is imposed and moves: of stiffness and of transmission error.
 fn waves(model: &DynamicModel) -> impl Iterator<Item = &PeriodicFunction> {
-    let both = |element| {
+    let both = |branch| {
         let ForceElement {
             stiffness_wave: variation,
             angle_waves: followed,
             ..
-        }: &ForceElement = element;
+        }: &ForceElement = branch;
         variation.iter().chain(followed)
     };
     model
         .elements
         .iter()
         .flat_map(both)
-        .filter(|function| omega(function) != 0.0)
+        .filter(|wave| omega(wave) != 0.0)
 }
 
-fn omega(function: &PeriodicFunction) -> f64 {
-    match function.phase {
+fn omega(wave: &PeriodicFunction) -> f64 {
+    match wave.phase {
         WavePhase::Imposed { omega, .. } => omega.abs(),
         WavePhase::FollowsAngle { .. } => 0.0,
     }
@@ -149,9 +149,9 @@ pub fn frequencies(model: &DynamicModel) -> impl Iterator<Item = f64> {
 
 /// The highest frequency of any smooth wave or load, rad/s.
 fn highest_frequency(model: &DynamicModel) -> f64 {
-    let highest = |function: &PeriodicFunction| match &function.waveform {
+    let highest = |wave: &PeriodicFunction| match &wave.waveform {
         Waveform::Fourier { terms, .. } => {
-            omega(function) * terms.iter().map(|t| f64::from(t.0)).fold(0.0, f64::max)
+            omega(wave) * terms.iter().map(|t| f64::from(t.0)).fold(0.0, f64::max)
         }
         _ => 0.0,
     };
@@ -198,11 +198,11 @@ pub(crate) fn common_period(model: &DynamicModel, fastest: f64) -> Result<(f64, 
 }
 
 /// Where in a period, s after its start, a wave jumps or bends.
-fn jump_times(function: &PeriodicFunction, from: f64, period: f64) -> Vec<f64> {
-    let WavePhase::Imposed { omega, start } = function.phase else {
+fn jump_times(wave: &PeriodicFunction, from: f64, period: f64) -> Vec<f64> {
+    let WavePhase::Imposed { omega, start } = wave.phase else {
         return Vec::new();
     };
-    let ends: Vec<f64> = match &function.waveform {
+    let ends: Vec<f64> = match &wave.waveform {
         Waveform::Rectangular { duty, .. } => vec![0.0, *duty],
         Waveform::Fourier { .. } => Vec::new(),
         Waveform::Table(values) => (0..values.len())

@@ -57,69 +57,59 @@ fn run(
     sink: &mut SampleSink,
 ) -> Result<IntegrationStats, Error> {
     check_options(options, model.len())?;
-    let mut periodic_run = PeriodicRun::new(model, options.from, &options.initial_state)?;
-    let end = periodic_run.cache.grid.instant(options.to - options.from);
+    let mut walk = PeriodicRun::new(model, options.from, &options.initial_state)?;
+    let end = walk.cache.grid.instant(options.to - options.from);
     let mut y = vec![0.0; model.len()];
     let mut sample = 0;
-    let instant = |periodic_run: &PeriodicRun, sample: usize| {
-        periodic_run
-            .cache
-            .grid
-            .instant(options.time(sample) - options.from)
+    let instant = |walk: &PeriodicRun, sample: usize| {
+        walk.cache.grid.instant(options.time(sample) - options.from)
     };
-    let mut next = instant(&periodic_run, sample);
+    let mut next = instant(&walk, sample);
     loop {
-        let segment = periodic_run.next_segment(end);
-        let last = segment.event.is_none() && segment.to >= periodic_run.position_of(end);
-        if periodic_run.stats.steps.is_multiple_of(16) {
+        let segment = walk.next_segment(end);
+        let last = segment.limit.is_none() && segment.to >= walk.position_of(end);
+        if walk.stats.steps.is_multiple_of(16) {
             if options.cancel.should_stop() {
-                return Ok(finished(periodic_run));
+                return Ok(finished(walk));
             }
-            check_budget(
-                options,
-                &periodic_run.stats,
-                options.from + periodic_run.elapsed(-1.0),
-            )?;
+            check_budget(options, &walk.stats, options.from + walk.elapsed(-1.0))?;
         }
         if options.observer.is_set() {
-            let (from, to) = (
-                periodic_run.elapsed(periodic_run.position()),
-                periodic_run.elapsed(segment.to),
-            );
+            let (from, to) = (walk.elapsed(walk.position()), walk.elapsed(segment.to));
             options.observer.observe(DenseOutput {
                 from: options.from + from,
                 to: options.from + to,
                 time_scale: to - from,
-                regime: Some(&periodic_run.whole_regime()),
+                regime: Some(&walk.whole_regime()),
                 state: &mut |t, y| {
-                    let instant = periodic_run.cache.grid.instant(t - options.from);
-                    let place = periodic_run.position_of(instant);
-                    periodic_run.value(place.clamp(periodic_run.position(), segment.to), y);
+                    let instant = walk.cache.grid.instant(t - options.from);
+                    let place = walk.position_of(instant);
+                    walk.value(place.clamp(walk.position(), segment.to), y);
                 },
             });
         }
         while sample <= options.samples {
-            let place = periodic_run.position_of(next);
+            let place = walk.position_of(next);
             if place > segment.to && !(last && sample == options.samples) {
                 break;
             }
-            periodic_run.value(place, &mut y);
+            walk.value(place, &mut y);
             if let ControlFlow::Break(()) = sink(options.time(sample), &y, None) {
-                return Ok(finished(periodic_run));
+                return Ok(finished(walk));
             }
             sample += 1;
-            next = instant(&periodic_run, sample.min(options.samples));
+            next = instant(&walk, sample.min(options.samples));
         }
         if last {
-            return Ok(finished(periodic_run));
+            return Ok(finished(walk));
         }
-        periodic_run.advance(segment)?;
+        walk.advance(segment)?;
     }
 }
 
-fn finished(periodic_run: PeriodicRun) -> IntegrationStats {
+fn finished(walk: PeriodicRun) -> IntegrationStats {
     IntegrationStats {
-        regimes: periodic_run.cache.regimes as u64,
-        ..periodic_run.stats
+        regimes: walk.cache.regimes as u64,
+        ..walk.stats
     }
 }

@@ -52,7 +52,7 @@ pub struct RunSegment {
     /// Its end.
     pub to: f64,
     /// What ends it.
-    pub event: Option<ContactEvent>,
+    pub limit: Option<ContactEvent>,
     /// The rate of that switching surface's value there, 1/s; zero where the switching surface was already behind at the start,
     /// by a jump in time.
     pub rate: f64,
@@ -71,13 +71,13 @@ impl<'a> PeriodicRun<'a> {
         let mut cache = SolutionCache::new(model, from)?;
         let regime = without_wave_pieces(model.regime(from, start));
         let loading = cache.regime_index(&regime);
-        let solution = cache.forced_solution(loading, &regime, 0)?;
+        let cell = cache.forced_solution(loading, &regime, 0)?;
         let state = start
             .iter()
-            .zip(&cache.units.units)
+            .zip(&cache.scale.units)
             .map(|(y, unit)| y / unit);
         let n = start.len();
-        let mut run = PeriodicRun {
+        let mut walk = PeriodicRun {
             state: state.collect(),
             stats: IntegrationStats::default(),
             regime,
@@ -85,7 +85,7 @@ impl<'a> PeriodicRun<'a> {
             periods: 0,
             piece: 0,
             place: -1.0,
-            cell: solution,
+            cell,
             crossed: Vec::new(),
             knot: (from, cache.grid.instant(0.0)),
             constants: vec![0.0; n],
@@ -95,8 +95,8 @@ impl<'a> PeriodicRun<'a> {
             combined: false,
             cache,
         };
-        run.next_knot();
-        Ok(run)
+        walk.next_knot();
+        Ok(walk)
     }
 
     /// Where it is on the present piece.
@@ -105,10 +105,10 @@ impl<'a> PeriodicRun<'a> {
     }
 
     /// Where an instant lies on the present piece.
-    pub fn position_of(&self, time: PeriodTime) -> f64 {
+    pub fn position_of(&self, instant: PeriodTime) -> f64 {
         self.cache
             .grid
-            .position_in_piece(time, self.periods, self.piece)
+            .position_in_piece(instant, self.periods, self.piece)
     }
 
     /// Seconds since the start at a place of the present piece.
@@ -125,18 +125,16 @@ impl<'a> PeriodicRun<'a> {
             .min(1.0);
         let mut segment = RunSegment {
             to: last.max(self.place),
-            event: None,
+            limit: None,
             rate: 0.0,
         };
         self.solve();
         self.combined = false;
         self.stats.steps += 1;
-        let solutions = Rc::clone(&self.cell.free);
-        let length = solutions.solutions.length.max(self.cell.forced.length);
-        for (event, contact_event) in solutions.contact_events.iter().enumerate() {
-            let fresh = self
-                .crossed
-                .contains(&(contact_event.branch, contact_event.value));
+        let free = Rc::clone(&self.cell.free);
+        let length = free.solutions.length.max(self.cell.forced.length);
+        for (event, limit) in free.contact_events.iter().enumerate() {
+            let fresh = self.crossed.contains(&(limit.branch, limit.value));
             let [middle, reach, size] = self.reach(event);
             // It cannot be reached on this piece, whatever its polynomial.
             if !fresh && middle > reach {
@@ -155,7 +153,7 @@ impl<'a> PeriodicRun<'a> {
                 let smooth = f64::from(root > self.place);
                 segment = RunSegment {
                     to: root,
-                    event: Some(*contact_event),
+                    limit: Some(*limit),
                     rate: smooth * slope / half,
                 };
             }
@@ -175,12 +173,12 @@ impl<'a> PeriodicRun<'a> {
             self.crossed.clear();
         }
         self.place = segment.to;
-        if let Some(event) = segment.event {
-            self.crossed.push((event.branch, event.reversed()));
+        if let Some(limit) = segment.limit {
+            self.crossed.push((limit.branch, limit.reversed()));
             if self.crossed.len() > MAX_SIMULTANEOUS * self.cell.free.contact_events.len() {
                 return Err(self.chattering_error());
             }
-            self.regime.states[event.branch] = ElementState::Contact(event.next, 0);
+            self.regime.states[limit.branch] = ElementState::Contact(limit.next, 0);
             self.loading = self.cache.regime_index(&self.regime);
             self.stats.events += 1;
         } else if self.position_of(self.knot.1) <= self.place {
@@ -208,10 +206,8 @@ impl<'a> PeriodicRun<'a> {
         let middle = self.cache.from + self.cache.grid.pieces[self.piece].middle;
         let mut regime = self.regime.clone();
         for (b, stand) in self.cache.model.elements.iter().zip(&mut regime.states) {
-            if let (Some(function), ElementState::Contact(_, piece)) = (&b.stiffness_wave, stand) {
-                *piece = function
-                    .waveform
-                    .piece(function.phase.phase_at(middle, &[])) as u32;
+            if let (Some(wave), ElementState::Contact(_, piece)) = (&b.stiffness_wave, stand) {
+                *piece = wave.waveform.piece(wave.phase.phase_at(middle, &[])) as u32;
             }
         }
         regime
@@ -221,7 +217,7 @@ impl<'a> PeriodicRun<'a> {
     pub fn value(&mut self, place: f64, y: &mut [f64]) {
         self.state_at(place, y);
         y.iter_mut()
-            .zip(&self.cache.units.units)
+            .zip(&self.cache.scale.units)
             .for_each(|(y, unit)| *y *= unit);
     }
 
@@ -245,32 +241,26 @@ impl<'a> PeriodicRun<'a> {
     fn solve(&mut self) {
         let rising = self.cache.grid.elapsed(self.periods);
         let (n, speed) = (self.state.len(), self.cache.speed(self.piece));
-        let solution = Rc::clone(&self.cell);
+        let cell = Rc::clone(&self.cell);
         let at_start = self.place == -1.0;
         let coordinates = self.cache.model.coordinate_count();
         let mut there = std::mem::take(&mut self.there);
         let forced = match at_start {
-            true => &solution.start,
+            true => &cell.start,
             false => {
-                solution
-                    .forced
+                cell.forced
                     .states_into(self.place, coordinates, speed, &mut there);
                 &there
             }
         };
         self.scratch.clear();
         self.scratch.extend(
-            (0..n)
-                .map(|i| self.state[i] - forced_value(forced, solution.forced.columns, i, rising)),
+            (0..n).map(|i| self.state[i] - forced_value(forced, cell.forced.columns, i, rising)),
         );
         if at_start {
-            small_dense::mul_vec(
-                &solution.free.from_start,
-                &self.scratch,
-                &mut self.constants,
-            );
+            small_dense::mul_vec(&cell.free.from_start, &self.scratch, &mut self.constants);
         } else {
-            let solutions = &solution.free.solutions;
+            let solutions = &cell.free.solutions;
             solutions.states_into(self.place, coordinates, speed, &mut there);
             self.constants.copy_from_slice(&self.scratch);
             small_dense::solve(&mut there, &mut self.constants);
@@ -293,32 +283,28 @@ impl<'a> PeriodicRun<'a> {
         let rising = [1.0, self.cache.grid.elapsed(self.periods)];
         self.scratch.clear();
         self.scratch.resize(length, 0.0);
-        let ForcedSolution {
-            free: solutions,
-            forced,
-            ..
-        } = &*self.cell;
-        let solutions = &solutions.solutions;
-        solutions.add_event(event, &self.constants, &mut self.scratch);
+        let ForcedSolution { free, forced, .. } = &*self.cell;
+        let free = &free.solutions;
+        free.add_event(event, &self.constants, &mut self.scratch);
         forced.add_event(event, &rising, &mut self.scratch);
     }
 
     /// The state at a place, in units.
     fn state_at(&mut self, place: f64, state: &mut [f64]) {
-        let solution = Rc::clone(&self.cell);
+        let cell = Rc::clone(&self.cell);
         if place == 1.0 {
             let rising = self.cache.grid.elapsed(self.periods);
-            small_dense::mul_vec(&solution.free.to_end, &self.constants, state);
+            small_dense::mul_vec(&cell.free.to_end, &self.constants, state);
             for (i, x) in state.iter_mut().enumerate() {
-                *x += forced_value(&solution.end, solution.forced.columns, i, rising);
+                *x += forced_value(&cell.end, cell.forced.columns, i, rising);
             }
             return;
         }
         if !self.combined {
-            self.combine(&solution);
+            self.combine(&cell);
         }
         let n = self.cache.model.coordinate_count();
-        let (rows, speed) = (solution.forced.rows, self.cache.speed(self.piece));
+        let (rows, speed) = (cell.forced.rows, self.cache.speed(self.piece));
         let length = self.polynomials.len() / rows;
         for (row, series) in self.polynomials.chunks_exact(length).enumerate() {
             let (value, slope) = value_and_slope(series, place);
@@ -332,9 +318,9 @@ impl<'a> PeriodicRun<'a> {
     }
 
     /// The polynomials of all rows, `[row][term]`.
-    fn combine(&mut self, solution: &ForcedSolution) {
+    fn combine(&mut self, cell: &ForcedSolution) {
         let rising = [1.0, self.cache.grid.elapsed(self.periods)];
-        let (free, forced) = (&solution.free.solutions, &solution.forced);
+        let (free, forced) = (&cell.free.solutions, &cell.forced);
         let length = free.length.max(forced.length);
         self.polynomials.clear();
         self.polynomials.resize(free.rows * length, 0.0);
@@ -369,14 +355,14 @@ impl<'a> PeriodicRun<'a> {
             .chain(imposed)
             .map(|signal| signal.next_knot(self.knot.0))
             .fold(f64::INFINITY, f64::min);
-        let time = match next.is_finite() {
+        let instant = match next.is_finite() {
             true => self.cache.grid.instant(next - self.cache.from),
             false => PeriodTime {
                 periods: u64::MAX,
                 within: 0.0,
             },
         };
-        self.knot = (next, time);
+        self.knot = (next, instant);
     }
 
     fn chattering_error(&self) -> Error {

@@ -25,7 +25,7 @@ impl StateUnits {
     /// Branches whose law is linear in no stand; numbers that leave the range of double precision.
     pub fn new(model: &DynamicModel) -> Result<StateUnits, Error> {
         let n = model.coordinate_count();
-        let mass = |i: usize| model.matrix.entry(i, i);
+        let mass = |i: usize| model.mass.entry(i, i);
         let values = eigen::eigenvalues(&closed_jacobian(model, greatest_factor)?)?;
         let fastest = match values.iter().map(|z| z.norm()).fold(0.0, f64::max) {
             0.0 => 1.0,
@@ -61,18 +61,16 @@ pub fn closed_jacobian(
     factor: impl Fn(&ForceElement) -> f64,
 ) -> Result<Matrix, Error> {
     let closed = |b: &ForceElement| {
-        let varying_model = TimeVaryingElement::new(b, Some(ContactState::Closed(Flank::Drive)));
+        let held = TimeVaryingElement::new(b, Some(ContactState::Closed(Flank::Drive)));
         let factor = vec![factor(b)];
-        varying_model
-            .map(|varying_model| varying_model.with_factor(factor))
-            .ok_or_else(|| {
-                let message = format!("branch {} is not linear between switches", b.name);
-                Error::new(Code::Usage, message)
-            })
+        held.map(|held| held.with_factor(factor)).ok_or_else(|| {
+            let message = format!("branch {} is not linear between switches", b.name);
+            Error::new(Code::Usage, message)
+        })
     };
     let branches: Result<Vec<TimeVaryingElement>, Error> =
         model.elements.iter().map(closed).collect();
-    let varying_model = TimeVaryingModel {
+    let held = TimeVaryingModel {
         model,
         branches: branches?,
         half: 1.0,
@@ -86,7 +84,7 @@ pub fn closed_jacobian(
     let mut start = vec![0.0; all];
     for j in 0..all {
         start[j] = 1.0;
-        let motion = varying_model.motion_series(&start, &ForcingSeries::default(), 3);
+        let motion = held.motion_series(&start, &ForcingSeries::default(), 3);
         let of = |k: usize, row: usize| motion[k * rows + row];
         for i in 0..n {
             slopes[(i, j)] = of(1, i);

@@ -96,19 +96,19 @@ impl SeriesSolutions {
     /// `NoConvergence` where the series do not end.
     pub fn new(
         model: &TimeVaryingModel,
-        units: &StateUnits,
-        events: &[ContactEvent],
+        scale: &StateUnits,
+        limits: &[ContactEvent],
         starts: &[(Vec<f64>, ForcingSeries)],
     ) -> Result<SeriesSolutions, Error> {
         let motions: Vec<Vec<f64>> = starts
             .iter()
-            .map(|(start, forcing_series)| model.motion_series(start, forcing_series, MAX_TERMS))
+            .map(|(start, sources)| model.motion_series(start, sources, MAX_TERMS))
             .collect();
         let (n, columns) = (model.model.coordinate_count(), starts.len());
-        let rows = units.units.len() - n;
+        let rows = scale.units.len() - n;
         let unit = |row: usize| match row < n {
-            true => units.units[row],
-            false => units.units[row + n],
+            true => scale.units[row],
+            false => scale.units[row + n],
         };
         let at = |k: usize, row: usize, column: usize| motions[column][k * rows + row] / unit(row);
         let size = |k: usize, column: usize| {
@@ -140,10 +140,10 @@ impl SeriesSolutions {
                 .zip(series)
                 .for_each(|(place, a)| place[entry % LANES] = *a);
         }
-        let mut borders = Vec::with_capacity(events.len() * length * columns);
-        for event in events {
-            for ((_, forcing_series), motion) in starts.iter().zip(&motions) {
-                borders.extend(event_series(model, event, motion, forcing_series, length));
+        let mut events = Vec::with_capacity(limits.len() * length * columns);
+        for limit in limits {
+            for ((_, sources), motion) in starts.iter().zip(&motions) {
+                events.extend(event_series(model, limit, motion, sources, length));
             }
         }
         let reach = |series: &[f64]| [series[0], series[1..].iter().map(|a| a.abs()).sum()];
@@ -152,8 +152,8 @@ impl SeriesSolutions {
             rows,
             terms,
             interleaved: beside,
-            ranges: borders.chunks_exact(length).map(reach).collect(),
-            events: borders,
+            ranges: events.chunks_exact(length).map(reach).collect(),
+            events,
             length,
         })
     }
@@ -245,18 +245,18 @@ fn significant_terms(size: impl Fn(usize) -> f64) -> Option<usize> {
 /// The value of a switching surface along a motion.
 fn event_series(
     model: &TimeVaryingModel,
-    event: &ContactEvent,
+    limit: &ContactEvent,
     motion: &[f64],
-    series: &ForcingSeries,
+    sources: &ForcingSeries,
     length: usize,
 ) -> Vec<f64> {
     let n = model.model.coordinate_count();
     let rows = motion.len() / MAX_TERMS;
-    let direction = &model.model.elements[event.branch].direction;
+    let direction = &model.model.elements[limit.branch].direction;
     let delta =
-        |k: usize| direction.dot(&motion[k * rows..k * rows + n]) - series.error(event.branch, k);
+        |k: usize| direction.dot(&motion[k * rows..k * rows + n]) - sources.error(limit.branch, k);
     let part = |a: Affine, k: usize| {
-        let constant = if series.steady && k == 0 {
+        let constant = if sources.steady && k == 0 {
             a.constant
         } else {
             0.0
@@ -267,8 +267,8 @@ fn event_series(
         };
         constant + a.deflection * delta(k) + rate
     };
-    let [plain, with_factor] = event.value;
-    let branch = &model.branches[event.branch];
+    let [plain, with_factor] = limit.value;
+    let branch = &model.branches[limit.branch];
     let turning: Vec<f64> = (0..length).map(|k| part(with_factor, k)).collect();
     (0..length)
         .map(|k| part(plain, k) + branch.times_stiffness(&turning, k))

@@ -30,7 +30,7 @@ pub struct SolutionCache<'a> {
     /// Its period.
     pub grid: PeriodGrid,
     /// Its units.
-    pub units: StateUnits,
+    pub scale: StateUnits,
     /// Ways the contacts stood.
     pub regimes: usize,
     free: HashMap<(Vec<ElementState>, usize), Rc<FundamentalSolutions>>,
@@ -58,8 +58,8 @@ impl<'a> SolutionCache<'a> {
     /// # Errors
     /// Machines the method does not take; tables too large to make sense.
     pub fn new(model: &'a DynamicModel, from: f64) -> Result<SolutionCache<'a>, Error> {
-        let (units, grid) = period_grid(model, from)?;
-        let n = units.units.len();
+        let (scale, grid) = period_grid(model, from)?;
+        let n = scale.units.len();
         let estimate = grid.pieces.len() as f64
             * ((n - model.coordinate_count()) * n * TYPICAL_TERMS * 8) as f64;
         if estimate > MAX_BYTES as f64 {
@@ -69,7 +69,7 @@ impl<'a> SolutionCache<'a> {
             model,
             from,
             grid,
-            units,
+            scale,
             regimes: 0,
             free: HashMap::new(),
             numbers: Vec::new(),
@@ -80,7 +80,7 @@ impl<'a> SolutionCache<'a> {
 
     /// `d/dσ` of a piece to a speed in units.
     pub fn speed(&self, piece: usize) -> f64 {
-        1.0 / (self.grid.pieces[piece].half * self.units.rate)
+        1.0 / (self.grid.pieces[piece].half * self.scale.rate)
     }
 
     /// The number a regime goes by.
@@ -103,28 +103,28 @@ impl<'a> SolutionCache<'a> {
         regime: &Regime,
         piece: usize,
     ) -> Result<Rc<ForcedSolution>, Error> {
-        if let Some(solution) = &self.loaded[loading][piece] {
-            return Ok(Rc::clone(solution));
+        if let Some(cell) = &self.loaded[loading][piece] {
+            return Ok(Rc::clone(cell));
         }
-        let solution = Rc::new(self.build(regime, piece)?);
-        self.loaded[loading][piece] = Some(Rc::clone(&solution));
-        Ok(solution)
+        let cell = Rc::new(self.build(regime, piece)?);
+        self.loaded[loading][piece] = Some(Rc::clone(&cell));
+        Ok(cell)
     }
 
     fn build(&mut self, regime: &Regime, piece: usize) -> Result<ForcedSolution, Error> {
         let model = self.frozen_model(&regime.states, piece)?;
-        let solutions = self.free(&model, &regime.states, piece)?;
-        let n = self.units.units.len();
+        let free = self.free(&model, &regime.states, piece)?;
+        let n = self.scale.units.len();
         let still = vec![0.0; n];
         let mut starts = vec![(still.clone(), self.sources(regime, piece))];
         starts.extend(self.ramp_sources(regime).map(|rising| (still, rising)));
-        let forced = SeriesSolutions::new(&model, &self.units, &solutions.contact_events, &starts)?;
+        let forced = SeriesSolutions::new(&model, &self.scale, &free.contact_events, &starts)?;
         self.reserve_memory(&forced)?;
         let (coordinates, speed) = (self.model.coordinate_count(), self.speed(piece));
         Ok(ForcedSolution {
             start: forced.states(-1.0, coordinates, speed),
             end: forced.states(1.0, coordinates, speed),
-            free: solutions,
+            free,
             forced,
         })
     }
@@ -136,16 +136,16 @@ impl<'a> SolutionCache<'a> {
         piece: usize,
     ) -> Result<Rc<FundamentalSolutions>, Error> {
         let key = (stands.to_vec(), piece);
-        if let Some(solutions) = self.free.get(&key) {
-            return Ok(Rc::clone(solutions));
+        if let Some(free) = self.free.get(&key) {
+            return Ok(Rc::clone(free));
         }
         if !self.free.keys().any(|(known, _)| known == stands) {
             self.regimes += 1;
         }
-        let solutions = Rc::new(FundamentalSolutions::new(model, &self.units, stands)?);
-        self.reserve_memory(&solutions.solutions)?;
-        self.free.insert(key, Rc::clone(&solutions));
-        Ok(solutions)
+        let free = Rc::new(FundamentalSolutions::new(model, &self.scale, stands)?);
+        self.reserve_memory(&free.solutions)?;
+        self.free.insert(key, Rc::clone(&free));
+        Ok(free)
     }
 
     fn reserve_memory(&mut self, solutions: &SeriesSolutions) -> Result<(), Error> {
@@ -190,8 +190,8 @@ impl<'a> SolutionCache<'a> {
         let lines = &regime.pieces[self.model.forces.len()..];
         let errors = self.model.elements.iter().zip(lines).map(|(b, &line)| {
             let mut error = series(b.imposed_displacement.as_ref(), line);
-            for function in &b.angle_waves {
-                add_wave(&mut error, function, at, half);
+            for wave in &b.angle_waves {
+                add_wave(&mut error, wave, at, half);
             }
             error
         });
@@ -216,7 +216,7 @@ impl<'a> SolutionCache<'a> {
         let drives = self.model.forces.iter().zip(&regime.pieces);
         let lines = &regime.pieces[self.model.forces.len()..];
         let errors = self.model.elements.iter().zip(lines);
-        let series = ForcingSeries {
+        let sources = ForcingSeries {
             drives: drives
                 .map(|(d, &line)| slope(Some(&d.signal), line))
                 .collect(),
@@ -225,8 +225,8 @@ impl<'a> SolutionCache<'a> {
                 .collect(),
             steady: false,
         };
-        let all = series.drives.iter().chain(&series.errors);
-        all.flatten().any(|&slope| slope != 0.0).then_some(series)
+        let all = sources.drives.iter().chain(&sources.errors);
+        all.flatten().any(|&slope| slope != 0.0).then_some(sources)
     }
 }
 

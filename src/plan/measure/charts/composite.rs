@@ -67,12 +67,12 @@ impl ChartEvaluation<'_> {
         along_action: Option<bool>,
     ) -> Result<(), Errors> {
         let gear = &self.gear.gear;
-        let angle_scale = AngleScale {
+        let lever = AngleScale {
             radius: Some(0.5 * gear.reference_diameter()),
         };
         let (teeth, cosine) = (gear.teeth as usize, gear.transverse_pressure_angle().cos());
         for side in FlankSide::ALL {
-            let Some(mut column) = self.optional_column(chart, side, &angle_scale)? else {
+            let Some(mut column) = self.optional_column(chart, side, &lever)? else {
                 continue;
             };
             let scale = match (column.is_angle, along_action) {

@@ -30,7 +30,7 @@ pub enum ChartPlot {
         /// Which.
         side: FlankSide,
         /// Them.
-        deviations: PitchDeviations,
+        pitches: PitchDeviations,
     },
     /// Profiles or helices of one side.
     Traces {
@@ -77,7 +77,7 @@ pub enum ChartPlot {
 #[derive(Default)]
 pub struct ChartResults {
     /// Values.
-    pub values: Vec<GradedValue>,
+    pub rows: Vec<GradedValue>,
     /// What the tables have no row for.
     pub notes: Vec<String>,
     /// Plots.
@@ -146,15 +146,9 @@ impl ChartEvaluation<'_> {
         }
     }
 
-    fn add(
-        &mut self,
-        deviation: GearDeviation,
-        side: FlankSide,
-        found: String,
-        estimate: Estimate,
-    ) {
-        let value = self.grader.grade(deviation, side, found, estimate);
-        self.results.values.push(value);
+    fn add(&mut self, quantity: GearDeviation, side: FlankSide, found: String, estimate: Estimate) {
+        let row = self.grader.grade(quantity, side, found, estimate);
+        self.results.rows.push(row);
     }
 
     /// The one column a side has, where it has any.
@@ -162,11 +156,11 @@ impl ChartEvaluation<'_> {
         &mut self,
         chart: &MeasuredChart,
         side: FlankSide,
-        scale: &AngleScale,
+        lever: &AngleScale,
     ) -> Result<Option<ChartColumn>, Errors> {
         let mut columns = self
             .chart_files
-            .columns_of_side(chart, side as usize, scale)?;
+            .columns_of_side(chart, side as usize, lever)?;
         if columns.len() > 1 {
             let message = format!("{} columns where one is meant", columns.len());
             return Err(Error::new(Code::Conflict, message)
@@ -181,17 +175,17 @@ impl ChartEvaluation<'_> {
     fn single_column(
         &mut self,
         chart: &MeasuredChart,
-        scale: &AngleScale,
+        lever: &AngleScale,
     ) -> Result<Vec<f64>, Errors> {
-        Ok(self.column_without_side(chart, scale)?.values)
+        Ok(self.column_without_side(chart, lever)?.values)
     }
 
     fn column_without_side(
         &mut self,
         chart: &MeasuredChart,
-        scale: &AngleScale,
+        lever: &AngleScale,
     ) -> Result<ChartColumn, Errors> {
-        let found = self.optional_column(chart, FlankSide::Both, scale)?;
+        let found = self.optional_column(chart, FlankSide::Both, lever)?;
         let found = found.filter(|column| !column.values.is_empty());
         let of_sides = chart.columns[1..].iter().any(|names| !names.is_empty());
         let message = match of_sides {

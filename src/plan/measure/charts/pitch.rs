@@ -21,7 +21,7 @@ impl ChartEvaluation<'_> {
         k: Option<u32>,
     ) -> Result<(), Errors> {
         let teeth = self.gear.gear.teeth as usize;
-        let scale = AngleScale {
+        let lever = AngleScale {
             radius: Some(0.5 * self.gear.gear.reference_diameter()),
         };
         let k = k.map_or(default_span(teeth), |k| k as usize);
@@ -34,55 +34,52 @@ impl ChartEvaluation<'_> {
         }
         let mut sides = Vec::new();
         for side in FlankSide::ALL {
-            let Some(column) = self.optional_column(chart, side, &scale)? else {
+            let Some(column) = self.optional_column(chart, side, &lever)? else {
                 continue;
             };
             let values = self.sorted_by_tooth(chart, column.values)?;
-            let deviations = PitchDeviations::new(&values, method, teeth, chart.std)
+            let pitches = PitchDeviations::new(&values, method, teeth, chart.std)
                 .map_err(|e| e.with_span(&chart.span))?;
-            let span = |deviation: &LocatedDeviation| match deviation.end - deviation.first {
+            let span = |result: &LocatedDeviation| match result.end - result.first {
                 0 => "all alike".to_string(),
-                1 => format!("pitch {}", deviation.first + 1),
+                1 => format!("pitch {}", result.first + 1),
                 _ => format!(
                     "pitches {} to {}",
-                    deviation.first + 1,
-                    (deviation.end - 1) % teeth + 1
+                    result.first + 1,
+                    (result.end - 1) % teeth + 1
                 ),
             };
-            for (gear_deviation, deviation) in [
-                (GearDeviation::SinglePitch, deviations.single_pitch()),
-                (
-                    GearDeviation::CumulativePitch,
-                    deviations.cumulative_total(),
-                ),
+            for (quantity, result) in [
+                (GearDeviation::SinglePitch, pitches.single_pitch()),
+                (GearDeviation::CumulativePitch, pitches.cumulative_total()),
                 (
                     GearDeviation::OverPitches(k as u32),
-                    deviations.span_deviation(k),
+                    pitches.span_deviation(k),
                 ),
-                (GearDeviation::AdjacentPitch, deviations.adjacent()),
+                (GearDeviation::AdjacentPitch, pitches.adjacent()),
             ] {
-                self.add(gear_deviation, side, span(&deviation), deviation.estimate);
+                self.add(quantity, side, span(&result), result.estimate);
             }
-            if deviations.drift != 0.0 {
+            if pitches.drift != 0.0 {
                 let note = format!(
                     "{} the first flank had drifted by {:.2} µm when it was read again; taken off evenly",
                     side.name(),
-                    1e6 * deviations.drift
+                    1e6 * pitches.drift
                 );
                 self.results.notes.push(note.trim_start().to_string());
             }
             self.results.plots.push(ChartPlot::Pitch {
                 side,
-                deviations: deviations.clone(),
+                pitches: pitches.clone(),
             });
-            sides.push((side, deviations));
+            sides.push((side, pitches));
         }
         let of = |wanted: FlankSide| sides.iter().find(|(side, _)| *side == wanted).map(|s| &s.1);
         if let (Some(left), Some(right)) = (of(FlankSide::Left), of(FlankSide::Right)) {
             let angle = self.gear.gear.transverse_pressure_angle();
-            let deviation =
+            let result =
                 runout::from_pitches(left, right, angle).map_err(|e| e.with_span(&chart.span))?;
-            self.push_runout(deviation, "from both sides' pitch");
+            self.push_runout(result, "from both sides' pitch");
         }
         Ok(())
     }

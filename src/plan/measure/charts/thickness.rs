@@ -31,7 +31,7 @@ impl ChartEvaluation<'_> {
         let column = self.column_without_side(chart, &AngleScale { radius: None })?;
         check_finite(&column, chart)?;
         let gear = &self.gear.gear;
-        let nominal_reading = method.nominal(gear).map_err(|e| e.with_span(&chart.span))?;
+        let nominal = method.nominal(gear).map_err(|e| e.with_span(&chart.span))?;
         let told: Vec<Estimate> = column
             .values
             .iter()
@@ -56,12 +56,12 @@ impl ChartEvaluation<'_> {
                 );
             }
         }
-        let height = nominal_reading.height.map_or(String::new(), |height| {
+        let height = nominal.height.map_or(String::new(), |height| {
             format!(", set {:.4} mm below the tip", 1e3 * height)
         });
         self.results.notes.push(format!(
             "{what}: {:.4} mm without backlash{height}",
-            1e3 * nominal_reading.size
+            1e3 * nominal.size
         ));
         Ok(())
     }

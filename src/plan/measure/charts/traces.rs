@@ -15,14 +15,14 @@ impl ChartEvaluation<'_> {
         chart: &MeasuredChart,
         how: &TraceSettings,
     ) -> Result<(), Errors> {
-        let scale = AngleScale {
+        let lever = AngleScale {
             radius: how
                 .is_profile
                 .then_some(0.5 * self.gear.gear.base_diameter()),
         };
         let along = self
             .chart_files
-            .column(chart, &how.along, how.along_unit.as_deref(), &scale)?
+            .column(chart, &how.along, how.along_unit.as_deref(), &lever)?
             .values;
         for side in FlankSide::ALL {
             let columns = self.chart_files.columns_of_side(
@@ -119,7 +119,7 @@ impl ChartEvaluation<'_> {
             (form, |line| line.form),
             (slope, |line| line.slope),
         ];
-        for (deviation, value) in of {
+        for (quantity, value) in of {
             let size = |t: &&(String, Vec<f64>, MeanLine)| value(&t.2).value.abs();
             let worst = traces.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
             if let Some((name, _, line)) = worst {
@@ -127,7 +127,7 @@ impl ChartEvaluation<'_> {
                     1 => name.clone(),
                     n => format!("{name}, worst of {n}"),
                 };
-                self.add(deviation, side, found, value(line));
+                self.add(quantity, side, found, value(line));
             }
         }
         if traces.len() > 1 {

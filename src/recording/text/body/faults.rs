@@ -23,7 +23,7 @@ pub(super) const HINT_CELLS: &str =
 
 impl RowReader<'_> {
     pub(super) fn too_many(&self, line: &[u8], span: Range<usize>) -> RowError {
-        let cells = cells::CellIter::new(line, self.separators.delimiter).count();
+        let cells = cells::CellIter::new(line, self.marks.delimiter).count();
         let width = self.plan.roles.len();
         RowError {
             code: Code::RaggedRow,
@@ -36,7 +36,7 @@ impl RowReader<'_> {
 
     pub(super) fn not_a_number(&self, sink: usize, cell: &[u8], span: Range<usize>) -> RowError {
         let name = &self.plan.sinks[sink].name;
-        let text = self.encoding.text(cells::trim_cell(cell));
+        let text = self.coding.text(cells::trim_cell(cell));
         let text = crate::base::quantity::truncate(&text);
         RowError {
             code: Code::NotANumber,
@@ -49,15 +49,15 @@ impl RowReader<'_> {
 
     pub(super) fn invalid_stamp(
         &self,
-        error: StampError,
+        trouble: StampError,
         sink: usize,
         cell: &[u8],
         span: Range<usize>,
     ) -> RowError {
         let name = &self.plan.sinks[sink].name;
-        let text = self.encoding.text(cells::trim_cell(cell));
+        let text = self.coding.text(cells::trim_cell(cell));
         let text = crate::base::quantity::truncate(&text);
-        match error {
+        match trouble {
             StampError::NotAStamp => RowError {
                 code: Code::NotANumber,
                 message: format!("\"{text}\" stands where a time stamp of `{name}` is meant"),
@@ -86,27 +86,27 @@ impl RowReader<'_> {
         }
     }
 
-    pub(super) fn error(&self, row_error: &RowError, line: &[u8], number: usize) -> Error {
+    pub(super) fn error(&self, fault: &RowError, line: &[u8], number: usize) -> Error {
         // Lines far too long to be shown are shown around the cell.
         const MAX_LINE_SHOWN: usize = 2000;
         let from = if line.len() <= MAX_LINE_SHOWN {
             0
         } else {
-            row_error.span.start.saturating_sub(MAX_LINE_SHOWN / 2)
+            fault.span.start.saturating_sub(MAX_LINE_SHOWN / 2)
         };
         let to = line.len().min(from + MAX_LINE_SHOWN);
         let clip = |at: usize| at.clamp(from, to);
-        let before = self.encoding.text(&line[from..clip(row_error.span.start)]);
+        let before = self.coding.text(&line[from..clip(fault.span.start)]);
         let within = self
-            .encoding
-            .text(&line[clip(row_error.span.start)..clip(row_error.span.end)]);
-        let after = self.encoding.text(&line[clip(row_error.span.end)..to]);
+            .coding
+            .text(&line[clip(fault.span.start)..clip(fault.span.end)]);
+        let after = self.coding.text(&line[clip(fault.span.end)..to]);
         let span = before.len()..before.len() + within.len();
-        let source_span =
+        let place =
             SourceSpan::within_line(self.path, number, &format!("{before}{within}{after}"), span);
-        Error::new(row_error.code, row_error.message.clone())
-            .with_span(&source_span)
-            .with_label(row_error.label.clone())
-            .with_hint(row_error.hint)
+        Error::new(fault.code, fault.message.clone())
+            .with_span(&place)
+            .with_label(fault.label.clone())
+            .with_hint(fault.hint)
     }
 }

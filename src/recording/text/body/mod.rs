@@ -54,7 +54,7 @@ pub struct TableData {
     /// Rows.
     pub rows: usize,
     /// Line of the file of each row.
-    pub numbers: LineNumbers,
+    pub lines: LineNumbers,
     /// Rows that hold only a time.
     pub time_only_rows: usize,
     /// Lines after the rows: how many, the number and the text of the first.
@@ -69,9 +69,9 @@ pub struct TableData {
 pub struct RowReader<'p> {
     path: &'p str,
     plan: &'p mut ColumnPlan,
-    separators: Separators,
-    encoding: TextEncoding,
-    data: TableData,
+    marks: Separators,
+    coding: TextEncoding,
+    body: TableData,
     /// Samples row by row.
     batch: Vec<f64>,
     batch_rows: usize,
@@ -80,7 +80,7 @@ pub struct RowReader<'p> {
     /// Sinks with grouped thousands in this row.
     groups: Vec<usize>,
     /// A line that is no row: an error if a row follows.
-    unparsed_line: Option<UnparsedLine>,
+    no_row: Option<UnparsedLine>,
     /// The lines of words above the rows.
     header: Vec<&'p [u8]>,
     line: usize,
@@ -91,8 +91,8 @@ impl<'p> RowReader<'p> {
     pub fn new(
         path: &'p str,
         plan: &'p mut ColumnPlan,
-        separators: Separators,
-        encoding: TextEncoding,
+        marks: Separators,
+        coding: TextEncoding,
         above: &'p [u8],
         line: usize,
     ) -> RowReader<'p> {
@@ -102,9 +102,9 @@ impl<'p> RowReader<'p> {
         RowReader {
             path,
             plan,
-            separators,
-            encoding,
-            data: TableData {
+            marks,
+            coding,
+            body: TableData {
                 sinks: (0..n).map(|_| ColumnData::default()).collect(),
                 ..TableData::default()
             },
@@ -112,7 +112,7 @@ impl<'p> RowReader<'p> {
             batch_rows: 0,
             gaps: Vec::new(),
             groups: Vec::new(),
-            unparsed_line: None,
+            no_row: None,
             header: lines.map(<[u8]>::trim_ascii).filter(words).collect(),
             line,
         }
@@ -196,21 +196,21 @@ impl<'p> RowReader<'p> {
         self.groups.clear();
         match self.row(line) {
             Ok(()) => {
-                if let Some(before) = self.unparsed_line.take() {
+                if let Some(before) = self.no_row.take() {
                     return Err(before.error);
                 }
                 self.count_row(number)
             }
-            Err(error) => {
+            Err(fault) => {
                 self.batch.truncate(kept);
-                self.no_row(&error, line, number)
+                self.no_row(&fault, line, number)
             }
         }
     }
 
     /// Reads one row to the end of the batch.
     fn row(&mut self, line: &[u8]) -> Result<(), RowError> {
-        let blanks = self.separators.delimiter == b' ';
+        let blanks = self.marks.delimiter == b' ';
         let end = if blanks {
             line.trim_ascii_end().len()
         } else {
@@ -219,7 +219,7 @@ impl<'p> RowReader<'p> {
         let line = &line[..end];
         let base = self.batch.len();
         self.batch.resize(base + self.plan.sinks.len(), f64::NAN);
-        let mut at = cells::skip_blanks_of(line, 0, self.separators.delimiter);
+        let mut at = cells::skip_blanks_of(line, 0, self.marks.delimiter);
         let mut column = 0;
         let mut more = true;
         while more {
@@ -252,14 +252,14 @@ impl<'p> RowReader<'p> {
     /// A plain number up to the next delimiter: its value and length.
     #[inline]
     fn parse_plain(&self, rest: &[u8]) -> Option<(f64, usize)> {
-        if self.separators.decimal != b'.' {
+        if self.marks.decimal != b'.' {
             return None;
         }
         let (value, length) = fast_float2::parse_partial::<f64, _>(rest).ok()?;
         let ends = match rest.get(length) {
             None => true,
-            Some(b'\t') if self.separators.delimiter == b' ' => true,
-            Some(byte) => *byte == self.separators.delimiter,
+            Some(b'\t') if self.marks.delimiter == b' ' => true,
+            Some(byte) => *byte == self.marks.delimiter,
         };
         (ends && value.is_finite()).then_some((value, length))
     }
@@ -272,7 +272,7 @@ impl<'p> RowReader<'p> {
         column: usize,
         base: usize,
     ) -> Result<usize, RowError> {
-        let end = cells::cell_end(line, start, self.separators.delimiter);
+        let end = cells::cell_end(line, start, self.marks.delimiter);
         let cell = &line[start..end];
         let Some(role) = self.plan.roles.get(column).copied() else {
             return if cells::trim_cell(cell).is_empty() {
@@ -283,12 +283,12 @@ impl<'p> RowReader<'p> {
         };
         match role {
             ColumnRole::Skip => {}
-            ColumnRole::Time(sink, reader) => match self.plan.parsers[reader].seconds(cell) {
+            ColumnRole::Time(sink, reader) => match self.plan.accumulators[reader].seconds(cell) {
                 Ok(Some(seconds)) => self.batch[base + sink] = seconds,
                 Ok(None) => self.gaps.push((sink, Cell::Missing)),
-                Err(error) => return Err(self.invalid_stamp(error, sink, cell, start..end)),
+                Err(trouble) => return Err(self.invalid_stamp(trouble, sink, cell, start..end)),
             },
-            ColumnRole::Value(sink) => match cells::parse_cell(cell, self.separators.decimal) {
+            ColumnRole::Value(sink) => match cells::parse_cell(cell, self.marks.decimal) {
                 Cell::Number(value) => self.batch[base + sink] = value,
                 Cell::Thousands { value, .. } => {
                     self.batch[base + sink] = value;
@@ -299,7 +299,7 @@ impl<'p> RowReader<'p> {
                     return Err(self.not_a_number(sink, cell, start..end));
                 }
             },
-            ColumnRole::Complex(sink) => match cells::parse_cell(cell, self.separators.decimal) {
+            ColumnRole::Complex(sink) => match cells::parse_cell(cell, self.marks.decimal) {
                 Cell::Complex(re, im) => {
                     self.batch[base + sink] = re;
                     self.batch[base + sink + 1] = im;
@@ -333,7 +333,7 @@ impl<'p> RowReader<'p> {
                 hint: HINT_CELLS,
             });
         }
-        self.data.time_only_rows += 1;
+        self.body.time_only_rows += 1;
         for sink in 0..self.plan.sinks.len() {
             if self.plan.sinks[sink].reader.is_none() {
                 self.gaps.push((sink, Cell::Missing));
@@ -344,19 +344,19 @@ impl<'p> RowReader<'p> {
 
     /// Counts the row that was just read.
     fn count_row(&mut self, line: usize) -> Result<(), Error> {
-        self.data.numbers.push(self.data.rows, line);
-        self.data.rows += 1;
+        self.body.lines.push(self.body.rows, line);
+        self.body.rows += 1;
         self.batch_rows += 1;
         for &(sink, what) in &self.gaps {
-            let data = &mut self.data.sinks[sink];
-            data.missing += 1;
-            data.overloads += usize::from(what == Cell::Overload);
-            if data.lines.len() < MAX_LINES_LISTED {
-                data.lines.push(line);
+            let filled = &mut self.body.sinks[sink];
+            filled.missing += 1;
+            filled.overloads += usize::from(what == Cell::Overload);
+            if filled.lines.len() < MAX_LINES_LISTED {
+                filled.lines.push(line);
             }
         }
         for &sink in &self.groups {
-            self.data.sinks[sink].grouped += 1;
+            self.body.sinks[sink].grouped += 1;
         }
         if self.batch.len() >= BATCH_SAMPLES {
             self.flush()?;
@@ -367,15 +367,15 @@ impl<'p> RowReader<'p> {
     /// Moves the batch to the columns.
     fn flush(&mut self) -> Result<(), Error> {
         let width = self.plan.sinks.len();
-        let before = self.data.rows - self.batch_rows;
+        let before = self.body.rows - self.batch_rows;
         let mut samples = Vec::with_capacity(self.batch_rows);
-        for (sink, data) in self.data.sinks.iter_mut().enumerate() {
+        for (sink, filled) in self.body.sinks.iter_mut().enumerate() {
             samples.clear();
             samples.extend(self.batch.iter().skip(sink).step_by(width));
             if let Some(last) = samples.iter().rposition(|x: &f64| x.is_finite()) {
-                data.last_row_with_value = before + last + 1;
+                filled.last_row_with_value = before + last + 1;
             }
-            data.samples.push(&samples)?;
+            filled.samples.push(&samples)?;
         }
         self.batch.clear();
         self.batch_rows = 0;
@@ -384,13 +384,13 @@ impl<'p> RowReader<'p> {
 
     fn finish(mut self) -> Result<TableData, Error> {
         self.flush()?;
-        if let Some(last) = self.unparsed_line.take() {
+        if let Some(last) = self.no_row.take() {
             match last.is_cut {
-                true => self.data.cut = Some((last.line, last.text)),
-                false => self.data.footer = Some((last.count, last.line, last.text)),
+                true => self.body.cut = Some((last.line, last.text)),
+                false => self.body.footer = Some((last.count, last.line, last.text)),
             }
         }
-        Ok(self.data)
+        Ok(self.body)
     }
 }
 

@@ -26,7 +26,7 @@ impl RowReader<'_> {
     /// Takes a line that is no row: an error where it begins with a number, unless it is the last and breaks off.
     pub(super) fn no_row(
         &mut self,
-        row_error: &RowError,
+        fault: &RowError,
         line: &[u8],
         number: usize,
     ) -> Result<(), Error> {
@@ -34,35 +34,30 @@ impl RowReader<'_> {
             return self.empty_storage(line, number);
         }
         if self.header.contains(&line.trim_ascii()) && self.is_before_header() {
-            self.unparsed_line = None;
-            let (count, first) = self.data.repeated.unwrap_or((0, number));
-            self.data.repeated = Some((count + 1, first));
+            self.no_row = None;
+            let (count, first) = self.body.repeated.unwrap_or((0, number));
+            self.body.repeated = Some((count + 1, first));
             return Ok(());
         }
-        if self.unparsed_line.is_some() {
+        if self.no_row.is_some() {
             return self.below_rows(line);
         }
-        let bare = || {
-            CellIter::new(line, self.separators.delimiter).map(|(_, cell)| cells::trim_cell(cell))
-        };
+        let bare =
+            || CellIter::new(line, self.marks.delimiter).map(|(_, cell)| cells::trim_cell(cell));
         let begins = bare().find(|c| !c.is_empty());
-        let is_number = |c: &&[u8]| {
-            matches!(
-                cells::parse_cell(c, self.separators.decimal),
-                Cell::Number(_)
-            )
-        };
+        let is_number =
+            |c: &&[u8]| matches!(cells::parse_cell(c, self.marks.decimal), Cell::Number(_));
         // A row whose stamp or frequency alone cannot be.
         let is_row = bare().count() >= self.plan.required
             && begins.is_some_and(|c| c[0].is_ascii_digit())
             && bare().skip(1).any(|c| is_number(&c));
         let text_first = begins.is_some_and(|cell| {
-            matches!(cells::parse_cell(cell, self.separators.decimal), Cell::Text)
+            matches!(cells::parse_cell(cell, self.marks.decimal), Cell::Text)
                 && time_stamps::detect_format(cell).is_none()
         });
         let is_footer = text_first && !is_row;
-        let error = self.error(row_error, line, number);
-        if self.data.rows == 0 || !(is_footer || self.breaks_off(row_error, line)) {
+        let error = self.error(fault, line, number);
+        if self.body.rows == 0 || !(is_footer || self.breaks_off(fault, line)) {
             return Err(error);
         }
         self.hold(error, line, number, !is_footer);
@@ -72,10 +67,10 @@ impl RowReader<'_> {
     /// Holds a line back until those after it tell what it is.
     fn hold(&mut self, error: Error, line: &[u8], number: usize, is_cut: bool) {
         const MAX_LINE_SHOWN: usize = 200;
-        self.unparsed_line = Some(UnparsedLine {
+        self.no_row = Some(UnparsedLine {
             error,
             line: number,
-            text: self.encoding.text(&line[..line.len().min(MAX_LINE_SHOWN)]),
+            text: self.coding.text(&line[..line.len().min(MAX_LINE_SHOWN)]),
             count: 1,
             is_cut,
         });
@@ -83,25 +78,25 @@ impl RowReader<'_> {
 
     /// Lines held back may be what stands above the names of a header that is repeated.
     fn is_before_header(&self) -> bool {
-        let before = self.unparsed_line.as_ref();
+        let before = self.no_row.as_ref();
         before.is_none_or(|b| !b.is_cut && b.count < self.header.len())
     }
 
     /// Whether a row ends too early, in the middle of a cell or between two.
-    fn breaks_off(&self, error: &RowError, line: &[u8]) -> bool {
-        let count = CellIter::new(line, self.separators.delimiter).count();
+    fn breaks_off(&self, fault: &RowError, line: &[u8]) -> bool {
+        let count = CellIter::new(line, self.marks.delimiter).count();
         let cell = line
-            .get(error.span.clone())
+            .get(fault.span.clone())
             .map_or(&b""[..], cells::trim_cell);
         // What a digit makes a number is the beginning of one.
         let begins_number = || {
             let whole = [cell, b"0"].concat();
             matches!(
-                cells::parse_cell(&whole, self.separators.decimal),
+                cells::parse_cell(&whole, self.marks.decimal),
                 Cell::Number(_)
             )
         };
-        error.span.end >= line.trim_ascii_end().len()
+        fault.span.end >= line.trim_ascii_end().len()
             && count <= self.plan.roles.len()
             && (count < self.plan.required || begins_number())
     }
@@ -110,17 +105,14 @@ impl RowReader<'_> {
     fn below_rows(&mut self, line: &[u8]) -> Result<(), Error> {
         /// A summary below the rows has fewer lines of numbers than this.
         const MAX_FOOTER_LINES: usize = 20;
-        let Some(before) = &mut self.unparsed_line else {
+        let Some(before) = &mut self.no_row else {
             return Ok(());
         };
         before.count += 1;
         let (mut all, mut numbers) = (0, 0);
-        for (_, cell) in CellIter::new(line, self.separators.delimiter) {
+        for (_, cell) in CellIter::new(line, self.marks.delimiter) {
             all += 1;
-            let is_number = matches!(
-                cells::parse_cell(cell, self.separators.decimal),
-                Cell::Number(_)
-            );
+            let is_number = matches!(cells::parse_cell(cell, self.marks.decimal), Cell::Number(_));
             numbers += usize::from(is_number);
         }
         let is_row = all >= self.plan.required && 2 * numbers >= all;
@@ -139,8 +131,8 @@ impl RowReader<'_> {
         let error = Error::new(Code::CorruptFile, message).with_span(&span).with_hint(
             "the file was damaged or not written to its end; cut it there, or take the bytes out: tr -d '\\0' < LOG > NEW",
         );
-        let is_padding = !line[..end].contains(&0) && self.data.rows > 0;
-        if !is_padding || self.unparsed_line.is_some() {
+        let is_padding = !line[..end].contains(&0) && self.body.rows > 0;
+        if !is_padding || self.no_row.is_some() {
             return Err(error);
         }
         self.hold(error, &line[..end], number, true);

@@ -53,7 +53,7 @@ pub struct ColumnPlan {
     /// Where samples go.
     pub sinks: Vec<ColumnSink>,
     /// Readers of stamps.
-    pub parsers: Vec<time_stamps::StampParser>,
+    pub accumulators: Vec<time_stamps::StampParser>,
     /// Clocks.
     pub groups: usize,
     /// Cells a row must have; more, up to `roles`, may be there.
@@ -72,8 +72,8 @@ pub struct ColumnPlan {
 /// A column or channel that the settings name is not there.
 pub fn plan(
     header: &TableHeader,
-    types: &[CellType],
-    separators: Separators,
+    kinds: &[CellType],
+    marks: Separators,
     rows: &[&str],
     rate: Option<f64>,
     options: &ReadOptions,
@@ -85,12 +85,12 @@ pub fn plan(
             Error::new(Code::WrongUnit, message).with_hint("it takes s, ms, µs, ns, min or h")
         );
     }
-    let mut preview = ColumnPreview::new(header, types, rows, separators);
+    let mut columns = ColumnPreview::new(header, kinds, rows, marks);
     // Empty columns without a name at the end are what a trailing delimiter leaves.
-    let filled = |at: &usize| types[*at] != CellType::Empty;
-    let required = (0..types.len()).rev().find(filled).map_or(0, |at| at + 1);
+    let filled = |at: &usize| kinds[*at] != CellType::Empty;
+    let required = (0..kinds.len()).rev().find(filled).map_or(0, |at| at + 1);
     let named = |at: &usize| !header.raw_names[*at].is_empty();
-    let width = (0..types.len())
+    let width = (0..kinds.len())
         .rev()
         .find(named)
         .map_or(0, |at| at + 1)
@@ -100,9 +100,9 @@ pub fn plan(
         groups: 1,
         ..ColumnPlan::default()
     };
-    let repeated = |c: &usize| preview.names[*c] != column_name(header, *c);
+    let repeated = |c: &usize| columns.names[*c] != column_name(header, *c);
     if let Some(at) = (0..width).find(repeated) {
-        let (name, own) = (column_name(header, at), &preview.names[at]);
+        let (name, own) = (column_name(header, at), &columns.names[at]);
         plan.diagnostics.push(Diagnostic {
             code: "name-twice",
             message: format!(
@@ -113,7 +113,7 @@ pub fn plan(
     }
     if options.time_column.is_none()
         && options.rate.is_none()
-        && preview.name_responses(rows, separators)
+        && columns.name_responses(rows, marks)
     {
         plan.diagnostics.push(Diagnostic {
             code: "frequency-guessed",
@@ -124,29 +124,18 @@ pub fn plan(
             ),
         });
     }
-    let time_columns = TimeColumns::find_time_columns(&preview, width, options, &mut plan)?;
-    plan.over_frequency = time_columns.times.is_empty() && over_frequency(&preview, width);
-    plan.groups = time_columns.times.len().max(1);
+    let timing = TimeColumns::find_time_columns(&columns, width, options, &mut plan)?;
+    plan.over_frequency = timing.times.is_empty() && over_frequency(&columns, width);
+    plan.groups = timing.times.len().max(1);
     let rate = match options.rate {
         Some(RateSource::Hertz(hertz)) => Some(hertz),
         _ => rate,
     };
-    let filter = ChannelFilter::new(&preview, width, &time_columns, options, plan.over_frequency)?;
+    let request = ChannelFilter::new(&columns, width, &timing, options, plan.over_frequency)?;
     for column in 0..width {
-        let group = time_columns
-            .times
-            .iter()
-            .rposition(|t| *t <= column)
-            .unwrap_or(0);
+        let group = timing.times.iter().rposition(|t| *t <= column).unwrap_or(0);
         let role = plan.role(
-            column,
-            group,
-            &preview,
-            &time_columns,
-            &filter,
-            rate,
-            separators,
-            options,
+            column, group, &columns, &timing, &request, rate, marks, options,
         );
         plan.roles.push(role);
     }
@@ -158,9 +147,9 @@ struct ChannelFilter(Option<Vec<usize>>);
 
 impl ChannelFilter {
     fn new(
-        preview: &ColumnPreview<'_>,
+        columns: &ColumnPreview<'_>,
         width: usize,
-        time_columns: &TimeColumns,
+        timing: &TimeColumns,
         options: &ReadOptions,
         all: bool,
     ) -> Result<ChannelFilter, Error> {
@@ -177,15 +166,15 @@ impl ChannelFilter {
         let found: Result<Vec<usize>, Error> = options
             .channels_to_read()
             .iter()
-            .map(|word| column_position(preview, width, &renamed(word)))
+            .map(|word| column_position(columns, width, &renamed(word)))
             .collect();
         let found = found?;
-        match found.iter().find(|c| time_columns.times.contains(c)) {
+        match found.iter().find(|c| timing.times.contains(c)) {
             Some(c) => Err(Error::new(
                 Code::NoChannel,
                 format!(
                     "`{}` holds the time stamps, not a channel",
-                    preview.names[*c]
+                    columns.names[*c]
                 ),
             )
             .with_hint("name a channel, or say which column is the time: --time COLUMN")),
@@ -204,28 +193,28 @@ impl ColumnPlan {
         &mut self,
         column: usize,
         group: usize,
-        preview: &ColumnPreview<'_>,
-        time_columns: &TimeColumns,
-        filter: &ChannelFilter,
+        columns: &ColumnPreview<'_>,
+        timing: &TimeColumns,
+        request: &ChannelFilter,
         rate: Option<f64>,
-        separators: Separators,
+        marks: Separators,
         options: &ReadOptions,
     ) -> ColumnRole {
-        let name = preview.names[column].clone();
-        let written_unit = preview.header.units[column].clone();
-        if time_columns.times.contains(&column) {
-            let (stamp_format, unit) = match preview.types[column] {
-                CellType::Stamp(stamp_format) => (stamp_format, "date-time".to_string()),
+        let name = columns.names[column].clone();
+        let written_unit = columns.header.units[column].clone();
+        if timing.times.contains(&column) {
+            let (form, unit) = match columns.kinds[column] {
+                CellType::Stamp(form) => (form, "date-time".to_string()),
                 _ => (
                     StampFormat::Decimal,
                     options.time_unit.clone().unwrap_or(written_unit),
                 ),
             };
-            let unit_s = match (stamp_format, unit_seconds(&unit)) {
+            let unit_s = match (form, unit_seconds(&unit)) {
                 (StampFormat::Decimal, Some(unit_s)) => unit_s,
                 (StampFormat::Decimal, None) => {
-                    let unit_s = epoch_unit_s(&preview.sample[column]);
-                    self.report_time_unit(&name, &unit, unit_s, preview.is_whole(column));
+                    let unit_s = epoch_unit_s(&columns.sample[column]);
+                    self.report_time_unit(&name, &unit, unit_s, columns.is_whole(column));
                     unit_s
                 }
                 _ => 1.0,
@@ -240,32 +229,32 @@ impl ColumnPlan {
                 unit,
                 group,
                 time_stamps::StampParser::new(
-                    stamp_format,
+                    form,
                     unit_s,
-                    separators.decimal,
+                    marks.decimal,
                     options.dialect.day_first,
                 ),
             );
         }
-        if time_columns.counter == Some(column)
-            && !filter.0.as_ref().is_some_and(|w| w.contains(&column))
+        if timing.counter == Some(column)
+            && !request.0.as_ref().is_some_and(|w| w.contains(&column))
         {
-            if let (Some(hertz), true) = (rate, time_columns.times.is_empty()) {
-                let parser = time_stamps::StampParser::new(
+            if let (Some(hertz), true) = (rate, timing.times.is_empty()) {
+                let reader = time_stamps::StampParser::new(
                     StampFormat::Decimal,
                     1.0 / hertz,
-                    separators.decimal,
+                    marks.decimal,
                     None,
                 );
-                return self.time(name, "samples".into(), group, parser);
+                return self.time(name, "samples".into(), group, reader);
             }
             self.skip_column(name, "counts the rows");
             return ColumnRole::Skip;
         }
-        if !filter.contains(column) {
+        if !request.contains(column) {
             return ColumnRole::Skip;
         }
-        match preview.types[column] {
+        match columns.kinds[column] {
             CellType::Text => {
                 self.skip_column(name, "holds words");
                 ColumnRole::Skip
@@ -313,17 +302,17 @@ impl ColumnPlan {
         name: String,
         unit: String,
         group: usize,
-        parser: time_stamps::StampParser,
+        reader: time_stamps::StampParser,
     ) -> ColumnRole {
-        self.parsers.push(parser);
-        let parser = self.parsers.len() - 1;
+        self.accumulators.push(reader);
+        let reader = self.accumulators.len() - 1;
         self.sinks.push(ColumnSink {
             name,
             unit,
             group,
-            reader: Some(parser),
+            reader: Some(reader),
         });
-        ColumnRole::Time(self.sinks.len() - 1, parser)
+        ColumnRole::Time(self.sinks.len() - 1, reader)
     }
 
     fn sink(&mut self, name: String, unit: &str, group: usize) -> usize {

@@ -34,7 +34,7 @@ const PREVIEW_ROWS: usize = 200;
 /// The columns with what the head shows of them.
 pub(super) struct ColumnPreview<'a> {
     pub(super) header: &'a TableHeader,
-    pub(super) types: &'a [CellType],
+    pub(super) kinds: &'a [CellType],
     /// What each column is called: names that repeat are numbered.
     pub(super) names: Vec<String>,
     /// Numbers of the first rows, by column; NaN for anything else.
@@ -46,24 +46,24 @@ pub(super) struct ColumnPreview<'a> {
 impl<'a> ColumnPreview<'a> {
     pub(super) fn new(
         header: &'a TableHeader,
-        types: &'a [CellType],
+        kinds: &'a [CellType],
         rows: &[&str],
-        separators: Separators,
+        marks: Separators,
     ) -> ColumnPreview<'a> {
         ColumnPreview {
             header,
-            types,
-            names: unique_names(header, types.len()),
-            sample: sample_values(rows, separators, types.len(), PREVIEW_ROWS),
+            kinds,
+            names: unique_names(header, kinds.len()),
+            sample: sample_values(rows, marks, kinds.len(), PREVIEW_ROWS),
             are_responses: false,
         }
     }
 
     /// Names columns without names that by their numbers are frequency responses over even lines; whether they are.
-    pub(super) fn name_responses(&mut self, rows: &[&str], separators: Separators) -> bool {
+    pub(super) fn name_responses(&mut self, rows: &[&str], marks: Separators) -> bool {
         /// Steps below this are those of a time: a recorder is faster than 20 samples a second, lines are hardly nearer, Hz or s.
         const MAX_TIME_STEP: f64 = 0.05;
-        let width = self.types.len();
+        let width = self.kinds.len();
         let unnamed = self.header.raw_names.iter().all(String::is_empty);
         let numbers = (0..width).all(|c| self.is_number(c));
         if !unnamed || !numbers || width < 3 || width.is_multiple_of(2) || !self.is_even(0) {
@@ -73,15 +73,15 @@ impl<'a> ColumnPreview<'a> {
         if first[0] < 0.0 || first[1] - first[0] < MAX_TIME_STEP {
             return false;
         }
-        let all = sample_values(rows, separators, width, usize::MAX);
+        let all = sample_values(rows, marks, width, usize::MAX);
         let pairs = all[1..].chunks_exact(2);
         let found: Option<Vec<ComplexColumns>> =
             pairs.map(|p| causal::response(&p[0], &p[1])).collect();
         let Some(found) = found else {
             return false;
         };
-        for (at, columns) in found.into_iter().enumerate() {
-            for (half, ending) in columns.endings().into_iter().enumerate() {
+        for (at, pair) in found.into_iter().enumerate() {
+            for (half, ending) in pair.endings().into_iter().enumerate() {
                 self.names[1 + 2 * at + half] = format!("H{}_{ending}", at + 1);
             }
         }
@@ -142,37 +142,32 @@ impl<'a> ColumnPreview<'a> {
     }
 
     pub(super) fn is_number(&self, column: usize) -> bool {
-        self.types[column] == CellType::Number
+        self.kinds[column] == CellType::Number
     }
 }
 
 /// Whether the first column holds frequencies.
-pub(super) fn over_frequency(preview: &ColumnPreview<'_>, width: usize) -> bool {
-    let hertz = || preview.header.units[0].trim().eq_ignore_ascii_case("hz");
-    let named = preview.is_named(0, FREQUENCY_NAMES);
-    let complex = preview.types[1..width.max(1)].contains(&CellType::Complex);
-    let unnamed = preview.header.raw_names[0].is_empty();
-    let pairs = || (1..width).all(|c| frequency_table::is_part(&preview.header.names[c]));
+pub(super) fn over_frequency(columns: &ColumnPreview<'_>, width: usize) -> bool {
+    let hertz = || columns.header.units[0].trim().eq_ignore_ascii_case("hz");
+    let named = columns.is_named(0, FREQUENCY_NAMES);
+    let complex = columns.kinds[1..width.max(1)].contains(&CellType::Complex);
+    let unnamed = columns.header.raw_names[0].is_empty();
+    let pairs = || (1..width).all(|c| frequency_table::is_part(&columns.header.names[c]));
     let sure = named && width > 2 && pairs();
     let told = named || (unnamed && (hertz() || complex));
-    let found = sure || preview.are_responses || (told && preview.is_rising(0));
-    width > 1 && preview.is_number(0) && found
+    let found = sure || columns.are_responses || (told && columns.is_rising(0));
+    width > 1 && columns.is_number(0) && found
 }
 
 /// Numbers of the first rows by column.
-fn sample_values(
-    rows: &[&str],
-    separators: Separators,
-    width: usize,
-    most: usize,
-) -> Vec<Vec<f64>> {
+fn sample_values(rows: &[&str], marks: Separators, width: usize, most: usize) -> Vec<Vec<f64>> {
     let mut sample = vec![Vec::new(); width];
     for row in rows.iter().filter(|r| !r.trim().is_empty()).take(most) {
-        let mut iter = CellIter::new(row.as_bytes(), separators.delimiter);
+        let mut cells = CellIter::new(row.as_bytes(), marks.delimiter);
         for column in &mut sample {
-            let value = match iter
+            let value = match cells
                 .next()
-                .map(|(_, cell)| cells::parse_cell(cell, separators.decimal))
+                .map(|(_, cell)| cells::parse_cell(cell, marks.decimal))
             {
                 Some(Cell::Number(value) | Cell::Thousands { value, .. }) => value,
                 _ => f64::NAN,
@@ -185,13 +180,13 @@ fn sample_values(
 
 /// The column of a name.
 pub(super) fn column_position(
-    preview: &ColumnPreview<'_>,
+    columns: &ColumnPreview<'_>,
     width: usize,
     name: &str,
 ) -> Result<usize, Error> {
-    let header = preview.header;
+    let header = columns.header;
     let by_place = |c: usize| format!("column {}", c + 1) == name;
-    let is_own = |c: &usize| preview.names[*c] == name;
+    let is_own = |c: &usize| columns.names[*c] == name;
     (0..width)
         .find(is_own)
         .or_else(|| (0..width).find(|c| header.raw_names[*c] == name || by_place(*c)))
@@ -203,7 +198,7 @@ pub(super) fn column_position(
         .or_else(|| {
             channel_names::find_channel(name, &header.names[..width.min(header.names.len())])
         })
-        .ok_or_else(|| unknown_column(name, &preview.names[..width]))
+        .ok_or_else(|| unknown_column(name, &columns.names[..width]))
 }
 
 /// What each column is called: names that repeat are numbered.

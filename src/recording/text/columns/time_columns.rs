@@ -94,7 +94,7 @@ pub(super) struct TimeColumns {
 impl TimeColumns {
     /// The columns that settings name, else by name, form and unit, else the first where it rises evenly and nothing is named.
     pub(super) fn find_time_columns(
-        preview: &ColumnPreview<'_>,
+        columns: &ColumnPreview<'_>,
         width: usize,
         options: &ReadOptions,
         plan: &mut ColumnPlan,
@@ -106,7 +106,7 @@ impl TimeColumns {
         match options.time_column.as_deref() {
             Some("none") => return Ok(none(None)),
             Some(name) => {
-                let at = column_position(preview, width, name)?;
+                let at = column_position(columns, width, name)?;
                 return Ok(TimeColumns {
                     times: vec![at],
                     counter: None,
@@ -114,14 +114,14 @@ impl TimeColumns {
             }
             None => {}
         }
-        let numeric = |c: &usize| preview.is_number(*c);
+        let numeric = |c: &usize| columns.is_number(*c);
         let mut times: Vec<usize> = (0..width)
             .filter(numeric)
-            .filter(|c| preview.is_named(*c, TIME_NAMES))
+            .filter(|c| columns.is_named(*c, TIME_NAMES))
             .filter(|c| {
-                preview.is_rising(*c)
-                    || width > 1 && preview.unit_s(*c).is_some()
-                    || fold_name(&preview.header.names[*c]) == "time"
+                columns.is_rising(*c)
+                    || width > 1 && columns.unit_s(*c).is_some()
+                    || fold_name(&columns.header.names[*c]) == "time"
             })
             .collect();
         if times.len() > 1 && !is_clock_per_channel(&times, width) {
@@ -129,7 +129,7 @@ impl TimeColumns {
         }
         if times.is_empty() {
             let by_form =
-                |format| (0..width).find(|c| preview.types[*c] == CellType::Stamp(format));
+                |format| (0..width).find(|c| columns.kinds[*c] == CellType::Stamp(format));
             let stamped = by_form(StampFormat::DateTime)
                 .or_else(|| by_form(StampFormat::Clock))
                 .or_else(|| by_form(StampFormat::Date));
@@ -139,31 +139,31 @@ impl TimeColumns {
             let ends = [0, width.saturating_sub(1)];
             let by_unit = |c: &usize| {
                 width > 1
-                    && preview.is_number(*c)
-                    && preview.unit_s(*c).is_some()
-                    && preview.is_rising(*c)
+                    && columns.is_number(*c)
+                    && columns.unit_s(*c).is_some()
+                    && columns.is_rising(*c)
             };
             times.extend(ends.into_iter().find(by_unit));
         }
         let counter = (0..width.min(2)).find(|c| {
-            let named = preview.header.raw_names.iter().any(|w| !w.is_empty());
-            let name = fold_name(&preview.header.names[*c]);
+            let named = columns.header.raw_names.iter().any(|w| !w.is_empty());
+            let name = fold_name(&columns.header.names[*c]);
             width > 1
-                && preview.is_counting(*c)
+                && columns.is_counting(*c)
                 && !times.contains(c)
                 && named
                 && COUNTER_NAMES.contains(&name.as_str())
         });
-        let unnamed = preview.header.raw_names.iter().all(String::is_empty);
+        let unnamed = columns.header.raw_names.iter().all(String::is_empty);
         if times.is_empty()
             && counter.is_none()
             && unnamed
             && width > 1
-            && preview.is_number(0)
-            && preview.is_even(0)
-            && !over_frequency(preview, width)
+            && columns.is_number(0)
+            && columns.is_even(0)
+            && !over_frequency(columns, width)
         {
-            if preview.is_counting(0) {
+            if columns.is_counting(0) {
                 return Ok(none(Some(0)));
             }
             plan.diagnostics.push(Diagnostic {
