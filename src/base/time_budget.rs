@@ -18,7 +18,7 @@ pub struct CancelToken {
     /// Patience has been seen to be over.
     is_over: Cell<bool>,
     /// What the whole may take.
-    allowance: Option<TimeBudget>,
+    budget: Option<TimeBudget>,
 }
 
 /// What the whole may take, and the progress made when it was last looked at.
@@ -116,7 +116,7 @@ impl CancelToken {
             until: Some(Instant::now() + Duration::from_secs_f64(seconds)),
             n_checks: Cell::default(),
             is_over: Cell::default(),
-            allowance: None,
+            budget: None,
         }
     }
 
@@ -124,21 +124,21 @@ impl CancelToken {
     /// [`CancelToken::forecast_overrun`] tells before.
     #[must_use]
     pub fn with_budget(&self, seconds: f64) -> CancelToken {
-        let allowance = TimeBudget {
+        let budget = TimeBudget {
             seconds,
             since: Instant::now(),
             last: Cell::default(),
         };
         CancelToken {
-            allowance: Some(allowance),
+            budget: Some(budget),
             ..self.clone()
         }
     }
 
     /// What the whole would cost, `share` of it being done, where that is more than is allowed.
     pub fn forecast_overrun(&self, share: f64) -> Option<BudgetForecast> {
-        let allowance = self.allowance.as_ref()?;
-        allowance.foresees(share, allowance.since.elapsed().as_secs_f64())
+        let budget = self.budget.as_ref()?;
+        budget.foresees(share, budget.since.elapsed().as_secs_f64())
     }
 }
 

@@ -33,7 +33,7 @@ pub(super) struct ConstrainedCoordinates {
     /// The machine with everything held still.
     pub fixed: LinearModel,
     /// What is prescribed.
-    pub held: Vec<PrescribedDof>,
+    pub prescribed: Vec<PrescribedDof>,
     /// Motions that strain nothing with everything held still, over p.
     pub rigid: Vec<Vec<f64>>,
     rows: ConstraintRows,
@@ -112,7 +112,7 @@ impl ConstrainedCoordinates {
             machine,
             model: linear_model,
             fixed: still,
-            held: model,
+            prescribed: model,
             rigid,
             rows,
         })
@@ -144,7 +144,7 @@ impl ConstrainedCoordinates {
         let alone = (0..self.model.n)
             .filter(|&j| free[j])
             .map(|j| self.rows.free_motion(j));
-        let imposed = (0..self.held.len()).map(|h| self.rows.imposed(h));
+        let imposed = (0..self.prescribed.len()).map(|h| self.rows.imposed(h));
         let rigid = self.rigid.iter().map(|r| sparse(r.iter().copied()));
         rigid.chain(alone).chain(imposed).collect()
     }
@@ -158,7 +158,7 @@ impl ConstrainedCoordinates {
             unit[j] = 1.0;
             over(&unit)
         });
-        let imposed = (0..self.held.len()).map(|h| {
+        let imposed = (0..self.prescribed.len()).map(|h| {
             let mut column = vec![0.0; self.model.n];
             (self.rows.imposed(h).iter()).for_each(|&(j, a)| column[j] = a);
             column

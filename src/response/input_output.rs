@@ -86,7 +86,7 @@ pub(super) struct PortBuilder<'a> {
 
 impl PortBuilder<'_> {
     fn prescribed_index(&self, what: PrescribedDof) -> usize {
-        let model = &self.coordinates.held;
+        let model = &self.coordinates.prescribed;
         model.iter().position(|h| *h == what).unwrap_or(model.len())
     }
 
@@ -121,7 +121,7 @@ impl PortBuilder<'_> {
     pub fn input(&self, input: ResponseInput) -> Result<InputVector, Error> {
         let mut driven = InputVector {
             force: Vec::new(),
-            prescribed: vec![0.0; self.coordinates.held.len()],
+            prescribed: vec![0.0; self.coordinates.prescribed.len()],
             imposed: Vec::new(),
         };
         match input {

@@ -77,7 +77,7 @@ impl InputOutputSystem {
                 DynamicStiffness::assemble(&case(model, &coordinates, &none), &transform, rigid.0)
             }
         };
-        let (own, beside) = all.split(transform.columns() - coordinates.held.len());
+        let (own, beside) = all.split(transform.columns() - coordinates.prescribed.len());
         let system =
             InputOutputSystem::over_band(model, ports, &coordinates, (&transform, &beside), rigid)?;
         Ok((system, own))
@@ -100,8 +100,8 @@ impl InputOutputSystem {
         let shapes = shapes.unwrap_or_else(|| ModalBasis::empty(coordinates.model.n));
         let context = case(model, &coordinates, &shapes);
         let all = SystemMatrices::in_basis(&context, matrix, Vec::new(), rigid.0);
-        let n = all.len() - coordinates.held.len();
-        let beside = match coordinates.held.is_empty() {
+        let n = all.len() - coordinates.prescribed.len();
+        let beside = match coordinates.prescribed.is_empty() {
             true => Vec::new(),
             false => DynamicStiffness::from_dense(&all).split(n).1,
         };
@@ -142,7 +142,7 @@ impl InputOutputSystem {
         (transform, beside): (&SparseTransform, &[StiffnessEntry]),
         (rigid, undamped_rigid): (usize, usize),
     ) -> Result<InputOutputSystem, Error> {
-        let n = transform.columns() - coordinates.held.len();
+        let n = transform.columns() - coordinates.prescribed.len();
         let builder = PortBuilder {
             machine: model.machine,
             coordinates,
