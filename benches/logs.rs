@@ -13,20 +13,20 @@ use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use beside::{Took, best_on_processor as best};
-use geardyn::identify::initial_estimates::problem::CommonPoleOptions;
-use geardyn::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
-use geardyn::identify::modal::measured_frf::MeasuredFrf;
-use geardyn::identify::modal::plscf::{PlscfOptions, plscf};
-use geardyn::identify::modal::selection::{SelectionRule, select_modes};
-use geardyn::identify::rational::{self, FrfData, RationalOptions};
-use geardyn::numeric::fft::RealFft;
-use geardyn::numeric::{Complex, Matrix};
-use geardyn::recording::raw::RawLog;
-use geardyn::recording::read_options::ReadOptions;
-use geardyn::recording::sample_column::SampleColumn;
-use geardyn::recording::{open, preprocess};
-use geardyn::spectrum::frf::{Estimator, estimate, required_pairs};
-use geardyn::spectrum::welch::{WelchEstimator, WelchOptions};
+use geardyn::internals::identify::initial_estimates::problem::CommonPoleOptions;
+use geardyn::internals::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
+use geardyn::internals::identify::modal::measured_frf::MeasuredFrf;
+use geardyn::internals::identify::modal::plscf::{PlscfOptions, plscf};
+use geardyn::internals::identify::modal::selection::{SelectionRule, select_modes};
+use geardyn::internals::identify::rational::{self, FrfData, RationalOptions};
+use geardyn::internals::numeric::fft::RealFft;
+use geardyn::internals::numeric::{Complex, Matrix};
+use geardyn::internals::recording::raw::RawLog;
+use geardyn::internals::recording::read_options::ReadOptions;
+use geardyn::internals::recording::sample_column::SampleColumn;
+use geardyn::internals::recording::{open, preprocess};
+use geardyn::internals::spectrum::frf::{Estimator, estimate, required_pairs};
+use geardyn::internals::spectrum::welch::{WelchEstimator, WelchOptions};
 
 mod beside;
 

@@ -7,10 +7,10 @@ use std::f64::consts::PI;
 use std::process::Command;
 
 use beside::{Took, best, python};
-use geardyn::modes::modal_basis::{self, UndampedSolver};
-use geardyn::modes::mode_subset::{self, SubsetRequest};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene;
+use geardyn::internals::modes::modal_basis::{self, UndampedSolver};
+use geardyn::internals::modes::mode_subset::{self, SubsetRequest};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene;
 
 mod beside;
 

@@ -14,26 +14,26 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use beside::{Took, best, best_on_processor, peers, row};
-use geardyn::base::time_budget::CancelToken;
-use geardyn::machine::direction::Direction;
-use geardyn::motion::combination::LinearCombination;
-use geardyn::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
-use geardyn::motion::dynamic_model::{
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::machine::direction::Direction;
+use geardyn::internals::motion::combination::LinearCombination;
+use geardyn::internals::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use geardyn::internals::motion::dynamic_model::{
     AppliedForce, DynamicModel, ForceElement, ForceLaw, MassMatrix,
 };
-use geardyn::motion::methods::{self, IntegrationMethod, StepControl};
-use geardyn::motion::outputs::{MotionOutput, MotionOutputs, OutputQuantity};
-use geardyn::motion::problem::{
+use geardyn::internals::motion::methods::{self, IntegrationMethod, StepControl};
+use geardyn::internals::motion::outputs::{MotionOutput, MotionOutputs, OutputQuantity};
+use geardyn::internals::motion::problem::{
     IntegrationOptions, IntegrationStats, Observer, OdeProblem, StepSize,
 };
-use geardyn::motion::signal::Signal;
-use geardyn::motion::wave::{PeriodicFunction, WavePhase, Waveform};
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene;
-use geardyn::scene::laws::TorqueSpeedCurve;
-use geardyn::scene::study::{SimulateStudy, StudyKind};
+use geardyn::internals::motion::signal::Signal;
+use geardyn::internals::motion::wave::{PeriodicFunction, WavePhase, Waveform};
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene;
+use geardyn::internals::scene::laws::TorqueSpeedCurve;
+use geardyn::internals::scene::study::{SimulateStudy, StudyKind};
 use serde_json::{Value, json};
 
 mod beside;
@@ -539,7 +539,7 @@ impl Moved {
             MassMatrix::Diagonal(mass) => mass.clone(),
             MassMatrix::Full { .. } => panic!("the peer takes inertias that are not coupled"),
         };
-        let rows = |m: &geardyn::numeric::Matrix| -> Vec<Vec<f64>> {
+        let rows = |m: &geardyn::internals::numeric::Matrix| -> Vec<Vec<f64>> {
             let row = |i: usize| (0..n).map(|j| m[(i, j)]).collect();
             (0..n).map(row).collect()
         };
@@ -576,7 +576,7 @@ fn terms(direction: &Direction) -> Value {
 fn signal(signal: &Signal) -> Value {
     // JSON has no infinity: what always was so began long ago, with the value its line has at zero.
     const LONG_AGO: f64 = -1e300;
-    let knot = |k: &geardyn::motion::signal::Knot| match k.time.is_finite() {
+    let knot = |k: &geardyn::internals::motion::signal::Knot| match k.time.is_finite() {
         true => [k.time, k.value, k.slope],
         false => [LONG_AGO, k.value, k.slope],
     };

@@ -13,26 +13,26 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use beside::{Took, best, best_on_processor, peers, row};
-use geardyn::machine::direction::Direction;
-use geardyn::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
-use geardyn::motion::dynamic_model::{
+use geardyn::internals::machine::direction::Direction;
+use geardyn::internals::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use geardyn::internals::motion::dynamic_model::{
     AppliedForce, DynamicModel, ForceElement, ForceLaw, MassMatrix,
 };
-use geardyn::motion::floquet::orbit::find_orbit;
-use geardyn::motion::methods;
-use geardyn::motion::outputs::MotionOutputs;
-use geardyn::motion::problem::{IntegrationOptions, Observer, StepSize};
-use geardyn::motion::regime::Regime;
-use geardyn::motion::signal::Signal;
-use geardyn::numeric::Complex;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::response::frf::{ResponseMethod, frf_matrix};
-use geardyn::response::harmonic_balance::curve::{ContinuationOptions, continue_curve};
-use geardyn::response::harmonic_balance::family::SpeedFamily;
-use geardyn::response::harmonic_balance::point::PointOptions;
-use geardyn::response::ports::Ports;
-use geardyn::response::system::OperatingModel;
-use geardyn::scene;
+use geardyn::internals::motion::floquet::orbit::find_orbit;
+use geardyn::internals::motion::methods;
+use geardyn::internals::motion::outputs::MotionOutputs;
+use geardyn::internals::motion::problem::{IntegrationOptions, Observer, StepSize};
+use geardyn::internals::motion::regime::Regime;
+use geardyn::internals::motion::signal::Signal;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::response::frf::{ResponseMethod, frf_matrix};
+use geardyn::internals::response::harmonic_balance::curve::{ContinuationOptions, continue_curve};
+use geardyn::internals::response::harmonic_balance::family::SpeedFamily;
+use geardyn::internals::response::harmonic_balance::point::PointOptions;
+use geardyn::internals::response::ports::Ports;
+use geardyn::internals::response::system::OperatingModel;
+use geardyn::internals::scene;
 
 mod beside;
 

@@ -10,12 +10,14 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use geardyn::plan::modes_run::{ModesResult, run};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::stages::ModesPlan;
-use geardyn::plan::transmission;
-use geardyn::scene;
-use geardyn::scene::study::{DiscretisationMethod, ModesStudy, StateSpaceStudy, StudyKind};
+use geardyn::internals::plan::modes_run::{ModesResult, run};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::stages::ModesPlan;
+use geardyn::internals::plan::transmission;
+use geardyn::internals::scene;
+use geardyn::internals::scene::study::{
+    DiscretisationMethod, ModesStudy, StateSpaceStudy, StudyKind,
+};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -102,7 +104,9 @@ fn truth(prepared: &PreparedMachine, answer: &ModesResult, more: &str) -> String
         .collect();
     // Torsional modes move it by rounding only.
     const SIDEWAYS: f64 = 1e-9;
-    let seen = |shape: &[geardyn::numeric::Complex]| at.iter().any(|&f| shape[f].norm() > SIDEWAYS);
+    let seen = |shape: &[geardyn::internals::numeric::Complex]| {
+        at.iter().any(|&f| shape[f].norm() > SIDEWAYS)
+    };
     let modes: Vec<_> = answer.modes.iter().filter(|m| seen(&m.shape)).collect();
     let list = |values: Vec<f64>, digits: usize| {
         let texts: Vec<String> = values.iter().map(|v| format!("{v:.digits$}")).collect();
@@ -318,12 +322,12 @@ fn encoders() -> Outcome<()> {
         })
         .collect();
     let error = |turns: f64| -> f64 {
-        let wave = |(order, z): &(f64, geardyn::numeric::Complex)| {
+        let wave = |(order, z): &(f64, geardyn::internals::numeric::Complex)| {
             z.re * (TAU * order * turns).cos() - z.im * (TAU * order * turns).sin()
         };
         lines.iter().map(wave).sum()
     };
-    let speeds = geardyn::machine::kinematics::mean_speeds(
+    let speeds = geardyn::internals::machine::kinematics::mean_speeds(
         &prepared.machine,
         &prepared.kinematics,
         study.speed,
@@ -342,7 +346,8 @@ fn encoders() -> Outcome<()> {
             .collect();
         writeln!(csv, "{:.5},{},{}", k as f64 / rate, counts[0], counts[1])?;
     }
-    let list = |value: &dyn Fn(&(f64, geardyn::numeric::Complex)) -> f64, digits: usize| {
+    let list = |value: &dyn Fn(&(f64, geardyn::internals::numeric::Complex)) -> f64,
+                digits: usize| {
         let texts: Vec<String> = lines
             .iter()
             .map(|l| format!("{:.digits$}", value(l)))

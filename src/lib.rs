@@ -1,66 +1,91 @@
-//! Machine dynamics and transmission error of gear drive trains.
+//! Machine dynamics and transmission error of gear drive trains: natural modes, frequency responses, motion in time and transmission
+//! error of machine models; spectra and modal parameters of measured logs.
 //!
-//! The modules are floors: each imports only from those above it in this list.
+//! [`prelude`] holds what most programs need; the tutorial is docs/library.md.
+//!
+//! The private modules are floors: each imports only from those above it in this list.
 
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 /// Errors with places and hints; units; TOML with places.
-pub mod base;
+mod base;
 
 /// Linear algebra, without knowledge of files, gears or the terminal.
-pub mod numeric;
+mod numeric;
 
 /// Logs of measured signals.
-pub mod recording;
+mod recording;
 
 /// What frequencies are in a signal.
-pub mod spectrum;
+mod spectrum;
 
 /// From measured responses to transfer functions and modes.
-pub mod identify;
+mod identify;
 
 /// Gears by themselves: knows neither files nor dynamics.
-pub mod gear;
+mod gear;
 
 /// Model and scene files as written.
-pub mod scene;
+mod scene;
 
 /// Masses and branches.
-pub mod machine;
+mod machine;
 
 /// Natural modes.
-pub mod modes;
+mod modes;
 
 /// Integration in time.
-pub mod motion;
+mod motion;
 
 /// Steady answers to steady excitation, by frequency.
-pub mod response;
+mod response;
 
 /// Transmission error: chain, orders, budget.
-pub mod transmission;
+mod transmission;
 
 /// What a study needs, and running it.
-pub mod plan;
+mod plan;
 
 /// Error against run time, where methods break.
-pub mod study;
+mod study;
 
 /// Results as tables, JSON, CSV and plots.
-pub mod report;
+mod report;
 
 /// The library's surface.
-pub mod api;
+mod api;
 
 /// The command: the only place that touches the terminal.
 #[cfg(feature = "cli")]
-pub mod cli;
+mod cli;
 
 pub use api::builder::ModelBuilder;
 pub use api::machine::Machine;
 pub use api::model::Model;
-pub use base::error::Errors;
-pub use recording::signals::Recording;
+pub use api::modes::{Mode, Modes};
+pub use api::motion::{Motion, MotionOutput};
+pub use api::response::{Response, ResponseFunction, ResponsePeak};
+pub use api::transmission::{OrderComponent, TransmissionError};
+pub use base::code::Code;
+pub use base::error::{Diagnostic, Error, Errors};
+pub use identify::modal_parameters::ModalParameters;
+pub use identify::rational::DelayModel;
+pub use identify::transfer::function::TransferFunction;
+pub use numeric::Complex;
+pub use plan::logs::frf_estimation::FrfStudy;
+pub use plan::logs::identification_result::{IdentificationResult, IdentifiedMode};
+pub use plan::logs::identify_study::IdentifyStudy;
+pub use plan::logs::method::IdentificationMethod;
+pub use plan::logs::spectrum_study::{
+    ChannelSpectrum, SpectrumKind, SpectrumResult, SpectrumStudy,
+};
+pub use recording::frequency_responses::FrequencyResponses;
+pub use recording::signals::{Channel, Recording};
+pub use scene::study::{
+    DiscretisationMethod, IndexingStudy, ModesStudy, OnlineStudy, ReductionKind, ReductionStudy,
+    ResponseMethodTag, ResponseQuantity, ResponseStudy, SimulateStudy, SpeedRange, StateSpaceStudy,
+    TransmissionStudy,
+};
 
 /// The programs of the library's tutorial and of the README, run as tests.
 #[doc = include_str!("../docs/library.md")]
@@ -79,8 +104,68 @@ struct Tutorial;
 /// # Ok::<(), Errors>(())
 /// ```
 pub mod prelude {
-    pub use crate::plan::logs::identify_study::IdentifyStudy;
-    pub use crate::plan::logs::spectrum_study::SpectrumStudy;
-    pub use crate::scene::study::{ModesStudy, ResponseStudy, SimulateStudy, TransmissionStudy};
-    pub use crate::{Errors, Machine, Model, ModelBuilder, Recording};
+    pub use crate::{
+        Errors, IdentifyStudy, Machine, Model, ModelBuilder, ModesStudy, Recording, ResponseStudy,
+        SimulateStudy, SpectrumStudy, TransmissionStudy,
+    };
 }
+
+/// The floors of the house, for the tests and benchmarks of this project and for nothing else: no promise of stability.
+#[doc(hidden)]
+#[allow(missing_docs, reason = "the floors have their own")]
+pub mod internals {
+    pub mod base {
+        pub use crate::base::*;
+    }
+    pub mod numeric {
+        pub use crate::numeric::*;
+    }
+    pub mod recording {
+        pub use crate::recording::*;
+    }
+    pub mod spectrum {
+        pub use crate::spectrum::*;
+    }
+    pub mod identify {
+        pub use crate::identify::*;
+    }
+    pub mod gear {
+        pub use crate::gear::*;
+    }
+    pub mod scene {
+        pub use crate::scene::*;
+    }
+    pub mod machine {
+        pub use crate::machine::*;
+    }
+    pub mod modes {
+        pub use crate::modes::*;
+    }
+    pub mod motion {
+        pub use crate::motion::*;
+    }
+    pub mod response {
+        pub use crate::response::*;
+    }
+    pub mod transmission {
+        pub use crate::transmission::*;
+    }
+    pub mod plan {
+        pub use crate::plan::*;
+    }
+    pub mod study {
+        pub use crate::study::*;
+    }
+    pub mod report {
+        pub use crate::report::*;
+    }
+    #[cfg(feature = "cli")]
+    pub mod cli {
+        pub use crate::cli::*;
+    }
+}
+
+/// Runs the command on the arguments of the process, the program's name first.
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub use cli::run as run_command;

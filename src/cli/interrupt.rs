@@ -29,7 +29,7 @@ fn state() -> MutexGuard<'static, RunState> {
     RUN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Listens for interrupts. The first one raises [`stop`] where the command uses it; without it, and at the second one, temporary
+/// Listens for interrupts. The first one raises [`cancel_on_ctrl_c`] where the command uses it; without it, and at the second one, temporary
 /// files are removed, `report` prints the error unless an answer has begun, and the process exits with [`EXIT_INTERRUPTED`]. The first
 /// one after an answer has begun lets it end, whatever came before. A signal that the caller of the process has ignored (`nohup`,
 /// background jobs of a script) stays ignored.

@@ -166,7 +166,7 @@ impl ResponseSolver {
 /// A sum over modes is compared with direct solutions at a few lines, and given up where they differ.
 ///
 /// # Errors
-/// Names of nothing are found earlier, by [`Ports::read`]; here: frequencies that cannot be; lines at rest of a free machine;
+/// Names of nothing are found earlier, by [`Ports::parse`]; here: frequencies that cannot be; lines at rest of a free machine;
 /// undamped resonances; prescribed motions that exclude each other.
 pub fn frf_matrix(
     model: &OperatingModel,

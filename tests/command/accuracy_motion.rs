@@ -1,17 +1,19 @@
 //! `accuracy` of motions: what errors are measured against, rungs that were not run, what is recommended.
 
 use crate::support::command::said;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::motion::methods::{METHODS, MethodFamily, method_by_name};
-use geardyn::motion::problem::StepSize;
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene;
-use geardyn::scene::initial_conditions::InitialConditions;
-use geardyn::scene::laws::InitialState;
-use geardyn::scene::study::SimulateStudy;
-use geardyn::study::monitor::Monitor;
-use geardyn::study::work_precision::{self, Recommendation, RunOutcome, WorkPrecisionResult};
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::motion::methods::{METHODS, MethodFamily, method_by_name};
+use geardyn::internals::motion::problem::StepSize;
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene;
+use geardyn::internals::scene::initial_conditions::InitialConditions;
+use geardyn::internals::scene::laws::InitialState;
+use geardyn::internals::scene::study::SimulateStudy;
+use geardyn::internals::study::monitor::Monitor;
+use geardyn::internals::study::work_precision::{
+    self, Recommendation, RunOutcome, WorkPrecisionResult,
+};
 use serde_json::Value;
 
 fn study(text: &str, asked: SimulateStudy, methods: &[&str], patience: f64) -> WorkPrecisionResult {

@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use crate::support::command::said;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene;
-use geardyn::scene::study::ResponseStudy;
-use geardyn::study::comparison::{ComparedMethod, ComparisonResult, ModelSize};
-use geardyn::study::monitor::Monitor;
-use geardyn::study::{frequencies, responses};
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene;
+use geardyn::internals::scene::study::ResponseStudy;
+use geardyn::internals::study::comparison::{ComparedMethod, ComparisonResult, ModelSize};
+use geardyn::internals::study::monitor::Monitor;
+use geardyn::internals::study::{frequencies, responses};
 use serde_json::Value;
 
 /// Nobody watches.

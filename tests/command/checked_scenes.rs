@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene;
 
 use crate::support::command::{document, put, refusal, said};
 

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::identify::free_decay::fit;
-use geardyn::identify::rational::{RationalFit, RationalOptions};
+use geardyn::internals::identify::free_decay::fit;
+use geardyn::internals::identify::rational::{RationalFit, RationalOptions};
 
 use crate::support::command::{document, put};
 use crate::support::noise::normal;

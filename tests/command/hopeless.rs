@@ -4,22 +4,24 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use crate::support::command::said;
-use geardyn::base::code::Code;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::motion::diagnostics::fastest_mode;
-use geardyn::motion::methods::{METHODS, method_by_name};
-use geardyn::motion::problem::{IntegrationOptions, Observer, StepSize};
-use geardyn::numeric::Complex;
-use geardyn::plan::motion::cost::CostModel;
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::run;
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene;
-use geardyn::scene::study::SimulateStudy;
-use geardyn::study::monitor::Monitor;
-use geardyn::study::stability::amplification::{amplification_factor, stability_polynomial};
-use geardyn::study::work_precision::{self, RunOutcome};
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::motion::diagnostics::fastest_mode;
+use geardyn::internals::motion::methods::{METHODS, method_by_name};
+use geardyn::internals::motion::problem::{IntegrationOptions, Observer, StepSize};
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::plan::motion::cost::CostModel;
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::run;
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene;
+use geardyn::internals::scene::study::SimulateStudy;
+use geardyn::internals::study::monitor::Monitor;
+use geardyn::internals::study::stability::amplification::{
+    amplification_factor, stability_polynomial,
+};
+use geardyn::internals::study::work_precision::{self, RunOutcome};
 
 fn ready(example: &str, until: f64, output: &str) -> SimulationSetup {
     let text = std::fs::read_to_string(format!("examples/{example}.toml")).unwrap();

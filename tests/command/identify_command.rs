@@ -534,9 +534,9 @@ fn law_left_out_poles() {
 /// A fit that misses a response by half its size is said to be poor, whatever the method.
 #[test]
 fn exact_poor_fit() {
-    use geardyn::numeric::Complex;
-    use geardyn::plan::logs::diagnostics::check_fit;
-    use geardyn::recording::frequency_responses::{
+    use geardyn::internals::numeric::Complex;
+    use geardyn::internals::plan::logs::diagnostics::check_fit;
+    use geardyn::internals::recording::frequency_responses::{
         ChannelLabel, FrequencyResponse, FrequencyResponses,
     };
     let function = |name: &str| FrequencyResponse {
@@ -759,8 +759,8 @@ fn refuses_what_cannot_be() {
 /// Units that say another kind than the flag are heard.
 #[test]
 fn keeps_units_beside_kind() {
-    use geardyn::plan::logs::diagnostics::check_stated_kind;
-    use geardyn::recording::frequency_responses::{
+    use geardyn::internals::plan::logs::diagnostics::check_stated_kind;
+    use geardyn::internals::recording::frequency_responses::{
         ChannelLabel, FrequencyResponse, FrequencyResponses,
     };
     let terminal = |name: &str, unit: &str| ChannelLabel {

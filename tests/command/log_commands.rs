@@ -384,7 +384,7 @@ fn law_every_remark_is_explained() {
                     let plain = word.bytes().all(|b| b.is_ascii_lowercase() || b == b'-');
                     // A kind of what a file holds, not of a remark.
                     let known = word == "spectrum"
-                        || geardyn::base::diagnostic::DIAGNOSTICS
+                        || geardyn::internals::base::diagnostic::DIAGNOSTICS
                             .iter()
                             .any(|r| r.0 == word);
                     if plain && !word.is_empty() && !known {

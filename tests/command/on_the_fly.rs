@@ -5,15 +5,15 @@ use std::path::PathBuf;
 
 use crate::support::command::{document, put, refusal};
 use crate::support::verification::within;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::run::{self, MotionHistory};
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::online::{OnlineAnalysis, OnlineResult};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene::study::{OnlineStudy, OrderTrackingStudy, SimulateStudy};
-use geardyn::scene::{self};
-use geardyn::spectrum::welch::{WelchEstimator, WelchOptions};
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::online::{OnlineAnalysis, OnlineResult};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene::study::{OnlineStudy, OrderTrackingStudy, SimulateStudy};
+use geardyn::internals::scene::{self};
+use geardyn::internals::spectrum::welch::{WelchEstimator, WelchOptions};
 use serde_json::Value;
 
 /// A motor at a constant speed turns a wheel by a shaft; on the wheel a load of one order and one of a frequency.

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::Command;
 
-use geardyn::numeric::Complex;
+use geardyn::internals::numeric::Complex;
 use serde_json::Value;
 
 use crate::support::noise::normal;

@@ -4,23 +4,25 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use crate::support::verification::{printed, within};
-use geardyn::machine::build::build;
-use geardyn::machine::components::Machine;
-use geardyn::machine::kinematics::Kinematics;
-use geardyn::machine::linear::LinearModel;
-use geardyn::machine::operating_point::OperatingPoint;
-use geardyn::modes::campbell::{
+use geardyn::internals::machine::build::build;
+use geardyn::internals::machine::components::Machine;
+use geardyn::internals::machine::kinematics::Kinematics;
+use geardyn::internals::machine::linear::LinearModel;
+use geardyn::internals::machine::operating_point::OperatingPoint;
+use geardyn::internals::modes::campbell::{
     CampbellBranch, CampbellDiagram, CampbellOptions, campbell_diagram,
 };
-use geardyn::modes::damped;
-use geardyn::modes::excitation_orders::{ExcitationCause, OrderOptions, excitation_orders};
-use geardyn::modes::modal_basis::{self, ModalBasis, UndampedSolver};
-use geardyn::modes::modal_matrices;
-use geardyn::modes::mode::Mode;
-use geardyn::modes::tracking::TrackingOptions;
-use geardyn::modes::whirl::Whirl;
-use geardyn::numeric::Complex;
-use geardyn::scene;
+use geardyn::internals::modes::damped;
+use geardyn::internals::modes::excitation_orders::{
+    ExcitationCause, OrderOptions, excitation_orders,
+};
+use geardyn::internals::modes::modal_basis::{self, ModalBasis, UndampedSolver};
+use geardyn::internals::modes::modal_matrices;
+use geardyn::internals::modes::mode::Mode;
+use geardyn::internals::modes::tracking::TrackingOptions;
+use geardyn::internals::modes::whirl::Whirl;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::scene;
 
 struct Case {
     machine: Machine,
@@ -79,7 +81,7 @@ impl Case {
     }
 
     fn modes(&self, rpm: f64, damped: bool) -> Vec<Mode> {
-        let speeds = geardyn::machine::kinematics::mean_speeds(
+        let speeds = geardyn::internals::machine::kinematics::mean_speeds(
             &self.machine,
             &self.kinematics,
             Some(rpm * TAU / 60.0),
@@ -445,7 +447,7 @@ fn exact_constant_without_gyroscopic_terms() {
     }
     // The mode of the mesh takes part in the mesh's orders more than the others do.
     let share = |branch: usize| {
-        let mesh = |c: &&geardyn::modes::campbell::OrderCrossing| {
+        let mesh = |c: &&geardyn::internals::modes::campbell::OrderCrossing| {
             c.branch == branch && found.orders[c.order].fraction == "21"
         };
         found.crossings.iter().find(mesh).map(|c| c.participation)

@@ -1,17 +1,17 @@
 //! Couplings and teeth that are not linear: their tangents under load, their motion, what is refused.
 
-use geardyn::base::time_budget::CancelToken;
+use geardyn::internals::base::time_budget::CancelToken;
 
 use crate::support::verification::within;
-use geardyn::plan::modes_run::run as modes_of;
-use geardyn::plan::motion::run::{self, MotionHistory};
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::motion::{method_choice, method_choice::MethodChoice};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::stages::ModesPlan;
-use geardyn::scene::laws::InitialState;
-use geardyn::scene::study::{ModesStudy, SimulateStudy};
-use geardyn::scene::{self, Scene};
+use geardyn::internals::plan::modes_run::run as modes_of;
+use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::motion::{method_choice, method_choice::MethodChoice};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::stages::ModesPlan;
+use geardyn::internals::scene::laws::InitialState;
+use geardyn::internals::scene::study::{ModesStudy, SimulateStudy};
+use geardyn::internals::scene::{self, Scene};
 
 fn scene_of(text: &str) -> Scene {
     scene::read_text(

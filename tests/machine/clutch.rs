@@ -4,13 +4,13 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use crate::support::{numbers, reference, within};
-use geardyn::base::time_budget::CancelToken;
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::run::{self, MotionHistory};
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene::study::{SimulateStudy, StudyKind};
-use geardyn::scene::{self, Scene};
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene::study::{SimulateStudy, StudyKind};
+use geardyn::internals::scene::{self, Scene};
 
 fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, MotionHistory) {
     let machine = PreparedMachine::new(&scene.model).unwrap();

@@ -2,9 +2,9 @@
 //! and not be shy either: against roots by mpmath, `data/reference/digits.json` and `damped.json`.
 
 use crate::support::{Solved, damped, number, numbers, reference, solve};
-use geardyn::modes::mode::Mode;
-use geardyn::numeric::Complex;
-use geardyn::scene::study::ModesStudy;
+use geardyn::internals::modes::mode::Mode;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::scene::study::ModesStudy;
 use serde_json::Value;
 
 /// By how much an error may exceed the digits announced.

@@ -1,11 +1,11 @@
 //! Machines at the edge of what is one: two trains, one body, numbers at the ends of what is taken.
 
-use geardyn::base::error::Error;
-use geardyn::plan::modes_run::{ModesResult, run};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::stages::ModesPlan;
-use geardyn::scene;
-use geardyn::scene::study::ModesStudy;
+use geardyn::internals::base::error::Error;
+use geardyn::internals::plan::modes_run::{ModesResult, run};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::stages::ModesPlan;
+use geardyn::internals::scene;
+use geardyn::internals::scene::study::ModesStudy;
 
 const HEAD: &str = "title = \"t\"\nsource = \"test\"\nunits = \"SI\"\n";
 

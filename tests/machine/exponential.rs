@@ -2,12 +2,12 @@
 
 use crate::support::moving::{apart, branch, contact, inertias, push, run, run_with, spring};
 use crate::support::verification::{order, within};
-use geardyn::machine::characteristic::Characteristic;
-use geardyn::motion::contact::ContactDamping;
-use geardyn::motion::dynamic_model::{DynamicModel, ForceLaw};
-use geardyn::motion::methods::{self, exponential::PhiKernel};
-use geardyn::motion::problem::StepSize;
-use geardyn::motion::signal::Signal;
+use geardyn::internals::machine::characteristic::Characteristic;
+use geardyn::internals::motion::contact::ContactDamping;
+use geardyn::internals::motion::dynamic_model::{DynamicModel, ForceLaw};
+use geardyn::internals::motion::methods::{self, exponential::PhiKernel};
+use geardyn::internals::motion::problem::StepSize;
+use geardyn::internals::motion::signal::Signal;
 
 /// `K δ³`.
 fn cube(factor: f64) -> ForceLaw {

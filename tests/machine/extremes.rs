@@ -2,26 +2,26 @@
 
 use std::path::Path;
 
-use geardyn::base::code::Code;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::motion::energy_balance::EnergyBalance;
-use geardyn::motion::methods;
-use geardyn::numeric::Complex;
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::run::{self, MotionHistory};
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene::laws::MeshPhase;
-use geardyn::scene::study::SimulateStudy;
-use geardyn::scene::{self, Scene};
-use geardyn::study::monitor::Monitor;
-use geardyn::study::stability::amplification::{
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::motion::energy_balance::EnergyBalance;
+use geardyn::internals::motion::methods;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene::laws::MeshPhase;
+use geardyn::internals::scene::study::SimulateStudy;
+use geardyn::internals::scene::{self, Scene};
+use geardyn::internals::study::monitor::Monitor;
+use geardyn::internals::study::stability::amplification::{
     AmplificationChart, EXPLICIT_METHODS, METHODS, amplification_factors, stability_boundary,
     step_amplification,
 };
-use geardyn::study::stability::linear::linear_stability;
-use geardyn::study::stability::perturbations::{MAX_WORK, PerturbedScene};
-use geardyn::study::stability::stress_test::{
+use geardyn::internals::study::stability::linear::linear_stability;
+use geardyn::internals::study::stability::perturbations::{MAX_WORK, PerturbedScene};
+use geardyn::internals::study::stability::stress_test::{
     CaseMethods, CaseVerdict, MAX_ENERGY_ERROR, RequestedAccuracy, judge_balance, run_case,
     stress_test,
 };

@@ -6,14 +6,14 @@ use crate::support::machines::Random;
 use crate::support::moving::{branch, contact, cosine, gear_pair, inertias, run, spring, wave};
 use crate::support::verification::printed;
 use crate::support::{number, numbers, reference, within};
-use geardyn::base::time_budget::CancelToken;
-use geardyn::motion::contact::ContactDamping;
-use geardyn::motion::dynamic_model::DynamicModel;
-use geardyn::motion::floquet::fold::{FoldOptions, find_fold};
-use geardyn::motion::floquet::orbit::{find_orbit, return_map};
-use geardyn::motion::floquet::stability_chart::instability_tongues;
-use geardyn::motion::floquet::{Monodromy, monodromy};
-use geardyn::motion::wave::Waveform;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::motion::contact::ContactDamping;
+use geardyn::internals::motion::dynamic_model::DynamicModel;
+use geardyn::internals::motion::floquet::fold::{FoldOptions, find_fold};
+use geardyn::internals::motion::floquet::orbit::{find_orbit, return_map};
+use geardyn::internals::motion::floquet::stability_chart::instability_tongues;
+use geardyn::internals::motion::floquet::{Monodromy, monodromy};
+use geardyn::internals::motion::wave::Waveform;
 
 /// `x″ + 2ζ x′ + shape(ωt) x = 0`.
 fn oscillator(waveform: Waveform, omega: f64, zeta: f64) -> DynamicModel {

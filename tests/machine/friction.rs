@@ -3,14 +3,14 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::support::{numbers, reference, within};
-use geardyn::base::time_budget::CancelToken;
-use geardyn::machine::components::{FrictionCapacity, ToothFrictionPath};
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::run::{self, MotionHistory};
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene::study::SimulateStudy;
-use geardyn::scene::{self, Scene};
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::machine::components::{FrictionCapacity, ToothFrictionPath};
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene::study::SimulateStudy;
+use geardyn::internals::scene::{self, Scene};
 
 fn scene_of(text: &str) -> Scene {
     let head = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";

@@ -3,15 +3,15 @@
 use std::f64::consts::TAU;
 
 use crate::support::verification::within;
-use geardyn::base::error::Error;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::run::{self, MotionHistory};
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene::laws::InitialState;
-use geardyn::scene::study::SimulateStudy;
-use geardyn::scene::{self, Scene};
+use geardyn::internals::base::error::Error;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene::laws::InitialState;
+use geardyn::internals::scene::study::SimulateStudy;
+use geardyn::internals::scene::{self, Scene};
 
 /// A model in SI as a scene without studies.
 fn scene_of(text: &str) -> Scene {

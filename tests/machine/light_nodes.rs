@@ -3,20 +3,20 @@
 use crate::support;
 use crate::support::moving::{apart, branch, contact, inertias, push, run as by, run_with, spring};
 use crate::support::{numbers, reference, verification, within};
-use geardyn::base::code::Code;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::machine::characteristic::Characteristic;
-use geardyn::motion::contact::ContactDamping;
-use geardyn::motion::dynamic_model::{DynamicModel, ForceLaw};
-use geardyn::motion::methods;
-use geardyn::motion::problem::StepSize;
-use geardyn::motion::signal::Signal;
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::run::{self, MotionHistory};
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene;
-use geardyn::scene::study::SimulateStudy;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::machine::characteristic::Characteristic;
+use geardyn::internals::motion::contact::ContactDamping;
+use geardyn::internals::motion::dynamic_model::{DynamicModel, ForceLaw};
+use geardyn::internals::motion::methods;
+use geardyn::internals::motion::problem::StepSize;
+use geardyn::internals::motion::signal::Signal;
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene;
+use geardyn::internals::scene::study::SimulateStudy;
 
 /// A disc x₀ on a spring k, behind it a node x₁ without inertia on a cubic spring and a damper to ground, pushed so that x₁ = cos t:
 /// `x₀ = x₁ + (K x₁³ + c ẋ₁)/k`, `f = ẍ₀ + K x₁³ + c ẋ₁`, `cos³ t = (3 cos t + cos 3t)/4`.
@@ -251,7 +251,7 @@ fn asked(until: f64, outputs: &[&str]) -> SimulateStudy {
 fn ready(
     text: &str,
     study: &SimulateStudy,
-) -> Result<SimulationSetup, geardyn::base::error::Error> {
+) -> Result<SimulationSetup, geardyn::internals::base::error::Error> {
     let head = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
     let scene = scene::read_text("test.toml", &format!("{head}{text}")).unwrap();
     SimulationSetup::new(&PreparedMachine::new(&scene.model)?, &scene.start, study)
@@ -442,7 +442,7 @@ fn law_stage_with_massless_ring_and_planets() {
     // Sun and carrier, x, y and theta each.
     assert_eq!(model.coordinate_count(), 6);
     assert!(model.elements.len() < 60, "{}", model.elements.len());
-    let mut k = geardyn::numeric::Matrix::zeros(6, 6);
+    let mut k = geardyn::internals::numeric::Matrix::zeros(6, 6);
     for b in &model.elements {
         let ForceLaw::Linear { stiffness, .. } = b.law else {
             panic!("{:?}", b.law)
@@ -455,8 +455,9 @@ fn law_stage_with_massless_ring_and_planets() {
     }
     let found = support::solve_model(&scene.model, &support::plain()).unwrap();
     let root = |i: usize| model.mass.entry(i, i).sqrt();
-    let scaled = geardyn::numeric::Matrix::from_fn(6, 6, |i, j| k[(i, j)] / (root(i) * root(j)));
-    let mut own = geardyn::numeric::symmetric::symmetric_eigen(&scaled)
+    let scaled =
+        geardyn::internals::numeric::Matrix::from_fn(6, 6, |i, j| k[(i, j)] / (root(i) * root(j)));
+    let mut own = geardyn::internals::numeric::symmetric::symmetric_eigen(&scaled)
         .unwrap()
         .values;
     own.sort_by(f64::total_cmp);

@@ -3,14 +3,14 @@
 use crate::support;
 use std::f64::consts::TAU;
 
-use geardyn::base::error::Diagnostic;
-use geardyn::plan::modes_run::{ModesResult, run};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::response::run as response;
-use geardyn::plan::stages::ModesPlan;
-use geardyn::scene;
-use geardyn::scene::study::{ModesStudy, ResponseStudy};
-use geardyn::study::stability::linear::linear_stability;
+use geardyn::internals::base::error::Diagnostic;
+use geardyn::internals::plan::modes_run::{ModesResult, run};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::response::run as response;
+use geardyn::internals::plan::stages::ModesPlan;
+use geardyn::internals::scene;
+use geardyn::internals::scene::study::{ModesStudy, ResponseStudy};
+use geardyn::internals::study::stability::linear::linear_stability;
 
 fn prepared(text: &str) -> PreparedMachine {
     let head = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";

@@ -1,13 +1,13 @@
 //! Loss factors: `K (1 + iη)` above the real axis, whatever their size and however many freedoms there are.
 
 use crate::support::verification::within;
-use geardyn::modes::mode::Mode;
-use geardyn::numeric::Complex;
-use geardyn::plan::modes_run::run;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::stages::ModesPlan;
-use geardyn::scene;
-use geardyn::scene::study::ModesStudy;
+use geardyn::internals::modes::mode::Mode;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::plan::modes_run::run;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::stages::ModesPlan;
+use geardyn::internals::scene;
+use geardyn::internals::scene::study::ModesStudy;
 
 const HEAD: &str = "title = \"t\"\nsource = \"test\"\nunits = \"SI\"\n";
 

@@ -1,6 +1,6 @@
 //! Spectrograms as pictures: cells where there was signal, the colours of their levels, and no more of them than an eye can tell apart.
 
-use geardyn::report::heatmap::{Heatmap, draw_heatmaps};
+use geardyn::internals::report::heatmap::{Heatmap, draw_heatmaps};
 
 /// Colours of the ends of the scale.
 const LOWEST: &str = "#440154";

@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 use crate::support::verification::{printed, within};
-use geardyn::base::code::Code;
-use geardyn::gear::involute::{InvoluteGear, angle_from_inv, inv};
-use geardyn::gear::measurement::pitch::{PitchDeviations, PitchMethod, default_span};
-use geardyn::gear::measurement::runout;
-use geardyn::gear::measurement::tooth_thickness::ThicknessMethod;
-use geardyn::gear::measurement::trace::{self, Modification};
+use geardyn::internals::base::code::Code;
+use geardyn::internals::gear::involute::{InvoluteGear, angle_from_inv, inv};
+use geardyn::internals::gear::measurement::pitch::{PitchDeviations, PitchMethod, default_span};
+use geardyn::internals::gear::measurement::runout;
+use geardyn::internals::gear::measurement::tooth_thickness::ThicknessMethod;
+use geardyn::internals::gear::measurement::trace::{self, Modification};
 
 fn near(found: f64, expected: f64, tolerance: f64) {
     within("values, absolute", (found - expected).abs(), tolerance);

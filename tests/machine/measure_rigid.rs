@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use crate::support::verification::within;
-use geardyn::base::code::Code;
-use geardyn::gear::measurement::composite::SingleFlankRecord;
-use geardyn::gear::measurement::unloaded_te::{
+use geardyn::internals::base::code::Code;
+use geardyn::internals::gear::measurement::composite::SingleFlankRecord;
+use geardyn::internals::gear::measurement::unloaded_te::{
     FlankDeviations, separate_pitch_and_profile, te_against_master, te_of_pair,
 };
 

@@ -2,9 +2,11 @@
 
 use crate::support::verification::printed;
 use GearDeviation::*;
-use geardyn::gear::measurement::accuracy_grades::{AccuracyGrades, BacklashClass};
-use geardyn::gear::measurement::deviation::{GearDeviation, ToleranceGroup};
-use geardyn::gear::measurement::iso1328::{Edition, GearSize, is_within, round_tolerance};
+use geardyn::internals::gear::measurement::accuracy_grades::{AccuracyGrades, BacklashClass};
+use geardyn::internals::gear::measurement::deviation::{GearDeviation, ToleranceGroup};
+use geardyn::internals::gear::measurement::iso1328::{
+    Edition, GearSize, is_within, round_tolerance,
+};
 
 fn size(module_mm: f64, teeth: u32, width_mm: f64) -> GearSize {
     GearSize {

@@ -2,16 +2,16 @@
 
 use std::f64::consts::{PI, TAU};
 
-use geardyn::motion::dynamic_model::{DynamicModel, ForceElement};
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::transmission::run::run;
-use geardyn::response::harmonic_balance::family::SpeedFamily;
-use geardyn::scene;
-use geardyn::scene::initial_conditions::InitialConditions;
-use geardyn::scene::laws::{InitialState, MeshPhase};
-use geardyn::scene::study::{SimulateStudy, TransmissionStudy};
-use geardyn::transmission::order_lines::LineOrigin;
+use geardyn::internals::motion::dynamic_model::{DynamicModel, ForceElement};
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::transmission::run::run;
+use geardyn::internals::response::harmonic_balance::family::SpeedFamily;
+use geardyn::internals::scene;
+use geardyn::internals::scene::initial_conditions::InitialConditions;
+use geardyn::internals::scene::laws::{InitialState, MeshPhase};
+use geardyn::internals::scene::study::{SimulateStudy, TransmissionStudy};
+use geardyn::internals::transmission::order_lines::LineOrigin;
 
 /// A toothed pair: its elements, the shaft that carries its cycle forward, that shaft's speed per speed of `a`, and the teeth of the cycle.
 struct Mesh {

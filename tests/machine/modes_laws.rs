@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use crate::support::machines::{self, Description, Random, Unit};
 use crate::support::{Solved, damped, model, plain, solve, solve_file, solve_model, within, worst};
-use geardyn::base::code::Code;
-use geardyn::machine::components::{BranchLaw, Machine};
-use geardyn::modes::mode::Mode;
-use geardyn::modes::sensitivity::SensitivityParameter;
-use geardyn::numeric::Complex;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::machine::components::{BranchLaw, Machine};
+use geardyn::internals::modes::mode::Mode;
+use geardyn::internals::modes::sensitivity::SensitivityParameter;
+use geardyn::internals::numeric::Complex;
 
 const HEAD: &str = "units = \"SI\"\ntitle = \"small\"\nsource = \"a test\"\n";
 

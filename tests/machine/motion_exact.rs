@@ -4,25 +4,25 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::ControlFlow;
 
 use crate::support::verification::within;
-use geardyn::base::code::Code;
-use geardyn::base::error::Error;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::machine::characteristic::Characteristic;
-use geardyn::machine::direction::Direction;
-use geardyn::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
-use geardyn::motion::curve::TorqueSpeedCurve;
-use geardyn::motion::dynamic_model::{
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::error::Error;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::machine::characteristic::Characteristic;
+use geardyn::internals::machine::direction::Direction;
+use geardyn::internals::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use geardyn::internals::motion::curve::TorqueSpeedCurve;
+use geardyn::internals::motion::dynamic_model::{
     AppliedForce, DynamicModel, ElementState, ForceElement, ForceLaw, MassMatrix,
 };
-use geardyn::motion::friction::FrictionLaw;
-use geardyn::motion::methods;
-use geardyn::motion::problem::{
+use geardyn::internals::motion::friction::FrictionLaw;
+use geardyn::internals::motion::methods;
+use geardyn::internals::motion::problem::{
     IntegrationOptions, IntegrationStats, Observer, OdeProblem, StepSize,
 };
-use geardyn::motion::segment::{regime_cache, run};
-use geardyn::motion::signal::Signal;
-use geardyn::motion::wave::{PeriodicFunction, WavePhase, Waveform};
-use geardyn::numeric::{Matrix, expm::expm};
+use geardyn::internals::motion::segment::{regime_cache, run};
+use geardyn::internals::motion::signal::Signal;
+use geardyn::internals::motion::wave::{PeriodicFunction, WavePhase, Waveform};
+use geardyn::internals::numeric::{Matrix, expm::expm};
 use serde_json::Value;
 
 // machines
@@ -560,7 +560,8 @@ fn law_general_machine_against_an_exponential() {
         ],
     );
     let matrix = Matrix::from_fn(4, 4, |i, j| if i == j { 1.0 + i as f64 } else { 0.2 });
-    let inverse = geardyn::numeric::symmetric::lu_solve(&matrix, &Matrix::identity(4, 4)).unwrap();
+    let inverse =
+        geardyn::internals::numeric::symmetric::lu_solve(&matrix, &Matrix::identity(4, 4)).unwrap();
     for variant in 0..3 {
         let mut machine = machine.clone();
         if variant > 0 {

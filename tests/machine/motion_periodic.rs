@@ -6,14 +6,14 @@ use crate::support::moving::{
     apart, branch, brute, contact, cosine, gear_pair, inertias, push, run, spring, wave,
 };
 use crate::support::{numbers, reference, within};
-use geardyn::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
-use geardyn::motion::curve::TorqueSpeedCurve;
-use geardyn::motion::dynamic_model::{DynamicModel, ElementState, ForceLaw};
-use geardyn::motion::friction::FrictionLaw;
-use geardyn::motion::methods;
-use geardyn::motion::methods::periodic::run::PeriodicRun;
-use geardyn::motion::signal::Signal;
-use geardyn::motion::wave::{PeriodicFunction, WavePhase, Waveform};
+use geardyn::internals::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use geardyn::internals::motion::curve::TorqueSpeedCurve;
+use geardyn::internals::motion::dynamic_model::{DynamicModel, ElementState, ForceLaw};
+use geardyn::internals::motion::friction::FrictionLaw;
+use geardyn::internals::motion::methods;
+use geardyn::internals::motion::methods::periodic::run::PeriodicRun;
+use geardyn::internals::motion::signal::Signal;
+use geardyn::internals::motion::wave::{PeriodicFunction, WavePhase, Waveform};
 use serde_json::Value;
 
 fn rows(value: &Value) -> Vec<Vec<f64>> {
@@ -316,7 +316,7 @@ fn refuses_what_does_not_repeat() {
     assert!(reason(&with_brake).contains("brake"));
     let angle = |model: &mut DynamicModel| {
         let phase = WavePhase::FollowsAngle {
-            angle: geardyn::machine::direction::Direction::unit(0),
+            angle: geardyn::internals::machine::direction::Direction::unit(0),
             start: 0.0,
             known: None,
         };

@@ -5,25 +5,25 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use crate::support::verification::within;
-use geardyn::base::code::Code;
-use geardyn::base::error::Error;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::machine::characteristic::Characteristic;
-use geardyn::machine::direction::Direction;
-use geardyn::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
-use geardyn::motion::dynamic_model::{
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::error::Error;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::machine::characteristic::Characteristic;
+use geardyn::internals::machine::direction::Direction;
+use geardyn::internals::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use geardyn::internals::motion::dynamic_model::{
     AppliedForce, DynamicModel, ForceElement, ForceLaw, MassMatrix,
 };
-use geardyn::motion::friction::FrictionLaw;
-use geardyn::motion::methods::alpha::{self, weights::GeneralizedAlpha};
-use geardyn::motion::methods::explicit_runge_kutta::{self, ExplicitMethod};
-use geardyn::motion::methods::{METHODS, StepControl, method_by_name, with_events};
-use geardyn::motion::problem::{
+use geardyn::internals::motion::friction::FrictionLaw;
+use geardyn::internals::motion::methods::alpha::{self, weights::GeneralizedAlpha};
+use geardyn::internals::motion::methods::explicit_runge_kutta::{self, ExplicitMethod};
+use geardyn::internals::motion::methods::{METHODS, StepControl, method_by_name, with_events};
+use geardyn::internals::motion::problem::{
     IntegrateFn, IntegrationOptions, IntegrationStats, Observer, OdeProblem, StepSize,
 };
-use geardyn::motion::signal::{Harmonic, Knot, Signal};
-use geardyn::motion::wave::{PeriodicFunction, WavePhase, Waveform};
-use geardyn::numeric::{Matrix, symmetric};
+use geardyn::internals::motion::signal::{Harmonic, Knot, Signal};
+use geardyn::internals::motion::wave::{PeriodicFunction, WavePhase, Waveform};
+use geardyn::internals::numeric::{Matrix, symmetric};
 use serde_json::Value;
 
 /// Samples of a run: time and state.
@@ -470,7 +470,7 @@ fn by_bdf(name: &str, problem: &Stiff, options: &IntegrationOptions, expected: &
         ..options.clone()
     };
     let (samples, stats) = gather(
-        geardyn::motion::methods::bdf::integrate_ode,
+        geardyn::internals::motion::methods::bdf::integrate_ode,
         problem,
         &options,
     )

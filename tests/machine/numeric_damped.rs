@@ -1,8 +1,8 @@
 //! Damped chains against mpmath: `data/reference/damped.json`, made by `tools/reference_graded.py`.
 
 use crate::support::verification::within;
-use geardyn::numeric::quadratic::QuadraticEigenproblem;
-use geardyn::numeric::{Complex, Matrix, eigen, graded};
+use geardyn::internals::numeric::quadratic::QuadraticEigenproblem;
+use geardyn::internals::numeric::{Complex, Matrix, eigen, graded};
 use serde_json::Value;
 
 /// `λ² I + λ C + Ω²` in the modal coordinates of an undamped machine, and its exact eigenvalues.

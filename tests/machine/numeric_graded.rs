@@ -1,7 +1,7 @@
 //! Graded machines against mpmath: `data/reference/graded.json`, made by `tools/reference_graded.py`.
 
 use crate::support::verification::within;
-use geardyn::numeric::{Matrix, graded};
+use geardyn::internals::numeric::{Matrix, graded};
 use serde_json::Value;
 
 struct Problem {

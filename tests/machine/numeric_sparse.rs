@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use crate::support::verification::within;
 use faer::Side;
-use geardyn::numeric::Matrix;
-use geardyn::numeric::forest::{Forest, ForestSpring};
-use geardyn::numeric::lanczos::{LanczosProblem, RitzPairs, nearest_modes};
-use geardyn::numeric::shift_invert::{EnergyCorrected, ShiftedForest};
-use geardyn::numeric::sparse::{LdlFactor, SparseSymmetric};
+use geardyn::internals::numeric::Matrix;
+use geardyn::internals::numeric::forest::{Forest, ForestSpring};
+use geardyn::internals::numeric::lanczos::{LanczosProblem, RitzPairs, nearest_modes};
+use geardyn::internals::numeric::shift_invert::{EnergyCorrected, ShiftedForest};
+use geardyn::internals::numeric::sparse::{LdlFactor, SparseSymmetric};
 use serde_json::Value;
 
 /// The lowest modes of springs and a diagonal mass.
@@ -483,7 +483,10 @@ fn survives_nothing_and_too_much() {
 fn refuses_a_singular_matrix() {
     let k = SparseSymmetric::from_entries(2, &assembled(&[shaft(0, 1, 1.0)]));
     let error = LdlFactor::new(&k).err().unwrap();
-    assert_eq!(error.code, geardyn::base::code::Code::NoConvergence);
+    assert_eq!(
+        error.code,
+        geardyn::internals::base::code::Code::NoConvergence
+    );
     let m = SparseSymmetric::diagonal(&[1.0, 1.0]);
     let moved = LdlFactor::shifted(&k, &m, 2.0).unwrap();
     assert!(
@@ -492,7 +495,7 @@ fn refuses_a_singular_matrix() {
     let broken = SparseSymmetric::diagonal(&[1.0, f64::NAN]);
     assert_eq!(
         LdlFactor::new(&broken).err().unwrap().code,
-        geardyn::base::code::Code::Overflow
+        geardyn::internals::base::code::Code::Overflow
     );
 }
 

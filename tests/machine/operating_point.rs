@@ -1,12 +1,12 @@
 //! Which contacts carry under the mean loads, on which flank, and what follows for the modes.
 
 use crate::support::verification::{printed, within};
-use geardyn::machine::operating_point::ActiveFlank;
-use geardyn::plan::modes_run::{ModesResult, run};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::stages::ModesPlan;
-use geardyn::scene;
-use geardyn::scene::study::ModesStudy;
+use geardyn::internals::machine::operating_point::ActiveFlank;
+use geardyn::internals::plan::modes_run::{ModesResult, run};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::stages::ModesPlan;
+use geardyn::internals::scene;
+use geardyn::internals::scene::study::ModesStudy;
 
 fn prepared(text: &str) -> PreparedMachine {
     let scene = scene::read_text("test.toml", text).unwrap_or_else(|e| panic!("{e}"));

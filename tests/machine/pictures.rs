@@ -4,16 +4,16 @@
 
 use std::path::Path;
 
-use geardyn::plan::modes_run::{ModesResult, run};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::stages::ModesPlan;
-use geardyn::report::campbell_plot::{
+use geardyn::internals::plan::modes_run::{ModesResult, run};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::stages::ModesPlan;
+use geardyn::internals::report::campbell_plot::{
     CampbellPlot, PlottedBranch, PlottedCrossing, PlottedOrder, PlottedWhirl, draw_campbell,
 };
-use geardyn::report::energy_matrix_plot::draw_energy_matrix;
-use geardyn::report::mode_shape_plot::draw_mode_shapes;
-use geardyn::scene::study::ModesStudy;
-use geardyn::scene::{read, read_text};
+use geardyn::internals::report::energy_matrix_plot::draw_energy_matrix;
+use geardyn::internals::report::mode_shape_plot::draw_mode_shapes;
+use geardyn::internals::scene::study::ModesStudy;
+use geardyn::internals::scene::{read, read_text};
 
 fn answer(model: &str, study: &ModesStudy) -> (PreparedMachine, ModesResult) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -23,7 +23,7 @@ fn answer(model: &str, study: &ModesStudy) -> (PreparedMachine, ModesResult) {
 }
 
 fn prepared(
-    model: &geardyn::scene::model::Model,
+    model: &geardyn::internals::scene::model::Model,
     study: &ModesStudy,
 ) -> (PreparedMachine, ModesResult) {
     let machine = PreparedMachine::new(model).unwrap_or_else(|e| panic!("{}", e.message));

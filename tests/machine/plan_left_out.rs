@@ -8,9 +8,9 @@ use std::fs;
 use crate::support::{
     Solved, damped, lowest, model, plain, solve, solve_file, solve_model, within, worst,
 };
-use geardyn::base::code::Code;
-use geardyn::plan::stages::{ModesPlan, Stage, StageDecision};
-use geardyn::scene::study::ModesStudy;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::plan::stages::{ModesPlan, Stage, StageDecision};
+use geardyn::internals::scene::study::ModesStudy;
 
 fn models() -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir("models")

@@ -3,18 +3,18 @@
 use crate::support;
 use std::f64::consts::TAU;
 
-use geardyn::base::time_budget::CancelToken;
-use geardyn::modes::mode::Mode;
-use geardyn::plan::modes_run::run;
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::run as motion;
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::stages::ModesPlan;
-use geardyn::scene;
-use geardyn::scene::initial_conditions::InitialConditions;
-use geardyn::scene::laws::InitialState;
-use geardyn::scene::study::{ModesStudy, SimulateStudy};
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::modes::mode::Mode;
+use geardyn::internals::plan::modes_run::run;
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::run as motion;
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::stages::ModesPlan;
+use geardyn::internals::scene;
+use geardyn::internals::scene::initial_conditions::InitialConditions;
+use geardyn::internals::scene::laws::InitialState;
+use geardyn::internals::scene::study::{ModesStudy, SimulateStudy};
 
 fn first_hz(lateral: &str) -> f64 {
     let text = format!(

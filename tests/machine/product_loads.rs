@@ -2,15 +2,15 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::base::time_budget::CancelToken;
-use geardyn::motion::product::product;
-use geardyn::motion::signal::Signal;
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::run;
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene;
-use geardyn::scene::study::SimulateStudy;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::motion::product::product;
+use geardyn::internals::motion::signal::Signal;
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::run;
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene;
+use geardyn::internals::scene::study::SimulateStudy;
 
 const HEAD: &str = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
 

@@ -6,8 +6,8 @@ use crate::support::{
     Solved, damped, lowest, number, numbers, plain, reference, solve, solve_file,
     verification::printed, within, worst,
 };
-use geardyn::numeric::Complex;
-use geardyn::scene::study::ModesStudy;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::scene::study::ModesStudy;
 use serde_json::Value;
 
 /// Frequencies of a file against what was printed and what was recomputed.

@@ -4,12 +4,12 @@ use std::f64::consts::{PI, TAU};
 
 use crate::support::verification::printed;
 use crate::support::{damped, model, plain, solve, within, worst};
-use geardyn::numeric::Complex;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::response::frf::{ResponseMethod, frf_matrix};
-use geardyn::response::ports::Ports;
-use geardyn::response::system::OperatingModel;
-use geardyn::scene::study::ModesStudy;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::response::frf::{ResponseMethod, frf_matrix};
+use geardyn::internals::response::ports::Ports;
+use geardyn::internals::response::system::OperatingModel;
+use geardyn::internals::scene::study::ModesStudy;
 
 const HEAD: &str = "units = \"SI\"\ntitle = \"rotor\"\nsource = \"a test\"\n";
 

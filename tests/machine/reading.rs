@@ -3,9 +3,11 @@
 use std::f64::consts::PI;
 use std::fs;
 
-use geardyn::scene::model::{BarMass, BranchDamping, BranchEnd, PlanetaryGeometry, ShaftBody};
-use geardyn::scene::study::{SpeedRange, StudyKind};
-use geardyn::scene::{read, read_text};
+use geardyn::internals::scene::model::{
+    BarMass, BranchDamping, BranchEnd, PlanetaryGeometry, ShaftBody,
+};
+use geardyn::internals::scene::study::{SpeedRange, StudyKind};
+use geardyn::internals::scene::{read, read_text};
 
 /// One element of every kind.
 const EVERYTHING: &str = r#"
@@ -314,7 +316,7 @@ fn survives_random_mutations() {
             assert!(!errors.as_slice().is_empty());
             assert!(errors.to_string().len() < 20_000);
             #[cfg(feature = "cli")]
-            assert!(!geardyn::cli::render::render_errors(&errors, false).is_empty());
+            assert!(!geardyn::internals::cli::render::render_errors(&errors, false).is_empty());
         }
     }
 }

@@ -3,19 +3,19 @@
 use std::path::Path;
 
 use crate::support::verification::within;
-use geardyn::base::code::Code;
-use geardyn::machine::{
+use geardyn::internals::base::code::Code;
+use geardyn::internals::machine::{
     build::build, components::Machine, kinematics::Kinematics, linear::LinearModel,
     operating_point::OperatingPoint,
 };
-use geardyn::modes::modal_basis::{self, ModalBasis, UndampedSolver};
-use geardyn::modes::reduction::{
+use geardyn::internals::modes::modal_basis::{self, ModalBasis, UndampedSolver};
+use geardyn::internals::modes::reduction::{
     BandError, ComparisonBand, ModeSelection, ReducedModel, ReductionMethod, coordinate_by_name,
     find_condensable, natural_frequencies,
 };
-use geardyn::modes::state_space::StateSpace;
-use geardyn::modes::system_matrices::{AnalysisContext, SystemMatrices};
-use geardyn::numeric::{Complex, ComplexMatrix, symmetric};
+use geardyn::internals::modes::state_space::StateSpace;
+use geardyn::internals::modes::system_matrices::{AnalysisContext, SystemMatrices};
+use geardyn::internals::numeric::{Complex, ComplexMatrix, symmetric};
 
 const TAU: f64 = std::f64::consts::TAU;
 
@@ -72,14 +72,14 @@ impl Ready {
     fn full(&self) -> SystemMatrices {
         SystemMatrices::in_basis(
             &self.case(),
-            geardyn::numeric::Matrix::identity(self.linear.n, self.linear.n),
+            geardyn::internals::numeric::Matrix::identity(self.linear.n, self.linear.n),
             Vec::new(),
             0,
         )
     }
 }
 
-fn ready(model: &geardyn::scene::model::Model) -> Ready {
+fn ready(model: &geardyn::internals::scene::model::Model) -> Ready {
     let machine = build(model).unwrap();
     let kinematics = Kinematics::new(&machine).unwrap();
     let operating = OperatingPoint::solve(&machine, &kinematics).unwrap();
@@ -95,7 +95,7 @@ fn ready(model: &geardyn::scene::model::Model) -> Ready {
 fn written(text: &str) -> Ready {
     let head = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
     ready(
-        &geardyn::scene::read_text("test.toml", &format!("{head}{text}"))
+        &geardyn::internals::scene::read_text("test.toml", &format!("{head}{text}"))
             .unwrap()
             .model,
     )
@@ -105,7 +105,7 @@ fn shipped(name: &str) -> Ready {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("models")
         .join(name);
-    ready(&geardyn::scene::read(&path).unwrap().model)
+    ready(&geardyn::internals::scene::read(&path).unwrap().model)
 }
 
 fn chain(held: &str, loss: &str) -> Ready {
@@ -274,7 +274,7 @@ fn law_rigid_motions_survive() {
                         .map(|j| [0, n - 1].get(j).map_or(0.0, |&i| motion[i]))
                         .collect(),
                 };
-                let product = |m: &geardyn::numeric::Matrix| -> f64 {
+                let product = |m: &geardyn::internals::numeric::Matrix| -> f64 {
                     (0..r.len())
                         .map(|i| (0..r.len()).map(|j| r[i] * m[(i, j)] * r[j]).sum::<f64>())
                         .sum()

@@ -5,24 +5,24 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use crate::support::within;
-use geardyn::base::code::Code;
-use geardyn::base::error::Error;
-use geardyn::machine::kinematics::mean_speeds;
-use geardyn::motion::assemble::assemble;
-use geardyn::numeric::{Complex, ComplexMatrix, Matrix};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::response::frf::{FrfMatrix, ResponseMethod, SolverKind, frf_matrix};
-use geardyn::response::ports::Ports;
-use geardyn::response::system::OperatingModel;
-use geardyn::scene::initial_conditions::InitialConditions;
-use geardyn::scene::laws::MeshPhase;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::error::Error;
+use geardyn::internals::machine::kinematics::mean_speeds;
+use geardyn::internals::motion::assemble::assemble;
+use geardyn::internals::numeric::{Complex, ComplexMatrix, Matrix};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::response::frf::{FrfMatrix, ResponseMethod, SolverKind, frf_matrix};
+use geardyn::internals::response::ports::Ports;
+use geardyn::internals::response::system::OperatingModel;
+use geardyn::internals::scene::initial_conditions::InitialConditions;
+use geardyn::internals::scene::laws::MeshPhase;
 use serde_json::Value;
 
 const HEAD: &str = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
 
 fn written(text: &str) -> PreparedMachine {
     PreparedMachine::new(
-        &geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}"))
+        &geardyn::internals::scene::read_text("test.toml", &format!("{HEAD}{text}"))
             .unwrap()
             .model,
     )
@@ -33,7 +33,7 @@ fn shipped(name: &str) -> PreparedMachine {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("models")
         .join(name);
-    PreparedMachine::new(&geardyn::scene::read(&path).unwrap().model).unwrap()
+    PreparedMachine::new(&geardyn::internals::scene::read(&path).unwrap().model).unwrap()
 }
 
 struct Ask<'a> {
@@ -416,7 +416,8 @@ error = [{ on = "c", mesh = "p1", cause = "eccentricity", amplitude = 1e-2, phas
 [speed]
 a = "900 rad/s"
 "#;
-    let scene = geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}")).unwrap();
+    let scene =
+        geardyn::internals::scene::read_text("test.toml", &format!("{HEAD}{text}")).unwrap();
     let machine = PreparedMachine::new(&scene.model).unwrap();
     let speeds = mean_speeds(&machine.machine, &machine.kinematics, None).unwrap();
     let model = assemble(
@@ -458,7 +459,7 @@ a = "900 rad/s"
         }
     }
     let right = Matrix::from_fn(2 * n, 1, |i, _| -end[i]);
-    let start = geardyn::numeric::symmetric::lu_solve(&system, &right).unwrap();
+    let start = geardyn::internals::numeric::symmetric::lu_solve(&system, &right).unwrap();
     let periodic: Vec<f64> = (0..2 * n).map(|i| start[(i, 0)]).collect();
     let states = run(&periodic);
 

@@ -4,25 +4,25 @@ use std::f64::consts::TAU;
 
 use crate::support::moving::{apart, branch, brute, contact, cosine, inertias, push, spring, wave};
 use crate::support::{number, numbers, reference, within};
-use geardyn::base::code::Code;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::machine::characteristic::Characteristic;
-use geardyn::motion::contact::ContactDamping;
-use geardyn::motion::dynamic_model::{DynamicModel, ForceLaw};
-use geardyn::motion::floquet::orbit::find_orbit;
-use geardyn::motion::floquet::stability_chart::instability_tongues;
-use geardyn::motion::friction::FrictionLaw;
-use geardyn::motion::methods;
-use geardyn::motion::outputs::{MotionOutput, MotionOutputs, OutputQuantity};
-use geardyn::motion::problem::{IntegrationOptions, Observer, StepSize};
-use geardyn::motion::regime::Regime;
-use geardyn::motion::signal::Signal;
-use geardyn::response::harmonic_balance::bifurcation::BifurcationKind;
-use geardyn::response::harmonic_balance::curve::{
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::machine::characteristic::Characteristic;
+use geardyn::internals::motion::contact::ContactDamping;
+use geardyn::internals::motion::dynamic_model::{DynamicModel, ForceLaw};
+use geardyn::internals::motion::floquet::orbit::find_orbit;
+use geardyn::internals::motion::floquet::stability_chart::instability_tongues;
+use geardyn::internals::motion::friction::FrictionLaw;
+use geardyn::internals::motion::methods;
+use geardyn::internals::motion::outputs::{MotionOutput, MotionOutputs, OutputQuantity};
+use geardyn::internals::motion::problem::{IntegrationOptions, Observer, StepSize};
+use geardyn::internals::motion::regime::Regime;
+use geardyn::internals::motion::signal::Signal;
+use geardyn::internals::response::harmonic_balance::bifurcation::BifurcationKind;
+use geardyn::internals::response::harmonic_balance::curve::{
     ContinuationOptions, DEFAULT_TOLERANCE, SolutionCurve, continue_curve,
 };
-use geardyn::response::harmonic_balance::family::SpeedFamily;
-use geardyn::response::harmonic_balance::point::{PointOptions, Refinement};
+use geardyn::internals::response::harmonic_balance::family::SpeedFamily;
+use geardyn::internals::response::harmonic_balance::point::{PointOptions, Refinement};
 
 /// Case S1 and its like: `δ″ + 2ζ δ′ + (1 + ε cos Ωt) g(δ) = Fm − e″`, e = Fah cos Ωt, on a free pair of inertias 2.
 fn pair(set: &str) -> DynamicModel {

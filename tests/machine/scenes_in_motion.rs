@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use crate::support::verification::within;
-use geardyn::base::code::Code;
-use geardyn::base::error::Error;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::motion::dynamic_model::ForceLaw;
-use geardyn::plan::motion::method_choice;
-use geardyn::plan::motion::output_statistics;
-use geardyn::plan::motion::run::{self, MotionHistory};
-use geardyn::plan::motion::simulation_setup::SimulationSetup;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::scene::study::SimulateStudy;
-use geardyn::scene::{self, Scene};
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::error::Error;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::motion::dynamic_model::ForceLaw;
+use geardyn::internals::plan::motion::method_choice;
+use geardyn::internals::plan::motion::output_statistics;
+use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::scene::study::SimulateStudy;
+use geardyn::internals::scene::{self, Scene};
 
 /// A model as a scene without studies.
 fn scene_of(text: &str) -> Scene {
@@ -453,7 +453,7 @@ roll = [0.0, 1.0]
     assert_eq!(drives(&ready_whole), 6);
     let axial = ready(&scene("", "k_z = 1e8"), &study(1.0, &["head.z.load"])).unwrap();
     assert_eq!(drives(&axial), 2);
-    let without = geardyn::machine::build::build(&scene("", whole).model)
+    let without = geardyn::internals::machine::build::build(&scene("", whole).model)
         .err()
         .unwrap();
     assert_eq!(without.code, Code::Conflict);

@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use crate::support::verification::within;
-use geardyn::base::code::Code;
-use geardyn::machine::{
+use geardyn::internals::base::code::Code;
+use geardyn::internals::machine::{
     build::build, components::Machine, kinematics::Kinematics, linear::LinearModel,
     operating_point::OperatingPoint,
 };
-use geardyn::modes::modal_basis::{self, ModalBasis, UndampedSolver};
-use geardyn::modes::state_space::StateSpace;
-use geardyn::modes::state_space::participation::participation;
-use geardyn::modes::system_matrices::{AnalysisContext, SystemMatrices};
-use geardyn::numeric::{Complex, Matrix};
-use geardyn::scene::study::DiscretisationMethod;
+use geardyn::internals::modes::modal_basis::{self, ModalBasis, UndampedSolver};
+use geardyn::internals::modes::state_space::StateSpace;
+use geardyn::internals::modes::state_space::participation::participation;
+use geardyn::internals::modes::system_matrices::{AnalysisContext, SystemMatrices};
+use geardyn::internals::numeric::{Complex, Matrix};
+use geardyn::internals::scene::study::DiscretisationMethod;
 use serde_json::Value;
 
 /// A machine with what its equations need.
@@ -47,7 +47,7 @@ fn names(words: &[&str]) -> Vec<String> {
     words.iter().map(|w| w.to_string()).collect()
 }
 
-fn ready(model: &geardyn::scene::model::Model) -> Ready {
+fn ready(model: &geardyn::internals::scene::model::Model) -> Ready {
     let machine = build(model).unwrap();
     let kinematics = Kinematics::new(&machine).unwrap();
     let operating = OperatingPoint::solve(&machine, &kinematics).unwrap();
@@ -65,13 +65,13 @@ fn shipped(name: &str) -> Ready {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("models")
         .join(name);
-    ready(&geardyn::scene::read(&path).unwrap().model)
+    ready(&geardyn::internals::scene::read(&path).unwrap().model)
 }
 
 fn written(text: &str) -> Ready {
     let head = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
     ready(
-        &geardyn::scene::read_text("test.toml", &format!("{head}{text}"))
+        &geardyn::internals::scene::read_text("test.toml", &format!("{head}{text}"))
             .unwrap()
             .model,
     )
@@ -106,7 +106,10 @@ fn worst(found: &Matrix, exact: &[Vec<f64>], floor: f64) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn difference(a: &geardyn::numeric::ComplexMatrix, b: &geardyn::numeric::ComplexMatrix) -> f64 {
+fn difference(
+    a: &geardyn::internals::numeric::ComplexMatrix,
+    b: &geardyn::internals::numeric::ComplexMatrix,
+) -> f64 {
     (a - b).norm_max() / a.norm_max()
 }
 
@@ -268,7 +271,7 @@ fn law_physical_is_modal() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("models")
             .join(&name);
-        let scene = geardyn::scene::read(&path).unwrap();
+        let scene = geardyn::internals::scene::read(&path).unwrap();
         let ready = ready(&scene.model);
         // An assembled K cannot hold stiffness over ten decades, which is why modes are not found from one.
         if ready.linear.n > 60 || name == "stiff_chain.toml" {
@@ -521,10 +524,9 @@ fn law_participation_sums_to_one() {
         {
             continue; // damped
         }
-        let sum =
-            |of: fn(&geardyn::modes::state_space::participation::ModalParticipation) -> f64| {
-                found.iter().map(|m| of(m).powi(2)).sum::<f64>()
-            };
+        let sum = |of: fn(
+            &geardyn::internals::modes::state_space::participation::ModalParticipation,
+        ) -> f64| { found.iter().map(|m| of(m).powi(2)).sum::<f64>() };
         let (reach, show) = (sum(|m| m.controllability[0]), sum(|m| m.observability[0]));
         println!("{model}: {reach} {show}");
         assert!(

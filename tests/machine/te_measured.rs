@@ -3,14 +3,18 @@
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use geardyn::base::code::Code;
-use geardyn::base::error::Error;
-use geardyn::transmission::encoder::eccentricity::split_eccentricity;
-use geardyn::transmission::encoder::evaluate::{EvaluationOptions, TeEvaluation, evaluate};
-use geardyn::transmission::encoder::gear_train::GearTrain;
-use geardyn::transmission::encoder::index_pulses::{IndexSignal, PulseEdge};
-use geardyn::transmission::encoder::orders::KnownOrders;
-use geardyn::transmission::encoder::readings::{EncoderScale, EncoderScales, MemoryReadings};
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::error::Error;
+use geardyn::internals::transmission::encoder::eccentricity::split_eccentricity;
+use geardyn::internals::transmission::encoder::evaluate::{
+    EvaluationOptions, TeEvaluation, evaluate,
+};
+use geardyn::internals::transmission::encoder::gear_train::GearTrain;
+use geardyn::internals::transmission::encoder::index_pulses::{IndexSignal, PulseEdge};
+use geardyn::internals::transmission::encoder::orders::KnownOrders;
+use geardyn::internals::transmission::encoder::readings::{
+    EncoderScale, EncoderScales, MemoryReadings,
+};
 
 use crate::support::noise::normal;
 use crate::support::verification::{coverage as enter_coverage, within};

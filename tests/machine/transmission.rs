@@ -3,26 +3,26 @@
 use crate::support;
 use crate::support::machines::Random;
 use crate::support::within;
-use geardyn::base::code::Code;
-use geardyn::base::error::Error;
-use geardyn::numeric::Complex;
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::transmission::run::{OrderLineResult, TransmissionResult, run};
-use geardyn::report::transmission::{ARCSEC, cause, source};
-use geardyn::scene::study::{IndexingStudy, TransmissionStudy};
-use geardyn::transmission::coincidence::SeparationTest;
-use geardyn::transmission::indexing::IndexingEffect;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::error::Error;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::transmission::run::{OrderLineResult, TransmissionResult, run};
+use geardyn::internals::report::transmission::{ARCSEC, cause, source};
+use geardyn::internals::scene::study::{IndexingStudy, TransmissionStudy};
+use geardyn::internals::transmission::coincidence::SeparationTest;
+use geardyn::internals::transmission::indexing::IndexingEffect;
 
 const HEAD: &str = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
 
 fn written(text: &str) -> PreparedMachine {
-    let scene = geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}"))
+    let scene = geardyn::internals::scene::read_text("test.toml", &format!("{HEAD}{text}"))
         .unwrap_or_else(|e| panic!("{e}\n{text}"));
     PreparedMachine::new(&scene.model).unwrap()
 }
 
 fn shipped(path: &str) -> PreparedMachine {
-    let scene = geardyn::scene::read(std::path::Path::new(path)).unwrap();
+    let scene = geardyn::internals::scene::read(std::path::Path::new(path)).unwrap();
     PreparedMachine::new(&scene.model).unwrap()
 }
 
@@ -39,7 +39,7 @@ fn traced(machine: &PreparedMachine, study: &TransmissionStudy) -> TransmissionR
 }
 
 fn refused(text: &str, study: &TransmissionStudy) -> Error {
-    match geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}")) {
+    match geardyn::internals::scene::read_text("test.toml", &format!("{HEAD}{text}")) {
         Err(errors) => errors.as_slice()[0].clone(),
         Ok(scene) => match PreparedMachine::new(&scene.model).and_then(|p| run(&p, study)) {
             Err(error) => error,
@@ -431,7 +431,7 @@ fn refuses_elastic_loops_of_other_ratios() {
     for word in ["`first`", "`second`", "-1/2", "-21/40"] {
         assert!(error.message.contains(word), "{error}");
     }
-    let error = geardyn::machine::kinematics::mean_speeds(
+    let error = geardyn::internals::machine::kinematics::mean_speeds(
         &written(&two).machine,
         &written(&two).kinematics,
         Some(1.0),
@@ -864,8 +864,11 @@ fn exact_nothing_and_half_turns() {
         Complex::new(-1.0, -0.0),
         Complex::new(-1.0, -1e-14),
     ] {
-        let found =
-            geardyn::report::transmission::phase(&machine.machine, &result.lines[0], turned);
+        let found = geardyn::internals::report::transmission::phase(
+            &machine.machine,
+            &result.lines[0],
+            turned,
+        );
         assert!((found.unwrap() - 180.0).abs() < 1e-9);
     }
 }
@@ -946,11 +949,12 @@ fn exact_grades() {
 /// Between the speeds asked for lines are told at their resonances: speeds closely about the peak find no more.
 #[test]
 fn exact_largest_between_speeds() {
-    use geardyn::scene::study::SpeedRange;
+    use geardyn::internals::scene::study::SpeedRange;
     let machine = shipped("examples/y2250_te.toml");
-    let scene = geardyn::scene::read(std::path::Path::new("examples/y2250_te.toml")).unwrap();
+    let scene =
+        geardyn::internals::scene::read(std::path::Path::new("examples/y2250_te.toml")).unwrap();
     let listed = scene.studies.iter().find_map(|s| match &s.kind {
-        geardyn::scene::study::StudyKind::Transmission(study) => Some(study.clone()),
+        geardyn::internals::scene::study::StudyKind::Transmission(study) => Some(study.clone()),
         _ => None,
     });
     let over = |text: &str| {
@@ -979,9 +983,10 @@ fn exact_largest_between_speeds() {
 #[test]
 fn keeps_what_is_large_at_speed() {
     let prepared_machine = shipped("examples/y2250_te.toml");
-    let scene = geardyn::scene::read(std::path::Path::new("examples/y2250_te.toml")).unwrap();
+    let scene =
+        geardyn::internals::scene::read(std::path::Path::new("examples/y2250_te.toml")).unwrap();
     let listed = scene.studies.iter().find_map(|s| match &s.kind {
-        geardyn::scene::study::StudyKind::Transmission(study) => Some(study.clone()),
+        geardyn::internals::scene::study::StudyKind::Transmission(study) => Some(study.clone()),
         _ => None,
     });
     let study = TransmissionStudy {
@@ -1001,7 +1006,7 @@ fn keeps_what_is_large_at_speed() {
     let machine = &prepared_machine.machine;
     let name = source(machine, largest);
     assert_eq!(name, "roll_gear_1");
-    let text = geardyn::report::transmission_table::table(machine, &result, false);
+    let text = geardyn::internals::report::transmission_table::table(machine, &result, false);
     let order = largest.line.order.to_string();
     let shown = |line: &str| line.trim_start().starts_with(&order) && line.contains(&name);
     assert!(text.lines().any(shown), "{text}");

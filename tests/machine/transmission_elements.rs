@@ -3,20 +3,20 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::support::verification::within;
-use geardyn::base::code::Code;
-use geardyn::modes::modal_basis::{self, UndampedSolver as Decomposition};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::transmission::run::{TransmissionResult, run};
-use geardyn::report::transmission::{cause, source};
-use geardyn::response::frf::{ResponseMethod, ResponseSolver};
-use geardyn::response::ports::Ports;
-use geardyn::response::system::OperatingModel;
-use geardyn::scene::study::TransmissionStudy;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::modes::modal_basis::{self, UndampedSolver as Decomposition};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::transmission::run::{TransmissionResult, run};
+use geardyn::internals::report::transmission::{cause, source};
+use geardyn::internals::response::frf::{ResponseMethod, ResponseSolver};
+use geardyn::internals::response::ports::Ports;
+use geardyn::internals::response::system::OperatingModel;
+use geardyn::internals::scene::study::TransmissionStudy;
 
 const HEAD: &str = "title = \"test\"\nsource = \"made for a test\"\nunits = \"SI\"\n";
 
-fn refusal(text: &str) -> geardyn::base::error::Error {
-    match geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}")) {
+fn refusal(text: &str) -> geardyn::internals::base::error::Error {
+    match geardyn::internals::scene::read_text("test.toml", &format!("{HEAD}{text}")) {
         Err(errors) => errors.as_slice()[0].clone(),
         Ok(scene) => PreparedMachine::new(&scene.model)
             .err()
@@ -25,7 +25,7 @@ fn refusal(text: &str) -> geardyn::base::error::Error {
 }
 
 fn written(text: &str) -> PreparedMachine {
-    let scene = geardyn::scene::read_text("test.toml", &format!("{HEAD}{text}"))
+    let scene = geardyn::internals::scene::read_text("test.toml", &format!("{HEAD}{text}"))
         .unwrap_or_else(|e| panic!("{e}\n{text}"));
     PreparedMachine::new(&scene.model).unwrap()
 }
@@ -93,7 +93,7 @@ fn exact_response_to_a_torque() {
         let found = solver.response_at(omega).unwrap()[(0, 0)];
         // −m ω² z = F, −J ω² θ = τ + (p/2π) F, F = (k + icω)(−(p/2π) θ − z) with a left-hand thread.
         let arm = 0.012 / TAU;
-        let i = geardyn::numeric::Complex::new(0.0, 1.0);
+        let i = geardyn::internals::numeric::Complex::new(0.0, 1.0);
         let spring = i * 5e3 * omega + 2e8;
         let [polar, mass] = [0.0925, 300.0].map(|m| -m * omega * omega);
         let a = spring * (arm * arm) + polar;
@@ -194,7 +194,7 @@ fn exact_table_under_load_and_at_speed() {
     );
     assert_eq!(result.speed.unwrap().abs(), 24.0);
     let omega = 30.0 * 24.0;
-    let spring = geardyn::numeric::Complex::new(2e8, 5e3 * omega);
+    let spring = geardyn::internals::numeric::Complex::new(2e8, 5e3 * omega);
     let exact = (spring / (spring - 300.0 * omega * omega)).norm() * 1e-6;
     let found = result.lines[0].dynamic.unwrap().norm();
     within("amplification", (found / exact - 1.0).abs(), 1e-11);

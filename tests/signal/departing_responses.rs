@@ -3,9 +3,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use geardyn::identify::rational::{FrfData, RationalFit, RationalOptions, ResponsesByHit, fit};
-use geardyn::numeric::Complex;
-use geardyn::spectrum::impact::{ImpactEstimate, ImpactOptions, estimate_from_hits};
+use geardyn::internals::identify::rational::{
+    FrfData, RationalFit, RationalOptions, ResponsesByHit, fit,
+};
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::spectrum::impact::{ImpactEstimate, ImpactOptions, estimate_from_hits};
 
 use crate::support::verification::coverage;
 
@@ -138,10 +140,10 @@ fn score(test: Test, seeds: std::ops::Range<u64>) -> Score {
         score.departing += usize::from(fit.departs);
         let mut own = 0;
         for (f, d) in TRUTH {
-            let near = |m: &&geardyn::identify::modal_parameters::ModalParameters| {
+            let near = |m: &&geardyn::internals::identify::modal_parameters::ModalParameters| {
                 (m.frequency_hz() / f - 1.0).abs() < 0.01
             };
-            let off = |m: &geardyn::identify::modal_parameters::ModalParameters| {
+            let off = |m: &geardyn::internals::identify::modal_parameters::ModalParameters| {
                 (m.frequency_hz() - f).abs()
             };
             let nearest = (fit.modes.iter().filter(near)).min_by(|a, b| off(a).total_cmp(&off(b)));

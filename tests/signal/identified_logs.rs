@@ -2,18 +2,18 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::identify::modal_parameters::ModalParameters;
-use geardyn::numeric::Complex;
-use geardyn::plan::logs::frf_estimation::FrfStudy;
-use geardyn::plan::logs::identification::{IdentificationInput, identify};
-use geardyn::plan::logs::identification_result::IdentificationResult;
-use geardyn::plan::logs::identify_study::IdentifyStudy;
-use geardyn::plan::logs::method::IdentificationMethod;
-use geardyn::recording::frequency_responses::{
+use geardyn::internals::identify::modal_parameters::ModalParameters;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::plan::logs::frf_estimation::FrfStudy;
+use geardyn::internals::plan::logs::identification::{IdentificationInput, identify};
+use geardyn::internals::plan::logs::identification_result::IdentificationResult;
+use geardyn::internals::plan::logs::identify_study::IdentifyStudy;
+use geardyn::internals::plan::logs::method::IdentificationMethod;
+use geardyn::internals::recording::frequency_responses::{
     ChannelLabel, FrequencyResponse, FrequencyResponses,
 };
-use geardyn::recording::sample_column::SampleColumn;
-use geardyn::recording::signals::{Channel, Recording};
+use geardyn::internals::recording::sample_column::SampleColumn;
+use geardyn::internals::recording::signals::{Channel, Recording};
 
 use crate::support::noise::normal;
 

@@ -3,10 +3,10 @@
 use std::f64::consts::TAU;
 
 use crate::support::verification::within;
-use geardyn::numeric::Complex;
-use geardyn::spectrum::frf::{self, Estimator};
-use geardyn::spectrum::local_polynomial::{LocalPolynomialEstimator, min_half_width};
-use geardyn::spectrum::welch::{WelchEstimator, WelchOptions};
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::spectrum::frf::{self, Estimator};
+use geardyn::internals::spectrum::local_polynomial::{LocalPolynomialEstimator, min_half_width};
+use geardyn::internals::spectrum::welch::{WelchEstimator, WelchOptions};
 
 const RATE: f64 = 1000.0;
 

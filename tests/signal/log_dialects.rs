@@ -4,15 +4,15 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use fastrand::Rng;
-use geardyn::base::code::Code;
-use geardyn::base::error::Error;
-use geardyn::recording::open;
-use geardyn::recording::preprocess::preprocess;
-use geardyn::recording::raw::{RawChannel, RawLog};
-use geardyn::recording::read_options::{RateSource, ReadOptions};
-use geardyn::recording::sample_column::SampleColumn;
-use geardyn::recording::signals::Recording;
-use geardyn::recording::stated_rates::StatedRate;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::error::Error;
+use geardyn::internals::recording::open;
+use geardyn::internals::recording::preprocess::preprocess;
+use geardyn::internals::recording::raw::{RawChannel, RawLog};
+use geardyn::internals::recording::read_options::{RateSource, ReadOptions};
+use geardyn::internals::recording::sample_column::SampleColumn;
+use geardyn::internals::recording::signals::Recording;
+use geardyn::internals::recording::stated_rates::StatedRate;
 
 fn read(bytes: &[u8]) -> RawLog {
     let text = String::from_utf8_lossy(bytes).into_owned();

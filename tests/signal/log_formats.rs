@@ -3,19 +3,19 @@
 
 use std::path::{Path, PathBuf};
 
-use geardyn::base::code::Code;
-use geardyn::base::error::Errors;
-use geardyn::base::mat5;
-use geardyn::numeric::Complex;
-use geardyn::recording::frequency_responses::{
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::error::Errors;
+use geardyn::internals::base::mat5;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::recording::frequency_responses::{
     ChannelLabel, FrequencyResponse, FrequencyResponses,
 };
-use geardyn::recording::raw::{ChannelGroup, RawLog};
-use geardyn::recording::read_options::ReadOptions;
-use geardyn::recording::sample_column::SampleColumn;
-use geardyn::recording::signals::{Channel, Recording};
-use geardyn::recording::stated_rates::StatedRate;
-use geardyn::recording::{lvm, mat, uff, wav, write};
+use geardyn::internals::recording::raw::{ChannelGroup, RawLog};
+use geardyn::internals::recording::read_options::ReadOptions;
+use geardyn::internals::recording::sample_column::SampleColumn;
+use geardyn::internals::recording::signals::{Channel, Recording};
+use geardyn::internals::recording::stated_rates::StatedRate;
+use geardyn::internals::recording::{lvm, mat, uff, wav, write};
 use serde_json::Value;
 
 type Reader = fn(&str, &[u8], &ReadOptions) -> Result<RawLog, Errors>;
@@ -81,10 +81,13 @@ fn exact_progress_of_reading() {
     std::fs::write(&path, text).unwrap();
     let seen = std::cell::RefCell::new(Vec::new());
     let path = path.display().to_string();
-    let raw =
-        geardyn::recording::open::open_with_progress(&path, &ReadOptions::default(), &|share| {
+    let raw = geardyn::internals::recording::open::open_with_progress(
+        &path,
+        &ReadOptions::default(),
+        &|share| {
             seen.borrow_mut().push(share);
-        });
+        },
+    );
     assert_eq!(raw.unwrap().groups[0].channels[0].samples.len(), 200_000);
     let seen = seen.into_inner();
     assert!(seen.len() > 10 && seen.iter().all(|s| (0.0..=1.0).contains(s)));

@@ -2,16 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::base::code::Code;
-use geardyn::base::error::Error;
-use geardyn::base::mat5;
-use geardyn::plan::logs::identification::{IdentificationInput, identify};
-use geardyn::plan::logs::identify_study::IdentifyStudy;
-use geardyn::recording::open;
-use geardyn::recording::preprocess::preprocess;
-use geardyn::recording::raw::RawLog;
-use geardyn::recording::read_options::{RateSource, ReadOptions};
-use geardyn::recording::signals::Recording;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::base::error::Error;
+use geardyn::internals::base::mat5;
+use geardyn::internals::plan::logs::identification::{IdentificationInput, identify};
+use geardyn::internals::plan::logs::identify_study::IdentifyStudy;
+use geardyn::internals::recording::open;
+use geardyn::internals::recording::preprocess::preprocess;
+use geardyn::internals::recording::raw::RawLog;
+use geardyn::internals::recording::read_options::{RateSource, ReadOptions};
+use geardyn::internals::recording::signals::Recording;
 
 fn settled(name: &str, bytes: &[u8], rate: Option<RateSource>) -> Result<Recording, Error> {
     let options = ReadOptions {
@@ -408,9 +408,10 @@ fn ref_beam_responses_without_names() {
     let named = read(&text);
     let bare = read(text.split_once('\n').unwrap().1);
     assert_eq!(named.frequency_hz, bare.frequency_hz);
-    let values = |f: &geardyn::recording::frequency_responses::FrequencyResponses| -> Vec<_> {
-        f.responses.iter().map(|f| f.values.clone()).collect()
-    };
+    let values =
+        |f: &geardyn::internals::recording::frequency_responses::FrequencyResponses| -> Vec<_> {
+            f.responses.iter().map(|f| f.values.clone()).collect()
+        };
     assert_eq!(values(&named), values(&bare));
     assert_eq!(named.responses.len(), 6);
 }

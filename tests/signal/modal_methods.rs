@@ -3,19 +3,19 @@
 use crate::support::npy;
 use std::f64::consts::TAU;
 
-use geardyn::identify::modal::candidates::OrderPoles;
-use geardyn::identify::modal::lsce::lsce;
-use geardyn::identify::modal::lsfd::fit_residues;
-use geardyn::identify::modal::measured_frf::{MeasuredFrf, MotionQuantity};
-use geardyn::identify::modal::plscf::{PlscfOptions, plscf};
-use geardyn::identify::modal::rfp::rfp;
-use geardyn::identify::modal::sdof::{circle_fit, half_power, pick_peaks};
-use geardyn::identify::modal::selection::{SelectedMode, SelectionRule, select_modes};
-use geardyn::identify::modal::stabilisation::{
+use geardyn::internals::identify::modal::candidates::OrderPoles;
+use geardyn::internals::identify::modal::lsce::lsce;
+use geardyn::internals::identify::modal::lsfd::fit_residues;
+use geardyn::internals::identify::modal::measured_frf::{MeasuredFrf, MotionQuantity};
+use geardyn::internals::identify::modal::plscf::{PlscfOptions, plscf};
+use geardyn::internals::identify::modal::rfp::rfp;
+use geardyn::internals::identify::modal::sdof::{circle_fit, half_power, pick_peaks};
+use geardyn::internals::identify::modal::selection::{SelectedMode, SelectionRule, select_modes};
+use geardyn::internals::identify::modal::stabilisation::{
     PoleStability, StabilisationTolerances, stabilisation,
 };
-use geardyn::numeric::Complex;
-use geardyn::numeric::mac::mac;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::numeric::mac::mac;
 
 const HZ: [f64; 5] = [60.0, 180.0, 330.0, 560.0, 820.0];
 const ZETA: [f64; 5] = [0.01, 0.02, 0.005, 0.01, 0.015];

@@ -2,13 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use geardyn::base::code::Code;
-use geardyn::identify::operational::fdd::{self, fdd};
-use geardyn::identify::operational::harmonics::RunningSpeed;
-use geardyn::identify::operational::merge_levels::OperationalMode;
-use geardyn::identify::operational::realisation::Weighting;
-use geardyn::identify::operational::response_channels::ResponseChannels;
-use geardyn::identify::operational::ssi::{self, SsiEstimate, SsiOptions};
+use geardyn::internals::base::code::Code;
+use geardyn::internals::identify::operational::fdd::{self, fdd};
+use geardyn::internals::identify::operational::harmonics::RunningSpeed;
+use geardyn::internals::identify::operational::merge_levels::OperationalMode;
+use geardyn::internals::identify::operational::realisation::Weighting;
+use geardyn::internals::identify::operational::response_channels::ResponseChannels;
+use geardyn::internals::identify::operational::ssi::{self, SsiEstimate, SsiOptions};
 
 use crate::support::noise::normal;
 
@@ -117,7 +117,7 @@ fn law_modes_of_a_frame_are_found() {
             );
             assert!(!m.harmonic.is_harmonic(), "{f}: {:?}", m.harmonic);
             let exact: Vec<f64> = (0..5).map(|c| frame.shape(k, c)).collect();
-            let product: geardyn::numeric::Complex = (m.mode.shape.iter().zip(&exact))
+            let product: geardyn::internals::numeric::Complex = (m.mode.shape.iter().zip(&exact))
                 .map(|(a, b)| a.conj() * b)
                 .sum();
             let lengths = m.mode.shape.iter().map(|x| x.norm_sqr()).sum::<f64>()

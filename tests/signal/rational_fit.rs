@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::identify::initial_estimates::problem::CommonPoleOptions;
-use geardyn::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
-use geardyn::identify::rational::{
+use geardyn::internals::identify::initial_estimates::problem::CommonPoleOptions;
+use geardyn::internals::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
+use geardyn::internals::identify::rational::{
     DelayModel, FrfData, RationalFit, RationalOptions, fit, fit_from_poles,
 };
-use geardyn::numeric::Complex;
+use geardyn::internals::numeric::Complex;
 
 use crate::support::noise::normal;
 
@@ -427,7 +427,7 @@ fn study_single(seeds: std::ops::Range<u64>) -> Study {
         }
         for r in 0..5 {
             let told = fit.modes.iter().any(|m| near(m.frequency_hz(), r));
-            let omitted = |o: &geardyn::identify::rational::RejectedPole| {
+            let omitted = |o: &geardyn::internals::identify::rational::RejectedPole| {
                 near(o.pole.norm() / TAU, r) && o.reason.contains("certain")
             };
             assert!(

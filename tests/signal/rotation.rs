@@ -3,21 +3,23 @@
 
 use std::f64::consts::{PI, TAU};
 
-use geardyn::base::code::Code;
-use geardyn::numeric::Complex;
-use geardyn::spectrum::band::{FrequencyBand, analytic_signal, baseband};
-use geardyn::spectrum::cepstrum::Cepstrum;
-use geardyn::spectrum::decimate::{DecimationOptions, Decimator, decimate};
-use geardyn::spectrum::envelope::squared_envelope_spectrum;
-use geardyn::spectrum::kaiser_fir::kaiser_beta;
-use geardyn::spectrum::rotation::angle_curve::AngleCurve;
-use geardyn::spectrum::rotation::angular_resampling::{AngularSignal, resample};
-use geardyn::spectrum::rotation::orders::{OrderTrackOptions, order_spectrum, order_tracks};
-use geardyn::spectrum::rotation::separation::{SeparationOptions, separate};
-use geardyn::spectrum::rotation::synchronous_average::SynchronousAverage;
-use geardyn::spectrum::rotation::tacho::{EdgeDirection, find_tacho_pulses};
-use geardyn::spectrum::spectrogram::{SpectrogramOptions, spectrogram};
-use geardyn::spectrum::window::bessel_i0;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::spectrum::band::{FrequencyBand, analytic_signal, baseband};
+use geardyn::internals::spectrum::cepstrum::Cepstrum;
+use geardyn::internals::spectrum::decimate::{DecimationOptions, Decimator, decimate};
+use geardyn::internals::spectrum::envelope::squared_envelope_spectrum;
+use geardyn::internals::spectrum::kaiser_fir::kaiser_beta;
+use geardyn::internals::spectrum::rotation::angle_curve::AngleCurve;
+use geardyn::internals::spectrum::rotation::angular_resampling::{AngularSignal, resample};
+use geardyn::internals::spectrum::rotation::orders::{
+    OrderTrackOptions, order_spectrum, order_tracks,
+};
+use geardyn::internals::spectrum::rotation::separation::{SeparationOptions, separate};
+use geardyn::internals::spectrum::rotation::synchronous_average::SynchronousAverage;
+use geardyn::internals::spectrum::rotation::tacho::{EdgeDirection, find_tacho_pulses};
+use geardyn::internals::spectrum::spectrogram::{SpectrogramOptions, spectrogram};
+use geardyn::internals::spectrum::window::bessel_i0;
 use serde_json::Value;
 
 use crate::support::noise::normal;

@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use geardyn::base::load;
-use geardyn::base::toml::{self, Value};
-use geardyn::plan::logs::frf_estimation::FrfStudy;
-use geardyn::plan::logs::identification::{IdentificationInput, identify};
-use geardyn::plan::logs::identification_result::IdentificationResult;
-use geardyn::plan::logs::identify_study::IdentifyStudy;
-use geardyn::recording::signals::Recording;
-use geardyn::recording::{open, preprocess};
-use geardyn::scene::sidecar;
-use geardyn::spectrum::impact::RejectReason;
+use geardyn::internals::base::load;
+use geardyn::internals::base::toml::{self, Value};
+use geardyn::internals::plan::logs::frf_estimation::FrfStudy;
+use geardyn::internals::plan::logs::identification::{IdentificationInput, identify};
+use geardyn::internals::plan::logs::identification_result::IdentificationResult;
+use geardyn::internals::plan::logs::identify_study::IdentifyStudy;
+use geardyn::internals::recording::signals::Recording;
+use geardyn::internals::recording::{open, preprocess};
+use geardyn::internals::scene::sidecar;
+use geardyn::internals::spectrum::impact::RejectReason;
 
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -2,18 +2,18 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::base::code::Code;
-use geardyn::numeric::Complex;
-use geardyn::recording::frequency_responses::ChannelLabel;
-use geardyn::spectrum::force_pulses::is_impact;
-use geardyn::spectrum::frequency_smoothing::smoothed_spectra;
-use geardyn::spectrum::frf::{Estimator, estimate, required_pairs};
-use geardyn::spectrum::impact::{ImpactOptions, RejectReason, estimate_from_hits};
-use geardyn::spectrum::spectra::Spectra;
-use geardyn::spectrum::stepped_sine::{estimate_from_dwells, find_dwells};
-use geardyn::spectrum::tones;
-use geardyn::spectrum::welch::{Averaging, Detrend, WelchEstimator, WelchOptions};
-use geardyn::spectrum::window::Window;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::recording::frequency_responses::ChannelLabel;
+use geardyn::internals::spectrum::force_pulses::is_impact;
+use geardyn::internals::spectrum::frequency_smoothing::smoothed_spectra;
+use geardyn::internals::spectrum::frf::{Estimator, estimate, required_pairs};
+use geardyn::internals::spectrum::impact::{ImpactOptions, RejectReason, estimate_from_hits};
+use geardyn::internals::spectrum::spectra::Spectra;
+use geardyn::internals::spectrum::stepped_sine::{estimate_from_dwells, find_dwells};
+use geardyn::internals::spectrum::tones;
+use geardyn::internals::spectrum::welch::{Averaging, Detrend, WelchEstimator, WelchOptions};
+use geardyn::internals::spectrum::window::Window;
 use serde_json::Value;
 
 fn options(block: usize, overlap: f64, window: Window) -> WelchOptions {
@@ -216,7 +216,7 @@ fn exact_averages_by_welch() {
     let found = welch(1.0, &[&x], &[], &options(64, 0.75, Window::Hann));
     let w = Window::Hann.samples(64);
     let k = found.blocks as f64;
-    let rho = |j: usize| geardyn::spectrum::window::overlap_correlation(&w, 16 * j);
+    let rho = |j: usize| geardyn::internals::spectrum::window::overlap_correlation(&w, 16 * j);
     let sum: f64 = (1..4).map(|j| (1.0 - j as f64 / k) * rho(j)).sum();
     assert_eq!(found.blocks, 37);
     assert!((found.averages.unwrap() - k / (1.0 + 2.0 * sum)).abs() < 1e-10);
@@ -826,7 +826,7 @@ fn study_speed_against_bare_transforms() {
     let (x, y) = (noise.take(10_000_000), noise.take(10_000_000));
     let n = 4096;
     let start = std::time::Instant::now();
-    let mut fft = geardyn::numeric::fft::RealFft::new(n);
+    let mut fft = geardyn::internals::numeric::fft::RealFft::new(n);
     let mut work = vec![0.0; n];
     let mut lines = vec![Complex::new(0.0, 0.0); fft.lines()];
     for channel in [&x, &y] {

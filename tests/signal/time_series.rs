@@ -3,15 +3,15 @@
 use std::f64::consts::TAU;
 
 use crate::support::verification::{coverage, within};
-use geardyn::base::code::Code;
-use geardyn::identify::series::autoregressive::{self, ArMethod};
-use geardyn::identify::series::io_data::InputOutputData;
-use geardyn::identify::series::model::{ModelStructure, PolynomialModel};
-use geardyn::identify::series::model_trajectory::{mode_tracks, track_model};
-use geardyn::identify::series::order::{self, OrderCriterion};
-use geardyn::identify::series::prediction_error;
-use geardyn::identify::series::recursive::{RecursiveLeastSquares, RecursiveOptions};
-use geardyn::identify::series::residuals;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::identify::series::autoregressive::{self, ArMethod};
+use geardyn::internals::identify::series::io_data::InputOutputData;
+use geardyn::internals::identify::series::model::{ModelStructure, PolynomialModel};
+use geardyn::internals::identify::series::model_trajectory::{mode_tracks, track_model};
+use geardyn::internals::identify::series::order::{self, OrderCriterion};
+use geardyn::internals::identify::series::prediction_error;
+use geardyn::internals::identify::series::recursive::{RecursiveLeastSquares, RecursiveOptions};
+use geardyn::internals::identify::series::residuals;
 use serde_json::Value;
 
 /// Standard normal numbers (Box & Muller).
@@ -331,8 +331,10 @@ fn law_response_and_predictions() {
     ] {
         let model = prediction_error::fit(&record, family).unwrap();
         for f in [0.0, 3.0, 9.0, 40.0] {
-            let q =
-                geardyn::numeric::Complex::new((TAU * f / 100.0).cos(), -(TAU * f / 100.0).sin());
+            let q = geardyn::internals::numeric::Complex::new(
+                (TAU * f / 100.0).cos(),
+                -(TAU * f / 100.0).sin(),
+            );
             let exact = (q + q * q * 0.5) / (q * -1.5 + q * q * 0.8 + 1.0);
             // the mean of a finite record is not quite that of a process from rest
             assert!(
@@ -573,7 +575,7 @@ fn exact_recursion_without_forgetting() {
 
 #[test]
 fn refuses_what_cannot_be_fitted() {
-    let code = |r: Result<PolynomialModel, geardyn::base::error::Error>| {
+    let code = |r: Result<PolynomialModel, geardyn::internals::base::error::Error>| {
         let error = r.unwrap_err();
         assert!(error.hint.is_some(), "{error}");
         error.code

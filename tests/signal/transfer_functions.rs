@@ -3,16 +3,16 @@
 use std::f64::consts::TAU;
 
 use crate::support::verification::within;
-use geardyn::base::code::Code;
-use geardyn::identify::initial_estimates::aaa::aaa;
-use geardyn::identify::initial_estimates::levy::levy;
-use geardyn::identify::initial_estimates::problem::{CommonPoleFit, CommonPoleOptions};
-use geardyn::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
-use geardyn::identify::transfer::export;
-use geardyn::identify::transfer::function::{DirectTerms, TransferFunction};
-use geardyn::identify::transfer::realisation::{DiscretisationMethod, Realisation};
-use geardyn::numeric::{Complex, eigen};
-use geardyn::recording::frequency_responses::ChannelLabel;
+use geardyn::internals::base::code::Code;
+use geardyn::internals::identify::initial_estimates::aaa::aaa;
+use geardyn::internals::identify::initial_estimates::levy::levy;
+use geardyn::internals::identify::initial_estimates::problem::{CommonPoleFit, CommonPoleOptions};
+use geardyn::internals::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
+use geardyn::internals::identify::transfer::export;
+use geardyn::internals::identify::transfer::function::{DirectTerms, TransferFunction};
+use geardyn::internals::identify::transfer::realisation::{DiscretisationMethod, Realisation};
+use geardyn::internals::numeric::{Complex, eigen};
+use geardyn::internals::recording::frequency_responses::ChannelLabel;
 
 fn c(re: f64, im: f64) -> Complex {
     Complex::new(re, im)
@@ -487,7 +487,7 @@ fn law_scatter_near_the_bound() {
 fn bound(poles: &[Complex], residues: &[Vec<Complex>], at: &[f64], sigma: f64) -> Vec<f64> {
     let (n, sensors) = (poles.len(), residues.len());
     let unknowns = 2 * n + sensors * (2 * n + 1);
-    let mut information = geardyn::numeric::Matrix::zeros(unknowns, unknowns);
+    let mut information = geardyn::internals::numeric::Matrix::zeros(unknowns, unknowns);
     let size = poles[0].norm();
     for (q, list) in residues.iter().enumerate() {
         for &f in at {
@@ -508,8 +508,9 @@ fn bound(poles: &[Complex], residues: &[Vec<Complex>], at: &[f64], sigma: f64) -
             }
         }
     }
-    let identity = geardyn::numeric::Matrix::identity(unknowns, unknowns);
-    let covariance = geardyn::numeric::symmetric::lu_solve(&information, &identity).unwrap();
+    let identity = geardyn::internals::numeric::Matrix::identity(unknowns, unknowns);
+    let covariance =
+        geardyn::internals::numeric::symmetric::lu_solve(&information, &identity).unwrap();
     (0..n)
         .map(|k| size * (covariance[(2 * k, 2 * k)] + covariance[(2 * k + 1, 2 * k + 1)]).sqrt())
         .collect()

@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use geardyn::identify::rational::{FrfData, RationalFit, RationalOptions, fit};
-use geardyn::numeric::Complex;
-use geardyn::spectrum::frf::{Estimator, estimate, required_pairs};
-use geardyn::spectrum::spectra::{CrossSpectrum, Spectra};
+use geardyn::internals::identify::rational::{FrfData, RationalFit, RationalOptions, fit};
+use geardyn::internals::numeric::Complex;
+use geardyn::internals::spectrum::frf::{Estimator, estimate, required_pairs};
+use geardyn::internals::spectrum::spectra::{CrossSpectrum, Spectra};
 
 /// Natural frequencies, Hz, and damping ratios.
 const TRUTH: [(f64, f64); 2] = [(60.0, 0.02), (75.0, 0.015)];

@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
-use geardyn::plan::modes_run::{ModesResult, run};
-use geardyn::plan::prepared_machine::PreparedMachine;
-use geardyn::plan::stages::ModesPlan;
-use geardyn::scene;
-use geardyn::scene::model::Model;
-use geardyn::scene::study::ModesStudy;
+use geardyn::internals::plan::modes_run::{ModesResult, run};
+use geardyn::internals::plan::prepared_machine::PreparedMachine;
+use geardyn::internals::plan::stages::ModesPlan;
+use geardyn::internals::scene;
+use geardyn::internals::scene::model::Model;
+use geardyn::internals::scene::study::ModesStudy;
 use serde_json::Value;
 
 /// The command as a test calls it.
@@ -98,7 +98,7 @@ pub fn solve_file(name: &str, study: &ModesStudy) -> Solved {
 pub fn solve_model(
     model: &Model,
     study: &ModesStudy,
-) -> Result<Solved, geardyn::base::error::Error> {
+) -> Result<Solved, geardyn::internals::base::error::Error> {
     let machine = PreparedMachine::new(model)?;
     let plan = ModesPlan::plan_modes(&machine, study);
     let result = run(&machine, study, &plan)?;

@@ -2,20 +2,20 @@
 
 use std::ops::ControlFlow;
 
-use geardyn::base::error::Error;
-use geardyn::base::time_budget::CancelToken;
-use geardyn::machine::direction::Direction;
-use geardyn::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
-use geardyn::motion::dynamic_model::{
+use geardyn::internals::base::error::Error;
+use geardyn::internals::base::time_budget::CancelToken;
+use geardyn::internals::machine::direction::Direction;
+use geardyn::internals::motion::contact::{ActiveFlanks, ContactDamping, ContactLaw};
+use geardyn::internals::motion::dynamic_model::{
     AppliedForce, DynamicModel, ForceElement, ForceLaw, MassMatrix,
 };
-use geardyn::motion::methods;
-use geardyn::motion::problem::{
+use geardyn::internals::motion::methods;
+use geardyn::internals::motion::problem::{
     IntegrationOptions, IntegrationStats, Observer, OdeProblem, StepSize,
 };
-use geardyn::motion::regime::Regime;
-use geardyn::motion::signal::Signal;
-use geardyn::motion::wave::{PeriodicFunction, WavePhase, Waveform};
+use geardyn::internals::motion::regime::Regime;
+use geardyn::internals::motion::signal::Signal;
+use geardyn::internals::motion::wave::{PeriodicFunction, WavePhase, Waveform};
 
 /// Inertias without anything between them.
 pub fn inertias(masses: &[f64]) -> DynamicModel {

@@ -111,7 +111,7 @@ pub fn write_csv(functions: &[TransferFunction], to: &mut impl Write) -> io::Res
 /// Functions with terms in s or s², or with poles of their own, have no common state space: give each its file.
 ///
 /// # Errors
-/// Those of [`Realisation::of`] and [`TransferFunction::zeros`]; `OutputFailed` beyond 4 GB.
+/// Those of [`Realisation::from_transfer_functions`] and [`TransferFunction::zeros`]; `OutputFailed` beyond 4 GB.
 pub fn to_mat(functions: &[TransferFunction], model: &Realisation) -> Result<Vec<u8>, Error> {
     let found: Vec<TransferPolynomials> = functions
         .iter()

@@ -58,11 +58,11 @@ impl PerturbedScene {
     }
 }
 
-/// The work after which a case is refused, in evaluations of the equations of motion as [`Effort::work`] counts them, a reading of the
+/// The work after which a case is refused, in evaluations of the equations of motion as [`IntegrationStats::work`] counts them, a reading of the
 /// powers being one as well: some seconds for twenty degrees of freedom. It is counted, so that a verdict does not depend on
 /// what else a computer does.
 ///
-/// [`Effort::work`]: crate::motion::problem::Effort::work
+/// [`IntegrationStats::work`]: crate::motion::problem::IntegrationStats::work
 pub const MAX_WORK: u64 = 3_000_000;
 
 /// The unchanged scene, which is what is asked about, may take so many times as much.
