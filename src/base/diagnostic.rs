@@ -72,7 +72,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "nonlinear",
         Warning,
-        "The frequencies found from the hits of a test depend significantly on the hit amplitude: the structure is not linear at these levels. The message gives the change over the range of the hits. Use hits of equal amplitude, or state the amplitude with the modes.",
+        "The frequencies found from the hits of a test, or from parts of a record with different input levels, depend significantly on the level: the structure is not linear at these levels. The message gives the change over the range of levels. Excite at one level, or state the level with the modes.",
     ),
     (
         "not-reciprocal",

@@ -40,7 +40,7 @@ impl ModalParameters {
     }
 
     /// Adds the uncertainty of a factor on the pole, of this relative standard deviation, as that of a sample rate is.
-    pub fn segment(&mut self, std: f64) {
+    pub fn add_scale_uncertainty(&mut self, std: f64) {
         let (a, b) = (std * self.pole.re, std * self.pole.im);
         if let Some([aa, bb, ab]) = &mut self.pole_covariance {
             *aa += a * a;

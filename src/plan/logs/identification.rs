@@ -13,12 +13,13 @@ use super::points::{PointRecord, Points};
 use super::rational::{fit_rational, partial_fractions, rule};
 use super::transfer_functions::{transfer_functions, without_window};
 use super::{
-    free_decay, linearity, mains, modal_mass, mode_tracking, operational_modes, reciprocity,
-    segment_samples, time_series, weak,
+    free_decay, level_linearity, linearity, mains, modal_mass, mode_tracking, operational_modes,
+    reciprocity, segment_samples, time_series, weak,
 };
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
+use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::rational::DelayModel;
 use crate::recording::channel_names;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
@@ -144,16 +145,23 @@ fn of_recording(
         return Ok(found);
     }
     let has_gaps = sound.recording.segments.len() > 1;
-    estimate_and_fit(method, has_gaps, study, |request| {
+    let mut found = estimate_and_fit(method, has_gaps, study, |request| {
         frf_estimation::estimate_responses(&sound, &inputs, &outputs, &study.estimate, request)
-    })
+    })?;
+    if let ([input], true) = (&inputs[..], found.hits.is_empty()) {
+        let modes: Vec<ModalParameters> = found.modes.iter().map(|m| m.mode.clone()).collect();
+        let (record, _) = sound.unclipped(SegmentUse::Blocks);
+        let shifts = level_linearity::check_record(&record, *input, &outputs, &modes)?;
+        found.diagnostics.extend(shifts);
+    }
+    Ok(found)
 }
 
 impl IdentificationResult {
     /// Adds the standard deviation of the sample rate, relative, to those of the poles: they stretch with it.
     fn add_rate_std(&mut self, rate_std: f64) {
         let modes = self.modes.iter_mut().chain(&mut self.weak);
-        modes.for_each(|m| m.mode.segment(rate_std));
+        modes.for_each(|m| m.mode.add_scale_uncertainty(rate_std));
     }
 }
 

@@ -1,7 +1,8 @@
 //! Linearity by amplitude: whether hits of different level place a resonance differently.
 //!
 //! Near a pole p the response of hit g departs from the mean by `A δp_g/(jω − p)² + a/(jω − p) + b`, to first order, with the A of the mean;
-//! δp by least squares, its part along the other two terms taken off. The shifts are then compared with the levels of the hits.
+//! δp by least squares, its part along the other two terms taken off. The shifts are then compared with the levels of the hits. Shifts beyond
+//! a quarter of the half-power width are understated.
 
 use std::f64::consts::TAU;
 
@@ -23,12 +24,12 @@ const MIN_LEVEL_RATIO: f64 = 1.2;
 /// Shifts are called dependent on the level where chance makes them so in one test of a hundred, over all its modes.
 const SIGNIFICANCE: f64 = 0.01;
 
-/// The responses to one hit, or to a few of like level.
-struct HitGroup<'a> {
-    /// Largest force, in its unit, without sign.
-    level: f64,
+/// The responses at one level: of one hit, of a few alike, of a part of a record.
+pub struct LevelGroup<'a> {
+    /// Largest force of a hit or rms input of a part, in its unit.
+    pub level: f64,
     /// By response and line.
-    value: &'a [Vec<Complex>],
+    pub value: &'a [Vec<Complex>],
 }
 
 /// The check for the hits of a test; `modes` as measured, an exponential window on them.
@@ -44,21 +45,35 @@ pub fn check_test(
             .filter_map(|&at| estimated_responses.hits.get(at));
         peaks.map(|h| h.peak.abs()).sum::<f64>() / hits.len().max(1) as f64
     };
-    let groups: Vec<HitGroup> = (estimated_responses.by_hit.iter())
-        .map(|g| HitGroup {
+    let groups: Vec<LevelGroup> = (estimated_responses.by_hit.iter())
+        .map(|g| LevelGroup {
             level: level(&g.hits),
             value: &g.value,
         })
         .collect();
-    level_dependence_text(frequency_hz, &groups, modes, unit)
+    let partial_fraction = |omega: f64, pole: Complex| {
+        let first = Complex::new(1.0, 0.0) / (Complex::new(0.0, omega) - pole);
+        (first, first * first)
+    };
+    level_dependence(
+        frequency_hz,
+        &groups,
+        modes,
+        ("from hits of", unit),
+        &partial_fraction,
+    )
 }
 
+/// `1/(jω − p)` and `1/(jω − p)²` at ω, rad/s, as the estimate of the responses shows them.
+pub type PoleTerms<'a> = dyn Fn(f64, Complex) -> (Complex, Complex) + 'a;
+
 /// Says which resonances shift with the level, by how much over the range of levels, and over which range none does.
-fn level_dependence_text(
+pub fn level_dependence(
     frequency_hz: &[f64],
-    groups: &[HitGroup],
+    groups: &[LevelGroup],
     modes: &[ModalParameters],
-    unit: &str,
+    (levels_of, unit): (&str, &str),
+    pole_terms: &PoleTerms,
 ) -> Option<Diagnostic> {
     let levels: Vec<f64> = groups.iter().map(|g| g.level).collect();
     let low = levels.iter().copied().fold(f64::INFINITY, f64::min);
@@ -70,7 +85,7 @@ fn level_dependence_text(
     let sure = student_t_quantile(1.0 - 0.5 * SIGNIFICANCE / modes.len().max(1) as f64, dofs);
     let interval = student_t_quantile(0.975, dofs);
     let shifted = |mode: &ModalParameters| {
-        let shifts = shifts(frequency_hz, groups, mode.pole)?;
+        let shifts = shifts(frequency_hz, groups, mode.pole, pole_terms)?;
         let f = mode.frequency_hz();
         let relative: Vec<f64> = shifts.iter().map(|dp| dp.im / TAU / f).collect();
         let (slope, deviation) = line(&levels, &relative)?;
@@ -88,15 +103,20 @@ fn level_dependence_text(
     (!all.is_empty()).then(|| Diagnostic {
         code: "nonlinear",
         message: format!(
-            "from hits of {low:.4} to {high:.4} {unit}: {}",
+            "{levels_of} {low:.4} to {high:.4} {unit}: {}",
             all.join(", ")
         ),
-        hint: Some("the structure is not linear at these levels: use hits of equal amplitude, or state the amplitude with the modes".into()),
+        hint: Some("the structure is not linear at these levels: excite it at one level, or state the amplitude with the modes".into()),
     })
 }
 
 /// The shift of a pole, rad/s, in each group; nothing where too few lines are near it.
-fn shifts(frequency_hz: &[f64], groups: &[HitGroup], pole: Complex) -> Option<Vec<Complex>> {
+fn shifts(
+    frequency_hz: &[f64],
+    groups: &[LevelGroup],
+    pole: Complex,
+    pole_terms: &PoleTerms,
+) -> Option<Vec<Complex>> {
     let reach = MODE_HALF_WIDTHS * pole.re.abs();
     let near = |k: &usize| (TAU * frequency_hz[*k] - pole.im).abs() <= reach;
     let lines: Vec<usize> = (0..frequency_hz.len()).filter(near).collect();
@@ -104,12 +124,15 @@ fn shifts(frequency_hz: &[f64], groups: &[HitGroup], pole: Complex) -> Option<Ve
         return None;
     }
     let one = Complex::new(1.0, 0.0);
-    let over = |k: &usize| one / (Complex::new(0.0, TAU * frequency_hz[*k]) - pole);
     // Scaled to sizes about one.
-    let first: Vec<Complex> = lines.iter().map(|k| over(k) * pole.re.abs()).collect();
+    let size = pole.re.abs();
+    let terms = lines
+        .iter()
+        .map(|k| pole_terms(TAU * frequency_hz[*k], pole));
+    let (first, mut second): (Vec<Complex>, Vec<Complex>) =
+        terms.map(|(a, b)| (a * size, b * size * size)).unzip();
     let mut basis = vec![vec![one; lines.len()], first.clone()];
     orthonormal(&mut basis);
-    let mut second: Vec<Complex> = first.iter().map(|z| z * z).collect();
     for b in &basis {
         take_off(&mut second, b);
     }
@@ -210,14 +233,19 @@ mod tests {
         };
         let said = |fall: f64, range: f64| {
             let all = groups(fall, range);
-            let views: Vec<HitGroup> = all
+            let views: Vec<LevelGroup> = all
                 .iter()
-                .map(|(level, value)| HitGroup {
+                .map(|(level, value)| LevelGroup {
                     level: *level,
                     value,
                 })
                 .collect();
-            level_dependence_text(&lines, &views, std::slice::from_ref(&mode), "N")
+            let terms = |omega: f64, pole: Complex| {
+                let first = Complex::new(1.0, 0.0) / (Complex::new(0.0, omega) - pole);
+                (first, first * first)
+            };
+            let modes = std::slice::from_ref(&mode);
+            level_dependence(&lines, &views, modes, ("from hits of", "N"), &terms)
         };
         let message = said(1e-3, 1.0).unwrap().message;
         assert!(message.contains("100.0000 to 200.0000 N"), "{message}");

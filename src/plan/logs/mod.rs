@@ -18,6 +18,8 @@ mod mains;
 
 mod linearity;
 
+mod level_linearity;
+
 pub mod method;
 
 pub mod identify_study;
