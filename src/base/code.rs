@@ -3,7 +3,7 @@
 /// Declares every code once: its word, the exit code of a command it ends, and what `geardyn explain` says of it.
 macro_rules! codes {
     ($($name:ident $word:literal $exit:literal $explanation:literal)*) => {
-        /// What kind of thing went wrong.
+        /// Code of an error kind.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum Code { $(#[doc = concat!("`", $word, "`: `geardyn explain` tells it at length.")] $name,)* }
 
@@ -21,7 +21,7 @@ macro_rules! codes {
                 match self { $(Code::$name => $exit,)* }
             }
 
-            /// What it means and what to do, at length.
+            /// Full explanation: meaning and remedy.
             pub fn explanation(self) -> &'static str {
                 match self { $(Code::$name => $explanation,)* }
             }

@@ -1,9 +1,9 @@
 //! Catalogue of warnings and repairs with the text of `geardyn explain`.
 
-/// What a word stands alongside.
+/// Kind of a diagnostic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DiagnosticKind {
-    /// A doubt about the answer.
+    /// Warning about a result.
     Warning,
     /// Something done to the data of a log.
     Repair,

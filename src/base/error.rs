@@ -10,13 +10,13 @@ use super::source_span::SourceSpan;
 pub struct Error {
     /// The word `geardyn explain` takes.
     pub code: Code,
-    /// What is wrong, with the values and their units; one sentence, no full stop.
+    /// Statement of the error, with the values and their units; one sentence, no full stop.
     pub message: String,
-    /// Where it stands in the user's file.
+    /// Place in the user's file.
     pub span: Option<SourceSpan>,
-    /// What to write next to the caret.
+    /// Text next to the caret.
     pub label: Option<String>,
-    /// What to do now.
+    /// Remedy, in the imperative.
     pub hint: Option<String>,
 }
 
@@ -45,7 +45,7 @@ impl Error {
         self
     }
 
-    /// The same error, said of a file where it has no place in one.
+    /// The same error, assigned to a file where it has no place in one.
     pub fn with_file(mut self, path: &str) -> Error {
         self.span
             .get_or_insert_with(|| SourceSpan::whole_file(path));
@@ -99,7 +99,7 @@ impl Errors {
         Err(Errors(errors))
     }
 
-    /// The same errors, said of a file where they have no place in one.
+    /// The same errors, assigned to a file where they have no place in one.
     pub fn with_file(self, path: &str) -> Errors {
         Errors(self.0.into_iter().map(|e| e.with_file(path)).collect())
     }
@@ -127,13 +127,13 @@ impl fmt::Display for Errors {
 
 impl std::error::Error for Errors {}
 
-/// A doubt about an answer: the answer stands, and this is said next to it.
+/// Diagnostic of a result: the result remains valid, and the warning is reported with it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
     /// A word, as with errors.
     pub code: &'static str,
-    /// What is doubtful.
+    /// Statement of the warning.
     pub message: String,
-    /// What would settle it.
+    /// Remedy that would settle the warning.
     pub hint: Option<String>,
 }

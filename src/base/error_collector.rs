@@ -6,7 +6,7 @@ use super::source_span::SourceSpan;
 /// Errors of one reading, and which files state bare numbers in SI.
 #[derive(Debug, Default)]
 pub struct ErrorCollector {
-    /// What was found wrong so far.
+    /// Errors found so far.
     pub errors: Vec<Error>,
     /// Paths of the files that say `units = "SI"`.
     pub bare_si: Vec<String>,
@@ -37,7 +37,7 @@ impl ErrorCollector {
 /// The largest number taken: products of a stiffness, two lengths and what they are compared with stay within the range of numbers.
 pub const MAX_MAGNITUDE: f64 = 1e50;
 
-/// The smallest size in SI units that is told from zero, for the same reason.
+/// Smallest size in SI units distinguished from zero, for the same reason.
 pub const MIN_MAGNITUDE: f64 = 1e-50;
 
 /// Which numbers a key takes.
@@ -56,7 +56,7 @@ pub enum ValueRange {
 }
 
 impl ValueRange {
-    /// What is wrong with `value`, if anything.
+    /// Violation of the limits by `value`, if any.
     pub fn violation(self, value: f64) -> Option<String> {
         let good = match self {
             ValueRange::Any => true,

@@ -3,7 +3,7 @@
 /// Tables and lists inside each other, and parts of a dotted key; a model needs three.
 pub(super) const MAX_DEPTH: usize = 32;
 
-/// Where brackets or dotted keys nest deeper than any model needs, found before anything recurses over them.
+/// Position at which brackets or dotted keys nest deeper than any model needs, found before anything recurses over them.
 pub(super) fn find_excess_depth(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let (mut at, mut open, mut dots) = (0, 0_usize, 0);

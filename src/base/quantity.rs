@@ -63,7 +63,7 @@ pub fn format_number(x: f64) -> String {
     }
 }
 
-/// How long something takes, in the unit people would say it in.
+/// Duration in its customary unit.
 pub fn format_duration(time_s: f64) -> String {
     const MINUTE: f64 = 60.0;
     const HOUR: f64 = 60.0 * MINUTE;
@@ -276,7 +276,7 @@ fn article(noun: &str) -> String {
     }
 }
 
-/// The unit of `kind` a misspelt word stands for.
+/// Suggested unit of `kind` for a misspelt word.
 fn suggest_unit(word: &str, kind: QuantityKind) -> Option<String> {
     let folded = word.to_lowercase();
     let near = |known: &str| known.to_lowercase() == folded;

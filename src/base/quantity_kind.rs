@@ -28,7 +28,7 @@ impl Dimension {
 /// and the units named in messages, the SI unit first.
 macro_rules! kinds {
     ($($kind:ident $name:literal [$m:literal $kg:literal $s:literal $rad:literal] $drops:literal $units:literal)*) => {
-        /// What a quantity measures.
+        /// Kind of a physical quantity.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum QuantityKind { $(#[doc = concat!("A ", $name, ", such as in ", $units, ".")] $kind,)* }
 
@@ -36,12 +36,12 @@ macro_rules! kinds {
             /// Every kind, in the order of this table.
             pub const ALL: &'static [QuantityKind] = &[$(QuantityKind::$kind,)*];
 
-            /// What it is called.
+            /// Name of the kind.
             pub fn name(self) -> &'static str {
                 match self { $(QuantityKind::$kind => $name,)* }
             }
 
-            /// Its powers of metre, kilogram, second and radian.
+            /// Dimension: powers of metre, kilogram, second and radian.
             pub fn dimension(self) -> Dimension {
                 match self { $(QuantityKind::$kind => Dimension([$m, $kg, $s, $rad]),)* }
             }
@@ -88,7 +88,7 @@ impl QuantityKind {
         self.units().split(',').next().unwrap_or_default()
     }
 
-    /// What a unit of this dimension measures, if a kind has exactly it.
+    /// Kind of quantity with exactly this dimension, if any.
     pub fn from_dimension(dimension: Dimension) -> Option<QuantityKind> {
         QuantityKind::ALL
             .iter()

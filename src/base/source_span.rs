@@ -23,7 +23,7 @@ pub struct SourceSpan {
 }
 
 impl SourceSpan {
-    /// The stretch `span`, in bytes, of `source`; cut to the text where it reaches past it.
+    /// Range `span`, in bytes, of `source`; cut to the text where it reaches past it.
     pub fn new(source: Arc<SourceFile>, span: Range<usize>) -> SourceSpan {
         let end = source.text.len();
         let start = span.start.min(end);

@@ -12,14 +12,14 @@ use super::toml::{Entry, Item, Table, Value};
 /// One table being read. Ask for every key it may have, then call `finish`.
 pub struct TableReader<'a, 'n> {
     table: &'a Table,
-    /// Where the table begins.
+    /// Start of the table.
     pub span: SourceSpan,
-    /// What it is called in messages: `[[gear_pair]] "first_pair"`.
+    /// Title of the table in messages: `[[gear_pair]] "first_pair"`.
     pub title: String,
     known_keys: Vec<(String, String)>,
     /// Any key is known.
     open: bool,
-    /// What was found wrong.
+    /// Collected errors.
     pub errors: &'n mut ErrorCollector,
 }
 
@@ -50,7 +50,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         self.table.get(key).is_some()
     }
 
-    /// Where the value of `key` stands; the table's place where it is absent.
+    /// Place of the value of `key`; the table's place where it is absent.
     pub fn span_of(&self, key: &str) -> &SourceSpan {
         self.table
             .get(key)
@@ -172,7 +172,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         (values.len() == list.len()).then_some(values)
     }
 
-    /// One quantity that stands for two, or a list of two.
+    /// Reads one quantity for both values, or a list of two.
     pub fn optional_pair(
         &mut self,
         key: &str,
@@ -283,7 +283,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
             .collect()
     }
 
-    /// Notes every key that was not asked for.
+    /// Reports every key that was not read.
     pub fn finish(mut self) {
         for entry in &self.table.entries {
             if self.open || self.errors.is_full() {

@@ -13,15 +13,15 @@ pub struct CancelToken {
     raised: Arc<AtomicBool>,
     /// When patience runs out.
     until: Option<Instant>,
-    /// How often it was asked.
+    /// Number of checks.
     n_checks: Cell<u32>,
     /// Patience has been seen to be over.
     is_over: Cell<bool>,
-    /// What the whole may take.
+    /// Time budget of the whole.
     budget: Option<TimeBudget>,
 }
 
-/// What the whole may take, and the progress made when it was last looked at.
+/// Time budget of the whole, and the progress at the last check.
 #[derive(Debug, Clone)]
 struct TimeBudget {
     seconds: f64,
@@ -42,19 +42,19 @@ struct ProgressSample {
     fastest: f64,
 }
 
-/// What work that would take too long has cost, and would.
+/// Forecast of work over its budget: cost so far and in total.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetForecast {
     /// So far, s.
     pub spent: f64,
-    /// The whole at the pace of late, s; ∞ where it stands still.
+    /// Forecast total at the recent rate, s; ∞ without progress.
     pub total: f64,
-    /// What it may take, s.
+    /// Time allowed, s.
     pub allowed: f64,
 }
 
 impl BudgetForecast {
-    /// What the whole would take and may, as text.
+    /// Forecast total and allowed time, as text.
     pub fn text(&self) -> String {
         format!(
             "at this pace the whole would take {}, and {} are allowed",
@@ -83,12 +83,12 @@ const STEADY_RATE_RATIO: f64 = 1.25;
 const CLOCK_CHECK_INTERVAL: u32 = 8;
 
 impl CancelToken {
-    /// Asks for the end; true where that was asked before.
+    /// Requests cancellation; true where that was requested before.
     pub fn cancel(&self) -> bool {
         self.raised.swap(true, Ordering::Relaxed)
     }
 
-    /// Somebody asked for the end.
+    /// True once cancellation was requested.
     pub fn is_cancelled(&self) -> bool {
         self.raised.load(Ordering::Relaxed)
     }
@@ -135,7 +135,7 @@ impl CancelToken {
         }
     }
 
-    /// What the whole would cost, `share` of it being done, where that is more than is allowed.
+    /// Forecast of the total cost, `share` of it being done, where that is more than is allowed.
     pub fn forecast_overrun(&self, share: f64) -> Option<BudgetForecast> {
         let budget = self.budget.as_ref()?;
         budget.foresees(share, budget.since.elapsed().as_secs_f64())

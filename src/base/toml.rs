@@ -15,13 +15,13 @@ use super::source_span::{SourceFile, SourceSpan};
 /// One value of a file.
 #[derive(Debug, Clone)]
 pub struct Item {
-    /// What it says.
+    /// Value.
     pub value: Value,
-    /// Where it stands.
+    /// Place in the file.
     pub span: SourceSpan,
 }
 
-/// What a value says.
+/// Contents of a value.
 #[derive(Debug, Clone)]
 pub enum Value {
     /// Text in quotes.
@@ -41,7 +41,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// What it is called in messages.
+    /// Name of the type in messages.
     pub fn name(&self) -> &'static str {
         match self {
             Value::String(_) => "text",
@@ -66,7 +66,7 @@ pub struct Table {
 pub struct Entry {
     /// The key.
     pub key: String,
-    /// Where the key stands.
+    /// Place of the key.
     pub key_place: SourceSpan,
     /// The value.
     pub item: Item,
@@ -84,7 +84,7 @@ impl Table {
 pub struct Document {
     /// The text.
     pub source: Arc<SourceFile>,
-    /// What stands in it, up to the line of the first syntax error.
+    /// Contents, up to the line of the first syntax error.
     pub root: Table,
     /// The first syntax error.
     pub syntax_error: Option<Error>,
@@ -148,7 +148,7 @@ fn line_start(text: &str, at: usize) -> usize {
         .map_or(0, |newline| newline + 1)
 }
 
-/// What the parser says, with a hint on what it usually comes from.
+/// Error of the parser, with a hint on its usual cause.
 fn syntax(message: &str) -> Error {
     let hint = if message.contains("duplicate key") {
         "write each key once in a table; a second element starts with its own [[header]]"

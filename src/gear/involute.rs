@@ -187,7 +187,7 @@ impl InvoluteGear {
         sense * beyond - ball / self.pressure_angle.cos() + PI * self.module
     }
 
-    /// How far the teeth reach from the reference cylinder to a tip cylinder.
+    /// Radial distance of the teeth from the reference cylinder to a tip cylinder.
     fn addendum(&self, tip_diameter: f64) -> f64 {
         let outward = 0.5 * (tip_diameter - self.reference_diameter());
         if self.internal { -outward } else { outward }

@@ -36,18 +36,18 @@ pub struct PathGeometry {
 /// An interval of the mesh cycle over which the same pairs touch on the same sides of the pitch point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshCycleSegment {
-    /// Where in the cycle it begins, from 0 to 1.
+    /// Start in the cycle, from 0 to 1.
     pub from: f64,
     /// On the drive flanks, on the coast flanks.
     pub flanks: [LoadLever; 2],
 }
 
-/// How far from the pitch point the load acts on a piece.
+/// Lever of the load from the pitch point on a piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadLever {
     /// Mean distance of the load from the pitch point, without sign, where the piece begins, m.
     pub distance: f64,
-    /// Its change over a whole cycle, m.
+    /// Change over a whole cycle, m.
     pub slope: f64,
     /// Share of the load beyond the pitch point less the share before it, as the first gear has it.
     pub balance: f64,
@@ -132,8 +132,8 @@ impl PathOfContact {
         }
     }
 
-    /// H_v of a pair whose tooth force stands at the base helix angle β_b, `i = z₂/z₁` negative for a ring: the mean loss as a share
-    /// of the power is μ H_v.
+    /// H_v of a pair whose tooth force acts at the base helix angle β_b, `i = z₂/z₁` negative for a ring: the mean loss as a share of the
+    /// power is μ H_v.
     pub fn loss_factor(&self, first_base: f64, ratio: f64, base_helix: f64) -> f64 {
         self.mean_segment().flanks[0].distance * (1.0 + 1.0 / ratio)
             / (first_base * base_helix.cos())

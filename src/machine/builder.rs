@@ -165,7 +165,7 @@ impl MachineBuilder {
         self.machine.branches.push(branch);
     }
 
-    /// A diagnostic for the reader of an answer.
+    /// Adds a diagnostic for the reader of a result.
     pub fn add_diagnostic(&mut self, code: &'static str, text: String) {
         self.machine.diagnostics.push(Diagnostic { code, text });
     }

@@ -167,7 +167,7 @@ impl CubicSegment {
         h * s * (self.ends[0].1 + h * s * (a / 2.0 + s * (b / 3.0 + s * c / 4.0)))
     }
 
-    /// Where it takes a value between those of its ends: Newton's step, halved in where it would leave the bracket.
+    /// Solves for the argument of a value between those of the ends: Newton's step, halved in where it would leave the bracket.
     fn solve(&self, y: f64) -> f64 {
         let [mut low, mut high] = [self.ends[0].0, self.ends[1].0];
         let mut x = low + (high - low) * (y - self.ends[0].1) / (self.ends[1].1 - self.ends[0].1);

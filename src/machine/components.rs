@@ -11,7 +11,7 @@ use crate::scene::model::{Axis, BranchDamping, ErrorCause, GlobalDamping, Stiffn
 /// A whole machine before anything is eliminated or linearised.
 #[derive(Debug, Clone, Default)]
 pub struct Machine {
-    /// What was named in the file, in its order.
+    /// Elements named in the file, in its order.
     pub elements: Vec<Element>,
     /// Places where motion is described.
     pub nodes: Vec<Node>,
@@ -21,15 +21,15 @@ pub struct Machine {
     pub masses: Vec<Mass>,
     /// Elastic, dissipative and rigid connections.
     pub branches: Vec<Branch>,
-    /// What bearings do along each of their axes.
+    /// Supports: the bearings along each of their axes.
     pub supports: Vec<Support>,
-    /// What depends on the mean speed of a node.
+    /// Gyroscopic terms, which depend on the mean speed of a node.
     pub gyroscopic: Vec<GyroscopicTerms>,
-    /// What lasts of the torques, N·m, by degree of freedom.
+    /// Lasting part of the torques, N·m, by degree of freedom.
     pub loads: Vec<(usize, f64)>,
     /// The torques over time, by degree of freedom.
     pub histories: Vec<(usize, LoadHistory)>,
-    /// What drives by speed.
+    /// Motors that drive by speed.
     pub motors: Vec<MotorDrive>,
     /// Dry friction.
     pub friction_elements: Vec<FrictionElement>,
@@ -37,13 +37,13 @@ pub struct Machine {
     pub errors: Vec<GeometricError>,
     /// Gears, for orders of excitation.
     pub gears: Vec<Gear>,
-    /// Gears of planetary stages that errors can be on next to these: planets, and a sun or ring that stands.
+    /// Gears of planetary stages that may carry errors in addition to `gears`: planets, and a fixed sun or ring.
     pub members: Vec<StageMember>,
     /// Mean speeds stated in the file: degree of freedom, rad/s. The first is the reference.
     pub speeds: Vec<(usize, f64)>,
     /// Damping of no element.
     pub damping: GlobalDamping,
-    /// What the reader of an answer should know of the elements.
+    /// Diagnostics of the elements for the reader of a result.
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -54,7 +54,7 @@ pub struct Support {
     pub element: usize,
     /// Along or about it.
     pub axis: Axis,
-    /// What its ends are apart there.
+    /// Relative displacement of the ends along the axis.
     pub deflection: Direction,
     /// Branches with the share of their force that acts there.
     pub forces: Vec<(usize, f64)>,
@@ -63,18 +63,18 @@ pub struct Support {
 /// A named thing of the file.
 #[derive(Debug, Clone)]
 pub struct Element {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its table: `shaft`, `gear_pair`, ….
+    /// Table of the element: `shaft`, `gear_pair`, ….
     pub kind: &'static str,
-    /// Where its name is written.
+    /// Place of the name in the file.
     pub span: SourceSpan,
 }
 
 /// A place where motion is described.
 #[derive(Debug, Clone)]
 pub struct Node {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// The element that made it.
     pub element: usize,
@@ -83,9 +83,9 @@ pub struct Node {
 /// One coordinate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dof {
-    /// Its node.
+    /// Node.
     pub node: usize,
-    /// Its axis.
+    /// Axis.
     pub axis: Axis,
 }
 
@@ -113,11 +113,11 @@ pub struct Branch {
     pub coast: Option<Direction>,
     /// u, where the force does not act along w.
     pub force: Option<Direction>,
-    /// How it resists.
+    /// Force law of the branch.
     pub law: BranchLaw,
     /// Play, in the unit of δ; zero: none.
     pub backlash: f64,
-    /// What the damper does where the contact opens.
+    /// Damping law of the contact as it opens.
     pub contact_damping: Option<ContactDamping>,
     /// Stiffness over the mesh cycle.
     pub stiffness_variation: Option<StiffnessVariation>,
@@ -125,14 +125,14 @@ pub struct Branch {
     pub characteristic: Option<Characteristic>,
 }
 
-/// What drives a degree of freedom by its speed.
+/// Motor that drives a degree of freedom by its speed.
 #[derive(Debug, Clone)]
 pub struct MotorDrive {
     /// Whose it is.
     pub element: usize,
     /// The degree of freedom.
     pub dof: usize,
-    /// How.
+    /// Motor model.
     pub drive: MotorModel,
 }
 
@@ -141,15 +141,15 @@ pub struct MotorDrive {
 pub struct FrictionElement {
     /// Whose it is.
     pub element: usize,
-    /// Its direction.
+    /// Direction.
     pub direction: Direction,
-    /// Its law: of a clutch at its largest capacity, of what is pressed for a capacity of one.
+    /// Friction law: of a clutch at its largest capacity, of what is pressed for a capacity of one.
     pub friction: FrictionLaw,
-    /// What its capacity goes by.
+    /// Capacity of the dry friction.
     pub grip: FrictionCapacity,
 }
 
-/// What the capacity of dry friction goes by.
+/// Capacity of dry friction: constant, timed or load-dependent.
 #[derive(Debug, Clone)]
 pub enum FrictionCapacity {
     /// Nothing: it is the same always.
@@ -169,19 +169,18 @@ pub struct LoadDependentCapacity {
     pub coefficient: f64,
     /// Components of N: forces of branches, so much of each.
     pub force_components: Vec<Vec<(usize, f64)>>,
-    /// Where teeth touch.
+    /// Path of the tooth contact.
     pub path: Option<ToothFrictionPath>,
 }
 
-/// Where teeth touch, and what their friction does next to turning the gears against each other.
+/// Path of the tooth contact, and the effect of its friction other than on the gears' rotation against each other.
 #[derive(Debug, Clone)]
 pub struct ToothFrictionPath {
-    /// What sliding at the pitch point would be, for drive flanks and for coast flanks.
+    /// Sliding direction at the pitch point, for drive flanks and for coast flanks.
     pub pitch_point_sliding: [Direction; 2],
     /// Levers over the mesh cycle.
     pub pieces: Vec<MeshCycleSegment>,
-    /// The degree of freedom and the teeth that the cycle goes by, and where it stands at zero, rad; absent: levers are the
-    /// same always.
+    /// Degree of freedom and tooth number of the mesh cycle, and its phase at zero, rad; absent: levers are constant.
     pub cycle: Option<(usize, u32, f64)>,
 }
 
@@ -192,9 +191,9 @@ pub struct GeometricError {
     pub location: String,
     /// The node or element alone.
     pub element: String,
-    /// Where it is declared.
+    /// Place of the declaration.
     pub span: SourceSpan,
-    /// What it comes from.
+    /// Cause of the error.
     pub cause: ErrorCause,
     /// The degree of freedom whose turn it repeats with.
     pub rotation_dof: usize,
@@ -207,15 +206,15 @@ pub struct GeometricError {
     pub acts: Vec<ErrorAction>,
     /// One period, in m, of couplings in rad; positive: the driven end leads.
     pub waveform: Waveform,
-    /// Where it stands in the turn is known.
+    /// True for a known phase in the turn.
     pub phase_known: bool,
     /// Half the width of what the amplitude may be, relative to it.
     pub tolerance: f64,
-    /// How the amplitude was assumed, where a grade was given in its place.
+    /// Assumption behind the amplitude, where a grade was given in its place.
     pub assumed: Option<String>,
 }
 
-/// How an error acts in one branch: it takes `gain · waveform(φ + phase)` from its deflection.
+/// Action of an error in one branch: it takes `gain · waveform(φ + phase)` from its deflection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorAction {
     /// The branch.
@@ -224,16 +223,16 @@ pub struct ErrorAction {
     pub flanks: [FlankTransfer; 2],
 }
 
-/// How an error reaches the line of action of a flank.
+/// Transfer of an error to the line of action of a flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlankTransfer {
     /// Unit of the branch's deflection per unit of the error.
     pub gain: f64,
-    /// How far on in its period the error stands there, rad.
+    /// Phase of the error in its period at the flank, rad.
     pub phase: f64,
 }
 
-/// How a branch resists its deformation.
+/// Force–deflection law of a branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BranchLaw {
     /// δ = 0.
@@ -242,7 +241,7 @@ pub enum BranchLaw {
     Linear {
         /// k, N/m or N·m/rad.
         stiffness: f64,
-        /// Its losses.
+        /// Damping of the branch.
         loss: BranchDamping,
     },
 }
@@ -271,37 +270,37 @@ pub struct Gear {
     pub element: usize,
     /// The degree of freedom it turns with.
     pub rotation_dof: usize,
-    /// Its teeth; `None` for pulleys.
+    /// Number of teeth; `None` for pulleys.
     pub teeth: Option<u32>,
     /// The degree of freedom its mesh turns with relative to it: the carrier of a planetary stage.
     pub carrier: Option<usize>,
     /// The branches its teeth act in.
     pub branches: Vec<usize>,
-    /// How the gear stands in each of them; none of pulleys.
+    /// Geometry of the gear in each of its meshes; none for pulleys.
     pub seats: Vec<MeshGeometry>,
 }
 
 /// A gear of a planetary stage by its name: `stage.planet_1`, `stage.sun`, `stage.ring`.
 #[derive(Debug, Clone)]
 pub struct StageMember {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// The gear; of one that stands, what turns is the carrier.
+    /// Gear; for a fixed member, the rotating part is the carrier.
     pub gear: Gear,
     /// It is fixed to ground.
     pub is_fixed: bool,
 }
 
-/// How a gear stands in one of its meshes.
+/// Geometry of a gear in one of its meshes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshGeometry {
-    /// Where the mesh stands round the gear's axis, from its x to its y, rad.
+    /// Angle of the mesh round the gear's axis, from its x to its y, rad.
     pub angle: f64,
-    /// What a displacement of the gear along x and y does to the deflection: on the drive flank, on the coast flank.
+    /// Deflection per displacement of the gear along x and y: on the drive flank, on the coast flank.
     pub across: [[f64; 2]; 2],
-    /// What one along its axis does on the drive flank.
+    /// Deflection per displacement along its axis, on the drive flank.
     pub along: f64,
-    /// What teeth an arc ahead on the pitch circle do to the deflection: the lever of the tooth force over the radius of the pitch circle.
+    /// Deflection per arc ahead on the pitch circle: the lever of the tooth force over the radius of the pitch circle.
     pub lever: f64,
     /// Normal module, m, and radius of the pitch circle, m, of a pair of parallel axes; tolerances are stated for these.
     pub cylindrical: Option<[f64; 2]>,
@@ -309,7 +308,7 @@ pub struct MeshGeometry {
     pub has_module: bool,
 }
 
-/// A diagnostic about an element that an answer should carry.
+/// Diagnostic about an element, reported with a result.
 #[derive(Debug, Clone)]
 pub struct Diagnostic {
     /// A word.

@@ -12,7 +12,7 @@ use crate::scene::model::BranchDamping;
 /// A linear machine. Coordinates p are the degrees of freedom that stay; `q = T p` gives all of them.
 #[derive(Debug, Clone)]
 pub struct LinearModel {
-    /// How many coordinates stay.
+    /// Number of remaining coordinates.
     pub n: usize,
     /// The degree of freedom each coordinate is.
     pub independent_dofs: Vec<usize>,
@@ -24,7 +24,7 @@ pub struct LinearModel {
     pub branches: Vec<LinearBranch>,
     /// Motions that strain no branch, over the coordinates that stay: the rigid-body modes.
     pub rigid: Vec<Vec<f64>>,
-    /// How many of these, the first ones, strain no damper either.
+    /// Number of leading rigid motions that strain no damper either.
     pub n_undamped_rigid: usize,
     /// Coordinates without inertia.
     pub massless: Vec<usize>,
@@ -33,7 +33,7 @@ pub struct LinearModel {
 /// A branch at its operating point.
 #[derive(Debug, Clone)]
 pub struct LinearBranch {
-    /// Its number in the machine.
+    /// Index in the machine.
     pub index: usize,
     /// w.
     pub direction: Direction,

@@ -5,7 +5,7 @@
 
 use super::components::{Gear, Machine, StageMember};
 
-/// What a mesh cycle is counted by.
+/// Degrees of freedom that count a mesh cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshCycle {
     /// A degree of freedom whose turn carries it on.

@@ -14,7 +14,7 @@ use crate::base::error::Error;
 use crate::numeric::Matrix;
 use crate::numeric::symmetric;
 
-/// How a contact stands.
+/// State of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActiveFlank {
     /// Closed so that δ > 0, or without play.
@@ -41,7 +41,7 @@ impl ActiveFlank {
 pub struct OperatingPoint {
     /// Branch, state, and the static force in it, N or N·m (none where no load was stated).
     pub contacts: Vec<(usize, ActiveFlank, Option<f64>)>,
-    /// What is not linear.
+    /// Nonlinear branches, as tangent stiffnesses.
     pub tangents: Vec<TangentStiffness>,
 }
 
@@ -109,8 +109,8 @@ fn tangent(branch: usize, part: &Branch, force: f64) -> Option<TangentStiffness>
     })
 }
 
-/// Share of its stiffness that an open contact keeps in the search: it stands in the middle of its play where nothing pushes it,
-/// and is pushed out of it where something does.
+/// Share of its stiffness that an open contact keeps in the search: without a force it rests in the middle of its play, and with one it is
+/// pushed out of it.
 const OPEN_STIFFNESS_RATIO: f64 = 1e-9;
 
 struct ContactSpring<'a> {

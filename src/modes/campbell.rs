@@ -23,13 +23,13 @@ use crate::machine::spin::spinning;
 pub struct CampbellDiagram {
     /// The node whose speed it is drawn over.
     pub reference: String,
-    /// Its speeds, rpm.
+    /// Reference speeds of the diagram, rpm.
     pub speeds_rpm: Vec<f64>,
-    /// Every mode that swings at some of them.
+    /// Branches of every mode that is oscillatory at some of the speeds.
     pub branches: Vec<CampbellBranch>,
-    /// What excites.
+    /// Excitation orders drawn over the speeds.
     pub orders: Vec<ExcitationOrder>,
-    /// Where an order meets a branch, by rising speed.
+    /// Crossings of orders with branches, by rising speed.
     pub crossings: Vec<OrderCrossing>,
     /// No frequency depends on the speed: the modes were solved once.
     pub is_constant: bool,
@@ -37,7 +37,7 @@ pub struct CampbellDiagram {
     pub n_solves: usize,
 }
 
-/// One mode over the speeds of the diagram; `None` at speeds where it does not swing.
+/// A mode tracked over the speeds of the diagram; `None` at speeds where it is not oscillatory.
 #[derive(Debug, Clone, Default)]
 pub struct CampbellBranch {
     /// `|λ|/2π`, Hz.
@@ -46,14 +46,14 @@ pub struct CampbellBranch {
     pub damping_ratio: Vec<Option<f64>>,
     /// Sense of whirl; `None` for torsional modes and where nothing depends on the speed.
     pub whirl: Vec<Option<Whirl>>,
-    /// Speeds, rpm, up to which the smallest step from the speed before left it in doubt whether it is the same mode.
+    /// Speeds, rpm, up to which the mode match stays uncertain even at the smallest step from the speed before.
     pub uncertain_rpm: Vec<f64>,
 }
 
 /// An order line meets a branch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderCrossing {
-    /// Of the reference, rpm.
+    /// Reference speed at the crossing, rpm.
     pub speed_rpm: f64,
     /// Hz.
     pub frequency_hz: f64,
@@ -61,11 +61,11 @@ pub struct OrderCrossing {
     pub order: usize,
     /// Number of the branch.
     pub branch: usize,
-    /// How much of the mode sits where the order acts, 0 to 1; see [`participation`].
+    /// Share of the mode's energy where the order acts, 0 to 1; see [`participation`].
     pub participation: f64,
 }
 
-/// What a diagram is drawn of.
+/// Speeds, orders and tracking of a Campbell diagram.
 #[derive(Debug, Clone)]
 pub struct CampbellOptions {
     /// Speeds of the reference, rad/s, in order.
@@ -74,7 +74,7 @@ pub struct CampbellOptions {
     pub damped: bool,
     /// Orders wanted.
     pub orders: OrderOptions,
-    /// How modes are followed.
+    /// Options of mode tracking.
     pub tracking: TrackingOptions,
 }
 
@@ -196,7 +196,7 @@ struct DiagramBuilder<'a> {
     lateral: WhirlNodes,
     orders: &'a [ExcitationOrder],
     lines: Vec<CampbellBranch>,
-    /// Of each mode of the last speed: its line.
+    /// Branch number of each mode of the last speed.
     line_of: Vec<usize>,
     crossings: Vec<OrderCrossing>,
     /// Speeds drawn so far.

@@ -111,7 +111,7 @@ impl CompanionForm {
         Ok(a)
     }
 
-    /// What H adds to the state matrix: it acts as an imaginary part of K.
+    /// Contribution of H to the state matrix: it acts as an imaginary part of K.
     pub(super) fn hysteretic(
         &self,
         eigenproblem: &QuadraticEigenproblem,

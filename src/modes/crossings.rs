@@ -10,7 +10,7 @@ use crate::machine::linear::LinearModel;
 
 /// A mode that an order meets.
 pub struct ModeAtCrossing {
-    /// Of the reference, rad/s.
+    /// Reference speed, rad/s.
     pub speed: f64,
     /// The mode there.
     pub mode: Mode,
@@ -19,7 +19,7 @@ pub struct ModeAtCrossing {
 /// Relative distance of |λ| from the order line at which a crossing is found.
 const CROSSING_TOLERANCE: f64 = 1e-10;
 
-/// How far a mode is above an order line, rad/s.
+/// Frequency distance of a mode above an order line, rad/s.
 pub fn distance_to_order(mode: &Mode, order: &ExcitationOrder, speed: f64) -> f64 {
     mode.omega() - order.value * speed.abs()
 }
@@ -77,8 +77,8 @@ pub fn find_crossing<F: Fn(f64) -> Result<Vec<Mode>, Error>>(
     }))
 }
 
-/// How much of a mode sits where the order acts, 0 to 1: the share of its strain energy in the meshes whose teeth excite
-/// the order, or of its kinetic energy in the nodes whose rotation does, whichever is larger.
+/// Participation of a mode in an order, 0 to 1: the share of its strain energy in the meshes whose teeth excite the order, or of its
+/// kinetic energy in the nodes whose rotation does, whichever is larger.
 pub fn participation(
     machine: &Machine,
     model: &LinearModel,
@@ -121,7 +121,7 @@ pub fn participation(
     strain.max(kinetic)
 }
 
-/// What is chosen, of everything.
+/// Share of the selected parts in the sum of all.
 fn share(parts: impl Iterator<Item = (bool, f64)>) -> f64 {
     let (chosen, all) = parts.fold((0.0, 0.0), |(chosen, all), (is_chosen, part)| {
         (if is_chosen { chosen + part } else { chosen }, all + part)

@@ -173,7 +173,7 @@ fn complex_roots(
     Ok(found)
 }
 
-/// Roots above the real axis, where H acts as an imaginary stiffness: as many as swing without it.
+/// Eigenvalues above the real axis, where H acts as an imaginary stiffness: as many as are oscillatory without it.
 fn with_loss_factors(
     eigenproblem: &QuadraticEigenproblem,
     state: &CompanionForm,
@@ -252,7 +252,7 @@ struct RootEstimate {
     error: f64,
 }
 
-/// What is known of a root.
+/// Knowledge of an eigenvalue's location.
 #[derive(Clone, Copy, PartialEq)]
 enum RootLocation {
     /// Nothing.
@@ -267,7 +267,7 @@ const ROUNDING: f64 = 1e-12;
 /// Largest order for which every root is polished: a step is a complex LU of that order.
 const MAX_POLISH_ORDER: usize = 160;
 
-/// What a polished root keeps, with a margin: ε times its condition times this.
+/// Safety factor of a polished eigenvalue's error: ε times its condition times this.
 const POLISH_SAFETY: f64 = 10.0;
 
 /// Polishes a root where that is wanted; keeps the start where polishing leads elsewhere.

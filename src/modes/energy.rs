@@ -10,11 +10,11 @@ use crate::numeric::Complex;
 /// Shares by element number; elements that take no part are left out.
 #[derive(Debug, Clone, Default)]
 pub struct EnergyShares {
-    /// Of the kinetic energy.
+    /// Shares of the kinetic energy.
     pub kinetic: Vec<(usize, f64)>,
-    /// Of the strain energy; `None` for rigid-body modes.
+    /// Shares of the strain energy; `None` for rigid-body modes.
     pub strain: Option<Vec<(usize, f64)>>,
-    /// Of the energy lost in a period by elements; `None` where none loses any.
+    /// Shares of the energy lost in a period by elements; `None` where none loses any.
     pub dissipated: Option<Vec<(usize, f64)>>,
     /// `ζ` estimated from the loss of the undamped shape, `Σ c|wᵀφ|²/(2ω φᵀMφ)`; `None` for rigid modes or without losses.
     pub estimated_damping_ratio: Option<f64>,

@@ -18,11 +18,11 @@ pub struct ExcitationOrder {
     pub exact: Option<Fraction>,
     /// The same as a number.
     pub value: f64,
-    /// What excites it: one or more, where orders coincide.
+    /// Excitation sources of the order: one or more, where orders coincide.
     pub sources: Vec<ExcitationSource>,
 }
 
-/// What excites an order.
+/// A member of the machine that excites an order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExcitationSource {
     /// The element: a gear pair, a planetary stage, a belt; of the reference its own.
@@ -31,20 +31,20 @@ pub struct ExcitationSource {
     pub member: String,
     /// The number of that node.
     pub node: usize,
-    /// Its number in `machine.gears`; `None` for the reference where it carries no gear.
+    /// Gear number in `machine.gears`; `None` for the reference where it carries no gear.
     pub gear: Option<usize>,
-    /// What of it.
+    /// Cause of the excitation.
     pub cause: ExcitationCause,
     /// 1 for the order itself, 2 for twice it, ….
     pub multiple: u32,
 }
 
-/// What of a member excites an order.
+/// Cause by which a member excites an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExcitationCause {
     /// It turns: eccentricity, unbalance.
     Rotation,
-    /// Its teeth mesh.
+    /// Tooth meshing of the member.
     Mesh,
 }
 
@@ -157,7 +157,7 @@ pub fn excitation_orders(
     Ok(orders)
 }
 
-/// What excites.
+/// A member that excites orders.
 struct ExcitingMember {
     element: usize,
     gear: Option<usize>,
@@ -227,7 +227,7 @@ impl SpeedConstraints {
     }
 }
 
-/// How speeds hang together: rigid and elastic joints alike, short rows first. One unknown is left over at the end.
+/// Kinematic constraints between speeds: rigid and elastic joints alike, short rows first. One unknown is left over at the end.
 fn joint_constraints(machine: &Machine, unknowns: usize) -> ExactConstraints {
     let mut turning = ExactConstraints::new(unknowns);
     let mut rows: Vec<&[(usize, f64)]> = machine

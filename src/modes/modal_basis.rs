@@ -9,7 +9,7 @@ use crate::machine::direction::Direction;
 use crate::machine::linear::{LinearBranch, LinearModel};
 use crate::numeric::{Matrix, graded, symmetric};
 
-/// How the modes were found.
+/// Solver of the undamped eigenvalue problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UndampedSolver {
     /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi.
@@ -29,7 +29,7 @@ pub struct ModalBasis {
     pub shapes: Matrix,
     /// Decimal digits each frequency can be trusted to.
     pub digits: Vec<f64>,
-    /// How they were found.
+    /// Solver that found the modes.
     pub solver: UndampedSolver,
 }
 

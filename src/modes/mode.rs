@@ -30,7 +30,7 @@ impl Mode {
         self.omega() / std::f64::consts::TAU
     }
 
-    /// It swings: λ has an imaginary part.
+    /// True for an oscillatory mode: λ has an imaginary part.
     pub fn is_oscillatory(&self) -> bool {
         self.eigenvalue.im != 0.0
     }

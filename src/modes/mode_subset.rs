@@ -18,13 +18,13 @@ use crate::numeric::sparse::{LdlFactor, SparseSymmetric};
 /// Which modes are wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SubsetRequest {
-    /// How many, rigid-body modes among them where they are the lowest.
+    /// Number of modes, rigid-body modes among them where they are the lowest.
     pub count: usize,
     /// rad/s; `None`: the lowest.
     pub near: Option<f64>,
 }
 
-/// How the systems were solved.
+/// Solver of the shifted systems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SubsetSolver {
     /// Elimination of a forest in series and parallel.
@@ -38,7 +38,7 @@ pub enum SubsetSolver {
 pub struct ModeSubset {
     /// By rising frequency.
     pub modes: Vec<Mode>,
-    /// How the systems were solved.
+    /// Solver used for the shifted systems.
     pub solver: SubsetSolver,
     /// Systems solved.
     pub solves: usize,
@@ -167,7 +167,7 @@ fn modes_near_shift(
     })
 }
 
-/// How many more modes are looked at than wanted: what is nearest in λ is not always nearest in ω.
+/// Number of modes computed beyond those requested: the nearest in λ is not always the nearest in ω.
 const EXTRA_MODES: usize = 2;
 
 /// Modes whose ω is nearest.

@@ -9,7 +9,7 @@ use crate::machine::components::Machine;
 use crate::machine::linear::LinearModel;
 use crate::numeric::{Matrix, symmetric};
 
-/// What of an element is changed.
+/// Element parameter that is varied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensitivityParameter {
     /// All its stiffnesses, by one factor.
@@ -23,7 +23,7 @@ pub enum SensitivityParameter {
 pub struct FrequencySensitivity {
     /// The element.
     pub element: usize,
-    /// What is changed.
+    /// Parameter that is varied.
     pub parameter: SensitivityParameter,
     /// `(x/ω) ∂ω/∂x`: per cent of frequency per per cent of the parameter.
     pub relative: f64,

@@ -17,7 +17,7 @@ pub struct AnalysisContext<'a> {
     pub machine: &'a Machine,
     /// The same, linear.
     pub model: &'a LinearModel,
-    /// Its undamped modes; modal damping refers to them.
+    /// Undamped modes of the machine; modal damping refers to them.
     pub basis: &'a ModalBasis,
     /// Mean speed of every degree of freedom, rad/s, for gyroscopic terms; absent: at rest.
     pub speeds: Option<&'a [f64]>,
@@ -36,7 +36,7 @@ pub struct SystemMatrices {
     pub stiffness: Matrix,
     /// H of loss factors, `K + i sgn(ω) H`, where there are any.
     pub hysteretic: Option<Matrix>,
-    /// What each coordinate is.
+    /// Names of the coordinates.
     pub names: Vec<String>,
     /// Coordinates without inertia.
     pub massless: Vec<usize>,
@@ -122,7 +122,7 @@ impl SystemMatrices {
         matrices
     }
 
-    /// How many coordinates there are.
+    /// Number of coordinates.
     pub fn len(&self) -> usize {
         self.mass.nrows()
     }

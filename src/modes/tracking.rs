@@ -13,10 +13,10 @@ use crate::numeric::assignment::assign;
 use crate::numeric::mac::{self, hermitian_product};
 use crate::numeric::{Complex, Matrix};
 
-/// The modes that swing at one speed, by rising |λ|.
+/// Oscillatory modes at one speed, by rising |λ|.
 #[derive(Debug, Clone)]
 pub struct ModeSet {
-    /// Of the reference, rad/s.
+    /// Reference speed, rad/s.
     pub speed: f64,
     /// The modes.
     pub modes: Vec<TrackedMode>,
@@ -33,9 +33,9 @@ pub struct TrackedMode {
 /// Which mode became which.
 #[derive(Debug, Clone)]
 pub struct ModeMatching {
-    /// For every mode before: its number now, or nothing where it ceased to swing.
+    /// Present number of every earlier mode, or `None` where it ceased to be oscillatory.
     pub to: Vec<Option<usize>>,
-    /// For every mode before: whether the smallest step still left a doubt.
+    /// Uncertainty flag of every earlier mode: its match stays ambiguous even at the smallest step.
     pub uncertain: Vec<bool>,
 }
 
@@ -62,7 +62,7 @@ pub struct TrackingOptions {
     pub accept_mac: f64,
     /// Smallest MAC at which the smallest step still calls it the same mode.
     pub min_mac: f64,
-    /// How often a step may be halved.
+    /// Maximum number of times a step is halved.
     pub halvings: u32,
     /// Most speeds solved inside one step.
     pub max_solves: usize,
@@ -152,7 +152,7 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> ModeTracker<'a, F> {
         Ok((to, first.compose(&second)))
     }
 
-    /// Where to look next, if a match is in doubt: halfway, or where two branches seem to cross and may veer instead.
+    /// Next speed to evaluate if a match is uncertain: halfway, or where two branches seem to cross and may veer instead.
     fn refinement_speed(
         &self,
         from: &ModeSet,

@@ -39,7 +39,7 @@ struct LateralAxes {
     turning: Option<usize>,
 }
 
-/// Where a machine can whirl.
+/// Nodes of a machine that can whirl.
 pub struct WhirlNodes {
     pairs: Vec<LateralAxes>,
     mass: Vec<f64>,
@@ -77,8 +77,8 @@ impl WhirlNodes {
         WhirlNodes { pairs, mass }
     }
 
-    /// The sense of a mode at the mean speeds given; `spin` are those at a positive speed of the reference, for when all stand
-    /// still. Nothing where it does not move across any shaft.
+    /// Whirl direction of a mode at the mean speeds given; `spin` are those at a positive speed of the reference, for zero speed
+    /// everywhere. Nothing where it does not move across any shaft.
     pub fn whirl(
         &self,
         shape: &[Complex],

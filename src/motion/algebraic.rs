@@ -24,7 +24,7 @@ const CONVERGED: f64 = 1e-9;
 /// Halvings of a change that does not bring the forces nearer to balance.
 const MAX_HALVINGS: u32 = 40;
 
-/// Looks at how contacts stand while places are found.
+/// Maximum number of contact-state updates while positions are solved.
 const MAX_UPDATES: usize = 20;
 
 /// An eigenvalue of a matrix with ones on its diagonal below this is zero: the rounding of sums of squares.
@@ -47,7 +47,7 @@ pub fn why_inertia_needed(model: &DynamicModel) -> Option<String> {
     ))
 }
 
-/// What may act on a coordinate without inertia that stays.
+/// Whether an element may act on a retained coordinate without inertia.
 pub fn allows_massless(b: &ForceElement) -> bool {
     let law = matches!(
         b.law,
@@ -59,7 +59,7 @@ pub fn allows_massless(b: &ForceElement) -> bool {
     law && b.force_direction.is_none() && b.stiffness_wave.is_none() && b.angle_waves.is_empty()
 }
 
-/// Its rate is felt by its force as it stands.
+/// Whether the element's force depends on its rate in the present state.
 fn damps(b: &ForceElement, state: ElementState) -> bool {
     match (&b.law, state) {
         (ForceLaw::Linear { damping, .. } | ForceLaw::Nonlinear { damping, .. }, _) => {
@@ -199,8 +199,8 @@ impl DynamicModel {
         sum
     }
 
-    /// Whether the equations are of index one however contacts stand: with all of them open, what is left holds every coordinate
-    /// without inertia.
+    /// Checks that the equations are of index one in every contact state: with all contacts open, the remaining elements hold every
+    /// coordinate without inertia.
     ///
     /// # Errors
     /// The first coordinate that nothing holds.

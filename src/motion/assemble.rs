@@ -25,7 +25,7 @@ use crate::numeric::Matrix;
 use crate::scene::initial_conditions::InitialConditions;
 use crate::scene::laws::{self, FrictionLaw, InitialState, LoadHistory, MeshPhase, MotionProfile};
 
-/// What all parts of the assembly look at.
+/// Inputs shared by all parts of the assembly.
 struct Assembler<'a> {
     machine: &'a Machine,
     kinematics: &'a Kinematics,
@@ -221,7 +221,7 @@ impl Assembler<'_> {
         Ok(Some((matrices.stiffness, matrices.damping)))
     }
 
-    /// What `m r Ω²` pulls outwards on masses that a carrier takes round. Of a steady start the coordinates hold the mean turn, on which
+    /// Centrifugal forces `m r Ω²` on masses that a carrier turns. In a steady start the coordinates contain the mean rotation, on which
     /// the Coriolis terms act with `2 m r Ω θ̇`: `m r Ω²` of it is too much. About a start at rest nothing is added.
     fn carried_round(&self, at: InitialState) -> Vec<AppliedForce> {
         let speeds = self.speeds.filter(|_| at == InitialState::Steady);
@@ -293,7 +293,7 @@ impl Assembler<'_> {
         })
     }
 
-    /// What the damper of a contact does where it opens; nobody may guess.
+    /// Contact damping at opening and closing; it must be specified.
     fn losses(&self, part: &components::Branch, damping: f64) -> Result<ContactDamping, Error> {
         let stated = part.contact_damping.or(self.machine.damping.contacts);
         if part.backlash == 0.0 || damping == 0.0 {
@@ -348,7 +348,7 @@ impl Assembler<'_> {
         })
     }
 
-    /// What passes `cycles` times a turn of a degree of freedom against its carrier.
+    /// Phase of a wave that passes `cycles` times a turn of a degree of freedom against its carrier.
     fn phase(
         &self,
         dof: usize,
@@ -613,12 +613,12 @@ impl Assembler<'_> {
     }
 }
 
-/// What the load on a degree of freedom is called, as a drive and as a branch.
+/// Name of the load on a degree of freedom, as a drive and as a branch.
 pub fn load_name(machine: &Machine, dof: usize) -> String {
     format!("load on {}", machine.dof_name(dof))
 }
 
-/// A course as a known function of time.
+/// Converts a motion profile to a known function of time.
 fn history_to_signal(course: &MotionProfile) -> Result<Signal, Error> {
     let swing = course
         .oscillation

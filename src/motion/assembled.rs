@@ -12,7 +12,7 @@ use crate::base::source_span::SourceSpan;
 pub struct AssembledModel {
     /// The equations.
     pub model: DynamicModel,
-    /// Of every degree of freedom of the machine; none where a massless node remembers.
+    /// Combination of coordinates for every degree of freedom of the machine; `None` where a massless node has an inner state.
     pub dofs: Vec<Option<LinearCombination>>,
     /// The branches of the machine's each branch, in the train: one, or one a flank; none where it is rigid or became part of
     /// others.
@@ -25,7 +25,7 @@ pub struct AssembledModel {
     pub retained: Vec<usize>,
     /// Motions that strain nothing, over the train's coordinates.
     pub rigid: Vec<Vec<f64>>,
-    /// What moves as prescribed, taken out of the equations.
+    /// Prescribed motions, taken out of the equations.
     pub prescribed: Option<PrescribedReduction>,
 }
 
@@ -57,7 +57,7 @@ impl AssembledModel {
         self.retained.binary_search(&coordinate).ok()
     }
 
-    /// What prescribed motions add to every coordinate of the train at `t`: place, speed.
+    /// Contribution of the prescribed motions to every coordinate of the model at `t`: place, speed.
     pub fn prescribed_motion(&self, t: f64) -> Vec<(f64, f64)> {
         let n = self.model.coordinate_count();
         let Some(known) = &self.prescribed else {

@@ -9,20 +9,20 @@ use crate::base::error::Error;
 use crate::numeric::Matrix;
 use crate::numeric::lu::Lu;
 
-/// Its degree.
+/// Degree of the polynomial.
 const DEGREE: usize = 8;
 
 /// Values at its points, or its coefficients.
 pub type Coefficients = [f64; DEGREE + 1];
 
-/// How values at the points become coefficients.
+/// Conversion of values at the points to Bernstein coefficients.
 pub struct BernsteinBasis {
     lu: Lu,
     /// The points, shares of a step from 0 to 1.
     pub points: Coefficients,
 }
 
-/// What a switching surface does in a step.
+/// Behaviour of a switching function in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ZeroCrossing {
     /// It stays above zero.
@@ -62,7 +62,7 @@ impl BernsteinBasis {
     }
 }
 
-/// The course of a polynomial that starts above zero, or at zero within `noise`.
+/// Zero crossing of a polynomial that starts above zero, or at zero within `noise`.
 ///
 /// One that starts below zero has crossed at the start, unless `entered` says that it has just been crossed from there.
 pub fn zero_crossing(b: &Coefficients, noise: f64, entered: bool) -> ZeroCrossing {
@@ -114,7 +114,7 @@ pub fn zero_crossing(b: &Coefficients, noise: f64, entered: bool) -> ZeroCrossin
     }
 }
 
-/// How much it falls per unit at its start.
+/// Slope of descent at the start, per unit.
 fn initial_slope(b: &Coefficients) -> f64 {
     DEGREE as f64 * (b[0] - b[1])
 }

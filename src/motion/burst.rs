@@ -11,7 +11,7 @@ pub struct Burst {
     pub to: f64,
     /// Amplitude at the first instant, at time zero where that lies at −∞.
     pub amplitude: f64,
-    /// Its change per second.
+    /// Growth of the amplitude per second.
     pub growth: f64,
     /// rad/s.
     pub omega: f64,
@@ -62,7 +62,7 @@ impl Burst {
         }
     }
 
-    /// Its rate: two of them.
+    /// Rate of the burst: two bursts.
     pub fn rate(&self) -> [Burst; 2] {
         let grown = Burst {
             amplitude: self.growth,

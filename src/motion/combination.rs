@@ -25,13 +25,13 @@ impl LinearCombination {
         self.terms.iter().map(|&(j, a)| a * x[j]).sum()
     }
 
-    /// Its value at `t`.
+    /// Value of the combination at `t`.
     pub fn value(&self, t: f64, q: &[f64]) -> f64 {
         let known = self.imposed.as_ref();
         self.dot(q) + known.map_or(0.0, |x| x.value(t, x.piece(t)))
     }
 
-    /// Its rate at `t`.
+    /// Rate of the combination at `t`.
     pub fn rate(&self, t: f64, v: &[f64]) -> f64 {
         let known = self.imposed.as_ref();
         self.dot(v) + known.map_or(0.0, |x| x.slope(t, x.piece(t)))

@@ -16,11 +16,11 @@ use crate::numeric::Matrix;
 
 /// A machine without its massless coordinates, and the way back.
 pub struct CondensedModel {
-    /// Its equations; the coordinates that stay keep their order.
+    /// Equations of the condensed model; the retained coordinates keep their order.
     pub model: DynamicModel,
     /// The coordinates that stay.
     pub retained: Vec<usize>,
-    /// Of every branch of the machine its number among those that stay; none where it became part of others.
+    /// Retained number of every branch of the machine; `None` where it became part of others.
     pub branches: Vec<Option<usize>>,
     /// Every coordinate in those that stay; none where it remembers.
     pub recovery: Vec<Option<LinearCombination>>,
@@ -82,7 +82,7 @@ pub fn condense(
     Ok(condensed)
 }
 
-/// What stands for a coordinate without inertia.
+/// Star–mesh equivalent of a coordinate without inertia.
 struct StarEquivalent {
     mesh: Vec<ForceElement>,
     drives: Vec<AppliedForce>,

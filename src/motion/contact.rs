@@ -17,7 +17,7 @@ pub struct Affine {
 }
 
 impl Affine {
-    /// Its value.
+    /// Value of the affine function.
     pub fn value_at(&self, delta: f64, rate: f64) -> f64 {
         self.constant + self.deflection * delta + self.rate * rate
     }
@@ -32,7 +32,7 @@ pub struct ContactLaw {
     pub damping: f64,
     /// Half the play; zero: always closed.
     pub half_play: f64,
-    /// What the damper does where the contact opens and closes.
+    /// Damper behaviour where the contact opens and closes.
     pub contact_damping: ContactDamping,
     /// Which flanks can touch.
     pub flanks: ActiveFlanks,
@@ -68,7 +68,7 @@ impl Flank {
     }
 }
 
-/// How a contact stands.
+/// Contact state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ContactState {
     /// In the gap.
@@ -87,7 +87,7 @@ impl ContactLaw {
         self.half_play > 0.0 || self.flanks != ActiveFlanks::Both
     }
 
-    /// Where it stands at a deflection and rate; `factor` is the value of its stiffness wave.
+    /// Contact state at a deflection and rate; `factor` is the value of its stiffness wave.
     pub fn state(&self, delta: f64, rate: f64, factor: f64) -> ContactState {
         if !self.can_open() {
             return ContactState::Closed(Flank::Drive);
@@ -102,7 +102,7 @@ impl ContactLaw {
         self.state_on_flank(flank, delta, rate, factor)
     }
 
-    /// The stand on a flank that overlaps.
+    /// Contact state on a flank that overlaps.
     fn state_on_flank(&self, flank: Flank, delta: f64, rate: f64, factor: f64) -> ContactState {
         let s = flank.sign();
         let spring = factor * self.stiffness * (s * delta - self.half_play);
@@ -115,7 +115,7 @@ impl ContactLaw {
         }
     }
 
-    /// The stand on touching `flank` from the gap.
+    /// Contact state on touching `flank` from the gap.
     pub fn state_at_impact(&self, flank: Flank) -> ContactState {
         match self.damping_convention() {
             ContactDamping::Continuous => ContactState::DamperLimited(flank),
@@ -131,7 +131,7 @@ impl ContactLaw {
         }
     }
 
-    /// What it carries.
+    /// Contact force in a state.
     pub fn force(&self, state: ContactState, factor: f64) -> Affine {
         let k = factor * self.stiffness;
         let gap_damping = if self.damping_convention() == ContactDamping::ActsInGap {
@@ -187,8 +187,7 @@ impl ContactLaw {
         }
     }
 
-    /// The switching surfaces of a stand: it holds while all are above zero, and gives way to the stand next to the first that
-    /// is not.
+    /// Switching functions of a contact state: it holds while all are above zero, and changes to the state across the first that is not.
     pub fn switching_functions(
         &self,
         state: ContactState,

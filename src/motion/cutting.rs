@@ -14,7 +14,7 @@ const POINTS_PER_BLADE: usize = 24;
 /// The most points of a force over time.
 const MAX_POINTS: f64 = 5e6;
 
-/// What a head at the speed `omega`, rad/s, receives along or about one of its axes, N or N·m: straight lines through points.
+/// Cutting force on a head at the speed `omega`, rad/s, along or about one of its axes, N or N·m: straight lines through points.
 ///
 /// Blade i stands at `ψ = |Ω|t + 2πi/z` and is in the slot for ψ in (0, arc). There its chip is
 /// `h = (h_max s² + e s cos(2πi/z)) sin(πψ/arc)`, `s = sin(π (t − t₀)/(t₁ − t₀))`: it enters thin, cuts thickest in the middle

@@ -53,7 +53,7 @@ pub fn nearest_to_switch<'t>(model: &'t DynamicModel, t: f64, y: &[f64]) -> Opti
         .map(|(_, name)| name)
 }
 
-/// A refusal as hopeless, with the branch that switched most: `switches` of each.
+/// Adds to a budget error the branch that switched most: `switches` of each.
 #[must_use]
 pub fn with_most_switched(mut error: Error, model: &DynamicModel, switches: &[u64]) -> Error {
     let most = (0..switches.len()).max_by_key(|&at| switches[at]);
@@ -64,7 +64,7 @@ pub fn with_most_switched(mut error: Error, model: &DynamicModel, switches: &[u6
     error
 }
 
-/// A refusal as hopeless, with the fastest free motion: where steps follow it, it is what costs.
+/// Adds to a budget error the fastest free motion: where steps follow it, it sets the cost.
 #[must_use]
 pub fn with_fastest_mode(mut error: Error, model: &DynamicModel) -> Error {
     if let Some(found) = fastest_mode(model).filter(|_| error.code == Code::BudgetExceeded) {

@@ -21,9 +21,9 @@ pub struct DynamicModel {
     pub coordinates: Vec<String>,
     /// M.
     pub mass: MassMatrix,
-    /// What resists.
+    /// Force elements (springs, dampers, contacts, friction).
     pub elements: Vec<ForceElement>,
-    /// What pushes.
+    /// Applied forces.
     pub forces: Vec<AppliedForce>,
     /// Rayleigh's α: `C₀ ∋ α M`, 1/s.
     pub mass_damping: f64,
@@ -89,7 +89,7 @@ impl MassMatrix {
 /// A torque or force along a direction.
 #[derive(Debug, Clone)]
 pub struct AppliedForce {
-    /// Its name.
+    /// Name of the force.
     pub name: String,
     /// d.
     pub direction: Direction,
@@ -100,7 +100,7 @@ pub struct AppliedForce {
 /// A scalar law between coordinates.
 #[derive(Debug, Clone)]
 pub struct ForceElement {
-    /// Its name.
+    /// Name of the element.
     pub name: String,
     /// w.
     pub direction: Direction,
@@ -116,7 +116,7 @@ pub struct ForceElement {
     pub angle_waves: Vec<PeriodicFunction>,
 }
 
-/// How a branch resists.
+/// Force law of a branch.
 #[derive(Debug, Clone)]
 pub enum ForceLaw {
     /// `F = k δ + c δ̇`.
@@ -191,7 +191,7 @@ impl ForceLaw {
         }
     }
 
-    /// What carries its path of contact on, where it has one.
+    /// Phase of the path of contact, where the law has one.
     pub fn phase(&self) -> Option<&WavePhase> {
         match self {
             ForceLaw::LoadFriction(pressed) => pressed.path.as_ref()?.phase.as_ref(),
@@ -208,7 +208,7 @@ impl ForceLaw {
     }
 }
 
-/// The force of dry friction as it stands, 0, and d/dδ̇; where nothing says how it stands, its step is spread over the creep speed.
+/// Dry friction force in its state, 0, and d/dδ̇; without a state, its step is spread over the creep speed.
 pub fn dry_friction_force(
     friction: &FrictionLaw,
     stand: Option<ElementState>,
@@ -302,12 +302,12 @@ impl ForceElement {
 }
 
 impl DynamicModel {
-    /// How many coordinates there are.
+    /// Number of coordinates.
     pub fn coordinate_count(&self) -> usize {
         self.coordinates.len()
     }
 
-    /// How many inner states there are.
+    /// Number of inner states.
     pub fn internal_count(&self) -> usize {
         self.elements.iter().map(ForceElement::internal_count).sum()
     }

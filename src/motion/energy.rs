@@ -47,7 +47,7 @@ impl DynamicModel {
         kinetic + potential + general
     }
 
-    /// What a branch of dry friction loses at an instant, W.
+    /// Power lost by a branch of dry friction at an instant, W.
     pub fn friction_power(&self, regime: &Regime, t: f64, y: &[f64], branch: usize) -> f64 {
         let n = self.coordinate_count();
         let b = &self.elements[branch];
@@ -57,7 +57,7 @@ impl DynamicModel {
         self.friction_force(regime, t, y, branch) * rate + beside
     }
 
-    /// What is put in and lost at an instant.
+    /// Input and dissipated power at an instant.
     pub fn power_balance(&self, regime: &Regime, t: f64, y: &[f64]) -> PowerBalance {
         let n = self.coordinate_count();
         let (q, v) = (&y[..n], &y[n..2 * n]);

@@ -29,21 +29,21 @@ pub struct EnergyBalance {
     pub dissipated: f64,
     /// The largest energy stored at any instant looked at.
     pub peak_stored: f64,
-    /// What the two rules differ by over the run.
+    /// Quadrature error: difference of the two rules over the run.
     pub quadrature_error: f64,
     /// Readings of the powers.
     pub evaluations: u64,
-    /// Where adding up was given up, a share of the run; absent where it came to the end.
+    /// Share of the run at which integration of the powers stopped; absent where it reached the end.
     pub stopped_at: Option<f64>,
 }
 
 impl EnergyBalance {
-    /// What does not add up, as a share of the largest of all parts.
+    /// Energy-balance error, as a share of the largest of all parts.
     pub fn relative_error(&self) -> f64 {
         self.share((self.after - self.before) - self.work_in + self.dissipated)
     }
 
-    /// What the gap may be off by; absent where the powers were not added up to the end.
+    /// Error bound of the gap; absent where the powers were not integrated to the end.
     pub fn error_bound(&self) -> Option<f64> {
         match self.stopped_at {
             None => Some(self.share(self.quadrature_error)),
@@ -81,7 +81,7 @@ const POINTS: [(f64, f64, f64); 7] = [
     (0.960_491_268_708_020_3, 0.104_656_226_026_467_27, 0.0),
 ];
 
-/// What two rules may differ by in a panel, as a share of the work done to and fro in it.
+/// Tolerated difference of the two rules in a panel, as a share of the work done to and fro in it.
 const PANEL_TOLERANCE: f64 = 1e-6;
 
 /// And of the largest part of the balance, shared out over the run.
@@ -93,7 +93,7 @@ const MIN_PANEL: f64 = 1e-6;
 /// Readings of the powers after which adding up is given up: some seconds for twenty degrees of freedom.
 pub const MAX_EVALUATIONS: u64 = 3_000_000;
 
-/// Where adding up ends.
+/// Limit of the integration of the powers.
 pub struct BalanceLimit {
     /// After so many readings.
     pub evaluations: u64,
@@ -106,33 +106,33 @@ pub struct BalanceLimit {
 /// Adds up the powers of a run.
 pub struct EnergyIntegrator {
     model: DynamicModel,
-    /// Where motions are prescribed the whole machine is looked at, with the power that keeps them up.
+    /// Prescribed motions: with them the whole machine is balanced, with the power that keeps them up.
     known: Option<PrescribedReduction>,
     run: [f64; 2],
     limit: BalanceLimit,
     balance: EnergyBalance,
-    /// What the two rules differ by so far, in what is put in and in what is lost.
+    /// Accumulated difference of the two rules, in input work and in dissipated energy.
     quadrature_error: [f64; 2],
     last: Option<IntervalEnd>,
 }
 
 /// The whole machine at an end of an interval.
 struct IntervalEnd {
-    /// Where the interval began, s.
+    /// Start of the interval, s.
     from: f64,
     t: f64,
     state: Vec<f64>,
     regime: Regime,
 }
 
-/// What the two rules make of a panel.
+/// Results of the two rules in a panel.
 #[derive(Default)]
 struct QuadraturePanel {
     work_in: f64,
     dissipated: f64,
-    /// Of the sizes of both.
+    /// Work from the absolute values of both.
     work: f64,
-    /// What they differ by.
+    /// Difference of the two rules.
     quadrature_error: [f64; 2],
 }
 
@@ -172,7 +172,7 @@ impl EnergyIntegrator {
         }
     }
 
-    /// Adds up one more stretch.
+    /// Adds one more interval.
     fn add_interval(&mut self, mut interval: DenseOutput) {
         if self.balance.stopped_at.is_some() {
             return;
@@ -305,7 +305,8 @@ impl EnergyIntegrator {
         panel
     }
 
-    /// What stiffness in steps over an angle put in up to a place, J, since it stood as in `before`. Its jumps turn nothing, so that
+    /// Work put in by piecewise constant stiffness over an angle up to a place, J, since the regime `before`. Its jumps turn nothing, so
+    /// that
     /// the energy they bring comes from outside.
     fn stiffness_jump_work(&self, before: &Regime, now: &IntervalEnd) -> f64 {
         let model = self.whole();
@@ -329,8 +330,8 @@ impl EnergyIntegrator {
             - model.mechanical_energy(&old, now.t, &now.state)
     }
 
-    /// What was put in at the instant between two intervals, J: by stiffness or imposed e that jump of themselves, by stiffness
-    /// in steps over an angle, and by prescribed speeds that do.
+    /// Input work at the instant between two intervals, J: by stiffness or imposed e that jump in time, by stiffness in steps over an
+    /// angle, and by prescribed speeds that jump.
     fn jump_work(&self, last: &IntervalEnd, next: &IntervalEnd) -> f64 {
         let model = self.whole();
         let jolts = self.known.as_ref();

@@ -7,12 +7,12 @@ use super::problem::OdeProblem;
 use super::wave::WavePhase;
 use crate::numeric::{Matrix, symmetric};
 
-/// An acceleration below this, rad/s² or m/s², is none: ahead of a wave that runs along a chain stand numbers of any smallness, and
-/// processors take a hundred times as long over those without all their digits.
+/// Smallest acceleration that is not set to zero, rad/s² or m/s²: ahead of a wave that runs along a chain the values are arbitrarily small,
+/// and processors take a hundred times as long over subnormal numbers.
 const MIN_ACCELERATION: f64 = 1e-280;
 
 impl DynamicModel {
-    /// ẏ in a regime; without one every contact stands where the state puts it, and dry friction is spread over its creep speed.
+    /// ẏ in a regime; without one the state determines every contact state, and dry friction is spread over its creep speed.
     /// Rows of what has no equation of motion hold what must be zero ([`DynamicModel::differential_states`]).
     pub fn derivative_in(&self, regime: Option<&Regime>, t: f64, y: &[f64], dy: &mut [f64]) {
         let n = self.coordinate_count();
@@ -199,7 +199,7 @@ impl OdeProblem for DynamicModel {
 pub struct RegimeProblem<'a> {
     /// The machine.
     pub model: &'a DynamicModel,
-    /// How everything stands.
+    /// Regime of contacts, friction pairs and waves.
     pub regime: &'a Regime,
 }
 

@@ -19,7 +19,7 @@ pub struct ErrorScale {
     remembers: bool,
     share: f64,
     peaks: Vec<f64>,
-    /// What forces at hand do; none for a plain problem.
+    /// Coordinates under the present forces; empty for a plain problem.
     pushed: Vec<ForcedCoordinate>,
 }
 
@@ -28,9 +28,9 @@ pub struct ErrorScale {
 struct ForcedCoordinate {
     /// m/s² or rad/s².
     acceleration: f64,
-    /// Of the dampers on it over its inertia, 1/s.
+    /// Damping on the coordinate over its inertia, 1/s.
     damping: f64,
-    /// Of the springs on it over its inertia, 1/s².
+    /// Stiffness on the coordinate over its inertia, 1/s².
     stiffness: f64,
 }
 

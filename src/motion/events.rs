@@ -26,15 +26,15 @@ const ROUNDING_FACTOR: f64 = 256.0 * f64::EPSILON;
 /// A place that moves by more than this, relative to the largest, has jumped: it is no rounding of a switch located.
 const JUMP_TOLERANCE: f64 = 1e-9;
 
-/// Looks at how contacts stand where places jump.
+/// Maximum number of contact-state updates where positions jump.
 const MAX_UPDATES: usize = 20;
 
-/// Where a switching surface is crossed.
+/// Crossing of a switching surface.
 struct EventCrossing {
     surface: SwitchingSurface,
     /// Share of the step.
     at: f64,
-    /// How fast the switching surface's value falls there, per step.
+    /// Rate at which the switching function falls there, per step.
     fall: f64,
 }
 
@@ -46,7 +46,7 @@ struct EventRun<'a> {
     spans: Vec<WavePiece>,
     /// Branches that have switched at the present instant.
     entered: Vec<bool>,
-    /// How often each branch has switched.
+    /// Number of switches of each branch.
     switches: Vec<u64>,
     stats: IntegrationStats,
     t: f64,
@@ -130,7 +130,7 @@ where
 }
 
 impl EventRun<'_> {
-    /// Hands over what is due at the present instant, as everything stands from then on.
+    /// Emits the samples due at the present instant, in the regime that holds from then on.
     fn emit(&self, samples: &mut SampleEmitter, sample: &mut [f64]) -> Result<(), Error> {
         samples.emit_until(self.t, sample, Some(&self.regime), |_, into| {
             into.copy_from_slice(&self.y);
@@ -327,7 +327,7 @@ impl EventRun<'_> {
         self.settle_friction()
     }
 
-    /// How a contact stands after its stiffness or its e has jumped.
+    /// Updates a contact state after its stiffness or its e has jumped.
     fn update_contact_state(&mut self, branch: usize) {
         let n = self.model.coordinate_count();
         let b = &self.model.elements[branch];
@@ -356,7 +356,7 @@ impl EventRun<'_> {
         Ok(())
     }
 
-    /// Where places jump, contacts may stand otherwise there.
+    /// Solves the positions without inertia; where they jump, contact states may change.
     fn solve_massless(&mut self) -> Result<(), Error> {
         let n = self.model.coordinate_count();
         for _ in 0..MAX_UPDATES {

@@ -116,7 +116,7 @@ impl DynamicModel {
         }
     }
 
-    /// How a contact stands and which piece carries its wave: as the regime has it, else as the state puts it.
+    /// Contact state and the piece of its wave: from the regime, else from the state.
     fn contact_state(
         &self,
         branch: usize,
@@ -141,7 +141,7 @@ impl DynamicModel {
         (contact.state(delta, rate, b.factor(t, q, piece).0), piece)
     }
 
-    /// What a wave that follows an angle adds: e(φ) turns the direction of its force, k(φ) adds ½ k′ g² along the angle.
+    /// Adds the terms of a wave that follows an angle: e(φ) turns the direction of its force, k(φ) adds ½ k′ g² along the angle.
     fn add_angle_terms(
         &self,
         branch: usize,

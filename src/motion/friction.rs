@@ -2,7 +2,7 @@
 
 pub use crate::scene::laws::FrictionLaw;
 
-/// How a friction pair stands.
+/// State of a friction pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FrictionState {
     /// δ̇ > 0.

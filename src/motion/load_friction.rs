@@ -21,18 +21,18 @@ pub struct LoadFriction {
     pub coefficient: f64,
     /// Components of N: forces of branches, so much of each.
     pub force_components: Vec<Vec<(usize, f64)>>,
-    /// Where teeth touch.
+    /// Friction levers over the path of contact, for teeth.
     pub path: Option<FrictionLevers>,
 }
 
-/// Where teeth touch.
+/// Friction levers where teeth touch.
 #[derive(Debug, Clone)]
 pub struct FrictionLevers {
-    /// What sliding at the pitch point would be, on drive flanks and on coast flanks.
+    /// Sliding direction at the pitch point, on drive flanks and on coast flanks.
     pub pitch_point_sliding: [Direction; 2],
     /// Levers over the mesh cycle.
     pub pieces: Vec<MeshCycleSegment>,
-    /// What carries the cycle on; absent: levers are the same always.
+    /// Phase of the mesh cycle; absent: levers are the same always.
     pub phase: Option<WavePhase>,
 }
 
@@ -43,7 +43,7 @@ impl FrictionLevers {
         self.pieces.partition_point(|p| p.from <= psi).max(1) - 1
     }
 
-    /// Where a piece begins or ends in the cycle.
+    /// Edge of a piece in the cycle (beginning or end).
     pub fn edge(&self, at: usize) -> f64 {
         self.pieces.get(at).map_or(1.0, |p| p.from)
     }

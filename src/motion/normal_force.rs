@@ -7,7 +7,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 
-/// What presses a pair and where.
+/// Normal force of a friction pair, with its levers.
 struct NormalForce {
     /// `μ |N|`.
     friction: f64,
@@ -58,7 +58,7 @@ impl DynamicModel {
         )
     }
 
-    /// What friction of teeth does next to turning the gears against each other: its force and direction.
+    /// Friction of teeth transverse to turning the gears against each other: its force and direction.
     pub fn transverse_friction(
         &self,
         branch: usize,
@@ -131,7 +131,7 @@ impl DynamicModel {
         regime.pieces.get(at).copied().unwrap_or(0)
     }
 
-    /// Where among the pieces of a regime the path of a branch is.
+    /// Index of a branch's path of contact among the pieces of a regime.
     pub fn path_at(&self, branch: usize) -> usize {
         self.forces.len() + self.elements.len() + branch
     }

@@ -13,9 +13,9 @@ use super::signal::Signal;
 pub enum OutputQuantity {
     /// A direction of the coordinates, by its number in [`MotionOutputs::rows`].
     Position(usize),
-    /// Its rate.
+    /// Rate of a row.
     Speed(usize),
-    /// Its second rate.
+    /// Second rate of a row.
     Acceleration(usize),
     /// δ of a branch.
     Deflection(usize),
@@ -25,7 +25,7 @@ pub enum OutputQuantity {
     Forces(usize),
     /// −F of a branch: what a motor gives the machine.
     MotorTorque(usize),
-    /// What dry friction of branches loses, W: from this one on, so many of them; of the machine with its prescribed coordinates.
+    /// Power lost by dry friction of branches, W: first branch, and number of branches; of the machine with its prescribed coordinates.
     FrictionPower(usize, usize),
     /// `k δ + c δ̇` of a row δ: what a spring carries that became part of others.
     Spring {
@@ -38,32 +38,32 @@ pub enum OutputQuantity {
     },
     /// The torque that keeps up a prescribed motion, by its number.
     PrescribedTorque(usize),
-    /// What loads exert on a degree of freedom, by its number in [`MotionOutputs::loads`].
+    /// Load on a degree of freedom, by its number in [`MotionOutputs::loads`].
     Load(usize),
 }
 
 /// A named output.
 #[derive(Debug, Clone)]
 pub struct MotionOutput {
-    /// As asked for.
+    /// Name as requested.
     pub name: String,
-    /// What it is.
+    /// Quantity of the output.
     pub quantity: OutputQuantity,
-    /// Its unit: rad, rad/s, rad/s², N·m and so on.
+    /// Unit of the output: rad, rad/s, rad/s², N·m and so on.
     pub unit: &'static str,
 }
 
 /// Outputs of a machine, with the rows that give degrees of freedom in the coordinates that stay.
 #[derive(Debug, Clone, Default)]
 pub struct MotionOutputs {
-    /// Named outputs, in the order asked.
+    /// Named outputs, in the order requested.
     pub list: Vec<MotionOutput>,
     /// Combinations of coordinates, each a constant, a rate in time and terms: what rigid joints and imposed motions make of a
     /// degree of freedom.
     pub rows: Vec<LinearCombination>,
     /// Sums of the forces of branches.
     pub sums: Vec<Vec<(usize, f64)>>,
-    /// What moves as prescribed, where its torque is wanted.
+    /// Prescribed motions, where their torque is requested.
     pub prescribed: Option<PrescribedReduction>,
     /// Loads on degrees of freedom: over time, and branches of the motion where they follow an angle.
     pub loads: Vec<(Signal, Vec<usize>)>,

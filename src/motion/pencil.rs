@@ -13,7 +13,7 @@ use crate::numeric::{Complex, ComplexMatrix, Matrix};
 pub enum JacobianPencil {
     /// As it is, and whether an equation of motion moves each state.
     FirstOrder(Matrix, Vec<bool>),
-    /// Of a machine without inner states, `f = [v, a]`: `∂a/∂q = −K` and `∂a/∂v = −C`.
+    /// Second-order Jacobian of a machine without inner states, `f = [v, a]`: `∂a/∂q = −K` and `∂a/∂v = −C`.
     SecondOrder {
         /// K.
         stiffness: Matrix,

@@ -16,13 +16,13 @@ use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::numeric::Matrix;
 
-/// What an exact cancellation leaves of the terms it is summed from.
+/// Rounding left by an exact cancellation, relative to the terms it is summed from.
 const ROUNDING: f64 = 1e-14;
 
 /// A coordinate and its motion.
 #[derive(Debug, Clone)]
 pub struct PrescribedMotion {
-    /// What prescribes it.
+    /// Name of the prescribing input.
     pub name: String,
     /// The coordinate, among those of the whole machine.
     pub coordinate: usize,
@@ -32,26 +32,26 @@ pub struct PrescribedMotion {
     pub influence: Vec<f64>,
 }
 
-/// What was taken out of a machine, and the way back.
+/// Prescribed coordinates removed from a machine, and the map back.
 #[derive(Debug, Clone)]
 pub struct PrescribedReduction {
     /// The machine with every coordinate.
     pub whole: DynamicModel,
     /// The coordinates that stay.
     pub retained: Vec<usize>,
-    /// Of every branch of the whole machine its number among those that stay; none where it joins prescribed motions alone.
+    /// Retained number of every branch of the whole machine; `None` where it joins prescribed motions alone.
     pub branches: Vec<Option<usize>>,
-    /// What is prescribed.
+    /// Prescribed motions.
     pub motions: Vec<PrescribedMotion>,
 }
 
 /// A machine without its prescribed coordinates.
 pub struct PartitionedModel {
-    /// Its equations in s.
+    /// Equations of the machine in s.
     pub model: DynamicModel,
     /// Rigid motions left in it.
     pub rigid: Vec<Vec<f64>>,
-    /// What was taken out.
+    /// Prescribed coordinates that were removed.
     pub prescribed: PrescribedReduction,
 }
 
@@ -189,7 +189,7 @@ impl PrescribedReduction {
         all
     }
 
-    /// How the whole machine stands at its state where the rest stands in `rest`.
+    /// Regime of the whole machine at its state, from the regime `rest` of the remaining part.
     pub fn regime(&self, rest: &Regime, t: f64, state: &[f64]) -> Regime {
         let own = self.whole.regime(t, state);
         let stands = self.branches.iter().zip(&own.states);
@@ -256,7 +256,7 @@ impl PrescribedReduction {
         self.motions.iter().map(torque).collect()
     }
 
-    /// What the prescribed motions put in at an instant, W.
+    /// Power put in by the prescribed motions at an instant, W.
     pub fn power(&self, rest: &DynamicModel, regime: &Regime, t: f64, y: &[f64]) -> f64 {
         let torques = self.torques(rest, regime, t, y);
         let rate = |m: &PrescribedMotion| m.signal.slope(t, m.signal.piece(t));
@@ -285,7 +285,7 @@ impl PrescribedReduction {
     }
 }
 
-/// r of every motion, and the rigid motions in which all prescribed coordinates stand still.
+/// r of every motion, and the rigid motions in which all prescribed coordinates are at rest.
 fn influence_vectors(
     n: usize,
     rigid: &[Vec<f64>],
@@ -334,7 +334,7 @@ fn influence_vectors(
     (shares, left)
 }
 
-/// What the rest feels of a motion: `−M r (ẍ + α ẋ) − K₀ r x − C₀ r ẋ`.
+/// Forces induced by a motion on the remaining coordinates: `−M r (ẍ + α ẋ) − K₀ r x − C₀ r ẋ`.
 fn induced_forces(
     whole: &DynamicModel,
     motion: &PrescribedMotion,

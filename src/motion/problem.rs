@@ -12,7 +12,7 @@ use crate::numeric::Matrix;
 
 /// A first-order problem `ẏ = f(t, y)`. Machines are one; plain stiff problems too.
 pub trait OdeProblem {
-    /// How many states there are.
+    /// Number of states.
     fn len(&self) -> usize;
 
     /// f.
@@ -46,7 +46,7 @@ pub trait OdeProblem {
     }
 }
 
-/// What is asked of a method.
+/// Options of an integration run.
 #[derive(Debug, Clone)]
 pub struct IntegrationOptions {
     /// From this instant, s.
@@ -55,9 +55,9 @@ pub struct IntegrationOptions {
     pub to: f64,
     /// The state then.
     pub initial_state: Vec<f64>,
-    /// How many equal steps the samples divide the time into: samples + 1 states are delivered, both ends included.
+    /// Number of equal steps between samples: samples + 1 states are delivered, both ends included.
     pub samples: usize,
-    /// How exact, or how fine.
+    /// Tolerance or fixed step.
     pub step_size: StepSize,
     /// The run is refused once it has cost so much, counted as [`IntegrationStats::work`] with what the follower did.
     pub max_work: u64,
@@ -76,16 +76,16 @@ pub struct DenseOutput<'a> {
     pub to: f64,
     /// A time in which the motion cannot turn round and back, s: the whole interval where it is one step.
     pub time_scale: f64,
-    /// How everything stands, where the method holds to regimes.
+    /// Regime of the interval, where the method uses regimes.
     pub regime: Option<&'a Regime>,
     /// The state at an instant of it.
     pub state: &'a mut dyn FnMut(f64, &mut [f64]),
 }
 
-/// What is done with every interval, and the work it was, in evaluations.
+/// Function applied to every interval, returning its work, in evaluations.
 type ObserverFn = dyn FnMut(DenseOutput) -> u64;
 
-/// Goes along with a run, stretch by stretch in their order; nobody unless made.
+/// Observer of the intervals of a run in their order; none by default.
 #[derive(Clone, Default)]
 pub struct Observer {
     follow: Option<Rc<RefCell<ObserverFn>>>,
@@ -138,7 +138,7 @@ impl IntegrationOptions {
     }
 }
 
-/// How exact, or how fine.
+/// Step size: tolerance or fixed step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StepSize {
     /// Local error per step, relative to the scale of each state: for methods that choose their steps.
@@ -147,10 +147,10 @@ pub enum StepSize {
     Fixed(f64),
 }
 
-/// Where samples go: time, state, and how everything stands where the method holds to regimes. A break ends the run early, whole.
+/// Sink of the samples: time, state, and the regime where the method uses regimes. A break ends the run early, whole.
 pub type SampleSink<'a> = dyn FnMut(f64, &[f64], Option<&Regime>) -> ControlFlow<()> + 'a;
 
-/// What a run cost.
+/// Cost of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct IntegrationStats {
     /// Steps or segments.
@@ -159,7 +159,7 @@ pub struct IntegrationStats {
     pub rejected: u64,
     /// Evaluations of f, or of switch functions.
     pub evaluations: u64,
-    /// Of ∂f/∂y.
+    /// Evaluations of ∂f/∂y.
     pub jacobians: u64,
     /// Matrices factored.
     pub factorisations: u64,

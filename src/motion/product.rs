@@ -40,7 +40,7 @@ pub fn product(a: &Signal, b: &Signal) -> Result<Signal, Error> {
     Ok(made)
 }
 
-/// What a signal is on the piece that begins at an instant.
+/// Terms of a signal on the piece that begins at an instant.
 fn terms(signal: &Signal, from: f64) -> Vec<Term> {
     let origin = if from.is_finite() { from } else { 0.0 };
     let piece = signal.piece(from);

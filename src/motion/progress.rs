@@ -83,7 +83,7 @@ impl<'a, 's> SampleEmitter<'a, 's> {
     }
 }
 
-/// Refuses what cannot be asked.
+/// Rejects invalid options.
 ///
 /// # Errors
 /// `OutOfRange` for a start that does not fit or is not finite, time that runs backward, no tolerance or step.
@@ -118,7 +118,8 @@ pub fn check_options(options: &IntegrationOptions, states: usize) -> Result<(), 
     }
 }
 
-/// Work after which a pace is told, in evaluations: starts from rest and fast transients are over by then, after which steps grow.
+/// Work after which the cost of a run is predicted, in evaluations: starts from rest and fast transients are over by then, after which
+/// steps grow.
 const PREDICT_AFTER: u64 = 200_000;
 
 /// Whether work is to end that has come through a share of its time: once that is less than the square of the share of its budget

@@ -3,17 +3,17 @@
 use super::contact::ContactState;
 use super::friction::FrictionState;
 
-/// How everything stands.
+/// State of all contacts, friction pairs, signal lines and waves.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Regime {
-    /// Of every drive, then of every branch's imposed e: which line carries it; where friction of teeth goes along their path of
-    /// contact, then of every branch: which piece of the path holds it.
+    /// Line number of every drive, then of every branch's imposed e; where friction of teeth goes along their path of contact, then of
+    /// every branch: which piece of the path holds it.
     pub pieces: Vec<u32>,
-    /// Of every branch: how it stands.
+    /// State of every branch.
     pub states: Vec<ElementState>,
 }
 
-/// How a branch stands.
+/// State of a branch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ElementState {
     /// It has nothing to switch, or is dry friction whose step is spread over the creep speed.

@@ -20,8 +20,8 @@ impl DynamicModel {
         drives.chain(imposed).collect()
     }
 
-    /// How everything stands at a sample: as the method has it, else as its equations do, every dry friction spread over its creep
-    /// speed. A state alone does not tell what sticks: of pairs that move together it leaves a rate of some rounding or tolerance.
+    /// Regime at a sample: from the method where it has one, else from its equations, every dry friction spread over its creep speed. A
+    /// state alone does not tell what sticks: of pairs that move together it leaves a rate of some rounding or tolerance.
     pub fn output_regime<'a>(
         &self,
         known: Option<&'a Regime>,
@@ -47,7 +47,7 @@ impl DynamicModel {
         regime
     }
 
-    /// Where every piece and every contact is at a state; friction pairs stick or slide by their rates alone.
+    /// Regime of every piece and every contact at a state; friction pairs stick or slide by their rates alone.
     pub fn contact_regime(&self, t: f64, y: &[f64]) -> Regime {
         let (q, v) = (
             &y[..self.coordinate_count()],
@@ -95,7 +95,7 @@ impl DynamicModel {
         }
     }
 
-    /// Of pairs at rest those that would have to hold more than their breakaway force start to slide, the most overloaded first.
+    /// Releases pairs at rest that would have to hold more than their breakaway force, the most overloaded first.
     pub fn release_overloaded(&self, regime: &mut Regime, t: f64, y: &[f64]) {
         let n = self.coordinate_count();
         loop {

@@ -107,7 +107,7 @@ impl Deflections {
     }
 }
 
-/// Its deflection has a size: it does not turn or slip away.
+/// Whether the deflection has a size: it does not turn or slip away.
 fn is_elastic(law: &ForceLaw) -> bool {
     match law {
         ForceLaw::Linear { stiffness, .. } => *stiffness != 0.0,
@@ -128,7 +128,7 @@ fn way(state: usize) -> f64 {
 mod tests {
     use super::way;
 
-    /// No state stays, none goes farther than asked, and they go both ways.
+    /// Every state is perturbed, no further than requested, and in both directions.
     #[test]
     fn law_every_state_is_moved() {
         let all: Vec<f64> = (0..1000).map(way).collect();

@@ -24,7 +24,7 @@ pub struct Knot {
     pub time: f64,
     /// Value at the knot (or at time zero where the knot lies at −∞).
     pub value: f64,
-    /// Its change per second.
+    /// Change per second.
     pub slope: f64,
     /// The change of that per second; zero for a straight line.
     pub curvature: f64,
@@ -63,7 +63,7 @@ impl Knot {
         }
     }
 
-    /// Its line at `t`.
+    /// Value of the line at `t`.
     pub fn value_at(&self, t: f64) -> f64 {
         match (self.slope, self.curvature) {
             (0.0, 0.0) => self.value,
@@ -286,7 +286,7 @@ impl Signal {
         }
     }
 
-    /// Its rate; jumps of the value leave nothing.
+    /// Rate of the signal; jumps of the value leave nothing.
     #[must_use]
     pub fn rate(&self) -> Signal {
         let knots = self.knots.iter().map(|k| Knot {
@@ -307,7 +307,7 @@ impl Signal {
         }
     }
 
-    /// What it adds up to since time zero, of straight lines that always were and of harmonics that never end.
+    /// Integral of the signal since time zero, of straight lines that always were and of harmonics that never end.
     #[must_use]
     pub fn integral(&self) -> Signal {
         let mut knots: Vec<Knot> = Vec::with_capacity(self.knots.len());

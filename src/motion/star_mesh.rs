@@ -1,4 +1,4 @@
-//! What meets at a coordinate without inertia, and what stands for it between its neighbours.
+//! Star–mesh elimination of a coordinate without inertia: the branches that meet there and their equivalent between its neighbours.
 //!
 //! At a coordinate z the branches pull with `δᵢ = aᵢ (z − xᵢ)`, `xᵢ = −(wᵢ·q − eᵢ)/aᵢ` of the others. With `Kᵢ = kᵢ aᵢ²`,
 //! `Cᵢ = cᵢ aᵢ²` it stands where `Σ (Kᵢ + s Cᵢ)(z − xᵢ) = f`, and without it every pair is joined by
@@ -18,7 +18,7 @@ pub const SHARE_TOLERANCE: f64 = 1e-12;
 /// Arms whose pairs are no more than themselves.
 const MAX_MESHED_ARMS: usize = 3;
 
-/// Terms of the branches that stand for one star: 64 MB.
+/// Maximum number of terms of the branches equivalent to one star: 64 MB.
 const MAX_TERMS: usize = 4_000_000;
 
 /// A coordinate that follows its neighbours: `z = Σ bⱼ qⱼ + known`.
@@ -27,13 +27,13 @@ pub struct CondensedDof {
     pub at: usize,
     /// j, bⱼ.
     pub terms: Vec<(usize, f64)>,
-    /// What of it is known in time.
+    /// Part of the coordinate known in time.
     pub known: Option<Signal>,
     /// It follows late, by a state of its own.
     pub remembers: bool,
 }
 
-/// What keeps a coordinate from being taken out.
+/// Error of a coordinate that cannot be condensed.
 pub fn cannot_condense(name: &str, what: &str) -> Error {
     let message = format!("{name} has no inertia, and {what} acts there");
     Error::new(Code::Conflict, message).with_hint(
@@ -53,7 +53,7 @@ pub fn is_steady(signal: &Signal) -> bool {
         && signal.knots.first().is_none_or(|k| !k.time.is_finite())
 }
 
-/// What meets at a coordinate.
+/// Branches that meet at a coordinate.
 pub struct StarPoint {
     at: usize,
     arms: Vec<StarArm>,
@@ -89,7 +89,7 @@ impl StarArm {
 }
 
 impl StarPoint {
-    /// Of what joins z, or what does not belong there.
+    /// Star point of the branches that join z, or the reason why z cannot be condensed.
     pub fn new(z: usize, joined: Vec<ForceElement>) -> Result<StarPoint, String> {
         let mut arms = Vec::new();
         for b in joined {
@@ -169,7 +169,7 @@ impl StarPoint {
         own.map(|t| t.1).sum()
     }
 
-    /// What a load on z does to the neighbours: `f Kᵢ/ΣK` along each.
+    /// Distributes a load on z to the neighbours: `f Kᵢ/ΣK` along each.
     pub fn distribute_load(&self, pull: &AppliedForce) -> AppliedForce {
         let own = self.along(&pull.direction);
         let others = pull.direction.entries().filter(|t| t.0 != self.at);
@@ -183,7 +183,7 @@ impl StarPoint {
         }
     }
 
-    /// The branches that stand for the star: of `Σᵢ Kᵢ (xᵢ − x̄)² = Σᵢ<ⱼ KᵢKⱼ/ΣK (xᵢ − xⱼ)²` the side with fewer terms.
+    /// Branches equivalent to the star: of `Σᵢ Kᵢ (xᵢ − x̄)² = Σᵢ<ⱼ KᵢKⱼ/ΣK (xᵢ − xⱼ)²` the side with fewer terms.
     ///
     /// # Errors
     /// More terms than [`MAX_TERMS`]; series of spring and damper that would meet at a node without inertia.

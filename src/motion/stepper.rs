@@ -60,7 +60,7 @@ pub fn run<P: OdeProblem>(
     Ok(stats)
 }
 
-/// How a stepper chooses its steps.
+/// Step-size rule of a stepper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StepSizeRule {
     /// By the error estimated, against this tolerance.

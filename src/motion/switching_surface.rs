@@ -10,7 +10,7 @@ use crate::machine::direction::Direction;
 /// A switching surface of the present regime. Above zero the regime holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SwitchingSurface {
-    /// Of a contact: the branch, which of its switching surfaces.
+    /// Contact surface: the branch, which of its switching surfaces.
     Contact(usize, usize),
     /// A pair slides until its rate turns.
     SlipReversal(usize),
@@ -20,18 +20,18 @@ pub enum SwitchingSurface {
     PieceEnd(usize, bool),
 }
 
-/// The stretch of ψ that a piece of a wave spans.
+/// Interval of ψ that a piece of a wave spans.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WavePiece {
     /// Whose wave.
     pub branch: usize,
-    /// Of what.
+    /// Kind of the wave.
     pub kind: WaveKind,
     turn: f64,
     piece: usize,
 }
 
-/// What goes by pieces over an angle.
+/// Kind of a piecewise wave over an angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WaveKind {
     /// The stiffness.
@@ -76,7 +76,7 @@ impl PiecewiseWave<'_> {
     }
 }
 
-/// What of a branch goes by pieces.
+/// Piecewise wave of a branch.
 fn periodic(branch: &ForceElement, of: WaveKind) -> Option<PiecewiseWave<'_>> {
     let wave = match of {
         WaveKind::Stiffness => branch.stiffness_wave.as_ref()?,
@@ -113,13 +113,13 @@ impl WavePiece {
         }
     }
 
-    /// Its piece.
+    /// Piece number.
     pub fn piece(&self) -> u32 {
         self.piece as u32
     }
 }
 
-/// How many pieces a period has; one where it is smooth.
+/// Number of pieces in a period; one where it is smooth.
 fn pieces(waveform: &Waveform) -> usize {
     match waveform {
         Waveform::Rectangular { .. } => 2,
@@ -128,7 +128,7 @@ fn pieces(waveform: &Waveform) -> usize {
     }
 }
 
-/// Where a piece begins or ends in its period.
+/// Edge of a piece in its period (beginning or end).
 fn edge(waveform: &Waveform, at: usize) -> f64 {
     match waveform {
         Waveform::Rectangular { duty, .. } => [0.0, *duty, 1.0][at],
@@ -137,7 +137,7 @@ fn edge(waveform: &Waveform, at: usize) -> f64 {
     }
 }
 
-/// Waves that follow an angle and have corners or jumps, as they stand at a state.
+/// Pieces, at a state, of the waves that follow an angle and have corners or jumps.
 pub fn wave_pieces(model: &DynamicModel, t: f64, y: &[f64]) -> Vec<WavePiece> {
     let q = &y[..model.coordinate_count()];
     let mut spans = Vec::new();
@@ -204,7 +204,7 @@ impl SwitchingSurface {
         }
     }
 
-    /// Its value at a state, and the size of what it is a difference of.
+    /// Value of the switching function at a state, and the size of the terms that it is a difference of.
     pub fn value(
         &self,
         model: &DynamicModel,
@@ -270,7 +270,7 @@ impl SwitchingSurface {
     }
 }
 
-/// A switching surface of a contact, and how it stands beyond.
+/// Switching function of a contact, and the contact state beyond.
 pub fn contact_boundary(
     model: &DynamicModel,
     regime: &Regime,

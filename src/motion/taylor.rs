@@ -54,7 +54,7 @@ pub fn add_wave(series: &mut [f64], wave: &PeriodicFunction, middle: f64, half: 
     }
 }
 
-/// What acts on a machine over an interval of time; left out is zero.
+/// Forcing of a machine over an interval of time; omitted terms are zero.
 #[derive(Debug, Clone, Default)]
 pub struct ForcingSeries {
     /// f of every drive.
@@ -78,11 +78,11 @@ impl ForcingSeries {
     }
 }
 
-/// A machine with every contact held in a stand: linear, its stiffness a known function of time.
+/// A machine with every contact held in a state: linear, its stiffness a known function of time.
 pub struct TimeVaryingModel<'a> {
     /// The machine.
     pub model: &'a DynamicModel,
-    /// What every branch does.
+    /// Linear elements of the branches.
     pub branches: Vec<TimeVaryingElement>,
     /// Half the interval, s.
     pub half: f64,
@@ -111,7 +111,7 @@ struct InternalSeries {
 }
 
 impl TimeVaryingElement {
-    /// A branch in a stand; none where its law is not linear there.
+    /// Linear element of a branch in a contact state; none where its law is not linear there.
     pub fn new(branch: &ForceElement, state: Option<ContactState>) -> Option<TimeVaryingElement> {
         let plain = TimeVaryingElement::default();
         match (&branch.law, state) {

@@ -13,11 +13,11 @@ pub use crate::scene::laws::Waveform;
 pub struct PeriodicFunction {
     /// One period.
     pub waveform: Waveform,
-    /// What carries it on.
+    /// Phase of the function.
     pub phase: WavePhase,
 }
 
-/// Where in its period a wave is.
+/// Phase of a wave in its period.
 #[derive(Debug, Clone, PartialEq)]
 pub enum WavePhase {
     /// `ψ = (ω t + start) / 2π`: the speed is imposed.
@@ -95,7 +95,7 @@ impl WavePhase {
         }
     }
 
-    /// What of dψ/dt is imposed in time, periods per second.
+    /// Part of dψ/dt imposed in time, periods per second.
     pub fn imposed_rate(&self, t: f64) -> f64 {
         match self {
             WavePhase::Imposed { omega, .. } => omega / TAU,
@@ -163,7 +163,7 @@ impl Waveform {
         }
     }
 
-    /// Where the next piece begins: the least ψ above the given one at which the piece changes; ∞ where the period is one piece.
+    /// Start of the next piece: the least ψ above the given one at which the piece changes; ∞ where the period is one piece.
     pub fn next_piece(&self, psi: f64) -> f64 {
         let whole = psi.floor();
         // An edge computed from a phase may lie at that very phase, or one rounding before it.
@@ -245,7 +245,7 @@ impl Waveform {
     }
 }
 
-/// How far ψ is into a piece of a table, in pieces; beyond its ends below zero or above one.
+/// Position of ψ in a piece of a table, in pieces; beyond its ends below zero or above one.
 fn into_piece(psi: f64, piece: usize, pieces: usize) -> f64 {
     let into = psi.rem_euclid(1.0) * pieces as f64 - piece as f64;
     let half = pieces as f64 / 2.0;

@@ -64,7 +64,7 @@ pub fn bilinear([a, b, c, d]: [&Matrix; 4], h: f64) -> Result<[Matrix; 4], Error
     Ok([a, b, c, d])
 }
 
-/// `A_d = exp A h`, `B_d = h A_d B`, `D_d = h C B`: the answer to a unit sample is h times the impulse response at `k h`.
+/// `A_d = exp A h`, `B_d = h A_d B`, `D_d = h C B`: the response to a unit sample is h times the impulse response at `k h`.
 ///
 /// A direct term, whose impulse response is no function of time, is left out: the caller refuses it.
 ///

@@ -18,13 +18,13 @@ pub struct ExactConstraints {
     n: usize,
     /// Unknowns from here on are given: others follow them as long as there are others.
     given: usize,
-    /// Of each unknown that is no longer free: what it is made of. Empty: held at zero.
+    /// Combination of free unknowns that each eliminated unknown equals. Empty: held at zero.
     made_of: HashMap<usize, Combination>,
-    /// Of each free unknown: which others contain it.
+    /// Eliminated unknowns that contain each free unknown.
     contained_in: HashMap<usize, Vec<usize>>,
 }
 
-/// What one more constraint did.
+/// Effect of one more constraint.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ConstraintEffect {
     /// Nothing: it followed from those before.

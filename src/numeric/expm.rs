@@ -103,8 +103,8 @@ fn scaled_exponential(a: &Matrix) -> Result<Matrix, Error> {
     Ok(x)
 }
 
-/// How often to halve: by roots of norms of powers, which for what is nearly triangular are far below the norm, and as the
-/// rounding of `|A|²⁷` asks (Al-Mohy & Higham, SIAM J. Matrix Anal. Appl. 31 (2009), pp. 970–989, Algorithm 5.1).
+/// Number of squarings: by roots of norms of powers, which for a nearly triangular matrix are far below the norm, and as the rounding of
+/// `|A|²⁷` requires (Al-Mohy & Higham, SIAM J. Matrix Anal. Appl. 31 (2009), pp. 970–989, Algorithm 5.1).
 fn n_squarings(a: &Matrix, norm: f64) -> i32 {
     let a2 = a * a;
     let (a4, a6) = (&a2 * &a2, &a2 * &a2 * &a2);

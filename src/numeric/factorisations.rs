@@ -62,7 +62,7 @@ impl IncrementalQr {
     }
 }
 
-/// What minimises `‖A x − b‖`.
+/// Minimiser of `‖A x − b‖`.
 #[derive(Debug, Clone)]
 pub struct LeastSquaresSolution {
     /// x.

@@ -14,7 +14,7 @@ const SAME_RATIO: f64 = 1e-12;
 pub struct ForestSpring {
     /// The first degree of freedom, i.
     pub i: usize,
-    /// Its coefficient.
+    /// Coefficient `a`.
     pub a: f64,
     /// The second degree of freedom and its coefficient, (j, c); none for a spring to ground.
     pub second: Option<(usize, f64)>,
@@ -22,7 +22,7 @@ pub struct ForestSpring {
     pub k: f64,
 }
 
-/// What a node hangs from: `δ = a x_parent + c x_node`.
+/// Edge from a node to its parent: `δ = a x_parent + c x_node`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TreeEdge {
     pub parent: usize,
@@ -54,7 +54,7 @@ pub(super) struct Tree {
     pub locked: bool,
 }
 
-/// A forest in elimination order: parents stand before their children, each tree in one piece.
+/// Forest in elimination order: parents precede their children, each tree in one piece.
 #[derive(Debug, Clone)]
 pub struct Forest {
     /// `order[position]` = degree of freedom.
@@ -65,7 +65,7 @@ pub struct Forest {
     pub(super) ground: Vec<f64>,
     pub(super) trees: Vec<Tree>,
     pub(super) loops: Vec<ClosingSpring>,
-    /// How the tree turns without deforming, 1 at its root; per position.
+    /// Rigid-body shape of the tree, 1 at its root; per position.
     pub(super) rigid_shape: Vec<f64>,
 }
 
@@ -205,7 +205,7 @@ impl Forest {
         self.order.is_empty()
     }
 
-    /// How many springs close loops.
+    /// Number of springs that close loops.
     pub fn n_loops(&self) -> usize {
         self.loops.len()
     }

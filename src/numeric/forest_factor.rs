@@ -61,7 +61,7 @@ impl Forest {
         ForestFactor::new(self, self.order.iter().map(|&i| -sigma * mass[i]).collect())
     }
 
-    /// How many eigenvalues of (K, M) lie below σ, those of rigid motions among them.
+    /// Number of eigenvalues of (K, M) below σ, those of rigid motions among them.
     pub fn count_below(&self, mass: &[f64], sigma: f64) -> usize {
         if sigma > 0.0 {
             self.factorise_shifted(mass, sigma).n_negative()
@@ -245,7 +245,7 @@ impl<'f> ForestFactor<'f> {
         in_links + in_ground + in_loops
     }
 
-    /// How many eigenvalues lie below σ.
+    /// Number of eigenvalues below σ.
     pub fn n_negative(&self) -> usize {
         self.negative
     }

@@ -60,7 +60,7 @@ impl Fraction {
         Fraction(&self.0 * BigInt::from(count))
     }
 
-    /// What is left above the next whole number below: in [0, 1).
+    /// Fractional part above the next whole number below: in [0, 1).
     pub fn fract(&self) -> Fraction {
         Fraction(&self.0 - self.0.floor())
     }

@@ -17,7 +17,7 @@ use super::{Matrix, check_finite};
 /// Singular values and right singular vectors.
 #[derive(Debug, Clone)]
 pub struct GradedSvd {
-    /// Ascending, one per column of the matrix; those beyond the rank are exactly zero and stand first.
+    /// Eigenvalues, ascending, one per column of the matrix; those beyond the rank are exactly zero and come first.
     pub values: Vec<f64>,
     /// Right singular vectors as orthonormal columns, in the order of the values.
     pub vectors: Matrix,
@@ -140,7 +140,7 @@ fn normalise(x: &mut [f64]) {
 /// Degrees of freedom without inertia, taken out of `A`.
 #[derive(Debug, Clone)]
 pub struct StaticCondensation {
-    /// What the remaining degrees of freedom feel: `A` of the condensed machine, a column for each of them.
+    /// Condensed `A` on the remaining degrees of freedom, a column for each of them.
     pub condensed: Matrix,
     /// `x_first = recovery · x_rest`.
     pub recovery: Matrix,

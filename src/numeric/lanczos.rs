@@ -25,10 +25,10 @@ const SAME_VALUE: f64 = 1e-9;
 /// Orthogonalise again where the norm has fallen below this part of itself (Daniel, Gragg, Kaufman and Stewart 1976, 1/√2).
 const REORTHOGONALISE_BELOW: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// How many eigenvalues of (K, M) lie below a value, those of rigid motions among them.
+/// Number of eigenvalues of (K, M) below a value, those of rigid motions among them.
 pub type SturmCount<'a> = &'a dyn Fn(f64) -> Result<usize, Error>;
 
-/// What is looked for.
+/// Eigenvalue problem for the Lanczos iteration.
 pub struct LanczosProblem<'a> {
     /// The factorised `K − σM`.
     pub inverse: &'a dyn ShiftInvert,
@@ -38,7 +38,7 @@ pub struct LanczosProblem<'a> {
     pub rigid: &'a [Vec<f64>],
     /// The Sturm count that says when nothing is missing.
     pub count: Option<SturmCount<'a>>,
-    /// How many modes are wanted.
+    /// Number of requested modes.
     pub n_modes: usize,
 }
 
@@ -51,7 +51,7 @@ pub struct RitzPairs {
     pub vectors: Vec<Vec<f64>>,
     /// `‖(K − σM)⁻¹Mφ − θφ‖_M / |θ|` before the last solve, which shrinks it further.
     pub residuals: Vec<f64>,
-    /// How many systems were solved.
+    /// Number of solved systems.
     pub steps: usize,
     /// Runs, of which each finds at most one mode of a repeated frequency.
     pub runs: usize,
@@ -111,7 +111,7 @@ pub fn nearest_modes(search: &LanczosProblem) -> Result<RitzPairs, Error> {
     ))
 }
 
-/// What one run brings.
+/// Result of one run.
 #[derive(Default)]
 struct RunResult {
     modes: Vec<(f64, Vec<f64>)>,

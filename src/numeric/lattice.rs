@@ -42,7 +42,7 @@ impl RankOneLattice {
         self.size as usize
     }
 
-    /// How many shifts.
+    /// Number of shifts.
     pub fn shifts(&self) -> usize {
         self.shifts.len()
     }

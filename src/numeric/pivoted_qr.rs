@@ -9,7 +9,7 @@
 
 pub(super) use super::vector_ops::dot;
 
-/// What is left of `A` after reflections: `R` in the rows above `steps`, the reduced rest below.
+/// Partial factorisation of `A` after reflections: `R` in the rows above `steps`, the reduced rest below.
 pub(super) struct PivotedQr {
     /// Columns in pivoted order, each as long as `A` has rows.
     pub columns: Vec<Vec<f64>>,

@@ -14,7 +14,7 @@ pub struct ColumnMatrix {
 }
 
 impl ColumnMatrix {
-    /// Of a matrix.
+    /// Converts a matrix.
     pub fn from_matrix(a: &Matrix) -> ColumnMatrix {
         let columns = (0..a.ncols()).flat_map(|j| a.col_as_slice(j).iter().copied());
         ColumnMatrix {
@@ -23,12 +23,12 @@ impl ColumnMatrix {
         }
     }
 
-    /// How many rows.
+    /// Number of rows.
     pub fn n_rows(&self) -> usize {
         self.rows
     }
 
-    /// How many columns.
+    /// Number of columns.
     pub fn n_columns(&self) -> usize {
         self.entries.len().checked_div(self.rows).unwrap_or(0)
     }

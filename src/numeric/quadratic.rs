@@ -15,7 +15,7 @@ use super::{Complex, ComplexMatrix, Matrix, registers};
 /// A quadratic eigenproblem, C and K symmetric or not.
 #[derive(Debug, Clone)]
 pub struct QuadraticEigenproblem {
-    /// How many coordinates, the first ones, have unit inertia; the others have none.
+    /// Number of leading coordinates with unit inertia; the others have none.
     pub n_inertial: usize,
     /// C, with the gyroscopic part.
     pub damping: Matrix,

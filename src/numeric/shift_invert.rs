@@ -10,10 +10,10 @@ const MIN_RELATIVE_PIVOT: f64 = 1e-9;
 /// By how much the shift is then moved, relative, each time twice as far.
 const SHIFT_PERTURBATION: f64 = 1e-7;
 
-/// How often.
+/// Maximum number of shift retries.
 const MAX_SHIFT_RETRIES: usize = 8;
 
-/// What Lanczos needs of a factorised `K − σM`.
+/// Operations that Lanczos requires of a factorised `K − σM`.
 pub trait ShiftInvert {
     /// σ.
     fn shift(&self) -> f64;
@@ -21,7 +21,8 @@ pub trait ShiftInvert {
     /// Overwrites f by `(K − σM)⁻¹ f`.
     fn solve(&self, f: &mut [f64]);
 
-    /// The same, and `yᵀKy` of the answer from the deformation of the springs; none, and f as it was, where they are not at hand.
+    /// Solves as `solve` does, and returns `yᵀKy` of the solution from the deformation of the springs; none, and f as it was, where they
+    /// are not at hand.
     fn solve_with_energy(&self, _f: &mut [f64]) -> Option<f64> {
         None
     }

@@ -22,7 +22,7 @@ const MAX_PIVOT_GROWTH: f64 = 1e8;
 /// By how much a shift is moved, relative, each time twice as far.
 const SHIFT_PERTURBATION: f64 = 1e-7;
 
-/// How often.
+/// Maximum number of shift moves.
 const MAX_MOVES: usize = 8;
 
 /// A sparse symmetric matrix, its lower triangle by columns, rows ascending, the diagonal always stored.
@@ -260,7 +260,7 @@ impl LdlFactor {
         f.iter_mut().zip(&self.scale).for_each(|(f, s)| *f *= s);
     }
 
-    /// How many eigenvalues are negative: for `K − σM`, how many of (K, M) lie below σ.
+    /// Number of negative eigenvalues: for `K − σM`, of eigenvalues of (K, M) below σ.
     pub fn n_negative(&self) -> usize {
         self.negative
     }

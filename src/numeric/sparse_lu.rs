@@ -15,7 +15,7 @@ pub struct SymbolicFactor {
 }
 
 impl SymbolicFactor {
-    /// Of the entries (row, column) that may differ from zero, by columns, rows rising, none twice.
+    /// Builds the pattern from the entries (row, column) that may differ from zero, by columns, rows rising, none twice.
     ///
     /// # Errors
     /// `BudgetExceeded` where memory runs out.

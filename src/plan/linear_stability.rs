@@ -1,4 +1,4 @@
-//! What an answer of the linear machine has to warn of: roots that grow, and terms of speeds or dampers that were left out.
+//! Warnings about the linear model: growing roots (instability), and neglected speed-dependent or damping terms.
 
 use std::f64::consts::TAU;
 

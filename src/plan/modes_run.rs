@@ -28,7 +28,7 @@ use crate::modes::tracking::TrackingOptions;
 use crate::modes::{damped, modal_matrices, undamped};
 use crate::scene::study::{ModesStudy, ReductionKind};
 
-/// The answer to a study of modes.
+/// Result of a modal study.
 pub struct ModesResult {
     /// The modes, by rising |λ|.
     pub modes: Vec<Mode>,
@@ -36,13 +36,13 @@ pub struct ModesResult {
     pub energies: Vec<EnergyShares>,
     /// Their sensitivities, where they are real.
     pub sensitivities: Option<Vec<Vec<FrequencySensitivity>>>,
-    /// Mean speeds, rad/s by degree of freedom, where a speed was asked for.
+    /// Mean speeds, rad/s by degree of freedom, where a speed was requested.
     pub speeds: Option<Vec<f64>>,
-    /// Modes over speed, where asked for.
+    /// Modes over speed, on request.
     pub campbell: Option<CampbellDiagram>,
-    /// The state-space form, where asked for, and how far each mode takes part in it.
+    /// State-space form, on request, and the participation of each mode in it.
     pub state_space: Option<(StateSpace, Vec<ModalParticipation>)>,
-    /// The reduced machine, where asked for.
+    /// Reduced machine, on request.
     pub reduction: Option<ReductionResult>,
     /// The modes are complex: shapes have phases.
     pub complex: bool,
@@ -56,7 +56,7 @@ pub struct ModesResult {
 pub struct ReductionResult {
     /// The machine.
     pub model: ReducedModel,
-    /// Its undamped frequencies, rad/s.
+    /// Undamped natural frequencies, rad/s.
     pub omega: Vec<f64>,
     /// Those of the full machine, as many.
     pub full: Vec<f64>,
@@ -171,7 +171,7 @@ struct ModesRun<'a> {
 }
 
 impl ModesRun<'_> {
-    /// What the modes say of stability, and what was left out.
+    /// Warns of unstable modes and of neglected terms.
     fn warn(&mut self) {
         let roots = self.result.modes.iter().filter(|mode| !mode.rigid);
         let unstable = linear_stability::unstable(roots.map(|mode| mode.eigenvalue));

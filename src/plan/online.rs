@@ -54,13 +54,13 @@ struct AngleBuffer {
     left: bool,
 }
 
-/// What was found.
+/// Results of the online analysis.
 pub struct OnlineResult {
-    /// Of the outputs, in their order.
+    /// Spectra of the outputs, in their order.
     pub spectra: Option<Spectra>,
     /// Orders of the outputs, and the node they turn with.
     pub tracks: Option<(String, DemodulatedOrders)>,
-    /// Of the second shaft against the first.
+    /// Transmission error of the second shaft against the first.
     pub te: Option<(EncoderResult, GearTrain)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
@@ -208,7 +208,7 @@ impl OnlineAnalysis {
         spectra + track + te
     }
 
-    /// What was found. Of a motion that was `interrupted` whatever its part gives.
+    /// Results of the online analysis. Of a motion that was `interrupted` whatever its part gives.
     ///
     /// # Errors
     /// Those of the evaluation of a transmission error.

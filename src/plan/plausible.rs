@@ -25,7 +25,7 @@ const MODULE: f64 = 1.0;
 /// Rounding of a stated J_diametral, relative.
 const ROUNDING_TOLERANCE: f64 = 1e-6;
 
-/// What is implausible about a model.
+/// Warnings about implausible values of a model.
 pub fn warnings(model: &Model, machine: &Machine, kinematics: &Kinematics) -> Vec<Diagnostic> {
     let mut all = modules(model);
     all.extend(inertias(model));

@@ -13,7 +13,7 @@ use crate::numeric::forest::Forest;
 use crate::response::system::OperatingModel;
 use crate::scene::model::{BranchDamping, Model};
 
-/// A machine ready to be asked.
+/// Machine assembled for analysis.
 pub struct PreparedMachine {
     /// Masses and branches.
     pub machine: Machine,
@@ -21,7 +21,7 @@ pub struct PreparedMachine {
     pub kinematics: Kinematics,
     /// Contacts with play.
     pub operating: OperatingPoint,
-    /// What is left, linear.
+    /// Linear model of the remaining degrees of freedom.
     pub model: LinearModel,
     /// The linear machine as a forest of springs, where it is one.
     pub forest: Option<Forest>,
@@ -51,7 +51,7 @@ impl PreparedMachine {
         })
     }
 
-    /// Mean speed of every degree of freedom, rad/s, at a speed of the first node of `[speed]`; none where none is asked.
+    /// Mean speed of every degree of freedom, rad/s, at a speed of the first node of `[speed]`; none where none is requested.
     ///
     /// # Errors
     /// Those of [`spinning`].
@@ -60,7 +60,8 @@ impl PreparedMachine {
         speed.map(at).transpose()
     }
 
-    /// The same as frequency responses need it; mean speed of every degree of freedom, rad/s, where gyroscopic terms are asked.
+    /// Operating model for frequency responses; with the mean speed of every degree of freedom, rad/s, where gyroscopic terms are
+    /// requested.
     pub fn frequency_setting<'a>(&'a self, speeds: Option<&'a [f64]>) -> OperatingModel<'a> {
         OperatingModel {
             machine: &self.machine,
@@ -70,7 +71,7 @@ impl PreparedMachine {
         }
     }
 
-    /// What is doubtful before anything is solved.
+    /// Warnings that need no solution.
     pub fn warnings(&self) -> Vec<Diagnostic> {
         let mut all = Vec::new();
         let mut warn = |code, message: String, hint: Option<&str>| {

@@ -24,21 +24,21 @@ use crate::scene::Scene;
 use crate::scene::laws::LoadHistory;
 use crate::scene::study::SimulateStudy;
 
-/// A motion with all that is said of it.
+/// Simulated motion with its diagnostics.
 pub struct SimulationResult {
-    /// What moved.
+    /// Simulated scene.
     pub scene: SimulationSetup,
     /// By which method, and why.
     pub choice: MethodChoice,
-    /// How.
+    /// Time history.
     pub history: MotionHistory,
-    /// How the motion amplifies a change of its start, where measured.
+    /// Sensitivity to initial conditions, where measured.
     pub sensitivity: Option<Sensitivity>,
-    /// What was found on the way.
+    /// Results of the online analysis.
     pub online: OnlineResult,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, StageDecision)>,
-    /// The instant of the one step among the loads, s: the answer to it can be read off.
+    /// Instant of the one step among the loads, s, for the step response.
     pub step_time_s: Option<f64>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
@@ -158,7 +158,7 @@ fn not_compared(error: &Error) -> Diagnostic {
     }
 }
 
-/// A step was asked for where a method without one would be exact.
+/// Warning that a step was requested where a method without one would be exact.
 fn inexact_step_warning(choice: &MethodChoice, exact: &str) -> Diagnostic {
     Diagnostic {
         code: "step-for-exact",
@@ -192,7 +192,7 @@ fn input_sampling_warning(scene: &SimulationSetup) -> Option<Diagnostic> {
     })
 }
 
-/// Samples too far apart to see how an output swings.
+/// Warning that the samples are too far apart to resolve an output's oscillation.
 fn output_sampling_warning(scene: &SimulationSetup, history: &MotionHistory) -> Option<Diagnostic> {
     let UndersampledOutput { output, per_period } = history.undersampled?;
     Some(Diagnostic {
@@ -206,7 +206,7 @@ fn output_sampling_warning(scene: &SimulationSetup, history: &MotionHistory) -> 
     })
 }
 
-/// How many samples would do, to two digits; where so many cannot be asked for, how short a time.
+/// Hint at a sufficient number of samples, to two digits; where that exceeds the limit, at a shorter time.
 fn sampling_hint(scene: &SimulationSetup, per_period: f64) -> String {
     let samples = SAMPLES_PER_PERIOD / per_period * scene.samples as f64;
     let digit = 10f64.powf(samples.log10().floor() - 1.0).max(1.0);
@@ -240,7 +240,7 @@ fn format_flag_time(time_s: f64) -> String {
     }
 }
 
-/// A fixed step too long for what can swing in the machine, or acts on it.
+/// Warning that a fixed step is too long for the machine's oscillations or its loads.
 fn step_size_warning(model: &DynamicModel, choice: &MethodChoice) -> Option<Diagnostic> {
     let StepSize::Fixed(step) = choice.step_size else {
         return None;

@@ -26,7 +26,7 @@ pub enum Stage {
     Complex,
     /// Energy shares.
     Energies,
-    /// What frequencies depend on.
+    /// Sensitivities of the natural frequencies.
     Sensitivities,
     /// Modes over speed.
     Campbell,
@@ -49,7 +49,7 @@ pub enum StageDecision {
 pub struct StageEntry {
     /// The stage.
     pub stage: Stage,
-    /// Its name.
+    /// Name of the stage.
     pub name: &'static str,
     /// Decides for one machine and one study.
     pub decide: fn(&PreparedMachine, &ModesStudy) -> StageDecision,
@@ -156,10 +156,10 @@ const MAX_FACTORED_DOFS: usize = 200;
 /// Up to this many all modes are found densely; beyond only the lowest, unless the study names a number.
 pub const MAX_DENSE_DOFS: usize = 2000;
 
-/// Below this many coordinates a dense solution is quicker than an iteration, however few modes are asked.
+/// Number of coordinates below which a dense solution is quicker than an iteration, however few modes are requested.
 const MIN_ITERATIVE_DOFS: usize = 300;
 
-/// How many modes a large machine shows where the study names no number.
+/// Default number of modes of a large machine.
 pub const DEFAULT_MODE_COUNT: usize = 20;
 
 /// The largest order whose complex modes are found all at once.

@@ -5,20 +5,20 @@ use super::read_options::ChannelOptions;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// How the numbers of a channel become what it measures.
+/// Conversion of a channel's recorded numbers to the measured quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// What the channel is called from here on.
+    /// Name of the channel after calibration.
     pub name: String,
-    /// Its unit after scaling.
+    /// Unit after scaling.
     pub unit: String,
-    /// What the numbers are multiplied by.
+    /// Scale factor of the recorded numbers.
     pub factor: f64,
     /// Samples at or beyond this size, after scaling, are overloads.
     pub overload: Option<f64>,
 }
 
-/// The calibration of a channel: as the file says, unless something else is said of it.
+/// The calibration of a channel: that of the file unless overridden by the options.
 ///
 /// # Errors
 /// A sensitivity without sense, or of a channel that is not in volts.

@@ -102,7 +102,7 @@ const UNITS: &[&str] = &[
     "counts",
 ];
 
-/// Units after the last `_` of a name, told from words by their case, and how they are shown.
+/// Units after the last `_` of a name, distinguished from words by their case, and their displayed form.
 const UNIT_SUFFIXES: &[(&str, &str)] = &[
     ("s", "s"),
     ("sec", "s"),
@@ -214,7 +214,7 @@ pub fn split_unit(cell: &str) -> (String, String) {
     (cell.to_string(), unit.to_string())
 }
 
-/// Where the bracket that ends a text opens.
+/// Byte position of the bracket that closes at the end of a text.
 fn opening_bracket(body: &str, open: char, close: char) -> Option<usize> {
     let mut depth = 1;
     for (at, c) in body.char_indices().rev() {
@@ -230,14 +230,14 @@ fn opening_bracket(body: &str, open: char, close: char) -> Option<usize> {
     None
 }
 
-/// Whether a user's word means the channel called `name`: as the name stands, or as the header writes it with its unit.
+/// Whether a user's word means the channel called `name`: as written, or as the header writes it with its unit.
 pub fn matches(word: &str, name: &str) -> bool {
     let word = word.trim();
     word == name || split_unit(word).0 == name
 }
 
-/// The place of the channel a user's word means: by its name as it stands, by its name with the unit, else by its name in other
-/// letters, where only one has it.
+/// Index of the channel a user's word means: by its name as written, by its name with the unit, else by its name in other letters, where
+/// only one has it.
 pub fn find_channel(word: &str, known: &[String]) -> Option<usize> {
     let exact = known.iter().position(|name| name == word.trim());
     let meant = || known.iter().position(|name| matches(word, name));

@@ -6,18 +6,18 @@ use crate::base::quantity_kind::Dimension;
 /// Standard acceleration of gravity, m/s² (CGPM 1901).
 pub const GRAVITY: f64 = 9.806_65;
 
-/// What a channel measures.
+/// Quantity measured by a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MeasuredQuantity {
     /// A length.
     Displacement,
-    /// Its rate.
+    /// Time derivative of displacement.
     Velocity,
     /// The rate of that.
     Acceleration,
     /// An angle.
     Angle,
-    /// Its rate.
+    /// Time derivative of angle.
     AngularVelocity,
     /// The rate of that.
     AngularAcceleration,
@@ -31,10 +31,10 @@ pub enum MeasuredQuantity {
     Other,
 }
 
-/// What a unit measures and its size in SI.
+/// Quantity and SI size of a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelUnit {
-    /// What it measures.
+    /// Measured quantity.
     pub quantity: MeasuredQuantity,
     /// Number in SI = factor × number in the unit.
     pub factor: f64,
@@ -72,7 +72,7 @@ const MOTION_DIMENSIONS: &[([i8; 4], MeasuredQuantity)] = &[
     ([2, 1, -2, 0], MeasuredQuantity::Torque),
 ];
 
-/// What a unit as written in a log measures; `None` where it is not known.
+/// Quantity and SI size of a unit as written in a log; `None` where it is not known.
 pub fn parse(unit: &str) -> Option<ChannelUnit> {
     // The micro sign, the Greek letter and `u` are all in use; so are `sec` and `s`.
     let plain = unit.trim().replace('μ', "µ").replace("sec", "s");
@@ -101,7 +101,7 @@ pub fn parse(unit: &str) -> Option<ChannelUnit> {
 }
 
 impl MeasuredQuantity {
-    /// How often a displacement or an angle was differentiated in time; `None` for what is no motion.
+    /// Order of the time derivative of a displacement or an angle; `None` for what is no motion.
     pub fn time_derivative_order(self) -> Option<u8> {
         match self {
             MeasuredQuantity::Displacement | MeasuredQuantity::Angle => Some(0),
@@ -117,7 +117,7 @@ impl MeasuredQuantity {
     }
 }
 
-/// What a frequency response is, by what it joins.
+/// Kind of a frequency response, by the quantities it joins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResponseKind {
     /// Motion over force, the motion differentiated so often: receptance (0), mobility (1), accelerance (2).
@@ -132,7 +132,7 @@ pub enum ResponseKind {
 }
 
 impl ResponseKind {
-    /// By the units of what drives and what answers.
+    /// Response kind by the units of the excitation and response channels.
     pub fn from_units(input: &str, output: &str) -> ResponseKind {
         let (Some(input), Some(output)) = (parse(input), parse(output)) else {
             return ResponseKind::Unknown;
@@ -149,7 +149,7 @@ impl ResponseKind {
         }
     }
 
-    /// What it is called.
+    /// Name of the response kind, such as `receptance`.
     pub fn name(self) -> &'static str {
         match self {
             ResponseKind::MotionOverForce(0) => "receptance",

@@ -31,7 +31,7 @@ const MIN_SAMPLES_BELOW: usize = 10;
 const MAX_IDLE_SHARE: f64 = 0.4;
 const TWO_LEVEL_SHARE: f64 = 0.7;
 
-/// What lies on the extremes of a channel and between them.
+/// Counts of samples on the extremes of a channel and between them.
 pub struct ClippingDetector {
     range: (f64, f64),
     resolution: f64,
@@ -55,7 +55,7 @@ struct LimitLevel {
 }
 
 impl ClippingDetector {
-    /// Of a channel with this range and smallest step from one value to another.
+    /// Detector for a channel with this range and smallest step from one value to another.
     pub fn new(range: (f64, f64), resolution: f64) -> ClippingDetector {
         let width = range.1 - range.0;
         let windows = (width / (MIN_STEPS_PER_BIN * resolution))
@@ -113,7 +113,7 @@ impl ClippingDetector {
     }
 }
 
-/// How many tops are clipped and at what level: at the extreme with more of them; nothing where none is.
+/// Number of clipped tops and their level: at the extreme with more of them; nothing where none is.
 pub fn clipped_tops(found: &ClippingDetector) -> Option<(usize, f64)> {
     let more = |a: (usize, f64), b: (usize, f64)| if a.0 > b.0 { a } else { b };
     clipping_by_side(found).into_iter().flatten().reduce(more)
@@ -191,7 +191,7 @@ mod tests {
         );
     }
 
-    /// What stays on its extremes, or repeats them, without having been cut.
+    /// Signals that stay on their extremes, or repeat them, without having been clipped.
     #[test]
     fn exact_unclipped() {
         for per_period in [8.0, 16.0, 50.0, 8.001, 8.13, 4.0, 3.0, 40.3] {

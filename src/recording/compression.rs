@@ -21,7 +21,7 @@ const LOG_EXTENSIONS: &[&str] = &[
     ".csv", ".txt", ".tsv", ".dat", ".asc", ".log", ".lvm", ".uff", ".unv", ".wav", ".mat",
 ];
 
-/// What is inside gzip.
+/// Decompressed contents of a gzip stream.
 pub fn gunzip<R: Read>(reader: R) -> impl Read {
     MultiGzDecoder::new(reader)
 }

@@ -29,12 +29,12 @@ const MIN_JUMP_RATIO: f64 = 0.3;
 /// Another channel moves during a run if its differences there are this share of those outside.
 const MIN_MOTION_RATIO: f64 = 0.1;
 
-/// Where a channel rested on its limit.
+/// Intervals in which a channel rested on its limit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClippedInterval {
-    /// Its place among the channels of the recording.
+    /// Index among the channels of the recording.
     pub channel: usize,
-    /// How often.
+    /// Number of clipped tops.
     pub tops: usize,
     /// The limit, in the unit of the channel.
     pub level: f64,
@@ -42,14 +42,14 @@ pub struct ClippedInterval {
     pub ranges: Vec<Range<usize>>,
 }
 
-/// Where a channel held one value.
+/// Interval in which a channel held one value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StuckInterval {
-    /// Its place among the channels of the recording.
+    /// Index among the channels of the recording.
     pub channel: usize,
     /// The value, in the unit of the channel.
     pub value: f64,
-    /// Its samples.
+    /// Sample range of the interval.
     pub range: Range<usize>,
     /// Another channel moved meanwhile: the sensor failed, not the motion.
     pub is_proven: bool,
@@ -90,7 +90,7 @@ pub fn find(recording: &Recording, inputs: &[usize], outputs: &[usize]) -> Resul
     Ok(found)
 }
 
-/// Where the channels hold one value although they move before or after.
+/// Intervals in which the channels hold one value although they move before or after.
 ///
 /// # Errors
 /// The samples cannot be read.
@@ -103,7 +103,7 @@ pub fn find_stuck(recording: &Recording, channels: &[usize]) -> Result<Faults, E
     Ok(found)
 }
 
-/// What one pass over a channel shows.
+/// Statistics of one pass over a channel.
 struct ChannelScan {
     low: f64,
     high: f64,
@@ -284,7 +284,7 @@ impl Faults {
         self.clipped.iter().flat_map(|c| c.ranges.clone()).collect()
     }
 
-    /// What stuck sensors are said to be; `is_left_out` where their time was not analysed.
+    /// Warnings about stuck sensors; `is_left_out` where their time was not analysed.
     pub fn stuck_warnings(&self, recording: &Recording, is_left_out: bool) -> Vec<Diagnostic> {
         let warning = |s: &StuckInterval| {
             let channel = &recording.channels[s.channel];
@@ -319,7 +319,7 @@ impl Faults {
         self.stuck.iter().map(warning).collect()
     }
 
-    /// How often and where each channel clipped, as text; nothing where none did.
+    /// Number of times and level at which each channel clipped, as text; nothing where none did.
     pub fn clipped_in_words(&self, recording: &Recording) -> Option<String> {
         let one = |c: &ClippedInterval| {
             let channel = &recording.channels[c.channel];
@@ -335,7 +335,7 @@ impl Faults {
     }
 }
 
-/// The same recording without some samples: stretches end there.
+/// The same recording without some samples: segments end there.
 pub fn without(recording: &Recording, mut left_out: Vec<Range<usize>>) -> Recording {
     left_out.sort_by_key(|r| r.start);
     let (mut segments, mut starts) = (Vec::new(), Vec::new());
@@ -427,7 +427,7 @@ mod tests {
         assert_eq!(found.stuck, []);
     }
 
-    /// Stretches end at what is left out, and keep their time.
+    /// Segments end at what is left out, and keep their time.
     #[test]
     fn exact_without() {
         let recording = recorded(&[noise(3, 100)]);

@@ -2,7 +2,7 @@
 
 use crate::numeric::Complex;
 
-/// What a frequency response joins: a channel and its unit.
+/// Channel and its unit at the input or output of a frequency response.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ChannelLabel {
     /// Name of the channel.
@@ -14,9 +14,9 @@ pub struct ChannelLabel {
 /// One frequency response function over the lines of its table.
 #[derive(Debug, Clone, Default)]
 pub struct FrequencyResponse {
-    /// What drives; `None` where the file does not say.
+    /// Excitation channel; `None` where the file does not state it.
     pub input: Option<ChannelLabel>,
-    /// What answers.
+    /// Response channel.
     pub output: ChannelLabel,
     /// Output over input by line, in the unit of the output over that of the input.
     pub values: Vec<Complex>,
@@ -41,7 +41,7 @@ pub struct FrequencyResponses {
     pub window_decay: f64,
     /// The lines that are worth fitting, Hz: where the input has power, away from the ends of the estimate.
     pub usable_band_hz: Option<(f64, f64)>,
-    /// How many independent lines a line holds, where it is known: below 1 under a window.
+    /// Number of independent lines a line holds, where it is known: below 1 under a window.
     pub independent_lines_per_line: Option<f64>,
 }
 
@@ -109,7 +109,7 @@ pub struct StoredSpectrum {
     pub name: String,
     /// Unit of the values as written; empty where unknown.
     pub unit: String,
-    /// What kind of spectrum, as text: `power spectral density`, `cross spectrum`.
+    /// Kind of spectrum, as text: `power spectral density`, `cross spectrum`.
     pub kind: &'static str,
     /// The values are decibels of that unit.
     pub is_decibel: bool,
@@ -120,7 +120,7 @@ pub struct StoredSpectrum {
 }
 
 impl StoredSpectrum {
-    /// Its values go with the square of the signal.
+    /// Whether the values are proportional to the square of the signal.
     pub fn is_power(&self) -> bool {
         const POWER_KINDS: &[&str] = &[
             "auto spectrum",
@@ -131,7 +131,7 @@ impl StoredSpectrum {
         POWER_KINDS.contains(&self.kind)
     }
 
-    /// What goes with the square of the signal, of one of the values.
+    /// Power, proportional to the square of the signal, of one of the values.
     pub fn to_power(&self, value: Complex) -> f64 {
         match (self.is_decibel, self.is_power()) {
             (true, _) => 10f64.powf(value.re / 10.0),

@@ -84,7 +84,7 @@ pub fn join(recordings: Vec<Recording>) -> Result<Recording, Error> {
     Ok(joined)
 }
 
-/// A kind, what is said, its remedy, and the files that say it.
+/// A kind, its message, its remedy, and the files it applies to.
 type JoinedMessage = (&'static str, String, Option<String>, Vec<String>);
 
 /// Messages of several files, each once.
@@ -205,7 +205,7 @@ fn append(joined: &mut Recording, next: Recording) -> Result<(), Error> {
     Ok(())
 }
 
-/// What tells one record from another: its samples.
+/// Fingerprint of a record by its samples, which distinguishes it from others.
 fn fingerprint(recording: &Recording) -> Result<u64, Error> {
     let mut print = DefaultHasher::new();
     recording.samples.hash(&mut print);

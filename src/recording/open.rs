@@ -11,10 +11,10 @@ use super::{compression, lvm, mat, text, uff, wav};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 
-/// Bytes from which the format is told.
+/// Number of bytes from which the format is detected.
 const SNIFF_LEN: usize = 4096;
 
-/// How many containers may lie in each other.
+/// Maximum nesting depth of containers.
 const MAX_NESTING: usize = 3;
 
 /// Reads a log.

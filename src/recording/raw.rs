@@ -6,16 +6,16 @@ use super::sample_column::SampleColumn;
 use super::stated_rates::StatedRate;
 use crate::base::error::{Diagnostic, Error};
 
-/// What a reader understood of one file.
+/// Contents of one file as interpreted by a reader.
 #[derive(Debug, Default)]
 pub struct RawLog {
     /// The file, as the user named it.
     pub path: String,
     /// Format and dialect as text: `CSV, semicolon, decimal comma, Latin-1, 3 header lines`.
     pub dialect: String,
-    /// How a text was laid out, to be said again.
+    /// Layout of the text, to be reused as options.
     pub text_dialect: TextDialect,
-    /// What the header says next to channels and rate, as written: date, operator, instrument.
+    /// Header entries other than channels and rate, as written: date, operator, instrument.
     pub metadata: Vec<(String, String)>,
     /// Channels, grouped by the clock they share; nearly always one group.
     pub groups: Vec<ChannelGroup>,
@@ -27,11 +27,11 @@ pub struct RawLog {
     pub spectra: Vec<StoredSpectrum>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
-    /// What was passed over or changed on the way in (footer lines, cells that hold no number), never silently.
+    /// Parts passed over or changed on reading (footer lines, cells that hold no number), never silently.
     pub repairs: Vec<Repair>,
 }
 
-/// How a text was laid out; nothing of other formats.
+/// Layout of a text file; nothing of other formats.
 #[derive(Debug, Default)]
 pub struct TextDialect {
     /// Between cells; none of a single column.
@@ -47,7 +47,7 @@ pub struct TextDialect {
 /// Channels sampled by one clock.
 #[derive(Debug, Default)]
 pub struct ChannelGroup {
-    /// What the file says of the clock.
+    /// Timing information stated by the file.
     pub timing: RawTiming,
     /// The channels, of equal length.
     pub channels: Vec<RawChannel>,
@@ -63,36 +63,36 @@ impl ChannelGroup {
 /// One channel as written.
 #[derive(Debug, Default)]
 pub struct RawChannel {
-    /// Its name; made up from its place where the file has none (`column 3`).
+    /// Channel name; made up from the column number where the file has none (`column 3`).
     pub name: String,
-    /// Its unit as written; empty where the file has none.
+    /// Unit as written; empty where the file has none.
     pub unit: String,
     /// Values as written; NaN where a cell is blank, `NaN` or an overload word.
     pub samples: SampleColumn,
-    /// How many cells were an overload word.
+    /// Number of cells that were an overload word.
     pub overloads: usize,
 }
 
-/// What a file says of the clock of its channels.
+/// Timing information a file gives for the clock of its channels.
 #[derive(Debug, Default)]
 pub struct RawTiming {
     /// The stamps of the rows, where there are any.
     pub stamps: Option<TimeStamps>,
     /// Every sample rate that the file states.
     pub stated_rates: Vec<StatedRate>,
-    /// What is wrong with the sample rate the header states, where it states one that cannot be read.
+    /// Error of the sample rate the header states, where it states one that cannot be read.
     pub invalid_rate: Option<Error>,
-    /// How many samples the header states.
+    /// Number of samples the header states.
     pub header_samples: Option<usize>,
     /// Date and time of the first sample as written.
     pub start: Option<String>,
-    /// Line of the file each row stands on.
+    /// Line of the file for each row.
     pub lines: LineNumbers,
 }
 
 /// The sample rate of a step from sample to sample, Hz; whole where only the rounding of the division keeps it from that.
 pub(super) fn rate_from_interval(step_s: f64) -> f64 {
-    /// Of the division, and of the decimal step to binary.
+    /// Rounding of the division, and of the decimal step to binary.
     const ROUNDING: f64 = 4.0 * f64::EPSILON;
     let rate = step_s.recip();
     match (rate - rate.round()).abs() <= ROUNDING * rate {
@@ -104,7 +104,7 @@ pub(super) fn rate_from_interval(step_s: f64) -> f64 {
 /// Time stamps of the rows.
 #[derive(Debug, Default)]
 pub struct TimeStamps {
-    /// What the column is called.
+    /// Name of the column.
     pub name: String,
     /// Unit as written, or `date-time`.
     pub unit: String,
@@ -112,16 +112,16 @@ pub struct TimeStamps {
     pub first: String,
     /// Seconds since the first stamp.
     pub seconds: SampleColumn,
-    /// What the last digit written is worth: stamps are rounded to it.
+    /// Value of the last digit written: stamps are rounded to it.
     pub resolution: Resolution,
 }
 
-/// Which line of a text file each row stands on, as runs of consecutive lines.
+/// Line of a text file for each row, as runs of consecutive lines.
 #[derive(Debug, Clone, Default)]
 pub struct LineNumbers(Vec<(usize, usize)>);
 
 impl LineNumbers {
-    /// Row `row` (from 0) stands on line `line` (from 1); rows in rising order.
+    /// Appends row `row` (from 0), which is on line `line` (from 1); rows in rising order.
     pub fn push(&mut self, row: usize, line: usize) {
         let expected = self.0.last().map(|&(r, l)| l + (row - r));
         if expected != Some(line) {
@@ -136,11 +136,11 @@ impl LineNumbers {
     }
 }
 
-/// Something done to the data, said in every answer.
+/// A change made to the data, included in every report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repair {
     /// A word: `resampled`, `gap-split`, `gap-filled`, `cells-missing`, `footer-skipped`, `detrended`, `decimated`.
     pub kind: &'static str,
-    /// What was done, where, and how large its error is.
+    /// The change, its place, and the size of its error.
     pub message: String,
 }

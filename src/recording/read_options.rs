@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use super::raw::Repair;
 
-/// Everything that may be said of a log. What is `None` is found from the file.
+/// Options for reading a log. Options that are `None` are found from the file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
-    /// How the text is laid out.
+    /// Layout of the text.
     pub dialect: DialectOptions,
     /// Which rate is trusted.
     pub rate: Option<RateSource>,
@@ -15,11 +15,11 @@ pub struct ReadOptions {
     pub time_column: Option<String>,
     /// Unit of the time stamps, such as `ms`.
     pub time_unit: Option<String>,
-    /// What is said of single channels.
+    /// Options of single channels.
     pub channels: Vec<ChannelOptions>,
     /// Only these channels are kept, in this order; all where empty.
     pub keep_channels: Vec<String>,
-    /// What is done about gaps.
+    /// Treatment of gaps.
     pub gaps: GapPolicy,
     /// Nothing before this time is kept, s from the first sample.
     pub from_s: Option<f64>,
@@ -29,9 +29,9 @@ pub struct ReadOptions {
     pub trigger: Option<Trigger>,
     /// The logs of one test that these settings are for, where a sidecar lists them.
     pub files: Vec<PathBuf>,
-    /// What is at another point in each of these logs.
+    /// The transducer that is at another point in each of these logs.
     pub roving: Option<Roving>,
-    /// What was read next to the log to say all this, said in every answer.
+    /// Sidecar files read for these options, included in every report.
     pub sidecar_reports: Vec<Repair>,
 }
 
@@ -51,7 +51,7 @@ pub struct Trigger {
     pub channel: String,
     /// The size its numbers reach.
     pub level: f64,
-    /// What is kept before, s.
+    /// Time kept before the trigger, s.
     pub before_s: f64,
 }
 
@@ -68,7 +68,7 @@ impl ReadOptions {
     }
 }
 
-/// How a text log is laid out.
+/// Layout of a text log.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DialectOptions {
     /// Between cells.
@@ -83,23 +83,23 @@ pub struct DialectOptions {
     pub day_first: Option<bool>,
 }
 
-/// Where the sample rate comes from.
+/// Source of the sample rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RateSource {
     /// This, Hz.
     Hertz(f64),
     /// The time stamps.
     TimeStamps,
-    /// What the header says.
+    /// The rate stated in the header.
     Header,
 }
 
-/// What is said of one channel.
+/// Options of one channel.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ChannelOptions {
-    /// Its name in the file.
+    /// Channel name in the file.
     pub name: String,
-    /// What it is called from here on.
+    /// Name of the channel after renaming.
     pub rename: Option<String>,
     /// The unit its numbers are in, instead of what the file says.
     pub unit: Option<String>,
@@ -109,10 +109,10 @@ pub struct ChannelOptions {
     pub overload: Option<f64>,
 }
 
-/// What is done about samples that are missing.
+/// Treatment of samples that are missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GapPolicy {
-    /// The recording falls into stretches; averages are taken inside each.
+    /// The recording is divided into segments; averages are taken inside each.
     #[default]
     Split,
     /// Straight lines bridge them, and this is reported.

@@ -21,7 +21,7 @@ const MAX_BAND_ERROR: f64 = 1e-4;
 /// Rows of stamps held at once.
 const BLOCK: usize = 1 << 14;
 
-/// How well a resampling keeps the signal.
+/// Fidelity of a resampled signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResamplingError {
     /// Up to here the signal is kept, Hz.

@@ -1,4 +1,4 @@
-//! What one unit of the last digit of time stamps is worth.
+//! Resolution of time stamps: the value of one unit of the last digit.
 
 /// Resolution of stamps: the same everywhere, or coarser the larger the number where a fixed count of significant digits was written
 /// (`%.5g` writes 9.9998, then 10.000, 10.001).
@@ -28,7 +28,7 @@ impl Resolution {
         }
     }
 
-    /// Of stamps with at most `digits` significant digits and none finer than `finest_s`, the first of which is `first` units of
+    /// Resolution of stamps with at most `digits` significant digits and none finer than `finest_s`, the first of which is `first` units of
     /// `unit_s` seconds.
     pub(super) fn from_digits(finest_s: f64, digits: i32, first: f64, unit_s: f64) -> Resolution {
         let significant = SignificantDigits {
@@ -42,7 +42,7 @@ impl Resolution {
         }
     }
 
-    /// How many significant digits are written, where that is known and may matter.
+    /// Number of significant digits written, where that is known and may matter.
     pub fn digits(&self) -> Option<i32> {
         self.significant.map(|s| s.digits)
     }

@@ -23,7 +23,7 @@ static SAMPLES_IN_MEMORY: AtomicUsize = AtomicUsize::new(0);
 pub struct SampleColumn {
     /// Samples `written..len`; all of them while there is no file.
     memory: Vec<f64>,
-    /// How much of `memory` is counted in `SAMPLES_IN_MEMORY`.
+    /// Part of `memory` that is counted in `SAMPLES_IN_MEMORY`.
     counted: usize,
     /// The first `written` samples, once there were too many for memory.
     file: Option<Mutex<File>>,
@@ -58,7 +58,7 @@ impl SampleColumn {
         Ok(())
     }
 
-    /// How many samples.
+    /// Number of samples.
     pub fn len(&self) -> usize {
         self.written + self.memory.len()
     }
@@ -137,7 +137,7 @@ impl Drop for SampleColumn {
     }
 }
 
-/// Where sample `index` begins in the file, bytes.
+/// Byte offset of sample `index` in the file.
 fn position(index: usize) -> u64 {
     index as u64 * size_of::<f64>() as u64
 }

@@ -14,19 +14,19 @@ pub struct Recording {
     pub path: String,
     /// Format and dialect as text.
     pub dialect: String,
-    /// What the header says alongside, as written.
+    /// Other header entries, as written.
     pub metadata: Vec<(String, String)>,
     /// Samples a second, Hz.
     pub rate_hz: f64,
-    /// Where the rate comes from, as text: `by regression over 12 403 stamps`.
+    /// Source of the rate, as text: `by regression over 12 403 stamps`.
     pub rate_source: String,
     /// Standard deviation of the rate, relative; zero where it is stated.
     pub rate_std: f64,
     /// Samples of every channel.
     pub samples: usize,
-    /// Stretches without a gap, in samples, rising; at least one.
+    /// Segments without a gap, in samples, rising; at least one.
     pub segments: Vec<Range<usize>>,
-    /// Where each segment begins, in steps of 1/rate from the first sample of its file; whole but where a gap is not.
+    /// Start of each segment, in steps of 1/rate from the first sample of its file; whole but where a gap is not.
     pub segment_starts: Vec<f64>,
     /// Date and time of the log's first sample as written.
     pub start: Option<String>,
@@ -45,7 +45,7 @@ pub struct Recording {
 pub struct LogFile {
     /// The file, as the user named it.
     pub path: String,
-    /// Its samples, among those of the recording.
+    /// Sample range among those of the recording.
     pub samples: Range<usize>,
 }
 
@@ -61,13 +61,13 @@ pub struct Moment {
 /// One channel in the unit it is analysed in.
 #[derive(Debug, Clone)]
 pub struct Channel {
-    /// Its name.
+    /// Channel name.
     pub name: String,
-    /// Its unit as shown; empty where unknown.
+    /// Unit as shown; empty where unknown.
     pub unit: String,
     /// Samples in that unit; finite inside every segment, shared by the parts of a recording.
     pub samples: Arc<SampleColumn>,
-    /// Samples at or beyond this size are overloads, where somebody said so.
+    /// Samples at or beyond this size are overloads, where a level was given.
     pub overload_level: Option<f64>,
     /// Cells that held an overload word.
     pub overloads: usize,
@@ -79,7 +79,7 @@ impl Recording {
         self.channels.iter().find(|c| c.name == name)
     }
 
-    /// When sample `at` of segment `stretch` was taken, s from the log's first sample.
+    /// Time of sample `at` of `segment`, s from the log's first sample.
     pub fn time_s(&self, segment: usize, at: usize) -> f64 {
         (self.segment_starts[segment] + at as f64) / self.rate_hz
     }

@@ -17,7 +17,7 @@ const SHAFT_SPEEDS_BELOW: f64 = 1000.0;
 pub struct StatedRate {
     /// The rate, Hz.
     pub hertz: f64,
-    /// Where the file states it: `Delta_X`, `Sampling Frequency`.
+    /// Key under which the file states it: `Delta_X`, `Sampling Frequency`.
     pub key: String,
     /// The key is `rate` alone, without a unit of samples: of a rotating machine it may be the speed of a shaft.
     pub is_bare: bool,

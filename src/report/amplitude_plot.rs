@@ -6,7 +6,7 @@ use super::svg::{
     TITLE_SIZE, WIDTH, render_svg, spread_labels, text_width, ticks,
 };
 
-/// What is shown.
+/// Contents of an amplitude plot.
 #[derive(Debug, Clone, Default)]
 pub struct AmplitudePlot {
     /// Above it.

@@ -128,7 +128,7 @@ pub fn clip_to_panel(panel: &Panel, points: impl Iterator<Item = (f64, f64)>) ->
     all.into_iter().map(thin).collect()
 }
 
-/// Of the points that share a fifth of a point of width only the highest and the lowest, in their order.
+/// Keeps, of the points that share a fifth of a point of width, only the highest and the lowest, in their order.
 fn thin(run: Vec<Point2>) -> Vec<Point2> {
     const COLUMN: f64 = 0.2;
     const MIN_POINTS: usize = 3000;

@@ -10,7 +10,7 @@ use crate::numeric::Complex;
 /// One response.
 #[derive(Debug, Clone, Default)]
 pub struct BodeCurve {
-    /// What it is called.
+    /// Label of the curve.
     pub label: String,
     /// Unit of its values.
     pub unit: String,
@@ -26,12 +26,12 @@ pub struct BodeCurve {
     pub coherence: Option<Vec<f64>>,
 }
 
-/// What a Bode plot shows.
+/// Contents of a Bode plot.
 #[derive(Debug, Clone, Default)]
 pub struct BodePlot {
     /// Above it.
     pub title: String,
-    /// What it is over; frequency in Hz where empty.
+    /// Label of the abscissa; frequency in Hz where empty.
     pub across: &'static str,
     /// Lines, in the unit of what it is over.
     pub frequency_hz: Vec<f64>,

@@ -95,7 +95,7 @@ fn plot_crossing(c: &OrderCrossing) -> campbell_plot::PlottedCrossing {
     }
 }
 
-/// What excites an order: `wheel mesh`, `pinion, wheel`.
+/// Excitation sources of an order: `wheel mesh`, `pinion, wheel`.
 pub fn order_label(order: &ExcitationOrder) -> String {
     let mut words: Vec<String> = Vec::new();
     for source in &order.sources {

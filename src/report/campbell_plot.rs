@@ -5,7 +5,7 @@ use super::svg::{
     TITLE_SIZE, WIDTH, render_svg, significant, spread_labels, text_width, ticks, truncate_label,
 };
 
-/// What a mode does as it turns.
+/// Whirl of a mode as plotted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlottedWhirl {
     /// It runs round with the shaft.
@@ -19,31 +19,31 @@ pub enum PlottedWhirl {
 /// One mode followed over speed.
 #[derive(Debug, Clone)]
 pub struct PlottedBranch {
-    /// What stands at its end.
+    /// Label at the end of the curve.
     pub label: String,
-    /// How it is drawn.
+    /// Whirl, which selects the line style.
     pub whirl: PlottedWhirl,
-    /// Its frequency at each speed, Hz; `None` where it was not followed.
+    /// Natural frequency at each speed, Hz; `None` where it was not followed.
     pub frequencies_hz: Vec<Option<f64>>,
 }
 
 /// One order of excitation.
 #[derive(Debug, Clone)]
 pub struct PlottedOrder {
-    /// What excites.
+    /// Label of the excitation.
     pub label: String,
     /// Excitations per turn of the shaft whose speed is on the axis.
     pub order: f64,
 }
 
-/// Where an order meets a mode.
+/// Crossing of an order and a mode.
 #[derive(Debug, Clone, Copy)]
 pub struct PlottedCrossing {
     /// Speed, rpm.
     pub speed_rpm: f64,
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// How strongly the excited part takes part in the mode, 0 to 1.
+    /// Participation of the excited part in the mode, 0 to 1.
     pub participation: f64,
 }
 
@@ -194,7 +194,7 @@ impl CampbellPlot {
         canvas.text(&label, (centre, below), LABEL_SIZE, BLACK, Anchor::Middle);
     }
 
-    /// The rays; labels of those that leave at the top stand there, the rest are returned.
+    /// Draws the order lines; labels of those that leave at the top are placed there, the rest are returned.
     fn draw_orders(&self, canvas: &mut Canvas, panel: &Panel) -> Vec<EdgeLabel> {
         let ((first, last), highest) = (panel.x, panel.y.1);
         let mut ends = Vec::new();
@@ -281,7 +281,7 @@ impl CampbellPlot {
         }
     }
 
-    /// What the kinds of line and the rings are, where there are any.
+    /// Draws the legend of line styles and rings, where there are any.
     fn key(&self, canvas: &mut Canvas, panel: &Panel) {
         let y = panel.down.1 + 52.0;
         let mut x = panel.across.0;

@@ -165,7 +165,7 @@ fn flank(flank: &FlankEvaluation, found: &EncoderResult) -> Value {
     })
 }
 
-/// What makes the lines. A declared error in µm, of couplings in mrad.
+/// Attribution of the lines. A declared error in µm, of couplings in mrad.
 fn attribution(all: &Attribution) -> Value {
     let source = |s: &DeclaredSource| {
         json!({

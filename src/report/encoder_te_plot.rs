@@ -16,13 +16,13 @@ const MARGIN_LEFT: f64 = 70.0;
 const MARGIN_RIGHT: f64 = WIDTH - 24.0;
 const RECORD: (f64, f64) = (64.0, 304.0);
 
-/// What the numbers and the title of an axis take below a panel.
+/// Height below a panel for the numbers and the title of an axis.
 const BELOW: f64 = 46.0;
 
 /// Heights of the panels of play and of orders.
 const HEIGHTS: (f64, f64) = (110.0, 200.0);
 
-/// The second direction's lines stand so far to the right of the first's.
+/// Offset of the second direction's lines to the right of the first's.
 const DIRECTION_OFFSET: f64 = 6.0;
 
 /// Lines that get a name.
@@ -153,7 +153,7 @@ fn draw_te(canvas: &mut Canvas, flanks: &[FlankEvaluation], x: (f64, f64)) {
     }
 }
 
-/// What is drawn of an order: place, amplitude, how far it may be off, its name, and whether anything explains it.
+/// Drawn order line: place, amplitude, its uncertainty, its name, and whether it has an attributed source.
 struct OrderStem {
     order: f64,
     size: f64,
@@ -162,7 +162,7 @@ struct OrderStem {
     ink: Colour,
 }
 
-/// The lines of a flank that stand out.
+/// Significant lines of a flank.
 fn stems(flank: &FlankEvaluation, ink: Colour) -> impl Iterator<Item = OrderStem> {
     let lines = flank
         .lines

@@ -96,7 +96,7 @@ pub fn record(found: &EncoderResult, all: bool) -> String {
     with_minus_signs(&text)
 }
 
-/// What an index says.
+/// Description of an index evaluation.
 fn index_mark_text(index: &IndexEvaluation) -> String {
     let place = |turns: f64| format!("{:.3}", 360.0 * turns);
     let apart = index.counts_apart.map_or(String::new(), |counts| {
@@ -282,7 +282,7 @@ fn attribution(all: &Attribution) -> String {
     text
 }
 
-/// The lines that stand out, or the largest of them, by order.
+/// Significant lines, or the largest of them, by order.
 fn lines(flank: &FlankEvaluation, with_um: bool, found: &EncoderResult, all: bool) -> String {
     let mut shown: Vec<&OrderEstimate> = flank
         .lines
@@ -359,7 +359,7 @@ fn lines(flank: &FlankEvaluation, with_um: bool, found: &EncoderResult, all: boo
     text
 }
 
-/// What makes a line, and what it cannot be told from.
+/// Sources of a line, and those indistinguishable from them.
 fn source_text(line: &OrderEstimate) -> String {
     let mut text = line.order.names.join(" = ");
     for near in line.unresolved() {

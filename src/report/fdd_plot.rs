@@ -10,7 +10,7 @@ use super::svg::{
 const MARGIN_LEFT: f64 = 70.0;
 const MARGIN_TOP: f64 = 76.0;
 
-/// Of the singular values, and of the decays.
+/// Height of the panels of singular values and of decays.
 const HEIGHT: f64 = 330.0;
 const LOW: f64 = 210.0;
 
@@ -43,7 +43,7 @@ pub struct FddPlot {
 /// A bell and its decay.
 #[derive(Debug, Clone, Default)]
 pub struct PlottedBell {
-    /// What is said of it next to the decays.
+    /// Annotation next to the decays.
     pub words: String,
     /// Lines, Hz, and density.
     pub lines: Vec<(f64, f64)>,

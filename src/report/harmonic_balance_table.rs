@@ -1,4 +1,4 @@
-//! Periodic motions over speed as tables for a terminal: folds and bifurcations, stretches, resonances.
+//! Periodic motions over speed as tables for a terminal: folds and bifurcations, segments, resonances.
 
 use super::harmonic_balance::{bifurcation_name, choose_unit, rpm};
 use super::modes_table::{finish, plain, right_but_last};
@@ -83,7 +83,7 @@ pub fn table(result: &HarmonicBalanceResult) -> String {
     text
 }
 
-/// What happens at a special place, seen from the motion the curve came along.
+/// Description of a bifurcation, seen from the motion the curve came along.
 fn describe_bifurcation(s: &Bifurcation) -> String {
     let sense = if s.point.sense > 0.0 {
         "rising"
@@ -96,7 +96,7 @@ fn describe_bifurcation(s: &Bifurcation) -> String {
     }
 }
 
-/// What the motions of two periods do that doublings begin.
+/// Description of the period-doubled motions that begin at doublings.
 fn period_doubled_text(result: &HarmonicBalanceResult, factor: f64, unit: &str) -> String {
     let curve = &result.curve;
     let speed = |p: &PeriodicSolution| significant(rpm(result.speed(p.omega)));

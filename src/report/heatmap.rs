@@ -11,7 +11,7 @@ use super::svg::{
 pub struct Heatmap {
     /// Above it.
     pub title: String,
-    /// What the levels are, with the unit of 0 dB.
+    /// Quantity of the levels, with the unit of 0 dB.
     pub level: String,
     /// Name of the horizontal axis.
     pub across: String,
@@ -154,7 +154,7 @@ struct HeatmapCells {
 }
 
 struct MapColumn {
-    /// Its edges.
+    /// Edges of the cell.
     from: f64,
     to: f64,
     /// dB, by rising frequency.

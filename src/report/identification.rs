@@ -149,7 +149,7 @@ pub fn synthesis_errors(found: &IdentificationResult) -> Vec<(f64, Option<f64>)>
     shown.curves.iter().filter_map(of).collect()
 }
 
-/// What the modes rest on, one entry for each thing that was tried.
+/// Evidence for the modes, one entry for each trial.
 fn evidence(evidence: &Evidence) -> Value {
     match evidence {
         Evidence::Rational(fit) => fit.evidence.iter().map(|s| json!({ "pole_pairs_before": s.poles_before, "pole_pairs": s.poles_after, "chi2_before": s.chi2_before, "chi2": s.chi2_after, "probability": s.probability, "accepted": s.accepted, "reason": s.reason })).collect(),
@@ -183,7 +183,7 @@ fn stability_word(stability: PoleStability) -> &'static str {
     }
 }
 
-/// The modes as CSV; where they change, in their course.
+/// Modes as CSV; where they change, over time.
 pub fn csv(found: &IdentificationResult) -> String {
     if let Some(course) = found.tracking() {
         return mode_tracking::csv(course);
@@ -378,7 +378,7 @@ pub fn decomposition(found: &IdentificationResult, name: &str) -> Option<FddPlot
     })
 }
 
-/// What a response is called in plots.
+/// Label of a response in plots.
 fn label(f: &FrequencyResponse) -> String {
     match &f.input {
         Some(input) if !input.name.is_empty() => format!("{}/{}", f.output.name, input.name),
@@ -395,7 +395,7 @@ fn unit(f: &FrequencyResponse) -> String {
     }
 }
 
-/// How far the fit is from each response, relative: the worst; nothing where no response was fitted.
+/// Largest relative error of the fit over the responses; nothing where no response was fitted.
 pub fn worst_error(found: &IdentificationResult) -> Option<f64> {
     found.fit_error.iter().copied().reduce(f64::max)
 }

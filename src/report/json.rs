@@ -1,4 +1,4 @@
-//! Answers as JSON: units in the names, complex numbers as `{re, im}`, what does not exist as null. See docs/json.md.
+//! Results as JSON: units in the names, complex numbers as `{re, im}`, nonexistent values as null. See docs/json.md.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::plan::modes_run::ModesResult;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::stages::StageDecision;
 
-/// How much of each mode is written.
+/// Number of components written for each mode.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ShapeDetail {
     /// Only so many of the largest components of each shape, energies and sensitivities; all where `None`.
@@ -68,7 +68,7 @@ pub fn modes(
     })
 }
 
-/// The operating point: how every contact with play stands, and what it carries, N or N·m.
+/// Operating point: the state of every contact with play, and its force, N or N·m.
 fn contacts(machine: &PreparedMachine) -> Value {
     let contact = |(branch, state, force): &(usize, ActiveFlank, Option<f64>)| {
         json!({
@@ -80,7 +80,7 @@ fn contacts(machine: &PreparedMachine) -> Value {
     machine.operating.contacts.iter().map(contact).collect()
 }
 
-/// What is not linear: the force it carries, N or N·m, and its tangent stiffness there, N/m or N·m/rad.
+/// Nonlinear elements: the force at the operating point, N or N·m, and the tangent stiffness there, N/m or N·m/rad.
 fn tangents(machine: &PreparedMachine) -> Value {
     let tangent = |t: &TangentStiffness| {
         json!({

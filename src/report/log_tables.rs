@@ -17,7 +17,7 @@ use crate::recording::channel_statistics::ChannelStatistics;
 use crate::recording::frequency_responses::{FrequencyResponses, StoredSpectrum};
 use crate::recording::signals::Recording;
 
-/// What was understood of a log.
+/// Survey of a log as it was read.
 pub fn survey(recording: &Recording, surveys: &[ChannelStatistics]) -> String {
     let mut text = format!("{}   {}\n", recording.path, recording.dialect);
     text += &format!(
@@ -75,7 +75,7 @@ pub fn survey(recording: &Recording, surveys: &[ChannelStatistics]) -> String {
     text + &finish(&table)
 }
 
-/// What a file holds over frequency: responses and spectra; empty where nothing.
+/// Table of a file's frequency-domain data: responses and spectra; empty where there are none.
 pub fn frequency_data_table(found: Option<&FrequencyResponses>, held: &[StoredSpectrum]) -> String {
     let mut text = found.map_or(String::new(), responses);
     if !held.is_empty() {
@@ -347,7 +347,7 @@ fn harmonics(found: &IdentificationResult) -> String {
     text + "\n"
 }
 
-/// What decided, in a few lines.
+/// Evidence for the modes, in a few lines.
 fn evidence(found: &IdentificationResult) -> String {
     match &found.evidence {
         Evidence::Rational(fit) => {
@@ -390,7 +390,7 @@ fn left_out(found: &IdentificationResult) -> String {
     reasons.into_iter().map(of).collect()
 }
 
-/// What half power makes of a peak, or why it is no mode.
+/// Half-power result of a peak, or the reason of its rejection as a mode.
 fn peak(peak: &PickedPeak) -> Option<String> {
     let at = four_digits(peak.frequency_hz);
     match peak.half_power {
@@ -456,7 +456,7 @@ fn format_probability(p: f64) -> String {
 /// Orders shown on either side of the chosen one.
 const NEIGHBOURS: usize = 3;
 
-/// What is remarkable about a mode.
+/// Note on a remarkable mode.
 fn note_of(found: &IdentificationResult, mode: &IdentifiedMode) -> String {
     let mut notes = Vec::new();
     if let Some(departure) = &mode.departure {
@@ -479,7 +479,7 @@ fn note_of(found: &IdentificationResult, mode: &IdentifiedMode) -> String {
     notes.join("; ")
 }
 
-/// What a mode was found from, each for itself.
+/// Name of the data groups from which a mode was found separately.
 fn groups(found: &IdentificationResult) -> &'static str {
     match found.hits.is_empty() {
         true => "responses",

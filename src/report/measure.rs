@@ -51,7 +51,7 @@ fn uses_limit_table(gear: &MeasuredGear) -> bool {
         .is_some_and(|d| d.edition.is_none())
 }
 
-/// The grade a row reached by what was asked; by the newer edition where nothing was.
+/// Grade reached by a row under the requested edition; by the newer edition by default.
 pub fn required_grade_result(gear: &MeasuredGear, row: &GradedValue) -> Option<AchievedGrade> {
     match gear.requirement.as_ref().and_then(|d| d.edition) {
         Some(Edition::Y1995) => row.achieved[0],

@@ -9,7 +9,7 @@ use crate::plan::measure::grading::{AchievedGrade, GradedValue};
 use crate::plan::measure::run::MeasurementResult;
 use crate::scene::measured_gear::MeasuredGear;
 
-/// The gear, what was asked, and all values.
+/// Gear, requirements, and all values.
 pub fn deviations(gear: &MeasuredGear, result: &MeasurementResult) -> String {
     let mut text = head(gear);
     let (measured, predicted): (Vec<&GradedValue>, Vec<&GradedValue>) =

@@ -1,4 +1,4 @@
-//! What ways to one answer cost, as a table for a terminal.
+//! Cost of the methods for one result, as a table for a terminal.
 
 use super::method_comparison_text::{recommendation_text, size_text};
 use super::modes_table::{finish, plain, right_but_first};

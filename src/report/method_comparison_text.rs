@@ -4,7 +4,7 @@ use super::work_precision_text::{format_error, format_time_short};
 use crate::base::text::pluralise;
 use crate::study::comparison::{ComparedMethod, ComparisonResult, ModelSize};
 
-/// What is to be taken for the error wanted.
+/// Recommended method for the requested error.
 pub fn recommendation_text(found: &ComparisonResult, wanted: f64) -> String {
     let of = |method: &ComparedMethod| {
         format!(
@@ -40,7 +40,7 @@ fn method_label(method: &ComparedMethod) -> String {
     }
 }
 
-/// How fine a way is.
+/// Model size of a method, as text.
 pub fn size_text(method: &ComparedMethod) -> String {
     match method.size {
         Some(ModelSize::Coordinates(n)) => pluralise(n, "coordinate"),

@@ -16,7 +16,7 @@ use crate::scene::model::Axis;
 /// No more panels than this.
 const MAX_COUNT: usize = 8;
 
-/// Up to this many nodes two panels stand side by side.
+/// Largest number of nodes for two panels in one row.
 const NARROW: usize = 24;
 
 /// Up to this many nodes each has a stem of its own.
@@ -90,7 +90,7 @@ fn lateral_dofs(machine: &Machine) -> Vec<usize> {
 /// Real or imaginary part.
 type ComplexComponent = fn(&Complex) -> f64;
 
-/// What all panels share.
+/// Data shared by all panels.
 struct ModeShapeFigure<'a> {
     machine: &'a Machine,
     complex: bool,
@@ -100,7 +100,7 @@ struct ModeShapeFigure<'a> {
     sideways: Vec<usize>,
 }
 
-/// Where the panels are, points.
+/// Positions of the panels, points.
 struct ShapeLayout {
     columns: usize,
     rows: usize,
@@ -280,7 +280,7 @@ impl ModeShapeFigure<'_> {
         self.sideways.iter().filter(displaces).count()
     }
 
-    /// How large the displacements are against the rotations.
+    /// Note on the scale of displacements relative to rotations.
     fn displacement_note(&self, turns: &[Complex], moves: &[Complex]) -> String {
         let (turn, displacement) = (largest(turns), largest(&moves[..self.n_displacements()]));
         if displacement == 0.0 || turn == 0.0 {
@@ -334,7 +334,7 @@ impl ModeShapeFigure<'_> {
         }
     }
 
-    /// Stretches of stops each of which goes on from the one before.
+    /// Runs of stops each of which continues the one before.
     fn runs(&self, goes_on: impl Fn(&LayoutNode) -> bool) -> Vec<std::ops::Range<usize>> {
         let mut starts: Vec<usize> = (0..self.stops.len())
             .filter(|&i| !goes_on(&self.stops[i]))

@@ -4,8 +4,8 @@ use crate::machine::components::Machine;
 use crate::modes::energy::EnergyShares;
 use crate::modes::mode::Mode;
 
-/// Where a mode's strain energy sits, or where a root that does not swing loses its energy: `belt (99.9 %)`, two elements
-/// where the first does not hold half of it.
+/// Elements that dominate a mode's strain energy, or dissipate the energy of a non-oscillatory root: `belt (99.9 %)`, two elements where
+/// the first does not hold half of it.
 pub fn dominant_elements_text(machine: &Machine, mode: &Mode, energies: &EnergyShares) -> String {
     if mode.rigid {
         return "rigid body".to_string();

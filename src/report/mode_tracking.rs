@@ -13,7 +13,7 @@ use crate::identify::series::model_trajectory::{MemoryTrial, ModeTrack};
 use crate::plan::logs::identification_result::ModeTracking;
 use crate::plan::logs::method::structure_text;
 
-/// What was tried, for `evidence`.
+/// Trials, for `evidence`.
 pub fn trials(course: &ModeTracking) -> Value {
     let one = |t: &MemoryTrial| json!({ "model": structure_text(t.family), "memory_s": course.memory_s(t), "error_variance": t.error_variance, "accepted": *t == course.chosen });
     course.trials.iter().map(one).collect()

@@ -1,4 +1,4 @@
-//! Modes in the course of a record as tables: one row for each, and what was tried.
+//! Modes over the time of a record as tables: one row for each, and the trials.
 
 use super::modes_table::{finish, plain, right_but_last};
 use super::number_format::{INTERVAL_FOOTNOTE, four_digits, significant, with_deviation};

@@ -212,7 +212,7 @@ fn shape(machine: &Machine, result: &ModesResult, k: usize) -> String {
     finish(&table)
 }
 
-/// Where orders meet modes, those in which the excited part takes most part first.
+/// Crossings of orders and modes, by falling participation of the excited part.
 /// Modes are numbered as they stand at the first speed, after `n_rigid` rigid ones.
 pub fn crossings(found: &CampbellDiagram, n_rigid: usize) -> String {
     // What takes part with less than one in a thousand is not in danger.

@@ -4,7 +4,7 @@ use crate::machine::components::Machine;
 use crate::machine::direction::Direction;
 use crate::scene::model::Axis;
 
-/// What joins a node to the one before it.
+/// Kind of link between a node and the one before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LinkKind {
     /// Both ends turn alike when it is not strained: a shaft, a coupling.
@@ -16,15 +16,15 @@ pub enum LinkKind {
 /// A node in its place.
 #[derive(Debug, Clone, Copy)]
 pub struct LayoutNode {
-    /// Its rotation.
+    /// Rotational degree of freedom.
     pub dof: usize,
-    /// Its node.
+    /// Node.
     pub node: usize,
-    /// Where it stands along the axis; neighbours are 1 apart, branches more.
+    /// Position along the axis; neighbours are 1 apart, branches more.
     pub x: f64,
     /// The stop it hangs on, and by what.
     pub from: Option<(usize, LinkKind)>,
-    /// It stands right next to the stop it hangs on.
+    /// True for a node at the place of the stop it is attached to.
     pub same_place: bool,
 }
 

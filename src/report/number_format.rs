@@ -157,7 +157,7 @@ pub fn with_minus_signs(text: &str) -> String {
     out
 }
 
-/// What stands below a table of measured values: ± is [`Z_95`](crate::numeric::statistics::Z_95) standard deviations.
+/// Footnote of a table of measured values: ± is [`Z_95`](crate::numeric::statistics::Z_95) standard deviations.
 pub const INTERVAL_FOOTNOTE: &str = "± the 95 % interval, 1.96 standard deviations\n";
 
 /// A value with how far it may be off, to two digits of that: `26.602 ± 0.014`.

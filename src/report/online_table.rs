@@ -1,4 +1,4 @@
-//! What was found while a motion ran, as tables.
+//! Results of the online analysis of a motion, as tables.
 
 use super::encoder_te_table;
 use super::modes_table::{finish, plain, right_but_first};

@@ -78,7 +78,7 @@ fn cross(canvas: &mut Canvas, (x, y): (f64, f64), r: f64) {
     canvas.line((x - r, y + r), (x + r, y - r), BLUE, 1.4);
 }
 
-/// How a pole of one order compares with those of the order before.
+/// Stability of a pole of one order relative to those of the order before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlottedStability {
     /// Frequency, damping and shape agree.

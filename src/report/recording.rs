@@ -1,4 +1,4 @@
-//! What was understood of a log, as text and JSON.
+//! Log as it was read, as text and JSON.
 
 use serde_json::{Value, json};
 
@@ -58,7 +58,7 @@ fn metadata_json(recording: &Recording) -> Value {
         .into()
 }
 
-/// What frequency responses a file holds.
+/// Frequency responses in a file.
 pub fn responses(found: &FrequencyResponses) -> Value {
     let functions: Vec<Value> = found
         .responses
@@ -81,7 +81,7 @@ pub fn responses(found: &FrequencyResponses) -> Value {
     })
 }
 
-/// What spectra a file holds.
+/// Spectra in a file.
 pub fn spectra(found: &[StoredSpectrum]) -> Value {
     let spectrum = |s: &StoredSpectrum| {
         json!({
@@ -107,14 +107,14 @@ pub fn frequency_only_json(log: &RawLog) -> Value {
     })
 }
 
-/// What was done to the data, as a list.
+/// Repairs of the data, as a list.
 pub fn repairs(list: &[Repair]) -> Value {
     list.iter()
         .map(|r| json!({ "kind": r.kind, "message": r.message }))
         .collect()
 }
 
-/// What a survey found remarkable, as text; empty where nothing is.
+/// Remarkable findings of a survey, as text; empty where there are none.
 pub fn survey_note(survey: &ChannelStatistics) -> String {
     let mut notes = Vec::new();
     if survey.empty {

@@ -13,7 +13,7 @@ use crate::plan::response::run::{ResponseCurve, ResponseResult};
 use crate::plan::stages::StageDecision;
 use crate::response::frf::{ResponseMethod, SolverKind};
 
-/// How it was found, as text.
+/// Description of the method, as text.
 pub fn method_text(result: &ResponseResult) -> String {
     let n = result.stats.coordinates;
     let mut text = match result.solver {
@@ -125,7 +125,7 @@ pub fn csv(result: &ResponseResult) -> String {
     text
 }
 
-/// What the plots leave out, as text; empty where they show every response.
+/// Responses omitted from the plots, as text; empty where they show every response.
 pub fn omitted_text(result: &ResponseResult) -> String {
     let (all, shown) = (result.pairs.len(), plotted_pairs(result).count());
     match plotted_pairs(result).next() {

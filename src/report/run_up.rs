@@ -92,7 +92,7 @@ fn sized_excitations(result: &RunUpResult) -> impl Iterator<Item = (usize, &Orde
 /// Rows of a map by frequency.
 const LINES: usize = 140;
 
-/// The answers of the first output over speed and frequency.
+/// Response of the first output over speed and frequency.
 pub fn draw(title: &str, result: &RunUpResult) -> String {
     let (name, unit) = result
         .outputs

@@ -9,7 +9,7 @@ use crate::base::text::pluralise;
 use crate::machine::components::Machine;
 use crate::plan::response::run_up::RunUpResult;
 
-/// Critical speeds shown, those with the largest answers.
+/// Maximum number of critical speeds shown: those with the largest responses.
 const MAX_ROWS: usize = 24;
 
 /// The tables.
@@ -91,7 +91,7 @@ pub fn table(machine: &Machine, result: &RunUpResult) -> String {
     with_minus_signs(&text)
 }
 
-/// Whether the driver's angle is prescribed or answers.
+/// Driver's angle: prescribed or free.
 fn driver(result: &RunUpResult) -> String {
     match &result.fixed_dofs[..] {
         [] => format!(

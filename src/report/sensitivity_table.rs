@@ -7,7 +7,7 @@ use crate::plan::motion::sensitivity::Sensitivity;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::motion::statistics::{PERCENTILES, Statistics, UncertainValue};
 
-/// How far the motion can be predicted, and what holds beyond; nothing where every digit shown holds.
+/// Predictability of the motion, and the statistics valid beyond it; nothing where every digit shown holds.
 pub fn text(scene: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     if sensitivity.all_shown() {
         return String::new();
@@ -65,7 +65,7 @@ fn cells(s: &Statistics) -> Vec<String> {
     own.into_iter().chain(percentiles).collect()
 }
 
-/// What the further runs cost and showed, in a line.
+/// Cost and result of the further runs, in a line.
 pub fn effort(sensitivity: &Sensitivity) -> String {
     let found = match sensitivity.factor {
         Some(_) => factor(sensitivity),

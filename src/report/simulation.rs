@@ -76,7 +76,7 @@ pub fn json(
     })
 }
 
-/// What a run cost.
+/// Cost of a run.
 pub fn effort(stats: &IntegrationStats, seconds: f64) -> Value {
     json!({
         "run_time_s": seconds, "steps": stats.steps, "rejected": stats.rejected, "rhs_evaluations": stats.evaluations,

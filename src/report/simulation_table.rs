@@ -61,7 +61,7 @@ pub fn output_statistics(
 /// Half a unit of the fourth digit of what is largest.
 const SLIGHT: f64 = 5e-5;
 
-/// What each number of a row may be off by.
+/// Error of each number of a row.
 fn errors(d: &OutputPredictability) -> [Option<f64>; 7] {
     [
         d.end,
@@ -74,7 +74,7 @@ fn errors(d: &OutputPredictability) -> [Option<f64>; 7] {
     ]
 }
 
-/// Answers to a step at an instant.
+/// Step responses at an instant.
 pub fn step_responses(scene: &SimulationSetup, history: &MotionHistory, at: f64) -> String {
     let mut table = plain();
     table.set_header([
@@ -119,7 +119,7 @@ pub fn step_responses(scene: &SimulationSetup, history: &MotionHistory, at: f64)
     text
 }
 
-/// What the run cost.
+/// Cost of the run.
 pub fn effort(history: &MotionHistory) -> String {
     let e = &history.stats;
     let counts = [

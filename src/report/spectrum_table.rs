@@ -10,7 +10,7 @@ use crate::plan::logs::spectrum_study::{
 /// Lines shown of a channel.
 const MAX_ROWS: usize = 20;
 
-/// What was done and the strongest lines.
+/// Processing steps and the strongest lines.
 pub fn spectrum(found: &SpectrumResult) -> String {
     let mut text = format!("{}\n", found.method_text);
     for curve in &found.channel_spectra {
@@ -46,7 +46,7 @@ pub fn spectrum(found: &SpectrumResult) -> String {
     text
 }
 
-/// What a curve without lines shows.
+/// Summary of a curve without lines.
 fn no_lines_text(found: &SpectrumResult, curve: &ChannelSpectrum) -> String {
     let (low, high) = curve
         .value

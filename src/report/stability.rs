@@ -18,7 +18,7 @@ use crate::study::stability::linear::LinearStability;
 use crate::study::stability::perturbations::BASELINE_FACTOR;
 use crate::study::stability::stress_test::{CaseVerdict, StressCase};
 
-/// What a study of stability found.
+/// Result of a study of stability.
 pub struct StabilityResult {
     /// The linear facts.
     pub linear: LinearStability,
@@ -100,7 +100,7 @@ fn tongue(t: &InstabilityTongue) -> Value {
     json!({ "from_hz": t.from / TAU, "to_hz": t.to / TAU, "worst_hz": t.most_unstable / TAU, "growth_per_period": t.growth, "name": t.name })
 }
 
-/// How many cases ended so.
+/// Number of cases with this verdict.
 pub fn count_verdicts(found: &StabilityResult, verdict: CaseVerdict) -> usize {
     found.cases.iter().filter(|c| c.verdict == verdict).count()
 }

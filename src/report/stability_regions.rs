@@ -21,7 +21,7 @@ const IM: (f64, f64) = (-0.5, 9.5);
 const FACTORS: f64 = 280.0;
 const SPACING: f64 = 92.0;
 
-/// How a method is drawn: those of a fixed formula for position and speed in dashes.
+/// Line style of a method: dashes for those of a fixed formula for position and speed.
 fn line_style(method: &str) -> (Colour, LineStyle) {
     match method {
         "rk4" => (GREY, LineStyle::Solid),
@@ -62,7 +62,7 @@ pub fn draw_stability_regions(
     })
 }
 
-/// Powers of ten of the factors shown, a decade to each side of one at least; what lies beyond six stands on the edge.
+/// Powers of ten of the factors shown, a decade to each side of one at least; values beyond six lie on the edge.
 fn range_of_factors(spectrum: &AmplificationChart) -> (f64, f64) {
     const MAX_COUNT: f64 = 6.0;
     let points = spectrum

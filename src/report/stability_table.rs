@@ -140,7 +140,7 @@ pub fn table(found: &StabilityResult) -> String {
     )
 }
 
-/// What a step of each method makes of the fastest and the slowest mode.
+/// Amplification factors of each method for the fastest and the slowest mode.
 fn amplification_table(found: &StabilityResult) -> String {
     let (step, all) = &found.amplification;
     if all.is_empty() {

@@ -48,7 +48,7 @@ pub fn reduction_json(found: &ReductionResult) -> Value {
     })
 }
 
-/// What could be left out, as the `advice` block of a plan.
+/// Possible condensation, as the `advice` block of a plan.
 pub fn advice_json(machine: &Machine, advice: &CondensationAdvice, f_max_hz: f64) -> Value {
     let entry = |left: &CondensableCoordinate| json!({ "freedom": machine.dof_name(left.dof), "own_hz": finite(left.fixed_frequency_hz) });
     json!({

@@ -13,7 +13,7 @@ use crate::plan::modes_run::ReductionResult;
 
 const TURN: f64 = std::f64::consts::TAU;
 
-/// How far each input reaches each mode, and each output shows it, for few inputs and outputs.
+/// Participation of each mode at each input (controllability) and each output (observability), for few inputs and outputs.
 pub fn participation(space: &StateSpace, parts: &[ModalParticipation]) -> String {
     const MAX_ROWS: usize = 4;
     let (inputs, outputs) = (
@@ -113,7 +113,7 @@ pub fn reduction(found: &ReductionResult) -> String {
     )
 }
 
-/// What could be left out, and what that costs.
+/// Possible condensation, and its error.
 pub fn advice(machine: &Machine, advice: &CondensationAdvice, f_max_hz: f64) -> String {
     if advice.leave_out.is_empty() {
         return format!(

@@ -9,10 +9,10 @@ use plotters::style::{FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
 /// An ink.
 pub type Colour = RGBColor;
 
-/// What is shown first.
+/// Colour of the first curve.
 pub const BLACK: Colour = RGBColor(0x1a, 0x1a, 0x1a);
 
-/// What is shown second.
+/// Colour of the second curve.
 pub const GREY: Colour = RGBColor(0x80, 0x80, 0x80);
 
 /// Grids and fills that must not draw the eye.
@@ -56,7 +56,7 @@ pub fn colour_from_rgb(red: u8, green: u8, blue: u8) -> Colour {
     RGBColor(red, green, blue)
 }
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineStyle {
     /// Without a break.
@@ -67,12 +67,12 @@ pub enum LineStyle {
     Dotted,
 }
 
-/// Where a text stands from its point.
+/// Anchor of a text at its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
     /// It begins there.
     Start,
-    /// Its middle is there.
+    /// Centred on the point.
     Middle,
     /// It ends there.
     End,
@@ -253,9 +253,9 @@ fn dashes(points: &[Point2], (dash, gap): (f64, f64)) -> Vec<Vec<Point2>> {
 /// A rectangle of the plot with a scale on each side.
 #[derive(Debug, Clone, Copy)]
 pub struct Panel {
-    /// Its left and right edges.
+    /// Left and right edges.
     pub across: (f64, f64),
-    /// Its upper and lower edges.
+    /// Upper and lower edges.
     pub down: (f64, f64),
     /// Values at the left and right edges.
     pub x: (f64, f64),
@@ -264,17 +264,17 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// Where a point of the diagram is on the plot.
+    /// Canvas position of a point of the diagram.
     pub fn to_canvas(&self, x: f64, y: f64) -> Point2 {
         (self.canvas_x(x), self.canvas_y(y))
     }
 
-    /// Where a value of the horizontal axis is.
+    /// Canvas position of a value of the horizontal axis.
     pub fn canvas_x(&self, x: f64) -> f64 {
         self.across.0 + (self.across.1 - self.across.0) * part(x, self.x)
     }
 
-    /// Where a value of the vertical axis is.
+    /// Canvas position of a value of the vertical axis.
     pub fn canvas_y(&self, y: f64) -> f64 {
         self.down.1 - (self.down.1 - self.down.0) * part(y, self.y)
     }

@@ -24,10 +24,10 @@ use crate::transmission::order_lines::LineOrigin;
 /// Arc seconds in a radian.
 pub const ARCSEC: f64 = 648_000.0 / PI;
 
-/// What the errors of an output are told in.
+/// Unit of an output's errors.
 #[derive(Debug, Clone, Copy)]
 pub struct TeUnit {
-    /// Of it in a rad, or in a m.
+    /// Number of these units in a rad, or in a m.
     pub times: f64,
     /// In words.
     pub name: &'static str,
@@ -52,7 +52,7 @@ impl TeUnit {
         }
     }
 
-    /// An object whose numbers, rad or m, stand under keys that end in the unit, with `others` behind them.
+    /// Object whose numbers, rad or m, are under keys that end in the unit, with `others` behind them.
     fn object(self, values: &[(&str, Option<f64>)], others: Value) -> Value {
         let mut object = serde_json::Map::new();
         for &(key, value) in values {
@@ -74,7 +74,7 @@ pub fn source(machine: &Machine, row: &OrderLineResult) -> String {
     }
 }
 
-/// What of it.
+/// Cause of a line.
 pub fn cause(machine: &Machine, row: &OrderLineResult) -> &'static str {
     match row.line.origin {
         LineOrigin::Declared(number) => machine.errors[number].cause.name(),
@@ -84,7 +84,7 @@ pub fn cause(machine: &Machine, row: &OrderLineResult) -> &'static str {
 
 /// The phase of a line, degrees in (−180, 180], where it is known.
 pub fn phase(machine: &Machine, row: &OrderLineResult, value: Complex) -> Option<f64> {
-    /// Of a turn: rounding of a half turn backward.
+    /// Rounding of a half turn backward, as a share of a turn.
     const ROUNDING: f64 = 1e-9;
     let turned = match value.arg().to_degrees() {
         half if half <= -180.0 + ROUNDING => half + 360.0,

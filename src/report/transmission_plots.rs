@@ -16,10 +16,10 @@ const MARGIN_LEFT: f64 = 70.0;
 /// Orders with a name.
 const MAX_LABELS: usize = 28;
 
-/// Of the largest line: smaller ones are not drawn.
+/// Smallest drawn line, as a share of the largest.
 const DRAWN: f64 = 1e-5;
 
-/// Of the worst case: lines below this have no size of their own to which speed could be compared.
+/// Smallest line, as a share of the worst case, with a size of its own for comparison over speed.
 const MIN_LINE_SHARE: f64 = 1e-9;
 
 /// Every plot with the word its file name ends in.
@@ -265,8 +265,8 @@ fn reference_node(machine: &Machine) -> &str {
     stated.map_or("the driver", |node| machine.nodes[node].name.as_str())
 }
 
-/// What speed makes of the largest line of each order, in dB of what it is slowly; next to the names how large it is slowly and
-/// at most.
+/// Dynamic amplification of the largest line of each order, in dB relative to quasi-static; next to the names its quasi-static and largest
+/// amplitude.
 fn speeds(title: &str, machine: &Machine, result: &TransmissionResult, map: &SpeedMap) -> String {
     const ROW_HEIGHT: f64 = 17.0;
     const MARGIN_TOP: f64 = 52.0;

@@ -330,7 +330,7 @@ fn sums(machine: &Machine, result: &TransmissionResult, unit: TeUnit) -> String 
     text
 }
 
-/// What each element counts for, and what could be left out; at speed next to it where one is asked for.
+/// Contribution of each element, and the negligible ones; with the values at speed on request.
 fn elements(result: &TransmissionResult) -> String {
     let fast = result.at_speed.as_ref();
     let share = |e: usize| {

@@ -25,7 +25,7 @@ pub struct WorkPrecisionPoint {
     pub error: f64,
 }
 
-/// Error over run time, both logarithmic, a line for each method; below the floor no error can be told.
+/// Work–precision plot: error over run time, both logarithmic, a line for each method; below the floor no error is measurable.
 pub fn draw(title: &str, points: &[WorkPrecisionPoint], (floor, called): (f64, &str)) -> String {
     let ended: Vec<WorkPrecisionPoint> = points
         .iter()
@@ -138,7 +138,7 @@ pub fn draw(title: &str, points: &[WorkPrecisionPoint], (floor, called): (f64, &
     })
 }
 
-/// Where the line of a method is to be labelled: at its slowest point.
+/// Label position of a method's line: its slowest point.
 fn end_of(panel: &Panel, ended: &[WorkPrecisionPoint], method: &str) -> Point2 {
     let own = ended.iter().filter(|p| p.method == method);
     let slowest = own.max_by(|a, b| a.seconds.total_cmp(&b.seconds));

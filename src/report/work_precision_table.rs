@@ -62,7 +62,7 @@ pub fn table(outputs: &[String], accuracy: &WorkPrecisionResult, wanted: f64) ->
     text
 }
 
-/// What the errors are against, and how well that is known.
+/// Reference of the errors, and its own accuracy.
 fn reference(reference: &ReferenceSolution) -> String {
     let own = method_label(reference.method, reference.step_size);
     let other = |w: &CrossCheck| method_label(w.method, w.step_size);

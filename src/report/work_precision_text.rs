@@ -8,7 +8,7 @@ use crate::study::work_precision::{Recommendation, WorkPrecisionResult, WorkPrec
 pub const NORM_TEXT: &str =
     "largest difference over all samples, by the largest size of the reference, worst output";
 
-/// What is to be taken for the error wanted.
+/// Recommended method for the requested error.
 pub fn recommendation_text(accuracy: &WorkPrecisionResult, wanted: f64) -> String {
     let of = |run: &WorkPrecisionRun| {
         let time = run.seconds().map_or(String::new(), format_time_short);
@@ -49,7 +49,7 @@ pub fn recommendation_text(accuracy: &WorkPrecisionResult, wanted: f64) -> Strin
     }
 }
 
-/// A method with what it was asked.
+/// Label of a method with its requested setting.
 pub fn method_label(method: &str, size: Option<StepSize>) -> String {
     match size {
         None => method.to_string(),
@@ -57,7 +57,7 @@ pub fn method_label(method: &str, size: Option<StepSize>) -> String {
     }
 }
 
-/// What a rung was asked.
+/// Requested setting of a run.
 pub fn setting_text(size: Option<StepSize>) -> String {
     match size {
         Some(StepSize::Adaptive(x)) => format!("{x:.0e}"),
@@ -66,7 +66,7 @@ pub fn setting_text(size: Option<StepSize>) -> String {
     }
 }
 
-/// Tolerance and step: the one that was asked.
+/// Tolerance and step: the requested one.
 pub fn tolerance_and_step(size: Option<StepSize>) -> (Option<f64>, Option<f64>) {
     match size {
         Some(StepSize::Adaptive(x)) => (Some(x), None),

@@ -17,7 +17,7 @@ use crate::modes::modal_basis::{ModalBasis, column};
 use crate::numeric::Matrix;
 use crate::scene::model::BranchDamping;
 
-/// What a prescribed motion is of.
+/// A degree of freedom whose motion is prescribed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PrescribedDof {
     Dof(usize),
@@ -32,14 +32,14 @@ pub(super) struct ConstrainedCoordinates {
     pub model: LinearModel,
     /// The machine with everything held still.
     pub fixed: LinearModel,
-    /// What is prescribed.
+    /// Prescribed degrees of freedom.
     pub prescribed: Vec<PrescribedDof>,
     /// Motions that strain nothing with everything held still, over p.
     pub rigid: Vec<Vec<f64>>,
     rows: ConstraintRows,
 }
 
-/// What the coordinates are found from.
+/// Machine, operating point and linear model from which the coordinates are built.
 pub(super) struct CoordinateInput<'a> {
     pub machine: &'a Machine,
     pub operating: &'a OperatingPoint,
@@ -182,7 +182,7 @@ impl ConstrainedCoordinates {
     }
 }
 
-/// What of a column is not zero.
+/// Nonzero entries of a column.
 fn sparse(column: impl IntoIterator<Item = f64>) -> SparseVector {
     let all = column.into_iter().enumerate();
     all.filter(|term| term.1 != 0.0).collect()
@@ -229,7 +229,7 @@ struct ConstraintRows {
     imposed: Vec<Vec<f64>>,
 }
 
-/// Of the size of a row: what is left of one that follows from the others is rounding of whole numbers of teeth.
+/// Rank tolerance relative to the size of a row: a dependent row leaves the rounding of whole numbers of teeth.
 const DEPENDENT: f64 = 1e-11;
 
 impl ConstraintRows {

@@ -38,7 +38,7 @@ impl DirectSolver {
         })
     }
 
-    /// What is solved.
+    /// Input–output system that is solved.
     pub fn system(&self) -> &InputOutputSystem {
         &self.system
     }
@@ -213,13 +213,13 @@ fn solve_scaled(
     Ok(x)
 }
 
-/// Of the largest entry of a row: less along a rigid motion is rounding of ratios that are fractions.
+/// Tolerance for rigid motions relative to the largest entry of a row: smaller entries are rounding of ratios that are fractions.
 const RIGID_TOLERANCE: f64 = 1e-12;
 
 /// Frequencies whose square times an inertia may leave the range of numbers, rad/s.
 const MAX_OMEGA: f64 = 1e100;
 
-/// No answer at a frequency, rad/s.
+/// Error of a system that is singular at a frequency, rad/s.
 pub(super) fn undamped_resonance_error(omega: f64) -> Error {
     let at = format!("at {} Hz", format_number(omega / std::f64::consts::TAU));
     if omega > MAX_OMEGA {

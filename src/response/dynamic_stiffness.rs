@@ -32,7 +32,7 @@ pub(super) struct SparseTransform {
 }
 
 impl SparseTransform {
-    /// Of columns over `n` coordinates p.
+    /// Transform given by its columns over `n` coordinates p.
     pub fn from_columns(n: usize, columns: &[SparseVector]) -> SparseTransform {
         let mut rows = vec![Vec::new(); n];
         for (j, column) in columns.iter().enumerate() {
@@ -44,7 +44,7 @@ impl SparseTransform {
         }
     }
 
-    /// Of a dense matrix.
+    /// Transform given by a dense matrix.
     pub fn from_matrix(t: &Matrix) -> SparseTransform {
         let row = |i| {
             let all = (0..t.ncols()).map(|j| (j, t[(i, j)]));
@@ -56,7 +56,7 @@ impl SparseTransform {
         }
     }
 
-    /// How many coordinates r has.
+    /// Number of coordinates r.
     pub fn columns(&self) -> usize {
         self.columns
     }
@@ -77,7 +77,7 @@ impl SparseTransform {
     }
 }
 
-/// What M, C, K and H have in one place.
+/// Entries of M, C, K and H in one place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StiffnessEntry {
     pub row: usize,
@@ -89,7 +89,7 @@ pub(super) struct StiffnessEntry {
 }
 
 impl StiffnessEntry {
-    /// Its share of `s² M + s C + K + i sgn(Im s) H`.
+    /// Contribution of the entry to `s² M + s C + K + i sgn(Im s) H`.
     pub fn value_at(&self, s: Complex) -> Complex {
         s * s * self.mass
             + s * self.damping
@@ -173,7 +173,7 @@ impl DynamicStiffness {
         sums.entries()
     }
 
-    /// What of dense equations is not zero.
+    /// Nonzero entries of dense equations.
     pub fn from_dense(matrices: &SystemMatrices) -> DynamicStiffness {
         let n = matrices.len();
         let mut sums = EntrySums::new(n);

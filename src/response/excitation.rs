@@ -18,17 +18,17 @@ pub struct OrderExcitation {
     pub order: f64,
     /// The same as a fraction, where it is one.
     pub fraction: String,
-    /// What excites, as text.
+    /// Description of the excitation source.
     pub source: String,
     /// The branches it acts in, each with its share of the amplitude and its phase.
     pub branches: Vec<(usize, Complex)>,
-    /// Of the displacement, m or rad.
+    /// Displacement amplitude, m or rad.
     pub amplitude: f64,
     /// The amplitude is declared, not assumed.
     pub declared: bool,
 }
 
-/// What is taken where no amplitude is declared, m.
+/// Default amplitude where none is declared, m.
 pub const UNIT_AMPLITUDE: f64 = 1e-6;
 
 /// Harmonics of a mesh that are looked at.

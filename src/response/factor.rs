@@ -27,7 +27,7 @@ impl LaplaceFactor {
         hysteretic: true,
     };
 
-    /// Its value at s.
+    /// Value of the factor at s.
     pub fn value_at(self, s: Complex) -> Complex {
         let power = (0..self.power).fold(Complex::new(1.0, 0.0), |z, _| z * s);
         match self.hysteretic {

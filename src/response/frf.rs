@@ -11,7 +11,7 @@ use crate::base::error::Error;
 use crate::modes::mode::modulus;
 use crate::numeric::{Complex, ComplexMatrix};
 
-/// How responses are found.
+/// Solution method of frequency responses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResponseMethod {
     /// The dynamic stiffness solved at every line.
@@ -27,13 +27,13 @@ pub struct FrfMatrix {
     pub omega: Vec<f64>,
     /// Outputs by inputs, line by line.
     pub values: Vec<ComplexMatrix>,
-    /// What was done.
+    /// Solver that was used.
     pub solver: SolverKind,
-    /// What it took.
+    /// Size, checks and accuracy of the solution.
     pub stats: ResponseStats,
 }
 
-/// What was done.
+/// Solver of the frequency responses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SolverKind {
     /// Dense matrices, line by line.
@@ -46,7 +46,7 @@ pub enum SolverKind {
     ComplexModes,
 }
 
-/// What an answer took, and what it is worth.
+/// Size of a frequency-response solution, its checks and its accuracy.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ResponseStats {
     /// Coordinates solved for.
@@ -68,11 +68,11 @@ const CHECK_LINES: usize = 5;
 /// Differences from the direct solution beyond this give the modes up.
 const MAX_MODAL_ERROR: f64 = 1e-8;
 
-/// A machine between its inputs and outputs, ready to be asked at any frequency.
+/// A machine between its inputs and outputs, ready to be evaluated at any frequency.
 pub struct ResponseSolver {
     direct: DirectSolver,
     modes: Option<ModalSum>,
-    /// What it takes, and what it is worth.
+    /// Size, checks and accuracy of the solution.
     pub stats: ResponseStats,
 }
 
@@ -105,7 +105,7 @@ impl ResponseSolver {
         })
     }
 
-    /// How it answers.
+    /// Kind of solver in use.
     pub fn kind(&self) -> SolverKind {
         match &self.modes {
             Some(modes) if modes.is_complex() => SolverKind::ComplexModes,

@@ -51,7 +51,7 @@ impl VectorSet {
     }
 }
 
-/// What an input does.
+/// Forces and imposed displacements of an input.
 pub(super) struct InputVector {
     /// Forces over all coordinates, prescribed ones too.
     pub force: Vec<(LaplaceFactor, SparseVector)>,
@@ -61,13 +61,13 @@ pub(super) struct InputVector {
     imposed: Vec<(usize, f64)>,
 }
 
-/// What an output sees.
+/// Rows that give an output from the coordinates.
 pub(super) struct OutputVector {
     /// Rows over all coordinates.
     pub rows: Vec<(LaplaceFactor, SparseVector)>,
-    /// Of a branch: what its own imposed displacement takes off.
+    /// Own imposed displacement of a branch, which its output subtracts.
     own_displacement: Vec<(usize, LaplaceFactor, f64)>,
-    /// Of a joint: forces that act along its own motion count with this sign.
+    /// Joint output: forces that act along its own motion count with this sign.
     along: Option<usize>,
 }
 
@@ -75,7 +75,7 @@ pub(super) struct OutputVector {
 pub(super) struct PortBuilder<'a> {
     pub machine: &'a Machine,
     pub coordinates: &'a ConstrainedCoordinates,
-    /// Of Rayleigh damping.
+    /// Rayleigh damping coefficient β.
     pub beta: f64,
     pub transform: &'a SparseTransform,
     /// Entries in rows and columns of what is prescribed.
@@ -114,7 +114,7 @@ impl PortBuilder<'_> {
         self.transform.project(row.copied())
     }
 
-    /// What an input does.
+    /// Column vector of an input.
     ///
     /// # Errors
     /// A displacement imposed where nothing carries it; a base that nothing elastic joins.
@@ -220,7 +220,7 @@ impl PortBuilder<'_> {
         factors.into_iter().zip(columns).collect()
     }
 
-    /// What an output sees.
+    /// Row vector of an output.
     pub fn output(&self, output: &ResponseOutput) -> OutputVector {
         let mut seen = OutputVector {
             rows: Vec::new(),

@@ -231,7 +231,7 @@ fn second_order_term(
     }
 }
 
-/// Of the geometric mean of the diagonal: smaller entries next to it are rounding of the sums.
+/// Rounding tolerance relative to the geometric mean of the diagonal: smaller entries next to it are rounding of the sums.
 const ROUNDING: f64 = 1e-11;
 
 /// Nothing couples the modes to each other, nor to coordinates without inertia, and these only follow statically.

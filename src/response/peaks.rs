@@ -5,11 +5,11 @@ use crate::base::error::Error;
 /// A peak.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResponsePeak {
-    /// Where, rad/s.
+    /// Peak frequency, rad/s.
     pub omega: f64,
-    /// How high.
+    /// Peak height.
     pub height: f64,
-    /// Where the height has fallen to 1/√2 on either side, rad/s; absent where a neighbour stands in the way.
+    /// Half-power frequencies, where the height has fallen to 1/√2 on either side, rad/s; absent where a neighbouring peak interferes.
     pub half_power: Option<(f64, f64)>,
 }
 
@@ -110,7 +110,7 @@ fn refine_maximum(
     Ok((best, top))
 }
 
-/// Where the height falls to `target` before it rises again.
+/// Frequency at which the height falls to `target` before it rises again.
 fn half_power_frequency(
     points: &mut dyn Iterator<Item = &(f64, f64)>,
     top: (f64, f64),
@@ -147,7 +147,7 @@ fn half_power_frequency(
 mod tests {
     use super::*;
 
-    /// Of `1 / |1 − x² + 2iζx|` the peak stands at √(1 − 2ζ²), 1/(2ζ√(1 − ζ²)) high; half power within ζ² of ζ.
+    /// The peak of `1 / |1 − x² + 2iζx|` is at √(1 − 2ζ²), 1/(2ζ√(1 − ζ²)) high; half power within ζ² of ζ.
     #[test]
     fn exact_one_mode() {
         let zeta = 0.004_f64;

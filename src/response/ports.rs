@@ -12,7 +12,7 @@ use crate::machine::components::{BranchLaw, Machine};
 use crate::modes::state_space::signals;
 use crate::scene::model::Axis;
 
-/// What drives.
+/// Excitation applied at an input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResponseInput {
     /// A torque (N·m) or force (N) along a degree of freedom.
@@ -25,7 +25,7 @@ pub enum ResponseInput {
     Motion(usize),
 }
 
-/// What is measured.
+/// Quantity measured at an output.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ResponseOutput {
     /// `Σ a q`, differentiated so many times: 0, 1 or 2.
@@ -41,20 +41,20 @@ pub enum ResponseOutput {
 /// Something at a place of the machine, as it was named.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Port<What> {
-    /// Its name.
+    /// Name of the port.
     pub name: String,
-    /// Its unit.
+    /// Unit of the port.
     pub unit: &'static str,
-    /// What it is.
+    /// Kind of the port.
     pub kind: What,
 }
 
 /// All inputs and outputs, and the degrees of freedom that are held still.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Ports {
-    /// What drives.
+    /// Excitations.
     pub inputs: Vec<Port<ResponseInput>>,
-    /// What is measured.
+    /// Measured quantities.
     pub outputs: Vec<Port<ResponseOutput>>,
     /// Degrees of freedom that do not move, such as a driver whose angle is prescribed.
     pub fixed: Vec<usize>,
@@ -86,7 +86,7 @@ impl Ports {
     }
 }
 
-/// What an input's name means.
+/// Parses an input's name.
 ///
 /// # Errors
 /// Those of [`Ports::parse`].
@@ -135,7 +135,7 @@ pub fn input(machine: &Machine, name: &str) -> Result<Port<ResponseInput>, Error
     }
 }
 
-/// What an output's name means.
+/// Parses an output's name.
 ///
 /// # Errors
 /// Those of [`Ports::parse`].
@@ -191,7 +191,7 @@ pub fn output(machine: &Machine, name: &str) -> Result<Port<ResponseOutput>, Err
     ))
 }
 
-/// `a*x + b*y - z` as factors and names; signs stand between blanks, since names may hold dashes.
+/// Parses `a*x + b*y - z` into factors and names; signs are surrounded by blanks, since names may hold dashes.
 fn terms(text: &str) -> Vec<(f64, &str)> {
     let mut all = Vec::new();
     let mut sign = 1.0;

@@ -21,7 +21,7 @@ use crate::numeric::{Complex, ComplexMatrix, Matrix};
 pub struct OperatingModel<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// How its contacts stand.
+    /// Operating point, with its contact states.
     pub operating: &'a OperatingPoint,
     /// The same, linear.
     pub model: &'a LinearModel,
@@ -29,21 +29,21 @@ pub struct OperatingModel<'a> {
     pub speeds: Option<&'a [f64]>,
 }
 
-/// What stands on both sides of `D(s)`.
+/// Input and output matrices on both sides of `D(s)`.
 pub struct InputOutputSystem {
-    /// How many coordinates are solved for.
+    /// Number of coordinates solved for.
     n: usize,
     /// The first coordinates are so many motions that strain nothing.
     pub(super) rigid: usize,
-    /// Of these so many that no damper resists either.
+    /// Number of rigid motions that no damper resists either.
     pub(super) undamped_rigid: usize,
     /// Columns b.
     pub(super) input_columns: Vec<SparseVector>,
     /// Rows c.
     pub(super) output_rows: Vec<SparseVector>,
-    /// Of every input.
+    /// Factor terms of every input.
     pub(super) inputs: Vec<FactorTerms>,
-    /// Of every output.
+    /// Factor terms of every output.
     pub(super) outputs: Vec<FactorTerms>,
     /// d of every output and input.
     pub(super) feedthrough: Vec<Vec<Vec<(LaplaceFactor, f64)>>>,
@@ -120,7 +120,7 @@ impl InputOutputSystem {
         Ok((system, matrices, basis))
     }
 
-    /// How many coordinates are solved for.
+    /// Number of coordinates solved for.
     pub fn len(&self) -> usize {
         self.n
     }

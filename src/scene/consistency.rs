@@ -114,7 +114,7 @@ struct NodeTable<'a> {
     /// Elements that make nodes `name.1 …` or `name.planet_1 …`, with the number of the last.
     rows: HashMap<&'a str, (&'static str, usize)>,
     elements: HashSet<&'a str>,
-    /// `stage.sun` and `stage.ring` where these stand, for errors.
+    /// Names `stage.sun` and `stage.ring` of fixed members, for errors.
     standing: HashSet<String>,
 }
 

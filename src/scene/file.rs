@@ -26,16 +26,16 @@ pub struct Scene {
     pub model: Model,
     /// The model file.
     pub model_path: PathBuf,
-    /// Where motion starts.
+    /// Initial conditions of the motion.
     pub start: InitialConditions,
-    /// What is asked, in the order asked.
+    /// Requested studies, in their order.
     pub studies: Vec<Study>,
     /// Every file read, the one named first at the front; their texts are what a hash of the input covers.
     pub sources: Vec<Arc<SourceFile>>,
 }
 
 impl Scene {
-    /// Where each of these files lies.
+    /// Path of each of these files.
     pub fn files(&self) -> Vec<PathBuf> {
         let path = |source: &Arc<SourceFile>| PathBuf::from(&source.path);
         self.sources.iter().map(path).collect()
@@ -208,7 +208,7 @@ fn heading(f: &mut TableReader) -> (String, String) {
     (text("title"), text("source"))
 }
 
-/// What a scene does to a machine.
+/// Additions of a scene to a machine.
 #[derive(Default)]
 struct SceneAdditions {
     loads: Vec<Load>,

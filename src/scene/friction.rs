@@ -10,7 +10,7 @@ use crate::base::table_reader::TableReader;
 /// Keys that say how a bearing is loaded, all of them with `friction`.
 const LOADED: [&str; 3] = ["friction_radius", "radial_load", "carries"];
 
-/// What `T₀`, `μ`, a radius and a load make of a bearing's friction; absent where nothing is said of it.
+/// Reads a bearing's friction from `T₀`, `μ`, a radius and a load; absent by default.
 pub fn read_bearing_friction(f: &mut TableReader) -> Option<BearingFriction> {
     let constant = f.optional_quantity(
         "friction_torque",
@@ -65,7 +65,7 @@ pub fn read_unit_capacity_law(f: &mut TableReader) -> FrictionLaw {
     read_stribeck_law(f, 1.0, ratio)
 }
 
-/// How fast breakaway falls to sliding, and how methods without events spread the step.
+/// Reads the Stribeck law: the fall of breakaway to sliding friction, and the step width for methods without events.
 pub fn read_stribeck_law(f: &mut TableReader, sliding: f64, breakaway: f64) -> FrictionLaw {
     let stribeck = f.optional_quantity("stribeck_speed", QuantityKind::Speed, ValueRange::Positive);
     let creep = f.optional_quantity("creep_speed", QuantityKind::Speed, ValueRange::Positive);

@@ -7,12 +7,12 @@ use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
 
-/// Where motion begins.
+/// Initial conditions.
 #[derive(Debug, Clone, Default)]
 pub struct InitialConditions {
     /// At rest or running.
     pub at: InitialState,
-    /// What angles waves hang on.
+    /// Phase of the mesh waves: from angles or mean speeds.
     pub phase: MeshPhase,
     /// Angles of nodes in place of that, rad.
     pub angles: Vec<(Name, f64)>,

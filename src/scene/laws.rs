@@ -1,6 +1,6 @@
 //! Time-domain laws: contact damping, waveforms, friction, torque–speed curves, load histories.
 
-/// What the damper of a contact does where the contact opens and closes. With g the deflection beyond the play:
+/// Damping law of a contact as it opens and closes. With g the deflection beyond the play:
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactDamping {
     /// `F = k g + c δ̇`, the damper acting in the gap as well (Kahraman and Singh 1990).
@@ -100,8 +100,8 @@ pub struct ToothFriction {
     pub coefficient: f64,
     /// Radii of the tip circles, m; of one module of addendum where absent.
     pub tips: Option<[f64; 2]>,
-    /// Where in the mesh cycle the pair stands when its gears stand at zero, rad, where friction goes along the path of contact;
-    /// absent: its mean over the cycle.
+    /// Phase of the pair in the mesh cycle at zero gear angles, rad, where friction goes along the path of contact; absent: its mean over
+    /// the cycle.
     pub path: Option<f64>,
 }
 
@@ -181,7 +181,7 @@ pub enum LoadHistory {
 }
 
 impl LoadHistory {
-    /// What it comes to in the long run, N·m: the load that decides which flanks carry.
+    /// Long-term value of the load, N·m, which decides the flanks in contact.
     pub fn long_term_value(&self) -> f64 {
         match self {
             LoadHistory::Constant(torque) | LoadHistory::Step { torque, .. } => *torque,
@@ -248,21 +248,21 @@ pub struct FaceMill {
     pub width: f64,
     /// Largest chip thickness over the roll, m.
     pub chip: f64,
-    /// How much more the first group cuts and how much less the one opposite, m: run-out of the head.
+    /// Excess cut of the first group and deficit of the one opposite, m: run-out of the head.
     pub runout: f64,
     /// The generating roll, begin and end, s.
     pub roll: [f64; 2],
     /// +1 or −1: the sense of its torque on the node.
     pub sense: f64,
-    /// Where the middle of the slot stands round the axis of the head, from x to y, rad; needed where the head moves across it.
+    /// Angle of the middle of the slot round the axis of the head, from x to y, rad; needed where the head moves across it.
     pub slot: Option<f64>,
-    /// What pushes a blade away from the axis, as a share of F.
+    /// Radial force on a blade away from the axis, as a share of F.
     pub radial: f64,
-    /// What pushes it along z, as a share of F.
+    /// Axial force along z, as a share of F.
     pub axial: f64,
 }
 
-/// What drives a node by its speed, or moves it as prescribed.
+/// Motor model: drives a node by its speed, or moves it as prescribed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MotorModel {
     /// A torque over speed, following at once or late.
@@ -283,7 +283,7 @@ pub enum MotorModel {
 pub struct MotionProfile {
     /// x: straight lines through points: s, rad or rad/s.
     pub points: Vec<(f64, f64)>,
-    /// What swings about it.
+    /// Oscillation about the mean.
     pub oscillation: Option<Sinusoid>,
 }
 
@@ -298,7 +298,7 @@ pub struct Sinusoid {
     pub phase: f64,
 }
 
-/// How the angles that waves hang on are found.
+/// Source of the phase angles of the waves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MeshPhase {
     /// From the motion itself.
@@ -308,7 +308,7 @@ pub enum MeshPhase {
     Speed,
 }
 
-/// Where a machine starts.
+/// Initial state of a machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum InitialState {
     /// Nothing moves, nothing is wound up.

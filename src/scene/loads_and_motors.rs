@@ -85,7 +85,7 @@ pub fn load(f: &mut TableReader) -> Load {
     }
 }
 
-/// What the load is measured in.
+/// Kind of quantity of the load.
 fn load_kind(f: &TableReader) -> QuantityKind {
     match f.has("force") {
         true => QuantityKind::Force,
@@ -174,7 +174,7 @@ fn face_mill(f: &mut TableReader) -> FaceMill {
     }
 }
 
-/// What drives a motor.
+/// Kind of motor model.
 #[derive(Clone, Copy)]
 enum MotorTag {
     Induction,
@@ -248,7 +248,7 @@ pub fn motor(f: &mut TableReader) -> Motor {
     Motor { name, at, drive }
 }
 
-/// What swings about a prescribed motion.
+/// Reads the oscillation about a prescribed motion.
 fn read_sinusoid(f: &mut TableReader, kind: QuantityKind) -> Option<Sinusoid> {
     let amplitude = f.optional_quantity("amplitude", kind, ValueRange::Any);
     let omega = f.optional_quantity("frequency", QuantityKind::Frequency, ValueRange::Positive);

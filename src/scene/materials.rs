@@ -2,7 +2,7 @@
 
 use crate::base::table_reader::TableReader;
 
-/// What shafts and discs need of a material.
+/// Material properties of shafts and discs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material {
     /// Shear modulus, Pa.

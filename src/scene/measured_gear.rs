@@ -21,9 +21,9 @@ use crate::gear::measurement::trace::Modification;
 /// A gear with its charts, as its file describes them.
 #[derive(Debug, Clone)]
 pub struct MeasuredGear {
-    /// What the file calls it.
+    /// Title in the file.
     pub title: String,
-    /// Its basic dimensions.
+    /// Basic dimensions of the gear.
     pub gear: InvoluteGear,
     /// Face width, m.
     pub face_width: Option<f64>,
@@ -35,7 +35,7 @@ pub struct MeasuredGear {
     pub designed_short_wave: Option<f64>,
     /// Allowed normal thickness deviations, lower and upper, m.
     pub thickness: Option<[f64; 2]>,
-    /// What was asked.
+    /// Required accuracy.
     pub requirement: Option<AccuracyRequirement>,
     /// The charts.
     pub charts: Vec<MeasuredChart>,
@@ -43,7 +43,7 @@ pub struct MeasuredGear {
     pub source: Arc<SourceFile>,
 }
 
-/// Which accuracy was asked.
+/// Required accuracy of a gear.
 #[derive(Debug, Clone)]
 pub struct AccuracyRequirement {
     /// By which standard; `None`: JB 179-60, whose limits come from a table file.
@@ -57,9 +57,9 @@ pub struct AccuracyRequirement {
 /// One chart or list of readings.
 #[derive(Debug, Clone)]
 pub struct MeasuredChart {
-    /// What was measured, with what it takes to evaluate it.
+    /// Measured quantity, with the settings of its evaluation.
     pub kind: ChartKind,
-    /// The log it stands in, from the folder of this file.
+    /// Log file of the chart, from the folder of this file.
     pub file: PathBuf,
     /// Columns that belong to neither flank, to the left flanks, to the right flanks.
     pub columns: [Vec<String>; 3],
@@ -67,16 +67,16 @@ pub struct MeasuredChart {
     pub unit: Option<String>,
     /// Standard uncertainty of one reading, m.
     pub std: Option<f64>,
-    /// Where its table begins.
+    /// Start of the table.
     pub span: SourceSpan,
 }
 
-/// What was measured.
+/// Kind of measured chart.
 #[derive(Debug, Clone)]
 pub enum ChartKind {
     /// Pitches, over `k` teeth as well.
     Pitch {
-        /// How they were read.
+        /// Method of the readings.
         method: PitchMethod,
         /// Over how many pitches F_pk reaches.
         k: Option<u32>,
@@ -114,24 +114,24 @@ pub enum ChartKind {
     },
 }
 
-/// How traces are evaluated.
+/// Settings for the evaluation of traces.
 #[derive(Debug, Clone)]
 pub struct TraceSettings {
     /// Along the profile, else along the face.
     pub is_profile: bool,
     /// Column of places.
     pub along: String,
-    /// Its unit where its name does not say it.
+    /// Unit where the column's name does not include it.
     pub along_unit: Option<String>,
     /// Evaluation range, m; all by default.
     pub evaluation: Option<[f64; 2]>,
     /// The range the mean line is extended to for the slope, m.
     pub active: Option<[f64; 2]>,
-    /// What the design takes off.
+    /// Design modifications of the flank.
     pub design: Vec<Modification>,
-    /// Where a relief begins that is to be told, m.
+    /// Start of the relief to be evaluated, m.
     pub relief_from: Option<f64>,
-    /// What is shorter is taken out of the trace first.
+    /// Filter that removes shorter wavelengths from the trace first.
     pub filter: Option<TraceFilter>,
 }
 

@@ -8,7 +8,7 @@ use crate::base::source_span::SourceSpan;
 /// A whole model file, read and checked value by value. Nothing is assembled yet.
 #[derive(Debug, Clone, Default)]
 pub struct Model {
-    /// What the machine is, in one line; of a scene with a title of its own, that.
+    /// Title of the machine, in one line; of a scene with a title of its own, that.
     pub title: String,
     /// Who published the numbers, or how they were estimated.
     pub source: String,
@@ -38,7 +38,7 @@ pub struct Model {
     pub dampers: Vec<Damper>,
     /// Torques on nodes; what lasts of them holds the contacts on one flank.
     pub loads: Vec<Load>,
-    /// What drives nodes by their speed.
+    /// Motors that drive nodes by their speed.
     pub motors: Vec<Motor>,
     /// Dry friction between nodes.
     pub brakes: Vec<Brake>,
@@ -50,12 +50,12 @@ pub struct Model {
     pub speeds: Vec<MeanSpeed>,
 }
 
-/// A name and where it stands in the file.
+/// Name and its place in the file.
 #[derive(Debug, Clone)]
 pub struct Name {
     /// The name as written.
     pub text: String,
-    /// Where it is written.
+    /// Place in the file.
     pub span: SourceSpan,
 }
 
@@ -68,7 +68,7 @@ pub enum BranchEnd {
     Node(Name),
 }
 
-/// How one branch loses energy.
+/// Damping model of one branch.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum BranchDamping {
     /// Not at all.
@@ -108,7 +108,7 @@ pub struct Shaft {
     pub loss: BranchDamping,
 }
 
-/// Where a shaft's stiffness comes from.
+/// Source of a shaft's stiffness.
 #[derive(Debug, Clone, Copy)]
 pub enum ShaftBody {
     /// Torsional stiffness, N·m/rad.
@@ -127,12 +127,12 @@ pub enum ShaftBody {
         density: f64,
         /// Number of equal lengths it is cut into.
         segments: usize,
-        /// How its own inertia is counted.
+        /// Treatment of its own inertia.
         mass: BarMass,
     },
 }
 
-/// How the inertia of a bar is counted.
+/// Treatment of the inertia of a bar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BarMass {
     /// Not at all.
@@ -162,7 +162,7 @@ pub struct DiscChain {
     pub loss: BranchDamping,
 }
 
-/// How teeth or the halves of a coupling resist: along the tooth normal, in N and m, or the twist, in N·m and rad.
+/// Contact parameters of teeth or coupling halves: along the tooth normal, in N and m, or the twist, in N·m and rad.
 #[derive(Debug, Clone)]
 pub struct ContactParameters {
     /// Stiffness; absent: rigid.
@@ -171,7 +171,7 @@ pub struct ContactParameters {
     pub loss: BranchDamping,
     /// Play, flank to flank.
     pub backlash: f64,
-    /// What the damper does where the contact opens.
+    /// Damping law of the contact as it opens.
     pub damping_model: Option<ContactDamping>,
     /// The stiffness over one mesh cycle, as a factor.
     pub wave: Option<StiffnessVariation>,
@@ -194,7 +194,7 @@ pub enum Hand {
 pub struct StiffnessVariation {
     /// One mesh cycle; its mean need not be one.
     pub waveform: Waveform,
-    /// How far into the cycle the mesh stands when its gears stand at zero, rad of the mesh cycle.
+    /// Phase of the mesh at zero gear angles, rad of the mesh cycle.
     pub phase: f64,
 }
 
@@ -219,7 +219,7 @@ pub struct GearPair {
     pub cone_angles: [f64; 2],
     /// Hand of the first gear.
     pub hand: Hand,
-    /// Where the mesh stands round each gear's axis, from its x to its y, rad.
+    /// Angle of the mesh round each gear's axis, from its x to its y, rad.
     pub mesh_angles: [f64; 2],
     /// The contact.
     pub contact: ContactParameters,
@@ -246,7 +246,7 @@ pub struct WormPair {
     pub hand: Hand,
     /// Coefficient of friction of the flanks; absent: no losses.
     pub friction: Option<f64>,
-    /// Where the mesh stands round each member's axis, rad.
+    /// Angle of the mesh round each member's axis, rad.
     pub mesh_angles: [f64; 2],
     /// The contact.
     pub contact: ContactParameters,
@@ -337,7 +337,7 @@ pub struct Slide {
 pub struct Screw {
     /// The element.
     pub name: Name,
-    /// What turns, what slides.
+    /// Rotating node and sliding node.
     pub between: [Name; 2],
     /// Travel a turn, nm: a whole number, so that ratios stay exact.
     pub lead: u64,
@@ -412,7 +412,7 @@ impl Axis {
 pub struct Bearing {
     /// The element.
     pub name: Name,
-    /// The node, and what it stands on.
+    /// Node, and the end that supports it.
     pub between: [BranchEnd; 2],
     /// Stiffness `(row, column, value)`: force along the row axis for a unit displacement along the column axis, SI.
     /// Direct terms have both axes equal; the rest are cross terms, symmetric only if both are listed equal.
@@ -460,14 +460,14 @@ pub struct Load {
     pub history: LoadHistory,
 }
 
-/// What drives a node by its speed.
+/// Motor that drives a node by its speed.
 #[derive(Debug, Clone)]
 pub struct Motor {
     /// The element.
     pub name: Name,
     /// The node.
     pub at: Name,
-    /// How.
+    /// Motor model.
     pub drive: MotorModel,
 }
 
@@ -491,17 +491,17 @@ pub struct DeclaredError {
     pub on: Name,
     /// Only in this element's meshes; in all of the gear's by default.
     pub mesh: Option<Name>,
-    /// What it comes from.
+    /// Cause of the error.
     pub cause: ErrorCause,
-    /// How large it is.
+    /// Size of the error.
     pub size: ErrorDefinition,
-    /// Where it stands in the turn is known; else the phases of `size` are no more than a start.
+    /// True for a known phase in the turn; else the phases of `size` are no more than initial values.
     pub phase_known: bool,
     /// Half the width of what the amplitude may be, relative to it.
     pub tolerance: f64,
 }
 
-/// What an error comes from; it says how the error reaches the line of action.
+/// Cause of an error, which determines its transfer to the line of action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorCause {
     /// Anything, as surplus along the line of action.
@@ -518,7 +518,7 @@ pub enum ErrorCause {
     SinglePitch,
     /// Profiles, as surplus along the line of action.
     Profile,
-    /// What differs from tooth to tooth next to pitch, as surplus along the line of action.
+    /// Tooth-to-tooth deviation other than pitch, as surplus along the line of action.
     ToothForm,
     /// A worm moves along its axis.
     Axial,
@@ -566,7 +566,7 @@ impl ErrorCause {
         matches!(self, ErrorCause::CumulativePitch | ErrorCause::SinglePitch)
     }
 
-    /// It stands on an element that is no gear: a coupling, a belt, a screw.
+    /// True for an error on an element that is no gear: a coupling, a belt, a screw.
     pub fn is_on_non_gear(self) -> bool {
         matches!(
             self,
@@ -583,7 +583,7 @@ impl ErrorCause {
     }
 }
 
-/// How large an error is: in m, of a misaligned coupling in rad.
+/// Size of an error: in m, of a misaligned coupling in rad.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ErrorDefinition {
     /// n, a, φ of `a cos(n θ + φ)`, n cycles a turn.
@@ -592,7 +592,7 @@ pub enum ErrorDefinition {
     Mesh(Vec<(u32, f64, f64)>),
     /// Equally spaced values over one turn.
     Table(Vec<f64>),
-    /// What a tolerance grade of ISO 1328-1:1995 allows.
+    /// Tolerance of a grade of ISO 1328-1:1995.
     Grade {
         /// 0 to 12.
         grade: u32,
@@ -603,7 +603,7 @@ pub enum ErrorDefinition {
     Tilt {
         /// rad.
         angle: f64,
-        /// Of the joint, rad.
+        /// Phase of the joint, rad.
         phase: f64,
     },
     /// Amplitude and length of a belt, m, and the phase of its joint, rad.
@@ -642,9 +642,9 @@ pub struct GlobalDamping {
     pub stiffness: f64,
     /// Damping ratio of each elastic mode in rising order; the last one holds for all above.
     pub modal: Vec<f64>,
-    /// What dampers of contacts do where these open, unless an element says otherwise.
+    /// Damping law of open contacts, by default for every element.
     pub contacts: Option<ContactDamping>,
-    /// Where it is written.
+    /// Place in the file.
     pub span: Option<SourceSpan>,
 }
 

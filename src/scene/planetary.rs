@@ -75,7 +75,7 @@ fn members(f: &mut TableReader) -> [BranchEnd; 3] {
     members
 }
 
-/// Where the planets stand, rad.
+/// Angular positions of the planets, rad.
 fn positions(f: &mut TableReader) -> Vec<f64> {
     let count = f.optional_count("planets", 1, MAX_PLANETS);
     let positions = f.optional_quantities("positions", QuantityKind::Angle, ValueRange::Any, None);

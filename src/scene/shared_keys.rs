@@ -82,7 +82,7 @@ fn end_from_text(text: &str, item: &Item) -> BranchEnd {
     }
 }
 
-/// What a missing or wrong end is read as.
+/// Placeholder for a missing or wrong end.
 fn no_end(f: &TableReader) -> BranchEnd {
     BranchEnd::Node(Name {
         text: String::new(),
@@ -261,7 +261,7 @@ pub fn read_coupling_contact(f: &mut TableReader) -> ContactParameters {
     read_contact_in(f, "", UNITS)
 }
 
-/// What an element measures its resistance in.
+/// Units of an element's contact parameters.
 struct ContactUnits {
     stiffness: QuantityKind,
     range: ValueRange,
@@ -273,7 +273,7 @@ struct ContactUnits {
     characteristic: fn(&mut TableReader) -> Option<Characteristic>,
 }
 
-/// Plays below this are no lengths or angles of a machine, m or rad; borders so near to each other are lost in rounding.
+/// Smallest play of a machine, m or rad; switching surfaces so near to each other are lost in rounding.
 const MIN_BACKLASH: f64 = 1e-30;
 
 fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> ContactParameters {
@@ -329,7 +329,7 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
     contact
 }
 
-/// What the damper of a contact does where it opens.
+/// Reads the damping law of a contact as it opens.
 pub fn read_contact_damping(f: &mut TableReader, suffix: &str) -> Option<ContactDamping> {
     f.choice(&format!("contact_damping{suffix}"), ContactDamping::WORDS)
 }
@@ -340,7 +340,7 @@ pub fn hand(f: &mut TableReader) -> Hand {
         .unwrap_or_default()
 }
 
-/// Where the mesh stands round each axis, rad.
+/// Reads the angle of the mesh round each axis, rad.
 pub fn mesh_angles(f: &mut TableReader, usual: [f64; 2]) -> [f64; 2] {
     f.optional_quantities("mesh_angles", QuantityKind::Angle, ValueRange::Any, Some(2))
         .and_then(|angles| angles.try_into().ok())

@@ -18,7 +18,7 @@ use crate::recording::read_options::{
     ChannelOptions, DialectOptions, GapPolicy, RateSource, ReadOptions, Roving,
 };
 
-/// Where the sidecar of a log lies: `run.csv` → `run.toml`.
+/// Path of a log's sidecar: `run.csv` → `run.toml`.
 pub fn sidecar_path(log: &Path) -> PathBuf {
     log.with_extension("toml")
 }
@@ -280,7 +280,7 @@ mod tests {
         read(&load::source_from_text("log.toml".into(), text))
     }
 
-    /// What is written is read again the same.
+    /// Written laws are read back unchanged.
     #[test]
     fn law_round_trip() {
         let options = ReadOptions {

@@ -57,7 +57,7 @@ fn loss(f: &mut TableReader, stiffness: &[(Axis, Axis, f64)]) -> BranchDamping {
         .unwrap_or_default()
 }
 
-/// The terms whose keys start with `letter`; `radial` and `tilt` stand for two each.
+/// Terms whose keys start with `letter`; `radial` and `tilt` represent two each.
 fn read_matrix_terms(
     f: &mut TableReader,
     letter: &str,

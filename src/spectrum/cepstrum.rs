@@ -35,7 +35,7 @@ pub struct Rahmonics {
 }
 
 impl Cepstrum {
-    /// Of a slice, taken as one period of a periodic signal.
+    /// Cepstrum of a slice, taken as one period of a periodic signal.
     ///
     /// # Errors
     /// Fewer than four samples, samples not finite, a signal that is zero.
@@ -52,8 +52,8 @@ impl Cepstrum {
         })
     }
 
-    /// Of a one-sided power spectral density averaged over blocks of `samples` samples: window and averages keep the lines of a family
-    /// apart and clear of the noise between them, which the logarithm of a single transform lifts to their height.
+    /// Cepstrum of a one-sided power spectral density averaged over blocks of `samples` samples: window and averages keep the lines of a
+    /// family apart and clear of the noise between them, which the logarithm of a single transform lifts to their height.
     ///
     /// # Errors
     /// Fewer than eight samples a block, a density that does not belong to them or is zero.
@@ -81,7 +81,7 @@ impl Cepstrum {
         })
     }
 
-    /// How high noise stands about a quefrency, neper: its standard deviation by the median of the sizes from half of it to twice it.
+    /// Noise level around a quefrency, neper: standard deviation by the median of the sizes from half of it to twice it.
     pub fn noise_std(&self, quefrency_s: f64) -> f64 {
         /// The median of |x| over the standard deviation, of the normal distribution.
         const MEDIAN_TO_STD: f64 = 0.674_489_750_196_081_7;
@@ -243,7 +243,7 @@ mod tests {
         assert!(cepstrum.rahmonics(0.07, 0.03, 2).is_none());
     }
 
-    /// A density of the shape `exp(2 a cos ωτ)` has the cepstrum a/2 at τ, whatever stands at 0 Hz.
+    /// A density of the shape `exp(2 a cos ωτ)` has the cepstrum a/2 at τ, whatever its value at 0 Hz.
     #[test]
     fn exact_cepstrum_of_a_density() {
         for n in [1024, 1025] {

@@ -12,7 +12,7 @@ use crate::numeric::vector_ops::dot;
 /// A stage divides by no more than this where the factor allows; above it one stage costs more than two.
 const MAX_STAGE_FACTOR: usize = 8;
 
-/// What the filter keeps.
+/// Pass band and attenuation of the decimation filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DecimationOptions {
     /// Edge of the pass band over half the new rate, `0 < pass < 1`; from half the new rate on everything is stopped.
@@ -129,7 +129,7 @@ impl Decimator {
         })
     }
 
-    /// How many outputs at each end feel that the signal is taken to stand still beyond its ends.
+    /// Number of outputs at each end affected by the assumption that the signal is constant beyond its ends.
     pub fn transient_len(&self) -> usize {
         let mut spacing = 1;
         let mut reach = 0;

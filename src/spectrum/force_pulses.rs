@@ -11,7 +11,7 @@ pub struct ForcePulse {
     pub samples: Range<usize>,
     /// Sample of its largest force.
     pub peak: usize,
-    /// Its largest force over the level between pulses, with its sign.
+    /// Largest force over the level between pulses, with its sign.
     pub height: f64,
 }
 
@@ -112,7 +112,7 @@ impl ForcePulses {
     }
 }
 
-/// Of the energy of a force that is hits, this share at least lies in its pulses …
+/// Least share of the energy of an impact force that lies in its pulses …
 const MIN_ENERGY_IN_PULSES: f64 = 0.8;
 
 /// … and they take this share of the time at most; random bursts lie on both sides and fail the first.
@@ -155,7 +155,7 @@ fn is_level(pulse: &ForcePulse, force: &[f64]) -> bool {
 /// Steps of a force at most: what steps more often, such as a random binary signal, drives all the time.
 const MAX_STEPS: usize = 20;
 
-/// Of what a step goes up and down, this share is left when it is over; of a pulse nothing.
+/// Least ratio of the net change to the sum of the absolute changes over a step; zero for a pulse.
 const LEFT: f64 = 0.8;
 
 /// The change of each sample from the one before; 0 of the first.
@@ -194,8 +194,8 @@ const MIN_CLIPPED_RUN: usize = 3;
 /// Beyond how far a smooth top can fall behind its run.
 const CURVATURE_MARGIN: f64 = 1.2;
 
-/// How far a parabola rounded to steps of 1 falls with the sample behind `run` equal ones on its top: they lie within one step, so
-/// that it bends by at most `4/(run − 1)²` a sample squared.
+/// Largest fall of a parabola rounded to steps of 1, at the sample after `run` equal ones on its top: they lie within one step, so that it
+/// bends by at most `4/(run − 1)²` a sample squared.
 fn expected_fall(run: usize) -> f64 {
     let m = run as f64;
     1.0 + ((m + 1.0) / (m - 1.0)).powi(2)

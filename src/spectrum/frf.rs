@@ -17,7 +17,7 @@ use crate::numeric::symmetric::{hermitian_eigen, lu_solve_complex};
 use crate::numeric::{Complex, ComplexMatrix};
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
 
-/// Where the noise is taken to be.
+/// Assumed location of the noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Estimator {
     /// On the outputs.
@@ -34,7 +34,7 @@ pub enum Estimator {
 pub struct EstimatedFrf {
     /// Channel that drives.
     pub input: usize,
-    /// Channel that answers.
+    /// Response channel.
     pub output: usize,
     /// Output over input; 0 on undetermined lines.
     pub values: Vec<Complex>,
@@ -55,7 +55,7 @@ pub struct FrfEstimate {
     pub functions: Vec<EstimatedFrf>,
     /// Multiple coherence by output and line: the share of its power that all inputs explain.
     pub multiple_coherence: Vec<Vec<f64>>,
-    /// Lines where the inputs have no power or cannot be told from each other.
+    /// Lines where the inputs have no power or are indistinguishable.
     pub undetermined_lines: Vec<usize>,
     /// Effective number of independent averages.
     pub averages: f64,
@@ -192,7 +192,7 @@ struct InputOutputSpectra<'a> {
     floor: Vec<f64>,
 }
 
-/// The answer of one line and output.
+/// Estimate for one line and output.
 struct LineEstimate {
     values: Vec<Complex>,
     /// Variance times the degrees of freedom of the residual.

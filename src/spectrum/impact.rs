@@ -16,7 +16,7 @@ use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::{RealFft, next_fast_len};
 
-/// How hits are cut out and judged.
+/// Options for extracting and accepting hits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImpactOptions {
     /// Samples of a block; `None`: until the responses have decayed, or the next hit.
@@ -25,7 +25,7 @@ pub struct ImpactOptions {
     pub double_within_s: f64,
     /// Share of the block over which the force is kept; `None`: the pulse and some widths behind it.
     pub force_share: Option<f64>,
-    /// What an exponential window on force and responses falls to at the end of the block, 1 for none; `None`: as the responses want it.
+    /// Final value of an exponential window on force and responses at the end of the block, 1 for none; `None`: as the responses need it.
     pub end: Option<f64>,
     /// Pulses to both sides count, as of the differences of a force that steps.
     pub both_sides: bool,
@@ -56,7 +56,7 @@ pub enum RejectReason {
     Overload,
     /// The next hit, or the end of the segment, comes before the block is full.
     CutShort,
-    /// The stretch begins within the pulse.
+    /// The segment begins within the pulse.
     LateStart,
 }
 
@@ -87,7 +87,7 @@ impl RejectReason {
 pub struct Hit {
     /// Sample of its largest force.
     pub sample: usize,
-    /// Its largest force over the level between hits.
+    /// Largest force over the level between hits.
     pub peak: f64,
     /// Why it was set aside; `None` where it was used.
     pub rejected: Option<RejectReason>,
@@ -139,8 +139,8 @@ const NOISE_FACTOR: f64 = 3.0;
 /// Segments of a decay whose levels are compared.
 const DECAY_SEGMENTS: usize = 64;
 
-/// A block is so many times as long as the response stands out of the noise: what lies below the noise of one sample still
-/// counts in the sum over many, and cutting it off biases the low modes.
+/// Block length over the time for which the response exceeds the noise: what lies below the noise of one sample still counts in the sum
+/// over many, and cutting it off biases the low modes.
 const BLOCK_PER_DECAY: usize = 3;
 
 /// Behind a pulse the force is kept for so many of its widths, and faded out over the next two.
@@ -218,9 +218,9 @@ struct HitSums {
 /// A hit with its surroundings, in samples of the record.
 struct HitBlock {
     pulse: ForcePulse,
-    /// Where its block begins.
+    /// First sample of the block.
     start: usize,
-    /// Where the next hit's block begins, or the segment ends.
+    /// First sample of the next hit's block, or end of the segment.
     limit: usize,
     /// Before the block, back to the last hit.
     quiet: Range<usize>,
@@ -587,7 +587,7 @@ impl HitResponses {
     }
 }
 
-/// One over the share asked for, or over the pulse and some widths behind it, then a quarter of a cosine down to zero.
+/// Force window: one over the requested share, or over the pulse and some widths behind it, then a quarter of a cosine down to zero.
 fn force_window(cut: &HitBlock, block: usize, share: Option<f64>) -> Vec<f64> {
     let width = cut.pulse.samples.len();
     let kept = match share {

@@ -14,10 +14,10 @@ use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 
-/// What passes undiminished, over the low cut.
+/// Ratio of frequency to the low cut from which signals pass undiminished.
 pub const PASS_RATIO: f64 = 2.0;
 
-/// What a signal is of a motion.
+/// Motion quantity of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MotionQuantity {
     /// Metres or radians.
@@ -41,9 +41,9 @@ impl MotionQuantity {
 /// One motion from another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionConversion {
-    /// What the samples are.
+    /// Motion quantity of the samples.
     pub from: MotionQuantity,
-    /// What is wanted.
+    /// Motion quantity to convert to.
     pub to: MotionQuantity,
     /// Nothing up to this frequency is kept, Hz; what has twice of it or more is kept whole. Zero takes off the mean alone, and only
     /// where nothing is integrated.

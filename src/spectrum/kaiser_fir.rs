@@ -109,7 +109,7 @@ mod tests {
         assert!((bessel_i0(10.0) * (-10.0_f64).exp() - 0.127_833_337_2).abs() < 1e-10);
     }
 
-    /// What is asked of ripple and attenuation is met at every frequency of both bands.
+    /// Specifications of ripple and attenuation are met at every frequency of both bands.
     #[test]
     fn law_bands_are_met() {
         for (pass, stop, db) in [

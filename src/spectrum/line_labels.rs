@@ -8,32 +8,32 @@ use crate::base::code::Code;
 /// A line that may be there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExpectedLine {
-    /// What it is called.
+    /// Name of the line.
     pub name: String,
-    /// Where, as frequency in Hz or as order: all lines and peaks alike.
+    /// Position, as frequency in Hz or as order: all lines and peaks alike.
     pub position: f64,
-    /// How far off it may lie because speed or geometry are not exactly known, in the unit of `position`.
+    /// Largest deviation of the position because speed or geometry are not exactly known, in the unit of `position`.
     pub tolerance: f64,
 }
 
 /// A line that was measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredLine {
-    /// Where, Hz or order.
+    /// Position, Hz or order.
     pub position: f64,
-    /// How large, zero to peak.
+    /// Amplitude, zero to peak.
     pub amplitude: f64,
-    /// How exactly its place is known: half the width of a spectral line, or the standard deviation of an estimate, in the unit of `position`.
+    /// Uncertainty of the position: half the width of a spectral line, or the standard deviation of an estimate, in the unit of `position`.
     pub uncertainty: f64,
 }
 
-/// What a peak may be.
+/// Candidate lines of a peak.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineLabel {
     /// Numbers of the expected lines within reach, the nearest first; none where the peak was not expected.
     pub candidates: Vec<usize>,
-    /// How many of them the measurement cannot distinguish: those no farther than the nearest by more than the peak's
-    /// uncertainty. 0 unexpected, 1 named, above that ambiguous.
+    /// Number of candidates the measurement cannot distinguish: those no farther than the nearest by more than the peak's uncertainty. 0
+    /// unexpected, 1 named, above that ambiguous.
     pub indistinguishable: usize,
 }
 
@@ -72,16 +72,16 @@ pub fn label_lines(peaks: &[MeasuredLine], expected_lines: &[ExpectedLine]) -> V
     peaks.iter().map(one).collect()
 }
 
-/// What a family of lines is made of.
+/// Definition of a family of harmonic lines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HarmonicFamily {
-    /// What carries it, such as `mesh 21/63`.
+    /// Source of the family, such as `mesh 21/63`.
     pub name: String,
-    /// Its fundamental, Hz or order.
+    /// Fundamental, Hz or order.
     pub fundamental: f64,
-    /// How exactly the fundamental is known, relative to it.
+    /// Relative uncertainty of the fundamental.
     pub relative_tolerance: f64,
-    /// How many harmonics.
+    /// Number of harmonics.
     pub harmonics: usize,
 }
 

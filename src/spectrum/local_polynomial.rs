@@ -25,7 +25,7 @@ const POLYNOMIAL_TERMS: usize = 3;
 /// An input's power in a window, relative to its largest, that is but the rounding of transforms.
 const MIN_RELATIVE_POWER: f64 = 1e-26;
 
-/// A coefficient that the others determine to this share, and noise on it inflated as much, is not told.
+/// Largest variance inflation of a coefficient: if the others determine it to this share and inflate its noise as much, it is undetermined.
 const MAX_VARIANCE_INFLATION: f64 = 1e5;
 
 /// The smallest half width of a window, in lines, that leaves its residual so many degrees of freedom over so many blocks.
@@ -95,7 +95,7 @@ impl LeastSquaresSums {
     }
 }
 
-/// What a window gathers.
+/// Least-squares sums of a window.
 #[derive(Clone)]
 struct WindowSums {
     /// With the transient taken out.
@@ -355,13 +355,13 @@ const MIN_DENOMINATOR: f64 = 1e-3;
 /// Fewer degrees of freedom left tell no variance.
 const MIN_DOF: usize = 3;
 
-/// What a window tells of an output.
+/// Estimate of one output in a window.
 struct WindowEstimate {
     /// Responses at the middle by input.
     value: Vec<Complex>,
     /// Their variances over that of the noise.
     spread: Vec<f64>,
-    /// What is left, and its degrees of freedom.
+    /// Residual sum of squares and degrees of freedom.
     residual: f64,
     dof: f64,
 }
@@ -387,18 +387,19 @@ fn polynomial_fit(
     }
 }
 
-/// Where the transient's polynomial costs this many times the variance, the response is told from rest.
+/// Variance ratio of the transient's polynomial above which the response is estimated without it.
 const MAX_TRANSIENT_COST: f64 = 100.0;
 
-/// Whether what rings into a block can be told from what the input does. Near the beginning and the end of a sweep it cannot: there the
-/// input's transform is as smooth as the transient, and the two polynomials take from each other whatever the model misses.
+/// Whether a transient ringing into a block is distinguishable from the response to the input. Near the beginning and the end of a
+/// sweep it is not: there the input's transform is as smooth as the transient, and the two polynomials take from each other whatever
+/// the model misses.
 fn transient_is_identifiable(beside: &WindowEstimate, rest: &WindowEstimate) -> bool {
     (beside.spread.iter().zip(&rest.spread))
         .all(|(with, without)| *with < MAX_TRANSIENT_COST * without)
 }
 
-/// The response as if nothing rang in or out, as uncertain as it is next to a transient, and by how much the two differ: a
-/// transient that is not told may be there all the same.
+/// Response as if nothing rang in or out; its variance is that with a transient plus the squared difference of the two estimates,
+/// since an undetermined transient may be present all the same.
 fn estimate_without_transient(beside: WindowEstimate, rest: WindowEstimate) -> WindowEstimate {
     let noise = (beside.residual / beside.dof).max(f64::MIN_POSITIVE);
     let off = beside.value.iter().zip(&rest.value);
@@ -537,7 +538,7 @@ fn times(a: &ComplexMatrix, x: &[Complex]) -> Vec<Complex> {
         .collect()
 }
 
-/// Where a line lies in its window, −1 to 1.
+/// Coordinate of a line in its window, −1 to 1.
 fn window_coordinate(line: usize, half_width: usize) -> f64 {
     (line as f64 - half_width as f64) / half_width as f64
 }

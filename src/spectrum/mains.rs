@@ -3,8 +3,8 @@
 /// Nominal frequencies, Hz.
 const NOMINAL: [f64; 2] = [50.0, 60.0];
 
-/// How far a grid leaves its nominal frequency, Hz: the standard range of continental Europe is ±0.05, its limit ±0.2 (Commission
-/// Regulation (EU) 2017/1485, annex III).
+/// Largest deviation of a grid from its nominal frequency, Hz: the standard range of continental Europe is ±0.05, its limit ±0.2
+/// (Commission Regulation (EU) 2017/1485, annex III).
 const GRID: f64 = 0.2;
 
 /// Multiples looked at.

@@ -7,12 +7,12 @@ use super::spectra::Spectra;
 use super::window::leakage;
 use crate::numeric::statistics::chi_squared_quantile;
 
-/// What counts as a peak.
+/// Peak criteria.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PeakOptions {
     /// Lines to either side over which the floor is the median; `None`: 64, or an eighth of the spectrum where that is more lines.
     pub floor_lines: Option<usize>,
-    /// How many peaks noise alone may be expected to show in the whole spectrum.
+    /// Expected number of peaks from noise alone in the whole spectrum.
     pub false_alarms: f64,
 }
 
@@ -169,7 +169,7 @@ fn parabola([before, middle, after]: [f64; 3]) -> (f64, f64) {
     (shift, (b - 0.25 * (a - c) * shift).exp())
 }
 
-/// What lies between a line and the next larger one on a side, or the end.
+/// Valley between a line and the next larger one on a side, or the end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Valley {
     /// The lowest value.
@@ -232,7 +232,7 @@ pub fn sliding_median(values: &[f64], half: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The same where `half` is large, from the medians of short stretches: of an odd number of values each, so that their median is that of all.
+/// The same where `half` is large, from the medians of short blocks: of an odd number of values each, so that their median is that of all.
 fn wide_median(values: &[f64], half: usize) -> Vec<f64> {
     const DIRECT_MEDIAN_LEN: usize = 8192;
     if half <= DIRECT_MEDIAN_LEN {
@@ -263,7 +263,7 @@ mod tests {
         assert_eq!(sliding_median(&values, 100), [3.5; 6]);
     }
 
-    /// The floor of a long spectrum, from short stretches: that of all lines, within what chance moves either.
+    /// The floor of a long spectrum, from short blocks: that of all lines, within what chance moves either.
     #[test]
     fn law_wide_median() {
         let mut rng = fastrand::Rng::with_seed(2);

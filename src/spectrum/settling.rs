@@ -11,7 +11,7 @@ use crate::numeric::Complex;
 pub struct Dwell {
     /// Samples of it.
     pub range: Range<usize>,
-    /// Its frequency by the crossings of zero, Hz.
+    /// Frequency by zero crossings, Hz.
     pub frequency_hz: f64,
 }
 
@@ -53,7 +53,7 @@ pub fn settled_from(
 /// The response of a dwell that ends before it has settled.
 #[derive(Debug, Clone, Copy)]
 pub struct SteadyStateEstimate {
-    /// Where the response goes.
+    /// Extrapolated steady state of the response.
     pub steady_state: Complex,
     /// `E|error|²` of that, next to noise.
     pub variance: f64,
@@ -62,15 +62,15 @@ pub struct SteadyStateEstimate {
 /// From one quarter of a dwell to the next the response moves by this many variances of what noise moves it by where it rings.
 const MIN_CHANGE_SIGMA2: f64 = 16.0;
 
-/// What rings decays from quarter to quarter by this factor at least, or where it goes is not told.
+/// Largest decay factor of ringing from quarter to quarter for which the steady state is determined.
 const MAX_DECAY_RATIO: f64 = 0.9;
 
 /// Share of the way from the last quarter to where the response goes by which that is uncertain: several modes ring, and noise is on it.
 const EXTRAPOLATION_UNCERTAINTY: f64 = 0.2;
 
 impl SteadyStateEstimate {
-    /// What rings on a dwell, if it does beyond noise. What one mode leaves falls from quarter to quarter by one factor, so that three
-    /// quarters tell where it goes: `h₄ + d r/(1 − r)` with `d = h₄ − h₃` and `r = d/(h₃ − h₂)` (Aitken 1926).
+    /// Estimate of the steady state of a ringing dwell, if it rings beyond noise. The transient of one mode falls from quarter to
+    /// quarter by one factor, so that three quarters determine the limit: `h₄ + d r/(1 − r)` with `d = h₄ − h₃` and `r = d/(h₃ − h₂)` (Aitken 1926).
     ///
     /// # Errors
     /// As [`fit_amplitude`].
@@ -128,8 +128,8 @@ mod tests {
 
     use super::*;
 
-    /// A mode that has fallen to a tenth by the end of the dwell: without noise the response is told where the mean of the last half is
-    /// off by two tenths; in noise the error is as stated; one that has settled does not ring.
+    /// A mode that has fallen to a tenth by the end of the dwell: without noise the response is estimated where the mean of the last half
+    /// is off by two tenths; in noise the error is as stated; one that has settled does not ring.
     #[test]
     fn law_ringing_goes_where_it_settles() {
         const COUNT: usize = 3000;

@@ -17,7 +17,7 @@ pub struct SineFit {
     pub frequency_hz: f64,
     /// Complex amplitude (0 to peak) with the time taken from the middle of the samples.
     pub amplitude: Complex,
-    /// Level it swings about.
+    /// Offset about which the sine oscillates.
     pub offset: f64,
     /// `E|error|²` of the amplitude where what is left is white.
     pub variance: f64,
@@ -80,7 +80,7 @@ fn transform(samples: &[f64], turn: f64) -> Complex {
 /// Steps of Gauss and Newton that a fit from a start within half a line takes at most.
 const MAX_ITERATIONS: usize = 30;
 
-/// The frequency stands still: turns over half the record.
+/// Convergence tolerance of the frequency: turns over half the record.
 const FREQUENCY_TOLERANCE: f64 = 1e-12;
 
 /// A change of less than this that is not half the last one is rounding: turns over half the record. The angle from one sample to the

@@ -17,13 +17,13 @@ pub struct Spectra {
     pub frequency_hz: Vec<f64>,
     /// One-sided power spectral density of every channel, unit²/Hz.
     pub psd: Vec<Vec<f64>>,
-    /// Cross spectra of the pairs asked for.
+    /// Cross spectra of the requested pairs.
     pub cross: Vec<CrossSpectrum>,
     /// Equivalent noise bandwidth, Hz: a tone of rms `a` has a density of `a²/bandwidth` at its line.
     pub bandwidth_hz: f64,
-    /// How many blocks (or tapers) were averaged.
+    /// Number of blocks (or tapers) averaged.
     pub blocks: usize,
-    /// How many independent blocks have the same random error; `None` where a maximum was kept instead of a mean.
+    /// Number of independent blocks with the same random error; `None` where a maximum was kept instead of a mean.
     pub averages: Option<f64>,
     /// Rate σ of an exponential window `exp(−σt)` on the blocks, 1/s; 0 without one.
     pub window_decay: f64,
@@ -56,7 +56,7 @@ pub(super) fn mean(channel: &[f64]) -> Result<f64, Error> {
 }
 
 impl Spectra {
-    /// The cross spectrum from channel `x` to channel `y`, whichever way round it is held; `None` where it was not asked for.
+    /// The cross spectrum from channel `x` to channel `y`, whichever way round it is held; `None` where it was not requested.
     pub fn cross(&self, x: usize, y: usize) -> Option<Vec<Complex>> {
         if x == y {
             let real = |&s: &f64| Complex::new(s, 0.0);

@@ -88,7 +88,7 @@ impl ShortTimeFft {
     }
 }
 
-/// How a spectrogram is cut.
+/// Block lengths of a spectrogram.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectrogramOptions {
     /// Samples in a block: lines are `rate/block` apart.

@@ -56,7 +56,7 @@ pub fn dwell_of_range(input: &[f64], rate_hz: f64, range: Range<usize>) -> Resul
 /// Whether dwells hold their frequency: what they drift from one half to the other is small against the step to the next. A sweep drifts
 /// by half of it.
 pub fn dwells_hold_frequency(input: &[f64], rate_hz: f64, dwells: &[Dwell]) -> bool {
-    /// Of the step.
+    /// Largest drift as a share of the step.
     const MAX_DRIFT: f64 = 0.1;
     let mut shares = Vec::with_capacity(dwells.len());
     for pair in dwells.windows(2) {
@@ -151,7 +151,7 @@ impl PeriodFit {
         self.first + self.line().0
     }
 
-    /// How far a crossing of the given number is from where it is expected.
+    /// Deviation of a crossing of the given number from its expected time.
     fn deviation(&self, at: f64, number: f64) -> f64 {
         let (slope, mean, _) = self.line();
         let expected = mean + slope * (number - 0.5 * (self.count - 1.0));

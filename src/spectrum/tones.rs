@@ -13,11 +13,11 @@ use crate::numeric::fft::{RealFft, prev_fast_len};
 /// A sine of constant amplitude and frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tone {
-    /// Its frequency, Hz.
+    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// 0 to peak, by channel.
     pub amplitude: Vec<f64>,
-    /// How probably noise alone stands out so far anywhere.
+    /// Probability that noise alone exceeds its level so far anywhere.
     pub probability: f64,
 }
 
@@ -28,7 +28,7 @@ const TAPERS: [usize; 2] = [12, 4];
 /// noise reaches somewhere in a long record.
 const GRID_PER_HALF_LINE: usize = 2;
 
-/// How often noise alone may show one tone, in a record.
+/// Probability that noise alone shows one tone, in a record.
 const FALSE_ALARM: f64 = 1e-3;
 
 /// Strong tones hide weak ones next to them: looked at again without, so often at most.
@@ -43,7 +43,7 @@ const SAME_TONE_LINES: f64 = 2.0;
 /// Lines: tones nearer than this are fitted again without each other.
 const NEIGHBOUR_LINES: f64 = 12.0;
 
-/// Tones that are near each other stand still: lines; and how often they are fitted again at most.
+/// Convergence tolerance of tones near each other, in lines; and maximum number of refits.
 const REFIT_TOLERANCE_LINES: f64 = 1e-5;
 const MAX_REFITS: usize = 20;
 
@@ -138,7 +138,7 @@ impl ToneSearch<'_> {
         self.rate_hz / self.transform_len as f64
     }
 
-    /// Takes out what stands out now; says whether any of it is new.
+    /// Removes the tones found in this round; returns whether any of them is new.
     fn round(&mut self, tapers: usize) -> Result<bool, Error> {
         let mut tests = Vec::with_capacity(self.channels.len());
         for channel in self.channels.iter() {
@@ -172,7 +172,7 @@ impl ToneSearch<'_> {
         Ok(is_new)
     }
 
-    /// Fits tones near each other again, each without the others, until they stand still.
+    /// Fits tones near each other again, each without the others, until they converge.
     fn refine_neighbours(&mut self) -> Result<(), Error> {
         let line_hz = self.line_hz();
         for _ in 0..MAX_REFITS {
@@ -259,8 +259,8 @@ fn false_alarm_probability(f: f64, tapers: usize) -> f64 {
     (1.0 + f / residual_dof(tapers)).powf(-residual_dof(tapers))
 }
 
-/// Places where a tone stands out in some channel, farther than in any as near as the tapers see, with that channel; the clearest
-/// first.
+/// Significant maxima of the test statistic, each the largest of all channels within the tapers' resolution, with its channel; the
+/// clearest first.
 fn peaks(tests: &[Vec<f64>], looked_at: f64, tapers: usize) -> Vec<(usize, usize)> {
     let count = tests.first().map_or(0, Vec::len);
     let best = |m: usize| {

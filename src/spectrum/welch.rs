@@ -18,19 +18,19 @@ use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
 use crate::numeric::vector_ops;
 
-/// What is taken off each block before the window.
+/// Trend removed from each block before the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Detrend {
     /// Nothing.
     None,
-    /// Its mean.
+    /// Mean of the block.
     #[default]
     Mean,
-    /// Its straight line of least squares.
+    /// Straight line of least squares.
     Linear,
 }
 
-/// How blocks join into one spectrum.
+/// Averaging of blocks into one spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Averaging {
     /// Every block counts alike.
@@ -42,7 +42,7 @@ pub enum Averaging {
     PeakHold,
 }
 
-/// How blocks are cut, windowed and averaged.
+/// Options for cutting, windowing and averaging blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WelchOptions {
     /// Samples in a block: lines are `rate/block` apart.

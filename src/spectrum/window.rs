@@ -8,7 +8,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 
-/// What a block is multiplied by before it is transformed.
+/// Window applied to a block before it is transformed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Window {
     /// One throughout: for signals that begin and end inside the block, or are periodic in it.
@@ -134,7 +134,7 @@ impl Window {
         .with_hint(range))
     }
 
-    /// Its `n` samples.
+    /// The `n` samples of the window.
     pub fn samples(self, n: usize) -> Vec<f64> {
         let at = |f: &dyn Fn(f64) -> f64| (0..n).map(|j| f(j as f64 / n as f64)).collect();
         match self {
@@ -203,7 +203,7 @@ pub fn bessel_i0(x: f64) -> f64 {
     sum
 }
 
-/// What a window does to tones and to noise.
+/// Gains of a window for tones and for noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowGains {
     /// `Σw/n`: the factor on a tone's amplitude.
@@ -302,7 +302,7 @@ mod tests {
         assert_eq!(Window::Kaiser(0.0).samples(5), [1.0; 5]);
     }
 
-    /// Geometric sums, and the decay rate they stand for.
+    /// Geometric sums, and the decay rate they represent.
     #[test]
     fn exact_force_and_exponential() {
         let (n, end) = (500, 0.01_f64);

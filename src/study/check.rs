@@ -1,4 +1,4 @@
-//! What the studies of a scene would refuse, found without solving anything.
+//! Check of a scene's studies for refusals, without solving anything.
 
 use super::stability::linear;
 use super::{frequencies, parametric, responses, work_precision};

@@ -3,17 +3,17 @@
 use super::timing::min_time;
 use crate::base::error::Error;
 
-/// What every way to an answer costs.
+/// Cost and error of every method for one result.
 pub struct ComparisonResult {
-    /// What is compared, as text.
+    /// Compared quantity, as text.
     pub quantity: String,
-    /// How errors are measured, as text.
+    /// Norm of the errors, as text.
     pub norm: &'static str,
     /// Degrees of freedom of the machine, without rigid joints.
     pub dofs: usize,
-    /// What the errors are against.
+    /// Reference of the errors.
     pub reference: String,
-    /// Its own relative error, below which none can be told.
+    /// Relative error of the reference, below which no error is measurable.
     pub reference_error: f64,
     /// Every way that was tried.
     pub methods: Vec<ComparedMethod>,
@@ -23,11 +23,11 @@ pub struct ComparisonResult {
 
 /// One way.
 pub struct ComparedMethod {
-    /// Its name.
+    /// Name of the method.
     pub method: &'static str,
-    /// How fine; absent where nothing is chosen.
+    /// Model size; absent where nothing is chosen.
     pub size: Option<ModelSize>,
-    /// Its relative error.
+    /// Relative error.
     pub error: Option<f64>,
     /// The least time of its repeats, s.
     pub seconds: f64,
@@ -35,7 +35,7 @@ pub struct ComparedMethod {
     pub failure: Option<String>,
 }
 
-/// How fine a way is.
+/// Model size of a method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelSize {
     /// So many coordinates are kept.
@@ -56,7 +56,7 @@ impl ComparisonResult {
         reached.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
     }
 
-    /// The way that comes nearest to the answer.
+    /// Most accurate method.
     pub fn most_accurate(&self) -> Option<&ComparedMethod> {
         let off = |w: &ComparedMethod| w.error.unwrap_or(f64::INFINITY);
         let ended = self.methods.iter().filter(|w| w.error.is_some());
@@ -65,7 +65,7 @@ impl ComparisonResult {
 }
 
 impl ComparedMethod {
-    /// Takes a way, with the least time of several repeats; `judge` says how far its answer is off.
+    /// Times a method, with the least time of several repeats; `judge` returns the error of its result.
     pub fn time_method<T>(
         method: &'static str,
         size: Option<ModelSize>,

@@ -19,7 +19,7 @@ pub struct ElasticSizes {
 const ROUNDING_TOLERANCE: f64 = 1e-12;
 
 impl ElasticSizes {
-    /// Of a machine with these rigid motions.
+    /// Sizes for a machine with these rigid motions.
     pub fn new(model: &DynamicModel, rigid: &[Vec<f64>]) -> ElasticSizes {
         let momenta: Vec<Vec<f64>> = rigid.iter().map(|r| model.momentum(r)).collect();
         let inertia = Matrix::from_fn(rigid.len(), rigid.len(), |i, j| dot(&rigid[i], &momenta[j]));

@@ -27,7 +27,7 @@ const MAX_DENSE_DOFS: usize = 1000;
 /// Machines beyond this many degrees of freedom are not built for a comparison of lengths.
 const MAX_DOFS: usize = 100_000;
 
-/// Lengths of the ladder; the last two give the reference.
+/// Subdivisions of the refinement series; the last two give the reference.
 const SUBDIVISIONS: [usize; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 
 /// Refuses machines without frequencies to compare.
@@ -173,11 +173,11 @@ pub fn compare_eigensolvers(
 /// Finds frequencies, rad/s.
 type FrequencyFn<'a> = &'a dyn Fn() -> Result<Vec<f64>, Error>;
 
-/// What frequencies are compared with.
+/// Reference of the frequencies.
 struct ReferenceFrequencies {
     /// rad/s.
     omega: Vec<f64>,
-    /// Their own relative error, below which none can be told.
+    /// Relative error of the reference, below which no error is measurable.
     error: f64,
 }
 
@@ -185,7 +185,7 @@ struct ReferenceFrequencies {
 const BOUNDARY_DOFS: usize = 2;
 
 impl ReferenceFrequencies {
-    /// How far frequencies are off, where all are there.
+    /// Relative error of frequencies, where all are there.
     fn relative_error(&self, found: Vec<f64>) -> Result<f64, String> {
         match found.len() < self.omega.len() {
             true => Err(format!(

@@ -13,10 +13,10 @@ use crate::motion::methods::{IntegrationMethod, StepControl};
 use crate::motion::problem::{IntegrationOptions, IntegrationStats, Observer, StepSize};
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
-/// The tightest tolerance a method is asked for: below, rounding decides.
+/// Tightest requested tolerance of a method: below, rounding decides.
 pub const MIN_TOLERANCE: f64 = 1e-13;
 
-/// Tolerances of the ladder.
+/// Tolerances of the refinement series.
 const TOLERANCES: [f64; 6] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, MIN_TOLERANCE];
 
 /// Divisions of the time by fixed-step methods.
@@ -24,13 +24,13 @@ const STEPS: [f64; 4] = [1e3, 1e4, 1e5, 1e6];
 
 /// A run that came to its end.
 pub struct MethodRun {
-    /// Of each output, at every sample.
+    /// Values of each output, at every sample.
     pub values: Vec<Vec<f64>>,
     /// The largest size of each state at any sample, without rigid motion where anything deforms.
     pub sizes: Vec<f64>,
-    /// What it cost.
+    /// Statistics of the integration.
     pub stats: IntegrationStats,
-    /// How long it took, s.
+    /// Run time, s.
     pub seconds: f64,
 }
 
@@ -90,7 +90,7 @@ pub fn run_method(
     })
 }
 
-/// What a method is asked, the coarsest first.
+/// Requested step sizes of a method, the coarsest first.
 pub fn step_sizes(scene: &SimulationSetup, method: &IntegrationMethod) -> Vec<Option<StepSize>> {
     match method.step_control {
         StepControl::Exact => vec![None],
@@ -101,7 +101,8 @@ pub fn step_sizes(scene: &SimulationSetup, method: &IntegrationMethod) -> Vec<Op
     }
 }
 
-/// How many times as much the next rung of the ladder costs at most. Steps go by a root of the tolerance: that of the order, but
+/// Upper bound of the cost ratio between successive step sizes of the refinement series. Steps go by a root of the tolerance: that of the
+/// order, but
 /// no more than the fourth, since errors are estimated with less.
 pub fn cost_ratio(method: &IntegrationMethod) -> f64 {
     match method.step_control {

@@ -22,7 +22,7 @@ pub struct ParametricResult {
     pub period: f64,
     /// Speed of the first node of `[speed]`, rad/s.
     pub speed: f64,
-    /// Unstable speeds, where a chart was asked.
+    /// Chart of unstable speeds, on request.
     pub chart: Option<StabilityChart>,
 }
 
@@ -32,7 +32,7 @@ pub struct StabilityChart {
     pub span: [f64; 2],
     /// By the second parameter; one row at the scene's own where there is none.
     pub rows: Vec<ChartRow>,
-    /// What the rows go over.
+    /// Parameter of the rows.
     pub parameter: Option<SweepParameter>,
     /// The frequency with which the whole machine repeats at the scene's speed, rad/s.
     pub base: f64,

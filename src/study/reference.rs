@@ -11,18 +11,18 @@ use crate::motion::problem::StepSize;
 use crate::plan::motion::cost::CostModel;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
-/// What the errors are against.
+/// Reference solution of the errors.
 pub struct ReferenceSolution {
-    /// Its method.
+    /// Method of the reference.
     pub method: &'static str,
-    /// How exact or how fine it was asked; absent for what is exact to rounding.
+    /// Requested tolerance or step; absent for methods exact to rounding.
     pub step_size: Option<StepSize>,
-    /// What it was held against, the closest first.
+    /// Cross-checks of the reference, the closest first.
     pub cross_checks: Vec<CrossCheck>,
     /// Methods that could have witnessed and did not, with the reason.
     pub unavailable: Vec<(&'static str, String)>,
-    /// How many times as much a change of the start shows in an output over the whole time as over its first tenth: errors of
-    /// rounding grow alike. Absent where nothing moves.
+    /// Growth of a change of the start in an output over the whole time relative to its first tenth: errors of rounding grow alike. Absent
+    /// where nothing moves.
     pub sensitivity: Option<f64>,
     /// The values, output by output.
     pub values: Vec<Vec<f64>>,
@@ -30,13 +30,13 @@ pub struct ReferenceSolution {
 
 /// Another run, and how far it is off.
 pub struct CrossCheck {
-    /// Its method.
+    /// Method of the cross-check.
     pub method: &'static str,
-    /// How exact or how fine it was asked; absent for what is exact to rounding.
+    /// Requested tolerance or step; absent for methods exact to rounding.
     pub step_size: Option<StepSize>,
     /// It descends from the same method: what both get wrong it cannot show.
     pub related: bool,
-    /// How far it is from the reference.
+    /// Distance from the reference.
     pub distance: f64,
 }
 
@@ -74,7 +74,7 @@ impl RefinementSeries {
 }
 
 impl ReferenceSolution {
-    /// How far it is from the closest witness: an estimate of its own error.
+    /// Distance from the closest cross-check: an estimate of the reference's own error.
     pub fn agreement(&self) -> Option<f64> {
         self.cross_checks.first().map(|w| w.distance)
     }
@@ -120,7 +120,7 @@ impl ReferenceSolution {
     }
 }
 
-/// How little a method is trusted to be a reference: exact ones most, then those that take switches as they come, then by order.
+/// Rank of a method as a reference, the most trusted lowest: exact ones first, then those that locate events, then by order.
 fn trust_rank(method: &IntegrationMethod) -> u32 {
     match (method.step_control, method.locates_events) {
         (StepControl::Exact, _) => 0,
@@ -250,7 +250,7 @@ fn most_trusted_pair(found: &[RefinementSeries]) -> Option<(usize, Vec<CrossChec
     all.find(|(_, w)| w.first().is_none_or(|w| w.distance <= least))
 }
 
-/// The same method asked less tightly, where no other can witness.
+/// Cross-check by the same method at a looser tolerance, where no other is available.
 fn self_check(own: &RefinementSeries) -> Option<CrossCheck> {
     let [.., (size, before), (_, best)] = &own.trials[..] else {
         return None;

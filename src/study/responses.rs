@@ -165,7 +165,7 @@ fn skipped(why: &str) -> ComparedMethod {
     }
 }
 
-/// Torques on degrees of freedom and motions of degrees of freedom, all that a reduced machine is asked.
+/// Torques on degrees of freedom and motions of degrees of freedom, all ports of a reduced machine.
 struct TorqueMotionPorts {
     inputs: Vec<usize>,
     /// The degree of freedom, and how often it is differentiated.
@@ -240,7 +240,7 @@ impl TorqueMotionPorts {
 
 type ReductionFn<'a> = Box<dyn Fn() -> Result<SystemMatrices, Error> + 'a>;
 
-/// Every reduction over its ladder of sizes.
+/// Every reduction over its series of sizes.
 fn reductions<'a>(
     context: &'a AnalysisContext<'a>,
     plain: &TorqueMotionPorts,

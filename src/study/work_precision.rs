@@ -20,7 +20,7 @@ use crate::plan::motion::simulation_setup::SimulationSetup;
 
 /// Error against run time of one scene.
 pub struct WorkPrecisionResult {
-    /// What the errors are against.
+    /// Reference of the errors.
     pub reference: ReferenceSolution,
     /// Every rung of every method, run or not.
     pub runs: Vec<WorkPrecisionRun>,
@@ -32,21 +32,21 @@ pub struct WorkPrecisionResult {
 pub struct WorkPrecisionRun {
     /// The method.
     pub method: &'static str,
-    /// How exact or how fine it was asked; absent for exact methods, and for those that take no rung at all.
+    /// Requested tolerance or step; absent for exact methods, and for those that take no step size at all.
     pub step_size: Option<StepSize>,
-    /// How it ended.
+    /// Outcome of the run.
     pub outcome: RunOutcome,
 }
 
-/// How a rung ended.
+/// Outcome of a run.
 pub enum RunOutcome {
     /// It came to its end.
     Completed {
-        /// Its error, not below what the reference is known to.
+        /// Error of the run, not below that of the reference.
         error: f64,
         /// The least time of its repeats, s.
         seconds: f64,
-        /// What it cost.
+        /// Statistics of the integration.
         stats: IntegrationStats,
     },
     /// It did not, for this reason.
@@ -55,7 +55,7 @@ pub enum RunOutcome {
     Skipped(String),
 }
 
-/// What is to be taken for an error.
+/// Recommendation for an error.
 pub enum Recommendation<'a> {
     /// The cheapest run that reaches it, and the cheapest of another method.
     Cheapest(&'a WorkPrecisionRun, Option<&'a WorkPrecisionRun>),
@@ -124,7 +124,7 @@ pub fn refuse(scene: &SimulationSetup, methods: &[String]) -> Result<(), Error> 
     check_memory(scene, MAX_HISTORIES)
 }
 
-/// What rungs are judged by.
+/// Criteria that judge the runs.
 struct RunCriteria<'a> {
     reference: &'a ReferenceSolution,
     cost: CostModel<'a>,
@@ -189,7 +189,7 @@ impl RunOutcome {
 }
 
 impl WorkPrecisionRun {
-    /// Its error, where it came to its end.
+    /// Error, where the run was completed.
     pub fn error(&self) -> Option<f64> {
         match self.outcome {
             RunOutcome::Completed { error, .. } => Some(error),
@@ -197,7 +197,7 @@ impl WorkPrecisionRun {
         }
     }
 
-    /// How long it took, s, where it came to its end.
+    /// Run time, s, where the run was completed.
     pub fn seconds(&self) -> Option<f64> {
         match self.outcome {
             RunOutcome::Completed { seconds, .. } => Some(seconds),
@@ -216,7 +216,7 @@ impl WorkPrecisionRun {
 }
 
 impl WorkPrecisionResult {
-    /// What is to be taken for an error.
+    /// Recommends a method for an error.
     pub fn recommend(&self, error: f64) -> Recommendation<'_> {
         let reached = || {
             let all = self.runs.iter();

@@ -17,14 +17,14 @@ pub struct ErrorBudget {
     pub rss: f64,
     /// The range over the window.
     pub range: RangeDistribution,
-    /// What each element counts for.
+    /// Contributions of the elements.
     pub elements: Vec<ElementSensitivity>,
 }
 
-/// What an element counts for.
+/// Contribution of an element to the error budget.
 #[derive(Debug, Clone, Copy)]
 pub struct ElementSensitivity {
-    /// Of the sum of squares.
+    /// Share of the sum of squares.
     pub share: f64,
     /// Off the root of the sum of squares, as a share of it, with amplitudes 1/√2 of what they are: one ISO grade better. Absent where
     /// nothing of the element has a grade.
@@ -161,7 +161,7 @@ mod tests {
         assert_eq!(found.elements[0].one_grade_finer, None);
     }
 
-    /// Whatever is left out costs no more than is said.
+    /// Omitting elements costs no more than the reported loss.
     #[test]
     fn law_what_is_left_out_costs_what_is_said() {
         let terms = [term(0, 1.0, 10.0), term(1, 5.0, 1.0), term(2, 7.0, 0.5)];

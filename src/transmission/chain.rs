@@ -13,7 +13,7 @@ use crate::modes::excitation_orders::speed_constraints;
 use crate::numeric::exact_constraints::ExactConstraints;
 use crate::numeric::fraction::Fraction;
 
-/// What is looked at: an output alone, or against where a second one says it should be.
+/// Ends of a transmission chain: an output alone, or relative to its ideal position from a second degree of freedom.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ChainEnds {
     /// The degree of freedom whose angle is prescribed.
@@ -27,7 +27,7 @@ pub struct ChainEnds {
 /// A chain.
 #[derive(Debug, Clone)]
 pub struct TransmissionChain {
-    /// Its ends.
+    /// Ends of the chain.
     pub ends: ChainEnds,
     /// The angle orders are counted by: the output's, of a slide that of the screw that moves it.
     pub order_reference: usize,
@@ -40,7 +40,7 @@ pub struct TransmissionChain {
     turns: Vec<Option<Fraction>>,
     /// `T_b`, by branch; of those alone that carry an error.
     transmission: Vec<(usize, f64)>,
-    /// What errors in loops must satisfy: `Σ c e = 0`.
+    /// Compatibility conditions on errors in loops: `Σ c e = 0`.
     pub loop_conditions: Vec<Vec<(usize, f64)>>,
 }
 

@@ -167,7 +167,7 @@ fn best_remesh(
     best.map(|(test, _)| test)
 }
 
-/// Of every degree of freedom: it hangs on `from` with the element taken out.
+/// True for every degree of freedom still connected to `from` with the element removed.
 pub fn connected_side(machine: &Machine, without: usize, from: usize) -> Vec<bool> {
     let mut reached = vec![false; machine.dofs.len()];
     reached[from] = true;

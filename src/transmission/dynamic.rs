@@ -65,7 +65,7 @@ impl ErrorTransfer {
         &self.ports
     }
 
-    /// A and ψ of every line at the end, rad, where all lines stand at ω, rad/s.
+    /// A and ψ of every line at the end, rad, where all lines are at ω, rad/s.
     ///
     /// # Errors
     /// An undamped resonance.

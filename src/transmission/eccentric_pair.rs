@@ -47,12 +47,12 @@ impl EccentricPair {
             .with_hint("the centres must be farther apart than the base circles reach"))
     }
 
-    /// φ₂ less that of a true gear, rad, where a true gear would stand at `nominal`, rad.
+    /// Deviation of φ₂ from that of a true gear, rad, at the true gear's angle `nominal`, rad.
     ///
     /// # Errors
     /// No convergence, which no pair within the limits has shown.
     pub fn deviation(&self, nominal: f64) -> Result<f64, Error> {
-        /// Of an angle; the iteration is quadratic, and this is rounding.
+        /// Angle tolerance; the iteration is quadratic, and this is rounding.
         const ANGLE_TOLERANCE: f64 = 1e-15;
         let [r1, r2] = self.base;
         let sum = r1 + r2;
@@ -107,7 +107,7 @@ impl EccentricPair {
     }
 }
 
-/// What the order table leaves out: the second order of every offset of a gear in an external pair of parallel axes, summed at the
+/// Second-order terms neglected by the order table: those of every offset of a gear in an external pair of parallel axes, summed at the
 /// output, rad. Other pairs have one of the same size.
 pub fn neglected_second_order(machine: &Machine, chain: &TransmissionChain) -> f64 {
     let mut sum = 0.0;

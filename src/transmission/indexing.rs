@@ -9,7 +9,7 @@ use super::order_lines::OrderLine;
 use crate::machine::components::Machine;
 use crate::numeric::fraction::Fraction;
 
-/// What a line does to the work.
+/// Effect of a line on the workpiece.
 #[derive(Debug, Clone, PartialEq)]
 pub enum IndexingEffect {
     /// The same on every tooth: it shapes the flank.
@@ -23,7 +23,7 @@ pub enum IndexingEffect {
     },
 }
 
-/// Of every line; `indexed` says of every degree of freedom whether it moves on with the work, `teeth` are those of the work.
+/// Indexing effect of every line; `indexed` marks the degrees of freedom that move on with the work, `teeth` are those of the work.
 pub fn indexing_effects(
     machine: &Machine,
     chain: &TransmissionChain,

@@ -29,7 +29,7 @@ const MESH_HARMONICS: u32 = 16;
 struct LoadedMesh<'a> {
     branch: usize,
     wave: &'a StiffnessVariation,
-    /// Its cycles per turn that orders are counted by.
+    /// Mesh cycles per turn that orders are counted by.
     cycles: Fraction,
     /// F̄/k, m.
     mean_deflection: f64,
@@ -193,7 +193,7 @@ struct MeshCompliance {
 fn compliance(model: &OperatingModel, mesh: &LoadedMesh) -> Result<MeshCompliance, Error> {
     /// Samples of a mesh cycle.
     const SAMPLES: usize = 4096;
-    /// Of the compliance: below this stands rounding of the transform.
+    /// Rounding level of the transform, relative to the compliance.
     const ROUNDING: f64 = 1e-13;
     let waveform = &mesh.wave.waveform;
     if waveform.lower_bound() <= 0.0 {

@@ -8,7 +8,7 @@ use crate::machine::operating_point::{ActiveFlank, OperatingPoint};
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
 
-/// Where a line comes from.
+/// Origin of an order line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineOrigin {
     /// A declared error, by its number in the machine.
@@ -22,11 +22,11 @@ pub enum LineOrigin {
 pub struct OrderLine {
     /// Cycles per turn of the output, or of the screw that moves it.
     pub order: Fraction,
-    /// Where it comes from.
+    /// Origin of the line.
     pub origin: LineOrigin,
     /// Cycles per turn of the element, or of the belt; of a stiffness per tooth.
     pub harmonic: u32,
-    /// What it does in each branch: number, and complex displacement e.
+    /// Displacement in each branch: number, and complex displacement e.
     pub displacements: Vec<(usize, Complex)>,
     /// A and ψ at the output, rad, of a slide m: slowly, with rigid joints.
     pub quasi_static: Complex,
@@ -41,13 +41,13 @@ impl OrderLine {
         }
     }
 
-    /// Its phase is known.
+    /// True where the phase of the line is known.
     pub fn phase_known(&self, machine: &Machine) -> bool {
         self.declared(machine).is_none_or(|error| error.phase_known)
     }
 }
 
-/// How the error acts on the flank that carries.
+/// Action of the error on the loaded flank.
 fn flank_action(operating: &OperatingPoint, act: &ErrorAction) -> FlankTransfer {
     act.flanks[usize::from(operating.state(act.branch) == ActiveFlank::Coast)]
 }
@@ -115,7 +115,7 @@ pub fn order_lines(
     lines
 }
 
-/// Of the terms of a condition: what is left of a fit is rounding of amplitudes and phases.
+/// Tolerance relative to the terms of a condition: a fit leaves the rounding of amplitudes and phases.
 const COMPATIBILITY_TOLERANCE: f64 = 1e-9;
 
 /// Rigid joints can turn with this line alone: it satisfies what their loops ask for.
@@ -132,7 +132,7 @@ pub fn is_compatible(chain: &TransmissionChain, line: &OrderLine) -> bool {
     })
 }
 
-/// Where rigid loops stand against the errors: the first condition that these break, with the branches it ties together.
+/// First loop condition that the errors violate where joints are rigid, with the branches it ties together.
 ///
 /// Each order must satisfy it by itself; unknown phases never do.
 pub fn incompatible_loop(

@@ -22,12 +22,12 @@ pub struct HarmonicTerm {
     pub value: Complex,
 }
 
-/// What is known of a source.
+/// An error source with its known parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct ErrorSource {
     /// The element it belongs to.
     pub element: usize,
-    /// Its phase is known.
+    /// True where the phase of the source is known.
     pub phase_known: bool,
     /// Half the width of what its amplitude may be, relative to it.
     pub tolerance: f64,
@@ -48,7 +48,7 @@ pub struct RangeDistribution {
     pub percentiles: Vec<(u32, f64, f64)>,
 }
 
-/// Percentiles told.
+/// Percentiles reported.
 const PERCENTILES: [u32; 3] = [5, 50, 95];
 
 /// Shifts of the lattice.

@@ -18,13 +18,13 @@ const PER_CYCLE: f64 = 8.0;
 pub struct SyntheticRecord {
     /// Turns of the output.
     pub turns: usize,
-    /// What comes after the last sample is the first.
+    /// True for a periodic record: the first sample follows the last.
     pub closed: bool,
     /// e at `turns · i / n` turns, rad.
     pub values: Vec<f64>,
 }
 
-/// Turns of a record: the full common period where nothing is asked.
+/// Turns of a record: the full common period by default.
 ///
 /// # Errors
 /// A common period that no record holds.
@@ -106,7 +106,7 @@ mod tests {
         }
     }
 
-    /// The common period where nothing is asked, in whole turns; beyond what a record holds it is refused.
+    /// The default record is the common period, in whole turns; a period beyond what a record holds is refused.
     #[test]
     fn refuses_periods_beyond_a_record() {
         assert_eq!(

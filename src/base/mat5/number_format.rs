@@ -32,7 +32,7 @@ impl ByteOrder {
     }
 }
 
-/// How numbers are stored.
+/// Storage format of numbers.
 pub(super) struct NumberFormat {
     kind: u32,
     order: ByteOrder,

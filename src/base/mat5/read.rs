@@ -24,15 +24,15 @@ const MAX_BYTES: u64 = u32::MAX as u64;
 /// A variable, a field of a structure or a cell.
 #[derive(Debug, Clone)]
 pub struct Array {
-    /// Its name; empty for cells.
+    /// Name; empty for cells.
     pub name: String,
     /// Rows, columns, and further dimensions.
     pub dimensions: Vec<usize>,
-    /// What it holds.
+    /// Contents.
     pub contents: Contents,
 }
 
-/// What an array holds.
+/// Contents of an array.
 #[derive(Debug, Clone)]
 pub enum Contents {
     /// Numbers by columns, whatever class they were stored in.
@@ -55,7 +55,7 @@ pub enum Contents {
     Cells(Vec<Array>),
     /// Fields of the first structure, then of the second, …; each array bears the name of its field.
     Structure(Vec<Array>),
-    /// What is not read, as text: `an object of class timeseries`.
+    /// Unsupported contents, as text: `an object of class timeseries`.
     Other(String),
 }
 
@@ -252,7 +252,7 @@ impl ArrayReader {
     }
 }
 
-/// An object of a newer class, of which only its names can be told.
+/// Object of a newer class, of which only its names can be read.
 fn opaque(rest: &mut &[u8], order: ByteOrder) -> Result<Array, Error> {
     let name = DataElement::split(rest, order)?;
     let _system = DataElement::split(rest, order)?;
@@ -303,7 +303,7 @@ fn fields(rest: &mut &[u8], order: ByteOrder) -> Result<Vec<String>, Error> {
     Ok(names.chunks(width.max(1)).map(name).collect())
 }
 
-/// Rows of characters, which stand by columns.
+/// Rows of characters, stored by columns.
 fn text(
     element: &DataElement<'_>,
     dimensions: &[usize],

@@ -4,7 +4,7 @@ use super::deviation::ToleranceGroup;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// How much backlash JB 179-60 guarantees.
+/// Class of guaranteed backlash of JB 179-60.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BacklashClass {
     /// `D`
@@ -25,14 +25,14 @@ impl BacklashClass {
         (BacklashClass::Enlarged, "De", "enlarged backlash"),
     ];
 
-    /// What it guarantees.
+    /// Meaning of the class: the backlash it guarantees.
     pub fn meaning(self) -> &'static str {
         let found = BacklashClass::ALL.iter().find(|b| b.0 == self);
         found.map_or("", |b| b.2)
     }
 }
 
-/// Grades of the three groups, and the backlash asked.
+/// Grades of the three groups, and the required backlash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AccuracyGrades {
     /// Passing on motion over a turn.
@@ -111,7 +111,7 @@ impl AccuracyGrades {
         })
     }
 
-    /// The grade asked of a group.
+    /// Required grade of a group.
     pub fn grade(&self, group: ToleranceGroup) -> u32 {
         match group {
             ToleranceGroup::Motion => self.motion,
@@ -120,7 +120,7 @@ impl AccuracyGrades {
         }
     }
 
-    /// What it asks, as text.
+    /// Description of the requirement, as text.
     pub fn describe(&self) -> String {
         let grades = match (self.motion, self.smoothness, self.contact) {
             (m, s, c) if m == s && s == c => format!("grade {m}"),

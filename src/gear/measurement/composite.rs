@@ -24,9 +24,9 @@ pub struct SingleFlankRecord<'a> {
 /// A record parted in two; the parts add up to it.
 #[derive(Debug, Clone)]
 pub struct WaveSplit {
-    /// What repeats over many teeth, the mean with it.
+    /// Long-wave component over many teeth, including the mean.
     pub long: Vec<f64>,
-    /// What is left.
+    /// Short-wave component: the remainder.
     pub short: Vec<f64>,
     /// f_l′: range of the long wave over the record.
     pub long_range: f64,
@@ -55,8 +55,8 @@ impl TeHarmonic {
 }
 
 impl<'a> SingleFlankRecord<'a> {
-    /// `values` cover exactly `turns` turns of a gear of `teeth` teeth; sample i stands at `2π turns i / n`, so the end of the last
-    /// turn is not sampled again. `closed`: after the last sample the first follows, as after one turn of a gear against a master
+    /// `values` cover exactly `turns` turns of a gear of `teeth` teeth; sample i lies at `2π turns i / n`, so the end of the last turn is
+    /// not sampled again. `closed`: after the last sample the first follows, as after one turn of a gear against a master
     /// that does not err, or after the full hunting cycle of a pair.
     ///
     /// # Errors

@@ -3,11 +3,11 @@
 /// The three groups of demands that grades are stated for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ToleranceGroup {
-    /// How exactly motion is passed on over a turn.
+    /// Kinematic accuracy: exactness of the transmitted motion over a turn.
     Motion,
-    /// How smoothly, tooth by tooth.
+    /// Smoothness of motion, tooth by tooth.
     Smoothness,
-    /// How flanks bear.
+    /// Contact of the flanks.
     Contact,
 }
 
@@ -52,25 +52,25 @@ pub enum GearDeviation {
     SpanVariation,
     /// Normal tooth thickness less its value without backlash.
     Thickness,
-    /// What was taken off the tip.
+    /// Measured tip relief.
     TipRelief,
     /// Distance of the teeth's axis from the axis of turning.
     Eccentricity,
 }
 
-/// What JB 179-60 called a quantity.
+/// Designation of a quantity in JB 179-60.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Jb179Name {
-    /// Its symbol.
+    /// Symbol.
     pub symbol: &'static str,
     /// The symbol in plain letters, as table files have it.
     pub key: &'static str,
-    /// Its name.
+    /// Name.
     pub name: &'static str,
 }
 
 impl GearDeviation {
-    /// Every quantity JB 179-60 or ISO 1328 state limits for; the span of pitches stands for any.
+    /// Every quantity JB 179-60 or ISO 1328 state limits for; the span of pitches represents any.
     pub const LIMITED: [GearDeviation; 18] = [
         GearDeviation::SinglePitch,
         GearDeviation::CumulativePitch,
@@ -134,7 +134,7 @@ impl GearDeviation {
         }
     }
 
-    /// Its name in JB 179-60, where that knew it.
+    /// Designation in JB 179-60, where it exists.
     pub fn jb179_name(self) -> Option<Jb179Name> {
         use GearDeviation::*;
         let (key, symbol, name) = match self {

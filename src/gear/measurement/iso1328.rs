@@ -14,7 +14,7 @@ pub enum Edition {
     Y2013,
 }
 
-/// What tolerances depend on.
+/// Gear dimensions on which tolerances depend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearSize {
     /// Number of teeth.
@@ -71,7 +71,7 @@ impl Edition {
         }
     }
 
-    /// What lies outside the range the edition states, as text; `None` where all is inside.
+    /// Parameters outside the range the edition states, as text; `None` where all are inside.
     pub fn out_of_scope(self, quantity: GearDeviation, size: &GearSize) -> Option<String> {
         use GearDeviation::*;
         let (d, m, b) = millimetres(size);

@@ -5,7 +5,7 @@ use super::deviation::GearDeviation;
 /// One line of a table: a limit for sizes above the first and up to the second of each pair. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToleranceLimit {
-    /// What it limits.
+    /// Limited quantity.
     pub quantity: GearDeviation,
     /// At which grade.
     pub grade: u32,
@@ -19,7 +19,7 @@ pub struct ToleranceLimit {
     pub limit: f64,
 }
 
-/// Of the conversion from millimetres.
+/// Relative rounding of the conversion from millimetres.
 const ROUNDING: f64 = 1e-9;
 
 impl ToleranceLimit {

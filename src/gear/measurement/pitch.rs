@@ -8,7 +8,7 @@ use super::estimate::{Estimate, check_finite};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// How pitches were read.
+/// Method of the pitch measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PitchMethod {
     /// Each pitch against one unknown setting: the relative method.
@@ -24,7 +24,7 @@ pub struct PitchDeviations {
     pub single: Vec<f64>,
     /// F_i after every pitch, from the first flank; the last is zero.
     pub cumulative: Vec<f64>,
-    /// How far the first flank had moved when it was read again at the end; zero where it was not.
+    /// Drift of the first flank when read again at the end; zero where it was not.
     pub drift: f64,
     method: PitchMethod,
     std: Option<f64>,
@@ -198,12 +198,12 @@ impl PitchDeviations {
     }
 }
 
-/// How many pitches F_pk reaches over where nothing is stated: z/8, at least 2.
+/// Default number of pitches of F_pk: z/8, at least 2.
 pub fn default_span(teeth: usize) -> usize {
     (teeth / 8).max(2)
 }
 
-/// Where the lowest and the highest value are; the first of equals.
+/// Indices of the lowest and the highest value; the first of equals.
 pub(super) fn arg_min_max(values: &[f64]) -> (usize, usize) {
     let (mut low, mut high) = (0, 0);
     for (i, x) in values.iter().enumerate() {
@@ -217,7 +217,7 @@ pub(super) fn arg_min_max(values: &[f64]) -> (usize, usize) {
     (low, high)
 }
 
-/// Where the value of largest size is; the first of equals.
+/// Index of the value of largest size; the first of equals.
 fn arg_max_abs(values: impl Iterator<Item = f64>) -> usize {
     let mut best = (0, -1.0);
     for (i, x) in values.enumerate() {

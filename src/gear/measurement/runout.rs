@@ -17,7 +17,7 @@ pub struct Runout {
     pub range: Estimate,
     /// Amplitude of the first order, by least squares.
     pub eccentricity: Estimate,
-    /// Where the first order is highest, rad from the first space.
+    /// Phase of the maximum of the first order, rad from the first space.
     pub phase: f64,
     /// The mean of the readings.
     pub mean: f64,

@@ -8,7 +8,7 @@ use super::estimate::Estimate;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// How tooth thickness was measured.
+/// Method of the tooth-thickness measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ThicknessMethod {
     /// Span over so many teeth, of an internal gear over so many spaces.
@@ -21,7 +21,7 @@ pub enum ThicknessMethod {
     ConstantChord(f64),
 }
 
-/// What the gauge reads on the nominal tooth, and where it is set below the tip (chords only).
+/// Nominal gauge reading of a tooth, and the gauge setting below the tip (chords only).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NominalReading {
     /// Size.
@@ -31,7 +31,7 @@ pub struct NominalReading {
 }
 
 impl ThicknessMethod {
-    /// What the gauge reads on a tooth without backlash.
+    /// Nominal gauge reading of a tooth without backlash.
     ///
     /// # Errors
     /// `OutOfRange`: a size this gear does not have.

@@ -11,16 +11,16 @@ use crate::base::error::Error;
 /// Fewest points a line is laid through.
 const MIN_POINTS: usize = 3;
 
-/// What the design itself takes off.
+/// Design modification of a flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Modification {
     /// Growing evenly from `from` to `amount` at `to`, as at a tip (`to` above `from`) or a root (below).
     Relief {
-        /// Where it begins.
+        /// Start of the modification.
         from: f64,
-        /// Where it is greatest.
+        /// Place of the largest amount.
         to: f64,
-        /// How much is taken off there.
+        /// Amount at that place.
         amount: f64,
     },
     /// A parabola: nothing in the middle of `from` and `to`, `amount` off at both.
@@ -29,7 +29,7 @@ pub enum Modification {
         from: f64,
         /// The other.
         to: f64,
-        /// How much is taken off there.
+        /// Amount at that place.
         amount: f64,
     },
 }
@@ -62,7 +62,7 @@ pub struct MeanLine {
     pub middle: f64,
     /// The line's height there.
     pub level: f64,
-    /// Its rise per length.
+    /// Slope: rise per length.
     pub gradient: f64,
     points: f64,
     spread: f64,
@@ -74,13 +74,13 @@ impl MeanLine {
         self.level + self.gradient * (x - self.middle)
     }
 
-    /// How much two points pull on the line's height at each other.
+    /// Mutual leverage of two points on the height of the line.
     fn leverage(&self, a: f64, b: f64) -> f64 {
         1.0 / self.points + (a - self.middle) * (b - self.middle) / self.spread
     }
 }
 
-/// Evaluates the points of a trace between `from` and `to`; the slope is told over `reach`, the length it is extrapolated to. `std`:
+/// Evaluates the points of a trace between `from` and `to`; the slope is given over `reach`, the length it is extrapolated to. `std`:
 /// the standard uncertainty of one point, independent of the others.
 ///
 /// # Errors
@@ -179,8 +179,7 @@ pub fn gaussian_filter(along: &[f64], deviation: &[f64], cutoff: f64) -> Result<
     Ok((0..n).map(mean).collect())
 }
 
-/// How much a trace falls short, at the tip, of the line through the points of a range: at its last point, of an internal gear at its
-/// first.
+/// Tip relief of a trace below the line through the points of a range: at its last point, of an internal gear at its first.
 ///
 /// # Errors
 /// Those of [`fit_mean_line()`].

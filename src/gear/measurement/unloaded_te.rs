@@ -111,7 +111,7 @@ pub fn te_of_pair(
     Ok((0..pitches * samples_per_pitch).map(sample).collect())
 }
 
-/// A border of contact hit by rounding belongs to the contact, pitches.
+/// Tolerance of an end of contact, pitches: an end hit by rounding belongs to the contact.
 const EDGE_TOLERANCE: f64 = 1e-9;
 
 /// Teeth in contact when `turned` pitches have passed since tooth 0 came in; teeth stay for `overlap` pitches.
@@ -135,7 +135,7 @@ fn too_short(overlap: f64) -> Result<(), Error> {
         .with_hint("measure them over the whole active length, one base pitch at least"))
 }
 
-/// What a record against a master says of the teeth.
+/// Tooth deviations separated from a record against a master.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeparatedDeviations {
     /// Surplus of every tooth by its place, their mean zero.

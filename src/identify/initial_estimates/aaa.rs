@@ -15,7 +15,7 @@ use crate::numeric::{Complex, Matrix, least_squares};
 /// The error, as a share of each response's largest value, at which no line is added: some digits above rounding.
 const TOLERANCE: f64 = 1e-13;
 
-/// A pole that moves no line of any response by more than this share of its largest value stands on a zero: a Froissart doublet.
+/// Froissart doublet: a pole that changes no line of any response by more than this share of its largest value, cancelled by a zero.
 const DOUBLET_TOLERANCE: f64 = 1e-11;
 
 /// Poles of responses over lines, Hz, at most `order` of them, conjugates counted. It interpolates: noise goes into the poles.

@@ -7,7 +7,7 @@ use crate::base::error::Error;
 use crate::identify::transfer::function::DirectTerms;
 use crate::numeric::{Complex, Matrix, least_squares};
 
-/// Which columns stand next to those of the poles.
+/// Polynomial columns of the least-squares problem, in addition to those of the poles.
 #[derive(Clone, Copy)]
 pub struct PolynomialColumns {
     pub constant: bool,
@@ -67,7 +67,7 @@ pub fn apply_weights(a: &mut Matrix, weight: &[f64]) {
     }
 }
 
-/// Residues and direct terms of every response for given poles in shares of the highest line, and the answer in rad/s.
+/// Residues and direct terms of every response for given poles in shares of the highest line; the result is in rad/s.
 pub fn fit(
     problem: &CommonPoleProblem,
     poles: &[Complex],

@@ -15,7 +15,7 @@ pub struct CommonPoleOptions {
     pub constant: bool,
     /// E.
     pub slope: bool,
-    /// Iterations at most; they end before, where the poles stand still.
+    /// Maximum number of iterations; they end earlier once the poles have converged.
     pub iterations: usize,
     /// Mirror poles of the right half plane to the left.
     pub stable: bool,
@@ -36,7 +36,7 @@ impl Default for CommonPoleOptions {
 /// Common poles, and every response's residues.
 #[derive(Debug, Clone)]
 pub struct CommonPoleFit {
-    /// On and above the real axis, rad/s, by rising size; those above stand for their conjugates too.
+    /// Poles on and above the real axis, rad/s, by rising size; those above represent their conjugates too.
     pub poles: Vec<Complex>,
     /// One list for each response, in the order of the poles; units of the response times rad/s.
     pub residues: Vec<Vec<Complex>>,
@@ -99,7 +99,7 @@ pub(super) struct CommonPoleProblem<'a> {
     pub responses: &'a [Vec<Complex>],
     /// One list for all responses, or one for each.
     pub weights: Vec<Vec<f64>>,
-    /// What each response counts next to its weights: 1 over its rms where no weights are given, else 1; 0 where it is nil.
+    /// Scale factor of each response, in addition to its weights: 1 over its rms where no weights are given, else 1; 0 where it is nil.
     pub factors: Vec<f64>,
     pub options: CommonPoleOptions,
 }
@@ -165,7 +165,7 @@ impl<'a> CommonPoleProblem<'a> {
         &self.weights[if self.weights.len() == 1 { 0 } else { response }]
     }
 
-    /// Poles as shares of the highest line, back to rad/s, by rising size; mirrored where that is asked for.
+    /// Poles as shares of the highest line, back to rad/s, by rising size; mirrored if the options require it.
     pub fn rescale_poles(&self, poles: &mut Vec<Complex>) {
         poles.retain(|p| p.re.is_finite() && p.im.is_finite() && p.im >= 0.0);
         if self.options.stable {

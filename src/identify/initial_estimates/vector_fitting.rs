@@ -11,12 +11,12 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::{Complex, Matrix, eigen, least_squares};
 
-/// Where the poles begin.
+/// Initial poles of the iteration.
 #[derive(Debug, Clone, Copy)]
 pub enum InitialPoles<'a> {
     /// So many poles, conjugates counted, spread over the lines.
     Order(usize),
-    /// These, rad/s, on and above the real axis; those above stand for their conjugates too.
+    /// Given poles, rad/s, on and above the real axis; those above represent their conjugates too.
     Poles(&'a [Complex]),
 }
 
@@ -26,7 +26,7 @@ const INITIAL_DAMPING: f64 = 0.01;
 /// Below this share of the band's largest σ the constant of σ is taken as 1 instead (Gustavsen 2006, §V, with another number).
 const MIN_SIGMA_CONSTANT: f64 = 1e-8;
 
-/// The largest relative move of a pole that counts as standing still: some digits above rounding of 40 poles.
+/// Largest relative pole shift that counts as converged: some digits above rounding of 40 poles.
 const CONVERGENCE_TOLERANCE: f64 = 1e-13;
 
 /// Common poles of responses over lines, Hz, weighed by 1/σ; without weights each response counts by its own size.
@@ -64,7 +64,7 @@ pub fn vector_fit(
     partial_fractions::fit(&problem, &poles, used)
 }
 
-/// Pairs at quantiles of the lines, weakly damped; of an odd order one real pole besides.
+/// Pairs at quantiles of the lines, weakly damped; one additional real pole for an odd order.
 fn spread_poles(omega: &[f64], order: usize) -> Vec<Complex> {
     let pairs = order / 2;
     let floor = INITIAL_DAMPING * omega[omega.len() - 1]; // no pair at a line of 0 Hz

@@ -7,7 +7,7 @@ use crate::numeric::Complex;
 /// A pole that may be a mode or may model noise.
 #[derive(Debug, Clone)]
 pub struct CandidatePole {
-    /// Of the upper half plane and left of the axis, rad/s.
+    /// Pole in the upper half plane, left of the imaginary axis, rad/s.
     pub pole: Complex,
     /// Shape over the outputs, the largest component 1; empty where the method gives none.
     pub shape: Vec<Complex>,
@@ -36,7 +36,7 @@ impl CandidatePole {
 pub struct OrderPoles {
     /// Order of the denominator.
     pub order: usize,
-    /// Its poles.
+    /// Candidate poles of this order.
     pub poles: Vec<CandidatePole>,
 }
 
@@ -48,7 +48,7 @@ impl OrderPoles {
     }
 }
 
-/// Whether a pole swings, decays and has its half-power points inside the band: those at the ends model what lies beyond.
+/// Whether a pole is oscillatory, decays and has its half-power points inside the band: those at the ends model what lies beyond.
 pub fn is_in_band(pole: Complex, (low_hz, high_hz): (f64, f64)) -> bool {
     let half_band = pole.re.abs();
     pole.re < 0.0 && pole.im - half_band >= TAU * low_hz && pole.im + half_band <= TAU * high_hz

@@ -11,7 +11,7 @@ use crate::base::error::Error;
 use crate::numeric::symmetric::hermitian_eigen;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, lstsq};
 
-/// Residues of every mode and what stands for the modes outside the band.
+/// Residues of every mode and the residual terms of the modes outside the band.
 #[derive(Debug, Clone)]
 pub struct ResidueFit {
     /// Poles of the upper half plane, rad/s, as given.
@@ -22,7 +22,7 @@ pub struct ResidueFit {
     pub lower_residual: Matrix,
     /// U, of the receptance, by output and input.
     pub upper_residual: Matrix,
-    /// What was measured.
+    /// Measured motion quantity.
     pub motion: MotionQuantity,
 }
 

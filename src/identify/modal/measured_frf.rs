@@ -4,13 +4,13 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 
-/// Fewest lines any method is asked to fit: a mode alone has four real unknowns, and a half-power band wants a few lines.
+/// Fewest lines any method fits: a single mode has four real unknowns, and a half-power band needs a few lines.
 const MIN_LINES: usize = 10;
 
 /// Relative spread below which an FRF counts as constant: rounding of a file with eight digits.
 const CONSTANT_TOLERANCE: f64 = 1e-7;
 
-/// What the responses measure; a receptance times `(iω)ⁿ`.
+/// Motion quantity of the responses; a receptance times `(iω)ⁿ`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MotionQuantity {
     /// Displacement or angle over force or torque, n = 0.

@@ -7,7 +7,7 @@ use crate::numeric::symmetric::cholesky;
 /// Added to the diagonal, relative to its mean: above the rounding of the sums, below any noise worth fitting.
 const RIDGE: f64 = 1e-13;
 
-/// Where a factor fails, the ridge grows by this, so many times: to 1e-7, which moves poles by less than noise ever does.
+/// Growth factor of the ridge after a failed factorisation, so many times: to 1e-7, which moves poles by less than noise ever does.
 const RIDGE_GROWTH: f64 = 100.0;
 const MAX_RIDGE_STEPS: usize = 3;
 
@@ -24,7 +24,7 @@ pub struct NestedCholesky {
 }
 
 impl NestedCholesky {
-    /// Of M, whose trace is positive.
+    /// Factorises M, whose trace is positive.
     ///
     /// # Errors
     /// `Indefinite` where rounding leaves no positive pivot; `Overflow` where an entry is not finite.

@@ -27,7 +27,7 @@ pub const INVERSE_ITERATIONS: usize = 2;
 /// Lines wanted for every coefficient of a polynomial.
 const LINES_PER_COEFFICIENT: usize = 3;
 
-/// How far to go.
+/// Options of the pLSCF estimator.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PlscfOptions {
     /// Highest order of the denominator; each order holds half as many poles a band as it has inputs. `None`: 80 for one input, 160 over

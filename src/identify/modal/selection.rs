@@ -103,7 +103,8 @@ pub fn select_modes(
     merge_duplicates(modes)
 }
 
-/// Of two modes of one shape within their own bandwidth, which responses that disagree about a pole leave, the more present one.
+/// Merges two modes of one shape within their own bandwidth, which result where responses disagree about a pole; keeps the more present
+/// one.
 fn merge_duplicates(modes: Vec<SelectedMode>) -> Vec<SelectedMode> {
     const DUPLICATE_MAC: f64 = 0.8;
     const DUPLICATE_DISTANCE: f64 = 0.2; // of half the bandwidth: no two modes are told apart there

@@ -7,7 +7,7 @@
 use super::candidates::{CandidatePole, OrderPoles};
 use crate::numeric::mac::mac;
 
-/// How near a pole must come to one of the order before.
+/// Tolerances within which a pole matches one of the order before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StabilisationTolerances {
     /// Relative, of |p|.
@@ -29,7 +29,7 @@ impl Default for StabilisationTolerances {
     }
 }
 
-/// How a pole compares with the nearest one of the order before.
+/// Agreement of a pole with the nearest one of the order before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PoleStability {
     /// No pole near.
@@ -53,7 +53,7 @@ pub struct StabilisationPole {
     pub frequency_hz: f64,
     /// `−Re p/|p|`.
     pub damping_ratio: f64,
-    /// Its mark.
+    /// Stability mark of the pole.
     pub stability: PoleStability,
 }
 

@@ -30,7 +30,7 @@ pub struct Covariances {
 }
 
 impl Covariances {
-    /// Of responses divided by `scale`, for lags 0 to `lags`, in so many parts of equal length.
+    /// Covariances of responses divided by `scale`, for lags 0 to `lags`, in so many parts of equal length.
     ///
     /// # Errors
     /// `NoChannel` for a reference that is not among the channels, or none; `TooShort` where a part has fewer samples than lags.

@@ -47,7 +47,7 @@ pub struct DecimationLevel {
     pub parts: usize,
 }
 
-/// Rungs by falling rate, those that hold nothing of `band_hz` left out; and what limits the answer.
+/// Decimation levels by falling rate, without those that hold nothing of `band_hz`, and the limits of the analysis.
 ///
 /// # Errors
 /// `TooShort` for a record without enough samples for a few block rows; `OutOfRange` for a band that no rung holds.
@@ -106,7 +106,7 @@ pub fn decimation_levels(
     Ok((all, diagnostics))
 }
 
-/// Where a stated band or the length of the record goes beyond what can be had.
+/// Diagnostics for a stated band or a record length beyond the observable range.
 fn limits(
     duration: f64,
     rate_hz: f64,

@@ -18,23 +18,23 @@ use crate::base::error::Error;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::{Complex, symmetric};
 
-/// What may be said instead of left to the defaults.
+/// Options of frequency-domain decomposition.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FddOptions {
     /// Samples of a segment; `None`: the power of two below a tenth of the record.
     pub segment: Option<usize>,
     /// Peaks are looked for from here to there, Hz; `None`: everywhere.
     pub band_hz: Option<(f64, f64)>,
-    /// What turns.
+    /// Running speed of the rotating shafts.
     pub running_speed: Option<RunningSpeed>,
 }
 
 /// A peak of the largest singular value.
 #[derive(Debug, Clone)]
 pub struct FddPeak {
-    /// Where it stands, Hz: a parabola through the logarithms of three lines.
+    /// Peak frequency, Hz: vertex of a parabola through the logarithms of three lines.
     pub frequency_hz: f64,
-    /// Its density over that of the higher of the valleys next to it, both averaged over the width in which it stands out.
+    /// Density over that of the higher of the adjacent valleys, both averaged over the width of the peak.
     pub prominence: f64,
     /// Shape over the channels, the largest component 1.
     pub shape: Vec<Complex>,
@@ -42,18 +42,18 @@ pub struct FddPeak {
     pub bell: Option<SdofBell>,
     /// Pole from the decay of its bell, where that decays; with the same shape, without covariance.
     pub mode: Option<ModalParameters>,
-    /// What it shows of being a line of running speed.
+    /// Evidence that the peak is a line of running speed.
     pub harmonic: HarmonicIndicator,
 }
 
 /// A bell and how its autocovariance decays.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SdofBell {
-    /// Its lines, Hz, rising, and `φᴴ S φ` on them.
+    /// Spectral lines of the bell, Hz, rising, and `φᴴ S φ` on them.
     pub lines: Vec<(f64, f64)>,
     /// Lags, s, and the modulus of the autocovariance over that at no lag, the window's divided out.
     pub decay: Vec<(f64, f64)>,
-    /// The pole told by the straight lines through logarithm and phase, and that logarithm at no lag.
+    /// Pole estimated by the straight lines through logarithm and phase, and that logarithm at no lag.
     pub pole: Option<(Complex, f64)>,
 }
 
@@ -224,7 +224,7 @@ impl BellSearch<'_> {
         }
     }
 
-    /// Where between the lines next to it a peak stands, from −½ to ½.
+    /// Offset of a peak from its line, from −½ to ½ of the line spacing.
     fn peak_offset(&self, line: usize) -> f64 {
         let [a, b, c] = [line - 1, line, line + 1].map(|k| self.first[k].ln());
         let bend = a - 2.0 * b + c;

@@ -1,4 +1,4 @@
-//! Harmonics of running speed told from modes by shaft orders and by envelope kurtosis.
+//! Harmonics of running speed distinguished from modes by shaft orders and by envelope kurtosis.
 //!
 //! Noise through a resonance is normally distributed, a sine is not (Brincker, Andersen & Møller, IMAC 18 (2000)). Of the envelope
 //! `|z|` of the analytic signal, `E|z|⁴/(E|z|²)²` is 2 for the one and 1 for the other; over N independent values it scatters by `2/√N`.
@@ -7,7 +7,7 @@ use super::response_channels::ResponseChannels;
 use crate::numeric::Complex;
 use crate::numeric::fft::{ComplexFft, next_fast_len};
 
-/// What turns, and which of its orders may be heard.
+/// Speeds of the rotating shafts and their orders that may be excited.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunningSpeed {
     /// Speed of the shaft, Hz.
@@ -29,7 +29,7 @@ impl RunningSpeed {
     }
 }
 
-/// What a frequency shows of being a line of running speed.
+/// Evidence that a frequency is a line of running speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HarmonicIndicator {
     /// `E|z|⁴/(E|z|²)²` of the envelope: 2 for noise through a resonance, 1 for a sine.

@@ -8,7 +8,7 @@ use crate::numeric::mac::mac;
 /// Estimates of one mode have shapes this much alike.
 const SAME_SHAPE: f64 = 0.9;
 
-/// What is too uncertain to be parted from a sure mode has a shape this much like it.
+/// Least MAC with a certain mode at which an estimate too uncertain to be separated from it is merged.
 const MIN_MAC: f64 = 0.8;
 
 /// Within a rung twins are nearer than this share of the half-power half-bandwidth of each, …
@@ -145,7 +145,7 @@ fn two(
         .collect()
 }
 
-/// Of two estimates that may be one mode: how far apart they are over how far they may be.
+/// Distance of two estimates that may be one mode over the largest distance allowed.
 fn distance(a: &ModalParameters, b: &ModalParameters) -> Option<f64> {
     let off = (a.frequency_hz() - b.frequency_hz()).abs();
     let may = half_band_hz(a)

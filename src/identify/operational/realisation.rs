@@ -138,7 +138,7 @@ pub(super) struct Observability {
 }
 
 impl Observability {
-    /// Of left singular vectors with block rows of so many responses.
+    /// Observability matrix from left singular vectors with block rows of so many responses.
     fn new(u: &Matrix, responses: usize) -> Observability {
         let kept = u.nrows() - responses;
         let up = u.submatrix(0, 0, kept, u.ncols());

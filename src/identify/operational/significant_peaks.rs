@@ -7,10 +7,10 @@ use std::ops::Range;
 
 use crate::numeric::statistics::chi_squared_quantile;
 
-/// How often an even density may show a peak, by width.
+/// Probability that a flat density shows a peak, by width.
 const FALSE_ALARM: f64 = 0.01;
 
-/// A peak stands out by half of its own power at least.
+/// Least prominence: a peak exceeds its neighbourhood by half of its own power.
 const MIN_PROMINENCE: f64 = 2.0;
 
 /// Lines that hold as much noise as one independent line: Hann's window has a bandwidth of one and a half lines, and lines are padded to
@@ -25,7 +25,7 @@ const MAX_WIDTH_SHARE: f64 = 1.0 / 16.0;
 pub struct ProminentPeak {
     /// The highest line of it.
     pub line: usize,
-    /// Its density over that of the higher valley next to it, both means over the width in which it stands out.
+    /// Density over that of the higher adjacent valley, both means over the width of the peak.
     pub prominence: f64,
 }
 

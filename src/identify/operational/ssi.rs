@@ -35,14 +35,14 @@ const BAND_MARGIN: f64 = 0.05;
 /// Modes on a rung above which its orders may not suffice for more.
 const MANY_MODES: usize = 24;
 
-/// What is asked.
+/// Options of stochastic subspace identification.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SsiOptions {
     /// Modes are sought from here to there, Hz; `None`: wherever the record shows any.
     pub band_hz: Option<(f64, f64)>,
     /// Right multiplier of the Hankel matrix.
     pub weighting: Weighting,
-    /// What turns.
+    /// Running speed of the rotating shafts.
     pub running: Option<RunningSpeed>,
 }
 
@@ -66,9 +66,9 @@ pub struct SsiEstimate {
     pub levels: Vec<DecimationLevel>,
     /// Poles of all orders by rung.
     pub orders: Vec<Vec<OrderPoles>>,
-    /// Where one rung shows two modes, and another one.
+    /// Pairs that are two modes at one decimation level and one mode at another.
     pub pairs: Vec<UnresolvedPair>,
-    /// Limits of the answer.
+    /// Limits of the estimate.
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -243,7 +243,7 @@ fn refusal(estimate: &PoleEstimate, others: &[ModalParameters]) -> Option<&'stat
     /// … or this relative deviation over the parts with a collinear shape over three channels or more in most of the orders.
     const CERTAIN_STD_WITH_SHAPE: (f64, f64, f64) = (0.006, 0.95, 0.8);
     const MAX_STD: f64 = 0.02; // of the frequency
-    /// Above this deviation so many of the orders are asked for.
+    /// Above this deviation a pole must appear in so many of the orders.
     const UNCERTAIN_STD: (f64, f64) = (0.005, 0.5);
     const MIN_DAMPING_STD: f64 = 0.003; // a deviation below it is no reason
     const COLLINEAR: f64 = 0.5;
@@ -295,7 +295,7 @@ fn scatter_hz(cluster: &PoleCluster) -> f64 {
     (square / (n - 1.0).max(1.0)).sqrt() / std::f64::consts::TAU
 }
 
-/// Of two estimates of one mode the one that more orders share; none that is too uncertain to be parted from a sure one.
+/// Keeps the one of two estimates of one mode that more orders share, and none too uncertain to be separated from a certain one.
 fn without_twins(mut all: Vec<(PoleEstimate, f64)>) -> Vec<(PoleEstimate, f64)> {
     let modes: Vec<ModalParameters> = all.iter().map(|e| e.0.mode.clone()).collect();
     all.retain(|e| !modes.iter().any(|m| is_shadow(&e.0.mode, m)));
@@ -309,7 +309,7 @@ fn without_twins(mut all: Vec<(PoleEstimate, f64)>) -> Vec<(PoleEstimate, f64)> 
     kept
 }
 
-/// What the strongest channel shows about a mode.
+/// Harmonic indicator of a mode in its strongest channel.
 fn harmonic(
     mode: &ModalParameters,
     channels: &ResponseChannels,

@@ -16,7 +16,7 @@ const MODEL_ERROR_SIGMA: f64 = 4.0;
 /// And this ratio to the noise is one that spoils weak modes.
 const MODEL_ERROR_RATIO: f64 = 1.5;
 
-/// Turns what a search found into the answer.
+/// Converts a search result into the reported fit.
 pub(super) fn assemble_fit(
     measured: &FrfData,
     lines: &ScaledResponses,
@@ -129,7 +129,7 @@ pub(super) fn assemble_fit(
     fit
 }
 
-/// What a mode departs by; where hits or responses differ about it, it becomes their mean.
+/// Model error of a mode; where hits or responses differ about it, the mode becomes their mean.
 fn departure(
     mode: &mut ModalParameters,
     share: f64,

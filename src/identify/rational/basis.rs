@@ -74,7 +74,7 @@ impl ModelTerms {
 pub(super) struct WhitenedProblem {
     /// Frequency over the highest line's.
     pub x: Vec<f64>,
-    /// What every basis function is multiplied with by line: the power of s of the kind of response, and the weight.
+    /// Factor of every basis function by line: the power of s of the kind of response, and the weight.
     pub factor: Vec<Complex>,
     /// Columns without poles.
     pub pole_free_columns: Matrix,

@@ -99,7 +99,7 @@ fn inverse(information: &Matrix, np: usize) -> Result<Matrix, Error> {
 mod tests {
     use super::*;
 
-    /// Two parameters that only their sum is told of, next to two that are told: these keep the inverse of their own block.
+    /// Two parameters of which the data determine only the sum, and two that are determined: these keep the inverse of their own block.
     #[test]
     fn survives_what_is_told_twice() -> Result<(), Error> {
         let own = [[1.0, 0.6], [0.6, 1.0]];

@@ -25,7 +25,7 @@ const CONVERGENCE: StopCriteria = StopCriteria {
 /// A group has lost the mode where its pole is off by so many half-widths, so many times as wide or narrow, or less of its response.
 const MAX_GROUP_SHIFT: (f64, f64, f64) = (2.0, 4.5, 0.02);
 
-/// What groups say of a mode.
+/// Mean of the groups' estimates of a mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct GroupMean {
     /// Groups that see it.

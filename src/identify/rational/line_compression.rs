@@ -26,7 +26,7 @@ const MIN_BLOCK_LINES: usize = 40;
 /// more than this share of its standard deviation.
 const MISMATCH: f64 = 1e-3;
 
-/// Where the mismatch would have to be a smaller share of the data, all lines are kept: rounding is not far.
+/// Least mismatch as a share of the data: below it all lines are kept, since rounding is not far.
 const MIN_MISMATCH_SHARE: f64 = 1e-13;
 
 /// Weighted polynomials of which one is closer than this to those of lower degree are not independent.
@@ -87,7 +87,7 @@ pub(super) struct Compressor<'a> {
 }
 
 impl<'a> Compressor<'a> {
-    /// Of all lines of a problem.
+    /// Compressor of all lines of a problem.
     pub fn new(problem: &'a WhitenedProblem) -> Compressor<'a> {
         Compressor {
             problem,

@@ -66,11 +66,11 @@ pub struct FrfData<'a> {
     pub responses: &'a [Vec<Complex>],
     /// `E|error|²` of each value, where known.
     pub variance: Option<&'a [Vec<f64>]>,
-    /// The variance is known and not itself an estimate from few averages: single lines are then trusted, and the covariance is not
-    /// scaled by the misfit unless that is beyond doubt.
+    /// The variance is known and not itself an estimate from few averages: single lines are then trusted, and the covariance is scaled by
+    /// the misfit only if the excess is significant.
     pub variance_trusted: bool,
-    /// How many lines' worth of independent noise a line holds: 1 for independent lines, below where a window or overlap makes
-    /// neighbours alike (two thirds with a Hann window). Above 0, at most 1.
+    /// Number of independent noise samples a line holds: 1 for independent lines, below where a window or overlap makes neighbours alike
+    /// (two thirds with a Hann window). Above 0, at most 1.
     pub line_independence: f64,
     /// Power of s that makes a receptance this kind of response: 1 for mobilities, 2 for accelerances, 0 for anything else.
     pub derivative: u8,
@@ -101,7 +101,7 @@ pub enum DelayModel {
     PerResponse,
 }
 
-/// What a fit may be told.
+/// Options of a rational fit.
 #[derive(Debug, Clone, Copy)]
 pub struct RationalOptions {
     /// Lines used, Hz; all where `None`.
@@ -151,7 +151,7 @@ impl SelectionStep {
     /// One sentence, without full stop: `5 pole pairs, no more: another would lower the misfit by 0.12 %, no more than noise gives
     /// somewhere in the band of one record in 3`.
     pub fn description(&self) -> String {
-        /// Rarer is not said to be by chance.
+        /// Least probability reported as due to chance.
         const MIN_REPORTED_P_VALUE: f64 = 1e-3;
         let fall = 100.0 * (1.0 - self.chi2_after / self.chi2_before).max(0.0);
         let fall = match fall {
@@ -189,10 +189,10 @@ pub struct RejectedPole {
     pub reason: &'static str,
 }
 
-/// How far a mode departs from the linear model with common poles.
+/// Departure of a mode from the linear model with common poles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelErrorShare {
-    /// What is left about the mode beyond the noise, as a share of its own value.
+    /// Residual at the mode beyond the noise, as a share of the mode's own value.
     pub model_error: f64,
     /// Hits that see it, or responses where no hits are known; zero where these are fewer than three.
     pub groups: usize,
@@ -202,7 +202,7 @@ pub struct ModelErrorShare {
     pub damping_spread: f64,
 }
 
-/// What a fit took.
+/// Computational effort of a fit.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FitEffort {
     /// Scans for places.
@@ -220,9 +220,9 @@ pub struct FitEffort {
 /// A fit.
 #[derive(Debug, Clone)]
 pub struct RationalFit {
-    /// What can be called modes, by rising frequency; shapes over the responses.
+    /// Accepted modes, by rising frequency; shapes over the responses.
     pub modes: Vec<ModalParameters>,
-    /// What each of them departs from the model by; empty where noise alone explains the responses, and no hits are known.
+    /// Departure of each mode from the model; empty where noise alone explains the responses, and no hits are known.
     pub departures: Vec<ModelErrorShare>,
     /// Every pole of the upper half plane, rad/s, by rising frequency.
     pub poles: Vec<Complex>,
@@ -244,7 +244,7 @@ pub struct RationalFit {
     pub dof: f64,
     /// The negative logarithm of the likelihood, but for a constant of the data, with the variance that the fit ended with.
     pub negative_log_likelihood: f64,
-    /// What was tried.
+    /// Selection steps tried.
     pub evidence: Vec<SelectionStep>,
     /// Terms of the fit.
     pub structure: ModelTerms,
@@ -254,7 +254,7 @@ pub struct RationalFit {
     pub departs: bool,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
-    /// What it took.
+    /// Computational effort.
     pub effort: FitEffort,
 }
 

@@ -4,7 +4,7 @@ use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 use crate::numeric::statistics::Z_95;
 
-/// What is known of a pole when it is judged.
+/// Data by which a pole is accepted as a mode.
 pub(super) struct ModeCandidate<'a> {
     /// The pole with its covariance and shape.
     pub mode: &'a ModalParameters,
@@ -21,13 +21,13 @@ pub(super) struct ModeCandidate<'a> {
 /// From this damping ratio on a pole pair is background; where responses depart from the model, from the second on.
 const MAX_DAMPING_RATIO: (f64, f64) = (0.5, 0.3);
 
-/// Where responses depart from the model a frequency is known to better than this share of the half-width.
+/// Largest standard deviation of a frequency over the half-width, where responses depart from the model.
 const MAX_CERTAIN_STD: f64 = 0.5;
 
 /// Below three responses a pole that is this many times as large as what was measured is one of a pair that cancel.
 const MAX_CANCELLING_RATIO: f64 = 2.0;
 
-/// Where a model error is proven: the least share of the power, and the least phase collinearity.
+/// Least share of the power, and least phase collinearity, where a model error is proven.
 const MIN_VISIBILITY: f64 = 0.05;
 const MIN_COLLINEARITY: f64 = 0.5;
 

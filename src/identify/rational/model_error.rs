@@ -121,7 +121,7 @@ const MODE_HALF_WIDTHS: (f64, f64) = (1.5, 3.0);
 /// Standard deviations of the noise's power below which nothing is a departure.
 const NOISE_SIGMA: f64 = 2.0;
 
-/// What is left about a mode beyond the noise as a share of its own value, responses weighed by how much of them it is.
+/// Residual at a mode beyond the noise as a share of the mode's own value, responses weighed by their share of the mode.
 pub(super) fn misfit(
     lines: &ScaledResponses,
     from: usize,

@@ -45,13 +45,13 @@ const MAX_ITERATIONS: usize = 3;
 /// Operations of the growth, about, on condensed lines: forty poles in ten thousand lines of six responses take a part of it.
 const MAX_WORK: f64 = 6e10;
 
-/// What the search needs.
+/// Input data of the search.
 pub(super) struct ModelErrorSearch<'a> {
     /// Lines and responses.
     pub lines: &'a ScaledResponses,
     /// Variance of the noise alone.
     pub noise: &'a [Vec<f64>],
-    /// How poles are added.
+    /// Options of the pole selection.
     pub options: StepwiseOptions,
 }
 
@@ -69,11 +69,11 @@ pub(super) struct WeightedFit {
     pub fit: ModelFit,
 }
 
-/// What the search came to.
+/// Result of the search.
 pub(super) struct ModelErrorFit {
     /// The fit.
     pub state: WeightedFit,
-    /// What each pole departs by.
+    /// Departure of each pole from the model.
     pub departures: Vec<ModeDeviation>,
     /// Covariance of the poles under the variance.
     pub covariance: PoleCovariance,
@@ -282,7 +282,7 @@ impl ModelErrorSearch<'_> {
         }
     }
 
-    /// What every mode departs by.
+    /// Departure of every mode from the model.
     pub fn estimate_model_error(
         &self,
         state: &WeightedFit,

@@ -11,7 +11,7 @@ use super::windowed::{BandFit, NUMERATORS, PoleWindow, WindowFit, half_window};
 /// some 5 to 9 % of the response about it. With 0.01 all modes of a measured beam stayed double.
 pub(super) const MODEL_ERROR_SHARE: f64 = 0.02;
 
-/// Of a neighbour this near, in half-widths or two lines, and of this ratio of widths, only a gross misfit proves that there are two.
+/// Distance of a neighbour, in half-widths or two lines, and ratio of widths, within which only a gross misfit proves two poles.
 const MERGED_DISTANCE: (f64, f64) = (0.5, 3.0);
 const MERGED_MODEL_ERROR_SHARE: f64 = 0.15;
 
@@ -35,13 +35,13 @@ const CONVERGENCE: StopCriteria = StopCriteria {
 pub(super) struct RedundantPole {
     /// Which.
     pub pole: usize,
-    /// What it gained.
+    /// Decrease of χ² due to the pole.
     gain: f64,
-    /// Where the poles of its window are without it.
+    /// Poles of its window fitted without it.
     pub others: Vec<(usize, ScaledPole)>,
 }
 
-/// What decides.
+/// Criteria of pole significance.
 pub(super) struct PoleSignificance<'a> {
     /// Fall of χ² a pole must bring.
     pub threshold: f64,
@@ -51,7 +51,7 @@ pub(super) struct PoleSignificance<'a> {
     pub by_hit: bool,
 }
 
-/// How near two poles are, in half-widths of the first or two lines; of a broad second one a few of the first.
+/// Distance of two poles, in half-widths of the first or two lines; for a broad second one a few half-widths of the first.
 fn distance(q: &ScaledPole, r: &ScaledPole, step: f64) -> f64 {
     let unit = q
         .sigma

@@ -10,7 +10,7 @@ use crate::numeric::{Complex, Matrix, registers};
 
 use super::basis::{ScaledPole, WhitenedProblem};
 
-/// What is searched: poles, and delays in units of the inverse of the highest line's angular frequency.
+/// Nonlinear parameters: poles, and delays in units of the inverse of the highest line's angular frequency.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PoleModel {
     /// Pole pairs.
@@ -28,13 +28,13 @@ pub(super) struct LinearFit {
     pub column_norms: Vec<f64>,
     /// Coefficients of the columns of length one, by response.
     pub c: Matrix,
-    /// What is left.
+    /// Residual.
     pub e: Matrix,
     /// `Σ e²`, and what the problem leaves out.
     pub chi2: f64,
 }
 
-/// What is left below this share of the data is projected twice: rounding of the first time would be seen.
+/// Share of the data below which a residual is projected twice, since rounding of the first projection would be visible.
 const REPROJECT_SHARE: f64 = 1e-8;
 
 /// Projects the data of a problem on the basis of a model.
@@ -84,7 +84,7 @@ pub(super) fn sum_of_squares(a: &Matrix) -> f64 {
         .sum()
 }
 
-/// What a fit leaves of the data of a problem, its coefficients found on fewer lines.
+/// Residual of the data of a problem, with the coefficients fitted on fewer lines.
 pub(super) fn residual(
     problem: &WhitenedProblem,
     model: &PoleModel,
@@ -290,7 +290,7 @@ pub(super) struct ModelFit {
     pub steps: usize,
 }
 
-/// Fits at a model as it stands.
+/// Linear fit at a fixed pole model.
 pub(super) fn fit_at(
     problems: &[impl Borrow<WhitenedProblem>],
     model: &PoleModel,

@@ -13,7 +13,7 @@ const SIGNIFICANCE: (f64, f64) = (0.05, 0.2);
 pub(super) struct PooledMean {
     /// The mean.
     pub mean: f64,
-    /// Its variance, so that 1.96 standard deviations are the 95 % interval, whatever the number of estimates.
+    /// Variance of the mean, such that 1.96 standard deviations are the 95 % interval, whatever the number of estimates.
     pub variance: f64,
     /// Standard deviation between the estimates beyond their own.
     pub between_std: f64,

@@ -266,9 +266,9 @@ pub(super) struct SeparableWeights {
 /// Variances within this ratio of the product are taken as the product.
 const SEPARABLE: f64 = 0.02;
 
-/// Of a variance that is estimated from the responses, the mean over them is that of this power: near to the largest, so that the noise
-/// of the one response that has most on a line is not taken for a pole, where noise goes with the response and others stand at an
-/// antiresonance. Of a measured one it is the geometric mean, which its scatter moves least.
+/// Power of the mean, over the responses, of a variance estimated from them: near to the largest, so that the noise of the one response
+/// that has most on a line is not taken for a pole, where noise is proportional to the response and others are at an antiresonance. The
+/// mean of a measured variance is the geometric one, which its scatter moves least.
 const MEAN_POWER: f64 = 4.0;
 
 impl SeparableWeights {

@@ -1,4 +1,4 @@
-//! How far hits, or responses, place the poles apart: shifts of every group's own poles from the common ones, to first order.
+//! Scatter of the poles over hits, or responses: shifts of every group's own poles from the common ones, to first order.
 
 use crate::numeric::Matrix;
 use crate::numeric::symmetric::{cholesky, solve_lower, solve_lower_transposed};

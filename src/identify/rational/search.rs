@@ -18,19 +18,19 @@ use super::variance::{from_differences, from_residuals, mean_ratio};
 use super::windowed::{BandFit, NUMERATORS, coefficients};
 use super::{DelayModel, FitEffort, RationalOptions, SelectionStep, delay};
 
-/// What a search found.
+/// Result of a search.
 pub(super) struct SearchResult {
     /// The last fit, with one set of coefficients per problem.
     pub fit: ModelFit,
     /// All lines, for each set.
     pub problems: Vec<WhitenedProblem>,
-    /// What the fit leaves of them.
+    /// Residuals of the fit on all lines.
     pub residuals: Vec<Matrix>,
-    /// Of the poles and delays, if the variance is right.
+    /// Covariance of the poles and delays, if the variance is right.
     pub covariance: PoleCovariance,
     /// Weights of the responses in them.
     pub by_response: Vec<f64>,
-    /// Its terms.
+    /// Terms of the fit.
     pub structure: ModelTerms,
     /// The variance was not given, or is itself an estimate.
     pub estimated: bool,
@@ -38,11 +38,11 @@ pub(super) struct SearchResult {
     pub chi2: f64,
     /// Data less parameters.
     pub dof: f64,
-    /// What was tried.
+    /// Selection steps tried.
     pub evidence: Vec<SelectionStep>,
-    /// What each pole departs from the model by, where noise alone does not explain the responses.
+    /// Departure of each pole from the model, where noise alone does not explain the responses.
     pub departures: Option<Vec<ModeDeviation>>,
-    /// What hits, or responses, say of each pole by themselves.
+    /// Mean of each pole over the separate estimates of hits, or responses.
     pub means: Vec<Option<GroupMean>>,
     /// Groups of these means are hits.
     pub by_hit: bool,
@@ -50,7 +50,7 @@ pub(super) struct SearchResult {
     pub at_limit: bool,
     /// `Σ ln v + |r|²/v` over all values, by independent lines: the negative logarithm of the likelihood.
     pub negative_log_likelihood: f64,
-    /// What it took.
+    /// Computational effort.
     pub effort: FitEffort,
 }
 
@@ -285,7 +285,7 @@ fn is_explained(
     needless <= MAX_REDUNDANT_SHARE * inside.count() as f64
 }
 
-/// What a fit leaves over the noise.
+/// Residual power of a fit over the noise.
 fn misfit(lines: &ScaledResponses, band: &BandFit) -> f64 {
     let sum = |(e, v): (&Vec<Complex>, &Vec<f64>)| -> f64 {
         e.iter().zip(v).map(|(e, v)| e.norm_sqr() / v).sum()
@@ -373,7 +373,7 @@ struct FullFit {
 }
 
 impl FullFit {
-    /// Of every term, at a model as it stands.
+    /// Fits every term at a fixed pole model.
     fn fit_full(lines: &ScaledResponses, variance: &[Vec<f64>], model: &PoleModel) -> FullFit {
         let weights = lines.weights(variance);
         let all = [lines.shared_problem(&weights, ModelTerms::FULL)];
@@ -394,7 +394,7 @@ impl FullFit {
         self.fewer.as_ref().unwrap_or(&self.all[0])
     }
 
-    /// What is left of the scaled responses once the poles are near enough to their place for an estimate of the variance.
+    /// Residuals of the scaled responses once the poles are near enough to their place for an estimate of the variance.
     fn residuals(
         &mut self,
         lines: &ScaledResponses,

@@ -11,7 +11,7 @@ use super::local_fit::{LocalFit, fit_locally};
 use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, residual};
 use super::scan::{ScanPeak, scan};
 
-/// What growth is told.
+/// Options of the stepwise selection.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StepwiseOptions {
     /// Most pole pairs.
@@ -30,10 +30,10 @@ pub(super) struct StepwiseOptions {
     pub departs: bool,
 }
 
-/// How often noise alone may raise one pole too many.
+/// Probability that noise alone adds one pole too many.
 const FALSE_ALARM: f64 = 1e-4;
 
-/// Of a pole's independent places there are about four per line.
+/// Number of independent pole places per line, about four.
 const PLACES_PER_LINE: f64 = 4.0;
 
 /// Poles added at once, and places tried one by one.
@@ -63,7 +63,8 @@ const STOP_AFTER_REMOVAL: StopCriteria = StopCriteria {
     min_relative_decrease: 0.0,
 };
 
-/// Where of so many poles more than a third lie within [`CROWD_HALF_WIDTHS`] half-widths, or lines, of another, they explain a departure.
+/// Least number of poles of which more than a third lie within [`CROWD_HALF_WIDTHS`] half-widths, or lines, of another, and thus explain a
+/// departure.
 const MIN_CROWD: usize = 8;
 const CROWD_HALF_WIDTHS: f64 = 2.0;
 
@@ -276,7 +277,8 @@ impl<'a> StepwiseSearch<'a> {
         }
     }
 
-    /// The poles at hand in their places, without those that are not significant, the weakest first; as many as are asked for.
+    /// Backward elimination: removes the poles that are not significant, the weakest first, down to the requested number, with the others
+    /// refitted.
     fn eliminate(&mut self, start: ModelFit, evidence: &mut Vec<SelectionStep>) -> ModelFit {
         let mut fit = self.converge(start);
         let most = self.options.fixed_pole_count.unwrap_or(0);
@@ -613,7 +615,7 @@ impl<'a> StepwiseSearch<'a> {
     }
 }
 
-/// What a fit gains over another on each line.
+/// Decrease of the squared residual from one fit to another, by line.
 fn falls(before: &Matrix, after: &Matrix) -> Vec<f64> {
     let n = before.nrows() / 2;
     let power = |e: &Matrix, k: usize| -> f64 {
@@ -633,7 +635,7 @@ pub(super) fn is_crowd(poles: &[ScaledPole], step: f64) -> bool {
     poles.len() >= MIN_CROWD && 3 * crowded.count() > poles.len()
 }
 
-/// What a growth came to.
+/// Result of the stepwise selection.
 pub(super) struct StepwiseResult {
     /// The fit, on `compressed` lines.
     pub fit: ModelFit,
@@ -681,7 +683,7 @@ fn distinct_peaks(peaks: &[ScanPeak], step: f64, most: usize) -> Vec<ScanPeak> {
     chosen
 }
 
-/// Rise of χ² if a pole's columns were taken out and the others stood still, for every pole.
+/// Rise of χ² if a pole's columns were taken out and the others remained fixed, for every pole.
 pub(super) fn significance(fitted: &ModelFit, numerators: usize) -> Vec<f64> {
     let np = fitted.model.poles.len();
     let mut all = vec![0.0; np];

@@ -51,8 +51,8 @@ pub(super) fn from_differences(lines: &ScaledResponses) -> Vec<Vec<f64>> {
     (0..lines.h.len()).map(of_response).collect()
 }
 
-/// Noise in proportion to the response is told from even noise where it is below this share of the power on most lines: a response
-/// below its noise is its noise, and that is in proportion to itself.
+/// Noise in proportion to the response is distinguishable from even noise where it is below this share of the power on most lines: a
+/// response below its noise is its noise, and that is in proportion to itself.
 fn is_proportional_noise(shares: &[f64]) -> bool {
     const MAX_BELOW_NOISE_SHARE: f64 = 0.1;
     2 * shares
@@ -119,7 +119,7 @@ fn negative_log_likelihood(power: &[f64], variance: &[f64]) -> f64 {
     power.iter().zip(variance).map(term).sum()
 }
 
-/// Blocks of lines the power is compared in, and the probability under which it is said to vary.
+/// Blocks of lines the power is compared in, and the probability under which it is taken to vary.
 const BLOCKS: usize = 20;
 const VARIATION_PROBABILITY: f64 = 1e-3;
 

@@ -32,7 +32,7 @@ pub(super) struct BandFit<'a> {
     pub noise: &'a [Vec<f64>],
     /// Poles and what the responses have of them.
     pub modes: PoleResidues,
-    /// What the fit leaves of the scaled responses.
+    /// Residual of the scaled responses.
     pub residual: Vec<Vec<Complex>>,
 }
 
@@ -149,7 +149,7 @@ impl<'a> PoleWindow<'a> {
         variance(self.lines, self.from, &self.noise, modes, departures)
     }
 
-    /// What a fit by some responses leaves about a mode, as a share of its own value.
+    /// Residual at a mode of a fit to some responses, as a share of the mode's own value.
     pub fn misfit(
         &self,
         of: &[usize],
@@ -243,7 +243,7 @@ impl<'a> PoleWindow<'a> {
 }
 
 impl WindowFit {
-    /// Its poles with what every response has of them: zero of those that took no part.
+    /// Poles with their coefficients in every response: zero for those that took no part.
     pub fn modes(&self, responses: usize) -> PoleResidues {
         let mut all = vec![vec![0.0; 2 * self.fit.model.poles.len()]; responses];
         for (at, &i) in self.of.iter().enumerate() {
@@ -255,7 +255,7 @@ impl WindowFit {
         }
     }
 
-    /// What it leaves of the scaled responses that took part, by line.
+    /// Residual of the scaled responses that took part, by line.
     pub fn residual(&self, independence: f64) -> Vec<Vec<Complex>> {
         let m = self.problem.lines();
         let e = &self.fit.fits[0].e;

@@ -10,7 +10,7 @@ use crate::base::error::Error;
 use crate::numeric::factorisations::{IncrementalQr, solve_from_r};
 use crate::numeric::{Matrix, symmetric};
 
-/// How the coefficients are found.
+/// Estimation method of the coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ArMethod {
     /// Reflection coefficients that minimise the forward and backward errors of a lattice (Burg 1967); always stable.

@@ -115,7 +115,7 @@ impl PolynomialOrders {
 /// A fitted model.
 #[derive(Debug, Clone)]
 pub struct PolynomialModel {
-    /// What was fitted.
+    /// Structure of the fitted model.
     pub family: ModelStructure,
     /// `a₁, a₂, …`.
     pub a: Vec<f64>,
@@ -209,9 +209,9 @@ impl PolynomialModel {
         modes_of(coefficients, &self.covariance, first, self.rate_hz)
     }
 
-    /// What each of [`PolynomialModel::modes`] weighs in what the model makes of white noise (of the input, where it has one), by two shares
-    /// from 0 to 1: of the power, `|c_j|/Σ|c|` with the autocovariance `Σ c_j z_j^k`; and of the response at the mode's own frequency, where
-    /// a resonance outweighs all else and a root that only fills up the polynomial does not.
+    /// Weight of each of [`PolynomialModel::modes`] in the model's response to white noise (of the input, where it has one), by two shares
+    /// from 0 to 1: of the power, `|c_j|/Σ|c|` with the autocovariance `Σ c_j z_j^k`; and of the response at the mode's own frequency,
+    /// where a resonance outweighs all else and a root that only fills up the polynomial does not.
     ///
     /// # Errors
     /// `NoConvergence` of the roots.
@@ -271,12 +271,12 @@ impl PolynomialModel {
     }
 }
 
-/// What a mode weighs in a model.
+/// Weight of a mode in a model.
 #[derive(Debug, Clone, Copy)]
 pub struct ModeShares {
-    /// Of the power.
+    /// Share of the power.
     pub power: f64,
-    /// Of the response at its own frequency.
+    /// Share of the response at the mode's own frequency.
     pub at_peak: f64,
 }
 

@@ -40,7 +40,7 @@ pub struct MemoryTrial {
 /// A model as it was at some instants.
 #[derive(Debug, Clone)]
 pub struct ModelTrajectory {
-    /// What was taken.
+    /// Selected memory length and its trial.
     pub chosen: MemoryTrial,
     /// The largest family that could have been tried.
     pub highest: ModelStructure,

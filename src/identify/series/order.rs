@@ -10,7 +10,7 @@ use super::prediction_error::fit_from;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// What decides.
+/// Criterion of the order selection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OrderCriterion {
     /// Akaike's.

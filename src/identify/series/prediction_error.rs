@@ -95,8 +95,8 @@ impl PolynomialOrders {
     }
 }
 
-/// Gauss–Newton ends when the next step would lower the loss by less than this share of one sample's variance: far below the scatter
-/// of the answer, which is one variance for each coefficient.
+/// Gauss–Newton ends when the next step would lower the loss by less than this share of one sample's variance: far below the scatter of the
+/// estimate, which is one variance for each coefficient.
 const LOSS_TOLERANCE: f64 = 1e-9;
 
 /// Steps before giving up; 5 to 20 are usual.

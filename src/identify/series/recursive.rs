@@ -10,7 +10,7 @@ use crate::identify::validation::check_rate;
 use crate::numeric::Matrix;
 use crate::numeric::factorisations::solve_from_r;
 
-/// What is followed, and how quickly the past is forgotten.
+/// Model structure and forgetting factor of the recursion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RecursiveOptions {
     /// Coefficients of A.

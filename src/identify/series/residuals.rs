@@ -11,9 +11,9 @@ use crate::numeric::statistics::chi_squared_sf;
 pub struct ResidualTest {
     /// χ²-distributed where nothing is left.
     pub statistic: f64,
-    /// Its degrees of freedom.
+    /// Degrees of freedom of the statistic.
     pub dof: usize,
-    /// How often chance alone gives as much; below 0.05 (say) something is left.
+    /// Probability that chance alone gives as much; below 0.05 (say) something is left.
     pub probability: f64,
 }
 

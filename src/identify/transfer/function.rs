@@ -7,7 +7,7 @@ use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::recording::frequency_responses::ChannelLabel;
 
-/// What modes outside the band leave in it, and what passes straight through.
+/// Residual terms of modes outside the band, and direct transmission.
 ///
 /// In units of the response times those of s: below the band `L₂/s²` stands for rigid bodies in a response of displacement,
 /// above it `D` for all that is stiffer; differentiated once or twice for velocity and acceleration, hence up to s².
@@ -37,7 +37,7 @@ impl DirectTerms {
         ]
     }
 
-    /// How many poles at zero it adds: 0, 1 or 2.
+    /// Number of poles at zero that the terms add: 0, 1 or 2.
     pub(super) fn integrators(&self) -> usize {
         match (self.inverse_square != 0.0, self.inverse != 0.0) {
             (true, _) => 2,
@@ -55,7 +55,7 @@ impl DirectTerms {
         }
     }
 
-    /// Its value at s; terms that are nil are left out, so that s may be zero.
+    /// Value at s; terms that are nil are left out, so that s may be zero.
     fn value(&self, s: Complex) -> Complex {
         let terms = self.coefficients().into_iter().zip(-2..=2);
         terms
@@ -68,9 +68,9 @@ impl DirectTerms {
 /// A transfer function of a real system, its poles in rad/s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransferFunction {
-    /// What drives; `None` where unknown.
+    /// Excitation channel; `None` where unknown.
     pub input: Option<ChannelLabel>,
-    /// What answers.
+    /// Response channel.
     pub output: ChannelLabel,
     /// Relative rms misfit over the lines it was fitted to, where it was.
     pub fit_error: Option<f64>,
@@ -81,7 +81,7 @@ pub struct TransferFunction {
 }
 
 impl TransferFunction {
-    /// From the poles on and above the real axis, rad/s; those above stand for their conjugates too.
+    /// Transfer function with poles on and above the real axis, rad/s; those above represent their conjugates too.
     ///
     /// # Errors
     /// `OutOfRange` for a pole below the real axis, a real pole with a complex residue, a negative delay, what is not finite;
@@ -202,7 +202,7 @@ impl TransferFunction {
         Ok(self)
     }
 
-    /// Poles on and above the real axis, rad/s; those above stand for their conjugates too.
+    /// Poles on and above the real axis, rad/s; those above represent their conjugates too.
     pub fn poles(&self) -> &[Complex] {
         &self.poles
     }

@@ -79,7 +79,7 @@ impl TransferPolynomials {
         horner(&self.numerator) / horner(&self.denominator)
     }
 
-    /// What to say where multiplying out has lost the function.
+    /// Data-quality warning where the expansion into polynomials has lost the function to rounding.
     pub fn warning(&self) -> Option<Diagnostic> {
         let degree = self.denominator.len().saturating_sub(1);
         (self.error > MAX_EXPANSION_ERROR).then(|| Diagnostic {

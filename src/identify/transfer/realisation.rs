@@ -11,7 +11,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::{Complex, ComplexMatrix, Matrix, least_squares, symmetric};
 
-/// What an input does between samples.
+/// Assumed input between samples, or equivalent mapping from s to z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DiscretisationMethod {
     /// It is held: exact for inputs in steps.
@@ -48,7 +48,7 @@ pub struct Realisation {
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
-    /// Dead time before every input, s; stands next to the matrices.
+    /// Dead time before every input, s; not part of the matrices.
     pub delay_s: f64,
     /// Present where `x⁺ = A x + B u`.
     pub sampling: Option<Sampling>,
@@ -58,7 +58,7 @@ pub struct Realisation {
 const RANK_TOLERANCE: f64 = 1e-13;
 
 impl Realisation {
-    /// Of functions with the same poles, one for each pair of their inputs and outputs.
+    /// Realisation of functions with the same poles, one for each pair of their inputs and outputs.
     ///
     /// Minimal in the poles; integrators of lower residual terms are one or two states for each input that has them.
     ///

@@ -185,8 +185,8 @@ impl TransferFunction {
         Ok(eigen::eigen(&closed)?.values)
     }
 
-    /// Newton's iteration, each step kept only while H shrinks, and all of them only where the zero stands alone: those of a
-    /// repeated zero scatter about it, and only together keep the digits of their sum and product.
+    /// Newton's iteration, each step kept only while H shrinks, and all of them only for an isolated zero: those of a repeated zero scatter
+    /// about it, and only together keep the digits of their sum and product.
     fn polish_zero(&self, zeros: &[Complex], k: usize) -> Complex {
         let mut zero = zeros[k];
         let others = (0..zeros.len())

@@ -165,7 +165,7 @@ fn unsized_pair(machine: &Machine, part: &model::DeclaredError, gear: &Gear) -> 
         .with_hint(format!("give `{name}` its `module`"))
 }
 
-/// How an error of a gear reaches a flank: 0 drive, 1 coast.
+/// Transfer of a gear's error to a flank: 0 drive, 1 coast.
 fn flank_transfer(
     cause: ErrorCause,
     seat: &MeshGeometry,
@@ -242,8 +242,8 @@ fn shape(part: &model::DeclaredError, teeth: u32) -> Result<Waveform, Error> {
     })
 }
 
-/// What a grade allows, and how that was taken: half of F_r as an offset, half of F_p once a turn, a quarter of f_fα at the mesh, where two
-/// pairs of teeth share the load, pitches that differ from each other by chance within ± f_pt.
+/// Amplitude allowed by a grade, and its assumption: half of F_r as an offset, half of F_p once a turn, a quarter of f_fα at the mesh,
+/// where two pairs of teeth share the load, pitches that differ from each other by chance within ± f_pt.
 fn graded(
     part: &model::DeclaredError,
     gear: &Gear,
@@ -306,7 +306,7 @@ fn graded(
     Ok((waveform, how))
 }
 
-/// Orders a turn that pitches by chance are told by.
+/// Highest order per turn of random pitch deviations.
 const RANDOM_PITCH_ORDERS: u32 = 10;
 
 /// Pitches that are independent of each other and even within ± `limit`, of variance `limit²/3`: each order of theirs has the rms amplitude
@@ -397,7 +397,7 @@ fn belt(
     ))
 }
 
-/// The lead of a screw; a table over its travel is run through there and back, so that no step stands at the ends.
+/// Lead error of a screw; a table over its travel is run through there and back, so that no step occurs at the ends.
 fn screw(
     builder: &MachineBuilder,
     model: &Model,
@@ -460,7 +460,7 @@ fn single_branch_error(
     }
 }
 
-/// An error that stands on no element of its kind.
+/// Reports an error declared on an element of another kind.
 fn no_element(part: &model::DeclaredError, kind: &str, cause: &str) -> Error {
     let message = format!("there is no {kind} `{}`", part.on.text);
     Error::new(Code::UnknownNode, message)

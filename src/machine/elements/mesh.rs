@@ -12,7 +12,7 @@ use crate::machine::components::{Gear, MeshGeometry};
 use crate::machine::direction::Direction;
 use crate::scene::model::{Axis, ContactParameters, Name};
 
-/// The tooth normal seen by one body, and where the mesh stands in its frame.
+/// Tooth normal in the frame of one body, and the place of the mesh there.
 pub struct MeshSide<'a> {
     /// The body.
     pub node: &'a Name,
@@ -20,7 +20,7 @@ pub struct MeshSide<'a> {
     pub sign: f64,
     /// Components of n in the body's cylindrical frame: radial, tangential, axial.
     pub normal: [f64; 3],
-    /// The whole number that stands for the moment arm of θ: teeth, with sign.
+    /// Integer coefficient of θ in place of its moment arm: teeth, with sign.
     pub theta_coefficient: f64,
     /// Radius of the pitch point, m.
     pub radius: f64,
@@ -46,7 +46,7 @@ fn direction(
     Ok(Direction::new(scale, terms))
 }
 
-/// What one contact between two toothed members is made of.
+/// Components of one contact between two toothed members.
 pub struct MeshPair<'a> {
     /// Moment arm of a θ per tooth, m.
     pub scale: f64,

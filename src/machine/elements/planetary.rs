@@ -139,7 +139,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, stage: &Planetary) -> R
     Ok(())
 }
 
-/// Lists sun and ring, planets, and what of sun and ring stands while the carrier goes round.
+/// Lists sun and ring, planets, and the fixed members of sun and ring under a rotating carrier.
 fn list(
     builder: &mut MachineBuilder,
     element: usize,
@@ -194,7 +194,7 @@ fn list(
     }
 }
 
-/// How the sun (mesh 0) or the ring (mesh 1) stands in the mesh with a planet at a position.
+/// Geometry of the sun (mesh 0) or the ring (mesh 1) in the mesh with a planet at a position.
 fn mesh_geometry(stage: &Planetary, mesh: usize, position: f64, teeth: u32) -> MeshGeometry {
     let alpha = stage.pressure_angles[mesh];
     let across = [alpha, -alpha].map(|alpha| {
@@ -211,7 +211,7 @@ fn mesh_geometry(stage: &Planetary, mesh: usize, position: f64, teeth: u32) -> M
     }
 }
 
-/// How a planet stands in the mesh with the sun (0) or the ring (1), its x outwards and its y along the turning sense of the carrier. The
+/// Geometry of a planet in the mesh with the sun (0) or the ring (1), its x outwards and its y along the turning sense of the carrier. The
 /// ring's teeth push it where the sun's push it back, on its other flanks.
 fn planet_seat(stage: &Planetary, mesh: usize, teeth: u32) -> MeshGeometry {
     let alpha = stage.pressure_angles[mesh];
@@ -240,8 +240,8 @@ fn cylindrical(stage: &Planetary, teeth: u32) -> Option<[f64; 2]> {
     }
 }
 
-/// The contact of a planet at a position: its wave stands `z ψ` behind that of a planet at zero, z the teeth of sun or ring; where these
-/// are fixed, and the carrier takes the planet along, `z ψ` ahead.
+/// Contact of a planet at a position: its wave lags that of a planet at zero by `z ψ`, z the teeth of sun or ring; where these are fixed,
+/// and the carrier takes the planet along, it leads by `z ψ`.
 ///
 /// Source: Parker and Lin, J. Mech. Des. 126 (2004) 68, for the phases between planets; the lead between sun and ring meshes
 /// of one planet, which hangs on tooth thicknesses, is the `phase` of each wave.

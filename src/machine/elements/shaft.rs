@@ -27,7 +27,7 @@ pub fn inner_nodes(shaft: &Shaft) -> impl Iterator<Item = String> + '_ {
     (1..segments).map(|i| format!("{}.{i}", shaft.name.text))
 }
 
-/// Puts the lengths, and their own inertia where asked, between the ends.
+/// Adds the lengths, and their own inertia on request, between the ends.
 pub fn add(builder: &mut MachineBuilder, element: usize, shaft: &Shaft) -> Result<(), Error> {
     let [first, last] = [
         builder.rotation_of_end(&shaft.between[0])?,

@@ -10,7 +10,7 @@ use crate::base::error::Error;
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
 
-/// Where the response matters.
+/// Frequency band in which the responses are compared.
 #[derive(Debug, Clone)]
 pub struct ComparisonBand {
     /// Up to here, Hz.
@@ -50,7 +50,7 @@ pub struct BandError {
     pub estimate: f64,
     /// Measured on the grid.
     pub measured: f64,
-    /// Where the measured error is largest, Hz.
+    /// Frequency of the largest measured error, Hz.
     pub worst_at_hz: f64,
     /// The largest `|H − H_r| / max(|H|, floor · max |H|)` at one frequency.
     pub pointwise: f64,
@@ -219,7 +219,7 @@ impl Comparison<'_> {
         (0..r.ncols()).map(of).collect()
     }
 
-    /// How much more what was left out yields at ω than at rest.
+    /// Dynamic amplification of the omitted modes at ω (relative to static).
     fn amplification(&self, omega: f64) -> f64 {
         match self.model.dropped.first() {
             None => 1.0,

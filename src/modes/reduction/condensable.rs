@@ -11,15 +11,15 @@ use crate::modes::system_matrices::AnalysisContext;
 /// A coordinate that could be left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CondensableCoordinate {
-    /// Its number among those that stay.
+    /// Coordinate number among those retained.
     pub coordinate: usize,
-    /// Its degree of freedom in the machine.
+    /// Degree of freedom in the machine.
     pub dof: usize,
     /// `√(K_ii/M_ii)/2π`, Hz: with all others held; infinite without inertia.
     pub fixed_frequency_hz: f64,
 }
 
-/// What could be left out together.
+/// Coordinates that can be condensed together.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CondensationAdvice {
     /// The coordinates, the lightest for their stiffness first.
@@ -93,7 +93,7 @@ fn candidates(context: &AnalysisContext, f_max_hz: f64) -> Vec<CondensableCoordi
     far
 }
 
-/// How many frequencies were compared and how far the worst moved; `None` where the rest cannot stand for the machine.
+/// Number of frequencies compared and the largest change among them; `None` where the rest cannot represent the machine.
 fn change(
     context: &AnalysisContext,
     left_out: &[CondensableCoordinate],

@@ -12,7 +12,7 @@ use crate::modes::modal_basis::{column, project_direction};
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::{Matrix, graded, symmetric};
 
-/// How to reduce. Coordinates are numbers of those that stay; [`coordinate_by_name`] finds them by name.
+/// Reduction method. Coordinates are numbers of those that stay; [`coordinate_by_name`] finds them by name.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ReductionMethod {
     /// Static condensation: exact at rest for loads on what is kept.
@@ -68,7 +68,7 @@ impl ModeSelection {
 /// A reduced machine.
 #[derive(Debug, Clone)]
 pub struct ReducedModel {
-    /// How it was reduced.
+    /// Reduction method used.
     pub method: ReductionMethod,
     /// `M_r`, `C_r`, `K_r` and `transform` T_r, `p = T_r r`.
     pub matrices: SystemMatrices,
@@ -234,8 +234,8 @@ fn dynamic_condensation(
     Ok(())
 }
 
-/// What is left out of the modes yields to a load f by `Σ φ φᵀf/ω²` over the modes left out, which for a free machine is the
-/// inertia-relief attachment mode without the kept modes' part; massless coordinates add their own flexibility.
+/// Residual flexibility adds `Σ φ φᵀf/ω²` over the omitted modes for a load f, which for a free machine is the inertia-relief attachment
+/// mode without the kept modes' part; massless coordinates add their own flexibility.
 fn modal(
     context: &AnalysisContext,
     selection: ModeSelection,

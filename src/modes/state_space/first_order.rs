@@ -18,7 +18,7 @@ pub struct FirstOrder {
     pub states: Vec<String>,
     /// `r = r_from_x x + r_from_u u`.
     pub r_from_x: Matrix,
-    /// Its second half: nil but for massless coordinates that an input acts on.
+    /// Second half of r from u: zero but for massless coordinates that an input acts on.
     pub r_from_u: Matrix,
 }
 

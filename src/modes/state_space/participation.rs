@@ -11,7 +11,7 @@ use crate::base::error::Error;
 use crate::modes::system_matrices::AnalysisContext;
 use crate::numeric::{Complex, Matrix, eigen};
 
-/// How far each input reaches and each output shows one mode.
+/// Controllability of one mode from each input and its observability at each output.
 #[derive(Debug, Clone)]
 pub struct ModalParticipation {
     /// λ, rad/s; exactly zero for a rigid motion, with imaginary part where it oscillates (its conjugate is not listed).
@@ -20,7 +20,7 @@ pub struct ModalParticipation {
     pub controllability: Vec<f64>,
     /// By output, 0 to 1.
     pub observability: Vec<f64>,
-    /// How many modes share λ to working precision; their own figures are then those of one choice of shapes among many.
+    /// Multiplicity of λ to working precision; the figures of each such mode are then those of one choice of shapes among many.
     pub multiplicity: usize,
     /// Every motion at λ can be excited by these inputs together. Never by one input, where several modes share λ.
     pub reachable: bool,

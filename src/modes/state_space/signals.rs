@@ -8,7 +8,7 @@ use crate::base::error::Error;
 use crate::base::text::{quoted_list, suggestion};
 use crate::machine::components::{BranchLaw, Machine};
 
-/// What an output measures.
+/// Quantity measured by an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutputSignal {
     /// A degree of freedom, differentiated so many times: 0, 1 or 2. rad or m, per second or per second squared.
@@ -37,7 +37,7 @@ pub fn parse_input(machine: &Machine, name: &str) -> Result<usize, Error> {
     Err(unknown(machine, name))
 }
 
-/// What an output's name means.
+/// Parses an output's name.
 ///
 /// # Errors
 /// `UnknownNode`, `UnknownDof` with the nearest names; `Conflict` for the force in a rigid joint.

@@ -19,16 +19,16 @@ pub struct StateSpace {
     pub c: Matrix,
     /// D.
     pub d: Matrix,
-    /// What each state is: `motor.theta` (rad or m) and, after all of these, `motor.theta.speed` (per second); after these
-    /// the combinations of massless coordinates that dampers brake.
+    /// Names of the states: `motor.theta` (rad or m) and, after all of these, `motor.theta.speed` (per second); after these the
+    /// combinations of massless coordinates that dampers brake.
     pub states: Vec<String>,
-    /// What each input is: N·m or N along a degree of freedom.
+    /// Names of the inputs: N·m or N along a degree of freedom.
     pub inputs: Vec<String>,
-    /// What each output is.
+    /// Names of the outputs.
     pub outputs: Vec<String>,
     /// Between samples, s; absent: continuous.
     pub sample_time: Option<f64>,
-    /// What the input does between samples, where there are any.
+    /// Discretisation method (input between samples) of a discrete-time system.
     pub method: Option<DiscretisationMethod>,
 }
 
@@ -84,7 +84,7 @@ impl StateSpace {
         )
     }
 
-    /// Of any equations of the machine: physical, modal or reduced.
+    /// State space of any equations of the machine: physical, modal or reduced.
     ///
     /// # Errors
     /// Those of [`StateSpace::physical`].
@@ -182,7 +182,7 @@ impl SignalRow {
         }
     }
 
-    /// Its rate, where that does not need the rate of an input.
+    /// Rate of the signal, where that does not need the rate of an input.
     fn rate(&self, first: &FirstOrder, name: &str) -> Result<SignalRow, Error> {
         if self.u.iter().any(|&u| u != 0.0) {
             let message = format!(

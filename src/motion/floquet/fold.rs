@@ -160,7 +160,7 @@ impl OrbitFamily<'_> {
         )
     }
 
-    /// Where the parameter stands still between a point and the step ahead of it.
+    /// Locates a fold, where the parameter is stationary between a point and the step ahead of it.
     fn locate_fold(
         &self,
         from: &ContinuationPoint,

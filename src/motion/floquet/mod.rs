@@ -23,7 +23,7 @@ pub mod fold;
 /// Multipliers may be above one by this much: on the circle two that meet are found to the square root of rounding.
 pub const MULTIPLIER_TOLERANCE: f64 = 1e-7;
 
-/// What a period does to a state.
+/// Monodromy matrix: the map of a state over a period.
 #[derive(Debug, Clone)]
 pub struct Monodromy {
     /// Φ, in the machine's units.
@@ -42,7 +42,7 @@ pub struct Monodromy {
 pub struct FloquetMultipliers {
     /// Those of free turning first, then the others by falling size.
     pub values: Vec<Complex>,
-    /// How many belong to free turning.
+    /// Number of multipliers that belong to free turning.
     pub rigid: usize,
     /// The largest size of the others.
     pub largest: f64,
@@ -56,7 +56,7 @@ impl FloquetMultipliers {
         self.largest <= 1.0 + MULTIPLIER_TOLERANCE
     }
 
-    /// How far from growth: `1 − |μ|`.
+    /// Stability margin: `1 − |μ|`.
     pub fn margin(&self) -> f64 {
         1.0 - self.largest
     }

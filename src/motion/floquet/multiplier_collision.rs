@@ -20,9 +20,9 @@ use crate::motion::methods::periodic::scale::closed_jacobian;
 use crate::numeric::eigen::{GeneralEigen, eigen};
 use crate::numeric::{Complex, ComplexMatrix};
 
-/// The modes of a machine with its mean stiffness that swing.
+/// Oscillatory modes of a machine with its mean stiffness.
 pub struct OscillatoryModes {
-    /// `(λ, which column)` of those that swing, by rising frequency.
+    /// `(λ, which column)` of the oscillatory modes, by rising frequency.
     swinging: Vec<(Complex, usize)>,
     all: GeneralEigen,
 }
@@ -36,7 +36,7 @@ pub struct CollisionCandidate {
     joint_cycles: f64,
 }
 
-/// Where they meet.
+/// Collision point of two multipliers.
 #[derive(Debug, Clone, Copy)]
 pub struct MultiplierCollision {
     /// As a factor on the speed of the machine.
@@ -58,7 +58,7 @@ const MAX_STEPS: usize = 12;
 const MIN_GROWTH_SHARE: f64 = 0.2;
 
 impl OscillatoryModes {
-    /// Of a machine.
+    /// Oscillatory modes of a machine.
     ///
     /// # Errors
     /// Branches that are not linear with all contacts closed; eigenvalues that are not found.
@@ -103,7 +103,7 @@ impl OscillatoryModes {
         found
     }
 
-    /// Where two modes meet near the expected speed, if they feed each other there so much that it may outdo damping.
+    /// Locates the collision of two modes near the expected speed, if their coupling there is strong enough to outdo damping.
     ///
     /// # Errors
     /// Those of `at`, which gives what a period does at a speed; eigenvalues that are not found.

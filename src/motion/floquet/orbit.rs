@@ -12,11 +12,11 @@ use crate::numeric::{Complex, Matrix, eigen, small_dense};
 /// An orbit.
 #[derive(Debug, Clone)]
 pub struct PeriodicOrbit {
-    /// Its state at t = 0.
+    /// State of the orbit at t = 0.
     pub start: Vec<f64>,
-    /// How many periods of the machine it takes.
+    /// Number of machine periods in the orbit.
     pub periods: u64,
-    /// How long, s.
+    /// Duration of the orbit, s.
     pub duration: f64,
     /// Eigenvalues of P′, by falling size.
     pub multipliers: Vec<Complex>,
@@ -35,7 +35,7 @@ pub struct ReturnMap {
     pub jacobian: Vec<f64>,
     /// Those units.
     pub units: Vec<f64>,
-    /// How long it takes, s.
+    /// Duration of the map, s.
     pub duration: f64,
     /// Switches on the way.
     pub events: u64,

@@ -16,11 +16,11 @@ use crate::numeric::{Matrix, symmetric};
 /// An interval of unstable speeds, by the frequency the whole machine repeats with, rad/s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InstabilityTongue {
-    /// Its lower edge, rad/s.
+    /// Lower edge of the tongue, rad/s.
     pub from: f64,
-    /// Its upper edge, rad/s.
+    /// Upper edge of the tongue, rad/s.
     pub to: f64,
-    /// Where growth is largest, rad/s.
+    /// Speed of largest growth, rad/s.
     pub most_unstable: f64,
     /// The largest multiplier there: growth in a period.
     pub growth: f64,
@@ -210,7 +210,7 @@ fn edge(
     Ok(unstable)
 }
 
-/// Where growth is largest between two factors, by golden section.
+/// Maximum of the growth between two factors, by golden section.
 fn max_growth(
     growth: &impl Fn(f64) -> Result<f64, Error>,
     [mut a, mut d]: [f64; 2],

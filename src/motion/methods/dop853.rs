@@ -28,7 +28,7 @@ pub struct Dop853 {
     ended: Option<(f64, Vec<f64>)>,
     /// Coefficients of the dense output.
     inner: Vec<Vec<f64>>,
-    /// Where f may be evaluated: between the restart and the end of its interval.
+    /// Earliest instant at which f may be evaluated: between the restart and the end of its interval.
     since: f64,
 }
 

@@ -21,7 +21,7 @@ pub const METHOD: IntegrationMethod = IntegrationMethod {
     run,
 };
 
-/// Checks what is asked, and flies.
+/// Checks the options and integrates.
 fn run(
     model: &DynamicModel,
     options: &IntegrationOptions,

@@ -115,7 +115,7 @@ struct TimedProblem<'a, P> {
     problem: &'a P,
     /// Both breaks, s.
     interval: [f64; 2],
-    /// Where the part begins, s.
+    /// Start of the part, s.
     from: f64,
     /// The size of every state: tolerances are relative to it.
     sizes: &'a [f64],
@@ -259,9 +259,9 @@ struct SubInterval<'a, P> {
     options: &'a IntegrationOptions,
     /// Both breaks, s.
     between: [f64; 2],
-    /// Where it begins, s, and the state there.
+    /// Start of the part, s, and the state there.
     from: (f64, &'a [f64]),
-    /// Where it is to end, s.
+    /// End of the part, s.
     end: f64,
 }
 

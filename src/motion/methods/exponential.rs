@@ -26,8 +26,8 @@ use crate::numeric::{Matrix, symmetric};
 
 use super::with_events::step_size;
 
-/// Of the shortest period of what drives: the stages see the beginning, the middle and the end of a step, and over whole periods they would
-/// see nothing happen.
+/// Largest step as a share of the shortest excitation period: the stages evaluate the beginning, the middle and the end of a step, and over
+/// whole periods would see no change.
 const MAX_PERIOD_SHARE: f64 = 0.25;
 
 /// Why the method cannot take a machine; absent where it can.
@@ -131,7 +131,7 @@ impl PhiKernel {
         }
     }
 
-    /// After twice the time: what was left swings on, and `(τ + u)^k/k!` goes on pushing.
+    /// Kernel after twice the time: the free response continues, and `(τ + u)^k/k!` goes on forcing.
     fn double_time(self, (square, damping): (f64, f64), tau: f64) -> PhiKernel {
         let [s, first, second, third] = self.integrals;
         let place = self.rate + damping * s;
@@ -334,8 +334,8 @@ impl TangentModes {
         }
     }
 
-    /// What a step may be wrong by because its forcing, a parabola through three instants, is none: with r the difference a quarter
-    /// of the step on, a cubic that vanishes at the three has `⅔|r|` for the mean of its size.
+    /// Error of a step whose forcing is not the parabola through three instants: with r the difference a quarter of the step on, a cubic
+    /// that vanishes at the three has `⅔|r|` for the mean of its size.
     fn step_error(
         &self,
         problem: &RegimeProblem,
@@ -383,7 +383,7 @@ pub struct ExponentialRk {
     longest: f64,
     /// Forces change with time itself, other than along lines.
     timed: bool,
-    /// Of the present regime; absent after a restart.
+    /// Tangent modes of the present regime; absent after a restart.
     modes: Option<TangentModes>,
     since: f64,
     /// The last step: its length, its modal start, its forcing.

@@ -31,15 +31,15 @@ pub mod bdf;
 pub struct IntegrationMethod {
     /// The word for it in commands and files.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// Description in one line.
     pub title: &'static str,
-    /// What its exactness is asked by.
+    /// Step control of the method.
     pub step_control: StepControl,
-    /// Its order of convergence in the step; absent where the step makes no error.
+    /// Order of convergence in the step; absent where the step makes no error.
     pub order: Option<u32>,
-    /// What it descends from: methods of one kin share their faults, so that they cannot confirm each other.
+    /// Method family: methods of one family share their faults, so that they cannot confirm each other.
     pub family: MethodFamily,
-    /// What its steps are bound by; absent where none is too long to be stable.
+    /// Stability bound of the step; absent where none is too long to be stable.
     pub bound: Option<StabilityBound>,
     /// It takes switches at the instants they happen, so that they cost no order.
     pub locates_events: bool,
@@ -49,7 +49,7 @@ pub struct IntegrationMethod {
     pub run: IntegrateFn<DynamicModel>,
 }
 
-/// What keeps an explicit method stable.
+/// Stability region of an explicit method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StabilityBound {
     /// Evaluations of f in a step.
@@ -72,7 +72,7 @@ const DOP853_BOUND: StabilityBound = StabilityBound {
     radius: 6.80,
 };
 
-/// What a method descends from.
+/// Method family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MethodFamily {
     /// Solutions of the linear part in closed form, taken from switch to switch.
@@ -88,7 +88,7 @@ pub enum MethodFamily {
     Newmark,
 }
 
-/// What the exactness of a method is asked by.
+/// Step control of a method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StepControl {
     /// Nothing: it is exact to rounding.

@@ -30,7 +30,7 @@ const ERROR: [f64; 3] = [
 /// The real eigenvalue of the tableau's inverse, 3 + 3^(2/3) − 3^(1/3).
 const REAL_EIGENVALUE: f64 = 3.637_834_252_744_496;
 
-/// Its complex pair, 3 + (3^(1/3) − 3^(2/3))/2 ∓ i (3^(5/6) + 3^(7/6))/2.
+/// Complex eigenvalue pair of the tableau's inverse, 3 + (3^(1/3) − 3^(2/3))/2 ∓ i (3^(5/6) + 3^(7/6))/2.
 const COMPLEX_EIGENVALUE: (f64, f64) = (2.681_082_873_627_752_3, -3.050_430_199_247_410_5);
 
 /// The basis: stages from transformed ones.
@@ -48,7 +48,7 @@ const BASIS: [[f64; 3]; 3] = [
     [1.0, 1.0, 0.0],
 ];
 
-/// Its inverse.
+/// Inverse of the basis.
 const INVERSE: [[f64; 3]; 3] = [
     [
         4.178_718_591_551_904,
@@ -102,7 +102,7 @@ pub struct Radau5 {
     factors: Option<RadauFactors>,
     /// The last step: its start, its length, the state there, the polynomial.
     last: Option<CollocationPolynomial>,
-    /// Where f may be evaluated from; absent after a restart.
+    /// Earliest instant at which f may be evaluated; absent after a restart.
     since: Option<f64>,
 }
 
@@ -126,7 +126,7 @@ impl CollocationPolynomial {
     }
 }
 
-/// What simplified Newton ended with.
+/// Result of simplified Newton iteration.
 struct StageValues {
     /// Stage states less the start.
     rise: [Vec<f64>; 3],

@@ -67,7 +67,7 @@ pub fn radau5_ode<P: OdeProblem>(
     stepper::run(&DenseProblem(problem), options, sink, &mut stepper)
 }
 
-/// How steps are chosen.
+/// Step-size rule of the options.
 pub(super) fn step_size(options: &IntegrationOptions) -> StepSizeRule {
     match options.step_size {
         StepSize::Adaptive(tolerance) => StepSizeRule::Tolerance(tolerance),

@@ -80,7 +80,7 @@ impl StateLayout {
         self.places.len() + self.rates() + self.scales.len()
     }
 
-    /// Where the rate of a mode stands.
+    /// Index of the rate of a mode.
     fn rate(&self, mode: usize) -> usize {
         self.places.len() + mode - self.first
     }
@@ -113,7 +113,7 @@ impl StateLayout {
         a
     }
 
-    /// Where every state stands in a modal state, and its unit there; rigid positions and free modes are alongside.
+    /// Index of every state in a modal state, and its unit there; rigid positions and free modes are alongside.
     fn modal(&self) -> Vec<(usize, usize, f64)> {
         let places = self.places.iter().enumerate();
         let places = places.map(|(at, &(j, s))| (j, at, 1.0 / s));
@@ -131,7 +131,7 @@ struct ComplexRoot {
 }
 
 impl ComplexRoot {
-    /// Of a shape over the modes that are not free.
+    /// Projects a shape over the modes that are not free.
     fn project(states: &StateLayout, value: Complex, shape: &[Complex]) -> ComplexRoot {
         let rate = |j: usize| shape[j - states.first] * value;
         let places = states.places.iter();

@@ -24,12 +24,12 @@ pub struct DenseSystem {
     steps: RefCell<BTreeMap<i32, Matrix>>,
 }
 
-/// Its motion.
+/// Trajectory of the dense system.
 #[derive(Debug, Clone)]
 pub struct DenseTrajectory {
     /// x, β₀, β₁ and the harmonics' cosines and sines.
     start: Vec<f64>,
-    /// How many of these are x.
+    /// Number of these that are x.
     states: usize,
     /// Bounds on |x| and |ẍ|.
     size: f64,
@@ -66,12 +66,12 @@ impl DenseSystem {
         })
     }
 
-    /// How many states.
+    /// Number of states.
     pub fn count(&self) -> usize {
         self.matrix.nrows()
     }
 
-    /// How fast the norm of a state can grow, 1/s.
+    /// Largest growth rate of the norm of a state, 1/s.
     pub fn growth(&self) -> f64 {
         self.log_norm
     }

@@ -5,7 +5,7 @@
 pub struct DoubleTime {
     /// The instant, rounded.
     pub high: f64,
-    /// What rounding left.
+    /// Rounding remainder.
     pub low: f64,
 }
 

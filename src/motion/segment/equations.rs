@@ -15,7 +15,7 @@ pub struct ModalEquations {
     pub drag: f64,
     /// D.
     pub damping: ModalDamping,
-    /// What stiffness there is next to the squares.
+    /// Stiffness in addition to the squares.
     pub stiffness: Option<Matrix>,
     /// Inner states.
     pub inner: Vec<InternalState>,
@@ -24,7 +24,7 @@ pub struct ModalEquations {
 /// D.
 #[derive(Debug)]
 pub enum ModalDamping {
-    /// Its diagonal: nothing is next to it.
+    /// Diagonal damping, without off-diagonal terms.
     Diagonal(Vec<f64>),
     /// All of it.
     Full(Matrix),
@@ -44,7 +44,7 @@ pub struct InternalState {
 }
 
 impl ModalEquations {
-    /// How many modes.
+    /// Number of modes.
     pub fn count(&self) -> usize {
         self.omega.len()
     }

@@ -3,21 +3,21 @@
 use super::modal_parts::RealPart;
 use crate::numeric::Complex;
 
-/// What a part is read by, next to what it counts in a switching surface: p, ṗ, p, ṗ, p̈, p̈, the bound on p̈, that on the
-/// third derivative.
+/// Lanes that evaluate a part, weighted by its coefficients in a switching function: p, ṗ, p, ṗ, p̈, p̈, the bound on p̈, that on the third
+/// derivative.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(16))]
 pub struct SumLanes(pub [f64; LANES]);
 
-/// How many sums a switching surface is read by.
+/// Number of sums that evaluate a switching function.
 pub const LANES: usize = 8;
 
-/// What every part counts in each lane of a switching surface's row c.
+/// Weight of every part in each lane of a switching function's row c.
 #[derive(Debug)]
 pub struct EventEvaluator(pub Vec<SumLanes>);
 
 impl EventEvaluator {
-    /// Of a row over the parts, of the row that gives ṗ, and of the sizes |c|.
+    /// Event evaluator of a row over the parts, of the row that gives ṗ, and of the sizes |c|.
     pub fn new(turning: &[Complex], row: &[f64], rate: &[f64], sizes: &[f64]) -> EventEvaluator {
         let pairs = row.chunks_exact(2).zip(rate.chunks_exact(2));
         let turning = turning.iter().zip(pairs).zip(sizes);

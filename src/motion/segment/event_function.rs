@@ -9,11 +9,11 @@ use crate::motion::dynamic_model::ElementState;
 pub struct EventFunction {
     /// Whose it is.
     pub branch: usize,
-    /// What stands beyond.
+    /// State beyond the switching surface.
     pub to: ElementState,
-    /// What it was made from.
+    /// Quantity that the event function is made from.
     pub kind: EventKind,
-    /// Its constant.
+    /// Constant term.
     pub constant: f64,
     /// c, over harmonics and parts.
     pub row: Vec<f64>,
@@ -29,12 +29,12 @@ pub struct EventFunction {
     pub dense: Option<[Vec<f64>; 2]>,
 }
 
-/// What a switching surface is made from.
+/// Quantity that a switching function is made from.
 #[derive(Debug)]
 pub enum EventKind {
     /// Deflection and rate of its branch.
     Deflection(Affine),
-    /// What it would have to hold.
+    /// Reaction that a sticking pair would have to hold.
     Reaction(StickReserve),
 }
 

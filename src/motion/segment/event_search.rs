@@ -13,13 +13,13 @@ use crate::motion::progress::check_budget;
 /// A switching surface reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocatedEvent {
-    /// When, from the start of the flight.
+    /// Time of the event, from the start of the segment.
     pub tau: f64,
     /// Which switching surface of the machine.
     pub event: usize,
 }
 
-/// What a search came to.
+/// Result of an event search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SearchOutcome {
     /// Nothing is reached in time.
@@ -49,7 +49,7 @@ struct EventBracket {
 }
 
 impl EventSearch {
-    /// The first switching surface reached within `span`, from the start of a flight at t, s.
+    /// First switching surface reached within `span`, from the start of a segment at t, s.
     ///
     /// # Errors
     /// Those of [`check_budget`].
@@ -200,7 +200,7 @@ fn safe_step(reading: EventValue, horizon: f64) -> f64 {
 /// Touches of parabolas that follow a cubic, at most.
 const MAX_PARABOLA_STEPS: u32 = 3;
 
-/// Where a further touch brings less than this share, looking again at the motion brings more.
+/// Smallest gain of a further touch, as a share; below it a new evaluation of the motion gains more.
 const MIN_GAIN: f64 = 0.1;
 
 /// No root before this: where `p + ṗ h − M h²/2` touches zero.

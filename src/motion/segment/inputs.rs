@@ -5,7 +5,7 @@ use crate::motion::dynamic_model::DynamicModel;
 use crate::motion::signal::Signal;
 use crate::numeric::Complex;
 
-/// Where an input enters.
+/// Target of an input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InputTarget {
     /// A drive, by its number.
@@ -17,15 +17,15 @@ pub enum InputTarget {
 /// One known function of time.
 #[derive(Debug)]
 pub struct KnownInput<'a> {
-    /// Where it enters.
+    /// Target of the input.
     pub entry: InputTarget,
-    /// What it is.
+    /// Signal of the input.
     pub signal: &'a Signal,
-    /// Its place among the pieces of a regime.
+    /// Index among the pieces of a regime.
     pub piece: usize,
-    /// Its harmonics: place in the list of frequencies, phasor.
+    /// Harmonics of the input: place in the list of frequencies, phasor.
     pub harmonics: Vec<(usize, Complex)>,
-    /// What harmonics of no frequency add.
+    /// Constant from harmonics of zero frequency.
     constant: f64,
 }
 
@@ -39,7 +39,7 @@ pub struct KnownInputs<'a> {
 }
 
 impl<'a> KnownInputs<'a> {
-    /// Of a machine.
+    /// Known inputs of a machine.
     pub fn new(model: &'a DynamicModel) -> KnownInputs<'a> {
         let drives = model.forces.iter().enumerate();
         let drives = drives.map(|(at, d)| (InputTarget::Drive(at), &d.signal, at));

@@ -14,7 +14,7 @@ pub struct LinearLaw {
     pub force: Affine,
     /// It sticks: what it carries is a reaction.
     pub sticks: bool,
-    /// Its inner state.
+    /// Law of the inner state.
     pub inner: Option<InternalLaw>,
 }
 
@@ -49,7 +49,7 @@ pub struct InternalLaw {
     pub scale: f64,
 }
 
-/// A branch as it stands.
+/// Linear law of a branch in its present state.
 ///
 /// # Errors
 /// A law that is not linear between switches.

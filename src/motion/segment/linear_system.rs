@@ -23,7 +23,7 @@ use crate::numeric::{Complex, Matrix, registers};
 /// A linear machine.
 #[derive(Debug)]
 pub struct LinearSystem {
-    /// What it does by itself and under harmonics: the states σ are the cosines and sines of these, then those of its parts.
+    /// Free and harmonically forced parts: the states σ are the cosines and sines of the harmonics, then those of the parts.
     pub parts: ForcedParts,
     /// The states of the parts from `(y, turns)`, harmonics as cosine and sine.
     pub to_parts: ColumnMatrix,
@@ -33,11 +33,11 @@ pub struct LinearSystem {
     pub pushes: Vec<[Vec<f64>; 2]>,
     /// Pairs that stick.
     pub stick: Option<StickConstraint>,
-    /// Its modes.
+    /// Modes of the machine.
     pub modes: RegimeModes,
     /// Directions over them.
     pub rows: ModalRows,
-    /// Its parts in closed form, without harmonics.
+    /// Modal parts in closed form, without harmonics.
     pub modal_parts: ModalParts,
     /// From modal states to these and back.
     pub transform: ModalTransform,
@@ -45,12 +45,12 @@ pub struct LinearSystem {
     pub steady: Vec<Vec<Complex>>,
     /// Push of every harmonic that is not in these.
     pub residual_pushes: Vec<Vec<Complex>>,
-    /// Its branches.
+    /// Linear laws of the branches.
     laws: Vec<LinearLaw>,
 }
 
 impl LinearSystem {
-    /// Of the branches of a regime.
+    /// Linear system of the branches of a regime.
     ///
     /// # Errors
     /// Numbers out of range; no convergence.

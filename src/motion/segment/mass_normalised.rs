@@ -20,7 +20,7 @@ pub enum CholeskyMass {
 }
 
 impl CholeskyMass {
-    /// Of a machine's inertia.
+    /// Cholesky factor of a machine's inertia.
     ///
     /// # Errors
     /// A mass matrix that is not positive definite.
@@ -73,16 +73,16 @@ pub fn to_dense(direction: &Direction, n: usize) -> Vec<f64> {
     w
 }
 
-/// What the motions of a machine must not do to be called rigid, over x.
+/// Strain rows that rigid motions of a machine must leave at zero, over x.
 #[derive(Debug, Default)]
 pub struct StrainRows {
     /// Directions of springs whose energy is a square, with √k.
     pub squares: Vec<(Vec<f64>, f64)>,
     /// Further directions that springs see or act in.
     pub springs: Vec<Vec<f64>>,
-    /// What dampers and all else see or act in.
+    /// Directions that dampers and all else see or act in.
     pub dampers: Vec<Vec<f64>>,
-    /// What may not move at all.
+    /// Directions that may not move at all.
     pub stuck: Vec<Vec<f64>>,
 }
 
@@ -96,14 +96,14 @@ pub struct RegimeModes {
     pub momenta: Matrix,
     /// rad/s.
     pub omega: Vec<f64>,
-    /// How many strain nothing at all.
+    /// Number of modes that strain nothing at all.
     pub free: usize,
-    /// How many strain no spring, the free ones among them.
+    /// Number of modes that strain no spring, the free ones among them.
     pub rigid: usize,
 }
 
 impl RegimeModes {
-    /// Of the rows of a machine.
+    /// Modes from the strain rows of a machine.
     ///
     /// # Errors
     /// Numbers out of range; no convergence.
@@ -158,7 +158,7 @@ impl RegimeModes {
         })
     }
 
-    /// How many there are.
+    /// Number of modes.
     pub fn count(&self) -> usize {
         self.omega.len()
     }
@@ -216,7 +216,7 @@ fn null_motions(rows: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Error> {
     }
 }
 
-/// What of some motions further rows do not see.
+/// Restricts motions to the null space of further rows.
 fn restrict_null_space(motions: &[Vec<f64>], rows: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, Error> {
     let seen = |row: &Vec<f64>, motion: &Vec<f64>| -> f64 {
         let terms = || row.iter().zip(motion).map(|(a, x)| a * x);
@@ -244,7 +244,7 @@ fn restrict_null_space(motions: &[Vec<f64>], rows: &[Vec<f64>]) -> Result<Vec<Ve
     Ok(shares.iter().map(sum).collect())
 }
 
-/// Where every row sees two coordinates at most, a motion for each part of the machine that nothing holds: by ratios from its
+/// Null space by ratios, where every row sees two coordinates at most: a motion for each part of the machine that nothing holds, from its
 /// first coordinate on. Nothing where a row sees more.
 fn null_space_by_ratios(rows: &[Vec<f64>], n: usize) -> Option<Vec<Vec<f64>>> {
     let mut joins: Vec<Vec<(usize, f64, f64)>> = vec![Vec::new(); n];
@@ -368,7 +368,7 @@ mod tests {
         assert!(null_space_by_ratios(&[vec![1.0, 1.0, 1.0]], 3).is_none());
     }
 
-    /// Held at the middle disc the two ends swing alone.
+    /// The two ends oscillate alone with the middle disc held.
     #[test]
     fn exact_stuck_middle() {
         let root = CholeskyMass::Diagonal(vec![1.0; 3]);

@@ -12,7 +12,7 @@ pub struct ModalParts {
     pub others: Vec<RealPart>,
 }
 
-/// A part that does not swing, or cannot be told from the others.
+/// A part that is not oscillatory, or cannot be separated from the others.
 #[derive(Debug, Clone)]
 pub enum RealPart {
     /// `ẋ = λ x + β`.
@@ -31,7 +31,7 @@ pub enum RealPart {
 }
 
 impl RealPart {
-    /// How many states it has.
+    /// Number of states.
     pub fn count(&self) -> usize {
         match self {
             RealPart::Decay(_) => 1,
@@ -44,7 +44,7 @@ impl RealPart {
 /// A harmonic so near a root that their responses must not be taken apart.
 #[derive(Debug, Clone)]
 pub struct ResonantForcing {
-    /// Which swing, or which of the others.
+    /// Index of the oscillatory part, or of the other part.
     pub part: PartIndex,
     /// Which harmonic, by its place in the list of frequencies.
     pub frequency: usize,
@@ -57,25 +57,25 @@ pub struct ResonantForcing {
 /// A part by its number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PartIndex {
-    /// Of the swings.
+    /// Index of an oscillatory part.
     Oscillatory(usize),
-    /// Of the others: its number and its first state.
+    /// Index of another part: its number and its first state.
     Other(usize, usize),
 }
 
-/// What a harmonic leaves behind for good.
+/// Steady-state response to a harmonic.
 #[derive(Debug, Clone)]
 pub struct SteadyState {
     /// Phasors of σ.
     pub phasors: Vec<Complex>,
-    /// Phasors of the push on σ that is not in the answer.
+    /// Phasors of the push on σ that the response does not contain.
     pub left: Vec<Complex>,
-    /// Where that goes.
+    /// Near-resonant forcing that carries this push.
     pub near: Vec<ResonantForcing>,
 }
 
 impl ModalParts {
-    /// How many states there are.
+    /// Number of states.
     pub fn count(&self) -> usize {
         2 * self.oscillatory.len() + self.others.iter().map(RealPart::count).sum::<usize>()
     }
@@ -114,14 +114,14 @@ impl ModalParts {
         out
     }
 
-    /// `|c|` part by part: of every swing, then of every other state.
+    /// `|c|` part by part: of every oscillatory part, then of every other state.
     pub fn part_sizes(&self, c: &[f64]) -> Vec<f64> {
         let two = 2 * self.oscillatory.len();
         let swings = c[..two].chunks_exact(2).map(|c| c[0].hypot(c[1]));
         swings.chain(c[two..].iter().map(|c| c.abs())).collect()
     }
 
-    /// The steady answer to `Re(b e^{iωt})`; pushes too near a root are left out. `span` is the length of the run, s.
+    /// Steady-state response to `Re(b e^{iωt})`; pushes too near a root are left out. `span` is the length of the run, s.
     pub fn steady_state(
         &self,
         b: &[Complex],

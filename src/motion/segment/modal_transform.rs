@@ -22,7 +22,7 @@ pub enum ModalTransform {
 /// A mode: its two states in σ, and two-by-two matrices by rows.
 #[derive(Debug, Clone, Copy)]
 pub struct ModePair {
-    /// Where the first of its states is; the other is the next.
+    /// Index of the first of its states; the other is the next.
     pub at: usize,
     /// (η, η̇) of the two.
     pub out: [f64; 4],

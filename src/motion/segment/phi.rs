@@ -64,7 +64,7 @@ pub fn phi_series(x: Complex) -> (Complex, Complex) {
     (second * x + 1.0, second)
 }
 
-/// Where [`phi_series`] is exact to rounding.
+/// Radius within which [`phi_series`] is exact to rounding.
 pub const SERIES_RADIUS: f64 = 0.5;
 
 /// `(e^{κτ} − 1)/κ`, also where κ is zero or nearly so.

@@ -12,22 +12,22 @@ use crate::numeric::vector_ops::axpy;
 pub struct PieceLoad {
     /// The lines.
     pieces: Vec<u32>,
-    /// Push on σ, and of every switching surface, by all that stands still.
+    /// Push on σ by all terms constant in time.
     pub push: Vec<f64>,
-    /// Of every switching surface.
+    /// Constant offsets of every switching function.
     pub events: Vec<EventOffset>,
     /// The inputs that rise or fall.
     pub rising: Vec<usize>,
 }
 
-/// What of a switching surface stands still.
+/// Constant part of a switching function.
 #[derive(Debug)]
 pub struct EventOffset {
-    /// What is not σ.
+    /// Part outside σ.
     pub base: f64,
     /// The size of what that is summed from.
     pub size: f64,
-    /// What ṗ has next to the row of σ.
+    /// Part of ṗ in addition to the row of σ.
     pub push: f64,
 }
 
@@ -37,7 +37,7 @@ impl PieceLoad {
         self.pieces == pieces
     }
 
-    /// Of a machine with constant push and its switching surfaces.
+    /// Piece load of a machine with constant push and its switching surfaces.
     pub fn new(
         inputs: &KnownInputs,
         pieces: &[u32],

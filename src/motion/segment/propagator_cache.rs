@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::trajectory::{ForcedParts, Propagator};
 
-/// Leading binary digits of a stride after the first: it is at most a quarter shorter than what was asked for.
+/// Leading binary digits of a stride after the first: it is at most a quarter shorter than requested.
 const DIGITS: u32 = 2;
 
 /// Strides kept at most, from the shortest to the longest; beyond, the others are made again.
@@ -50,7 +50,7 @@ mod tests {
     use super::super::modal_parts::ModalParts;
     use super::*;
 
-    /// Never longer than asked, at most a quarter shorter.
+    /// Strides are never longer than requested, at most a quarter shorter.
     #[test]
     fn law_strides_are_safe() {
         let parts = ForcedParts::new(ModalParts::default(), &[], Vec::new());

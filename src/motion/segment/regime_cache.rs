@@ -20,15 +20,15 @@ pub const MAX_BYTES: usize = 1 << 30;
 
 /// The machines met so far, by how what can switch stood.
 pub struct RegimeCache {
-    /// Branches that can stand in more than one way.
+    /// Branches with more than one state.
     switching: Vec<usize>,
-    /// How these stand, of every machine.
+    /// States of these branches, of every machine.
     contact_states: Vec<Vec<ElementState>>,
     systems: Vec<RegimeSystem>,
     /// Which linear machine each of these is.
     kinds: Vec<usize>,
     linears: Vec<Rc<LinearSystem>>,
-    /// Of every linear machine.
+    /// Propagator cache of every linear machine.
     caches: Vec<PropagatorCache>,
     /// Machines made, those that were dropped among them.
     made: u64,
@@ -100,7 +100,7 @@ impl RegimeCache {
         Some((0, event))
     }
 
-    /// Where the machine of these stands is; it is made where there is none.
+    /// Index of the machine with these states; it is built where there is none.
     ///
     /// # Errors
     /// Numbers out of range; swings whose phase is lost.

@@ -20,22 +20,22 @@ use crate::numeric::Complex;
 /// A machine in one regime.
 #[derive(Debug)]
 pub struct RegimeSystem {
-    /// What it shares with others.
+    /// Linear system shared with other regimes.
     pub linear: Rc<LinearSystem>,
     /// Constant push on σ.
     constant: Vec<f64>,
-    /// What acts at present.
+    /// Present load.
     pub load: PieceLoad,
-    /// Where it gives way.
+    /// Event functions that end the regime.
     pub events: Vec<EventFunction>,
-    /// What these are read by.
+    /// Evaluators of the event functions.
     pub evaluators: Vec<EventEvaluator>,
     /// Which of the parts that do not turn no sensor sees.
     pub unused_parts: Vec<bool>,
 }
 
 impl RegimeSystem {
-    /// Of a regime, whose branches are held by `laws`.
+    /// System of a regime, whose branches are held by `laws`.
     ///
     /// # Errors
     /// Numbers out of range.
@@ -72,7 +72,7 @@ impl RegimeSystem {
 }
 
 impl LinearSystem {
-    /// Every switching surface of every stand.
+    /// Event functions of every branch state.
     fn events(
         &self,
         context: &RunContext,

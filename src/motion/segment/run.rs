@@ -176,7 +176,7 @@ struct IntegrationRun<'a> {
 }
 
 impl IntegrationRun<'_> {
-    /// Whether the wave of a branch counts as it stands.
+    /// Whether the wave of a branch has an effect in its present state.
     fn wave_matters(&self, branch: usize) -> bool {
         let stand = self.regime.states[branch];
         !matches!(stand, ElementState::Contact(ContactState::Open, _))
@@ -234,7 +234,7 @@ impl IntegrationRun<'_> {
         false
     }
 
-    /// A switching surface was reached: what stands beyond it.
+    /// Applies the state beyond a switching surface that was reached.
     fn apply_switch(
         &mut self,
         system: &RegimeSystem,
@@ -271,7 +271,7 @@ impl IntegrationRun<'_> {
         Ok(())
     }
 
-    /// Known times were passed: lines, waves, and what stands otherwise since.
+    /// Applies events at known times: lines, waves, and the states that changed with them.
     fn apply_time_events(&mut self, ticks: &[TimeEvent]) {
         let model = self.context.model;
         let turned = |tick: &TimeEvent| matches!(tick, TimeEvent::Piece(..));
@@ -301,7 +301,7 @@ impl IntegrationRun<'_> {
         model.release_overloaded(&mut self.regime, self.now.high, &self.y);
     }
 
-    /// How a branch stands whose wave or imposed motion jumped.
+    /// Updates the state of a branch whose wave or imposed motion jumped.
     fn update_state(&mut self, branch: usize, before: &[u32]) {
         let model = self.context.model;
         let (n, t) = (model.coordinate_count(), self.now.high);

@@ -13,14 +13,14 @@ pub struct RunContext<'a> {
     pub model: &'a DynamicModel,
     /// `M = L Lᵀ`.
     pub root: CholeskyMass,
-    /// What is known in time.
+    /// Inputs known in time.
     pub inputs: KnownInputs<'a>,
-    /// How long the run is, s.
+    /// Duration of the run, s.
     pub span: f64,
 }
 
 impl RunContext<'_> {
-    /// Of a run.
+    /// Context of a run.
     ///
     /// # Errors
     /// A machine that is not linear between switches; a mass matrix that is not positive definite; friction on a motion imposed by harmonics.

@@ -20,12 +20,12 @@ pub struct SegmentTrajectory {
     events: Vec<EventStart>,
     /// When it started, s.
     pub epoch: f64,
-    /// The longest time the bounds are asked for at once, s.
+    /// Longest horizon of the bounds in one evaluation, s.
     pub reach: f64,
     push: [Vec<f64>; 2],
     given: Vec<f64>,
     carried: Vec<f64>,
-    /// Of every sensor.
+    /// Sums of every event evaluator.
     sums: Vec<[f64; LANES]>,
     block: Option<StateBlock>,
 }
@@ -37,7 +37,7 @@ struct EventStart {
     base: [f64; 2],
     /// Constant and slope of what ṗ has next to the row of σ.
     push: [f64; 2],
-    /// What p came to at the start, where it is known to be zero.
+    /// Computed value of p at the start, where it is known to be zero.
     offset: f64,
     /// It is zero at the start.
     zero: bool,
@@ -67,7 +67,7 @@ struct StateBlock {
     states: Matrix,
 }
 
-/// How many states are read off together.
+/// Number of states evaluated together.
 pub const BLOCK: usize = 64;
 
 impl SegmentTrajectory {

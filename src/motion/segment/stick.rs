@@ -28,7 +28,7 @@ pub struct StickConstraint {
 /// A switching surface of a stuck pair over the state: what is left before it breaks away.
 #[derive(Debug)]
 pub struct StickReserve {
-    /// Its constant.
+    /// Constant term.
     pub constant: f64,
     /// Over q.
     pub place: Vec<f64>,
@@ -41,7 +41,7 @@ pub struct StickReserve {
 }
 
 impl StickConstraint {
-    /// Of the branches that stick.
+    /// Stick constraint of the sticking branches.
     ///
     /// # Errors
     /// Numbers out of range.
@@ -117,7 +117,7 @@ impl StickConstraint {
         }
     }
 
-    /// What is left of a stuck pair's breakaway force in the sense of `slip`.
+    /// Remaining breakaway force of a stuck pair in the sense of `slip`.
     ///
     /// # Errors
     /// None; laws were read before.

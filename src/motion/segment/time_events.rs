@@ -8,7 +8,7 @@ use crate::motion::dynamic_model::DynamicModel;
 use crate::motion::signal::Signal;
 use crate::motion::wave::{WavePhase, Waveform};
 
-/// What will jump, and when.
+/// Jumps known in time, and their instants.
 #[derive(Debug)]
 pub struct TimeEvents<'a> {
     signals: Vec<(usize, &'a Signal)>,
@@ -26,7 +26,7 @@ struct WaveJumps {
     last: i64,
 }
 
-/// What the jump of a known time was about.
+/// Cause of a jump at a known time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimeEvent {
     /// A line of the input at this place of a regime's pieces gave way to the next.

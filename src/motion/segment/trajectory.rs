@@ -12,13 +12,13 @@ use crate::numeric::Complex;
 /// The parts of a machine and the harmonics it is pushed by, which are numbers that turn as well.
 #[derive(Debug)]
 pub struct ForcedParts {
-    /// λ: iω of every harmonic, then those of the swings.
+    /// λ: iω of every harmonic, then those of the oscillatory modes.
     pub eigenvalues: Vec<Complex>,
-    /// How many of these are harmonics.
+    /// Number of these that are harmonics.
     pub known: usize,
     /// 1/λ.
     inverses: Vec<Complex>,
-    /// What does not turn.
+    /// Parts that are not complex modal coordinates.
     pub others: Vec<RealPart>,
     near: Vec<ResonantForcing>,
     /// `iω − λ` of the resonances of oscillations; zero for those of others.
@@ -34,7 +34,7 @@ pub struct ForcedParts {
 /// A motion; used again for the next, so that nothing is allocated on the way.
 #[derive(Debug, Default)]
 pub struct ModalTrajectory {
-    /// Where it is: two states of every number that turns, then those of the others.
+    /// Present state: two states of every complex modal coordinate, then those of the others.
     pub sigma: Vec<f64>,
     /// For how long it has been going, s.
     pub tau: f64,
@@ -54,7 +54,7 @@ pub struct ModalTrajectory {
     lasting: Vec<f64>,
 }
 
-/// What a β that rises does to an oscillation next to turning: `drift τ`, by series for small λτ.
+/// Response of an oscillation to a rising β, in addition to turning: `drift τ`, by series for small λτ.
 #[derive(Debug, Clone, Copy)]
 struct RampResponse {
     drift: Complex,
@@ -63,8 +63,8 @@ struct RampResponse {
     small: f64,
 }
 
-/// `e^{iωτ}` and `e^{κτ} − 1`, κ = λ − iω: the answer is `push e^{iωτ} (e^{κτ} − 1)/κ`, of factors that do not grow where the
-/// oscillation decays.
+/// `e^{iωτ}` and `e^{κτ} − 1`, κ = λ − iω: the response is `push e^{iωτ} (e^{κτ} − 1)/κ`, of factors that do not grow where the oscillation
+/// decays.
 #[derive(Debug, Clone, Copy)]
 struct ResonantResponse {
     turned: Complex,
@@ -106,7 +106,7 @@ pub struct Propagator {
 const RESET_INTERVAL: u32 = 16;
 
 impl ForcedParts {
-    /// Of a machine, the harmonics that push it, and those of them that are near a root.
+    /// Forced parts of a machine, the harmonics that push it, and those of them that are near a root.
     pub fn new(
         spectrum: ModalParts,
         frequencies: &[f64],
@@ -176,13 +176,13 @@ impl ForcedParts {
         }
     }
 
-    /// What can have grown to how much of itself by τ.
+    /// Growth factor that no part exceeds by τ.
     #[inline(never)]
     fn grown(&self, tau: f64) -> f64 {
         (self.growth * tau).exp()
     }
 
-    /// Where the states of the others begin.
+    /// Index of the first state of the others.
     fn first_other(&self) -> usize {
         2 * self.eigenvalues.len()
     }
@@ -192,15 +192,15 @@ impl ForcedParts {
         !self.near.is_empty()
     }
 
-    /// How many numbers and other states there are.
+    /// Number of complex modal coordinates and other states.
     fn count(&self) -> usize {
         self.eigenvalues.len() + self.others.iter().map(RealPart::count).sum::<usize>()
     }
 }
 
 impl ModalTrajectory {
-    /// Starts at [`ModalTrajectory::sigma`], whose first numbers hold `e^{iωt₀}` of every harmonic and whose rest is without the steady answers,
-    /// under `β₀` and `β₁`; `span` is the time it will be used for, s.
+    /// Starts at [`ModalTrajectory::sigma`], whose first numbers hold `e^{iωt₀}` of every harmonic and whose rest is without the
+    /// steady-state responses, under `β₀` and `β₁`; `span` is the time it will be used for, s.
     pub fn start(&mut self, parts: &ForcedParts, (b0, b1): (&[f64], &[f64]), span: f64) {
         self.tau = 0.0;
         self.strides = 0;
@@ -551,7 +551,8 @@ impl ModalTrajectory {
         }
     }
 
-    /// What a sensor reads where it is; bounds hold from there on for `horizon` seconds at most. A number that turns gives ζ, ζ, μ
+    /// Evaluates the sums of an event function at the present state; bounds hold from there on for `horizon` seconds at most. A number that
+    /// turns gives ζ, ζ, μ
     /// and |μ|, any other state x, x, ẍ and bounds on ẍ and x⃛; `unseen` others are left out.
     pub fn evaluate(
         &self,

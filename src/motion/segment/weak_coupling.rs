@@ -11,7 +11,7 @@ use crate::numeric::{Complex, Matrix, symmetric};
 /// Rounds after which the dampers are too strong.
 const MAX_ITERATIONS: usize = 60;
 
-/// What a round may still move, as a share: rounding.
+/// Relative change of an iteration that counts as converged: rounding.
 const ITERATION_TOLERANCE: f64 = 4.0 * f64::EPSILON;
 
 /// A damper that acts across more than this share of what it acts along differs by more than rounding from a symmetric one.
@@ -178,7 +178,7 @@ mod tests {
         }
     }
 
-    /// What dampers along some directions do across the modes.
+    /// Damping matrix over the modes from dampers along some directions.
     fn dampers(n: usize, size: f64) -> Matrix {
         let seen = |b: usize, j: usize| (1.3 * (b * n + j) as f64 + 0.4).sin();
         Matrix::from_fn(n, n, |i, j| {

@@ -32,7 +32,7 @@ pub struct EncoderModel {
     pub output: String,
 }
 
-/// What makes the measured lines.
+/// Attribution of the measured lines to declared sources.
 #[derive(Debug, Default)]
 pub struct Attribution {
     /// Orders with a declared source, ascending.
@@ -50,13 +50,13 @@ pub struct Attribution {
 pub struct AttributedOrder {
     /// Per turn of the output.
     pub order: Fraction,
-    /// Measured, rad; with its interval where the order is told from others.
+    /// Measured amplitude, rad; with its interval where the order is separable from others.
     pub amplitude: f64,
     /// See [`AttributedOrder::amplitude`].
     pub interval: Option<(f64, f64)>,
-    /// What would be measured if the input turned evenly, rad.
+    /// Amplitude expected at a uniform input speed, rad.
     pub amplitude_uniform_input: f64,
-    /// What may make it.
+    /// Declared sources of the same order: the candidate causes.
     pub sources: Vec<DeclaredSource>,
 }
 
@@ -65,11 +65,11 @@ pub struct AttributedOrder {
 pub struct DeclaredSource {
     /// Element and cause, and the harmonic beyond the first.
     pub name: String,
-    /// Of the error as declared, m, of couplings rad.
+    /// Declared amplitude of the error, m; of couplings rad.
     pub declared: f64,
     /// It is one of a coupling.
     pub is_angle: bool,
-    /// What of it arrives at the output, rad.
+    /// Contribution of the source at the output, rad.
     pub output_amplitude: f64,
     /// The error as the record has it, with its interval, where nothing else declared has the order.
     pub identified: Option<(f64, (f64, f64))>,
@@ -151,8 +151,8 @@ impl EncoderModel {
         Ok(named)
     }
 
-    /// What makes the lines of a flank, the output turning at `speed`, rad/s, where it is known;
-    /// `error` of a line is lost or added by the cells, relative.
+    /// Attributes the lines of a flank to declared sources, at output `speed`, rad/s, where known; `error` is the relative gain or loss of
+    /// a line by the cells.
     ///
     /// # Errors
     /// Those of the chain at speed.
@@ -249,7 +249,7 @@ impl EncoderModel {
     }
 }
 
-/// What a line would be, were the input even, and by how much taking that off widens its interval on either side.
+/// Amplitude of a line at a uniform input speed, and the widening of its interval on either side by that correction.
 fn uniform_input_amplitude(
     passing: &DriverTransfer,
     omega: f64,

@@ -10,13 +10,13 @@ use crate::recording::channel_unit::ResponseKind;
 use crate::recording::frequency_responses::{FrequencyResponse, FrequencyResponses};
 use crate::spectrum::spectra::Spectra;
 
-/// Coherence below which a mode's response is mostly noise.
+/// Coherence below which noise dominates a mode's response.
 const MIN_COHERENCE: f64 = 0.8;
 
-/// A resonance that no block smears is told by its lines: a pole by two or three of them, whether it is one by some more.
+/// Fewest spectral lines per resonance not smeared by a block: two or three define a pole, a few more confirm it.
 const MIN_LINES_PER_MODE: f64 = 4.0;
 
-/// Fewer independent averages than this leave the variance itself in doubt.
+/// Number of independent averages below which the variance itself is uncertain.
 const MIN_AVERAGES: f64 = 5.0;
 
 fn warning(code: &'static str, message: String, hint: &str) -> Diagnostic {
@@ -85,7 +85,7 @@ pub fn check_response_kinds(responses: &FrequencyResponses) -> Vec<Diagnostic> {
         .collect()
 }
 
-/// What is said of the responses where their units say otherwise.
+/// Warning that the stated motion quantity of the responses contradicts their units.
 pub fn check_stated_kind(responses: &FrequencyResponses, stated: Option<u8>) -> Option<Diagnostic> {
     const KINDS: [&str; 3] = ["receptance", "mobility", "accelerance"];
     let stated = stated?;
@@ -112,8 +112,8 @@ pub fn check_stated_kind(responses: &FrequencyResponses, stated: Option<u8>) -> 
     }
 }
 
-/// Warnings about a fit that misses a response by half its size, on the lines where the response stands out of its own
-/// variance: where nothing drives there is none to miss. `fitted` is what the fit has on a line, Hz, by response.
+/// Warnings about a fit that misses a response by half its size, on the lines where the response exceeds its own variance: without
+/// excitation there is none to miss. `fitted` is what the fit has on a line, Hz, by response.
 pub fn check_fit(
     responses: &FrequencyResponses,
     band_hz: (f64, f64),
@@ -150,7 +150,7 @@ pub fn check_fit(
     })
 }
 
-/// Whether the responses stand out of their own variance inside a band: somewhere, on more lines than chance has.
+/// True if the responses exceed their own variance inside a band: somewhere, on more lines than by chance.
 pub fn has_significant_response(responses: &FrequencyResponses, band_hz: (f64, f64)) -> bool {
     // |H|² over its variance is above this on one line in a hundred by chance, and on one in thirty where the variance itself is known
     // from few averages; neighbours under a window go together.
@@ -240,7 +240,7 @@ pub fn check_modes(
     all
 }
 
-/// Modes that few lines of a stepped sine, or of responses that were read, stand on. What rings out inside the block of a hit needs no
+/// Warning about modes supported by few lines of a stepped sine or of imported responses. What rings out inside the block of a hit needs no
 /// more than it has.
 fn check_line_count(
     responses: &FrequencyResponses,

@@ -16,17 +16,17 @@ use crate::transmission::encoder::evaluate::{EvaluationOptions, TeEvaluation, ev
 use crate::transmission::encoder::orders::KnownOrders;
 use crate::transmission::encoder::readings::{EncoderScale, EncoderScales, MemoryReadings};
 
-/// What an encoder record says.
+/// Result of an encoder record.
 pub struct EncoderResult {
-    /// What the readings were, as text.
+    /// Description of the readings, as text.
     pub method_text: Vec<String>,
     /// The evaluation.
     pub measured: TeEvaluation,
     /// Eccentricity of encoders and gears apart.
     pub separated: Vec<EccentricitySplit>,
-    /// What makes the lines of each flank, where there is a model.
+    /// Attribution of the lines of each flank, where there is a model.
     pub attribution: Vec<Attribution>,
-    /// What this record cannot distinguish, and what could.
+    /// Quantities that this record cannot distinguish, and measurements that could.
     pub limits: Vec<String>,
     /// See [`EncoderStudy::radius`].
     pub radius: Option<f64>,
@@ -141,7 +141,7 @@ pub fn evaluate_encoders(
     })
 }
 
-/// How many counts of both encoders passed, where counters were read.
+/// Number of counts of both encoders, where counters were read.
 fn counts_passed(measured: &TeEvaluation, scales: EncoderScales) -> Option<String> {
     let turned: f64 = measured.runs.iter().map(|run| run.travel()).sum();
     let counts = |angle: f64, step: f64| (angle / step).round();
@@ -186,7 +186,7 @@ fn speed_ripple_warning(found: &Attribution) -> Option<Diagnostic> {
 /// The share of a line that an uneven input may make unsaid.
 const MAX_RIPPLE_SHARE: f64 = 0.02;
 
-/// What is not distinguished.
+/// Ambiguities that the record leaves unresolved.
 fn ambiguities(measured: &TeEvaluation, study: &EncoderStudy, is_parted: bool) -> Vec<String> {
     let mut all = Vec::new();
     if !is_parted {

@@ -68,7 +68,7 @@ pub fn lines_per_rev(study: &EncoderStudy) -> Result<(usize, usize), Error> {
     })
 }
 
-/// What the readings of a channel mean.
+/// Scale of a channel's readings.
 ///
 /// # Errors
 /// Readings that are neither angles nor counts, or jump.
@@ -124,9 +124,9 @@ fn wrap_text(wrap: Option<f64>) -> String {
 
 /// Channels as rows.
 pub struct EncoderColumns<'a> {
-    /// Of the input.
+    /// Readings of the input encoder.
     pub input: &'a SampleColumn,
-    /// Of the output.
+    /// Readings of the output encoder.
     pub output: &'a SampleColumn,
 }
 
@@ -263,7 +263,7 @@ pub fn angle_from_tracks(
 pub struct UniformAngles {
     /// When they are read.
     pub timing: RowTiming,
-    /// Of input and output, rad.
+    /// Angles of input and output, rad.
     pub angles: [Vec<f64>; 2],
 }
 

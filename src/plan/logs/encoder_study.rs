@@ -3,7 +3,7 @@
 use crate::recording::signals::Recording;
 use crate::transmission::encoder::gear_train::GearTrain;
 
-/// What is asked of an encoder record.
+/// Request for the analysis of an encoder record.
 #[derive(Debug, Clone)]
 pub struct EncoderStudy {
     /// Channel of the input; two of them are the tracks of an encoder in quadrature.
@@ -20,7 +20,7 @@ pub struct EncoderStudy {
     pub counts_per_line: usize,
     /// The channels hold instants of pulses, one a line.
     pub pulse_times: bool,
-    /// Rows are not even in time: no speed is told.
+    /// Rows are not uniform in time: no speed is available.
     pub angle_base: bool,
     /// Multiples of the meshes.
     pub multiples: Option<usize>,
@@ -34,12 +34,12 @@ pub struct EncoderStudy {
     pub pressure_angle: Option<f64>,
 }
 
-/// Where channels were read: all from one recording, or each from one of its own where their rows are their own.
+/// Recordings of the channels: one for all, or one for each where their rows are their own.
 #[derive(Clone, Copy)]
 pub struct EncoderRecordings<'r> {
     /// Channels of the input.
     pub input: &'r Recording,
-    /// Of the output.
+    /// Recording of the output.
     pub output: &'r Recording,
     /// Index pulses of either.
     pub index: [Option<&'r Recording>; 2],

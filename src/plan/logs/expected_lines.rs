@@ -13,10 +13,10 @@ use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::model::Axis;
 use crate::spectrum::line_labels::{ExpectedLine, HarmonicFamily, RollingBearing};
 
-/// How exactly a stated speed is known, relative: slip of motors and readings of hand-held tachometers.
+/// Relative tolerance of a stated speed: slip of motors and readings of hand-held tachometers.
 const SPEED_TOLERANCE: f64 = 2e-3;
 
-/// How exactly the kinematic frequencies of a rolling bearing are known, relative: one or two per cent of slip.
+/// Relative tolerance of the kinematic frequencies of a rolling bearing: one or two per cent of slip.
 const BEARING_TOLERANCE: f64 = 0.02;
 
 /// Harmonics of rotations.
@@ -128,10 +128,10 @@ fn single_line_family(line: &ExpectedLine, of: &HarmonicFamily) -> HarmonicFamil
     }
 }
 
-/// Of lines at one place those in whose names the least is counted: multiples of a rotation make up a mesh, so that a sideband of one
-/// harmonic is also one of the next, and a high multiple of the rotation.
+/// Keeps, of the lines at one place, those with the lowest multiples in their names: multiples of a rotation make up a mesh, so that a
+/// sideband of one harmonic is also one of the next, and a high multiple of the rotation.
 fn remove_aliases(all: Vec<(ExpectedLine, usize)>) -> Vec<ExpectedLine> {
-    /// Of sums and multiples of one speed.
+    /// Relative rounding of sums and multiples of one speed.
     const ROUNDING: f64 = 1e-9;
     let mut all = all;
     all.sort_by(|a, b| a.0.position.total_cmp(&b.0.position));

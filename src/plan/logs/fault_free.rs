@@ -6,7 +6,7 @@ use crate::base::error::{Diagnostic, Error};
 use crate::recording::faults::{self, Faults};
 use crate::recording::signals::Recording;
 
-/// What is left of a record has a segment of this share of its longest at least; blocks that averages would take are as long.
+/// Smallest segment used, as a share of the longest segment of the record; blocks for averages are as long.
 const MIN_SEGMENT_SHARE: f64 = 1.0 / 16.0;
 
 /// The same for methods that take the longest segment alone.
@@ -20,12 +20,12 @@ const MAX_CLIPPED_SHARE: f64 = 0.5;
 pub struct CheckedRecording {
     /// Without the time in which a sensor was stuck.
     pub recording: Recording,
-    /// What was stuck.
+    /// Diagnostics of stuck channels.
     pub stuck: Vec<Diagnostic>,
     faults: Faults,
 }
 
-/// What a method makes of segments.
+/// Use that a method makes of segments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SegmentUse {
     /// It takes blocks of all of them.
@@ -58,7 +58,7 @@ pub fn without_faults(
 }
 
 impl CheckedRecording {
-    /// Its first samples alone.
+    /// Truncates the recording to its first samples.
     pub fn beginning(&self, samples: usize) -> CheckedRecording {
         let mut recording = self.recording.clone();
         recording.segments.retain(|s| s.start < samples);
@@ -74,7 +74,8 @@ impl CheckedRecording {
         }
     }
 
-    /// Without clipped samples as well, where what is left suffices; and what is said of it. A response is then cut where it is large, but
+    /// Recording without clipped samples as well, where the rest suffices; with the diagnostics. A response is then cut where it is large,
+    /// but
     /// between the cuts input and output keep their relation, so that the responses are unbiased.
     pub fn unclipped(&self, by: SegmentUse) -> (Recording, Vec<Diagnostic>) {
         let Some(clipped) = self.faults.clipped_in_words(&self.recording) else {
@@ -111,7 +112,7 @@ impl CheckedRecording {
         (kept, diagnostics)
     }
 
-    /// What is said of clipping that stays in the record.
+    /// Warnings about clipping that remains in the record.
     pub fn clipped_warnings(&self) -> Vec<Diagnostic> {
         let words = self.faults.clipped_in_words(&self.recording);
         let of = |words: String| {
@@ -122,7 +123,7 @@ impl CheckedRecording {
     }
 }
 
-/// What is said of clipped and stuck channels in a spectrum, which takes all samples: to leave out the largest would lower it.
+/// Warnings about clipped and stuck channels in a spectrum, which takes all samples: to leave out the largest would lower it.
 ///
 /// # Errors
 /// The samples cannot be read.

@@ -14,13 +14,13 @@ use crate::numeric::fft::prev_fast_len;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::impact::{decay_length, levels};
 
-/// A decay is followed for so many times the time in which it stands out of the noise of one sample.
+/// Length of a decay segment, as a multiple of the time in which the decay exceeds the noise of one sample.
 const TAIL: usize = 3;
 
 /// Shorter decays have no lines to fit.
 const SHORTEST: usize = 64;
 
-/// What free decays tell.
+/// Result of the free-decay analysis.
 pub struct Decays {
     /// Modes and what they rest on.
     pub identification: SignalIdentification,
@@ -28,7 +28,7 @@ pub struct Decays {
     pub weak: Vec<IdentifiedMode>,
     /// Misfit by channel and decay.
     pub fit_error: Vec<f64>,
-    /// How the record was cut, as text.
+    /// Description of the segmentation of the record, as text.
     pub how: String,
     /// The band fitted, Hz.
     pub band_hz: (f64, f64),

@@ -17,7 +17,7 @@ use crate::spectrum::spectrogram::{Spectrogram, SpectrogramOptions, SpectrogramR
 use crate::spectrum::welch::{Averaging, WelchEstimator, WelchOptions};
 use crate::spectrum::window::Window;
 
-/// A record up to this length is one block where nobody says how: there its lines are finer than its noise is rough.
+/// Longest record, in samples, that is one block by default: there its lines are finer than its noise is rough.
 const MAX_SINGLE_BLOCK: usize = 8192;
 
 /// The shortest block of a longer record taken unasked.
@@ -35,7 +35,7 @@ const TAPERS: usize = 6;
 /// Rows of a spectrogram at most; more blocks are averaged into one row beyond.
 const ROWS: usize = 500;
 
-/// Blocks that a spectrogram cuts the record into where nobody says how.
+/// Default number of blocks of a spectrogram.
 const SPECTROGRAM_BLOCKS: usize = 64;
 
 /// The longest block of a spectrogram taken unasked.
@@ -50,7 +50,7 @@ pub fn longest_segment(recording: &Recording) -> Range<usize> {
     longest.cloned().unwrap_or(0..0)
 }
 
-/// Welch's spectra, streamed; of the random part where that is asked for.
+/// Welch's spectra, streamed; of the random part on request.
 ///
 /// # Errors
 /// A resolution or an overlap without sense, a record too short, samples that cannot be held at once for a separation.
@@ -110,7 +110,7 @@ fn to_estimate(how: String, spectra: Spectra, diagnostics: Vec<Diagnostic>) -> S
     }
 }
 
-/// How much of a channel what does not repeat is, as text.
+/// Share of the random part in a channel, as text.
 pub fn random_part_text(channel: &Channel, share: f64) -> String {
     format!(
         "; of the random part, {:.3} % of the power of {}: the rest repeats and is taken off",
@@ -119,7 +119,7 @@ pub fn random_part_text(channel: &Channel, share: f64) -> String {
     )
 }
 
-/// Samples in a block: as asked, else from the length of the longest segment.
+/// Samples in a block: as requested, else from the length of the longest segment.
 fn block_len(recording: &Recording, resolution_hz: Option<f64>) -> Result<usize, Error> {
     let longest = longest_segment(recording).len();
     match resolution_hz {
@@ -152,9 +152,9 @@ fn block_for_resolution(recording: &Recording, resolution_hz: f64) -> Result<usi
 
 /// Samples of the longest segment.
 pub struct SegmentSignals {
-    /// Of each channel.
+    /// Samples of each channel.
     pub samples: Vec<Vec<f64>>,
-    /// What was taken off them, as text; empty where nothing was.
+    /// Description of the removed components, as text; empty where there are none.
     pub removed_text: String,
 }
 
@@ -203,7 +203,8 @@ pub fn longest_segment_signals(
     })
 }
 
-/// What does not repeat, predicted over half a block from blocks of a sixteenth of the record; and its share of the power about the mean.
+/// Random part of a signal, predicted over half a block from blocks of a sixteenth of the record; and its share of the power about the
+/// mean.
 ///
 /// # Errors
 /// Too few samples.
@@ -404,7 +405,7 @@ pub fn spectrograms(
 /// Equivalent noise bandwidth of Hann's window, lines (Harris 1978).
 const HANN_BANDWIDTH: f64 = 1.5;
 
-/// What a kind needs that the study forbids.
+/// Checks the options that a kind of spectrum requires against the study.
 ///
 /// # Errors
 /// Flags that would be passed over.

@@ -16,10 +16,10 @@ use crate::spectrum::spectra::Spectra;
 use crate::spectrum::welch::{WelchEstimator, WelchOptions};
 use crate::spectrum::window::Window;
 
-/// How frequency responses are estimated; what is `None` is chosen from the data.
+/// Options for the estimation of frequency responses; `None` is chosen from the data.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FrfStudy {
-    /// Where the noise is taken to be.
+    /// Estimator, by the assumed location of the noise.
     pub estimator: Estimator,
     /// On each block.
     pub window: Option<Window>,
@@ -36,7 +36,7 @@ pub struct FrfStudy {
 }
 
 impl FrfStudy {
-    /// Nobody asks for averages of a certain kind.
+    /// True if the study requests no particular averaging.
     fn is_default(&self) -> bool {
         let kind_only = FrfStudy {
             impact: self.impact,
@@ -53,7 +53,7 @@ impl FrfStudy {
 pub struct HitSummary {
     /// When it struck.
     pub moment: Moment,
-    /// Its largest force over the level between hits.
+    /// Peak force over the level between hits.
     pub peak: f64,
     /// Why it was rejected; `None` where it was used.
     pub fault: Option<RejectReason>,
@@ -72,7 +72,8 @@ pub struct EstimatedResponses {
     pub by_hit: Vec<HitResponses>,
     /// Power spectral density of the first input by line, and of every channel, where blocks were averaged.
     pub spectra: Option<Spectra>,
-    /// Lines can be had this near to each other, Hz, by asking again with [`ResolutionRequest::frequency_resolution_hz`]; `None` where they are as asked.
+    /// Finest available frequency resolution, Hz, by a new request with [`ResolutionRequest::frequency_resolution_hz`]; `None` where it is
+    /// as requested.
     pub finest_resolution_hz: Option<f64>,
     /// Resonances narrower than so many lines are smeared: none by a hit whose response has decayed, nor by a dwell.
     pub smearing_limit_lines: f64,
@@ -80,16 +81,16 @@ pub struct EstimatedResponses {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Where lines are wanted.
+/// Requested band and frequency resolution.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ResolutionRequest {
-    /// The band asked for, Hz; where the input has power in `None`.
+    /// Requested band, Hz; in `None` the excited band of the input.
     pub band_hz: Option<(f64, f64)>,
-    /// How near to each other lines must lie, Hz, as far as the record allows; enough for a first look in `None`.
+    /// Requested frequency resolution, Hz, as far as the record allows; in `None` enough for a first estimate.
     pub frequency_resolution_hz: Option<f64>,
 }
 
-/// Blocks that a record is cut into at least, where nobody says how: enough for a variance.
+/// Default minimum number of blocks: enough for a variance.
 const MIN_DEFAULT_BLOCKS: usize = 16;
 
 /// The longest block taken unasked: 65 536 samples.
@@ -185,7 +186,7 @@ fn channel_labels(channels: &[&Channel]) -> Vec<ChannelLabel> {
     channels.iter().map(terminal).collect()
 }
 
-/// What a channel begins with, by which its kind is told.
+/// First samples of a channel, by which its kind is detected.
 fn first_samples(recording: &Recording, channel: &Channel) -> Result<Vec<f64>, Error> {
     const MAX_DETECTION_SAMPLES: usize = 4_000_000;
     let mut beginning = vec![0.0; recording.samples.min(MAX_DETECTION_SAMPLES)];
@@ -333,7 +334,7 @@ fn estimate_from_dwells(
     })
 }
 
-/// Where a hammer's force has power: up to where it falls 40 dB below its largest for good.
+/// Excited band of a hammer's force: up to where it falls 40 dB below its largest for good.
 fn excited_band(power: &[f64], frequency_hz: &[f64]) -> Option<(f64, f64)> {
     const EXCITED_POWER_SHARE: f64 = 1e-4;
     let largest = power.iter().copied().fold(0.0, f64::max);
@@ -616,7 +617,7 @@ fn estimate_local(
 /// Power below the plateau that no longer drives: 40 dB.
 const PLATEAU_POWER_SHARE: f64 = 1e-4;
 
-/// Where every input has power: the segment of lines around its largest, single lines passed over, where it is within
+/// Band excited by every input: the segment of lines around its largest, single lines passed over, where it is within
 /// [`PLATEAU_POWER_SHARE`] of its plateau.
 fn common_excited_band(spectra: &Spectra, inputs: &[usize]) -> Option<(f64, f64)> {
     /// Lines of the running median, which lines of the mains do not reach.
@@ -661,7 +662,7 @@ fn common_excited_band(spectra: &Spectra, inputs: &[usize]) -> Option<(f64, f64)
         .then(|| (spectra.frequency_hz[low], spectra.frequency_hz[high]))
 }
 
-/// Blocks, window and overlap: as asked, else from the length of the record.
+/// Blocks, window and overlap: as requested, else from the length of the record.
 ///
 /// # Errors
 /// A resolution that no stretch can give, an overlap without sense.
@@ -715,7 +716,7 @@ pub fn welch_options(recording: &Recording, study: &FrfStudy) -> Result<WelchOpt
     })
 }
 
-/// How many independent lines' worth of noise a line holds under a window: 1/Σ|ρ_m|² over the correlations of neighbours.
+/// Independent lines' worth of noise in a line under a window: 1/Σ|ρ_m|² over the correlations of neighbours.
 fn independent_lines_per_line(window: Window) -> f64 {
     const SAMPLES: usize = 256;
     const REACH: usize = 12;
@@ -731,7 +732,7 @@ fn independent_lines_per_line(window: Window) -> f64 {
 mod tests {
     use super::*;
 
-    /// One sample missing: blocks of the shorter stretch where it is nearly a half, the longer stretch alone where it is far longer.
+    /// One sample missing: blocks of the shorter segment where it is nearly a half, the longer segment alone where it is far longer.
     #[test]
     fn exact_common_block() {
         let most = MAX_UNWINDOWED_BLOCK;

@@ -24,11 +24,11 @@ use crate::numeric::Complex;
 use crate::recording::channel_unit::ResponseKind;
 use crate::recording::frequency_responses::FrequencyResponses;
 
-/// What such a method answers.
+/// Result of a modal identification from frequency responses.
 pub struct ModalIdentification {
     /// Modes, the window taken off.
     pub modes: Vec<IdentifiedMode>,
-    /// How they were told from other poles.
+    /// Selection rule that separates modes from other poles.
     pub selection_rule: String,
     /// Poles of all orders, or peaks.
     pub evidence: Evidence,
@@ -123,7 +123,7 @@ pub fn identify_modal(
     Ok(found)
 }
 
-/// Keeps as many modes as were asked for: those most orders agree about.
+/// Keeps the requested number of modes: those most orders agree about.
 fn limit_modes(modes: &mut Vec<IdentifiedMode>, order: Option<usize>) {
     let Some(order) = order else { return };
     modes.sort_by(|a, b| {
@@ -147,7 +147,7 @@ fn summed_response(values: &[Vec<Complex>]) -> Vec<f64> {
     sum.iter().map(|s| s.sqrt()).collect()
 }
 
-/// What the responses may be: as said, by their units, else displacement or acceleration.
+/// Possible motion quantities of the responses: as declared, by their units, else displacement or acceleration.
 fn motion_candidates(responses: &FrequencyResponses, study: &IdentifyStudy) -> Vec<MotionQuantity> {
     let of = |times: u8| match times {
         0 => MotionQuantity::Displacement,
@@ -251,7 +251,7 @@ fn circle_fits(
     (modes, rule, Evidence::Peaks(peaks))
 }
 
-/// What circle and half power disagree about beyond what a neighbour's skirt makes of one of them.
+/// Disagreement of circle fit and half-power method beyond the effect of a neighbour's skirt on one of them.
 fn method_disagreement(circle: &ModalParameters, half_power: &ModalParameters) -> Option<String> {
     /// Half-bandwidths of the wider, and times the damping.
     const MAX_FREQUENCY_DIFFERENCE: f64 = 1.0;

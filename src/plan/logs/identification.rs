@@ -26,7 +26,7 @@ use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, Fre
 use crate::recording::preprocess::unknown_channel;
 use crate::recording::signals::Recording;
 
-/// What is identified from.
+/// Input of an identification.
 pub enum IdentificationInput<'a> {
     /// Signals.
     Signals(&'a Recording),
@@ -36,7 +36,7 @@ pub enum IdentificationInput<'a> {
     Responses(FrequencyResponses),
 }
 
-/// The method asked for; else by what drives: a rational fit with an input, subspace identification without.
+/// Requested method; by default a rational fit with a measured excitation, subspace identification without.
 pub fn method(study: &IdentifyStudy, has_responses: bool) -> IdentificationMethod {
     match study.method {
         Some(method) => method,
@@ -158,14 +158,14 @@ fn of_recording(
 }
 
 impl IdentificationResult {
-    /// Adds the standard deviation of the sample rate, relative, to those of the poles: they stretch with it.
+    /// Adds the relative standard deviation of the sample rate to those of the poles, which scale with it.
     fn add_rate_std(&mut self, rate_std: f64) {
         let modes = self.modes.iter_mut().chain(&mut self.weak);
         modes.for_each(|m| m.mode.add_scale_uncertainty(rate_std));
     }
 }
 
-/// Lines that the half-power band of the narrowest mode should hold, at least; where a second look is taken, so many are asked for.
+/// Fewest lines in the half-power band of the narrowest mode; a second estimate requests so many.
 const MIN_LINES_PER_MODE: f64 = 4.0;
 const LINES_PER_MODE_REQUESTED: f64 = 6.0;
 
@@ -542,7 +542,7 @@ fn identify_responses(
     Ok(found)
 }
 
-/// Of the responses in a file those that are asked for.
+/// Selects the requested responses of a file.
 fn select_responses(
     mut responses: FrequencyResponses,
     study: &IdentifyStudy,
@@ -579,7 +579,7 @@ fn select_responses(
     Ok(responses)
 }
 
-/// The lines fitted: as asked, else those known to be usable, else all.
+/// Band of the fit: as requested, else the lines known to be usable, else all.
 fn band(responses: &FrequencyResponses, study: &IdentifyStudy) -> Result<(f64, f64), Error> {
     let lines = &responses.frequency_hz;
     let (Some(&first), Some(&last)) = (lines.first(), lines.last()) else {

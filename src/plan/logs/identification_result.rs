@@ -26,31 +26,31 @@ pub struct IdentificationResult {
     pub trace: Vec<(&'static str, f64)>,
     /// The method.
     pub method: IdentificationMethod,
-    /// How the data were prepared, as text.
+    /// Description of the data preparation, as text.
     pub method_text: String,
-    /// How modes were told from other poles, one sentence.
+    /// Selection rule that separates modes from other poles, one sentence.
     pub selection_rule: String,
     /// Hits of an impact test.
     pub hits: Vec<HitSummary>,
-    /// What shapes are over.
+    /// Channels of the mode shapes.
     pub outputs: Vec<ChannelLabel>,
-    /// What participation is over: the inputs, where there are several.
+    /// Channels of the participation: the inputs, where there are several.
     pub inputs: Vec<ChannelLabel>,
     /// Pairs of points that were driven both ways.
     pub reciprocity: Vec<Reciprocity>,
-    /// What modal masses come from.
+    /// Driving point that scales the modal masses.
     pub driving_point: Option<DrivingPoint>,
     /// The responses that were fitted; `None` where the method starts from signals.
     pub responses: Option<FrequencyResponses>,
     /// The band of the modes, Hz.
     pub band_hz: (f64, f64),
-    /// What the modes rest on; of a fit as it came out, an exponential window still on it.
+    /// Evidence for the modes; of the fit before any correction for an exponential window.
     pub evidence: Evidence,
     /// Modes by rising frequency, an exponential window taken off.
     pub modes: Vec<IdentifiedMode>,
     /// Weak modes, apart from them; empty with `IdentifyStudy::all`.
     pub weak: Vec<IdentifiedMode>,
-    /// What looks like running speed, by rising frequency; looked for where nothing measured drives.
+    /// Harmonics of running speed, by rising frequency; sought where no excitation is measured.
     pub harmonics: Vec<IdentifiedHarmonic>,
     /// One transfer function for each response, the window taken off.
     pub functions: Vec<TransferFunction>,
@@ -90,7 +90,7 @@ impl IdentificationResult {
         }
     }
 
-    /// The course of the modes, where the method follows them.
+    /// Tracked modes over time, where the method follows them.
     pub fn tracking(&self) -> Option<&ModeTracking> {
         match &self.evidence {
             Evidence::Tracking(course) => Some(course),
@@ -104,12 +104,12 @@ impl IdentificationResult {
     }
 }
 
-/// Where a force acts and the motion along it was measured.
+/// Driving point: a force and the motion measured along it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DrivingPoint {
     /// Channel that drives.
     pub input: String,
-    /// Channel that answers there.
+    /// Response channel at the driving point.
     pub output: String,
     /// The unit of the modal masses: kg, or kg·m² where a torque drives.
     pub unit: &'static str,
@@ -120,7 +120,7 @@ pub struct DrivingPoint {
 pub struct IdentifiedMode {
     /// Pole, covariance and shape.
     pub mode: ModalParameters,
-    /// How each input drives it, the largest component 1; empty with one input.
+    /// Modal participation of each input, the largest component 1; empty with one input.
     pub participation: Vec<Complex>,
     /// The method tells damping; without, the pole lies on the imaginary axis.
     pub has_damping: bool,
@@ -128,11 +128,11 @@ pub struct IdentifiedMode {
     pub presence: Option<f64>,
     /// Standard deviation of its frequency over the orders, Hz: an indication, no uncertainty.
     pub scatter_hz: Option<f64>,
-    /// How far it departs from the linear model, where the method measures that.
+    /// Departure from the linear model, where the method measures that.
     pub departure: Option<ModelErrorShare>,
     /// Why it is weak; `None` where it is not.
     pub weak: Option<&'static str>,
-    /// What it shows of being a line of running speed.
+    /// Indicators that the mode is a harmonic of running speed.
     pub harmonic: Option<HarmonicIndicator>,
     /// The order of the running speed it lies on without being it.
     pub on_order: Option<f64>,
@@ -191,7 +191,7 @@ impl IdentifiedMode {
         self.has_damping.then(|| self.mode.damping_ratio())
     }
 
-    /// What it is where it is nearer to a line of running speed than to a mode.
+    /// Converts to a harmonic where the pole is nearer to a line of running speed than to a mode.
     fn to_harmonic(&self) -> Option<IdentifiedHarmonic> {
         let is_one = self
             .harmonic
@@ -215,15 +215,15 @@ impl IdentifiedMode {
 /// A line of running speed, or of anything that is no resonance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifiedHarmonic {
-    /// Its frequency, Hz.
+    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// The order of the stated speed it lies on.
     pub order: Option<f64>,
     /// 0 to peak by output, of a sine that was found and taken out before modes were looked for; empty for a pole.
     pub amplitude: Vec<f64>,
-    /// How probably noise alone shows such a sine anywhere.
+    /// Probability that noise alone shows such a sine anywhere.
     pub probability: Option<f64>,
-    /// Of a pole, what its band is distributed like: 2 for noise, 1 for a sine.
+    /// Kurtosis of a pole's band envelope: 2 for noise, 1 for a sine.
     pub envelope_kurtosis: Option<f64>,
 }
 
@@ -240,21 +240,21 @@ pub fn split_harmonics(all: Vec<IdentifiedMode>) -> (Vec<IdentifiedMode>, Vec<Id
     (modes, harmonics)
 }
 
-/// What a method that starts from signals answers.
+/// Result of a method that starts from signals.
 pub struct SignalIdentification {
     /// Modes.
     pub modes: Vec<IdentifiedMode>,
     /// Lines of running speed.
     pub harmonics: Vec<IdentifiedHarmonic>,
-    /// How they were told from other poles.
+    /// Selection rule that separates modes from other poles.
     pub selection_rule: String,
-    /// Poles of all orders, peaks, orders tried, or the course of the modes.
+    /// Poles of all orders, peaks, orders tried, or the tracked modes.
     pub evidence: Evidence,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// What modes rest on.
+/// Evidence for the modes.
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "one of them per answer")]
 pub enum Evidence {
@@ -281,7 +281,7 @@ pub struct StabilisationDiagram {
     pub omitted: Vec<(Complex, &'static str)>,
 }
 
-/// Peaks, and the level they stand on.
+/// Peaks, and the noise level under them.
 #[derive(Debug, Default)]
 pub struct PeakPicking {
     /// One for each peak.
@@ -295,13 +295,13 @@ pub struct PeakPicking {
 /// A peak.
 #[derive(Debug, Clone, Default)]
 pub struct PickedPeak {
-    /// Where it stands, Hz.
+    /// Frequency of the peak, Hz.
     pub frequency_hz: f64,
-    /// Its power over that of the higher valley next to it.
+    /// Power of the peak over that of the higher valley next to it.
     pub prominence: Option<f64>,
     /// Natural frequency, Hz, and damping ratio by half power.
     pub half_power: Option<(f64, f64)>,
-    /// The lines about it with its shape, and their decay, where damping is told from these.
+    /// Lines about the peak with its shape, and their decay, where damping is identified from these.
     pub bell: Option<SdofBell>,
     /// Why it is not reported as a mode; empty where it is.
     pub reason: String,
@@ -320,7 +320,7 @@ pub struct OrderSelection {
     pub tests: Vec<(&'static str, ResidualTest)>,
 }
 
-/// Modes in the course of the record.
+/// Modes over the time of the record.
 #[derive(Debug)]
 pub struct ModeTracking {
     /// Seconds from the first sample at which the model was looked at.

@@ -4,14 +4,14 @@ use super::frf_estimation::FrfStudy;
 use super::method::IdentificationMethod;
 use crate::identify::rational::DelayModel;
 
-/// What is asked of a log.
+/// Request for the identification of a log.
 #[derive(Debug, Clone, Default)]
 pub struct IdentifyStudy {
     /// Channels that drive.
     pub inputs: Vec<String>,
-    /// Channels that answer.
+    /// Response channels.
     pub outputs: Vec<String>,
-    /// How responses are estimated.
+    /// Options for the estimation of responses.
     pub estimate: FrfStudy,
     /// Lines used, Hz.
     pub band_hz: Option<(f64, f64)>,
@@ -21,7 +21,7 @@ pub struct IdentifyStudy {
     pub delay: DelayModel,
     /// Poles may be unstable.
     pub allow_unstable: bool,
-    /// How often the motion in every response was differentiated, where the units do not tell.
+    /// Order of differentiation of the motion in every response, where the units are ambiguous.
     pub derivative: Option<u8>,
     /// List weak modes among the others.
     pub all: bool,
@@ -31,6 +31,6 @@ pub struct IdentifyStudy {
     pub speed_hz: Option<f64>,
     /// Output at the driving point, `INPUT=OUTPUT` with several inputs: modal masses by the first, reciprocity between all.
     pub driving_points: Vec<String>,
-    /// How long a sample counts in a model that follows the process, s; by what predicts best where `None`.
+    /// Memory of a model that follows the process, s; by best prediction where `None`.
     pub memory_s: Option<f64>,
 }

@@ -10,7 +10,7 @@ const LINES: f64 = 1.5;
 /// And at most so wide, Hz, whatever the lines: a grid wanders less.
 const WIDEST: f64 = 1.0;
 
-/// What is said of such modes, as measured, found in responses over these lines, Hz.
+/// Warnings about modes at mains frequencies, as measured, found in responses over these lines, Hz.
 pub fn mode_warnings(lines: &[f64], modes: &[ModalParameters]) -> Option<Diagnostic> {
     let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
     let one = |m: &ModalParameters| {

@@ -43,7 +43,7 @@ pub enum IdentificationMethod {
     Rls,
 }
 
-/// What a method starts from.
+/// Data that a method requires.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RequiredData {
     /// Frequency responses, read or estimated from an input and outputs.
@@ -105,7 +105,7 @@ impl IdentificationMethod {
         }
     }
 
-    /// What it starts from.
+    /// Data that the method requires.
     pub fn required_data(self) -> RequiredData {
         match self {
             IdentificationMethod::Rational

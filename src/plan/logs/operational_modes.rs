@@ -28,7 +28,7 @@ use crate::spectrum::tones::Tone;
 /// Orders of the running speed that are looked for: 1 to this; meshes beyond are seen by their distribution.
 const MAX_SPEED_ORDER: usize = 10;
 
-/// How far the speed is taken to stray, relative: what an unregulated motor slips under load.
+/// Relative tolerance of the running speed: slip of an unregulated motor under load.
 const SPEED_TOLERANCE: f64 = 0.005;
 
 /// Identifies from the channels of a record.

@@ -25,7 +25,7 @@ const OVERLAPS: usize = 4;
 pub struct OrderCut {
     /// The channel.
     pub channel: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
     /// Cycles a turn.
     pub order: f64,

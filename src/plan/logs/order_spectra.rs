@@ -26,7 +26,7 @@ const SPEED_SAMPLES: usize = 1000;
 /// Values a turn at most, and at least.
 const SAMPLES_PER_REV_RANGE: (usize, usize) = (16, 1 << 14);
 
-/// Blocks that a run is cut into at least, and turns in a block at most, where nobody says how.
+/// Default minimum number of blocks of a run, and maximum number of turns in a block.
 const MIN_BLOCKS: usize = 8;
 
 /// See [`MIN_BLOCKS`].

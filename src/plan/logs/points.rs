@@ -20,7 +20,7 @@ const SAME_LINES: f64 = 1e-4;
 /// The record of some points of a test.
 #[derive(Debug)]
 pub struct PointRecord {
-    /// Its signals.
+    /// Recording of the signals at the point.
     pub recording: Recording,
     /// Channels of the inputs, and the points they act at.
     pub inputs: Vec<(String, String)>,

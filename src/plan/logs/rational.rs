@@ -18,7 +18,7 @@ use crate::spectrum::impact::HitResponses;
 /// Poles that another method begins with: 20 pairs.
 const INITIAL_ORDER: usize = 40;
 
-/// How a rational fit tells modes from other poles.
+/// Rule by which a rational fit separates modes from other poles.
 pub fn rule(method: IdentificationMethod, departs: bool) -> String {
     match method {
         IdentificationMethod::Rational if departs => "pole pairs are added while each lowers the misfit by more than noise and the departures of the modes from the model would; a pole next to another is kept only if one pole less would not do".to_string(),
@@ -73,7 +73,7 @@ fn few_hits(hits: usize) -> Option<Diagnostic> {
     })
 }
 
-/// A rational fit, from the poles of another method where that is asked for.
+/// Rational fit, from the poles of another method on request.
 ///
 /// # Errors
 /// Those of the fit.

@@ -64,7 +64,7 @@ pub fn series_warning(all: &[HarmonicSeries]) -> Option<Diagnostic> {
     })
 }
 
-/// What is known of the running speed once sines are taken out.
+/// Running speed as known after the removal of sines.
 pub struct SpeedOrders<'a> {
     /// The speed as stated.
     pub running: Option<&'a RunningSpeed>,
@@ -75,8 +75,8 @@ pub struct SpeedOrders<'a> {
 }
 
 impl SpeedOrders<'_> {
-    /// The order that a mode lies on without being it, no longer said of it: a sine on that order was taken out, so that the speed was
-    /// constant, and what is left is much wider than a line.
+    /// Order that coincides with a mode, no longer reported: a sine on that order was removed, so that the speed was constant, and the
+    /// remainder is much wider than a line.
     pub fn coincident_order(
         &self,
         harmonic: &mut HarmonicIndicator,

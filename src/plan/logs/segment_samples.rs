@@ -15,7 +15,7 @@ pub struct SegmentSamples {
     pub samples: Vec<Vec<f64>>,
     /// Sample rate, Hz.
     pub rate_hz: f64,
-    /// How it was prepared, as text.
+    /// Description of the preparation, as text.
     pub method_text: String,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,
@@ -145,7 +145,7 @@ impl PairSums {
 
     /// Slope and offset of y over x, where nothing else is in y.
     fn regression_line(&self) -> Option<(f64, f64)> {
-        /// What is left of y by rounding: samples as text have nine digits or more.
+        /// Relative rounding residual of y: samples as text have nine digits or more.
         const ROUNDING_RESIDUAL: f64 = 1e-14;
         let (x0, y0) = self.first?;
         let [n, x, y, xx, xy, yy] = self.sums;

@@ -149,7 +149,7 @@ fn out_of_range(channel: &Channel, size: f64) -> Error {
         .with_hint("look at its unit and sensitivity, and at its range: geardyn check")
 }
 
-/// How a measured density becomes the one wanted: `scale² ω^(2 power)`.
+/// Conversion of a measured density to the requested one: `scale² ω^(2 power)`.
 #[derive(Clone, Copy)]
 struct DensityConversion {
     scale: f64,
@@ -220,7 +220,7 @@ fn conversion(
     Ok((conversion, unit.to_string()))
 }
 
-/// The answer of what was found: converted, cut to the band, its lines named.
+/// Builds the result: spectrum converted, cut to the band, its lines named.
 fn build_result(
     result: SpectrumEstimate,
     channels: &[&Channel],
@@ -406,7 +406,7 @@ fn units(kind: SpectrumKind, unit: &str) -> (String, String) {
     }
 }
 
-/// The lines in the band, their values densities: those that stand clear, and in any case the strongest. Under a `flat` window the
+/// Lines in the band, their values densities: the significant ones, and in any case the strongest. Under a `flat` window the
 /// highest line is the height of a tone.
 pub(super) fn labelled_peaks(
     spectra: &Spectra,
@@ -481,7 +481,7 @@ pub(super) fn label_peaks(lines: &mut [LabelledPeak], study: &SpectrumStudy, spa
     }
 }
 
-/// Names the lines of the mains among those that stand clear.
+/// Names the lines of the mains among the significant ones.
 fn name_mains(lines: &mut [LabelledPeak], spacing: f64) {
     let mut clear: Vec<&mut LabelledPeak> = lines.iter_mut().filter(|l| l.significant).collect();
     let positions: Vec<f64> = clear.iter().map(|l| l.position).collect();

@@ -10,7 +10,7 @@ use crate::spectrum::spectrogram::SpectrogramRow;
 use crate::spectrum::welch::{Averaging, Detrend};
 use crate::spectrum::window::Window;
 
-/// What kind of spectrum.
+/// Kind of spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SpectrumKind {
     /// Power spectral density, unit²/Hz.
@@ -39,7 +39,7 @@ pub enum SpectrumKind {
 pub struct SpectrumStudy {
     /// Channels analysed.
     pub channels: Vec<String>,
-    /// What kind.
+    /// Kind of spectrum.
     pub kind: SpectrumKind,
     /// Between lines, Hz.
     pub frequency_resolution_hz: Option<f64>,
@@ -57,7 +57,7 @@ pub struct SpectrumStudy {
     pub history: Option<MotionQuantity>,
     /// The channel of the tacho.
     pub tacho: Option<String>,
-    /// Its pulses a turn.
+    /// Pulses per revolution.
     pub pulses_per_rev: usize,
     /// A steady speed, rad/s.
     pub speed: Option<f64>,
@@ -71,7 +71,7 @@ pub struct SpectrumStudy {
     pub expected_lines: Vec<ExpectedLine>,
 }
 
-/// What a spectrum is over.
+/// Kind of abscissa of a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AbscissaKind {
     /// Hz.
@@ -85,7 +85,7 @@ pub enum AbscissaKind {
 }
 
 impl AbscissaKind {
-    /// What it is called and its unit.
+    /// Label of the abscissa and its unit.
     pub fn label(self) -> (&'static str, &'static str) {
         match self {
             AbscissaKind::Frequency => ("frequency", "Hz"),
@@ -103,13 +103,13 @@ pub struct LabelledPeak {
     pub position: f64,
     /// Height of the curve there, in its unit.
     pub value: f64,
-    /// Size of a tone that would make it, zero to peak (root mean square where that is asked for).
+    /// Amplitude of a tone that would make it, zero to peak (root mean square on request).
     pub amplitude: f64,
     /// Power over that of the floor; `None` for cepstra.
     pub signal_to_noise: Option<f64>,
-    /// It stands above what noise would show.
+    /// True if the line is above the noise level.
     pub significant: bool,
-    /// What it may be, the nearest first; more than one where the measurement cannot distinguish them.
+    /// Candidate names, the nearest first; more than one where the measurement cannot distinguish them.
     pub names: Vec<String>,
 }
 
@@ -124,9 +124,9 @@ pub struct ChannelSpectrum {
     pub amplitude_unit: String,
     /// One for each place.
     pub value: Vec<f64>,
-    /// Its lines, the strongest first.
+    /// Peaks, the strongest first.
     pub peaks: Vec<LabelledPeak>,
-    /// By time, for spectrograms; over the places of the answer.
+    /// Rows over time, for spectrograms; over the abscissa of the result.
     pub spectrogram_rows: Vec<SpectrogramRow>,
     /// Speed of the shaft in the middle of each row, rad/s; empty without a shaft.
     pub speed: Vec<f64>,
@@ -139,9 +139,9 @@ pub struct SpectrumResult {
     pub trace: Vec<(&'static str, f64)>,
     /// In words.
     pub method_text: String,
-    /// What was asked for.
+    /// Requested kind of spectrum.
     pub kind: SpectrumKind,
-    /// What it is over.
+    /// Kind of abscissa.
     pub abscissa_kind: AbscissaKind,
     /// Places, rising.
     pub abscissa: Vec<f64>,
@@ -163,7 +163,7 @@ pub struct SpectrumResult {
 pub struct SpectrumEstimate {
     /// In words.
     pub method_text: String,
-    /// What it is over.
+    /// Kind of abscissa.
     pub abscissa_kind: AbscissaKind,
     /// One channel's density each.
     pub spectra: Spectra,

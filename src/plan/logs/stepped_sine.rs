@@ -11,7 +11,7 @@ use crate::spectrum::stepped_sine::{
     self, SteppedSineEstimate, dwell_of_range, dwells_hold_frequency, find_dwells,
 };
 
-/// So many dwells, over this share of what was looked at, make a stepped sine of an input that nobody calls one.
+/// Fewest dwells, over this share of the samples examined, of a stepped sine in an input that is not declared one.
 const MIN_DWELLS: usize = 6;
 const MIN_DWELL_SHARE: f64 = 0.5;
 
@@ -113,7 +113,7 @@ fn channel_dwells(recording: &Recording, input: &[f64]) -> Vec<Dwell> {
     recording.segments.iter().flat_map(of).collect()
 }
 
-/// Dwells between the times asked for, s from the log's first sample.
+/// Dwells between the requested times, s from the log's first sample.
 fn dwells_at(
     recording: &Recording,
     input: &[f64],

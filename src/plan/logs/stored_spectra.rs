@@ -73,7 +73,7 @@ pub fn analyse_stored(
     })
 }
 
-/// What only a signal can give.
+/// Rejects options that require a time signal.
 fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
     let plain = SpectrumStudy {
         channels: study.channels.clone(),

@@ -28,7 +28,7 @@ impl SubBand<'_> {
         (low..=high).contains(&frequency_hz)
     }
 
-    /// How far a frequency is from the middle.
+    /// Distance of a frequency from the centre.
     fn distance_from_centre(&self, frequency_hz: f64) -> f64 {
         let (low, high) = self.lines.band_limits_hz();
         (frequency_hz - 0.5 * (low + high)).abs()

@@ -1,4 +1,4 @@
-//! The answer of a subspace identification: modes, the diagram, rejected poles with their reasons, and what limits it.
+//! Subspace identification: modes, the stabilisation diagram, rejected poles with their reasons, and the limits of the method.
 
 use std::f64::consts::TAU;
 

@@ -245,7 +245,7 @@ pub fn rejection_reason(mode: &ModalParameters, shares: ModeShares) -> Option<&'
     }
 }
 
-/// How roots are told from modes, as text.
+/// Rule that separates modes from other roots, as text.
 pub fn root_rule_text() -> String {
     format!(
         "a root inside the band is a mode where its damping ratio is up to {}, its frequency known to half its bandwidth, and it makes \

@@ -29,7 +29,7 @@ const TOOTH_NUMBERS: &[&str] = &[
 #[derive(Default)]
 pub struct ChartFiles(Vec<(std::path::PathBuf, RawLog)>);
 
-/// How columns of angles become lengths.
+/// Scale from columns of angles to lengths.
 pub struct AngleScale {
     /// Metres a radian; `None` where angles have no place.
     pub radius: Option<f64>,

@@ -32,7 +32,7 @@ impl FlankSide {
     }
 }
 
-/// How fine a value is.
+/// Grade achieved by a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum AchievedGrade {
     /// The finest grade that holds it.
@@ -41,20 +41,20 @@ pub enum AchievedGrade {
     Beyond(u32),
 }
 
-/// One value and all that is said of it.
+/// Graded value with its quantity, flank, place and grades.
 #[derive(Debug, Clone)]
 pub struct GradedValue {
-    /// What it is.
+    /// Quantity of the value.
     pub quantity: GearDeviation,
-    /// Of which flanks.
+    /// Flanks of the value.
     pub side: FlankSide,
-    /// Where it was found, or how: `pitches 7 to 13`.
+    /// Place, or method, of the value: `pitches 7 to 13`.
     pub location: String,
     /// The value, m; angles were turned into lengths.
     pub estimate: Estimate,
     /// Computed from other charts, not measured.
     pub predicted: bool,
-    /// The grade asked of it.
+    /// Required grade.
     pub required_grade: Option<u32>,
     /// Lowest and highest value allowed, m.
     pub limits: Option<(f64, f64)>,
@@ -89,7 +89,7 @@ impl GradedValue {
     }
 }
 
-/// What rows are held against.
+/// Limits that rows are graded against.
 pub struct Grader {
     size: GearSize,
     requirement: Option<AccuracyRequirement>,
@@ -199,7 +199,7 @@ impl Grader {
         Some(grade.map_or(AchievedGrade::Beyond(coarsest), AchievedGrade::Grade))
     }
 
-    /// The grade a row reached by what is asked: the table, the edition asked, else the newer one.
+    /// Grade of a row by the required standard: the table, the requested edition, else the newer one.
     fn required_achieved(&self, row: &GradedValue) -> Option<AchievedGrade> {
         match self
             .requirement
@@ -212,7 +212,7 @@ impl Grader {
         }
     }
 
-    /// Marks the measured row that stands worst against the grade asked of its group; the first of equals.
+    /// Marks the measured row that is worst against the required grade of its group; the first of equals.
     pub fn mark_limiting(&self, rows: &mut [GradedValue]) {
         let grade = |row: &GradedValue| match self.required_achieved(row)? {
             AchievedGrade::Grade(grade) => Some(f64::from(grade)),
@@ -239,7 +239,7 @@ impl Grader {
         }
     }
 
-    /// How many times a measured total is smaller than the finest grade allows, where no gear is made so well.
+    /// Ratio of the finest grade's limit to a measured total, where no gear is made so well.
     pub fn below_all_gears(&self, row: &GradedValue) -> Option<f64> {
         use GearDeviation::*;
         /// Parts of the tolerance of the finest grade (0 of 1995, 1 of 2013), which is itself finer than gears are made: readings a
@@ -265,7 +265,7 @@ impl Grader {
         (value < SMALLEST * finest).then_some(finest / value)
     }
 
-    /// Why a quantity that the edition asked grades has no limit here.
+    /// Reason why a quantity graded by the requested edition has no limit here.
     pub fn reason_without_limit(&self, quantity: GearDeviation) -> Option<String> {
         let edition = self.requirement.as_ref()?.edition?;
         let graded =

@@ -17,11 +17,11 @@ use crate::scene::measured_gear::MeasuredGear;
 pub struct MeasurementResult {
     /// Values, the limiting one marked.
     pub rows: Vec<GradedValue>,
-    /// What the table has no row for.
+    /// Notes for results without a row in the table.
     pub notes: Vec<String>,
-    /// What plots show.
+    /// Plots.
     pub plots: Vec<ChartPlot>,
-    /// What ran and what was left out.
+    /// Stages that ran and stages left out.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
     pub diagnostics: Vec<Diagnostic>,

@@ -147,7 +147,7 @@ fn single_flank_record(
     Ok(record.into_iter().map(|e| e / cosine).collect())
 }
 
-/// What measured single-flank records say of pitch, where they state when tooth 1 comes into contact.
+/// Pitch deviations from measured single-flank records that state when tooth 1 comes into contact.
 ///
 /// # Errors
 /// Why nothing can be told.

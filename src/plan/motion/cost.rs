@@ -18,7 +18,7 @@ use crate::scene::study::SimulateStudy;
 /// Numbers that a history may hold.
 const MAX_HISTORY_VALUES: f64 = MAX_BYTES / 8.0;
 
-/// What steps of a scene cost.
+/// Cost model of the steps of a scene.
 pub struct CostModel<'s> {
     until: f64,
     coordinates: usize,
@@ -33,9 +33,9 @@ pub struct CostBound<'s> {
     pub steps: f64,
     /// Seconds.
     pub seconds: f64,
-    /// What bounds the steps; absent where the study gives them.
+    /// Fastest mode, which bounds the steps; absent where the study gives them.
     pub bound: Option<FastestMode<'s>>,
-    /// Its matrices, where these cost more than the steps.
+    /// Cost of the matrices, where these cost more than the steps.
     pub matrices: Option<DenseCost>,
 }
 
@@ -61,7 +61,7 @@ impl<'s> CostModel<'s> {
         }
     }
 
-    /// What a run by a method costs at least; absent where nothing tells before.
+    /// Lower bound of the cost of a run by a method; absent where there is no estimate beforehand.
     pub fn lower_bound(&self, method: &IntegrationMethod, size: StepSize) -> Option<CostBound<'s>> {
         let stages = method.bound.map_or(1.0, |b| f64::from(b.stages));
         let (steps, by) = match (size, method.bound, self.fastest) {
@@ -181,7 +181,7 @@ pub fn check_budget(
     )))
 }
 
-/// What to try where matrices are too large.
+/// Hint for matrices that are too large.
 fn matrix_hint(scene: &SimulationSetup) -> String {
     let train = &scene.model.model;
     let explicit = METHODS.iter().filter(|m| m.bound.is_some());

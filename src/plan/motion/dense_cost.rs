@@ -11,7 +11,7 @@ use crate::motion::methods::{IntegrationMethod, MethodFamily};
 pub struct DenseCost {
     /// Order of the matrices.
     pub coordinates: usize,
-    /// Of what.
+    /// Name of the computation in the message.
     pub subject: &'static str,
     /// Seconds.
     pub seconds: f64,
@@ -23,7 +23,7 @@ pub struct DenseCost {
 pub const MAX_BYTES: f64 = 2e9;
 
 impl DenseCost {
-    /// Of a method and a machine of so many coordinates; nothing for methods without matrices.
+    /// Dense cost of a method and a machine of so many coordinates; nothing for methods without matrices.
     ///
     /// Seconds per n³ and bytes per n² as measured on chains of 500 to 2000 discs with unequal damping (docs/performance.md); another
     /// processor may be twice as fast.

@@ -15,16 +15,16 @@ use super::structure::nonlinear_text;
 /// Local error per step where a study names none.
 pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
-/// A method with what is asked of it.
+/// Integration method with its requested settings.
 #[derive(Clone)]
 pub struct MethodChoice {
     /// The method.
     pub method: &'static IntegrationMethod,
-    /// How exact, or how fine.
+    /// Step size: tolerance or fixed step.
     pub step_size: StepSize,
     /// Why this one.
     pub reason: String,
-    /// The method that would be exact here, and takes no step: one was asked for.
+    /// Exact method without steps that would apply here, where a step was requested.
     pub exact_alternative: Option<&'static str>,
 }
 
@@ -181,7 +181,7 @@ fn exact_method(model: &DynamicModel) -> Option<&'static str> {
 /// chatter do not stop it.
 const FALLBACK_METHOD: &str = "radau5";
 
-/// The choice after one that failed with `error`; nothing where the method was asked for, or no other takes the machine.
+/// Choice after one that failed with `error`; nothing where the method was requested, or no other applies to the machine.
 pub fn fallback(
     model: &DynamicModel,
     study: &SimulateStudy,
@@ -302,10 +302,10 @@ fn choose_automatically(
     Ok((taken, format!("{}; {cost}", nonlinear_text(model))))
 }
 
-/// Seconds that all modes of a machine may take before it is asked whether steps take less: what is exact is worth a short wait.
+/// Time, s, that all modes of a machine may take before the cost of steps is compared: an exact solution is worth a short wait.
 const MAX_MODAL_SECONDS: f64 = 10.0;
 
-/// The local error of steps that stand in for what would be exact, where a study names none: of 500 discs an error of 5e-9 in a second.
+/// Default tolerance of the local error of steps in place of an exact method: of 500 discs an error of 5e-9 in a second.
 const EXACT_TOLERANCE: f64 = 1e-11;
 
 /// Seconds of a step of [`EXPLICIT_METHOD`] by coordinate: 2000 discs took 671 steps in 0.83 s, 20 000 took 597 in 9.5 s.

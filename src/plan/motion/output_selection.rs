@@ -158,7 +158,7 @@ pub fn select_outputs(
     Ok(outputs)
 }
 
-/// What loads exert along or about a degree of freedom.
+/// Force or torque of loads along or about a degree of freedom.
 ///
 /// # Errors
 /// Nothing loads it.
@@ -253,7 +253,7 @@ fn push_row(place: &LinearCombination, outputs: &mut MotionOutputs) -> usize {
     outputs.rows.len() - 1
 }
 
-/// What has no place among the unknowns.
+/// Error of a name that is not among the unknowns.
 fn no_state_error(name: &str) -> Error {
     let message = format!(
         "`{name}` is not kept: a node without inertia beside dampers follows its neighbours late"

@@ -64,7 +64,7 @@ impl StatisticsAccumulator {
         self.squares += off * (value - self.mean);
     }
 
-    /// What was read; absent where there was nothing.
+    /// Statistics of the samples; absent where there are none.
     pub fn statistics(&self) -> Option<OutputStatistics> {
         self.extremes.map(|seen| OutputStatistics {
             end: seen.end,
@@ -76,7 +76,7 @@ impl StatisticsAccumulator {
     }
 }
 
-/// The answer of an output to a step.
+/// Step response of an output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepResponse {
     /// The value at the step.
@@ -89,15 +89,15 @@ pub struct StepResponse {
     pub rise_s: f64,
     /// From the step on until it stays within 2 % of the change, s.
     pub settling_s: f64,
-    /// Swings through the final value that leave the 2 % band, counted in whole oscillations.
+    /// Oscillations through the final value that leave the 2 % band, counted in whole periods.
     pub oscillations: f64,
 }
 
-/// The band in which an answer counts as settled, as a share of the change.
+/// Settling band, as a share of the change.
 const SETTLING_BAND: f64 = 0.02;
 
-/// Reads the answer to a step at `at` off equally spaced samples; absent where the output does not come to rest: its last tenth
-/// still leaves the band. Peaks are those of parabolas through the samples, crossings lie on lines between two.
+/// Step response to a step at `at` from equally spaced samples; absent where the output does not come to rest: its last tenth still leaves
+/// the band. Peaks are those of parabolas through the samples, crossings lie on lines between two.
 pub fn step_response(time: &[f64], values: &[f64], at: f64) -> Option<StepResponse> {
     let first = time.partition_point(|&t| t <= at).checked_sub(1)?;
     let tail = first + (time.len().saturating_sub(first)) * 9 / 10;

@@ -18,7 +18,7 @@ use crate::motion::energy_balance::{
 use crate::motion::problem::{IntegrationOptions, IntegrationStats, Observer};
 use crate::motion::progress::time_exceeded;
 
-/// The answer to a study of motion.
+/// Result of a study of motion.
 #[derive(Debug, Clone)]
 pub struct MotionHistory {
     /// Instants, s; none where no history is kept.
@@ -29,19 +29,19 @@ pub struct MotionHistory {
     pub statistics: Vec<Option<OutputStatistics>>,
     /// The output that its samples follow least, where too few of them lie in a period to read extremes off.
     pub undersampled: Option<UndersampledOutput>,
-    /// How far it came, s.
+    /// Time reached, s.
     pub end_time: f64,
-    /// What it cost.
+    /// Statistics of the integration.
     pub stats: IntegrationStats,
     /// Seconds.
     pub seconds: f64,
-    /// The energy balance, where asked for.
+    /// Energy balance, on request.
     pub balance: Option<EnergyBalance>,
     /// It was stopped before its end.
     pub interrupted: bool,
 }
 
-/// What a scene asks of a method.
+/// Integration problem of a scene.
 pub fn integration_problem(
     scene: &SimulationSetup,
     choice: &MethodChoice,
@@ -73,7 +73,7 @@ pub fn run(
     run_observed(scene, choice, energy, cancel, (true, &mut |_, _| Ok(())))
 }
 
-/// What looks on while a motion runs: at an instant with the state, at the outputs.
+/// Observer of a running motion: at an instant with the state, at the outputs.
 pub type StepObserver<'a> = dyn FnMut((f64, &[f64]), &[f64]) -> Result<(), Error> + 'a;
 
 /// The same under eyes that see every instant, its history kept or not.

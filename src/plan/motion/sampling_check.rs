@@ -12,10 +12,10 @@ const MAX_EVALUATIONS: usize = 256;
 /// Share of the time between two samples over which a slope is taken.
 const SLOPE_STEP: f64 = 1e-4;
 
-/// Share of an output's size below which its swings are nothing next to it.
+/// Oscillation amplitude, as a share of an output's size, below which it is negligible.
 const MIN_RELATIVE_AMPLITUDE: f64 = 1e-3;
 
-/// Fewest samples that tell anything of a course.
+/// Fewest samples for a check of the sampling.
 const MIN_SAMPLES: usize = 4;
 
 /// Looks at outputs while a motion runs.
@@ -26,19 +26,19 @@ const MIN_SAMPLES: usize = 4;
 pub struct SamplingCheck {
     /// Between two samples, s.
     spacing: f64,
-    /// Of so many samples one is looked at.
+    /// Stride between examined samples.
     stride: usize,
     seen: usize,
-    /// Of each output, where looked at.
+    /// Values of each output, where examined.
     values: Vec<Vec<f64>>,
-    /// Of each output, the sum of the sizes of its slopes.
+    /// Sum of the absolute slopes of each output.
     slopes: Vec<f64>,
 }
 
 /// An output whose samples do not follow it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UndersampledOutput {
-    /// Its number.
+    /// Index of the output.
     pub output: usize,
     /// Samples in a period of a sine that goes so far.
     pub per_period: f64,
@@ -57,7 +57,7 @@ impl SamplingCheck {
         }
     }
 
-    /// Takes the next sample: the state, how everything stands and the outputs there.
+    /// Adds the next sample: the state, the contact states and the outputs there.
     pub fn push(
         &mut self,
         scene: &SimulationSetup,

@@ -1,4 +1,4 @@
-//! How a motion amplifies a change of its start, and which digits of its readings hold: two runs compared.
+//! Sensitivity of a motion to its initial conditions, and the digits of its readings that hold: two runs compared.
 //!
 //! Beyond the instant at which both have parted the history is one of many; what holds there are its statistics.
 
@@ -62,14 +62,14 @@ const DIVERGED_SAMPLE_SHARE: f64 = 0.01;
 /// A part of the time is not predicted where more than this share of its samples has parted: fewer are jumps a little earlier or later.
 const MAX_DIVERGED_SHARE: f64 = 0.05;
 
-/// What parts and meets again within less than this share of the rest of the time is predicted but for a while.
+/// Smallest share of the remaining time of a lasting divergence: below it the loss of predictability is temporary.
 const MIN_DIVERGED_DURATION: f64 = 0.1;
 
-/// What is kept of a run to compare another with.
+/// Samples of a run, kept for comparison with another.
 #[derive(Debug, Clone)]
 pub struct RunSamples {
     deflections: Deflections,
-    /// Of all samples one in so many.
+    /// Stride between kept samples.
     stride: usize,
     count: usize,
     time: Vec<f64>,
@@ -107,28 +107,28 @@ impl RunSamples {
     }
 }
 
-/// How a motion amplifies a change of its start.
+/// Sensitivity of a motion to its initial conditions.
 #[derive(Debug, Clone)]
 pub struct Sensitivity {
-    /// How many times as large the change becomes; absent where every digit shown holds and the method makes errors of its own, larger
-    /// than what such a change leaves.
+    /// Amplification of the change; absent where every digit shown holds and the method makes errors of its own, larger than the remainder
+    /// of such a change.
     pub factor: Option<f64>,
     /// Both runs parted, so that the factor is a lower bound.
     pub parted: bool,
     /// Share of the deflections by which the start was changed.
     pub change: f64,
-    /// Of each output.
+    /// Predictability of each output.
     pub outputs: Vec<OutputPredictability>,
-    /// What the further runs took, s.
+    /// Run time of the further runs, s.
     pub seconds: f64,
 }
 
-/// What holds of an output.
+/// Predictability of an output.
 #[derive(Debug, Clone)]
 pub struct OutputPredictability {
     /// From here on its history cannot be predicted, s.
     pub until: Option<f64>,
-    /// What its reading may be off by; absent where it is not predictable.
+    /// Error bound of the final reading; absent where it is not predictable.
     pub end: Option<f64>,
     /// The least value.
     pub min: Option<f64>,
@@ -142,7 +142,7 @@ pub struct OutputPredictability {
     pub mean: f64,
     /// The root of the mean square about it.
     pub rms: f64,
-    /// What holds of the second half of the time, where the history does not.
+    /// Statistics of the second half of the time, where the history is not predictable.
     pub second_half: Option<Statistics>,
     /// Four digits of every reading hold, by the range of the output.
     pub all_shown: bool,
@@ -214,7 +214,7 @@ impl Sensitivity {
     }
 }
 
-/// One more run, from another start and as exact as said.
+/// Repeats the run from another start and at the given tolerance.
 fn run(
     scene: &SimulationSetup,
     (choice, size): (&MethodChoice, StepSize),
@@ -255,7 +255,7 @@ fn run(
     Ok(rows)
 }
 
-/// What holds of an output.
+/// Predictable digits of an output.
 fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredictability {
     let (a, b) = (&first.values[output], &second.values[output]);
     let readings = [first, second].map(|rows| rows.accumulators[output].statistics());

@@ -24,13 +24,13 @@ pub struct SimulationSetup {
     pub model: AssembledModel,
     /// The state at zero.
     pub initial_state: Vec<f64>,
-    /// What is wanted of the motion.
+    /// Requested outputs of the motion.
     pub outputs: MotionOutputs,
     /// To this instant, s.
     pub end_time: f64,
-    /// How many equal steps the outputs divide the time into.
+    /// Number of equal steps of the outputs over the time.
     pub samples: usize,
-    /// How long the work may take, s.
+    /// Time budget, s.
     pub time_budget_s: f64,
 }
 

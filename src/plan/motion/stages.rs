@@ -97,7 +97,7 @@ pub fn plan(
     rows
 }
 
-/// What is compared to tell how a motion amplifies a change of its start, and at what cost.
+/// Comparison that measures the sensitivity to initial conditions, and its cost.
 fn sensitivity(
     model: &DynamicModel,
     choice: &MethodChoice,

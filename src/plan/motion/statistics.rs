@@ -24,7 +24,7 @@ pub struct UncertainValue {
 /// Statistics of an output over a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statistics {
-    /// Its mean.
+    /// Mean value.
     pub mean: UncertainValue,
     /// The root of the mean square about it.
     pub rms: UncertainValue,
@@ -33,7 +33,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Of two runs, pooled.
+    /// Pooled statistics of two runs.
     pub fn from_runs(runs: [&[f64]; 2]) -> Statistics {
         let all: Vec<f64> = runs.concat();
         let own = reading(&all);
@@ -56,7 +56,7 @@ impl Statistics {
     }
 }
 
-/// What a reading over two runs may be off by, as its blocks scatter.
+/// Error of a reading over two runs, from the scatter of its blocks.
 pub fn block_error(runs: [&[f64]; 2], of: fn(&OutputStatistics) -> f64) -> f64 {
     error(runs, &|block| reading(block).as_ref().map_or(0.0, of))
 }

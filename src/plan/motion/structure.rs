@@ -2,7 +2,7 @@
 
 use crate::motion::dynamic_model::{DynamicModel, ForceLaw};
 
-/// What kind of equations a machine has.
+/// Structure of the equations of motion, as text.
 pub fn structure_text(model: &DynamicModel) -> String {
     if model.is_linear() {
         return "linear and time-invariant".to_string();
@@ -84,7 +84,7 @@ pub fn structure_text(model: &DynamicModel) -> String {
     }
 }
 
-/// What keeps the exact methods out.
+/// Nonlinear terms that exclude the exact methods.
 pub fn nonlinear_text(model: &DynamicModel) -> String {
     /// Names that a line holds.
     const MAX_NAMES_LISTED: usize = 3;

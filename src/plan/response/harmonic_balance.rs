@@ -29,16 +29,16 @@ use crate::scene::study::{HarmonicBalanceStudy, MAX_ORDERS, SimulateStudy, Speed
 pub struct HarmonicBalanceResult {
     /// The curve with its folds and bifurcations.
     pub curve: SolutionCurve,
-    /// Of every fold or bifurcation: the amplitude of the first output on the stable motion at the same speed that is furthest
-    /// from it, where there is one.
+    /// Jump amplitude of every fold or bifurcation: the amplitude of the first output on the stable motion at the same speed that is
+    /// furthest from it, where there is one.
     pub jumps: Vec<Option<f64>>,
     /// Names and units of the outputs.
     pub outputs: Vec<(String, &'static str)>,
     /// Whose speed is counted.
     pub node: String,
-    /// Its speed over the frequency with which everything repeats.
+    /// Ratio of the speed to the fundamental frequency.
     pub ratio: f64,
-    /// The range asked for.
+    /// Requested range.
     pub range: SpeedRange,
     /// Branches that are not linear, whose deflections were solved for.
     pub branches: Vec<String>,
@@ -329,7 +329,7 @@ fn parametric_resonances(
     instability_tongues(model, span, points, &CancelToken::default()).map_err(|error| error.message)
 }
 
-/// The amplitude of the first output on another stable stretch of the curve at ω: the furthest from that of `here`.
+/// Amplitude of the first output on another stable segment of the curve at ω: the furthest from that of `here`.
 fn other_branch_amplitude(
     curve: &SolutionCurve,
     after: usize,

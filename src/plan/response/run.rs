@@ -28,15 +28,15 @@ use crate::scene::study::{ModesStudy, ResponseQuantity, ResponseStudy};
 pub struct ResponseResult {
     /// Hz.
     pub frequency_hz: Vec<f64>,
-    /// Of every input and output.
+    /// Response of every input and output.
     pub pairs: Vec<ResponseCurve>,
     /// Frequencies of the plots' lines, Hz: closer where the curves need it; empty unless plots are wanted.
     pub drawn_hz: Vec<f64>,
     /// Why it was found so.
     pub choice: ResponseMethodChoice,
-    /// How it was found.
+    /// Solver.
     pub solver: SolverKind,
-    /// What it took.
+    /// Statistics of the solution.
     pub stats: ResponseStats,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, StageDecision)>,
@@ -70,7 +70,7 @@ pub struct ResonancePeak {
     pub dominant_element: Option<(usize, f64)>,
 }
 
-/// What a study asks for: its band, rad/s, its inputs and outputs.
+/// Band of a study, rad/s, with its inputs and outputs.
 fn request(machine: &PreparedMachine, study: &ResponseStudy) -> Result<((f64, f64), Ports), Error> {
     let Some(band) = study.band else {
         return Err(
@@ -288,7 +288,7 @@ fn half_power_widths(pairs: &[ResponseCurve]) -> Vec<(f64, f64)> {
     all
 }
 
-/// Of the largest value of a response: at rest less is rounding.
+/// Rounding as a share of the largest value of a response: less is zero.
 const ROUNDING: f64 = 1e-9;
 
 /// A motion as displacement, speed or acceleration.
@@ -334,7 +334,7 @@ pub fn natural_frequencies(
     omega.into_iter().filter(|w| *w > from && *w < to).collect()
 }
 
-/// What every spring is strained by each input.
+/// Strain of every spring by each input.
 pub(super) struct StrainEnergy<'a> {
     direct: DirectSolver,
     /// Element and stiffness of every output.
@@ -383,7 +383,7 @@ impl<'a> StrainEnergy<'a> {
             .map(|element| (element, energy[element] / total)))
     }
 
-    /// Of every spring its element and twice the energy that inputs of these amplitudes put into it, J.
+    /// Element of every spring and twice its strain energy under inputs of these amplitudes, J.
     pub fn strain_energies(
         &self,
         omega: f64,

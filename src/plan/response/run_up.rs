@@ -24,8 +24,8 @@ pub struct RunUpResult {
     pub node: String,
     /// Names and units of the outputs.
     pub outputs: Vec<(String, &'static str)>,
-    /// What excites: where errors are declared those, and without a size of their own whatever else turns or meshes; where none is
-    /// declared all, of an assumed size.
+    /// Excitations: the declared errors, and without a size of their own whatever else turns or meshes; where none is declared all, of an
+    /// assumed size.
     pub excitations: Vec<OrderExcitation>,
     /// The size assumed of every excitation, m, where no error is declared.
     pub assumed: Option<f64>,
@@ -33,11 +33,11 @@ pub struct RunUpResult {
     pub fixed_dofs: Vec<String>,
     /// Amplitudes by output, excitation and speed; nothing of excitations without a size.
     pub amplitudes: Vec<Vec<Option<Vec<f64>>>>,
-    /// Of every output the speed at which all excitations together are most, rad/s, and how much: of these speeds and the critical ones.
+    /// Speed of the largest total amplitude of every output, rad/s, and that amplitude: of these speeds and the critical ones.
     pub max_amplitudes: Vec<(f64, f64)>,
-    /// Critical speeds by falling answer of the first output.
+    /// Critical speeds by falling response of the first output.
     pub critical: Vec<CriticalSpeed>,
-    /// How responses were found.
+    /// Method of the responses.
     pub choice: ResponseMethodChoice,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, StageDecision)>,
@@ -47,10 +47,10 @@ pub struct RunUpResult {
     pub seconds: f64,
 }
 
-/// A speed at which an order meets a natural frequency and the machine answers.
+/// Critical speed: an order meets a natural frequency and the machine responds.
 #[derive(Debug, Clone, Copy)]
 pub struct CriticalSpeed {
-    /// Of the node, rad/s.
+    /// Speed of the node, rad/s.
     pub speed: f64,
     /// The natural frequency, rad/s.
     pub omega: f64,
@@ -374,7 +374,7 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
     })
 }
 
-/// Where orders meet natural frequencies and the machine answers.
+/// Critical speeds: orders meet natural frequencies and the machine responds.
 fn critical_speeds(
     prepared_machine: &PreparedMachine,
     ready: &RunUpSetup,

@@ -23,7 +23,7 @@ const MAX_SAMPLES: usize = 1 << 22;
 pub struct TransmissionErrorRecord {
     /// The record.
     pub record: SyntheticRecord,
-    /// Of every line A and ψ as they went into it; unknown phases are drawn.
+    /// Amplitude A and phase ψ of every line as input; unknown phases are drawn.
     pub lines: Vec<Complex>,
     /// Teeth of the output; absent where no gear turns with it and none are stated.
     pub teeth: Option<u32>,

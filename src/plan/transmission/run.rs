@@ -34,19 +34,19 @@ pub struct TransmissionResult {
     pub coincidences: Vec<OrderCoincidence>,
     /// After so many turns of what orders are counted by everything repeats; absent where there is no line.
     pub period: Option<Fraction>,
-    /// A rigid loop does not fit the errors, so that only elastic joints have an answer: the branches of the loop.
+    /// Branches of a rigid loop that is inconsistent with the errors, so that only elastic joints have a solution.
     pub inconsistent_loop: Option<Vec<String>>,
     /// Sums and percentiles.
     pub budget: ErrorBudget,
     /// Names of the elements of the budget.
     pub elements: Vec<String>,
-    /// The same at speed, where one is asked for.
+    /// Dynamic budget at speed, on request.
     pub at_speed: Option<DynamicBudget>,
     /// Elements that could be left out, and what that takes off the root of the sum of squares and off the worst case.
     pub negligible: (Vec<usize>, f64, f64),
     /// Second order of offsets, which the lines leave out, at the output, rad.
     pub second_order: f64,
-    /// What each line does to work that is indexed tooth by tooth.
+    /// Effect of each line on work that is indexed tooth by tooth.
     pub marks: Option<Vec<IndexingEffect>>,
     /// Lines over speed.
     pub map: Option<SpeedMap>,
@@ -76,16 +76,16 @@ pub struct DynamicBudget {
 pub struct SpeedMap {
     /// Speeds of the first node of `[speed]`, rad/s.
     pub speeds: Vec<f64>,
-    /// Of every row A at each speed, rad.
+    /// Amplitude A of every row at each speed, rad.
     pub amplitudes: Vec<Vec<f64>>,
-    /// Of every row the speed at which it is largest, rad/s, and A there, rad: of these speeds and of those between them at which the
-    /// row's order meets a natural frequency.
+    /// Speed of the largest amplitude of every row, rad/s, and A there, rad: of these speeds and of those between them at which the row's
+    /// order meets a natural frequency.
     pub largest: Vec<(f64, f64)>,
 }
 
 /// A line of the table.
 pub struct OrderLineResult {
-    /// Its source and order.
+    /// Source and order of the line.
     pub line: OrderLine,
     /// A and ψ at the output with rigid joints, slowly, rad; absent where they would lock: a loop does not fit this line alone.
     pub kinematic: Option<Complex>,
@@ -93,12 +93,12 @@ pub struct OrderLineResult {
     pub loaded: Complex,
     /// The same at speed.
     pub dynamic: Option<Complex>,
-    /// Of the sum of squared amplitudes.
+    /// Share of the sum of squared amplitudes.
     pub share: f64,
 }
 
 impl TransmissionResult {
-    /// A and ψ of a row, slowly: with rigid joints where these have an answer, in loops as the elastic joints share it out.
+    /// Quasi-static A and ψ of a row: with rigid joints where these have a solution, in loops as the elastic joints share it out.
     pub fn quasi_static(&self, row: &OrderLineResult) -> Complex {
         match row.line.origin {
             LineOrigin::Declared(_) if self.has_rigid_solution() => row.line.quasi_static,
@@ -106,7 +106,7 @@ impl TransmissionResult {
         }
     }
 
-    /// A of a row wherever it is largest of what was asked: slowly, at speed, over speeds, rad.
+    /// Largest A of a row over the requested conditions: quasi-static, at speed, over speeds, rad.
     pub fn max_amplitude(&self, row: usize) -> f64 {
         let slow = self.quasi_static(&self.lines[row]).norm();
         let at_speed = self.lines[row].dynamic.map_or(0.0, |z| z.norm());
@@ -131,7 +131,7 @@ impl TransmissionResult {
         self.lines.iter().any(differs)
     }
 
-    /// Rigid joints have an answer for every single error: no loop shares it out.
+    /// True if rigid joints have a solution for every single error: no loop shares it out.
     pub fn has_rigid_solution(&self) -> bool {
         self.chain.loop_conditions.is_empty()
     }
@@ -397,7 +397,7 @@ fn rigid_amplitude(chain: &TransmissionChain, line: &OrderLine) -> Option<Comple
 /// Lattice points a shift of the budget's percentiles.
 const LATTICE_POINTS: usize = 61;
 
-/// Of the root of the sum of squares: so much may be left out.
+/// Negligible share of the root of the sum of squares.
 pub const NEGLIGIBLE_SHARE: f64 = 0.01;
 
 /// Terms, sources and names of elements: each declared error is a source, errors on one node are one element.
@@ -445,7 +445,7 @@ fn budget_terms(
     (terms, sources, elements)
 }
 
-/// Of every degree of freedom: it moves on with the work from tooth to tooth.
+/// True for every degree of freedom that moves on with the work from tooth to tooth.
 fn index_positions(
     machine: &Machine,
     chain: &TransmissionChain,
@@ -576,7 +576,7 @@ fn diagnostics(machine: &Machine, result: &TransmissionResult) -> Vec<Diagnostic
     all
 }
 
-/// What a study does and leaves out.
+/// Stages of a study, run and left out.
 pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, StageDecision)> {
     let runs = |text: &str| StageDecision::Runs(text.to_string());
     let out = |text: &str| StageDecision::LeftOut(text.to_string());

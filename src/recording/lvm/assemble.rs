@@ -16,7 +16,7 @@ use crate::recording::resolution::Resolution;
 use crate::recording::sample_column::SampleColumn;
 use crate::recording::stated_rates::StatedRate;
 
-/// What LabVIEW's own names of transformed channels contain.
+/// Parts of LabVIEW's own names of transformed channels.
 const SPECTRUM_NAMES: &[&str] = &[
     "(FFT",
     "(Power Spectrum",
@@ -28,7 +28,7 @@ const SPECTRUM_NAMES: &[&str] = &[
 /// Segments closer than this to the end of the one before follow it without a gap, in steps.
 const MAX_SEAM_STEPS: f64 = 0.5;
 
-/// What LabVIEW's clock stamps are rounded to, s.
+/// Rounding of LabVIEW's clock stamps, s.
 const TIMESTAMP_RESOLUTION_S: f64 = 1e-6;
 
 /// Channels of one segment with one abscissa.

@@ -6,7 +6,7 @@ use crate::base::source_span::SourceSpan;
 use crate::recording::raw::{RawLog, Repair};
 use crate::recording::read_options::ReadOptions;
 
-/// What ends a header.
+/// Line that ends a header.
 const END_OF_HEADER: &str = "***End_of_Header***";
 
 /// Most channels; a wrong count allocates no more than this justifies.
@@ -76,7 +76,7 @@ impl<'a> LineReader<'a> {
     }
 }
 
-/// Where the abscissa of a row stands.
+/// Position of the abscissa in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum AbscissaLayout {
     /// Nowhere: the first column is blank.
@@ -87,7 +87,7 @@ pub(super) enum AbscissaLayout {
     Multi,
 }
 
-/// What the first header says.
+/// Contents of the first header.
 pub(super) struct FileHeader {
     pub separator: u8,
     pub abscissa: AbscissaLayout,
@@ -154,7 +154,7 @@ pub(super) fn read_file_header(lines: &mut LineReader<'_>) -> Result<FileHeader,
     ))
 }
 
-/// What the header of a segment says.
+/// Contents of the header of a segment.
 #[derive(Debug, Default)]
 pub(super) struct SegmentHeader {
     pub channels: Vec<LvmChannel>,
@@ -176,7 +176,7 @@ pub(super) struct LvmChannel {
     pub delta_x: Option<f64>,
     pub date: String,
     pub time: String,
-    /// Its column, and that of its abscissa.
+    /// Column of the channel, and that of its abscissa.
     pub column: usize,
     pub x_column: Option<usize>,
 }

@@ -138,7 +138,7 @@ fn is_key(line: &[u8]) -> bool {
     line.starts_with(b"Channels") || line.starts_with(b"***") || line.starts_with(b"Notes")
 }
 
-/// Where a row stands.
+/// Position of a row in the file.
 struct RowPosition<'a> {
     lines: &'a LineReader<'a>,
     number: usize,

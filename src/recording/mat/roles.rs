@@ -31,7 +31,7 @@ const RATE_NAMES: &[&str] = &[
     "samplefrequency",
 ];
 
-/// What names of the sample rate end in, Hz.
+/// Endings of names of the sample rate, Hz.
 const RATE_SUFFIXES: &[&str] = &[
     "samplerate",
     "samplingrate",
@@ -43,7 +43,7 @@ const RATE_SUFFIXES: &[&str] = &[
 /// Names of the time from sample to sample, s.
 const INTERVAL_NAMES: &[&str] = &["dt", "deltat", "ts", "tsample", "deltax"];
 
-/// What names of the time from sample to sample end in, s.
+/// Endings of names of the time from sample to sample, s.
 const INTERVAL_SUFFIXES: &[&str] = &[
     "sampletime",
     "samplingtime",
@@ -59,7 +59,7 @@ const FREQUENCY_NAMES: &[&str] = &["f", "ff", "fhz", "fvec", "hz", "faxis"];
 /// Names of vectors of circular frequency, rad/s.
 const ANGULAR_FREQUENCY_NAMES: &[&str] = &["w", "omega", "wrad"];
 
-/// How far a uniform vector may stray from a straight line, in steps: single precision over 10⁴ samples strays 10⁻³.
+/// Largest deviation of a uniform vector from a straight line, in steps: single precision over 10⁴ samples deviates 10⁻³.
 const MAX_NONUNIFORMITY: f64 = 0.01;
 
 fn is_named(word: &str, names: &[&str], ends: &[&str]) -> bool {
@@ -130,7 +130,7 @@ fn is_real_vector(variable: &Variable) -> bool {
     variable.im.is_none() && variable.is_vector() && variable.length() > 1
 }
 
-/// What lies over the lines of a frequency vector.
+/// Kind of data over the lines of a frequency vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FrequencyData {
     Response,
@@ -139,7 +139,7 @@ pub(super) enum FrequencyData {
     Spectrum(&'static str),
 }
 
-/// What numbers over frequency are, by name; complex ones are responses unless the name speaks of a spectrum.
+/// Kind of numbers over frequency, by name; complex ones are responses unless the name speaks of a spectrum.
 pub(super) fn frequency_data(variable: &Variable) -> FrequencyData {
     let word = variable.normalized_name();
     let has = |parts: &[&str]| parts.iter().any(|part| word.contains(part));

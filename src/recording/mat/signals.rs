@@ -86,7 +86,7 @@ fn structure_rates(rates: &[StatedRate], structure: &str) -> Vec<StatedRate> {
     }
 }
 
-/// The time vectors: the one that was asked for, else those named so, else the single one that rises by equal steps.
+/// The time vectors: the requested one, else those named so, else the single one that rises by equal steps.
 fn take_times(numbers: &mut Vec<Variable>, options: &ReadOptions, has_rate: bool) -> Vec<Variable> {
     let wanted: Vec<usize> = match options.time_column.as_deref() {
         Some("none") => Vec::new(),
@@ -114,7 +114,7 @@ fn positions(numbers: &[Variable], is: impl Fn(&Variable) -> bool) -> Vec<usize>
     (0..numbers.len()).filter(|&at| is(&numbers[at])).collect()
 }
 
-/// How far the steps of a time in single precision differ from those of the rate stated, in steps, where rounding at every step
+/// Largest difference between the steps of a time in single precision and those of the rate stated, in steps, where rounding at every step
 /// explains it.
 fn rounding_drift(time: &Variable, rate_hz: f64) -> Option<f64> {
     let largest = time.re.iter().fold(0.0_f64, |most, t| most.max(t.abs()));

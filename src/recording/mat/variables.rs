@@ -2,7 +2,7 @@
 
 use crate::base::mat5::read::{Array, Contents};
 
-/// What stands before the last dot of a name: fields of one structure share it.
+/// Part of a name before the last dot: fields of one structure share it.
 pub(super) fn parent(name: &str) -> &str {
     name.rsplit_once('.').map_or("", |(parent, _)| parent)
 }
@@ -10,7 +10,7 @@ pub(super) fn parent(name: &str) -> &str {
 /// Numbers with a name.
 #[derive(Debug)]
 pub(super) struct Variable {
-    /// How MATLAB would reach it.
+    /// Full path by which MATLAB would reach it.
     pub name: String,
     /// Rows; all dimensions but the first are taken as columns.
     pub rows: usize,
@@ -70,13 +70,13 @@ impl Variable {
     }
 }
 
-/// What a file holds, flat.
+/// Contents of a file, flat.
 #[derive(Default)]
 pub(super) struct Variables {
     pub numbers: Vec<Variable>,
     /// Texts of one row.
     pub texts: Vec<(String, String)>,
-    /// What is not read: name, and what it is.
+    /// Variables that are not read: name and kind.
     pub others: Vec<(String, String)>,
 }
 

@@ -9,7 +9,7 @@ use crate::recording::raw::{ChannelGroup, RawChannel, RawLog, RawTiming};
 use crate::recording::read_options::{ChannelOptions, ReadOptions};
 use crate::recording::stated_rates::candidates;
 
-/// The group that holds the channels asked for, those in the order asked for.
+/// The group that holds the requested channels, in the requested order.
 pub(super) fn select_channels(
     log: &mut RawLog,
     options: &ReadOptions,
@@ -174,7 +174,7 @@ pub(super) fn skipped_column_error(name: &str, why: &str) -> Error {
         .with_hint("look whether its sensor was connected and recorded; name another channel")
 }
 
-/// Refuses what is said twice of a channel, and new names that cannot be distinguished.
+/// Refuses options given twice for a channel, and new names that cannot be distinguished.
 fn check_names(channels: &[RawChannel], options: &ReadOptions) -> Result<(), Error> {
     for (at, said) in options.channels.iter().enumerate() {
         let before = &options.channels[..at];
@@ -202,7 +202,7 @@ fn check_names(channels: &[RawChannel], options: &ReadOptions) -> Result<(), Err
     Ok(())
 }
 
-/// What is said of each channel, found by its name.
+/// Calibration of each channel, found by its name.
 pub(super) fn calibrations(
     channels: &[RawChannel],
     options: &ReadOptions,

@@ -55,7 +55,7 @@ impl Preprocessing {
         Ok(start)
     }
 
-    /// Only the time that was asked for.
+    /// Crops to the requested time range.
     pub(super) fn crop(&mut self, options: &ReadOptions) -> Result<(), Error> {
         let end = self.segments.last().map_or(0.0, Segment::end);
         let steps = |t: f64| (t * self.rate_hz).round();

@@ -52,7 +52,7 @@ impl Preprocessing {
         self.push_repair("gap-split", message);
     }
 
-    /// Stretches end where a channel has no number.
+    /// Ends segments where a channel has no number.
     pub(super) fn split_at_missing(&mut self, empty: &[bool]) -> Result<(), Error> {
         let rows = self.channels.first().map_or(0, |c| c.samples.len());
         let mut block = vec![0.0; BLOCK.min(rows)];
@@ -115,7 +115,7 @@ impl Preprocessing {
         Ok(())
     }
 
-    /// Channels without any number, which are of no use but harm nobody while they are not asked for.
+    /// Channels without any number, which are harmless unless requested.
     pub(super) fn empty_channels(&self) -> Result<Vec<bool>, Error> {
         self.channels
             .iter()

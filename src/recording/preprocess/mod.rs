@@ -122,7 +122,7 @@ fn preprocess_group(mut log: RawLog, options: &ReadOptions) -> Result<Recording,
 /// Rows without a gap.
 struct Segment {
     rows: Range<usize>,
-    /// Where it begins, in steps from the first sample of the log.
+    /// Start of the segment, in steps from the first sample of the log.
     start: f64,
 }
 

@@ -16,9 +16,9 @@ const DEVIATIONS: f64 = 3.0;
 /// A sample rate.
 pub(super) struct Rate {
     pub hertz: f64,
-    /// Its standard deviation, relative; zero where it is stated.
+    /// Standard deviation, relative; zero where the rate is stated.
     pub std: f64,
-    /// Where it comes from, as text.
+    /// Source of the rate, as text.
     pub source: String,
 }
 

@@ -228,7 +228,7 @@ fn report_cells(log: &mut RawLog, sink: &columns::ColumnSink, filled: &body::Col
     }
 }
 
-/// The channels asked for, in the order asked for.
+/// The requested channels, in the requested order.
 fn select_channels(log: &mut RawLog, options: &ReadOptions) {
     if options.keep_channels.is_empty() {
         return;

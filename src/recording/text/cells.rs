@@ -1,15 +1,15 @@
 //! Cell parsing: number, missing sample, overload, complex number or text.
 
-/// What stands between cells, and in numbers.
+/// Delimiter between cells and decimal mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Separators {
-    /// Between cells; a space stands for any run of spaces and tabs.
+    /// Delimiter; a space matches any run of spaces and tabs.
     pub delimiter: u8,
     /// `.` or `,`.
     pub decimal: u8,
 }
 
-/// What a cell holds.
+/// Content of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cell {
     /// A finite number.
@@ -96,7 +96,7 @@ const OVERLOAD_WORDS: &[&str] = &[
 /// The longest text a number or one of the words takes, bytes.
 const MAX_NUMBER_LEN: usize = 64;
 
-/// What a cell holds; blanks and quotes around it do not matter.
+/// Parsed content of a cell; blanks and quotes around it do not matter.
 pub fn parse_cell(cell: &[u8], decimal: u8) -> Cell {
     let cell = trim_cell(cell);
     if cell.is_empty() {
@@ -304,7 +304,7 @@ impl<'r> Iterator for CellIter<'r> {
     }
 }
 
-/// Where the cell that begins at `start` ends.
+/// End of the cell that begins at `start`.
 pub fn cell_end(row: &[u8], start: usize, delimiter: u8) -> usize {
     let rest = &row[start..];
     let blanks = rest.iter().take_while(|b| **b == b' ').count();
@@ -332,7 +332,7 @@ fn len_to_delimiter(rest: &[u8], delimiter: u8) -> usize {
     found.unwrap_or(rest.len())
 }
 
-/// Where the cell at `at` begins: past blanks where these are the delimiter.
+/// Start of the cell at `at`: past blanks where these are the delimiter.
 pub fn skip_blanks_of(row: &[u8], at: usize, delimiter: u8) -> usize {
     if delimiter == b' ' {
         skip_blanks(row, at)

@@ -6,7 +6,7 @@ use super::cells::{self, Cell, CellIter, Separators};
 use super::time_stamps::{self, StampFormat};
 use crate::recording::read_options::DialectOptions;
 
-/// What the cells of a column are.
+/// Type of the cells of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CellType {
     /// Nothing yet.
@@ -27,7 +27,7 @@ pub enum CellType {
 pub struct TableLayout {
     /// Delimiter and decimal mark.
     pub marks: Separators,
-    /// What each column holds, trailing empty ones included.
+    /// Cell type of each column, trailing empty ones included.
     pub kinds: Vec<CellType>,
     /// Index of the first line of numbers among the lines of the head.
     pub first: usize,
@@ -55,7 +55,7 @@ const SEPARATOR_CANDIDATES: &[(u8, u8)] = &[
     (b' ', b','),
 ];
 
-/// What one cell is.
+/// Type of one cell.
 pub fn cell_type(cell: &[u8], decimal: u8) -> CellType {
     match cells::parse_cell(cell, decimal) {
         Cell::Number(_) | Cell::Thousands { .. } => CellType::Number,
@@ -65,7 +65,7 @@ pub fn cell_type(cell: &[u8], decimal: u8) -> CellType {
     }
 }
 
-/// How well a line fits as a row of numbers, and its number of cells.
+/// Score of a line as a row of numbers, and its number of cells.
 fn line_score(line: &str, marks: Separators) -> (f64, usize) {
     let (mut fit, mut count, mut numbers) = (0.0, 0, 0);
     for (_, cell) in CellIter::new(line.as_bytes(), marks.delimiter) {
@@ -226,7 +226,7 @@ fn is_one_column(sample: &[&str]) -> bool {
     rows > 0 && (zeros > 0 || exponents == rows)
 }
 
-/// What each column of the rows with `width` cells mostly holds.
+/// Most frequent cell type in each column of the rows with `width` cells.
 fn column_types(sample: &[&str], marks: Separators, width: usize) -> Vec<CellType> {
     let mut votes: Vec<Vec<(CellType, usize)>> = vec![Vec::new(); width];
     for line in sample {
@@ -254,20 +254,20 @@ fn column_types(sample: &[&str], marks: Separators, width: usize) -> Vec<CellTyp
     votes.into_iter().map(most).collect()
 }
 
-/// How a line stands to the columns.
+/// Match of a line with the columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineKind {
     /// No sign but blanks.
     Blank,
     /// A row of the data.
     Row,
-    /// Mostly numbers, but not as the columns want them.
+    /// Predominantly numbers, but not of the column types.
     PartialRow,
     /// Words.
     Words,
 }
 
-/// How a line stands to columns of these kinds.
+/// Match of a line with columns of these kinds.
 pub fn line_kind(line: &str, marks: Separators, kinds: &[CellType]) -> LineKind {
     if line.trim().is_empty() {
         return LineKind::Blank;
@@ -334,7 +334,7 @@ fn first_row(lines: &[&str], marks: Separators, kinds: &[CellType]) -> Option<us
     Some(first)
 }
 
-/// A row of the right width with a number in a column of numbers, whatever stands in the others.
+/// A row of the right width with a number in a column of numbers, whatever the others hold.
 fn is_broken_row(line: &str, marks: Separators, kinds: &[CellType]) -> bool {
     let cells: Vec<&[u8]> = CellIter::new(line.as_bytes(), marks.delimiter)
         .map(|(_, cell)| cell)

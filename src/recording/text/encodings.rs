@@ -7,7 +7,7 @@ use encoding_rs::{CoderResult, Decoder, Encoding, GBK, UTF_8, UTF_16BE, UTF_16LE
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// How the bytes of a file stand for characters.
+/// Character encoding of a file.
 #[derive(Debug, Clone, Copy)]
 pub struct TextEncoding {
     encoding: &'static Encoding,
@@ -37,7 +37,7 @@ impl TextEncoding {
         self.encoding == UTF_16LE || self.encoding == UTF_16BE
     }
 
-    /// What it is called, where it is worth a word: not for plain ASCII.
+    /// Display name, if not plain ASCII.
     pub fn name(&self, head: &[u8]) -> Option<&'static str> {
         match self.encoding {
             e if e == WINDOWS_1252 => Some("Latin-1"),
@@ -47,7 +47,7 @@ impl TextEncoding {
         }
     }
 
-    /// Its name in the encoding standard, which [`TextEncoding::detect`] takes.
+    /// Name in the encoding standard, which [`TextEncoding::detect`] takes.
     pub fn label(&self) -> &'static str {
         self.encoding.name()
     }
@@ -107,7 +107,7 @@ fn guess_encoding(head: &[u8]) -> &'static Encoding {
     }
 }
 
-/// High bytes come in pairs, mostly pairs of common Chinese characters (leads B0 to D7 of GB 2312) or full-width signs.
+/// High bytes come in pairs, predominantly pairs of common Chinese characters (leads B0 to D7 of GB 2312) or full-width signs.
 fn looks_chinese(head: &[u8]) -> bool {
     let (mut pairs, mut common) = (0, 0);
     for run in head.split(|b| *b < 0x80).filter(|run| !run.is_empty()) {

@@ -26,10 +26,10 @@ pub(super) fn unit_factor(unit: &str, rate: bool) -> Option<f64> {
     })
 }
 
-/// A number as a header states it, and what stands after it.
+/// A number as a header states it, and the text after it.
 pub(super) struct StatedNumber<'v> {
     pub number: f64,
-    /// What the number is where its only mark is the decimal one, if it was taken for that of thousands.
+    /// Value if the only mark is the decimal one, where it was taken for that of thousands.
     pub smaller: Option<f64>,
     pub digits: &'v str,
     pub unit: &'v str,
@@ -75,7 +75,7 @@ fn parts_thousands(c: char) -> bool {
     matches!(c, ' ' | '\u{a0}' | '\u{2009}' | '\u{202f}' | '\'' | '’')
 }
 
-/// Where the number at the beginning of a text ends; blanks and apostrophes belong to it before three digits.
+/// End of the number at the beginning of a text; blanks and apostrophes belong to it before three digits.
 fn digits_end(text: &str) -> usize {
     let mut whole = 0;
     for (at, c) in text.char_indices() {

@@ -10,7 +10,7 @@ use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, Fre
 use crate::recording::raw::RawChannel;
 use crate::recording::sample_column::SampleColumn;
 
-/// What a column of a table is.
+/// Kind of a column of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ComplexPart {
     Real,
@@ -20,7 +20,7 @@ enum ComplexPart {
     Coherence,
 }
 
-/// Words for parts, as they stand in names.
+/// Words for parts, as they occur in names.
 const PART_WORDS: &[(&str, ComplexPart)] = &[
     ("imaginary", ComplexPart::Imaginary),
     ("imag", ComplexPart::Imaginary),

@@ -5,7 +5,7 @@ use super::dialect::{CellType, TableLayout};
 use super::preamble::{is_comment, strip_comment};
 use crate::recording::channel_names;
 
-/// What stands above the numbers.
+/// Contents of the lines above the numbers.
 #[derive(Debug, Default)]
 pub struct TableHeader {
     /// Name of each column as written; empty where there is none.
@@ -187,7 +187,7 @@ fn clean(cell: &str) -> String {
     cell.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// How many cells are units, bare or in brackets.
+/// Number of cells that are units, bare or in brackets.
 fn units_in(cells: &[String]) -> usize {
     let bracketed = |c: &str| {
         (c.starts_with('[') && c.ends_with(']')) || (c.starts_with('(') && c.ends_with(')'))

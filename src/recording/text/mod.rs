@@ -33,7 +33,7 @@ mod refusals;
 
 mod assemble;
 
-/// Bytes from which the encoding is told.
+/// Number of bytes from which the encoding is detected.
 const SNIFF_LEN: usize = 64 << 10;
 
 /// The beginning of a file as lines.
@@ -42,7 +42,7 @@ struct FileHead {
     /// The file ends within.
     whole: bool,
     text: String,
-    /// Where each complete line begins in `bytes`.
+    /// Start of each complete line in `bytes`.
     line_starts: Vec<usize>,
 }
 
@@ -177,7 +177,7 @@ fn head(
     })
 }
 
-/// Where the line at the front ends; a cell in quotes may hold line ends.
+/// End of the line at the front; a cell in quotes may hold line ends.
 fn end_of_line(text: &[u8]) -> Option<usize> {
     /// More lines than this have a quote that was never closed.
     const MAX_QUOTED_LINES: usize = 4;

@@ -5,7 +5,7 @@ use super::figure::{parse_number_with_unit, unit_factor};
 use crate::base::error::Diagnostic;
 use crate::recording::stated_rates::{BARE_RATE, StatedRate};
 
-/// What the preamble says.
+/// Contents of the preamble.
 #[derive(Debug, Default)]
 pub struct Preamble {
     /// Keys and values as written.
@@ -27,7 +27,7 @@ pub struct Preamble {
 pub struct InvalidRate {
     /// Line of the file, from 1.
     pub line: usize,
-    /// What is wrong with it.
+    /// Reason why the rate is invalid.
     pub message: String,
 }
 
@@ -171,7 +171,7 @@ pub fn is_comment(line: &str) -> bool {
     line.starts_with(['#', '%', '!']) || line.starts_with("//")
 }
 
-/// What the lines, each with its number, say.
+/// Preamble read from the lines, each with its number.
 pub fn read(lines: &[(usize, &str)], marks: Separators) -> Preamble {
     let mut preamble = Preamble::default();
     for &(number, line) in lines {
@@ -316,7 +316,7 @@ struct PreambleRate {
     is_bare: bool,
 }
 
-/// The sample rate a key states, or why it cannot be read; nothing where the key is none of a rate, or no digit stands behind it.
+/// The sample rate a key states, or why it cannot be read; nothing where the key is none of a rate, or no digit follows it.
 fn rate_of(key: &str, value: &str, decimal: u8) -> Option<Result<PreambleRate, String>> {
     let by_rate = stated(key, RATE_KEYS);
     let by_interval = stated(key, INTERVAL_KEYS);
@@ -422,7 +422,7 @@ mod tests {
         assert!(!bare("rate: 25 S/s") && !bare("sample rate: 25"));
     }
 
-    /// Thousands by the file's decimal mark; a rate that may be a thousand times another is doubted.
+    /// Thousands by the file's decimal mark; a rate that may be a thousand times another raises a warning.
     #[test]
     fn exact_thousands_of_rates() {
         let cases = [

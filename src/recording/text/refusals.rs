@@ -1,4 +1,4 @@
-//! What a delimited text is refused for before its rows are read.
+//! Refusals of a delimited text before its rows are read.
 
 use super::{SNIFF_LEN, body, cells, dialect, header, preamble};
 use crate::base::code::Code;
@@ -47,7 +47,7 @@ pub(super) fn no_data_rows(path: &str, lines: &[&str], is_whole: bool) -> Error 
         .with_hint("a log has rows of numbers with the same number of cells; this text has none")
 }
 
-/// What is wrong with the sample rate that stands in a line.
+/// Error for the sample rate of a line.
 pub(super) fn invalid_rate(path: &str, lines: &[&str], unread: &preamble::InvalidRate) -> Error {
     let line = lines.get(unread.line - 1).copied().unwrap_or("");
     let span = SourceSpan::within_line(path, unread.line, line, 0..line.len());

@@ -13,16 +13,16 @@ struct DateTime {
     digits: u32,
 }
 
-/// A date as written: its order may be in doubt.
+/// A date as written: its order may be ambiguous.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Date {
-    /// Year, month, day; and whether the day stands first, where it is written with strokes.
+    /// Year, month, day; and whether the day comes first, where it is written with strokes.
     Known(i64, i64, i64, Option<bool>),
     /// Two numbers that are day and month, in this order or the other, and the year.
     Ambiguous(i64, i64, i64),
 }
 
-/// What a column of stamps holds.
+/// Format of a column of stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StampFormat {
     /// Numbers, in a unit.
@@ -38,7 +38,7 @@ pub enum StampFormat {
 const SECOND: i64 = 1_000_000_000;
 const DAY_S: i64 = 86_400;
 
-/// What kind of stamp a cell is; `None` for plain numbers and text.
+/// Format of the stamp in a cell; `None` for plain numbers and text.
 pub fn detect_format(cell: &[u8]) -> Option<StampFormat> {
     let written = parse_date_time(cells::trim_cell(cell))?;
     Some(match (written.date, written.clock) {
@@ -191,7 +191,7 @@ fn clock(text: &[u8], of_day: bool) -> Option<(i64, u32)> {
     Some((SECOND * seconds + fraction, digits))
 }
 
-/// What may follow a time: `AM` or `PM`, `Z`, `+01:00`. Whether it is afternoon, and the zone in minutes.
+/// Suffix of a time: `AM` or `PM`, `Z`, `+01:00`. Whether it is afternoon, and the zone in minutes.
 fn zone(text: &[u8]) -> Option<(Option<bool>, i64)> {
     match text {
         b"" | b"Z" | b"z" | b"UTC" => Some((None, 0)),
@@ -231,7 +231,7 @@ pub enum StampError {
     NotAStamp,
     /// Day and month may be either way round.
     DayOrMonth,
-    /// Day and month stand in the other order than is stated or the stamps before have.
+    /// Day and month are in the opposite order to that stated or that of the stamps before.
     OtherOrder,
 }
 
@@ -286,7 +286,7 @@ impl StampParser {
         }
     }
 
-    /// What the last digit written is worth: numbers may drop zeros at their end, so the most digits of any count.
+    /// Value of the last digit written: numbers may drop zeros at their end, so the most digits of any count.
     pub fn resolution(&self) -> Resolution {
         let finest_s = match self.finest.is_finite() {
             true => self.finest * self.unit_s,
@@ -300,7 +300,7 @@ impl StampParser {
         Resolution::from_digits(finest_s, self.digits as i32, first, self.unit_s)
     }
 
-    /// The day and the month of the first stamp may stand either way round, and no other one tells.
+    /// The order of day and month of the first stamp is ambiguous, and no other stamp determines it.
     pub fn is_ambiguous(&self) -> bool {
         let either = matches!(
             self.first,
@@ -448,7 +448,7 @@ fn power_of_ten(n: i32) -> f64 {
     }
 }
 
-/// A plain number without exponent as its digits and how many stand after the mark; at most 18 digits.
+/// A plain number without exponent as its digits and the number of them after the mark; at most 18 digits.
 fn parse_decimal(cell: &[u8], decimal: u8) -> Option<(i64, i32)> {
     let (negative, body) = match cell {
         [b'-', body @ ..] => (true, body),
@@ -572,7 +572,7 @@ mod tests {
         );
     }
 
-    /// What cannot be distinguished is not guessed.
+    /// Indistinguishable orders of day and month are not guessed.
     #[test]
     fn refuses_day_or_month_that_the_data_leave_open() {
         let mut reader = StampParser::new(StampFormat::DateTime, 1.0, b'.', None);

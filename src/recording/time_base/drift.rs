@@ -1,4 +1,4 @@
-//! How the rate of a clock changes in the course of a log.
+//! Drift of the clock rate during a log.
 
 use std::ops::Range;
 

@@ -26,7 +26,7 @@ pub(super) fn are_ambiguous(
     resolution: &Resolution,
     usual: &TypicalStep,
 ) -> Result<bool, Error> {
-    /// Of stamps no coarser than this part of a step.
+    /// Coarsest stamp resolution examined, as a part of a step.
     const FINE_RESOLUTION: f64 = 0.25;
     /// One or two may be pauses; so may one step in a thousand.
     const TOLERATED_PAUSES: (usize, usize) = (3, 1000);
@@ -121,7 +121,7 @@ pub(super) fn are_lost(found: &TimeBase, strict: &TimeBase, rows: usize) -> bool
     const MIN_ROWS_PER_LOSS: usize = 200;
     /// Any one or two may be even.
     const MIN_LOSSES: usize = 3;
-    /// How far the distances of even steps differ from their mean.
+    /// Largest deviation of the distances of even steps from their mean.
     const MAX_SPACING_DEVIATION: f64 = 0.25;
     let is_new = |gap: &&Gap| !found.gaps.iter().any(|g| g.row == gap.row);
     let places: Vec<f64> = (strict.gaps.iter().filter(is_new))

@@ -39,14 +39,14 @@ const CERTAIN_GAP_STEPS: f64 = 3.0;
 /// Stamps that deviate by less than this many steps are uniform: at the highest frequency it is an error of −50 dB.
 const MAX_UNIFORM_JITTER: f64 = 1e-3;
 
-/// What the stamps of a log say.
+/// Time base derived from the stamps of a log.
 #[derive(Debug, Clone)]
 pub struct TimeBase {
     /// Samples a second, Hz.
     pub rate_hz: f64,
     /// Standard deviation of it by the residuals of the regression, relative.
     pub rate_std: f64,
-    /// Stretches without a gap, in rows.
+    /// Segments without a gap, in rows.
     pub segments: Vec<Range<usize>>,
     /// Time of the first row of each segment, s: on the regression line, its own stamp where the stamps jitter.
     pub segment_starts: Vec<f64>,
@@ -54,7 +54,7 @@ pub struct TimeBase {
     pub drift_hz: (f64, f64),
     /// Gaps between the segments.
     pub gaps: Vec<Gap>,
-    /// How evenly the stamps are spaced.
+    /// Uniformity of the stamp spacing.
     pub spacing: Spacing,
 }
 
@@ -63,7 +63,7 @@ pub struct TimeBase {
 pub struct Gap {
     /// The first row after it.
     pub row: usize,
-    /// Its line, in a text.
+    /// Line of the row, in a text.
     pub line: Option<usize>,
     /// Samples missing, to the nearest whole.
     pub missing: usize,
@@ -71,7 +71,7 @@ pub struct Gap {
     pub seconds: f64,
 }
 
-/// How evenly stamps are spaced.
+/// Uniformity of the stamp spacing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Spacing {
     /// To a thousandth of a step.
@@ -80,7 +80,7 @@ pub enum Spacing {
     Rounded {
         /// One unit of the last digit, s: of the coarsest stamp.
         resolution_s: f64,
-        /// How many significant digits were written, where the last digit is worth more in later stamps.
+        /// Number of significant digits written, where the last digit is worth more in later stamps.
         digits: Option<i32>,
     },
     /// Not evenly: the samples must be resampled.

@@ -58,7 +58,7 @@ impl RegressionSums {
         )
     }
 
-    /// Where the line of a slope crosses the first row, s from its stamp.
+    /// Intercept of the line of a slope at the first row, s from its stamp.
     pub fn offset(&self, slope: f64) -> f64 {
         (self.y.value() - slope * self.x.value()) / self.w.value()
     }

@@ -1,4 +1,4 @@
-//! The step that most rows make, by which gaps are told from steps.
+//! The step that most rows make, by which gaps are distinguished from steps.
 
 use super::BLOCK;
 use crate::base::error::Error;

@@ -281,7 +281,7 @@ fn complex(set: &DataSet58) -> Vec<Complex> {
     values.map(|(k, &re)| Complex::new(re, im(k))).collect()
 }
 
-/// The responses over the lines most of them share; the others are said to be left out.
+/// The responses over the lines most of them share; the others are reported as left out.
 fn collect_responses(functions: Vec<UffResponse>, log: &mut RawLog) -> Option<FrequencyResponses> {
     let sharing = |lines: &[f64]| functions.iter().filter(|f| f.lines == lines).count();
     let mut best: Option<(usize, Vec<f64>)> = None;

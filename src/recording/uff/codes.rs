@@ -47,11 +47,11 @@ pub(super) const TYPE_MULTIPLE_COHERENCE: usize = 26;
 pub(in crate::recording) const TIME: i64 = 17;
 pub(in crate::recording) const FREQUENCY: i64 = 18;
 
-/// How the line of the header that states the rate with all its digits begins and ends.
+/// Beginning and end of the header line that states the rate with all its digits.
 pub(in crate::recording) const RATE_LINE: (&str, &str) = ("sample rate ", " Hz");
 
-/// How the lines of the header begin, go on and end that state what lies behind a frequency response: the effective number of averages
-/// with the rate of an exponential window on it, and the band worth fitting with how many independent lines a line of it holds.
+/// Beginning, middle and end of the header lines that state what lies behind a frequency response: the effective number of averages with
+/// the rate of an exponential window on it, and the band worth fitting with how many independent lines a line of it holds.
 pub(in crate::recording) const AVERAGES_LINE: [&str; 3] =
     ["effective averages ", ", exponential window ", " 1/s"];
 pub(in crate::recording) const INDEPENDENCE_LINE: [&str; 3] =

@@ -9,7 +9,7 @@ use crate::base::source_span::SourceSpan;
 pub(super) struct UffCursor<'a> {
     path: &'a str,
     pub rest: &'a [u8],
-    /// Of the file, from 1.
+    /// Line number in the file, from 1.
     pub line: usize,
     /// The last line of the file is ended.
     pub ended: bool,

@@ -2,7 +2,7 @@
 
 use super::codes;
 
-/// How the numbers of a set are stored: record 7 field 1.
+/// Storage format of the numbers of a set: record 7 field 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct OrdinateType {
     pub is_complex: bool,
@@ -36,7 +36,7 @@ impl DofLabel {
     }
 }
 
-/// What the eleven lines say.
+/// Contents of the eleven lines.
 #[derive(Debug, Clone)]
 pub(super) struct UffHeader {
     /// Lines 1 to 5; empty where the file says `NONE`.

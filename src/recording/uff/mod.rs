@@ -87,11 +87,11 @@ pub fn read(path: &str, bytes: &[u8], options: &ReadOptions) -> Result<RawLog, E
     Ok(log)
 }
 
-/// What was met so far.
+/// Data sets read so far.
 #[derive(Default)]
 struct UffReader {
     data_sets: Vec<DataSet58>,
-    /// How often each other data set was passed over.
+    /// Number of times each other data set was passed over.
     skipped: BTreeMap<i64, usize>,
     /// Lines outside of any set.
     stray_lines: usize,

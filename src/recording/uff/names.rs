@@ -45,7 +45,7 @@ impl PointNames {
         known.map(|(_, name)| name.clone()).unwrap_or_default()
     }
 
-    /// The name of what answers: that of its point, else the label of its axis, else the first line of the header.
+    /// Name of the response channel: that of its point, else the label of its axis, else the first line of the header.
     pub fn response_name(&self, header: &UffHeader) -> String {
         let candidates = [
             self.point_name(&header.response),
@@ -58,7 +58,7 @@ impl PointNames {
             .unwrap_or_default()
     }
 
-    /// What drives a response; `None` where the file does not say.
+    /// Excitation channel of a response; `None` where the file does not state it.
     pub fn input(&self, header: &UffHeader, is_si: bool) -> Option<ChannelLabel> {
         let (name, unit) = (
             self.point_name(&header.reference),
@@ -100,7 +100,7 @@ pub(super) fn axis_unit(axis: &AxisRecord, is_si: bool) -> String {
     }
 }
 
-/// The unit of what answers: that of the ordinate without `/input` where the file writes the whole quotient.
+/// Unit of the response channel: that of the ordinate without `/input` where the file writes the whole quotient.
 pub(super) fn response_unit(header: &UffHeader, is_si: bool) -> String {
     let (whole, below) = (
         axis_unit(&header.ordinate, is_si),

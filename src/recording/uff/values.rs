@@ -14,7 +14,7 @@ pub(super) struct UffValues {
     pub overloads: usize,
 }
 
-/// What the first line of a binary set states.
+/// Contents of the first line of a binary set.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BinaryHeader {
     pub is_big_endian: bool,

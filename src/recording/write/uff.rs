@@ -14,7 +14,7 @@ use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, Fre
 use crate::recording::signals::{Channel, Recording};
 use crate::recording::uff::codes;
 
-/// How the numbers are written.
+/// Number format of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UffFormat {
     /// As text, 13 digits.

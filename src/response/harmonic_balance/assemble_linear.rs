@@ -10,11 +10,11 @@ use crate::motion::dynamic_model::{DynamicModel, ForceElement, ForceLaw};
 use crate::motion::signal::Signal;
 use crate::numeric::{Complex, Matrix};
 
-/// Of critical: what the straight law in the place of an undamped contact is damped by, so that it has no resonance.
+/// Damping ratio of the linear law that replaces an undamped contact, so that it has no resonance.
 const SUBSTITUTE_DAMPING: f64 = 0.05;
 
 impl LinearPart {
-    /// Of a family.
+    /// Linear part of a family.
     pub fn new(family: &SpeedFamily) -> LinearPart {
         let model = &family.relative.model;
         let n = model.coordinate_count();

@@ -17,14 +17,14 @@ const ZERO: Complex = Complex::new(0.0, 0.0);
 pub struct HarmonicBalance<'a> {
     /// The machine.
     pub family: &'a SpeedFamily,
-    /// Its linear part.
+    /// Linear part of the machine.
     pub lines: &'a LinearPart,
     /// K.
     pub orders: usize,
     alternating: AftTransform,
-    /// Of the deflection of every active branch.
+    /// Deflection scale of every active branch.
     sizes: Vec<f64>,
-    /// Of the frequency, rad/s.
+    /// Frequency scale, rad/s.
     span: f64,
 }
 
@@ -62,7 +62,7 @@ impl<'a> HarmonicBalance<'a> {
         }
     }
 
-    /// How many unknowns next to the frequency.
+    /// Number of unknowns without the frequency.
     pub fn len(&self) -> usize {
         self.sizes.len() * (2 * self.orders + 1)
     }
@@ -211,7 +211,7 @@ impl<'a> HarmonicBalance<'a> {
         Ok(tangent)
     }
 
-    /// What the orders from K + 1 to 2K would add, of the largest deflection of the branch: the largest.
+    /// Truncation error: the largest contribution of the orders from K + 1 to 2K, relative to the largest deflection of the branch.
     ///
     /// # Errors
     /// Those of the linear part.
@@ -286,7 +286,7 @@ impl<'a> HarmonicBalance<'a> {
             .collect()
     }
 
-    /// The transforms, for what is asked over a period.
+    /// Time–frequency transforms, for evaluations over a period.
     pub fn alternating(&mut self) -> &mut AftTransform {
         &mut self.alternating
     }

@@ -6,7 +6,7 @@ use crate::motion::floquet::MULTIPLIER_TOLERANCE;
 use crate::motion::floquet::fold::{FoldOptions, find_fold};
 use crate::motion::floquet::orbit::PeriodicOrbit;
 
-/// What happens.
+/// Bifurcation kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BifurcationKind {
     /// The curve turns back: a saddle-node.
@@ -22,7 +22,7 @@ pub enum BifurcationKind {
 /// A special place of the curve.
 #[derive(Debug, Clone)]
 pub struct Bifurcation {
-    /// What happens.
+    /// Kind of the bifurcation.
     pub kind: BifurcationKind,
     /// The number of the point before it.
     pub after: usize,
@@ -33,7 +33,7 @@ pub struct Bifurcation {
 /// Bisections of a step: eight digits of the largest step.
 const MAX_BISECTIONS: usize = 30;
 
-/// Of the frequency: a fold by events further from the fold of the balance is another.
+/// Fold tolerance relative to the frequency: a fold by events further from the fold of the balance is another.
 const FOLD_TOLERANCE: f64 = 0.02;
 
 /// All folds.
@@ -107,7 +107,7 @@ fn refine_fold(
     None
 }
 
-/// Where stability is lost or won, folds apart.
+/// Points where stability is lost or gained, folds excepted.
 pub(super) fn stability_changes(
     follower: &Continuation,
     points: &[PeriodicSolution],
@@ -153,7 +153,7 @@ pub(super) fn stability_changes(
     found
 }
 
-/// What passes the unit circle: of the more unstable of the two, the multiplier next to it outside.
+/// Bifurcation kind by the multiplier that crosses the unit circle: of the more unstable solution, the one outside nearest to it.
 fn kind(one: &PeriodicSolution, other: &PeriodicSolution) -> BifurcationKind {
     let unstable = if one.unstable_count() > other.unstable_count() {
         one

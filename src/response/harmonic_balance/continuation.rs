@@ -7,16 +7,16 @@ use super::point::{PeriodicSolution, PointOptions, periodic_solution};
 use crate::base::error::Error;
 use crate::motion::dynamic_model::ForceLaw;
 
-/// Where the curve goes, and how finely.
+/// Speed range, step sizes and tolerances of a continuation.
 #[derive(Debug, Clone, Copy)]
 pub struct ContinuationOptions {
-    /// What everything repeats with at the beginning, rad/s.
+    /// Base frequency of the excitation at the beginning, rad/s.
     pub from: f64,
     /// At the end; below the beginning for a falling speed.
     pub to: f64,
     /// The largest step, rad/s.
     pub step: f64,
-    /// What higher orders may add, of the size of the deflections.
+    /// Allowed contribution of higher orders, relative to the size of the deflections.
     pub tolerance: f64,
     /// So many orders and no others.
     pub orders: Option<usize>,
@@ -24,7 +24,7 @@ pub struct ContinuationOptions {
     pub max_points: usize,
 }
 
-/// What higher orders may add where nothing is asked.
+/// Default contribution allowed to higher orders.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 
 /// A place on the curve.
@@ -121,7 +121,7 @@ impl<'a> Continuation<'a> {
         Ok(span)
     }
 
-    /// How far the next place is from where the tangent pointed, in steps.
+    /// Predictor deviation: distance of the next point from the tangent prediction, in steps.
     pub fn predictor_deviation(&self, here: &CurvePoint, next: &CurvePoint, length: f64) -> f64 {
         let active = self.sizes.len();
         let alike = |x: &[f64]| resize_orders(x, next.orders, here.orders, active);

@@ -28,7 +28,7 @@ pub struct SolutionCurve {
 /// Steps shorter than this share of the largest find no curve any more.
 const MIN_STEP: f64 = 1e-7;
 
-/// Where the curve bends by more than this between two points (cosine), the step is halved, unless it is short already.
+/// Smallest cosine between the directions of successive points; below it the step is halved, unless it is short already.
 const MIN_COSINE: f64 = 0.9;
 
 /// A solution further from where the tangent pointed than this share of the step is on another part of the curve.

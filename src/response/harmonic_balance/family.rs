@@ -17,7 +17,7 @@ pub struct SpeedFamily {
     pub relative: RelativeModel,
     /// As it was given.
     pub model: DynamicModel,
-    /// What everything repeats with at that speed, rad/s.
+    /// Base frequency of the excitation at that speed, rad/s.
     pub base: f64,
     /// The mean rate of every branch at that speed.
     pub rates: Vec<f64>,
@@ -32,7 +32,7 @@ const SPEED_TOLERANCE: f64 = 1e-9;
 const MAX_ORDER: usize = 400;
 
 impl SpeedFamily {
-    /// Of a machine whose waves follow time; `speeds` are the mean speeds of its coordinates.
+    /// Speed family of a machine whose waves follow time; `speeds` are the mean speeds of its coordinates.
     ///
     /// # Errors
     /// Loads that do not repeat, waves that follow an angle, contacts between parts that do not run at one speed; frequencies

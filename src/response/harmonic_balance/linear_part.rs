@@ -8,7 +8,7 @@ use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
 /// A branch that is not linear, and the straight law in its place.
 #[derive(Debug, Clone, Copy)]
 pub struct NonlinearElement {
-    /// Its number in the train.
+    /// Branch number in the dynamic model.
     pub branch: usize,
     /// k of the straight law.
     pub stiffness: f64,
@@ -75,7 +75,7 @@ pub(super) struct HarmonicForce {
     pub by_rate: Complex,
 }
 
-/// What one order does.
+/// Linear response at one order.
 pub struct OrderResponse {
     /// G, actives by actives, row by row, and dG/dω.
     pub compliance: [Vec<Complex>; 2],
@@ -103,12 +103,12 @@ impl OrderResponse {
 pub(super) const ZERO: Complex = Complex::new(0.0, 0.0);
 
 impl LinearPart {
-    /// How many coordinates there are.
+    /// Number of coordinates.
     pub fn coordinate_count(&self) -> usize {
         self.mass.nrows()
     }
 
-    /// What inner states of laws of first order hold of an order, in the order of their branches.
+    /// Amplitudes of the inner states of first-order laws at an order, in the order of their branches.
     pub fn internal_states(&self, order: usize, omega: f64, motion: &[Complex]) -> Vec<Complex> {
         let s = Complex::new(0.0, order as f64 * omega);
         let state = |l: &FirstOrderElement| {

@@ -15,7 +15,7 @@ pub struct PeriodDoubledBranch {
     pub bifurcation: usize,
     /// From the doubling on, at the speeds of the curve; multipliers are those of two periods.
     pub points: Vec<PeriodicSolution>,
-    /// Points of the curve that they stand alongside.
+    /// Range of points of the curve at the same speeds.
     point_range: Range<usize>,
 }
 
@@ -32,10 +32,10 @@ const PERTURBATIONS: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 /// A motion that comes back this near after one period already, of its size, is no doubled one.
 const PERIOD_ONE_TOLERANCE: f64 = 1e-5;
 
-/// Points of the curve beyond a doubling at which its motions are looked for: nearer ones are born too small to be told from it.
+/// Number of curve points beyond a doubling that are searched for its motions: nearer ones are too small to be distinguished from it.
 const MAX_POINTS_TRIED: usize = 6;
 
-/// Turns of the power iteration: what grows most stands out of the rest by its ratio to them, this many times.
+/// Iterations of the power method: each separates the fastest-growing disturbance from the rest by the ratio of their multipliers.
 const POWER_ITERATIONS: usize = 200;
 
 /// Follows every doubling of a curve whose motions are refined by events.

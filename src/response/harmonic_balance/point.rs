@@ -16,7 +16,7 @@ use crate::motion::problem::{IntegrationOptions, Observer, StepSize};
 use crate::motion::regime::Regime;
 use crate::numeric::Complex;
 
-/// How a motion was found.
+/// Refinement by which a motion was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refinement {
     /// By its orders alone.
@@ -25,7 +25,7 @@ pub enum Refinement {
     Shooting,
 }
 
-/// What an output does over a period.
+/// Statistics of an output over a period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputStats {
     /// The mean.
@@ -44,7 +44,7 @@ impl OutputStats {
         0.5 * (self.max - self.min)
     }
 
-    /// Of equally spaced values over a period; extremes by parabolas through three.
+    /// Statistics of equally spaced values over a period; extremes by parabolas through three.
     fn from_samples(values: &[f64]) -> OutputStats {
         let n = values.len();
         let mean = values.iter().sum::<f64>() / n as f64;
@@ -76,26 +76,26 @@ impl OutputStats {
 /// A periodic motion.
 #[derive(Debug, Clone)]
 pub struct PeriodicSolution {
-    /// What everything repeats with, rad/s.
+    /// Base frequency of the excitation, rad/s.
     pub omega: f64,
     /// Orders of the balance.
     pub orders: usize,
-    /// What higher orders would add, of the size of the deflections.
+    /// Truncation error: contribution of higher orders, relative to the size of the deflections.
     pub truncation_error: f64,
-    /// How it was found.
+    /// Refinement by which the solution was found.
     pub refinement: Refinement,
     /// State at the start of a period, of the machine against its free turning.
     pub start: Vec<f64>,
     /// Floquet multipliers by falling size, those of free motions left out.
     pub multipliers: Vec<Complex>,
-    /// Of every output.
+    /// Statistics of every output.
     pub outputs: Vec<OutputStats>,
     /// The sense in which the frequency changes along the curve here: positive where it rises.
     pub sense: f64,
 }
 
 impl PeriodicSolution {
-    /// How many ways a disturbance of it grows.
+    /// Number of independent growing disturbances (multipliers outside the unit circle).
     pub fn unstable_count(&self) -> usize {
         self.multipliers
             .iter()
@@ -107,10 +107,10 @@ impl PeriodicSolution {
 /// Samples of a period for the extents of outputs.
 const SAMPLES: usize = 512;
 
-/// Of the size of the motion: shooting that ends further away has found another one.
+/// Orbit tolerance relative to the size of the motion: shooting that ends further away has found another orbit.
 const ORBIT_TOLERANCE: f64 = 0.02;
 
-/// What is asked of every point.
+/// Evaluations requested at every point.
 #[derive(Clone, Copy)]
 pub struct PointOptions<'a> {
     /// Outputs over the machine as it was given.

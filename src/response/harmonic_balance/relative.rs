@@ -21,7 +21,7 @@ pub struct RelativeModel {
     pub neutral: usize,
 }
 
-/// Of the sum of sizes: a free motion moves a branch by no more than rounding.
+/// Rounding tolerance relative to the sum of sizes: a free motion moves a branch by no more than this.
 const ROUNDING: f64 = 1e-9;
 
 impl RelativeModel {

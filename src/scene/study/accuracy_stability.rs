@@ -12,11 +12,11 @@ use crate::scene::shared_keys::MAX_COUNT;
 /// Error against run time, as the command has it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AccuracyStudy {
-    /// What is to be exact.
+    /// Target of the accuracy comparison.
     pub target: AccuracyTarget,
     /// The motion.
     pub motion: SimulateStudy,
-    /// How many elastic modes are compared.
+    /// Number of elastic modes compared.
     pub lowest: Option<u32>,
     /// The responses.
     pub response: ResponseStudy,
@@ -26,7 +26,7 @@ pub struct AccuracyStudy {
     pub target_error: Option<f64>,
 }
 
-/// What a study of accuracy compares.
+/// Quantity compared by a study of accuracy.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum AccuracyTarget {
     /// The motion in time.
@@ -61,7 +61,7 @@ pub(super) fn accuracy(f: &mut TableReader) -> AccuracyStudy {
     study
 }
 
-/// Where methods and machine break, as the command has it.
+/// Study of the stability limits of methods and machine, with the options of the command.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StabilityStudy {
     /// The motion.
@@ -70,27 +70,27 @@ pub struct StabilityStudy {
     pub methods: Vec<String>,
     /// Speeds of a parametric stability chart.
     pub speeds: Option<SpeedRange>,
-    /// What else the chart goes over.
+    /// Second parameter of the chart.
     pub over: Option<ParameterSweep>,
 }
 
 /// The second axis of a stability chart: factors on what the scene has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParameterSweep {
-    /// What is changed.
+    /// Swept parameter.
     pub parameter: SweepParameter,
     /// The first factor.
     pub from: f64,
     /// The last.
     pub to: f64,
-    /// How many, both ends included.
+    /// Number of values, both ends included.
     pub count: u32,
 }
 
-/// What a stability chart can go over next to speed.
+/// Second parameter of a stability chart, next to speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SweepParameter {
-    /// How far every stiffness wave goes from its mean.
+    /// Modulation depth of every stiffness wave about its mean.
     Depth,
     /// Every damping.
     Damping,

@@ -37,13 +37,13 @@ mod accuracy_stability;
 /// One question of a scene.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// What is asked.
+    /// Kind of study.
     pub kind: StudyKind,
-    /// Where it is asked.
+    /// Place of the study in the file.
     pub span: SourceSpan,
 }
 
-/// What a study asks.
+/// Kind of study with its options.
 #[derive(Debug, Clone)]
 pub enum StudyKind {
     /// Natural frequencies, damping and shapes.
@@ -52,13 +52,13 @@ pub enum StudyKind {
     Simulate(SimulateStudy),
     /// Error against run time.
     Accuracy(AccuracyStudy),
-    /// Where methods and machine break.
+    /// Stability limits of methods and machine.
     Stability(StabilityStudy),
-    /// Steady answers to steady excitation.
+    /// Steady-state responses to steady excitation.
     Response(ResponseStudy),
     /// Periodic motions over speed, play and all.
     HarmonicBalance(HarmonicBalanceStudy),
-    /// Answers to all orders of a running machine over speed.
+    /// Responses to all orders of a running machine over speed.
     RunUp(RunUpStudy),
     /// Transmission error of a chain.
     Transmission(TransmissionStudy),

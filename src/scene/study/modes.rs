@@ -49,11 +49,11 @@ pub struct StateSpaceStudy {
     pub outputs: Vec<String>,
     /// Between samples, s; absent: continuous.
     pub sample_time: Option<f64>,
-    /// What inputs do between samples.
+    /// Hold of the inputs between samples.
     pub method: DiscretisationMethod,
 }
 
-/// What an input is taken to do between samples.
+/// Assumed inputs between samples: the discretisation method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DiscretisationMethod {
     /// It stays: exact for steps at samples.
@@ -79,7 +79,7 @@ impl DiscretisationMethod {
 /// Which reduced machine is wanted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReductionStudy {
-    /// How.
+    /// Reduction method.
     pub method: ReductionKind,
     /// Degrees of freedom kept, loaded and measured, `node.axis` each.
     pub keep: Vec<String>,
@@ -89,7 +89,7 @@ pub struct ReductionStudy {
     pub modes: Option<u32>,
 }
 
-/// How a machine is reduced.
+/// Method of model reduction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ReductionKind {
     /// Static condensation.

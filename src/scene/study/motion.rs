@@ -22,17 +22,17 @@ pub struct SimulateStudy {
     pub tolerance: Option<f64>,
     /// Fixed step, s.
     pub step: Option<f64>,
-    /// How many equal steps the outputs divide the time into.
+    /// Number of equal steps of the outputs over the time.
     pub samples: Option<u32>,
     /// The energy balance.
     pub energy: bool,
     /// Speed of the first node of `[speed]` in place of the model's, rad/s.
     pub speed: Option<f64>,
-    /// How long the work may take, s.
+    /// Time budget, s.
     pub time_limit: Option<f64>,
     /// No second run tells how the motion amplifies a change of its start.
     pub no_sensitivity: bool,
-    /// What is found while it runs.
+    /// Online analysis during the run.
     pub running: OnlineStudy,
 }
 
@@ -60,7 +60,7 @@ pub(super) fn simulate(f: &mut TableReader) -> SimulateStudy {
     }
 }
 
-/// What is found of a motion while it runs, without its history.
+/// Online analysis of a motion while it runs, without its history.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OnlineStudy {
     /// The history of the outputs is kept.

@@ -8,12 +8,12 @@ use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
 
-/// Steady answers to steady excitation, as the command has them.
+/// Steady-state responses to steady excitation, with the options of the command.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ResponseStudy {
-    /// What drives: `node.axis`, `branch.displacement`, `ground.x`, `node.axis.motion`.
+    /// Excitations: `node.axis`, `branch.displacement`, `ground.x`, `node.axis.motion`.
     pub inputs: Vec<String>,
-    /// What is measured: `node.axis`, `.speed`, `.acceleration`, sums, `branch.force`, `branch.deflection`.
+    /// Measured outputs: `node.axis`, `.speed`, `.acceleration`, sums, `branch.force`, `branch.deflection`.
     pub outputs: Vec<String>,
     /// Degrees of freedom held still.
     pub fixed_dofs: Vec<String>,
@@ -25,11 +25,11 @@ pub struct ResponseStudy {
     pub lines: Option<u32>,
     /// Speed of the first node of `[speed]`, rad/s.
     pub speed: Option<f64>,
-    /// How it is found; chosen where absent.
+    /// Method of the response; chosen where absent.
     pub way: Option<ResponseMethodTag>,
 }
 
-/// What a motion is shown as.
+/// Displayed quantity of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResponseQuantity {
     /// Displacement.
@@ -40,7 +40,7 @@ pub enum ResponseQuantity {
     Accelerance,
 }
 
-/// How a response is found.
+/// Method of the response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResponseMethodTag {
     /// Solved line by line.
@@ -95,12 +95,12 @@ pub fn parse_band(text: &str, subject: &str) -> Result<(f64, f64), Error> {
     }
 }
 
-/// Answers to all orders of a running machine over speed, as the command has them.
+/// Responses to all orders of a running machine over speed, with the options of the command.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RunUpStudy {
     /// Speeds of the first node of `[speed]`.
     pub speeds: Option<SpeedRange>,
-    /// What is measured, as of a frequency response; forces in all meshes by default.
+    /// Measured outputs, as of a frequency response; forces in all meshes by default.
     pub outputs: Vec<String>,
     /// Degrees of freedom held still.
     pub fixed_dofs: Vec<String>,
@@ -113,7 +113,7 @@ pub struct HarmonicBalanceStudy {
     pub speeds: Option<SpeedRange>,
     /// Signals as of a motion; deflections of what has play or varies by default.
     pub outputs: Vec<String>,
-    /// What higher orders may add, of the size of the deflections.
+    /// Tolerance for higher orders, relative to the deflections.
     pub tolerance: Option<f64>,
     /// So many orders; as many as the tolerance asks where absent.
     pub orders: Option<u32>,

@@ -12,7 +12,7 @@ pub struct SpeedRange {
     pub from: f64,
     /// Last speed, rad/s.
     pub to: f64,
-    /// How many speeds, both ends included.
+    /// Number of speeds, both ends included.
     pub count: u32,
 }
 

@@ -18,15 +18,15 @@ pub struct TransmissionStudy {
     pub driver: Option<String>,
     /// The node the output should turn with.
     pub against: Option<String>,
-    /// Where on the output the error is also told as an arc, m.
+    /// Radius on the output at which the error is also given as an arc, m.
     pub radius: Option<f64>,
     /// Speed of the first node of `[speed]` for the error at speed, rad/s.
     pub speed: Option<f64>,
     /// Speeds of a map of all lines.
     pub speeds: Option<SpeedRange>,
-    /// Turns of the output over which ranges are told and a record is made.
+    /// Window of ranges and of the record, turns of the output.
     pub window_revs: Option<u32>,
-    /// Teeth of the output by which a record is told tooth by tooth.
+    /// Number of teeth of the output for a record tooth by tooth.
     pub teeth: Option<u32>,
     /// A machine that indexes tooth by tooth.
     pub index: Option<IndexingStudy>,

@@ -16,7 +16,7 @@ const MAX_SLOPE_RATIO: f64 = 3.0;
 /// Newton steps and halvings for one inverse; doubles are exhausted after 53 halvings.
 const MAX_ITERATIONS: usize = 60;
 
-/// Where an inverse is known well enough, over one piece: a few roundings.
+/// Convergence tolerance of an inverse, over one piece: a few roundings.
 const INVERSE_TOLERANCE: f64 = 4.0 * f64::EPSILON;
 
 /// Angle over time of a shaft that turns one way.
@@ -108,7 +108,7 @@ impl AngleCurve {
         (self.angle[0], self.angle[self.angle.len() - 1])
     }
 
-    /// How many of its points lie between two times.
+    /// Number of points between two times.
     pub fn points_within(&self, from_s: f64, to_s: f64) -> usize {
         let before = |t: f64| self.time_s.partition_point(|&x| x < t);
         self.time_s.partition_point(|&x| x <= to_s) - before(from_s).min(self.time_s.len())

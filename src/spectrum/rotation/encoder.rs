@@ -55,7 +55,7 @@ pub fn angle_curve_from_counts(
     AngleCurve::new(time_s, angle)
 }
 
-/// What two tracks tell.
+/// Decoded boundaries of two encoder tracks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Quadrature {
     /// Times at which a boundary between two counts was passed, s.

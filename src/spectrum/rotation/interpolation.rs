@@ -4,7 +4,7 @@
 
 use crate::spectrum::kaiser_fir::{kaiser, kaiser_beta, sinc};
 
-/// What is kept, over half the lower of the two rates.
+/// Edge of the pass band, over half the lower of the two rates.
 pub const PASS_BAND: f64 = 0.85;
 
 /// Samples on either side, before stretching: by Kaiser's formula a transition of 0.15 at 90 dB takes 39.
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// Tones up to the pass edge within 1e-4 between samples, stretched or not; from half the lower rate on below 1e-4.
+    /// Tones up to the pass edge within 1e-4 between samples, resampled or not; from half the lower rate on below 1e-4.
     #[test]
     fn law_bands_are_met() {
         let kernel = SincInterpolator::default();

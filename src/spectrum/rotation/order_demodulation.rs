@@ -27,12 +27,12 @@ pub struct OrderDemodulator {
     last: Option<(f64, f64)>,
     /// Turns so far, either way.
     elapsed_revolutions: f64,
-    /// Where the next window begins.
+    /// Start of the next window.
     next: f64,
     tracks: DemodulatedOrders,
 }
 
-/// What was followed.
+/// Demodulated orders over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DemodulatedOrders {
     /// Orders: cycles a turn.
@@ -178,7 +178,7 @@ impl OrderDemodulator {
         self.max_rows = points.max(2);
     }
 
-    /// What was followed.
+    /// Demodulated orders.
     pub fn finish(self) -> DemodulatedOrders {
         self.tracks
     }

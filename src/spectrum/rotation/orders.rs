@@ -20,7 +20,7 @@ pub struct OrderSpectrum {
     /// Mean of the complex amplitudes over the blocks. Its size is that of `amplitude` where the phase is locked to the shaft, and
     /// falls with the root of the number of blocks where it is not.
     pub coherent_amplitude: Vec<Complex>,
-    /// How many blocks, overlapping by half.
+    /// Number of blocks, overlapping by half.
     pub blocks: usize,
 }
 
@@ -71,7 +71,7 @@ pub fn order_spectrum(signal: &AngularSignal, turns: usize) -> Result<OrderSpect
 pub struct OrderTrack {
     /// The order.
     pub order: f64,
-    /// Its complex amplitude, zero to peak, at each point of [`OrderTracks`].
+    /// Complex amplitude, zero to peak, at each point of [`OrderTracks`].
     pub values: Vec<Complex>,
 }
 
@@ -82,11 +82,11 @@ pub struct OrderTracks {
     pub time_s: Vec<f64>,
     /// Speed there, rad/s.
     pub speed: Vec<f64>,
-    /// The orders asked for.
+    /// Requested orders.
     pub tracks: Vec<OrderTrack>,
 }
 
-/// How tracks are cut.
+/// Block lengths of order tracks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrderTrackOptions {
     /// Turns in a block: orders `2/turns` apart or more are distinguished, and an amplitude is smoothed over about half of them.

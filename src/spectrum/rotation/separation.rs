@@ -16,7 +16,7 @@ use crate::numeric::fft::{RealFft, next_fast_len};
 use crate::spectrum::validation::{check_count, check_samples};
 use crate::spectrum::window::Window;
 
-/// How often noise alone may pass for a tone on a line.
+/// Probability that noise alone passes for a tone on a line.
 const FALSE_ALARM: f64 = 1e-3;
 
 /// Fewer blocks do not tell coherence from chance.
@@ -25,7 +25,7 @@ const MIN_BLOCKS: usize = 8;
 /// Independent blocks to one of Hann's that overlap by half: 1/(1 + 2/36), Welch, IEEE Trans. Audio Electroacoust. 15 (1967), 70–73.
 const INDEPENDENT_BLOCK_SHARE: f64 = 36.0 / 38.0;
 
-/// How a signal is separated.
+/// Options of the separation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeparationOptions {
     /// Samples in a block, even: what is distinguished from a tone lies `2/block` of the rate or more next to it. A tone of
@@ -38,9 +38,9 @@ pub struct SeparationOptions {
 /// The two parts; their sum is the signal.
 #[derive(Debug, Clone)]
 pub struct Separation {
-    /// What repeats.
+    /// Periodic part.
     pub deterministic: Vec<f64>,
-    /// What does not.
+    /// Random part.
     pub random: Vec<f64>,
     /// Blocks that the filter was estimated from.
     pub blocks: usize,

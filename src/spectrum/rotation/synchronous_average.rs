@@ -11,7 +11,7 @@ use super::interpolation::{HALF_KERNEL, SincInterpolator};
 use crate::base::error::Error;
 use crate::spectrum::validation::{check_positive, check_samples};
 
-/// What repeats with every turn of a shaft.
+/// Synchronous average over the turns of a shaft.
 #[derive(Debug, Clone)]
 pub struct SynchronousAverage {
     /// One turn, the first value at angle zero.
@@ -20,7 +20,7 @@ pub struct SynchronousAverage {
     pub revolutions: usize,
     /// Number of the first turn's first value, as [`AngularSignal::first`].
     pub first: i64,
-    /// What is left of the `K` turns without the average.
+    /// Residual of the `K` turns without the average.
     pub residual: Vec<f64>,
     /// Standard deviation of what is left, free of bias (over `K − 1` of `K` turns).
     pub residual_rms: f64,
@@ -29,7 +29,7 @@ pub struct SynchronousAverage {
 }
 
 impl SynchronousAverage {
-    /// Of all whole turns of a signal.
+    /// Average over all whole turns of a signal.
     ///
     /// # Errors
     /// Fewer than two turns.

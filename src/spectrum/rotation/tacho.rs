@@ -26,7 +26,7 @@ pub enum EdgeDirection {
     Falling,
 }
 
-/// A pulse and how many places after the first it stands.
+/// Pulse and its index after the first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TachoPulse {
     /// When, s.
@@ -40,7 +40,7 @@ pub struct TachoPulse {
 pub struct MissingPulses {
     /// The pulse before, s.
     pub after_s: f64,
-    /// How many are missing.
+    /// Number of missing pulses.
     pub number: usize,
 }
 
@@ -49,9 +49,9 @@ pub struct MissingPulses {
 pub struct TachoPulses {
     /// Those that count.
     pub pulses: Vec<TachoPulse>,
-    /// Where pulses are missing; their places are counted.
+    /// Gaps in which pulses are missing; their places are counted.
     pub missing: Vec<MissingPulses>,
-    /// Times of pulses that stand between the places, s; not counted.
+    /// Times of pulses between the places, s; not counted.
     pub extra_s: Vec<f64>,
 }
 

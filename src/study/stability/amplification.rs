@@ -106,7 +106,7 @@ pub fn stability_boundary(method: &str) -> Vec<Complex> {
     all
 }
 
-/// Methods whose amplification is told.
+/// Methods with an amplification factor.
 pub const METHODS: [&str; 7] = [
     "rk4",
     "dopri5",
@@ -117,7 +117,7 @@ pub const METHODS: [&str; 7] = [
     "generalized-alpha",
 ];
 
-/// What a step of a method makes of the fastest and of the slowest mode.
+/// Amplification factors per step of a method for the fastest and the slowest mode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AmplificationFactors {
     /// The method.
@@ -130,7 +130,7 @@ pub struct AmplificationFactors {
     pub added_damping: f64,
 }
 
-/// What a step of `h` of each method makes of the fastest and the slowest of modes; none where there are no modes.
+/// Amplification factors per step of `h` of each method for the fastest and the slowest of modes; none where there are no modes.
 ///
 /// # Errors
 /// `NoConvergence` where the eigenvalues of an amplification matrix are not found.
@@ -156,21 +156,21 @@ pub fn amplification_factors(
     METHODS.into_iter().map(of).collect()
 }
 
-/// What a step of each method makes of modes, over their size.
+/// Amplification factors of each method per step, over the size of hλ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AmplificationChart {
     /// The step, s.
     pub step: f64,
-    /// Every method that is told.
+    /// Curves of all methods.
     pub methods: Vec<AmplificationCurve>,
 }
 
-/// What a step of a method makes of modes.
+/// Amplification factors of a method per step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AmplificationCurve {
     /// The method.
     pub method: &'static str,
-    /// Its steps have a limit.
+    /// True for a method with a stability limit of the step.
     pub conditionally_stable: bool,
     /// |hλ| and the factor on modes without damping.
     pub undamped: Vec<(f64, f64)>,
@@ -179,7 +179,7 @@ pub struct AmplificationCurve {
 }
 
 impl AmplificationChart {
-    /// What each method makes of the eigenvalues, rad/s, in a step, s.
+    /// Amplification factors of each method at the eigenvalues, rad/s, in a step, s.
     ///
     /// # Errors
     /// `NoConvergence` where the eigenvalues of an amplification matrix are not found.

@@ -39,7 +39,7 @@ impl LinearStability {
         limits.find(|(name, _)| *name == method).map(|l| l.1)
     }
 
-    /// 2π over the slowest |λ|, s; a second where nothing swings or decays.
+    /// Slowest period: 2π over the slowest |λ|, s; a second where nothing oscillates or decays.
     pub fn slowest_period(&self) -> f64 {
         match self.slowest.is_finite() {
             true => TAU / self.slowest,

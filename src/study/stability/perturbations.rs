@@ -7,7 +7,7 @@ use crate::motion::wave::WavePhase;
 use crate::numeric::Matrix;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
-/// What a case does to a scene.
+/// Change of a scene that defines a case.
 pub type Perturbation = fn(&mut PerturbedScene);
 
 /// A scene that cases change.
@@ -21,9 +21,9 @@ pub struct PerturbedScene {
     pub start: Vec<f64>,
     /// s.
     pub end_time: f64,
-    /// Of methods that go by one.
+    /// Tolerance of adaptive methods.
     pub tolerance: f64,
-    /// Of methods that go by one, s.
+    /// Step of fixed-step methods, s.
     pub step: f64,
     /// Work after which a rerun is refused, in evaluations.
     pub budget: u64,
@@ -65,7 +65,7 @@ impl PerturbedScene {
 /// [`IntegrationStats::work`]: crate::motion::problem::IntegrationStats::work
 pub const MAX_WORK: u64 = 3_000_000;
 
-/// The unchanged scene, which is what is asked about, may take so many times as much.
+/// Factor on the work limit of the unchanged scene, the one under study.
 pub const BASELINE_FACTOR: u64 = 10;
 
 /// [`MAX_WORK`] for a scene: of more than twenty degrees of freedom, each evaluation costing in proportion, as many fewer as

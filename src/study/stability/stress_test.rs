@@ -18,26 +18,27 @@ use crate::study::monitor::Monitor;
 
 /// One rerun of the scene.
 pub struct StressCase {
-    /// What was changed.
+    /// Name of the change.
     pub name: String,
     /// By which method.
     pub method: &'static str,
-    /// How it ended.
+    /// Verdict on the case.
     pub verdict: CaseVerdict,
-    /// What does not add up of the energy, as a share of the largest part of the balance.
+    /// Energy-balance error, as a share of the largest part of the balance.
     pub energy_error: Option<f64>,
     /// Why it was refused or failed.
     pub reason: Option<String>,
 }
 
-/// How a rerun ended.
+/// Verdict on a rerun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CaseVerdict {
-    /// The answer is finite and its energy adds up.
+    /// The result is finite and satisfies the energy balance.
     Pass,
-    /// The method said that it cannot, or at what cost; its energy could not be told well enough; or what was asked is too coarse to hold it.
+    /// The method reported that it cannot, or at what cost; its energy balance was too uncertain; or the request is too coarse to satisfy
+    /// it.
     Refused,
-    /// It answered, and the answer cannot be.
+    /// The method returned an impossible result.
     Fail,
 }
 
@@ -52,7 +53,7 @@ impl CaseVerdict {
     }
 }
 
-/// What may be missing of the energy, the doubt about it counted in: the share a user would see in a plot.
+/// Largest energy-balance error, its uncertainty included: the share a user would see in a plot.
 pub const MAX_ENERGY_ERROR: f64 = 1e-3;
 
 /// Methods taken where none is named: what a plan would choose, and one of every kind.
@@ -251,7 +252,7 @@ fn error_message(error: Error) -> String {
     }
 }
 
-/// How exact a run was asked to be.
+/// Requested accuracy of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RequestedAccuracy {
     /// To rounding.
@@ -263,7 +264,7 @@ pub enum RequestedAccuracy {
 }
 
 impl RequestedAccuracy {
-    /// What may be missing of the energy where every step errs as far as it may: twice the errors, energy being of their square.
+    /// Largest energy-balance error where every step errs as far as it may: twice the errors, energy being of their square.
     fn max_energy_error(self) -> f64 {
         match self {
             RequestedAccuracy::Exact => 0.0,
@@ -289,7 +290,7 @@ impl RequestedAccuracy {
     }
 }
 
-/// What the balance of a run that came to its end says of it: verdict, figure, reason.
+/// Judges a completed run by its energy balance: verdict, figure, reason.
 pub fn judge_balance(
     balance: &EnergyBalance,
     options: RequestedAccuracy,

@@ -7,12 +7,12 @@ use super::gear_train::GearTrain;
 use super::index_pulses::IndexEvaluation;
 use super::survey::DirectionRun;
 
-/// Where angles begin.
+/// Origin of the angles of both shafts.
 pub struct AngleOrigin {
-    /// Of the output, turns as the ratio makes them of the input's readings; 0 without an index.
+    /// Origin of the output angle, turns as the ratio makes them of the input's readings; 0 without an index.
     pub output_origin: f64,
     has_output: bool,
-    /// Of the input, turns of the output from there.
+    /// Origin of the input angle, turns of the output from there.
     pub input: Option<f64>,
 }
 

@@ -18,7 +18,7 @@ pub struct AngularBacklash {
     pub variation: Option<BacklashVariation>,
 }
 
-/// Play over the angle of the output, of the fitted orders that stand out.
+/// Backlash over the angle of the output, of the significant fitted orders.
 #[derive(Debug, Clone)]
 pub struct BacklashVariation {
     /// In the cells that passed in both directions, rad.

@@ -18,7 +18,7 @@ use crate::numeric::Complex;
 use crate::spectrum::kaiser_fir::sinc;
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
 
-/// What is read from whole turns.
+/// Composite deviations read from whole turns.
 #[derive(Debug, Clone)]
 pub struct CompositeDeviations {
     /// Whole turns of the output: whole hunting cycles where the record holds one.
@@ -39,7 +39,7 @@ pub struct CompositeDeviations {
     pub long_wave: Vec<f64>,
 }
 
-/// What the fitted orders make of the whole turns.
+/// Composite deviations of the whole turns from the fitted orders.
 #[derive(Debug, Clone, Copy)]
 pub struct FittedDeviations {
     /// F_i′ over all of them, rad.
@@ -50,7 +50,7 @@ pub struct FittedDeviations {
     pub per_pitch: f64,
     /// Standard deviation of a range: of the difference of two angles, from those of all amplitudes, rad.
     pub deviation: f64,
-    /// How far the cells and the steps that extremes are looked for in may put F_i′ off on top, rad.
+    /// Bound on the additional error of F_i′ from the cells and from the steps of the search for extremes, rad.
     pub bound: f64,
     /// The same of f_i′, rad.
     pub bound_by_pitch: f64,
@@ -59,7 +59,7 @@ pub struct FittedDeviations {
 /// Extremes are missed by no more than this share of what the cells lose.
 const MAX_EXTREME_ERROR: f64 = 0.1;
 
-/// Most samples of a record between its cells; of longer records extremes are missed by more, which is said.
+/// Maximum number of samples of a record between its cells; in longer records extremes are missed by more, which is reported.
 const MAX_SAMPLES: usize = 1 << 22;
 
 /// Ranges over the most whole hunting cycles of the flank, or over whole turns where it holds none; `error` is what the cells may lose of
@@ -167,7 +167,7 @@ pub fn composite_deviations(
     Ok((composite, of_orders))
 }
 
-/// Adds what stands in cells, straight between them, to `parts` values a cell; `next` stands behind the last.
+/// Adds the linear interpolation of cells to `parts` values a cell; `next` is the value after the last.
 fn add_interpolated(to: &mut [f64], cells: &[f64], next: f64, parts: usize) {
     let after = cells.iter().skip(1).chain(std::iter::once(&next));
     for ((fine, a), b) in to.chunks_mut(parts).zip(cells).zip(after) {

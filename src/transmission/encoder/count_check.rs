@@ -5,9 +5,9 @@ use super::index_pulses::{CountShift, IndexEvaluation};
 use super::readings::{EncoderReadings, EncoderScales, ReadingsRange, for_each_block};
 use crate::base::error::{Diagnostic, Error};
 
-/// What index pulses know, while steps are judged by it.
+/// Index-pulse evidence by which steps are judged.
 pub struct CountCheck<'a> {
-    /// Of input and output.
+    /// Index evaluations of input and output.
     indices: [Option<&'a IndexEvaluation>; 2],
     /// Turns of the output for one of the input.
     ratio: f64,
@@ -34,7 +34,7 @@ impl<'a> CountCheck<'a> {
         }
     }
 
-    /// What a count too many does to the error, rad of the output.
+    /// Error caused by one extra count, rad of the output.
     fn unit(&self, shaft: usize) -> f64 {
         let count = self.indices[shaft].map_or(0.0, IndexEvaluation::count_angle);
         if shaft == 0 {

@@ -21,7 +21,7 @@ pub struct CountStep {
     pub step: f64,
     /// Counts the encoder read too many; negative: missing.
     pub counts: f64,
-    /// Of which encoder; both where a count of either would make the same step.
+    /// Encoder that made the step; both where a count of either would make the same step.
     pub encoder: &'static str,
     /// Counts of the other encoder that would make this step as well.
     pub alternative: Option<(f64, &'static str)>,
@@ -39,10 +39,10 @@ impl CountStep {
     }
 }
 
-/// How the error is looked at.
+/// Parameters of the search for steps in the error.
 #[derive(Debug, Clone, Copy)]
 pub struct StepSearch<'a> {
-    /// What a first look found, the output counting up with the input.
+    /// Survey of the record, the output counting up with the input.
     pub survey: &'a RecordSurvey,
     /// Turns of the output for one of the input.
     pub ratio: f64,
@@ -65,7 +65,7 @@ const MIN_COUNT_SHARE: f64 = 0.6;
 /// Counts of both encoders make steps that differ by no more than this share: nothing tells which lost one.
 const AMBIGUITY_TOLERANCE: f64 = 0.02;
 
-/// How well the size of a step is known, over the smaller count.
+/// Tolerance of the size of a step, over the smaller count.
 const SIZE_TOLERANCE: f64 = 0.15;
 
 /// Places that are followed up, the strongest.
@@ -136,8 +136,8 @@ pub fn find_steps(
     })
 }
 
-/// How large the steps are over the whole record: with the turning of the shafts and a level for each run they are fitted to points of
-/// it. Beats of two counters look like a step and go back; a lost count stays.
+/// Fits the step sizes over the whole record: with the turning of the shafts and a level for each run they are fitted to points of it.
+/// Beats of two counters look like a step and go back; a lost count stays.
 fn fit_step_sizes(
     found: &[(usize, f64, f64)],
     runs: &[DirectionRun],

@@ -10,20 +10,20 @@ use super::flank::{FlankEvaluation, OrderEstimate};
 use super::gear_train::GearTrain;
 use crate::numeric::Complex;
 
-/// What order 1 of a shaft is made of.
+/// Contributions of encoder and gear to order 1 of a shaft.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EccentricitySplit {
     /// `input` or `output`.
     pub shaft: &'static str,
-    /// Of the encoder, rad of the output, zero to peak.
+    /// Eccentricity error of the encoder, rad of the output, zero to peak.
     pub encoder: f64,
-    /// Of the gear.
+    /// Eccentricity error of the gear.
     pub gear: f64,
     /// Standard deviation of either.
     pub deviation: f64,
 }
 
-/// Of each shaft whose order nothing else has; none unless both flanks are there and the train is one pair.
+/// Eccentricity split of each shaft whose order is unique; empty unless both flanks were measured and the train is one pair.
 pub fn split_eccentricity(
     measured: &TeEvaluation,
     teeth: &GearTrain,

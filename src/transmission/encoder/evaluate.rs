@@ -21,12 +21,12 @@ use crate::base::error::{Diagnostic, Error};
 use crate::numeric::fraction::Fraction;
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
 
-/// What is asked.
+/// Options of the evaluation of a record.
 #[derive(Debug, Clone)]
 pub struct EvaluationOptions {
     /// Teeth between the shafts.
     pub teeth: GearTrain,
-    /// What the readings mean.
+    /// Scales of the encoder readings.
     pub scales: EncoderScales,
     /// Rows a second, Hz, where the rows are even in time.
     pub rate_hz: Option<f64>,
@@ -36,15 +36,15 @@ pub struct EvaluationOptions {
     pub repair: bool,
     /// Orders that a model names.
     pub known_orders: KnownOrders,
-    /// Every multiple of the shafts is fitted, not only those that stand out.
+    /// Fits every multiple of the shafts, not only the significant ones.
     pub all_multiples: bool,
-    /// What the input does next to even turning is wanted as well, where rows have a clock.
+    /// Evaluates the input's deviation from uniform rotation as well, where rows have a clock.
     pub input: bool,
     /// Index pulses of input and output, where they were read.
     pub index: [Option<IndexSignal>; 2],
 }
 
-/// Multiples of the meshes looked for where nobody says how many.
+/// Default number of mesh multiples evaluated.
 pub const DEFAULT_MULTIPLES: usize = 4;
 
 /// So often the record is looked at again after steps were taken out.
@@ -53,7 +53,7 @@ const MAX_REPAIRS: usize = 4;
 /// Room above the highest mesh multiple for its sidebands, relative.
 const SIDEBAND_MARGIN: f64 = 1.05;
 
-/// What a record says.
+/// Transmission error and encoder findings of a record.
 #[derive(Debug)]
 pub struct TeEvaluation {
     /// Turns of the output for one of the input, by tooth numbers.
@@ -62,21 +62,21 @@ pub struct TeEvaluation {
     pub ratio: MeasuredRatio,
     /// One or two flanks, the one with more turns first.
     pub flanks: Vec<FlankEvaluation>,
-    /// Stretches in which the input turned one way.
+    /// Runs in which the input turned one way.
     pub runs: Vec<DirectionRun>,
     /// Rows at either end in which the input stood still, left out.
     pub still: [usize; 2],
-    /// How far the output is free between the flanks.
+    /// Free angle of the output between the flanks.
     pub backlash: Option<AngularBacklash>,
     /// Steps that were taken out.
     pub removed_steps: Vec<CountStep>,
-    /// What the index pulses of input and output say.
+    /// Index-pulse evaluations of input and output.
     pub index: [Option<IndexEvaluation>; 2],
     /// Multiples of the meshes looked for.
     pub multiples: usize,
     /// The highest order kept.
     pub band: f64,
-    /// What the cells and the steps of the input lose of the highest order, relative.
+    /// Relative error of the highest order from the cells and the steps of the input.
     pub order_error: f64,
     /// Noise of the encoders' steps at one row, rms, rad of the output.
     pub quantisation: f64,
@@ -376,11 +376,11 @@ fn lost_counts_error(found: &[CountStep], rate_hz: Option<f64>) -> Error {
     )
 }
 
-/// What one direction holds over even cells, rad of the output.
+/// Signals of one direction over even cells, rad of the output.
 struct DirectionSignal {
     forward: bool,
     order_error: AngularSignal,
-    /// How far the input runs ahead of even turning.
+    /// Lead of the input over uniform rotation.
     input: Option<AngularSignal>,
 }
 

@@ -22,7 +22,7 @@ pub struct HarmonicFit {
     pub waves: Vec<Complex>,
     /// Variance of either quadrature of each wave, over that of the noise at a sample.
     pub variance_factor: Vec<f64>,
-    /// What is left.
+    /// Residual of the fit.
     pub residual: Vec<f64>,
 }
 

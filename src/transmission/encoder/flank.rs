@@ -29,13 +29,12 @@ pub struct OrderEstimate {
     pub mark_phase: Option<(f64, &'static str)>,
     /// Standard deviation of the amplitude, rad; that of the phase is this over the amplitude.
     pub deviation: f64,
-    /// Where the true amplitude lies with 95 %, what the cells may take or add on top; nothing where the record does not tell the
+    /// Confidence interval of the true amplitude (95 %), widened by the error of the cells; absent where the record does not resolve the
     /// order from another.
     pub interval: Option<(f64, f64)>,
-    /// What the input itself does at this order: how far it runs ahead of even turning, in rad of the output, and the deviation of either
-    /// quadrature of that.
+    /// Input motion at this order: its lead over uniform rotation, in rad of the output, and the deviation of either quadrature of that.
     pub input: Option<(Complex, f64)>,
-    /// It stands out of the noise, with 99.9 % over all lines looked at.
+    /// True where the order is significant above the noise, with 99.9 % over all lines examined.
     pub significant: bool,
 }
 
@@ -44,7 +43,7 @@ pub struct OrderEstimate {
 pub struct UnidentifiedLine {
     /// Per turn of the output.
     pub order: f64,
-    /// How exactly: half the distance of two lines.
+    /// Uncertainty of the order: half the distance of two lines.
     pub order_uncertainty: f64,
     /// Zero to peak, rad.
     pub amplitude: f64,
@@ -67,7 +66,7 @@ pub struct FlankEvaluation {
     pub lines: Vec<OrderEstimate>,
     /// Lines of no known order, the strongest first.
     pub unexplained: Vec<UnidentifiedLine>,
-    /// What is left next to all lines, rms, rad.
+    /// Residual noise without all lines, rms, rad.
     pub noise: f64,
     /// Ranges.
     pub composite: CompositeDeviations,
@@ -79,7 +78,7 @@ pub struct FlankEvaluation {
     pub shaft_averages: Vec<ShaftAverage>,
 }
 
-/// What is looked for.
+/// Options of the evaluation of a flank.
 pub struct FlankOptions<'a> {
     /// The train.
     pub teeth: &'a GearTrain,
@@ -89,17 +88,17 @@ pub struct FlankOptions<'a> {
     pub band: f64,
     /// Orders that a model names.
     pub known_orders: &'a KnownOrders,
-    /// Every multiple of the shafts is fitted, not only those that stand out.
+    /// Fits every multiple of the shafts, not only the significant ones.
     pub all_multiples: bool,
-    /// What the cells may lose of a line or add to it, relative.
+    /// Relative error of a line from the cells.
     pub error: f64,
-    /// Where the input's own angle is zero, turns of the output.
+    /// Origin of the input's own angle, turns of the output.
     pub input_mark: f64,
     /// The smallest step that a count makes, rad of the output; infinite where no encoder has steps.
     pub count_step: f64,
 }
 
-/// Of one line in a thousand records it is said that it stands out, and does not.
+/// False-alarm rate of significance: one line in a thousand records is reported as significant and is not.
 pub const FALSE_ALARM_RATE: f64 = 1e-3;
 
 /// Lines of no known order that are listed.
@@ -229,7 +228,7 @@ pub fn evaluate_flank(
     })
 }
 
-/// Lines that stand out and have no known order; noise is no longer read from them.
+/// Significant lines of no known order; noise is no longer read from them.
 fn unidentified_lines(left: &mut ResidualSpectrum, floor: f64) -> Vec<UnidentifiedLine> {
     let mut all = Vec::new();
     let least = (left.line_count().max(1) as f64 / FALSE_ALARM_RATE).ln();
@@ -251,7 +250,7 @@ fn unidentified_lines(left: &mut ResidualSpectrum, floor: f64) -> Vec<Unidentifi
     all
 }
 
-/// What the input does next to even turning, at every order. Slow changes of speed, a polynomial of the angle, are fitted with
+/// Deviation of the input from uniform rotation, at every order. Slow changes of speed, a polynomial of the angle, are fitted with
 /// the waves at once: taken off before, they would take a part of the slow waves, and what is left of that shows at every order.
 fn input_waves(
     input: &AngularSignal,
@@ -323,7 +322,7 @@ impl OrderEstimate {
         self.order.names.len() > 1
     }
 
-    /// What the record does not tell from it.
+    /// Orders that the record does not resolve from this one.
     pub fn unresolved(&self) -> &[UnresolvedOrder] {
         &self.order.unresolved
     }

@@ -17,7 +17,7 @@ pub struct GearTrain {
     pairs: Vec<(u32, u32)>,
 }
 
-/// What turns or meshes with its own order.
+/// A shaft or mesh with its own order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderSource {
     /// Such as `input`, `shaft 2`, `mesh 21:63`.
@@ -45,7 +45,7 @@ impl GearTrain {
         GearTrain::new(pairs)
     }
 
-    /// Of pairs `(driver, driven)`.
+    /// Gear train of pairs `(driver, driven)`.
     ///
     /// # Errors
     /// `OutOfRange`: no pair, no teeth, or more than any gear has.

@@ -47,13 +47,13 @@ struct PulsePassage {
 pub struct CountShift {
     /// The mark passed there before and after.
     pub rows: (f64, f64),
-    /// How many.
+    /// Number of counts.
     pub counts: f64,
     /// Their own standard deviation.
     pub deviation: f64,
 }
 
-/// What the index of a shaft says.
+/// Evaluation of a shaft's index pulses.
 #[derive(Debug, Clone)]
 pub struct IndexEvaluation {
     /// `input` or `output`.
@@ -66,7 +66,7 @@ pub struct IndexEvaluation {
     pub extra: usize,
     /// Counts from one to the next on average, where the encoder has counts.
     pub counts_apart: Option<f64>,
-    /// Where the mark stands by the readings, in turns from zero to one.
+    /// Angle of the mark by the readings, in turns from zero to one.
     pub mark_angle: f64,
     /// Standard deviation of its place, turns.
     pub scatter: f64,
@@ -76,7 +76,7 @@ pub struct IndexEvaluation {
     pulses: Vec<PulsePassage>,
 }
 
-/// How well counts are known at one passage.
+/// Accuracy of the counts at one passage.
 #[derive(Debug, Clone, Copy)]
 struct CountAccuracy {
     a_turn: f64,
@@ -356,7 +356,7 @@ fn shifts(found: &[PulsePassage], counts: &[f64], counted: CountAccuracy) -> Vec
 }
 
 impl IndexEvaluation {
-    /// How well the count of a place is known, counts; nothing where no mark passed before or after it.
+    /// Uncertainty of the count at a row, counts; absent where no mark passed before or after it.
     pub fn count_uncertainty(&self, row: usize) -> Option<f64> {
         if self.counted.a_turn == 0.0 {
             return None;
@@ -377,12 +377,12 @@ impl IndexEvaluation {
             .then(|| self.counted.deviation * (1.0 / before as f64 + 1.0 / after as f64).sqrt())
     }
 
-    /// What one count of its encoder is, rad of its own shaft.
+    /// Angle of one encoder count, rad of its own shaft.
     pub fn count_angle(&self) -> f64 {
         TAU / self.counted.a_turn
     }
 
-    /// Its readings count the other way round from here on.
+    /// Reverses the counting direction of the readings from here on.
     pub fn reverse(&mut self) {
         self.mark_angle = (1.0 - self.mark_angle).rem_euclid(1.0);
         self.shifts.iter_mut().for_each(|s| s.counts = -s.counts);
@@ -399,7 +399,7 @@ impl IndexEvaluation {
         Some(first + off)
     }
 
-    /// What is odd about its pulses.
+    /// Warnings about the index pulses.
     pub fn warnings(&self) -> Option<Diagnostic> {
         if self.missing + self.extra == 0 {
             return None;
@@ -417,7 +417,7 @@ impl IndexEvaluation {
     }
 }
 
-/// Whether a border lies between two rows.
+/// Whether a threshold lies between two rows.
 fn edge_between(border: f64, a: f64, b: f64) -> bool {
     (border > a) != (border > b)
 }

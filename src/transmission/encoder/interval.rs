@@ -91,7 +91,7 @@ mod tests {
         assert_eq!(amplitude_interval(1.0, 0.0, 9.0), (1.0, 1.0));
     }
 
-    /// Of 4000 draws at each size 95 % of the intervals hold the truth, to sampling error; at zero no fewer.
+    /// The intervals cover the true amplitude in 95 % of 4000 draws at each size, to sampling error; at zero no fewer.
     #[test]
     fn law_coverage() {
         let mut rng = fastrand::Rng::with_seed(4);

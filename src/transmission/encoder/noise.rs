@@ -34,12 +34,12 @@ pub struct ResidualSpectrum {
     power: Vec<f64>,
     /// Lines that noise is read from.
     quiet: Vec<bool>,
-    /// Of a wave: amplitude² for each unit of power.
+    /// Conversion of a line's power to amplitude²: amplitude² for each unit of power.
     square: f64,
 }
 
 impl ResidualSpectrum {
-    /// Of samples at so many a turn, next to orders that were taken off, up to the order `band`.
+    /// Residual spectrum of samples at so many a turn, without the orders that were subtracted, up to the order `band`.
     pub fn new(
         values: &[f64],
         per_turn: usize,
@@ -118,7 +118,7 @@ impl ResidualSpectrum {
         })
     }
 
-    /// How far an order stands out of the noise near it: power over its mean there. The nearest two lines are looked at.
+    /// Signal-to-noise ratio of an order: power over the mean of the noise near it. The nearest two lines are looked at.
     pub fn noise_ratio(&self, order: f64) -> f64 {
         let at = order / self.spacing;
         let near = [at.floor() as usize, at.ceil() as usize];

@@ -14,16 +14,16 @@ pub struct CandidateOrder {
     pub fraction: Fraction,
     /// The same as a number.
     pub value: f64,
-    /// What has exactly this order: more than one cannot be distinguished by any record of these two shafts at one speed.
+    /// Names of the sources with exactly this order: more than one cannot be distinguished by any record of these two shafts at one speed.
     pub names: Vec<String>,
-    /// What lies too near for this record.
+    /// Orders too near to be resolved in this record.
     pub unresolved: Vec<UnresolvedOrder>,
 }
 
 /// An order that this record does not tell from another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnresolvedOrder {
-    /// Its fraction and what makes it.
+    /// Fraction and source of the order.
     pub name: String,
     /// Turns of the output that would tell it.
     pub turns: f64,
@@ -32,13 +32,13 @@ pub struct UnresolvedOrder {
 /// Orders that a model names, with what has them.
 #[derive(Debug, Clone, Default)]
 pub struct KnownOrders {
-    /// Of declared errors: fitted.
+    /// Orders of declared errors: fitted.
     pub declared: Vec<(Fraction, String)>,
-    /// Of whatever turns or meshes, between the encoders or not: looked for.
+    /// Orders of all shafts and meshes, between the encoders or not: searched for.
     pub possible: Vec<(Fraction, String)>,
 }
 
-/// What a record can show.
+/// Range of orders that a record can resolve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrderRange {
     /// The highest order.
@@ -83,7 +83,7 @@ impl OrderList {
         }
     }
 
-    /// The shafts with two multiples, the meshes with as many as are asked for, and one sideband on either side.
+    /// Adds the shafts with two multiples, the meshes with `multiples`, and one sideband on either side.
     pub fn add_gear_train(&mut self, teeth: &GearTrain, multiples: usize) {
         let (shafts, meshes) = (teeth.shafts(), teeth.meshes());
         for one in shafts.iter().rev().chain(&meshes) {
@@ -139,7 +139,7 @@ impl OrderList {
         }
     }
 
-    /// What a record can show of it, next to what is fitted `already`; an order nearer than it resolves to one before it is
+    /// Orders that a record can resolve, in addition to those fitted `already`; an order nearer than the resolution to one before it is
     /// noted there.
     pub fn resolve(self, reach: OrderRange, already: &mut [CandidateOrder]) -> Vec<CandidateOrder> {
         let mut fresh: Vec<CandidateOrder> = Vec::new();

@@ -8,7 +8,7 @@ pub const BLOCK: usize = 1 << 12;
 
 /// Readings of both encoders, taken at the same instants.
 pub trait EncoderReadings {
-    /// How many.
+    /// Number of rows.
     fn n_rows(&self) -> usize;
 
     /// Fills both blocks with the readings from row `from` on.
@@ -54,7 +54,7 @@ impl EncoderReadings for ReadingsRange<'_> {
     }
 }
 
-/// What the readings of an encoder mean.
+/// Scale of an encoder's readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EncoderScale {
     /// Rad a unit of the readings; negative where it counts against the other shaft.
@@ -77,9 +77,9 @@ impl EncoderScale {
 /// Both shafts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EncoderScales {
-    /// Of the input.
+    /// Scale of the input encoder.
     pub input: EncoderScale,
-    /// Of the output.
+    /// Scale of the output encoder.
     pub output: EncoderScale,
 }
 
@@ -206,7 +206,7 @@ pub fn detect_wrap(
         .with_hint("no counter or angle begins again after that: take the stretch before or after it (--after, --before), or state what the readings are (--unit, --lines)"))
 }
 
-/// How far readings move from row to row: all but one in a hundred move less, of rows here and there.
+/// Typical step of the readings from row to row: the 99th percentile over rows here and there.
 fn typical_step(rows: &dyn EncoderReadings, is_output: bool) -> Result<f64, Error> {
     const PLACES: usize = 64;
     const LENGTH: usize = 256;

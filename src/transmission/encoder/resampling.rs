@@ -15,7 +15,7 @@ use crate::spectrum::rotation::angular_resampling::AngularSignal;
 /// Cells for each order kept.
 pub const CELLS_PER_ORDER: usize = 4;
 
-/// What is lost or added of an order that is kept, relative, where two or more values fall into each cell evenly.
+/// Relative error of a retained order, where two or more values fall into each cell evenly.
 pub const RESAMPLING_ERROR: f64 = 5e-4;
 
 /// Values that fall into a cell at least.
@@ -158,7 +158,7 @@ fn kaiser_beta() -> f64 {
     PI * ((0.5 * width * 1.5).powi(2) - 0.8).sqrt()
 }
 
-/// What the window passes of a wave, by cycles a cell: its Fourier transform, 1 at zero.
+/// Window gain for a wave, by cycles a cell: its Fourier transform, 1 at zero.
 fn window_gain(frequency: f64) -> f64 {
     let shape = |f: f64| {
         let z = (PI * 2.0 * KERNEL_HALF_WIDTH as f64 * f).powi(2) - kaiser_beta().powi(2);
@@ -174,7 +174,7 @@ fn window_gain(frequency: f64) -> f64 {
 /// Weights of the symmetric filter that undoes [`window_gain`] up to a quarter of a cycle a cell and leaves little above three eighths.
 fn compensation_filter() -> Result<Vec<f64>, Error> {
     const POINTS: usize = 160;
-    /// How much less what lies above counts.
+    /// Relative weight of the orders above.
     const ABOVE: f64 = 0.03;
     let points: Vec<(f64, bool)> = (0..=POINTS)
         .map(|i| 0.5 * i as f64 / POINTS as f64)
@@ -233,7 +233,7 @@ mod tests {
         }
     }
 
-    /// What lies above three quarters of the cells does not fold onto what is kept.
+    /// Orders above three quarters of the cells do not alias onto the retained ones.
     #[test]
     fn law_high_orders_do_not_fold() {
         let (per_turn, order) = (240, 203.0);

@@ -35,7 +35,7 @@ const MAX_CANDIDATES: usize = 40;
 /// Fewest cells on either side of a place.
 const NARROW: usize = 8;
 
-/// Of a step, of size 1, the orders leave so many cells at least: with fewer the record does not tell it from them.
+/// Fewest cells of a step of size 1 that the orders leave: with fewer the record does not resolve it from them.
 const MIN_REMAINDER: f64 = 4.0;
 
 /// The steps, in their order. `residual` is what `orders` leave of `signal`, `pitch` the cells of a tooth, `count` the smallest step that

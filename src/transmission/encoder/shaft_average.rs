@@ -24,7 +24,7 @@ pub struct ShaftAverage {
 /// Fewer cells a turn of a shaft show less than its second multiple.
 const MIN_CELLS: f64 = 8.0;
 
-/// Of every shaft that turns twice or more, the output first. `input` is where the input's angle is zero, turns of the output.
+/// Averages of every shaft that turns twice or more, the output first. `input` is where the input's angle is zero, turns of the output.
 ///
 /// # Errors
 /// Those of the averages.

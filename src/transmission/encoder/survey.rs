@@ -8,7 +8,7 @@ use super::readings::{EncoderReadings, EncoderScales, for_each_block};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Points kept of a record to look at its course.
+/// Points of a record kept for its survey.
 const POINTS: usize = 4096;
 
 /// Rows over which the pace is taken.
@@ -17,17 +17,16 @@ const INCREMENT_ROWS: usize = 16;
 /// A shaft has turned back when it went so many steps of its encoder the other way, and so much of a turn.
 const REVERSAL_THRESHOLD: (f64, f64) = (8.0, 1e-3);
 
-/// A shaft stands still while it stays within so many steps of its encoder, and so much of a turn: a reading at an edge goes a count
-/// back and forth.
+/// Rest limit of a shaft, in steps of its encoder, and in turns: a reading at an edge goes a count back and forth.
 const MAX_REST_STEPS: (f64, f64) = (2.5, 1.25e-4);
 
-/// It stands still for at least so many rows, and this many times as long as it takes to turn as far at the mean pace.
+/// Minimum length of a rest in rows, and as a multiple of the time it takes to turn as far at the mean speed.
 const MIN_REST_ROWS: (usize, f64) = (16, 4.0);
 
 /// A segment in which the input turns one way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DirectionRun {
-    /// Its rows.
+    /// Rows of the run.
     pub rows: Range<usize>,
     /// It turns up.
     pub forward: bool,
@@ -36,22 +35,22 @@ pub struct DirectionRun {
 }
 
 impl DirectionRun {
-    /// How far the input turns, rad.
+    /// Travel of the input, rad.
     pub fn travel(&self) -> f64 {
         (self.input.1 - self.input.0).abs()
     }
 }
 
-/// What a record is like.
+/// Directions, speeds and rest periods of a record.
 #[derive(Debug, Clone)]
 pub struct RecordSurvey {
-    /// Stretches one way, in their order.
+    /// Runs in one direction, in their order.
     pub runs: Vec<DirectionRun>,
     /// The largest turn of the input in one row, averaged over a few, rad.
     pub max_increment: f64,
     /// Rows, input and output angle, at even distances.
     pub points: Vec<(usize, f64, f64)>,
-    /// Rows at either end in which the input stands still; they belong to no run.
+    /// Rows at either end in which the input is at rest; they belong to no run.
     pub still: [usize; 2],
 }
 
@@ -60,7 +59,7 @@ pub struct RecordSurvey {
 pub struct MeasuredRatio {
     /// Turns of the output for one of the input; negative where the encoders count against each other.
     pub value: f64,
-    /// What a drift over the record would have to be to be told from the error itself, relative.
+    /// Relative uncertainty: the smallest drift over the record that is distinguishable from the error itself.
     pub relative_uncertainty: f64,
 }
 
@@ -126,7 +125,7 @@ pub fn survey(rows: &dyn EncoderReadings, scales: EncoderScales) -> Result<Recor
 struct RunTracker {
     start: (usize, f64),
     far: (usize, f64),
-    /// The last row that was farther than those before by more than a shaft moves that stands still.
+    /// Last row that was farther than those before by more than a shaft at rest moves.
     came: (usize, f64),
     forward: Option<bool>,
 }
@@ -190,8 +189,7 @@ impl RunTracker {
 }
 
 impl RecordSurvey {
-    /// Takes rows off both ends in which the input stands still: up to where it `left` its first angle, from where it `came` to its
-    /// last.
+    /// Removes rows at both ends in which the input is at rest: up to where it `left` its first angle, from where it `came` to its last.
     fn trim(&mut self, left: (usize, f64), came: (usize, f64), still: f64) {
         let rests = |run: &DirectionRun, rows: usize| {
             let moving = run.rows.len().saturating_sub(rows) as f64;
@@ -329,7 +327,7 @@ impl RecordSurvey {
             .with_hint("look at --teeth (driver first), at --lines and --counts-per-line of both encoders, and whether input and output are interchanged"))
     }
 
-    /// Where the difference arises, if not evenly: the row, and the share of it in that eighth of its run, per cent.
+    /// Location of the difference, if it does not arise evenly: the row, and the share of it in that eighth of its run, per cent.
     fn slip(&self, declared: f64, measured: f64, off: f64) -> Option<(usize, f64)> {
         const SECTIONS: usize = 8;
         /// Other teeth make an eighth of the difference in each section; a slip makes most of it in one or two.
@@ -356,7 +354,7 @@ impl RecordSurvey {
 impl RecordSurvey {
     /// The runs without what follows a reversal until the play is taken up and a tooth has passed; `pitch` of the input, rad.
     pub fn after_take_up(&self, ratio: f64, pitch: f64) -> Vec<DirectionRun> {
-        /// How much farther than the play that shows.
+        /// Margin of the take-up angle over the backlash that shows.
         const TAKE_UP_MARGIN: f64 = 1.5;
         let level = |run: &DirectionRun| {
             let mut all: Vec<f64> = self.points_in(run).map(|p| p.2 - ratio * p.1).collect();

@@ -33,17 +33,17 @@ pub struct AlphaState {
     pub a: Vec<f64>,
 }
 
-/// Where a step leads.
+/// Result of a step.
 pub struct AlphaStep {
     /// At its end.
     pub end: AlphaState,
-    /// How contacts were held to stand; absent where they stood as the mixed state put them.
+    /// Contact states frozen during the step; absent where the mixed state determined them.
     pub frozen_regime: Option<Regime>,
 }
 
 impl AlphaState {
-    /// The method's a stands for an instant `(α_m − α_f) h` after the state's, so it goes with the step: to another step, longer by a share
-    /// of that in which a rose by so much. Left as it is, a rings by the difference for some steps (Arnold and Brüls 2007).
+    /// Rescales the method's a, which belongs to an instant `(α_m − α_f) h` after the state's, to another step, longer by a share of that
+    /// in which a rose by so much. Left as it is, a rings by the difference for some steps (Arnold and Brüls 2007).
     pub fn rescale_acceleration(&mut self, weights: &GeneralizedAlpha, longer: f64, rise: &[f64]) {
         let share = (weights.alpha_m - weights.alpha_f) * longer;
         for (a, rise) in self.a.iter_mut().zip(rise) {
@@ -63,7 +63,7 @@ impl GeneralizedAlpha {
     }
 }
 
-/// What a step of length `h` errs by in positions and speeds. `last` is the step before it with the rise of a in it: both rises give
+/// Local errors of a step of length `h` in positions and speeds. `last` is the step before it with the rise of a in it: both rises give
 /// ä. Where there is none, h² ä is taken as large as the whole rise of a, so that first steps are short rather than unseen.
 pub fn local_errors(
     weights: &GeneralizedAlpha,
@@ -84,7 +84,7 @@ pub fn local_errors(
     positions.chain(speeds).collect()
 }
 
-/// What a jumps by at the end of a step because contacts stand otherwise there than in the step, which knows the mixed state alone: the
+/// Jump of a at the end of a step because the contact states there differ from those of the step, which knows the mixed state alone: the
 /// switch came too late for it. Empty where nothing does.
 pub fn switch_error(
     constant: &ConstantPart,

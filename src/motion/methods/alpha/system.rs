@@ -34,7 +34,7 @@ pub struct StepMatrix {
 }
 
 impl<'a> ConstantPart<'a> {
-    /// Of a machine.
+    /// Constant part of a machine's system.
     pub fn new(weights: &'a GeneralizedAlpha, model: &'a DynamicModel) -> ConstantPart<'a> {
         let n = model.coordinate_count();
         let (mut stiffness, mut damping) = (Matrix::zeros(n, n), Matrix::zeros(n, n));

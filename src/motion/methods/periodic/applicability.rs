@@ -5,7 +5,7 @@ use crate::motion::curve::TorqueSpeedCurve;
 use crate::motion::dynamic_model::{DynamicModel, ForceElement, ForceLaw};
 use crate::motion::wave::{PeriodicFunction, Waveform};
 
-/// What of a machine is not linear in every stand, or does not repeat in time.
+/// First part of a machine that is not linear in every contact state, or not periodic in time.
 pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
     let of_branch = |b: &ForceElement| {
         let name = &b.name;

@@ -13,7 +13,7 @@ use super::series_solution::{ContactEvent, SeriesSolutions, contact_events, end_
 /// Known functions are given this many terms, as many as a motion can have.
 pub const FORCING_TERMS: usize = 42;
 
-/// Fundamental solutions over a piece, and the switching surfaces of the stands.
+/// Fundamental solutions over a piece, and the switching surfaces of the contact states.
 #[derive(Debug)]
 pub struct FundamentalSolutions {
     /// Fundamental solutions, each from one state at the middle.
@@ -22,12 +22,12 @@ pub struct FundamentalSolutions {
     pub from_start: Vec<f64>,
     /// Their states at its end, row by row.
     pub to_end: Vec<f64>,
-    /// The switching surfaces of its stands.
+    /// Switching surfaces of the contact states.
     pub contact_events: Vec<ContactEvent>,
 }
 
 impl FundamentalSolutions {
-    /// Of a machine held in some stands.
+    /// Fundamental solutions of a machine with its contacts held in some states.
     ///
     /// # Errors
     /// Series that do not come to an end.

@@ -24,7 +24,7 @@ const MAX_RATE_STEP: f64 = 0.75;
 pub struct PeriodGrid {
     /// T, s; rounded.
     pub period: f64,
-    /// What rounding left of it.
+    /// Rounding remainder of the period.
     rest: f64,
     /// In order, from the start of the run.
     pub pieces: Vec<PeriodPiece>,
@@ -110,7 +110,7 @@ impl PeriodGrid {
         periods.mul_add(self.period, periods * self.rest)
     }
 
-    /// Where an instant lies on a piece of a period: −1 at its start, 1 at its end.
+    /// Position of an instant on a piece of a period: −1 at its start, 1 at its end.
     pub fn position_in_piece(&self, instant: PeriodTime, periods: u64, piece: usize) -> f64 {
         let PeriodPiece { middle, half } = self.pieces[piece];
         let ahead = instant.periods as f64 - periods as f64;
@@ -197,7 +197,7 @@ pub(crate) fn common_period(model: &DynamicModel, fastest: f64) -> Result<(f64, 
     Ok((period, rest / first))
 }
 
-/// Where in a period, s after its start, a wave jumps or bends.
+/// Times in a period, s after its start, at which a wave jumps or bends.
 fn jump_times(wave: &PeriodicFunction, from: f64, period: f64) -> Vec<f64> {
     let WavePhase::Imposed { omega, start } = wave.phase else {
         return Vec::new();

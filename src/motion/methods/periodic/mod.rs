@@ -31,7 +31,7 @@ pub mod run;
 use run::PeriodicRun;
 use solution_cache::SolutionCache;
 
-/// Its row.
+/// Registry entry of the method.
 pub const METHOD: IntegrationMethod = IntegrationMethod {
     name: "periodic",
     title: "tabulated fundamental solutions of a machine whose stiffness and loads repeat in time",

@@ -23,11 +23,11 @@ const MAX_SIMULTANEOUS: usize = 64;
 
 /// A machine on its way.
 pub struct PeriodicRun<'a> {
-    /// Its tables.
+    /// Cache of solutions.
     pub cache: SolutionCache<'a>,
-    /// What it cost.
+    /// Cost of the run.
     pub stats: IntegrationStats,
-    /// How everything stands; pieces of waves are left at zero.
+    /// Present regime; pieces of waves are left at zero.
     pub regime: Regime,
     loading: usize,
     periods: u64,
@@ -49,9 +49,9 @@ pub struct PeriodicRun<'a> {
 /// A leg: to a place of the piece, and the switching surface crossed there.
 #[derive(Debug, Clone, Copy)]
 pub struct RunSegment {
-    /// Its end.
+    /// End of the segment.
     pub to: f64,
-    /// What ends it.
+    /// Event that ends the segment.
     pub limit: Option<ContactEvent>,
     /// The rate of that switching surface's value there, 1/s; zero where the switching surface was already behind at the start,
     /// by a jump in time.
@@ -99,12 +99,12 @@ impl<'a> PeriodicRun<'a> {
         Ok(walk)
     }
 
-    /// Where it is on the present piece.
+    /// Position on the present piece.
     pub fn position(&self) -> f64 {
         self.place
     }
 
-    /// Where an instant lies on the present piece.
+    /// Position of an instant on the present piece.
     pub fn position_of(&self, instant: PeriodTime) -> f64 {
         self.cache
             .grid
@@ -161,7 +161,7 @@ impl<'a> PeriodicRun<'a> {
         segment
     }
 
-    /// Goes to the end of a leg, and beyond it into the next stand, lines or piece.
+    /// Advances to the end of a segment, and beyond it into the next contact state, lines or piece.
     ///
     /// # Errors
     /// Tables too large; contacts that switch for ever at one instant.
@@ -201,7 +201,7 @@ impl<'a> PeriodicRun<'a> {
         Ok(())
     }
 
-    /// How everything stands, with the pieces of the waves.
+    /// Present regime with the pieces of the waves.
     pub fn whole_regime(&self) -> Regime {
         let middle = self.cache.from + self.cache.grid.pieces[self.piece].middle;
         let mut regime = self.regime.clone();
@@ -221,7 +221,7 @@ impl<'a> PeriodicRun<'a> {
             .for_each(|(y, unit)| *y *= unit);
     }
 
-    /// How solutions of the free machine that lie `[state][column]` in `columns`, in units, get from the present place to another.
+    /// Propagates solutions of the free machine that lie `[state][column]` in `columns`, in units, from the present place to another.
     pub fn propagate(&self, columns: &mut [f64], to: f64) {
         let (n, speed) = (self.state.len(), self.cache.speed(self.piece));
         let solutions = &self.cell.free.solutions;
@@ -269,8 +269,8 @@ impl<'a> PeriodicRun<'a> {
         self.there = there;
     }
 
-    /// Of a switching surface: its middle, how far it gets from that on the piece at most, and the size of what the middle is
-    /// summed from.
+    /// Range of a switching function: its middle, its largest deviation from that on the piece, and the size of the terms that the middle
+    /// is summed from.
     fn reach(&self, event: usize) -> [f64; 3] {
         let rising = [1.0, self.cache.grid.elapsed(self.periods)];
         let own = self.cell.free.solutions.value_range(event, &self.constants);
@@ -388,7 +388,7 @@ fn forced_value(table: &[f64], columns: usize, row: usize, rising: f64) -> f64 {
     }
 }
 
-/// A regime by its stands and lines alone: waves have the piece of the period for theirs.
+/// Regime by its contact states and lines alone: waves have the piece of the period for theirs.
 pub fn without_wave_pieces(mut regime: Regime) -> Regime {
     for stand in &mut regime.states {
         if let ElementState::Contact(_, piece) = stand {

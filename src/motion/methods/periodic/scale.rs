@@ -10,16 +10,16 @@ use crate::numeric::{Matrix, eigen};
 /// A state in units of its own, powers of two so that nothing is rounded: `1/√m` for a coordinate, times a frequency for a speed.
 #[derive(Debug, Clone)]
 pub struct StateUnits {
-    /// Of every state.
+    /// Unit of every state.
     pub units: Vec<f64>,
-    /// Of speeds over coordinates, 1/s.
+    /// Unit of speeds over coordinates, 1/s.
     pub rate: f64,
     /// Largest rate of any motion, contacts closed and stiffness at its greatest, rad/s.
     pub fastest: f64,
 }
 
 impl StateUnits {
-    /// Of a machine.
+    /// State units of a machine.
     ///
     /// # Errors
     /// Branches whose law is linear in no stand; numbers that leave the range of double precision.

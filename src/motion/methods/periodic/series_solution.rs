@@ -22,7 +22,7 @@ const LANES: usize = 4;
 /// Solutions over a piece.
 #[derive(Debug)]
 pub struct SeriesSolutions {
-    /// How many.
+    /// Number of solutions.
     pub columns: usize,
     /// Rows of the state kept: coordinates and inner states.
     pub rows: usize,
@@ -30,22 +30,22 @@ pub struct SeriesSolutions {
     pub terms: Vec<f64>,
     /// The same with so many entries `[row][column]` next to each other, term after term; what is beyond the last entry is zero.
     interleaved: Vec<[f64; LANES]>,
-    /// Of every switching surface: `[border][column][term]`.
+    /// Coefficients of every switching function: `[event][column][term]`.
     pub events: Vec<f64>,
-    /// First term of each of these, and the sum of the sizes of the others: `[border][column]`.
+    /// First term of each of these, and the sum of the sizes of the others: `[event][column]`.
     ranges: Vec<[f64; 2]>,
     /// Terms of every series.
     pub length: usize,
 }
 
-/// A switching surface of one branch's stand.
+/// A switching surface of one branch's contact state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactEvent {
     /// The branch.
     pub branch: usize,
     /// The value at factor zero, and what a factor of one adds.
     pub value: [Affine; 2],
-    /// Where it leads.
+    /// Contact state beyond the switching surface.
     pub next: ContactState,
 }
 
@@ -60,7 +60,7 @@ impl ContactEvent {
     }
 }
 
-/// Every switching surface of a set of stands.
+/// Every switching surface of a set of contact states.
 pub fn contact_events(model: &TimeVaryingModel, stands: &[ElementState]) -> Vec<ContactEvent> {
     let mut all = Vec::new();
     for (branch, (b, state)) in model.model.elements.iter().zip(stands).enumerate() {
@@ -190,8 +190,8 @@ impl SeriesSolutions {
         }
     }
 
-    /// Of a combination of the series of a switching surface: its middle, how far it gets from that on the piece at most, and
-    /// the size of what the middle is summed from.
+    /// Range of a combination of the series of a switching function: its middle, its largest deviation from that on the piece, and the size
+    /// of the terms that the middle is summed from.
     pub fn value_range(&self, event: usize, weights: &[f64]) -> [f64; 3] {
         let own = &self.ranges[event * self.columns..(event + 1) * self.columns];
         let pairs = own.iter().zip(weights);

@@ -27,9 +27,9 @@ pub struct SolutionCache<'a> {
     pub model: &'a DynamicModel,
     /// The instant the period is counted from, s.
     pub from: f64,
-    /// Its period.
+    /// Period grid of the machine.
     pub grid: PeriodGrid,
-    /// Its units.
+    /// State units of the machine.
     pub scale: StateUnits,
     /// Ways the contacts stood.
     pub regimes: usize,
@@ -39,12 +39,12 @@ pub struct SolutionCache<'a> {
     bytes: usize,
 }
 
-/// What it does under its loads.
+/// Solution of the machine under its loads.
 #[derive(Debug)]
 pub struct ForcedSolution {
     /// Without them.
     pub free: Rc<FundamentalSolutions>,
-    /// The answer to loads as they are in the first period, then, where some rise steadily, what each second adds.
+    /// Response to the loads of the first period, then, where some rise steadily, the increment per second.
     pub forced: SeriesSolutions,
     /// The states of `forced` at the start of the piece, `[state][column]`.
     pub start: Vec<f64>,
@@ -168,7 +168,7 @@ impl<'a> SolutionCache<'a> {
         freeze_states(self.model, self.from, stands, self.grid.pieces[piece])
     }
 
-    /// What acts over a piece of the first period.
+    /// Forcing over a piece of the first period.
     fn sources(&self, regime: &Regime, piece: usize) -> ForcingSeries {
         let PeriodPiece { middle, half } = self.grid.pieces[piece];
         let at = self.from + middle;
@@ -204,7 +204,7 @@ impl<'a> SolutionCache<'a> {
         }
     }
 
-    /// What a second adds to everything that acts; none where nothing rises.
+    /// Increment of the forcing per second; none where nothing rises.
     fn ramp_sources(&self, regime: &Regime) -> Option<ForcingSeries> {
         let slope = |signal: Option<&Signal>, line: u32| {
             vec![

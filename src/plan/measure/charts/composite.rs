@@ -10,7 +10,7 @@ use crate::plan::measure::chart_columns::AngleScale;
 use crate::plan::measure::grading::FlankSide;
 use crate::scene::measured_gear::MeasuredChart;
 
-/// Samples recommended in a pitch for f_i′ to be told.
+/// Samples recommended in a pitch for the evaluation of f_i′.
 const MIN_SAMPLES_PER_PITCH: f64 = 10.0;
 
 impl ChartEvaluation<'_> {

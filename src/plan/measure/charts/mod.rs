@@ -22,7 +22,7 @@ mod thickness;
 
 mod composite;
 
-/// What a plot of a chart shows. Lengths in m.
+/// Plot of a chart. Lengths in m.
 #[derive(Debug, Clone)]
 pub enum ChartPlot {
     /// Pitches of one side.
@@ -44,14 +44,14 @@ pub enum ChartPlot {
         range: (f64, f64),
         /// The range that rolls with a mate; all where it is not stated.
         active: (f64, f64),
-        /// What the design takes off, at the places.
+        /// Design modification, at the places.
         design: Vec<f64>,
         /// Each trace, with its column's name and its mean line about the design.
         traces: Vec<(String, Vec<f64>, MeanLine)>,
     },
     /// Run-out.
     Runout {
-        /// How it was found.
+        /// Method of the evaluation.
         method_text: &'static str,
         /// It.
         runout: Runout,
@@ -68,17 +68,17 @@ pub enum ChartPlot {
         turns: usize,
         /// The record.
         values: Vec<f64>,
-        /// Its long wave.
+        /// Long-wave component.
         long: Vec<f64>,
     },
 }
 
-/// What is gathered from all charts.
+/// Results gathered from all charts.
 #[derive(Default)]
 pub struct ChartResults {
     /// Values.
     pub rows: Vec<GradedValue>,
-    /// What the tables have no row for.
+    /// Notes for results without a row in the tables.
     pub notes: Vec<String>,
     /// Plots.
     pub plots: Vec<ChartPlot>,
@@ -88,11 +88,11 @@ pub struct ChartResults {
 pub struct ChartEvaluation<'g> {
     /// The gear.
     pub gear: &'g MeasuredGear,
-    /// What rows are held against.
+    /// Grader of the rows.
     pub grader: &'g Grader,
     /// Files read.
     pub chart_files: ChartFiles,
-    /// What came out.
+    /// Collected results.
     pub results: ChartResults,
 }
 

@@ -1,4 +1,4 @@
-//! What is wrong with a row, with its place.
+//! Errors of a row, with their place.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use crate::base::source_span::SourceSpan;
 use crate::recording::text::cells;
 use crate::recording::text::time_stamps::StampError;
 
-/// What is wrong with a row, and where.
+/// Error of a row, and its place in the line.
 pub(super) struct RowError {
     pub code: Code,
     pub message: String,

@@ -29,10 +29,10 @@ const BATCH_SAMPLES: usize = 64 << 10;
 /// Lines named in a report of missing cells.
 const MAX_LINES_LISTED: usize = 5;
 
-/// What came of a sink.
+/// Samples and cell counts of one sink.
 #[derive(Debug, Default)]
 pub struct ColumnData {
-    /// Its samples.
+    /// Samples read.
     pub samples: SampleColumn,
     /// Cells that hold no number, overloads included.
     pub missing: usize,
@@ -46,7 +46,7 @@ pub struct ColumnData {
     pub last_row_with_value: usize,
 }
 
-/// What came of the rows.
+/// Data read from the rows.
 #[derive(Debug, Default)]
 pub struct TableData {
     /// By sink of the plan.
@@ -65,7 +65,7 @@ pub struct TableData {
     pub repeated: Option<(usize, usize)>,
 }
 
-/// What the rows are read with.
+/// Reader of the rows.
 pub struct RowReader<'p> {
     path: &'p str,
     plan: &'p mut ColumnPlan,
@@ -87,7 +87,7 @@ pub struct RowReader<'p> {
 }
 
 impl<'p> RowReader<'p> {
-    /// A reader of rows below the lines `above`, the first of which stands on `line`.
+    /// A reader of rows below the lines `above`, the first of which is line `line`.
     pub fn new(
         path: &'p str,
         plan: &'p mut ColumnPlan,

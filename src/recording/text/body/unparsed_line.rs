@@ -10,11 +10,11 @@ use crate::recording::text::time_stamps;
 
 /// A line that is no row, until the lines after it tell what it is.
 pub(super) struct UnparsedLine {
-    /// What is wrong, if a row follows.
+    /// Error, if a row follows.
     pub error: Error,
-    /// Its line.
+    /// Line number.
     pub line: usize,
-    /// Its text, shortened.
+    /// Text of the line, shortened.
     pub text: String,
     /// Lines of the footer.
     pub count: usize,
@@ -76,7 +76,7 @@ impl RowReader<'_> {
         });
     }
 
-    /// Lines held back may be what stands above the names of a header that is repeated.
+    /// Whether the lines held back may precede the names of a header that is repeated.
     fn is_before_header(&self) -> bool {
         let before = self.no_row.as_ref();
         before.is_none_or(|b| !b.is_cut && b.count < self.header.len())

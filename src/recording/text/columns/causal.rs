@@ -19,7 +19,7 @@ const MAX_BEFORE: f64 = 0.25;
 /// The most that three neighbouring times may hold: two probes at right angles to a shaft look like a response of one instant.
 const MAX_AT_ONCE: f64 = 0.5;
 
-/// How two columns hold a response.
+/// Complex form in which two columns hold a response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ComplexColumns {
     /// Real and imaginary part.
@@ -29,7 +29,7 @@ pub(super) enum ComplexColumns {
 }
 
 impl ComplexColumns {
-    /// What the names of the two columns end in.
+    /// Endings of the names of the two columns.
     pub(super) fn endings(self) -> [&'static str; 2] {
         match self {
             ComplexColumns::Cartesian => ["re", "im"],
@@ -38,7 +38,7 @@ impl ComplexColumns {
     }
 }
 
-/// How two columns over even lines hold a frequency response; `None` where they do not look like one.
+/// Complex form of a frequency response in two columns over even lines; `None` where they do not look like one.
 pub(super) fn response(one: &[f64], two: &[f64]) -> Option<ComplexColumns> {
     let pairs = || one.iter().zip(two);
     if pairs().any(|(a, b)| !(a.is_finite() && b.is_finite())) {

@@ -19,7 +19,7 @@ mod preview;
 
 mod time_columns;
 
-/// What is done with the cells of a column.
+/// Role of the cells of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnRole {
     /// They are passed over.
@@ -32,25 +32,25 @@ pub enum ColumnRole {
     Time(usize, usize),
 }
 
-/// Where samples go.
+/// Destination of samples.
 #[derive(Debug, Clone)]
 pub struct ColumnSink {
-    /// Its name.
+    /// Channel name.
     pub name: String,
-    /// Its unit as written.
+    /// Unit as written.
     pub unit: String,
     /// The clock it belongs to.
     pub group: usize,
-    /// Its reader, where it holds stamps.
+    /// Index of the stamp reader, where the sink holds stamps.
     pub reader: Option<usize>,
 }
 
-/// What becomes of the columns.
+/// Roles and destinations of the columns.
 #[derive(Debug, Default)]
 pub struct ColumnPlan {
     /// By column.
     pub roles: Vec<ColumnRole>,
-    /// Where samples go.
+    /// Destinations of the samples.
     pub sinks: Vec<ColumnSink>,
     /// Readers of stamps.
     pub accumulators: Vec<time_stamps::StampParser>,
@@ -66,7 +66,7 @@ pub struct ColumnPlan {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// What becomes of the columns: `rows` are the lines of numbers in the head, `rate` what the preamble states, Hz.
+/// Assigns roles to the columns: `rows` are the lines of numbers in the head, `rate` the rate stated in the preamble, Hz.
 ///
 /// # Errors
 /// A column or channel that the settings name is not there.

@@ -35,7 +35,7 @@ const PREVIEW_ROWS: usize = 200;
 pub(super) struct ColumnPreview<'a> {
     pub(super) header: &'a TableHeader,
     pub(super) kinds: &'a [CellType],
-    /// What each column is called: names that repeat are numbered.
+    /// Name of each column: names that repeat are numbered.
     pub(super) names: Vec<String>,
     /// Numbers of the first rows, by column; NaN for anything else.
     pub(super) sample: Vec<Vec<f64>>,
@@ -201,7 +201,7 @@ pub(super) fn column_position(
         .ok_or_else(|| unknown_column(name, &columns.names[..width]))
 }
 
-/// What each column is called: names that repeat are numbered.
+/// Name of each column: names that repeat are numbered.
 fn unique_names(header: &TableHeader, width: usize) -> Vec<String> {
     let mut taken = HashSet::new();
     let own = |column: usize| {
