@@ -344,6 +344,11 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "Noise alone does not explain the responses. Poles were identified with a variance that includes the departure of each mode from the linear model, and the intervals include it. Usual causes: sensor mass, mounting, leakage, dependence on amplitude or temperature.",
     ),
     (
+        "residual-delay",
+        Warning,
+        "The phases of a response's residues fall in proportion to frequency, from mode to mode: one channel is late, by an anti-alias filter that the other does not have or by its converter. The message gives the delay with its 95 % interval (negative: the input is late) and its phase at the top of the band. It turns the mode shapes; --delay common or --delay each takes it off.",
+    ),
+    (
         "few-hits",
         Warning,
         "Fewer than three hits were used. Intervals hold the noise, and what responses depart from the model by, but not how far hits place a mode apart, which on real structures is often more: three hits tell it, five tell it well.",

@@ -342,7 +342,7 @@ fn law_interrupted_commands_end_with_a_document() {
         "simulate examples/backlash_pair.toml",
         "accuracy examples/backlash_pair.toml",
         "stability examples/backlash_pair.toml --until 0.005",
-        "response models/y2250.toml --input motor --output workpiece",
+        "response models/y2250.toml --input motor --output workpiece --band 1:400",
         "response models/y2250.toml --run-up 50:3000:120",
         "measure data/index_gear.toml",
         "te models/three_stage_chain.toml --output spindle",

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use geardyn::internals::identify::initial_estimates::problem::CommonPoleOptions;
 use geardyn::internals::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
+use geardyn::internals::identify::rational::residual_delay::residual_delays;
 use geardyn::internals::identify::rational::{
     DelayModel, FrfData, RationalFit, RationalOptions, fit, fit_from_poles,
 };
@@ -541,6 +542,28 @@ fn exact_delay_and_complex_shapes() {
         for (d, s) in fit.delay_s.iter().zip(&fit.delay_std_s) {
             assert!((d - delay).abs() < 5.0 * s.unwrap(), "{d} ± {s:?}");
         }
+    }
+}
+
+/// Without a delay in the fit, the residues of a response that is 0.05 or 0.37 ms late show that delay, within its interval doubled; those of
+/// a response in time show none.
+#[test]
+fn exact_delay_left_in_residues() {
+    let f = lines();
+    let clean = WELL.responses(&f, &constant);
+    for delay in [0.05e-3, 0.37e-3, -0.1e-3] {
+        let mut late = clean.clone();
+        for (h, f) in late[1].iter_mut().zip(&f) {
+            *h *= Complex::new(0.0, -TAU * f * delay).exp();
+        }
+        let (h, v) = noisy(&late, 60.0, 5);
+        let fit = fit(&measured(&f, &h, Some(&v)), &RationalOptions::default()).unwrap();
+        let left = residual_delays(&fit);
+        assert_eq!(left.len(), 1, "{delay}: {left:?}");
+        assert_eq!(left[0].response, 1, "{delay}: {left:?}");
+        let off = (left[0].delay_s - delay).abs();
+        assert!(off < 2.0 * left[0].interval_s, "{delay}: {left:?}");
+        assert!(off < 0.03 * delay.abs(), "{delay}: {left:?}");
     }
 }
 

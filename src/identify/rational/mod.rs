@@ -53,6 +53,8 @@ mod mode_acceptance;
 
 mod assemble_fit;
 
+pub mod residual_delay;
+
 pub use basis::ModelTerms;
 
 use basis::ScaledPole;

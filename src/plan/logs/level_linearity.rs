@@ -219,13 +219,24 @@ mod tests {
         check_record(&recording, 0, &[1], &[mode]).unwrap()
     }
 
-    /// A frequency that falls by 0.2 % where the force is three times as large is found within its interval.
+    /// A frequency that falls by 0.2 % where the force is three times as large: the mean of twelve records, and their intervals.
     #[test]
     fn exact_shift_between_two_levels() {
-        let message = checked(-0.002, 3.0, 1).unwrap().message;
-        let percent = message.split("falls by ").nth(1).unwrap();
-        let percent: f64 = percent.split(' ').next().unwrap().parse().unwrap();
-        assert!((percent - 0.2).abs() < 0.03, "{message}");
+        let found: Vec<(f64, f64)> = (1..=12)
+            .map(|seed| {
+                let message = checked(-0.002, 3.0, 10 * seed).unwrap().message;
+                let percent = message.split("falls by ").nth(1).unwrap();
+                let mut numbers = percent.trim_end_matches(" %").split(" ± ");
+                let mut next = || numbers.next().unwrap().parse::<f64>().unwrap();
+                (next(), next())
+            })
+            .collect();
+        let mean = found.iter().map(|f| f.0).sum::<f64>() / 12.0;
+        let held = found.iter().filter(|f| (f.0 - 0.2).abs() <= f.1).count();
+        assert!(
+            (mean - 0.2).abs() < 0.01 && held >= 10,
+            "{mean} {held} {found:?}"
+        );
     }
 
     /// Nothing is reported of a linear resonance, nor of levels that are alike.

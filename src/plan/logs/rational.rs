@@ -9,6 +9,7 @@ use crate::base::text::pluralise;
 use crate::identify::initial_estimates::aaa::aaa;
 use crate::identify::initial_estimates::problem::CommonPoleOptions;
 use crate::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
+use crate::identify::rational::residual_delay::residual_delays;
 use crate::identify::rational::{self, FrfData, RationalFit, RationalOptions, ResponsesByHit};
 use crate::numeric::Complex;
 use crate::recording::channel_unit::ResponseKind;
@@ -70,6 +71,38 @@ fn few_hits(hits: usize) -> Option<Diagnostic> {
             pluralise(hits, "hit")
         ),
         hint: Some(format!("use {MIN_HITS} hits or more")),
+    })
+}
+
+/// Names the responses whose residues hold a delay that the fit does not, with its phase at the top of the band.
+fn residual_delay_warning(
+    fit: &RationalFit,
+    responses: &FrequencyResponses,
+    top_hz: f64,
+) -> Option<Diagnostic> {
+    let delays = residual_delays(fit);
+    let all: Vec<String> = (delays.iter())
+        .map(|d| {
+            format!(
+                "{} by {:.4} ± {:.4} ms ({:.1}° at {top_hz:.4} Hz)",
+                responses.responses[d.response].output.name,
+                1e3 * d.delay_s,
+                1e3 * d.interval_s,
+                360.0 * d.delay_s * top_hz
+            )
+        })
+        .collect();
+    let remedy = match delays.len() == responses.responses.len() {
+        true => "--delay common",
+        false => "--delay each",
+    };
+    (!all.is_empty()).then(|| Diagnostic {
+        code: "residual-delay",
+        message: format!(
+            "the phases of the residues fall in proportion to frequency, as behind a delay or a filter on one channel: {}",
+            all.join(", ")
+        ),
+        hint: Some(format!("fit it with {remedy}, or use equal filters on all channels")),
     })
 }
 
@@ -159,6 +192,8 @@ pub fn fit_rational(
     };
     fitted.map(|mut fit| {
         fit.diagnostics.extend(few_hits);
+        let left = residual_delay_warning(&fit, responses, band.1);
+        fit.diagnostics.extend(left);
         fit
     })
 }
