@@ -28,26 +28,31 @@ const DEFAULT_TARGET_ERROR: f64 = 1e-6;
 pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = study(args, study_from_scene(&scene))?;
-    let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
+    let outputs: Vec<PathBuf> = args.out.csv.iter().chain(&args.out.svg).cloned().collect();
     let inputs: Vec<PathBuf> = scene.files();
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         files::ends(path, &["svg"])?;
     }
     let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let measured = AccuracyReport::new(&scene, &study, args.quiet, &interrupt::cancel_on_ctrl_c())?;
+    let measured = AccuracyReport::new(
+        &scene,
+        &study,
+        args.out.quiet,
+        &interrupt::cancel_on_ctrl_c(),
+    )?;
     let whole = measured.exit_code() != interrupt::EXIT_INTERRUPTED;
-    if let Some(path) = args.csv.as_ref().filter(|_| whole) {
+    if let Some(path) = args.out.csv.as_ref().filter(|_| whole) {
         files.write(path, measured.csv().as_bytes())?;
     }
-    if let Some(path) = args.svg.as_ref().filter(|_| whole) {
+    if let Some(path) = args.out.svg.as_ref().filter(|_| whole) {
         files.write(path, measured.draw(&scene.model.title).as_bytes())?;
     }
     files.finish()?;
-    match args.json {
+    match args.out.json {
         true => output::document(&measured.json(&scene))?,
         false => output::print(&measured.text())?,
     }
-    if !args.quiet {
+    if !args.out.quiet {
         output::print_note(measured.epilogue());
         output::print_note(&footer::not_written(&outputs, whole));
     }

@@ -19,27 +19,27 @@ use crate::scene::{self, Scene};
 pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = study_from_args(args, &scene)?;
-    let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
-    if let Some(path) = &args.svg {
+    let mut outputs: Vec<PathBuf> = args.out.csv.iter().cloned().collect();
+    if let Some(path) = &args.out.svg {
         files::ends(path, &["svg"])?;
         outputs.push(path.clone());
     }
     let inputs: Vec<PathBuf> = scene.files();
     let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let found = HarmonicBalanceReport::new(&scene, &study, args.quiet || args.json)?;
-    if let Some(path) = &args.csv {
+    let found = HarmonicBalanceReport::new(&scene, &study, args.out.quiet || args.out.json)?;
+    if let Some(path) = &args.out.csv {
         files.write(path, report::harmonic_balance::csv(&found.0).as_bytes())?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         let plot = report::harmonic_balance::draw(&scene.model.title, &found.0);
         files.write(path, plot.as_bytes())?;
     }
     let written = files.finish()?;
-    match args.json {
+    match args.out.json {
         true => output::document(&found.json(&scene))?,
         false => output::print(&found.text())?,
     }
-    if !args.quiet && !args.json {
+    if !args.out.quiet && !args.out.json {
         output::print_note(&found.epilogue());
         output::print_note(&footer::written_files(&written));
     }

@@ -43,7 +43,7 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     let outputs = outputs(args)?;
     let logs = logs::open_logs(&args.files, &args.log)?;
     let files = OutputFiles::new(&outputs, &logs::paths(&logs))?;
-    let mut log = progress::open(&logs[0].path, &logs[0].options, args.quiet)?;
+    let mut log = progress::open(&logs[0].path, &logs[0].options, args.out.quiet)?;
     let responses = log
         .responses
         .take()
@@ -56,7 +56,7 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
         return Err(error.with_file(&logs[0].path.display().to_string()).into());
     }
     let work = |source: IdentificationInput, study: &IdentifyStudy| {
-        progress::with_spinner("identifying", args.quiet, || {
+        progress::with_spinner("identifying", args.out.quiet, || {
             identification::identify(source, study)
         })
     };
@@ -73,11 +73,11 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             });
             let test = match study.outputs.is_empty() {
                 // All channels are settled, to be named in the error.
-                true => Test::Joined(Box::new(logs::preprocess(&logs, log, &[], args.quiet)?)),
+                true => Test::Joined(Box::new(logs::preprocess(&logs, log, &[], args.out.quiet)?)),
                 false => {
                     reject_duplicates(&study)?;
                     let sides = (&study.inputs[..], &study.outputs[..]);
-                    logs::test(&logs, log, sides, roving, args.quiet)?
+                    logs::test(&logs, log, sides, roving, args.out.quiet)?
                 }
             };
             match test {
@@ -107,12 +107,12 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
         }
     };
     let written = written(files, args, &found)?;
-    if args.json {
+    if args.out.json {
         output::document(&report::identification::json(&found, &repairs)?)?;
         return Ok(0);
     }
     output::print(&report::log_tables::identified(&found))?;
-    if !args.quiet {
+    if !args.out.quiet {
         output::print_note(&epilogue(&found, &repairs, &written));
     }
     Ok(0)
@@ -320,11 +320,11 @@ fn range(
 
 /// Every file this command will write.
 fn outputs(args: &IdentifyArgs) -> Result<Vec<PathBuf>, Error> {
-    let mut all: Vec<PathBuf> = args.csv.iter().cloned().collect();
-    if let Some(path) = &args.csv {
+    let mut all: Vec<PathBuf> = args.out.csv.iter().cloned().collect();
+    if let Some(path) = &args.out.csv {
         files::ends(path, &["csv"])?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         files::ends(path, &["svg"])?;
         all.extend(plot_paths(path));
     }
@@ -408,13 +408,13 @@ fn written(
     found: &IdentificationResult,
 ) -> Result<Vec<PathBuf>, Error> {
     let mut all: Vec<(PathBuf, Vec<u8>)> = Vec::new();
-    if let Some(path) = &args.csv {
+    if let Some(path) = &args.out.csv {
         all.push((
             path.clone(),
             report::identification::csv(found).into_bytes(),
         ));
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         let drawn = draw_plots(path, &logs::title(&args.files), found)?;
         all.extend(
             drawn

@@ -20,10 +20,10 @@ pub fn run(args: &MeasureArgs) -> Result<u8, Errors> {
     let gear = read(&args.file)?;
     let mut files = output_files(args, &gear)?;
     let result = run::run(&gear)?;
-    if let Some(path) = &args.csv {
+    if let Some(path) = &args.out.csv {
         files.write(path, report::measure::csv(&gear, &result).as_bytes())?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         let title = &gear.title;
         if let Some(plot) = report::measure_plot::draw_charts(title, &result.plots) {
             files.write(path, plot.as_bytes())?;
@@ -33,17 +33,17 @@ pub fn run(args: &MeasureArgs) -> Result<u8, Errors> {
         }
     }
     let written = files.finish()?;
-    match args.json {
+    match args.out.json {
         true => {
             let document = report::measure::json(&gear, &result);
             output::document(&document)?;
         }
         false => output::print(&report::measure_table::deviations(&gear, &result))?,
     }
-    if !args.quiet && !args.json {
+    if !args.out.quiet && !args.out.json {
         output::print_note(&footer(&result));
         output::print_note(&footer::written_files(&written));
-        if args.svg.is_some() && result.plots.is_empty() {
+        if args.out.svg.is_some() && result.plots.is_empty() {
             output::print_note(
                 "nothing is drawn: spans, chords, balls and base pitches are single values\n",
             );
@@ -81,8 +81,8 @@ fn footer(result: &MeasurementResult) -> String {
 
 /// The files to write, checked before any work is done.
 fn output_files(args: &MeasureArgs, gear: &MeasuredGear) -> Result<OutputFiles, Error> {
-    let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
-    if let Some(path) = &args.svg {
+    let mut outputs: Vec<PathBuf> = args.out.csv.iter().cloned().collect();
+    if let Some(path) = &args.out.svg {
         files::ends(path, &["svg"])?;
         outputs.extend([path.clone(), files::sibling_path(path, "polar")]);
     }

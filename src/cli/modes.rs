@@ -27,14 +27,14 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     let mut files = OutputFiles::new(&outputs(args)?, &inputs)?;
     let machine = PreparedMachine::new(&scene.model)?;
     let plan = ModesPlan::plan_modes(&machine, &study);
-    let result = progress::with_spinner("finding modes", args.quiet, || {
+    let result = progress::with_spinner("finding modes", args.out.quiet, || {
         modes_run::run(&machine, &study, &plan)
     })?;
     let chosen = selected_mode(args, &result)?;
-    if let Some(path) = &args.csv {
+    if let Some(path) = &args.out.csv {
         files.write(path, report::modes_csv::modes(&machine, &result).as_bytes())?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         for (path, plot) in draw_plots(path, &machine, &result) {
             files.write(&path, plot.as_bytes())?;
         }
@@ -43,7 +43,7 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
         files.write(path, &state_space(path, space)?)?;
     }
     let written = files.finish()?;
-    if args.json {
+    if args.out.json {
         let document = report::json::modes(
             &scene.sources,
             &machine,
@@ -66,7 +66,7 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
         text += &report::state_space_tables::reduction(reduction);
     }
     output::print(&text)?;
-    if !args.quiet {
+    if !args.out.quiet {
         output::print_note(&epilogue(&plan, &result, &written));
     }
     Ok(0)
@@ -74,8 +74,8 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
 
 /// Every file this command will write, with names that say their format.
 fn outputs(args: &ModesArgs) -> Result<Vec<PathBuf>, Error> {
-    let mut all: Vec<PathBuf> = args.csv.iter().cloned().collect();
-    if let Some(path) = &args.svg {
+    let mut all: Vec<PathBuf> = args.out.csv.iter().cloned().collect();
+    if let Some(path) = &args.out.svg {
         files::ends(path, &["svg"])?;
         all.push(path.clone());
         all.extend(

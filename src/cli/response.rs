@@ -23,24 +23,24 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = study_from_args(args, &scene)?;
     let mut files = output_files(args, &scene)?;
-    let found = ResponseReport::new(&scene, &study, args.svg.is_some(), args.quiet)?;
-    if let Some(path) = &args.csv {
+    let found = ResponseReport::new(&scene, &study, args.out.svg.is_some(), args.out.quiet)?;
+    if let Some(path) = &args.out.csv {
         files.write(path, report::response::csv(&found.result).as_bytes())?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         let (bode, nyquist) = report::response::draw_plots(&scene.model.title, &found.result);
         files.write(path, bode.as_bytes())?;
         files.write(&files::sibling_path(path, "nyquist"), nyquist.as_bytes())?;
     }
     let written = files.finish()?;
-    match args.json {
+    match args.out.json {
         true => output::document(&found.json(&scene))?,
         false => output::print(&found.text())?,
     }
-    if !args.quiet && !args.json {
+    if !args.out.quiet && !args.out.json {
         output::print_note(&found.epilogue());
         output::print_note(&footer::written_files(&written));
-        if args.svg.is_some() {
+        if args.out.svg.is_some() {
             output::print_note(&report::response::omitted_text(&found.result));
         }
     }
@@ -144,8 +144,8 @@ fn study_from_args(args: &ResponseArgs, scene: &Scene) -> Result<ResponseStudy, 
 
 /// The files to write, checked before any work is done.
 fn output_files(args: &ResponseArgs, scene: &Scene) -> Result<OutputFiles, Error> {
-    let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
-    if let Some(path) = &args.svg {
+    let mut outputs: Vec<PathBuf> = args.out.csv.iter().cloned().collect();
+    if let Some(path) = &args.out.svg {
         files::ends(path, &["svg"])?;
         outputs.extend([path.clone(), files::sibling_path(path, "nyquist")]);
     }

@@ -19,29 +19,31 @@ use crate::scene::{self, Scene};
 pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = study_from_args(args, &scene)?;
-    let mut outputs: Vec<PathBuf> = args.csv.iter().cloned().collect();
-    if let Some(path) = &args.svg {
+    let mut outputs: Vec<PathBuf> = args.out.csv.iter().cloned().collect();
+    if let Some(path) = &args.out.svg {
         files::ends(path, &["svg"])?;
         outputs.push(path.clone());
     }
     let inputs: Vec<PathBuf> = scene.files();
     let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let found = progress::with_spinner("answering every order", args.quiet || args.json, || {
-        RunUpReport::new(&scene, &study)
-    })?;
-    if let Some(path) = &args.csv {
+    let found = progress::with_spinner(
+        "answering every order",
+        args.out.quiet || args.out.json,
+        || RunUpReport::new(&scene, &study),
+    )?;
+    if let Some(path) = &args.out.csv {
         files.write(path, report::run_up::csv(&found.result).as_bytes())?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         let plot = report::run_up::draw(&scene.model.title, &found.result);
         files.write(path, plot.as_bytes())?;
     }
     let written = files.finish()?;
-    match args.json {
+    match args.out.json {
         true => output::document(&found.json(&scene))?,
         false => output::print(&found.text())?,
     }
-    if !args.quiet && !args.json {
+    if !args.out.quiet && !args.out.json {
         output::print_note(&found.epilogue());
         output::print_note(&footer::written_files(&written));
     }

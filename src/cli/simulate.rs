@@ -36,7 +36,7 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
         running: online_from_args(&args.running, study.running)?,
         ..study
     };
-    if !study.running.history && (args.csv.is_some() || args.svg.is_some()) {
+    if !study.running.history && (args.out.csv.is_some() || args.out.svg.is_some()) {
         let error = Error::new(
             Code::Conflict,
             "the study keeps no history, and --csv and --svg are of it",
@@ -45,29 +45,34 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
             .with_hint("leave history = \"none\" out of the study, or the flags")
             .into());
     }
-    let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
+    let outputs: Vec<PathBuf> = args.out.csv.iter().chain(&args.out.svg).cloned().collect();
     let inputs: Vec<PathBuf> = scene.files();
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         files::ends(path, &["svg"])?;
     }
     let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let result = simulate(&scene, &study, &interrupt::cancel_on_ctrl_c(), args.quiet)
-        .map_err(|e| simulate_study::with_study_span(e, &args.motion, place))?;
+    let result = simulate(
+        &scene,
+        &study,
+        &interrupt::cancel_on_ctrl_c(),
+        args.out.quiet,
+    )
+    .map_err(|e| simulate_study::with_study_span(e, &args.motion, place))?;
     let whole = !result.history.interrupted;
-    if let Some(path) = args.csv.as_ref().filter(|_| whole) {
+    if let Some(path) = args.out.csv.as_ref().filter(|_| whole) {
         let text = report::simulation::csv(&result.scene, &result.history);
         files.write(path, text.as_bytes())?;
     }
-    if let Some(path) = args.svg.as_ref().filter(|_| whole) {
+    if let Some(path) = args.out.svg.as_ref().filter(|_| whole) {
         let plot = report::simulation::draw(&scene.model.title, &result.scene, &result.history);
         files.write(path, plot.as_bytes())?;
     }
     let written = files.finish()?;
-    match args.json {
+    match args.out.json {
         true => output::document(&json(&result, &scene))?,
         false => output::print(&text(&result))?,
     }
-    if !args.quiet {
+    if !args.out.quiet {
         output::print_note(&epilogue(&result));
         output::print_note(&footer::written_files(&written));
         output::print_note(&footer::not_written(&outputs, whole));

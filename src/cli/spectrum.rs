@@ -32,12 +32,13 @@ use crate::spectrum::window::Window;
 /// Whatever is wrong with the log, the flags or the model.
 pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     let mut study = study(args)?;
-    let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
+    let outputs: Vec<PathBuf> = args.out.csv.iter().chain(&args.out.svg).cloned().collect();
     for (path, end) in args
+        .out
         .csv
         .iter()
         .map(|p| (p, "csv"))
-        .chain(args.svg.iter().map(|p| (p, "svg")))
+        .chain(args.out.svg.iter().map(|p| (p, "svg")))
     {
         files::ends(path, &[end])?;
     }
@@ -50,7 +51,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     reject_duplicates(&only)?;
     let mut settings = logs[0].options.clone();
     settings.keep_channels = only;
-    let log = progress::open(&logs[0].path, &settings, args.quiet)?;
+    let log = progress::open(&logs[0].path, &settings, args.out.quiet)?;
     for word in study.channels.iter_mut().chain(&mut study.tacho) {
         *word = full_name(&log, word);
     }
@@ -66,24 +67,24 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
             .map_err(|e| e.with_file(&log.path))?;
         (found, log.diagnostics, log.repairs)
     } else {
-        let recording = logs::preprocess(&logs, log, &only, args.quiet)?;
+        let recording = logs::preprocess(&logs, log, &only, args.out.quiet)?;
         if args.kind == SpectrumKindArg::OrderCut {
             return cut(files, args, &recording, &study);
         }
-        let found = progress::with_spinner("analysing", args.quiet, || {
+        let found = progress::with_spinner("analysing", args.out.quiet, || {
             spectrum::run_spectrum(&recording, &study)
         })?;
         (found, recording.diagnostics, recording.repairs)
     };
     found.diagnostics.splice(0..0, diagnostics);
     let written = written(files, args, &found)?;
-    if args.json {
+    if args.out.json {
         let document = report::spectra::json(&found, &repairs);
         output::document(&document)?;
         return Ok(0);
     }
     output::print(&report::spectrum_table::spectrum(&found))?;
-    if !args.quiet {
+    if !args.out.quiet {
         output::print_note(&epilogue(&repairs, &found.diagnostics, &written));
     }
     Ok(0)
@@ -96,26 +97,26 @@ fn cut(
     recording: &Recording,
     study: &SpectrumStudy,
 ) -> Result<u8, Errors> {
-    let mut found = progress::with_spinner("cutting orders", args.quiet, || {
+    let mut found = progress::with_spinner("cutting orders", args.out.quiet, || {
         order_cuts::order_cuts(recording, study)
     })?;
     found
         .diagnostics
         .splice(0..0, recording.diagnostics.iter().cloned());
-    if let Some(path) = &args.csv {
+    if let Some(path) = &args.out.csv {
         files.write(path, report::order_cuts::csv(&found).as_bytes())?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         let plot = report::order_cuts::draw(&found, &logs::title(&args.files));
         files.write(path, plot.as_bytes())?;
     }
     let written = files.finish()?;
-    if args.json {
+    if args.out.json {
         output::document(&report::order_cuts::json(&found, &recording.repairs))?;
         return Ok(0);
     }
     output::print(&report::order_cuts_table::table(&found))?;
-    if !args.quiet {
+    if !args.out.quiet {
         output::print_note(&epilogue(&recording.repairs, &found.diagnostics, &written));
     }
     Ok(0)
@@ -337,10 +338,10 @@ fn written(
     args: &SpectrumArgs,
     found: &SpectrumResult,
 ) -> Result<Vec<PathBuf>, Error> {
-    if let Some(path) = &args.csv {
+    if let Some(path) = &args.out.csv {
         files.write(path, report::spectra::csv(found).as_bytes())?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         let name = logs::title(&args.files);
         let maps = report::spectra::heatmaps(found, &name);
         let plot = match maps.is_empty() {

@@ -56,14 +56,19 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         return Err(error.with_hint("add --speeds FIRST:LAST:POINTS").into());
     }
     let inputs: Vec<PathBuf> = scene.files();
-    let mut outputs: Vec<PathBuf> = args.svg.iter().cloned().collect();
-    if let Some(path) = &args.svg {
+    let mut outputs: Vec<PathBuf> = args.out.svg.iter().cloned().collect();
+    if let Some(path) = &args.out.svg {
         files::ends(path, &["svg"])?;
         outputs.extend(study.over.map(|_| files::sibling_path(path, "chart")));
     }
     let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let found = run_study(&scene, &study, args.json, &interrupt::cancel_on_ctrl_c())?;
-    if let Some(path) = args.svg.as_ref().filter(|_| !found.interrupted) {
+    let found = run_study(
+        &scene,
+        &study,
+        args.out.json,
+        &interrupt::cancel_on_ctrl_c(),
+    )?;
+    if let Some(path) = args.out.svg.as_ref().filter(|_| !found.interrupted) {
         let shortest = found
             .linear
             .max_steps
@@ -88,7 +93,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         }
     }
     files.finish()?;
-    match args.json {
+    match args.out.json {
         true => output::document(&report::stability::json(&scene.sources, &found))?,
         false => output::print(&report::stability_table::table(&found))?,
     }

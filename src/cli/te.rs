@@ -29,10 +29,10 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     let outputs = outputs(args)?;
     let inputs: Vec<PathBuf> = scene.files();
     let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let mut result = TransmissionReport::new(&scene, &study, args.quiet)?;
+    let mut result = TransmissionReport::new(&scene, &study, args.out.quiet)?;
     result.all = args.all;
     let (machine, answer) = (&result.machine.machine, &result.result);
-    if let Some(path) = &args.csv {
+    if let Some(path) = &args.out.csv {
         files.write(path, report::transmission::csv(machine, answer).as_bytes())?;
     }
     if let Some(path) = &args.written {
@@ -40,7 +40,7 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
             report::transmission::write_record(machine, answer, to)
         })?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         let title = &scene.model.title;
         let plots = report::transmission_plots::draw_all(title, machine, answer);
         for (word, plot) in plots {
@@ -48,11 +48,11 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
         }
     }
     let written = files.finish()?;
-    match args.json {
+    match args.out.json {
         true => output::document(&result.json(&scene))?,
         false => output::print(&result.text())?,
     }
-    if !args.quiet && !args.json {
+    if !args.out.quiet && !args.out.json {
         output::print_note(&result.epilogue());
         output::print_note(&footer::written_files(&written));
     }
@@ -61,11 +61,11 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
 
 /// Every file that is to be written.
 fn outputs(args: &TeArgs) -> Result<Vec<PathBuf>, Error> {
-    let mut all: Vec<PathBuf> = args.csv.iter().chain(&args.written).cloned().collect();
-    if let Some(path) = &args.csv {
+    let mut all: Vec<PathBuf> = args.out.csv.iter().chain(&args.written).cloned().collect();
+    if let Some(path) = &args.out.csv {
         files::ends(path, &["csv"])?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         files::ends(path, &["svg"])?;
         let words: &[&str] = match args.speeds {
             Some(_) => &["", "budget", "speeds"],

@@ -85,8 +85,8 @@ fn reject_model_flags(args: &TeArgs) -> Result<(), Error> {
 pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     reject_model_flags(args)?;
     let mut study = study(args)?;
-    let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
-    for (path, end) in [(&args.csv, "csv"), (&args.svg, "svg")] {
+    let outputs: Vec<PathBuf> = args.out.csv.iter().chain(&args.out.svg).cloned().collect();
+    for (path, end) in [(&args.out.csv, "csv"), (&args.out.svg, "svg")] {
         if let Some(path) = path {
             files::ends(path, &[end])?;
         }
@@ -101,10 +101,10 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     }
     let model = model(args)?;
     let (found, repairs) = read_and_evaluate(args, &mut study, model.as_ref(), options)?;
-    if let Some(path) = &args.csv {
+    if let Some(path) = &args.out.csv {
         files.write(path, report::encoder_te::csv(&found).as_bytes())?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(path) = &args.out.svg {
         let name = args.file.file_name().unwrap_or_default().to_string_lossy();
         let title = format!(
             "{name}: {} by {}, {}",
@@ -116,13 +116,13 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
         files.write(path, plot.as_bytes())?;
     }
     let written = files.finish()?;
-    if args.json {
+    if args.out.json {
         let document = report::encoder_te::json(&found, &study.teeth, &repairs);
         output::document(&document)?;
         return Ok(0);
     }
     output::print(&report::encoder_te_table::record(&found, args.all))?;
-    if !args.quiet {
+    if !args.out.quiet {
         output::print_note(&epilogue(&found, &repairs, &written));
     }
     Ok(0)
@@ -160,7 +160,7 @@ fn read_and_evaluate(
             keep_channels: only.to_vec(),
             ..options.clone()
         };
-        let log = progress::open(&args.file, &options, args.quiet)?;
+        let log = progress::open(&args.file, &options, args.out.quiet)?;
         let full: Vec<String> = only.iter().map(|word| full_name(&log, word)).collect();
         options.keep_channels.clone_from(&full);
         let recording = preprocess::preprocess(log, &options)?;
@@ -170,11 +170,11 @@ fn read_and_evaluate(
         // Rows at uneven instants are evaluated as they were read: both encoders are read at once.
         options.time_column = Some("none".into());
         options.rate = Some(RateSource::Hertz(recording.rate_hz));
-        let log = progress::open(&args.file, &options, args.quiet)?;
+        let log = progress::open(&args.file, &options, args.out.quiet)?;
         Ok((preprocess::preprocess(log, &options)?, full))
     };
     let evaluate = |read: EncoderRecordings, study: &EncoderStudy| {
-        progress::with_spinner("evaluating", args.quiet, || {
+        progress::with_spinner("evaluating", args.out.quiet, || {
             evaluate_encoders(read, study, model)
         })
         .map_err(|e| Errors::from(e.with_file(&read.input.path)))

@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::log::LogArgs;
+use super::output::OutputArgs;
 
 /// Arguments of `identify`.
 #[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write the table of modes with their shapes")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the responses, measured and fitted, with coherence; the complex plane and the poles beside (FILE-nyquist.svg, FILE-poles.svg, FILE-stabilisation.svg); without input what the modes were chosen from")))]
 pub struct IdentifyArgs {
     /// A log of signals, or a file of frequency responses; several logs of one test, or a sidecar that lists them (`files`), are read
     /// together, each hit and each record on its own; files, no pipes
@@ -102,18 +105,9 @@ pub struct IdentifyArgs {
     /// Write the frequency responses (.csv, .uff or .json)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub frf: Option<PathBuf>,
-    /// Write the table of modes with their shapes
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub csv: Option<PathBuf>,
-    /// Draw the responses, measured and fitted, with coherence; the complex plane and the poles beside (FILE-nyquist.svg, FILE-poles.svg, FILE-stabilisation.svg); without input what the modes were chosen from
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub svg: Option<PathBuf>,
-    /// One JSON document on standard output, nothing else there
-    #[arg(long, help_heading = "Output")]
-    pub json: bool,
-    /// No warnings, no word about what was done
-    #[arg(long, help_heading = "Output")]
-    pub quiet: bool,
+    /// Its outputs.
+    #[command(flatten)]
+    pub out: OutputArgs,
 }
 
 /// Words for what is at another point in every file.

@@ -14,6 +14,7 @@ pub use motion::{
     AccuracyArgs, AccuracyTargetArg, IntegrationArgs, MotionArgs, OnlineArgs, SimulateArgs,
     StabilityArgs,
 };
+pub use output::OutputArgs;
 pub use response::{FrfFormArg, ResponseArgs, ResponseMethodArg};
 pub use spectrum::{DetrendArg, MotionQuantityArg, SpectrumArgs, SpectrumKindArg};
 pub use te::TeArgs;
@@ -21,6 +22,8 @@ pub use te::TeArgs;
 mod encoders;
 
 mod log;
+
+mod output;
 
 mod motion;
 
@@ -200,21 +203,14 @@ pub struct ConvertArgs {
 
 /// Arguments of `measure`.
 #[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write the values, one row each")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the charts unrolled, and those that go round beside (FILE-polar.svg)")))]
 pub struct MeasureArgs {
     /// A TOML file with `[measured_gear]`, which names the CSV files of its charts
     pub file: PathBuf,
-    /// One JSON document on standard output, nothing else there
-    #[arg(long)]
-    pub json: bool,
-    /// Write the values, one row each
-    #[arg(long, value_name = "FILE")]
-    pub csv: Option<PathBuf>,
-    /// Draw the charts unrolled, and those that go round beside (FILE-polar.svg)
-    #[arg(long, value_name = "FILE")]
-    pub svg: Option<PathBuf>,
-    /// No warnings, no word about what was left out
-    #[arg(long)]
-    pub quiet: bool,
+    /// Its outputs.
+    #[command(flatten)]
+    pub out: OutputArgs,
 }
 
 /// Arguments of `run`.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::motion::IntegrationArgs;
+use super::output::OutputArgs;
 
 /// What is asked of the modes.
 #[derive(Debug, Args)]
@@ -102,6 +103,8 @@ pub enum ReductionArg {
 
 /// Arguments of `modes`.
 #[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write the table of modes with their shapes")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the first 8 mode shapes, and the energies of the first 20 modes beside (FILE-energies.svg); with --campbell the diagram")))]
 pub struct ModesArgs {
     /// A model or a scene
     pub model: PathBuf,
@@ -114,18 +117,9 @@ pub struct ModesArgs {
     /// Only the N largest entries of every shape and list in JSON
     #[arg(long, value_name = "N", requires = "json")]
     pub top: Option<usize>,
-    /// One JSON document on standard output, nothing else there
-    #[arg(long)]
-    pub json: bool,
-    /// Write the table of modes with their shapes
-    #[arg(long, value_name = "FILE")]
-    pub csv: Option<PathBuf>,
-    /// Draw the first 8 mode shapes, and the energies of the first 20 modes beside (FILE-energies.svg); with --campbell the diagram
-    #[arg(long, value_name = "FILE")]
-    pub svg: Option<PathBuf>,
-    /// No warnings, no word about what was left out
-    #[arg(long)]
-    pub quiet: bool,
+    /// Its outputs.
+    #[command(flatten)]
+    pub out: OutputArgs,
 }
 
 /// Arguments of `plan`.

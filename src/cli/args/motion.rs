@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::output::OutputArgs;
+
 /// How a motion is integrated, and how long.
 #[derive(Debug, Clone, Args)]
 pub struct IntegrationArgs {
@@ -53,6 +55,8 @@ fn parse_count(text: &str) -> Result<u32, String> {
 
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write the outputs over time")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the outputs over time")))]
 pub struct SimulateArgs {
     /// A scene or a model
     pub scene: PathBuf,
@@ -71,18 +75,9 @@ pub struct SimulateArgs {
     /// Found while it runs.
     #[command(flatten)]
     pub running: OnlineArgs,
-    /// One JSON document on standard output, nothing else there
-    #[arg(long)]
-    pub json: bool,
-    /// Write the outputs over time
-    #[arg(long, value_name = "FILE")]
-    pub csv: Option<PathBuf>,
-    /// Draw the outputs over time
-    #[arg(long, value_name = "FILE")]
-    pub svg: Option<PathBuf>,
-    /// No word about what was done and left out
-    #[arg(long)]
-    pub quiet: bool,
+    /// Its outputs.
+    #[command(flatten)]
+    pub out: OutputArgs,
 }
 
 /// What is found of a motion while it runs.
@@ -110,6 +105,8 @@ pub struct OnlineArgs {
 
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write the runs")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw error over run time")))]
 pub struct AccuracyArgs {
     /// A scene or a model
     pub scene: PathBuf,
@@ -137,18 +134,9 @@ pub struct AccuracyArgs {
     /// The error wanted, for which a method is recommended; 1e-6 where left out
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub error: Option<f64>,
-    /// One JSON document on standard output, nothing else there
-    #[arg(long)]
-    pub json: bool,
-    /// Write the runs
-    #[arg(long, value_name = "FILE")]
-    pub csv: Option<PathBuf>,
-    /// Draw error over run time
-    #[arg(long, value_name = "FILE")]
-    pub svg: Option<PathBuf>,
-    /// No word about what is running
-    #[arg(long)]
-    pub quiet: bool,
+    /// Its outputs.
+    #[command(flatten)]
+    pub out: OutputArgs,
 }
 
 /// What `accuracy` compares.
@@ -164,6 +152,8 @@ pub enum AccuracyTargetArg {
 
 /// Arguments of `stability`.
 #[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write the scene at its extremes, one row a case and method")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the regions of stability with the eigenvalues times the step, what a step of each method makes of them, and the chart over two axes beside")))]
 pub struct StabilityArgs {
     /// A scene or a model
     pub scene: PathBuf,
@@ -179,11 +169,7 @@ pub struct StabilityArgs {
     /// A second axis of that chart, factors on what the scene has: depth (of stiffness waves) or damping
     #[arg(long, value_name = "depth=A:B:N")]
     pub over: Option<String>,
-    /// One JSON document on standard output, nothing else there
-    #[arg(long)]
-    pub json: bool,
-    /// Draw the regions of stability with the eigenvalues times the step, what a step of each method makes of them, and the chart over
-    /// two axes beside
-    #[arg(long, value_name = "FILE")]
-    pub svg: Option<PathBuf>,
+    /// Its outputs.
+    #[command(flatten)]
+    pub out: OutputArgs,
 }

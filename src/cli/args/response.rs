@@ -4,8 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::output::OutputArgs;
+
 /// Arguments of `response`.
 #[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write the responses, real and imaginary part, one row a line; or the curve, one row a motion or a speed")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw magnitude and phase, and the complex plane beside (FILE-nyquist.svg); or the jump curve, or the map")))]
 pub struct ResponseArgs {
     /// A model or a scene
     pub scene: PathBuf,
@@ -50,18 +54,9 @@ pub struct ResponseArgs {
     /// The balance alone, motions not refined by locating every switch
     #[arg(long, requires = "harmonic_balance")]
     pub orders_alone: bool,
-    /// One JSON document on standard output, nothing else there
-    #[arg(long)]
-    pub json: bool,
-    /// Write the responses, real and imaginary part, one row a line; or the curve, one row a motion or a speed
-    #[arg(long, value_name = "FILE")]
-    pub csv: Option<PathBuf>,
-    /// Draw magnitude and phase, and the complex plane beside (FILE-nyquist.svg); or the jump curve, or the map
-    #[arg(long, value_name = "FILE")]
-    pub svg: Option<PathBuf>,
-    /// No warnings, no word about what was done
-    #[arg(long)]
-    pub quiet: bool,
+    /// Its outputs.
+    #[command(flatten)]
+    pub out: OutputArgs,
 }
 
 /// Words for what a motion is shown as.

@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::log::LogArgs;
+use super::output::OutputArgs;
 
 /// Arguments of `spectrum`.
 #[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write the spectra, one column a channel")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the spectra with their lines named; spectrograms as a map over time (over speed with --tacho) and frequency")))]
 pub struct SpectrumArgs {
     /// A log of signals, or a file of spectra; several logs of one test, or a sidecar that lists them (`files`), are averaged together;
     /// files, no pipes
@@ -96,18 +99,9 @@ pub struct SpectrumArgs {
     /// What may be said of the log.
     #[command(flatten)]
     pub log: LogArgs,
-    /// Write the spectra, one column a channel
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub csv: Option<PathBuf>,
-    /// Draw the spectra with their lines named; spectrograms as a map over time (over speed with --tacho) and frequency
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub svg: Option<PathBuf>,
-    /// One JSON document on standard output, nothing else there
-    #[arg(long, help_heading = "Output")]
-    pub json: bool,
-    /// No warnings, no word about what was done
-    #[arg(long, help_heading = "Output")]
-    pub quiet: bool,
+    /// Its outputs.
+    #[command(flatten)]
+    pub out: OutputArgs,
 }
 
 /// Words for kinds of spectra.

@@ -6,9 +6,12 @@ use clap::Args;
 
 use super::encoders::EncoderTeArgs;
 use super::log::LogArgs;
+use super::output::OutputArgs;
 
 /// Arguments of `te`.
 #[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write every line")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the lines by order, the budget beside (FILE-budget.svg), with --speeds the map (FILE-speeds.svg); of a log the error over the angle, and its orders with their sources")))]
 pub struct TeArgs {
     /// A model or a scene with declared errors, or the log of two encoders
     pub file: PathBuf,
@@ -45,19 +48,9 @@ pub struct TeArgs {
     /// Every line of the table, not only the largest; of a log every multiple of the shafts is fitted as well
     #[arg(long)]
     pub all: bool,
-    /// One JSON document on standard output, nothing else there
-    #[arg(long)]
-    pub json: bool,
-    /// Write every line
-    #[arg(long, value_name = "FILE")]
-    pub csv: Option<PathBuf>,
-    /// Draw the lines by order, the budget beside (FILE-budget.svg), with --speeds the map (FILE-speeds.svg); of a log the error over the
-    /// angle, and its orders with their sources
-    #[arg(long, value_name = "FILE")]
-    pub svg: Option<PathBuf>,
-    /// No warnings, no word about what was done
-    #[arg(long)]
-    pub quiet: bool,
+    /// Its outputs.
+    #[command(flatten)]
+    pub out: OutputArgs,
     /// What is said of a record of two encoders.
     #[command(flatten)]
     pub record: EncoderTeArgs,

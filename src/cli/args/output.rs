@@ -1,0 +1,23 @@
+//! Flags of every command that presents an answer: the document, the files, the silence.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// Outputs of a command next to its tables. A command says in its own words what `--csv` and `--svg` hold by `mut_arg`.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Output")]
+pub struct OutputArgs {
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Write the table
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draw the answer
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// No warnings, no word about what was done
+    #[arg(long)]
+    pub quiet: bool,
+}
