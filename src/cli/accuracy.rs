@@ -1,22 +1,19 @@
 //! `geardyn accuracy`: work–precision of integrators, modal and response methods.
 
-use std::path::PathBuf;
-
 use super::args::{AccuracyArgs, AccuracyTargetArg};
-use super::files::{self, OutputFiles};
-use super::{footer, interrupt, output, simulate_study};
+use super::present::Outputs;
+use super::{interrupt, output, simulate_study};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::time_budget::CancelToken;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::report;
+use crate::report::method_comparison::ComparisonAnswer;
+use crate::report::presentation::Presentation;
+use crate::report::work_precision::WorkPrecisionAnswer;
 use crate::scene::study::{AccuracyStudy, AccuracyTarget, ResponseStudy, StudyKind, parse_band};
 use crate::scene::{self, Scene};
-use crate::study::comparison::ComparisonResult;
 use crate::study::monitor::Monitor;
-use crate::study::work_precision::{self, WorkPrecisionResult};
-use crate::study::{frequencies, responses};
+use crate::study::{frequencies, responses, work_precision};
 
 /// The error wanted by default.
 const DEFAULT_TARGET_ERROR: f64 = 1e-6;
@@ -28,35 +25,52 @@ const DEFAULT_TARGET_ERROR: f64 = 1e-6;
 pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = study(args, study_from_scene(&scene))?;
-    let outputs: Vec<PathBuf> = args.out.csv.iter().chain(&args.out.svg).cloned().collect();
-    let inputs: Vec<PathBuf> = scene.files();
-    if let Some(path) = &args.out.svg {
-        files::ends(path, &["svg"])?;
-    }
-    let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let measured = AccuracyReport::new(
-        &scene,
-        &study,
-        args.out.quiet,
-        &interrupt::cancel_on_ctrl_c(),
-    )?;
-    let whole = measured.exit_code() != interrupt::EXIT_INTERRUPTED;
-    if let Some(path) = args.out.csv.as_ref().filter(|_| whole) {
-        files.write(path, measured.csv().as_bytes())?;
-    }
-    if let Some(path) = args.out.svg.as_ref().filter(|_| whole) {
-        files.write(path, measured.draw(&scene.model.title).as_bytes())?;
-    }
-    files.finish()?;
-    match args.out.json {
-        true => output::document(&measured.json(&scene))?,
-        false => output::print(&measured.text())?,
-    }
-    if !args.out.quiet {
-        output::print_note(measured.epilogue());
-        output::print_note(&footer::not_written(&outputs, whole));
-    }
-    Ok(measured.exit_code())
+    let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;
+    outputs.present(&*answer(&scene, &study, args.out.quiet)?)
+}
+
+/// Every method against one reference.
+///
+/// # Errors
+/// Whatever is wrong with the machine or the methods.
+pub fn answer<'a>(
+    scene: &'a Scene,
+    study: &AccuracyStudy,
+    quiet: bool,
+) -> Result<Box<dyn Presentation + 'a>, Error> {
+    let mut monitor = Monitor {
+        cancel: &interrupt::cancel_on_ctrl_c(),
+        on_progress: &mut |what| output::show_status(what, quiet),
+    };
+    let target_error = study.target_error.unwrap_or(DEFAULT_TARGET_ERROR);
+    let count = study
+        .lowest
+        .map_or(frequencies::DEFAULT_MODES, |n| n as usize);
+    let result = match study.target {
+        AccuracyTarget::Modes => {
+            frequencies::compare_eigensolvers(&scene.model, count, &mut monitor)?
+        }
+        AccuracyTarget::Response => {
+            let machine = PreparedMachine::new(&scene.model)?;
+            responses::compare_responses(&machine, &study.response, &mut monitor)?
+        }
+        AccuracyTarget::Motion => {
+            let machine = PreparedMachine::new(&scene.model)?;
+            let ready = SimulationSetup::new(&machine, &scene.start, &study.motion)?;
+            let (methods, limit) = (&study.methods, work_precision::TIME_LIMIT);
+            return Ok(Box::new(WorkPrecisionAnswer {
+                scene,
+                outputs: ready.outputs.list.iter().map(|o| o.name.clone()).collect(),
+                target_error,
+                result: work_precision::work_precision(&ready, methods, limit, &mut monitor)?,
+            }));
+        }
+    };
+    Ok(Box::new(ComparisonAnswer {
+        scene,
+        target_error,
+        result,
+    }))
 }
 
 /// The study a scene lists with what the flags say put in its place.
@@ -162,131 +176,4 @@ fn study_from_scene(scene: &Scene) -> AccuracyStudy {
         })
     };
     own.or_else(motion).unwrap_or_default()
-}
-
-/// A study of accuracy with all that is said of it.
-pub struct AccuracyReport {
-    target_error: f64,
-    result: AccuracyData,
-}
-
-enum AccuracyData {
-    Motion {
-        accuracy: WorkPrecisionResult,
-        outputs: Vec<String>,
-    },
-    Ways(ComparisonResult),
-}
-
-impl AccuracyReport {
-    /// Prepares and runs every method.
-    ///
-    /// # Errors
-    /// Whatever is wrong with the machine or the methods.
-    pub fn new(
-        scene: &Scene,
-        study: &AccuracyStudy,
-        quiet: bool,
-        cancel: &CancelToken,
-    ) -> Result<AccuracyReport, Error> {
-        let mut monitor = Monitor {
-            cancel,
-            on_progress: &mut |what| output::show_status(what, quiet),
-        };
-        let result = match study.target {
-            AccuracyTarget::Modes => {
-                let count = study
-                    .lowest
-                    .map_or(frequencies::DEFAULT_MODES, |n| n as usize);
-                AccuracyData::Ways(frequencies::compare_eigensolvers(
-                    &scene.model,
-                    count,
-                    &mut monitor,
-                )?)
-            }
-            AccuracyTarget::Response => {
-                let machine = PreparedMachine::new(&scene.model)?;
-                AccuracyData::Ways(responses::compare_responses(
-                    &machine,
-                    &study.response,
-                    &mut monitor,
-                )?)
-            }
-            AccuracyTarget::Motion => {
-                let machine = PreparedMachine::new(&scene.model)?;
-                let ready = SimulationSetup::new(&machine, &scene.start, &study.motion)?;
-                AccuracyData::Motion {
-                    accuracy: work_precision::work_precision(
-                        &ready,
-                        &study.methods,
-                        work_precision::TIME_LIMIT,
-                        &mut monitor,
-                    )?,
-                    outputs: ready.outputs.list.iter().map(|o| o.name.clone()).collect(),
-                }
-            }
-        };
-        Ok(AccuracyReport {
-            target_error: study.target_error.unwrap_or(DEFAULT_TARGET_ERROR),
-            result,
-        })
-    }
-
-    /// The table.
-    pub fn text(&self) -> String {
-        match &self.result {
-            AccuracyData::Motion { accuracy, outputs } => {
-                report::work_precision_table::table(outputs, accuracy, self.target_error)
-            }
-            AccuracyData::Ways(found) => {
-                report::method_comparison_table::table(found, self.target_error)
-            }
-        }
-    }
-
-    /// The document.
-    pub fn json(&self, scene: &Scene) -> serde_json::Value {
-        match &self.result {
-            AccuracyData::Motion { accuracy, outputs } => {
-                report::work_precision::json(&scene.sources, outputs, accuracy, self.target_error)
-            }
-            AccuracyData::Ways(found) => {
-                report::method_comparison::json(&scene.sources, found, self.target_error)
-            }
-        }
-    }
-
-    /// What is said where it ended early.
-    pub fn epilogue(&self) -> &'static str {
-        match self.exit_code() {
-            interrupt::EXIT_INTERRUPTED => "interrupted: what is shown was finished before\n",
-            _ => "",
-        }
-    }
-
-    /// How the command ends.
-    pub fn exit_code(&self) -> u8 {
-        let interrupted = match &self.result {
-            AccuracyData::Motion { accuracy, .. } => accuracy.interrupted,
-            AccuracyData::Ways(found) => found.interrupted,
-        };
-        match interrupted {
-            true => interrupt::EXIT_INTERRUPTED,
-            false => 0,
-        }
-    }
-
-    fn csv(&self) -> String {
-        match &self.result {
-            AccuracyData::Motion { accuracy, .. } => report::work_precision::csv(accuracy),
-            AccuracyData::Ways(found) => report::method_comparison::csv(found),
-        }
-    }
-
-    fn draw(&self, title: &str) -> String {
-        match &self.result {
-            AccuracyData::Motion { accuracy, .. } => report::work_precision::draw(title, accuracy),
-            AccuracyData::Ways(found) => report::method_comparison::draw(title, found),
-        }
-    }
 }

@@ -13,6 +13,7 @@ use crate::base::source_span::SourceFile;
 use crate::plan;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::report;
+use crate::report::presentation::Provenance;
 use crate::scene;
 
 /// Checks every file; 2 where one is wrong.
@@ -44,7 +45,7 @@ pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
         let document = match documents.len() {
             1 => documents.remove(0),
             _ => {
-                json!({ "geardyn": report::json::log_header(&[]), "files": documents, "warnings": [] })
+                json!({ "geardyn": Provenance::default().header(), "files": documents, "warnings": [] })
             }
         };
         output::document(&document)?;
@@ -76,7 +77,7 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<(String, Value, String), E
             path.display(),
             settings.channels.len()
         );
-        let document = json!({ "geardyn": report::json::header(&[source], &[]), "file": path, "sidecar": true,
+        let document = json!({ "geardyn": Provenance::of_plan(&[source], &[], &[]).header(), "file": path, "sidecar": true,
             "channels": settings.channels.len(), "warnings": [] });
         return Ok((text, document, String::new()));
     }
@@ -102,7 +103,7 @@ fn summarise_measured_gear(
         render::sanitise(&gear.title),
         gear.gear.teeth
     );
-    let document = json!({ "geardyn": report::json::header(&answer.sources, &[]), "file": path, "title": gear.title,
+    let document = json!({ "geardyn": Provenance::of_plan(&answer.sources, &[], &[]).header(), "file": path, "title": gear.title,
         "measured_gear": true, "teeth": gear.gear.teeth, "charts": charts, "values": values,
         "warnings": report::json::warnings(&answer.diagnostics) });
     Ok((text, document, footer::warnings(&answer.diagnostics)))
@@ -125,7 +126,7 @@ fn check(path: &Path) -> Result<SceneSummary, Errors> {
     let machine = PreparedMachine::new(&scene.model)?;
     Errors::into_result(crate::study::check::refusals(&scene, &machine), || ())?;
     Ok(SceneSummary {
-        header: report::json::header(&scene.sources, &[]),
+        header: Provenance::of_plan(&scene.sources, &[], &[]).header(),
         path: path.display().to_string(),
         title: scene.model.title.clone(),
         dofs: machine.machine.dofs.len(),

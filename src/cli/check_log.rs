@@ -13,6 +13,7 @@ use crate::recording::raw::{RawLog, Repair};
 use crate::recording::read_options::{RateSource, ReadOptions};
 use crate::recording::{faults, preprocess};
 use crate::report;
+use crate::report::presentation::Provenance;
 use crate::scene;
 
 /// A log as understood: for a terminal and as JSON.
@@ -50,7 +51,7 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<LogSummary, Err
         fill_detected_settings(&mut understood, &log);
     }
     let (responses, spectra) = (log.responses.take(), std::mem::take(&mut log.spectra));
-    let over_frequency = report::log_tables::frequency_data_table(responses.as_ref(), &spectra);
+    let over_frequency = report::recording::frequency_data_table(responses.as_ref(), &spectra);
     let (mut found, rate_hz) = match log.groups.is_empty() && !over_frequency.is_empty() {
         true => {
             let found = LogSummary {
@@ -72,7 +73,7 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<LogSummary, Err
             let stuck = stuck.stuck_warnings(&recording, false);
             recording.diagnostics.extend(stuck);
             let found = LogSummary {
-                text: report::log_tables::survey(&recording, &surveys),
+                text: report::recording::survey(&recording, &surveys),
                 json: report::recording::json(&recording, &surveys),
                 diagnostics: diagnostics_text(&recording.repairs, &recording.diagnostics),
             };
@@ -81,7 +82,7 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<LogSummary, Err
     };
     found.text += &over_frequency;
     if let Value::Object(map) = &mut found.json {
-        map.shift_insert(0, "geardyn".to_string(), report::json::log_header(&[]));
+        map.shift_insert(0, "geardyn".to_string(), Provenance::default().header());
         let responses = responses.as_ref().map(report::recording::responses);
         map.insert("responses".to_string(), json!(responses));
         let spectra = report::recording::spectra(&spectra);

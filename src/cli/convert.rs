@@ -15,8 +15,8 @@ use crate::recording::raw::RawLog;
 use crate::recording::read_options::ReadOptions;
 use crate::recording::signals::Recording;
 use crate::recording::write::{self, uff::UffFormat};
-use crate::report::json::log_header;
-use crate::report::log_tables::rate;
+use crate::report::presentation::Provenance;
+use crate::report::recording::rate;
 
 /// Formats by the end of the file's name.
 const FORMATS: &[&str] = &["csv", "uff", "json"];
@@ -122,7 +122,7 @@ fn write_as(
     to: &mut dyn Write,
 ) -> Result<(), Error> {
     let mut to = to;
-    let header = log_header(&[]);
+    let header = Provenance::default().header();
     match (content, format) {
         (Content::Signals(r), "csv") => write::csv::write_recording(r, &mut to),
         (Content::Signals(r), "uff") => write::uff::write_recording(r, form, &mut to),

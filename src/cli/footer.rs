@@ -1,10 +1,10 @@
-//! Footer of a result: repairs, plan steps, warnings, files written.
+//! Footer of an answer: repairs, notes, warnings, files written.
 
 use std::path::Path;
 
 use crate::base::error::Diagnostic;
-use crate::plan::stages::StageDecision;
 use crate::recording::raw::Repair;
+use crate::report::presentation::Presentation;
 
 use super::render;
 
@@ -14,21 +14,17 @@ pub fn repairs(repairs: &[Repair]) -> String {
     repairs.iter().map(line).collect()
 }
 
-/// What a plan does and what it leaves out, a line each.
-pub fn plan_steps<'a>(plan: impl IntoIterator<Item = &'a (&'static str, StageDecision)>) -> String {
-    let line = |(name, decision): &(&str, StageDecision)| match decision {
-        StageDecision::Runs(what) => format!("{name}: {what}\n"),
-        StageDecision::LeftOut(why) => format!("left out {name}: {why}\n"),
-    };
-    plan.into_iter().map(line).collect()
-}
-
-/// What a plan leaves out, a line each.
-pub fn omitted_steps(plan: &[(&'static str, StageDecision)]) -> String {
-    plan_steps(
-        plan.iter()
-            .filter(|(_, v)| matches!(v, StageDecision::LeftOut(_))),
-    )
+/// What was done for an answer and left out, its warnings, and why it ends early; after a blank line, unless there is nothing to say.
+pub fn notes(answer: &dyn Presentation) -> String {
+    let about = answer.provenance();
+    let mut text = repairs(about.repairs.unwrap_or_default());
+    text += &answer.notes();
+    text += &warnings(about.warnings);
+    text += &answer.interruption().unwrap_or_default();
+    match text.is_empty() {
+        true => text,
+        false => format!("\n{text}"),
+    }
 }
 
 /// Warnings, as diagnostics.

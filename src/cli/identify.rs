@@ -1,13 +1,15 @@
 //! `geardyn identify`: a log becomes frequency responses, transfer functions and modes.
 
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::Path;
 
 use super::args::{
     DelayArg, DiscretisationArg, EstimatorArg, IdentifyArgs, MethodArg, ResponseFormArg, RovingWord,
 };
-use super::files::{self, OutputFiles};
+use super::destination::output_error;
 use super::logs::{self, Test};
-use super::{footer, output, progress};
+use super::present::Outputs;
+use super::{files, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::quantity;
@@ -23,11 +25,10 @@ use crate::plan::logs::identify_study::IdentifyStudy;
 use crate::plan::logs::method::{IdentificationMethod, RequiredData};
 use crate::recording::channel_names;
 use crate::recording::frequency_responses::FrequencyResponses;
-use crate::recording::raw::Repair;
 use crate::recording::read_options::Roving;
 use crate::recording::write;
 use crate::recording::write::uff::UffFormat;
-use crate::report;
+use crate::report::presentation::{LogAnswer, Provenance};
 use crate::spectrum::frf::Estimator;
 use crate::spectrum::window::Window;
 
@@ -40,9 +41,18 @@ const MAX_MODES: usize = 500;
 /// Whatever is wrong with the log, the flags or the solution.
 pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     let mut study = study(args)?;
-    let outputs = outputs(args)?;
+    for (path, formats) in [
+        (&args.export, ["json", "csv", "mat"]),
+        (&args.frf, ["csv", "json", "uff"]),
+    ] {
+        if let Some(path) = path {
+            files::ends(path, &formats)?;
+        }
+    }
     let logs = logs::open_logs(&args.files, &args.log)?;
-    let files = OutputFiles::new(&outputs, &logs::paths(&logs))?;
+    let figures = ["", "nyquist", "poles", "stabilisation"];
+    let others = [&args.export, &args.frf];
+    let mut outputs = Outputs::check(&args.out, &figures, &others, &logs::paths(&logs))?;
     let mut log = progress::open(&logs[0].path, &logs[0].options, args.out.quiet)?;
     let responses = log
         .responses
@@ -106,16 +116,18 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             }
         }
     };
-    let written = written(files, args, &found)?;
-    if args.out.json {
-        output::document(&report::identification::json(&found, &repairs)?)?;
-        return Ok(0);
+    if let Some(path) = &args.export {
+        let bytes = export(path, args, &found)?;
+        outputs.write(path, |to| write_all(path, &bytes, to))?;
     }
-    output::print(&report::log_tables::identified(&found))?;
-    if !args.out.quiet {
-        output::print_note(&epilogue(&found, &repairs, &written));
+    if let Some(path) = &args.frf {
+        outputs.write(path, |to| write_responses(path, &found, to))?;
     }
-    Ok(0)
+    outputs.present(&LogAnswer {
+        title: logs::title(&args.files),
+        repairs,
+        result: found,
+    })
 }
 
 /// Messages of several files, equal ones once.
@@ -318,143 +330,33 @@ fn range(
     }
 }
 
-/// Every file this command will write.
-fn outputs(args: &IdentifyArgs) -> Result<Vec<PathBuf>, Error> {
-    let mut all: Vec<PathBuf> = args.out.csv.iter().cloned().collect();
-    if let Some(path) = &args.out.csv {
-        files::ends(path, &["csv"])?;
-    }
-    if let Some(path) = &args.out.svg {
-        files::ends(path, &["svg"])?;
-        all.extend(plot_paths(path));
-    }
-    if let Some(path) = &args.export {
-        files::ends(path, &["json", "csv", "mat"])?;
-        all.push(path.clone());
-    }
-    if let Some(path) = &args.frf {
-        files::ends(path, &["csv", "json", "uff"])?;
-        all.push(path.clone());
-    }
-    Ok(all)
+/// Refuses to write what the method does not give.
+fn nothing_to_write(flag: &str, what: &str, found: &IdentificationResult) -> Error {
+    let message = format!(
+        "{flag} has nothing to write: {} gives no {what}",
+        found.method.name()
+    );
+    Error::new(Code::Usage, message)
+        .with_hint("name what drives: --input, and a method from responses such as rational")
 }
 
-/// The plots: the first at the name given, the others next to it.
-fn plot_paths(path: &Path) -> [PathBuf; 4] {
-    let beside = |what: &str| {
-        let mut name = path.file_stem().unwrap_or_default().to_os_string();
-        name.push(what);
-        path.with_file_name(name)
-    };
-    [
-        path.to_path_buf(),
-        beside("-nyquist.svg"),
-        beside("-poles.svg"),
-        beside("-stabilisation.svg"),
-    ]
-}
-
-/// What the method has to show.
-fn draw_plots(
+/// Writes the frequency responses in the format that the file's name asks for.
+fn write_responses(
     path: &Path,
-    name: &str,
     found: &IdentificationResult,
-) -> Result<Vec<(PathBuf, String)>, Error> {
-    let [first, nyquist, poles, stabilisation] = plot_paths(path);
-    let diagram = report::identification::stabilisation_diagram(found, name)
-        .map(|d| report::pole_plots::stabilisation(&d));
-    let Some(shown) = report::identification::curves(found, name) else {
-        // Without responses the first plot is what the modes were chosen from.
-        let course = found.tracking().map(|c| {
-            report::mode_tracking::draw(c, &format!("{name}: modes in the course of the record"))
-        });
-        let plot = (course.or(diagram))
-            .or_else(|| {
-                let shown = report::identification::decomposition(found, name);
-                shown.map(|s| report::fdd_plot::draw(&s))
-            })
-            .unwrap_or_else(|| {
-                let poles: Vec<_> = found.modes.iter().map(|m| m.mode.pole).collect();
-                report::pole_plots::pole_zero(&format!("{name}: poles"), &poles, &[])
-            });
-        return Ok(vec![(first, plot)]);
-    };
-    let transfer = found.functions.first();
-    let crosses = transfer.map_or(Vec::new(), |f| f.poles().to_vec());
-    let zeros = transfer
-        .map(|f| f.zeros())
-        .transpose()?
-        .map_or(Vec::new(), |z| z.zeros);
-    let title = match found.outputs.first() {
-        Some(output) => format!("{name}: poles of all responses, zeros of {}", output.name),
-        None => name.to_string(),
-    };
-    let mut all = vec![
-        (first, report::bode::draw_bode(&shown)),
-        (nyquist, report::bode::draw_nyquist(&shown)),
-        (
-            poles,
-            report::pole_plots::pole_zero(&title, &crosses, &zeros),
-        ),
-    ];
-    all.extend(diagram.map(|d| (stabilisation, d)));
-    Ok(all)
+    mut to: &mut dyn Write,
+) -> Result<(), Error> {
+    let missing = || nothing_to_write("--frf", "frequency responses", found);
+    let responses = found.responses.as_ref().ok_or_else(missing)?;
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("csv") => write::csv::write_responses(responses, &mut to),
+        Some("uff") => write::uff::write_responses(responses, UffFormat::Text, &mut to),
+        _ => write::json::write_responses(responses, &Provenance::default().header(), &mut to),
+    }
 }
 
-/// Writes what was asked for and says what.
-fn written(
-    mut files: OutputFiles,
-    args: &IdentifyArgs,
-    found: &IdentificationResult,
-) -> Result<Vec<PathBuf>, Error> {
-    let mut all: Vec<(PathBuf, Vec<u8>)> = Vec::new();
-    if let Some(path) = &args.out.csv {
-        all.push((
-            path.clone(),
-            report::identification::csv(found).into_bytes(),
-        ));
-    }
-    if let Some(path) = &args.out.svg {
-        let drawn = draw_plots(path, &logs::title(&args.files), found)?;
-        all.extend(
-            drawn
-                .into_iter()
-                .map(|(path, text)| (path, text.into_bytes())),
-        );
-    }
-    let none = |flag: &str, what: &str| {
-        let message = format!(
-            "{flag} has nothing to write: {} gives no {what}",
-            found.method.name()
-        );
-        Error::new(Code::Usage, message)
-            .with_hint("name what drives: --input, and a method from responses such as rational")
-    };
-    if args.export.is_some() && found.functions.is_empty() {
-        return Err(none("--export", "transfer functions"));
-    }
-    if let Some(path) = &args.export {
-        all.push((path.clone(), export(path, args, found)?));
-    }
-    if let Some(path) = &args.frf {
-        let responses = found
-            .responses
-            .as_ref()
-            .ok_or_else(|| none("--frf", "frequency responses"))?;
-        let mut bytes = Vec::new();
-        match path.extension().and_then(|e| e.to_str()) {
-            Some("csv") => write::csv::write_responses(responses, &mut bytes)?,
-            Some("uff") => write::uff::write_responses(responses, UffFormat::Text, &mut bytes)?,
-            _ => {
-                write::json::write_responses(responses, &report::json::log_header(&[]), &mut bytes)?
-            }
-        }
-        all.push((path.clone(), bytes));
-    }
-    for (path, bytes) in &all {
-        files.write(path, bytes)?;
-    }
-    files.finish()
+fn write_all(path: &Path, bytes: &[u8], to: &mut dyn Write) -> Result<(), Error> {
+    to.write_all(bytes).map_err(|e| output_error(path, &e))
 }
 
 /// The identified model in the format that the file's name asks for.
@@ -463,6 +365,9 @@ fn export(
     args: &IdentifyArgs,
     found: &IdentificationResult,
 ) -> Result<Vec<u8>, Error> {
+    if found.functions.is_empty() {
+        return Err(nothing_to_write("--export", "transfer functions", found));
+    }
     let time = args
         .sample_time
         .as_deref()
@@ -484,16 +389,10 @@ fn export(
             None => Ok(model),
         }
     };
-    let failed = |e| {
-        Error::new(
-            Code::OutputFailed,
-            format!("{} could not be written: {e}", path.display()),
-        )
-    };
     match path.extension().and_then(|e| e.to_str()) {
         Some("csv") => {
             let mut bytes = Vec::new();
-            write_csv(&found.functions, &mut bytes).map_err(failed)?;
+            write_csv(&found.functions, &mut bytes).map_err(|e| output_error(path, &e))?;
             Ok(bytes)
         }
         Some("mat") => to_mat(&proper, &model()?),
@@ -519,18 +418,4 @@ fn discretisation_from_arg(word: DiscretisationArg) -> DiscretisationMethod {
         DiscretisationArg::Bilinear => DiscretisationMethod::Bilinear,
         DiscretisationArg::Impulse => DiscretisationMethod::ImpulseInvariant,
     }
-}
-
-/// What was done to the data, warnings, what was written.
-fn epilogue(found: &IdentificationResult, repairs: &[Repair], written: &[PathBuf]) -> String {
-    let mut text = String::from("\n");
-    text += &footer::repairs(repairs);
-    for hit in found.hits.iter().filter(|h| h.fault.is_some()) {
-        let why = hit.fault.map_or("", |f| f.description());
-        let file = (hit.moment.file.as_ref()).map_or(String::new(), |f| format!(" of {f}"));
-        text += &format!("hit at {:.4} s{file} left out: {why}\n", hit.moment.time_s);
-    }
-    text += &footer::warnings(&found.diagnostics);
-    text += &footer::written_files(written);
-    text
 }

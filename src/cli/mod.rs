@@ -16,6 +16,8 @@ pub mod files;
 
 pub mod footer;
 
+pub mod present;
+
 pub mod progress;
 
 pub mod logs;

@@ -1,20 +1,20 @@
 //! `geardyn modes`: the natural modes of a machine.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::args::ModesArgs;
-use super::files::{self, OutputFiles};
-use super::{footer, modes_study, output, progress};
+use super::present::Outputs;
+use super::{destination, files, modes_study, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::modes::state_space::StateSpace;
 use crate::plan::modes_run::{self, ModesResult};
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::stages::{ModesPlan, StageDecision};
-use crate::report;
-use crate::report::json::ShapeDetail;
-use crate::scene;
+use crate::plan::stages::ModesPlan;
+use crate::report::modes::{ModesAnswer, ShapeDetail};
+use crate::scene::study::ModesStudy;
+use crate::scene::{self, Scene};
 
 /// Solves and prints.
 ///
@@ -23,90 +23,56 @@ use crate::scene;
 pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.model)?;
     let study = modes_study::from_args(&args.study, &scene)?;
-    let inputs: Vec<PathBuf> = scene.files();
-    let mut files = OutputFiles::new(&outputs(args)?, &inputs)?;
-    let machine = PreparedMachine::new(&scene.model)?;
-    let plan = ModesPlan::plan_modes(&machine, &study);
-    let result = progress::with_spinner("finding modes", args.out.quiet, || {
-        modes_run::run(&machine, &study, &plan)
-    })?;
-    let chosen = selected_mode(args, &result)?;
-    if let Some(path) = &args.out.csv {
-        files.write(path, report::modes_csv::modes(&machine, &result).as_bytes())?;
-    }
-    if let Some(path) = &args.out.svg {
-        for (path, plot) in draw_plots(path, &machine, &result) {
-            files.write(&path, plot.as_bytes())?;
-        }
-    }
-    if let (Some(path), Some((space, _))) = (&args.study.state_space, &result.state_space) {
-        files.write(path, &state_space(path, space)?)?;
-    }
-    let written = files.finish()?;
-    if args.out.json {
-        let document = report::json::modes(
-            &scene.sources,
-            &machine,
-            &result,
-            ShapeDetail { top: args.top },
-        );
-        output::document(&document)?;
-        return Ok(0);
-    }
-    let text = match (chosen, &result.campbell) {
-        (Some(k), _) => report::modes_table::mode(&machine, &result, k),
-        (None, Some(found)) => report::modes_table::crossings(found, machine.model.rigid.len()),
-        (None, None) => report::modes_table::modes(&machine, &result),
-    };
-    let mut text = text;
-    if let Some((space, parts)) = &result.state_space {
-        text += &report::state_space_tables::participation(space, parts);
-    }
-    if let Some(reduction) = &result.reduction {
-        text += &report::state_space_tables::reduction(reduction);
-    }
-    output::print(&text)?;
-    if !args.out.quiet {
-        output::print_note(&epilogue(&plan, &result, &written));
-    }
-    Ok(0)
-}
-
-/// Every file this command will write, with names that say their format.
-fn outputs(args: &ModesArgs) -> Result<Vec<PathBuf>, Error> {
-    let mut all: Vec<PathBuf> = args.out.csv.iter().cloned().collect();
-    if let Some(path) = &args.out.svg {
-        files::ends(path, &["svg"])?;
-        all.push(path.clone());
-        all.extend(
-            args.study
-                .campbell
-                .is_none()
-                .then(|| files::sibling_path(path, "energies")),
-        );
-    }
-    if let Some(path) = &args.study.state_space {
+    let space = &args.study.state_space;
+    if let Some(path) = space {
         files::ends(path, &["json", "csv", "mat"])?;
-        all.push(path.clone());
     }
-    Ok(all)
+    let figures: &[&str] = match args.study.campbell {
+        Some(_) => &[""],
+        None => &["", "energies"],
+    };
+    let mut outputs = Outputs::check(&args.out, figures, &[space], &scene.files())?;
+    let mut answer = answer(&scene, &study, args.out.quiet)?;
+    answer.detail = ShapeDetail { top: args.top };
+    answer.mode = selected_mode(args, &answer.result)?;
+    if let (Some(path), Some((space, _))) = (space, &answer.result.state_space) {
+        outputs.write(path, |to| write_state_space(path, space, to))?;
+    }
+    outputs.present(&answer)
 }
 
-/// The state-space form in the format that the file's name asks for.
-fn state_space(path: &Path, space: &StateSpace) -> Result<Vec<u8>, Error> {
-    let mut bytes = Vec::new();
+/// The modes.
+///
+/// # Errors
+/// Whatever is wrong with the machine or the solution.
+pub fn answer<'a>(
+    scene: &'a Scene,
+    study: &ModesStudy,
+    quiet: bool,
+) -> Result<ModesAnswer<'a>, Error> {
+    let machine = PreparedMachine::new(&scene.model)?;
+    let plan = ModesPlan::plan_modes(&machine, study);
+    let result = progress::with_spinner("finding modes", quiet, || {
+        modes_run::run(&machine, study, &plan)
+    })?;
+    Ok(ModesAnswer {
+        scene,
+        machine,
+        plan,
+        result,
+        detail: ShapeDetail::default(),
+        mode: None,
+    })
+}
+
+/// Writes the state-space form in the format that the file's name asks for.
+fn write_state_space(path: &Path, space: &StateSpace, mut to: &mut dyn Write) -> Result<(), Error> {
     let written = match path.extension().and_then(|e| e.to_str()) {
-        Some("json") => write!(bytes, "{:#}", space.to_json()),
-        Some("csv") => space.write_csv(&mut bytes),
-        _ => space.write_mat(&mut bytes),
+        Some("json") => write!(to, "{:#}", space.to_json()),
+        Some("csv") => space.write_csv(&mut to),
+        _ => space.write_mat(&mut to),
     };
-    let failed = |e| {
-        Error::new(
-            Code::OutputFailed,
-            format!("{} could not be written: {e}", path.display()),
-        )
-    };
-    written.map(|()| bytes).map_err(failed)
+    written.map_err(|e| destination::output_error(path, &e))
 }
 
 fn selected_mode(args: &ModesArgs, result: &ModesResult) -> Result<Option<usize>, Error> {
@@ -121,57 +87,4 @@ fn selected_mode(args: &ModesArgs, result: &ModesResult) -> Result<Option<usize>
         result.modes.len()
     );
     Err(Error::new(Code::OutOfRange, message))
-}
-
-/// Modes drawn at once.
-const PANELS: usize = 8;
-
-/// Rows of the plot of energies.
-const ROWS: usize = 20;
-
-/// The plots of an answer and where each goes.
-fn draw_plots(
-    path: &Path,
-    machine: &PreparedMachine,
-    result: &ModesResult,
-) -> Vec<(PathBuf, String)> {
-    if let Some(found) = &result.campbell {
-        return vec![(
-            path.to_path_buf(),
-            report::campbell::draw(found, machine.model.rigid.len()),
-        )];
-    }
-    vec![
-        (
-            path.to_path_buf(),
-            report::mode_shape_plot::draw_mode_shapes(machine, result, PANELS),
-        ),
-        (
-            files::sibling_path(path, "energies"),
-            report::energy_matrix_plot::draw_energy_matrix(machine, result, ROWS),
-        ),
-    ]
-}
-
-/// What was done and left out, warnings, and what was written.
-pub fn epilogue(plan: &ModesPlan, result: &ModesResult, written: &[PathBuf]) -> String {
-    let mut text = String::from("\n");
-    for (_, name, decision) in &plan.stages {
-        match (*name, decision) {
-            (
-                "undamped modes" | "few modes" | "complex modes" | "operating point"
-                | "rigid joints",
-                StageDecision::Runs(what),
-            ) => {
-                text += &format!("{name}: {what}\n");
-            }
-            ("operating point" | "complex modes", StageDecision::LeftOut(why)) => {
-                text += &format!("left out {name}: {why}\n")
-            }
-            _ => {}
-        }
-    }
-    text += &footer::warnings(&result.diagnostics);
-    text += &footer::written_files(written);
-    text
 }

@@ -1,7 +1,5 @@
 //! `geardyn plan`: stages to be run, stages left out, condensation advice.
 
-use serde_json::json;
-
 use super::args::{IntegrationArgs, PlanArgs};
 use super::{modes_study, output, simulate_study};
 use crate::base::error::{Error, Errors};
@@ -14,8 +12,9 @@ use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::motion::{method_choice, stages};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::{harmonic_balance, run_up};
-use crate::plan::stages::{ModesPlan, StageDecision, solver};
-use crate::report;
+use crate::plan::stages::{ModesPlan, solver};
+use crate::report::plan_answer::{MotionPlan, PlanAnswer};
+use crate::report::presentation::{Presentation, document};
 use crate::scene::study::{SimulateStudy, StudyKind};
 use crate::scene::{self, Scene};
 
@@ -27,7 +26,7 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.model)?;
     let study = modes_study::from_args(&args.study, &scene)?;
     let machine = PreparedMachine::new(&scene.model)?;
-    let plan = ModesPlan::plan_modes(&machine, &study);
+    let modes = ModesPlan::plan_modes(&machine, &study);
     let band = args
         .advise
         .as_deref()
@@ -45,42 +44,20 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         ..args.integration.clone()
     };
     let motions = simulation_plans(&scene, &machine, &asked)?;
-    if args.json {
-        let mut document = report::json::plan(&scene.sources, plan.rows(), &machine.warnings());
-        let motion = |(kind, rows): &(&str, StagePlan)| json!({ "kind": kind, "stages": report::json::stages(as_pairs(rows)) });
-        document["motions"] = motions.iter().map(motion).collect();
-        if let Some((hz, advice)) = &advice {
-            document["advice"] = report::state_space::advice_json(&machine.machine, advice, *hz);
-        }
-        output::document(&document)?;
-        return Ok(0);
-    }
-    let asks_modes = motions.len() < scene.studies.len();
-    if asks_modes || motions.is_empty() {
-        output::print(&report::modes_table::plan(plan.rows()))?;
-    }
-    for (at, (kind, rows)) in motions.iter().enumerate() {
-        let gap = if at > 0 || asks_modes { "\n" } else { "" };
-        output::print(&format!(
-            "{gap}── {kind}\n{}",
-            report::modes_table::plan(as_pairs(rows))
-        ))?;
-    }
-    if let Some((hz, advice)) = &advice {
-        output::print(&report::state_space_tables::advice(
-            &machine.machine,
-            advice,
-            *hz,
-        ))?;
+    let answer = PlanAnswer {
+        modes_shown: motions.len() < scene.studies.len() || motions.is_empty(),
+        scene: &scene,
+        warnings: machine.warnings(),
+        machine,
+        modes,
+        motions,
+        advice,
+    };
+    match args.json {
+        true => output::document(&document(&answer)?)?,
+        false => output::print(&answer.text())?,
     }
     Ok(0)
-}
-
-/// The plan of one study of motion.
-type StagePlan = Vec<(&'static str, StageDecision)>;
-
-fn as_pairs(rows: &StagePlan) -> impl Iterator<Item = (&str, &StageDecision)> + Clone {
-    rows.iter().map(|(name, decision)| (*name, decision))
 }
 
 /// Relative change of a frequency that does not matter, by default.
@@ -91,7 +68,7 @@ fn simulation_plans(
     scene: &Scene,
     machine: &PreparedMachine,
     asked: &IntegrationArgs,
-) -> Result<Vec<(&'static str, StagePlan)>, Error> {
+) -> Result<Vec<MotionPlan>, Error> {
     let mut all = Vec::new();
     let in_time = |kind: &'static str, listed: &SimulateStudy| {
         let motion = simulate_study::integration_from_args(asked, listed.clone())?;

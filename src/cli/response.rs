@@ -1,17 +1,15 @@
 //! `geardyn response`: steady answers to steady excitation.
 
-use std::path::PathBuf;
-
 use super::args::{FrfFormArg, ResponseArgs, ResponseMethodArg};
-use super::files::{self, OutputFiles};
-use super::{footer, output, progress};
+use super::present::Outputs;
+use super::progress;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::response::run::{self, ResponseResult};
-use crate::report;
+use crate::plan::response::run::run as solve;
+use crate::report::response::ResponseAnswer;
 use crate::scene::study::{self, ResponseMethodTag, ResponseQuantity, ResponseStudy, StudyKind};
 use crate::scene::{self, Scene};
 
@@ -22,72 +20,31 @@ use crate::scene::{self, Scene};
 pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = study_from_args(args, &scene)?;
-    let mut files = output_files(args, &scene)?;
-    let found = ResponseReport::new(&scene, &study, args.out.svg.is_some(), args.out.quiet)?;
-    if let Some(path) = &args.out.csv {
-        files.write(path, report::response::csv(&found.result).as_bytes())?;
-    }
-    if let Some(path) = &args.out.svg {
-        let (bode, nyquist) = report::response::draw_plots(&scene.model.title, &found.result);
-        files.write(path, bode.as_bytes())?;
-        files.write(&files::sibling_path(path, "nyquist"), nyquist.as_bytes())?;
-    }
-    let written = files.finish()?;
-    match args.out.json {
-        true => output::document(&found.json(&scene))?,
-        false => output::print(&found.text())?,
-    }
-    if !args.out.quiet && !args.out.json {
-        output::print_note(&found.epilogue());
-        output::print_note(&footer::written_files(&written));
-        if args.out.svg.is_some() {
-            output::print_note(&report::response::omitted_text(&found.result));
-        }
-    }
-    Ok(0)
+    let outputs = Outputs::check(&args.out, &["", "nyquist"], &[], &scene.files())?;
+    let drawn = args.out.svg.is_some();
+    let answer = answer(&scene, &study, drawn, args.out.quiet)?;
+    outputs.present(&answer)
 }
 
-/// A linear response with all that is said of it.
-pub struct ResponseReport {
-    machine: PreparedMachine,
-    result: ResponseResult,
-}
-
-impl ResponseReport {
-    /// Prepares and solves; `drawn`: plots are wanted.
-    ///
-    /// # Errors
-    /// Whatever is wrong with the machine, the study or the solution.
-    pub fn new(
-        scene: &Scene,
-        study: &ResponseStudy,
-        drawn: bool,
-        quiet: bool,
-    ) -> Result<ResponseReport, Error> {
-        let machine = PreparedMachine::new(&scene.model)?;
-        let result = progress::with_spinner("answering by frequency", quiet, || {
-            run::run(&machine, study, drawn)
-        })?;
-        Ok(ResponseReport { machine, result })
-    }
-
-    /// The table of peaks.
-    pub fn text(&self) -> String {
-        report::response_table::peaks(&self.machine.machine, &self.result)
-    }
-
-    /// The document.
-    pub fn json(&self, scene: &Scene) -> serde_json::Value {
-        report::response::json(&scene.sources, &self.machine.machine, &self.result)
-    }
-
-    /// What was done and left out, warnings.
-    pub fn epilogue(&self) -> String {
-        let mut text = format!("\n{}\n", report::response::method_text(&self.result));
-        text += &footer::omitted_steps(&self.result.plan);
-        text += &footer::warnings(&self.result.diagnostics);
-        text
-    }
+/// Frequency responses; `drawn`: figures are wanted.
+///
+/// # Errors
+/// Whatever is wrong with the machine, the study or the solution.
+pub fn answer<'a>(
+    scene: &'a Scene,
+    study: &ResponseStudy,
+    drawn: bool,
+    quiet: bool,
+) -> Result<ResponseAnswer<'a>, Error> {
+    let machine = PreparedMachine::new(&scene.model)?;
+    let result = progress::with_spinner("answering by frequency", quiet, || {
+        solve(&machine, study, drawn)
+    })?;
+    Ok(ResponseAnswer {
+        scene,
+        machine,
+        result,
+    })
 }
 
 /// The study that is asked for: the first a scene lists, with what the flags say put in its place.
@@ -140,15 +97,4 @@ fn study_from_args(args: &ResponseArgs, scene: &Scene) -> Result<ResponseStudy, 
         speed: speed.or(listed.speed),
         way: way.or(listed.way),
     })
-}
-
-/// The files to write, checked before any work is done.
-fn output_files(args: &ResponseArgs, scene: &Scene) -> Result<OutputFiles, Error> {
-    let mut outputs: Vec<PathBuf> = args.out.csv.iter().cloned().collect();
-    if let Some(path) = &args.out.svg {
-        files::ends(path, &["svg"])?;
-        outputs.extend([path.clone(), files::sibling_path(path, "nyquist")]);
-    }
-    let inputs: Vec<PathBuf> = scene.files();
-    OutputFiles::new(&outputs, &inputs)
 }

@@ -1,31 +1,17 @@
 //! `geardyn run`: all studies listed in a scene.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::accuracy::AccuracyReport;
 use super::args::RunArgs;
-use super::harmonic_balance::HarmonicBalanceReport;
-use super::response::ResponseReport;
-use super::run_up::RunUpReport;
-use super::te::TransmissionReport;
-use super::{interrupt, modes, output, progress, simulate, stability};
+use super::{
+    accuracy, footer, harmonic_balance, interrupt, modes, output, present, response, run_up,
+    simulate, stability, te,
+};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::plan::modes_run;
-use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::stages::ModesPlan;
-use crate::report;
-use crate::report::json::ShapeDetail;
-use crate::scene::study::{ModesStudy, StudyKind};
+use crate::report::presentation::{Presentation, Provenance, document};
+use crate::scene::study::StudyKind;
 use crate::scene::{self, Scene};
-
-/// What one study gave.
-struct StudyReport {
-    text: String,
-    json: Value,
-    epilogue: String,
-    exit: u8,
-}
 
 /// Carries out every study in its order.
 ///
@@ -40,119 +26,66 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         );
         return Err(error.with_hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
-    let stop = interrupt::cancel_on_ctrl_c();
-    let mut documents = Vec::new();
-    let mut exit = 0;
-    let quiet = args.quiet || args.json;
+    let (mut documents, mut exit) = (Vec::new(), 0);
     let title = &scene.model.title;
     if !args.json && !title.is_empty() {
         output::print(&format!("{title}\n\n"))?;
     }
     for study in &scene.studies {
-        let (name, done) = match &study.kind {
-            StudyKind::Modes(study) => ("modes", run_modes(&scene, study, quiet)),
-            StudyKind::Simulate(study) => (
-                "simulate",
-                simulate::simulate(&scene, study, &stop, quiet).map(|result| StudyReport {
-                    text: simulate::text(&result),
-                    json: simulate::json(&result, &scene),
-                    epilogue: simulate::epilogue(&result),
-                    exit: simulate::exit_code(&result),
-                }),
-            ),
-            StudyKind::Accuracy(study) => (
-                "accuracy",
-                AccuracyReport::new(&scene, study, quiet, &stop).map(|measured| StudyReport {
-                    text: measured.text(),
-                    json: measured.json(&scene),
-                    epilogue: measured.epilogue().to_string(),
-                    exit: measured.exit_code(),
-                }),
-            ),
-            StudyKind::Response(study) => (
-                "response",
-                ResponseReport::new(&scene, study, false, quiet).map(|found| StudyReport {
-                    text: found.text(),
-                    json: found.json(&scene),
-                    epilogue: found.epilogue(),
-                    exit: 0,
-                }),
-            ),
-            StudyKind::HarmonicBalance(study) => (
-                "harmonic_balance",
-                HarmonicBalanceReport::new(&scene, study, quiet).map(|found| StudyReport {
-                    text: found.text(),
-                    json: found.json(&scene),
-                    epilogue: found.epilogue(),
-                    exit: 0,
-                }),
-            ),
-            StudyKind::RunUp(study) => (
-                "run_up",
-                RunUpReport::new(&scene, study).map(|found| StudyReport {
-                    text: found.text(),
-                    json: found.json(&scene),
-                    epilogue: found.epilogue(),
-                    exit: 0,
-                }),
-            ),
-            StudyKind::Transmission(study) => (
-                "te",
-                TransmissionReport::new(&scene, study, quiet).map(|traced| StudyReport {
-                    text: traced.text(),
-                    json: traced.json(&scene),
-                    epilogue: traced.epilogue(),
-                    exit: 0,
-                }),
-            ),
-            StudyKind::Stability(study) => (
-                "stability",
-                stability::run_study(&scene, study, quiet, &stop).map(|found| StudyReport {
-                    text: report::stability_table::table(&found),
-                    json: report::stability::json(&scene.sources, &found),
-                    epilogue: stability::epilogue(&found),
-                    exit: stability::exit_code(&found),
-                }),
-            ),
-        };
-        let done = done.map_err(|e| match e.span {
+        let found = answer(&scene, &study.kind, args.quiet || args.json);
+        let (name, answer) = found.map_err(|e| match e.span {
             Some(_) => e,
             None => e.with_span(&study.span),
         })?;
+        let answer = &*answer;
         if !args.json {
-            output::print(&format!(
-                "{}── {name}\n",
-                if documents.is_empty() { "" } else { "\n" }
-            ))?;
-            output::print(&done.text)?;
+            let gap = if documents.is_empty() { "" } else { "\n" };
+            output::print(&format!("{gap}── {name}\n{}", answer.text()))?;
             if !args.quiet {
-                output::print_note(&done.epilogue);
+                output::print_note(&footer::notes(answer));
             }
         }
-        documents.push(json!({ "study": name, "answer": done.json }));
-        exit = exit.max(done.exit);
+        documents.push(json!({ "study": name, "answer": document(answer)? }));
+        exit = exit.max(present::exit_code(answer));
         if interrupt::is_raised() {
             exit = interrupt::EXIT_INTERRUPTED;
             break;
         }
     }
     if args.json {
-        let document = json!({ "geardyn": report::json::header(&scene.sources, &[]), "title": title, "studies": documents, "warnings": [] });
+        let sources = &scene.sources;
+        let about = Provenance::of_plan(sources, &[], &[]);
+        let document = json!({ "geardyn": about.header(), "title": title, "studies": documents, "warnings": [] });
         output::document(&document)?;
     }
     Ok(exit)
 }
 
-fn run_modes(scene: &Scene, study: &ModesStudy, quiet: bool) -> Result<StudyReport, Error> {
-    let machine = PreparedMachine::new(&scene.model)?;
-    let plan = ModesPlan::plan_modes(&machine, study);
-    let answer = progress::with_spinner("finding modes", quiet, || {
-        modes_run::run(&machine, study, &plan)
-    })?;
-    Ok(StudyReport {
-        text: report::modes_table::modes(&machine, &answer),
-        json: report::json::modes(&scene.sources, &machine, &answer, ShapeDetail::default()),
-        epilogue: modes::epilogue(&plan, &answer, &[]),
-        exit: 0,
+/// The answer to a study, with the name of its kind.
+fn answer<'a>(
+    scene: &'a Scene,
+    study: &StudyKind,
+    quiet: bool,
+) -> Result<(&'static str, Box<dyn Presentation + 'a>), Error> {
+    Ok(match study {
+        StudyKind::Modes(study) => ("modes", Box::new(modes::answer(scene, study, quiet)?)),
+        StudyKind::Simulate(study) => {
+            ("simulate", Box::new(simulate::answer(scene, study, quiet)?))
+        }
+        StudyKind::Accuracy(study) => ("accuracy", accuracy::answer(scene, study, quiet)?),
+        StudyKind::Response(study) => (
+            "response",
+            Box::new(response::answer(scene, study, false, quiet)?),
+        ),
+        StudyKind::HarmonicBalance(study) => (
+            "harmonic_balance",
+            Box::new(harmonic_balance::answer(scene, study, quiet)?),
+        ),
+        StudyKind::RunUp(study) => ("run_up", Box::new(run_up::answer(scene, study, quiet)?)),
+        StudyKind::Transmission(study) => ("te", Box::new(te::answer(scene, study, quiet)?)),
+        StudyKind::Stability(study) => (
+            "stability",
+            Box::new(stability::answer(scene, study, quiet)?),
+        ),
     })
 }

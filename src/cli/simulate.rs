@@ -1,17 +1,12 @@
 //! `geardyn simulate`: motion in time.
 
-use std::path::PathBuf;
-
-use serde_json::Value;
-
 use super::args::{OnlineArgs, SimulateArgs};
-use super::files::{self, OutputFiles};
-use super::{footer, interrupt, output, progress, simulate_study};
+use super::present::Outputs;
+use super::{interrupt, progress, simulate_study};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::time_budget::CancelToken;
 use crate::plan::simulate::SimulationResult;
-use crate::report;
+use crate::report::simulation::SimulationAnswer;
 use crate::scene::study::{
     self, BLOCK_SIZES, OnlineStudy, OrderTrackingStudy, SimulateStudy, StudyKind,
 };
@@ -45,55 +40,27 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
             .with_hint("leave history = \"none\" out of the study, or the flags")
             .into());
     }
-    let outputs: Vec<PathBuf> = args.out.csv.iter().chain(&args.out.svg).cloned().collect();
-    let inputs: Vec<PathBuf> = scene.files();
-    if let Some(path) = &args.out.svg {
-        files::ends(path, &["svg"])?;
-    }
-    let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let result = simulate(
-        &scene,
-        &study,
-        &interrupt::cancel_on_ctrl_c(),
-        args.out.quiet,
-    )
-    .map_err(|e| simulate_study::with_study_span(e, &args.motion, place))?;
-    let whole = !result.history.interrupted;
-    if let Some(path) = args.out.csv.as_ref().filter(|_| whole) {
-        let text = report::simulation::csv(&result.scene, &result.history);
-        files.write(path, text.as_bytes())?;
-    }
-    if let Some(path) = args.out.svg.as_ref().filter(|_| whole) {
-        let plot = report::simulation::draw(&scene.model.title, &result.scene, &result.history);
-        files.write(path, plot.as_bytes())?;
-    }
-    let written = files.finish()?;
-    match args.out.json {
-        true => output::document(&json(&result, &scene))?,
-        false => output::print(&text(&result))?,
-    }
-    if !args.out.quiet {
-        output::print_note(&epilogue(&result));
-        output::print_note(&footer::written_files(&written));
-        output::print_note(&footer::not_written(&outputs, whole));
-    }
-    Ok(exit_code(&result))
+    let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;
+    let answer = answer(&scene, &study, args.out.quiet)
+        .map_err(|e| simulate_study::with_study_span(e, &args.motion, place))?;
+    outputs.present(&answer)
 }
 
-/// Integrates; at a terminal it says how far the motion is.
+/// The motion; at a terminal it says how far it is.
 ///
 /// # Errors
 /// Whatever is wrong with the machine or the motion.
-pub fn simulate(
-    scene: &Scene,
+pub fn answer<'a>(
+    scene: &'a Scene,
     study: &SimulateStudy,
-    cancel: &CancelToken,
     quiet: bool,
-) -> Result<SimulationResult, Error> {
+) -> Result<SimulationAnswer<'a>, Error> {
     let bar = progress::progress_bar("integrating", quiet);
-    let moved = SimulationResult::simulate(scene, study, cancel, &|share| bar(Some(share)));
+    let cancel = interrupt::cancel_on_ctrl_c();
+    let result = SimulationResult::simulate(scene, study, &cancel, &|share| bar(Some(share)));
     bar(None);
-    moved
+    let result = result?;
+    Ok(SimulationAnswer { scene, result })
 }
 
 /// What is found while the motion runs: that of the study with what the flags say put in its place.
@@ -128,65 +95,4 @@ fn online_from_args(args: &OnlineArgs, listed: OnlineStudy) -> Result<OnlineStud
         te: te.transpose()?.or(listed.te),
         teeth: args.teeth.clone().or(listed.teeth),
     })
-}
-
-/// The tables.
-pub fn text(result: &SimulationResult) -> String {
-    let sensitivity = result.sensitivity.as_ref();
-    let mut text =
-        report::simulation_table::output_statistics(&result.scene, &result.history, sensitivity);
-    if let Some(sensitivity) = sensitivity {
-        text += &report::sensitivity_table::text(&result.scene, sensitivity);
-    }
-    text += &report::online_table::text(&result.scene, &result.online);
-    if let Some(at) = result
-        .step_time_s
-        .filter(|_| !result.history.time.is_empty())
-    {
-        text += &report::simulation_table::step_responses(&result.scene, &result.history, at);
-    }
-    text
-}
-
-/// The document.
-pub fn json(result: &SimulationResult, scene: &Scene) -> Value {
-    let mut document = report::simulation::json(
-        &scene.sources,
-        &result.scene,
-        &result.choice,
-        &result.history,
-        result.step_time_s,
-        &result.diagnostics,
-    );
-    document["title"] = scene.model.title.as_str().into();
-    report::sensitivity::extend(&mut document, &result.scene, result.sensitivity.as_ref());
-    report::online::extend(&mut document, &result.scene, &result.online);
-    document
-}
-
-/// What was done and left out, what it cost, warnings.
-pub fn epilogue(result: &SimulationResult) -> String {
-    let mut text = String::from("\n");
-    text += &footer::plan_steps(&result.plan);
-    text += &report::simulation_table::effort(&result.history);
-    if let Some(sensitivity) = &result.sensitivity {
-        text += &report::sensitivity_table::effort(sensitivity);
-    }
-    if let Some(balance) = &result.history.balance {
-        text += &report::simulation_table::balance(balance);
-    }
-    text += &footer::warnings(&result.diagnostics);
-    if result.history.interrupted {
-        let end = crate::base::quantity::format_time(result.history.end_time);
-        text += &format!("interrupted at t = {end}: what is shown ends there\n");
-    }
-    text
-}
-
-/// How the command ends.
-pub fn exit_code(result: &SimulationResult) -> u8 {
-    match result.history.interrupted {
-        true => interrupt::EXIT_INTERRUPTED,
-        false => 0,
-    }
 }

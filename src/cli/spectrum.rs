@@ -1,25 +1,23 @@
 //! `geardyn spectrum`: what frequencies or orders are in a log.
 
 use std::f64::consts::TAU;
-use std::path::PathBuf;
 
 use super::args::{DetrendArg, MotionQuantityArg, SpectrumArgs, SpectrumKindArg};
-use super::files::{self, OutputFiles};
-use super::{footer, identify, logs, output, progress};
+use super::present::Outputs;
+use super::{identify, logs, progress};
 use crate::base::code::Code;
-use crate::base::error::{Diagnostic, Error, Errors};
+use crate::base::error::{Error, Errors};
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
 use crate::plan::logs::expected_lines;
 use crate::plan::logs::order_cuts;
 use crate::plan::logs::spectrum;
-use crate::plan::logs::spectrum_study::{SpectrumKind, SpectrumResult, SpectrumStudy};
+use crate::plan::logs::spectrum_study::{SpectrumKind, SpectrumStudy};
 use crate::plan::logs::stored_spectra;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::recording::channel_names;
-use crate::recording::raw::{RawLog, Repair};
-use crate::recording::signals::Recording;
-use crate::report;
+use crate::recording::raw::RawLog;
+use crate::report::presentation::LogAnswer;
 use crate::scene;
 use crate::spectrum::integrate::MotionQuantity;
 use crate::spectrum::line_labels::{ExpectedLine, RollingBearing};
@@ -32,20 +30,10 @@ use crate::spectrum::window::Window;
 /// Whatever is wrong with the log, the flags or the model.
 pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     let mut study = study(args)?;
-    let outputs: Vec<PathBuf> = args.out.csv.iter().chain(&args.out.svg).cloned().collect();
-    for (path, end) in args
-        .out
-        .csv
-        .iter()
-        .map(|p| (p, "csv"))
-        .chain(args.out.svg.iter().map(|p| (p, "svg")))
-    {
-        files::ends(path, &[end])?;
-    }
     let logs = logs::open_logs(&args.files, &args.log)?;
     let mut inputs = logs::paths(&logs);
     inputs.extend(args.model.clone());
-    let files = OutputFiles::new(&outputs, &inputs)?;
+    let outputs = Outputs::check(&args.out, &[""], &[], &inputs)?;
     study.expected_lines = expected_lines(args, &study)?;
     let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
     reject_duplicates(&only)?;
@@ -57,69 +45,46 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     }
     let only: Vec<String> = study.channels.iter().chain(&study.tacho).cloned().collect();
     reject_duplicates(&only)?;
-    let (mut found, diagnostics, repairs) = if use_file_spectra(&log, &study) {
+    let title = logs::title(&args.files);
+    if use_file_spectra(&log, &study) {
         if logs.len() > 1 {
             let message = "the file holds spectra; only signals of several files are averaged";
             let error = Error::new(Code::Conflict, message).with_hint("name one file of spectra");
             return Err(error.with_file(&log.path).into());
         }
-        let found = stored_spectra::analyse_stored(&log.spectra, &study)
+        let mut result = stored_spectra::analyse_stored(&log.spectra, &study)
             .map_err(|e| e.with_file(&log.path))?;
-        (found, log.diagnostics, log.repairs)
-    } else {
-        let recording = logs::preprocess(&logs, log, &only, args.out.quiet)?;
-        if args.kind == SpectrumKindArg::OrderCut {
-            return cut(files, args, &recording, &study);
-        }
-        let found = progress::with_spinner("analysing", args.out.quiet, || {
-            spectrum::run_spectrum(&recording, &study)
+        result.diagnostics.splice(0..0, log.diagnostics);
+        let repairs = log.repairs;
+        return outputs.present(&LogAnswer {
+            title,
+            repairs,
+            result,
+        });
+    }
+    let recording = logs::preprocess(&logs, log, &only, args.out.quiet)?;
+    let (repairs, quiet) = (recording.repairs.clone(), args.out.quiet);
+    let warnings = recording.diagnostics.iter().cloned();
+    if args.kind == SpectrumKindArg::OrderCut {
+        let mut result = progress::with_spinner("cutting orders", quiet, || {
+            order_cuts::order_cuts(&recording, &study)
         })?;
-        (found, recording.diagnostics, recording.repairs)
-    };
-    found.diagnostics.splice(0..0, diagnostics);
-    let written = written(files, args, &found)?;
-    if args.out.json {
-        let document = report::spectra::json(&found, &repairs);
-        output::document(&document)?;
-        return Ok(0);
+        result.diagnostics.splice(0..0, warnings);
+        return outputs.present(&LogAnswer {
+            title,
+            repairs,
+            result,
+        });
     }
-    output::print(&report::spectrum_table::spectrum(&found))?;
-    if !args.out.quiet {
-        output::print_note(&epilogue(&repairs, &found.diagnostics, &written));
-    }
-    Ok(0)
-}
-
-/// Cuts orders and prints.
-fn cut(
-    mut files: OutputFiles,
-    args: &SpectrumArgs,
-    recording: &Recording,
-    study: &SpectrumStudy,
-) -> Result<u8, Errors> {
-    let mut found = progress::with_spinner("cutting orders", args.out.quiet, || {
-        order_cuts::order_cuts(recording, study)
+    let mut result = progress::with_spinner("analysing", quiet, || {
+        spectrum::run_spectrum(&recording, &study)
     })?;
-    found
-        .diagnostics
-        .splice(0..0, recording.diagnostics.iter().cloned());
-    if let Some(path) = &args.out.csv {
-        files.write(path, report::order_cuts::csv(&found).as_bytes())?;
-    }
-    if let Some(path) = &args.out.svg {
-        let plot = report::order_cuts::draw(&found, &logs::title(&args.files));
-        files.write(path, plot.as_bytes())?;
-    }
-    let written = files.finish()?;
-    if args.out.json {
-        output::document(&report::order_cuts::json(&found, &recording.repairs))?;
-        return Ok(0);
-    }
-    output::print(&report::order_cuts_table::table(&found))?;
-    if !args.out.quiet {
-        output::print_note(&epilogue(&recording.repairs, &found.diagnostics, &written));
-    }
-    Ok(0)
+    result.diagnostics.splice(0..0, warnings);
+    outputs.present(&LogAnswer {
+        title,
+        repairs,
+        result,
+    })
 }
 
 /// Whether what is asked for are spectra that the file holds: it holds nothing else, or all words name one.
@@ -330,36 +295,4 @@ fn bearing(text: &str) -> Result<RollingBearing, Error> {
         pitch_diameter: quantity::parse_or_bare(pitch, QuantityKind::Length, "mm", "--bearing")?,
         contact_angle: quantity::parse_or_bare(angle, QuantityKind::Angle, "deg", "--bearing")?,
     })
-}
-
-/// Writes what was asked for and says what.
-fn written(
-    mut files: OutputFiles,
-    args: &SpectrumArgs,
-    found: &SpectrumResult,
-) -> Result<Vec<PathBuf>, Error> {
-    if let Some(path) = &args.out.csv {
-        files.write(path, report::spectra::csv(found).as_bytes())?;
-    }
-    if let Some(path) = &args.out.svg {
-        let name = logs::title(&args.files);
-        let maps = report::spectra::heatmaps(found, &name);
-        let plot = match maps.is_empty() {
-            true => {
-                report::spectrum_plot::draw_spectra(&report::spectra::spectrum_plot(found, &name))
-            }
-            false => report::heatmap::draw_heatmaps(&maps),
-        };
-        files.write(path, plot.as_bytes())?;
-    }
-    files.finish()
-}
-
-/// What was done to the data, warnings, what was written.
-fn epilogue(repairs: &[Repair], diagnostics: &[Diagnostic], written: &[PathBuf]) -> String {
-    let mut text = String::from("\n");
-    text += &footer::repairs(repairs);
-    text += &footer::warnings(diagnostics);
-    text += &footer::written_files(written);
-    text
 }

@@ -1,24 +1,20 @@
 //! `geardyn stability`: step limits, parametric stability, stress cases.
 
-use std::path::PathBuf;
-
 use super::args::StabilityArgs;
-use super::files::{self, OutputFiles};
-use super::{footer, interrupt, output, simulate_study};
+use super::present::Outputs;
+use super::{interrupt, output, simulate_study};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::time_budget::CancelToken;
 use crate::plan::motion::method_choice;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::report;
-use crate::report::stability::StabilityResult;
+use crate::report::stability::StabilityAnswer;
+use crate::report::stability_table::StabilityResult;
 use crate::scene::study::{ParameterSweep, SimulateStudy, SpeedRange, StabilityStudy, StudyKind};
 use crate::scene::{self, Scene};
 use crate::study::monitor::{Monitor, interrupted_error};
 use crate::study::parametric;
-use crate::study::stability::amplification::AmplificationChart;
-use crate::study::stability::stress_test::{self, CaseMethods, CaseVerdict};
+use crate::study::stability::stress_test::{self, CaseMethods};
 use crate::study::stability::{amplification, linear, perturbations};
 
 /// Studies and prints; ends with 1 where a case failed.
@@ -55,68 +51,12 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         );
         return Err(error.with_hint("add --speeds FIRST:LAST:POINTS").into());
     }
-    let inputs: Vec<PathBuf> = scene.files();
-    let mut outputs: Vec<PathBuf> = args.out.svg.iter().cloned().collect();
-    if let Some(path) = &args.out.svg {
-        files::ends(path, &["svg"])?;
-        outputs.extend(study.over.map(|_| files::sibling_path(path, "chart")));
-    }
-    let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let found = run_study(
-        &scene,
-        &study,
-        args.out.json,
-        &interrupt::cancel_on_ctrl_c(),
-    )?;
-    if let Some(path) = args.out.svg.as_ref().filter(|_| !found.interrupted) {
-        let shortest = found
-            .linear
-            .max_steps
-            .iter()
-            .map(|l| l.1)
-            .fold(f64::INFINITY, f64::min);
-        let usual = if shortest.is_finite() { shortest } else { 1.0 };
-        let step = study.motion.step.unwrap_or(usual);
-        let spectrum = AmplificationChart::new(&found.linear.eigenvalues, step)?;
-        let plot = report::stability_regions::draw_stability_regions(
-            &scene.model.title,
-            &found.linear,
-            &spectrum,
-        );
-        files.write(path, plot.as_bytes())?;
-        let charted = found.floquet.as_ref().ok();
-        if let Some((chart, speed)) = charted.and_then(|p| Some((p.chart.as_ref()?, p.speed)))
-            && chart.parameter.is_some()
-        {
-            let plot = report::stability::draw_stability_chart(&scene.model.title, chart, speed);
-            files.write(&files::sibling_path(path, "chart"), plot.as_bytes())?;
-        }
-    }
-    files.finish()?;
-    match args.out.json {
-        true => output::document(&report::stability::json(&scene.sources, &found))?,
-        false => output::print(&report::stability_table::table(&found))?,
-    }
-    output::print_note(&epilogue(&found));
-    output::print_note(&footer::not_written(&outputs, !found.interrupted));
-    Ok(exit_code(&found))
-}
-
-/// Warnings, and what is said where the study ended early.
-pub fn epilogue(found: &StabilityResult) -> String {
-    let text = footer::warnings(&found.linear.diagnostics);
-    match found.interrupted {
-        true => text + "interrupted: what is shown was finished before\n",
-        false => text,
-    }
-}
-
-/// The exit code of what was found: 1 where a case failed.
-pub fn exit_code(found: &StabilityResult) -> u8 {
-    match found.interrupted {
-        true => interrupt::EXIT_INTERRUPTED,
-        false => u8::from(found.cases.iter().any(|c| c.verdict == CaseVerdict::Fail)),
-    }
+    let figures: &[&str] = match study.over {
+        Some(_) => &["", "chart"],
+        None => &[""],
+    };
+    let outputs = Outputs::check(&args.out, figures, &[], &scene.files())?;
+    outputs.present(&answer(&scene, &study, args.out.quiet || args.out.json)?)
 }
 
 /// The study of stability a scene lists; else the motion it lists.
@@ -141,12 +81,12 @@ fn study_from_scene(scene: &Scene) -> StabilityStudy {
 ///
 /// # Errors
 /// Whatever is wrong with the machine or the methods.
-pub fn run_study(
-    scene: &Scene,
+pub fn answer<'a>(
+    scene: &'a Scene,
     study: &StabilityStudy,
     quiet: bool,
-    cancel: &CancelToken,
-) -> Result<StabilityResult, Error> {
+) -> Result<StabilityAnswer<'a>, Error> {
+    let cancel = &interrupt::cancel_on_ctrl_c();
     method_choice::find_methods(&study.methods)?;
     let mut monitor = Monitor {
         cancel,
@@ -199,14 +139,18 @@ pub fn run_study(
     };
     let step = study.motion.step.unwrap_or(facts.default_step());
     let amplified = amplification::amplification_factors(&facts.eigenvalues, step)?;
-    Ok(StabilityResult {
-        amplification: (step, amplified),
-        linear: facts,
-        floquet,
-        cases,
-        budget,
-        left_out,
-        methods_left_out,
-        interrupted: cancel.is_cancelled(),
+    Ok(StabilityAnswer {
+        scene,
+        step: study.motion.step,
+        result: StabilityResult {
+            amplification: (step, amplified),
+            linear: facts,
+            floquet,
+            cases,
+            budget,
+            left_out,
+            methods_left_out,
+            interrupted: cancel.is_cancelled(),
+        },
     })
 }

@@ -1,17 +1,15 @@
 //! `geardyn te`: transmission error of a chain.
 
-use std::path::PathBuf;
-
 use super::args::TeArgs;
-use super::files::{self, OutputFiles};
-use super::{footer, output, progress, te_log};
+use super::present::Outputs;
+use super::{destination, progress, te_log};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::transmission::run::{self, TransmissionResult};
-use crate::report;
+use crate::plan::transmission::run::run as solve;
+use crate::report::transmission::TransmissionAnswer;
 use crate::scene::study::{IndexingStudy, SpeedRange, StudyKind, TransmissionStudy};
 use crate::scene::{self, Scene};
 
@@ -26,101 +24,37 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     te_log::reject_log_flags(args)?;
     let scene = scene::read(&args.file)?;
     let study = study_from_args(args, &scene)?;
-    let outputs = outputs(args)?;
-    let inputs: Vec<PathBuf> = scene.files();
-    let mut files = OutputFiles::new(&outputs, &inputs)?;
-    let mut result = TransmissionReport::new(&scene, &study, args.out.quiet)?;
-    result.all = args.all;
-    let (machine, answer) = (&result.machine.machine, &result.result);
-    if let Some(path) = &args.out.csv {
-        files.write(path, report::transmission::csv(machine, answer).as_bytes())?;
-    }
+    let figures: &[&str] = match args.speeds {
+        Some(_) => &["", "budget", "speeds"],
+        None => &["", "budget"],
+    };
+    let mut outputs = Outputs::check(&args.out, figures, &[&args.written], &scene.files())?;
+    let mut answer = answer(&scene, &study, args.out.quiet)?;
+    answer.all = args.all;
     if let Some(path) = &args.written {
-        files.write_with(path, |to| {
-            report::transmission::write_record(machine, answer, to)
-        })?;
+        let failed = |e| destination::output_error(path, &e);
+        outputs.write(path, |to| answer.record().write_csv(to).map_err(failed))?;
     }
-    if let Some(path) = &args.out.svg {
-        let title = &scene.model.title;
-        let plots = report::transmission_plots::draw_all(title, machine, answer);
-        for (word, plot) in plots {
-            files.write(&files::sibling_path(path, word), plot.as_bytes())?;
-        }
-    }
-    let written = files.finish()?;
-    match args.out.json {
-        true => output::document(&result.json(&scene))?,
-        false => output::print(&result.text())?,
-    }
-    if !args.out.quiet && !args.out.json {
-        output::print_note(&result.epilogue());
-        output::print_note(&footer::written_files(&written));
-    }
-    Ok(0)
+    outputs.present(&answer)
 }
 
-/// Every file that is to be written.
-fn outputs(args: &TeArgs) -> Result<Vec<PathBuf>, Error> {
-    let mut all: Vec<PathBuf> = args.out.csv.iter().chain(&args.written).cloned().collect();
-    if let Some(path) = &args.out.csv {
-        files::ends(path, &["csv"])?;
-    }
-    if let Some(path) = &args.out.svg {
-        files::ends(path, &["svg"])?;
-        let words: &[&str] = match args.speeds {
-            Some(_) => &["", "budget", "speeds"],
-            None => &["", "budget"],
-        };
-        all.extend(words.iter().map(|word| files::sibling_path(path, word)));
-    }
-    Ok(all)
-}
-
-/// The transmission error of a chain with all that is said of it.
-pub struct TransmissionReport {
-    machine: PreparedMachine,
-    result: TransmissionResult,
-    /// Every line is shown.
-    all: bool,
-}
-
-impl TransmissionReport {
-    /// Prepares and solves.
-    ///
-    /// # Errors
-    /// Whatever is wrong with the machine, the study or the chain.
-    pub fn new(
-        scene: &Scene,
-        study: &TransmissionStudy,
-        quiet: bool,
-    ) -> Result<TransmissionReport, Error> {
-        let machine = PreparedMachine::new(&scene.model)?;
-        let result =
-            progress::with_spinner("following the errors", quiet, || run::run(&machine, study))?;
-        Ok(TransmissionReport {
-            machine,
-            result,
-            all: false,
-        })
-    }
-
-    /// The order table, what coincides, the sums.
-    pub fn text(&self) -> String {
-        report::transmission_table::table(&self.machine.machine, &self.result, self.all)
-    }
-
-    /// The document.
-    pub fn json(&self, scene: &Scene) -> serde_json::Value {
-        report::transmission::json(&scene.sources, &self.machine.machine, &self.result)
-    }
-
-    /// What was left out, warnings.
-    pub fn epilogue(&self) -> String {
-        let mut text = String::from("\n");
-        text += &footer::omitted_steps(&self.result.plan);
-        text += &footer::warnings(&self.result.diagnostics);
-        text
-    }
+/// The transmission error of a chain.
+///
+/// # Errors
+/// Whatever is wrong with the machine, the study or the chain.
+pub fn answer<'a>(
+    scene: &'a Scene,
+    study: &TransmissionStudy,
+    quiet: bool,
+) -> Result<TransmissionAnswer<'a>, Error> {
+    let machine = PreparedMachine::new(&scene.model)?;
+    let result = progress::with_spinner("following the errors", quiet, || solve(&machine, study))?;
+    Ok(TransmissionAnswer {
+        scene,
+        machine,
+        result,
+        all: false,
+    })
 }
 
 /// The study that is asked for: the first a scene lists, with what the flags say put in its place.

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::args::{EncoderTeArgs, TeArgs};
-use super::files::{self, OutputFiles};
-use super::{footer, output, progress};
+use super::present::Outputs;
+use super::progress;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::quantity;
@@ -17,7 +17,7 @@ use crate::recording::raw::{RawLog, Repair};
 use crate::recording::read_options::{RateSource, ReadOptions};
 use crate::recording::signals::Recording;
 use crate::recording::{channel_names, preprocess};
-use crate::report;
+use crate::report::encoder_te_answer::EncoderAnswer;
 use crate::scene;
 use crate::transmission::encoder::gear_train::GearTrain;
 
@@ -85,47 +85,29 @@ fn reject_model_flags(args: &TeArgs) -> Result<(), Error> {
 pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     reject_model_flags(args)?;
     let mut study = study(args)?;
-    let outputs: Vec<PathBuf> = args.out.csv.iter().chain(&args.out.svg).cloned().collect();
-    for (path, end) in [(&args.out.csv, "csv"), (&args.out.svg, "svg")] {
-        if let Some(path) = path {
-            files::ends(path, &[end])?;
-        }
-    }
     let (mut options, sidecar) = args.log.settings(&args.file)?;
     let inputs: Vec<PathBuf> = sidecar.into_iter().chain([args.file.clone()]).collect();
-    let mut files = OutputFiles::new(&outputs, &inputs)?;
+    let outputs = Outputs::check(&args.out, &[""], &[], &inputs)?;
     if study.pulse_times || study.angle_base {
         // No column is a clock of rows.
         options.time_column = Some("none".into());
         options.rate = Some(RateSource::Hertz(1.0));
     }
     let model = model(args)?;
-    let (found, repairs) = read_and_evaluate(args, &mut study, model.as_ref(), options)?;
-    if let Some(path) = &args.out.csv {
-        files.write(path, report::encoder_te::csv(&found).as_bytes())?;
-    }
-    if let Some(path) = &args.out.svg {
-        let name = args.file.file_name().unwrap_or_default().to_string_lossy();
-        let title = format!(
+    let (result, repairs) = read_and_evaluate(args, &mut study, model.as_ref(), options)?;
+    let name = args.file.file_name().unwrap_or_default().to_string_lossy();
+    outputs.present(&EncoderAnswer {
+        title: format!(
             "{name}: {} by {}, {}",
             study.output.join(" and "),
             study.input.join(" and "),
             args.record.teeth.as_deref().unwrap_or_default()
-        );
-        let plot = report::encoder_te_plot::draw_record(&found, &title);
-        files.write(path, plot.as_bytes())?;
-    }
-    let written = files.finish()?;
-    if args.out.json {
-        let document = report::encoder_te::json(&found, &study.teeth, &repairs);
-        output::document(&document)?;
-        return Ok(0);
-    }
-    output::print(&report::encoder_te_table::record(&found, args.all))?;
-    if !args.out.quiet {
-        output::print_note(&epilogue(&found, &repairs, &written));
-    }
-    Ok(0)
+        ),
+        repairs,
+        result,
+        teeth: study.teeth,
+        all: args.all,
+    })
 }
 
 /// The machine that names the orders, and where the encoders sit in it.
@@ -364,13 +346,4 @@ fn parse_encoder_lines(text: &str) -> Result<(usize, usize), Error> {
             )))
         }
     }
-}
-
-/// What was done to the data, warnings, what was written.
-fn epilogue(found: &EncoderResult, repairs: &[Repair], written: &[PathBuf]) -> String {
-    let mut text = String::from("\n");
-    text += &footer::repairs(repairs);
-    text += &footer::warnings(&found.diagnostics);
-    text += &footer::written_files(written);
-    text
 }

@@ -1,45 +1,18 @@
-//! Transmission error from encoder records as JSON and CSV.
+//! Transmission error from encoder records: document and table over the angle.
 
 use std::f64::consts::{PI, TAU};
 
 use serde_json::{Value, json};
 
-use super::json::{log_header, warnings};
-use super::recording::repairs;
+use super::table::{Table, or_blank};
+use super::te_lines::{arcsec, degrees, direction_name, micrometres, peak_to_peak};
 use crate::plan::logs::attribution::{AttributedOrder, Attribution, DeclaredSource};
 use crate::plan::logs::encoder_analysis::EncoderResult;
-use crate::recording::raw::Repair;
 use crate::transmission::encoder::flank::{FlankEvaluation, OrderEstimate};
 use crate::transmission::encoder::gear_train::GearTrain;
 
-/// Arc seconds of an angle, rad.
-pub fn arcsec(angle: f64) -> f64 {
-    angle * 648_000.0 / PI
-}
-
-/// Degrees in [0, 360).
-pub fn degrees(angle: f64) -> f64 {
-    angle.to_degrees().rem_euclid(360.0)
-}
-
-/// Which way the input turned.
-pub fn direction_name(flank: &FlankEvaluation) -> &'static str {
-    if flank.forward { "forward" } else { "backward" }
-}
-
-/// Greatest less least.
-pub fn peak_to_peak(values: &[f64]) -> f64 {
-    let ends = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
-            (l.min(x), h.max(x))
-        });
-    ends.1 - ends.0
-}
-
-/// The JSON document of `te LOG`.
-pub fn json(found: &EncoderResult, teeth: &GearTrain, done: &[Repair]) -> Value {
-    let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
+/// The document of a transmission error from encoders, without what its provenance adds.
+pub fn body(found: &EncoderResult, teeth: &GearTrain) -> Value {
     let measured = &found.measured;
     let mut flanks: Vec<Value> = measured.flanks.iter().map(|f| flank(f, found)).collect();
     for (flank, all) in flanks.iter_mut().zip(&found.attribution) {
@@ -47,7 +20,6 @@ pub fn json(found: &EncoderResult, teeth: &GearTrain, done: &[Repair]) -> Value 
     }
     let mut document = flanks.first().cloned().unwrap_or(json!({}));
     let more = json!({
-        "geardyn": log_header(&trace),
         "how": found.method_text,
         "teeth": teeth.pairs().iter().map(|p| [p.0, p.1]).collect::<Vec<_>>(),
         "hunting_turns": teeth.hunting_turns().to_string(),
@@ -103,19 +75,11 @@ pub fn json(found: &EncoderResult, teeth: &GearTrain, done: &[Repair]) -> Value 
             "row": j.row + 1, "counts": j.counts, "encoder": j.encoder, "step_arcsec": arcsec(j.step),
             "or": j.alternative.map(|(counts, encoder)| json!({ "counts": counts, "encoder": encoder })),
         })).collect::<Vec<_>>(),
-        "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
-        "repairs": repairs(done),
-        "warnings": warnings(&found.diagnostics),
     });
     if let (Some(document), Value::Object(more)) = (document.as_object_mut(), more) {
         document.extend(more);
     }
     document
-}
-
-/// A length on the line of action, µm, where the radius is known.
-pub fn micrometres(found: &EncoderResult, angle: f64) -> Option<f64> {
-    found.radius.map(|r| 1e6 * r * angle)
 }
 
 fn flank(flank: &FlankEvaluation, found: &EncoderResult) -> Value {
@@ -213,33 +177,29 @@ fn line(line: &OrderEstimate, found: &EncoderResult) -> Value {
 }
 
 /// One row a cell: direction, angle of the output, error, long wave over the turns of the ranges, play where both directions passed.
-pub fn csv(found: &EncoderResult) -> String {
-    let mut text = String::from("direction,angle_deg,te_arcsec,long_wave_arcsec");
+pub fn table(found: &EncoderResult) -> Table<'static> {
     let play = found.measured.backlash.as_ref();
     let play = play.and_then(|p| p.variation.as_ref()).map(|c| &c.signal);
-    text += found.radius.map_or("", |_| ",te_um");
-    text += play.map_or("", |_| ",play_arcsec");
-    text.push('\n');
-    let arc = |x: Option<&f64>| x.map_or(String::new(), |x| format!("{:.6}", arcsec(*x)));
+    let mut table = Table::new("direction|angle_deg|te_arcsec|long_wave_arcsec")
+        .columns_if(found.radius.is_some(), "te_um")
+        .columns_if(play.is_some(), "play_arcsec");
+    let arc = |x: Option<&f64>| or_blank(x, |x| format!("{:.6}", arcsec(*x)));
     for flank in &found.measured.flanks {
         for (i, e) in flank.signal.values.iter().enumerate() {
             let angle = flank.signal.angle(i).to_degrees();
-            let long = arc(flank.composite.long_wave.get(i));
-            text += &format!(
-                "{},{angle:.9},{:.6},{long}",
-                direction_name(flank),
-                arcsec(*e)
-            );
-            if let Some(um) = micrometres(found, *e) {
-                text += &format!(",{um:.6}");
-            }
-            if let Some(play) = play {
-                let at = flank.signal.first + i as i64 - play.first;
-                let at = usize::try_from(at).ok();
-                text += &format!(",{}", arc(at.and_then(|at| play.values.get(at))));
-            }
-            text.push('\n');
+            let mut cells = vec![
+                direction_name(flank).to_string(),
+                format!("{angle:.9}"),
+                arc(Some(e)),
+                arc(flank.composite.long_wave.get(i)),
+            ];
+            cells.extend(micrometres(found, *e).map(|um| format!("{um:.6}")));
+            cells.extend(play.map(|play| {
+                let at = usize::try_from(flank.signal.first + i as i64 - play.first).ok();
+                arc(at.and_then(|at| play.values.get(at)))
+            }));
+            table.row(cells);
         }
     }
-    text
+    table
 }

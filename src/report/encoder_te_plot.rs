@@ -1,13 +1,13 @@
 //! An encoder record as a plot: the error over the angle of the output with its long wave, and its orders with their sources.
 
 use super::axes::{clip_to_panel, draw_frame, linear_range};
-use super::encoder_te::{arcsec, direction_name};
 use super::number_format::four_digits;
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
     Point2, TITLE_SIZE, WIDTH, lighten, render_svg, spread_labels, text_width, ticks,
     truncate_label,
 };
+use super::te_lines::{arcsec, direction_name};
 use crate::plan::logs::encoder_analysis::EncoderResult;
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
 use crate::transmission::encoder::flank::FlankEvaluation;

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use super::encoder_te::{arcsec, degrees, direction_name, micrometres, peak_to_peak};
-use super::modes_table::{finish, plain, right_but_first, right_but_last};
 use super::number_format::{
     INTERVAL_FOOTNOTE, four_digits, interval, percent, significant, with_minus_signs,
 };
+use super::table::{Table, or_dash};
+use super::te_lines::{arcsec, degrees, direction_name, micrometres, peak_to_peak};
 use crate::base::text::pluralise;
 use crate::numeric::statistics::Z_95;
 use crate::plan::logs::attribution::Attribution;
@@ -75,19 +75,16 @@ pub fn record(found: &EncoderResult, all: bool) -> String {
         );
     }
     if !found.separated.is_empty() {
-        let mut table = plain();
-        table.add_row(vec!["eccentricity on", "encoder", "gear", "±"]);
-        table.add_row(vec!["", "arcsec", "arcsec", "arcsec"]);
+        let mut table = Table::named("eccentricity on|encoder [arcsec]|gear [arcsec]|± [arcsec]");
         for p in &found.separated {
-            table.add_row(vec![
+            table.row([
                 p.shaft.to_string(),
                 four_digits(arcsec(p.encoder)),
                 four_digits(arcsec(p.gear)),
                 four_digits(arcsec(Z_95 * p.deviation)),
             ]);
         }
-        right_but_first(&mut table);
-        text += &format!("\n{}", finish(&table));
+        text += &format!("\n{}", table.text());
     }
     text += &format!("\n{INTERVAL_FOOTNOTE}");
     for limit in &found.limits {
@@ -125,14 +122,17 @@ fn flank_table(flank: &FlankEvaluation, found: &EncoderResult, all: bool) -> Str
         }
     );
     let with_um = found.radius.is_some();
-    let mut table = plain();
+    let mut table = Table::new("|arcsec")
+        .columns_if(with_um, "µm")
+        .columns("")
+        .words(&[0]);
     let mut row = |name: &str, angle: f64, note: String| {
         let mut cells = vec![name.to_string(), four_digits(arcsec(angle))];
         if let Some(um) = micrometres(found, angle) {
             cells.push(four_digits(um));
         }
         cells.push(note);
-        table.add_row(cells);
+        table.row(cells);
     };
     row(
         "F_i′, whole record",
@@ -190,18 +190,7 @@ fn flank_table(flank: &FlankEvaluation, found: &EncoderResult, all: bool) -> Str
         );
     }
     row("left beside the orders", flank.noise, "rms".into());
-    let mut heads = vec!["", "arcsec"];
-    if with_um {
-        heads.push("µm");
-    }
-    let mut whole = plain();
-    whole.add_row(heads);
-    whole.add_rows(table.row_iter().cloned().collect::<Vec<_>>());
-    right_but_last(&mut whole);
-    if let Some(first) = whole.column_mut(0) {
-        first.set_cell_alignment(comfy_table::CellAlignment::Left);
-    }
-    text += &finish(&whole);
+    text += &table.text();
     text += &lines(flank, with_um, found, all);
     text += &largest(flank);
     for u in &flank.unexplained {
@@ -243,33 +232,30 @@ fn attribution(all: &Attribution) -> String {
     if all.sources == 0 {
         return "\nthe model declares no error between the encoders\n".to_string();
     }
-    let mut table = plain();
-    table.add_row(vec![
-        "order", "declared", "", "arrives", "measured", "evenly", "so it is", "95 %", "of",
-    ]);
-    table.add_row(vec!["", "", "", "arcsec", "arcsec", "arcsec", "", "", ""]);
+    let mut table = Table::new(
+        "order|declared||arrives [arcsec]|measured [arcsec]|evenly [arcsec]|so it is|95 %|of",
+    );
     for row in &all.rows {
         for source in &row.sources {
             let shown = |x: f64| four_digits(source.to_display_unit(x));
-            table.add_row(vec![
+            table.row([
                 row.order.to_string(),
                 shown(source.declared),
                 source.display_unit().to_string(),
                 four_digits(arcsec(source.output_amplitude)),
                 four_digits(arcsec(row.amplitude)),
                 four_digits(arcsec(row.amplitude_uniform_input)),
-                source.identified.map_or("–".to_string(), |f| shown(f.0)),
-                source.identified.map_or("–".to_string(), |f| {
-                    interval(source.to_display_unit(f.1.0), source.to_display_unit(f.1.1))
+                or_dash(source.identified, |f| shown(f.0)),
+                or_dash(source.identified, |(_, (low, high))| {
+                    interval(source.to_display_unit(low), source.to_display_unit(high))
                 }),
                 source.name.clone(),
             ]);
         }
     }
-    right_but_last(&mut table);
     let mut text = format!(
         "\n{}\nevenly: as it would be measured if the input turned evenly, which is how errors arrive\nthe record tells {} numbers of {} declared errors; where orders are shared no source has a size of its own\n",
-        finish(&table),
+        table.text(),
         all.rank,
         all.sources
     );
@@ -296,26 +282,12 @@ fn lines(flank: &FlankEvaluation, with_um: bool, found: &EncoderResult, all: boo
     }
     let mut text = String::from("\n");
     if !shown.is_empty() {
-        let mut table = plain();
-        let (mut heads, mut units) = (
-            vec!["order", "", "amplitude", "95 %"],
-            vec!["", "", "arcsec", "arcsec"],
-        );
-        if with_um {
-            heads.push("amplitude");
-            units.push("µm");
-        }
         let marked = found.measured.index.iter().any(Option::is_some);
-        heads.push("phase");
-        units.push("deg");
-        if marked {
-            heads.push("from mark of");
-            units.push("");
-        }
-        heads.push("from");
-        units.push("");
-        table.add_row(heads);
-        table.add_row(units);
+        let mut table = Table::new("order||amplitude [arcsec]|95 % [arcsec]")
+            .columns_if(with_um, "amplitude [µm]")
+            .columns("phase [deg]")
+            .columns_if(marked, "from mark of")
+            .columns("from");
         for line in shown.iter() {
             let exact = line.order.fraction.to_string();
             let mut row = vec![
@@ -326,7 +298,7 @@ fn lines(flank: &FlankEvaluation, with_um: bool, found: &EncoderResult, all: boo
                     String::new()
                 },
                 four_digits(arcsec(line.amplitude)),
-                line.interval.map_or("–".to_string(), |(low, high)| {
+                or_dash(line.interval, |(low, high)| {
                     interval(arcsec(low), arcsec(high))
                 }),
             ];
@@ -339,10 +311,9 @@ fn lines(flank: &FlankEvaluation, with_um: bool, found: &EncoderResult, all: boo
                 row.push(line.mark_phase.map_or("–", |m| m.1).to_string());
             }
             row.push(source_text(line));
-            table.add_row(row);
+            table.row(row);
         }
-        right_but_last(&mut table);
-        text += &finish(&table);
+        text += &table.text();
     }
     let more = flank.lines.len() - shown.len();
     if more > 0 {

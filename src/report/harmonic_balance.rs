@@ -1,42 +1,68 @@
 //! Periodic solutions over speed as JSON, CSV and plot.
 
-use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
+use std::f64::consts::TAU;
 
 use serde_json::{Value, json};
 
 use super::amplitude_plot::{AmplitudePlot, draw_amplitude};
-use super::json::{complex, header, stages, warnings};
+use super::harmonic_balance_table::{self, bifurcation_name};
+use super::json::complex;
+use super::number_format::{choose_unit, rpm};
+use super::plan::{step_lines, steps};
+use super::presentation::{Figure, Presentation, Provenance};
 use super::svg::significant;
-use crate::base::source_span::SourceFile;
+use super::table::{Table, decimal};
+use crate::base::error::Error;
 use crate::plan::response::harmonic_balance::HarmonicBalanceResult;
-use crate::plan::stages::StageDecision;
 use crate::response::harmonic_balance::bifurcation::{Bifurcation, BifurcationKind};
 use crate::response::harmonic_balance::point::{PeriodicSolution, Refinement};
+use crate::scene::Scene;
 
-/// rpm of rad/s.
-pub(super) fn rpm(speed: f64) -> f64 {
-    speed * 30.0 / PI
+/// Periodic motions of the machine of a scene over speed.
+pub struct HarmonicBalanceAnswer<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The motions.
+    pub result: HarmonicBalanceResult,
 }
 
-/// The name of what happens.
-pub(super) fn bifurcation_name(kind: BifurcationKind) -> &'static str {
-    match kind {
-        BifurcationKind::Fold => "fold",
-        BifurcationKind::PeriodDoubling => "period doubling",
-        BifurcationKind::NeimarkSacker => "Neimark–Sacker",
-        BifurcationKind::BranchPoint => "branching",
+impl Presentation for HarmonicBalanceAnswer<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        let result = &self.result;
+        Provenance {
+            effort: json!({ "run_time_s": result.seconds }),
+            ..Provenance::of_plan(&self.scene.sources, &result.plan, &result.diagnostics)
+        }
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        Ok(body(&self.result))
+    }
+
+    fn text(&self) -> String {
+        harmonic_balance_table::text(&self.result)
+    }
+
+    fn table(&self) -> Table<'_> {
+        table(&self.result)
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        Ok(vec![Figure::first(draw(
+            &self.scene.model.title,
+            &self.result,
+        ))])
+    }
+
+    fn notes(&self) -> String {
+        let (exact, rest) = self.result.refinement_counts();
+        let found = format!("{exact} motions found by events, {rest} by orders\n");
+        found + &step_lines(steps(&self.result.plan))
     }
 }
 
 /// The document.
-pub fn json(sources: &[Arc<SourceFile>], result: &HarmonicBalanceResult) -> Value {
-    let trace: Vec<&str> = result
-        .plan
-        .iter()
-        .filter(|r| matches!(r.1, StageDecision::Runs(_)))
-        .map(|r| r.0)
-        .collect();
+fn body(result: &HarmonicBalanceResult) -> Value {
     let special = |(s, jump): (&Bifurcation, &Option<f64>)| {
         let mut value = motion(result, &s.point);
         value["kind"] = json!(bifurcation_name(s.kind));
@@ -53,7 +79,6 @@ pub fn json(sources: &[Arc<SourceFile>], result: &HarmonicBalanceResult) -> Valu
         Err(why) => json!({ "left_out": why }),
     };
     json!({
-        "geardyn": header(sources, &trace),
         "node": result.node,
         "outputs": result.outputs.iter().map(|(name, unit)| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),
         "nonlinear": result.branches,
@@ -65,9 +90,6 @@ pub fn json(sources: &[Arc<SourceFile>], result: &HarmonicBalanceResult) -> Valu
         })).collect::<Vec<_>>(),
         "tongues": tongues,
         "complete": result.curve.stopped_by.is_none(),
-        "effort": { "run_time_s": result.seconds },
-        "stages": stages(result.plan.iter().map(|(name, decision)| (*name, decision))),
-        "warnings": warnings(&result.diagnostics),
     })
 }
 
@@ -94,57 +116,37 @@ fn solution_kind(p: &PeriodicSolution) -> &'static str {
 }
 
 /// One row a motion, along the curve.
-pub fn csv(result: &HarmonicBalanceResult) -> String {
-    let mut head: Vec<String> = [
-        "speed [rpm]",
-        "frequency [Hz]",
-        "stable",
-        "largest multiplier",
-        "orders",
-        "left out",
-        "found by",
-        "periods",
-    ]
-    .map(str::to_string)
-    .to_vec();
+fn table(result: &HarmonicBalanceResult) -> Table<'_> {
+    let mut table = Table::new(
+        "speed [rpm]|frequency [Hz]|stable|largest multiplier|orders|left out|found by|periods",
+    );
     for (name, unit) in &result.outputs {
         for part in ["amplitude", "mean", "max", "min", "rms"] {
-            head.push(super::modes_csv::csv_field(&format!(
-                "{name} {part} [{unit}]"
-            )));
+            table = table.column(&format!("{name} {part}"), unit);
         }
     }
-    let mut text = head.join(",") + "\n";
     let single = result.curve.points.iter().map(|p| (p, 1));
     let doubled = result.curve.period_doubled.iter().flat_map(|d| &d.points);
     for (p, periods) in single.chain(doubled.map(|p| (p, 2))) {
-        let largest = p.multipliers.first().map_or(0.0, |m| m.norm());
-        text += &format!(
-            "{},{},{},{largest},{},{},{},{periods}",
-            rpm(result.speed(p.omega)),
-            p.omega / TAU,
-            p.unstable_count() == 0,
-            p.orders,
-            p.truncation_error,
-            solution_kind(p)
-        );
-        for o in &p.outputs {
-            text += &format!(
-                ",{},{},{},{},{}",
-                o.amplitude(),
-                o.mean,
-                o.max,
-                o.min,
-                o.std_dev
-            );
-        }
-        text.push('\n');
+        let motion = [
+            decimal(rpm(result.speed(p.omega))),
+            decimal(p.omega / TAU),
+            (p.unstable_count() == 0).to_string(),
+            decimal(p.multipliers.first().map_or(0.0, |m| m.norm())),
+            p.orders.to_string(),
+            decimal(p.truncation_error),
+            solution_kind(p).to_string(),
+            periods.to_string(),
+        ];
+        let parts =
+            (p.outputs.iter()).flat_map(|o| [o.amplitude(), o.mean, o.max, o.min, o.std_dev]);
+        table.row(motion.into_iter().chain(parts.map(decimal)));
     }
-    text
+    table
 }
 
 /// The jump curve of the first output.
-pub fn draw(title: &str, result: &HarmonicBalanceResult) -> String {
+fn draw(title: &str, result: &HarmonicBalanceResult) -> String {
     let (name, unit) = result
         .outputs
         .first()
@@ -223,15 +225,4 @@ fn points_with_folds(result: &HarmonicBalanceResult) -> Vec<&PeriodicSolution> {
         );
     }
     all
-}
-
-/// A unit in which the largest value is easily read.
-pub(super) fn choose_unit(largest: f64, unit: &'static str) -> (f64, String) {
-    let (factor, prefix) = match (largest, unit) {
-        (x, "m" | "rad") if x < 1e-3 => (1e6, "µ"),
-        (x, "m" | "rad") if x < 1.0 => (1e3, "m"),
-        (x, "N" | "N·m") if x >= 1e4 => (1e-3, "k"),
-        _ => (1.0, ""),
-    };
-    (factor, format!("{prefix}{unit}"))
 }

@@ -1,15 +1,14 @@
 //! Periodic motions over speed as tables for a terminal: folds and bifurcations, segments, resonances.
 
-use super::harmonic_balance::{bifurcation_name, choose_unit, rpm};
-use super::modes_table::{finish, plain, right_but_last};
-use super::number_format::{four_digits, significant};
+use super::number_format::{choose_unit, four_digits, rpm, significant};
+use super::table::{Table, or_dash};
 use crate::base::text::pluralise;
 use crate::plan::response::harmonic_balance::HarmonicBalanceResult;
 use crate::response::harmonic_balance::bifurcation::{Bifurcation, BifurcationKind};
 use crate::response::harmonic_balance::point::PeriodicSolution;
 
 /// The tables.
-pub fn table(result: &HarmonicBalanceResult) -> String {
+pub fn text(result: &HarmonicBalanceResult) -> String {
     let amplitude = |p: &PeriodicSolution| p.outputs.first().map_or(0.0, |o| o.amplitude());
     let (name, unit) = result
         .outputs
@@ -40,32 +39,25 @@ pub fn table(result: &HarmonicBalanceResult) -> String {
             false => "no fold, no bifurcation: every motion is unstable\n",
         };
     } else {
-        let mut table = plain();
-        table.add_row(vec![
-            "speed",
-            "frequency",
-            "amplitude",
-            "jumps to",
-            "multiplier",
-            "what happens",
-        ]);
-        table.add_row(vec!["rpm", "Hz", &unit, &unit, "", ""]);
+        let mut table = Table::new("speed [rpm]|frequency [Hz]")
+            .column("amplitude", &unit)
+            .column("jumps to", &unit)
+            .columns("multiplier|what happens");
         for (s, jump) in result.curve.bifurcations.iter().zip(&result.jumps) {
-            let multiplier = s.point.multipliers.first().map_or("–".to_string(), |m| {
+            let multiplier = or_dash(s.point.multipliers.first(), |m| {
                 let sign = if m.im == 0.0 && m.re < 0.0 { "−" } else { "" };
                 format!("{sign}{}", four_digits(m.norm()))
             });
-            table.add_row(vec![
+            table.row([
                 significant(rpm(result.speed(s.point.omega))),
                 significant(s.point.omega / std::f64::consts::TAU),
                 four_digits(factor * amplitude(&s.point)),
-                jump.map_or("–".to_string(), |j| four_digits(factor * j)),
+                or_dash(*jump, |j| four_digits(factor * j)),
                 multiplier,
                 describe_bifurcation(s),
             ]);
         }
-        right_but_last(&mut table);
-        text += &finish(&table);
+        text += &table.text();
     }
     text += &period_doubled_text(result, factor, &unit);
     if let Ok(tongues) = &result.instability_tongues {
@@ -81,6 +73,16 @@ pub fn table(result: &HarmonicBalanceResult) -> String {
         }
     }
     text
+}
+
+/// The name of what happens.
+pub(super) fn bifurcation_name(kind: BifurcationKind) -> &'static str {
+    match kind {
+        BifurcationKind::Fold => "fold",
+        BifurcationKind::PeriodDoubling => "period doubling",
+        BifurcationKind::NeimarkSacker => "Neimark–Sacker",
+        BifurcationKind::BranchPoint => "branching",
+    }
 }
 
 /// Description of a bifurcation, seen from the motion the curve came along.

@@ -1,16 +1,17 @@
-//! Identified modes and transfer functions as JSON, CSV and plot data.
+//! Identified modes and transfer functions: document, table, figures.
 
 use std::f64::consts::TAU;
 
 use serde_json::{Map, Value, json};
 
-use super::bode::{BodeCurve, BodePlot};
-use super::fdd_plot::{FddPlot, PlottedBell};
-use super::json::{complex, log_header, warnings};
+use super::bode::{self, BodeCurve, BodePlot};
+use super::fdd_plot::{self, FddPlot, PlottedBell};
+use super::identification_table::{self, auto_mac};
+use super::json::complex;
 use super::mode_tracking;
-use super::number_format::or_blank;
-use super::pole_plots::{PlottedStability, StabilisationPlot};
-use super::recording::repairs;
+use super::pole_plots::{self, PlottedStability, StabilisationPlot};
+use super::presentation::{Figure, LogAnswer, Presentation, Provenance};
+use super::table::{Table, exact, or_blank};
 use crate::base::error::Error;
 use crate::identify::compare;
 use crate::identify::modal::stabilisation::PoleStability;
@@ -18,19 +19,52 @@ use crate::identify::operational::fdd::DECAY_RANGE;
 use crate::identify::transfer::function::TransferFunction;
 use crate::numeric::Complex;
 use crate::plan::logs::diagnostics::{coherence_at, window_damping_ratio};
+use crate::plan::logs::frf_estimation::HitSummary;
 use crate::plan::logs::identification_result::{
     Evidence, IdentificationResult, IdentifiedHarmonic, IdentifiedMode, PickedPeak,
 };
 use crate::plan::logs::method::structure_text;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse};
-use crate::recording::raw::Repair;
 
-/// The JSON document of `identify`.
-///
-/// # Errors
-/// A transfer function without polynomial form.
-pub fn json(found: &IdentificationResult, done: &[Repair]) -> Result<Value, Error> {
-    let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
+impl Presentation for LogAnswer<IdentificationResult> {
+    fn provenance(&self) -> Provenance<'_> {
+        Provenance::of_log(&self.result.trace, &self.repairs, &self.result.diagnostics)
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        body(&self.result)
+    }
+
+    fn text(&self) -> String {
+        identification_table::text(&self.result)
+    }
+
+    fn table(&self) -> Table<'_> {
+        match self.result.tracking() {
+            Some(course) => mode_tracking::points_table(course),
+            None => modes_table(&self.result),
+        }
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        figures(&self.result, &self.title)
+    }
+
+    fn notes(&self) -> String {
+        let line = |hit: &HitSummary| {
+            let why = hit.fault?.description();
+            let file = or_blank(hit.moment.file.as_ref(), |f| format!(" of {f}"));
+            Some(format!(
+                "hit at {:.4} s{file} left out: {why}\n",
+                hit.moment.time_s
+            ))
+        };
+        self.result.hits.iter().filter_map(line).collect()
+    }
+}
+
+/// The document of `identify`.
+fn body(found: &IdentificationResult) -> Result<Value, Error> {
     let functions = (found.functions.iter())
         .map(TransferFunction::to_json)
         .collect::<Result<Vec<Value>, Error>>()?;
@@ -40,7 +74,6 @@ pub fn json(found: &IdentificationResult, done: &[Repair]) -> Result<Value, Erro
     let omitted = (omitted.iter())
         .map(|(pole, reason)| json!({ "pole_rad_s": complex(*pole), "reason": reason }));
     Ok(json!({
-        "geardyn": log_header(&trace),
         "method": found.method.name(),
         "rule": found.selection_rule,
         "how": found.method_text,
@@ -65,9 +98,6 @@ pub fn json(found: &IdentificationResult, done: &[Repair]) -> Result<Value, Erro
         "frac": synthesis_errors(found).iter().map(|s| s.0).collect::<Vec<_>>(),
         "auto_mac": auto_mac(found),
         "transfer_functions": functions,
-        "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
-        "repairs": repairs(done),
-        "warnings": warnings(&found.diagnostics),
     }))
 }
 
@@ -124,19 +154,8 @@ fn harmonic(found: &IdentificationResult, harmonic: &IdentifiedHarmonic) -> Valu
     })
 }
 
-/// MAC of the shapes with each other, row by row; empty where there are no shapes over several outputs.
-pub fn auto_mac(found: &IdentificationResult) -> Vec<Vec<f64>> {
-    let shapes: Vec<Vec<Complex>> = found.modes.iter().map(|m| m.mode.shape.clone()).collect();
-    if shapes.iter().any(|s| s.len() < 2) {
-        return Vec::new();
-    }
-    let mac = compare::auto_mac(&shapes);
-    let row = |i: usize| (0..shapes.len()).map(|j| mac[(i, j)]).collect();
-    (0..shapes.len()).map(row).collect()
-}
-
 /// FRAC of measured and fitted, and their difference over the measured, for each response inside the band.
-pub fn synthesis_errors(found: &IdentificationResult) -> Vec<(f64, Option<f64>)> {
+fn synthesis_errors(found: &IdentificationResult) -> Vec<(f64, Option<f64>)> {
     let Some(shown) = curves(found, "") else {
         return Vec::new();
     };
@@ -183,56 +202,72 @@ fn stability_word(stability: PoleStability) -> &'static str {
     }
 }
 
-/// Modes as CSV; where they change, over time.
-pub fn csv(found: &IdentificationResult) -> String {
-    if let Some(course) = found.tracking() {
-        return mode_tracking::csv(course);
-    }
-    let mut text =
-        String::from("mode,frequency_hz,frequency_std_hz,damping_ratio,damping_std,coherence");
-    let quoted = |name: &str| name.replace('"', "\"\"");
+/// One row a mode.
+fn modes_table(found: &IdentificationResult) -> Table<'static> {
+    let mut table =
+        Table::new("mode|frequency_hz|frequency_std_hz|damping_ratio|damping_std|coherence");
     for output in &found.outputs {
-        text += &format!(",\"{0} re\",\"{0} im\"", quoted(&output.name));
+        let part = |part| format!("{} {part}", output.name);
+        table = table.column(&part("re"), "").column(&part("im"), "");
     }
-    if found.driving_point.is_some() {
-        text += ",modal_mass_re,modal_mass_im";
-    }
-    text.push('\n');
+    let mut table = table.columns_if(found.driving_point.is_some(), "modal_mass_re|modal_mass_im");
+    let parts = |z: Option<Complex>| [z.map(|z| z.re), z.map(|z| z.im)].map(|x| or_blank(x, exact));
     for (k, m) in found.modes.iter().enumerate() {
-        text += &format!(
-            "{},{:?},{},{},{},{}",
-            k + 1,
-            m.frequency_hz(),
-            or_blank(m.mode.frequency_std_hz()),
-            or_blank(m.damping_ratio()),
-            or_blank(m.mode.damping_std()),
-            or_blank(
-                found
-                    .responses
-                    .as_ref()
-                    .and_then(|r| coherence_at(r, m.frequency_hz()))
-            )
-        );
+        let responses = found.responses.as_ref();
+        let coherence = responses.and_then(|r| coherence_at(r, m.frequency_hz()));
+        let mut cells = vec![
+            (k + 1).to_string(),
+            exact(m.frequency_hz()),
+            or_blank(m.mode.frequency_std_hz(), exact),
+            or_blank(m.damping_ratio(), exact),
+            or_blank(m.mode.damping_std(), exact),
+            or_blank(coherence, exact),
+        ];
         // A method without shapes leaves their cells blank.
-        for k in 0..found.outputs.len() {
-            let part = m.mode.shape.get(k);
-            text += &format!(
-                ",{},{}",
-                or_blank(part.map(|z| z.re)),
-                or_blank(part.map(|z| z.im))
-            );
-        }
+        let shape = |k: usize| m.mode.shape.get(k).copied();
+        cells.extend((0..found.outputs.len()).flat_map(|k| parts(shape(k))));
         if found.driving_point.is_some() {
-            let part = |pick: fn(Complex) -> f64| or_blank(m.modal_mass.map(pick));
-            text += &format!(",{},{}", part(|z| z.re), part(|z| z.im));
+            cells.extend(parts(m.modal_mass));
         }
-        text.push('\n');
+        table.row(cells);
     }
-    text
+    table
+}
+
+/// What the method has to show: of responses their fit and poles, else what the modes were chosen from.
+fn figures(found: &IdentificationResult, name: &str) -> Result<Vec<Figure>, Error> {
+    let diagram = stabilisation_diagram(found, name).map(|d| pole_plots::stabilisation(&d));
+    let Some(shown) = curves(found, name) else {
+        let tracks = found
+            .tracking()
+            .map(|c| mode_tracking::draw(c, &format!("{name}: modes in the course of the record")));
+        let peaks = || decomposition(found, name).map(|shown| fdd_plot::draw(&shown));
+        let poles = || {
+            let poles: Vec<_> = found.modes.iter().map(|m| m.mode.pole).collect();
+            pole_plots::pole_zero(&format!("{name}: poles"), &poles, &[])
+        };
+        let plot = tracks.or(diagram).or_else(peaks).unwrap_or_else(poles);
+        return Ok(vec![Figure::first(plot)]);
+    };
+    let transfer = found.functions.first();
+    let poles = transfer.map_or(Vec::new(), |f| f.poles().to_vec());
+    let zeros = transfer.map(TransferFunction::zeros).transpose()?;
+    let zeros = zeros.map_or(Vec::new(), |z| z.zeros);
+    let title = match found.outputs.first() {
+        Some(output) => format!("{name}: poles of all responses, zeros of {}", output.name),
+        None => name.to_string(),
+    };
+    let mut all = vec![
+        Figure::first(bode::draw_bode(&shown)),
+        Figure::new("nyquist", bode::draw_nyquist(&shown)),
+        Figure::new("poles", pole_plots::pole_zero(&title, &poles, &zeros)),
+    ];
+    all.extend(diagram.map(|svg| Figure::new("stabilisation", svg)));
+    Ok(all)
 }
 
 /// The responses, measured and fitted, inside the band; nothing where the method starts from signals.
-pub fn curves(found: &IdentificationResult, title: &str) -> Option<BodePlot> {
+fn curves(found: &IdentificationResult, title: &str) -> Option<BodePlot> {
     let responses = found.responses.as_ref()?;
     let (low, high) = found.band_hz;
     let lines: Vec<usize> = (0..responses.frequency_hz.len())
@@ -296,10 +331,7 @@ fn plot_frequencies(found: &IdentificationResult, lines: &[f64]) -> Vec<f64> {
 }
 
 /// Poles over the orders, where the method looked over orders.
-pub fn stabilisation_diagram(
-    found: &IdentificationResult,
-    name: &str,
-) -> Option<StabilisationPlot> {
+fn stabilisation_diagram(found: &IdentificationResult, name: &str) -> Option<StabilisationPlot> {
     let Evidence::Diagram(diagram) = &found.evidence else {
         return None;
     };
@@ -333,7 +365,7 @@ pub fn stabilisation_diagram(
 }
 
 /// Singular values with their peaks, bells and decays, where the method looked for peaks.
-pub fn decomposition(found: &IdentificationResult, name: &str) -> Option<FddPlot> {
+fn decomposition(found: &IdentificationResult, name: &str) -> Option<FddPlot> {
     let Evidence::Peaks(peaks) = &found.evidence else {
         return None;
     };
@@ -393,9 +425,4 @@ fn unit(f: &FrequencyResponse) -> String {
         }
         _ => f.output.unit.clone(),
     }
-}
-
-/// Largest relative error of the fit over the responses; nothing where no response was fitted.
-pub fn worst_error(found: &IdentificationResult) -> Option<f64> {
-    found.fit_error.iter().copied().reduce(f64::max)
 }

@@ -1,30 +1,73 @@
-//! Measured gears as JSON and CSV.
+//! Measured gears: document, table of deviations, charts.
 
 use serde_json::{Value, json};
 
-use super::modes_csv::csv_field;
+use super::measure_table::{self, required_grade_result, standard};
+use super::presentation::{Figure, Presentation, Provenance};
+use super::table::{Table, decimal, or_blank};
+use super::{measure_plot, measure_polar_plot};
+use crate::base::error::Error;
 use crate::gear::measurement::deviation::GearDeviation;
-use crate::gear::measurement::iso1328::Edition;
 use crate::plan::measure::grading::{AchievedGrade, GradedValue};
 use crate::plan::measure::run::MeasurementResult;
-use crate::plan::stages::StageDecision;
 use crate::scene::measured_gear::{AccuracyRequirement, MeasuredGear};
 
+/// A measured gear with its graded deviations.
+pub struct MeasurementAnswer<'a> {
+    /// The gear.
+    pub gear: &'a MeasuredGear,
+    /// The deviations.
+    pub result: MeasurementResult,
+}
+
+impl Presentation for MeasurementAnswer<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        let result = &self.result;
+        Provenance::of_plan(&result.sources, &result.plan, &result.diagnostics)
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        Ok(body(self.gear, &self.result))
+    }
+
+    fn text(&self) -> String {
+        measure_table::text(self.gear, &self.result)
+    }
+
+    fn table(&self) -> Table<'_> {
+        table(self.gear, &self.result)
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let (title, plots) = (&self.gear.title, &self.result.plots);
+        let unrolled = measure_plot::draw_charts(title, plots).map(Figure::first);
+        let polar = measure_polar_plot::draw_polar(title, plots);
+        let polar = polar.map(|plot| Figure::new("polar", plot));
+        Ok(unrolled.into_iter().chain(polar).collect())
+    }
+
+    fn figure_notes(&self) -> String {
+        match self.result.plots.is_empty() {
+            true => {
+                "nothing is drawn: spans, chords, balls and base pitches are single values\n".into()
+            }
+            false => String::new(),
+        }
+    }
+
+    fn exit_code(&self) -> u8 {
+        u8::from(self.result.is_within_limits() == Some(false))
+    }
+}
+
 /// The document.
-pub fn json(gear: &MeasuredGear, result: &MeasurementResult) -> Value {
-    let ran = result.plan.iter();
-    let ran = ran.filter(|(_, decision)| matches!(decision, StageDecision::Runs(_)));
-    let trace: Vec<&str> = ran.map(|(name, _)| *name).collect();
-    let steps = result.plan.iter().map(|(name, decision)| (*name, decision));
+fn body(gear: &MeasuredGear, result: &MeasurementResult) -> Value {
     json!({
-        "geardyn": super::json::header(&result.sources, &trace),
         "title": gear.title,
         "asked": gear.requirement.as_ref().map(requirement_json),
         "within": result.is_within_limits(),
         "deviations": result.rows.iter().map(|row| deviation(gear, row)).collect::<Vec<_>>(),
         "notes": result.notes,
-        "stages": super::json::stages(steps),
-        "warnings": super::json::warnings(&result.diagnostics),
     })
 }
 
@@ -37,27 +80,6 @@ fn requirement_json(requirement: &AccuracyRequirement) -> Value {
         "contact": accuracy.contact,
         "meaning": accuracy.describe(),
     })
-}
-
-/// The standard's name.
-pub fn standard(requirement: &AccuracyRequirement) -> &'static str {
-    requirement.edition.map_or("JB 179-60", Edition::name)
-}
-
-/// Whether limits come from the table of somebody's own.
-fn uses_limit_table(gear: &MeasuredGear) -> bool {
-    gear.requirement
-        .as_ref()
-        .is_some_and(|d| d.edition.is_none())
-}
-
-/// Grade reached by a row under the requested edition; by the newer edition by default.
-pub fn required_grade_result(gear: &MeasuredGear, row: &GradedValue) -> Option<AchievedGrade> {
-    match gear.requirement.as_ref().and_then(|d| d.edition) {
-        Some(Edition::Y1995) => row.achieved[0],
-        _ if uses_limit_table(gear) => row.reached_by_table,
-        _ => row.achieved[1],
-    }
 }
 
 fn deviation(gear: &MeasuredGear, row: &GradedValue) -> Value {
@@ -94,39 +116,33 @@ fn deviation(gear: &MeasuredGear, row: &GradedValue) -> Value {
     })
 }
 
-/// One line a value.
-pub fn csv(gear: &MeasuredGear, result: &MeasurementResult) -> String {
-    let mut text = String::from(
-        "name,old_name,side,found,predicted,value [µm],std [µm],lower_limit [µm],upper_limit [µm],grade_asked,grade,within,limiting\n",
+/// One row a value.
+fn table(gear: &MeasuredGear, result: &MeasurementResult) -> Table<'static> {
+    let mut table = Table::new(
+        "name|old_name|side|found|predicted|value [µm]|std [µm]|lower_limit [µm]|upper_limit [µm]|grade_asked|grade|within|limiting",
     );
-    let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{}", 1e6 * x));
+    let micro = |x: Option<f64>| or_blank(x, |x| decimal(1e6 * x));
     for row in &result.rows {
-        let grade = match required_grade_result(gear, row) {
-            Some(AchievedGrade::Grade(grade)) => grade.to_string(),
-            Some(AchievedGrade::Beyond(coarsest)) => format!(">{coarsest}"),
-            None => String::new(),
-        };
-        let cells = [
+        let old = row.quantity.jb179_name().map_or("", |old| old.symbol);
+        let grade = or_blank(required_grade_result(gear, row), |reached| match reached {
+            AchievedGrade::Grade(grade) => grade.to_string(),
+            AchievedGrade::Beyond(coarsest) => format!(">{coarsest}"),
+        });
+        table.row([
             row.quantity.key().to_string(),
-            row.quantity
-                .jb179_name()
-                .map_or("", |old| old.symbol)
-                .to_string(),
+            old.to_string(),
             row.side.name().to_string(),
-            csv_field(&row.location),
+            row.location.clone(),
             row.predicted.to_string(),
-            number(Some(row.estimate.value)),
-            number(row.estimate.std),
-            number(row.limits.map(|l| l.0)),
-            number(row.limits.map(|l| l.1)),
-            row.required_grade
-                .map_or(String::new(), |grade| grade.to_string()),
+            micro(Some(row.estimate.value)),
+            micro(row.estimate.std),
+            micro(row.limits.map(|l| l.0)),
+            micro(row.limits.map(|l| l.1)),
+            or_blank(row.required_grade, |grade| grade.to_string()),
             grade,
-            row.is_within_limits()
-                .map_or(String::new(), |w| w.to_string()),
+            or_blank(row.is_within_limits(), |within| within.to_string()),
             row.limiting.to_string(),
-        ];
-        text += &(cells.join(",") + "\n");
+        ]);
     }
-    text
+    table
 }

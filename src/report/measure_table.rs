@@ -1,16 +1,37 @@
 //! Measured gears as tables for a terminal: today's name next to the older one, value, limit, grades, marks.
 
-use super::measure::{required_grade_result, standard};
-use super::modes_table::{finish, plain, right_but_last};
 use super::number_format::INTERVAL_FOOTNOTE;
+use super::table::{Table, or_dash};
 use crate::gear::measurement::deviation::GearDeviation;
+use crate::gear::measurement::iso1328::Edition;
 use crate::numeric::statistics::Z_95;
 use crate::plan::measure::grading::{AchievedGrade, GradedValue};
 use crate::plan::measure::run::MeasurementResult;
-use crate::scene::measured_gear::MeasuredGear;
+use crate::scene::measured_gear::{AccuracyRequirement, MeasuredGear};
+
+/// The standard's name.
+pub fn standard(requirement: &AccuracyRequirement) -> &'static str {
+    requirement.edition.map_or("JB 179-60", Edition::name)
+}
+
+/// Whether limits come from the table of somebody's own.
+fn uses_limit_table(gear: &MeasuredGear) -> bool {
+    gear.requirement
+        .as_ref()
+        .is_some_and(|d| d.edition.is_none())
+}
+
+/// Grade reached by a row under the requested edition; by the newer edition by default.
+pub fn required_grade_result(gear: &MeasuredGear, row: &GradedValue) -> Option<AchievedGrade> {
+    match gear.requirement.as_ref().and_then(|d| d.edition) {
+        Some(Edition::Y1995) => row.achieved[0],
+        _ if uses_limit_table(gear) => row.reached_by_table,
+        _ => row.achieved[1],
+    }
+}
 
 /// Gear, requirements, and all values.
-pub fn deviations(gear: &MeasuredGear, result: &MeasurementResult) -> String {
+pub fn text(gear: &MeasuredGear, result: &MeasurementResult) -> String {
     let mut text = head(gear);
     let (measured, predicted): (Vec<&GradedValue>, Vec<&GradedValue>) =
         result.rows.iter().partition(|row| !row.predicted);
@@ -73,30 +94,12 @@ fn short(x: f64) -> String {
 
 fn table(gear: &MeasuredGear, rows: &[&GradedValue]) -> String {
     let by_table = rows.iter().any(|row| row.reached_by_table.is_some());
-    let mut table = plain();
-    let mut heads = vec![
-        "",
-        "",
-        "JB 179-60",
-        "flank",
-        "value",
-        "±",
-        "limit",
-        "grade",
-        ":1995",
-        ":2013",
-    ];
-    let mut units = vec!["", "", "", "", "µm", "µm", "µm", "asked", "", ""];
-    if by_table {
-        heads.push("table");
-        units.push("");
-    }
-    heads.extend(["", ""]);
-    units.extend(["", ""]);
-    table.add_row(heads);
-    table.add_row(units);
+    let mut table =
+        Table::new("||JB 179-60|flank|value [µm]|± [µm]|limit [µm]|grade [asked]|:1995|:2013")
+            .columns_if(by_table, "table")
+            .columns("|")
+            .words(&[0, 1, 2, 3]);
     for row in rows {
-        let dash = || "–".to_string();
         let mut cells = vec![
             symbol(row.quantity),
             row.quantity.name().to_string(),
@@ -105,9 +108,9 @@ fn table(gear: &MeasuredGear, rows: &[&GradedValue]) -> String {
                 .map_or(String::new(), |old| old.symbol.to_string()),
             row.side.name().to_string(),
             micro(row.estimate.value),
-            row.estimate.std.map_or(dash(), |u| micro(Z_95 * u)),
-            limit(row).unwrap_or_else(dash),
-            row.required_grade.map_or(dash(), |grade| grade.to_string()),
+            or_dash(row.estimate.std, |u| micro(Z_95 * u)),
+            or_dash(limit(row), |text| text),
+            or_dash(row.required_grade, |grade| grade.to_string()),
             grade(row.achieved[0]),
             grade(row.achieved[1]),
         ];
@@ -123,15 +126,9 @@ fn table(gear: &MeasuredGear, rows: &[&GradedValue]) -> String {
             ),
             false => row.location.clone(),
         });
-        table.add_row(cells);
+        table.row(cells);
     }
-    right_but_last(&mut table);
-    for at in [0, 1, 2, 3] {
-        if let Some(column) = table.column_mut(at) {
-            column.set_cell_alignment(comfy_table::CellAlignment::Left);
-        }
-    }
-    finish(&table)
+    table.text()
 }
 
 fn symbol(quantity: GearDeviation) -> String {

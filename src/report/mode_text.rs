@@ -4,6 +4,12 @@ use crate::machine::components::Machine;
 use crate::modes::energy::EnergyShares;
 use crate::modes::mode::Mode;
 
+/// An element with its share: `belt (71 %)`.
+pub fn element_share(machine: &Machine, element: usize, share: f64) -> String {
+    let name = &machine.elements[element].name;
+    format!("{name} ({:.0} %)", 100.0 * share)
+}
+
 /// Elements that dominate a mode's strain energy, or dissipate the energy of a non-oscillatory root: `belt (99.9 %)`, two elements where
 /// the first does not hold half of it.
 pub fn dominant_elements_text(machine: &Machine, mode: &Mode, energies: &EnergyShares) -> String {
@@ -17,9 +23,7 @@ pub fn dominant_elements_text(machine: &Machine, mode: &Mode, energies: &EnergyS
         .filter(|_| !mode.is_oscillatory());
     let mut strain = lost.or(energies.strain.clone()).unwrap_or_default();
     strain.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let word = |&(e, share): &(usize, f64)| {
-        format!("{} ({:.0} %)", machine.elements[e].name, 100.0 * share)
-    };
+    let word = |&(e, share): &(usize, f64)| element_share(machine, e, share);
     match strain.as_slice() {
         [] => "–".to_string(),
         [first, second, ..] if first.1 < 0.5 => format!("{}, {}", word(first), word(second)),

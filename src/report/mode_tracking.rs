@@ -1,15 +1,17 @@
-//! Modes over the time of a recording: JSON, CSV, plot of frequency and damping.
+//! Modes over the time of a recording: document, tables, plot of frequency and damping.
 
 use serde_json::{Value, json};
 
 use super::axes::{draw_frame, linear_range};
-use super::number_format::or_blank;
+use super::number_format::{INTERVAL_FOOTNOTE, four_digits, significant, with_deviation};
 use super::svg::{
     Anchor, BLACK, BLUE, Colour, GREY, LABEL_SIZE, ORANGE, Panel, TITLE_SIZE, WIDTH, lighten,
     render_svg, ticks,
 };
+use super::table::{Table, exact, or_blank};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::series::model_trajectory::{MemoryTrial, ModeTrack};
+use crate::numeric::statistics::Z_95;
 use crate::plan::logs::identification_result::ModeTracking;
 use crate::plan::logs::method::structure_text;
 
@@ -27,23 +29,22 @@ pub fn json(course: &ModeTracking) -> Value {
 }
 
 /// The tracks, one row for each point.
-pub fn csv(course: &ModeTracking) -> String {
-    let mut text =
-        String::from("mode,time_s,frequency_hz,frequency_std_hz,damping_ratio,damping_std\n");
+pub fn points_table(course: &ModeTracking) -> Table<'static> {
+    let mut table =
+        Table::new("mode|time_s|frequency_hz|frequency_std_hz|damping_ratio|damping_std");
     for (k, track) in course.tracks.iter().enumerate() {
         for (at, m) in &track.points {
-            text += &format!(
-                "{},{:?},{:?},{},{:?},{}\n",
-                k + 1,
-                course.time_s[*at],
-                m.frequency_hz(),
-                or_blank(m.frequency_std_hz()),
-                m.damping_ratio(),
-                or_blank(m.damping_std())
-            );
+            table.row([
+                (k + 1).to_string(),
+                exact(course.time_s[*at]),
+                exact(m.frequency_hz()),
+                or_blank(m.frequency_std_hz(), exact),
+                exact(m.damping_ratio()),
+                or_blank(m.damping_std(), exact),
+            ]);
         }
     }
-    text
+    table
 }
 
 /// Draws frequency and damping over time, a bar of two standard deviations to either side at every point.
@@ -103,4 +104,66 @@ pub fn draw(course: &ModeTracking, title: &str) -> String {
             }
         }
     })
+}
+
+/// One row for each mode: where it begins and ends, and the range between.
+pub fn table(course: &ModeTracking) -> String {
+    let mut table = Table::new(
+        "mode|from [s]|to [s]|frequency [first, Hz]|[last, Hz]|[range, Hz]|damping [first, %]|[last, %]|seen at",
+    );
+    for (k, track) in course.tracks.iter().enumerate() {
+        let (Some((from, first)), Some((to, last))) = (track.points.first(), track.points.last())
+        else {
+            continue;
+        };
+        let all = || track.points.iter().map(|p| p.1.frequency_hz());
+        let (low, high) = all().fold((f64::INFINITY, 0.0f64), |(l, h), f| (l.min(f), h.max(f)));
+        table.row([
+            (k + 1).to_string(),
+            four_digits(course.time_s[*from]),
+            four_digits(course.time_s[*to]),
+            frequency(first),
+            frequency(last),
+            format!("{} … {}", significant(low), significant(high)),
+            damping(first),
+            damping(last),
+            format!("{} of {} instants", track.points.len(), course.time_s.len()),
+        ]);
+    }
+    table.text() + INTERVAL_FOOTNOTE
+}
+
+/// Errors of prediction of what was tried, the best first.
+pub fn trials_table(course: &ModeTracking) -> String {
+    let mut table = Table::new("model|memory [s]|error of prediction [rms]|note");
+    let mut all: Vec<&MemoryTrial> = course.trials.iter().collect();
+    all.sort_by(|a, b| a.error_variance.total_cmp(&b.error_variance));
+    for trial in all.into_iter().take(MAX_ROWS) {
+        let memory = course
+            .memory_s(trial)
+            .map_or("all".to_string(), four_digits);
+        let note = if *trial == course.chosen { "taken" } else { "" };
+        table.row([
+            structure_text(trial.family),
+            memory,
+            significant(trial.error_variance.sqrt()),
+            note.to_string(),
+        ]);
+    }
+    table.text()
+}
+
+/// Trials shown.
+const MAX_ROWS: usize = 6;
+
+fn frequency(mode: &ModalParameters) -> String {
+    with_deviation(
+        mode.frequency_hz(),
+        Z_95 * mode.frequency_std_hz().unwrap_or(0.0),
+    )
+}
+
+fn damping(mode: &ModalParameters) -> String {
+    let half = Z_95 * mode.damping_std().unwrap_or(0.0);
+    with_deviation(100.0 * mode.damping_ratio(), 100.0 * half)
 }

@@ -1,18 +1,15 @@
 //! Modes, crossings and the plan as terminal tables.
 
-use comfy_table::presets::NOTHING;
-use comfy_table::{CellAlignment, ContentArrangement, Table};
-
 use super::campbell;
 use super::mode_text::dominant_elements_text;
-use super::number_format::{column, percent, significant, with_minus_signs};
+use super::number_format::{column, percent, significant};
+use super::table::{Table, or_dash};
 use crate::machine::components::Machine;
-use crate::modes::campbell::CampbellDiagram;
+use crate::modes::campbell::{CampbellDiagram, OrderCrossing};
 use crate::modes::mode::modulus;
 use crate::modes::sensitivity::{FrequencySensitivity, SensitivityParameter};
 use crate::plan::modes_run::ModesResult;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::stages::StageDecision;
 
 /// Rows of modes shown at once; the files hold all.
 const MAX_ROWS: usize = 50;
@@ -28,50 +25,28 @@ pub fn modes(machine: &PreparedMachine, result: &ModesResult) -> String {
     let decays = result.modes[..shown]
         .iter()
         .any(|m| !m.rigid && !m.is_oscillatory());
-    let mut table = plain();
-    let (mut heads, mut units) = (vec!["mode", "frequency"], vec!["", "Hz"]);
-    if damped {
-        heads.push(if result.complex {
-            "damping"
-        } else {
-            "damping*"
-        });
-        units.push("%");
-    }
-    if decays {
-        heads.push("time constant");
-        units.push("s");
-    }
-    heads.push("mostly in");
-    units.push("");
-    table.add_row(heads);
-    table.add_row(units);
+    let mut table = Table::new("mode|frequency [Hz]")
+        .columns_if(damped && result.complex, "damping [%]")
+        .columns_if(damped && !result.complex, "damping* [%]")
+        .columns_if(decays, "time constant [s]")
+        .columns("mostly in");
     for (k, frequency) in column(&frequencies).into_iter().enumerate() {
         let mode = &result.modes[k];
         let swings = mode.rigid || mode.is_oscillatory();
-        let mut row = vec![
-            (k + 1).to_string(),
-            if swings { frequency } else { "–".to_string() },
-        ];
+        let frequency = or_dash(swings.then_some(frequency), |text| text);
+        let mut row = vec![(k + 1).to_string(), frequency];
         if damped {
-            row.push(damping(result, k).map_or("–".to_string(), percent));
+            row.push(or_dash(damping(result, k), percent));
         }
         if decays {
-            row.push(if swings {
-                "–".to_string()
-            } else {
-                significant(-1.0 / mode.eigenvalue.re)
-            });
+            let time = (!swings).then(|| -1.0 / mode.eigenvalue.re);
+            row.push(or_dash(time, significant));
         }
-        row.push(dominant_elements_text(
-            &machine.machine,
-            mode,
-            &result.energies[k],
-        ));
-        table.add_row(row);
+        let energies = &result.energies[k];
+        row.push(dominant_elements_text(&machine.machine, mode, energies));
+        table.row(row);
     }
-    right_but_last(&mut table);
-    let mut text = finish(&table);
+    let mut text = table.text();
     if result.modes.len() > shown {
         let more = result.modes.len() - shown;
         text += &format!("… and {more} more; --lowest N limits them, --csv and --json hold all\n");
@@ -82,7 +57,8 @@ pub fn modes(machine: &PreparedMachine, result: &ModesResult) -> String {
     text
 }
 
-fn damping(result: &ModesResult, k: usize) -> Option<f64> {
+/// Damping ratio: of a complex mode, else estimated from the losses of the undamped shape.
+pub fn damping(result: &ModesResult, k: usize) -> Option<f64> {
     if result.complex {
         result.modes[k].damping_ratio
     } else {
@@ -113,16 +89,9 @@ pub fn mode(prepared_machine: &PreparedMachine, result: &ModesResult, k: usize) 
         );
     }
     text += "\n\n";
-    let mut table = plain();
-    table.add_row(vec![
-        "element",
-        "strain energy",
-        "kinetic energy",
-        "dissipation",
-        "dω/ω per dk/k",
-        "dω/ω per dJ/J",
-    ]);
-    table.add_row(vec!["", "%", "%", "%", "%/%", "%/%"]);
+    let mut table = Table::named(
+        "element|strain energy [%]|kinetic energy [%]|dissipation [%]|dω/ω per dk/k [%/%]|dω/ω per dJ/J [%/%]",
+    );
     let list = result
         .sensitivities
         .as_ref()
@@ -138,9 +107,9 @@ pub fn mode(prepared_machine: &PreparedMachine, result: &ModesResult, k: usize) 
     ) {
         let share = |shares: Option<&[(usize, f64)]>| {
             let found = shares.and_then(|s| s.iter().find(|s| s.0 == element));
-            found.map_or("–".to_string(), |s| percent(s.1))
+            or_dash(found, |s| percent(s.1))
         };
-        table.add_row(vec![
+        table.row([
             machine.elements[element].name.clone(),
             share(energies.strain.as_deref()),
             share(Some(&energies.kinetic)),
@@ -149,8 +118,7 @@ pub fn mode(prepared_machine: &PreparedMachine, result: &ModesResult, k: usize) 
             sensitivity(list, element, SensitivityParameter::Inertia),
         ]);
     }
-    right_but_first(&mut table);
-    text += &finish(&table);
+    text += &table.text();
     text += "\n";
     text += &shape(machine, result, k);
     text
@@ -164,7 +132,7 @@ fn sensitivity(
     let found = list
         .iter()
         .find(|s| s.element == element && s.parameter == parameter);
-    found.map_or("–".to_string(), |s| format!("{:.4}", s.relative))
+    or_dash(found, |s| format!("{:.4}", s.relative))
 }
 
 /// Elements with a share above one in a thousand, the largest first.
@@ -184,32 +152,22 @@ const ZERO_THRESHOLD: f64 = 5e-7;
 fn shape(machine: &Machine, result: &ModesResult, k: usize) -> String {
     let shape = &result.modes[k].shape;
     let largest = shape.iter().fold(0.0f64, |m, &z| m.max(modulus(z)));
-    let mut table = plain();
-    if result.complex {
-        table.add_row(vec!["freedom", "amplitude", "phase"]);
-        table.add_row(vec!["", "of the largest", "deg"]);
-    } else {
-        table.add_row(vec!["freedom", "amplitude"]);
-        table.add_row(vec!["", "of the largest"]);
-    }
+    let mut table = Table::named("freedom|amplitude [of the largest]")
+        .columns_if(result.complex, "phase [deg]");
     for (i, &z) in shape.iter().enumerate() {
         let mut row = vec![machine.dof_name(i)];
         if result.complex {
             let still = modulus(z) < ZERO_THRESHOLD * largest;
             row.push(format!("{:.6}", modulus(z) / largest));
-            row.push(if still {
-                "–".to_string()
-            } else {
-                format!("{:.1}", z.im.atan2(z.re).to_degrees())
-            });
+            let phase = (!still).then(|| z.im.atan2(z.re).to_degrees());
+            row.push(or_dash(phase, |deg| format!("{deg:.1}")));
         } else {
             let moves = modulus(z) >= ZERO_THRESHOLD * largest;
             row.push(format!("{:.6}", if moves { z.re / largest } else { 0.0 }));
         }
-        table.add_row(row);
+        table.row(row);
     }
-    right_but_first(&mut table);
-    finish(&table)
+    table.text()
 }
 
 /// Crossings of orders and modes, by falling participation of the excited part.
@@ -225,32 +183,22 @@ pub fn crossings(found: &CampbellDiagram, n_rigid: usize) -> String {
             .total_cmp(&found.crossings[a].participation)
     });
     let shown = &order[..order.len().min(MAX_ROWS)];
-    let mut table = plain();
-    table.add_row(vec![
-        format!("{} at", found.reference),
-        "frequency".into(),
-        "order".into(),
-        "mode".into(),
-        "takes part".into(),
-        "excited by".into(),
-    ]);
-    table.add_row(vec!["rpm", "Hz", "", "", "%", ""]);
-    let speeds = column(
-        &shown
-            .iter()
-            .map(|&k| found.crossings[k].speed_rpm)
-            .collect::<Vec<_>>(),
-    );
-    let frequencies = column(
-        &shown
-            .iter()
-            .map(|&k| found.crossings[k].frequency_hz)
-            .collect::<Vec<_>>(),
-    );
+    let mut table = Table::default()
+        .column(&format!("{} at", found.reference), "rpm")
+        .columns("frequency [Hz]|order|mode|takes part [%]|excited by");
+    let all = |of: fn(&OrderCrossing) -> f64| -> Vec<String> {
+        column(
+            &shown
+                .iter()
+                .map(|&k| of(&found.crossings[k]))
+                .collect::<Vec<_>>(),
+        )
+    };
+    let (speeds, frequencies) = (all(|c| c.speed_rpm), all(|c| c.frequency_hz));
     for (row, &k) in shown.iter().enumerate() {
         let crossing = &found.crossings[k];
         let order = &found.orders[crossing.order];
-        table.add_row(vec![
+        table.row([
             speeds[row].clone(),
             frequencies[row].clone(),
             if order.fraction.len() > 9 {
@@ -263,11 +211,10 @@ pub fn crossings(found: &CampbellDiagram, n_rigid: usize) -> String {
             campbell::order_label(order),
         ]);
     }
-    right_but_last(&mut table);
     let mut text = match shown.len() {
         0 => "no order meets a mode that takes part with 0.1 % or more in this range of speeds\n"
             .to_string(),
-        _ => finish(&table),
+        _ => table.text(),
     };
     if order.len() > shown.len() {
         text += &format!(
@@ -276,61 +223,4 @@ pub fn crossings(found: &CampbellDiagram, n_rigid: usize) -> String {
         );
     }
     text
-}
-
-/// The plan: what runs, what is left out and why.
-pub fn plan<'a>(steps: impl Iterator<Item = (&'a str, &'a StageDecision)> + Clone) -> String {
-    let mut table = plain();
-    for (name, decision) in steps.clone() {
-        if let StageDecision::Runs(what) = decision {
-            table.add_row(vec![name, what]);
-        }
-    }
-    let mut text = finish(&table);
-    text += "\nleft out\n";
-    let mut left = plain();
-    for (name, decision) in steps {
-        if let StageDecision::LeftOut(why) = decision {
-            left.add_row(vec![name, why]);
-        }
-    }
-    text += &finish(&left);
-    text
-}
-
-pub(super) fn plain() -> Table {
-    let mut table = Table::new();
-    table
-        .load_preset(NOTHING)
-        .set_content_arrangement(ContentArrangement::Disabled);
-    table
-}
-
-pub(super) fn right_but_last(table: &mut Table) {
-    let last = table.column_count().saturating_sub(1);
-    for (at, column) in table.column_iter_mut().enumerate() {
-        column.set_cell_alignment(if at == last {
-            CellAlignment::Left
-        } else {
-            CellAlignment::Right
-        });
-    }
-}
-
-pub(super) fn right_but_first(table: &mut Table) {
-    for (at, column) in table.column_iter_mut().enumerate() {
-        column.set_cell_alignment(if at == 0 {
-            CellAlignment::Left
-        } else {
-            CellAlignment::Right
-        });
-    }
-}
-
-/// The table's text with minus signs and without blanks at line ends.
-pub(super) fn finish(table: &Table) -> String {
-    with_minus_signs(&table.to_string())
-        .lines()
-        .map(|line| line.trim_end().to_string() + "\n")
-        .collect()
 }

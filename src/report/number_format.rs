@@ -80,11 +80,6 @@ pub fn interval(low: f64, high: f64) -> String {
     format!("{low:.decimals$} … {high:.decimals$}")
 }
 
-/// A cell of CSV with every digit; blank where there is no number.
-pub fn or_blank(x: Option<f64>) -> String {
-    x.map_or(String::new(), |x| format!("{x:?}"))
-}
-
 /// One number as short as four significant digits allow: `2000`, `0.03125`, `−1.500e-7`.
 pub fn four_digits(x: f64) -> String {
     if x == 0.0 {
@@ -155,6 +150,22 @@ pub fn with_minus_signs(text: &str) -> String {
         at += c.len_utf8();
     }
     out
+}
+
+/// rpm of rad/s.
+pub fn rpm(speed: f64) -> f64 {
+    speed * 30.0 / std::f64::consts::PI
+}
+
+/// A unit in which the largest value is easily read.
+pub fn choose_unit(largest: f64, unit: &'static str) -> (f64, String) {
+    let (factor, prefix) = match (largest, unit) {
+        (x, "m" | "rad") if x < 1e-3 => (1e6, "µ"),
+        (x, "m" | "rad") if x < 1.0 => (1e3, "m"),
+        (x, "N" | "N·m") if x >= 1e4 => (1e-3, "k"),
+        _ => (1.0, ""),
+    };
+    (factor, format!("{prefix}{unit}"))
 }
 
 /// Footnote of a table of measured values: ± is [`Z_95`](crate::numeric::statistics::Z_95) standard deviations.

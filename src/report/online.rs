@@ -1,13 +1,18 @@
-//! Online results of a simulation (spectra, orders, TE) as JSON.
+//! Online results of a simulation (spectra, orders, transmission error) in the document and as tables.
 
 use serde_json::{Map, Value, json};
 
 use super::encoder_te;
-use super::simulation::key;
+use super::encoder_te_table;
+use super::json::warnings;
+use super::number_format::four_digits;
+use super::output_key::key;
+use super::presentation::step_times;
+use super::table::Table;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::online::OnlineResult;
 use crate::spectrum::peaks::{PeakOptions, find_peaks};
-use crate::spectrum::rotation::order_demodulation::DemodulatedOrders;
+use crate::spectrum::rotation::order_demodulation::{DemodulatedOrders, OrderPoint};
 use crate::spectrum::spectra::Spectra;
 
 /// Puts what was found into the document of the motion.
@@ -22,11 +27,9 @@ pub fn extend(document: &mut Value, scene: &SimulationSetup, result: &OnlineResu
         document.insert("orders".into(), orders_json(scene, node, tracks));
     }
     if let Some((record, teeth)) = &result.te {
-        let mut te = encoder_te::json(record, teeth, &[]);
-        if let Some(te) = te.as_object_mut() {
-            te.remove("geardyn");
-            te.remove("repairs");
-        }
+        let mut te = encoder_te::body(record, teeth);
+        te["effort"] = step_times(record.trace.iter().copied());
+        te["warnings"] = warnings(&record.diagnostics);
         document.insert("transmission_error".into(), te);
     }
 }
@@ -69,4 +72,81 @@ fn orders_json(scene: &SimulationSetup, node: &str, tracks: &DemodulatedOrders) 
         "orders": tracks.orders.iter().enumerate().map(of_order).collect::<Vec<_>>(),
         "windows_left_out": tracks.skipped_windows,
     })
+}
+
+/// Peaks shown of an output.
+const MAX_ROWS: usize = 5;
+
+/// Everything found.
+pub fn text(scene: &SimulationSetup, result: &OnlineResult) -> String {
+    let mut text = String::new();
+    if let Some(spectra) = &result.spectra {
+        text += &lines(scene, spectra);
+    }
+    if let Some((node, tracks)) = &result.tracks {
+        text += &orders(scene, node, tracks);
+    }
+    if let Some((record, _)) = &result.te {
+        text += &format!("\n{}", encoder_te_table::record(record, false));
+    }
+    text
+}
+
+fn lines(scene: &SimulationSetup, spectra: &Spectra) -> String {
+    let mut table = Table::named("peaks of|unit|Hz|amplitude|above the floor");
+    for (at, output) in scene.outputs.list.iter().enumerate() {
+        for peak in find_peaks(spectra, at, &PeakOptions::default())
+            .iter()
+            .take(MAX_ROWS)
+        {
+            let numbers = [peak.frequency_hz, peak.amplitude, peak.signal_to_noise];
+            let row = [output.name.clone(), output.unit.to_string()];
+            table.row(row.into_iter().chain(numbers.map(four_digits)));
+        }
+    }
+    let head = format!(
+        "\n{} blocks, lines {} Hz apart\n",
+        spectra.blocks,
+        four_digits(spectra.frequency_hz.get(1).copied().unwrap_or(0.0))
+    );
+    match table.row_count() {
+        0 => format!("{head}no peak stands above its floor\n"),
+        _ => head + &table.text(),
+    }
+}
+
+fn orders(scene: &SimulationSetup, node: &str, tracks: &DemodulatedOrders) -> String {
+    let mut table = Table::named("order of|order|unit|least|greatest|there rad/s|phase deg");
+    for (channel, output) in scene.outputs.list.iter().enumerate() {
+        for (at, order) in tracks.orders.iter().enumerate() {
+            let size = |p: &&OrderPoint| p.values[channel][at].norm();
+            let by = |a: &&_, b: &&_| size(a).total_cmp(&size(b));
+            let least = tracks.points.iter().min_by(by);
+            let (Some(least), Some(most)) = (least, tracks.points.iter().max_by(by)) else {
+                continue;
+            };
+            let value = most.values[channel][at];
+            let numbers = [
+                size(&least),
+                value.norm(),
+                most.speed,
+                value.arg().to_degrees(),
+            ];
+            let row = [
+                output.name.clone(),
+                four_digits(*order),
+                output.unit.to_string(),
+            ];
+            table.row(row.into_iter().chain(numbers.map(four_digits)));
+        }
+    }
+    let head = format!(
+        "\norders of {node}: {} points, each over {} turns\n",
+        tracks.points.len(),
+        four_digits(tracks.revolutions)
+    );
+    match table.row_count() {
+        0 => head,
+        _ => head + &table.text(),
+    }
 }

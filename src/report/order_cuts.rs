@@ -1,19 +1,41 @@
-//! Order cuts as JSON, CSV and a plot.
+//! Order cuts: document, tables, amplitude and phase over speed.
 
 use std::f64::consts::TAU;
 
 use serde_json::{Value, json};
 
 use super::bode::{self, BodePlot};
-use super::json::{log_header, warnings};
-use super::modes_csv::csv_field;
-use super::recording::repairs;
+use super::number_format::{four_digits, significant};
+use super::presentation::{Figure, LogAnswer, Presentation, Provenance};
+use super::table::{Table, exact};
+use crate::base::error::Error;
+use crate::numeric::Complex;
 use crate::plan::logs::order_cuts::{OrderCut, OrderCuts, rpm};
-use crate::recording::raw::Repair;
 
-/// The JSON document.
-pub fn json(found: &OrderCuts, done: &[Repair]) -> Value {
-    let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
+impl Presentation for LogAnswer<OrderCuts> {
+    fn provenance(&self) -> Provenance<'_> {
+        Provenance::of_log(&self.result.trace, &self.repairs, &self.result.diagnostics)
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        Ok(body(&self.result))
+    }
+
+    fn text(&self) -> String {
+        text(&self.result)
+    }
+
+    fn table(&self) -> Table<'_> {
+        table(&self.result)
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        Ok(vec![Figure::first(draw(&self.result, &self.title))])
+    }
+}
+
+/// The document.
+fn body(found: &OrderCuts) -> Value {
     let cut = |cut: &OrderCut| {
         let largest = cut.largest().map(|at| {
             json!({ "amplitude": cut.value[at].norm(), "phase_rad": cut.value[at].arg(), "speed_rpm": rpm(found.speed[at]),
@@ -29,41 +51,32 @@ pub fn json(found: &OrderCuts, done: &[Repair]) -> Value {
         })
     };
     json!({
-        "geardyn": log_header(&trace),
         "kind": "order-cut",
         "how": found.method_text,
         "turns": found.turns,
         "time_s": found.time_s,
         "speed_rpm": found.speed.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),
         "cuts": found.cuts.iter().map(cut).collect::<Vec<_>>(),
-        "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
-        "repairs": repairs(done),
-        "warnings": warnings(&found.diagnostics),
     })
 }
 
 /// One row a block: time, speed, and amplitude and phase of each order of each channel.
-pub fn csv(found: &OrderCuts) -> String {
-    let mut head = vec!["time_s".to_string(), "speed_rpm".to_string()];
-    for cut in &found.cuts {
-        let name = format!("{} order {}", cut.channel, cut.order);
-        head.push(csv_field(&format!("{name} amplitude [{}]", cut.unit)));
-        head.push(csv_field(&format!("{name} phase [deg]")));
-    }
-    let mut text = head.join(",") + "\n";
-    for (at, (time, &speed)) in found.time_s.iter().zip(&found.speed).enumerate() {
-        text += &format!("{time:?},{:?}", rpm(speed));
-        for cut in &found.cuts {
-            let value = cut.value[at];
-            text += &format!(",{:?},{:?}", value.norm(), value.arg().to_degrees());
-        }
-        text.push('\n');
-    }
-    text
+fn table(found: &OrderCuts) -> Table<'_> {
+    let speeds: Vec<f64> = found.speed.iter().map(|&s| rpm(s)).collect();
+    let blocks = Table::default()
+        .numbers("time_s", "", &found.time_s, exact)
+        .numbers("speed_rpm", "", speeds, exact);
+    found.cuts.iter().fold(blocks, |table, cut| {
+        let name = |part| format!("{} order {} {part}", cut.channel, cut.order);
+        let all = |part: fn(&Complex) -> f64| cut.value.iter().map(part).collect::<Vec<_>>();
+        table
+            .numbers(&name("amplitude"), &cut.unit, all(|z| z.norm()), exact)
+            .numbers(&name("phase"), "deg", all(|z| z.arg().to_degrees()), exact)
+    })
 }
 
 /// Amplitude and phase over speed, by rising speed.
-pub fn draw(found: &OrderCuts, title: &str) -> String {
+fn draw(found: &OrderCuts, title: &str) -> String {
     let mut rising: Vec<usize> = (0..found.speed.len()).collect();
     rising.sort_by(|&a, &b| found.speed[a].total_cmp(&found.speed[b]));
     bode::draw_bode(&BodePlot {
@@ -81,4 +94,23 @@ pub fn draw(found: &OrderCuts, title: &str) -> String {
             .collect(),
         modes_hz: Vec::new(),
     })
+}
+
+/// The largest amplitude of each order, with its speed.
+fn text(found: &OrderCuts) -> String {
+    let text = format!("{}\n\n", found.method_text);
+    let mut table = Table::new("order|largest|at [rpm]|frequency [Hz]|phase [deg]|");
+    for cut in &found.cuts {
+        let Some(at) = cut.largest() else { continue };
+        let speed = found.speed[at];
+        table.row([
+            four_digits(cut.order),
+            four_digits(cut.value[at].norm()),
+            significant(rpm(speed)),
+            significant(cut.order * speed / TAU),
+            format!("{:.0}", cut.value[at].arg().to_degrees()),
+            format!("{} {}", cut.channel, cut.unit),
+        ]);
+    }
+    text + &table.text()
 }

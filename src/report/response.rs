@@ -1,20 +1,77 @@
-//! Frequency responses as JSON, CSV and plots.
-
-use std::sync::Arc;
+//! Frequency responses: peaks, document, table over frequency, Bode and Nyquist plots.
 
 use serde_json::{Value, json};
 
 use super::bode::{BodeCurve, BodePlot, draw_bode, draw_nyquist};
-use super::json::{complex, header, stages, warnings};
-use crate::base::source_span::SourceFile;
+use super::json::complex;
+use super::mode_text::element_share;
+use super::number_format::{four_digits, percent, significant};
+use super::plan::omitted_steps;
+use super::presentation::{Figure, Presentation, Provenance};
+use super::table::{Table, decimal, or_dash};
+use crate::base::error::Error;
 use crate::base::text::pluralise;
 use crate::machine::components::Machine;
+use crate::numeric::Complex;
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::run::{ResponseCurve, ResponseResult};
-use crate::plan::stages::StageDecision;
 use crate::response::frf::{ResponseMethod, SolverKind};
+use crate::scene::Scene;
+
+/// Frequency responses of the machine of a scene.
+pub struct ResponseAnswer<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its machine.
+    pub machine: PreparedMachine,
+    /// The responses.
+    pub result: ResponseResult,
+}
+
+impl Presentation for ResponseAnswer<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        let (result, stats) = (&self.result, &self.result.stats);
+        Provenance {
+            effort: json!({ "run_time_s": stats.seconds, "coordinates": stats.coordinates }),
+            ..Provenance::of_plan(&self.scene.sources, &result.plan, &result.diagnostics)
+        }
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        Ok(body(&self.machine.machine, &self.result))
+    }
+
+    fn text(&self) -> String {
+        peak_tables(&self.machine.machine, &self.result)
+    }
+
+    fn table(&self) -> Table<'_> {
+        table(&self.result)
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let shown = bode_plot(&self.scene.model.title, &self.result);
+        Ok(vec![
+            Figure::first(draw_bode(&shown)),
+            Figure::new("nyquist", draw_nyquist(&shown)),
+        ])
+    }
+
+    fn figure_notes(&self) -> String {
+        omitted_text(&self.result)
+    }
+
+    fn notes(&self) -> String {
+        format!(
+            "{}\n{}",
+            method_text(&self.result),
+            omitted_steps(&self.result.plan)
+        )
+    }
+}
 
 /// Description of the method, as text.
-pub fn method_text(result: &ResponseResult) -> String {
+fn method_text(result: &ResponseResult) -> String {
     let n = result.stats.coordinates;
     let mut text = match result.solver {
         SolverKind::Dense => format!("dynamic stiffness of {n} coordinates, line by line"),
@@ -44,15 +101,8 @@ pub fn method_text(result: &ResponseResult) -> String {
 }
 
 /// The document of a frequency response. Of a single input and output `values` and `peaks` stand at the top as well.
-pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &ResponseResult) -> Value {
-    let trace: Vec<&str> = result
-        .plan
-        .iter()
-        .filter(|row| matches!(row.1, StageDecision::Runs(_)))
-        .map(|row| row.0)
-        .collect();
+fn body(machine: &Machine, result: &ResponseResult) -> Value {
     let mut document = json!({
-        "geardyn": header(sources, &trace),
         "frequency_hz": result.frequency_hz,
         "responses": result.pairs.iter().map(|pair| response(machine, pair)).collect::<Vec<_>>(),
         "method": match result.solver {
@@ -63,9 +113,6 @@ pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &ResponseRes
         "reason": result.choice.reason,
         "error": result.stats.error,
         "lines_checked": result.stats.checked,
-        "effort": { "run_time_s": result.stats.seconds, "coordinates": result.stats.coordinates },
-        "stages": stages(result.plan.iter().map(|(name, decision)| (*name, decision))),
-        "warnings": warnings(&result.diagnostics),
     });
     if let [only] = &result.pairs[..] {
         document["value"] = values(only);
@@ -104,29 +151,19 @@ fn peaks(machine: &Machine, pair: &ResponseCurve) -> Value {
 }
 
 /// One row a line, real and imaginary part of every response.
-pub fn csv(result: &ResponseResult) -> String {
-    let mut head = vec!["frequency [Hz]".to_string()];
-    for pair in &result.pairs {
-        for part in ["re", "im"] {
-            head.push(super::modes_csv::csv_field(&format!(
-                "{} by {} {part} [{}]",
-                pair.output, pair.input, pair.unit
-            )));
-        }
-    }
-    let mut text = head.join(",") + "\n";
-    for (k, f) in result.frequency_hz.iter().enumerate() {
-        text += &format!("{f}");
-        for pair in &result.pairs {
-            text += &format!(",{},{}", pair.values[k].re, pair.values[k].im);
-        }
-        text.push('\n');
-    }
-    text
+fn table(result: &ResponseResult) -> Table<'_> {
+    let hertz = Table::default().numbers("frequency", "Hz", &result.frequency_hz, decimal);
+    result.pairs.iter().fold(hertz, |table, pair| {
+        let name = |part| format!("{} by {} {part}", pair.output, pair.input);
+        let all = |part: fn(&Complex) -> f64| pair.values.iter().map(part).collect::<Vec<_>>();
+        table
+            .numbers(&name("re"), &pair.unit, all(|z| z.re), decimal)
+            .numbers(&name("im"), &pair.unit, all(|z| z.im), decimal)
+    })
 }
 
 /// Responses omitted from the plots, as text; empty where they show every response.
-pub fn omitted_text(result: &ResponseResult) -> String {
+fn omitted_text(result: &ResponseResult) -> String {
     let (all, shown) = (result.pairs.len(), plotted_pairs(result).count());
     match plotted_pairs(result).next() {
         Some(first) if shown < all => format!(
@@ -145,7 +182,7 @@ fn plotted_pairs(result: &ResponseResult) -> impl Iterator<Item = &ResponseCurve
 }
 
 /// Magnitude and phase over frequency, and the complex plane; of the responses in the unit of the first.
-pub fn draw_plots(title: &str, result: &ResponseResult) -> (String, String) {
+fn bode_plot(title: &str, result: &ResponseResult) -> BodePlot {
     let curve = |pair: &ResponseCurve| BodeCurve {
         traced: Vec::new(),
         label: format!("{} by {}", pair.output, pair.input),
@@ -161,12 +198,58 @@ pub fn draw_plots(title: &str, result: &ResponseResult) -> (String, String) {
     modes.sort_by(f64::total_cmp);
     // Peaks of several responses at one mode are one line.
     modes.dedup_by(|a, b| (*a - *b).abs() < 2e-3 * *a);
-    let shown = BodePlot {
+    BodePlot {
         title: title.to_string(),
         across: "",
         frequency_hz: result.drawn_hz.clone(),
         curves: plotted_pairs(result).map(curve).collect(),
         modes_hz: modes,
-    };
-    (draw_bode(&shown), draw_nyquist(&shown))
+    }
+}
+
+/// Peaks shown of a response, the highest.
+const MAX_ROWS: usize = 20;
+
+/// The peaks of every response.
+fn peak_tables(machine: &Machine, result: &ResponseResult) -> String {
+    let mut text = String::new();
+    for (at, pair) in result.pairs.iter().enumerate() {
+        let gap = if at > 0 { "\n" } else { "" };
+        text += &format!("{gap}{} by {}\n", pair.output, pair.input);
+        if let Some(rest) = pair.static_response {
+            text += &format!("at rest {} {}\n", four_digits(rest), pair.unit);
+        }
+        text += &match pair.peaks.is_empty() {
+            true => "  no peak in the band\n".to_string(),
+            false => peak_table(machine, pair),
+        };
+    }
+    text
+}
+
+fn peak_table(machine: &Machine, pair: &ResponseCurve) -> String {
+    let mut shown: Vec<_> = pair.peaks.iter().collect();
+    shown.sort_by(|a, b| b.peak.height.total_cmp(&a.peak.height));
+    shown.truncate(MAX_ROWS);
+    shown.sort_by(|a, b| a.peak.omega.total_cmp(&b.peak.omega));
+    let mut table = Table::new("frequency [Hz]")
+        .column("magnitude", &pair.unit)
+        .columns("amplification [of rest]|damping [%]|mostly in");
+    for p in shown {
+        let over_rest = |rest| four_digits(p.peak.height / rest);
+        table.row([
+            significant(p.peak.omega / std::f64::consts::TAU),
+            four_digits(p.peak.height),
+            or_dash(pair.static_response, over_rest),
+            or_dash(p.peak.damping(), percent),
+            or_dash(p.dominant_element, |(element, share)| {
+                element_share(machine, element, share)
+            }),
+        ]);
+    }
+    let mut text = table.text();
+    if pair.peaks.len() > MAX_ROWS {
+        text += &format!("{} lower ones\n", pair.peaks.len() - MAX_ROWS);
+    }
+    text
 }

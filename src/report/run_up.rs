@@ -1,27 +1,68 @@
-//! Run-ups as JSON, CSV and a map.
+//! Run-ups: critical speeds with the element of highest strain energy, document, table over speed, map.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::harmonic_balance::rpm;
 use super::heatmap::{Heatmap, draw_heatmaps};
-use super::json::{header, stages, warnings};
-use crate::base::source_span::SourceFile;
+use super::mode_text::element_share;
+use super::number_format::{choose_unit, four_digits, rpm, significant, with_minus_signs};
+use super::plan::{step_lines, steps};
+use super::presentation::{Figure, Presentation, Provenance};
+use super::table::{Table, decimal, or_dash};
+use crate::base::error::Error;
+use crate::base::text::pluralise;
 use crate::machine::components::Machine;
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::run_up::RunUpResult;
-use crate::plan::stages::StageDecision;
 use crate::response::excitation::OrderExcitation;
+use crate::scene::Scene;
+
+/// A run-up of the machine of a scene.
+pub struct RunUpAnswer<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its machine.
+    pub machine: PreparedMachine,
+    /// The response over speed.
+    pub result: RunUpResult,
+}
+
+impl Presentation for RunUpAnswer<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        let result = &self.result;
+        Provenance {
+            effort: json!({ "run_time_s": result.seconds }),
+            ..Provenance::of_plan(&self.scene.sources, &result.plan, &result.diagnostics)
+        }
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        Ok(body(&self.machine.machine, &self.result))
+    }
+
+    fn text(&self) -> String {
+        critical_speeds(&self.machine.machine, &self.result)
+    }
+
+    fn table(&self) -> Table<'_> {
+        table(&self.result)
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        Ok(vec![Figure::first(draw(
+            &self.scene.model.title,
+            &self.result,
+        ))])
+    }
+
+    fn notes(&self) -> String {
+        step_lines(steps(&self.result.plan))
+    }
+}
 
 /// The document.
-pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &RunUpResult) -> Value {
-    let trace: Vec<&str> = result
-        .plan
-        .iter()
-        .filter(|r| matches!(r.1, StageDecision::Runs(_)))
-        .map(|r| r.0)
-        .collect();
+fn body(machine: &Machine, result: &RunUpResult) -> Value {
     let output = |(at, (name, unit)): (usize, &(String, &str))| {
         json!({
             "name": name,
@@ -32,7 +73,6 @@ pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &RunUpResult
         })
     };
     json!({
-        "geardyn": header(sources, &trace),
         "node": result.node,
         "assumed_amplitude_m": result.assumed,
         "held": result.fixed_dofs,
@@ -49,38 +89,24 @@ pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &RunUpResult
             "amplitude": c.amplitude, "danger": c.highest_strain_energy.map(|d| machine.elements[d.0].name.clone()), "share": c.highest_strain_energy.map(|d| d.1),
         })).collect::<Vec<_>>(),
         "reason": result.choice.reason,
-        "effort": { "run_time_s": result.seconds },
-        "stages": stages(result.plan.iter().map(|(name, decision)| (*name, decision))),
-        "warnings": warnings(&result.diagnostics),
     })
 }
 
 /// One row a speed: of every output all excitations together, then each.
-pub fn csv(result: &RunUpResult) -> String {
-    let mut head = vec!["speed [rpm]".to_string()];
-    for (name, unit) in &result.outputs {
-        head.push(super::modes_csv::csv_field(&format!(
-            "{name} together [{unit}]"
-        )));
-        for (_, e) in sized_excitations(result) {
-            head.push(super::modes_csv::csv_field(&format!(
-                "{name} by {} ({}) [{unit}]",
-                e.source, e.fraction
-            )));
+fn table(result: &RunUpResult) -> Table<'_> {
+    let speeds: Vec<f64> = result.speeds.iter().map(|&s| rpm(s)).collect();
+    let mut table = Table::default().numbers("speed", "rpm", speeds, decimal);
+    for (at, (name, unit)) in result.outputs.iter().enumerate() {
+        let total = (0..result.speeds.len()).map(|s| result.rss_amplitude(at, s));
+        let total: Vec<f64> = total.collect();
+        table = table.numbers(&format!("{name} together"), unit, total, decimal);
+        let sizes = result.amplitudes[at].iter().flatten();
+        for ((_, e), sizes) in sized_excitations(result).zip(sizes) {
+            let name = format!("{name} by {} ({})", e.source, e.fraction);
+            table = table.numbers(&name, unit, sizes, decimal);
         }
     }
-    let mut text = head.join(",") + "\n";
-    for (at, &speed) in result.speeds.iter().enumerate() {
-        text += &format!("{}", rpm(speed));
-        for output in 0..result.outputs.len() {
-            text += &format!(",{}", result.rss_amplitude(output, at));
-            for amplitudes in result.amplitudes[output].iter().flatten() {
-                text += &format!(",{}", amplitudes[at]);
-            }
-        }
-        text.push('\n');
-    }
-    text
+    table
 }
 
 /// Excitations that have a size, with their numbers.
@@ -93,7 +119,7 @@ fn sized_excitations(result: &RunUpResult) -> impl Iterator<Item = (usize, &Orde
 const LINES: usize = 140;
 
 /// Response of the first output over speed and frequency.
-pub fn draw(title: &str, result: &RunUpResult) -> String {
+fn draw(title: &str, result: &RunUpResult) -> String {
     let (name, unit) = result
         .outputs
         .first()
@@ -137,4 +163,91 @@ pub fn draw(title: &str, result: &RunUpResult) -> String {
         places: (0..LINES).map(|k| (k as f64 + 0.5) * step).collect(),
         rows: (0..result.speeds.len()).map(row).collect(),
     }])
+}
+
+/// Maximum number of critical speeds shown: those with the largest responses.
+const MAX_ROWS: usize = 24;
+
+/// The tables.
+fn critical_speeds(machine: &Machine, result: &RunUpResult) -> String {
+    let (name, unit) = result
+        .outputs
+        .first()
+        .map_or(("", ""), |(n, u)| (n.as_str(), *u));
+    let mut text = driver(result);
+    text += &match result.assumed {
+        Some(size) => format!(
+            "no error is declared: every order has an assumed amplitude of {} µm, and answers go with it\n",
+            four_digits(1e6 * size)
+        ),
+        None => "orders have the amplitudes of the errors declared; where none is, only the critical speed is told\n".to_string(),
+    };
+    for ((name, unit), &(speed, total)) in result.outputs.iter().zip(&result.max_amplitudes) {
+        let (factor, unit) = choose_unit(total, unit);
+        text += &format!(
+            "{name}: all orders together at most {} {unit}, at {} rpm\n",
+            four_digits(factor * total),
+            four_digits(rpm(speed))
+        );
+    }
+    if result.critical.is_empty() {
+        return text + "no order meets a natural frequency that answers in this range\n";
+    }
+    let largest = result
+        .critical
+        .iter()
+        .filter_map(|c| c.amplitude)
+        .fold(0.0, f64::max);
+    let (factor, unit) = choose_unit(largest, unit);
+    text += &format!(
+        "\n{} of {}\n",
+        pluralise(result.critical.len(), "critical speed"),
+        result.node
+    );
+    let mut table = Table::new("speed [rpm]|frequency [Hz]|order")
+        .column(name, &unit)
+        .columns("source|in danger");
+    for c in result.critical.iter().take(MAX_ROWS) {
+        let e = &result.excitations[c.excitation];
+        table.row([
+            significant(rpm(c.speed)),
+            significant(c.omega / TAU),
+            e.fraction.clone(),
+            match c.amplitude {
+                Some(size) => four_digits(factor * size),
+                None if !result.is_declared(c.excitation) => "not declared".to_string(),
+                None => "infinite".to_string(),
+            },
+            e.source.clone(),
+            or_dash(c.highest_strain_energy, |(element, share)| {
+                element_share(machine, element, share)
+            }),
+        ]);
+    }
+    text += &table.text();
+    if result.critical.len() > MAX_ROWS {
+        text += &format!(
+            "… and {} with smaller answers; --json holds all\n",
+            result.critical.len() - MAX_ROWS
+        );
+    }
+    with_minus_signs(&text)
+}
+
+/// Driver's angle: prescribed or free.
+fn driver(result: &RunUpResult) -> String {
+    match &result.fixed_dofs[..] {
+        [] => format!(
+            "run-up of {}: nothing is held, the driver is free and answers the orders too (--hold {} prescribes its angle)\n",
+            result.node, result.node
+        ),
+        held => format!(
+            "run-up of {}: {} held, answering nothing\n",
+            result.node,
+            match held {
+                [one] => format!("{one} is"),
+                many => format!("{} are", many.join(", ")),
+            }
+        ),
+    }
 }

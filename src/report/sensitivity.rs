@@ -1,8 +1,11 @@
-//! Sensitivity of a motion to its start, in the document.
+//! Sensitivity of a motion to its start, in the document and as text.
 
 use serde_json::{Value, json};
 
-use super::simulation::key;
+use super::number_format::{four_digits, significant_text, with_deviation};
+use super::output_key::key;
+use super::table::Table;
+use crate::base::quantity::format_time;
 use crate::plan::motion::sensitivity::{OutputPredictability, Sensitivity};
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::motion::statistics::{PERCENTILES, Statistics, UncertainValue};
@@ -63,4 +66,73 @@ fn statistics(s: &Statistics) -> Value {
         PERCENTILES.iter().zip(&all).map(one).collect::<Vec<_>>()
     });
     json!({ "mean": of(&s.mean), "rms_about_mean": of(&s.rms), "percentiles": percentiles })
+}
+
+/// Predictability of the motion, and the statistics valid beyond it; nothing where every digit shown holds.
+pub fn text(scene: &SimulationSetup, sensitivity: &Sensitivity) -> String {
+    if sensitivity.all_shown() {
+        return String::new();
+    }
+    let what = match (sensitivity.until(), sensitivity.factor) {
+        (Some(until), _) => format!("not predictable beyond t = {}", format_time(until)),
+        (None, Some(factor)) if factor < SLIGHT => {
+            "the errors of the method leave the digits shown: ask for a tighter tolerance or a shorter step".to_string()
+        }
+        (None, _) => "only digits that hold are shown".to_string(),
+    };
+    let mut text = format!("\n{}; {what}\n", factor(sensitivity));
+    let below = PERCENTILES.map(|share| format!("|{:.0} % below", 100.0 * share));
+    let mut table =
+        Table::named("second half|unit|mean|rms about it").columns(&below.concat()[1..]);
+    for (output, digits) in scene.outputs.list.iter().zip(&sensitivity.outputs) {
+        if let Some(statistics) = &digits.second_half {
+            let names = [output.name.clone(), output.unit.to_string()];
+            table.row(names.into_iter().chain(cells(statistics)));
+        }
+    }
+    if table.row_count() > 0 {
+        text += &format!(
+            "\n{}± the 95 % interval, from blocks of two runs\n",
+            table.text()
+        );
+    }
+    text
+}
+
+/// A motion that amplifies less does not take the digits.
+const SLIGHT: f64 = 10.0;
+
+fn factor(sensitivity: &Sensitivity) -> String {
+    let size = match (sensitivity.factor, sensitivity.parted) {
+        (Some(factor), true) => format!("more than ×{:.0e}", 0.5 * factor),
+        (Some(factor), false) => format!(
+            "×{}",
+            significant_text(factor, 5e-3 * factor).unwrap_or_default()
+        ),
+        (None, _) => "not known".to_string(),
+    };
+    format!("sensitivity to initial conditions {size}")
+}
+
+fn cells(s: &Statistics) -> Vec<String> {
+    let cell = |known: &UncertainValue| with_deviation(known.value, known.error);
+    let percentiles = match &s.percentiles {
+        Some(all) => all.iter().map(cell).collect(),
+        None => vec!["–".to_string(); PERCENTILES.len()],
+    };
+    let own = [&s.mean, &s.rms].map(cell);
+    own.into_iter().chain(percentiles).collect()
+}
+
+/// Cost and result of the further runs, in a line.
+pub fn cost(sensitivity: &Sensitivity) -> String {
+    let found = match sensitivity.factor {
+        Some(_) => factor(sensitivity),
+        None => "all digits shown are significant".to_string(),
+    };
+    format!(
+        "compared with a start changed by {:.0e} of the deflections: {found}, {} s\n",
+        sensitivity.change,
+        four_digits(sensitivity.seconds)
+    )
 }

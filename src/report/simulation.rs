@@ -1,47 +1,116 @@
-//! Motion in time as JSON, CSV and a plot.
-
-use std::sync::Arc;
+//! Motion in time: document, table over time, plot; its tables for a terminal are in `simulation_table`.
 
 use serde_json::{Map, Value, json};
 
 use super::axes::{clip_to_panel, draw_frame, linear_range};
-use super::json::{header, warnings};
+use super::online;
+use super::output_key::{effort, key};
+use super::plan::{step_lines, steps};
+use super::presentation::{Figure, Presentation, Provenance};
+use super::sensitivity;
+use super::simulation_table::{cost, energy_balance, statistics_table, step_responses};
 use super::svg::{
     Anchor, BLACK, BLUE, LABEL_SIZE, LineStyle, Panel, TITLE_SIZE, WIDTH, render_svg, ticks,
 };
-use crate::base::error::Diagnostic;
-use crate::base::source_span::SourceFile;
+use super::table::{Table, decimal};
+use crate::base::error::Error;
+use crate::base::quantity::format_time;
 use crate::motion::energy_balance::EnergyBalance;
-use crate::motion::outputs::MotionOutput;
-use crate::motion::problem::IntegrationStats;
-use crate::plan::motion::method_choice::MethodChoice;
 use crate::plan::motion::output_statistics::step_response;
 use crate::plan::motion::run::MotionHistory;
 use crate::plan::motion::simulation_setup::SimulationSetup;
+use crate::plan::simulate::SimulationResult;
+use crate::scene::Scene;
 
-/// Key of an output: its name and its unit in letters.
-pub fn key(output: &MotionOutput) -> String {
-    let unit = match output.unit {
-        "rad/s" => "rad_s",
-        "m/s" => "m_s",
-        "rad/s²" => "rad_s2",
-        "m/s²" => "m_s2",
-        "N·m" => "nm",
-        "N" => "n",
-        other => other,
-    };
-    format!("{}_{unit}", output.name)
+/// A motion of the machine of a scene.
+pub struct SimulationAnswer<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The motion.
+    pub result: SimulationResult,
+}
+
+impl Presentation for SimulationAnswer<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        Provenance {
+            sources: &self.scene.sources,
+            trace: vec!["equations", "start", self.result.choice.method.name],
+            effort: effort(&self.result.history.stats, self.result.history.seconds),
+            warnings: &self.result.diagnostics,
+            ..Provenance::default()
+        }
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        let result = &self.result;
+        let mut body = body(result);
+        body["title"] = self.scene.model.title.as_str().into();
+        sensitivity::extend(&mut body, &result.scene, result.sensitivity.as_ref());
+        online::extend(&mut body, &result.scene, &result.online);
+        Ok(body)
+    }
+
+    fn text(&self) -> String {
+        let SimulationResult {
+            scene,
+            history,
+            sensitivity,
+            ..
+        } = &self.result;
+        let mut text = statistics_table(scene, history, sensitivity.as_ref());
+        if let Some(sensitivity) = sensitivity {
+            text += &sensitivity::text(scene, sensitivity);
+        }
+        text += &online::text(scene, &self.result.online);
+        let step = self.result.step_time_s.filter(|_| !history.time.is_empty());
+        text + &step.map_or(String::new(), |at| step_responses(scene, history, at))
+    }
+
+    fn table(&self) -> Table<'_> {
+        let history = &self.result.history;
+        let time = Table::default().numbers("time", "s", &history.time, decimal);
+        let outputs = self.result.scene.outputs.list.iter();
+        outputs
+            .zip(&history.values)
+            .fold(time, |table, (output, values)| {
+                table.numbers(&output.name, output.unit, values, decimal)
+            })
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let title = &self.scene.model.title;
+        let drawn = draw(title, &self.result.scene, &self.result.history);
+        Ok(vec![Figure::first(drawn)])
+    }
+
+    fn notes(&self) -> String {
+        let mut notes = step_lines(steps(&self.result.plan));
+        notes += &cost(&self.result.history);
+        if let Some(sensitivity) = &self.result.sensitivity {
+            notes += &sensitivity::cost(sensitivity);
+        }
+        if let Some(balance) = &self.result.history.balance {
+            notes += &energy_balance(balance);
+        }
+        notes
+    }
+
+    fn interruption(&self) -> Option<String> {
+        let end = format_time(self.result.history.end_time);
+        let text = format!("interrupted at t = {end}: what is shown ends there\n");
+        self.result.history.interrupted.then_some(text)
+    }
 }
 
 /// The document of a motion.
-pub fn json(
-    sources: &[Arc<SourceFile>],
-    scene: &SimulationSetup,
-    choice: &MethodChoice,
-    history: &MotionHistory,
-    step_at: Option<f64>,
-    doubts: &[Diagnostic],
-) -> Value {
+fn body(result: &SimulationResult) -> Value {
+    let SimulationResult {
+        scene,
+        choice,
+        history,
+        step_time_s: step_at,
+        ..
+    } = result;
     let mut outputs = Map::new();
     let mut readings = Map::new();
     let kept = !history.time.is_empty();
@@ -63,25 +132,13 @@ pub fn json(
         readings.insert(key(output), json!(reading));
     }
     json!({
-        "geardyn": header(sources, &["equations", "start", choice.method.name]),
         "method": choice.method.name,
         "reason": choice.reason,
         "interrupted": history.interrupted,
         "time_s": kept.then_some(&history.time),
         "outputs": kept.then_some(outputs),
         "readings": readings,
-        "effort": effort(&history.stats, history.seconds),
         "energy_balance": history.balance.as_ref().map(energy_balance_json),
-        "warnings": warnings(doubts),
-    })
-}
-
-/// Cost of a run.
-pub fn effort(stats: &IntegrationStats, seconds: f64) -> Value {
-    json!({
-        "run_time_s": seconds, "steps": stats.steps, "rejected": stats.rejected, "rhs_evaluations": stats.evaluations,
-        "jacobians": stats.jacobians, "factorisations": stats.factorisations, "events": stats.events, "grazed": stats.grazings,
-        "linear_machines": stats.regimes,
     })
 }
 
@@ -93,36 +150,12 @@ fn energy_balance_json(balance: &EnergyBalance) -> Value {
     })
 }
 
-/// One row an instant, one column an output.
-pub fn csv(scene: &SimulationSetup, history: &MotionHistory) -> String {
-    let names = scene
-        .outputs
-        .list
-        .iter()
-        .map(|o| format!("{} [{}]", o.name, o.unit));
-    let mut text = ["time [s]".to_string()]
-        .into_iter()
-        .chain(names)
-        .map(|n| super::modes_csv::csv_field(&n))
-        .collect::<Vec<_>>()
-        .join(",");
-    text.push('\n');
-    for (k, t) in history.time.iter().enumerate() {
-        text += &format!("{t}");
-        for values in &history.values {
-            text += &format!(",{}", values[k]);
-        }
-        text.push('\n');
-    }
-    text
-}
-
 const MARGIN_LEFT: f64 = 84.0;
 const HEIGHT: f64 = 150.0;
 const SPACING: f64 = 26.0;
 
 /// Outputs over time, one panel each.
-pub fn draw(title: &str, scene: &SimulationSetup, history: &MotionHistory) -> String {
+fn draw(title: &str, scene: &SimulationSetup, history: &MotionHistory) -> String {
     let count = scene.outputs.list.len();
     let top = 40.0;
     render_svg(

@@ -1,7 +1,7 @@
 //! Motion in time as tables for a terminal.
 
-use super::modes_table::{finish, plain, right_but_first};
 use super::number_format::{four_digits, percent, significant_text};
+use super::table::Table;
 use crate::base::text::pluralise;
 use crate::motion::energy_balance::EnergyBalance;
 use crate::plan::motion::output_statistics::step_response;
@@ -10,23 +10,12 @@ use crate::plan::motion::sensitivity::{OutputPredictability, Sensitivity};
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
 /// Extremes and means of every output, with the digits that hold.
-pub fn output_statistics(
+pub fn statistics_table(
     scene: &SimulationSetup,
     history: &MotionHistory,
     sensitivity: Option<&Sensitivity>,
 ) -> String {
-    let mut table = plain();
-    table.set_header([
-        "output",
-        "unit",
-        "end",
-        "least",
-        "at s",
-        "greatest",
-        "at s",
-        "mean",
-        "rms about it",
-    ]);
+    let mut table = Table::named("output|unit|end|least|at s|greatest|at s|mean|rms about it");
     for (at, (output, reading)) in scene
         .outputs
         .list
@@ -48,14 +37,10 @@ pub fn output_statistics(
                 _ => "–".to_string(),
             })
         });
-        table.add_row(
-            [output.name.clone(), output.unit.to_string()]
-                .into_iter()
-                .chain(cells),
-        );
+        let name = [output.name.clone(), output.unit.to_string()];
+        table.row(name.into_iter().chain(cells));
     }
-    right_but_first(&mut table);
-    finish(&table)
+    table.text()
 }
 
 /// Half a unit of the fourth digit of what is largest.
@@ -76,17 +61,9 @@ fn errors(d: &OutputPredictability) -> [Option<f64>; 7] {
 
 /// Step responses at an instant.
 pub fn step_responses(scene: &SimulationSetup, history: &MotionHistory, at: f64) -> String {
-    let mut table = plain();
-    table.set_header([
-        "answer to the step",
-        "before",
-        "after",
-        "overshoot %",
-        "after s",
-        "rise s",
-        "settled s",
-        "oscillations",
-    ]);
+    let mut table = Table::named(
+        "answer to the step|before|after|overshoot %|after s|rise s|settled s|oscillations",
+    );
     let mut restless = Vec::new();
     for (output, values) in scene.outputs.list.iter().zip(&history.values) {
         match step_response(&history.time, values, at) {
@@ -101,14 +78,13 @@ pub fn step_responses(scene: &SimulationSetup, history: &MotionHistory, at: f64)
                     four_digits(a.settling_s),
                     four_digits(a.oscillations),
                 ];
-                table.add_row([output.name.clone()].into_iter().chain(numbers));
+                table.row([output.name.clone()].into_iter().chain(numbers));
             }
         }
     }
-    right_but_first(&mut table);
     let mut text = match table.row_count() {
         0 => String::new(),
-        _ => format!("\n{}", finish(&table)),
+        _ => format!("\n{}", table.text()),
     };
     if !restless.is_empty() {
         text += &format!(
@@ -120,7 +96,7 @@ pub fn step_responses(scene: &SimulationSetup, history: &MotionHistory, at: f64)
 }
 
 /// Cost of the run.
-pub fn effort(history: &MotionHistory) -> String {
+pub fn cost(history: &MotionHistory) -> String {
     let e = &history.stats;
     let counts = [
         (e.steps, "step"),
@@ -148,7 +124,7 @@ pub fn effort(history: &MotionHistory) -> String {
 }
 
 /// The energy balance, J.
-pub fn balance(balance: &EnergyBalance) -> String {
+pub fn energy_balance(balance: &EnergyBalance) -> String {
     if let Some(share) = balance.stopped_at {
         return format!(
             "energy: not told, the powers change so fast that {} readings of them came through {} % of the time\n",

@@ -1,17 +1,18 @@
-//! Spectra of a log as JSON, CSV and curves.
+//! Spectra of a log: document, table over frequency, curves and maps.
 
 use serde_json::{Value, json};
 
-use super::heatmap::Heatmap;
-use super::json::{log_header, warnings};
+use super::heatmap::{Heatmap, draw_heatmaps};
 use super::number_format::four_digits;
-use super::recording::repairs;
-use super::spectrum_plot::SpectrumPlot;
+use super::presentation::{Figure, LogAnswer, Presentation, Provenance};
+use super::spectrum_plot::{SpectrumPlot, draw_spectra};
+use super::spectrum_table::{self, decibels};
+use super::table::{Table, exact};
+use crate::base::error::Error;
 use crate::plan::logs::order_cuts::rpm;
 use crate::plan::logs::spectrum_study::{
     AbscissaKind, ChannelSpectrum, LabelledPeak, SpectrumKind, SpectrumResult,
 };
-use crate::recording::raw::Repair;
 
 /// The word for a kind of spectrum.
 pub fn kind(kind: SpectrumKind) -> &'static str {
@@ -38,9 +39,34 @@ fn key(across: AbscissaKind) -> &'static str {
     }
 }
 
-/// The JSON document of `spectrum`.
-pub fn json(found: &SpectrumResult, done: &[Repair]) -> Value {
-    let trace: Vec<&str> = found.trace.iter().map(|t| t.0).collect();
+impl Presentation for LogAnswer<SpectrumResult> {
+    fn provenance(&self) -> Provenance<'_> {
+        Provenance::of_log(&self.result.trace, &self.repairs, &self.result.diagnostics)
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        Ok(body(&self.result))
+    }
+
+    fn text(&self) -> String {
+        spectrum_table::text(&self.result)
+    }
+
+    fn table(&self) -> Table<'_> {
+        table(&self.result)
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let maps = heatmaps(&self.result, &self.title);
+        Ok(vec![Figure::first(match maps.is_empty() {
+            true => draw_spectra(&spectrum_plot(&self.result, &self.title)),
+            false => draw_heatmaps(&maps),
+        })])
+    }
+}
+
+/// The document of `spectrum`.
+fn body(found: &SpectrumResult) -> Value {
     let place = key(found.abscissa_kind);
     let channels: Vec<Value> = found
         .channel_spectra
@@ -48,16 +74,12 @@ pub fn json(found: &SpectrumResult, done: &[Repair]) -> Value {
         .map(|c| channel(c, place))
         .collect();
     let mut document = json!({
-        "geardyn": log_header(&trace),
         "kind": kind(found.kind),
         "how": found.method_text,
         "averages": found.averages,
         "resolution": found.abscissa_step,
         "interval": found.interval.map(|(lower, upper)| json!({ "confidence": 0.95, "lower": lower, "upper": upper })),
         "channels": channels,
-        "effort": found.trace.iter().map(|t| json!({ "stage": t.0, "time_s": t.1 })).collect::<Vec<_>>(),
-        "repairs": repairs(done),
-        "warnings": warnings(&found.diagnostics),
     });
     document[place] = json!(found.abscissa);
     document
@@ -97,74 +119,48 @@ fn peak(line: &LabelledPeak, curve: &ChannelSpectrum, place: &str) -> Value {
     all
 }
 
-/// A ratio of powers in dB.
-pub fn decibels(ratio: f64) -> f64 {
-    10.0 * ratio.log10()
-}
-
 /// One row a line, one column a channel; of spectrograms one row a time and line.
-pub fn csv(found: &SpectrumResult) -> String {
-    let with_times = found
-        .channel_spectra
+fn table(found: &SpectrumResult) -> Table<'_> {
+    let curves = &found.channel_spectra;
+    let rows = curves
         .iter()
-        .any(|c| !c.spectrogram_rows.is_empty());
-    let speed = found.channel_spectra.first().map_or(&[][..], |c| &c.speed);
-    let mut text = String::from(if with_times { "time_s," } else { "" });
-    text += if speed.is_empty() { "" } else { "speed_rpm," };
-    text += key(found.abscissa_kind);
-    for curve in &found.channel_spectra {
-        let head = match curve.unit.is_empty() {
-            true => curve.channel.clone(),
-            false => format!("{} [{}]", curve.channel, curve.unit),
-        };
-        text += &format!(",\"{}\"", head.replace('"', "\"\""));
+        .map(|c| c.spectrogram_rows.len())
+        .min()
+        .unwrap_or(0);
+    let place = key(found.abscissa_kind);
+    if curves.iter().all(|c| c.spectrogram_rows.is_empty()) {
+        let places = Table::default().numbers(place, "", &found.abscissa, exact);
+        return curves.iter().fold(places, |table, c| {
+            table.numbers(&c.channel, &c.unit, &c.value, exact)
+        });
     }
-    text.push('\n');
-    let mut row = |time: Option<(usize, f64)>, k: usize, values: &mut dyn Iterator<Item = f64>| {
-        if let Some((at, time)) = time {
-            text += &format!("{time:?},");
-            text += &speed
-                .get(at)
-                .map_or(String::new(), |&s| format!("{:?},", rpm(s)));
-        }
-        text += &format!("{:?}", found.abscissa[k]);
-        values.for_each(|v| text += &format!(",{v:?}"));
-        text.push('\n');
+    let lines = found.abscissa.len();
+    // A value of every row, for each of its lines.
+    let each = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        (0..rows)
+            .flat_map(|r| std::iter::repeat_n(of(r), lines))
+            .collect()
     };
-    if with_times {
-        let rows = found
-            .channel_spectra
-            .iter()
-            .map(|c| c.spectrogram_rows.len())
-            .min()
-            .unwrap_or(0);
-        for r in 0..rows {
-            for k in 0..found.abscissa.len() {
-                let mut values = found
-                    .channel_spectra
-                    .iter()
-                    .map(|c| c.spectrogram_rows[r].density[k]);
-                row(
-                    Some((r, found.channel_spectra[0].spectrogram_rows[r].time_s)),
-                    k,
-                    &mut values,
-                );
-            }
-        }
-    } else {
-        for k in 0..found.abscissa.len() {
-            row(
-                None,
-                k,
-                &mut found.channel_spectra.iter().map(|c| c.value[k]),
-            );
+    let mut table = Table::default();
+    if let Some(first) = curves.first() {
+        let times = each(&|r| first.spectrogram_rows[r].time_s);
+        table = table.numbers("time_s", "", times, exact);
+        if !first.speed.is_empty() {
+            let speeds = each(&|r| first.speed.get(r).map_or(f64::NAN, |&s| rpm(s)));
+            table = table.numbers("speed_rpm", "", speeds, exact);
         }
     }
-    text
+    let table = table.numbers(place, "", found.abscissa.repeat(rows), exact);
+    curves.iter().fold(table, |table, c| {
+        let densities = c.spectrogram_rows[..rows]
+            .iter()
+            .flat_map(|row| row.density.iter().copied());
+        table.numbers(&c.channel, &c.unit, densities.collect::<Vec<_>>(), exact)
+    })
 }
 
 /// Spectrograms as maps, one for each channel; none of other spectra.
-pub fn heatmaps(found: &SpectrumResult, title: &str) -> Vec<Heatmap> {
+fn heatmaps(found: &SpectrumResult, title: &str) -> Vec<Heatmap> {
     let map = |curve: &ChannelSpectrum| {
         let (across, times, rows) = match curve.speed.is_empty() {
             true => (
@@ -227,7 +223,7 @@ fn over_speed(curve: &ChannelSpectrum) -> (&'static str, Vec<f64>, Vec<Vec<f64>>
 const LABELS: usize = 12;
 
 /// The spectra as curves, the strongest lines labelled.
-pub fn spectrum_plot(found: &SpectrumResult, title: &str) -> SpectrumPlot {
+fn spectrum_plot(found: &SpectrumResult, title: &str) -> SpectrumPlot {
     let (across, unit) = found.abscissa_kind.label();
     let unit_of = |unit: &str| match unit {
         "" => String::new(),

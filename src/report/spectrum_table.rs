@@ -1,8 +1,7 @@
 //! Spectra as tables for a terminal: the strongest lines of each channel.
 
-use super::modes_table::{finish, plain, right_but_last};
 use super::number_format::{four_digits, significant};
-use super::spectra::decibels;
+use super::table::{Table, or_dash};
 use crate::plan::logs::spectrum_study::{
     AbscissaKind, ChannelSpectrum, SpectrumKind, SpectrumResult,
 };
@@ -11,7 +10,7 @@ use crate::plan::logs::spectrum_study::{
 const MAX_ROWS: usize = 20;
 
 /// Processing steps and the strongest lines.
-pub fn spectrum(found: &SpectrumResult) -> String {
+pub fn text(found: &SpectrumResult) -> String {
     let mut text = format!("{}\n", found.method_text);
     for curve in &found.channel_spectra {
         text += &format!("\n{}\n", curve.channel);
@@ -65,6 +64,11 @@ fn no_lines_text(found: &SpectrumResult, curve: &ChannelSpectrum) -> String {
     }
 }
 
+/// A ratio of powers in dB.
+pub fn decibels(ratio: f64) -> f64 {
+    10.0 * ratio.log10()
+}
+
 /// A place, to the digits it is known by.
 fn format_to_resolution(place: f64, known: f64) -> String {
     let digits = (1.0 - known.log10()).ceil().clamp(0.0, 6.0) as usize;
@@ -73,18 +77,17 @@ fn format_to_resolution(place: f64, known: f64) -> String {
 
 fn lines(found: &SpectrumResult, curve: &ChannelSpectrum) -> String {
     let (across, unit) = found.abscissa_kind.label();
-    let mut table = plain();
     let size = match found.kind {
         SpectrumKind::Rms => "rms",
         SpectrumKind::Cepstrum => "height",
         _ => "amplitude",
     };
-    table.add_row(vec![across, size, "signal to noise", "line"]);
-    table.add_row(vec![unit, &curve.amplitude_unit, "dB", ""]);
+    let mut table = Table::default()
+        .column(across, unit)
+        .column(size, &curve.amplitude_unit)
+        .columns("signal to noise [dB]|line");
     for line in curve.peaks.iter().take(MAX_ROWS) {
-        let ratio = line
-            .signal_to_noise
-            .map_or("–".to_string(), |r| format!("{:.1}", decibels(r)));
+        let ratio = or_dash(line.signal_to_noise, |r| format!("{:.1}", decibels(r)));
         let mut name = line.names.join(" or ");
         if !line.significant {
             name = match name.is_empty() {
@@ -96,10 +99,9 @@ fn lines(found: &SpectrumResult, curve: &ChannelSpectrum) -> String {
             AbscissaKind::Order => format_to_resolution(line.position, found.abscissa_step),
             _ => significant(line.position),
         };
-        table.add_row(vec![position, four_digits(line.amplitude), ratio, name]);
+        table.row([position, four_digits(line.amplitude), ratio, name]);
     }
-    right_but_last(&mut table);
-    let mut text = finish(&table);
+    let mut text = table.text();
     if curve.peaks.len() > MAX_ROWS {
         text += &format!("{} more\n", curve.peaks.len() - MAX_ROWS);
     }

@@ -1,20 +1,43 @@
-//! Stability study as terminal tables: linear stability, tongues, stress cases.
+//! Result of a stability study, and its terminal tables: linear stability, tongues, stress cases.
 
 use std::f64::consts::TAU;
+use std::iter::once;
 
-use super::modes_table::{finish, plain, right_but_first};
 use super::number_format::four_digits;
-use super::stability::{StabilityResult, count_verdicts};
+use super::table::Table;
 use crate::base::quantity::format_time;
 use crate::motion::floquet::stability_chart::InstabilityTongue;
 use crate::motion::progress::rounded;
 use crate::plan::linear_stability::UNSTABLE;
-use crate::study::parametric::StabilityChart;
+use crate::study::parametric::{ParametricResult, StabilityChart};
+use crate::study::stability::amplification::AmplificationFactors;
+use crate::study::stability::linear::LinearStability;
 use crate::study::stability::perturbations::BASELINE_FACTOR;
-use crate::study::stability::stress_test::CaseVerdict;
+use crate::study::stability::stress_test::{CaseVerdict, StressCase};
+
+/// Result of a study of stability.
+pub struct StabilityResult {
+    /// The linear facts.
+    pub linear: LinearStability,
+    /// A step, s, and what each method makes of the fastest and the slowest mode in it.
+    pub amplification: (f64, Vec<AmplificationFactors>),
+    /// The largest Floquet multiplier next to free turning, and instabilities over speed, where a stiffness varies; else why
+    /// there is none.
+    pub floquet: Result<ParametricResult, String>,
+    /// The scene at its extremes.
+    pub cases: Vec<StressCase>,
+    /// The work each case may be, in evaluations.
+    pub budget: u64,
+    /// Cases that would change nothing, and why.
+    pub left_out: Vec<(&'static str, &'static str)>,
+    /// Methods that cannot take the machine, and why.
+    pub methods_left_out: Vec<(&'static str, String)>,
+    /// It ended before all was done.
+    pub interrupted: bool,
+}
 
 /// Facts, parametric stability, the table of cases, what was refused and why.
-pub fn table(found: &StabilityResult) -> String {
+pub fn text(found: &StabilityResult) -> String {
     let facts = &found.linear;
     let hertz = |omega: f64| format!("{} Hz", four_digits(omega / TAU));
     let mut text = match facts.eigenvalues.is_empty() {
@@ -75,8 +98,7 @@ pub fn table(found: &StabilityResult) -> String {
             names.push(&case.name);
         }
     }
-    let mut table = plain();
-    table.set_header([""].into_iter().chain(methods.iter().copied()));
+    let mut table = (methods.iter()).fold(Table::named(""), |t, method| t.column(method, ""));
     for name in &names {
         let cell = |method: &&str| {
             let case = found
@@ -88,19 +110,14 @@ pub fn table(found: &StabilityResult) -> String {
                 (verdict, Some(figure)) => format!("{} {figure:.0e}", verdict.name()),
             })
         };
-        table.add_row(
-            [name.to_string()]
-                .into_iter()
-                .chain(methods.iter().map(cell)),
-        );
+        table.row(once(name.to_string()).chain(methods.iter().map(cell)));
     }
-    right_but_first(&mut table);
     if !names.is_empty() {
         text += &format!(
             "\nthe scene at its extremes, within the work of {} evaluations as it is and of {} in each other case; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, what it may be off by counted in\n{}",
             rounded((BASELINE_FACTOR * found.budget) as f64),
             rounded(found.budget as f64),
-            finish(&table)
+            table.text()
         );
     }
     // What ended alike is told once.
@@ -117,9 +134,9 @@ pub fn table(found: &StabilityResult) -> String {
             None => ends.push((case.method, reason, vec![&case.name])),
         }
     }
-    let mut told = plain();
+    let mut told = Table::texts("||");
     for (method, reason, cases) in ends {
-        told.add_row([method.to_string(), reason.to_string(), cases.join(", ")]);
+        told.row([method.to_string(), reason.to_string(), cases.join(", ")]);
     }
     let methods = found.methods_left_out.iter().map(|(m, why)| (*m, &why[..]));
     for (at, (what, why)) in found.left_out.iter().copied().chain(methods).enumerate() {
@@ -127,7 +144,7 @@ pub fn table(found: &StabilityResult) -> String {
         text += &format!("{apart}left out {what}: {why}\n");
     }
     if told.row_count() > 0 {
-        text += &format!("\nrefused or failed\n{}", finish(&told));
+        text += &format!("\nrefused or failed\n{}", told.text());
     }
     if found.cases.is_empty() {
         return text;
@@ -146,16 +163,9 @@ fn amplification_table(found: &StabilityResult) -> String {
     if all.is_empty() {
         return String::new();
     }
-    let mut table = plain();
-    table.set_header([
-        "",
-        "step below",
-        "fastest ×",
-        "slowest ×",
-        "damping added to it",
-    ]);
+    let mut table = Table::named("|step below|fastest ×|slowest ×|damping added to it");
     for a in all {
-        table.add_row([
+        table.row([
             a.method.to_string(),
             found
                 .linear
@@ -166,11 +176,10 @@ fn amplification_table(found: &StabilityResult) -> String {
             four_digits(a.added_damping),
         ]);
     }
-    right_but_first(&mut table);
     format!(
         "what a step of {} makes of the fastest and of the slowest mode\n{}",
         format_time(*step),
-        finish(&table)
+        table.text()
     )
 }
 
@@ -211,4 +220,9 @@ fn instability_tongues_table(chart: &StabilityChart, speed: f64) -> String {
         );
     }
     text
+}
+
+/// Number of cases with this verdict.
+pub fn count_verdicts(found: &StabilityResult, verdict: CaseVerdict) -> usize {
+    found.cases.iter().filter(|c| c.verdict == verdict).count()
 }

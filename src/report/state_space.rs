@@ -1,12 +1,14 @@
-//! State-space models, reduced models and condensation advice as JSON.
+//! State-space models, reduced models and condensation advice, in the document and as tables.
 
 use serde_json::{Value, json};
 
+use super::number_format::{column, percent};
+use super::table::{Table, or_dash};
 use crate::machine::components::Machine;
 use crate::modes::reduction::{CondensableCoordinate, CondensationAdvice};
 use crate::modes::state_space::StateSpace;
 use crate::modes::state_space::participation::ModalParticipation;
-use crate::numeric::Matrix;
+use crate::numeric::{Complex, Matrix};
 use crate::plan::modes_run::ReductionResult;
 
 const TURN: f64 = std::f64::consts::TAU;
@@ -67,4 +69,116 @@ fn rows(m: &Matrix) -> Vec<Vec<f64>> {
     (0..m.nrows())
         .map(|i| (0..m.ncols()).map(|j| m[(i, j)]).collect())
         .collect()
+}
+
+/// Participation of each mode at each input (controllability) and each output (observability), for few inputs and outputs.
+pub fn participation_table(space: &StateSpace, parts: &[ModalParticipation]) -> String {
+    const MAX_ROWS: usize = 4;
+    let (inputs, outputs) = (
+        space.inputs.len().min(MAX_ROWS),
+        space.outputs.len().min(MAX_ROWS),
+    );
+    let from = (space.inputs[..inputs].iter()).map(|name| format!("from {name}"));
+    let into = (space.outputs[..outputs].iter()).map(|name| format!("in {name}"));
+    let mut table = (from.chain(into)).fold(Table::numeric("frequency [Hz]"), |table, name| {
+        table.column(&name, "%")
+    });
+    let frequencies = column(
+        &parts
+            .iter()
+            .map(|p| size(p.eigenvalue) / TURN)
+            .collect::<Vec<_>>(),
+    );
+    let swings = |p: &ModalParticipation| p.eigenvalue.im != 0.0 || size(p.eigenvalue) == 0.0;
+    for (p, frequency) in parts.iter().zip(frequencies) {
+        let (reached, seen) = (&p.controllability[..inputs], &p.observability[..outputs]);
+        let shares = reached.iter().chain(seen).map(|&x| percent(x));
+        let frequency = or_dash(swings(p).then_some(frequency), |text| text);
+        table.row(std::iter::once(frequency).chain(shares));
+    }
+    let mut text = format!(
+        "\nstate space: states {}, inputs {}, outputs {}; ",
+        space.states.len(),
+        space.inputs.len(),
+        space.outputs.len()
+    );
+    text += &match space.sample_time {
+        Some(h) => format!(
+            "sampled every {h} s, {} hold\n",
+            space.method.map_or("", |hold| hold.name())
+        ),
+        None => "continuous\n".to_string(),
+    };
+    for p in parts.iter().filter(|p| !p.reachable || !p.visible) {
+        let what = match (p.reachable, p.visible) {
+            (false, false) => "neither reached by the inputs nor seen in the outputs",
+            (false, true) => "not reached by the inputs",
+            _ => "not seen in the outputs",
+        };
+        let at = match swings(p) {
+            true => format!("{:.4} Hz", size(p.eigenvalue) / TURN),
+            false => format!("time constant {:.4} s", -1.0 / p.eigenvalue.re),
+        };
+        text += &format!("the mode at {at} is {what}\n");
+    }
+    text + &table.text()
+}
+
+/// The reduced machine next to the full one.
+pub fn reduction_table(found: &ReductionResult) -> String {
+    let hertz = |omega: &[f64]| column(&omega.iter().map(|w| w / TURN).collect::<Vec<_>>());
+    let rows = hertz(&found.omega)
+        .into_iter()
+        .zip(hertz(&found.full))
+        .zip(found.omega.iter().zip(&found.full));
+    let mut table = Table::numeric("reduced [Hz]|full [Hz]|relative error");
+    for ((reduced, full), (r, f)) in rows {
+        let change = (*f > 0.0).then(|| (r / f - 1.0).abs());
+        table.row([reduced, full, or_dash(change, |x| format!("{x:.1e}"))]);
+    }
+    let e = &found.error;
+    let mut text = format!(
+        "\nreduction: {} of {} freedoms\n",
+        found.omega.len(),
+        found.model.matrices.transform.nrows()
+    );
+    text += &table.text();
+    text + &format!(
+        "response between the kept freedoms: error {:.1e} measured, {:.1e} estimated (of the largest response; worst at {:.4} Hz)\n",
+        e.measured, e.estimate, e.worst_at_hz
+    )
+}
+
+/// Possible condensation, and its error.
+pub fn advice_table(machine: &Machine, advice: &CondensationAdvice, f_max_hz: f64) -> String {
+    if advice.leave_out.is_empty() {
+        return format!(
+            "\nnothing could be left out of the {} frequencies up to {f_max_hz} Hz\n",
+            advice.compared
+        );
+    }
+    let own = column(
+        &advice
+            .leave_out
+            .iter()
+            .map(|left| left.fixed_frequency_hz)
+            .collect::<Vec<_>>(),
+    );
+    let mut table = Table::numeric("freedom|alone at [Hz]");
+    for (left, own) in advice.leave_out.iter().zip(own) {
+        table.row([machine.dof_name(left.dof), own]);
+    }
+    let mut text = format!(
+        "\ncould follow statically: {} freedoms; nothing is left out by itself\n",
+        table.row_count()
+    );
+    text += &table.text();
+    text + &format!(
+        "without them the {} frequencies up to {f_max_hz} Hz change by {:.1e} at most\n",
+        advice.compared, advice.worst_change
+    )
+}
+
+fn size(z: Complex) -> f64 {
+    z.re.hypot(z.im)
 }

@@ -1,129 +1,96 @@
-//! Transmission error of a chain as JSON and CSV.
+//! Transmission error of a chain: document, table of lines, record over the angle.
 
 use std::f64::consts::PI;
-use std::io::Write;
-use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::json::{header, stages, warnings};
-use super::modes_csv::csv_field;
-use crate::base::code::Code;
+use super::presentation::{Figure, Presentation, Provenance};
+use super::table::{Table, decimal, or_blank};
+use super::te_lines::{TeUnit, cause, phase, separation_test_text, source};
+use super::transmission_plots::draw_all;
+use super::transmission_table;
 use crate::base::error::Error;
-use crate::base::source_span::SourceFile;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
-use crate::plan::stages::StageDecision;
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::transmission::error_record::TransmissionErrorRecord;
-use crate::plan::transmission::run::{OrderLineResult, TransmissionResult};
+use crate::plan::transmission::run::TransmissionResult;
+use crate::scene::Scene;
 use crate::transmission::budget::{ElementSensitivity, ErrorBudget};
-use crate::transmission::coincidence::SeparationTest;
 use crate::transmission::indexing::IndexingEffect;
-use crate::transmission::order_lines::LineOrigin;
 
-/// Arc seconds in a radian.
-pub const ARCSEC: f64 = 648_000.0 / PI;
-
-/// Unit of an output's errors.
-#[derive(Debug, Clone, Copy)]
-pub struct TeUnit {
-    /// Number of these units in a rad, or in a m.
-    pub times: f64,
-    /// In words.
-    pub name: &'static str,
-    /// At the end of keys.
-    pub key: &'static str,
+/// The transmission error of a chain in the machine of a scene.
+pub struct TransmissionAnswer<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its machine.
+    pub machine: PreparedMachine,
+    /// The lines and what they add up to.
+    pub result: TransmissionResult,
+    /// Every line is shown, not the largest only.
+    pub all: bool,
 }
 
-impl TeUnit {
-    /// Arc seconds of what turns, µm of what slides.
-    pub fn for_output(machine: &Machine, result: &TransmissionResult) -> TeUnit {
-        match machine.dofs[result.chain.ends.output].axis.is_rotation() {
-            true => TeUnit {
-                times: ARCSEC,
-                name: "arcsec",
-                key: "arcsec",
-            },
-            false => TeUnit {
-                times: 1e6,
-                name: "µm",
-                key: "um",
-            },
-        }
+impl Presentation for TransmissionAnswer<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        let result = &self.result;
+        Provenance::of_plan(&self.scene.sources, &result.plan, &result.diagnostics)
     }
 
-    /// Object whose numbers, rad or m, are under keys that end in the unit, with `others` behind them.
-    fn object(self, values: &[(&str, Option<f64>)], others: Value) -> Value {
-        let mut object = serde_json::Map::new();
-        for &(key, value) in values {
-            let value = value.map(|x| x * self.times);
-            object.insert(format!("{key}_{}", self.key), json!(value));
-        }
-        if let Value::Object(others) = others {
-            object.extend(others);
-        }
-        Value::Object(object)
+    fn body(&self) -> Result<Value, Error> {
+        Ok(body(&self.machine.machine, &self.result))
+    }
+
+    fn text(&self) -> String {
+        transmission_table::text(&self.machine.machine, &self.result, self.all)
+    }
+
+    fn table(&self) -> Table<'_> {
+        table(&self.machine.machine, &self.result)
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let title = &self.scene.model.title;
+        Ok(draw_all(title, &self.machine.machine, &self.result))
     }
 }
 
-/// The element a line comes from.
-pub fn source(machine: &Machine, row: &OrderLineResult) -> String {
-    match row.line.origin {
-        LineOrigin::Declared(number) => machine.errors[number].location.clone(),
-        LineOrigin::Stiffness(branch) => machine.branch_name(branch),
-    }
-}
-
-/// Cause of a line.
-pub fn cause(machine: &Machine, row: &OrderLineResult) -> &'static str {
-    match row.line.origin {
-        LineOrigin::Declared(number) => machine.errors[number].cause.name(),
-        LineOrigin::Stiffness(_) => "mesh stiffness",
-    }
-}
-
-/// The phase of a line, degrees in (−180, 180], where it is known.
-pub fn phase(machine: &Machine, row: &OrderLineResult, value: Complex) -> Option<f64> {
-    /// Rounding of a half turn backward, as a share of a turn.
-    const ROUNDING: f64 = 1e-9;
-    let turned = match value.arg().to_degrees() {
-        half if half <= -180.0 + ROUNDING => half + 360.0,
-        other => other,
-    };
-    (row.line.phase_known(machine) && value.norm() > 0.0).then_some(turned)
-}
-
-/// A second record, as text.
-pub fn separation_test_text(machine: &Machine, test: &SeparationTest) -> String {
-    let degrees = |turns: f64| (360.0 * turns).round();
-    match test {
-        SeparationTest::Remesh { pair, teeth, shift } => format!(
-            "put {} together {teeth} {} further on: their phases part by {}°",
-            machine.elements[*pair].name,
-            if *teeth == 1 { "tooth" } else { "teeth" },
-            degrees(*shift)
-        ),
-        SeparationTest::Reseat => "turn the gear on its seat".to_string(),
-        SeparationTest::Reversal(shift) => format!(
-            "run it backward, on the other flanks: their phases part by {}°",
-            degrees(*shift)
-        ),
-        SeparationTest::Torque => {
-            "another torque: what comes from stiffness goes with it".to_string()
+impl TransmissionAnswer<'_> {
+    /// The error over the angle: turns that orders are counted by, the error, its time where the speed is given.
+    pub fn record(&self) -> Table<'_> {
+        let (result, unit) = (
+            &self.result,
+            TeUnit::for_output(&self.machine.machine, &self.result),
+        );
+        let Some(made) = &result.record else {
+            return Table::default();
+        };
+        let all = |of: &dyn Fn(usize, f64) -> f64| -> Vec<f64> {
+            made.record
+                .values
+                .iter()
+                .enumerate()
+                .map(|(i, e)| of(i, *e))
+                .collect()
+        };
+        let count = made.record.values.len() as f64;
+        let turns = |i: usize| made.record.turns as f64 * i as f64 / count;
+        let mut table = Table::default()
+            .numbers("turns", "", all(&|i, _| turns(i)), decimal)
+            .numbers("te", unit.name, all(&|_, e| e * unit.times), decimal);
+        if let Some(r) = result.radius {
+            table = table.numbers("te", "µm", all(&|_, e| 1e6 * r * e), decimal);
         }
-        SeparationTest::SpeedOrTester => {
-            "another speed, if the machine passes them on differently; else each alone on a tester"
-                .to_string()
+        let seconds = result.speed.map(|speed| 2.0 * PI / speed.abs());
+        if let Some(s) = seconds.filter(|s| s.is_finite()) {
+            table = table.numbers("time", "s", all(&|i, _| s * turns(i)), decimal);
         }
+        table
     }
 }
 
 /// The document.
-pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &TransmissionResult) -> Value {
-    let trace: Vec<&str> = (result.plan.iter())
-        .filter(|row| matches!(row.1, StageDecision::Runs(_)))
-        .map(|row| row.0)
-        .collect();
+fn body(machine: &Machine, result: &TransmissionResult) -> Value {
     let chain = &result.chain;
     let unit = TeUnit::for_output(machine, result);
     let name = |dof: usize| machine.nodes[machine.dofs[dof].node].name.clone();
@@ -132,7 +99,6 @@ pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &Transmissio
         ("second_order", Some(result.second_order)),
     ];
     let others = json!({
-        "geardyn": header(sources, &trace),
         "driver": name(chain.ends.driver),
         "output": name(chain.ends.output),
         "against": chain.ends.relative_to.map(name),
@@ -151,8 +117,6 @@ pub fn json(sources: &[Arc<SourceFile>], machine: &Machine, result: &Transmissio
             (format!("amplitude_{}", unit.key)): map.amplitudes.iter().map(|row| row.iter().map(|a| a * unit.times).collect()).collect::<Vec<Vec<f64>>>(),
         })),
         "record": result.record.as_ref().map(|made| recorded(made, unit)),
-        "stages": stages(result.plan.iter().map(|(name, decision)| (*name, decision))),
-        "warnings": warnings(&result.diagnostics),
     });
     unit.object(&sums, others)
 }
@@ -218,52 +182,6 @@ fn budget(
     unit.object(&sums, others)
 }
 
-/// A record: turns that orders are counted by, the error, its time where the speed is given; after a line of names.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn write_record(
-    machine: &Machine,
-    result: &TransmissionResult,
-    to: &mut dyn Write,
-) -> Result<(), Error> {
-    let failed = |e: std::io::Error| {
-        Error::new(
-            Code::OutputFailed,
-            format!("the record could not be written: {e}"),
-        )
-    };
-    let Some(made) = &result.record else {
-        return Ok(());
-    };
-    let seconds = result
-        .speed
-        .map(|speed| 2.0 * PI / speed.abs())
-        .filter(|s| s.is_finite());
-    let unit = TeUnit::for_output(machine, result);
-    let mut head = format!("turns,te [{}]", unit.name);
-    if result.radius.is_some() {
-        head += ",te [µm]";
-    }
-    if seconds.is_some() {
-        head += ",time [s]";
-    }
-    writeln!(to, "{head}").map_err(failed)?;
-    let count = made.record.values.len() as f64;
-    for (i, e) in made.record.values.iter().enumerate() {
-        let turns = made.record.turns as f64 * i as f64 / count;
-        write!(to, "{turns},{}", e * unit.times).map_err(failed)?;
-        if let Some(r) = result.radius {
-            write!(to, ",{}", 1e6 * r * e).map_err(failed)?;
-        }
-        if let Some(s) = seconds {
-            write!(to, ",{}", s * turns).map_err(failed)?;
-        }
-        writeln!(to).map_err(failed)?;
-    }
-    Ok(())
-}
-
 fn order(machine: &Machine, result: &TransmissionResult, k: usize, unit: TeUnit) -> Value {
     let row = &result.lines[k];
     let slow = result.quasi_static(row);
@@ -315,45 +233,43 @@ fn order(machine: &Machine, result: &TransmissionResult, k: usize, unit: TeUnit)
 }
 
 /// One row a line.
-pub fn csv(machine: &Machine, result: &TransmissionResult) -> String {
+fn table(machine: &Machine, result: &TransmissionResult) -> Table<'static> {
     let unit = TeUnit::for_output(machine, result);
     let (key, turns) = (unit.key, unit.key != "um");
-    let arc = if turns { ",amplitude_um" } else { "" };
-    let mut text = format!(
-        "order,order_value,source,cause,harmonic,amplitude_{key}{arc},phase_deg,share,kinematic_{key},loaded_{key},dynamic_{key},coincides_with_rows\n"
-    );
-    let blank = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
+    let mut table = Table::new("order|order_value|source|cause|harmonic")
+        .columns(&format!("amplitude_{key}"))
+        .columns_if(turns, "amplitude_um")
+        .columns(&format!(
+            "phase_deg|share|kinematic_{key}|loaded_{key}|dynamic_{key}"
+        ))
+        .columns("coincides_with_rows");
+    let sized = |z: Complex| decimal(z.norm() * unit.times);
     for (k, row) in result.lines.iter().enumerate() {
         let slow = result.quasi_static(row);
         let group = result.coincidences.iter().find(|c| c.lines.contains(&k));
-        let others: Vec<String> = group.map_or(Vec::new(), |group| {
-            group
-                .lines
-                .iter()
-                .filter(|line| **line != k)
-                .map(|line| (line + 1).to_string())
-                .collect()
-        });
-        let mut fields = vec![
+        let others = group.map_or(&[][..], |group| &group.lines);
+        let others = others.iter().filter(|line| **line != k);
+        let others: Vec<String> = others.map(|line| (line + 1).to_string()).collect();
+        let mut cells = vec![
             row.line.order.to_string(),
-            format!("{}", row.line.order.to_f64()),
-            csv_field(&source(machine, row)),
+            decimal(row.line.order.to_f64()),
+            source(machine, row),
             cause(machine, row).to_string(),
             row.line.harmonic.to_string(),
-            format!("{}", slow.norm() * unit.times),
+            sized(slow),
         ];
         if turns {
-            fields.push(blank(result.radius.map(|r| 1e6 * r * slow.norm())));
+            cells.push(or_blank(result.radius, |r| decimal(1e6 * r * slow.norm())));
         }
-        fields.extend([
-            blank(phase(machine, row, slow)),
-            format!("{}", row.share),
-            blank(row.kinematic.map(|z| z.norm() * unit.times)),
-            format!("{}", row.loaded.norm() * unit.times),
-            blank(row.dynamic.map(|z| z.norm() * unit.times)),
+        cells.extend([
+            or_blank(phase(machine, row, slow), decimal),
+            decimal(row.share),
+            or_blank(row.kinematic, sized),
+            sized(row.loaded),
+            or_blank(row.dynamic, sized),
             others.join(" "),
         ]);
-        text += &(fields.join(",") + "\n");
+        table.row(cells);
     }
-    text
+    table
 }

@@ -3,11 +3,12 @@
 use super::axes::{draw_frame, draw_log_grid, log_range};
 use super::heatmap::{draw_colour_bar, ink, step_of};
 use super::number_format::{four_digits, percent};
+use super::presentation::Figure;
 use super::svg::{
     Anchor, BLACK, BLUE, GREY, LABEL_SIZE, LIGHT_GREY, ORANGE, Panel, TITLE_SIZE, WIDTH, lighten,
     render_svg, spread_labels, text_width, ticks, truncate_label,
 };
-use super::transmission::{TeUnit, cause, source};
+use super::te_lines::{TeUnit, cause, source};
 use crate::machine::components::Machine;
 use crate::plan::transmission::run::{OrderLineResult, SpeedMap, TransmissionResult};
 
@@ -22,22 +23,16 @@ const DRAWN: f64 = 1e-5;
 /// Smallest line, as a share of the worst case, with a size of its own for comparison over speed.
 const MIN_LINE_SHARE: f64 = 1e-9;
 
-/// Every plot with the word its file name ends in.
-pub fn draw_all(
-    title: &str,
-    machine: &Machine,
-    result: &TransmissionResult,
-) -> Vec<(&'static str, String)> {
+/// Every plot.
+pub fn draw_all(title: &str, machine: &Machine, result: &TransmissionResult) -> Vec<Figure> {
     let title = &titled(title, machine, result);
+    let unit = TeUnit::for_output(machine, result);
     let mut all = vec![
-        ("", lines(title, machine, result)),
-        (
-            "budget",
-            budget(title, result, TeUnit::for_output(machine, result)),
-        ),
+        Figure::first(lines(title, machine, result)),
+        Figure::new("budget", budget(title, result, unit)),
     ];
     if let Some(map) = &result.map {
-        all.push(("speeds", speeds(title, machine, result, map)));
+        all.push(Figure::new("speeds", speeds(title, machine, result, map)));
     }
     all
 }

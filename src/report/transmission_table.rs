@@ -1,8 +1,8 @@
 //! Transmission error of a chain as tables for a terminal.
 
-use super::modes_table::{finish, plain};
 use super::number_format::{four_digits, percent, significant, with_minus_signs};
-use super::transmission::{TeUnit, cause, phase, separation_test_text, source};
+use super::table::{Table, or_dash};
+use super::te_lines::{TeUnit, cause, phase, separation_test_text, source};
 use crate::base::text::pluralise;
 use crate::machine::components::Machine;
 use crate::plan::transmission::run::TransmissionResult;
@@ -13,7 +13,7 @@ use crate::transmission::indexing::IndexingEffect;
 const MAX_ROWS: usize = 25;
 
 /// The order table, what coincides, the sums.
-pub fn table(machine: &Machine, result: &TransmissionResult, all: bool) -> String {
+pub fn text(machine: &Machine, result: &TransmissionResult, all: bool) -> String {
     let chain = &result.chain;
     let name = |dof: usize| machine.nodes[machine.dofs[dof].node].name.as_str();
     let mut text = format!(
@@ -40,30 +40,18 @@ pub fn table(machine: &Machine, result: &TransmissionResult, all: bool) -> Strin
         name(chain.ends.driver)
     );
     let shown = largest_lines(result, all);
-    let mut table = plain();
     let at_speed = result.speed.is_some();
     let differs = result.load_changes_lines();
-    let mut head = vec!["order", "source", "cause", "amplitude"];
-    let mut units = vec!["", "", "", unit.name];
-    let mut column = |is: bool, name: &'static str, unit: &'static str| {
-        if is {
-            head.push(name);
-            units.push(unit);
-        }
-    };
-    column(result.radius.is_some(), "arc", "µm");
-    column(true, "phase", "deg");
-    column(true, "share", "%");
-    column(differs, "kinematic", unit.name);
-    column(differs, "loaded", unit.name);
-    column(at_speed, "at speed", unit.name);
-    column(at_speed, "frequency", "Hz");
-    column(result.map.is_some(), "largest", unit.name);
-    column(result.map.is_some(), "at", "rpm");
-    column(result.marks.is_some(), "work", "");
-    column(!result.coincidences.is_empty(), "", "");
-    table.add_row(head);
-    table.add_row(units);
+    let of = unit.name;
+    let mut table = Table::new(&format!("order|source|cause|amplitude [{of}]"))
+        .columns_if(result.radius.is_some(), "arc [µm]")
+        .columns("phase [deg]|share [%]")
+        .columns_if(differs, &format!("kinematic [{of}]|loaded [{of}]"))
+        .columns_if(at_speed, &format!("at speed [{of}]|frequency [Hz]"))
+        .columns_if(result.map.is_some(), &format!("largest [{of}]|at [rpm]"))
+        .columns_if(result.marks.is_some(), "work")
+        .columns_if(!result.coincidences.is_empty(), "")
+        .words(&[1, 2]);
     for &k in &shown {
         let row = &result.lines[k];
         let slow = result.quasi_static(row);
@@ -79,8 +67,9 @@ pub fn table(machine: &Machine, result: &TransmissionResult, all: bool) -> Strin
         cells.push(turned.map_or("?".to_string(), |p| format!("{:.0}", half(p))));
         cells.push(percent(row.share));
         if differs {
-            let rigid = row.kinematic.map(|z| four_digits(z.norm() * unit.times));
-            cells.push(rigid.unwrap_or("–".to_string()));
+            cells.push(or_dash(row.kinematic, |z| {
+                four_digits(z.norm() * unit.times)
+            }));
             cells.push(four_digits(row.loaded.norm() * unit.times));
         }
         if let (Some(z), Some(speed)) = (row.dynamic, result.speed) {
@@ -110,10 +99,9 @@ pub fn table(machine: &Machine, result: &TransmissionResult, all: bool) -> Strin
                 .position(|c| c.lines.contains(&k));
             cells.push(group.map_or(String::new(), |g| format!("[{}]", g + 1)));
         }
-        table.add_row(cells);
+        table.row(cells);
     }
-    align(&mut table);
-    text += &finish(&table);
+    text += &table.text();
     let still = result.lines.len() - shown.len();
     if all && still > 0 {
         text += &format!(
@@ -340,15 +328,9 @@ fn elements(result: &TransmissionResult) -> String {
     let mut order: Vec<usize> = (0..result.elements.len()).collect();
     order.sort_by(|&a, &b| share(b).total_cmp(&share(a)));
     order.truncate(ELEMENTS);
-    let mut table = plain();
-    let mut head = vec!["element", "share", "one grade better", "without it"];
-    let mut units = vec!["", "%", "% off", "% off"];
-    if fast.is_some() {
-        head.extend(["at speed: share", "one grade better", "without it"]);
-        units.extend(["%", "% off", "% off"]);
-    }
-    table.add_row(head);
-    table.add_row(units);
+    const AT_SPEED: &str = "at speed: share [%]|one grade better [% off]|without it [% off]";
+    let mut table = Table::named("element|share [%]|one grade better [% off]|without it [% off]")
+        .columns_if(fast.is_some(), AT_SPEED);
     for &e in order.iter().filter(|&&e| share(e) > 0.0) {
         let mut cells = vec![result.elements[e].clone()];
         for budget in [Some(&result.budget), fast.map(|f| &f.budget)] {
@@ -358,12 +340,11 @@ fn elements(result: &TransmissionResult) -> String {
                 [percent(found.share), better, percent(found.rss_without)]
             }));
         }
-        table.add_row(cells);
+        table.row(cells);
     }
-    super::modes_table::right_but_first(&mut table);
     let mut text = format!(
         "\nOff the root of the sum of squares (one grade: amplitudes 1/√2 of what they are):\n{}",
-        finish(&table)
+        table.text()
     );
     let out = |when: &str, (out, off, worst): &(Vec<usize>, f64, f64)| {
         if out.is_empty() {
@@ -409,14 +390,4 @@ fn record(result: &TransmissionResult, unit: TeUnit) -> String {
         );
     }
     text + "\n"
-}
-
-/// Words to the left, numbers to the right.
-fn align(table: &mut comfy_table::Table) {
-    use comfy_table::CellAlignment::{Left, Right};
-    let last = table.column_count().saturating_sub(1);
-    for (at, column) in table.column_iter_mut().enumerate() {
-        let words = matches!(at, 1 | 2) || at == last;
-        column.set_cell_alignment(if words { Left } else { Right });
-    }
 }

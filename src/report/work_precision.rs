@@ -1,27 +1,81 @@
-//! Work–precision results as JSON, CSV and plot.
+//! Work–precision results of a motion: document, tables, recommendation.
 
-use std::sync::Arc;
+use std::iter::once;
 
 use serde_json::{Value, json};
 
-use super::json::header;
-use super::modes_csv::csv_field;
-use super::simulation::effort;
+use super::number_format::four_digits;
+use super::output_key::effort;
+use super::presentation::{ENDED_EARLY, Figure, Presentation, Provenance};
+use super::table::{Table, decimal, or_blank, power};
 use super::work_precision_plot::{self, WorkPrecisionPoint};
-use super::work_precision_text::{NORM_TEXT, recommendation_text, tolerance_and_step};
-use crate::base::source_span::SourceFile;
-use crate::study::reference::CrossCheck;
+use super::work_precision_text::{
+    NORM_TEXT, format_error, format_time_short, method_label, recommendation_text, setting_text,
+    tolerance_and_step,
+};
+use crate::base::error::Error;
+use crate::scene::Scene;
+use crate::study::reference::{CrossCheck, ReferenceSolution};
 use crate::study::work_precision::{
     Recommendation, RunOutcome, WorkPrecisionResult, WorkPrecisionRun,
 };
 
+/// A motion by several methods against a reference: error over run time.
+pub struct WorkPrecisionAnswer<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The outputs compared.
+    pub outputs: Vec<String>,
+    /// The error for which a method is recommended.
+    pub target_error: f64,
+    /// The runs.
+    pub result: WorkPrecisionResult,
+}
+
+impl Presentation for WorkPrecisionAnswer<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        Provenance {
+            sources: &self.scene.sources,
+            trace: vec!["equations", "start", "reference", "ladder"],
+            ..Provenance::default()
+        }
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        Ok(body(&self.outputs, &self.result, self.target_error))
+    }
+
+    fn text(&self) -> String {
+        text(&self.outputs, &self.result, self.target_error)
+    }
+
+    fn table(&self) -> Table<'_> {
+        table(&self.result)
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let point = |run: &WorkPrecisionRun| {
+            Some(WorkPrecisionPoint {
+                method: run.method,
+                seconds: run.seconds()?,
+                error: run.error()?,
+            })
+        };
+        let points: Vec<_> = self.result.runs.iter().filter_map(point).collect();
+        let floor = self.result.reference.agreement().unwrap_or(0.0);
+        let (title, floor) = (&self.scene.model.title, (floor, "agreement of references"));
+        Ok(vec![Figure::first(work_precision_plot::draw(
+            title, &points, floor,
+        ))])
+    }
+
+    fn interruption(&self) -> Option<String> {
+        self.result.interrupted.then(|| ENDED_EARLY.to_string())
+    }
+}
+
 /// The document.
-pub fn json(
-    sources: &[Arc<SourceFile>],
-    outputs: &[String],
-    accuracy: &WorkPrecisionResult,
-    wanted: f64,
-) -> Value {
+fn body(outputs: &[String], accuracy: &WorkPrecisionResult, wanted: f64) -> Value {
     let reference = &accuracy.reference;
     let near = reference.cross_checks.first();
     let witness = |w: &CrossCheck| {
@@ -31,7 +85,6 @@ pub fn json(
     let (tolerance, step) = tolerance_and_step(reference.step_size);
     let silent = |(method, why): &(&str, String)| json!({ "method": method, "reason": why });
     json!({
-        "geardyn": header(sources, &["equations", "start", "reference", "ladder"]),
         "interrupted": accuracy.interrupted,
         "norm": NORM_TEXT,
         "outputs": outputs,
@@ -43,7 +96,6 @@ pub fn json(
         },
         "runs": accuracy.runs.iter().map(row).collect::<Vec<_>>(),
         "recommendation": recommendation(accuracy, wanted),
-        "warnings": [],
     })
 }
 
@@ -80,44 +132,136 @@ fn recommendation(accuracy: &WorkPrecisionResult, wanted: f64) -> Value {
 }
 
 /// One row a rung.
-pub fn csv(accuracy: &WorkPrecisionResult) -> String {
-    let mut text = String::from(
-        "method,tolerance,step_s,error,run_time_s,steps,rejected,rhs_evaluations,events,status\n",
+fn table(accuracy: &WorkPrecisionResult) -> Table<'_> {
+    let mut table = Table::new(
+        "method|tolerance|step_s|error|run_time_s|steps|rejected|rhs_evaluations|events|status",
     );
-    let power = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:e}"));
     for run in &accuracy.runs {
         let (tolerance, step) = tolerance_and_step(run.step_size);
         let cost = match &run.outcome {
             RunOutcome::Completed {
                 seconds, stats: e, ..
-            } => format!(
-                "{seconds},{},{},{},{}",
-                e.steps, e.rejected, e.evaluations, e.events
-            ),
-            _ => ",,,,".to_string(),
+            } => {
+                let counts = [e.steps, e.rejected, e.evaluations, e.events];
+                once(decimal(*seconds))
+                    .chain(counts.map(|n| n.to_string()))
+                    .collect()
+            }
+            _ => vec![String::new(); 5],
         };
-        text += &format!(
-            "{},{},{},{},{cost},{}\n",
-            run.method,
-            power(tolerance),
-            power(step),
-            power(run.error()),
-            csv_field(run.reason().unwrap_or("ok"))
-        );
+        let set = [tolerance, step, run.error()].map(|x| or_blank(x, power));
+        let status = run.reason().unwrap_or("ok").to_string();
+        let cells = once(run.method.to_string()).chain(set).chain(cost);
+        table.row(cells.chain(once(status)));
     }
+    table
+}
+
+/// The table, the reference, the recommendation.
+fn text(outputs: &[String], accuracy: &WorkPrecisionResult, wanted: f64) -> String {
+    let mut text = format!(
+        "error in {} ({NORM_TEXT}) against run time\n{}\n",
+        outputs.join(", "),
+        reference(&accuracy.reference)
+    );
+    let mut table = Table::named("method|at|error|time|steps|rejected|evaluations|events");
+    let known = accuracy.reference.agreement();
+    for run in &accuracy.runs {
+        let RunOutcome::Completed {
+            error,
+            seconds,
+            stats: e,
+        } = &run.outcome
+        else {
+            continue;
+        };
+        let count = |n: u64| match n {
+            0 => "–".to_string(),
+            n => n.to_string(),
+        };
+        let sign = match known.is_some_and(|known| *error <= known) {
+            true => "≤ ",
+            false => "",
+        };
+        table.row([
+            run.method.to_string(),
+            setting_text(run.step_size),
+            format!("{sign}{}", format_error(*error)),
+            format_time_short(*seconds),
+            count(e.steps),
+            count(e.rejected),
+            count(e.evaluations),
+            count(e.events),
+        ]);
+    }
+    text += &table.text();
+    text += &failed_runs_text(&accuracy.runs);
+    text += &format!("\n{}\n", recommendation_text(accuracy, wanted));
     text
 }
 
-/// Error over run time, a line for each method.
-pub fn draw(title: &str, accuracy: &WorkPrecisionResult) -> String {
-    let point = |run: &WorkPrecisionRun| {
-        Some(WorkPrecisionPoint {
-            method: run.method,
-            seconds: run.seconds()?,
-            error: run.error()?,
-        })
+/// Reference of the errors, and its own accuracy.
+fn reference(reference: &ReferenceSolution) -> String {
+    let own = method_label(reference.method, reference.step_size);
+    let other = |w: &CrossCheck| method_label(w.method, w.step_size);
+    let mut text = match &reference.cross_checks[..] {
+        [] => format!("reference: {own} alone; nothing could check it\n"),
+        [near, ..] if near.related => format!(
+            "reference: {own}, {} from itself at {}; no unrelated method could check it\n",
+            format_error(near.distance),
+            setting_text(near.step_size),
+        ),
+        [near, rest @ ..] => {
+            let mut text = format!(
+                "reference: {own}; {}, an unrelated method, agrees to {}, below which no error can be told\n",
+                other(near),
+                format_error(near.distance)
+            );
+            for far in rest {
+                text += &format!(
+                    "           {} agrees to {}\n",
+                    other(far),
+                    format_error(far.distance)
+                );
+            }
+            text
+        }
     };
-    let points: Vec<WorkPrecisionPoint> = accuracy.runs.iter().filter_map(point).collect();
-    let floor = accuracy.reference.agreement().unwrap_or(0.0);
-    work_precision_plot::draw(title, &points, (floor, "agreement of references"))
+    for (method, why) in &reference.unavailable {
+        text += &format!("           {method}: {why}\n");
+    }
+    text + &match reference.sensitivity {
+        Some(growth) => format!(
+            "a change of the start shows {} times as much over the whole time as over its first tenth\n",
+            four_digits(growth)
+        ),
+        None => "how a change of the start grows is not known: nothing moves, or it ended early\n"
+            .to_string(),
+    }
+}
+
+/// Rungs without an error, those of one method with one reason in a line.
+fn failed_runs_text(runs: &[WorkPrecisionRun]) -> String {
+    let mut table = Table::texts("||");
+    let mut before = None;
+    let rows = runs.iter().filter_map(|r| Some((r, r.reason()?)));
+    for (place, (run, why)) in rows.clone().enumerate() {
+        if before == Some((run.method, why)) {
+            continue;
+        }
+        before = Some((run.method, why));
+        let alike = rows.clone().skip(place + 1);
+        let more = alike
+            .take_while(|(r, other)| (r.method, *other) == (run.method, why))
+            .count();
+        let rungs = match more {
+            0 => setting_text(run.step_size),
+            _ => format!("{} and finer", setting_text(run.step_size)),
+        };
+        table.row([run.method.to_string(), rungs, why.to_string()]);
+    }
+    match table.row_count() {
+        0 => String::new(),
+        _ => format!("\nleft out or failed\n{}", table.text()),
+    }
 }

@@ -8,7 +8,7 @@ use geardyn::internals::base::error::Error;
 use geardyn::internals::numeric::Complex;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::plan::transmission::run::{OrderLineResult, TransmissionResult, run};
-use geardyn::internals::report::transmission::{ARCSEC, cause, source};
+use geardyn::internals::report::te_lines::{ARCSEC, cause, source};
 use geardyn::internals::scene::study::{IndexingStudy, TransmissionStudy};
 use geardyn::internals::transmission::coincidence::SeparationTest;
 use geardyn::internals::transmission::indexing::IndexingEffect;
@@ -864,11 +864,8 @@ fn exact_nothing_and_half_turns() {
         Complex::new(-1.0, -0.0),
         Complex::new(-1.0, -1e-14),
     ] {
-        let found = geardyn::internals::report::transmission::phase(
-            &machine.machine,
-            &result.lines[0],
-            turned,
-        );
+        let found =
+            geardyn::internals::report::te_lines::phase(&machine.machine, &result.lines[0], turned);
         assert!((found.unwrap() - 180.0).abs() < 1e-9);
     }
 }
@@ -1006,7 +1003,7 @@ fn keeps_what_is_large_at_speed() {
     let machine = &prepared_machine.machine;
     let name = source(machine, largest);
     assert_eq!(name, "roll_gear_1");
-    let text = geardyn::internals::report::transmission_table::table(machine, &result, false);
+    let text = geardyn::internals::report::transmission_table::text(machine, &result, false);
     let order = largest.line.order.to_string();
     let shown = |line: &str| line.trim_start().starts_with(&order) && line.contains(&name);
     assert!(text.lines().any(shown), "{text}");

@@ -1,11 +1,12 @@
-//! Terminal tables of logs, frequency-domain data and identified modes.
+//! Identified modes as terminal tables, with what speaks for and against them.
 
-use super::mode_tracking_table;
-use super::modes_table::{finish, plain};
-use super::number_format::{INTERVAL_FOOTNOTE, four_digits, significant, with_deviation};
-use super::recording::survey_note;
-use crate::base::text::{pluralise, wrap_lines};
+use super::mode_tracking;
+use super::number_format::{INTERVAL_FOOTNOTE, four_digits, percent, significant, with_deviation};
+use super::table::{Table, or_dash};
+use crate::base::text::wrap_lines;
+use crate::identify::compare;
 use crate::identify::modal::stabilisation::PoleStability;
+use crate::numeric::Complex;
 use crate::numeric::statistics::Z_95;
 use crate::plan::logs::diagnostics::{coherence_at, window_damping_ratio};
 use crate::plan::logs::identification_result::{
@@ -13,139 +14,9 @@ use crate::plan::logs::identification_result::{
 };
 use crate::plan::logs::method::structure_text;
 use crate::plan::logs::weak;
-use crate::recording::channel_statistics::ChannelStatistics;
-use crate::recording::frequency_responses::{FrequencyResponses, StoredSpectrum};
-use crate::recording::signals::Recording;
-
-/// Survey of a log as it was read.
-pub fn survey(recording: &Recording, surveys: &[ChannelStatistics]) -> String {
-    let mut text = format!("{}   {}\n", recording.path, recording.dialect);
-    text += &format!(
-        "  time base   {} Hz, {}\n",
-        rate(recording.rate_hz),
-        recording.rate_source
-    );
-    text += &format!(
-        "              {}, {} s",
-        pluralise(recording.samples, "sample"),
-        four_digits(recording.duration_s())
-    );
-    text += &match recording.segments.len() {
-        1 => "\n".to_string(),
-        n => format!(" in {n} stretches\n"),
-    };
-    if let Some(start) = &recording.start {
-        text += &format!("  first sample   {start}\n");
-    }
-    let facts = || recording.metadata.iter().take(MAX_HEADER_ENTRIES);
-    let width = facts().map(|(key, _)| key.chars().count()).max();
-    for (key, value) in facts() {
-        text += &format!("  {key:width$}   {value}\n", width = width.unwrap_or(0));
-    }
-    let mut table = plain();
-    table.add_row(vec!["  channel", "unit", "range", "noise ≤", "note"]);
-    for (channel, survey) in recording.channels.iter().zip(surveys) {
-        let (range, noise) = match survey.empty {
-            true => ("–".to_string(), "–".to_string()),
-            false => (
-                format!(
-                    "{} … {}",
-                    four_digits(survey.range.0),
-                    four_digits(survey.range.1)
-                ),
-                match survey.noise.is_finite() {
-                    true => four_digits(survey.noise),
-                    false => "–".to_string(),
-                },
-            ),
-        };
-        let unit = if channel.unit.is_empty() {
-            "?"
-        } else {
-            &channel.unit
-        };
-        table.add_row(vec![
-            format!("  {}", channel.name),
-            unit.to_string(),
-            range,
-            noise,
-            survey_note(survey),
-        ]);
-    }
-    text + &finish(&table)
-}
-
-/// Table of a file's frequency-domain data: responses and spectra; empty where there are none.
-pub fn frequency_data_table(found: Option<&FrequencyResponses>, held: &[StoredSpectrum]) -> String {
-    let mut text = found.map_or(String::new(), responses);
-    if !held.is_empty() {
-        text += &spectra(held);
-    }
-    text
-}
-
-/// `1601 lines, 0 … 800 Hz`.
-fn lines(frequency_hz: &[f64]) -> String {
-    let end = |f: Option<&f64>| f.map_or("–".to_string(), |&f| four_digits(f));
-    format!(
-        "{}, {} … {} Hz",
-        pluralise(frequency_hz.len(), "line"),
-        end(frequency_hz.first()),
-        end(frequency_hz.last())
-    )
-}
-
-/// A text from a file, or that it has none.
-fn text_or_unknown(text: &str) -> String {
-    match text {
-        "" => "?".to_string(),
-        text => text.to_string(),
-    }
-}
-
-fn responses(found: &FrequencyResponses) -> String {
-    let mut text = format!(
-        "  {} over {}\n",
-        pluralise(found.responses.len(), "frequency response"),
-        lines(&found.frequency_hz)
-    );
-    let mut table = plain();
-    table.add_row(vec!["  response", "unit", "input", "unit", "coherence"]);
-    for f in &found.responses {
-        let input = f.input.clone().unwrap_or_default();
-        let coherence = if f.coherence.is_some() { "yes" } else { "–" };
-        table.add_row(vec![
-            format!("  {}", text_or_unknown(&f.output.name)),
-            text_or_unknown(&f.output.unit),
-            text_or_unknown(&input.name),
-            text_or_unknown(&input.unit),
-            coherence.to_string(),
-        ]);
-    }
-    text += &finish(&table);
-    text
-}
-
-fn spectra(held: &[StoredSpectrum]) -> String {
-    let mut table = plain();
-    table.add_row(vec!["  spectrum", "unit", "kind", "over"]);
-    for s in held {
-        let unit = match s.is_decibel {
-            true => format!("dB of {}", text_or_unknown(&s.unit)),
-            false => text_or_unknown(&s.unit),
-        };
-        table.add_row(vec![
-            format!("  {}", text_or_unknown(&s.name)),
-            unit,
-            s.kind.to_string(),
-            lines(&s.frequency_hz),
-        ]);
-    }
-    finish(&table)
-}
 
 /// Identified modes.
-pub fn identified(found: &IdentificationResult) -> String {
+pub fn text(found: &IdentificationResult) -> String {
     let rule = wrap_lines(&format!(
         "{}: {}",
         found.method.name(),
@@ -153,9 +24,7 @@ pub fn identified(found: &IdentificationResult) -> String {
     ));
     let mut text = format!("{}\n{rule}\n\n", wrap_lines(&found.method_text));
     if let Some(course) = found.tracking().filter(|c| !c.tracks.is_empty()) {
-        return text
-            + &mode_tracking_table::table(course)
-            + &mode_tracking_table::trials_table(course);
+        return text + &mode_tracking::table(course) + &mode_tracking::trials_table(course);
     }
     if found.modes.is_empty() && found.weak.is_empty() {
         text += "no mode is significant in the band\n";
@@ -163,29 +32,19 @@ pub fn identified(found: &IdentificationResult) -> String {
     }
     let responses = found.responses.as_ref();
     let coherent = responses.is_some_and(|r| r.responses.iter().any(|f| f.coherence.is_some()));
-    let mut table = plain();
-    let mut heads = vec!["mode", "frequency", "damping"];
-    let mut units = vec!["", "Hz", "%"];
-    if coherent {
-        heads.push("coherence");
-        units.push("at peak");
-    }
+    let mut table =
+        Table::new("mode|frequency [Hz]|damping [%]").columns_if(coherent, "coherence [at peak]");
     if let Some(point) = &found.driving_point {
-        heads.push("modal mass");
-        units.push(point.unit);
+        table = table.column("modal mass", point.unit);
     }
-    heads.push("note");
-    units.push("");
-    table.add_row(heads);
-    table.add_row(units);
+    let mut table = table.columns("note");
     for (k, mode) in found.modes.iter().enumerate() {
-        table.add_row(mode_row(found, (k + 1).to_string(), mode, coherent));
+        table.row(mode_row(found, (k + 1).to_string(), mode, coherent));
     }
     for mode in &found.weak {
-        table.add_row(mode_row(found, "weak".to_string(), mode, coherent));
+        table.row(mode_row(found, "weak".to_string(), mode, coherent));
     }
-    super::modes_table::right_but_last(&mut table);
-    text += &finish(&table);
+    text += &table.text();
     if (found.modes.iter().chain(&found.weak)).any(|m| m.mode.pole_covariance.is_some()) {
         text += INTERVAL_FOOTNOTE;
     }
@@ -198,20 +57,20 @@ pub fn identified(found: &IdentificationResult) -> String {
             point.output, point.input
         );
     }
-    if let Some(error) = super::identification::worst_error(found) {
-        text += &format!("fit error {} %\n", super::number_format::percent(error));
+    if let Some(error) = worst_error(found) {
+        text += &format!("fit error {} %\n", percent(error));
     }
     for pair in &found.reciprocity {
-        let explained = pair.explained.map_or(String::new(), |e| {
-            format!(", {} % by noise", super::number_format::percent(e))
-        });
+        let explained = pair
+            .explained
+            .map_or(String::new(), |e| format!(", {} % by noise", percent(e)));
         text += &format!(
             "reciprocity: {} over {} and {} over {} differ by {} %{explained}\n",
             pair.first.0,
             pair.first.1,
             pair.second.0,
             pair.second.1,
-            super::number_format::percent(pair.difference)
+            percent(pair.difference)
         );
     }
     text += &delays(found);
@@ -225,7 +84,7 @@ pub fn identified(found: &IdentificationResult) -> String {
         let shift = |m: &IdentifiedMode| {
             format!(
                 "{} % at {} Hz",
-                super::number_format::percent(window_damping_ratio(decay, m.frequency_hz())),
+                percent(window_damping_ratio(decay, m.frequency_hz())),
                 four_digits(m.frequency_hz())
             )
         };
@@ -268,18 +127,18 @@ fn mode_row(
 ) -> Vec<String> {
     let half = |x: Option<f64>| Z_95 * x.unwrap_or(0.0);
     let frequency = with_deviation(mode.frequency_hz(), half(mode.mode.frequency_std_hz()));
-    let damping = mode.damping_ratio().map_or("–".to_string(), |d| {
+    let damping = or_dash(mode.damping_ratio(), |d| {
         with_deviation(100.0 * d, 100.0 * half(mode.mode.damping_std()))
     });
     let mut row = vec![name, frequency, damping];
     if coherent {
         let responses = found.responses.as_ref();
         let coherence = responses.and_then(|r| coherence_at(r, mode.frequency_hz()));
-        row.push(coherence.map_or("–".to_string(), |c| format!("{c:.3}")));
+        row.push(or_dash(coherence, |c| format!("{c:.3}")));
     }
     if found.driving_point.is_some() {
-        let mass = mode.modal_mass;
-        row.push(mass.map_or("–".to_string(), |m| significant(m.re.signum() * m.norm())));
+        let size = |m: Complex| significant(m.re.signum() * m.norm());
+        row.push(or_dash(mode.modal_mass, size));
     }
     row.push(note_of(found, mode));
     row
@@ -289,7 +148,7 @@ fn mode_row(
 fn similar_modes_text(found: &IdentificationResult) -> String {
     /// MAC above which two shapes pass for one.
     const SIMILAR_MAC: f64 = 0.9;
-    let mac = super::identification::auto_mac(found);
+    let mac = auto_mac(found);
     let mut pairs = Vec::new();
     for (i, row) in mac.iter().enumerate() {
         for (j, value) in row.iter().enumerate().skip(i + 1) {
@@ -316,9 +175,7 @@ fn harmonics(found: &IdentificationResult) -> String {
     if found.harmonics.is_empty() {
         return String::new();
     }
-    let mut table = plain();
-    table.add_row(vec!["no mode", "amplitude", "", "note"]);
-    table.add_row(vec!["Hz", "0 to peak", "", ""]);
+    let mut table = Table::new("no mode [Hz]|amplitude [0 to peak]||note");
     for harmonic in found.harmonics.iter().take(MAX_ROWS) {
         let strongest = (harmonic.amplitude.iter().zip(&found.outputs))
             .max_by(|a, b| a.0.total_cmp(b.0))
@@ -337,10 +194,9 @@ fn harmonics(found: &IdentificationResult) -> String {
             None => what,
         };
         let at = significant(harmonic.frequency_hz);
-        table.add_row(vec![at, strongest.0, strongest.1, note]);
+        table.row([at, strongest.0, strongest.1, note]);
     }
-    super::modes_table::right_but_last(&mut table);
-    let mut text = format!("\n{}", finish(&table));
+    let mut text = format!("\n{}", table.text());
     if found.harmonics.len() > MAX_ROWS {
         text += &format!("{} more\n", found.harmonics.len() - MAX_ROWS);
     }
@@ -369,7 +225,7 @@ fn evidence(found: &IdentificationResult) -> String {
         }
         Evidence::Peaks(peaks) => peaks.peaks.iter().filter_map(peak).collect(),
         Evidence::Orders(orders) => order_table(orders) + &left_out(found),
-        Evidence::Tracking(course) => mode_tracking_table::trials_table(course),
+        Evidence::Tracking(course) => mode_tracking::trials_table(course),
     }
 }
 
@@ -400,7 +256,7 @@ fn peak(peak: &PickedPeak) -> Option<String> {
         Some((f, d)) => Some(format!(
             "peak at {at} Hz by half power: {} Hz, {} %\n",
             significant(f),
-            super::number_format::percent(d)
+            percent(d)
         )),
         None => None,
     }
@@ -408,8 +264,7 @@ fn peak(peak: &PickedPeak) -> Option<String> {
 
 /// Orders near the chosen one, and what the residuals tell.
 fn order_table(orders: &OrderSelection) -> String {
-    let mut table = plain();
-    table.add_row(vec!["model", "BIC", "AIC", "MDL", "note"]);
+    let mut table = Table::new("model|BIC|AIC|MDL|note");
     let chosen = orders
         .candidates
         .iter()
@@ -423,7 +278,7 @@ fn order_table(orders: &OrderSelection) -> String {
         } else {
             ""
         };
-        table.add_row(vec![
+        table.row([
             structure_text(candidate.family),
             format!("{:.1}", candidate.bic),
             format!("{:.1}", candidate.aic),
@@ -433,8 +288,7 @@ fn order_table(orders: &OrderSelection) -> String {
     }
     let mut text = String::new();
     if !orders.candidates.is_empty() {
-        super::modes_table::right_but_last(&mut table);
-        text = finish(&table);
+        text = table.text();
     }
     for (what, test) in &orders.tests {
         text += &format!(
@@ -461,7 +315,7 @@ fn note_of(found: &IdentificationResult, mode: &IdentifiedMode) -> String {
     let mut notes = Vec::new();
     if let Some(departure) = &mode.departure {
         if departure.model_error > 0.0 {
-            let share = super::number_format::percent(departure.model_error);
+            let share = percent(departure.model_error);
             notes.push(format!("departs by {share} %"));
         }
         if departure.frequency_spread_hz > 0.0 {
@@ -487,14 +341,18 @@ fn groups(found: &IdentificationResult) -> &'static str {
     }
 }
 
-/// Facts of a header shown at once.
-const MAX_HEADER_ENTRIES: usize = 6;
-
-/// A rate with the digits a time base can have.
-pub fn rate(rate_hz: f64) -> String {
-    if !(1.0..1e9).contains(&rate_hz) {
-        return four_digits(rate_hz);
+/// MAC of the shapes with each other, row by row; empty where there are no shapes over several outputs.
+pub fn auto_mac(found: &IdentificationResult) -> Vec<Vec<f64>> {
+    let shapes: Vec<Vec<Complex>> = found.modes.iter().map(|m| m.mode.shape.clone()).collect();
+    if shapes.iter().any(|s| s.len() < 2) {
+        return Vec::new();
     }
-    let text = format!("{rate_hz:.4}");
-    text.trim_end_matches('0').trim_end_matches('.').to_string()
+    let mac = compare::auto_mac(&shapes);
+    let row = |i: usize| (0..shapes.len()).map(|j| mac[(i, j)]).collect();
+    (0..shapes.len()).map(row).collect()
+}
+
+/// Largest relative error of the fit over the responses; nothing where no response was fitted.
+fn worst_error(found: &IdentificationResult) -> Option<f64> {
+    found.fit_error.iter().copied().reduce(f64::max)
 }

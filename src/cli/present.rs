@@ -1,0 +1,98 @@
+//! How every command ends: files written, answer printed, notes, exit code.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::args::OutputArgs;
+use super::destination::output_error;
+use super::files::{self, OutputFiles};
+use super::{footer, interrupt, output};
+use crate::base::error::{Error, Errors};
+use crate::report::presentation::{Presentation, document};
+
+/// The outputs of a command, checked before any work.
+pub struct Outputs<'a> {
+    args: &'a OutputArgs,
+    files: OutputFiles,
+    named: Vec<PathBuf>,
+}
+
+impl<'a> Outputs<'a> {
+    /// Checks the files that the flags name: the table, a plot for each of the suffixes `figures`, and `others`.
+    ///
+    /// # Errors
+    /// A name without a format, or a file that cannot be written or that one of `inputs` is.
+    pub fn check(
+        args: &'a OutputArgs,
+        figures: &[&str],
+        others: &[&Option<PathBuf>],
+        inputs: &[PathBuf],
+    ) -> Result<Outputs<'a>, Error> {
+        let mut named: Vec<PathBuf> = args.csv.iter().cloned().collect();
+        if let Some(path) = &args.svg {
+            files::ends(path, &["svg"])?;
+            named.extend(
+                figures
+                    .iter()
+                    .map(|suffix| files::sibling_path(path, suffix)),
+            );
+        }
+        named.extend(others.iter().copied().flatten().cloned());
+        let files = OutputFiles::new(&named, inputs)?;
+        Ok(Outputs { args, files, named })
+    }
+
+    /// Writes a file that is no table of the answer and no figure of it.
+    ///
+    /// # Errors
+    /// It cannot be written; those of `fill`.
+    pub fn write(
+        &mut self,
+        path: &Path,
+        fill: impl FnOnce(&mut dyn Write) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.files.write_with(path, fill)
+    }
+
+    /// Writes the files of an answer, unless it ends early, prints it, and says with which code the command ends.
+    ///
+    /// # Errors
+    /// A file or standard output cannot be written.
+    pub fn present(mut self, answer: &dyn Presentation) -> Result<u8, Errors> {
+        let (args, whole) = (self.args, answer.interruption().is_none());
+        let mut notes = String::new();
+        if let Some(path) = args.csv.as_ref().filter(|_| whole) {
+            let failed = |e| output_error(path, &e);
+            let table = answer.table();
+            self.write(path, |to| table.write_csv(to).map_err(failed))?;
+        }
+        if let Some(path) = args.svg.as_ref().filter(|_| whole) {
+            for figure in answer.figures()? {
+                let path = files::sibling_path(path, figure.suffix);
+                self.files.write(&path, figure.svg.as_bytes())?;
+            }
+            notes = answer.figure_notes();
+        }
+        let written = self.files.finish()?;
+        match args.json {
+            true => output::document(&document(answer)?)?,
+            false => output::print(&answer.text())?,
+        }
+        let not_written = footer::not_written(&self.named, whole);
+        if !args.quiet && !args.json {
+            notes = footer::notes(answer) + &footer::written_files(&written) + &notes;
+        }
+        if !args.quiet {
+            output::print_note(&(notes + &not_written));
+        }
+        Ok(exit_code(answer))
+    }
+}
+
+/// The code that a command ends with.
+pub fn exit_code(answer: &dyn Presentation) -> u8 {
+    match answer.interruption() {
+        Some(_) => interrupt::EXIT_INTERRUPTED,
+        None => answer.exit_code(),
+    }
+}

@@ -1,0 +1,266 @@
+//! Natural modes of a machine: document, table of modes, figures; its tables for a terminal are in `modes_table`.
+
+use std::f64::consts::TAU;
+
+use serde_json::{Map, Value, json};
+
+use super::energy_matrix_plot::draw_energy_matrix;
+use super::json::complex;
+use super::mode_shape_plot::draw_mode_shapes;
+use super::mode_text::dominant_elements_text;
+use super::plan::step_lines;
+use super::presentation::{Figure, Presentation, Provenance, step_times};
+use super::table::{Table, decimal, or_blank, power};
+use super::{campbell, modes_table, state_space};
+use crate::base::error::Error;
+use crate::machine::components::Machine;
+use crate::machine::operating_point::{ActiveFlank, TangentStiffness};
+use crate::modes::mode::{Mode, modulus};
+use crate::modes::sensitivity::{FrequencySensitivity, SensitivityParameter};
+use crate::numeric::Complex;
+use crate::plan::modes_run::ModesResult;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::plan::stages::{ModesPlan, StageDecision};
+use crate::scene::Scene;
+
+/// Number of components written for each mode.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ShapeDetail {
+    /// Only so many of the largest components of each shape, energies and sensitivities; all where `None`.
+    pub top: Option<usize>,
+}
+
+/// Modes drawn at once.
+const PANELS: usize = 8;
+
+/// Rows of the plot of energies.
+const ROWS: usize = 20;
+
+/// The modes of the machine of a scene.
+pub struct ModesAnswer<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its machine.
+    pub machine: PreparedMachine,
+    /// What was planned.
+    pub plan: ModesPlan,
+    /// The modes.
+    pub result: ModesResult,
+    /// Components in the document.
+    pub detail: ShapeDetail,
+    /// The mode shown at length, counted from 0, in place of the table of all.
+    pub mode: Option<usize>,
+}
+
+impl Presentation for ModesAnswer<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        let steps = self.result.trace.iter();
+        Provenance {
+            sources: &self.scene.sources,
+            trace: steps.clone().map(|t| t.1).collect(),
+            effort: step_times(steps.map(|t| (t.1, t.2))),
+            warnings: &self.result.diagnostics,
+            ..Provenance::default()
+        }
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        Ok(body(&self.machine, &self.result, self.detail))
+    }
+
+    fn text(&self) -> String {
+        let (machine, result) = (&self.machine, &self.result);
+        let mut text = match (self.mode, &result.campbell) {
+            (Some(k), _) => modes_table::mode(machine, result, k),
+            (None, Some(found)) => modes_table::crossings(found, machine.model.rigid.len()),
+            (None, None) => modes_table::modes(machine, result),
+        };
+        if let Some((space, parts)) = &result.state_space {
+            text += &state_space::participation_table(space, parts);
+        }
+        text + &or_blank(result.reduction.as_ref(), state_space::reduction_table)
+    }
+
+    fn table(&self) -> Table<'_> {
+        table(&self.machine.machine, &self.result)
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let (machine, result) = (&self.machine, &self.result);
+        if let Some(found) = &result.campbell {
+            let drawn = campbell::draw(found, machine.model.rigid.len());
+            return Ok(vec![Figure::first(drawn)]);
+        }
+        Ok(vec![
+            Figure::first(draw_mode_shapes(machine, result, PANELS)),
+            Figure::new("energies", draw_energy_matrix(machine, result, ROWS)),
+        ])
+    }
+
+    fn notes(&self) -> String {
+        let steps = self.plan.rows().filter(|(name, decision)| match decision {
+            StageDecision::Runs(_) => TOLD.contains(name) || SOLVED.contains(name),
+            StageDecision::LeftOut(_) => TOLD.contains(name),
+        });
+        step_lines(steps)
+    }
+}
+
+/// Steps told in the notes, done or left out.
+const TOLD: [&str; 2] = ["operating point", "complex modes"];
+
+/// Steps told where they were done.
+const SOLVED: [&str; 3] = ["undamped modes", "few modes", "rigid joints"];
+
+/// The document.
+fn body(machine: &PreparedMachine, result: &ModesResult, detail: ShapeDetail) -> Value {
+    let list: Vec<Value> = (0..result.modes.len())
+        .map(|k| mode(machine, result, k, detail))
+        .collect();
+    json!({
+        "modes": list,
+        "contacts": contacts(machine),
+        "tangents": tangents(machine),
+        "campbell": result.campbell.as_ref().map(campbell::json),
+        "state_space": result.state_space.as_ref().map(|(space, parts)| state_space::state_space_json(space, parts)),
+        "reduction": result.reduction.as_ref().map(state_space::reduction_json),
+    })
+}
+
+/// Operating point: the state of every contact with play, and its force, N or N·m.
+fn contacts(machine: &PreparedMachine) -> Value {
+    let contact = |(branch, state, force): &(usize, ActiveFlank, Option<f64>)| {
+        json!({
+            "branch": machine.machine.branch_name(*branch),
+            "state": state.name(),
+            "force_si": force,
+        })
+    };
+    machine.operating.contacts.iter().map(contact).collect()
+}
+
+/// Nonlinear elements: the force at the operating point, N or N·m, and the tangent stiffness there, N/m or N·m/rad.
+fn tangents(machine: &PreparedMachine) -> Value {
+    let tangent = |t: &TangentStiffness| {
+        json!({
+            "branch": machine.machine.branch_name(t.branch),
+            "force_si": t.force,
+            "stiffness_si": t.stiffness,
+        })
+    };
+    machine.operating.tangents.iter().map(tangent).collect()
+}
+
+fn mode(
+    prepared_machine: &PreparedMachine,
+    result: &ModesResult,
+    k: usize,
+    detail: ShapeDetail,
+) -> Value {
+    let machine = &prepared_machine.machine;
+    let mode = &result.modes[k];
+    let energies = &result.energies[k];
+    let sensitivities = result
+        .sensitivities
+        .as_ref()
+        .map(|all| sensitivities(machine, &all[k], detail));
+    let swings = mode.rigid || mode.is_oscillatory();
+    let time_constants = (!swings).then(|| vec![-1.0 / mode.eigenvalue.re]);
+    json!({
+        "mode": k + 1,
+        "frequency_hz": swings.then(|| mode.frequency_hz()),
+        "damped_frequency_hz": swings.then(|| mode.eigenvalue.im / TAU),
+        "time_constants_s": time_constants,
+        "damping_ratio": mode.damping_ratio,
+        "light_damping_ratio": energies.estimated_damping_ratio.filter(|_| !result.complex),
+        "rigid": mode.rigid,
+        "eigenvalue_rad_s": complex(mode.eigenvalue),
+        "residual": mode.residual,
+        "digits_trusted": trusted_digits(mode),
+        "shape": shape(machine, mode, result.complex, detail),
+        "kinetic_energy": shares(machine, &energies.kinetic, detail),
+        "strain_energy": energies.strain.as_ref().map(|s| shares(machine, s, detail)),
+        "dissipation": energies.dissipated.as_ref().map(|s| shares(machine, s, detail)),
+        "sensitivities": sensitivities,
+    })
+}
+
+fn shape(machine: &Machine, mode: &Mode, is_complex: bool, detail: ShapeDetail) -> Value {
+    let mut order: Vec<usize> = (0..mode.shape.len()).collect();
+    if let Some(top) = detail.top {
+        order.sort_by(|&a, &b| modulus(mode.shape[b]).total_cmp(&modulus(mode.shape[a])));
+        order.truncate(top);
+        order.sort_unstable();
+    }
+    let value = |z: Complex| if is_complex { complex(z) } else { json!(z.re) };
+    let entries = order
+        .into_iter()
+        .map(|i| (machine.dof_name(i), value(mode.shape[i])));
+    Value::Object(entries.collect())
+}
+
+fn shares(machine: &Machine, shares: &[(usize, f64)], detail: ShapeDetail) -> Value {
+    let mut sorted = shares.to_vec();
+    sorted.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    sorted.truncate(detail.top.unwrap_or(usize::MAX));
+    let entries = sorted
+        .into_iter()
+        .map(|(e, share)| (machine.elements[e].name.clone(), json!(share)));
+    Value::Object(entries.collect::<Map<String, Value>>())
+}
+
+fn sensitivities(machine: &Machine, list: &[FrequencySensitivity], detail: ShapeDetail) -> Value {
+    let entry = |s: &FrequencySensitivity| {
+        json!({
+            "element": machine.elements[s.element].name,
+            "parameter": match s.parameter { SensitivityParameter::Stiffness => "stiffness", SensitivityParameter::Inertia => "inertia" },
+            "relative": s.relative,
+            "domega_dparameter": s.absolute,
+        })
+    };
+    list.iter()
+        .take(detail.top.unwrap_or(usize::MAX))
+        .map(entry)
+        .collect()
+}
+
+/// One row a mode; a complex shape has two columns a degree of freedom.
+fn table(machine: &Machine, result: &ModesResult) -> Table<'static> {
+    let mut table = Table::new(
+        "mode|frequency_hz|damped_frequency_hz|damping_ratio|time_constant_s|rigid|residual|digits_trusted|mostly_in",
+    );
+    for name in (0..machine.dofs.len()).map(|i| machine.dof_name(i)) {
+        table = match result.complex {
+            true => [" re", " im"]
+                .iter()
+                .fold(table, |t, part| t.column(&(name.clone() + part), "")),
+            false => table.column(&name, ""),
+        };
+    }
+    for (k, mode) in result.modes.iter().enumerate() {
+        let swings = mode.rigid || mode.is_oscillatory();
+        let cells = [
+            (k + 1).to_string(),
+            or_blank(swings.then(|| mode.frequency_hz()), decimal),
+            or_blank(swings.then(|| mode.eigenvalue.im / TAU), decimal),
+            or_blank(modes_table::damping(result, k), decimal),
+            or_blank((!swings).then(|| -1.0 / mode.eigenvalue.re), decimal),
+            mode.rigid.to_string(),
+            power(mode.residual),
+            or_blank(trusted_digits(mode), decimal),
+            dominant_elements_text(machine, mode, &result.energies[k]),
+        ];
+        let parts = |z: &Complex| match result.complex {
+            true => vec![decimal(z.re), decimal(z.im)],
+            false => vec![decimal(z.re)],
+        };
+        table.row(cells.into_iter().chain(mode.shape.iter().flat_map(parts)));
+    }
+    table
+}
+
+/// Digits that hold, to a tenth.
+fn trusted_digits(mode: &Mode) -> Option<f64> {
+    let digits = mode.trusted_digits;
+    digits.is_finite().then_some((digits * 10.0).floor() / 10.0)
+}

@@ -1,0 +1,140 @@
+//! Units, sources and phases of the lines of a transmission error.
+
+use std::f64::consts::PI;
+
+use serde_json::{Value, json};
+
+use crate::machine::components::Machine;
+use crate::numeric::Complex;
+use crate::plan::logs::encoder_analysis::EncoderResult;
+use crate::plan::transmission::run::{OrderLineResult, TransmissionResult};
+use crate::transmission::coincidence::SeparationTest;
+use crate::transmission::encoder::flank::FlankEvaluation;
+use crate::transmission::order_lines::LineOrigin;
+
+/// Arc seconds in a radian.
+pub const ARCSEC: f64 = 648_000.0 / PI;
+
+/// Unit of an output's errors.
+#[derive(Debug, Clone, Copy)]
+pub struct TeUnit {
+    /// Number of these units in a rad, or in a m.
+    pub times: f64,
+    /// In words.
+    pub name: &'static str,
+    /// At the end of keys.
+    pub key: &'static str,
+}
+
+impl TeUnit {
+    /// Arc seconds of what turns, µm of what slides.
+    pub fn for_output(machine: &Machine, result: &TransmissionResult) -> TeUnit {
+        match machine.dofs[result.chain.ends.output].axis.is_rotation() {
+            true => TeUnit {
+                times: ARCSEC,
+                name: "arcsec",
+                key: "arcsec",
+            },
+            false => TeUnit {
+                times: 1e6,
+                name: "µm",
+                key: "um",
+            },
+        }
+    }
+
+    /// Object whose numbers, rad or m, are under keys that end in the unit, with `others` behind them.
+    pub fn object(self, values: &[(&str, Option<f64>)], others: Value) -> Value {
+        let mut object = serde_json::Map::new();
+        for &(key, value) in values {
+            let value = value.map(|x| x * self.times);
+            object.insert(format!("{key}_{}", self.key), json!(value));
+        }
+        if let Value::Object(others) = others {
+            object.extend(others);
+        }
+        Value::Object(object)
+    }
+}
+
+/// The element a line comes from.
+pub fn source(machine: &Machine, row: &OrderLineResult) -> String {
+    match row.line.origin {
+        LineOrigin::Declared(number) => machine.errors[number].location.clone(),
+        LineOrigin::Stiffness(branch) => machine.branch_name(branch),
+    }
+}
+
+/// Cause of a line.
+pub fn cause(machine: &Machine, row: &OrderLineResult) -> &'static str {
+    match row.line.origin {
+        LineOrigin::Declared(number) => machine.errors[number].cause.name(),
+        LineOrigin::Stiffness(_) => "mesh stiffness",
+    }
+}
+
+/// The phase of a line, degrees in (−180, 180], where it is known.
+pub fn phase(machine: &Machine, row: &OrderLineResult, value: Complex) -> Option<f64> {
+    /// Rounding of a half turn backward, as a share of a turn.
+    const ROUNDING: f64 = 1e-9;
+    let turned = match value.arg().to_degrees() {
+        half if half <= -180.0 + ROUNDING => half + 360.0,
+        other => other,
+    };
+    (row.line.phase_known(machine) && value.norm() > 0.0).then_some(turned)
+}
+
+/// A second record, as text.
+pub fn separation_test_text(machine: &Machine, test: &SeparationTest) -> String {
+    let degrees = |turns: f64| (360.0 * turns).round();
+    match test {
+        SeparationTest::Remesh { pair, teeth, shift } => format!(
+            "put {} together {teeth} {} further on: their phases part by {}°",
+            machine.elements[*pair].name,
+            if *teeth == 1 { "tooth" } else { "teeth" },
+            degrees(*shift)
+        ),
+        SeparationTest::Reseat => "turn the gear on its seat".to_string(),
+        SeparationTest::Reversal(shift) => format!(
+            "run it backward, on the other flanks: their phases part by {}°",
+            degrees(*shift)
+        ),
+        SeparationTest::Torque => {
+            "another torque: what comes from stiffness goes with it".to_string()
+        }
+        SeparationTest::SpeedOrTester => {
+            "another speed, if the machine passes them on differently; else each alone on a tester"
+                .to_string()
+        }
+    }
+}
+
+/// Arc seconds of an angle, rad.
+pub fn arcsec(angle: f64) -> f64 {
+    angle * 648_000.0 / PI
+}
+
+/// Degrees in [0, 360).
+pub fn degrees(angle: f64) -> f64 {
+    angle.to_degrees().rem_euclid(360.0)
+}
+
+/// Which way the input turned.
+pub fn direction_name(flank: &FlankEvaluation) -> &'static str {
+    if flank.forward { "forward" } else { "backward" }
+}
+
+/// Greatest less least.
+pub fn peak_to_peak(values: &[f64]) -> f64 {
+    let ends = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
+            (l.min(x), h.max(x))
+        });
+    ends.1 - ends.0
+}
+
+/// A length on the line of action, µm, where the radius is known.
+pub fn micrometres(found: &EncoderResult, angle: f64) -> Option<f64> {
+    found.radius.map(|r| 1e6 * r * angle)
+}
