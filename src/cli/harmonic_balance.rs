@@ -1,12 +1,11 @@
 //! `geardyn response --harmonic-balance`: periodic motions over speed.
 
 use super::args::ResponseArgs;
-use super::present::Outputs;
+use super::present::{self, Outputs};
 use super::progress;
 use crate::base::error::{Error, Errors};
-use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::response::harmonic_balance::run as solve;
-use crate::report::harmonic_balance::HarmonicBalanceAnswer;
+use crate::plan::response::harmonic_balance::{HarmonicBalanceResult, run as solve};
+use crate::report::presentation::StudyAnswer;
 use crate::scene::study::{HarmonicBalanceStudy, SpeedRange, StudyKind};
 use crate::scene::{self, Scene};
 
@@ -30,13 +29,13 @@ pub fn answer<'a>(
     scene: &'a Scene,
     study: &HarmonicBalanceStudy,
     quiet: bool,
-) -> Result<HarmonicBalanceAnswer<'a>, Error> {
-    let machine = PreparedMachine::new(&scene.model)?;
+) -> Result<StudyAnswer<'a, HarmonicBalanceResult>, Error> {
     let bar = progress::progress_bar("following the curve", quiet);
-    let result = solve(&machine, study, &mut |share| bar(Some(share)));
+    let answer = present::solve(scene, "", true, |machine| {
+        solve(machine, study, &mut |share| bar(Some(share)))
+    });
     bar(None);
-    let result = result?;
-    Ok(HarmonicBalanceAnswer { scene, result })
+    answer
 }
 
 /// The study that is asked for: the first a scene lists, with what the flags say put in its place.

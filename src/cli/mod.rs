@@ -16,9 +16,9 @@ pub mod files;
 
 pub mod footer;
 
-pub mod present;
-
 pub mod progress;
+
+pub mod present;
 
 pub mod logs;
 

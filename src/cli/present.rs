@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use super::args::OutputArgs;
 use super::destination::output_error;
 use super::files::{self, OutputFiles};
-use super::{footer, interrupt, output};
+use super::{footer, interrupt, output, progress};
 use crate::base::error::{Error, Errors};
-use crate::report::presentation::{Presentation, document};
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::report::presentation::{Presentation, StudyAnswer, document};
+use crate::scene::Scene;
 
 /// The outputs of a command, checked before any work.
 pub struct Outputs<'a> {
@@ -87,6 +89,25 @@ impl<'a> Outputs<'a> {
         }
         Ok(exit_code(answer))
     }
+}
+
+/// Solves a study on the machine of a scene; at a terminal it says what is done.
+///
+/// # Errors
+/// Whatever is wrong with the machine, or those of `solve`.
+pub fn solve<'a, R>(
+    scene: &'a Scene,
+    what: &'static str,
+    quiet: bool,
+    solve: impl FnOnce(&PreparedMachine) -> Result<R, Error>,
+) -> Result<StudyAnswer<'a, R>, Error> {
+    let machine = PreparedMachine::new(&scene.model)?;
+    let result = progress::with_spinner(what, quiet, || solve(&machine))?;
+    Ok(StudyAnswer {
+        scene,
+        machine,
+        result,
+    })
 }
 
 /// The code that a command ends with.

@@ -1,15 +1,13 @@
 //! `geardyn response`: steady answers to steady excitation.
 
 use super::args::{FrfFormArg, ResponseArgs, ResponseMethodArg};
-use super::present::Outputs;
-use super::progress;
+use super::present::{self, Outputs};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
-use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::response::run::run as solve;
-use crate::report::response::ResponseAnswer;
+use crate::plan::response::run::{ResponseResult, run as solve};
+use crate::report::presentation::StudyAnswer;
 use crate::scene::study::{self, ResponseMethodTag, ResponseQuantity, ResponseStudy, StudyKind};
 use crate::scene::{self, Scene};
 
@@ -35,15 +33,9 @@ pub fn answer<'a>(
     study: &ResponseStudy,
     drawn: bool,
     quiet: bool,
-) -> Result<ResponseAnswer<'a>, Error> {
-    let machine = PreparedMachine::new(&scene.model)?;
-    let result = progress::with_spinner("answering by frequency", quiet, || {
-        solve(&machine, study, drawn)
-    })?;
-    Ok(ResponseAnswer {
-        scene,
-        machine,
-        result,
+) -> Result<StudyAnswer<'a, ResponseResult>, Error> {
+    present::solve(scene, "answering by frequency", quiet, |machine| {
+        solve(machine, study, drawn)
     })
 }
 

@@ -1,12 +1,10 @@
 //! `geardyn response --run-up`: response to all orders over speed.
 
 use super::args::ResponseArgs;
-use super::present::Outputs;
-use super::progress;
+use super::present::{self, Outputs};
 use crate::base::error::{Error, Errors};
-use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::response::run_up::run as solve;
-use crate::report::run_up::RunUpAnswer;
+use crate::plan::response::run_up::{RunUpResult, run as solve};
+use crate::report::presentation::StudyAnswer;
 use crate::scene::study::{RunUpStudy, SpeedRange, StudyKind};
 use crate::scene::{self, Scene};
 
@@ -30,13 +28,9 @@ pub fn answer<'a>(
     scene: &'a Scene,
     study: &RunUpStudy,
     quiet: bool,
-) -> Result<RunUpAnswer<'a>, Error> {
-    let machine = PreparedMachine::new(&scene.model)?;
-    let result = progress::with_spinner("answering every order", quiet, || solve(&machine, study))?;
-    Ok(RunUpAnswer {
-        scene,
-        machine,
-        result,
+) -> Result<StudyAnswer<'a, RunUpResult>, Error> {
+    present::solve(scene, "answering every order", quiet, |machine| {
+        solve(machine, study)
     })
 }
 

@@ -3,7 +3,7 @@
 use super::axes::{draw_frame, linear_range};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel, Point2,
-    TITLE_SIZE, WIDTH, render_svg, spread_labels, text_width, ticks,
+    WIDTH, render_svg, spread_labels, ticks, widest,
 };
 
 /// Contents of an amplitude plot.
@@ -34,63 +34,33 @@ const HEIGHT: f64 = 420.0;
 /// Draws it.
 pub fn draw_amplitude(shown: &AmplitudePlot) -> String {
     render_svg(WIDTH, MARGIN_TOP + HEIGHT + 52.0, |canvas| {
-        canvas.text(
-            &shown.title,
-            (MARGIN_LEFT, 16.0),
-            TITLE_SIZE,
-            BLACK,
-            Anchor::Start,
-        );
+        canvas.title(&shown.title, MARGIN_LEFT);
         canvas.line((MARGIN_LEFT, 36.0), (MARGIN_LEFT + 22.0, 36.0), BLUE, 1.6);
-        canvas.text(
-            "stable",
-            (MARGIN_LEFT + 27.0, 36.0),
-            LABEL_SIZE,
-            BLACK,
-            Anchor::Start,
-        );
+        canvas.label("stable", (MARGIN_LEFT + 27.0, 36.0), Anchor::Start);
         canvas.polyline(
             &[(MARGIN_LEFT + 84.0, 36.0), (MARGIN_LEFT + 106.0, 36.0)],
             ORANGE,
             1.4,
             LineStyle::Dashed,
         );
-        canvas.text(
-            "unstable",
-            (MARGIN_LEFT + 111.0, 36.0),
-            LABEL_SIZE,
-            BLACK,
-            Anchor::Start,
-        );
+        canvas.label("unstable", (MARGIN_LEFT + 111.0, 36.0), Anchor::Start);
         if !shown.others.is_empty() {
             let words = "thin: motions of two periods";
-            canvas.text(
-                words,
-                (MARGIN_LEFT + 190.0, 36.0),
-                LABEL_SIZE,
-                BLACK,
-                Anchor::Start,
-            );
+            canvas.label(words, (MARGIN_LEFT + 190.0, 36.0), Anchor::Start);
         }
         let all = || shown.points.iter().chain(shown.others.iter().flatten());
         let x = linear_range(all().map(|p| p.0));
         let y = linear_range(all().map(|p| p.1).chain([0.0]));
         let (Some(x), Some(y)) = (x, y) else {
-            canvas.text(
-                "nothing to show",
-                (WIDTH / 2.0, MARGIN_TOP + HEIGHT / 2.0),
-                TITLE_SIZE,
-                GREY,
-                Anchor::Middle,
-            );
+            canvas.placeholder("nothing to show", (WIDTH / 2.0, MARGIN_TOP + HEIGHT / 2.0));
             return;
         };
-        let panel = Panel {
-            across: (MARGIN_LEFT, WIDTH - 24.0),
-            down: (MARGIN_TOP, MARGIN_TOP + HEIGHT),
+        let panel = Panel::new(
+            (MARGIN_LEFT, WIDTH - 24.0),
+            (MARGIN_TOP, MARGIN_TOP + HEIGHT),
             x,
-            y: (0.0, y.1),
-        };
+            (0.0, y.1),
+        );
         for (from, to, name) in &shown.bands {
             let (low, high) = (from.max(x.0), to.min(x.1));
             canvas.fill_rect(
@@ -99,13 +69,7 @@ pub fn draw_amplitude(shown: &AmplitudePlot) -> String {
                 LIGHT_GREY,
             );
             let middle = panel.canvas_x(0.5 * (low + high));
-            canvas.text(
-                name,
-                (middle, MARGIN_TOP + HEIGHT - 9.0),
-                LABEL_SIZE,
-                GREY,
-                Anchor::Middle,
-            );
+            canvas.note(name, (middle, MARGIN_TOP + HEIGHT - 9.0), Anchor::Middle);
         }
         panel.draw_y_grid(canvas, &ticks(panel.y, 6));
         draw_frame(&panel, canvas, &shown.up, Some(&shown.across));
@@ -122,11 +86,7 @@ pub fn draw_amplitude(shown: &AmplitudePlot) -> String {
             line_of(canvas, &panel, other, 0.8);
         }
         let wanted: Vec<f64> = shown.marks.iter().map(|m| panel.canvas_x(m.0)).collect();
-        let widest = shown
-            .marks
-            .iter()
-            .map(|m| text_width(&m.2, LABEL_SIZE))
-            .fold(7.0, f64::max);
+        let widest = widest(shown.marks.iter().map(|m| &m.2), LABEL_SIZE, 7.0);
         let mut order: Vec<usize> = (0..wanted.len()).collect();
         order.sort_by(|&a, &b| wanted[a].total_cmp(&wanted[b]));
         let sorted: Vec<f64> = order.iter().map(|&at| wanted[at]).collect();
@@ -145,13 +105,7 @@ pub fn draw_amplitude(shown: &AmplitudePlot) -> String {
                 0.7,
             );
             canvas.stroke_circle(spot, 3.4, BLACK, 1.2);
-            canvas.text(
-                text,
-                (right, MARGIN_TOP - 11.0),
-                LABEL_SIZE,
-                BLACK,
-                Anchor::Middle,
-            );
+            canvas.label(text, (right, MARGIN_TOP - 11.0), Anchor::Middle);
         }
     })
 }

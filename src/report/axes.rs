@@ -1,16 +1,20 @@
 //! Plot axes: linear and logarithmic ranges, grids, thinning of dense curves.
 
-use super::svg::{Anchor, BLACK, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, Panel, Point2, ticks};
+use super::svg::{Anchor, Canvas, Colour, LIGHT_GREY, LineStyle, Panel, Point2, ticks};
+
+/// Least and greatest of values; infinite where there are none.
+pub fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    values.fold(none, |(low, high), x| (low.min(x), high.max(x)))
+}
 
 /// Decades a logarithmic scale shows below its top; what lies deeper is noise of the arithmetic.
 const MAX_DECADES: f64 = 8.0;
 
 /// The range of a logarithmic scale over positive values, in powers of ten; absent where no value is positive.
 pub fn log_range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for x in values.filter(|x| *x > 0.0 && x.is_finite()) {
-        (low, high) = (low.min(x.log10()), high.max(x.log10()));
-    }
+    let positive = values.filter(|x| *x > 0.0 && x.is_finite());
+    let (low, high) = extremes(positive.map(f64::log10));
     if low > high {
         return None;
     }
@@ -22,11 +26,7 @@ pub fn log_range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 
 /// The range of a linear scale with a little room; absent where no value is finite.
 pub fn linear_range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    let (low, high) = values
-        .filter(|x| x.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-            (l.min(x), h.max(x))
-        });
+    let (low, high) = extremes(values.filter(|x| x.is_finite()));
     if low > high {
         return None;
     }
@@ -62,19 +62,8 @@ pub fn draw_log_grid(panel: &Panel, canvas: &mut Canvas) {
 
 fn line_and_text(panel: &Panel, canvas: &mut Canvas, at: f64, text: &str) {
     let height = panel.canvas_y(at);
-    canvas.line(
-        (panel.across.0, height),
-        (panel.across.1, height),
-        LIGHT_GREY,
-        0.5,
-    );
-    canvas.text(
-        text,
-        (panel.across.0 - 5.0, height),
-        LABEL_SIZE,
-        BLACK,
-        Anchor::End,
-    );
+    panel.draw_horizontal(canvas, height, LIGHT_GREY, 0.5);
+    canvas.label(text, (panel.across.0 - 5.0, height), Anchor::End);
 }
 
 /// Frame, frequency axis and the name of the vertical axis of one panel; numbers below only where it is the lowest.
@@ -84,34 +73,29 @@ pub fn draw_frame(panel: &Panel, canvas: &mut Canvas, name: &str, below: Option<
         Some(axis) => {
             panel.draw_x_grid(canvas, &values);
             let middle = 0.5 * (panel.across.0 + panel.across.1);
-            canvas.text(
-                axis,
-                (middle, panel.down.1 + 28.0),
-                LABEL_SIZE,
-                BLACK,
-                Anchor::Middle,
-            );
+            canvas.label(axis, (middle, panel.down.1 + 28.0), Anchor::Middle);
         }
         None => {
             for &value in &values {
-                let right = panel.canvas_x(value);
-                canvas.line(
-                    (right, panel.down.0),
-                    (right, panel.down.1),
-                    LIGHT_GREY,
-                    0.5,
-                );
+                panel.draw_vertical(canvas, panel.canvas_x(value), LIGHT_GREY, 0.5);
             }
         }
     }
-    canvas.stroke_rect(
-        (panel.across.0, panel.down.0),
-        (panel.across.1, panel.down.1),
-        GREY,
-        0.6,
-    );
-    let middle = 0.5 * (panel.down.0 + panel.down.1);
-    canvas.vertical_text(name, (14.0, middle), LABEL_SIZE, BLACK, Anchor::Middle);
+    panel.draw_border(canvas);
+    canvas.upright(name, (14.0, 0.5 * (panel.down.0 + panel.down.1)));
+}
+
+/// Draws a curve as a line inside a panel, as [`clip_to_panel`] cuts it.
+pub fn draw_curve(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    points: impl Iterator<Item = (f64, f64)>,
+    ink: Colour,
+    width: f64,
+) {
+    for run in clip_to_panel(panel, points) {
+        canvas.polyline(&run, ink, width, LineStyle::Solid);
+    }
 }
 
 /// A curve as spots, what lies outside the panel's height cut to its edge; runs of finite values only.

@@ -1,9 +1,9 @@
 //! Frequency responses as plots: magnitude, phase and coherence over frequency; measured against fitted; in the complex plane.
 
-use super::axes::{clip_to_panel, draw_frame, draw_log_grid, linear_range, log_range};
+use super::axes::{draw_curve, draw_frame, draw_log_grid, linear_range, log_range};
 use super::svg::{
-    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LineStyle, ORANGE, Panel, TITLE_SIZE,
-    WIDTH, lighten, render_svg, text_width, ticks, truncate_label,
+    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LineStyle, ORANGE, Panel, WIDTH, lighten,
+    render_svg, ticks, truncate_label,
 };
 use crate::numeric::Complex;
 
@@ -84,22 +84,11 @@ pub fn draw_bode(shown: &BodePlot) -> String {
             shown.frequency_hz.last(),
             log_range(sizes()),
         ) else {
-            canvas.text(
-                "no response",
-                (WIDTH / 2.0, at / 2.0),
-                TITLE_SIZE,
-                GREY,
-                Anchor::Middle,
-            );
+            canvas.placeholder("no response", (WIDTH / 2.0, at / 2.0));
             return;
         };
         let across = (MARGIN_LEFT, WIDTH - 24.0);
-        let panel = |down, y| Panel {
-            across,
-            down,
-            x: (first, last),
-            y,
-        };
+        let panel = |down, y| Panel::new(across, down, (first, last), y);
         let magnitude = panel(panels[0], y);
         draw_log_grid(&magnitude, canvas);
         let units: Vec<&str> = curves
@@ -123,12 +112,7 @@ pub fn draw_bode(shown: &BodePlot) -> String {
         for &f in shown.modes_hz.iter().filter(|f| (first..=last).contains(f)) {
             for panel in [&magnitude, &phase] {
                 let right = panel.canvas_x(f);
-                canvas.polyline(
-                    &[(right, panel.down.0), (right, panel.down.1)],
-                    GREY,
-                    0.6,
-                    LineStyle::Dotted,
-                );
+                panel.draw_dotted(canvas, right, GREY, 0.6);
             }
         }
         for (curve, ink) in curves.iter().zip(COLOURS) {
@@ -189,26 +173,16 @@ fn stroke(
         }
         points = broken;
     }
-    for run in clip_to_panel(panel, points.into_iter()) {
-        canvas.polyline(&run, ink, width, LineStyle::Solid);
-    }
+    draw_curve(canvas, panel, points.into_iter(), ink, width);
 }
 
 fn heading(canvas: &mut Canvas, title: &str, curves: &[BodeCurve], all: usize) {
-    canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+    canvas.title(title, MARGIN_LEFT);
     let mut right = MARGIN_LEFT;
     let fitted = curves.iter().any(|c| c.fitted.is_some());
     for (curve, ink) in curves.iter().zip(COLOURS) {
-        canvas.line((right, 36.0), (right + 18.0, 36.0), ink, 2.0);
         let label = truncate_label(&curve.label, 28);
-        canvas.text(
-            &label,
-            (right + 23.0, 36.0),
-            LABEL_SIZE,
-            BLACK,
-            Anchor::Start,
-        );
-        right += 23.0 + text_width(&label, LABEL_SIZE) + 16.0;
+        right = canvas.key_entry((right, 36.0), &label, ink, 2.0) + 16.0;
     }
     let mut diagnostic = String::new();
     if fitted {
@@ -221,13 +195,7 @@ fn heading(canvas: &mut Canvas, title: &str, curves: &[BodeCurve], all: usize) {
             curves.len()
         );
     }
-    canvas.text(
-        &diagnostic,
-        (WIDTH - 24.0, 16.0),
-        LABEL_SIZE,
-        GREY,
-        Anchor::End,
-    );
+    canvas.note(&diagnostic, (WIDTH - 24.0, 16.0), Anchor::End);
 }
 
 /// The responses in the complex plane, equal scales; points measured, lines fitted.
@@ -246,13 +214,7 @@ pub fn draw_nyquist(shown: &BodePlot) -> String {
             linear_range(all().map(|z| z.re)),
             linear_range(all().map(|z| z.im)),
         ) else {
-            canvas.text(
-                "no response",
-                (WIDTH / 2.0, top + SIDE / 2.0),
-                TITLE_SIZE,
-                GREY,
-                Anchor::Middle,
-            );
+            canvas.placeholder("no response", (WIDTH / 2.0, top + SIDE / 2.0));
             return;
         };
         // Equal scales: the larger range decides, the plot being wider than high.
@@ -262,12 +224,12 @@ pub fn draw_nyquist(shown: &BodePlot) -> String {
             let middle = 0.5 * (range.0 + range.1);
             (middle - 0.5 * scale * length, middle + 0.5 * scale * length)
         };
-        let panel = Panel {
+        let panel = Panel::new(
             across,
-            down: (top, top + SIDE),
-            x: about(re, across.1 - across.0),
-            y: about(im, SIDE),
-        };
+            (top, top + SIDE),
+            about(re, across.1 - across.0),
+            about(im, SIDE),
+        );
         grid(canvas, &panel);
         for (curve, ink) in curves.iter().zip(COLOURS) {
             let known = curve.traced.iter().filter(|z| z.is_finite());
@@ -300,24 +262,14 @@ pub fn draw_nyquist(shown: &BodePlot) -> String {
 fn grid(canvas: &mut Canvas, panel: &Panel) {
     panel.draw_x_grid(canvas, &ticks(panel.x, 8));
     panel.draw_y_grid(canvas, &ticks(panel.y, 6));
-    canvas.stroke_rect(
-        (panel.across.0, panel.down.0),
-        (panel.across.1, panel.down.1),
-        GREY,
-        0.6,
-    );
-    canvas.text(
+    panel.draw_border(canvas);
+    canvas.label(
         "real part",
         (0.5 * (panel.across.0 + panel.across.1), panel.down.1 + 28.0),
-        LABEL_SIZE,
-        BLACK,
         Anchor::Middle,
     );
-    canvas.vertical_text(
+    canvas.upright(
         "imaginary part",
         (14.0, 0.5 * (panel.down.0 + panel.down.1)),
-        LABEL_SIZE,
-        BLACK,
-        Anchor::Middle,
     );
 }

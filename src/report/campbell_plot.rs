@@ -1,8 +1,8 @@
 //! Campbell plot: frequencies over speed, order lines `f = order · n / 60`, crossings as circles.
 
 use super::svg::{
-    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LineStyle, ORANGE, Panel, Point2,
-    TITLE_SIZE, WIDTH, render_svg, significant, spread_labels, text_width, ticks, truncate_label,
+    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LineStyle, ORANGE, Panel, Point2, WIDTH,
+    render_svg, significant, spread_labels, text_width, ticks, truncate_label, widest,
 };
 
 /// Whirl of a mode as plotted.
@@ -68,25 +68,18 @@ const MAX_NAME_LEN: usize = 30;
 
 /// Draws a Campbell diagram.
 pub fn draw_campbell(diagram: &CampbellPlot) -> String {
-    let widest = |texts: Vec<String>| {
-        texts
-            .iter()
-            .map(|t| text_width(t, LABEL_SIZE))
-            .fold(0.0, f64::max)
-    };
-    let at_top = widest(diagram.top_texts());
-    let at_right = widest(diagram.right_texts());
-    let top = 20.0 + at_top;
-    let panel = Panel {
-        across: (MARGIN_LEFT, WIDTH - at_right.max(20.0) - 34.0),
-        down: (top, top + HEIGHT),
-        x: diagram.speed_range(),
-        y: (0.0, diagram.highest()),
-    };
+    let at_right = widest(diagram.right_texts(), LABEL_SIZE, 20.0);
+    let top = 20.0 + widest(diagram.top_texts(), LABEL_SIZE, 0.0);
+    let panel = Panel::new(
+        (MARGIN_LEFT, WIDTH - at_right - 34.0),
+        (top, top + HEIGHT),
+        diagram.speed_range(),
+        (0.0, diagram.highest()),
+    );
     render_svg(WIDTH, top + HEIGHT + 66.0, |canvas| {
         if diagram.speeds_rpm.is_empty() || diagram.branches.is_empty() {
             let middle = (WIDTH / 2.0, top + HEIGHT / 2.0);
-            canvas.text("no modes", middle, TITLE_SIZE, GREY, Anchor::Middle);
+            canvas.placeholder("no modes", middle);
             return;
         }
         diagram.axes(canvas, &panel);
@@ -178,20 +171,14 @@ impl CampbellPlot {
         );
         canvas.stroke_rect(low, high, GREY, 0.8);
         let middle = (panel.down.0 + panel.down.1) / 2.0;
-        canvas.vertical_text(
-            "frequency, Hz",
-            (16.0, middle),
-            LABEL_SIZE,
-            BLACK,
-            Anchor::Middle,
-        );
+        canvas.upright("frequency, Hz", (16.0, middle));
         let label = match self.shaft.as_str() {
             "" => "speed, rpm".to_string(),
             shaft => format!("speed of {}, rpm", truncate_label(shaft, MAX_NAME_LEN)),
         };
         let centre = (panel.across.0 + panel.across.1) / 2.0;
         let below = panel.down.1 + 30.0;
-        canvas.text(&label, (centre, below), LABEL_SIZE, BLACK, Anchor::Middle);
+        canvas.label(&label, (centre, below), Anchor::Middle);
     }
 
     /// Draws the order lines; labels of those that leave at the top are placed there, the rest are returned.
@@ -288,7 +275,7 @@ impl CampbellPlot {
         let has = |whirl| self.branches.iter().any(|b| b.whirl == whirl);
         let whirls = has(PlottedWhirl::Forward) || has(PlottedWhirl::Backward);
         let say = |canvas: &mut Canvas, x: &mut f64, text: &str| {
-            canvas.text(text, (*x, y), LABEL_SIZE, BLACK, Anchor::Start);
+            canvas.label(text, (*x, y), Anchor::Start);
             *x += text_width(text, LABEL_SIZE) + 14.0;
         };
         let kinds = [

@@ -1,11 +1,10 @@
 //! An encoder record as a plot: the error over the angle of the output with its long wave, and its orders with their sources.
 
-use super::axes::{clip_to_panel, draw_frame, linear_range};
+use super::axes::{draw_curve, draw_frame, linear_range};
 use super::number_format::four_digits;
 use super::svg::{
-    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
-    Point2, TITLE_SIZE, WIDTH, lighten, render_svg, spread_labels, text_width, ticks,
-    truncate_label,
+    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LIGHT_GREY, ORANGE, Panel, Point2, WIDTH, lighten,
+    render_svg, spread_labels, ticks, truncate_label, widest,
 };
 use super::te_lines::{arcsec, direction_name};
 use crate::plan::logs::encoder_analysis::EncoderResult;
@@ -45,14 +44,12 @@ pub fn draw_record(found: &EncoderResult, title: &str) -> String {
     // As much room as the longest name takes upright.
     let named = (found.measured.flanks.iter().take(1)).flat_map(|f| stems(f, BLUE));
     let named: Vec<OrderStem> = strongest(named.collect());
-    let longest = named
-        .iter()
-        .map(|s| text_width(&truncate_label(&s.name, MAX_NAME_LEN), NAME))
-        .fold(20.0, f64::max);
+    let names = named.iter().map(|s| truncate_label(&s.name, MAX_NAME_LEN));
+    let longest = widest(names, NAME, 20.0);
     let top = below + longest + 12.0;
     let down = (top, top + HEIGHTS.1);
     render_svg(WIDTH, down.1 + BELOW + 4.0, |canvas| {
-        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+        canvas.title(title, MARGIN_LEFT);
         let flanks = &found.measured.flanks;
         let mut right = MARGIN_LEFT;
         for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
@@ -60,15 +57,7 @@ pub fn draw_record(found: &EncoderResult, title: &str) -> String {
                 (direction_name(flank).to_string(), lighten(ink), 1.0),
                 ("long wave".into(), ink, 2.0),
             ] {
-                canvas.line((right, 38.0), (right + 18.0, 38.0), ink, width);
-                canvas.text(
-                    &label,
-                    (right + 23.0, 38.0),
-                    LABEL_SIZE,
-                    BLACK,
-                    Anchor::Start,
-                );
-                right += 39.0 + text_width(&label, LABEL_SIZE);
+                right = canvas.key_entry((right, 38.0), &label, ink, width) + 16.0;
             }
         }
         let x = turns(flanks);
@@ -99,17 +88,10 @@ fn draw_backlash(canvas: &mut Canvas, play: &AngularSignal, down: (f64, f64), x:
     let Some(y) = linear_range(play.values.iter().map(|p| arcsec(*p))) else {
         return;
     };
-    let panel = Panel {
-        across: (MARGIN_LEFT, MARGIN_RIGHT),
-        down,
-        x,
-        y,
-    };
+    let panel = Panel::new((MARGIN_LEFT, MARGIN_RIGHT), down, x, y);
     panel.draw_y_grid(canvas, &ticks(y, 4));
     draw_frame(&panel, canvas, "play, arcsec", Some("turns of the output"));
-    for run in clip_to_panel(&panel, points(play, &play.values)) {
-        canvas.polyline(&run, BLUE, 1.4, LineStyle::Solid);
-    }
+    draw_curve(canvas, &panel, points(play, &play.values), BLUE, 1.4);
 }
 
 /// Turns and arc seconds of values in the cells of a signal.
@@ -126,12 +108,7 @@ fn draw_te(canvas: &mut Canvas, flanks: &[FlankEvaluation], x: (f64, f64)) {
     let Some(y) = linear_range(values) else {
         return;
     };
-    let panel = Panel {
-        across: (MARGIN_LEFT, MARGIN_RIGHT),
-        down: RECORD,
-        x,
-        y,
-    };
+    let panel = Panel::new((MARGIN_LEFT, MARGIN_RIGHT), RECORD, x, y);
     panel.draw_y_grid(canvas, &ticks(y, 6));
     draw_frame(
         &panel,
@@ -141,9 +118,7 @@ fn draw_te(canvas: &mut Canvas, flanks: &[FlankEvaluation], x: (f64, f64)) {
     );
     let draw =
         |canvas: &mut Canvas, flank: &FlankEvaluation, values: &[f64], ink: Colour, width: f64| {
-            for run in clip_to_panel(&panel, points(&flank.signal, values)) {
-                canvas.polyline(&run, ink, width, LineStyle::Solid);
-            }
+            draw_curve(canvas, &panel, points(&flank.signal, values), ink, width);
         };
     for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
         draw(canvas, flank, &flank.signal.values, lighten(ink), 0.6);
@@ -210,31 +185,19 @@ fn orders(
     // Orders from 1 to hundreds share the axis by their logarithm.
     let first = all().map(|s| s.order).fold(1.0, f64::min);
     let place = |order: f64| order.log10();
-    let panel = Panel {
-        across: (MARGIN_LEFT, MARGIN_RIGHT),
+    let panel = Panel::new(
+        (MARGIN_LEFT, MARGIN_RIGHT),
         down,
-        x: (place(first) - 0.08, place(last) + 0.08),
-        y: (0.0, top),
-    };
+        (place(first) - 0.08, place(last) + 0.08),
+        (0.0, top),
+    );
     panel.draw_y_grid(canvas, &ticks(panel.y, 5));
     rule_orders(canvas, &panel);
     canvas.stroke_rect((MARGIN_LEFT, down.0), (MARGIN_RIGHT, down.1), GREY, 0.6);
     let middle = 0.5 * (down.0 + down.1);
-    canvas.vertical_text(
-        "amplitude, arcsec",
-        (14.0, middle),
-        LABEL_SIZE,
-        BLACK,
-        Anchor::Middle,
-    );
+    canvas.upright("amplitude, arcsec", (14.0, middle));
     let below = (0.5 * (MARGIN_LEFT + MARGIN_RIGHT), down.1 + 30.0);
-    canvas.text(
-        "order per turn of the output",
-        below,
-        LABEL_SIZE,
-        BLACK,
-        Anchor::Middle,
-    );
+    canvas.label("order per turn of the output", below, Anchor::Middle);
     let beside =
         (named.iter().map(|s| (s, 0.0))).chain(other.iter().map(|s| (s, DIRECTION_OFFSET)));
     for (stem, right) in beside {
@@ -311,17 +274,10 @@ fn rule_orders(canvas: &mut Canvas, panel: &Panel) {
             continue;
         }
         let right = panel.canvas_x(at);
-        canvas.line(
-            (right, panel.down.0),
-            (right, panel.down.1),
-            LIGHT_GREY,
-            0.5,
-        );
-        canvas.text(
+        panel.draw_vertical(canvas, right, LIGHT_GREY, 0.5);
+        canvas.label(
             &four_digits(order),
             (right, panel.down.1 + 11.0),
-            LABEL_SIZE,
-            BLACK,
             Anchor::Middle,
         );
     }

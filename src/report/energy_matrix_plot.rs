@@ -2,7 +2,7 @@
 
 use super::svg::{
     Anchor, BLACK, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, ORANGE, Point2, TITLE_SIZE, WIDTH,
-    render_svg, significant, text_width, truncate_label,
+    render_svg, significant, text_width, truncate_label, widest,
 };
 use crate::modes::energy::EnergyShares;
 use crate::plan::modes_run::ModesResult;
@@ -78,11 +78,10 @@ impl EnergyMatrix<'_> {
         render_svg(WIDTH, height, |canvas| {
             if n == 0 {
                 let middle = (WIDTH / 2.0, height / 2.0);
-                canvas.text("no modes", middle, TITLE_SIZE, GREY, Anchor::Middle);
+                canvas.placeholder("no modes", middle);
                 return;
             }
-            let widest = self.names.iter().map(|name| text_width(name, LABEL_SIZE));
-            let left = 34.0 + widest.fold(70.0, f64::max);
+            let left = 34.0 + widest(&self.names, LABEL_SIZE, 70.0);
             let column = ((WIDTH - left - 12.0) / n as f64).min(72.0);
             let grid = EnergyGrid {
                 left,
@@ -100,8 +99,8 @@ impl EnergyMatrix<'_> {
 
     fn heads(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
         let end = grid.left - 8.0;
-        canvas.text("mode", (end, 24.0), LABEL_SIZE, BLACK, Anchor::End);
-        canvas.text("frequency, Hz", (end, 42.0), LABEL_SIZE, BLACK, Anchor::End);
+        canvas.label("mode", (end, 24.0), Anchor::End);
+        canvas.label("frequency, Hz", (end, 42.0), Anchor::End);
         for k in 0..grid.columns {
             let (x, _) = grid.centre(k, 0);
             let mode = format!("{}", k + 1);
@@ -111,14 +110,14 @@ impl EnergyMatrix<'_> {
                 0.0 => "0".to_string(),
                 f => significant(f, digits),
             };
-            canvas.text(&frequency, (x, 42.0), LABEL_SIZE, BLACK, Anchor::Middle);
+            canvas.label(&frequency, (x, 42.0), Anchor::Middle);
         }
         for (row, name) in self.names.iter().enumerate() {
             let (_, y) = grid.centre(0, row);
-            canvas.text(name, (end, y), LABEL_SIZE, BLACK, Anchor::End);
+            canvas.label(name, (end, y), Anchor::End);
         }
         let middle = grid.top + grid.rows as f64 * ROW_HEIGHT / 2.0;
-        canvas.vertical_text("element", (14.0, middle), LABEL_SIZE, BLACK, Anchor::Middle);
+        canvas.upright("element", (14.0, middle));
     }
 
     fn cells(&self, canvas: &mut Canvas, grid: &EnergyGrid) {
@@ -144,7 +143,7 @@ impl EnergyMatrix<'_> {
         let y = grid.top + grid.rows as f64 * ROW_HEIGHT + 24.0;
         let mut x = 24.0;
         let say = |canvas: &mut Canvas, x: &mut f64, text: &str| {
-            canvas.text(text, (*x, y), LABEL_SIZE, BLACK, Anchor::Start);
+            canvas.label(text, (*x, y), Anchor::Start);
             *x += text_width(text, LABEL_SIZE) + 12.0;
         };
         strain(canvas, (x, y), 1.0);
@@ -171,7 +170,7 @@ impl EnergyMatrix<'_> {
         }
         if self.left_out > 0 {
             let text = format!("{} elements below 3 % are left out", self.left_out);
-            canvas.text(&text, (WIDTH - 12.0, y), LABEL_SIZE, GREY, Anchor::End);
+            canvas.note(&text, (WIDTH - 12.0, y), Anchor::End);
         }
     }
 

@@ -1,10 +1,10 @@
 //! Frequency-domain decomposition plot: singular values, SDOF bells, autocovariance decay.
 
-use super::axes::{clip_to_panel, draw_frame, draw_log_grid, log_range};
+use super::axes::{clip_to_panel, draw_curve, draw_frame, draw_log_grid, log_range};
 use super::spectrum_plot::{draw_empty_note, name_peaks};
 use super::svg::{
-    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
-    TITLE_SIZE, WIDTH, colour_from_rgb, render_svg,
+    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LIGHT_GREY, LineStyle, ORANGE, Panel, WIDTH,
+    colour_from_rgb, render_svg,
 };
 
 const MARGIN_LEFT: f64 = 70.0;
@@ -68,20 +68,14 @@ pub fn draw(shown: &FddPlot) -> String {
     let has_decays = shown.bells.iter().any(|b| !b.decay.is_empty());
     let below = if has_decays { SPACING + LOW } else { 0.0 };
     render_svg(WIDTH, MARGIN_TOP + HEIGHT + below + 52.0, |canvas| {
-        canvas.text(
-            &shown.title,
-            (MARGIN_LEFT, 16.0),
-            TITLE_SIZE,
-            BLACK,
-            Anchor::Start,
-        );
+        canvas.title(&shown.title, MARGIN_LEFT);
         let key = match shown.bells.is_empty() {
             true => "black: the largest singular value, grey: the others",
             false => {
                 "black: the largest singular value, grey: the others, in colour: the bell of each peak, which has its shape"
             }
         };
-        canvas.text(key, (MARGIN_LEFT, 36.0), LABEL_SIZE, GREY, Anchor::Start);
+        canvas.note(key, (MARGIN_LEFT, 36.0), Anchor::Start);
         singular_values(canvas, shown);
         if has_decays {
             decays(canvas, shown, MARGIN_TOP + HEIGHT + SPACING);
@@ -96,12 +90,12 @@ fn singular_values(canvas: &mut Canvas, shown: &FddPlot) {
         draw_empty_note(canvas, MARGIN_TOP + HEIGHT / 2.0);
         return;
     };
-    let panel = Panel {
-        across: (MARGIN_LEFT, WIDTH - 24.0),
-        down: (MARGIN_TOP, MARGIN_TOP + HEIGHT),
-        x: (from, to),
+    let panel = Panel::new(
+        (MARGIN_LEFT, WIDTH - 24.0),
+        (MARGIN_TOP, MARGIN_TOP + HEIGHT),
+        (from, to),
         y,
-    };
+    );
     draw_log_grid(&panel, canvas);
     draw_frame(&panel, canvas, "singular values", Some("frequency, Hz"));
     for (k, values) in shown.singular_values.iter().enumerate().rev() {
@@ -113,9 +107,7 @@ fn singular_values(canvas: &mut Canvas, shown: &FddPlot) {
     }
     for (k, bell) in shown.bells.iter().enumerate() {
         let points = bell.lines.iter().map(|(f, v)| (*f, v.log10()));
-        for run in clip_to_panel(&panel, points) {
-            canvas.polyline(&run, ink(k), 2.2, LineStyle::Solid);
-        }
+        draw_curve(canvas, &panel, points, ink(k), 2.2);
     }
     let logarithm = |(f, v, text): &(f64, f64, String)| (*f, v.log10(), text.clone());
     let labels: Vec<_> = shown.labels.iter().map(logarithm).collect();
@@ -128,12 +120,12 @@ fn decays(canvas: &mut Canvas, shown: &FddPlot, top: f64) {
     let Some(y) = log_range(points().map(|p| p.1)).filter(|_| longest > 0.0) else {
         return;
     };
-    let panel = Panel {
-        across: (MARGIN_LEFT, WIDTH - 24.0 - WORDS),
-        down: (top, top + LOW),
-        x: (0.0, longest),
+    let panel = Panel::new(
+        (MARGIN_LEFT, WIDTH - 24.0 - WORDS),
+        (top, top + LOW),
+        (0.0, longest),
         y,
-    };
+    );
     draw_log_grid(&panel, canvas);
     draw_frame(&panel, canvas, "autocovariance of the bell", Some("cycles"));
     for share in [shown.fitted.0, shown.fitted.1] {
@@ -154,25 +146,23 @@ fn decays(canvas: &mut Canvas, shown: &FddPlot, top: f64) {
             let decade = |cycles: f64| (start + slope * cycles) / std::f64::consts::LN_10;
             let end = bell.decay.last().map_or(0.0, |p| p.0);
             let line = [(0.0, decade(0.0)), (end, decade(end))];
-            for run in clip_to_panel(&panel, line.into_iter()) {
-                canvas.polyline(&run, ink(k), 0.8, LineStyle::Solid);
-            }
+            draw_curve(canvas, &panel, line.into_iter(), ink(k), 0.8);
         }
         let height = top + 8.0 + ROW_HEIGHT * k as f64;
         if k < rows {
             canvas.fill_circle((right, height), 3.0, ink(k));
             let spot = (right + 9.0, height);
-            canvas.text(&bell.words, spot, LABEL_SIZE, BLACK, Anchor::Start);
+            canvas.label(&bell.words, spot, Anchor::Start);
         }
     }
     if count > rows {
         let text = format!("{} more", count - rows);
         let spot = (right + 9.0, top + 8.0 + ROW_HEIGHT * rows as f64);
-        canvas.text(&text, spot, LABEL_SIZE, GREY, Anchor::Start);
+        canvas.note(&text, spot, Anchor::Start);
     }
     let note = "a line is laid through each between the dotted ones";
     let spot = (panel.across.1, panel.down.0 - 8.0);
-    canvas.text(note, spot, LABEL_SIZE, GREY, Anchor::End);
+    canvas.note(note, spot, Anchor::End);
     canvas.line(
         (panel.across.0, panel.down.1),
         (panel.across.1, panel.down.1),

@@ -9,24 +9,15 @@ use super::harmonic_balance_table::{self, bifurcation_name};
 use super::json::complex;
 use super::number_format::{choose_unit, rpm};
 use super::plan::{step_lines, steps};
-use super::presentation::{Figure, Presentation, Provenance};
+use super::presentation::{Figure, Presentation, Provenance, StudyAnswer};
 use super::svg::significant;
 use super::table::{Table, decimal};
 use crate::base::error::Error;
 use crate::plan::response::harmonic_balance::HarmonicBalanceResult;
 use crate::response::harmonic_balance::bifurcation::{Bifurcation, BifurcationKind};
 use crate::response::harmonic_balance::point::{PeriodicSolution, Refinement};
-use crate::scene::Scene;
 
-/// Periodic motions of the machine of a scene over speed.
-pub struct HarmonicBalanceAnswer<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// The motions.
-    pub result: HarmonicBalanceResult,
-}
-
-impl Presentation for HarmonicBalanceAnswer<'_> {
+impl Presentation for StudyAnswer<'_, HarmonicBalanceResult> {
     fn provenance(&self) -> Provenance<'_> {
         let result = &self.result;
         Provenance {
@@ -36,7 +27,35 @@ impl Presentation for HarmonicBalanceAnswer<'_> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        Ok(body(&self.result))
+        let result = &self.result;
+        let special = |(s, jump): (&Bifurcation, &Option<f64>)| {
+            let mut value = motion(result, &s.point);
+            value["kind"] = json!(bifurcation_name(s.kind));
+            value["rising_speed"] = json!(s.point.sense > 0.0);
+            value["after_point"] = json!(s.after);
+            value["jumps_to"] = json!(jump);
+            value
+        };
+        let tongues = match &result.instability_tongues {
+        Ok(found) => json!(found.iter().map(|t| json!({
+            "from_rpm": rpm(result.speed(t.from)), "to_rpm": rpm(result.speed(t.to)), "worst_rpm": rpm(result.speed(t.most_unstable)),
+            "growth_per_period": t.growth, "name": t.name,
+        })).collect::<Vec<_>>()),
+        Err(why) => json!({ "left_out": why }),
+    };
+        Ok(json!({
+            "node": result.node,
+            "outputs": result.outputs.iter().map(|(name, unit)| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),
+            "nonlinear": result.branches,
+            "special": result.curve.bifurcations.iter().zip(&result.jumps).map(special).collect::<Vec<_>>(),
+            "points": result.curve.points.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
+            "doubled": result.curve.period_doubled.iter().map(|d| json!({
+                "born_at_special": d.bifurcation,
+                "points": d.points.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
+            })).collect::<Vec<_>>(),
+            "tongues": tongues,
+            "complete": result.curve.stopped_by.is_none(),
+        }))
     }
 
     fn text(&self) -> String {
@@ -44,7 +63,33 @@ impl Presentation for HarmonicBalanceAnswer<'_> {
     }
 
     fn table(&self) -> Table<'_> {
-        table(&self.result)
+        let result = &self.result;
+        let mut table = Table::new(
+            "speed [rpm]|frequency [Hz]|stable|largest multiplier|orders|left out|found by|periods",
+        );
+        for (name, unit) in &result.outputs {
+            for part in ["amplitude", "mean", "max", "min", "rms"] {
+                table = table.column(&format!("{name} {part}"), unit);
+            }
+        }
+        let single = result.curve.points.iter().map(|p| (p, 1));
+        let doubled = result.curve.period_doubled.iter().flat_map(|d| &d.points);
+        for (p, periods) in single.chain(doubled.map(|p| (p, 2))) {
+            let motion = [
+                decimal(rpm(result.speed(p.omega))),
+                decimal(p.omega / TAU),
+                (p.unstable_count() == 0).to_string(),
+                decimal(p.multipliers.first().map_or(0.0, |m| m.norm())),
+                p.orders.to_string(),
+                decimal(p.truncation_error),
+                solution_kind(p).to_string(),
+                periods.to_string(),
+            ];
+            let parts =
+                (p.outputs.iter()).flat_map(|o| [o.amplitude(), o.mean, o.max, o.min, o.std_dev]);
+            table.row(motion.into_iter().chain(parts.map(decimal)));
+        }
+        table
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
@@ -59,38 +104,6 @@ impl Presentation for HarmonicBalanceAnswer<'_> {
         let found = format!("{exact} motions found by events, {rest} by orders\n");
         found + &step_lines(steps(&self.result.plan))
     }
-}
-
-/// The document.
-fn body(result: &HarmonicBalanceResult) -> Value {
-    let special = |(s, jump): (&Bifurcation, &Option<f64>)| {
-        let mut value = motion(result, &s.point);
-        value["kind"] = json!(bifurcation_name(s.kind));
-        value["rising_speed"] = json!(s.point.sense > 0.0);
-        value["after_point"] = json!(s.after);
-        value["jumps_to"] = json!(jump);
-        value
-    };
-    let tongues = match &result.instability_tongues {
-        Ok(found) => json!(found.iter().map(|t| json!({
-            "from_rpm": rpm(result.speed(t.from)), "to_rpm": rpm(result.speed(t.to)), "worst_rpm": rpm(result.speed(t.most_unstable)),
-            "growth_per_period": t.growth, "name": t.name,
-        })).collect::<Vec<_>>()),
-        Err(why) => json!({ "left_out": why }),
-    };
-    json!({
-        "node": result.node,
-        "outputs": result.outputs.iter().map(|(name, unit)| json!({ "name": name, "unit": unit })).collect::<Vec<_>>(),
-        "nonlinear": result.branches,
-        "special": result.curve.bifurcations.iter().zip(&result.jumps).map(special).collect::<Vec<_>>(),
-        "points": result.curve.points.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
-        "doubled": result.curve.period_doubled.iter().map(|d| json!({
-            "born_at_special": d.bifurcation,
-            "points": d.points.iter().map(|p| motion(result, p)).collect::<Vec<_>>(),
-        })).collect::<Vec<_>>(),
-        "tongues": tongues,
-        "complete": result.curve.stopped_by.is_none(),
-    })
 }
 
 fn motion(result: &HarmonicBalanceResult, p: &PeriodicSolution) -> Value {
@@ -113,36 +126,6 @@ fn solution_kind(p: &PeriodicSolution) -> &'static str {
         Refinement::Shooting => "events",
         Refinement::HarmonicBalance => "orders",
     }
-}
-
-/// One row a motion, along the curve.
-fn table(result: &HarmonicBalanceResult) -> Table<'_> {
-    let mut table = Table::new(
-        "speed [rpm]|frequency [Hz]|stable|largest multiplier|orders|left out|found by|periods",
-    );
-    for (name, unit) in &result.outputs {
-        for part in ["amplitude", "mean", "max", "min", "rms"] {
-            table = table.column(&format!("{name} {part}"), unit);
-        }
-    }
-    let single = result.curve.points.iter().map(|p| (p, 1));
-    let doubled = result.curve.period_doubled.iter().flat_map(|d| &d.points);
-    for (p, periods) in single.chain(doubled.map(|p| (p, 2))) {
-        let motion = [
-            decimal(rpm(result.speed(p.omega))),
-            decimal(p.omega / TAU),
-            (p.unstable_count() == 0).to_string(),
-            decimal(p.multipliers.first().map_or(0.0, |m| m.norm())),
-            p.orders.to_string(),
-            decimal(p.truncation_error),
-            solution_kind(p).to_string(),
-            periods.to_string(),
-        ];
-        let parts =
-            (p.outputs.iter()).flat_map(|o| [o.amplitude(), o.mean, o.max, o.min, o.std_dev]);
-        table.row(motion.into_iter().chain(parts.map(decimal)));
-    }
-    table
 }
 
 /// The jump curve of the first output.

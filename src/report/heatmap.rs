@@ -2,8 +2,8 @@
 
 use super::axes::draw_frame;
 use super::svg::{
-    Anchor, BLACK, Canvas, Colour, GREY, LABEL_SIZE, Panel, TITLE_SIZE, WIDTH, colour_from_rgb,
-    render_svg, ticks,
+    Anchor, BLACK, Canvas, Colour, GREY, Panel, TITLE_SIZE, WIDTH, colour_from_rgb, render_svg,
+    ticks,
 };
 
 /// Levels of one channel.
@@ -79,7 +79,7 @@ fn draw(map: &Heatmap, canvas: &mut Canvas, down: (f64, f64)) {
     let middle = (0.5 * (MARGIN_LEFT + MARGIN_RIGHT), 0.5 * (down.0 + down.1));
     let cells = HeatmapCells::from_heatmap(map);
     let Some((panel, scale)) = cells.panel(down).zip(cells.scale()) else {
-        canvas.text("nothing to show", middle, TITLE_SIZE, GREY, Anchor::Middle);
+        canvas.placeholder("nothing to show", middle);
         return;
     };
     panel.draw_y_grid(canvas, &ticks(panel.y, 6));
@@ -114,12 +114,12 @@ pub(super) fn draw_colour_bar(
     scale: (f64, f64),
     name: &str,
 ) {
-    let bar = Panel {
-        across: (MARGIN_RIGHT + 16.0, MARGIN_RIGHT + 30.0),
+    let bar = Panel::new(
+        (MARGIN_RIGHT + 16.0, MARGIN_RIGHT + 30.0),
         down,
-        x: (0.0, 1.0),
-        y: scale,
-    };
+        (0.0, 1.0),
+        scale,
+    );
     for k in 0..STEPS {
         let level = |k: usize| scale.0 + (scale.1 - scale.0) * k as f64 / STEPS as f64;
         let (from, to) = (bar.canvas_y(level(k)), bar.canvas_y(level(k + 1)));
@@ -133,16 +133,10 @@ pub(super) fn draw_colour_bar(
     for level in ticks(scale, 6) {
         let text = format!("{level:.0}").replace('-', "−");
         let spot = (bar.across.1 + 5.0, bar.canvas_y(level));
-        canvas.text(&text, spot, LABEL_SIZE, BLACK, Anchor::Start);
+        canvas.label(&text, spot, Anchor::Start);
     }
     let middle = 0.5 * (down.0 + down.1);
-    canvas.vertical_text(
-        name,
-        (WIDTH - 12.0, middle),
-        LABEL_SIZE,
-        BLACK,
-        Anchor::Middle,
-    );
+    canvas.upright(name, (WIDTH - 12.0, middle));
 }
 
 /// The map in cells that an eye can distinguish, the largest level of those that fall together.
@@ -203,12 +197,12 @@ impl HeatmapCells {
     fn panel(&self, down: (f64, f64)) -> Option<Panel> {
         let (first, last) = (self.columns.first()?, self.columns.last()?);
         let lines = first.levels.len();
-        (lines > 0).then_some(Panel {
-            across: (MARGIN_LEFT, MARGIN_RIGHT),
+        (lines > 0).then_some(Panel::new(
+            (MARGIN_LEFT, MARGIN_RIGHT),
             down,
-            x: (first.from, last.to),
-            y: (self.low, self.low + lines as f64 * self.step),
-        })
+            (first.from, last.to),
+            (self.low, self.low + lines as f64 * self.step),
+        ))
     }
 
     /// Levels at the ends of the colours, dB; absent where nothing is above zero.

@@ -32,7 +32,41 @@ impl Presentation for LogAnswer<IdentificationResult> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        body(&self.result)
+        let found = &self.result;
+        let functions = (found.functions.iter())
+            .map(TransferFunction::to_json)
+            .collect::<Result<Vec<Value>, Error>>()?;
+        let fit = found.fit();
+        let hits = found.hits.iter().map(|h| json!({ "file": h.moment.file, "time_s": h.moment.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault.map(|f| f.description()) }));
+        let omitted = found.rejected_poles();
+        let omitted = (omitted.iter())
+            .map(|(pole, reason)| json!({ "pole_rad_s": complex(*pole), "reason": reason }));
+        Ok(json!({
+            "method": found.method.name(),
+            "rule": found.selection_rule,
+            "how": found.method_text,
+            "band_hz": [found.band_hz.0, found.band_hz.1],
+            "hits": hits.collect::<Vec<_>>(),
+            "averages": found.responses.as_ref().and_then(|r| r.averages),
+            "driving_point": found.driving_point.as_ref().map(|d| json!({ "input": d.input, "output": d.output, "modal_mass_unit": d.unit })),
+            "reciprocity": found.reciprocity.iter().map(|r| json!({ "first": { "output": r.first.0, "input": r.first.1 }, "second": { "output": r.second.0, "input": r.second.1 }, "difference": r.difference, "explained": r.explained, "beyond_noise": r.is_broken() })).collect::<Vec<_>>(),
+            "window_decay_1_s": found.window_decay(),
+            "modes": found.modes.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
+            "weak_modes": found.weak.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
+            "harmonics": found.harmonics.iter().map(|h| harmonic(found, h)).collect::<Vec<_>>(),
+            "omitted": omitted.collect::<Vec<_>>(),
+            "course": found.tracking().map_or(Value::Array(Vec::new()), mode_tracking::json),
+            "evidence": evidence(&found.evidence),
+            "tests": tests(&found.evidence),
+            "chi2": fit.map(|f| f.chi2),
+            "degrees_of_freedom": fit.map(|f| f.dof),
+            "delay_s": fit.map_or(&[][..], |f| &f.delay_s),
+            "delay_std_s": fit.map_or(&[][..], |f| &f.delay_std_s),
+            "fit_error": found.fit_error,
+            "frac": synthesis_errors(found).iter().map(|s| s.0).collect::<Vec<_>>(),
+            "auto_mac": auto_mac(found),
+            "transfer_functions": functions,
+        }))
     }
 
     fn text(&self) -> String {
@@ -47,7 +81,35 @@ impl Presentation for LogAnswer<IdentificationResult> {
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
-        figures(&self.result, &self.title)
+        let (found, name) = (&self.result, &self.title);
+        let diagram = stabilisation_diagram(found, name).map(|d| pole_plots::stabilisation(&d));
+        let Some(shown) = curves(found, name) else {
+            let tracks = found.tracking().map(|c| {
+                mode_tracking::draw(c, &format!("{name}: modes in the course of the record"))
+            });
+            let peaks = || decomposition(found, name).map(|shown| fdd_plot::draw(&shown));
+            let poles = || {
+                let poles: Vec<_> = found.modes.iter().map(|m| m.mode.pole).collect();
+                pole_plots::pole_zero(&format!("{name}: poles"), &poles, &[])
+            };
+            let plot = tracks.or(diagram).or_else(peaks).unwrap_or_else(poles);
+            return Ok(vec![Figure::first(plot)]);
+        };
+        let transfer = found.functions.first();
+        let poles = transfer.map_or(Vec::new(), |f| f.poles().to_vec());
+        let zeros = transfer.map(TransferFunction::zeros).transpose()?;
+        let zeros = zeros.map_or(Vec::new(), |z| z.zeros);
+        let title = match found.outputs.first() {
+            Some(output) => format!("{name}: poles of all responses, zeros of {}", output.name),
+            None => name.to_string(),
+        };
+        let mut all = vec![
+            Figure::first(bode::draw_bode(&shown)),
+            Figure::new("nyquist", bode::draw_nyquist(&shown)),
+            Figure::new("poles", pole_plots::pole_zero(&title, &poles, &zeros)),
+        ];
+        all.extend(diagram.map(|svg| Figure::new("stabilisation", svg)));
+        Ok(all)
     }
 
     fn notes(&self) -> String {
@@ -61,44 +123,6 @@ impl Presentation for LogAnswer<IdentificationResult> {
         };
         self.result.hits.iter().filter_map(line).collect()
     }
-}
-
-/// The document of `identify`.
-fn body(found: &IdentificationResult) -> Result<Value, Error> {
-    let functions = (found.functions.iter())
-        .map(TransferFunction::to_json)
-        .collect::<Result<Vec<Value>, Error>>()?;
-    let fit = found.fit();
-    let hits = found.hits.iter().map(|h| json!({ "file": h.moment.file, "time_s": h.moment.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault.map(|f| f.description()) }));
-    let omitted = found.rejected_poles();
-    let omitted = (omitted.iter())
-        .map(|(pole, reason)| json!({ "pole_rad_s": complex(*pole), "reason": reason }));
-    Ok(json!({
-        "method": found.method.name(),
-        "rule": found.selection_rule,
-        "how": found.method_text,
-        "band_hz": [found.band_hz.0, found.band_hz.1],
-        "hits": hits.collect::<Vec<_>>(),
-        "averages": found.responses.as_ref().and_then(|r| r.averages),
-        "driving_point": found.driving_point.as_ref().map(|d| json!({ "input": d.input, "output": d.output, "modal_mass_unit": d.unit })),
-        "reciprocity": found.reciprocity.iter().map(|r| json!({ "first": { "output": r.first.0, "input": r.first.1 }, "second": { "output": r.second.0, "input": r.second.1 }, "difference": r.difference, "explained": r.explained, "beyond_noise": r.is_broken() })).collect::<Vec<_>>(),
-        "window_decay_1_s": found.window_decay(),
-        "modes": found.modes.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
-        "weak_modes": found.weak.iter().enumerate().map(|(k, m)| mode(found, k, m)).collect::<Vec<_>>(),
-        "harmonics": found.harmonics.iter().map(|h| harmonic(found, h)).collect::<Vec<_>>(),
-        "omitted": omitted.collect::<Vec<_>>(),
-        "course": found.tracking().map_or(Value::Array(Vec::new()), mode_tracking::json),
-        "evidence": evidence(&found.evidence),
-        "tests": tests(&found.evidence),
-        "chi2": fit.map(|f| f.chi2),
-        "degrees_of_freedom": fit.map(|f| f.dof),
-        "delay_s": fit.map_or(&[][..], |f| &f.delay_s),
-        "delay_std_s": fit.map_or(&[][..], |f| &f.delay_std_s),
-        "fit_error": found.fit_error,
-        "frac": synthesis_errors(found).iter().map(|s| s.0).collect::<Vec<_>>(),
-        "auto_mac": auto_mac(found),
-        "transfer_functions": functions,
-    }))
 }
 
 fn mode(found: &IdentificationResult, k: usize, mode: &IdentifiedMode) -> Value {
@@ -232,38 +256,6 @@ fn modes_table(found: &IdentificationResult) -> Table<'static> {
         table.row(cells);
     }
     table
-}
-
-/// What the method has to show: of responses their fit and poles, else what the modes were chosen from.
-fn figures(found: &IdentificationResult, name: &str) -> Result<Vec<Figure>, Error> {
-    let diagram = stabilisation_diagram(found, name).map(|d| pole_plots::stabilisation(&d));
-    let Some(shown) = curves(found, name) else {
-        let tracks = found
-            .tracking()
-            .map(|c| mode_tracking::draw(c, &format!("{name}: modes in the course of the record")));
-        let peaks = || decomposition(found, name).map(|shown| fdd_plot::draw(&shown));
-        let poles = || {
-            let poles: Vec<_> = found.modes.iter().map(|m| m.mode.pole).collect();
-            pole_plots::pole_zero(&format!("{name}: poles"), &poles, &[])
-        };
-        let plot = tracks.or(diagram).or_else(peaks).unwrap_or_else(poles);
-        return Ok(vec![Figure::first(plot)]);
-    };
-    let transfer = found.functions.first();
-    let poles = transfer.map_or(Vec::new(), |f| f.poles().to_vec());
-    let zeros = transfer.map(TransferFunction::zeros).transpose()?;
-    let zeros = zeros.map_or(Vec::new(), |z| z.zeros);
-    let title = match found.outputs.first() {
-        Some(output) => format!("{name}: poles of all responses, zeros of {}", output.name),
-        None => name.to_string(),
-    };
-    let mut all = vec![
-        Figure::first(bode::draw_bode(&shown)),
-        Figure::new("nyquist", bode::draw_nyquist(&shown)),
-        Figure::new("poles", pole_plots::pole_zero(&title, &poles, &zeros)),
-    ];
-    all.extend(diagram.map(|svg| Figure::new("stabilisation", svg)));
-    Ok(all)
 }
 
 /// The responses, measured and fitted, inside the band; nothing where the method starts from signals.

@@ -27,7 +27,14 @@ impl Presentation for MeasurementAnswer<'_> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        Ok(body(self.gear, &self.result))
+        let (gear, result) = (self.gear, &self.result);
+        Ok(json!({
+            "title": gear.title,
+            "asked": gear.requirement.as_ref().map(requirement_json),
+            "within": result.is_within_limits(),
+            "deviations": result.rows.iter().map(|row| deviation(gear, row)).collect::<Vec<_>>(),
+            "notes": result.notes,
+        }))
     }
 
     fn text(&self) -> String {
@@ -35,7 +42,34 @@ impl Presentation for MeasurementAnswer<'_> {
     }
 
     fn table(&self) -> Table<'_> {
-        table(self.gear, &self.result)
+        let (gear, result) = (self.gear, &self.result);
+        let mut table = Table::new(
+            "name|old_name|side|found|predicted|value [µm]|std [µm]|lower_limit [µm]|upper_limit [µm]|grade_asked|grade|within|limiting",
+        );
+        let micro = |x: Option<f64>| or_blank(x, |x| decimal(1e6 * x));
+        for row in &result.rows {
+            let old = row.quantity.jb179_name().map_or("", |old| old.symbol);
+            let grade = or_blank(required_grade_result(gear, row), |reached| match reached {
+                AchievedGrade::Grade(grade) => grade.to_string(),
+                AchievedGrade::Beyond(coarsest) => format!(">{coarsest}"),
+            });
+            table.row([
+                row.quantity.key().to_string(),
+                old.to_string(),
+                row.side.name().to_string(),
+                row.location.clone(),
+                row.predicted.to_string(),
+                micro(Some(row.estimate.value)),
+                micro(row.estimate.std),
+                micro(row.limits.map(|l| l.0)),
+                micro(row.limits.map(|l| l.1)),
+                or_blank(row.required_grade, |grade| grade.to_string()),
+                grade,
+                or_blank(row.is_within_limits(), |within| within.to_string()),
+                row.limiting.to_string(),
+            ]);
+        }
+        table
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
@@ -58,17 +92,6 @@ impl Presentation for MeasurementAnswer<'_> {
     fn exit_code(&self) -> u8 {
         u8::from(self.result.is_within_limits() == Some(false))
     }
-}
-
-/// The document.
-fn body(gear: &MeasuredGear, result: &MeasurementResult) -> Value {
-    json!({
-        "title": gear.title,
-        "asked": gear.requirement.as_ref().map(requirement_json),
-        "within": result.is_within_limits(),
-        "deviations": result.rows.iter().map(|row| deviation(gear, row)).collect::<Vec<_>>(),
-        "notes": result.notes,
-    })
 }
 
 fn requirement_json(requirement: &AccuracyRequirement) -> Value {
@@ -114,35 +137,4 @@ fn deviation(gear: &MeasuredGear, row: &GradedValue) -> Value {
         "in_doubt": row.is_inconclusive(),
         "limiting": row.limiting,
     })
-}
-
-/// One row a value.
-fn table(gear: &MeasuredGear, result: &MeasurementResult) -> Table<'static> {
-    let mut table = Table::new(
-        "name|old_name|side|found|predicted|value [µm]|std [µm]|lower_limit [µm]|upper_limit [µm]|grade_asked|grade|within|limiting",
-    );
-    let micro = |x: Option<f64>| or_blank(x, |x| decimal(1e6 * x));
-    for row in &result.rows {
-        let old = row.quantity.jb179_name().map_or("", |old| old.symbol);
-        let grade = or_blank(required_grade_result(gear, row), |reached| match reached {
-            AchievedGrade::Grade(grade) => grade.to_string(),
-            AchievedGrade::Beyond(coarsest) => format!(">{coarsest}"),
-        });
-        table.row([
-            row.quantity.key().to_string(),
-            old.to_string(),
-            row.side.name().to_string(),
-            row.location.clone(),
-            row.predicted.to_string(),
-            micro(Some(row.estimate.value)),
-            micro(row.estimate.std),
-            micro(row.limits.map(|l| l.0)),
-            micro(row.limits.map(|l| l.1)),
-            or_blank(row.required_grade, |grade| grade.to_string()),
-            grade,
-            or_blank(row.is_within_limits(), |within| within.to_string()),
-            row.limiting.to_string(),
-        ]);
-    }
-    table
 }

@@ -1,9 +1,9 @@
 //! Gear charts over the teeth: pitch, single-flank records, profile and helix traces.
 
-use super::axes::{clip_to_panel, draw_frame, linear_range};
+use super::axes::{draw_curve, draw_frame, linear_range};
 use super::svg::{
-    Anchor, BLACK, BLUE, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
-    TITLE_SIZE, WIDTH, lighten, render_svg, ticks, truncate_label,
+    Anchor, BLACK, BLUE, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel, WIDTH,
+    lighten, render_svg, ticks, truncate_label,
 };
 use crate::gear::measurement::pitch::PitchDeviations;
 use crate::gear::measurement::trace::MeanLine;
@@ -23,7 +23,7 @@ pub fn draw_charts(title: &str, plots: &[ChartPlot]) -> Option<String> {
     let total: f64 = sections.iter().map(|s| s.1 + ABOVE + BELOW).sum();
     (!sections.is_empty()).then(|| {
         render_svg(WIDTH, total + 34.0, |canvas| {
-            canvas.text(title, (ACROSS.0, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+            canvas.title(title, ACROSS.0);
             let mut top = 26.0;
             for (section, height) in sections {
                 let down = (top + ABOVE, top + ABOVE + height);
@@ -111,23 +111,12 @@ fn grid_panel(
     down: (f64, f64),
 ) -> Panel {
     let y = linear_range(values.iter().copied().chain([0.0])).unwrap_or((-1.0, 1.0));
-    let panel = Panel {
-        across: ACROSS,
-        down,
-        x,
-        y,
-    };
+    let panel = Panel::new(ACROSS, down, x, y);
     panel.draw_y_grid(canvas, &ticks(panel.y, 5));
     draw_frame(&panel, canvas, "", Some(axis));
     let middle = 0.5 * (down.0 + down.1);
-    canvas.vertical_text("µm", (18.0, middle), LABEL_SIZE, BLACK, Anchor::Middle);
-    canvas.text(
-        title,
-        (ACROSS.0, down.0 - 12.0),
-        LABEL_SIZE,
-        BLACK,
-        Anchor::Start,
-    );
+    canvas.upright("µm", (18.0, middle));
+    canvas.label(title, (ACROSS.0, down.0 - 12.0), Anchor::Start);
     panel
 }
 
@@ -199,9 +188,7 @@ fn record(
     let curve = |canvas: &mut Canvas, values: &mut dyn Iterator<Item = f64>, ink, width| {
         let points = values.enumerate();
         let points = points.map(|(i, e)| (turns as f64 * i as f64 / n, e));
-        for run in clip_to_panel(&panel, points) {
-            canvas.polyline(&run, ink, width, LineStyle::Solid);
-        }
+        draw_curve(canvas, &panel, points, ink, width);
     };
     curve(canvas, &mut values.iter().copied(), BLACK, 0.7);
     curve(
@@ -229,20 +216,14 @@ fn draw_traces(
     };
     let lane = ((ACROSS.1 - ACROSS.0) / traces.len() as f64).min(190.0);
     let y = (1e3 * foot, 1e3 * top);
-    let whole = Panel {
-        across: (ACROSS.0, ACROSS.0 + lane * traces.len() as f64),
+    let whole = Panel::new(
+        (ACROSS.0, ACROSS.0 + lane * traces.len() as f64),
         down,
-        x: (0.0, 1.0),
+        (0.0, 1.0),
         y,
-    };
-    whole.draw_y_grid(canvas, &ticks(y, 6));
-    canvas.vertical_text(
-        "mm",
-        (18.0, 0.5 * (down.0 + down.1)),
-        LABEL_SIZE,
-        BLACK,
-        Anchor::Middle,
     );
+    whole.draw_y_grid(canvas, &ticks(y, 6));
+    canvas.upright("mm", (18.0, 0.5 * (down.0 + down.1)));
     for border in [range.0, range.1] {
         let at = whole.canvas_y((1e3 * border).clamp(y.0, y.1));
         let ends = [(whole.across.0, at), (whole.across.1, at)];
@@ -250,12 +231,7 @@ fn draw_traces(
     }
     for (i, (name, trace, line)) in traces.iter().enumerate() {
         let left = ACROSS.0 + lane * i as f64;
-        let panel = Panel {
-            across: (left + 6.0, left + lane - 6.0),
-            down,
-            x: (low, high),
-            y,
-        };
+        let panel = Panel::new((left + 6.0, left + lane - 6.0), down, (low, high), y);
         let zero = panel.canvas_x(0.0);
         canvas.line((zero, down.0), (zero, down.1), LIGHT_GREY, 1.0);
         let curve = |values: &mut dyn Iterator<Item = (f64, f64)>| -> Vec<_> {
@@ -278,13 +254,7 @@ fn draw_traces(
         canvas.polyline(&points, BLUE, 1.4, LineStyle::Solid);
         let label = truncate_label(name, (lane / 7.0) as usize);
         let middle = left + 0.5 * lane;
-        canvas.text(
-            &label,
-            (middle, down.1 + 11.0),
-            LABEL_SIZE,
-            BLACK,
-            Anchor::Middle,
-        );
+        canvas.label(&label, (middle, down.1 + 11.0), Anchor::Middle);
         let slope = format!("f_H {:.1}", 1e6 * line.slope.value).replace('-', "−");
         canvas.text(
             &slope,
@@ -302,12 +272,6 @@ fn draw_traces(
     let (end, at) = (ACROSS.1, down.0 - 12.0);
     canvas.line((end - long, at), (end, at), BLACK, 2.0);
     let said = format!("surplus to the right, {bar} µm");
-    canvas.text(
-        &said,
-        (end - long - 8.0, at),
-        LABEL_SIZE,
-        BLACK,
-        Anchor::End,
-    );
-    canvas.text(title, (ACROSS.0, at), LABEL_SIZE, BLACK, Anchor::Start);
+    canvas.label(&said, (end - long - 8.0, at), Anchor::End);
+    canvas.label(title, (ACROSS.0, at), Anchor::Start);
 }

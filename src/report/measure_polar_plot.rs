@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use super::axes::extremes;
 use super::svg::{
-    Anchor, BLACK, BLUE, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, Point2, TITLE_SIZE,
-    WIDTH, lighten, render_svg, ticks,
+    Anchor, BLACK, BLUE, Canvas, LIGHT_GREY, LineStyle, Point2, WIDTH, lighten, render_svg, ticks,
 };
 use crate::plan::measure::charts::ChartPlot;
 
@@ -26,7 +26,7 @@ pub fn draw_polar(title: &str, plots: &[ChartPlot]) -> Option<String> {
     let rows = rounds.len().div_ceil(3);
     (!rounds.is_empty()).then(|| {
         render_svg(WIDTH, rows as f64 * SIDE + 30.0, |canvas| {
-            canvas.text(title, (16.0, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+            canvas.title(title, 16.0);
             for (i, round) in rounds.iter().enumerate() {
                 let (row, column) = (i / 3, i % 3);
                 let centre = (
@@ -76,12 +76,7 @@ fn round(plots: &ChartPlot) -> Option<PolarCurve> {
 }
 
 fn draw(canvas: &mut Canvas, round: &PolarCurve, centre: Point2) {
-    let (low, high) = round
-        .values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
-            (l.min(x), h.max(x))
-        });
+    let (low, high) = extremes(round.values.iter().copied());
     let high = if high > low { high } else { low + 1.0 };
     let radius = |x: f64| RADII.0 + (RADII.1 - RADII.0) * (x - low) / (high - low);
     let at = |turn: f64, r: f64| {
@@ -93,14 +88,14 @@ fn draw(canvas: &mut Canvas, round: &PolarCurve, centre: Point2) {
         canvas.stroke_circle(centre, radius(tick), LIGHT_GREY, 0.8);
         let (x, y) = at(0.0, radius(tick));
         let text = super::number_format::four_digits((tick * 1e6).round() / 1e6).replace('-', "−");
-        canvas.text(&text, (x + 3.0, y), LABEL_SIZE, BLACK, Anchor::Start);
+        canvas.label(&text, (x + 3.0, y), Anchor::Start);
     }
     for quarter in 0..4 {
         let turn = f64::from(quarter) / 4.0;
         canvas.line(centre, at(turn, RADII.1), LIGHT_GREY, 0.6);
         let (x, y) = at(turn, RADII.1 + 16.0);
         let degrees = format!("{}°", 90 * quarter);
-        canvas.text(&degrees, (x, y), LABEL_SIZE, BLACK, Anchor::Middle);
+        canvas.label(&degrees, (x, y), Anchor::Middle);
     }
     let n = round.values.len();
     let closed = |values: &[f64]| -> Vec<Point2> {
@@ -131,6 +126,6 @@ fn draw(canvas: &mut Canvas, round: &PolarCurve, centre: Point2) {
     let range = format!("range {:.2} µm{slow}", high - low);
     let top = centre.1 - SIDE / 2.0;
     let below = |by: f64| (centre.0, top + by);
-    canvas.text(&round.title, below(2.0), LABEL_SIZE, BLACK, Anchor::Middle);
-    canvas.text(&range, below(16.0), LABEL_SIZE, GREY, Anchor::Middle);
+    canvas.label(&round.title, below(2.0), Anchor::Middle);
+    canvas.note(&range, below(16.0), Anchor::Middle);
 }

@@ -31,15 +31,82 @@ impl Presentation for ComparisonAnswer<'_> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        Ok(body(&self.result, self.target_error))
+        let (found, wanted) = (&self.result, self.target_error);
+        let run = |compared_method: &ComparedMethod| {
+            let [coordinates, modes, lengths] = sizes(compared_method);
+            json!({
+                "method": compared_method.method, "coordinates": coordinates, "modes": modes, "lengths": lengths, "error": compared_method.error,
+                "run_time_s": compared_method.seconds, "status": compared_method.failure.as_deref().unwrap_or("ok"),
+            })
+        };
+        let best = found.cheapest(wanted).or(found.most_accurate());
+        let reached = found.cheapest(wanted).is_some();
+        let [coordinates, modes, lengths] = best.map_or([None; 3], sizes);
+        Ok(json!({
+            "interrupted": found.interrupted,
+            "compared": found.quantity,
+            "norm": found.norm,
+            "freedoms": found.dofs,
+            "reference": { "method": found.reference, "error": found.reference_error },
+            "runs": found.methods.iter().map(run).collect::<Vec<_>>(),
+            "recommendation": {
+                "error": wanted, "reached": reached, "method": best.map(|w| w.method), "coordinates": coordinates, "modes": modes,
+                "lengths": lengths, "run_time_s": best.map(|w| w.seconds), "error_reached": best.and_then(|w| w.error),
+                "text": recommendation_text(found, wanted),
+            },
+        }))
     }
 
     fn text(&self) -> String {
-        text(&self.result, self.target_error)
+        let (found, wanted) = (&self.result, self.target_error);
+        let mut text = format!(
+            "error in {} ({}) against run time; {}\nreference: {}, good to {}\n\n",
+            found.quantity,
+            found.norm,
+            pluralise(found.dofs, "freedom"),
+            found.reference,
+            format_error(found.reference_error),
+        );
+        let mut table = Table::named("way|at|error|time");
+        for method in &found.methods {
+            let Some(error) = method.error else { continue };
+            let row = [
+                method.method.to_string(),
+                size_text(method),
+                format_error(error),
+                format_time_short(method.seconds),
+            ];
+            table.row(row);
+        }
+        text += &table.text();
+        let failed: Vec<(&ComparedMethod, &String)> = found
+            .methods
+            .iter()
+            .filter_map(|w| Some((w, w.failure.as_ref()?)))
+            .collect();
+        if !failed.is_empty() {
+            let mut table = Table::texts("||");
+            for (method, why) in failed {
+                table.row([method.method.to_string(), size_text(method), why.clone()]);
+            }
+            text += &format!("\nleft out or failed\n{}", table.text());
+        }
+        text += &format!("\n{}\n", recommendation_text(found, wanted));
+        text
     }
 
     fn table(&self) -> Table<'_> {
-        table(&self.result)
+        let found = &self.result;
+        let mut table = Table::new("method|coordinates|modes|lengths|error|run_time_s|status");
+        for method in &found.methods {
+            let [coordinates, modes, lengths] =
+                sizes(method).map(|n| or_blank(n, |n| n.to_string()));
+            let status = method.failure.as_deref().unwrap_or("ok").to_string();
+            let (error, seconds) = (or_blank(method.error, power), decimal(method.seconds));
+            let name = method.method.to_string();
+            table.row([name, coordinates, modes, lengths, error, seconds, status]);
+        }
+        table
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
@@ -63,46 +130,6 @@ impl Presentation for ComparisonAnswer<'_> {
     }
 }
 
-/// The document.
-fn body(found: &ComparisonResult, wanted: f64) -> Value {
-    let run = |compared_method: &ComparedMethod| {
-        let [coordinates, modes, lengths] = sizes(compared_method);
-        json!({
-            "method": compared_method.method, "coordinates": coordinates, "modes": modes, "lengths": lengths, "error": compared_method.error,
-            "run_time_s": compared_method.seconds, "status": compared_method.failure.as_deref().unwrap_or("ok"),
-        })
-    };
-    let best = found.cheapest(wanted).or(found.most_accurate());
-    let reached = found.cheapest(wanted).is_some();
-    let [coordinates, modes, lengths] = best.map_or([None; 3], sizes);
-    json!({
-        "interrupted": found.interrupted,
-        "compared": found.quantity,
-        "norm": found.norm,
-        "freedoms": found.dofs,
-        "reference": { "method": found.reference, "error": found.reference_error },
-        "runs": found.methods.iter().map(run).collect::<Vec<_>>(),
-        "recommendation": {
-            "error": wanted, "reached": reached, "method": best.map(|w| w.method), "coordinates": coordinates, "modes": modes,
-            "lengths": lengths, "run_time_s": best.map(|w| w.seconds), "error_reached": best.and_then(|w| w.error),
-            "text": recommendation_text(found, wanted),
-        },
-    })
-}
-
-/// One row a method.
-fn table(found: &ComparisonResult) -> Table<'_> {
-    let mut table = Table::new("method|coordinates|modes|lengths|error|run_time_s|status");
-    for method in &found.methods {
-        let [coordinates, modes, lengths] = sizes(method).map(|n| or_blank(n, |n| n.to_string()));
-        let status = method.failure.as_deref().unwrap_or("ok").to_string();
-        let (error, seconds) = (or_blank(method.error, power), decimal(method.seconds));
-        let name = method.method.to_string();
-        table.row([name, coordinates, modes, lengths, error, seconds, status]);
-    }
-    table
-}
-
 /// Coordinates, modes, lengths: the one that was chosen.
 fn sizes(method: &ComparedMethod) -> [Option<usize>; 3] {
     match method.size {
@@ -111,44 +138,6 @@ fn sizes(method: &ComparedMethod) -> [Option<usize>; 3] {
         Some(ModelSize::ShaftElements(n)) => [None, None, Some(n)],
         None => [None; 3],
     }
-}
-
-/// The table, the reference, the recommendation.
-fn text(found: &ComparisonResult, wanted: f64) -> String {
-    let mut text = format!(
-        "error in {} ({}) against run time; {}\nreference: {}, good to {}\n\n",
-        found.quantity,
-        found.norm,
-        pluralise(found.dofs, "freedom"),
-        found.reference,
-        format_error(found.reference_error),
-    );
-    let mut table = Table::named("way|at|error|time");
-    for method in &found.methods {
-        let Some(error) = method.error else { continue };
-        let row = [
-            method.method.to_string(),
-            size_text(method),
-            format_error(error),
-            format_time_short(method.seconds),
-        ];
-        table.row(row);
-    }
-    text += &table.text();
-    let failed: Vec<(&ComparedMethod, &String)> = found
-        .methods
-        .iter()
-        .filter_map(|w| Some((w, w.failure.as_ref()?)))
-        .collect();
-    if !failed.is_empty() {
-        let mut table = Table::texts("||");
-        for (method, why) in failed {
-            table.row([method.method.to_string(), size_text(method), why.clone()]);
-        }
-        text += &format!("\nleft out or failed\n{}", table.text());
-    }
-    text += &format!("\n{}\n", recommendation_text(found, wanted));
-    text
 }
 
 /// Recommended method for the requested error.

@@ -3,7 +3,7 @@
 use super::node_layout::{LayoutNode, LinkKind, layout_nodes};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, Panel,
-    TITLE_SIZE, WIDTH, hertz, render_svg, significant, text_width, ticks, truncate_label,
+    TITLE_SIZE, WIDTH, hertz, render_svg, significant, ticks, truncate_label, widest,
 };
 use crate::machine::components::Machine;
 use crate::modes::energy::{EnergyShares, dominant_element};
@@ -131,13 +131,8 @@ impl ModeShapeFigure<'_> {
         };
         let width = (WIDTH - MARGIN_LEFT - MARGIN_RIGHT - (across - 1.0) * SPACING) / across;
         let panel = (width, 92.0);
-        let longest = |names: &[String]| {
-            names
-                .iter()
-                .map(|n| text_width(n, LABEL_SIZE))
-                .fold(0.0, f64::max)
-        };
-        let names = longest(&self.node_names()).max(longest(&self.sideways_names())) + 8.0;
+        let names = self.node_names().into_iter().chain(self.sideways_names());
+        let names = widest(names, LABEL_SIZE, 0.0) + 8.0;
         let top = if self.complex { 34.0 } else { 12.0 };
         let height = top + rows as f64 * (panel.1 + HEADING) + names + 26.0;
         ShapeLayout {
@@ -171,7 +166,7 @@ impl ModeShapeFigure<'_> {
         render_svg(WIDTH, layout.height, |canvas| {
             if modes.is_empty() {
                 let middle = (WIDTH / 2.0, layout.height / 2.0);
-                canvas.text("no modes", middle, TITLE_SIZE, GREY, Anchor::Middle);
+                canvas.placeholder("no modes", middle);
                 return;
             }
             if self.complex {
@@ -219,11 +214,13 @@ impl ModeShapeFigure<'_> {
         title: &str,
         lowest: bool,
     ) {
-        let panel = |left: f64, x: (f64, f64)| Panel {
-            across: (left, left + layout.panel.0),
-            down: (corner.1, corner.1 + layout.panel.1),
-            x,
-            y: (-1.12, 1.12),
+        let panel = |left: f64, x: (f64, f64)| {
+            Panel::new(
+                (left, left + layout.panel.0),
+                (corner.1, corner.1 + layout.panel.1),
+                x,
+                (-1.12, 1.12),
+            )
         };
         let (turns, moves) = self.values(mode);
         let last = self.stops.last().map_or(0.0, |cancel| cancel.x);
@@ -247,7 +244,7 @@ impl ModeShapeFigure<'_> {
         rule(canvas, &right);
         let diagnostic = self.displacement_note(&turns, &moves);
         let end = (right.across.1, corner.1 - 10.0);
-        canvas.text(&diagnostic, end, LABEL_SIZE, BLACK, Anchor::End);
+        canvas.label(&diagnostic, end, Anchor::End);
         self.bars(canvas, &right, &moves);
         if lowest {
             let places: Vec<f64> = (0..self.sideways.len()).map(|i| i as f64).collect();
@@ -380,36 +377,30 @@ impl ModeShapeFigure<'_> {
         } else {
             "θ, largest = 1 (–)".to_string()
         };
-        canvas.vertical_text(&label, (18.0, middle), LABEL_SIZE, BLACK, Anchor::Middle);
+        canvas.upright(&label, (18.0, middle));
         let foot = below + layout.names + 14.0;
         let tilts = self.sideways.len() > self.n_displacements();
         if self.lateral() {
             let (w, label) = (layout.panel.0, "node, in the order of the train");
-            canvas.text(
-                label,
-                (MARGIN_LEFT + w / 2.0, foot),
-                LABEL_SIZE,
-                BLACK,
-                Anchor::Middle,
-            );
+            canvas.label(label, (MARGIN_LEFT + w / 2.0, foot), Anchor::Middle);
             let label = if tilts {
                 "freedom; displacements black, tilts grey"
             } else {
                 "displacement"
             };
             let x = MARGIN_LEFT + w * 1.5 + SPACING;
-            canvas.text(label, (x, foot), LABEL_SIZE, BLACK, Anchor::Middle);
+            canvas.label(label, (x, foot), Anchor::Middle);
             let label = if tilts {
                 "each kind: largest = 1 (–)"
             } else {
                 "largest = 1 (–)"
             };
             let x = MARGIN_LEFT + w + 14.0;
-            canvas.vertical_text(label, (x, middle), LABEL_SIZE, BLACK, Anchor::Middle);
+            canvas.upright(label, (x, middle));
         } else {
             let x = (MARGIN_LEFT + WIDTH - MARGIN_RIGHT) / 2.0;
             let label = "node, in the order of the train; black: shafts, grey: other joints, dotted: to a branch";
-            canvas.text(label, (x, foot), LABEL_SIZE, BLACK, Anchor::Middle);
+            canvas.label(label, (x, foot), Anchor::Middle);
         }
     }
 }
@@ -419,7 +410,7 @@ fn draw_legend(canvas: &mut Canvas) {
     let y = 14.0;
     canvas.line((MARGIN_LEFT, y), (MARGIN_LEFT + 26.0, y), BLACK, 1.6);
     let x = MARGIN_LEFT + 32.0;
-    canvas.text("real part", (x, y), LABEL_SIZE, BLACK, Anchor::Start);
+    canvas.label("real part", (x, y), Anchor::Start);
     canvas.polyline(
         &[(x + 66.0, y), (x + 92.0, y)],
         BLUE,
@@ -427,7 +418,7 @@ fn draw_legend(canvas: &mut Canvas) {
         LineStyle::Dashed,
     );
     let text = "imaginary part, a quarter period apart; the largest rotation is real";
-    canvas.text(text, (x + 98.0, y), LABEL_SIZE, BLACK, Anchor::Start);
+    canvas.label(text, (x + 98.0, y), Anchor::Start);
 }
 
 fn largest(values: &[Complex]) -> f64 {
@@ -450,19 +441,13 @@ fn scaled_to_unit(values: &[Complex], size: f64) -> Vec<Complex> {
 fn rule(canvas: &mut Canvas, panel: &Panel) {
     panel.draw_y_grid(canvas, &ticks((-1.0, 1.0), 2));
     let zero = panel.canvas_y(0.0);
-    canvas.line((panel.across.0, zero), (panel.across.1, zero), GREY, 0.8);
+    panel.draw_horizontal(canvas, zero, GREY, 0.8);
 }
 
 fn nothing(canvas: &mut Canvas, panel: &Panel, diagnostic: &str) {
     let middle = (panel.across.0 + panel.across.1) / 2.0;
     let above = panel.canvas_y(0.0) - 10.0;
-    canvas.text(
-        diagnostic,
-        (middle, above),
-        LABEL_SIZE,
-        GREY,
-        Anchor::Middle,
-    );
+    canvas.note(diagnostic, (middle, above), Anchor::Middle);
 }
 
 fn bar(canvas: &mut Canvas, panel: &Panel, (x, half): (f64, f64), value: f64, ink: Colour) {

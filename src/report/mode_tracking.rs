@@ -5,8 +5,7 @@ use serde_json::{Value, json};
 use super::axes::{draw_frame, linear_range};
 use super::number_format::{INTERVAL_FOOTNOTE, four_digits, significant, with_deviation};
 use super::svg::{
-    Anchor, BLACK, BLUE, Colour, GREY, LABEL_SIZE, ORANGE, Panel, TITLE_SIZE, WIDTH, lighten,
-    render_svg, ticks,
+    Anchor, BLACK, BLUE, Colour, GREY, LABEL_SIZE, ORANGE, Panel, WIDTH, lighten, render_svg, ticks,
 };
 use super::table::{Table, exact, or_blank};
 use crate::identify::modal_parameters::ModalParameters;
@@ -52,7 +51,7 @@ pub fn draw(course: &ModeTracking, title: &str) -> String {
     const COLOURS: [Colour; 4] = [BLUE, ORANGE, BLACK, GREY];
     const MARGIN_LEFT: f64 = 70.0;
     render_svg(WIDTH, 640.0, |canvas| {
-        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+        canvas.title(title, MARGIN_LEFT);
         let x = (0.0, course.time_s.last().copied().unwrap_or(1.0));
         type Accessor = fn(&ModalParameters) -> (f64, f64);
         let frequency: Accessor = |m| (m.frequency_hz(), m.frequency_std_hz().unwrap_or(0.0));
@@ -68,15 +67,10 @@ pub fn draw(course: &ModeTracking, title: &str) -> String {
             let values = (course.tracks.iter()).flat_map(|t| t.points.iter().map(|p| pick(&p.1).0));
             let Some(y) = linear_range(values) else {
                 let spot = (WIDTH / 2.0, 0.5 * (down.0 + down.1));
-                canvas.text("no mode", spot, TITLE_SIZE, GREY, Anchor::Middle);
+                canvas.placeholder("no mode", spot);
                 continue;
             };
-            let panel = Panel {
-                across: (MARGIN_LEFT, WIDTH - 40.0),
-                down,
-                x,
-                y,
-            };
+            let panel = Panel::new((MARGIN_LEFT, WIDTH - 40.0), down, x, y);
             panel.draw_y_grid(canvas, &ticks(y, 6));
             draw_frame(&panel, canvas, name, below);
             for (k, track) in course.tracks.iter().enumerate() {

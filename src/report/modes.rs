@@ -65,7 +65,18 @@ impl Presentation for ModesAnswer<'_> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        Ok(body(&self.machine, &self.result, self.detail))
+        let (machine, result, detail) = (&self.machine, &self.result, self.detail);
+        let list: Vec<Value> = (0..result.modes.len())
+            .map(|k| mode(machine, result, k, detail))
+            .collect();
+        Ok(json!({
+            "modes": list,
+            "contacts": contacts(machine),
+            "tangents": tangents(machine),
+            "campbell": result.campbell.as_ref().map(campbell::json),
+            "state_space": result.state_space.as_ref().map(|(space, parts)| state_space::state_space_json(space, parts)),
+            "reduction": result.reduction.as_ref().map(state_space::reduction_json),
+        }))
     }
 
     fn text(&self) -> String {
@@ -82,7 +93,38 @@ impl Presentation for ModesAnswer<'_> {
     }
 
     fn table(&self) -> Table<'_> {
-        table(&self.machine.machine, &self.result)
+        let (machine, result) = (&self.machine.machine, &self.result);
+        let mut table = Table::new(
+            "mode|frequency_hz|damped_frequency_hz|damping_ratio|time_constant_s|rigid|residual|digits_trusted|mostly_in",
+        );
+        for name in (0..machine.dofs.len()).map(|i| machine.dof_name(i)) {
+            table = match result.complex {
+                true => [" re", " im"]
+                    .iter()
+                    .fold(table, |t, part| t.column(&(name.clone() + part), "")),
+                false => table.column(&name, ""),
+            };
+        }
+        for (k, mode) in result.modes.iter().enumerate() {
+            let swings = mode.rigid || mode.is_oscillatory();
+            let cells = [
+                (k + 1).to_string(),
+                or_blank(swings.then(|| mode.frequency_hz()), decimal),
+                or_blank(swings.then(|| mode.eigenvalue.im / TAU), decimal),
+                or_blank(modes_table::damping(result, k), decimal),
+                or_blank((!swings).then(|| -1.0 / mode.eigenvalue.re), decimal),
+                mode.rigid.to_string(),
+                power(mode.residual),
+                or_blank(trusted_digits(mode), decimal),
+                dominant_elements_text(machine, mode, &result.energies[k]),
+            ];
+            let parts = |z: &Complex| match result.complex {
+                true => vec![decimal(z.re), decimal(z.im)],
+                false => vec![decimal(z.re)],
+            };
+            table.row(cells.into_iter().chain(mode.shape.iter().flat_map(parts)));
+        }
+        table
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
@@ -111,21 +153,6 @@ const TOLD: [&str; 2] = ["operating point", "complex modes"];
 
 /// Steps told where they were done.
 const SOLVED: [&str; 3] = ["undamped modes", "few modes", "rigid joints"];
-
-/// The document.
-fn body(machine: &PreparedMachine, result: &ModesResult, detail: ShapeDetail) -> Value {
-    let list: Vec<Value> = (0..result.modes.len())
-        .map(|k| mode(machine, result, k, detail))
-        .collect();
-    json!({
-        "modes": list,
-        "contacts": contacts(machine),
-        "tangents": tangents(machine),
-        "campbell": result.campbell.as_ref().map(campbell::json),
-        "state_space": result.state_space.as_ref().map(|(space, parts)| state_space::state_space_json(space, parts)),
-        "reduction": result.reduction.as_ref().map(state_space::reduction_json),
-    })
-}
 
 /// Operating point: the state of every contact with play, and its force, N or N·m.
 fn contacts(machine: &PreparedMachine) -> Value {
@@ -222,41 +249,6 @@ fn sensitivities(machine: &Machine, list: &[FrequencySensitivity], detail: Shape
         .take(detail.top.unwrap_or(usize::MAX))
         .map(entry)
         .collect()
-}
-
-/// One row a mode; a complex shape has two columns a degree of freedom.
-fn table(machine: &Machine, result: &ModesResult) -> Table<'static> {
-    let mut table = Table::new(
-        "mode|frequency_hz|damped_frequency_hz|damping_ratio|time_constant_s|rigid|residual|digits_trusted|mostly_in",
-    );
-    for name in (0..machine.dofs.len()).map(|i| machine.dof_name(i)) {
-        table = match result.complex {
-            true => [" re", " im"]
-                .iter()
-                .fold(table, |t, part| t.column(&(name.clone() + part), "")),
-            false => table.column(&name, ""),
-        };
-    }
-    for (k, mode) in result.modes.iter().enumerate() {
-        let swings = mode.rigid || mode.is_oscillatory();
-        let cells = [
-            (k + 1).to_string(),
-            or_blank(swings.then(|| mode.frequency_hz()), decimal),
-            or_blank(swings.then(|| mode.eigenvalue.im / TAU), decimal),
-            or_blank(modes_table::damping(result, k), decimal),
-            or_blank((!swings).then(|| -1.0 / mode.eigenvalue.re), decimal),
-            mode.rigid.to_string(),
-            power(mode.residual),
-            or_blank(trusted_digits(mode), decimal),
-            dominant_elements_text(machine, mode, &result.energies[k]),
-        ];
-        let parts = |z: &Complex| match result.complex {
-            true => vec![decimal(z.re), decimal(z.im)],
-            false => vec![decimal(z.re)],
-        };
-        table.row(cells.into_iter().chain(mode.shape.iter().flat_map(parts)));
-    }
-    table
 }
 
 /// Digits that hold, to a tenth.

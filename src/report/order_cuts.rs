@@ -18,61 +18,68 @@ impl Presentation for LogAnswer<OrderCuts> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        Ok(body(&self.result))
+        let found = &self.result;
+        let cut = |cut: &OrderCut| {
+            let largest = cut.largest().map(|at| {
+            json!({ "amplitude": cut.value[at].norm(), "phase_rad": cut.value[at].arg(), "speed_rpm": rpm(found.speed[at]),
+                "frequency_hz": cut.order * found.speed[at] / TAU })
+        });
+            json!({
+                "channel": cut.channel,
+                "unit": cut.unit,
+                "order": cut.order,
+                "amplitude": cut.value.iter().map(|z| z.norm()).collect::<Vec<_>>(),
+                "phase_rad": cut.value.iter().map(|z| z.arg()).collect::<Vec<_>>(),
+                "largest": largest,
+            })
+        };
+        Ok(json!({
+            "kind": "order-cut",
+            "how": found.method_text,
+            "turns": found.turns,
+            "time_s": found.time_s,
+            "speed_rpm": found.speed.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),
+            "cuts": found.cuts.iter().map(cut).collect::<Vec<_>>(),
+        }))
     }
 
     fn text(&self) -> String {
-        text(&self.result)
+        let found = &self.result;
+        let text = format!("{}\n\n", found.method_text);
+        let mut table = Table::new("order|largest|at [rpm]|frequency [Hz]|phase [deg]|");
+        for cut in &found.cuts {
+            let Some(at) = cut.largest() else { continue };
+            let speed = found.speed[at];
+            table.row([
+                four_digits(cut.order),
+                four_digits(cut.value[at].norm()),
+                significant(rpm(speed)),
+                significant(cut.order * speed / TAU),
+                format!("{:.0}", cut.value[at].arg().to_degrees()),
+                format!("{} {}", cut.channel, cut.unit),
+            ]);
+        }
+        text + &table.text()
     }
 
     fn table(&self) -> Table<'_> {
-        table(&self.result)
+        let found = &self.result;
+        let speeds: Vec<f64> = found.speed.iter().map(|&s| rpm(s)).collect();
+        let blocks = Table::default()
+            .numbers("time_s", "", &found.time_s, exact)
+            .numbers("speed_rpm", "", speeds, exact);
+        found.cuts.iter().fold(blocks, |table, cut| {
+            let name = |part| format!("{} order {} {part}", cut.channel, cut.order);
+            let all = |part: fn(&Complex) -> f64| cut.value.iter().map(part).collect::<Vec<_>>();
+            table
+                .numbers(&name("amplitude"), &cut.unit, all(|z| z.norm()), exact)
+                .numbers(&name("phase"), "deg", all(|z| z.arg().to_degrees()), exact)
+        })
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         Ok(vec![Figure::first(draw(&self.result, &self.title))])
     }
-}
-
-/// The document.
-fn body(found: &OrderCuts) -> Value {
-    let cut = |cut: &OrderCut| {
-        let largest = cut.largest().map(|at| {
-            json!({ "amplitude": cut.value[at].norm(), "phase_rad": cut.value[at].arg(), "speed_rpm": rpm(found.speed[at]),
-                "frequency_hz": cut.order * found.speed[at] / TAU })
-        });
-        json!({
-            "channel": cut.channel,
-            "unit": cut.unit,
-            "order": cut.order,
-            "amplitude": cut.value.iter().map(|z| z.norm()).collect::<Vec<_>>(),
-            "phase_rad": cut.value.iter().map(|z| z.arg()).collect::<Vec<_>>(),
-            "largest": largest,
-        })
-    };
-    json!({
-        "kind": "order-cut",
-        "how": found.method_text,
-        "turns": found.turns,
-        "time_s": found.time_s,
-        "speed_rpm": found.speed.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),
-        "cuts": found.cuts.iter().map(cut).collect::<Vec<_>>(),
-    })
-}
-
-/// One row a block: time, speed, and amplitude and phase of each order of each channel.
-fn table(found: &OrderCuts) -> Table<'_> {
-    let speeds: Vec<f64> = found.speed.iter().map(|&s| rpm(s)).collect();
-    let blocks = Table::default()
-        .numbers("time_s", "", &found.time_s, exact)
-        .numbers("speed_rpm", "", speeds, exact);
-    found.cuts.iter().fold(blocks, |table, cut| {
-        let name = |part| format!("{} order {} {part}", cut.channel, cut.order);
-        let all = |part: fn(&Complex) -> f64| cut.value.iter().map(part).collect::<Vec<_>>();
-        table
-            .numbers(&name("amplitude"), &cut.unit, all(|z| z.norm()), exact)
-            .numbers(&name("phase"), "deg", all(|z| z.arg().to_degrees()), exact)
-    })
 }
 
 /// Amplitude and phase over speed, by rising speed.
@@ -94,23 +101,4 @@ fn draw(found: &OrderCuts, title: &str) -> String {
             .collect(),
         modes_hz: Vec::new(),
     })
-}
-
-/// The largest amplitude of each order, with its speed.
-fn text(found: &OrderCuts) -> String {
-    let text = format!("{}\n\n", found.method_text);
-    let mut table = Table::new("order|largest|at [rpm]|frequency [Hz]|phase [deg]|");
-    for cut in &found.cuts {
-        let Some(at) = cut.largest() else { continue };
-        let speed = found.speed[at];
-        table.row([
-            four_digits(cut.order),
-            four_digits(cut.value[at].norm()),
-            significant(rpm(speed)),
-            significant(cut.order * speed / TAU),
-            format!("{:.0}", cut.value[at].arg().to_degrees()),
-            format!("{} {}", cut.channel, cut.unit),
-        ]);
-    }
-    text + &table.text()
 }

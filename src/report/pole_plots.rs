@@ -1,10 +1,7 @@
 //! Poles as plots: in the complex plane with zeros, and over the order of the model.
 
-use super::axes::{clip_to_panel, draw_frame, linear_range, log_range};
-use super::svg::{
-    Anchor, BLACK, BLUE, Canvas, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
-    TITLE_SIZE, WIDTH, render_svg, ticks,
-};
+use super::axes::{draw_curve, draw_frame, linear_range, log_range};
+use super::svg::{Anchor, BLUE, Canvas, GREY, LIGHT_GREY, ORANGE, Panel, WIDTH, render_svg, ticks};
 use crate::numeric::Complex;
 
 const MARGIN_LEFT: f64 = 70.0;
@@ -14,12 +11,10 @@ const MARGIN_TOP: f64 = 52.0;
 /// Poles (crosses) and zeros (rings), upper half plane, rad/s.
 pub fn pole_zero(title: &str, poles: &[Complex], zeros: &[Complex]) -> String {
     render_svg(WIDTH, MARGIN_TOP + HEIGHT + 52.0, |canvas| {
-        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
-        canvas.text(
+        canvas.title(title, MARGIN_LEFT);
+        canvas.note(
             "crosses: poles, rings: zeros",
             (WIDTH - 24.0, 16.0),
-            LABEL_SIZE,
-            GREY,
             Anchor::End,
         );
         let upper: Vec<Complex> = zeros.iter().copied().filter(|z| z.im >= 0.0).collect();
@@ -35,21 +30,15 @@ pub fn pole_zero(title: &str, poles: &[Complex], zeros: &[Complex]) -> String {
             linear_range(all().map(|z| z.re).chain([0.0])),
             linear_range(all().map(|z| z.im).chain([0.0])),
         ) else {
-            canvas.text(
-                "no poles",
-                (WIDTH / 2.0, MARGIN_TOP + HEIGHT / 2.0),
-                TITLE_SIZE,
-                GREY,
-                Anchor::Middle,
-            );
+            canvas.placeholder("no poles", (WIDTH / 2.0, MARGIN_TOP + HEIGHT / 2.0));
             return;
         };
-        let panel = Panel {
-            across: (MARGIN_LEFT, WIDTH - 24.0),
-            down: (MARGIN_TOP, MARGIN_TOP + HEIGHT),
-            x: re,
-            y: im,
-        };
+        let panel = Panel::new(
+            (MARGIN_LEFT, WIDTH - 24.0),
+            (MARGIN_TOP, MARGIN_TOP + HEIGHT),
+            re,
+            im,
+        );
         panel.draw_y_grid(canvas, &ticks(im, 6));
         draw_frame(
             &panel,
@@ -58,7 +47,7 @@ pub fn pole_zero(title: &str, poles: &[Complex], zeros: &[Complex]) -> String {
             Some("real part, rad/s"),
         );
         let axis = panel.canvas_x(0.0);
-        canvas.line((axis, panel.down.0), (axis, panel.down.1), GREY, 0.8);
+        panel.draw_vertical(canvas, axis, GREY, 0.8);
         for z in &near {
             canvas.stroke_circle(panel.to_canvas(z.re, z.im), 4.0, ORANGE, 1.4);
         }
@@ -68,7 +57,7 @@ pub fn pole_zero(title: &str, poles: &[Complex], zeros: &[Complex]) -> String {
         let far = upper.len() - near.len();
         if far > 0 {
             let text = format!("{far} zeros further off");
-            canvas.text(&text, (WIDTH - 24.0, 36.0), LABEL_SIZE, GREY, Anchor::End);
+            canvas.note(&text, (WIDTH - 24.0, 36.0), Anchor::End);
         }
     })
 }
@@ -107,22 +96,16 @@ pub struct StabilisationPlot {
 /// Draws a stabilisation diagram.
 pub fn stabilisation(shown: &StabilisationPlot) -> String {
     render_svg(WIDTH, MARGIN_TOP + HEIGHT + 52.0, |canvas| {
-        canvas.text(
-            &shown.title,
-            (MARGIN_LEFT, 16.0),
-            TITLE_SIZE,
-            BLACK,
-            Anchor::Start,
-        );
+        canvas.title(&shown.title, MARGIN_LEFT);
         let key = "discs: stable, rings: frequency only, dots: new, dotted: selected";
-        canvas.text(key, (MARGIN_LEFT, 36.0), LABEL_SIZE, GREY, Anchor::Start);
+        canvas.note(key, (MARGIN_LEFT, 36.0), Anchor::Start);
         let highest = shown.poles.iter().map(|p| p.0).max().unwrap_or(1);
-        let panel = Panel {
-            across: (MARGIN_LEFT, WIDTH - 24.0),
-            down: (MARGIN_TOP, MARGIN_TOP + HEIGHT),
-            x: shown.band_hz,
-            y: (0.0, highest as f64 + 1.0),
-        };
+        let panel = Panel::new(
+            (MARGIN_LEFT, WIDTH - 24.0),
+            (MARGIN_TOP, MARGIN_TOP + HEIGHT),
+            shown.band_hz,
+            (0.0, highest as f64 + 1.0),
+        );
         let orders: Vec<f64> = ticks((0.0, highest as f64), 8)
             .into_iter()
             .filter(|t| t.fract() == 0.0)
@@ -137,9 +120,7 @@ pub fn stabilisation(shown: &StabilisationPlot) -> String {
                 .iter()
                 .copied()
                 .zip(shown.level.1.iter().map(|v| v.log10()));
-            for run in clip_to_panel(&behind, points) {
-                canvas.polyline(&run, LIGHT_GREY, 1.6, LineStyle::Solid);
-            }
+            draw_curve(canvas, &behind, points, LIGHT_GREY, 1.6);
         }
         for &f in shown
             .selected_hz
@@ -147,12 +128,7 @@ pub fn stabilisation(shown: &StabilisationPlot) -> String {
             .filter(|f| (shown.band_hz.0..=shown.band_hz.1).contains(f))
         {
             let right = panel.canvas_x(f);
-            canvas.polyline(
-                &[(right, panel.down.0), (right, panel.down.1)],
-                BLUE,
-                0.8,
-                LineStyle::Dotted,
-            );
+            panel.draw_dotted(canvas, right, BLUE, 0.8);
         }
         for &(order, f, steadiness) in &shown.poles {
             if !(shown.band_hz.0..=shown.band_hz.1).contains(&f) {

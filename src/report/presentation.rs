@@ -10,8 +10,10 @@ use super::recording::repairs;
 use super::table::Table;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::source_span::SourceFile;
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::stages::StageDecision;
 use crate::recording::raw::Repair;
+use crate::scene::Scene;
 
 /// An answer as it is shown: by every command, and by each study of a scene.
 pub trait Presentation {
@@ -59,6 +61,16 @@ pub trait Presentation {
     fn exit_code(&self) -> u8 {
         0
     }
+}
+
+/// The answer to a study of a scene.
+pub struct StudyAnswer<'a, R> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its machine.
+    pub machine: PreparedMachine,
+    /// The result.
+    pub result: R,
 }
 
 /// The answer to an analysis of a log.

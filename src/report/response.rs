@@ -7,28 +7,16 @@ use super::json::complex;
 use super::mode_text::element_share;
 use super::number_format::{four_digits, percent, significant};
 use super::plan::omitted_steps;
-use super::presentation::{Figure, Presentation, Provenance};
+use super::presentation::{Figure, Presentation, Provenance, StudyAnswer};
 use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::base::text::pluralise;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
-use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::run::{ResponseCurve, ResponseResult};
 use crate::response::frf::{ResponseMethod, SolverKind};
-use crate::scene::Scene;
 
-/// Frequency responses of the machine of a scene.
-pub struct ResponseAnswer<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// Its machine.
-    pub machine: PreparedMachine,
-    /// The responses.
-    pub result: ResponseResult,
-}
-
-impl Presentation for ResponseAnswer<'_> {
+impl Presentation for StudyAnswer<'_, ResponseResult> {
     fn provenance(&self) -> Provenance<'_> {
         let (result, stats) = (&self.result, &self.result.stats);
         Provenance {
@@ -38,15 +26,53 @@ impl Presentation for ResponseAnswer<'_> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        Ok(body(&self.machine.machine, &self.result))
+        let (machine, result) = (&self.machine.machine, &self.result);
+        let mut document = json!({
+            "frequency_hz": result.frequency_hz,
+            "responses": result.pairs.iter().map(|pair| response(machine, pair)).collect::<Vec<_>>(),
+            "method": match result.solver {
+                SolverKind::Dense | SolverKind::Sparse => "direct",
+                SolverKind::RealModes => "real modes",
+                SolverKind::ComplexModes => "complex modes",
+            },
+            "reason": result.choice.reason,
+            "error": result.stats.error,
+            "lines_checked": result.stats.checked,
+        });
+        if let [only] = &result.pairs[..] {
+            document["value"] = values(only);
+            document["peaks"] = peaks(machine, only);
+        }
+        Ok(document)
     }
 
     fn text(&self) -> String {
-        peak_tables(&self.machine.machine, &self.result)
+        let (machine, result) = (&self.machine.machine, &self.result);
+        let mut text = String::new();
+        for (at, pair) in result.pairs.iter().enumerate() {
+            let gap = if at > 0 { "\n" } else { "" };
+            text += &format!("{gap}{} by {}\n", pair.output, pair.input);
+            if let Some(rest) = pair.static_response {
+                text += &format!("at rest {} {}\n", four_digits(rest), pair.unit);
+            }
+            text += &match pair.peaks.is_empty() {
+                true => "  no peak in the band\n".to_string(),
+                false => peak_table(machine, pair),
+            };
+        }
+        text
     }
 
     fn table(&self) -> Table<'_> {
-        table(&self.result)
+        let result = &self.result;
+        let hertz = Table::default().numbers("frequency", "Hz", &result.frequency_hz, decimal);
+        result.pairs.iter().fold(hertz, |table, pair| {
+            let name = |part| format!("{} by {} {part}", pair.output, pair.input);
+            let all = |part: fn(&Complex) -> f64| pair.values.iter().map(part).collect::<Vec<_>>();
+            table
+                .numbers(&name("re"), &pair.unit, all(|z| z.re), decimal)
+                .numbers(&name("im"), &pair.unit, all(|z| z.im), decimal)
+        })
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
@@ -58,7 +84,16 @@ impl Presentation for ResponseAnswer<'_> {
     }
 
     fn figure_notes(&self) -> String {
-        omitted_text(&self.result)
+        let result = &self.result;
+        let (all, shown) = (result.pairs.len(), plotted_pairs(result).count());
+        match plotted_pairs(result).next() {
+            Some(first) if shown < all => format!(
+                "drawn: the {} in {}, of {all}; those in other units are drawn when asked for by themselves\n",
+                pluralise(shown, "response"),
+                first.unit
+            ),
+            _ => String::new(),
+        }
     }
 
     fn notes(&self) -> String {
@@ -100,27 +135,6 @@ fn method_text(result: &ResponseResult) -> String {
     text
 }
 
-/// The document of a frequency response. Of a single input and output `values` and `peaks` stand at the top as well.
-fn body(machine: &Machine, result: &ResponseResult) -> Value {
-    let mut document = json!({
-        "frequency_hz": result.frequency_hz,
-        "responses": result.pairs.iter().map(|pair| response(machine, pair)).collect::<Vec<_>>(),
-        "method": match result.solver {
-            SolverKind::Dense | SolverKind::Sparse => "direct",
-            SolverKind::RealModes => "real modes",
-            SolverKind::ComplexModes => "complex modes",
-        },
-        "reason": result.choice.reason,
-        "error": result.stats.error,
-        "lines_checked": result.stats.checked,
-    });
-    if let [only] = &result.pairs[..] {
-        document["value"] = values(only);
-        document["peaks"] = peaks(machine, only);
-    }
-    document
-}
-
 fn response(machine: &Machine, pair: &ResponseCurve) -> Value {
     json!({
         "input": pair.input,
@@ -148,31 +162,6 @@ fn peaks(machine: &Machine, pair: &ResponseCurve) -> Value {
         })
     };
     pair.peaks.iter().map(peak).collect()
-}
-
-/// One row a line, real and imaginary part of every response.
-fn table(result: &ResponseResult) -> Table<'_> {
-    let hertz = Table::default().numbers("frequency", "Hz", &result.frequency_hz, decimal);
-    result.pairs.iter().fold(hertz, |table, pair| {
-        let name = |part| format!("{} by {} {part}", pair.output, pair.input);
-        let all = |part: fn(&Complex) -> f64| pair.values.iter().map(part).collect::<Vec<_>>();
-        table
-            .numbers(&name("re"), &pair.unit, all(|z| z.re), decimal)
-            .numbers(&name("im"), &pair.unit, all(|z| z.im), decimal)
-    })
-}
-
-/// Responses omitted from the plots, as text; empty where they show every response.
-fn omitted_text(result: &ResponseResult) -> String {
-    let (all, shown) = (result.pairs.len(), plotted_pairs(result).count());
-    match plotted_pairs(result).next() {
-        Some(first) if shown < all => format!(
-            "drawn: the {} in {}, of {all}; those in other units are drawn when asked for by themselves\n",
-            pluralise(shown, "response"),
-            first.unit
-        ),
-        _ => String::new(),
-    }
 }
 
 /// The responses in the unit of the first.
@@ -209,23 +198,6 @@ fn bode_plot(title: &str, result: &ResponseResult) -> BodePlot {
 
 /// Peaks shown of a response, the highest.
 const MAX_ROWS: usize = 20;
-
-/// The peaks of every response.
-fn peak_tables(machine: &Machine, result: &ResponseResult) -> String {
-    let mut text = String::new();
-    for (at, pair) in result.pairs.iter().enumerate() {
-        let gap = if at > 0 { "\n" } else { "" };
-        text += &format!("{gap}{} by {}\n", pair.output, pair.input);
-        if let Some(rest) = pair.static_response {
-            text += &format!("at rest {} {}\n", four_digits(rest), pair.unit);
-        }
-        text += &match pair.peaks.is_empty() {
-            true => "  no peak in the band\n".to_string(),
-            false => peak_table(machine, pair),
-        };
-    }
-    text
-}
 
 fn peak_table(machine: &Machine, pair: &ResponseCurve) -> String {
     let mut shown: Vec<_> = pair.peaks.iter().collect();

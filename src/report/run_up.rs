@@ -8,27 +8,14 @@ use super::heatmap::{Heatmap, draw_heatmaps};
 use super::mode_text::element_share;
 use super::number_format::{choose_unit, four_digits, rpm, significant, with_minus_signs};
 use super::plan::{step_lines, steps};
-use super::presentation::{Figure, Presentation, Provenance};
+use super::presentation::{Figure, Presentation, Provenance, StudyAnswer};
 use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::base::text::pluralise;
-use crate::machine::components::Machine;
-use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::run_up::RunUpResult;
 use crate::response::excitation::OrderExcitation;
-use crate::scene::Scene;
 
-/// A run-up of the machine of a scene.
-pub struct RunUpAnswer<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// Its machine.
-    pub machine: PreparedMachine,
-    /// The response over speed.
-    pub result: RunUpResult,
-}
-
-impl Presentation for RunUpAnswer<'_> {
+impl Presentation for StudyAnswer<'_, RunUpResult> {
     fn provenance(&self) -> Provenance<'_> {
         let result = &self.result;
         Provenance {
@@ -38,15 +25,117 @@ impl Presentation for RunUpAnswer<'_> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        Ok(body(&self.machine.machine, &self.result))
+        let (machine, result) = (&self.machine.machine, &self.result);
+        let output = |(at, (name, unit)): (usize, &(String, &str))| {
+            json!({
+                "name": name,
+                "unit": unit,
+                "most": { "speed_rpm": rpm(result.max_amplitudes[at].0), "value": result.max_amplitudes[at].1 },
+                "total": (0..result.speeds.len()).map(|s| result.rss_amplitude(at, s)).collect::<Vec<_>>(),
+                "by_excitation": result.amplitudes[at],
+            })
+        };
+        Ok(json!({
+            "node": result.node,
+            "assumed_amplitude_m": result.assumed,
+            "held": result.fixed_dofs,
+            "speed_rpm": result.speeds.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),
+            "excitations": result.excitations.iter().map(|e| json!({
+                "order": e.fraction, "value": e.order, "source": e.source,
+                "amplitude": (e.declared || result.assumed.is_some()).then_some(e.amplitude), "declared": e.declared,
+                "branches": e.branches.iter().map(|b| machine.branch_name(b.0)).collect::<Vec<_>>(),
+            })).collect::<Vec<_>>(),
+            "outputs": result.outputs.iter().enumerate().map(output).collect::<Vec<_>>(),
+            "critical": result.critical.iter().map(|c| json!({
+                "speed_rpm": rpm(c.speed), "frequency_hz": c.omega / TAU, "excitation": c.excitation,
+                "order": result.excitations[c.excitation].fraction, "source": result.excitations[c.excitation].source,
+                "amplitude": c.amplitude, "danger": c.highest_strain_energy.map(|d| machine.elements[d.0].name.clone()), "share": c.highest_strain_energy.map(|d| d.1),
+            })).collect::<Vec<_>>(),
+            "reason": result.choice.reason,
+        }))
     }
 
     fn text(&self) -> String {
-        critical_speeds(&self.machine.machine, &self.result)
+        let (machine, result) = (&self.machine.machine, &self.result);
+        let (name, unit) = result
+            .outputs
+            .first()
+            .map_or(("", ""), |(n, u)| (n.as_str(), *u));
+        let mut text = driver(result);
+        text += &match result.assumed {
+        Some(size) => format!(
+            "no error is declared: every order has an assumed amplitude of {} µm, and answers go with it\n",
+            four_digits(1e6 * size)
+        ),
+        None => "orders have the amplitudes of the errors declared; where none is, only the critical speed is told\n".to_string(),
+    };
+        for ((name, unit), &(speed, total)) in result.outputs.iter().zip(&result.max_amplitudes) {
+            let (factor, unit) = choose_unit(total, unit);
+            text += &format!(
+                "{name}: all orders together at most {} {unit}, at {} rpm\n",
+                four_digits(factor * total),
+                four_digits(rpm(speed))
+            );
+        }
+        if result.critical.is_empty() {
+            return text + "no order meets a natural frequency that answers in this range\n";
+        }
+        let largest = result
+            .critical
+            .iter()
+            .filter_map(|c| c.amplitude)
+            .fold(0.0, f64::max);
+        let (factor, unit) = choose_unit(largest, unit);
+        text += &format!(
+            "\n{} of {}\n",
+            pluralise(result.critical.len(), "critical speed"),
+            result.node
+        );
+        let mut table = Table::new("speed [rpm]|frequency [Hz]|order")
+            .column(name, &unit)
+            .columns("source|in danger");
+        for c in result.critical.iter().take(MAX_ROWS) {
+            let e = &result.excitations[c.excitation];
+            table.row([
+                significant(rpm(c.speed)),
+                significant(c.omega / TAU),
+                e.fraction.clone(),
+                match c.amplitude {
+                    Some(size) => four_digits(factor * size),
+                    None if !result.is_declared(c.excitation) => "not declared".to_string(),
+                    None => "infinite".to_string(),
+                },
+                e.source.clone(),
+                or_dash(c.highest_strain_energy, |(element, share)| {
+                    element_share(machine, element, share)
+                }),
+            ]);
+        }
+        text += &table.text();
+        if result.critical.len() > MAX_ROWS {
+            text += &format!(
+                "… and {} with smaller answers; --json holds all\n",
+                result.critical.len() - MAX_ROWS
+            );
+        }
+        with_minus_signs(&text)
     }
 
     fn table(&self) -> Table<'_> {
-        table(&self.result)
+        let result = &self.result;
+        let speeds: Vec<f64> = result.speeds.iter().map(|&s| rpm(s)).collect();
+        let mut table = Table::default().numbers("speed", "rpm", speeds, decimal);
+        for (at, (name, unit)) in result.outputs.iter().enumerate() {
+            let total = (0..result.speeds.len()).map(|s| result.rss_amplitude(at, s));
+            let total: Vec<f64> = total.collect();
+            table = table.numbers(&format!("{name} together"), unit, total, decimal);
+            let sizes = result.amplitudes[at].iter().flatten();
+            for ((_, e), sizes) in sized_excitations(result).zip(sizes) {
+                let name = format!("{name} by {} ({})", e.source, e.fraction);
+                table = table.numbers(&name, unit, sizes, decimal);
+            }
+        }
+        table
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
@@ -59,54 +148,6 @@ impl Presentation for RunUpAnswer<'_> {
     fn notes(&self) -> String {
         step_lines(steps(&self.result.plan))
     }
-}
-
-/// The document.
-fn body(machine: &Machine, result: &RunUpResult) -> Value {
-    let output = |(at, (name, unit)): (usize, &(String, &str))| {
-        json!({
-            "name": name,
-            "unit": unit,
-            "most": { "speed_rpm": rpm(result.max_amplitudes[at].0), "value": result.max_amplitudes[at].1 },
-            "total": (0..result.speeds.len()).map(|s| result.rss_amplitude(at, s)).collect::<Vec<_>>(),
-            "by_excitation": result.amplitudes[at],
-        })
-    };
-    json!({
-        "node": result.node,
-        "assumed_amplitude_m": result.assumed,
-        "held": result.fixed_dofs,
-        "speed_rpm": result.speeds.iter().map(|&s| rpm(s)).collect::<Vec<_>>(),
-        "excitations": result.excitations.iter().map(|e| json!({
-            "order": e.fraction, "value": e.order, "source": e.source,
-            "amplitude": (e.declared || result.assumed.is_some()).then_some(e.amplitude), "declared": e.declared,
-            "branches": e.branches.iter().map(|b| machine.branch_name(b.0)).collect::<Vec<_>>(),
-        })).collect::<Vec<_>>(),
-        "outputs": result.outputs.iter().enumerate().map(output).collect::<Vec<_>>(),
-        "critical": result.critical.iter().map(|c| json!({
-            "speed_rpm": rpm(c.speed), "frequency_hz": c.omega / TAU, "excitation": c.excitation,
-            "order": result.excitations[c.excitation].fraction, "source": result.excitations[c.excitation].source,
-            "amplitude": c.amplitude, "danger": c.highest_strain_energy.map(|d| machine.elements[d.0].name.clone()), "share": c.highest_strain_energy.map(|d| d.1),
-        })).collect::<Vec<_>>(),
-        "reason": result.choice.reason,
-    })
-}
-
-/// One row a speed: of every output all excitations together, then each.
-fn table(result: &RunUpResult) -> Table<'_> {
-    let speeds: Vec<f64> = result.speeds.iter().map(|&s| rpm(s)).collect();
-    let mut table = Table::default().numbers("speed", "rpm", speeds, decimal);
-    for (at, (name, unit)) in result.outputs.iter().enumerate() {
-        let total = (0..result.speeds.len()).map(|s| result.rss_amplitude(at, s));
-        let total: Vec<f64> = total.collect();
-        table = table.numbers(&format!("{name} together"), unit, total, decimal);
-        let sizes = result.amplitudes[at].iter().flatten();
-        for ((_, e), sizes) in sized_excitations(result).zip(sizes) {
-            let name = format!("{name} by {} ({})", e.source, e.fraction);
-            table = table.numbers(&name, unit, sizes, decimal);
-        }
-    }
-    table
 }
 
 /// Excitations that have a size, with their numbers.
@@ -167,72 +208,6 @@ fn draw(title: &str, result: &RunUpResult) -> String {
 
 /// Maximum number of critical speeds shown: those with the largest responses.
 const MAX_ROWS: usize = 24;
-
-/// The tables.
-fn critical_speeds(machine: &Machine, result: &RunUpResult) -> String {
-    let (name, unit) = result
-        .outputs
-        .first()
-        .map_or(("", ""), |(n, u)| (n.as_str(), *u));
-    let mut text = driver(result);
-    text += &match result.assumed {
-        Some(size) => format!(
-            "no error is declared: every order has an assumed amplitude of {} µm, and answers go with it\n",
-            four_digits(1e6 * size)
-        ),
-        None => "orders have the amplitudes of the errors declared; where none is, only the critical speed is told\n".to_string(),
-    };
-    for ((name, unit), &(speed, total)) in result.outputs.iter().zip(&result.max_amplitudes) {
-        let (factor, unit) = choose_unit(total, unit);
-        text += &format!(
-            "{name}: all orders together at most {} {unit}, at {} rpm\n",
-            four_digits(factor * total),
-            four_digits(rpm(speed))
-        );
-    }
-    if result.critical.is_empty() {
-        return text + "no order meets a natural frequency that answers in this range\n";
-    }
-    let largest = result
-        .critical
-        .iter()
-        .filter_map(|c| c.amplitude)
-        .fold(0.0, f64::max);
-    let (factor, unit) = choose_unit(largest, unit);
-    text += &format!(
-        "\n{} of {}\n",
-        pluralise(result.critical.len(), "critical speed"),
-        result.node
-    );
-    let mut table = Table::new("speed [rpm]|frequency [Hz]|order")
-        .column(name, &unit)
-        .columns("source|in danger");
-    for c in result.critical.iter().take(MAX_ROWS) {
-        let e = &result.excitations[c.excitation];
-        table.row([
-            significant(rpm(c.speed)),
-            significant(c.omega / TAU),
-            e.fraction.clone(),
-            match c.amplitude {
-                Some(size) => four_digits(factor * size),
-                None if !result.is_declared(c.excitation) => "not declared".to_string(),
-                None => "infinite".to_string(),
-            },
-            e.source.clone(),
-            or_dash(c.highest_strain_energy, |(element, share)| {
-                element_share(machine, element, share)
-            }),
-        ]);
-    }
-    text += &table.text();
-    if result.critical.len() > MAX_ROWS {
-        text += &format!(
-            "… and {} with smaller answers; --json holds all\n",
-            result.critical.len() - MAX_ROWS
-        );
-    }
-    with_minus_signs(&text)
-}
 
 /// Driver's angle: prescribed or free.
 fn driver(result: &RunUpResult) -> String {

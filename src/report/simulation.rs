@@ -2,16 +2,14 @@
 
 use serde_json::{Map, Value, json};
 
-use super::axes::{clip_to_panel, draw_frame, linear_range};
+use super::axes::{draw_curve, draw_frame, linear_range};
 use super::online;
 use super::output_key::{effort, key};
 use super::plan::{step_lines, steps};
 use super::presentation::{Figure, Presentation, Provenance};
 use super::sensitivity;
 use super::simulation_table::{cost, energy_balance, statistics_table, step_responses};
-use super::svg::{
-    Anchor, BLACK, BLUE, LABEL_SIZE, LineStyle, Panel, TITLE_SIZE, WIDTH, render_svg, ticks,
-};
+use super::svg::{Anchor, BLUE, Panel, WIDTH, render_svg, ticks};
 use super::table::{Table, decimal};
 use crate::base::error::Error;
 use crate::base::quantity::format_time;
@@ -162,7 +160,7 @@ fn draw(title: &str, scene: &SimulationSetup, history: &MotionHistory) -> String
         WIDTH,
         top + count as f64 * (HEIGHT + SPACING) + 30.0,
         |canvas| {
-            canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+            canvas.title(title, MARGIN_LEFT);
             let end = history.time.last().copied().unwrap_or(0.0);
             for (at, (output, values)) in scene.outputs.list.iter().zip(&history.values).enumerate()
             {
@@ -171,28 +169,18 @@ fn draw(title: &str, scene: &SimulationSetup, history: &MotionHistory) -> String
                     continue;
                 };
                 let x = (0.0, if end > 0.0 { end } else { 1.0 });
-                let panel = Panel {
-                    across: (MARGIN_LEFT, WIDTH - 24.0),
-                    down: (down, down + HEIGHT),
-                    x,
-                    y,
-                };
+                let panel = Panel::new((MARGIN_LEFT, WIDTH - 24.0), (down, down + HEIGHT), x, y);
                 panel.draw_y_grid(canvas, &ticks(y, 4));
                 let below = (at + 1 == count).then_some("time, s");
                 draw_frame(&panel, canvas, output.unit, below);
-                canvas.text(
-                    &output.name,
-                    (MARGIN_LEFT + 6.0, down - 8.0),
-                    LABEL_SIZE,
-                    BLACK,
-                    Anchor::Start,
-                );
-                for run in clip_to_panel(
+                canvas.label(&output.name, (MARGIN_LEFT + 6.0, down - 8.0), Anchor::Start);
+                draw_curve(
+                    canvas,
                     &panel,
                     history.time.iter().copied().zip(values.iter().copied()),
-                ) {
-                    canvas.polyline(&run, BLUE, 0.9, LineStyle::Solid);
-                }
+                    BLUE,
+                    0.9,
+                );
             }
         },
     )

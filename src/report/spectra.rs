@@ -45,7 +45,23 @@ impl Presentation for LogAnswer<SpectrumResult> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        Ok(body(&self.result))
+        let found = &self.result;
+        let place = key(found.abscissa_kind);
+        let channels: Vec<Value> = found
+            .channel_spectra
+            .iter()
+            .map(|c| channel(c, place))
+            .collect();
+        let mut document = json!({
+            "kind": kind(found.kind),
+            "how": found.method_text,
+            "averages": found.averages,
+            "resolution": found.abscissa_step,
+            "interval": found.interval.map(|(lower, upper)| json!({ "confidence": 0.95, "lower": lower, "upper": upper })),
+            "channels": channels,
+        });
+        document[place] = json!(found.abscissa);
+        Ok(document)
     }
 
     fn text(&self) -> String {
@@ -53,7 +69,43 @@ impl Presentation for LogAnswer<SpectrumResult> {
     }
 
     fn table(&self) -> Table<'_> {
-        table(&self.result)
+        let found = &self.result;
+        let curves = &found.channel_spectra;
+        let rows = curves
+            .iter()
+            .map(|c| c.spectrogram_rows.len())
+            .min()
+            .unwrap_or(0);
+        let place = key(found.abscissa_kind);
+        if curves.iter().all(|c| c.spectrogram_rows.is_empty()) {
+            let places = Table::default().numbers(place, "", &found.abscissa, exact);
+            return curves.iter().fold(places, |table, c| {
+                table.numbers(&c.channel, &c.unit, &c.value, exact)
+            });
+        }
+        let lines = found.abscissa.len();
+        // A value of every row, for each of its lines.
+        let each = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            (0..rows)
+                .flat_map(|r| std::iter::repeat_n(of(r), lines))
+                .collect()
+        };
+        let mut table = Table::default();
+        if let Some(first) = curves.first() {
+            let times = each(&|r| first.spectrogram_rows[r].time_s);
+            table = table.numbers("time_s", "", times, exact);
+            if !first.speed.is_empty() {
+                let speeds = each(&|r| first.speed.get(r).map_or(f64::NAN, |&s| rpm(s)));
+                table = table.numbers("speed_rpm", "", speeds, exact);
+            }
+        }
+        let table = table.numbers(place, "", found.abscissa.repeat(rows), exact);
+        curves.iter().fold(table, |table, c| {
+            let densities = c.spectrogram_rows[..rows]
+                .iter()
+                .flat_map(|row| row.density.iter().copied());
+            table.numbers(&c.channel, &c.unit, densities.collect::<Vec<_>>(), exact)
+        })
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
@@ -63,26 +115,6 @@ impl Presentation for LogAnswer<SpectrumResult> {
             false => draw_heatmaps(&maps),
         })])
     }
-}
-
-/// The document of `spectrum`.
-fn body(found: &SpectrumResult) -> Value {
-    let place = key(found.abscissa_kind);
-    let channels: Vec<Value> = found
-        .channel_spectra
-        .iter()
-        .map(|c| channel(c, place))
-        .collect();
-    let mut document = json!({
-        "kind": kind(found.kind),
-        "how": found.method_text,
-        "averages": found.averages,
-        "resolution": found.abscissa_step,
-        "interval": found.interval.map(|(lower, upper)| json!({ "confidence": 0.95, "lower": lower, "upper": upper })),
-        "channels": channels,
-    });
-    document[place] = json!(found.abscissa);
-    document
 }
 
 fn channel(curve: &ChannelSpectrum, place: &str) -> Value {
@@ -117,46 +149,6 @@ fn peak(line: &LabelledPeak, curve: &ChannelSpectrum, place: &str) -> Value {
     });
     all[place] = json!(line.position);
     all
-}
-
-/// One row a line, one column a channel; of spectrograms one row a time and line.
-fn table(found: &SpectrumResult) -> Table<'_> {
-    let curves = &found.channel_spectra;
-    let rows = curves
-        .iter()
-        .map(|c| c.spectrogram_rows.len())
-        .min()
-        .unwrap_or(0);
-    let place = key(found.abscissa_kind);
-    if curves.iter().all(|c| c.spectrogram_rows.is_empty()) {
-        let places = Table::default().numbers(place, "", &found.abscissa, exact);
-        return curves.iter().fold(places, |table, c| {
-            table.numbers(&c.channel, &c.unit, &c.value, exact)
-        });
-    }
-    let lines = found.abscissa.len();
-    // A value of every row, for each of its lines.
-    let each = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        (0..rows)
-            .flat_map(|r| std::iter::repeat_n(of(r), lines))
-            .collect()
-    };
-    let mut table = Table::default();
-    if let Some(first) = curves.first() {
-        let times = each(&|r| first.spectrogram_rows[r].time_s);
-        table = table.numbers("time_s", "", times, exact);
-        if !first.speed.is_empty() {
-            let speeds = each(&|r| first.speed.get(r).map_or(f64::NAN, |&s| rpm(s)));
-            table = table.numbers("speed_rpm", "", speeds, exact);
-        }
-    }
-    let table = table.numbers(place, "", found.abscissa.repeat(rows), exact);
-    curves.iter().fold(table, |table, c| {
-        let densities = c.spectrogram_rows[..rows]
-            .iter()
-            .flat_map(|row| row.density.iter().copied());
-        table.numbers(&c.channel, &c.unit, densities.collect::<Vec<_>>(), exact)
-    })
 }
 
 /// Spectrograms as maps, one for each channel; none of other spectra.

@@ -1,9 +1,9 @@
 //! Spectrum plots with labelled lines.
 
-use super::axes::{clip_to_panel, draw_frame, draw_log_grid, linear_range, log_range};
+use super::axes::{draw_curve, draw_frame, draw_log_grid, extremes, linear_range, log_range};
 use super::svg::{
-    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
-    TITLE_SIZE, WIDTH, render_svg, text_width, ticks,
+    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LIGHT_GREY, ORANGE, Panel, WIDTH, render_svg,
+    text_width, ticks,
 };
 
 const MARGIN_LEFT: f64 = 70.0;
@@ -38,24 +38,10 @@ pub fn draw_spectra(shown: &SpectrumPlot) -> String {
     const COLOURS: [Colour; 4] = [BLUE, ORANGE, BLACK, GREY];
     let top = 76.0;
     render_svg(WIDTH, top + HEIGHT + 52.0, |canvas| {
-        canvas.text(
-            &shown.title,
-            (MARGIN_LEFT, 16.0),
-            TITLE_SIZE,
-            BLACK,
-            Anchor::Start,
-        );
+        canvas.title(&shown.title, MARGIN_LEFT);
         let mut right = MARGIN_LEFT;
         for ((label, ..), ink) in shown.curves.iter().zip(COLOURS) {
-            canvas.line((right, 36.0), (right + 18.0, 36.0), ink, 2.0);
-            canvas.text(
-                label,
-                (right + 23.0, 36.0),
-                LABEL_SIZE,
-                BLACK,
-                Anchor::Start,
-            );
-            right += 39.0 + text_width(label, LABEL_SIZE);
+            right = canvas.key_entry((right, 36.0), label, ink, 2.0) + 16.0;
         }
         let values = || shown.curves.iter().flat_map(|c| c.2.iter().copied());
         let y = if shown.logarithmic {
@@ -64,19 +50,12 @@ pub fn draw_spectra(shown: &SpectrumPlot) -> String {
             linear_range(values().chain([0.0]))
         };
         let places = || shown.curves.iter().flat_map(|c| c.1.iter().copied());
-        let x = places().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), f| {
-            (l.min(f), h.max(f))
-        });
+        let x = extremes(places());
         let (Some(y), true) = (y, x.0 < x.1) else {
             draw_empty_note(canvas, top + HEIGHT / 2.0);
             return;
         };
-        let panel = Panel {
-            across: (MARGIN_LEFT, WIDTH - 24.0),
-            down: (top, top + HEIGHT),
-            x,
-            y,
-        };
+        let panel = Panel::new((MARGIN_LEFT, WIDTH - 24.0), (top, top + HEIGHT), x, y);
         match shown.logarithmic {
             true => draw_log_grid(&panel, canvas),
             false => panel.draw_y_grid(canvas, &ticks(y, 6)),
@@ -88,9 +67,7 @@ pub fn draw_spectra(shown: &SpectrumPlot) -> String {
                 .iter()
                 .copied()
                 .zip(values.iter().map(|&v| height(v)));
-            for run in clip_to_panel(&panel, points) {
-                canvas.polyline(&run, ink, 0.9, LineStyle::Solid);
-            }
+            draw_curve(canvas, &panel, points, ink, 0.9);
         }
         let spot = |(x, y, text): &(f64, f64, String)| (*x, height(*y), text.clone());
         let labels: Vec<_> = shown.labels.iter().map(spot).collect();
@@ -101,7 +78,7 @@ pub fn draw_spectra(shown: &SpectrumPlot) -> String {
 /// Says that there is nothing, at a height.
 pub fn draw_empty_note(canvas: &mut Canvas, height: f64) {
     let spot = (WIDTH / 2.0, height);
-    canvas.text("nothing to show", spot, TITLE_SIZE, GREY, Anchor::Middle);
+    canvas.placeholder("nothing to show", spot);
 }
 
 /// Names peaks above a panel, the more important first: values of both axes, text. As many are named as have room.

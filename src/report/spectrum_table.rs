@@ -1,5 +1,6 @@
 //! Spectra as tables for a terminal: the strongest lines of each channel.
 
+use super::axes::extremes;
 use super::number_format::{four_digits, significant};
 use super::table::{Table, or_dash};
 use crate::plan::logs::spectrum_study::{
@@ -47,12 +48,7 @@ pub fn text(found: &SpectrumResult) -> String {
 
 /// Summary of a curve without lines.
 fn no_lines_text(found: &SpectrumResult, curve: &ChannelSpectrum) -> String {
-    let (low, high) = curve
-        .value
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| {
-            (l.min(v), h.max(v))
-        });
+    let (low, high) = extremes(curve.value.iter().copied());
     match found.kind {
         SpectrumKind::SynchronousAverage => format!(
             "  {} … {} {}\n",

@@ -38,7 +38,54 @@ impl Presentation for StabilityAnswer<'_> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        Ok(body(&self.result))
+        let found = &self.result;
+        let facts = &found.linear;
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let limits: serde_json::Map<String, Value> = facts
+            .max_steps
+            .iter()
+            .map(|(n, h)| (n.to_string(), json!(finite(*h))))
+            .collect();
+        let floquet = match &found.floquet {
+            Err(why) => json!({ "left_out": why }),
+            Ok(p) => json!({
+                "largest_multiplier": p.max_multiplier,
+                "growth_per_s": p.max_multiplier.ln() / p.period,
+                "period_s": p.period,
+                "tongues": p.chart.as_ref().filter(|c| c.parameter.is_none()).map(|c| tongues(&c.rows[0])),
+                "chart": p.chart.as_ref().and_then(|c| Some(json!({
+                    "over": c.parameter?.name(),
+                    "rows": c.rows.iter().map(|r| json!({ "factor": r.factor, "tongues": tongues(r) })).collect::<Vec<_>>(),
+                }))),
+            }),
+        };
+        let (step, amplified) = &found.amplification;
+        let amplified = amplified.iter().map(|a| {
+        json!({
+            "method": a.method, "step_limit_s": facts.max_stable_step(a.method).and_then(finite), "fastest": finite(a.fastest),
+            "slowest": finite(a.slowest), "slowest_added_damping_ratio": finite(a.added_damping),
+        })
+    });
+        let amplified: Vec<Value> = amplified.collect();
+        let case = |c: &StressCase| json!({ "case": c.name, "method": c.method, "verdict": c.verdict.name(), "figure": c.energy_error, "reason": c.reason });
+        Ok(json!({
+            "interrupted": found.interrupted,
+            "facts": {
+                "stiffness_ratio": finite(facts.stiffness_ratio), "spectral_abscissa_per_s": finite(facts.spectral_abscissa),
+                "speed_rad_s": facts.speed, "fastest_rad_s": facts.fastest, "slowest_rad_s": finite(facts.slowest), "step_limits_s": limits,
+                "eigenvalues_rad_s": facts.eigenvalues.iter().map(|z| json!({ "re": z.re, "im": z.im })).collect::<Vec<_>>(),
+            },
+            "amplification": { "step_s": finite(*step), "methods": amplified },
+            "floquet": floquet,
+            "budget_evaluations": found.budget,
+            "budget_as_it_is_evaluations": BASELINE_FACTOR * found.budget,
+            "left_out": found.left_out.iter().map(|(case, reason)| json!({ "case": case, "reason": reason })).collect::<Vec<_>>(),
+            "methods_left_out": found.methods_left_out.iter().map(|(method, reason)| json!({ "method": method, "reason": reason })).collect::<Vec<_>>(),
+            "cases": found.cases.iter().map(case).collect::<Vec<_>>(),
+            "counts": {
+                "pass": count_verdicts(found, CaseVerdict::Pass), "refused": count_verdicts(found, CaseVerdict::Refused), "fail": count_verdicts(found, CaseVerdict::Fail),
+            },
+        }))
     }
 
     fn text(&self) -> String {
@@ -86,57 +133,6 @@ impl Presentation for StabilityAnswer<'_> {
     fn exit_code(&self) -> u8 {
         u8::from(count_verdicts(&self.result, CaseVerdict::Fail) > 0)
     }
-}
-
-/// The document.
-fn body(found: &StabilityResult) -> Value {
-    let facts = &found.linear;
-    let finite = |x: f64| x.is_finite().then_some(x);
-    let limits: serde_json::Map<String, Value> = facts
-        .max_steps
-        .iter()
-        .map(|(n, h)| (n.to_string(), json!(finite(*h))))
-        .collect();
-    let floquet = match &found.floquet {
-        Err(why) => json!({ "left_out": why }),
-        Ok(p) => json!({
-            "largest_multiplier": p.max_multiplier,
-            "growth_per_s": p.max_multiplier.ln() / p.period,
-            "period_s": p.period,
-            "tongues": p.chart.as_ref().filter(|c| c.parameter.is_none()).map(|c| tongues(&c.rows[0])),
-            "chart": p.chart.as_ref().and_then(|c| Some(json!({
-                "over": c.parameter?.name(),
-                "rows": c.rows.iter().map(|r| json!({ "factor": r.factor, "tongues": tongues(r) })).collect::<Vec<_>>(),
-            }))),
-        }),
-    };
-    let (step, amplified) = &found.amplification;
-    let amplified = amplified.iter().map(|a| {
-        json!({
-            "method": a.method, "step_limit_s": facts.max_stable_step(a.method).and_then(finite), "fastest": finite(a.fastest),
-            "slowest": finite(a.slowest), "slowest_added_damping_ratio": finite(a.added_damping),
-        })
-    });
-    let amplified: Vec<Value> = amplified.collect();
-    let case = |c: &StressCase| json!({ "case": c.name, "method": c.method, "verdict": c.verdict.name(), "figure": c.energy_error, "reason": c.reason });
-    json!({
-        "interrupted": found.interrupted,
-        "facts": {
-            "stiffness_ratio": finite(facts.stiffness_ratio), "spectral_abscissa_per_s": finite(facts.spectral_abscissa),
-            "speed_rad_s": facts.speed, "fastest_rad_s": facts.fastest, "slowest_rad_s": finite(facts.slowest), "step_limits_s": limits,
-            "eigenvalues_rad_s": facts.eigenvalues.iter().map(|z| json!({ "re": z.re, "im": z.im })).collect::<Vec<_>>(),
-        },
-        "amplification": { "step_s": finite(*step), "methods": amplified },
-        "floquet": floquet,
-        "budget_evaluations": found.budget,
-        "budget_as_it_is_evaluations": BASELINE_FACTOR * found.budget,
-        "left_out": found.left_out.iter().map(|(case, reason)| json!({ "case": case, "reason": reason })).collect::<Vec<_>>(),
-        "methods_left_out": found.methods_left_out.iter().map(|(method, reason)| json!({ "method": method, "reason": reason })).collect::<Vec<_>>(),
-        "cases": found.cases.iter().map(case).collect::<Vec<_>>(),
-        "counts": {
-            "pass": count_verdicts(found, CaseVerdict::Pass), "refused": count_verdicts(found, CaseVerdict::Refused), "fail": count_verdicts(found, CaseVerdict::Fail),
-        },
-    })
 }
 
 fn tongues(row: &ChartRow) -> Vec<Value> {

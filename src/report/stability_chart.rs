@@ -3,9 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::axes::draw_frame;
-use super::svg::{
-    Anchor, BLACK, Colour, LABEL_SIZE, ORANGE, Panel, TITLE_SIZE, WIDTH, lighten, render_svg, ticks,
-};
+use super::svg::{Anchor, Colour, ORANGE, Panel, WIDTH, lighten, render_svg, ticks};
 use crate::motion::floquet::stability_chart::InstabilityTongue;
 use crate::study::parametric::StabilityChart;
 
@@ -26,13 +24,13 @@ pub fn draw_stability_chart(title: &str, chart: &StabilityChart, speed: f64) -> 
     let high = all().map(grown).fold(f64::NEG_INFINITY, f64::max);
     let scale = (high - SHADES as f64, high);
     render_svg(WIDTH, MARGIN_TOP + HEIGHT + 52.0, |canvas| {
-        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
-        let panel = Panel {
-            across: (MARGIN_LEFT, WIDTH - MARGIN_RIGHT),
-            down: (MARGIN_TOP, MARGIN_TOP + HEIGHT),
-            x: (rpm(chart.span[0]), rpm(chart.span[1])),
-            y: (first.factor - half, last.factor + half),
-        };
+        canvas.title(title, MARGIN_LEFT);
+        let panel = Panel::new(
+            (MARGIN_LEFT, WIDTH - MARGIN_RIGHT),
+            (MARGIN_TOP, MARGIN_TOP + HEIGHT),
+            (rpm(chart.span[0]), rpm(chart.span[1])),
+            (first.factor - half, last.factor + half),
+        );
         for row in &chart.rows {
             for t in &row.tongues {
                 let shade = ((high - grown(t)) as usize).min(SHADES - 1);
@@ -66,19 +64,11 @@ pub fn draw_stability_chart(title: &str, chart: &StabilityChart, speed: f64) -> 
                 .filter(|other| other.name == t.name)
                 .fold(t, |a, b| if b.to - b.from > a.to - a.from { b } else { a });
             let at = panel.canvas_x(rpm(0.5 * (widest.from + widest.to) / chart.base));
-            canvas.text(
-                &t.name,
-                (at, MARGIN_TOP - 8.0),
-                LABEL_SIZE,
-                BLACK,
-                Anchor::Middle,
-            );
+            canvas.label(&t.name, (at, MARGIN_TOP - 8.0), Anchor::Middle);
         }
-        canvas.text(
+        canvas.label(
             "growth",
             (WIDTH - MARGIN_RIGHT + 14.0, MARGIN_TOP - 8.0),
-            LABEL_SIZE,
-            BLACK,
             Anchor::Start,
         );
         for shade in 0..SHADES {
@@ -87,13 +77,7 @@ pub fn draw_stability_chart(title: &str, chart: &StabilityChart, speed: f64) -> 
             canvas.fill_rect((left, down + 14.0), (left + 14.0, down), shaded(shade));
             let per_cent = 100.0 * 10f64.powf(scale.1 - shade as f64);
             let text = format!("{} %", super::svg::significant(per_cent, 2));
-            canvas.text(
-                &text,
-                (left + 20.0, down + 7.0),
-                LABEL_SIZE,
-                BLACK,
-                Anchor::Start,
-            );
+            canvas.label(&text, (left + 20.0, down + 7.0), Anchor::Start);
         }
     })
 }

@@ -3,7 +3,7 @@
 use super::axes::{clip_to_panel, draw_frame, draw_log_grid};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
-    Point2, TITLE_SIZE, WIDTH, lighten, render_svg, text_width, ticks,
+    Point2, WIDTH, lighten, render_svg, text_width, ticks,
 };
 use crate::base::quantity::format_time;
 use crate::study::stability::amplification::{AmplificationChart, stability_boundary};
@@ -44,20 +44,15 @@ pub fn draw_stability_regions(
     let high = (across.1 - across.0) * (IM.1 - IM.0) / (RE.1 - RE.0);
     let middle = MARGIN_TOP + high + SPACING;
     render_svg(WIDTH, middle + FACTORS + 44.0, |canvas| {
-        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
-        let plane = Panel {
-            across,
-            down: (MARGIN_TOP, MARGIN_TOP + high),
-            x: RE,
-            y: IM,
-        };
+        canvas.title(title, MARGIN_LEFT);
+        let plane = Panel::new(across, (MARGIN_TOP, MARGIN_TOP + high), RE, IM);
         draw_complex_plane(canvas, &plane, facts, spectrum);
-        let factors = Panel {
+        let factors = Panel::new(
             across,
-            down: (middle, middle + FACTORS),
-            x: spectrum.decade_range(),
-            y: range_of_factors(spectrum),
-        };
+            (middle, middle + FACTORS),
+            spectrum.decade_range(),
+            range_of_factors(spectrum),
+        );
         draw_amplification(canvas, &factors, spectrum);
     })
 }
@@ -95,13 +90,7 @@ fn draw_complex_plane(
     let words = ["left half-plane: no step is too long for", always.as_str()];
     for (row, text) in words.into_iter().enumerate() {
         let down = MARGIN_TOP + 14.0 + 15.0 * row as f64;
-        canvas.text(
-            text,
-            (MARGIN_LEFT + 8.0, down),
-            LABEL_SIZE,
-            BLACK,
-            Anchor::Start,
-        );
+        canvas.label(text, (MARGIN_LEFT + 8.0, down), Anchor::Start);
     }
     let mut right = MARGIN_LEFT;
     for course in &spectrum.methods {
@@ -125,13 +114,7 @@ fn draw_complex_plane(
     }
     let label = format!("eigenvalues times {}", format_time(spectrum.step));
     canvas.stroke_circle((right + 8.0, 36.0), 3.0, BLACK, 1.2);
-    canvas.text(
-        &label,
-        (right + 18.0, 36.0),
-        LABEL_SIZE,
-        BLACK,
-        Anchor::Start,
-    );
+    canvas.label(&label, (right + 18.0, 36.0), Anchor::Start);
     let places = facts.eigenvalues.iter().map(|z| *z * spectrum.step);
     let (shown, beyond): (Vec<_>, Vec<_>) =
         places.partition(|z| (RE.0..=RE.1).contains(&z.re) && z.im.abs() <= IM.1);
@@ -141,52 +124,30 @@ fn draw_complex_plane(
     if !beyond.is_empty() {
         let text = format!("{} beyond the edge", beyond.len());
         let place = (MARGIN_LEFT + 8.0, MARGIN_TOP + 48.0);
-        canvas.text(&text, place, LABEL_SIZE, BLACK, Anchor::Start);
+        canvas.label(&text, place, Anchor::Start);
     }
 }
 
 fn draw_amplification(canvas: &mut Canvas, panel: &Panel, spectrum: &AmplificationChart) {
     draw_log_grid(panel, canvas);
-    canvas.stroke_rect(
-        (panel.across.0, panel.down.0),
-        (panel.across.1, panel.down.1),
-        GREY,
-        0.6,
-    );
+    panel.draw_border(canvas);
     let beside = (14.0, 0.5 * (panel.down.0 + panel.down.1));
-    canvas.vertical_text(
-        "factor of a step",
-        beside,
-        LABEL_SIZE,
-        BLACK,
-        Anchor::Middle,
-    );
+    canvas.upright("factor of a step", beside);
     let (first, last) = (panel.x.0.ceil() as i32, panel.x.1.floor() as i32);
     let every = ((last - first) / 10).max(1) as usize;
     for decade in (first..=last).step_by(every) {
         let right = panel.canvas_x(f64::from(decade));
-        canvas.line(
-            (right, panel.down.0),
-            (right, panel.down.1),
-            LIGHT_GREY,
-            0.5,
-        );
+        panel.draw_vertical(canvas, right, LIGHT_GREY, 0.5);
         let text = format!("1e{decade}");
         let place = (right, panel.down.1 + 11.0);
-        canvas.text(&text, place, LABEL_SIZE, BLACK, Anchor::Middle);
+        canvas.label(&text, place, Anchor::Middle);
     }
     let under = (0.5 * (panel.across.0 + panel.across.1), panel.down.1 + 28.0);
-    canvas.text("|hλ|", under, LABEL_SIZE, BLACK, Anchor::Middle);
+    canvas.label("|hλ|", under, Anchor::Middle);
     let one = panel.canvas_y(0.0);
-    canvas.line((panel.across.0, one), (panel.across.1, one), GREY, 0.8);
+    panel.draw_horizontal(canvas, one, GREY, 0.8);
     let above = panel.down.0 - 30.0;
-    canvas.text(
-        "what a step makes of a mode: lines without damping, rings at the eigenvalues; above 1 it grows",
-        (MARGIN_LEFT, above),
-        LABEL_SIZE,
-        BLACK,
-        Anchor::Start,
-    );
+    canvas.label("what a step makes of a mode: lines without damping, rings at the eigenvalues; above 1 it grows", (MARGIN_LEFT, above), Anchor::Start);
     let mut right = MARGIN_LEFT;
     for course in &spectrum.methods {
         let (ink, stroke) = line_style(course.method);
@@ -211,6 +172,6 @@ fn entry(
     stroke: LineStyle,
 ) -> f64 {
     canvas.polyline(&[(right, down), (right + 18.0, down)], ink, 2.0, stroke);
-    canvas.text(text, (right + 23.0, down), LABEL_SIZE, BLACK, Anchor::Start);
+    canvas.label(text, (right + 23.0, down), Anchor::Start);
     right + 23.0 + text_width(text, LABEL_SIZE) + 18.0
 }

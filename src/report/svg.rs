@@ -174,6 +174,44 @@ impl Canvas<'_> {
         self.write(text, spot, size, ink, anchor, FontTransform::None);
     }
 
+    /// The title of a figure, above its left edge.
+    pub fn title(&mut self, text: &str, left: f64) {
+        self.text(text, (left, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+    }
+
+    /// A label.
+    pub fn label(&mut self, text: &str, spot: Point2, anchor: Anchor) {
+        self.text(text, spot, LABEL_SIZE, BLACK, anchor);
+    }
+
+    /// A label that must not draw the eye.
+    pub fn note(&mut self, text: &str, spot: Point2, anchor: Anchor) {
+        self.text(text, spot, LABEL_SIZE, GREY, anchor);
+    }
+
+    /// A line with its name, for a key above a figure; where its text ends.
+    pub fn key_entry(
+        &mut self,
+        (left, height): Point2,
+        text: &str,
+        ink: Colour,
+        width: f64,
+    ) -> f64 {
+        self.line((left, height), (left + 18.0, height), ink, width);
+        self.label(text, (left + 23.0, height), Anchor::Start);
+        left + 23.0 + text_width(text, LABEL_SIZE)
+    }
+
+    /// What stands where a curve would, about its middle.
+    pub fn placeholder(&mut self, text: &str, middle: Point2) {
+        self.text(text, middle, TITLE_SIZE, GREY, Anchor::Middle);
+    }
+
+    /// A label that reads upwards, about its middle.
+    pub fn upright(&mut self, text: &str, middle: Point2) {
+        self.vertical_text(text, middle, LABEL_SIZE, BLACK, Anchor::Middle);
+    }
+
     /// A text that reads upwards, centred on the width of its point.
     pub fn vertical_text(
         &mut self,
@@ -264,6 +302,33 @@ pub struct Panel {
 }
 
 impl Panel {
+    /// A panel between edges, left and right, upper and lower, with the values there.
+    pub fn new(across: (f64, f64), down: (f64, f64), x: (f64, f64), y: (f64, f64)) -> Panel {
+        Panel { across, down, x, y }
+    }
+
+    /// The outline.
+    pub fn draw_border(&self, canvas: &mut Canvas) {
+        let (left, right) = self.across;
+        canvas.stroke_rect((left, self.down.0), (right, self.down.1), GREY, 0.6);
+    }
+
+    /// A line from the upper to the lower edge.
+    pub fn draw_vertical(&self, canvas: &mut Canvas, right: f64, ink: Colour, width: f64) {
+        canvas.line((right, self.down.0), (right, self.down.1), ink, width);
+    }
+
+    /// A line from the left to the right edge.
+    pub fn draw_horizontal(&self, canvas: &mut Canvas, height: f64, ink: Colour, width: f64) {
+        canvas.line((self.across.0, height), (self.across.1, height), ink, width);
+    }
+
+    /// A dotted line from the upper to the lower edge.
+    pub fn draw_dotted(&self, canvas: &mut Canvas, right: f64, ink: Colour, width: f64) {
+        let ends = [(right, self.down.0), (right, self.down.1)];
+        canvas.polyline(&ends, ink, width, LineStyle::Dotted);
+    }
+
     /// Canvas position of a point of the diagram.
     pub fn to_canvas(&self, x: f64, y: f64) -> Point2 {
         (self.canvas_x(x), self.canvas_y(y))
@@ -283,19 +348,8 @@ impl Panel {
     pub fn draw_y_grid(&self, canvas: &mut Canvas, values: &[f64]) {
         for (&value, text) in values.iter().zip(numbers(values)) {
             let height = self.canvas_y(value);
-            canvas.line(
-                (self.across.0, height),
-                (self.across.1, height),
-                LIGHT_GREY,
-                0.5,
-            );
-            canvas.text(
-                &text,
-                (self.across.0 - 5.0, height),
-                LABEL_SIZE,
-                BLACK,
-                Anchor::End,
-            );
+            self.draw_horizontal(canvas, height, LIGHT_GREY, 0.5);
+            canvas.label(&text, (self.across.0 - 5.0, height), Anchor::End);
         }
     }
 
@@ -303,14 +357,8 @@ impl Panel {
     pub fn draw_x_grid(&self, canvas: &mut Canvas, values: &[f64]) {
         for (&value, text) in values.iter().zip(numbers(values)) {
             let right = self.canvas_x(value);
-            canvas.line((right, self.down.0), (right, self.down.1), LIGHT_GREY, 0.5);
-            canvas.text(
-                &text,
-                (right, self.down.1 + 11.0),
-                LABEL_SIZE,
-                BLACK,
-                Anchor::Middle,
-            );
+            self.draw_vertical(canvas, right, LIGHT_GREY, 0.5);
+            canvas.label(&text, (right, self.down.1 + 11.0), Anchor::Middle);
         }
     }
 }
@@ -408,6 +456,14 @@ pub fn truncate_label(name: &str, longest: usize) -> String {
 pub fn text_width(text: &str, size: f64) -> f64 {
     const WIDE: f64 = 0.57; // of the size, per character: wide sans-serif faces; narrow ones leave some room
     text.chars().count() as f64 * size * WIDE
+}
+
+/// About how wide the widest of texts is, `least` at least.
+pub fn widest<T: AsRef<str>>(texts: impl IntoIterator<Item = T>, size: f64, least: f64) -> f64 {
+    let widths = texts
+        .into_iter()
+        .map(|text| text_width(text.as_ref(), size));
+    widths.fold(least, f64::max)
 }
 
 /// Moves places apart until neighbours keep a distance, staying in order and within a range where it has room.

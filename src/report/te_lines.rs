@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use serde_json::{Value, json};
 
+use super::axes::extremes;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
 use crate::plan::logs::encoder_analysis::EncoderResult;
@@ -126,11 +127,7 @@ pub fn direction_name(flank: &FlankEvaluation) -> &'static str {
 
 /// Greatest less least.
 pub fn peak_to_peak(values: &[f64]) -> f64 {
-    let ends = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| {
-            (l.min(x), h.max(x))
-        });
+    let ends = extremes(values.iter().copied());
     ends.1 - ends.0
 }
 

@@ -46,7 +46,45 @@ impl Presentation for TransmissionAnswer<'_> {
     }
 
     fn table(&self) -> Table<'_> {
-        table(&self.machine.machine, &self.result)
+        let (machine, result) = (&self.machine.machine, &self.result);
+        let unit = TeUnit::for_output(machine, result);
+        let (key, turns) = (unit.key, unit.key != "um");
+        let mut table = Table::new("order|order_value|source|cause|harmonic")
+            .columns(&format!("amplitude_{key}"))
+            .columns_if(turns, "amplitude_um")
+            .columns(&format!(
+                "phase_deg|share|kinematic_{key}|loaded_{key}|dynamic_{key}"
+            ))
+            .columns("coincides_with_rows");
+        let sized = |z: Complex| decimal(z.norm() * unit.times);
+        for (k, row) in result.lines.iter().enumerate() {
+            let slow = result.quasi_static(row);
+            let group = result.coincidences.iter().find(|c| c.lines.contains(&k));
+            let others = group.map_or(&[][..], |group| &group.lines);
+            let others = others.iter().filter(|line| **line != k);
+            let others: Vec<String> = others.map(|line| (line + 1).to_string()).collect();
+            let mut cells = vec![
+                row.line.order.to_string(),
+                decimal(row.line.order.to_f64()),
+                source(machine, row),
+                cause(machine, row).to_string(),
+                row.line.harmonic.to_string(),
+                sized(slow),
+            ];
+            if turns {
+                cells.push(or_blank(result.radius, |r| decimal(1e6 * r * slow.norm())));
+            }
+            cells.extend([
+                or_blank(phase(machine, row, slow), decimal),
+                decimal(row.share),
+                or_blank(row.kinematic, sized),
+                sized(row.loaded),
+                or_blank(row.dynamic, sized),
+                others.join(" "),
+            ]);
+            table.row(cells);
+        }
+        table
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
@@ -230,46 +268,4 @@ fn order(machine: &Machine, result: &TransmissionResult, k: usize, unit: TeUnit)
         ("dynamic", row.dynamic.map(|z| z.norm())),
     ];
     unit.object(&values, others)
-}
-
-/// One row a line.
-fn table(machine: &Machine, result: &TransmissionResult) -> Table<'static> {
-    let unit = TeUnit::for_output(machine, result);
-    let (key, turns) = (unit.key, unit.key != "um");
-    let mut table = Table::new("order|order_value|source|cause|harmonic")
-        .columns(&format!("amplitude_{key}"))
-        .columns_if(turns, "amplitude_um")
-        .columns(&format!(
-            "phase_deg|share|kinematic_{key}|loaded_{key}|dynamic_{key}"
-        ))
-        .columns("coincides_with_rows");
-    let sized = |z: Complex| decimal(z.norm() * unit.times);
-    for (k, row) in result.lines.iter().enumerate() {
-        let slow = result.quasi_static(row);
-        let group = result.coincidences.iter().find(|c| c.lines.contains(&k));
-        let others = group.map_or(&[][..], |group| &group.lines);
-        let others = others.iter().filter(|line| **line != k);
-        let others: Vec<String> = others.map(|line| (line + 1).to_string()).collect();
-        let mut cells = vec![
-            row.line.order.to_string(),
-            decimal(row.line.order.to_f64()),
-            source(machine, row),
-            cause(machine, row).to_string(),
-            row.line.harmonic.to_string(),
-            sized(slow),
-        ];
-        if turns {
-            cells.push(or_blank(result.radius, |r| decimal(1e6 * r * slow.norm())));
-        }
-        cells.extend([
-            or_blank(phase(machine, row, slow), decimal),
-            decimal(row.share),
-            or_blank(row.kinematic, sized),
-            sized(row.loaded),
-            or_blank(row.dynamic, sized),
-            others.join(" "),
-        ]);
-        table.row(cells);
-    }
-    table
 }

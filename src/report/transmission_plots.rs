@@ -1,12 +1,12 @@
 //! Plots of a transmission error: lines by order with their sources, the budget by element, lines over speed.
 
-use super::axes::{draw_frame, draw_log_grid, log_range};
+use super::axes::{draw_frame, draw_log_grid, extremes, log_range};
 use super::heatmap::{draw_colour_bar, ink, step_of};
 use super::number_format::{four_digits, percent};
 use super::presentation::Figure;
 use super::svg::{
-    Anchor, BLACK, BLUE, GREY, LABEL_SIZE, LIGHT_GREY, ORANGE, Panel, TITLE_SIZE, WIDTH, lighten,
-    render_svg, spread_labels, text_width, ticks, truncate_label,
+    Anchor, BLACK, BLUE, GREY, LABEL_SIZE, LIGHT_GREY, ORANGE, Panel, WIDTH, lighten, render_svg,
+    spread_labels, ticks, truncate_label, widest,
 };
 use super::te_lines::{TeUnit, cause, source};
 use crate::machine::components::Machine;
@@ -98,55 +98,37 @@ fn lines(title: &str, machine: &Machine, result: &TransmissionResult) -> String 
         .iter()
         .map(|group| order_label(machine, result, group))
         .collect();
-    let longest = names
-        .iter()
-        .map(|name| text_width(name, NAME))
-        .fold(0.0, f64::max);
-    let top = 44.0 + longest;
+    let top = 44.0 + widest(&names, NAME, 0.0);
     render_svg(WIDTH, top + HEIGHT + 50.0, |canvas| {
-        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+        canvas.title(title, MARGIN_LEFT);
         let Some(y) = log_range(order.iter().map(|&k| amplitude(k))) else {
-            canvas.text(
-                "no line",
-                (WIDTH / 2.0, top),
-                TITLE_SIZE,
-                GREY,
-                Anchor::Middle,
-            );
+            canvas.placeholder("no line", (WIDTH / 2.0, top));
             return;
         };
-        let ends = order
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &k| {
-                (l.min(place(k)), h.max(place(k)))
-            });
-        let panel = Panel {
-            across: (MARGIN_LEFT, WIDTH - 24.0),
-            down: (top, top + HEIGHT),
-            x: (ends.0 - 0.15, ends.1 + 0.15),
+        let ends = extremes(order.iter().map(|&k| place(k)));
+        let panel = Panel::new(
+            (MARGIN_LEFT, WIDTH - 24.0),
+            (top, top + HEIGHT),
+            (ends.0 - 0.15, ends.1 + 0.15),
             y,
-        };
+        );
         draw_log_grid(&panel, canvas);
         let beside = format!("amplitude at the output, {}", unit.name);
         draw_frame(&panel, canvas, &beside, None);
         for decade in panel.x.0.ceil() as i32..=panel.x.1.floor() as i32 {
             let right = panel.canvas_x(f64::from(decade));
             canvas.line((right, top), (right, top + HEIGHT), LIGHT_GREY, 0.5);
-            canvas.text(
+            canvas.label(
                 &four_digits(10f64.powi(decade)),
                 (right, top + HEIGHT + 12.0),
-                LABEL_SIZE,
-                BLACK,
                 Anchor::Middle,
             );
         }
         let per = machine.dofs[result.chain.order_reference].node;
         let below = format!("order, cycles per turn of {}", machine.nodes[per].name);
-        canvas.text(
+        canvas.label(
             &below,
             (0.5 * (MARGIN_LEFT + WIDTH - 24.0), top + HEIGHT + 34.0),
-            LABEL_SIZE,
-            BLACK,
             Anchor::Middle,
         );
         for &k in &order {
@@ -204,27 +186,24 @@ fn budget(title: &str, result: &TransmissionResult, unit: TeUnit) -> String {
     order.truncate(MAX_COUNT);
     let height = MARGIN_TOP + ROW_HEIGHT * order.len() as f64 + 40.0;
     render_svg(WIDTH, height, |canvas| {
-        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+        canvas.title(title, MARGIN_LEFT);
         let sums = format!(
             "share of the sum of squares; root {} {unit}, worst case {} {unit}",
             four_digits(result.budget.rss * unit.times),
             four_digits(result.budget.worst_case * unit.times),
             unit = unit.name
         );
-        canvas.text(&sums, (MARGIN_LEFT, 38.0), LABEL_SIZE, BLACK, Anchor::Start);
+        canvas.label(&sums, (MARGIN_LEFT, 38.0), Anchor::Start);
         let names: Vec<String> = order
             .iter()
             .map(|&e| truncate_label(&result.elements[e], 28))
             .collect();
-        let widest = names
-            .iter()
-            .map(|name| text_width(name, LABEL_SIZE))
-            .fold(60.0, f64::max);
-        let (left, right) = (24.0 + widest, WIDTH - 350.0);
+        let left = 24.0 + widest(&names, LABEL_SIZE, 60.0);
+        let right = WIDTH - 350.0;
         let full = order.first().map_or(1.0, |&e| found[e].share);
         for (row, (&e, name)) in order.iter().zip(&names).enumerate() {
             let middle = MARGIN_TOP + ROW_HEIGHT * (row as f64 + 0.5);
-            canvas.text(name, (left - 8.0, middle), LABEL_SIZE, BLACK, Anchor::End);
+            canvas.label(name, (left - 8.0, middle), Anchor::End);
             let end = left + (right - left) * found[e].share / full;
             canvas.fill_rect(
                 (left, middle - 7.0),
@@ -239,17 +218,11 @@ fn budget(title: &str, result: &TransmissionResult, unit: TeUnit) -> String {
                 }),
                 percent(found[e].rss_without)
             );
-            canvas.text(&text, (end + 6.0, middle), LABEL_SIZE, BLACK, Anchor::Start);
+            canvas.label(&text, (end + 6.0, middle), Anchor::Start);
         }
         if hidden > 0.0 {
             let text = format!("{} % in smaller ones", percent(hidden));
-            canvas.text(
-                &text,
-                (left, height - 20.0),
-                LABEL_SIZE,
-                GREY,
-                Anchor::Start,
-            );
+            canvas.note(&text, (left, height - 20.0), Anchor::Start);
         }
     })
 }
@@ -282,7 +255,7 @@ fn speeds(title: &str, machine: &Machine, result: &TransmissionResult, map: &Spe
         20.0 * (map.amplitudes[k][s] / result.lines[k].loaded.norm().max(f64::MIN_POSITIVE)).log10()
     };
     render_svg(WIDTH, height + 54.0, |canvas| {
-        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+        canvas.title(title, MARGIN_LEFT);
         let levels = shown
             .iter()
             .flat_map(|&k| (0..map.speeds.len()).map(move |s| (k, s)));
@@ -302,11 +275,7 @@ fn speeds(title: &str, machine: &Machine, result: &TransmissionResult, map: &Spe
             })
             .collect();
         let head = format!("order: source, cause, {} at the output", unit.name);
-        let left = 16.0
-            + names
-                .iter()
-                .map(|name| text_width(name, 9.0))
-                .fold(60.0, f64::max);
+        let left = 16.0 + widest(&names, 9.0, 60.0);
         canvas.text(
             &head,
             (left - 6.0, MARGIN_TOP - 9.0),
@@ -320,12 +289,12 @@ fn speeds(title: &str, machine: &Machine, result: &TransmissionResult, map: &Spe
             .map(|s| s * 30.0 / std::f64::consts::PI)
             .collect();
         let half = 0.5 * (rpm[1] - rpm[0]);
-        let panel = Panel {
-            across: (left, MARGIN_RIGHT),
-            down: (MARGIN_TOP, height),
-            x: (rpm[0] - half, rpm[rpm.len() - 1] + half),
-            y: (0.0, 1.0),
-        };
+        let panel = Panel::new(
+            (left, MARGIN_RIGHT),
+            (MARGIN_TOP, height),
+            (rpm[0] - half, rpm[rpm.len() - 1] + half),
+            (0.0, 1.0),
+        );
         for (row, (&k, name)) in shown.iter().zip(&names).enumerate() {
             let (up, down) = (
                 MARGIN_TOP + ROW_HEIGHT * row as f64,
@@ -352,20 +321,12 @@ fn speeds(title: &str, machine: &Machine, result: &TransmissionResult, map: &Spe
         }
         for tick in ticks(panel.x, 8) {
             let right = panel.canvas_x(tick);
-            canvas.text(
-                &four_digits(tick),
-                (right, height + 12.0),
-                LABEL_SIZE,
-                BLACK,
-                Anchor::Middle,
-            );
+            canvas.label(&four_digits(tick), (right, height + 12.0), Anchor::Middle);
         }
         let middle = 0.5 * (left + MARGIN_RIGHT);
-        canvas.text(
+        canvas.label(
             &format!("speed of {}, rpm", reference_node(machine)),
             (middle, height + 34.0),
-            LABEL_SIZE,
-            BLACK,
             Anchor::Middle,
         );
         draw_colour_bar(

@@ -42,15 +42,97 @@ impl Presentation for WorkPrecisionAnswer<'_> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        Ok(body(&self.outputs, &self.result, self.target_error))
+        let (outputs, accuracy, wanted) = (&self.outputs, &self.result, self.target_error);
+        let reference = &accuracy.reference;
+        let near = reference.cross_checks.first();
+        let witness = |w: &CrossCheck| {
+            let (tolerance, step) = tolerance_and_step(w.step_size);
+            json!({ "method": w.method, "tolerance": tolerance, "step_s": step, "related": w.related, "distance": w.distance })
+        };
+        let (tolerance, step) = tolerance_and_step(reference.step_size);
+        let silent = |(method, why): &(&str, String)| json!({ "method": method, "reason": why });
+        Ok(json!({
+            "interrupted": accuracy.interrupted,
+            "norm": NORM_TEXT,
+            "outputs": outputs,
+            "reference": {
+                "method": reference.method, "tolerance": tolerance, "step_s": step, "beside": near.map(|w| w.method),
+                "error": near.map(|w| w.distance), "amplification": reference.sensitivity,
+                "witnesses": reference.cross_checks.iter().map(witness).collect::<Vec<_>>(),
+                "silent": reference.unavailable.iter().map(silent).collect::<Vec<_>>(),
+            },
+            "runs": accuracy.runs.iter().map(row).collect::<Vec<_>>(),
+            "recommendation": recommendation(accuracy, wanted),
+        }))
     }
 
     fn text(&self) -> String {
-        text(&self.outputs, &self.result, self.target_error)
+        let (outputs, accuracy, wanted) = (&self.outputs, &self.result, self.target_error);
+        let mut text = format!(
+            "error in {} ({NORM_TEXT}) against run time\n{}\n",
+            outputs.join(", "),
+            reference(&accuracy.reference)
+        );
+        let mut table = Table::named("method|at|error|time|steps|rejected|evaluations|events");
+        let known = accuracy.reference.agreement();
+        for run in &accuracy.runs {
+            let RunOutcome::Completed {
+                error,
+                seconds,
+                stats: e,
+            } = &run.outcome
+            else {
+                continue;
+            };
+            let count = |n: u64| match n {
+                0 => "–".to_string(),
+                n => n.to_string(),
+            };
+            let sign = match known.is_some_and(|known| *error <= known) {
+                true => "≤ ",
+                false => "",
+            };
+            table.row([
+                run.method.to_string(),
+                setting_text(run.step_size),
+                format!("{sign}{}", format_error(*error)),
+                format_time_short(*seconds),
+                count(e.steps),
+                count(e.rejected),
+                count(e.evaluations),
+                count(e.events),
+            ]);
+        }
+        text += &table.text();
+        text += &failed_runs_text(&accuracy.runs);
+        text += &format!("\n{}\n", recommendation_text(accuracy, wanted));
+        text
     }
 
     fn table(&self) -> Table<'_> {
-        table(&self.result)
+        let accuracy = &self.result;
+        let mut table = Table::new(
+            "method|tolerance|step_s|error|run_time_s|steps|rejected|rhs_evaluations|events|status",
+        );
+        for run in &accuracy.runs {
+            let (tolerance, step) = tolerance_and_step(run.step_size);
+            let cost = match &run.outcome {
+                RunOutcome::Completed {
+                    seconds, stats: e, ..
+                } => {
+                    let counts = [e.steps, e.rejected, e.evaluations, e.events];
+                    once(decimal(*seconds))
+                        .chain(counts.map(|n| n.to_string()))
+                        .collect()
+                }
+                _ => vec![String::new(); 5],
+            };
+            let set = [tolerance, step, run.error()].map(|x| or_blank(x, power));
+            let status = run.reason().unwrap_or("ok").to_string();
+            let cells = once(run.method.to_string()).chain(set).chain(cost);
+            table.row(cells.chain(once(status)));
+        }
+        table
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
@@ -72,31 +154,6 @@ impl Presentation for WorkPrecisionAnswer<'_> {
     fn interruption(&self) -> Option<String> {
         self.result.interrupted.then(|| ENDED_EARLY.to_string())
     }
-}
-
-/// The document.
-fn body(outputs: &[String], accuracy: &WorkPrecisionResult, wanted: f64) -> Value {
-    let reference = &accuracy.reference;
-    let near = reference.cross_checks.first();
-    let witness = |w: &CrossCheck| {
-        let (tolerance, step) = tolerance_and_step(w.step_size);
-        json!({ "method": w.method, "tolerance": tolerance, "step_s": step, "related": w.related, "distance": w.distance })
-    };
-    let (tolerance, step) = tolerance_and_step(reference.step_size);
-    let silent = |(method, why): &(&str, String)| json!({ "method": method, "reason": why });
-    json!({
-        "interrupted": accuracy.interrupted,
-        "norm": NORM_TEXT,
-        "outputs": outputs,
-        "reference": {
-            "method": reference.method, "tolerance": tolerance, "step_s": step, "beside": near.map(|w| w.method),
-            "error": near.map(|w| w.distance), "amplification": reference.sensitivity,
-            "witnesses": reference.cross_checks.iter().map(witness).collect::<Vec<_>>(),
-            "silent": reference.unavailable.iter().map(silent).collect::<Vec<_>>(),
-        },
-        "runs": accuracy.runs.iter().map(row).collect::<Vec<_>>(),
-        "recommendation": recommendation(accuracy, wanted),
-    })
 }
 
 fn row(run: &WorkPrecisionRun) -> Value {
@@ -129,75 +186,6 @@ fn recommendation(accuracy: &WorkPrecisionResult, wanted: f64) -> Value {
         "run_time_s": run.and_then(WorkPrecisionRun::seconds), "error_reached": run.and_then(WorkPrecisionRun::error),
         "text": recommendation_text(accuracy, wanted),
     })
-}
-
-/// One row a rung.
-fn table(accuracy: &WorkPrecisionResult) -> Table<'_> {
-    let mut table = Table::new(
-        "method|tolerance|step_s|error|run_time_s|steps|rejected|rhs_evaluations|events|status",
-    );
-    for run in &accuracy.runs {
-        let (tolerance, step) = tolerance_and_step(run.step_size);
-        let cost = match &run.outcome {
-            RunOutcome::Completed {
-                seconds, stats: e, ..
-            } => {
-                let counts = [e.steps, e.rejected, e.evaluations, e.events];
-                once(decimal(*seconds))
-                    .chain(counts.map(|n| n.to_string()))
-                    .collect()
-            }
-            _ => vec![String::new(); 5],
-        };
-        let set = [tolerance, step, run.error()].map(|x| or_blank(x, power));
-        let status = run.reason().unwrap_or("ok").to_string();
-        let cells = once(run.method.to_string()).chain(set).chain(cost);
-        table.row(cells.chain(once(status)));
-    }
-    table
-}
-
-/// The table, the reference, the recommendation.
-fn text(outputs: &[String], accuracy: &WorkPrecisionResult, wanted: f64) -> String {
-    let mut text = format!(
-        "error in {} ({NORM_TEXT}) against run time\n{}\n",
-        outputs.join(", "),
-        reference(&accuracy.reference)
-    );
-    let mut table = Table::named("method|at|error|time|steps|rejected|evaluations|events");
-    let known = accuracy.reference.agreement();
-    for run in &accuracy.runs {
-        let RunOutcome::Completed {
-            error,
-            seconds,
-            stats: e,
-        } = &run.outcome
-        else {
-            continue;
-        };
-        let count = |n: u64| match n {
-            0 => "–".to_string(),
-            n => n.to_string(),
-        };
-        let sign = match known.is_some_and(|known| *error <= known) {
-            true => "≤ ",
-            false => "",
-        };
-        table.row([
-            run.method.to_string(),
-            setting_text(run.step_size),
-            format!("{sign}{}", format_error(*error)),
-            format_time_short(*seconds),
-            count(e.steps),
-            count(e.rejected),
-            count(e.evaluations),
-            count(e.events),
-        ]);
-    }
-    text += &table.text();
-    text += &failed_runs_text(&accuracy.runs);
-    text += &format!("\n{}\n", recommendation_text(accuracy, wanted));
-    text
 }
 
 /// Reference of the errors, and its own accuracy.

@@ -3,7 +3,7 @@
 use super::axes::{draw_log_grid, log_range};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
-    Point2, TITLE_SIZE, WIDTH, lighten, render_svg,
+    Point2, WIDTH, lighten, render_svg,
 };
 
 const MARGIN_LEFT: f64 = 70.0;
@@ -35,7 +35,7 @@ pub fn draw(title: &str, points: &[WorkPrecisionPoint], (floor, called): (f64, &
         })
         .collect();
     render_svg(WIDTH, MARGIN_TOP + HEIGHT + 52.0, |canvas| {
-        canvas.text(title, (MARGIN_LEFT, 16.0), TITLE_SIZE, BLACK, Anchor::Start);
+        canvas.title(title, MARGIN_LEFT);
         let x = log_range(ended.iter().map(|p| p.seconds));
         let low = ended
             .iter()
@@ -46,12 +46,9 @@ pub fn draw(title: &str, points: &[WorkPrecisionPoint], (floor, called): (f64, &
             .map(|p| p.error.log10())
             .fold(f64::NEG_INFINITY, f64::max);
         let Some(x) = x else {
-            canvas.text(
+            canvas.placeholder(
                 "no run came to its end",
                 (WIDTH / 2.0, MARGIN_TOP + HEIGHT / 2.0),
-                TITLE_SIZE,
-                GREY,
-                Anchor::Middle,
             );
             return;
         };
@@ -60,35 +57,22 @@ pub fn draw(title: &str, points: &[WorkPrecisionPoint], (floor, called): (f64, &
             true => (x.0.floor(), x.1.ceil()),
             false => x,
         };
-        let panel = Panel {
-            across: (MARGIN_LEFT, WIDTH - MARGIN_RIGHT),
-            down: (MARGIN_TOP, MARGIN_TOP + HEIGHT),
+        let panel = Panel::new(
+            (MARGIN_LEFT, WIDTH - MARGIN_RIGHT),
+            (MARGIN_TOP, MARGIN_TOP + HEIGHT),
             x,
-            y: (low - 0.5, high.min(3.0) + 0.5),
-        };
+            (low - 0.5, high.min(3.0) + 0.5),
+        );
         draw_log_grid(&panel, canvas);
         rule_times(&panel, canvas);
-        canvas.stroke_rect(
-            (panel.across.0, panel.down.0),
-            (panel.across.1, panel.down.1),
-            GREY,
-            0.6,
-        );
-        canvas.vertical_text(
-            "error",
-            (14.0, MARGIN_TOP + HEIGHT / 2.0),
-            LABEL_SIZE,
-            BLACK,
-            Anchor::Middle,
-        );
-        canvas.text(
+        panel.draw_border(canvas);
+        canvas.upright("error", (14.0, MARGIN_TOP + HEIGHT / 2.0));
+        canvas.label(
             "run time, s",
             (
                 0.5 * (MARGIN_LEFT + WIDTH - MARGIN_RIGHT),
                 MARGIN_TOP + HEIGHT + 30.0,
             ),
-            LABEL_SIZE,
-            BLACK,
             Anchor::Middle,
         );
         if floor > 0.0 && floor.is_finite() && floor.log10() > panel.y.0 {
@@ -100,11 +84,9 @@ pub fn draw(title: &str, points: &[WorkPrecisionPoint], (floor, called): (f64, &
                 LineStyle::Dotted,
             );
             // Next to the axis: on the line it would meet the runs that reach it.
-            canvas.text(
+            canvas.note(
                 &format!("dotted: {called}, {floor:.1e}"),
                 (panel.across.1, MARGIN_TOP + HEIGHT + 30.0),
-                LABEL_SIZE,
-                GREY,
                 Anchor::End,
             );
         }
@@ -160,24 +142,13 @@ fn rule_times(panel: &Panel, canvas: &mut Canvas) {
     let (first, last) = (panel.x.0.ceil() as i32, panel.x.1.floor() as i32);
     for decade in first..=last {
         let right = panel.canvas_x(f64::from(decade));
-        canvas.line(
-            (right, panel.down.0),
-            (right, panel.down.1),
-            LIGHT_GREY,
-            0.5,
-        );
+        panel.draw_vertical(canvas, right, LIGHT_GREY, 0.5);
         let text = match decade {
             -6..=-4 => format!("{} µs", 10i64.pow((decade + 6) as u32)),
             -3..=-1 => format!("{} ms", 10i64.pow((decade + 3) as u32)),
             0..=3 => format!("{} s", 10i64.pow(decade as u32)),
             _ => format!("1e{decade} s"),
         };
-        canvas.text(
-            &text,
-            (right, panel.down.1 + 11.0),
-            LABEL_SIZE,
-            BLACK,
-            Anchor::Middle,
-        );
+        canvas.label(&text, (right, panel.down.1 + 11.0), Anchor::Middle);
     }
 }
