@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 
 use super::args::CheckArgs;
 use super::{check_log, footer, output, render};
-use crate::base::error::{Diagnostic, Errors};
+use crate::base::error::Errors;
 use crate::base::load;
 use crate::base::source_span::SourceFile;
 use crate::plan;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::report;
-use crate::report::presentation::Provenance;
+use crate::report::check::FileSummary;
+use crate::report::presentation::{Presentation, Provenance, document};
 use crate::scene;
 
 /// Checks every file; 2 where one is wrong.
@@ -24,10 +24,10 @@ pub fn run(args: &CheckArgs) -> Result<u8, Errors> {
     let (mut exit, mut documents) = (0, Vec::new());
     for path in &args.files {
         match summarise(path, args) {
-            Ok((_, document, _)) if args.json => documents.push(document),
-            Ok((text, _, doubts)) => {
-                output::print(&text)?;
-                output::print_note(&doubts);
+            Ok(found) if args.json => documents.push(document(&found)?),
+            Ok(found) => {
+                output::print(&found.text())?;
+                output::print_note(&footer::notes(&found));
             }
             Err(errors) => {
                 let worst = errors.as_slice().iter().map(|e| e.code.exit_code()).max();
@@ -63,114 +63,78 @@ fn with_file_name(path: &Path, errors: &Errors) -> Value {
     document
 }
 
-/// What a file is understood as: for a terminal, as JSON, and the warnings about it.
-fn summarise(path: &Path, args: &CheckArgs) -> Result<(String, Value, String), Errors> {
+/// What a file is understood as.
+fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
     if path.extension().is_none_or(|e| e != "toml") {
-        let log = check_log::check(path, &args.log, args.write)?;
-        return Ok((log.text, log.json, log.diagnostics));
+        return check_log::check(path, &args.log, args.write);
     }
     let source = load::load(path)?;
     if scene::sidecar::is_sidecar(&source) {
-        let settings = scene::sidecar::read(&source)?;
-        let text = format!(
-            "{}   sidecar of a log, {} channels\n",
-            path.display(),
-            settings.channels.len()
-        );
-        let document = json!({ "geardyn": Provenance::of_plan(&[source], &[], &[]).header(), "file": path, "sidecar": true,
-            "channels": settings.channels.len(), "warnings": [] });
-        return Ok((text, document, String::new()));
+        let channels = scene::sidecar::read(&source)?.channels.len();
+        let name = path.display();
+        return Ok(FileSummary {
+            sources: vec![source],
+            text: format!("{name}   sidecar of a log, {channels} channels\n"),
+            body: json!({ "file": path, "sidecar": true, "channels": channels }),
+            ..FileSummary::default()
+        });
     }
-    if scene::measured_gear::is_measured_gear(&source) {
-        return summarise_measured_gear(path, &source);
+    match scene::measured_gear::is_measured_gear(&source) {
+        true => summarise_measured_gear(path, &source),
+        false => summarise_scene(path),
     }
-    let result = check(path)?;
-    let doubts = footer::warnings(&result.diagnostics);
-    Ok((result.line(), result.json(), doubts))
 }
 
 /// A measured gear is checked by evaluating it: its columns are read, nothing is held against limits.
-fn summarise_measured_gear(
-    path: &Path,
-    source: &Arc<SourceFile>,
-) -> Result<(String, Value, String), Errors> {
+fn summarise_measured_gear(path: &Path, source: &Arc<SourceFile>) -> Result<FileSummary, Errors> {
     let gear = scene::measured_gear::read(source)?;
-    let answer = plan::measure::run::run(&gear)?;
-    let (charts, values) = (gear.charts.len(), answer.rows.len());
-    let text = format!(
-        "{}   {}\n  measured gear of {} teeth, {charts} charts, {values} values\n",
-        path.display(),
-        render::sanitise(&gear.title),
-        gear.gear.teeth
-    );
-    let document = json!({ "geardyn": Provenance::of_plan(&answer.sources, &[], &[]).header(), "file": path, "title": gear.title,
-        "measured_gear": true, "teeth": gear.gear.teeth, "charts": charts, "values": values,
-        "warnings": report::json::warnings(&answer.diagnostics) });
-    Ok((text, document, footer::warnings(&answer.diagnostics)))
-}
-
-struct SceneSummary {
-    header: Value,
-    path: String,
-    title: String,
-    dofs: usize,
-    stay: usize,
-    elements: usize,
-    rigid: usize,
-    studies: usize,
-    diagnostics: Vec<Diagnostic>,
-}
-
-fn check(path: &Path) -> Result<SceneSummary, Errors> {
-    let scene = scene::read(path)?;
-    let machine = PreparedMachine::new(&scene.model)?;
-    Errors::into_result(crate::study::check::refusals(&scene, &machine), || ())?;
-    Ok(SceneSummary {
-        header: Provenance::of_plan(&scene.sources, &[], &[]).header(),
-        path: path.display().to_string(),
-        title: scene.model.title.clone(),
-        dofs: machine.machine.dofs.len(),
-        stay: machine.model.n,
-        elements: machine.machine.elements.len(),
-        rigid: machine.model.rigid.len(),
-        studies: scene.studies.len(),
-        diagnostics: machine.warnings(),
+    let found = plan::measure::run::run(&gear)?;
+    let (teeth, charts, values) = (gear.gear.teeth, gear.charts.len(), found.rows.len());
+    let (name, title) = (path.display(), render::sanitise(&gear.title));
+    Ok(FileSummary {
+        text: format!(
+            "{name}   {title}\n  measured gear of {teeth} teeth, {charts} charts, {values} values\n"
+        ),
+        body: json!({ "file": path, "title": gear.title, "measured_gear": true, "teeth": teeth,
+            "charts": charts, "values": values }),
+        sources: found.sources,
+        warnings: found.diagnostics,
+        ..FileSummary::default()
     })
 }
 
-impl SceneSummary {
-    fn line(&self) -> String {
-        let joints = match self.dofs - self.stay {
-            0 => String::new(),
-            _ => format!(", {} after rigid joints", self.stay),
-        };
-        let studies = if self.studies > 0 {
-            format!(", {} studies", self.studies)
-        } else {
-            String::new()
-        };
-        format!(
-            "{}   {}\n  {} elements, {} freedoms{joints}, {} rigid-body {}{studies}\n",
-            self.path,
-            render::sanitise(&self.title),
-            self.elements,
-            self.dofs,
-            self.rigid,
-            if self.rigid == 1 { "mode" } else { "modes" },
-        )
-    }
-
-    fn json(&self) -> Value {
-        json!({
-            "geardyn": self.header,
-            "file": self.path,
-            "title": self.title,
-            "elements": self.elements,
-            "freedoms": self.dofs,
-            "freedoms_after_rigid_joints": self.stay,
-            "rigid_body_modes": self.rigid,
-            "studies": self.studies,
-            "warnings": report::json::warnings(&self.diagnostics),
-        })
-    }
+/// A model or a scene is checked by preparing its machine and every study.
+fn summarise_scene(path: &Path) -> Result<FileSummary, Errors> {
+    let scene = scene::read(path)?;
+    let machine = PreparedMachine::new(&scene.model)?;
+    Errors::into_result(crate::study::check::refusals(&scene, &machine), || ())?;
+    let (dofs, stay) = (machine.machine.dofs.len(), machine.model.n);
+    let (elements, rigid) = (machine.machine.elements.len(), machine.model.rigid.len());
+    let joints = match dofs - stay {
+        0 => String::new(),
+        _ => format!(", {stay} after rigid joints"),
+    };
+    let studies = match scene.studies.len() {
+        0 => String::new(),
+        n => format!(", {n} studies"),
+    };
+    let (name, title) = (path.display(), render::sanitise(&scene.model.title));
+    let modes = if rigid == 1 { "mode" } else { "modes" };
+    Ok(FileSummary {
+        text: format!(
+            "{name}   {title}\n  {elements} elements, {dofs} freedoms{joints}, {rigid} rigid-body {modes}{studies}\n"
+        ),
+        body: json!({
+            "file": path,
+            "title": scene.model.title,
+            "elements": elements,
+            "freedoms": dofs,
+            "freedoms_after_rigid_joints": stay,
+            "rigid_body_modes": rigid,
+            "studies": scene.studies.len(),
+        }),
+        sources: scene.sources,
+        warnings: machine.warnings(),
+        ..FileSummary::default()
+    })
 }

@@ -2,35 +2,25 @@
 
 use std::path::Path;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::args::LogArgs;
-use super::{files, footer, progress};
+use super::{files, footer, output, progress};
 use crate::base::code::Code;
-use crate::base::error::{Diagnostic, Error, Errors};
+use crate::base::error::{Error, Errors};
 use crate::recording::channel_statistics::{ChannelStatistics, channel_statistics};
-use crate::recording::raw::{RawLog, Repair};
+use crate::recording::raw::RawLog;
 use crate::recording::read_options::{RateSource, ReadOptions};
 use crate::recording::{faults, preprocess};
-use crate::report;
-use crate::report::presentation::Provenance;
+use crate::report::check::FileSummary;
+use crate::report::recording;
 use crate::scene;
-
-/// A log as understood: for a terminal and as JSON.
-pub struct LogSummary {
-    /// The table.
-    pub text: String,
-    /// The document.
-    pub json: Value,
-    /// Warnings and repairs, as text.
-    pub diagnostics: String,
-}
 
 /// Reads and surveys a log; `write` also writes its sidecar.
 ///
 /// # Errors
 /// Whatever is wrong with the log, the flags or the sidecar.
-pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<LogSummary, Errors> {
+pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<FileSummary, Errors> {
     let target = scene::sidecar::sidecar_path(path);
     if write && target.symlink_metadata().is_ok() {
         let message = format!("{} exists and would be overwritten", target.display());
@@ -51,47 +41,43 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<LogSummary, Err
         fill_detected_settings(&mut understood, &log);
     }
     let (responses, spectra) = (log.responses.take(), std::mem::take(&mut log.spectra));
-    let over_frequency = report::recording::frequency_data_table(responses.as_ref(), &spectra);
+    let over_frequency = recording::frequency_data_table(responses.as_ref(), &spectra);
     let (mut found, rate_hz) = match log.groups.is_empty() && !over_frequency.is_empty() {
         true => {
-            let found = LogSummary {
+            let found = FileSummary {
                 text: format!("{}   {}\n", log.path, log.dialect),
-                json: report::recording::frequency_only_json(&log),
-                diagnostics: diagnostics_text(&log.repairs, &log.diagnostics),
+                body: json!({ "file": log.path, "dialect": log.dialect }),
+                repairs: Some(log.repairs),
+                warnings: log.diagnostics,
+                ..FileSummary::default()
             };
             (found, None)
         }
         false => {
-            let mut recording = preprocess::preprocess(log, &options)?;
-            let surveys = recording
-                .channels
-                .iter()
-                .map(|c| channel_statistics(&recording, c))
+            let mut log = preprocess::preprocess(log, &options)?;
+            let surveys = (log.channels.iter())
+                .map(|c| channel_statistics(&log, c))
                 .collect::<Result<Vec<ChannelStatistics>, Error>>()?;
-            let all: Vec<usize> = (0..recording.channels.len()).collect();
-            let stuck = faults::find_stuck(&recording, &all)?;
-            let stuck = stuck.stuck_warnings(&recording, false);
-            recording.diagnostics.extend(stuck);
-            let found = LogSummary {
-                text: report::recording::survey(&recording, &surveys),
-                json: report::recording::json(&recording, &surveys),
-                diagnostics: diagnostics_text(&recording.repairs, &recording.diagnostics),
+            let all: Vec<usize> = (0..log.channels.len()).collect();
+            let stuck = faults::find_stuck(&log, &all)?.stuck_warnings(&log, false);
+            log.diagnostics.extend(stuck);
+            let found = FileSummary {
+                text: recording::survey(&log, &surveys),
+                body: recording::json(&log, &surveys),
+                repairs: Some(log.repairs),
+                warnings: log.diagnostics,
+                ..FileSummary::default()
             };
-            (found, Some(recording.rate_hz))
+            (found, Some(log.rate_hz))
         }
     };
     found.text += &over_frequency;
-    if let Value::Object(map) = &mut found.json {
-        map.shift_insert(0, "geardyn".to_string(), Provenance::default().header());
-        let responses = responses.as_ref().map(report::recording::responses);
-        map.insert("responses".to_string(), json!(responses));
-        let spectra = report::recording::spectra(&spectra);
-        map.insert("spectra".to_string(), spectra);
-    }
+    found.body["responses"] = json!(responses.as_ref().map(recording::responses));
+    found.body["spectra"] = recording::spectra(&spectra);
     if write {
         let text = scene::sidecar::write(&understood, rate_hz, &written);
         files::write_one(&target, text.as_bytes())?;
-        found.diagnostics += &format!("wrote {}\n", target.display());
+        output::print_note(&footer::written_files(&[target]));
     }
     Ok(found)
 }
@@ -123,9 +109,4 @@ fn fill_detected_settings(options: &mut ReadOptions, log: &RawLog) {
     if stamps.unit != "date-time" && stamps.unit != "samples" {
         options.time_unit.get_or_insert_with(|| stamps.unit.clone());
     }
-}
-
-/// What was done to the data, and what is in doubt.
-fn diagnostics_text(repairs: &[Repair], diagnostics: &[Diagnostic]) -> String {
-    footer::repairs(repairs) + &footer::warnings(diagnostics)
 }

@@ -34,6 +34,8 @@ pub mod recording;
 
 pub mod presentation;
 
+pub mod check;
+
 pub mod state_space;
 
 pub mod plan_answer;

@@ -2,17 +2,16 @@
 
 use serde_json::{Value, json};
 
-use super::json::warnings;
 use super::number_format::four_digits;
 use super::table::Table;
 use crate::base::text::pluralise;
 use crate::recording::channel_statistics::ChannelStatistics;
 use crate::recording::frequency_responses::{FrequencyResponses, StoredSpectrum};
-use crate::recording::raw::{RawLog, Repair};
+use crate::recording::raw::Repair;
 use crate::recording::signals::Recording;
 use crate::recording::write;
 
-/// The JSON document of `check LOG`, without its header.
+/// The document of a log of signals.
 pub fn json(recording: &Recording, surveys: &[ChannelStatistics]) -> Value {
     let channels: Vec<Value> = recording
         .channels
@@ -46,8 +45,6 @@ pub fn json(recording: &Recording, surveys: &[ChannelStatistics]) -> Value {
         "duration_s": recording.duration_s(),
         "stretches": write::json::segments(recording),
         "channels": channels,
-        "repairs": repairs(&recording.repairs),
-        "warnings": warnings(&recording.diagnostics),
     })
 }
 
@@ -97,16 +94,6 @@ pub fn spectra(found: &[StoredSpectrum]) -> Value {
         })
     };
     found.iter().map(spectrum).collect()
-}
-
-/// The document of a file that holds nothing over time, without its header.
-pub fn frequency_only_json(log: &RawLog) -> Value {
-    json!({
-        "file": log.path,
-        "dialect": log.dialect,
-        "repairs": repairs(&log.repairs),
-        "warnings": warnings(&log.diagnostics),
-    })
 }
 
 /// Repairs of the data, as a list.
