@@ -7,9 +7,9 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::report::method_comparison::ComparisonAnswer;
+use crate::report::method_comparison::ComparisonReport;
 use crate::report::presentation::Presentation;
-use crate::report::work_precision::WorkPrecisionAnswer;
+use crate::report::work_precision::WorkPrecisionReport;
 use crate::scene::study::{AccuracyStudy, AccuracyTarget, ResponseStudy, StudyKind, parse_band};
 use crate::scene::{self, Scene};
 use crate::study::monitor::Monitor;
@@ -26,14 +26,14 @@ pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = study(args, study_from_scene(&scene))?;
     let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;
-    outputs.present(&*answer(&scene, &study, args.out.quiet)?)
+    outputs.present(&*report(&scene, &study, args.out.quiet)?)
 }
 
 /// Every method against one reference.
 ///
 /// # Errors
 /// Whatever is wrong with the machine or the methods.
-pub fn answer<'a>(
+pub fn report<'a>(
     scene: &'a Scene,
     study: &AccuracyStudy,
     quiet: bool,
@@ -58,7 +58,7 @@ pub fn answer<'a>(
             let machine = PreparedMachine::new(&scene.model)?;
             let ready = SimulationSetup::new(&machine, &scene.start, &study.motion)?;
             let (methods, limit) = (&study.methods, work_precision::TIME_LIMIT);
-            return Ok(Box::new(WorkPrecisionAnswer {
+            return Ok(Box::new(WorkPrecisionReport {
                 scene,
                 outputs: ready.outputs.list.iter().map(|o| o.name.clone()).collect(),
                 target_error,
@@ -66,7 +66,7 @@ pub fn answer<'a>(
             }));
         }
     };
-    Ok(Box::new(ComparisonAnswer {
+    Ok(Box::new(ComparisonReport {
         scene,
         target_error,
         result,

@@ -63,7 +63,7 @@ fn with_file_name(path: &Path, errors: &Errors) -> Value {
     document
 }
 
-/// What a file is understood as.
+/// Summarises a file as it is understood.
 fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
     if path.extension().is_none_or(|e| e != "toml") {
         return check_log::check(path, &args.log, args.write);

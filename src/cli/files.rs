@@ -129,7 +129,7 @@ pub fn ends(path: &Path, known: &[&str]) -> Result<(), Error> {
     Err(Error::new(Code::Usage, message).with_hint(format!("end it in .{}", known.join(" or ."))))
 }
 
-/// Where one of several plots goes: `FILE-word.svg`, without a word FILE itself.
+/// The file of one of several figures: `FILE-word.svg`, without a word FILE itself.
 pub fn sibling_path(path: &Path, word: &str) -> PathBuf {
     if word.is_empty() {
         return path.to_path_buf();

@@ -1,4 +1,4 @@
-//! Footer of an answer: repairs, notes, warnings, files written.
+//! Footer of a result: repairs, notes, warnings, files written.
 
 use std::path::Path;
 
@@ -8,19 +8,19 @@ use crate::report::presentation::Presentation;
 
 use super::render;
 
-/// What was done to the data, a line each.
+/// Repairs of the data, a line each.
 pub fn repairs(repairs: &[Repair]) -> String {
     let line = |r: &Repair| format!("{}: {}\n", r.kind, render::sanitise(&r.message));
     repairs.iter().map(line).collect()
 }
 
-/// What was done for an answer and left out, its warnings, and why it ends early; after a blank line, unless there is nothing to say.
-pub fn notes(answer: &dyn Presentation) -> String {
-    let about = answer.provenance();
+/// Repairs, notes and warnings of a result, and why it ends early; after a blank line, unless there are none.
+pub fn notes(result: &dyn Presentation) -> String {
+    let about = result.provenance();
     let mut text = repairs(about.repairs.unwrap_or_default());
-    text += &answer.notes();
+    text += &result.notes();
     text += &warnings(about.warnings);
-    text += &answer.interruption().unwrap_or_default();
+    text += &result.interruption().unwrap_or_default();
     match text.is_empty() {
         true => text,
         false => format!("\n{text}"),
@@ -34,7 +34,7 @@ pub fn warnings(diagnostics: &[Diagnostic]) -> String {
     diagnostics.iter().map(text).collect()
 }
 
-/// Names the outputs that an interrupt has left as they were; nothing where the answer is `whole`.
+/// Names the outputs that an interrupt has left as they were; nothing where the result is `whole`.
 pub fn not_written(outputs: &[impl AsRef<Path>], whole: bool) -> String {
     match whole || outputs.is_empty() {
         true => String::new(),

@@ -5,7 +5,7 @@ use super::present::{self, Outputs};
 use super::progress;
 use crate::base::error::{Error, Errors};
 use crate::plan::response::harmonic_balance::{HarmonicBalanceResult, run as solve};
-use crate::report::presentation::StudyAnswer;
+use crate::report::presentation::StudyReport;
 use crate::scene::study::{HarmonicBalanceStudy, SpeedRange, StudyKind};
 use crate::scene::{self, Scene};
 
@@ -17,25 +17,25 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = study_from_args(args, &scene)?;
     let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;
-    let answer = answer(&scene, &study, args.out.quiet || args.out.json)?;
-    outputs.present(&answer)
+    let report = report(&scene, &study, args.out.quiet || args.out.json)?;
+    outputs.present(&report)
 }
 
 /// Periodic motions over speed.
 ///
 /// # Errors
 /// Whatever is wrong with the machine, the study or the solution.
-pub fn answer<'a>(
+pub fn report<'a>(
     scene: &'a Scene,
     study: &HarmonicBalanceStudy,
     quiet: bool,
-) -> Result<StudyAnswer<'a, HarmonicBalanceResult>, Error> {
+) -> Result<StudyReport<'a, HarmonicBalanceResult>, Error> {
     let bar = progress::progress_bar("following the curve", quiet);
-    let answer = present::solve(scene, "", true, |machine| {
+    let report = present::solve(scene, "", true, |machine| {
         solve(machine, study, &mut |share| bar(Some(share)))
     });
     bar(None);
-    answer
+    report
 }
 
 /// The study that is asked for: the first a scene lists, with what the flags say put in its place.

@@ -28,7 +28,7 @@ use crate::recording::frequency_responses::FrequencyResponses;
 use crate::recording::read_options::Roving;
 use crate::recording::write;
 use crate::recording::write::uff::UffFormat;
-use crate::report::presentation::{LogAnswer, Provenance};
+use crate::report::presentation::{LogReport, Provenance};
 use crate::spectrum::frf::Estimator;
 use crate::spectrum::window::Window;
 
@@ -123,7 +123,7 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
     if let Some(path) = &args.frf {
         outputs.write(path, |to| write_responses(path, &found, to))?;
     }
-    outputs.present(&LogAnswer {
+    outputs.present(&LogReport {
         title: logs::title(&args.files),
         repairs,
         result: found,

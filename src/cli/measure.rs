@@ -8,7 +8,7 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::load;
 use crate::plan::measure::run::run as evaluate;
-use crate::report::measure::MeasurementAnswer;
+use crate::report::measure::MeasurementReport;
 use crate::scene::measured_gear::{self, MeasuredGear};
 
 /// Evaluates, grades and prints; 1 where a value is out of what was asked.
@@ -22,7 +22,7 @@ pub fn run(args: &MeasureArgs) -> Result<u8, Errors> {
     inputs.extend(gear.requirement.iter().filter_map(|d| d.table.clone()));
     let outputs = Outputs::check(&args.out, &["", "polar"], &[], &inputs)?;
     let result = evaluate(&gear)?;
-    outputs.present(&MeasurementAnswer {
+    outputs.present(&MeasurementReport {
         gear: &gear,
         result,
     })

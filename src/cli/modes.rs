@@ -12,7 +12,7 @@ use crate::modes::state_space::StateSpace;
 use crate::plan::modes_run::{self, ModesResult};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::stages::ModesPlan;
-use crate::report::modes::{ModesAnswer, ShapeDetail};
+use crate::report::modes::{ModesReport, ShapeDetail};
 use crate::scene::study::ModesStudy;
 use crate::scene::{self, Scene};
 
@@ -32,30 +32,30 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
         None => &["", "energies"],
     };
     let mut outputs = Outputs::check(&args.out, figures, &[space], &scene.files())?;
-    let mut answer = answer(&scene, &study, args.out.quiet)?;
-    answer.detail = ShapeDetail { top: args.top };
-    answer.mode = selected_mode(args, &answer.result)?;
-    if let (Some(path), Some((space, _))) = (space, &answer.result.state_space) {
+    let mut report = report(&scene, &study, args.out.quiet)?;
+    report.detail = ShapeDetail { top: args.top };
+    report.mode = selected_mode(args, &report.result)?;
+    if let (Some(path), Some((space, _))) = (space, &report.result.state_space) {
         outputs.write(path, |to| write_state_space(path, space, to))?;
     }
-    outputs.present(&answer)
+    outputs.present(&report)
 }
 
 /// The modes.
 ///
 /// # Errors
 /// Whatever is wrong with the machine or the solution.
-pub fn answer<'a>(
+pub fn report<'a>(
     scene: &'a Scene,
     study: &ModesStudy,
     quiet: bool,
-) -> Result<ModesAnswer<'a>, Error> {
+) -> Result<ModesReport<'a>, Error> {
     let machine = PreparedMachine::new(&scene.model)?;
     let plan = ModesPlan::plan_modes(&machine, study);
     let result = progress::with_spinner("finding modes", quiet, || {
         modes_run::run(&machine, study, &plan)
     })?;
-    Ok(ModesAnswer {
+    Ok(ModesReport {
         scene,
         machine,
         plan,

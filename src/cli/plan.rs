@@ -13,7 +13,7 @@ use crate::plan::motion::{method_choice, stages};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::{harmonic_balance, run_up};
 use crate::plan::stages::{ModesPlan, solver};
-use crate::report::plan_answer::{MotionPlan, PlanAnswer};
+use crate::report::plan_report::{MotionPlan, PlanReport};
 use crate::report::presentation::{Presentation, document};
 use crate::scene::study::{SimulateStudy, StudyKind};
 use crate::scene::{self, Scene};
@@ -44,7 +44,7 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         ..args.integration.clone()
     };
     let motions = simulation_plans(&scene, &machine, &asked)?;
-    let answer = PlanAnswer {
+    let report = PlanReport {
         modes_shown: motions.len() < scene.studies.len() || motions.is_empty(),
         scene: &scene,
         warnings: machine.warnings(),
@@ -54,8 +54,8 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         advice,
     };
     match args.json {
-        true => output::document(&document(&answer)?)?,
-        false => output::print(&answer.text())?,
+        true => output::document(&document(&report)?)?,
+        false => output::print(&report.text())?,
     }
     Ok(0)
 }

@@ -1,4 +1,4 @@
-//! How every command ends: files written, answer printed, notes, exit code.
+//! The end of every command: files written, result printed, notes, exit code.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use super::files::{self, OutputFiles};
 use super::{footer, interrupt, output, progress};
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::report::presentation::{Presentation, StudyAnswer, document};
+use crate::report::presentation::{Presentation, StudyReport, document};
 use crate::scene::Scene;
 
 /// The outputs of a command, checked before any work.
@@ -44,7 +44,7 @@ impl<'a> Outputs<'a> {
         Ok(Outputs { args, files, named })
     }
 
-    /// Writes a file that is no table of the answer and no figure of it.
+    /// Writes a file that is neither table nor figure of the result.
     ///
     /// # Errors
     /// It cannot be written; those of `fill`.
@@ -56,38 +56,38 @@ impl<'a> Outputs<'a> {
         self.files.write_with(path, fill)
     }
 
-    /// Writes the files of an answer, unless it ends early, prints it, and says with which code the command ends.
+    /// Writes the files of a result, unless it ends early, prints it and returns the exit code.
     ///
     /// # Errors
     /// A file or standard output cannot be written.
-    pub fn present(mut self, answer: &dyn Presentation) -> Result<u8, Errors> {
-        let (args, whole) = (self.args, answer.interruption().is_none());
+    pub fn present(mut self, result: &dyn Presentation) -> Result<u8, Errors> {
+        let (args, whole) = (self.args, result.interruption().is_none());
         let mut notes = String::new();
         if let Some(path) = args.csv.as_ref().filter(|_| whole) {
             let failed = |e| output_error(path, &e);
-            let table = answer.table();
+            let table = result.table();
             self.write(path, |to| table.write_csv(to).map_err(failed))?;
         }
         if let Some(path) = args.svg.as_ref().filter(|_| whole) {
-            for figure in answer.figures()? {
+            for figure in result.figures()? {
                 let path = files::sibling_path(path, figure.suffix);
                 self.files.write(&path, figure.svg.as_bytes())?;
             }
-            notes = answer.figure_notes();
+            notes = result.figure_notes();
         }
         let written = self.files.finish()?;
         match args.json {
-            true => output::document(&document(answer)?)?,
-            false => output::print(&answer.text())?,
+            true => output::document(&document(result)?)?,
+            false => output::print(&result.text())?,
         }
         let not_written = footer::not_written(&self.named, whole);
         if !args.quiet && !args.json {
-            notes = footer::notes(answer) + &footer::written_files(&written) + &notes;
+            notes = footer::notes(result) + &footer::written_files(&written) + &notes;
         }
         if !args.quiet {
             output::print_note(&(notes + &not_written));
         }
-        Ok(exit_code(answer))
+        Ok(exit_code(result))
     }
 }
 
@@ -100,20 +100,20 @@ pub fn solve<'a, R>(
     what: &'static str,
     quiet: bool,
     solve: impl FnOnce(&PreparedMachine) -> Result<R, Error>,
-) -> Result<StudyAnswer<'a, R>, Error> {
+) -> Result<StudyReport<'a, R>, Error> {
     let machine = PreparedMachine::new(&scene.model)?;
     let result = progress::with_spinner(what, quiet, || solve(&machine))?;
-    Ok(StudyAnswer {
+    Ok(StudyReport {
         scene,
         machine,
         result,
     })
 }
 
-/// The code that a command ends with.
-pub fn exit_code(answer: &dyn Presentation) -> u8 {
-    match answer.interruption() {
+/// The exit code of a result.
+pub fn exit_code(result: &dyn Presentation) -> u8 {
+    match result.interruption() {
         Some(_) => interrupt::EXIT_INTERRUPTED,
-        None => answer.exit_code(),
+        None => result.exit_code(),
     }
 }

@@ -7,7 +7,7 @@ use crate::base::error::{Error, Errors};
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
 use crate::plan::response::run::{ResponseResult, run as solve};
-use crate::report::presentation::StudyAnswer;
+use crate::report::presentation::StudyReport;
 use crate::scene::study::{self, ResponseMethodTag, ResponseQuantity, ResponseStudy, StudyKind};
 use crate::scene::{self, Scene};
 
@@ -20,20 +20,20 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let study = study_from_args(args, &scene)?;
     let outputs = Outputs::check(&args.out, &["", "nyquist"], &[], &scene.files())?;
     let drawn = args.out.svg.is_some();
-    let answer = answer(&scene, &study, drawn, args.out.quiet)?;
-    outputs.present(&answer)
+    let report = report(&scene, &study, drawn, args.out.quiet)?;
+    outputs.present(&report)
 }
 
 /// Frequency responses; `drawn`: figures are wanted.
 ///
 /// # Errors
 /// Whatever is wrong with the machine, the study or the solution.
-pub fn answer<'a>(
+pub fn report<'a>(
     scene: &'a Scene,
     study: &ResponseStudy,
     drawn: bool,
     quiet: bool,
-) -> Result<StudyAnswer<'a, ResponseResult>, Error> {
+) -> Result<StudyReport<'a, ResponseResult>, Error> {
     present::solve(scene, "answering by frequency", quiet, |machine| {
         solve(machine, study, drawn)
     })

@@ -32,21 +32,21 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         output::print(&format!("{title}\n\n"))?;
     }
     for study in &scene.studies {
-        let found = answer(&scene, &study.kind, args.quiet || args.json);
-        let (name, answer) = found.map_err(|e| match e.span {
+        let found = report(&scene, &study.kind, args.quiet || args.json);
+        let (name, result) = found.map_err(|e| match e.span {
             Some(_) => e,
             None => e.with_span(&study.span),
         })?;
-        let answer = &*answer;
+        let result = &*result;
         if !args.json {
             let gap = if documents.is_empty() { "" } else { "\n" };
-            output::print(&format!("{gap}── {name}\n{}", answer.text()))?;
+            output::print(&format!("{gap}── {name}\n{}", result.text()))?;
             if !args.quiet {
-                output::print_note(&footer::notes(answer));
+                output::print_note(&footer::notes(result));
             }
         }
-        documents.push(json!({ "study": name, "answer": document(answer)? }));
-        exit = exit.max(present::exit_code(answer));
+        documents.push(json!({ "study": name, "answer": document(result)? }));
+        exit = exit.max(present::exit_code(result));
         if interrupt::is_raised() {
             exit = interrupt::EXIT_INTERRUPTED;
             break;
@@ -61,31 +61,31 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
     Ok(exit)
 }
 
-/// The answer to a study, with the name of its kind.
-fn answer<'a>(
+/// The result of a study, with the name of its kind.
+fn report<'a>(
     scene: &'a Scene,
     study: &StudyKind,
     quiet: bool,
 ) -> Result<(&'static str, Box<dyn Presentation + 'a>), Error> {
     Ok(match study {
-        StudyKind::Modes(study) => ("modes", Box::new(modes::answer(scene, study, quiet)?)),
+        StudyKind::Modes(study) => ("modes", Box::new(modes::report(scene, study, quiet)?)),
         StudyKind::Simulate(study) => {
-            ("simulate", Box::new(simulate::answer(scene, study, quiet)?))
+            ("simulate", Box::new(simulate::report(scene, study, quiet)?))
         }
-        StudyKind::Accuracy(study) => ("accuracy", accuracy::answer(scene, study, quiet)?),
+        StudyKind::Accuracy(study) => ("accuracy", accuracy::report(scene, study, quiet)?),
         StudyKind::Response(study) => (
             "response",
-            Box::new(response::answer(scene, study, false, quiet)?),
+            Box::new(response::report(scene, study, false, quiet)?),
         ),
         StudyKind::HarmonicBalance(study) => (
             "harmonic_balance",
-            Box::new(harmonic_balance::answer(scene, study, quiet)?),
+            Box::new(harmonic_balance::report(scene, study, quiet)?),
         ),
-        StudyKind::RunUp(study) => ("run_up", Box::new(run_up::answer(scene, study, quiet)?)),
-        StudyKind::Transmission(study) => ("te", Box::new(te::answer(scene, study, quiet)?)),
+        StudyKind::RunUp(study) => ("run_up", Box::new(run_up::report(scene, study, quiet)?)),
+        StudyKind::Transmission(study) => ("te", Box::new(te::report(scene, study, quiet)?)),
         StudyKind::Stability(study) => (
             "stability",
-            Box::new(stability::answer(scene, study, quiet)?),
+            Box::new(stability::report(scene, study, quiet)?),
         ),
     })
 }

@@ -4,7 +4,7 @@ use super::args::ResponseArgs;
 use super::present::{self, Outputs};
 use crate::base::error::{Error, Errors};
 use crate::plan::response::run_up::{RunUpResult, run as solve};
-use crate::report::presentation::StudyAnswer;
+use crate::report::presentation::StudyReport;
 use crate::scene::study::{RunUpStudy, SpeedRange, StudyKind};
 use crate::scene::{self, Scene};
 
@@ -16,19 +16,19 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study = study_from_args(args, &scene)?;
     let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;
-    let answer = answer(&scene, &study, args.out.quiet || args.out.json)?;
-    outputs.present(&answer)
+    let report = report(&scene, &study, args.out.quiet || args.out.json)?;
+    outputs.present(&report)
 }
 
 /// The response over speed.
 ///
 /// # Errors
 /// Whatever is wrong with the machine, the study or the solution.
-pub fn answer<'a>(
+pub fn report<'a>(
     scene: &'a Scene,
     study: &RunUpStudy,
     quiet: bool,
-) -> Result<StudyAnswer<'a, RunUpResult>, Error> {
+) -> Result<StudyReport<'a, RunUpResult>, Error> {
     present::solve(scene, "answering every order", quiet, |machine| {
         solve(machine, study)
     })

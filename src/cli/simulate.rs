@@ -6,7 +6,7 @@ use super::{interrupt, progress, simulate_study};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::plan::simulate::SimulationResult;
-use crate::report::simulation::SimulationAnswer;
+use crate::report::simulation::SimulationReport;
 use crate::scene::study::{
     self, BLOCK_SIZES, OnlineStudy, OrderTrackingStudy, SimulateStudy, StudyKind,
 };
@@ -41,26 +41,26 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
             .into());
     }
     let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;
-    let answer = answer(&scene, &study, args.out.quiet)
+    let report = report(&scene, &study, args.out.quiet)
         .map_err(|e| simulate_study::with_study_span(e, &args.motion, place))?;
-    outputs.present(&answer)
+    outputs.present(&report)
 }
 
 /// The motion; at a terminal it says how far it is.
 ///
 /// # Errors
 /// Whatever is wrong with the machine or the motion.
-pub fn answer<'a>(
+pub fn report<'a>(
     scene: &'a Scene,
     study: &SimulateStudy,
     quiet: bool,
-) -> Result<SimulationAnswer<'a>, Error> {
+) -> Result<SimulationReport<'a>, Error> {
     let bar = progress::progress_bar("integrating", quiet);
     let cancel = interrupt::cancel_on_ctrl_c();
     let result = SimulationResult::simulate(scene, study, &cancel, &|share| bar(Some(share)));
     bar(None);
     let result = result?;
-    Ok(SimulationAnswer { scene, result })
+    Ok(SimulationReport { scene, result })
 }
 
 /// What is found while the motion runs: that of the study with what the flags say put in its place.

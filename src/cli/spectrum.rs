@@ -17,7 +17,7 @@ use crate::plan::logs::stored_spectra;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::recording::channel_names;
 use crate::recording::raw::RawLog;
-use crate::report::presentation::LogAnswer;
+use crate::report::presentation::LogReport;
 use crate::scene;
 use crate::spectrum::integrate::MotionQuantity;
 use crate::spectrum::line_labels::{ExpectedLine, RollingBearing};
@@ -56,7 +56,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
             .map_err(|e| e.with_file(&log.path))?;
         result.diagnostics.splice(0..0, log.diagnostics);
         let repairs = log.repairs;
-        return outputs.present(&LogAnswer {
+        return outputs.present(&LogReport {
             title,
             repairs,
             result,
@@ -70,7 +70,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
             order_cuts::order_cuts(&recording, &study)
         })?;
         result.diagnostics.splice(0..0, warnings);
-        return outputs.present(&LogAnswer {
+        return outputs.present(&LogReport {
             title,
             repairs,
             result,
@@ -80,7 +80,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
         spectrum::run_spectrum(&recording, &study)
     })?;
     result.diagnostics.splice(0..0, warnings);
-    outputs.present(&LogAnswer {
+    outputs.present(&LogReport {
         title,
         repairs,
         result,

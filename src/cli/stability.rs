@@ -8,7 +8,7 @@ use crate::base::error::{Error, Errors};
 use crate::plan::motion::method_choice;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::report::stability::StabilityAnswer;
+use crate::report::stability::StabilityReport;
 use crate::report::stability_table::StabilityResult;
 use crate::scene::study::{ParameterSweep, SimulateStudy, SpeedRange, StabilityStudy, StudyKind};
 use crate::scene::{self, Scene};
@@ -56,7 +56,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         None => &[""],
     };
     let outputs = Outputs::check(&args.out, figures, &[], &scene.files())?;
-    outputs.present(&answer(&scene, &study, args.out.quiet || args.out.json)?)
+    outputs.present(&report(&scene, &study, args.out.quiet || args.out.json)?)
 }
 
 /// The study of stability a scene lists; else the motion it lists.
@@ -81,11 +81,11 @@ fn study_from_scene(scene: &Scene) -> StabilityStudy {
 ///
 /// # Errors
 /// Whatever is wrong with the machine or the methods.
-pub fn answer<'a>(
+pub fn report<'a>(
     scene: &'a Scene,
     study: &StabilityStudy,
     quiet: bool,
-) -> Result<StabilityAnswer<'a>, Error> {
+) -> Result<StabilityReport<'a>, Error> {
     let cancel = &interrupt::cancel_on_ctrl_c();
     method_choice::find_methods(&study.methods)?;
     let mut monitor = Monitor {
@@ -139,7 +139,7 @@ pub fn answer<'a>(
     };
     let step = study.motion.step.unwrap_or(facts.default_step());
     let amplified = amplification::amplification_factors(&facts.eigenvalues, step)?;
-    Ok(StabilityAnswer {
+    Ok(StabilityReport {
         scene,
         step: study.motion.step,
         result: StabilityResult {

@@ -9,7 +9,7 @@ use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::transmission::run::run as solve;
-use crate::report::transmission::TransmissionAnswer;
+use crate::report::transmission::TransmissionReport;
 use crate::scene::study::{IndexingStudy, SpeedRange, StudyKind, TransmissionStudy};
 use crate::scene::{self, Scene};
 
@@ -29,27 +29,27 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
         None => &["", "budget"],
     };
     let mut outputs = Outputs::check(&args.out, figures, &[&args.written], &scene.files())?;
-    let mut answer = answer(&scene, &study, args.out.quiet)?;
-    answer.all = args.all;
+    let mut report = report(&scene, &study, args.out.quiet)?;
+    report.all = args.all;
     if let Some(path) = &args.written {
         let failed = |e| destination::output_error(path, &e);
-        outputs.write(path, |to| answer.record().write_csv(to).map_err(failed))?;
+        outputs.write(path, |to| report.record().write_csv(to).map_err(failed))?;
     }
-    outputs.present(&answer)
+    outputs.present(&report)
 }
 
 /// The transmission error of a chain.
 ///
 /// # Errors
 /// Whatever is wrong with the machine, the study or the chain.
-pub fn answer<'a>(
+pub fn report<'a>(
     scene: &'a Scene,
     study: &TransmissionStudy,
     quiet: bool,
-) -> Result<TransmissionAnswer<'a>, Error> {
+) -> Result<TransmissionReport<'a>, Error> {
     let machine = PreparedMachine::new(&scene.model)?;
     let result = progress::with_spinner("following the errors", quiet, || solve(&machine, study))?;
-    Ok(TransmissionAnswer {
+    Ok(TransmissionReport {
         scene,
         machine,
         result,

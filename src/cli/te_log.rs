@@ -17,7 +17,7 @@ use crate::recording::raw::{RawLog, Repair};
 use crate::recording::read_options::{RateSource, ReadOptions};
 use crate::recording::signals::Recording;
 use crate::recording::{channel_names, preprocess};
-use crate::report::encoder_te_answer::EncoderAnswer;
+use crate::report::encoder_te_report::EncoderReport;
 use crate::scene;
 use crate::transmission::encoder::gear_train::GearTrain;
 
@@ -96,7 +96,7 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
     let model = model(args)?;
     let (result, repairs) = read_and_evaluate(args, &mut study, model.as_ref(), options)?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
-    outputs.present(&EncoderAnswer {
+    outputs.present(&EncoderReport {
         title: format!(
             "{name}: {} by {}, {}",
             study.output.join(" and "),

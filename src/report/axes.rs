@@ -72,8 +72,7 @@ pub fn draw_frame(panel: &Panel, canvas: &mut Canvas, name: &str, below: Option<
     match below {
         Some(axis) => {
             panel.draw_x_grid(canvas, &values);
-            let middle = 0.5 * (panel.across.0 + panel.across.1);
-            canvas.label(axis, (middle, panel.down.1 + 28.0), Anchor::Middle);
+            panel.draw_x_name(canvas, axis, 28.0);
         }
         None => {
             for &value in &values {
@@ -81,8 +80,8 @@ pub fn draw_frame(panel: &Panel, canvas: &mut Canvas, name: &str, below: Option<
             }
         }
     }
-    panel.draw_border(canvas);
-    canvas.upright(name, (14.0, 0.5 * (panel.down.0 + panel.down.1)));
+    panel.draw_outline(canvas);
+    panel.draw_y_name(canvas, name);
 }
 
 /// Draws a curve as a line inside a panel, as [`clip_to_panel`] cuts it.

@@ -262,14 +262,7 @@ pub fn draw_nyquist(shown: &BodePlot) -> String {
 fn grid(canvas: &mut Canvas, panel: &Panel) {
     panel.draw_x_grid(canvas, &ticks(panel.x, 8));
     panel.draw_y_grid(canvas, &ticks(panel.y, 6));
-    panel.draw_border(canvas);
-    canvas.label(
-        "real part",
-        (0.5 * (panel.across.0 + panel.across.1), panel.down.1 + 28.0),
-        Anchor::Middle,
-    );
-    canvas.upright(
-        "imaginary part",
-        (14.0, 0.5 * (panel.down.0 + panel.down.1)),
-    );
+    panel.draw_outline(canvas);
+    panel.draw_x_name(canvas, "real part", 28.0);
+    panel.draw_y_name(canvas, "imaginary part");
 }

@@ -1,4 +1,4 @@
-//! What a file is understood as, as it is shown by `check`.
+//! Summary of a file as it was understood, for `check`.
 
 use std::sync::Arc;
 
@@ -18,9 +18,9 @@ pub struct FileSummary {
     pub text: String,
     /// The summary in the document.
     pub body: Value,
-    /// What was done to the data of a log.
+    /// Repairs of the data of a log.
     pub repairs: Option<Vec<Repair>>,
-    /// What is doubtful about it.
+    /// Warnings about it.
     pub warnings: Vec<Diagnostic>,
 }
 

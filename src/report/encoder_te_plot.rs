@@ -193,11 +193,9 @@ fn orders(
     );
     panel.draw_y_grid(canvas, &ticks(panel.y, 5));
     rule_orders(canvas, &panel);
-    canvas.stroke_rect((MARGIN_LEFT, down.0), (MARGIN_RIGHT, down.1), GREY, 0.6);
-    let middle = 0.5 * (down.0 + down.1);
-    canvas.upright("amplitude, arcsec", (14.0, middle));
-    let below = (0.5 * (MARGIN_LEFT + MARGIN_RIGHT), down.1 + 30.0);
-    canvas.label("order per turn of the output", below, Anchor::Middle);
+    panel.draw_outline(canvas);
+    panel.draw_y_name(canvas, "amplitude, arcsec");
+    panel.draw_x_name(canvas, "order per turn of the output", 30.0);
     let beside =
         (named.iter().map(|s| (s, 0.0))).chain(other.iter().map(|s| (s, DIRECTION_OFFSET)));
     for (stem, right) in beside {
@@ -270,15 +268,8 @@ fn rule_orders(canvas: &mut Canvas, panel: &Panel) {
     let decades = panel.x.0.floor() as i32..=panel.x.1.ceil() as i32;
     for order in decades.flat_map(|d| [1.0, 2.0, 5.0].map(|m| m * 10f64.powi(d))) {
         let at = order.log10();
-        if at < panel.x.0 || at > panel.x.1 {
-            continue;
+        if (panel.x.0..=panel.x.1).contains(&at) {
+            panel.draw_x_mark(canvas, at, &four_digits(order));
         }
-        let right = panel.canvas_x(at);
-        panel.draw_vertical(canvas, right, LIGHT_GREY, 0.5);
-        canvas.label(
-            &four_digits(order),
-            (right, panel.down.1 + 11.0),
-            Anchor::Middle,
-        );
     }
 }

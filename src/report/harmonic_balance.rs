@@ -9,7 +9,7 @@ use super::harmonic_balance_table::{self, bifurcation_name};
 use super::json::complex;
 use super::number_format::{choose_unit, rpm};
 use super::plan::{step_lines, steps};
-use super::presentation::{Figure, Presentation, Provenance, StudyAnswer};
+use super::presentation::{Figure, Presentation, Provenance, StudyReport};
 use super::svg::significant;
 use super::table::{Table, decimal};
 use crate::base::error::Error;
@@ -17,7 +17,7 @@ use crate::plan::response::harmonic_balance::HarmonicBalanceResult;
 use crate::response::harmonic_balance::bifurcation::{Bifurcation, BifurcationKind};
 use crate::response::harmonic_balance::point::{PeriodicSolution, Refinement};
 
-impl Presentation for StudyAnswer<'_, HarmonicBalanceResult> {
+impl Presentation for StudyReport<'_, HarmonicBalanceResult> {
     fn provenance(&self) -> Provenance<'_> {
         let result = &self.result;
         Provenance {

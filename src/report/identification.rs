@@ -10,7 +10,7 @@ use super::identification_table::{self, auto_mac};
 use super::json::complex;
 use super::mode_tracking;
 use super::pole_plots::{self, PlottedStability, StabilisationPlot};
-use super::presentation::{Figure, LogAnswer, Presentation, Provenance};
+use super::presentation::{Figure, LogReport, Presentation, Provenance};
 use super::table::{Table, exact, or_blank};
 use crate::base::error::Error;
 use crate::identify::compare;
@@ -26,7 +26,7 @@ use crate::plan::logs::identification_result::{
 use crate::plan::logs::method::structure_text;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse};
 
-impl Presentation for LogAnswer<IdentificationResult> {
+impl Presentation for LogReport<IdentificationResult> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance::of_log(&self.result.trace, &self.repairs, &self.result.diagnostics)
     }

@@ -13,14 +13,14 @@ use crate::plan::measure::run::MeasurementResult;
 use crate::scene::measured_gear::{AccuracyRequirement, MeasuredGear};
 
 /// A measured gear with its graded deviations.
-pub struct MeasurementAnswer<'a> {
+pub struct MeasurementReport<'a> {
     /// The gear.
     pub gear: &'a MeasuredGear,
     /// The deviations.
     pub result: MeasurementResult,
 }
 
-impl Presentation for MeasurementAnswer<'_> {
+impl Presentation for MeasurementReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         let result = &self.result;
         Provenance::of_plan(&result.sources, &result.plan, &result.diagnostics)

@@ -12,7 +12,7 @@ use crate::scene::Scene;
 use crate::study::comparison::{ComparedMethod, ComparisonResult, ModelSize};
 
 /// Natural frequencies or responses by several methods against a reference: error over run time.
-pub struct ComparisonAnswer<'a> {
+pub struct ComparisonReport<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The error for which a method is recommended.
@@ -21,7 +21,7 @@ pub struct ComparisonAnswer<'a> {
     pub result: ComparisonResult,
 }
 
-impl Presentation for ComparisonAnswer<'_> {
+impl Presentation for ComparisonReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
             sources: &self.scene.sources,

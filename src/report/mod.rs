@@ -1,4 +1,4 @@
-//! Results as tables, JSON, CSV and plots: one [`presentation`] for every answer. Computes nothing.
+//! Results as tables, JSON, CSV and plots: one [`presentation`] for every result. Computes nothing.
 
 pub mod number_format;
 
@@ -38,7 +38,7 @@ pub mod check;
 
 pub mod state_space;
 
-pub mod plan_answer;
+pub mod plan_report;
 
 pub mod mode_shape_plot;
 
@@ -68,7 +68,7 @@ pub mod encoder_te_table;
 
 pub mod encoder_te_plot;
 
-pub mod encoder_te_answer;
+pub mod encoder_te_report;
 
 pub mod transmission_table;
 

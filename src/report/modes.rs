@@ -37,12 +37,12 @@ const PANELS: usize = 8;
 const ROWS: usize = 20;
 
 /// The modes of the machine of a scene.
-pub struct ModesAnswer<'a> {
+pub struct ModesReport<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Its machine.
+    /// The machine of the scene.
     pub machine: PreparedMachine,
-    /// What was planned.
+    /// The plan.
     pub plan: ModesPlan,
     /// The modes.
     pub result: ModesResult,
@@ -52,7 +52,7 @@ pub struct ModesAnswer<'a> {
     pub mode: Option<usize>,
 }
 
-impl Presentation for ModesAnswer<'_> {
+impl Presentation for ModesReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         let steps = self.result.trace.iter();
         Provenance {
@@ -141,17 +141,17 @@ impl Presentation for ModesAnswer<'_> {
 
     fn notes(&self) -> String {
         let steps = self.plan.rows().filter(|(name, decision)| match decision {
-            StageDecision::Runs(_) => TOLD.contains(name) || SOLVED.contains(name),
-            StageDecision::LeftOut(_) => TOLD.contains(name),
+            StageDecision::Runs(_) => LISTED.contains(name) || SOLVED.contains(name),
+            StageDecision::LeftOut(_) => LISTED.contains(name),
         });
         step_lines(steps)
     }
 }
 
-/// Steps told in the notes, done or left out.
-const TOLD: [&str; 2] = ["operating point", "complex modes"];
+/// Steps listed in the notes, done or left out.
+const LISTED: [&str; 2] = ["operating point", "complex modes"];
 
-/// Steps told where they were done.
+/// Steps listed where they were done.
 const SOLVED: [&str; 3] = ["undamped modes", "few modes", "rigid joints"];
 
 /// Operating point: the state of every contact with play, and its force, N or N·m.

@@ -6,13 +6,13 @@ use serde_json::{Value, json};
 
 use super::bode::{self, BodePlot};
 use super::number_format::{four_digits, significant};
-use super::presentation::{Figure, LogAnswer, Presentation, Provenance};
+use super::presentation::{Figure, LogReport, Presentation, Provenance};
 use super::table::{Table, exact};
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::plan::logs::order_cuts::{OrderCut, OrderCuts, rpm};
 
-impl Presentation for LogAnswer<OrderCuts> {
+impl Presentation for LogReport<OrderCuts> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance::of_log(&self.result.trace, &self.repairs, &self.result.diagnostics)
     }

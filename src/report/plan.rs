@@ -1,4 +1,4 @@
-//! Plans: what runs and what is left out, as text, as lines below an answer and in the document.
+//! Plans with the steps that run and those left out: as text, as lines below a result, in the document.
 
 use serde_json::{Value, json};
 
@@ -24,7 +24,7 @@ pub fn text<'a>(steps: impl Iterator<Item = (&'a str, &'a StageDecision)>) -> St
     format!("{}\nleft out\n{}", runs.text(), left_out.text())
 }
 
-/// What a plan does and what it leaves out, a line each.
+/// The steps of a plan, a line each.
 pub fn step_lines<'a>(steps: impl Iterator<Item = (&'a str, &'a StageDecision)>) -> String {
     let line = |(name, decision): (&str, &StageDecision)| match decision {
         StageDecision::Runs(what) => format!("{name}: {what}\n"),
@@ -33,7 +33,7 @@ pub fn step_lines<'a>(steps: impl Iterator<Item = (&'a str, &'a StageDecision)>)
     steps.map(line).collect()
 }
 
-/// What a plan leaves out, a line each.
+/// The steps that a plan leaves out, a line each.
 pub fn omitted_steps(plan: &[(&'static str, StageDecision)]) -> String {
     step_lines(steps(plan).filter(|s| matches!(s.1, StageDecision::LeftOut(_))))
 }

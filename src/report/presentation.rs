@@ -1,4 +1,4 @@
-//! What an answer shows, whatever it is the answer to: document, text, table, figures, notes, warnings.
+//! Presentation of results: document, text, table, figures, notes and warnings of every analysis by one trait.
 
 use std::sync::Arc;
 
@@ -15,18 +15,18 @@ use crate::plan::stages::StageDecision;
 use crate::recording::raw::Repair;
 use crate::scene::Scene;
 
-/// An answer as it is shown: by every command, and by each study of a scene.
+/// A result as it is shown, by every command and by each study of a scene.
 pub trait Presentation {
-    /// What the answer was made from, and by which steps.
+    /// Sources and steps of the result.
     fn provenance(&self) -> Provenance<'_>;
 
-    /// The keys of the answer in its JSON document; [`document`] adds those of its provenance.
+    /// The keys of the result in its JSON document; [`document`] adds those of its provenance.
     ///
     /// # Errors
     /// A result without a form that JSON can hold.
     fn body(&self) -> Result<Value, Error>;
 
-    /// The answer for a terminal.
+    /// The result for a terminal.
     fn text(&self) -> String;
 
     /// The table that is written as CSV.
@@ -42,69 +42,69 @@ pub trait Presentation {
         Ok(Vec::new())
     }
 
-    /// What the figures do not show; empty where they show all.
+    /// Remainder that the figures do not show; empty by default.
     fn figure_notes(&self) -> String {
         String::new()
     }
 
-    /// What was done and left out, in lines: by default the steps left out.
+    /// Steps carried out and left out, in lines: by default those left out.
     fn notes(&self) -> String {
         omitted_steps(self.provenance().stages)
     }
 
-    /// Why the answer ends early, in a line; absent where it is whole.
+    /// The line that says why the result ends early; absent where it is whole.
     fn interruption(&self) -> Option<String> {
         None
     }
 
-    /// The exit code of a whole answer: 1 where it is a bad verdict.
+    /// The exit code of a whole result: 1 where it is a bad verdict.
     fn exit_code(&self) -> u8 {
         0
     }
 }
 
-/// The answer to a study of a scene.
-pub struct StudyAnswer<'a, R> {
+/// The result of a study of a scene.
+pub struct StudyReport<'a, R> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Its machine.
+    /// The machine of the scene.
     pub machine: PreparedMachine,
     /// The result.
     pub result: R,
 }
 
-/// The answer to an analysis of a log.
-pub struct LogAnswer<R> {
+/// The result of an analysis of a log.
+pub struct LogReport<R> {
     /// Name of the log, above figures.
     pub title: String,
-    /// What was done to the data.
+    /// Repairs of the data.
     pub repairs: Vec<Repair>,
     /// The result, its warnings with those about the data.
     pub result: R,
 }
 
-/// The line of an answer that an interrupt has ended.
+/// The line of a result that an interrupt has ended.
 pub const ENDED_EARLY: &str = "interrupted: what is shown was finished before\n";
 
-/// What an answer was made from, and by which steps.
+/// Sources and steps of a result.
 #[derive(Default)]
 pub struct Provenance<'a> {
     /// The texts of the model; empty for a log.
     pub sources: &'a [Arc<SourceFile>],
     /// The steps that ran.
     pub trace: Vec<&'a str>,
-    /// What the steps cost; null where it is not told.
+    /// Cost of the steps; null where it is not reported.
     pub effort: Value,
     /// The plan, where the document holds it.
     pub stages: &'a [(&'static str, StageDecision)],
-    /// What was done to the data of a log.
+    /// Repairs of the data of a log.
     pub repairs: Option<&'a [Repair]>,
     /// Data-quality warnings and others.
     pub warnings: &'a [Diagnostic],
 }
 
 impl<'a> Provenance<'a> {
-    /// That of an answer to a model by a plan.
+    /// The provenance of a result that a plan has for a model.
     pub fn of_plan(
         sources: &'a [Arc<SourceFile>],
         stages: &'a [(&'static str, StageDecision)],
@@ -122,7 +122,7 @@ impl<'a> Provenance<'a> {
         }
     }
 
-    /// That of an answer to a log, from the steps with their times, s.
+    /// The provenance of a result from a log, from the steps with their times, s.
     pub fn of_log(
         trace: &'a [(&'static str, f64)],
         repairs: &'a [Repair],
@@ -151,9 +151,9 @@ pub fn step_times<'a>(steps: impl Iterator<Item = (&'a str, f64)>) -> Value {
         .collect()
 }
 
-/// One of the figures of an answer.
+/// One of the figures of a result.
 pub struct Figure {
-    /// What its file's name ends in, behind a hyphen; empty for the first.
+    /// The end of its file's name, behind a hyphen; empty for the first.
     pub suffix: &'static str,
     /// The drawing.
     pub svg: String,
@@ -171,15 +171,15 @@ impl Figure {
     }
 }
 
-/// The JSON document of an answer: header, answer, effort, stages, repairs, warnings.
+/// The JSON document of a result: header, result, effort, stages, repairs, warnings.
 ///
 /// # Errors
 /// As for [`Presentation::body`].
-pub fn document(answer: &dyn Presentation) -> Result<Value, Error> {
-    let about = answer.provenance();
+pub fn document(result: &dyn Presentation) -> Result<Value, Error> {
+    let about = result.provenance();
     let mut document = Map::new();
     document.insert("geardyn".into(), about.header());
-    if let Value::Object(body) = answer.body()? {
+    if let Value::Object(body) = result.body()? {
         document.extend(body);
     }
     if !about.effort.is_null() {

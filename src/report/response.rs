@@ -7,7 +7,7 @@ use super::json::complex;
 use super::mode_text::element_share;
 use super::number_format::{four_digits, percent, significant};
 use super::plan::omitted_steps;
-use super::presentation::{Figure, Presentation, Provenance, StudyAnswer};
+use super::presentation::{Figure, Presentation, Provenance, StudyReport};
 use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::base::text::pluralise;
@@ -16,7 +16,7 @@ use crate::numeric::Complex;
 use crate::plan::response::run::{ResponseCurve, ResponseResult};
 use crate::response::frf::{ResponseMethod, SolverKind};
 
-impl Presentation for StudyAnswer<'_, ResponseResult> {
+impl Presentation for StudyReport<'_, ResponseResult> {
     fn provenance(&self) -> Provenance<'_> {
         let (result, stats) = (&self.result, &self.result.stats);
         Provenance {

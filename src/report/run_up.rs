@@ -8,14 +8,14 @@ use super::heatmap::{Heatmap, draw_heatmaps};
 use super::mode_text::element_share;
 use super::number_format::{choose_unit, four_digits, rpm, significant, with_minus_signs};
 use super::plan::{step_lines, steps};
-use super::presentation::{Figure, Presentation, Provenance, StudyAnswer};
+use super::presentation::{Figure, Presentation, Provenance, StudyReport};
 use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::base::text::pluralise;
 use crate::plan::response::run_up::RunUpResult;
 use crate::response::excitation::OrderExcitation;
 
-impl Presentation for StudyAnswer<'_, RunUpResult> {
+impl Presentation for StudyReport<'_, RunUpResult> {
     fn provenance(&self) -> Provenance<'_> {
         let result = &self.result;
         Provenance {

@@ -21,14 +21,14 @@ use crate::plan::simulate::SimulationResult;
 use crate::scene::Scene;
 
 /// A motion of the machine of a scene.
-pub struct SimulationAnswer<'a> {
+pub struct SimulationReport<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The motion.
     pub result: SimulationResult,
 }
 
-impl Presentation for SimulationAnswer<'_> {
+impl Presentation for SimulationReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
             sources: &self.scene.sources,

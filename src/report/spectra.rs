@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::heatmap::{Heatmap, draw_heatmaps};
 use super::number_format::four_digits;
-use super::presentation::{Figure, LogAnswer, Presentation, Provenance};
+use super::presentation::{Figure, LogReport, Presentation, Provenance};
 use super::spectrum_plot::{SpectrumPlot, draw_spectra};
 use super::spectrum_table::{self, decibels};
 use super::table::{Table, exact};
@@ -39,7 +39,7 @@ fn key(across: AbscissaKind) -> &'static str {
     }
 }
 
-impl Presentation for LogAnswer<SpectrumResult> {
+impl Presentation for LogReport<SpectrumResult> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance::of_log(&self.result.trace, &self.repairs, &self.result.diagnostics)
     }

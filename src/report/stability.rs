@@ -18,16 +18,16 @@ use crate::study::stability::perturbations::BASELINE_FACTOR;
 use crate::study::stability::stress_test::{CaseVerdict, StressCase};
 
 /// A study of stability of the machine of a scene.
-pub struct StabilityAnswer<'a> {
+pub struct StabilityReport<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The step of the plot of stability regions, s: the largest that is stable for the method that needs the shortest where absent.
     pub step: Option<f64>,
-    /// What was found.
+    /// The result.
     pub result: StabilityResult,
 }
 
-impl Presentation for StabilityAnswer<'_> {
+impl Presentation for StabilityReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
             sources: &self.scene.sources,

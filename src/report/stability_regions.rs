@@ -130,20 +130,14 @@ fn draw_complex_plane(
 
 fn draw_amplification(canvas: &mut Canvas, panel: &Panel, spectrum: &AmplificationChart) {
     draw_log_grid(panel, canvas);
-    panel.draw_border(canvas);
-    let beside = (14.0, 0.5 * (panel.down.0 + panel.down.1));
-    canvas.upright("factor of a step", beside);
+    panel.draw_outline(canvas);
+    panel.draw_y_name(canvas, "factor of a step");
     let (first, last) = (panel.x.0.ceil() as i32, panel.x.1.floor() as i32);
     let every = ((last - first) / 10).max(1) as usize;
     for decade in (first..=last).step_by(every) {
-        let right = panel.canvas_x(f64::from(decade));
-        panel.draw_vertical(canvas, right, LIGHT_GREY, 0.5);
-        let text = format!("1e{decade}");
-        let place = (right, panel.down.1 + 11.0);
-        canvas.label(&text, place, Anchor::Middle);
+        panel.draw_x_mark(canvas, f64::from(decade), &format!("1e{decade}"));
     }
-    let under = (0.5 * (panel.across.0 + panel.across.1), panel.down.1 + 28.0);
-    canvas.label("|hλ|", under, Anchor::Middle);
+    panel.draw_x_name(canvas, "|hλ|", 28.0);
     let one = panel.canvas_y(0.0);
     panel.draw_horizontal(canvas, one, GREY, 0.8);
     let above = panel.down.0 - 30.0;

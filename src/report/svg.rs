@@ -202,7 +202,7 @@ impl Canvas<'_> {
         left + 23.0 + text_width(text, LABEL_SIZE)
     }
 
-    /// What stands where a curve would, about its middle.
+    /// A text in place of a missing curve, about its middle.
     pub fn placeholder(&mut self, text: &str, middle: Point2) {
         self.text(text, middle, TITLE_SIZE, GREY, Anchor::Middle);
     }
@@ -308,7 +308,7 @@ impl Panel {
     }
 
     /// The outline.
-    pub fn draw_border(&self, canvas: &mut Canvas) {
+    pub fn draw_outline(&self, canvas: &mut Canvas) {
         let (left, right) = self.across;
         canvas.stroke_rect((left, self.down.0), (right, self.down.1), GREY, 0.6);
     }
@@ -356,10 +356,26 @@ impl Panel {
     /// Grid and numbers of the horizontal axis.
     pub fn draw_x_grid(&self, canvas: &mut Canvas, values: &[f64]) {
         for (&value, text) in values.iter().zip(numbers(values)) {
-            let right = self.canvas_x(value);
-            self.draw_vertical(canvas, right, LIGHT_GREY, 0.5);
-            canvas.label(&text, (right, self.down.1 + 11.0), Anchor::Middle);
+            self.draw_x_mark(canvas, value, &text);
         }
+    }
+
+    /// A line of the grid at a value of the horizontal axis, with its text below.
+    pub fn draw_x_mark(&self, canvas: &mut Canvas, value: f64, text: &str) {
+        let right = self.canvas_x(value);
+        self.draw_vertical(canvas, right, LIGHT_GREY, 0.5);
+        canvas.label(text, (right, self.down.1 + 11.0), Anchor::Middle);
+    }
+
+    /// The name of the horizontal axis, so far below it.
+    pub fn draw_x_name(&self, canvas: &mut Canvas, name: &str, below: f64) {
+        let middle = 0.5 * (self.across.0 + self.across.1);
+        canvas.label(name, (middle, self.down.1 + below), Anchor::Middle);
+    }
+
+    /// The name of the vertical axis, at the edge of the figure.
+    pub fn draw_y_name(&self, canvas: &mut Canvas, name: &str) {
+        canvas.upright(name, (14.0, 0.5 * (self.down.0 + self.down.1)));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Tables of an answer: columns with name, unit and values, rendered for a terminal and as CSV.
+//! Tables of results: columns with name, unit and values, rendered for a terminal and as CSV.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -28,7 +28,7 @@ enum Cells<'a> {
     Numbers(Cow<'a, [f64]>, NumberText),
 }
 
-/// How a number is written in CSV, with all its digits.
+/// The text of a number in CSV, with all its digits.
 pub type NumberText = fn(f64) -> String;
 
 /// Columns of words, which stand to the left; numbers stand to the right.
@@ -85,9 +85,9 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// More columns where they are wanted.
-    pub fn columns_if(self, wanted: bool, columns: &str) -> Table<'a> {
-        match wanted {
+    /// More columns on a condition.
+    pub fn columns_if(self, shown: bool, columns: &str) -> Table<'a> {
+        match shown {
             true => self.columns(columns),
             false => self,
         }

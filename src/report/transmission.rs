@@ -20,10 +20,10 @@ use crate::transmission::budget::{ElementSensitivity, ErrorBudget};
 use crate::transmission::indexing::IndexingEffect;
 
 /// The transmission error of a chain in the machine of a scene.
-pub struct TransmissionAnswer<'a> {
+pub struct TransmissionReport<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Its machine.
+    /// The machine of the scene.
     pub machine: PreparedMachine,
     /// The lines and what they add up to.
     pub result: TransmissionResult,
@@ -31,7 +31,7 @@ pub struct TransmissionAnswer<'a> {
     pub all: bool,
 }
 
-impl Presentation for TransmissionAnswer<'_> {
+impl Presentation for TransmissionReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         let result = &self.result;
         Provenance::of_plan(&self.scene.sources, &result.plan, &result.diagnostics)
@@ -93,7 +93,7 @@ impl Presentation for TransmissionAnswer<'_> {
     }
 }
 
-impl TransmissionAnswer<'_> {
+impl TransmissionReport<'_> {
     /// The error over the angle: turns that orders are counted by, the error, its time where the speed is given.
     pub fn record(&self) -> Table<'_> {
         let (result, unit) = (

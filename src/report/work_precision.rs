@@ -21,7 +21,7 @@ use crate::study::work_precision::{
 };
 
 /// A motion by several methods against a reference: error over run time.
-pub struct WorkPrecisionAnswer<'a> {
+pub struct WorkPrecisionReport<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The outputs compared.
@@ -32,7 +32,7 @@ pub struct WorkPrecisionAnswer<'a> {
     pub result: WorkPrecisionResult,
 }
 
-impl Presentation for WorkPrecisionAnswer<'_> {
+impl Presentation for WorkPrecisionReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
             sources: &self.scene.sources,

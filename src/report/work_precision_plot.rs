@@ -65,16 +65,9 @@ pub fn draw(title: &str, points: &[WorkPrecisionPoint], (floor, called): (f64, &
         );
         draw_log_grid(&panel, canvas);
         rule_times(&panel, canvas);
-        panel.draw_border(canvas);
-        canvas.upright("error", (14.0, MARGIN_TOP + HEIGHT / 2.0));
-        canvas.label(
-            "run time, s",
-            (
-                0.5 * (MARGIN_LEFT + WIDTH - MARGIN_RIGHT),
-                MARGIN_TOP + HEIGHT + 30.0,
-            ),
-            Anchor::Middle,
-        );
+        panel.draw_outline(canvas);
+        panel.draw_y_name(canvas, "error");
+        panel.draw_x_name(canvas, "run time, s", 30.0);
         if floor > 0.0 && floor.is_finite() && floor.log10() > panel.y.0 {
             let height = panel.canvas_y(floor.log10());
             canvas.polyline(
@@ -141,14 +134,12 @@ fn line_style(at: usize) -> (Colour, LineStyle) {
 fn rule_times(panel: &Panel, canvas: &mut Canvas) {
     let (first, last) = (panel.x.0.ceil() as i32, panel.x.1.floor() as i32);
     for decade in first..=last {
-        let right = panel.canvas_x(f64::from(decade));
-        panel.draw_vertical(canvas, right, LIGHT_GREY, 0.5);
         let text = match decade {
             -6..=-4 => format!("{} µs", 10i64.pow((decade + 6) as u32)),
             -3..=-1 => format!("{} ms", 10i64.pow((decade + 3) as u32)),
             0..=3 => format!("{} s", 10i64.pow(decade as u32)),
             _ => format!("1e{decade} s"),
         };
-        canvas.label(&text, (right, panel.down.1 + 11.0), Anchor::Middle);
+        panel.draw_x_mark(canvas, f64::from(decade), &text);
     }
 }

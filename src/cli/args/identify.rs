@@ -105,7 +105,7 @@ pub struct IdentifyArgs {
     /// Write the frequency responses (.csv, .uff or .json)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub frf: Option<PathBuf>,
-    /// Its outputs.
+    /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
 }

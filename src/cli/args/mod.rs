@@ -208,7 +208,7 @@ pub struct ConvertArgs {
 pub struct MeasureArgs {
     /// A TOML file with `[measured_gear]`, which names the CSV files of its charts
     pub file: PathBuf,
-    /// Its outputs.
+    /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
 }

@@ -117,7 +117,7 @@ pub struct ModesArgs {
     /// Only the N largest entries of every shape and list in JSON
     #[arg(long, value_name = "N", requires = "json")]
     pub top: Option<usize>,
-    /// Its outputs.
+    /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
 }

@@ -75,7 +75,7 @@ pub struct SimulateArgs {
     /// Found while it runs.
     #[command(flatten)]
     pub running: OnlineArgs,
-    /// Its outputs.
+    /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
 }
@@ -134,7 +134,7 @@ pub struct AccuracyArgs {
     /// The error wanted, for which a method is recommended; 1e-6 where left out
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub error: Option<f64>,
-    /// Its outputs.
+    /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
 }
@@ -169,7 +169,7 @@ pub struct StabilityArgs {
     /// A second axis of that chart, factors on what the scene has: depth (of stiffness waves) or damping
     #[arg(long, value_name = "depth=A:B:N")]
     pub over: Option<String>,
-    /// Its outputs.
+    /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
 }

@@ -1,4 +1,4 @@
-//! Flags of every command that presents an answer: the document, the files, the silence.
+//! Flags of every command that shows a result: document, files, silence.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ pub struct OutputArgs {
     /// Write the table
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Draw the answer
+    /// Draw the result
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// No warnings, no word about what was done

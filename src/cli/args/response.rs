@@ -54,7 +54,7 @@ pub struct ResponseArgs {
     /// The balance alone, motions not refined by locating every switch
     #[arg(long, requires = "harmonic_balance")]
     pub orders_alone: bool,
-    /// Its outputs.
+    /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
 }

@@ -99,7 +99,7 @@ pub struct SpectrumArgs {
     /// What may be said of the log.
     #[command(flatten)]
     pub log: LogArgs,
-    /// Its outputs.
+    /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
 }

@@ -48,7 +48,7 @@ pub struct TeArgs {
     /// Every line of the table, not only the largest; of a log every multiple of the shafts is fitted as well
     #[arg(long)]
     pub all: bool,
-    /// Its outputs.
+    /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
     /// What is said of a record of two encoders.

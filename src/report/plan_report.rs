@@ -14,11 +14,11 @@ use crate::scene::Scene;
 /// The kind of a study of motion and its plan.
 pub type MotionPlan = (&'static str, Vec<(&'static str, StageDecision)>);
 
-/// What would be computed for a scene.
-pub struct PlanAnswer<'a> {
+/// The plan of everything that a scene asks for.
+pub struct PlanReport<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Its machine.
+    /// The machine of the scene.
     pub machine: PreparedMachine,
     /// The plan of a study of modes.
     pub modes: ModesPlan,
@@ -32,7 +32,7 @@ pub struct PlanAnswer<'a> {
     pub warnings: Vec<Diagnostic>,
 }
 
-impl Presentation for PlanAnswer<'_> {
+impl Presentation for PlanReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         let runs = |s: &(&str, &StageDecision)| matches!(s.1, StageDecision::Runs(_));
         Provenance {

@@ -11,10 +11,10 @@ use crate::recording::raw::Repair;
 use crate::transmission::encoder::gear_train::GearTrain;
 
 /// The transmission error of a record of two encoders.
-pub struct EncoderAnswer {
+pub struct EncoderReport {
     /// Above the plot.
     pub title: String,
-    /// What was done to the data.
+    /// Repairs of the data.
     pub repairs: Vec<Repair>,
     /// The evaluation.
     pub result: EncoderResult,
@@ -24,7 +24,7 @@ pub struct EncoderAnswer {
     pub all: bool,
 }
 
-impl Presentation for EncoderAnswer {
+impl Presentation for EncoderReport {
     fn provenance(&self) -> Provenance<'_> {
         Provenance::of_log(&self.result.trace, &self.repairs, &self.result.diagnostics)
     }
