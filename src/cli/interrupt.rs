@@ -60,14 +60,6 @@ pub fn cancel_on_ctrl_c() -> CancelToken {
     state().cancel.get_or_insert_default().clone()
 }
 
-/// Whether an interrupt has raised the token.
-pub fn is_raised() -> bool {
-    state()
-        .cancel
-        .as_ref()
-        .is_some_and(CancelToken::is_cancelled)
-}
-
 /// Registers a file under a temporary name: an interrupt removes it.
 pub fn register(temporary: &Path) {
     state().temporaries.push(temporary.to_path_buf());

@@ -26,6 +26,8 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         );
         return Err(error.with_hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
+    // From here on the first interrupt ends the study that runs, and no other begins.
+    let cancel = interrupt::cancel_on_ctrl_c();
     let (mut documents, mut exit) = (Vec::new(), 0);
     let title = &scene.model.title;
     if !args.json && !title.is_empty() {
@@ -47,7 +49,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         }
         documents.push(json!({ "study": name, "answer": document(result)? }));
         exit = exit.max(present::exit_code(result));
-        if interrupt::is_raised() {
+        if cancel.is_cancelled() {
             exit = interrupt::EXIT_INTERRUPTED;
             break;
         }

@@ -17,7 +17,7 @@ use crate::recording::raw::{RawLog, Repair};
 use crate::recording::read_options::{RateSource, ReadOptions};
 use crate::recording::signals::Recording;
 use crate::recording::{channel_names, preprocess};
-use crate::report::encoder_te_report::EncoderReport;
+use crate::report::encoder_te::EncoderReport;
 use crate::scene;
 use crate::transmission::encoder::gear_train::GearTrain;
 

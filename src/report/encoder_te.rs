@@ -1,15 +1,80 @@
-//! Transmission error from encoder records: document and table over the angle.
+//! Transmission error from encoder records: document, table over the angle.
 
 use std::f64::consts::{PI, TAU};
 
 use serde_json::{Value, json};
 
+use super::presentation::{Figure, Presentation, Provenance};
 use super::table::{Table, or_blank};
 use super::te_lines::{arcsec, degrees, direction_name, micrometres, peak_to_peak};
+use super::{encoder_te_plot, encoder_te_table};
+use crate::base::error::Error;
 use crate::plan::logs::attribution::{AttributedOrder, Attribution, DeclaredSource};
 use crate::plan::logs::encoder_analysis::EncoderResult;
+use crate::recording::raw::Repair;
 use crate::transmission::encoder::flank::{FlankEvaluation, OrderEstimate};
 use crate::transmission::encoder::gear_train::GearTrain;
+
+/// The transmission error of a record of two encoders.
+pub struct EncoderReport {
+    /// Above the plot.
+    pub title: String,
+    /// Repairs of the data.
+    pub repairs: Vec<Repair>,
+    /// The evaluation.
+    pub result: EncoderResult,
+    /// The teeth between the encoders.
+    pub teeth: GearTrain,
+    /// Every order is shown, not the largest only.
+    pub all: bool,
+}
+
+impl Presentation for EncoderReport {
+    fn provenance(&self) -> Provenance<'_> {
+        Provenance::of_log(&self.result.trace, &self.repairs, &self.result.diagnostics)
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        Ok(body(&self.result, &self.teeth))
+    }
+
+    fn text(&self) -> String {
+        encoder_te_table::record(&self.result, self.all)
+    }
+
+    fn table(&self) -> Table<'_> {
+        let found = &self.result;
+        let play = found.measured.backlash.as_ref();
+        let play = play.and_then(|p| p.variation.as_ref()).map(|c| &c.signal);
+        let mut table = Table::new("direction|angle_deg|te_arcsec|long_wave_arcsec")
+            .columns_if(found.radius.is_some(), "te_um")
+            .columns_if(play.is_some(), "play_arcsec");
+        let arc = |x: Option<&f64>| or_blank(x, |x| format!("{:.6}", arcsec(*x)));
+        for flank in &found.measured.flanks {
+            for (i, e) in flank.signal.values.iter().enumerate() {
+                let angle = flank.signal.angle(i).to_degrees();
+                let mut cells = vec![
+                    direction_name(flank).to_string(),
+                    format!("{angle:.9}"),
+                    arc(Some(e)),
+                    arc(flank.composite.long_wave.get(i)),
+                ];
+                cells.extend(micrometres(found, *e).map(|um| format!("{um:.6}")));
+                cells.extend(play.map(|play| {
+                    let at = usize::try_from(flank.signal.first + i as i64 - play.first).ok();
+                    arc(at.and_then(|at| play.values.get(at)))
+                }));
+                table.row(cells);
+            }
+        }
+        table
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let drawn = encoder_te_plot::draw_record(&self.result, &self.title);
+        Ok(vec![Figure::first(drawn)])
+    }
+}
 
 /// The document of a transmission error from encoders, without what its provenance adds.
 pub fn body(found: &EncoderResult, teeth: &GearTrain) -> Value {
@@ -174,32 +239,4 @@ fn line(line: &OrderEstimate, found: &EncoderResult) -> Value {
         "shared": line.is_shared(),
         "not_resolved_from": line.unresolved().iter().map(|n| json!({ "what": n.name, "turns_needed": n.turns })).collect::<Vec<_>>(),
     })
-}
-
-/// One row a cell: direction, angle of the output, error, long wave over the turns of the ranges, play where both directions passed.
-pub fn table(found: &EncoderResult) -> Table<'static> {
-    let play = found.measured.backlash.as_ref();
-    let play = play.and_then(|p| p.variation.as_ref()).map(|c| &c.signal);
-    let mut table = Table::new("direction|angle_deg|te_arcsec|long_wave_arcsec")
-        .columns_if(found.radius.is_some(), "te_um")
-        .columns_if(play.is_some(), "play_arcsec");
-    let arc = |x: Option<&f64>| or_blank(x, |x| format!("{:.6}", arcsec(*x)));
-    for flank in &found.measured.flanks {
-        for (i, e) in flank.signal.values.iter().enumerate() {
-            let angle = flank.signal.angle(i).to_degrees();
-            let mut cells = vec![
-                direction_name(flank).to_string(),
-                format!("{angle:.9}"),
-                arc(Some(e)),
-                arc(flank.composite.long_wave.get(i)),
-            ];
-            cells.extend(micrometres(found, *e).map(|um| format!("{um:.6}")));
-            cells.extend(play.map(|play| {
-                let at = usize::try_from(flank.signal.first + i as i64 - play.first).ok();
-                arc(at.and_then(|at| play.values.get(at)))
-            }));
-            table.row(cells);
-        }
-    }
-    table
 }

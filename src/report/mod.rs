@@ -62,13 +62,11 @@ pub mod order_cuts;
 
 pub mod te_lines;
 
-pub mod encoder_te;
-
 pub mod encoder_te_table;
 
 pub mod encoder_te_plot;
 
-pub mod encoder_te_report;
+pub mod encoder_te;
 
 pub mod transmission_table;
 

@@ -101,6 +101,31 @@ fn law_json_of_modes() {
     }
 }
 
+/// Every document begins with its header and ends with its warnings.
+#[test]
+fn law_documents_share_header_and_warnings() {
+    for line in [
+        "check models/two_disc.toml",
+        "check data/spindle_impact.csv",
+        "plan models/two_disc.toml",
+        "modes models/two_disc.toml",
+        "simulate examples/linear_chain.toml",
+        "response models/y2250.toml --input motor --output workpiece --band 1:400",
+        "response models/y2250.toml --run-up 50:3000:20",
+        "measure data/index_gear.toml",
+        "te models/three_stage_chain.toml --output spindle",
+        "identify data/spindle_impact.csv --input force --output ax",
+        "spectrum data/spindle_impact.csv --channel ax",
+        "run examples/linear_chain.toml",
+    ] {
+        let arguments: Vec<&str> = line.split(' ').chain(["--json"]).collect();
+        let found = document(&arguments);
+        let keys: Vec<&String> = found.as_object().unwrap().keys().collect();
+        let ends = [keys[0].as_str(), keys[keys.len() - 1].as_str()];
+        assert_eq!(ends, ["geardyn", "warnings"], "{line}");
+    }
+}
+
 /// `--top` shortens every list.
 #[test]
 fn exact_top_shortens_shapes() {

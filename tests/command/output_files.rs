@@ -19,6 +19,7 @@ const WRITERS: &[(&str, &str)] = &[
     ("simulate examples/linear_chain.toml --svg OUT", "svg"),
     ("accuracy examples/linear_chain.toml --csv OUT", "csv"),
     ("accuracy examples/linear_chain.toml --svg OUT", "svg"),
+    ("stability examples/linear_chain.toml --csv OUT", "csv"),
     ("stability examples/linear_chain.toml --svg OUT", "svg"),
     (
         "response models/y2250.toml --input motor --output workpiece --csv OUT",
