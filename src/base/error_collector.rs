@@ -1,7 +1,9 @@
 //! Collects the errors of one reading; ranges of values that keys accept.
 
+use std::sync::Arc;
+
 use super::error::Error;
-use super::source_span::SourceSpan;
+use super::source_span::{SourceFile, SourceSpan};
 
 /// Errors of one reading, and which files state bare numbers in SI.
 #[derive(Debug, Default)]
@@ -10,6 +12,8 @@ pub struct ErrorCollector {
     pub errors: Vec<Error>,
     /// Paths of the files that say `units = "SI"`.
     pub bare_si: Vec<String>,
+    /// The flags that lie over what is read.
+    pub flags: Option<Arc<SourceFile>>,
 }
 
 impl ErrorCollector {
@@ -26,6 +30,11 @@ impl ErrorCollector {
     /// No more errors are kept.
     pub fn is_full(&self) -> bool {
         self.errors.len() >= ErrorCollector::MAX_ERRORS
+    }
+
+    /// `span` is in the flags of the command line.
+    pub fn is_flag(&self, span: &SourceSpan) -> bool {
+        (self.flags.as_ref()).is_some_and(|flags| Arc::ptr_eq(flags, span.source()))
     }
 
     /// Bare numbers at `place` are SI.

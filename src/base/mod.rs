@@ -29,3 +29,5 @@ pub mod time_budget;
 pub mod error_collector;
 
 pub mod table_reader;
+
+pub mod flags;

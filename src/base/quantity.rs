@@ -30,6 +30,36 @@ pub fn parse_or_bare(
     in_unit(value.value, unit, kind, subject)
 }
 
+/// Reads `A:B` with 0 ≤ A < B, in SI; bare numbers as on the command line. `what` it is as text, and an example.
+///
+/// # Errors
+/// What is no rising range of the kind.
+pub fn parse_range(
+    text: &str,
+    kind: QuantityKind,
+    (what, example): (&str, &str),
+    subject: &str,
+) -> Result<(f64, f64), Error> {
+    let form = || {
+        let message = format!("\"{}\" is not {what}", truncate(text));
+        let hint = format!("{subject} takes first:last, such as {example}");
+        Error::new(Code::OutOfRange, message).with_hint(hint)
+    };
+    let (from, to) = text.split_once(':').ok_or_else(form)?;
+    let value = |text: &str| parse_or_bare(text, kind, kind.bare_unit(), subject);
+    let (from, to) = (value(from)?, value(to)?);
+    match from >= 0.0 && from < to && to.is_finite() {
+        true => Ok((from, to)),
+        false => Err(form()),
+    }
+}
+
+/// A frequency in Hz, to the fifteen digits that 2π there and back leaves: 700, not 699.999 999 999 999 9.
+pub fn to_hertz(omega: f64) -> f64 {
+    let hertz = omega / TAU;
+    format!("{hertz:.14e}").parse().unwrap_or(hertz)
+}
+
 /// Factor to SI and dimension of a unit without a number; `None` where some part of it is not known.
 pub fn parse_unit(unit: &str) -> Option<(f64, Dimension)> {
     UnitParser::parse(unit).ok()

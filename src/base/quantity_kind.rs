@@ -88,6 +88,16 @@ impl QuantityKind {
         self.units().split(',').next().unwrap_or_default()
     }
 
+    /// The unit a bare number has on the command line.
+    pub fn bare_unit(self) -> &'static str {
+        match self {
+            QuantityKind::Speed => "rpm",
+            QuantityKind::Length => "mm",
+            QuantityKind::Angle => "deg",
+            _ => self.si_unit(),
+        }
+    }
+
     /// Kind of quantity with exactly this dimension, if any.
     pub fn from_dimension(dimension: Dimension) -> Option<QuantityKind> {
         QuantityKind::ALL

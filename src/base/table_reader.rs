@@ -9,14 +9,25 @@ use super::source_span::SourceSpan;
 use super::text::{KEY_SYNONYMS, quoted_list, suggestion};
 use super::toml::{Entry, Item, Table, Value};
 
+/// A value that a key names by a word.
+pub trait Word: Copy + 'static {
+    /// Every word, its value and a help text.
+    const WORDS: &'static [(&'static str, Self, &'static str)];
+}
+
 /// One table being read. Ask for every key it may have, then call `finish`.
 pub struct TableReader<'a, 'n> {
-    table: &'a Table,
+    /// The table as written.
+    pub table: &'a Table,
     /// Start of the table.
     pub span: SourceSpan,
     /// Title of the table in messages: `[[gear_pair]] "first_pair"`.
     pub title: String,
     known_keys: Vec<(String, String)>,
+    /// Former names of keys, each before the one it has now.
+    renamed: Vec<(&'static str, &'static str)>,
+    /// Keys of the file that a flag takes the place of.
+    replaced: Vec<String>,
     /// Any key is known.
     open: bool,
     /// Collected errors.
@@ -40,27 +51,77 @@ impl<'a, 'n> TableReader<'a, 'n> {
             span,
             title,
             known_keys: Vec::new(),
+            renamed: Vec::new(),
+            replaced: Vec::new(),
             open: false,
             errors,
         }
     }
 
+    /// The entry of `key`, under its former name where it has one.
+    fn entry(&self, key: &str) -> Option<&'a Entry> {
+        let former = self.renamed.iter().find(|(_, now)| *now == key);
+        let names = [Some(key), former.map(|(former, _)| *former)];
+        let kept = |name: &&str| !self.replaced.iter().any(|replaced| replaced == name);
+        let mut names = names.into_iter().flatten().filter(kept);
+        names.find_map(|name| self.table.get(name))
+    }
+
     /// The key is written, rightly or wrongly.
     pub fn has(&self, key: &str) -> bool {
-        self.table.get(key).is_some()
+        self.entry(key).is_some()
+    }
+
+    /// The key is given on the command line.
+    pub fn has_flag(&self, key: &str) -> bool {
+        (self.entry(key)).is_some_and(|entry| self.errors.is_flag(&entry.key_place))
+    }
+
+    /// Takes `former` for `key`, which was its name.
+    pub fn accept_former(&mut self, former: &'static str, key: &'static str) {
+        self.exclusive(former, key);
+        self.renamed.push((former, key));
+    }
+
+    /// Where the command line gives `flag`, what the file gives for `keys` is left out.
+    pub fn replace(&mut self, flag: &str, keys: &[&str]) {
+        let replaces = self.has_flag(flag);
+        let of_file = |key: &&&str| replaces && !self.has_flag(key);
+        let replaced: Vec<String> = keys
+            .iter()
+            .filter(of_file)
+            .map(|key| key.to_string())
+            .collect();
+        self.replaced.extend(replaced);
     }
 
     /// Place of the value of `key`; the table's place where it is absent.
     pub fn span_of(&self, key: &str) -> &SourceSpan {
-        self.table
-            .get(key)
-            .map_or(&self.span, |entry| &entry.item.span)
+        self.entry(key).map_or(&self.span, |entry| &entry.item.span)
     }
 
     /// The value of `key`, whatever it is; `takes` says what it should be.
     pub fn item(&mut self, key: &str, takes: impl Into<String>) -> Option<&'a Item> {
         self.known_keys.push((key.to_string(), takes.into()));
-        self.table.get(key).map(|entry| &entry.item)
+        self.entry(key).map(|entry| &entry.item)
+    }
+
+    /// The text of a flag, which may stand for a number.
+    fn flag_text(&self, item: &'a Item) -> Option<&'a str> {
+        match &item.value {
+            Value::String(text) if self.errors.is_flag(&item.span) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// Notes an error of this table at `span`.
+    pub fn push(&mut self, error: Error, span: &SourceSpan) {
+        let error = error.with_span(span);
+        let error = match self.errors.is_flag(span) {
+            true => error,
+            false => error.with_label(format!("in {}", self.title)),
+        };
+        self.errors.push(error);
     }
 
     /// Notes that something is wrong at `span`, in this table.
@@ -71,14 +132,12 @@ impl<'a, 'n> TableReader<'a, 'n> {
         span: &SourceSpan,
         hint: &str,
     ) {
-        let error = Error::new(code, message)
-            .with_span(span)
-            .with_label(format!("in {}", self.title));
-        self.errors.push(if hint.is_empty() {
-            error
-        } else {
-            error.with_hint(hint)
-        });
+        let error = Error::new(code, message);
+        let error = match hint.is_empty() {
+            true => error,
+            false => error.with_hint(hint),
+        };
+        self.push(error, span);
     }
 
     /// Notes that something is wrong with the value of `key`.
@@ -99,8 +158,10 @@ impl<'a, 'n> TableReader<'a, 'n> {
         self.report(Code::MissingKey, message, &span, &takes);
     }
 
-    /// Notes that only one of two keys may be given, if both are; true if so.
+    /// Notes that only one of two keys may be given, if both are; true if so. A flag takes the place of a key of the file.
     pub fn exclusive(&mut self, one: &str, other: &str) -> bool {
+        self.replace(one, &[other]);
+        self.replace(other, &[one]);
         let both = self.has(one) && self.has(other);
         if both {
             let hint = format!("leave one of `{one}` and `{other}` out");
@@ -114,12 +175,75 @@ impl<'a, 'n> TableReader<'a, 'n> {
         both
     }
 
+    /// Notes that `key` needs `other`, where only the first is given.
+    pub fn requires(&mut self, key: &str, other: &str) {
+        if self.has(key) && !self.has(other) {
+            let hint = format!("give `{other}` too, or leave `{key}` out");
+            self.report_key(
+                Code::MissingKey,
+                key,
+                format!("`{key}` needs `{other}`"),
+                &hint,
+            );
+        }
+    }
+
     /// Text.
     pub fn optional_text(&mut self, key: &str) -> Option<&'a str> {
         let item = self.item(key, "text in quotes")?;
         match &item.value {
             Value::String(text) => Some(text),
             _ => self.wrong_type(key, item, "text in quotes"),
+        }
+    }
+
+    /// A text that has a form of its own, which `parse` reads; the second argument is the key as messages name it.
+    pub fn parsed<T>(
+        &mut self,
+        key: &str,
+        parse: impl Fn(&str, &str) -> Result<T, Error>,
+    ) -> Option<T> {
+        let text = self.optional_text(key)?;
+        let error = match parse(text, &format!("`{key}`")) {
+            Ok(value) => return Some(value),
+            Err(error) => error,
+        };
+        let span = self.span_of(key).clone();
+        self.push(error, &span);
+        None
+    }
+
+    /// A list of texts, or one of them; empty where the key is absent.
+    pub fn texts(&mut self, key: &str) -> Vec<String> {
+        const TAKES: &str = "a list of texts";
+        let mut all = Vec::new();
+        for item in self.items(key, TAKES) {
+            match &item.value {
+                Value::String(text) => all.push(text.clone()),
+                _ => {
+                    self.wrong_type::<()>(key, item, TAKES);
+                }
+            }
+        }
+        all
+    }
+
+    /// A list of bare numbers, or one of them; empty where the key is absent.
+    pub fn numbers(&mut self, key: &str, range: ValueRange) -> Vec<f64> {
+        let items = self.items(key, "a list of bare numbers").iter();
+        items
+            .filter_map(|item| self.number_of(key, item, range))
+            .collect()
+    }
+
+    /// The items of a list, or the one that stands in its place.
+    fn items(&mut self, key: &str, takes: &str) -> &'a [Item] {
+        match self.item(key, takes) {
+            None => &[],
+            Some(item) => match &item.value {
+                Value::List(list) => list,
+                _ => std::slice::from_ref(item),
+            },
         }
     }
 
@@ -179,7 +303,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         kind: QuantityKind,
         range: ValueRange,
     ) -> Option<[f64; 2]> {
-        if let Some(Value::List(_)) = self.table.get(key).map(|entry| &entry.item.value) {
+        if let Some(Value::List(_)) = self.entry(key).map(|entry| &entry.item.value) {
             let two = self.optional_quantities(key, kind, range, Some(2))?;
             return two.try_into().ok();
         }
@@ -226,6 +350,8 @@ impl<'a, 'n> TableReader<'a, 'n> {
         let item = self.item(key, "true or false")?;
         match &item.value {
             Value::Bool(flag) => Some(*flag),
+            _ if self.flag_text(item) == Some("true") => Some(true),
+            _ if self.flag_text(item) == Some("false") => Some(false),
             _ => self.wrong_type(key, item, "true or false"),
         }
     }
@@ -253,6 +379,12 @@ impl<'a, 'n> TableReader<'a, 'n> {
             self.open |= key == "kind";
         }
         found.map(|(_, value)| *value)
+    }
+
+    /// One of the words of a type.
+    pub fn word<T: Word>(&mut self, key: &str) -> Option<T> {
+        let choices: Vec<(&str, T)> = T::WORDS.iter().map(|w| (w.0, w.1)).collect();
+        self.choice(key, &choices)
     }
 
     /// Notes `key` as missing where it is absent.
@@ -289,13 +421,28 @@ impl<'a, 'n> TableReader<'a, 'n> {
             if self.open || self.errors.is_full() {
                 return;
             }
-            if !self.known_keys.iter().any(|(asked, _)| *asked == entry.key) {
+            let former = |asked: &str| self.renamed.contains(&(entry.key.as_str(), asked));
+            let is_known = |(asked, _): &(String, String)| *asked == entry.key || former(asked);
+            if !self.known_keys.iter().any(is_known) {
                 self.unknown(entry);
             }
         }
     }
 
     fn unknown(&mut self, entry: &Entry) {
+        let takes = |f: &Self| {
+            let known = f.known_keys.iter().map(|(asked, _)| asked.as_str());
+            format!("{} takes {}", f.title, quoted_list(known))
+        };
+        if self.errors.flags.is_some() {
+            // The keys of the file were checked when the file was read.
+            if self.errors.is_flag(&entry.key_place) {
+                let message = format!("{} does nothing here", entry.key_place.text());
+                let hint = takes(self);
+                self.report(Code::Usage, message, &entry.key_place, &hint);
+            }
+            return;
+        }
         let asked = |key: &str| self.known_keys.iter().any(|(asked, _)| asked == key);
         let synonyms = KEY_SYNONYMS.iter().filter(|(_, key)| asked(key));
         let known = self.known_keys.iter().map(|(asked, _)| asked.as_str());
@@ -344,13 +491,16 @@ impl<'a, 'n> TableReader<'a, 'n> {
     fn read_quantity(
         &mut self,
         key: &str,
-        item: &Item,
+        item: &'a Item,
         kind: QuantityKind,
         range: ValueRange,
     ) -> Option<f64> {
         let subject = format!("`{key}`");
         let si = self.errors.is_si(&item.span);
         let value = match &item.value {
+            Value::String(text) if self.errors.is_flag(&item.span) => {
+                quantity::parse_or_bare(text, kind, kind.bare_unit(), &subject)
+            }
             Value::String(text) if si => {
                 quantity::parse_or_bare(text, kind, kind.si_unit(), &subject)
             }
@@ -371,19 +521,19 @@ impl<'a, 'n> TableReader<'a, 'n> {
         match value {
             Ok(value) => self.in_range(key, item, value, range, kind.units()),
             Err(error) => {
-                let label = format!("in {}", self.title);
-                self.errors
-                    .push(error.with_span(&item.span).with_label(label));
+                self.push(error, &item.span);
                 None
             }
         }
     }
 
     /// The bare number in `item`.
-    pub fn number_of(&mut self, key: &str, item: &Item, range: ValueRange) -> Option<f64> {
-        let value = match item.value {
-            Value::Integer(n) => n as f64,
-            Value::Float(x) => x,
+    pub fn number_of(&mut self, key: &str, item: &'a Item, range: ValueRange) -> Option<f64> {
+        let flag = self.flag_text(item).map(str::parse);
+        let value = match (&item.value, flag) {
+            (Value::Integer(n), _) => *n as f64,
+            (Value::Float(x), _) => *x,
+            (_, Some(Ok(x))) => x,
             _ => return self.wrong_type(key, item, "a bare number"),
         };
         self.in_range(key, item, value, range, "a bare number")
@@ -407,13 +557,19 @@ impl<'a, 'n> TableReader<'a, 'n> {
         None
     }
 
-    fn read_count(&mut self, key: &str, item: &Item, low: u32, high: u32) -> Option<u32> {
+    fn read_count(&mut self, key: &str, item: &'a Item, low: u32, high: u32) -> Option<u32> {
         let takes = format!("whole numbers from {low} to {high}");
-        let count = match item.value {
-            Value::Integer(n) => u32::try_from(n).ok().filter(|n| (low..=high).contains(n)),
-            Value::Float(_) => None,
+        // A flag may say 1e6.
+        let flag = self.flag_text(item).map(str::parse::<f64>);
+        let count = match (&item.value, flag) {
+            (Value::Integer(n), _) => u32::try_from(*n).ok(),
+            (_, Some(Ok(x))) if x.fract() == 0.0 && x >= 0.0 && x <= f64::from(u32::MAX) => {
+                Some(x as u32)
+            }
+            (Value::Float(_), _) | (_, Some(_)) => None,
             _ => return self.wrong_type(key, item, &takes),
         };
+        let count = count.filter(|n| (low..=high).contains(n));
         if count.is_none() {
             let message = format!("`{key}` cannot be {}", quantity::truncate(item.span.text()));
             let hint = format!("`{key}` takes {takes}");
@@ -424,7 +580,10 @@ impl<'a, 'n> TableReader<'a, 'n> {
 
     /// Notes a value of the wrong type.
     pub fn wrong_type<T>(&mut self, key: &str, item: &Item, takes: &str) -> Option<T> {
-        let message = format!("`{key}` is {}", item.value.name());
+        let message = match self.errors.is_flag(&item.span) {
+            true => format!("`{key}` cannot be {}", quantity::truncate(item.span.text())),
+            false => format!("`{key}` is {}", item.value.name()),
+        };
         let hint = format!("`{key}` takes {takes}");
         self.report(Code::WrongType, message, &item.span, &hint);
         None
