@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::base::flags::Flags;
 use crate::plan::logs::identification::{self, IdentificationInput};
 use crate::plan::logs::identification_result::IdentificationResult;
 use crate::plan::logs::identify_study::IdentifyStudy;
@@ -22,7 +23,7 @@ impl Recording {
     /// Whatever is wrong with the log or its sidecar, with file, line and remedy.
     pub fn open(path: impl AsRef<Path>) -> Result<Recording, Errors> {
         let path = path.as_ref();
-        let settings = scene::sidecar::read_for_log(path)?.unwrap_or_default();
+        let settings = scene::sidecar::read_for_log(path, &Flags::default())?.0;
         let log = open::open(&path.display().to_string(), &settings)?;
         Ok(preprocess::preprocess(log, &settings)?)
     }

@@ -70,7 +70,9 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
     }
     let source = load::load(path)?;
     if scene::sidecar::is_sidecar(&source) {
-        let channels = scene::sidecar::read(&source)?.channels.len();
+        let channels = scene::sidecar::read(&source, &args.log.keys.flags)?
+            .channels
+            .len();
         let name = path.display();
         return Ok(FileSummary {
             sources: vec![source],

@@ -28,7 +28,7 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<FileSummary, Er
             .with_hint("correct it as it is, or move it away first")
             .into());
     }
-    let options = args.settings(path)?.0;
+    let options = args.options(path)?.0;
     let mut log = progress::open(path, &options, false)?;
     let written: Vec<(String, String)> = log
         .groups

@@ -42,7 +42,7 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
         .with_hint("leave it out, or end the name in .uff")
         .into());
     }
-    let (options, sidecar) = args.log.settings(&args.file)?;
+    let (options, sidecar) = args.log.options(&args.file)?;
     let inputs: Vec<_> = sidecar.into_iter().chain([args.file.clone()]).collect();
     let mut files = OutputFiles::new(std::slice::from_ref(&args.to), &inputs)?;
     let log = progress::open(&args.file, &options, args.quiet)?;

@@ -6,7 +6,7 @@ use super::progress;
 use crate::base::error::{Error, Errors};
 use crate::plan::response::harmonic_balance::{HarmonicBalanceResult, run as solve};
 use crate::report::presentation::StudyReport;
-use crate::scene::study::{HarmonicBalanceStudy, SpeedRange, StudyKind};
+use crate::scene::study::HarmonicBalanceStudy;
 use crate::scene::{self, Scene};
 
 /// Solves and prints.
@@ -15,7 +15,7 @@ use crate::scene::{self, Scene};
 /// Whatever is wrong with the file, the flags or the solution.
 pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
-    let study = study_from_args(args, &scene)?;
+    let study: HarmonicBalanceStudy = scene.study(&args.study.flags)?;
     let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;
     let report = report(&scene, &study, args.out.quiet || args.out.json)?;
     outputs.present(&report)
@@ -36,29 +36,4 @@ pub fn report<'a>(
     });
     bar(None);
     report
-}
-
-/// The study that is asked for: the first a scene lists, with what the flags say put in its place.
-fn study_from_args(args: &ResponseArgs, scene: &Scene) -> Result<HarmonicBalanceStudy, Error> {
-    let listed = scene.studies.iter().find_map(|study| match &study.kind {
-        StudyKind::HarmonicBalance(study) => Some(study.clone()),
-        _ => None,
-    });
-    let listed = listed.unwrap_or_default();
-    let speeds = args
-        .harmonic_balance
-        .as_deref()
-        .map(|text| SpeedRange::parse(text, "--harmonic-balance"))
-        .transpose()?;
-    Ok(HarmonicBalanceStudy {
-        speeds: speeds.or(listed.speeds),
-        outputs: if args.output.is_empty() {
-            listed.outputs
-        } else {
-            args.output.clone()
-        },
-        tolerance: args.tolerance.or(listed.tolerance),
-        orders: args.orders.or(listed.orders),
-        skip_event_refinement: args.orders_alone || listed.skip_event_refinement,
-    })
 }

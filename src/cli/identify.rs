@@ -3,9 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::args::{
-    DelayArg, DiscretisationArg, EstimatorArg, IdentifyArgs, MethodArg, ResponseFormArg, RovingWord,
-};
+use super::args::IdentifyArgs;
 use super::destination::output_error;
 use super::logs::{self, Test};
 use super::present::Outputs;
@@ -14,33 +12,26 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
-use crate::identify::rational::DelayModel;
 use crate::identify::transfer::export::{to_mat, write_csv};
 use crate::identify::transfer::function::TransferFunction;
 use crate::identify::transfer::realisation::{DiscretisationMethod, Realisation};
-use crate::plan::logs::frf_estimation::FrfStudy;
 use crate::plan::logs::identification::{self, IdentificationInput};
 use crate::plan::logs::identification_result::IdentificationResult;
 use crate::plan::logs::identify_study::IdentifyStudy;
-use crate::plan::logs::method::{IdentificationMethod, RequiredData};
+use crate::plan::logs::method::RequiredData;
 use crate::recording::channel_names;
 use crate::recording::frequency_responses::FrequencyResponses;
-use crate::recording::read_options::Roving;
 use crate::recording::write;
 use crate::recording::write::uff::UffFormat;
 use crate::report::presentation::{LogReport, Provenance};
-use crate::spectrum::frf::Estimator;
-use crate::spectrum::window::Window;
-
-/// Modes that may be asked for.
-const MAX_MODES: usize = 500;
 
 /// Identifies and prints.
 ///
 /// # Errors
 /// Whatever is wrong with the log, the flags or the solution.
 pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
-    let mut study = study(args)?;
+    let flags = &args.study.flags;
+    let mut study = flags.read("an identification", None, &[], IdentifyStudy::read)?;
     for (path, formats) in [
         (&args.export, ["json", "csv", "mat"]),
         (&args.frf, ["csv", "json", "uff"]),
@@ -77,17 +68,13 @@ pub fn run(args: &IdentifyArgs) -> Result<u8, Errors> {
             (found, log.repairs)
         }
         None => {
-            let roving = args.roving.map(|word| match word {
-                RovingWord::Input => Roving::Input,
-                RovingWord::Output => Roving::Output,
-            });
             let test = match study.outputs.is_empty() {
                 // All channels are settled, to be named in the error.
                 true => Test::Joined(Box::new(logs::preprocess(&logs, log, &[], args.out.quiet)?)),
                 false => {
                     reject_duplicates(&study)?;
                     let sides = (&study.inputs[..], &study.outputs[..]);
-                    logs::test(&logs, log, sides, roving, args.out.quiet)?
+                    logs::test(&logs, log, sides, args.roving, args.out.quiet)?
                 }
             };
             match test {
@@ -177,159 +164,6 @@ fn reject_duplicates(study: &IdentifyStudy) -> Result<(), Error> {
     Ok(())
 }
 
-fn study(args: &IdentifyArgs) -> Result<IdentifyStudy, Error> {
-    let above_zero = |text: &Option<String>, bare, flag, what| {
-        let value = text.as_deref().map(|t| parse_positive(t, bare, flag, what));
-        value.transpose()
-    };
-    let resolution_hz = above_zero(&args.resolution, HERTZ, "--resolution", "frequency")?;
-    if args.overlap.is_some_and(|o| !(0.0..1.0).contains(&o)) {
-        return Err(Error::new(
-            Code::OutOfRange,
-            "--overlap takes a share of a block, at least 0 and below 1",
-        )
-        .with_hint("half of it: --overlap 0.5"));
-    }
-    if args.order == Some(0) {
-        return Err(Error::new(Code::OutOfRange, "--order 0 asks for no mode")
-            .with_hint("leave it out: as many modes as are significant"));
-    }
-    if let Some(order) = args.order.filter(|order| *order > MAX_MODES) {
-        return Err(Error::new(
-            Code::OutOfRange,
-            format!("--order {order} asks for more modes than any band holds; up to {MAX_MODES}"),
-        )
-        .with_hint("leave it out: as many modes as are significant"));
-    }
-    Ok(IdentifyStudy {
-        inputs: args.input.clone(),
-        outputs: args.output.clone(),
-        estimate: FrfStudy {
-            estimator: match args.estimator {
-                EstimatorArg::H1 => Estimator::H1,
-                EstimatorArg::H2 => Estimator::H2,
-                EstimatorArg::Hv => Estimator::Hv,
-            },
-            window: args.window.as_deref().map(Window::parse).transpose()?,
-            frequency_resolution_hz: resolution_hz,
-            overlap: args.overlap,
-            impact: tri_state(args.impact, args.no_impact),
-            stepped: tri_state(args.stepped, args.no_stepped),
-            dwells_s: (args.dwells.iter())
-                .map(|text| dwell(text))
-                .collect::<Result<_, _>>()?,
-        },
-        band_hz: args.band.as_deref().map(parse_band).transpose()?,
-        order: args.order,
-        delay: match args.delay {
-            DelayArg::None => DelayModel::None,
-            DelayArg::Common => DelayModel::Common,
-            DelayArg::Each => DelayModel::PerResponse,
-        },
-        allow_unstable: args.allow_unstable,
-        all: args.all,
-        derivative: args.kind.map(|kind| match kind {
-            ResponseFormArg::Receptance => 0,
-            ResponseFormArg::Mobility => 1,
-            ResponseFormArg::Accelerance => 2,
-        }),
-        method: args.method.map(method_from_arg),
-        speed_hz: above_zero(&args.speed, SPEED, "--speed", "speed")?,
-        driving_points: args.driving_point.clone(),
-        memory_s: above_zero(&args.memory, SECONDS, "--memory", "time")?,
-    })
-}
-
-/// The unit of a flag's number where bare, and the size in SI of what the study counts in: turns a second where rad/s are SI.
-type DefaultUnit = (QuantityKind, &'static str, f64);
-
-const HERTZ: DefaultUnit = (QuantityKind::Frequency, "Hz", std::f64::consts::TAU);
-const SPEED: DefaultUnit = (QuantityKind::Speed, "rpm", std::f64::consts::TAU);
-const SECONDS: DefaultUnit = (QuantityKind::Time, "s", 1.0);
-
-/// A number to the fifteen digits that 2π there and back leaves: 700, not 699.999 999 999 999 9.
-fn round_15_digits(x: f64) -> f64 {
-    format!("{x:.14e}").parse().unwrap_or(x)
-}
-
-/// What a flag takes, above zero; `what` it is as text.
-fn parse_positive(
-    text: &str,
-    (kind, unit, size): DefaultUnit,
-    flag: &str,
-    what: &str,
-) -> Result<f64, Error> {
-    let value = round_15_digits(quantity::parse_or_bare(text, kind, unit, flag)? / size);
-    match value > 0.0 {
-        true => Ok(value),
-        false => Err(Error::new(
-            Code::OutOfRange,
-            format!("{flag} takes a {what} above zero"),
-        )),
-    }
-}
-
-/// Of two flags that exclude each other, which was said.
-fn tri_state(yes: bool, no: bool) -> Option<bool> {
-    (yes || no).then_some(yes)
-}
-
-fn method_from_arg(word: MethodArg) -> IdentificationMethod {
-    match word {
-        MethodArg::Rational => IdentificationMethod::Rational,
-        MethodArg::Plscf => IdentificationMethod::Plscf,
-        MethodArg::Lsce => IdentificationMethod::Lsce,
-        MethodArg::Rfp => IdentificationMethod::Rfp,
-        MethodArg::Circle => IdentificationMethod::Circle,
-        MethodArg::VectorFitting => IdentificationMethod::VectorFitting,
-        MethodArg::Aaa => IdentificationMethod::Aaa,
-        MethodArg::SsiCov => IdentificationMethod::SsiCov,
-        MethodArg::SsiData => IdentificationMethod::SsiData,
-        MethodArg::FreeDecay => IdentificationMethod::FreeDecay,
-        MethodArg::Fdd => IdentificationMethod::Fdd,
-        MethodArg::Efdd => IdentificationMethod::Efdd,
-        MethodArg::Ar => IdentificationMethod::Ar,
-        MethodArg::Arma => IdentificationMethod::Arma,
-        MethodArg::Arx => IdentificationMethod::Arx,
-        MethodArg::Armax => IdentificationMethod::Armax,
-        MethodArg::OutputError => IdentificationMethod::OutputError,
-        MethodArg::Rls => IdentificationMethod::Rls,
-    }
-}
-
-/// `A:B`, frequencies, Hz where bare.
-pub fn parse_band(text: &str) -> Result<(f64, f64), Error> {
-    let hint = "--band takes low:high, such as 10:2000 or \"10 Hz:2 kHz\"";
-    range(text, HERTZ, "--band", ("a band", hint))
-}
-
-/// `FROM:TO`, s where bare.
-fn dwell(text: &str) -> Result<(f64, f64), Error> {
-    let hint = "--dwells takes from:to, from:to, …, such as 0.5:2.5,3:5";
-    range(text, SECONDS, "--dwells", ("a dwell", hint))
-}
-
-/// `A:B` with 0 ≤ A < B; `what` it is as text, and how it is written.
-fn range(
-    text: &str,
-    (kind, unit, size): DefaultUnit,
-    flag: &str,
-    (what, hint): (&str, &str),
-) -> Result<(f64, f64), Error> {
-    let wrong = || {
-        let message = format!("\"{}\" is not {what}", quantity::truncate(text));
-        Error::new(Code::OutOfRange, message).with_hint(hint)
-    };
-    let (low, high) = text.split_once(':').ok_or_else(wrong)?;
-    let value =
-        |t: &str| quantity::parse_or_bare(t, kind, unit, flag).map(|x| round_15_digits(x / size));
-    let (low, high) = (value(low)?, value(high)?);
-    match low >= 0.0 && low < high {
-        true => Ok((low, high)),
-        false => Err(wrong()),
-    }
-}
-
 /// Refuses to write what the method does not give.
 fn nothing_to_write(flag: &str, what: &str, found: &IdentificationResult) -> Error {
     let message = format!(
@@ -385,7 +219,10 @@ fn export(
     let model = || -> Result<Realisation, Error> {
         let model = Realisation::from_transfer_functions(&proper)?;
         match time {
-            Some(time) => model.discretise(time, discretisation_from_arg(args.map)),
+            Some(time) => model.discretise(
+                time,
+                args.map.unwrap_or(DiscretisationMethod::ZeroOrderHold),
+            ),
             None => Ok(model),
         }
     };
@@ -409,13 +246,5 @@ fn export(
             });
             Ok(format!("{document:#}\n").into_bytes())
         }
-    }
-}
-
-fn discretisation_from_arg(word: DiscretisationArg) -> DiscretisationMethod {
-    match word {
-        DiscretisationArg::ZeroOrderHold => DiscretisationMethod::ZeroOrderHold,
-        DiscretisationArg::Bilinear => DiscretisationMethod::Bilinear,
-        DiscretisationArg::Impulse => DiscretisationMethod::ImpulseInvariant,
     }
 }

@@ -30,8 +30,8 @@ pub struct LogInput {
 pub fn open_logs(files: &[PathBuf], args: &LogArgs) -> Result<Vec<LogInput>, Errors> {
     let mut all = Vec::new();
     for file in files {
-        let Some(mut list) = scene::sidecar::read_list(file)? else {
-            let (options, sidecar) = args.settings(file)?;
+        let Some(mut list) = scene::sidecar::read_list(file, &args.keys.flags)? else {
+            let (options, sidecar) = args.options(file)?;
             all.push(LogInput {
                 path: file.clone(),
                 options,
@@ -44,10 +44,9 @@ pub fn open_logs(files: &[PathBuf], args: &LogArgs) -> Result<Vec<LogInput>, Err
             message: format!("read {}", file.display()),
         });
         let listed = std::mem::take(&mut list.files);
-        let options = args.merge_into(list)?;
         all.extend(listed.into_iter().map(|path| LogInput {
             path,
-            options: options.clone(),
+            options: list.clone(),
             sidecar: Some(file.clone()),
         }));
     }

@@ -22,8 +22,6 @@ pub mod present;
 
 pub mod logs;
 
-pub mod modes_study;
-
 pub mod new;
 
 pub mod check_log;
@@ -31,8 +29,6 @@ pub mod check_log;
 pub mod check;
 
 pub mod explain;
-
-pub mod simulate_study;
 
 pub mod plan;
 
@@ -170,8 +166,10 @@ fn dispatch(command: &Command) -> Result<u8, Errors> {
         Command::Simulate(args) => simulate::run(args)?,
         Command::Accuracy(args) => accuracy::run(args)?,
         Command::Stability(args) => stability::run(args)?,
-        Command::Response(args) if args.harmonic_balance.is_some() => harmonic_balance::run(args)?,
-        Command::Response(args) if args.run_up.is_some() => run_up::run(args)?,
+        Command::Response(args) if args.study.has("harmonic-balance") => {
+            harmonic_balance::run(args)?
+        }
+        Command::Response(args) if args.study.has("run-up") => run_up::run(args)?,
         Command::Response(args) => response::run(args)?,
         Command::Measure(args) => measure::run(args)?,
         Command::Te(args) => te::run(args)?,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::args::ModesArgs;
 use super::present::Outputs;
-use super::{destination, files, modes_study, progress};
+use super::{destination, files, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::modes::state_space::StateSpace;
@@ -22,12 +22,12 @@ use crate::scene::{self, Scene};
 /// Whatever is wrong with the file, the flags or the solution.
 pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.model)?;
-    let study = modes_study::from_args(&args.study, &scene)?;
-    let space = &args.study.state_space;
+    let study: ModesStudy = scene.study(&args.study.flags)?;
+    let space = &args.study.file("state-space");
     if let Some(path) = space {
         files::ends(path, &["json", "csv", "mat"])?;
     }
-    let figures: &[&str] = match args.study.campbell {
+    let figures: &[&str] = match study.campbell {
         Some(_) => &[""],
         None => &["", "energies"],
     };

@@ -1,8 +1,9 @@
 //! `geardyn plan`: stages to be run, stages left out, condensation advice.
 
-use super::args::{IntegrationArgs, PlanArgs};
-use super::{modes_study, output, simulate_study};
+use super::args::PlanArgs;
+use super::output;
 use crate::base::error::{Error, Errors};
+use crate::base::flags::Flags;
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
 use crate::modes::modal_basis;
@@ -15,7 +16,7 @@ use crate::plan::response::{harmonic_balance, run_up};
 use crate::plan::stages::{ModesPlan, solver};
 use crate::report::plan_report::{MotionPlan, PlanReport};
 use crate::report::presentation::{Presentation, document};
-use crate::scene::study::{SimulateStudy, StudyKind};
+use crate::scene::study::{AccuracyTarget, ModesStudy, SimulateStudy, Study, StudyKind};
 use crate::scene::{self, Scene};
 
 /// Prints the plan of a study of modes.
@@ -24,7 +25,7 @@ use crate::scene::{self, Scene};
 /// Whatever is wrong with the file or the flags.
 pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.model)?;
-    let study = modes_study::from_args(&args.study, &scene)?;
+    let study: ModesStudy = scene.study(&args.study.flags)?;
     let machine = PreparedMachine::new(&scene.model)?;
     let modes = ModesPlan::plan_modes(&machine, &study);
     let band = args
@@ -34,16 +35,17 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
     let band_hz = band.transpose()?.map(|omega| omega / std::f64::consts::TAU);
     let advice = band_hz
         .map(|hz| {
-            let tolerance = args.integration.tolerance.unwrap_or(DEFAULT_TOLERANCE);
-            Ok::<_, Error>((hz, condensation_advice(&machine, hz, tolerance)?))
+            let asked: SimulateStudy = scene.study_over(None, &args.integration.flags)?;
+            let tolerance = asked.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+            Ok::<_, Errors>((hz, condensation_advice(&machine, hz, tolerance)?))
         })
         .transpose()?;
     // With --advise the tolerance is that of the advice.
-    let asked = IntegrationArgs {
-        tolerance: (args.integration.tolerance).filter(|_| args.advise.is_none()),
-        ..args.integration.clone()
+    let flags = match args.advise {
+        Some(_) => args.integration.flags.without("tolerance"),
+        None => args.integration.flags.clone(),
     };
-    let motions = simulation_plans(&scene, &machine, &asked)?;
+    let motions = simulation_plans(&scene, &machine, &flags)?;
     let report = PlanReport {
         modes_shown: motions.len() < scene.studies.len() || motions.is_empty(),
         scene: &scene,
@@ -67,11 +69,11 @@ const DEFAULT_TOLERANCE: f64 = 1e-3;
 fn simulation_plans(
     scene: &Scene,
     machine: &PreparedMachine,
-    asked: &IntegrationArgs,
-) -> Result<Vec<MotionPlan>, Error> {
+    flags: &Flags,
+) -> Result<Vec<MotionPlan>, Errors> {
     let mut all = Vec::new();
-    let in_time = |kind: &'static str, listed: &SimulateStudy| {
-        let motion = simulate_study::integration_from_args(asked, listed.clone())?;
+    let in_time = |kind: &'static str, listed: Option<&Study>| {
+        let motion: SimulateStudy = scene.study_over(listed, flags)?;
         // `accuracy` and `stability` compare runs of their own.
         let motion = SimulateStudy {
             no_sensitivity: motion.no_sensitivity || kind != "simulate",
@@ -79,7 +81,7 @@ fn simulation_plans(
         };
         let ready = SimulationSetup::new(machine, &scene.start, &motion)?;
         let choice = method_choice::choose_method(&ready.model.model, &motion)?;
-        Ok::<_, Error>((kind, stages::plan(&ready, &choice, &motion)))
+        Ok::<_, Errors>((kind, stages::plan(&ready, &choice, &motion)))
     };
     let moves = |kind: &StudyKind| {
         matches!(
@@ -87,11 +89,11 @@ fn simulation_plans(
             StudyKind::Simulate(_) | StudyKind::Accuracy(_) | StudyKind::Stability(_)
         )
     };
-    if simulate_study::any_integration_set(asked) && !scene.studies.iter().any(|s| moves(&s.kind)) {
-        all.push(in_time("simulate", &SimulateStudy::default())?);
+    if !flags.is_empty() && !scene.studies.iter().any(|s| moves(&s.kind)) {
+        all.push(in_time("simulate", None)?);
     }
     for study in &scene.studies {
-        let (kind, motion) = match &study.kind {
+        let (kind, listed) = match &study.kind {
             StudyKind::Modes(_) => continue,
             StudyKind::Response(response) => {
                 all.push((
@@ -118,11 +120,14 @@ fn simulation_plans(
                 ));
                 continue;
             }
-            StudyKind::Simulate(motion) => ("simulate", motion),
-            StudyKind::Accuracy(accuracy) => ("accuracy", &accuracy.motion),
-            StudyKind::Stability(stability) => ("stability", &stability.motion),
+            StudyKind::Simulate(_) => ("simulate", Some(study)),
+            StudyKind::Accuracy(accuracy) => {
+                let moves = accuracy.target == AccuracyTarget::Motion;
+                ("accuracy", Some(study).filter(|_| moves))
+            }
+            StudyKind::Stability(_) => ("stability", Some(study)),
         };
-        all.push(in_time(kind, motion)?);
+        all.push(in_time(kind, listed)?);
     }
     Ok(all)
 }

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::args::{DetrendArg, MotionQuantityArg, SpectrumArgs, SpectrumKindArg};
+use super::args::SpectrumArgs;
 use super::present::Outputs;
-use super::{identify, logs, progress};
+use super::{logs, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::quantity;
@@ -19,17 +19,15 @@ use crate::recording::channel_names;
 use crate::recording::raw::RawLog;
 use crate::report::presentation::LogReport;
 use crate::scene;
-use crate::spectrum::integrate::MotionQuantity;
 use crate::spectrum::line_labels::{ExpectedLine, RollingBearing};
-use crate::spectrum::welch::{Averaging, Detrend};
-use crate::spectrum::window::Window;
 
 /// Analyses and prints.
 ///
 /// # Errors
 /// Whatever is wrong with the log, the flags or the model.
 pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
-    let mut study = study(args)?;
+    let flags = &args.study.flags;
+    let mut study = flags.read("a spectrum", None, &[], SpectrumStudy::read)?;
     let logs = logs::open_logs(&args.files, &args.log)?;
     let mut inputs = logs::paths(&logs);
     inputs.extend(args.model.clone());
@@ -65,7 +63,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     let recording = logs::preprocess(&logs, log, &only, args.out.quiet)?;
     let (repairs, quiet) = (recording.repairs.clone(), args.out.quiet);
     let warnings = recording.diagnostics.iter().cloned();
-    if args.kind == SpectrumKindArg::OrderCut {
+    if flags.text("kind") == Some("order-cut") {
         let mut result = progress::with_spinner("cutting orders", quiet, || {
             order_cuts::order_cuts(&recording, &study)
         })?;
@@ -114,138 +112,6 @@ fn reject_duplicates(list: &[String]) -> Result<(), Error> {
         .with_hint("name each channel once")),
         None => Ok(()),
     }
-}
-
-fn study(args: &SpectrumArgs) -> Result<SpectrumStudy, Error> {
-    let kind = kind(args.kind);
-    let resolution = |text: &str| {
-        quantity::parse_or_bare(text, QuantityKind::Frequency, "Hz", "--resolution")
-            .map(|w| w / TAU)
-    };
-    let resolution_hz = args.resolution.as_deref().map(resolution).transpose()?;
-    let refuse = |message: &str, hint: &str| {
-        Err(Error::new(Code::OutOfRange, message.to_string()).with_hint(hint.to_string()))
-    };
-    if resolution_hz.is_some_and(|r| r <= 0.0) {
-        return refuse(
-            "--resolution takes a frequency above zero",
-            "a quarter of a hertz: --resolution 0.25",
-        );
-    }
-    if args.overlap.is_some_and(|o| !(0.0..1.0).contains(&o)) {
-        return refuse(
-            "--overlap takes a share of a block, at least 0 and below 1",
-            "half of it: --overlap 0.5",
-        );
-    }
-    if args.turns == Some(0) || args.pulses == 0 {
-        return refuse(
-            "--turns and --pulses are counts of at least 1",
-            "such as --pulses 60 --turns 32",
-        );
-    }
-    let speed = |text: &str| quantity::parse_or_bare(text, QuantityKind::Speed, "rpm", "--speed");
-    let speed = args.speed.as_deref().map(speed).transpose()?;
-    if speed.is_some_and(|s| s <= 0.0) {
-        return refuse("--speed takes a speed above zero", "such as --speed 1500");
-    }
-    let band = match (&args.band, kind) {
-        (Some(text), SpectrumKind::Order) => Some(orders(text)?),
-        (Some(text), _) => Some(identify::parse_band(text)?),
-        (None, _) => None,
-    };
-    Ok(SpectrumStudy {
-        channels: args.channel.clone(),
-        kind,
-        frequency_resolution_hz: resolution_hz,
-        window: args.window.as_deref().map(Window::parse).transpose()?,
-        overlap: args.overlap,
-        averaging: averaging(&args.average)?,
-        detrend: match args.detrend {
-            DetrendArg::None => Detrend::None,
-            DetrendArg::Mean => Detrend::Mean,
-            DetrendArg::Linear => Detrend::Linear,
-        },
-        band,
-        history: args.motion.map(|word| match word {
-            MotionQuantityArg::Acceleration => MotionQuantity::Acceleration,
-            MotionQuantityArg::Velocity => MotionQuantity::Velocity,
-            MotionQuantityArg::Displacement => MotionQuantity::Displacement,
-        }),
-        tacho: args.tacho.clone(),
-        pulses_per_rev: args.pulses,
-        speed,
-        revolutions: args.turns,
-        separate: args.separate,
-        cuts: cuts(args)?,
-        expected_lines: Vec::new(),
-    })
-}
-
-fn kind(word: SpectrumKindArg) -> SpectrumKind {
-    match word {
-        // An order cut is no spectrum and takes its own way.
-        SpectrumKindArg::OrderCut => SpectrumKind::default(),
-        SpectrumKindArg::Psd => SpectrumKind::Density,
-        SpectrumKindArg::Amplitude => SpectrumKind::Amplitude,
-        SpectrumKindArg::Rms => SpectrumKind::Rms,
-        SpectrumKindArg::Multitaper => SpectrumKind::Multitaper,
-        SpectrumKindArg::Envelope => SpectrumKind::Envelope,
-        SpectrumKindArg::Cepstrum => SpectrumKind::Cepstrum,
-        SpectrumKindArg::Spectrogram => SpectrumKind::Spectrogram,
-        SpectrumKindArg::Order => SpectrumKind::Order,
-        SpectrumKindArg::Average => SpectrumKind::SynchronousAverage,
-    }
-}
-
-/// The orders to cut.
-fn cuts(args: &SpectrumArgs) -> Result<Vec<f64>, Error> {
-    if args.kind != SpectrumKindArg::OrderCut && !args.orders.is_empty() {
-        return Err(Error::new(Code::Usage, "--orders does nothing here")
-            .with_hint("it is for --kind order-cut"));
-    }
-    match args.orders.iter().find(|o| !(**o > 0.0 && o.is_finite())) {
-        Some(order) => Err(Error::new(
-            Code::OutOfRange,
-            format!("--orders takes cycles a turn above zero, not {order}"),
-        )
-        .with_hint("such as --orders 1,2,21.5")),
-        None => Ok(args.orders.clone()),
-    }
-}
-
-/// `linear`, `exponential:N` or `peak-hold`.
-fn averaging(word: &str) -> Result<Averaging, Error> {
-    let blocks = |text: &str| {
-        text.parse()
-            .ok()
-            .filter(|n: &f64| *n >= 1.0 && n.is_finite())
-    };
-    match (word, word.strip_prefix("exponential:").and_then(blocks)) {
-        ("linear", _) => Ok(Averaging::Linear),
-        ("peak-hold", _) => Ok(Averaging::PeakHold),
-        (_, Some(n)) => Ok(Averaging::Exponential(n)),
-        _ => {
-            let message = format!("\"{}\" is no way to average", quantity::truncate(word));
-            Err(Error::new(Code::Usage, message).with_hint(
-                "--average takes linear, exponential:8 (blocks, at least 1) or peak-hold",
-            ))
-        }
-    }
-}
-
-/// `A:B` in orders.
-fn orders(text: &str) -> Result<(f64, f64), Error> {
-    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-    let found = text
-        .split_once(':')
-        .and_then(|(low, high)| number(low).zip(number(high)));
-    found
-        .filter(|(low, high)| *low >= 0.0 && low < high)
-        .ok_or_else(|| {
-            let message = format!("\"{}\" is not a band of orders", quantity::truncate(text));
-            Error::new(Code::OutOfRange, message).with_hint("--band takes low:high, such as 0.5:40")
-        })
 }
 
 /// The lines that model, speed and bearing let expect.

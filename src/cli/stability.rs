@@ -2,15 +2,14 @@
 
 use super::args::StabilityArgs;
 use super::present::Outputs;
-use super::{interrupt, output, simulate_study};
-use crate::base::code::Code;
+use super::{interrupt, output};
 use crate::base::error::{Error, Errors};
 use crate::plan::motion::method_choice;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::report::stability::StabilityReport;
 use crate::report::stability_table::StabilityResult;
-use crate::scene::study::{ParameterSweep, SimulateStudy, SpeedRange, StabilityStudy, StudyKind};
+use crate::scene::study::{SimulateStudy, StabilityStudy};
 use crate::scene::{self, Scene};
 use crate::study::monitor::{Monitor, interrupted_error};
 use crate::study::parametric;
@@ -23,58 +22,13 @@ use crate::study::stability::{amplification, linear, perturbations};
 /// Whatever is wrong with the file, the flags or the machine.
 pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
-    let listed = study_from_scene(&scene);
-    let speeds = args
-        .speeds
-        .as_deref()
-        .map(|text| SpeedRange::parse(text, "--speeds"))
-        .transpose()?;
-    let over = args
-        .over
-        .as_deref()
-        .map(|text| ParameterSweep::parse(text, "--over"))
-        .transpose()?;
-    let study = StabilityStudy {
-        motion: simulate_study::from_args(&args.motion, listed.motion)?,
-        methods: if args.methods.is_empty() {
-            listed.methods
-        } else {
-            args.methods.clone()
-        },
-        speeds: speeds.or(listed.speeds),
-        over: over.or(listed.over),
-    };
-    if study.over.is_some() && study.speeds.is_none() {
-        let error = Error::new(
-            Code::Usage,
-            "a second axis needs a first: `over` goes with speeds",
-        );
-        return Err(error.with_hint("add --speeds FIRST:LAST:POINTS").into());
-    }
+    let study: StabilityStudy = scene.study(&args.study.flags)?;
     let figures: &[&str] = match study.over {
         Some(_) => &["", "chart"],
         None => &[""],
     };
     let outputs = Outputs::check(&args.out, figures, &[], &scene.files())?;
     outputs.present(&report(&scene, &study, args.out.quiet || args.out.json)?)
-}
-
-/// The study of stability a scene lists; else the motion it lists.
-fn study_from_scene(scene: &Scene) -> StabilityStudy {
-    let own = scene.studies.iter().find_map(|study| match &study.kind {
-        StudyKind::Stability(study) => Some(study.clone()),
-        _ => None,
-    });
-    let motion = || {
-        scene.studies.iter().find_map(|study| match &study.kind {
-            StudyKind::Simulate(motion) => Some(StabilityStudy {
-                motion: motion.clone(),
-                ..StabilityStudy::default()
-            }),
-            _ => None,
-        })
-    };
-    own.or_else(motion).unwrap_or_default()
 }
 
 /// Facts, parametric stability, extremes.

@@ -321,6 +321,7 @@ impl AngleBuffer {
             repair: false,
             radius: None,
             pressure_angle: None,
+            model: None,
         };
         let read = EncoderRecordings {
             input: &recording,

@@ -32,6 +32,8 @@ pub struct Scene {
     pub studies: Vec<Study>,
     /// Every file read, the one named first at the front; their texts are what a hash of the input covers.
     pub sources: Vec<Arc<SourceFile>>,
+    /// Paths of the files that state bare numbers in SI.
+    pub(super) bare_si: Vec<String>,
 }
 
 impl Scene {
@@ -82,8 +84,10 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
             .into());
     }
     let model = read_model(&document, SceneAdditions::default(), &mut errors);
+    let bare_si = errors.bare_si.clone();
     finish(errors, document.syntax_error, || Scene {
         model,
+        bare_si,
         model_path: PathBuf::from(&source.path),
         start: InitialConditions::default(),
         studies: Vec::new(),
@@ -152,8 +156,10 @@ fn read_scene(document: Document, mut notes: ErrorCollector) -> Result<Scene, Er
     if !title.is_empty() {
         model.title = title;
     }
+    let bare_si = notes.bare_si.clone();
     finish(notes, broken, || Scene {
         model,
+        bare_si,
         model_path,
         start,
         studies: studies.into_iter().flatten().collect(),

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::study::texts;
 use super::tables::{read_table, read_tables};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -384,7 +383,7 @@ fn names(f: &mut TableReader, key: &str) -> Vec<String> {
         None => Vec::new(),
         Some(item) => match &item.value {
             Value::String(text) => vec![text.clone()],
-            _ => texts(f, key),
+            _ => f.texts(key),
         },
     }
 }

@@ -6,16 +6,20 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::tables::{read_table, read_tables};
-use crate::base::error::Errors;
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
+use crate::base::flags::Flags;
 use crate::base::load;
+use crate::base::quantity::truncate;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
-use crate::base::table_reader::TableReader;
+use crate::base::table_reader::{TableReader, Word};
+use crate::base::text::pluralise;
 use crate::base::toml::{self, Item, Value};
 use crate::recording::raw::Repair;
 use crate::recording::read_options::{
-    ChannelOptions, DialectOptions, GapPolicy, RateSource, ReadOptions, Roving,
+    ChannelOptions, DialectOptions, GapPolicy, RateSource, ReadOptions, Roving, Trigger,
 };
 
 /// Path of a log's sidecar: `run.csv` → `run.toml`.
@@ -29,40 +33,56 @@ pub fn is_sidecar(source: &Arc<SourceFile>) -> bool {
     root.get("log").is_some() || root.get("channel").is_some()
 }
 
-/// The sidecar next to a log, where there is one; a file of another kind under its name is passed over, and this is noted.
+/// Options of a log: the flags over the sidecar next to it, and the path of that, where there is one. A file of another kind under its
+/// name is passed over, and this is noted.
 ///
 /// # Errors
-/// Everything wrong in it; that it is no TOML.
-pub fn read_for_log(log: &Path) -> Result<Option<ReadOptions>, Errors> {
+/// Everything wrong in it and in the flags; that it is no TOML; that it lists several logs.
+pub fn read_for_log(log: &Path, flags: &Flags) -> Result<(ReadOptions, Option<PathBuf>), Errors> {
     let path = sidecar_path(log);
     if !path.is_file() || path == log {
-        return Ok(None);
+        return Ok((from_flags(flags)?, None));
     }
     let source = load::load(&path)?;
     let broken = toml::parse(&source).syntax_error;
     let is_other = broken.is_none() && !is_sidecar(&source);
     let (mut options, message) = match is_other {
         true => (
-            ReadOptions::default(),
+            from_flags(flags)?,
             format!(
                 "{} holds neither [log] nor [[channel]] and is passed over",
                 path.display()
             ),
         ),
-        false => (read(&source)?, format!("read {}", path.display())),
+        false => (read(&source, flags)?, format!("read {}", path.display())),
     };
+    if !options.files.is_empty() {
+        let files = pluralise(options.files.len(), "file");
+        let message = format!("the sidecar of {} lists {files} of a test", log.display());
+        let path = path.display();
+        let hint = format!("name the list in place of the log, {path}, or pass --no-sidecar");
+        return Err(Error::new(Code::Conflict, message).with_hint(hint).into());
+    }
     options.sidecar_reports.push(Repair {
         kind: "sidecar",
         message,
     });
-    Ok(Some(options))
+    Ok((options, Some(path)))
 }
 
-/// The settings of a file that lists the logs of one test, their paths from its own folder; `None` where it is no such file.
+/// Options of a log without a sidecar.
 ///
 /// # Errors
-/// Everything wrong in it.
-pub fn read_list(path: &Path) -> Result<Option<ReadOptions>, Errors> {
+/// Everything wrong in the flags.
+pub fn from_flags(flags: &Flags) -> Result<ReadOptions, Errors> {
+    read(&load::source_from_text(String::new(), ""), flags)
+}
+
+/// Options of the logs of one test that a file lists, their paths from its own folder; `None` where it is no such file.
+///
+/// # Errors
+/// Everything wrong in it and in the flags.
+pub fn read_list(path: &Path, flags: &Flags) -> Result<Option<ReadOptions>, Errors> {
     if path.extension().is_none_or(|e| e != "toml") || !path.is_file() {
         return Ok(None);
     }
@@ -70,7 +90,7 @@ pub fn read_list(path: &Path) -> Result<Option<ReadOptions>, Errors> {
     if toml::parse(&source).syntax_error.is_none() && !is_sidecar(&source) {
         return Ok(None);
     }
-    let mut options = read(&source)?;
+    let mut options = read(&source, flags)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     for file in &mut options.files {
         *file = folder.join(&file);
@@ -78,11 +98,11 @@ pub fn read_list(path: &Path) -> Result<Option<ReadOptions>, Errors> {
     Ok(Some(options).filter(|s| !s.files.is_empty()))
 }
 
-/// Reads a sidecar.
+/// Reads a sidecar with the flags laid over its `[log]`.
 ///
 /// # Errors
-/// Everything wrong in it.
-pub fn read(source: &Arc<SourceFile>) -> Result<ReadOptions, Errors> {
+/// Everything wrong in it and in the flags.
+pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<ReadOptions, Errors> {
     let document = toml::parse(source);
     let mut notes = ErrorCollector::default();
     let units = document.root.get("units").map(|entry| &entry.item.value);
@@ -100,66 +120,171 @@ pub fn read(source: &Arc<SourceFile>) -> Result<ReadOptions, Errors> {
         "a table of what is known of a simulated recording, read by nobody here",
     );
     let mut options = read_table(&mut f, "log", log).unwrap_or_default();
-    options.channels = read_tables(&mut f, "channel", channel);
+    let channels = read_tables(&mut f, "channel", channel);
     f.finish();
     let mut errors = notes.errors;
     errors.extend(document.syntax_error);
-    Errors::into_result(errors, || options)
+    Errors::into_result(errors, || ())?;
+    if !flags.is_empty() {
+        let table = document.root.get("log").map(|entry| &entry.item);
+        let table = table.and_then(|item| match &item.value {
+            Value::Table(table) => Some((table, &item.span)),
+            _ => None,
+        });
+        options = flags.read("[log]", table, &notes.bare_si, log)?;
+    }
+    options.channels = merge(channels, options.channels);
+    Ok(options)
 }
 
+/// The channels, with what is stated of them elsewhere put in its place.
+fn merge(mut channels: Vec<ChannelOptions>, stated: Vec<ChannelOptions>) -> Vec<ChannelOptions> {
+    for one in stated {
+        match channels.iter_mut().find(|channel| channel.name == one.name) {
+            Some(channel) => {
+                channel.unit = one.unit.or(channel.unit.take());
+                channel.sensitivity = one.sensitivity.or(channel.sensitivity.take());
+                channel.overload = one.overload.or(channel.overload);
+            }
+            None => channels.push(one),
+        }
+    }
+    channels
+}
+
+impl Word for RateSource {
+    const WORDS: &'static [(&'static str, RateSource, &'static str)] = &[
+        ("time", RateSource::TimeStamps, "The time stamps"),
+        ("header", RateSource::Header, "The header"),
+    ];
+}
+
+impl Word for Roving {
+    const WORDS: &'static [(&'static str, Roving, &'static str)] = &[
+        ("input", Roving::Input, "The force"),
+        ("output", Roving::Output, "The sensor of the response"),
+    ];
+}
+
+/// Marks between cells.
+const DELIMITERS: &[(&str, char)] = &[
+    (",", ','),
+    (";", ';'),
+    ("tab", '\t'),
+    ("space", ' '),
+    ("|", '|'),
+    ("comma", ','),
+    ("semicolon", ';'),
+    ("\t", '\t'),
+    (" ", ' '),
+];
+
 fn log(f: &mut TableReader) -> ReadOptions {
-    let character = |text: Option<&str>| text.and_then(|t| t.chars().next());
+    let text = |f: &mut TableReader, key: &str| f.optional_text(key).map(str::to_string);
+    let time = |f: &mut TableReader, key: &str, range: ValueRange| {
+        f.optional_quantity(key, QuantityKind::Time, range)
+    };
+    let header_lines = f.optional_count("header_lines", 0, 100_000);
     let dialect = DialectOptions {
-        delimiter: f.choice(
-            "delimiter",
-            &[
-                (",", ','),
-                (";", ';'),
-                ("tab", '\t'),
-                ("space", ' '),
-                ("|", '|'),
-            ],
-        ),
-        decimal: character(f.choice("decimal", &[(".", "."), (",", ",")])),
-        encoding: f.optional_text("encoding").map(str::to_string),
-        header_lines: f
-            .optional_count("header_lines", 0, 100_000)
-            .map(|n| n as usize),
+        delimiter: f.choice("delimiter", DELIMITERS),
+        decimal: f.choice("decimal", &[(".", '.'), (",", ',')]),
+        encoding: text(f, "encoding"),
+        header_lines: header_lines.map(|n| n as usize),
         day_first: f.choice("dates", &[("day-first", true), ("month-first", false)]),
     };
     f.exclusive("rate", "rate_from");
     let stated = f.optional_quantity("rate", QuantityKind::Frequency, ValueRange::Positive);
-    let from = f.choice(
-        "rate_from",
-        &[
-            ("time", RateSource::TimeStamps),
-            ("header", RateSource::Header),
-        ],
-    );
+    let from = f.word("rate_from");
     let hertz = stated.map(|omega| RateSource::Hertz(omega / std::f64::consts::TAU));
+    let gaps = [("split", GapPolicy::Split), ("fill", GapPolicy::Fill)];
+    f.requires("pre_trigger", "trigger");
+    let before_s = time(f, "pre_trigger", ValueRange::NotNegative).unwrap_or(0.0);
+    let trigger = f.parsed("trigger", parse_level);
     ReadOptions {
         dialect,
         rate: hertz.or(from),
-        time_column: f.optional_text("time").map(str::to_string),
-        time_unit: f.optional_text("time_unit").map(str::to_string),
-        channels: Vec::new(),
+        time_column: text(f, "time"),
+        time_unit: text(f, "time_unit"),
+        channels: stated_channels(f),
         keep_channels: Vec::new(),
-        gaps: f
-            .choice(
-                "gaps",
-                &[("split", GapPolicy::Split), ("fill", GapPolicy::Fill)],
-            )
-            .unwrap_or_default(),
-        from_s: f.optional_quantity("after", QuantityKind::Time, ValueRange::NotNegative),
-        to_s: f.optional_quantity("before", QuantityKind::Time, ValueRange::Positive),
-        trigger: None,
+        gaps: f.choice("gaps", &gaps).unwrap_or_default(),
+        from_s: time(f, "after", ValueRange::NotNegative),
+        to_s: time(f, "before", ValueRange::Positive),
+        trigger: trigger.map(|(channel, level)| Trigger {
+            channel,
+            level,
+            before_s,
+        }),
         files: files(f),
-        roving: f.choice(
-            "roving",
-            &[("input", Roving::Input), ("output", Roving::Output)],
-        ),
+        roving: f.word("roving"),
         sidecar_reports: Vec::new(),
     }
+}
+
+/// Channels of which one thing each is stated, as `ax=g`.
+fn stated_channels(f: &mut TableReader) -> Vec<ChannelOptions> {
+    let mut all = Vec::new();
+    for key in ["unit", "sensitivity", "overload"] {
+        for text in f.texts(key) {
+            match parse_channel(key, &text) {
+                Ok(channel) => all.push(channel),
+                Err(error) => {
+                    let span = f.span_of(key).clone();
+                    f.push(error, &span);
+                }
+            }
+        }
+    }
+    all
+}
+
+fn parse_channel(key: &str, text: &str) -> Result<ChannelOptions, Error> {
+    let subject = format!("`{key}`");
+    let (name, value) = parse_pair(text, &subject)?;
+    let mut channel = ChannelOptions {
+        name: name.to_string(),
+        ..ChannelOptions::default()
+    };
+    match key {
+        "unit" => channel.unit = Some(value.to_string()),
+        "sensitivity" => channel.sensitivity = Some(value.to_string()),
+        _ => channel.overload = Some(parse_level(text, &subject)?.1),
+    }
+    Ok(channel)
+}
+
+/// A channel and a level above zero of its numbers.
+fn parse_level(text: &str, subject: &str) -> Result<(String, f64), Error> {
+    let (name, level) = parse_pair(text, subject)?;
+    let level = level
+        .parse()
+        .ok()
+        .filter(|l: &f64| *l > 0.0 && l.is_finite());
+    match level {
+        Some(level) => Ok((name.to_string(), level)),
+        None => {
+            let message = format!("\"{}\" names no level above zero", truncate(text));
+            let hint = format!("{subject} takes a channel and a level, such as force=5");
+            Err(Error::new(Code::Usage, message).with_hint(hint))
+        }
+    }
+}
+
+fn parse_pair<'t>(text: &'t str, subject: &str) -> Result<(&'t str, &'t str), Error> {
+    // Names may hold an equals sign, units do not.
+    let pair = text
+        .rsplit_once('=')
+        .map(|(name, value)| (name.trim(), value.trim()));
+    let whole = pair.filter(|(name, value)| !name.is_empty() && !value.is_empty());
+    whole.ok_or_else(|| {
+        let message = format!(
+            "\"{}\" does not name a channel and what is said of it",
+            truncate(text)
+        );
+        let hint =
+            format!("{subject} takes channel=value, such as ax=g, \"ax=100 mV/g\" or force=5");
+        Error::new(Code::Usage, message).with_hint(hint)
+    })
 }
 
 /// The logs of one test, as written.
@@ -277,7 +402,10 @@ mod tests {
     use super::*;
 
     fn parsed(text: &str) -> Result<ReadOptions, Errors> {
-        read(&load::source_from_text("log.toml".into(), text))
+        read(
+            &load::source_from_text("log.toml".into(), text),
+            &Flags::default(),
+        )
     }
 
     /// Written laws are read back unchanged.

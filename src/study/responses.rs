@@ -42,7 +42,7 @@ fn band_and_ports(
     let Some((from, to)) = study.band else {
         return Err(
             Error::new(Code::Usage, "nothing says which frequencies are wanted")
-                .with_hint("add --band 1:500, or `band` to the study"),
+                .with_hint("state `band`, such as 1:500"),
         );
     };
     let ports = Ports::parse(machine, &study.inputs, &study.outputs, &study.fixed_dofs)?;

@@ -140,7 +140,7 @@ fn refused_flags_that_do_nothing() {
         (&["--lowest", "3"], "--lowest does nothing here"),
         (
             &["--of", "modes", "--error", "0"],
-            "--error takes a number above zero",
+            "`error` must be above zero, and is 0",
         ),
     ] {
         let (code, _, error) =

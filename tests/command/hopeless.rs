@@ -135,7 +135,7 @@ fn refused_beyond_what_is_allowed() {
     );
     let (code, _, words) = said(&[&chain[..], &["--allow", "0 s"]].concat());
     assert!(
-        code == Some(2) && words.contains("--allow takes a time above zero"),
+        code == Some(2) && words.contains("`allow` must be above zero"),
         "{words}"
     );
     let (code, _, words) = said(&[&chain[..], &["--samples", "1.5"]].concat());
@@ -222,13 +222,13 @@ fn refused_senseless_flags() {
     for (flags, word) in [
         (
             &["--until", "-1"][..],
-            "--until takes a time above zero, and -1 is none",
+            "`until` must be above zero, and is -1",
         ),
         (
             &["--until", "-1 s"],
-            "--until takes a time above zero, and -1 s is none",
+            "`until` must be above zero, and is -1 s",
         ),
-        (&["--step", "-1"], "--step takes a time above zero"),
+        (&["--step", "-1"], "`step` must be above zero"),
         (&["--tolerance", "-1"], "above 0 and below 1"),
     ] {
         let (code, _, said) = said(&[&["simulate", chain], flags].concat());
@@ -237,7 +237,7 @@ fn refused_senseless_flags() {
     }
     let (code, _, said) = said(&["accuracy", chain, "--error", "-1"]);
     assert!(
-        code == Some(2) && said.contains("--error takes a number above zero"),
+        code == Some(2) && said.contains("`error` must be above zero"),
         "{said}"
     );
 }

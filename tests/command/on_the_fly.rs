@@ -277,7 +277,7 @@ fn keeps_studies_and_flags_alike() {
         "{text}"
     );
     for (flags, said) in [
-        (&["--spectrum", "3"][..], "--spectrum"),
+        (&["--spectrum", "3"][..], "`spectrum`"),
         (&["--spectrum", "100000"], "block"),
         (&["--track", "motor"], "orders"),
         (&["--track", "motor:0"], "orders"),

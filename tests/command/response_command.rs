@@ -388,7 +388,7 @@ fn refuses_speeds_that_cannot_be() {
         ),
         (&["--run-up", "3000:0:10"], "range of speeds"),
         (&["--run-up", "0:3000:10", "--output", "nobody"], "nobody"),
-        (&["--orders", "3"], "--harmonic-balance"),
+        (&["--orders", "3"], "--orders does nothing here"),
     ] {
         let arguments = [&["response", pair][..], arguments].concat();
         let output = geardyn(&arguments);

@@ -316,9 +316,9 @@ fn refuses_wrong_input() {
         "ratio-mismatch"
     );
     assert_eq!(code(&same, &["--harmonics", "40"]).0, "out-of-range");
-    assert_eq!(code(&same, &["--harmonics", "0"]).0, "usage");
+    assert_eq!(code(&same, &["--harmonics", "0"]).0, "out-of-range");
     assert_eq!(code(&same, &["--radius", "nan"]).0, "out-of-range");
-    assert_eq!(code(&same, &["--radius", "-3"]).0, "usage");
+    assert_eq!(code(&same, &["--radius", "-3"]).0, "out-of-range");
     assert_eq!(code(&same, &["--speed", "100"]).0, "usage");
     assert_eq!(code(&same, &["--before", "60"]).0, "too-short");
     let none = [

@@ -3,10 +3,11 @@
 use std::f64::consts::PI;
 use std::fs;
 
+use geardyn::internals::base::flags::{Flag, Flags};
 use geardyn::internals::scene::model::{
     BarMass, BranchDamping, BranchEnd, PlanetaryGeometry, ShaftBody,
 };
-use geardyn::internals::scene::study::{SpeedRange, StudyKind};
+use geardyn::internals::scene::study::{ResponseQuantity, ResponseStudy, SpeedRange, StudyKind};
 use geardyn::internals::scene::{read, read_text};
 
 /// One element of every kind.
@@ -238,6 +239,45 @@ fn exact_scene_changes_its_model() {
         panic!("the second study is of modes");
     };
     close(modes.near.unwrap(), 20.0 * PI);
+}
+
+/// Former names of keys mean what today's names mean, and a flag lies over either; of a listed study all else is kept.
+#[test]
+fn exact_former_keys_and_flags() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("one.toml"), EVERYTHING).unwrap();
+    let study = |keys: &str, flags: &Flags| -> ResponseStudy {
+        let path = folder.path().join("scene.toml");
+        let study = format!("[[study]]\nkind = \"response\"\nspeed = \"60 rpm\"\n{keys}");
+        fs::write(&path, format!("model = \"one.toml\"\n{study}")).unwrap();
+        let scene = read(&path).unwrap_or_else(|e| panic!("{e}"));
+        scene.study(flags).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let none = Flags::default();
+    let former =
+        "inputs = [\"motor\"]\noutputs = [\"wheel\"]\nshown = \"mobility\"\nband = \"1:9\"\n";
+    let today = "input = \"motor\"\noutput = [\"wheel\"]\nas = \"mobility\"\nband = \"1:9\"\n";
+    let listed = study(former, &none);
+    assert_eq!(listed, study(today, &none));
+    assert_eq!(listed.motion_quantity, Some(ResponseQuantity::Mobility));
+    let flag = |key: &str, values: &[&str], is_list: bool| Flag {
+        name: format!("--{key}"),
+        key: key.to_string(),
+        values: values.iter().map(|value| value.to_string()).collect(),
+        is_list,
+        is_switch: false,
+    };
+    let flags = Flags::new(&[
+        flag("output", &["pinion", "sun"], true),
+        flag("speed", &["120"], false),
+    ]);
+    let expected = ResponseStudy {
+        outputs: vec!["pinion".into(), "sun".into()],
+        speed: Some(4.0 * PI),
+        ..listed
+    };
+    assert_eq!(study(former, &flags), expected);
+    assert_eq!(study(today, &flags), expected);
 }
 
 /// A linear congruential generator with Knuth's MMIX constants.

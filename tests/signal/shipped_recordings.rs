@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use geardyn::internals::base::flags::Flags;
 use geardyn::internals::base::load;
 use geardyn::internals::base::toml::{self, Value};
 use geardyn::internals::plan::logs::frf_estimation::FrfStudy;
@@ -22,7 +23,7 @@ fn shipped(name: &str) -> PathBuf {
 /// A log with its sidecar.
 fn read(name: &str) -> Recording {
     let path = shipped(name);
-    let settings = sidecar::read_for_log(&path).unwrap().unwrap();
+    let settings = sidecar::read_for_log(&path, &Flags::default()).unwrap().0;
     let log = open::open(path.to_str().unwrap(), &settings).unwrap();
     preprocess::preprocess(log, &settings).unwrap()
 }

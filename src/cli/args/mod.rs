@@ -4,22 +4,16 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use encoders::EncoderTeArgs;
-pub use identify::{
-    DelayArg, DiscretisationArg, EstimatorArg, IdentifyArgs, MethodArg, ResponseFormArg, RovingWord,
-};
+pub use identify::IdentifyArgs;
 pub use log::LogArgs;
-pub use modes::{HoldArg, ModesArgs, ModesStudyArgs, PlanArgs, ReductionArg};
-pub use motion::{
-    AccuracyArgs, AccuracyTargetArg, IntegrationArgs, MotionArgs, OnlineArgs, SimulateArgs,
-    StabilityArgs,
-};
+pub use modes::{ModesArgs, PlanArgs};
+pub use motion::{AccuracyArgs, SimulateArgs, StabilityArgs};
 pub use output::OutputArgs;
-pub use response::{FrfFormArg, ResponseArgs, ResponseMethodArg};
-pub use spectrum::{DetrendArg, MotionQuantityArg, SpectrumArgs, SpectrumKindArg};
+pub use response::ResponseArgs;
+pub use spectrum::SpectrumArgs;
 pub use te::TeArgs;
 
-mod encoders;
+mod keys;
 
 mod log;
 

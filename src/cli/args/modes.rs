@@ -2,104 +2,39 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
-use super::motion::IntegrationArgs;
+use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, file, list, number, switch, word};
+use super::motion::IntegrationKeys;
 use super::output::OutputArgs;
+use crate::scene::study::{DiscretisationMethod, ReductionKind};
 
-/// What is asked of the modes.
-#[derive(Debug, Args)]
-pub struct ModesStudyArgs {
-    /// Complex modes: damping counts
-    #[arg(long)]
-    pub damped: bool,
-    /// Mean speed of the first node of `[speed]` (rpm where bare); gyroscopic terms count
-    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
-    pub speed: Option<String>,
-    /// Modes over speed, FIRST:LAST:POINTS (rpm where bare, 50 points where left out), crossed with the orders of every gear
-    #[arg(
-        long,
-        value_name = "A:B:N",
-        allow_hyphen_values = true,
-        conflicts_with = "speed"
-    )]
-    pub campbell: Option<String>,
-    /// Only the lowest N modes
-    #[arg(long, value_name = "N")]
-    pub lowest: Option<u32>,
-    /// Also the state-space form A, B, C, D, written to FILE (.json, .csv or .mat)
-    #[arg(long, value_name = "FILE")]
-    pub state_space: Option<PathBuf>,
-    /// Inputs of it: freedoms such as motor.theta; all where left out
-    #[arg(
-        long,
-        value_name = "NAMES",
-        value_delimiter = ',',
-        requires = "state_space"
-    )]
-    pub input: Vec<String>,
-    /// Outputs of it: motor.theta, motor.theta.speed, motor.theta.acceleration, belt.force
-    #[arg(
-        long,
-        value_name = "NAMES",
-        value_delimiter = ',',
-        requires = "state_space"
-    )]
-    pub output: Vec<String>,
-    /// Sample it (s where bare)
-    #[arg(long, value_name = "TIME", requires = "state_space")]
-    pub sample_time: Option<String>,
-    /// What inputs do between samples
-    #[arg(long, value_enum, requires = "sample_time", default_value_t = HoldArg::Zero)]
-    pub hold: HoldArg,
-    /// Also a reduced machine that keeps --keep, compared with the full one up to --below
-    #[arg(long, value_enum, value_name = "METHOD", requires_all = ["keep", "below"])]
-    pub reduce: Option<ReductionArg>,
-    /// Freedoms kept, loaded and measured
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "reduce")]
-    pub keep: Vec<String>,
-    /// The band that matters reaches up to here (Hz where bare)
-    #[arg(long, value_name = "FREQUENCY", requires = "reduce")]
-    pub below: Option<String>,
-    /// Where `--reduce dynamic` condenses (Hz where bare)
-    #[arg(long, value_name = "FREQUENCY", requires = "reduce")]
-    pub condense_at: Option<String>,
-    /// Modes kept by craig-bampton and modal; those below twice the band where left out
-    #[arg(long, value_name = "N", requires = "reduce")]
-    pub keep_modes: Option<u32>,
-    /// The modes nearest a frequency (Hz where bare); as many as --lowest says, 20 otherwise
-    #[arg(
-        long,
-        value_name = "FREQUENCY",
-        allow_hyphen_values = true,
-        conflicts_with = "campbell"
-    )]
-    pub near: Option<String>,
+/// Keys of a study of modes.
+#[derive(Debug)]
+pub struct ModesKeys;
+
+impl KeyTable for ModesKeys {
+    const KEYS: KeyGroups = &[(None, MODES)];
 }
 
-/// Words for holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum HoldArg {
-    /// They stay
-    Zero,
-    /// They go straight to the next sample
-    First,
-    /// Tustin's rule
-    Bilinear,
-}
-
-/// Words for reductions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ReductionArg {
-    /// Static condensation
-    Guyan,
-    /// Condensation at --condense-at
-    Dynamic,
-    /// Static condensation and fixed-interface modes
-    CraigBampton,
-    /// Modes with a static residual
-    Modal,
-}
+#[rustfmt::skip]
+const MODES: &[Key] = &[
+    switch("damped", "Complex modes: damping counts"),
+    number("speed", "SPEED", "Mean speed of the first node of `[speed]` (rpm where bare); gyroscopic terms count"),
+    number("campbell", "A:B:N", "Modes over speed, FIRST:LAST:POINTS (rpm where bare, 50 points where left out), crossed with the orders of every gear"),
+    number("lowest", "N", "Only the lowest N modes"),
+    file("state-space", "Also the state-space form A, B, C, D, written to FILE (.json, .csv or .mat)"),
+    list("input", "NAMES", "Inputs of it: degrees of freedom such as motor.theta; all where left out"),
+    list("output", "NAMES", "Outputs of it: motor.theta, motor.theta.speed, motor.theta.acceleration, belt.force"),
+    number("sample-time", "TIME", "Sample it (s where bare)"),
+    word::<DiscretisationMethod>("hold", "HOLD", "What inputs do between samples; zero where left out"),
+    word::<ReductionKind>("reduce", "METHOD", "Also a reduced machine that keeps --keep, compared with the full one up to --below"),
+    list("keep", "NAMES", "Degrees of freedom kept, loaded and measured"),
+    number("below", "FREQUENCY", "The band that matters reaches up to here (Hz where bare)"),
+    number("condense-at", "FREQUENCY", "Where `--reduce dynamic` condenses (Hz where bare)"),
+    number("keep-modes", "N", "Modes kept by craig-bampton and modal; those below twice the band where left out"),
+    number("near", "FREQUENCY", "The modes nearest a frequency (Hz where bare); as many as --lowest says, 20 otherwise"),
+];
 
 /// Arguments of `modes`.
 #[derive(Debug, Args)]
@@ -108,9 +43,9 @@ pub enum ReductionArg {
 pub struct ModesArgs {
     /// A model or a scene
     pub model: PathBuf,
-    /// What is asked.
+    /// Keys of the study.
     #[command(flatten)]
-    pub study: ModesStudyArgs,
+    pub study: KeyFlags<ModesKeys>,
     /// Show mode N at length: energies, sensitivities, shape
     #[arg(long, value_name = "N", conflicts_with = "json")]
     pub mode: Option<usize>,
@@ -127,16 +62,16 @@ pub struct ModesArgs {
 pub struct PlanArgs {
     /// A model or a scene
     pub model: PathBuf,
-    /// What would be asked of it.
+    /// Keys of the study of modes.
     #[command(flatten)]
-    pub study: ModesStudyArgs,
+    pub study: KeyFlags<ModesKeys>,
     /// Also solve, and offer the freedoms that could follow statically while all frequencies up to here (Hz where bare) keep
     /// within --tolerance, then a relative change, 1e-3 where left out
     #[arg(long, value_name = "FREQUENCY")]
     pub advise: Option<String>,
-    /// Of the motions it would integrate.
+    /// Keys of the motions that would be integrated.
     #[command(flatten)]
-    pub integration: IntegrationArgs,
+    pub integration: KeyFlags<IntegrationKeys>,
     /// One JSON document on standard output
     #[arg(long)]
     pub json: bool,

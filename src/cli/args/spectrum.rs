@@ -2,10 +2,14 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
+use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, list, number, switch, text, word};
 use super::log::LogArgs;
 use super::output::OutputArgs;
+use crate::plan::logs::spectrum_study::SpectrumKind;
+use crate::spectrum::integrate::MotionQuantity;
+use crate::spectrum::welch::Detrend;
 
 /// Arguments of `spectrum`.
 #[derive(Debug, Args)]
@@ -16,67 +20,9 @@ pub struct SpectrumArgs {
     /// files, no pipes
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Channels analysed
-    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', required = true)]
-    pub channel: Vec<String>,
-    /// What kind of spectrum
-    #[arg(long, value_enum, default_value_t = SpectrumKindArg::Psd)]
-    pub kind: SpectrumKindArg,
-    /// Lines shown, LOW:HIGH (Hz where bare; orders with --kind order); with --kind envelope the band whose envelope is taken
-    #[arg(long, value_name = "A:B")]
-    pub band: Option<String>,
-    /// Between lines (Hz where bare); chosen from the length of the record where left out
-    #[arg(long, value_name = "FREQUENCY", allow_negative_numbers = true)]
-    pub resolution: Option<String>,
-    /// Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out
-    #[arg(long, value_name = "WINDOW")]
-    pub window: Option<String>,
-    /// Share of a block that the next has in common with it
-    #[arg(long, value_name = "SHARE")]
-    pub overlap: Option<f64>,
-    /// Over the blocks: linear, exponential:N (N blocks), peak-hold
-    #[arg(long, value_name = "WAY", default_value = "linear")]
-    pub average: String,
-    /// What is taken off each block
-    #[arg(long, value_enum, default_value_t = DetrendArg::Mean)]
-    pub detrend: DetrendArg,
-    /// The motion shown, from the one that the unit of the channel tells
-    #[arg(long = "as", value_enum, value_name = "MOTION")]
-    pub motion: Option<MotionQuantityArg>,
-    /// Only what does not repeat: tones are predicted and taken off first
-    #[arg(long)]
-    pub separate: bool,
-    /// The channel of a tacho, for orders and for a map over speed
-    #[arg(
-        long,
-        value_name = "CHANNEL",
-        conflicts_with = "speed",
-        help_heading = "The shaft"
-    )]
-    pub tacho: Option<String>,
-    /// Pulses of it a turn
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        requires = "tacho",
-        help_heading = "The shaft"
-    )]
-    pub pulses: usize,
-    /// Steady speed of the shaft (rpm where bare)
-    #[arg(long, value_name = "SPEED", help_heading = "The shaft")]
-    pub speed: Option<String>,
-    /// Orders to cut (cycles a turn of the shaft), with --kind order-cut
-    #[arg(
-        long,
-        value_name = "ORDERS",
-        value_delimiter = ',',
-        help_heading = "The shaft"
-    )]
-    pub orders: Vec<f64>,
-    /// Turns in a block of an order spectrum or an order cut
-    #[arg(long, value_name = "N", help_heading = "The shaft")]
-    pub turns: Option<usize>,
+    /// Keys of the study.
+    #[command(flatten)]
+    pub study: KeyFlags<SpectrumKeys>,
     /// A machine whose shafts and meshes give lines their names
     #[arg(
         long,
@@ -104,49 +50,33 @@ pub struct SpectrumArgs {
     pub out: OutputArgs,
 }
 
-/// Words for kinds of spectra.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SpectrumKindArg {
-    /// Power spectral density
-    Psd,
-    /// Amplitude of tones, zero to peak
-    Amplitude,
-    /// Root mean square of tones
-    Rms,
-    /// Power spectral density of the whole record by several tapers
-    Multitaper,
-    /// Lines of the squared envelope of --band
-    Envelope,
-    /// Real cepstrum
-    Cepstrum,
-    /// Power spectral density by time; by speed with --tacho
-    Spectrogram,
-    /// Amplitude over orders of a shaft
-    Order,
-    /// Mean over the turns of a shaft
-    Average,
-    /// Amplitude and phase of --orders over the speed of a run-up
-    OrderCut,
+/// Keys of a study of spectra.
+#[derive(Debug)]
+pub struct SpectrumKeys;
+
+impl KeyTable for SpectrumKeys {
+    const KEYS: KeyGroups = &[(None, SPECTRUM), (Some("The shaft"), SHAFT)];
 }
 
-/// Words for what is taken off a block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DetrendArg {
-    /// Nothing
-    None,
-    /// Its mean
-    Mean,
-    /// Its straight line
-    Linear,
-}
+#[rustfmt::skip]
+const SPECTRUM: &[Key] = &[
+    list("channel", "CHANNELS", "Channels analysed").required(),
+    word::<Option<SpectrumKind>>("kind", "KIND", "What kind of spectrum; psd where left out"),
+    number("band", "A:B", "Lines shown, LOW:HIGH (Hz where bare; orders with --kind order); with --kind envelope the band whose envelope is taken"),
+    number("resolution", "FREQUENCY", "Frequency resolution (Hz where bare); chosen from the length of the record where left out"),
+    text("window", "WINDOW", "Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out"),
+    number("overlap", "SHARE", "Share of a block that the next has in common with it"),
+    text("average", "WAY", "Over the blocks: linear (where left out), exponential:N (N blocks), peak-hold"),
+    word::<Detrend>("detrend", "DETREND", "What is taken off each block; its mean where left out"),
+    word::<MotionQuantity>("as", "MOTION", "The motion shown, from the one that the unit of the channel tells"),
+    switch("separate", "Only what does not repeat: tones are predicted and taken off first"),
+];
 
-/// Words for motions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MotionQuantityArg {
-    /// m/s² or rad/s²
-    Acceleration,
-    /// m/s or rad/s
-    Velocity,
-    /// m or rad
-    Displacement,
-}
+#[rustfmt::skip]
+const SHAFT: &[Key] = &[
+    text("tacho", "CHANNEL", "The channel of a tacho, for orders and for a map over speed"),
+    number("pulses", "N", "Pulses of it a turn; 1 where left out"),
+    number("speed", "SPEED", "Steady speed of the shaft (rpm where bare)"),
+    list("orders", "ORDERS", "Orders to cut (cycles a turn of the shaft), with --kind order-cut"),
+    number("turns", "N", "Turns in a block of an order spectrum or an order cut"),
+];

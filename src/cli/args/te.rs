@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::encoders::EncoderTeArgs;
+use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, file, list, number, switch, text};
 use super::log::LogArgs;
 use super::output::OutputArgs;
 
@@ -15,46 +15,55 @@ use super::output::OutputArgs;
 pub struct TeArgs {
     /// A model or a scene with declared errors, or the log of two encoders
     pub file: PathBuf,
-    /// The node whose error is wanted; of a log the column of its encoder, or its two tracks
-    #[arg(long, value_name = "NODE")]
-    pub output: Option<String>,
-    /// The node whose angle is prescribed; the first of `[speed]` where left out
-    #[arg(long, value_name = "NODE")]
-    pub driver: Option<String>,
-    /// The node the output should turn with: the error of one against the other, such as work against cradle
-    #[arg(long, value_name = "NODE")]
-    pub against: Option<String>,
-    /// Tell the error also as an arc at this radius of the output (mm where bare)
-    #[arg(long, value_name = "LENGTH")]
-    pub radius: Option<String>,
-    /// Also the error at speed: speed of the first node of `[speed]` (rpm where bare)
-    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
-    pub speed: Option<String>,
-    /// Draw the lines over speeds A:B:N of that node (rpm where bare), and tell where each is largest
-    #[arg(long, value_name = "A:B:N", allow_hyphen_values = true)]
-    pub speeds: Option<String>,
-    /// Whole turns of the output over which ranges are told; 1 where left out, of a record the full common period
-    #[arg(long, value_name = "TURNS", value_parser = clap::value_parser!(u32).range(1..))]
-    pub window: Option<u32>,
-    /// The work is indexed tooth by tooth: the element behind which it moves on, and its teeth, such as differential:37
-    #[arg(long, value_name = "ELEMENT:TEETH")]
-    pub index: Option<String>,
-    /// Teeth of the output, by which --record is told tooth by tooth; those of the gear that turns with it where left out
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub output_teeth: Option<u32>,
-    /// Write the error over the angle; unknown phases are drawn, the same at every call
-    #[arg(long = "record", value_name = "FILE")]
-    pub written: Option<PathBuf>,
+    /// Keys of the study.
+    #[command(flatten)]
+    pub study: KeyFlags<TeKeys>,
     /// Every line of the table, not only the largest; of a log every multiple of the shafts is fitted as well
     #[arg(long)]
     pub all: bool,
     /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
-    /// What is said of a record of two encoders.
-    #[command(flatten)]
-    pub record: EncoderTeArgs,
     /// What may be said of the log.
     #[command(flatten)]
     pub log: LogArgs,
 }
+
+/// Keys of a transmission error, of a chain and of a record of two encoders.
+#[derive(Debug)]
+pub struct TeKeys;
+
+impl KeyTable for TeKeys {
+    const KEYS: KeyGroups = &[(None, CHAIN), (Some("Encoder records"), ENCODERS)];
+}
+
+#[rustfmt::skip]
+const CHAIN: &[Key] = &[
+    text("output", "NODE", "The node whose error is wanted; of a log the column of its encoder, or its two tracks"),
+    text("driver", "NODE", "The node whose angle is prescribed; the first of `[speed]` where left out"),
+    text("against", "NODE", "The node the output should turn with: the error of one against the other, such as work against cradle"),
+    number("radius", "LENGTH", "Tell the error also as an arc at this radius of the output (mm where bare)"),
+    number("speed", "SPEED", "Also the error at speed: speed of the first node of `[speed]` (rpm where bare)"),
+    number("speeds", "A:B:N", "Draw the lines over speeds A:B:N of that node (rpm where bare), and tell where each is largest"),
+    number("window", "TURNS", "Whole turns of the output over which ranges are told; 1 where left out, of a record the full common period"),
+    text("index", "ELEMENT:TEETH", "The work is indexed tooth by tooth: the element behind which it moves on, and its teeth, such as differential:37"),
+    number("output-teeth", "N", "Teeth of the output, by which --record is told tooth by tooth; those of the gear that turns with it where left out"),
+    file("record", "Write the error over the angle; unknown phases are drawn, the same at every call"),
+];
+
+#[rustfmt::skip]
+const ENCODERS: &[Key] = &[
+    list("input", "COLUMN", "Column of the input's encoder; two columns are tracks in quadrature. --output names that of the output"),
+    text("teeth", "z1:z2,…", "Teeth from input to output, driver first: 21:63 or 21:63,17:40"),
+    text("lines", "N1,N2", "Lines a turn of both encoders, input first: 5000,5000; not asked for where columns are angles"),
+    number("counts-per-line", "N", "Counts that a counter makes of a line; 4 where left out"),
+    switch("stamps", "The columns hold instants of pulses, one a line"),
+    switch("angle-base", "Rows are not even in time, such as those taken at steps of angle: no speed is told"),
+    text("input-index", "COLUMN", "Column of the input's index pulse (reference mark, Z track), once a turn; with --stamps its instants"),
+    text("output-index", "COLUMN", "Column of the output's index pulse: angles and phases begin at its mark, and the counts between marks are checked"),
+    number("harmonics", "N", "Multiples of the meshes looked for; four where the rows hold them"),
+    switch("repair", "Take the steps of lost or extra counts out"),
+    number("pressure-angle", "ANGLE", "Transverse pressure angle (deg where bare): of both flanks it tells the encoder's eccentricity from the gear's"),
+    text("model", "MODEL", "A model or a scene whose declared errors, shafts and meshes give orders their names"),
+    text("at", "NODE,NODE", "The nodes of it that the encoders sit on, input first"),
+];

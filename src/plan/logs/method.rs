@@ -1,5 +1,6 @@
 //! Identification methods: names and required data.
 
+use crate::base::table_reader::Word;
 use crate::identify::series::model::ModelStructure;
 
 /// A method that ends in modes.
@@ -59,50 +60,10 @@ pub enum RequiredData {
 }
 
 impl IdentificationMethod {
-    /// Every method.
-    pub const ALL: [IdentificationMethod; 18] = [
-        IdentificationMethod::Rational,
-        IdentificationMethod::Plscf,
-        IdentificationMethod::Lsce,
-        IdentificationMethod::Rfp,
-        IdentificationMethod::Circle,
-        IdentificationMethod::VectorFitting,
-        IdentificationMethod::Aaa,
-        IdentificationMethod::SsiCov,
-        IdentificationMethod::SsiData,
-        IdentificationMethod::FreeDecay,
-        IdentificationMethod::Fdd,
-        IdentificationMethod::Efdd,
-        IdentificationMethod::Ar,
-        IdentificationMethod::Arma,
-        IdentificationMethod::Arx,
-        IdentificationMethod::Armax,
-        IdentificationMethod::OutputError,
-        IdentificationMethod::Rls,
-    ];
-
     /// The word users say.
     pub fn name(self) -> &'static str {
-        match self {
-            IdentificationMethod::Rational => "rational",
-            IdentificationMethod::Plscf => "plscf",
-            IdentificationMethod::Lsce => "lsce",
-            IdentificationMethod::Rfp => "rfp",
-            IdentificationMethod::Circle => "circle",
-            IdentificationMethod::VectorFitting => "vector-fitting",
-            IdentificationMethod::Aaa => "aaa",
-            IdentificationMethod::SsiCov => "ssi-cov",
-            IdentificationMethod::SsiData => "ssi-data",
-            IdentificationMethod::FreeDecay => "free-decay",
-            IdentificationMethod::Fdd => "fdd",
-            IdentificationMethod::Efdd => "efdd",
-            IdentificationMethod::Ar => "ar",
-            IdentificationMethod::Arma => "arma",
-            IdentificationMethod::Arx => "arx",
-            IdentificationMethod::Armax => "armax",
-            IdentificationMethod::OutputError => "output-error",
-            IdentificationMethod::Rls => "rls",
-        }
+        let row = Self::WORDS.iter().find(|(_, method, _)| *method == self);
+        row.map_or("", |(word, ..)| word)
     }
 
     /// Data that the method requires.
@@ -127,6 +88,30 @@ impl IdentificationMethod {
             IdentificationMethod::Rls => RequiredData::OutputWithOptionalInput,
         }
     }
+}
+
+#[rustfmt::skip]
+impl Word for IdentificationMethod {
+    const WORDS: &'static [(&'static str, IdentificationMethod, &'static str)] = &[
+        ("rational", IdentificationMethod::Rational, "Common poles by maximum likelihood, with uncertainty"),
+        ("plscf", IdentificationMethod::Plscf, "Least-squares complex frequency domain over rising orders"),
+        ("lsce", IdentificationMethod::Lsce, "Least-squares complex exponential over rising orders"),
+        ("rfp", IdentificationMethod::Rfp, "Rational fraction polynomials over rising orders"),
+        ("circle", IdentificationMethod::Circle, "A circle through each peak, half power beside it"),
+        ("vector-fitting", IdentificationMethod::VectorFitting, "Poles of vector fitting, refined together, as many as are significant"),
+        ("aaa", IdentificationMethod::Aaa, "Poles of barycentric interpolation, refined together, as many as are significant"),
+        ("ssi-cov", IdentificationMethod::SsiCov, "No input: stochastic subspace from covariances, with uncertainty"),
+        ("ssi-data", IdentificationMethod::SsiData, "No input: stochastic subspace from data"),
+        ("free-decay", IdentificationMethod::FreeDecay, "No input: common poles of free decays, with uncertainty; taken by itself where the record rings down after a release"),
+        ("fdd", IdentificationMethod::Fdd, "No input: peaks of the spectral matrix, no damping"),
+        ("efdd", IdentificationMethod::Efdd, "No input: peaks of the spectral matrix, damping from their bells; --svg shows these"),
+        ("ar", IdentificationMethod::Ar, "One output, no input: autoregressive"),
+        ("arma", IdentificationMethod::Arma, "One output, no input: autoregressive, moving average"),
+        ("arx", IdentificationMethod::Arx, "One input, one output: autoregressive"),
+        ("armax", IdentificationMethod::Armax, "One input, one output: autoregressive, moving average"),
+        ("output-error", IdentificationMethod::OutputError, "One input, one output: noise on the output only"),
+        ("rls", IdentificationMethod::Rls, "One output, with or without an input: modes that change in the course of the record, by recursive least squares"),
+    ];
 }
 
 /// A family with its numbers of coefficients.

@@ -1,6 +1,12 @@
 //! Spectrum study and its result.
 
+use super::identify_study::{OVERLAPS, parse_band_hz, read_resolution};
+use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
+use crate::base::error_collector::ValueRange;
+use crate::base::quantity::truncate;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::table_reader::{TableReader, Word};
 use crate::recording::preprocess::unknown_channel;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::integrate::MotionQuantity;
@@ -69,6 +75,116 @@ pub struct SpectrumStudy {
     pub separate: bool,
     /// Lines that may be there, Hz; orders where the spectrum is one of orders.
     pub expected_lines: Vec<ExpectedLine>,
+}
+
+/// Counts at most.
+const MAX_COUNT: u32 = 1_000_000;
+
+impl SpectrumStudy {
+    /// Reads its keys.
+    pub fn read(f: &mut TableReader) -> SpectrumStudy {
+        f.exclusive("tacho", "speed");
+        f.requires("pulses", "tacho");
+        let count = |f: &mut TableReader, key: &str| {
+            f.optional_count(key, 1, MAX_COUNT)
+                .map(|count| count as usize)
+        };
+        // An order cut is no spectrum and takes its own way.
+        let kind = f.word("kind").unwrap_or(Some(SpectrumKind::default()));
+        let kind_or_default = kind.unwrap_or_default();
+        SpectrumStudy {
+            channels: f.texts("channel"),
+            kind: kind_or_default,
+            frequency_resolution_hz: read_resolution(f),
+            window: f.parsed("window", |text, _| Window::parse(text)),
+            overlap: f.optional_number("overlap", OVERLAPS),
+            averaging: f.parsed("average", parse_averaging).unwrap_or_default(),
+            detrend: f.word("detrend").unwrap_or_default(),
+            band: match kind_or_default {
+                SpectrumKind::Order => f.parsed("band", parse_orders),
+                _ => f.parsed("band", parse_band_hz),
+            },
+            history: f.word("as"),
+            tacho: f.optional_text("tacho").map(str::to_string),
+            pulses_per_rev: count(f, "pulses").unwrap_or(1),
+            speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Positive),
+            revolutions: count(f, "turns"),
+            cuts: match kind {
+                None => f.numbers("orders", ValueRange::Positive),
+                Some(_) => Vec::new(),
+            },
+            separate: f.flag("separate"),
+            expected_lines: Vec::new(),
+        }
+    }
+}
+
+/// `linear`, `exponential:N` or `peak-hold`.
+fn parse_averaging(word: &str, subject: &str) -> Result<Averaging, Error> {
+    let blocks = word
+        .strip_prefix("exponential:")
+        .and_then(|text| text.parse().ok());
+    match (word, blocks.filter(|n: &f64| *n >= 1.0 && n.is_finite())) {
+        ("linear", _) => Ok(Averaging::Linear),
+        ("peak-hold", _) => Ok(Averaging::PeakHold),
+        (_, Some(n)) => Ok(Averaging::Exponential(n)),
+        _ => {
+            let message = format!("\"{}\" is no way to average", truncate(word));
+            let hint =
+                format!("{subject} takes linear, exponential:8 (blocks, at least 1) or peak-hold");
+            Err(Error::new(Code::Usage, message).with_hint(hint))
+        }
+    }
+}
+
+/// `A:B` in orders.
+fn parse_orders(text: &str, subject: &str) -> Result<(f64, f64), Error> {
+    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    let band = text
+        .split_once(':')
+        .and_then(|(low, high)| number(low).zip(number(high)));
+    let rising = band.filter(|(low, high)| *low >= 0.0 && low < high);
+    rising.ok_or_else(|| {
+        let message = format!("\"{}\" is not a band of orders", truncate(text));
+        let hint = format!("{subject} takes low:high, such as 0.5:40");
+        Error::new(Code::OutOfRange, message).with_hint(hint)
+    })
+}
+
+#[rustfmt::skip]
+impl Word for Option<SpectrumKind> {
+    const WORDS: &'static [(&'static str, Option<SpectrumKind>, &'static str)] = &[
+        ("psd", Some(SpectrumKind::Density), "Power spectral density"),
+        ("amplitude", Some(SpectrumKind::Amplitude), "Amplitude of tones, zero to peak"),
+        ("rms", Some(SpectrumKind::Rms), "Root mean square of tones"),
+        ("multitaper", Some(SpectrumKind::Multitaper), "Power spectral density of the whole record by several tapers"),
+        ("envelope", Some(SpectrumKind::Envelope), "Lines of the squared envelope of --band"),
+        ("cepstrum", Some(SpectrumKind::Cepstrum), "Real cepstrum"),
+        ("spectrogram", Some(SpectrumKind::Spectrogram), "Power spectral density by time; by speed with --tacho"),
+        ("order", Some(SpectrumKind::Order), "Amplitude over orders of a shaft"),
+        ("average", Some(SpectrumKind::SynchronousAverage), "Mean over the turns of a shaft"),
+        ("order-cut", None, "Amplitude and phase of --orders over the speed of a run-up"),
+    ];
+}
+
+impl Word for Detrend {
+    const WORDS: &'static [(&'static str, Detrend, &'static str)] = &[
+        ("none", Detrend::None, "Nothing"),
+        ("mean", Detrend::Mean, "Its mean"),
+        ("linear", Detrend::Linear, "Its straight line"),
+    ];
+}
+
+impl Word for MotionQuantity {
+    const WORDS: &'static [(&'static str, MotionQuantity, &'static str)] = &[
+        (
+            "acceleration",
+            MotionQuantity::Acceleration,
+            "m/s² or rad/s²",
+        ),
+        ("velocity", MotionQuantity::Velocity, "m/s or rad/s"),
+        ("displacement", MotionQuantity::Displacement, "m or rad"),
+    ];
 }
 
 /// Kind of abscissa of a spectrum.

@@ -78,9 +78,7 @@ impl HarmonicBalanceSetup {
     ) -> Result<HarmonicBalanceSetup, Error> {
         let Some(range) = study.speeds else {
             let error = Error::new(Code::Usage, "nothing says which speeds are wanted");
-            return Err(
-                error.with_hint("add --harmonic-balance 500:3000:100, or `speeds` to the study")
-            );
+            return Err(error.with_hint("state `speeds`, such as 500:3000:100"));
         };
         let machine = &prepared_machine.machine;
         let Some(&(node, _)) = machine.speeds.first() else {

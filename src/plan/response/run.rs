@@ -75,7 +75,7 @@ fn request(machine: &PreparedMachine, study: &ResponseStudy) -> Result<((f64, f6
     let Some(band) = study.band else {
         return Err(
             Error::new(Code::Usage, "nothing says which frequencies are wanted")
-                .with_hint("add --band 1:500, or `band` to the study"),
+                .with_hint("state `band`, such as 1:500"),
         );
     };
     let ports = Ports::parse(

@@ -110,7 +110,7 @@ impl RunUpSetup {
         } = prepared_machine;
         let Some(range) = study.speeds else {
             let error = Error::new(Code::Usage, "nothing says which speeds are wanted");
-            return Err(error.with_hint("add --run-up 0:3000:301, or `speeds` to the study"));
+            return Err(error.with_hint("state `speeds`, such as 0:3000:301"));
         };
         let node = reference_dof(machine)?;
         let all = excitations(machine, kinematics, &prepared_machine.operating)?;

@@ -150,7 +150,7 @@ fn chain_of(
             Code::Usage,
             "nothing says at which node the error is wanted",
         )
-        .with_hint("add --output NODE, or `output` to the study"));
+        .with_hint("state `output`, a node"));
     };
     let ends = ChainEnds {
         driver: match &study.driver {

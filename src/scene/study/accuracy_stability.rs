@@ -1,12 +1,13 @@
 //! Options of accuracy and stability studies.
 
-use super::motion::simulate;
-use super::{ResponseStudy, SimulateStudy, SpeedRange, response, texts};
+use super::{ReadStudy, ResponseStudy, SimulateStudy, SpeedRange, Study};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::error_collector::ValueRange;
+use crate::base::flags::Flags;
 use crate::base::quantity;
-use crate::base::table_reader::TableReader;
+use crate::base::table_reader::{TableReader, Word};
+use crate::scene::Scene;
 use crate::scene::shared_keys::MAX_COUNT;
 
 /// Error against run time, as the command has it.
@@ -22,7 +23,7 @@ pub struct AccuracyStudy {
     pub response: ResponseStudy,
     /// Only these methods; all that apply where empty.
     pub methods: Vec<String>,
-    /// The error that is wanted in the end, relative.
+    /// The error that is target in the end, relative.
     pub target_error: Option<f64>,
 }
 
@@ -38,27 +39,46 @@ pub enum AccuracyTarget {
     Response,
 }
 
-/// Reads its keys.
-pub(super) fn accuracy(f: &mut TableReader) -> AccuracyStudy {
-    let words = [
-        ("motion", AccuracyTarget::Motion),
-        ("modes", AccuracyTarget::Modes),
-        ("response", AccuracyTarget::Response),
+impl Word for AccuracyTarget {
+    const WORDS: &'static [(&'static str, AccuracyTarget, &'static str)] = &[
+        ("motion", AccuracyTarget::Motion, "The motion in time"),
+        (
+            "modes",
+            AccuracyTarget::Modes,
+            "The lowest natural frequencies",
+        ),
+        ("response", AccuracyTarget::Response, "Frequency responses"),
     ];
-    let mut study = AccuracyStudy {
-        target: f.choice("of", &words).unwrap_or_default(),
-        target_error: f.optional_number("error", ValueRange::Positive),
-        ..AccuracyStudy::default()
-    };
-    match study.target {
-        AccuracyTarget::Motion => {
-            study.motion = simulate(f);
-            study.methods = texts(f, "methods");
+}
+
+impl ReadStudy for AccuracyStudy {
+    const KIND: &'static str = "accuracy";
+
+    fn read(f: &mut TableReader) -> AccuracyStudy {
+        let mut study = AccuracyStudy {
+            target: f.word("of").unwrap_or_default(),
+            target_error: f.optional_number("error", ValueRange::Positive),
+            ..AccuracyStudy::default()
+        };
+        match study.target {
+            AccuracyTarget::Motion => {
+                study.motion = SimulateStudy::read_motion(f);
+                study.methods = f.texts("methods");
+            }
+            AccuracyTarget::Modes => study.lowest = f.optional_count("lowest", 1, MAX_COUNT),
+            AccuracyTarget::Response => study.response = ResponseStudy::read(f),
         }
-        AccuracyTarget::Modes => study.lowest = f.optional_count("lowest", 1, MAX_COUNT),
-        AccuracyTarget::Response => study.response = response::response(f),
+        study
     }
-    study
+
+    /// A study of the same target; of the motion also the motion that the scene lists.
+    fn listed<'s>(scene: &'s Scene, flags: &Flags) -> Option<&'s Study> {
+        let own = scene.listed(Self::KIND);
+        let of = |study: &'s Study| study.text("of").unwrap_or("motion");
+        let target = flags.text("of").or(own.map(of)).unwrap_or("motion");
+        let motion = scene.listed(SimulateStudy::KIND).filter(|_| own.is_none());
+        own.or(motion).filter(|study| of(study) == target)
+    }
 }
 
 /// Study of the stability limits of methods and machine, with the options of the command.
@@ -72,6 +92,27 @@ pub struct StabilityStudy {
     pub speeds: Option<SpeedRange>,
     /// Second parameter of the chart.
     pub over: Option<ParameterSweep>,
+}
+
+impl ReadStudy for StabilityStudy {
+    const KIND: &'static str = "stability";
+
+    fn read(f: &mut TableReader) -> StabilityStudy {
+        let study = StabilityStudy {
+            motion: SimulateStudy::read_motion(f),
+            methods: f.texts("methods"),
+            speeds: f.parsed("speeds", SpeedRange::parse),
+            over: f.parsed("over", ParameterSweep::parse),
+        };
+        f.requires("over", "speeds");
+        study
+    }
+
+    /// A study of stability, else the motion that the scene lists.
+    fn listed<'s>(scene: &'s Scene, _flags: &Flags) -> Option<&'s Study> {
+        let motion = || scene.listed(SimulateStudy::KIND);
+        scene.listed(Self::KIND).or_else(motion)
+    }
 }
 
 /// The second axis of a stability chart: factors on what the scene has.

@@ -4,23 +4,21 @@ pub use accuracy_stability::{
     AccuracyStudy, AccuracyTarget, ParameterSweep, StabilityStudy, SweepParameter,
 };
 pub use modes::{DiscretisationMethod, ModesStudy, ReductionKind, ReductionStudy, StateSpaceStudy};
-pub use motion::{
-    BLOCK_SIZES, DEFAULT_AVERAGING_REVS, MAX_SAMPLES, OnlineStudy, OrderTrackingStudy,
-    SimulateStudy, parse_shaft_pair,
-};
+pub use motion::{DEFAULT_AVERAGING_REVS, OnlineStudy, OrderTrackingStudy, SimulateStudy};
 pub use response::{
-    HarmonicBalanceStudy, MAX_LINES, MAX_ORDERS, ResponseMethodTag, ResponseQuantity,
-    ResponseStudy, RunUpStudy, parse_band,
+    HarmonicBalanceStudy, MAX_ORDERS, ResponseMethodTag, ResponseQuantity, ResponseStudy,
+    RunUpStudy,
 };
 pub use speeds::SpeedRange;
 pub use transmission::{IndexingStudy, TransmissionStudy};
 
-use crate::base::error::Error;
+use super::Scene;
+use crate::base::error::Errors;
 use crate::base::error_collector::ValueRange;
-use crate::base::quantity_kind::QuantityKind;
+use crate::base::flags::Flags;
 use crate::base::source_span::SourceSpan;
 use crate::base::table_reader::TableReader;
-use crate::base::toml::Value;
+use crate::base::toml::{Table, Value};
 
 mod speeds;
 
@@ -41,6 +39,8 @@ pub struct Study {
     pub kind: StudyKind,
     /// Place of the study in the file.
     pub span: SourceSpan,
+    /// The study as written.
+    table: Table,
 }
 
 /// Kind of study with its options.
@@ -64,110 +64,94 @@ pub enum StudyKind {
     Transmission(TransmissionStudy),
 }
 
-/// Which kind of study.
-#[derive(Clone, Copy)]
-enum StudyTag {
-    Modes,
-    Simulate,
-    Accuracy,
-    Stability,
-    Response,
-    HarmonicBalance,
-    RunUp,
-    Transmission,
+/// Options of a study, read from the same keys in a scene and on the command line.
+pub trait ReadStudy: Sized {
+    /// `kind` of the study in a scene.
+    const KIND: &'static str;
+
+    /// Reads its keys.
+    fn read(f: &mut TableReader) -> Self;
+
+    /// The listed study that flags lie over.
+    fn listed<'s>(scene: &'s Scene, _flags: &Flags) -> Option<&'s Study> {
+        scene.listed(Self::KIND)
+    }
 }
+
+impl Study {
+    /// The text of a key as written.
+    fn text(&self, key: &str) -> Option<&str> {
+        match &self.table.get(key)?.item.value {
+            Value::String(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
+impl Scene {
+    /// The first listed study of a kind.
+    fn listed(&self, kind: &str) -> Option<&Study> {
+        self.studies.iter().find(|s| s.text("kind") == Some(kind))
+    }
+
+    /// The study that a command carries out: the first of its kind that the scene lists, with the flags laid over it.
+    ///
+    /// # Errors
+    /// Everything wrong in the flags, and between them and the listed study.
+    pub fn study<S: ReadStudy>(&self, flags: &Flags) -> Result<S, Errors> {
+        self.study_over(S::listed(self, flags), flags)
+    }
+
+    /// The study `listed`, or an empty one, with the flags laid over it.
+    ///
+    /// # Errors
+    /// Everything wrong in the flags, and between them and the listed study.
+    pub fn study_over<S: ReadStudy>(
+        &self,
+        listed: Option<&Study>,
+        flags: &Flags,
+    ) -> Result<S, Errors> {
+        let title = format!("a study of kind \"{}\"", S::KIND);
+        let base = listed.map(|study| (&study.table, &study.span));
+        flags.read(&title, base, &self.bare_si, S::read)
+    }
+}
+
+/// A share of a whole.
+const SHARE: ValueRange = ValueRange::Open(0.0, 1.0, "above 0 and below 1");
+
+/// Reads the keys of one kind.
+type Reader = fn(&mut TableReader) -> StudyKind;
 
 /// A study; absent where its kind is missing or unknown, which is then noted.
 pub fn read(f: &mut TableReader) -> Option<Study> {
-    let words = [
-        ("modes", StudyTag::Modes),
-        ("simulate", StudyTag::Simulate),
-        ("accuracy", StudyTag::Accuracy),
-        ("stability", StudyTag::Stability),
-        ("response", StudyTag::Response),
-        ("harmonic_balance", StudyTag::HarmonicBalance),
-        ("run_up", StudyTag::RunUp),
-        ("te", StudyTag::Transmission),
+    let readers: [(&str, Reader); 8] = [
+        (ModesStudy::KIND, |f| StudyKind::Modes(ReadStudy::read(f))),
+        (SimulateStudy::KIND, |f| {
+            StudyKind::Simulate(ReadStudy::read(f))
+        }),
+        (AccuracyStudy::KIND, |f| {
+            StudyKind::Accuracy(ReadStudy::read(f))
+        }),
+        (StabilityStudy::KIND, |f| {
+            StudyKind::Stability(ReadStudy::read(f))
+        }),
+        (ResponseStudy::KIND, |f| {
+            StudyKind::Response(ReadStudy::read(f))
+        }),
+        (HarmonicBalanceStudy::KIND, |f| {
+            StudyKind::HarmonicBalance(ReadStudy::read(f))
+        }),
+        (RunUpStudy::KIND, |f| StudyKind::RunUp(ReadStudy::read(f))),
+        (TransmissionStudy::KIND, |f| {
+            StudyKind::Transmission(ReadStudy::read(f))
+        }),
     ];
-    let known = f.choice("kind", &words);
+    let reader = f.choice("kind", &readers);
     f.require("kind");
-    let kind = match known? {
-        StudyTag::Modes => StudyKind::Modes(modes::modes(f)),
-        StudyTag::Simulate => StudyKind::Simulate(SimulateStudy {
-            time_limit: f.optional_quantity("allow", QuantityKind::Time, ValueRange::Positive),
-            running: motion::running(f),
-            ..motion::simulate(f)
-        }),
-        StudyTag::Accuracy => StudyKind::Accuracy(accuracy_stability::accuracy(f)),
-        StudyTag::Stability => StudyKind::Stability(StabilityStudy {
-            motion: motion::simulate(f),
-            methods: texts(f, "methods"),
-            speeds: speeds(f, "speeds"),
-            over: parsed(f, "over", ParameterSweep::parse),
-        }),
-        StudyTag::Response => StudyKind::Response(response::response(f)),
-        StudyTag::RunUp => StudyKind::RunUp(RunUpStudy {
-            speeds: speeds(f, "speeds"),
-            outputs: texts(f, "outputs"),
-            fixed_dofs: texts(f, "hold"),
-        }),
-        StudyTag::HarmonicBalance => StudyKind::HarmonicBalance(HarmonicBalanceStudy {
-            speeds: speeds(f, "speeds"),
-            outputs: texts(f, "outputs"),
-            tolerance: f.optional_number(
-                "tolerance",
-                ValueRange::Open(0.0, 1.0, "above 0 and below 1"),
-            ),
-            orders: f.optional_count("orders", 1, MAX_ORDERS),
-            skip_event_refinement: f.flag("orders_alone"),
-        }),
-        StudyTag::Transmission => StudyKind::Transmission(transmission::transmission(f)),
-    };
     Some(Study {
-        kind,
+        kind: reader?(f),
         span: f.span.clone(),
+        table: f.table.clone(),
     })
-}
-
-/// A list of texts.
-pub(super) fn texts(f: &mut TableReader, key: &str) -> Vec<String> {
-    const TAKES: &str = "a list of texts";
-    let Some(item) = f.item(key, TAKES) else {
-        return Vec::new();
-    };
-    let Value::List(list) = &item.value else {
-        return f.wrong_type(key, item, TAKES).unwrap_or_default();
-    };
-    let mut all = Vec::new();
-    for item in list {
-        match &item.value {
-            Value::String(text) => all.push(text.clone()),
-            _ => {
-                f.wrong_type::<()>(key, item, TAKES);
-            }
-        }
-    }
-    all
-}
-
-fn speeds(f: &mut TableReader, key: &str) -> Option<SpeedRange> {
-    parsed(f, key, SpeedRange::parse)
-}
-
-/// A text that has a form of its own.
-fn parsed<T>(
-    f: &mut TableReader,
-    key: &str,
-    parse: fn(&str, &str) -> Result<T, Error>,
-) -> Option<T> {
-    let text = f.optional_text(key)?;
-    match parse(text, &format!("`{key}`")) {
-        Ok(value) => Some(value),
-        Err(error) => {
-            let span = f.span_of(key).clone();
-            let label = format!("in {}", f.title);
-            f.errors.push(error.with_span(&span).with_label(label));
-            None
-        }
-    }
 }

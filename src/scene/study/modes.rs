@@ -1,9 +1,12 @@
 //! Studies of modes, state-space forms and reduced machines.
 
-use super::{SpeedRange, speeds};
+use std::f64::consts::TAU;
+
+use super::{ReadStudy, SpeedRange};
+use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
-use crate::base::table_reader::TableReader;
+use crate::base::table_reader::{TableReader, Word};
 use crate::scene::shared_keys::MAX_COUNT;
 
 /// Options of the modes of a machine, as the command has them.
@@ -25,18 +28,22 @@ pub struct ModesStudy {
     pub reduce: Option<ReductionStudy>,
 }
 
-/// Reads its keys.
-pub(super) fn modes(f: &mut TableReader) -> ModesStudy {
-    let study = ModesStudy {
-        damped: f.flag("damped"),
-        speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
-        campbell: speeds(f, "campbell"),
-        lowest: f.optional_count("lowest", 1, MAX_COUNT),
-        near: f.optional_quantity("near", QuantityKind::Frequency, ValueRange::NotNegative),
-        ..ModesStudy::default()
-    };
-    f.exclusive("speed", "campbell");
-    study
+impl ReadStudy for ModesStudy {
+    const KIND: &'static str = "modes";
+
+    fn read(f: &mut TableReader) -> ModesStudy {
+        f.exclusive("speed", "campbell");
+        f.exclusive("near", "campbell");
+        ModesStudy {
+            damped: f.flag("damped"),
+            speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
+            campbell: f.parsed("campbell", SpeedRange::parse),
+            lowest: f.optional_count("lowest", 1, MAX_COUNT),
+            near: f.optional_quantity("near", QuantityKind::Frequency, ValueRange::NotNegative),
+            state_space: StateSpaceStudy::read(f),
+            reduce: ReductionStudy::read(f),
+        }
+    }
 }
 
 /// Which state-space form is wanted.
@@ -51,6 +58,28 @@ pub struct StateSpaceStudy {
     pub sample_time: Option<f64>,
     /// Hold of the inputs between samples.
     pub method: DiscretisationMethod,
+}
+
+impl StateSpaceStudy {
+    /// Reads its keys.
+    fn read(f: &mut TableReader) -> Option<StateSpaceStudy> {
+        let requested = f.flag("state_space");
+        let study = StateSpaceStudy {
+            inputs: f.texts("input"),
+            outputs: f.texts("output"),
+            sample_time: f.optional_quantity(
+                "sample_time",
+                QuantityKind::Time,
+                ValueRange::Positive,
+            ),
+            method: f.word("hold").unwrap_or_default(),
+        };
+        for key in ["input", "output", "sample_time"] {
+            f.requires(key, "state_space");
+        }
+        f.requires("hold", "sample_time");
+        requested.then_some(study)
+    }
 }
 
 /// Assumed inputs between samples: the discretisation method.
@@ -76,6 +105,18 @@ impl DiscretisationMethod {
     }
 }
 
+impl Word for DiscretisationMethod {
+    const WORDS: &'static [(&'static str, DiscretisationMethod, &'static str)] = &[
+        ("zero", DiscretisationMethod::Zero, "They stay"),
+        (
+            "first",
+            DiscretisationMethod::First,
+            "They go straight to the next sample",
+        ),
+        ("bilinear", DiscretisationMethod::Bilinear, "Tustin's rule"),
+    ];
+}
+
 /// Which reduced machine is wanted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReductionStudy {
@@ -89,6 +130,47 @@ pub struct ReductionStudy {
     pub modes: Option<u32>,
 }
 
+impl ReductionStudy {
+    /// Reads its keys.
+    fn read(f: &mut TableReader) -> Option<ReductionStudy> {
+        let hertz = |f: &mut TableReader, key: &str| {
+            let omega = f.optional_quantity(key, QuantityKind::Frequency, ValueRange::Positive);
+            omega.map(|omega| omega / TAU)
+        };
+        let method = f.word("reduce");
+        let (below, at) = (hertz(f, "below"), hertz(f, "condense_at"));
+        let (keep, modes) = (
+            f.texts("keep"),
+            f.optional_count("keep_modes", 0, MAX_COUNT),
+        );
+        for key in ["keep", "below", "condense_at", "keep_modes"] {
+            f.requires(key, "reduce");
+        }
+        for key in ["keep", "below"] {
+            f.requires("reduce", key);
+        }
+        let method = match (method?, at) {
+            (ReductionKind::Dynamic(_), Some(hz)) => ReductionKind::Dynamic(hz),
+            (ReductionKind::Dynamic(_), None) => {
+                f.report_missing("condense_at", ", where `reduce = \"dynamic\"` condenses");
+                return None;
+            }
+            (other, None) => other,
+            (_, Some(_)) => {
+                let message = "`condense_at` belongs to `reduce = \"dynamic\"`";
+                f.report_key(Code::Conflict, "condense_at", message, "leave it out");
+                return None;
+            }
+        };
+        Some(ReductionStudy {
+            method,
+            keep,
+            max_frequency_hz: below?,
+            modes,
+        })
+    }
+}
+
 /// Method of model reduction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ReductionKind {
@@ -100,4 +182,25 @@ pub enum ReductionKind {
     CraigBampton,
     /// Modes with a static residual.
     Modal,
+}
+
+impl Word for ReductionKind {
+    const WORDS: &'static [(&'static str, ReductionKind, &'static str)] = &[
+        ("guyan", ReductionKind::Guyan, "Static condensation"),
+        (
+            "dynamic",
+            ReductionKind::Dynamic(f64::NAN),
+            "Condensation at --condense-at",
+        ),
+        (
+            "craig-bampton",
+            ReductionKind::CraigBampton,
+            "Static condensation and fixed-interface modes",
+        ),
+        (
+            "modal",
+            ReductionKind::Modal,
+            "Modes with a static residual",
+        ),
+    ];
 }

@@ -1,6 +1,6 @@
 //! Options of simulations and of the online analysis during integration.
 
-use super::{parsed, texts};
+use super::{ReadStudy, SHARE};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::error_collector::ValueRange;
@@ -37,26 +37,38 @@ pub struct SimulateStudy {
 }
 
 /// The most samples of a motion.
-pub const MAX_SAMPLES: u32 = 100_000_000;
+const MAX_SAMPLES: u32 = 100_000_000;
 
-/// Reads its keys.
-pub(super) fn simulate(f: &mut TableReader) -> SimulateStudy {
-    f.exclusive("tolerance", "step");
-    SimulateStudy {
-        end_time: f.optional_quantity("until", QuantityKind::Time, ValueRange::Positive),
-        outputs: texts(f, "outputs"),
-        method: f.optional_text("method").map(str::to_string),
-        tolerance: f.optional_number(
-            "tolerance",
-            ValueRange::Open(0.0, 1.0, "above 0 and below 1"),
-        ),
-        step: f.optional_quantity("step", QuantityKind::Time, ValueRange::Positive),
-        samples: f.optional_count("samples", 1, MAX_SAMPLES),
-        energy: f.flag("energy"),
-        speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
-        time_limit: None,
-        no_sensitivity: f.optional_flag("sensitivity") == Some(false),
-        running: OnlineStudy::default(),
+impl SimulateStudy {
+    /// Reads the keys of the motion alone.
+    pub(super) fn read_motion(f: &mut TableReader) -> SimulateStudy {
+        f.accept_former("outputs", "output");
+        f.exclusive("tolerance", "step");
+        SimulateStudy {
+            end_time: f.optional_quantity("until", QuantityKind::Time, ValueRange::Positive),
+            outputs: f.texts("output"),
+            method: f.optional_text("method").map(str::to_string),
+            tolerance: f.optional_number("tolerance", SHARE),
+            step: f.optional_quantity("step", QuantityKind::Time, ValueRange::Positive),
+            samples: f.optional_count("samples", 1, MAX_SAMPLES),
+            energy: f.flag("energy"),
+            speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
+            time_limit: None,
+            no_sensitivity: f.optional_flag("sensitivity") == Some(false),
+            running: OnlineStudy::default(),
+        }
+    }
+}
+
+impl ReadStudy for SimulateStudy {
+    const KIND: &'static str = "simulate";
+
+    fn read(f: &mut TableReader) -> SimulateStudy {
+        SimulateStudy {
+            time_limit: f.optional_quantity("allow", QuantityKind::Time, ValueRange::Positive),
+            running: OnlineStudy::read(f),
+            ..SimulateStudy::read_motion(f)
+        }
     }
 }
 
@@ -81,7 +93,7 @@ pub struct OnlineStudy {
 pub const DEFAULT_AVERAGING_REVS: u32 = 8;
 
 /// Samples of a block at least and at most.
-pub const BLOCK_SIZES: std::ops::RangeInclusive<u32> = 16..=(1 << 24);
+const BLOCK_SIZES: std::ops::RangeInclusive<u32> = 16..=(1 << 24);
 
 impl Default for OnlineStudy {
     fn default() -> OnlineStudy {
@@ -96,32 +108,24 @@ impl Default for OnlineStudy {
     }
 }
 
-/// Reads its keys.
-pub(super) fn running(f: &mut TableReader) -> OnlineStudy {
-    let usual = OnlineStudy::default();
-    let track = parsed(f, "track", OrderTrackingStudy::parse);
-    if f.has("turns") && !f.has("track") {
-        f.report_missing("track", ", the orders that `turns` is of");
-    }
-    if f.has("te") != f.has("teeth") {
-        let (has, lacks) = if f.has("te") {
-            ("te", "teeth")
-        } else {
-            ("teeth", "te")
+impl OnlineStudy {
+    /// Reads its keys.
+    fn read(f: &mut TableReader) -> OnlineStudy {
+        let usual = OnlineStudy::default();
+        let history = f.choice("history", &[("kept", true), ("none", false)]);
+        let turns = f.optional_count("turns", 1, MAX_COUNT);
+        let study = OnlineStudy {
+            history: history.unwrap_or(usual.history),
+            spectrum: f.optional_count("spectrum", *BLOCK_SIZES.start(), *BLOCK_SIZES.end()),
+            track: f.parsed("track", OrderTrackingStudy::parse),
+            turns: turns.unwrap_or(usual.turns),
+            te: f.parsed("te", parse_shaft_pair),
+            teeth: f.optional_text("teeth").map(str::to_string),
         };
-        f.report_missing(lacks, &format!(", and `{has}` is given"));
-    }
-    OnlineStudy {
-        history: f
-            .choice("history", &[("kept", true), ("none", false)])
-            .unwrap_or(usual.history),
-        spectrum: f.optional_count("spectrum", *BLOCK_SIZES.start(), *BLOCK_SIZES.end()),
-        track,
-        turns: f
-            .optional_count("turns", 1, MAX_COUNT)
-            .unwrap_or(usual.turns),
-        te: parsed(f, "te", parse_shaft_pair),
-        teeth: f.optional_text("teeth").map(str::to_string),
+        f.requires("turns", "track");
+        f.requires("te", "teeth");
+        f.requires("teeth", "te");
+        study
     }
 }
 
@@ -171,7 +175,7 @@ impl OrderTrackingStudy {
 ///
 /// # Errors
 /// What is not of that form.
-pub fn parse_shaft_pair(text: &str, subject: &str) -> Result<[String; 2], Error> {
+fn parse_shaft_pair(text: &str, subject: &str) -> Result<[String; 2], Error> {
     match text.split_once(':') {
         Some((a, b)) if !a.trim().is_empty() && !b.trim().is_empty() => {
             Ok([a, b].map(|node| node.trim().to_string()))

@@ -1,12 +1,11 @@
 //! Options of frequency responses, run-ups and harmonic balance.
 
-use super::{SpeedRange, parsed, texts};
-use crate::base::code::Code;
+use super::{ReadStudy, SHARE, SpeedRange};
 use crate::base::error::Error;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
-use crate::base::table_reader::TableReader;
+use crate::base::table_reader::{TableReader, Word};
 
 /// Steady-state responses to steady excitation, with the options of the command.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -40,6 +39,14 @@ pub enum ResponseQuantity {
     Accelerance,
 }
 
+impl Word for ResponseQuantity {
+    const WORDS: &'static [(&'static str, ResponseQuantity, &'static str)] = &[
+        ("receptance", ResponseQuantity::Receptance, "Displacement"),
+        ("mobility", ResponseQuantity::Mobility, "Speed"),
+        ("accelerance", ResponseQuantity::Accelerance, "Acceleration"),
+    ];
+}
+
 /// Method of the response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResponseMethodTag {
@@ -49,50 +56,40 @@ pub enum ResponseMethodTag {
     Modal,
 }
 
-/// The most lines of a response.
-pub const MAX_LINES: u32 = 10_000_000;
+impl Word for ResponseMethodTag {
+    const WORDS: &'static [(&'static str, ResponseMethodTag, &'static str)] = &[
+        ("direct", ResponseMethodTag::Direct, "Solved line by line"),
+        ("modal", ResponseMethodTag::Modal, "A sum over all modes"),
+    ];
+}
 
-/// Reads its keys.
-pub(super) fn response(f: &mut TableReader) -> ResponseStudy {
-    let shown = [
-        ("receptance", ResponseQuantity::Receptance),
-        ("mobility", ResponseQuantity::Mobility),
-        ("accelerance", ResponseQuantity::Accelerance),
-    ];
-    let ways = [
-        ("direct", ResponseMethodTag::Direct),
-        ("modal", ResponseMethodTag::Modal),
-    ];
-    ResponseStudy {
-        inputs: texts(f, "inputs"),
-        outputs: texts(f, "outputs"),
-        fixed_dofs: texts(f, "hold"),
-        motion_quantity: f.choice("shown", &shown),
-        band: parsed(f, "band", parse_band),
-        lines: f.optional_count("lines", 2, MAX_LINES),
-        speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
-        way: f.choice("method", &ways),
+/// The most lines of a response.
+const MAX_LINES: u32 = 10_000_000;
+
+impl ReadStudy for ResponseStudy {
+    const KIND: &'static str = "response";
+
+    fn read(f: &mut TableReader) -> ResponseStudy {
+        f.accept_former("inputs", "input");
+        f.accept_former("outputs", "output");
+        f.accept_former("shown", "as");
+        ResponseStudy {
+            inputs: f.texts("input"),
+            outputs: f.texts("output"),
+            fixed_dofs: f.texts("hold"),
+            motion_quantity: f.word("as"),
+            band: f.parsed("band", parse_band),
+            lines: f.optional_count("lines", 2, MAX_LINES),
+            speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
+            way: f.word("method"),
+        }
     }
 }
 
 /// Reads `A:B`, two frequencies (Hz where bare), into rad/s.
-///
-/// # Errors
-/// What is no rising range of frequencies.
-pub fn parse_band(text: &str, subject: &str) -> Result<(f64, f64), Error> {
-    let form = || {
-        let message = format!("\"{}\" is not a band", quantity::truncate(text));
-        let hint = format!("{subject} takes first:last, such as 10:500 or \"0 Hz:3 kHz\"");
-        Error::new(Code::OutOfRange, message).with_hint(hint)
-    };
-    let (from, to) = text.split_once(':').ok_or_else(form)?;
-    let frequency =
-        |text: &str| quantity::parse_or_bare(text, QuantityKind::Frequency, "Hz", subject);
-    let (from, to) = (frequency(from)?, frequency(to)?);
-    match from >= 0.0 && from < to && to.is_finite() {
-        true => Ok((from, to)),
-        false => Err(form()),
-    }
+fn parse_band(text: &str, subject: &str) -> Result<(f64, f64), Error> {
+    let band = ("a band", "10:500 or \"0 Hz:3 kHz\"");
+    quantity::parse_range(text, QuantityKind::Frequency, band, subject)
 }
 
 /// Responses to all orders of a running machine over speed, with the options of the command.
@@ -104,6 +101,19 @@ pub struct RunUpStudy {
     pub outputs: Vec<String>,
     /// Degrees of freedom held still.
     pub fixed_dofs: Vec<String>,
+}
+
+impl ReadStudy for RunUpStudy {
+    const KIND: &'static str = "run_up";
+
+    fn read(f: &mut TableReader) -> RunUpStudy {
+        f.accept_former("outputs", "output");
+        RunUpStudy {
+            speeds: f.parsed("speeds", SpeedRange::parse),
+            outputs: f.texts("output"),
+            fixed_dofs: f.texts("hold"),
+        }
+    }
 }
 
 /// Periodic motions over speed, as the command has them.
@@ -123,3 +133,18 @@ pub struct HarmonicBalanceStudy {
 
 /// The most orders of a balance.
 pub const MAX_ORDERS: u32 = 500;
+
+impl ReadStudy for HarmonicBalanceStudy {
+    const KIND: &'static str = "harmonic_balance";
+
+    fn read(f: &mut TableReader) -> HarmonicBalanceStudy {
+        f.accept_former("outputs", "output");
+        HarmonicBalanceStudy {
+            speeds: f.parsed("speeds", SpeedRange::parse),
+            outputs: f.texts("output"),
+            tolerance: f.optional_number("tolerance", SHARE),
+            orders: f.optional_count("orders", 1, MAX_ORDERS),
+            skip_event_refinement: f.flag("orders_alone"),
+        }
+    }
+}

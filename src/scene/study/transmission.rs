@@ -1,6 +1,6 @@
 //! Options of transmission-error studies.
 
-use super::{SpeedRange, parsed, speeds};
+use super::{ReadStudy, SpeedRange};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::error_collector::ValueRange;
@@ -34,20 +34,26 @@ pub struct TransmissionStudy {
     pub record: bool,
 }
 
-/// Reads its keys.
-pub(super) fn transmission(f: &mut TableReader) -> TransmissionStudy {
-    let text = |f: &mut TableReader, key: &str| f.optional_text(key).map(str::to_string);
-    TransmissionStudy {
-        output: text(f, "output"),
-        driver: text(f, "driver"),
-        against: text(f, "against"),
-        radius: f.optional_quantity("radius", QuantityKind::Length, ValueRange::Positive),
-        speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
-        speeds: speeds(f, "speeds"),
-        window_revs: f.optional_count("window", 1, MAX_COUNT),
-        teeth: f.optional_count("teeth", 1, MAX_COUNT),
-        index: parsed(f, "index", IndexingStudy::parse),
-        record: false,
+impl ReadStudy for TransmissionStudy {
+    const KIND: &'static str = "te";
+
+    fn read(f: &mut TableReader) -> TransmissionStudy {
+        f.accept_former("teeth", "output_teeth");
+        // What another output turns with, and what indexes it, is not the study's.
+        f.replace("output", &["against", "index"]);
+        let text = |f: &mut TableReader, key: &str| f.optional_text(key).map(str::to_string);
+        TransmissionStudy {
+            output: text(f, "output"),
+            driver: text(f, "driver"),
+            against: text(f, "against"),
+            radius: f.optional_quantity("radius", QuantityKind::Length, ValueRange::Positive),
+            speed: f.optional_quantity("speed", QuantityKind::Speed, ValueRange::Any),
+            speeds: f.parsed("speeds", SpeedRange::parse),
+            window_revs: f.optional_count("window", 1, MAX_COUNT),
+            teeth: f.optional_count("output_teeth", 1, MAX_COUNT),
+            index: f.parsed("index", IndexingStudy::parse),
+            record: f.flag("record"),
+        }
     }
 }
 

@@ -1,0 +1,342 @@
+//! Flags that are keys of a study: a row of a table is a flag, its help text and the key that it sets.
+
+use std::marker::PhantomData;
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::parser::ValueSource;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_parser};
+
+use crate::base::flags::{Flag, Flags};
+use crate::base::table_reader::Word;
+
+/// One flag.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Name of the flag, without dashes before it.
+    flag: &'static str,
+    /// Key that it sets; its own name where absent.
+    sets: Option<&'static str>,
+    /// Its former name.
+    former: Option<&'static str>,
+    value_name: &'static str,
+    help: &'static str,
+    form: Form,
+    is_required: bool,
+}
+
+/// Form of the value.
+#[derive(Debug, Clone, Copy)]
+enum Form {
+    /// A number, a quantity or a range, which may begin with a minus sign.
+    Number,
+    Text,
+    /// Texts separated by commas.
+    List,
+    /// A text each time the flag is given.
+    Repeated,
+    Word(fn() -> Vec<PossibleValue>),
+    /// No value: the key is set to this one.
+    Switch(&'static str),
+    /// A file to write, which sets the key to true.
+    File,
+}
+
+const fn key(flag: &'static str, value_name: &'static str, help: &'static str, form: Form) -> Key {
+    Key {
+        flag,
+        sets: None,
+        former: None,
+        value_name,
+        help,
+        form,
+        is_required: false,
+    }
+}
+
+/// A number, a quantity or a range.
+pub const fn number(flag: &'static str, value_name: &'static str, help: &'static str) -> Key {
+    key(flag, value_name, help, Form::Number)
+}
+
+/// A text.
+pub const fn text(flag: &'static str, value_name: &'static str, help: &'static str) -> Key {
+    key(flag, value_name, help, Form::Text)
+}
+
+/// Texts separated by commas.
+pub const fn list(flag: &'static str, value_name: &'static str, help: &'static str) -> Key {
+    key(flag, value_name, help, Form::List)
+}
+
+/// A text each time the flag is given.
+pub const fn repeated(flag: &'static str, value_name: &'static str, help: &'static str) -> Key {
+    key(flag, value_name, help, Form::Repeated)
+}
+
+/// A word of a type.
+pub const fn word<T: Word>(flag: &'static str, name: &'static str, help: &'static str) -> Key {
+    key(flag, name, help, Form::Word(words::<T>))
+}
+
+/// A switch, which sets its key to true.
+pub const fn switch(flag: &'static str, help: &'static str) -> Key {
+    key(flag, "", help, Form::Switch("true"))
+}
+
+/// A file to write, which sets its key to true.
+pub const fn file(flag: &'static str, help: &'static str) -> Key {
+    key(flag, "FILE", help, Form::File)
+}
+
+/// Reads a word of a type.
+pub fn word_parser<T: Word + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(words::<T>()).try_map(|given| {
+        let known = T::WORDS.iter().find(|(word, ..)| *word == given);
+        known.map(|(_, value, _)| *value).ok_or("no such word")
+    })
+}
+
+fn words<T: Word>() -> Vec<PossibleValue> {
+    let value = |w: &(&'static str, T, &'static str)| PossibleValue::new(w.0).help(w.2);
+    T::WORDS.iter().map(value).collect()
+}
+
+impl Key {
+    /// The same flag for a key of another name.
+    pub const fn sets(self, key: &'static str) -> Key {
+        Key {
+            sets: Some(key),
+            ..self
+        }
+    }
+
+    /// The same switch, which sets its key to `value`.
+    pub const fn to(self, value: &'static str) -> Key {
+        Key {
+            form: Form::Switch(value),
+            ..self
+        }
+    }
+
+    /// The same flag, which must be given.
+    pub const fn required(self) -> Key {
+        Key {
+            is_required: true,
+            ..self
+        }
+    }
+
+    /// The same flag, which is accepted under its former name too.
+    pub const fn formerly(self, name: &'static str) -> Key {
+        Key {
+            former: Some(name),
+            ..self
+        }
+    }
+
+    fn key(&self) -> String {
+        self.sets.unwrap_or(self.flag).replace('-', "_")
+    }
+
+    fn arg(&self) -> Arg {
+        let arg = Arg::new(self.flag)
+            .long(self.flag)
+            .help(self.help)
+            .required(self.is_required);
+        let arg = match self.form {
+            Form::Switch(_) => return arg.action(ArgAction::SetTrue),
+            Form::Number => arg.allow_hyphen_values(true),
+            Form::Text => arg,
+            Form::List => arg.action(ArgAction::Append).value_delimiter(','),
+            Form::Repeated => arg.action(ArgAction::Append),
+            Form::Word(words) => arg.value_parser(PossibleValuesParser::new(words())),
+            Form::File => arg.value_parser(value_parser!(PathBuf)),
+        };
+        match self.former {
+            Some(former) => arg.alias(former).value_name(self.value_name),
+            None => arg.value_name(self.value_name),
+        }
+    }
+
+    /// The flag as it was typed, if it was.
+    fn given(&self, matches: &ArgMatches) -> Option<Flag> {
+        if matches.value_source(self.flag) != Some(ValueSource::CommandLine) {
+            return None;
+        }
+        let raw = matches.get_raw(self.flag).unwrap_or_default();
+        let values = raw
+            .map(|value| value.to_string_lossy().into_owned())
+            .collect();
+        Some(Flag {
+            name: format!("--{}", self.flag),
+            key: self.key(),
+            values: match self.form {
+                Form::Switch(value) => vec![value.to_string()],
+                Form::File => vec!["true".to_string()],
+                _ => values,
+            },
+            is_list: matches!(self.form, Form::List | Form::Repeated),
+            is_switch: matches!(self.form, Form::Switch(_) | Form::File),
+        })
+    }
+}
+
+/// Keys in the order of the help, under their headings.
+pub type KeyGroups = &'static [(Option<&'static str>, &'static [Key])];
+
+/// The flags of a command that are keys of its study.
+pub trait KeyTable {
+    /// The keys.
+    const KEYS: KeyGroups;
+}
+
+/// Flags given of a [`KeyTable`].
+#[derive(Debug, Clone)]
+pub struct KeyFlags<K> {
+    /// As a table over that of a file.
+    pub flags: Flags,
+    names: Vec<&'static str>,
+    files: Vec<(&'static str, PathBuf)>,
+    keys: PhantomData<K>,
+}
+
+impl<K: KeyTable> KeyFlags<K> {
+    /// The flag is given.
+    pub fn has(&self, flag: &str) -> bool {
+        self.names.contains(&flag)
+    }
+
+    /// The file that a flag names.
+    pub fn file(&self, flag: &str) -> Option<PathBuf> {
+        let named = self.files.iter().find(|(name, _)| *name == flag);
+        named.map(|(_, path)| path.clone())
+    }
+}
+
+impl<K: KeyTable> Args for KeyFlags<K> {
+    fn augment_args(command: Command) -> Command {
+        let all = || K::KEYS.iter().flat_map(|(_, keys)| *keys);
+        let arg = |key: &Key| {
+            // Two flags that set one key exclude each other.
+            let same = all().filter(|other| other.flag != key.flag && other.key() == key.key());
+            key.arg().conflicts_with_all(same.map(|other| other.flag))
+        };
+        let command = K::KEYS.iter().fold(command, |command, (heading, keys)| {
+            let command = command.next_help_heading(*heading);
+            command.args(keys.iter().map(arg))
+        });
+        command.next_help_heading(None::<&str>)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl<K: KeyTable> FromArgMatches for KeyFlags<K> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let keys = || K::KEYS.iter().flat_map(|(_, keys)| *keys);
+        let given: Vec<(&Key, Flag)> = keys()
+            .filter_map(|key| Some((key, key.given(matches)?)))
+            .collect();
+        let path = |key: &Key| match key.form {
+            Form::File => Some((key.flag, matches.get_one::<PathBuf>(key.flag)?.clone())),
+            _ => None,
+        };
+        Ok(KeyFlags {
+            names: given.iter().map(|(key, _)| key.flag).collect(),
+            files: given.iter().filter_map(|(key, _)| path(key)).collect(),
+            flags: Flags::new(&given.into_iter().map(|(_, flag)| flag).collect::<Vec<_>>()),
+            keys: PhantomData,
+        })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{identify, log, modes, motion, response, spectrum, te};
+    use super::*;
+    use crate::base::table_reader::TableReader;
+    use crate::plan::logs::encoder_study::EncoderStudy;
+    use crate::plan::logs::identify_study::IdentifyStudy;
+    use crate::plan::logs::spectrum_study::SpectrumStudy;
+    use crate::scene::sidecar;
+    use crate::scene::study::{
+        AccuracyStudy, HarmonicBalanceStudy, ModesStudy, ReadStudy, ResponseStudy, RunUpStudy,
+        SimulateStudy, StabilityStudy, TransmissionStudy,
+    };
+
+    fn read<S: ReadStudy>(f: &mut TableReader) {
+        S::read(f);
+    }
+
+    fn flag(name: &str, key: &str, value: &str) -> Flag {
+        Flag {
+            name: name.to_string(),
+            key: key.to_string(),
+            values: vec![value.to_string()],
+            is_list: false,
+            is_switch: false,
+        }
+    }
+
+    /// The flags that none of the readers takes, each given alone next to `with`.
+    fn unread<K: KeyTable>(readers: &[fn(&mut TableReader)], with: &[Flag]) -> Vec<&'static str> {
+        let keys = K::KEYS.iter().flat_map(|(_, keys)| *keys);
+        let is_read = |key: &&Key| {
+            let given = [with, &[flag("--it", &key.key(), "x")]].concat();
+            readers.iter().any(|reader| {
+                let result = Flags::new(&given).read("the study", None, &[], reader);
+                result.map_or_else(|e| !e.to_string().contains("--it does nothing"), |_| true)
+            })
+        };
+        keys.filter(|key| !is_read(key))
+            .map(|key| key.flag)
+            .collect()
+    }
+
+    /// Every flag of a table is a key that a reader of its command takes.
+    #[test]
+    fn law_every_flag_is_read() {
+        assert!(unread::<modes::ModesKeys>(&[read::<ModesStudy>], &[]).is_empty());
+        assert!(unread::<motion::SimulateKeys>(&[read::<SimulateStudy>], &[]).is_empty());
+        assert!(unread::<motion::StabilityKeys>(&[read::<StabilityStudy>], &[]).is_empty());
+        let responses = [
+            read::<ResponseStudy>,
+            read::<RunUpStudy>,
+            read::<HarmonicBalanceStudy>,
+        ];
+        assert!(unread::<response::ResponseKeys>(&responses, &[]).is_empty());
+        let te: [fn(&mut TableReader); 2] =
+            [read::<TransmissionStudy>, |f| drop(EncoderStudy::read(f))];
+        assert!(unread::<te::TeKeys>(&te, &[]).is_empty());
+        let identify: fn(&mut TableReader) = |f| drop(IdentifyStudy::read(f));
+        assert!(unread::<identify::IdentifyKeys>(&[identify], &[]).is_empty());
+        let spectrum: fn(&mut TableReader) = |f| drop(SpectrumStudy::read(f));
+        let cut = [flag("--kind", "kind", "order-cut")];
+        assert!(unread::<spectrum::SpectrumKeys>(&[spectrum], &cut).is_empty());
+        let motion = unread::<motion::AccuracyKeys>(&[read::<AccuracyStudy>], &[]);
+        assert_eq!(motion, ["lowest", "input", "band", "lines"]);
+        for (of, takes) in [("modes", "lowest"), ("response", "band")] {
+            let of = [flag("--of", "of", of)];
+            let unread = unread::<motion::AccuracyKeys>(&[read::<AccuracyStudy>], &of);
+            assert!(
+                !unread.contains(&takes) && unread.contains(&"until"),
+                "{unread:?}"
+            );
+        }
+        let log = log::LogKeys::KEYS.iter().flat_map(|(_, keys)| *keys);
+        for key in log {
+            let given = Flags::new(&[flag("--it", &key.key(), "x")]);
+            let said =
+                sidecar::from_flags(&given).map_or_else(|e| e.to_string(), |_| String::new());
+            assert!(!said.contains("does nothing"), "{said}");
+        }
+    }
+}
