@@ -13,11 +13,11 @@ use super::toml::{Entry, Item, Table, Value};
 /// One flag as it was typed.
 #[derive(Debug, Clone)]
 pub struct Flag {
-    /// Its name, such as `--harmonic-balance`.
+    /// Name with its dashes, such as `--harmonic-balance`.
     pub name: String,
     /// The key it sets.
     pub key: String,
-    /// Its values.
+    /// Values as typed.
     pub values: Vec<String>,
     /// The key takes a list.
     pub is_list: bool,
@@ -122,7 +122,7 @@ impl Flags {
         Errors::into_result(errors.errors, || value)
     }
 
-    /// The flags, then what `base` holds beyond them. What both give alike is the file's.
+    /// The flags, then the keys that only `base` has. An equal value stays that of the file.
     fn over(&self, base: &Table) -> Table {
         let text = |entry: &Entry| match &entry.item.value {
             Value::String(text) => Some(text.clone()),

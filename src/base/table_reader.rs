@@ -83,7 +83,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         self.renamed.push((former, key));
     }
 
-    /// Where the command line gives `flag`, what the file gives for `keys` is left out.
+    /// Leaves out `keys` of the file, where the command line gives `flag`.
     pub fn replace(&mut self, flag: &str, keys: &[&str]) {
         let replaces = self.has_flag(flag);
         let of_file = |key: &&&str| replaces && !self.has_flag(key);
@@ -106,7 +106,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
         self.entry(key).map(|entry| &entry.item)
     }
 
-    /// The text of a flag, which may stand for a number.
+    /// The text of a flag; numbers are texts there.
     fn flag_text(&self, item: &'a Item) -> Option<&'a str> {
         match &item.value {
             Value::String(text) if self.errors.is_flag(&item.span) => Some(text),
@@ -236,7 +236,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
             .collect()
     }
 
-    /// The items of a list, or the one that stands in its place.
+    /// The items of a list, or a single item.
     fn items(&mut self, key: &str, takes: &str) -> &'a [Item] {
         match self.item(key, takes) {
             None => &[],

@@ -17,7 +17,7 @@ pub struct Key {
     flag: &'static str,
     /// Key that it sets; its own name where absent.
     sets: Option<&'static str>,
-    /// Its former name.
+    /// Former name of the flag.
     former: Option<&'static str>,
     value_name: &'static str,
     help: &'static str,

@@ -44,7 +44,7 @@ pub struct IdentifyStudy {
     pub memory_s: Option<f64>,
 }
 
-/// Modes that may be asked for.
+/// Modes at most.
 const MAX_MODES: u32 = 500;
 
 /// Share of a block.
