@@ -416,7 +416,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "close-pair",
         Warning,
-        "At one sample rate two modes are found where another shows one. Where their distance exceeds their uncertainty both are listed, else the one. Two modes may be hardly resolved, or one may change during the record: take a longer record, or sensors where the two shapes differ.",
+        "At one sample rate two modes are found where another shows one. Where their distance exceeds their uncertainty both are listed, else the one. Or one mode is found where the two largest singular values of the spectra both peak, as under two modes nearer to each other than they are wide. Two modes may be hardly resolved, or one may change during the record: take a longer record, or sensors where the two shapes differ.",
     ),
     (
         "peak-without-mode",
