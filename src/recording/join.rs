@@ -10,8 +10,9 @@ use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::{pluralise, quoted_list};
 
-/// Rates of one test differ by less, relative; a frequency is wrong by no more than that. Quartz clocks keep 50e-6.
-const EQUAL_RATES: f64 = 1e-4;
+/// Rates of one test, and with them its spectral lines, differ by less, relative; a frequency is wrong by no more than that. Quartz clocks
+/// keep 50e-6.
+pub const EQUAL_RATES: f64 = 1e-4;
 
 /// Samples moved at a time.
 const BLOCK: usize = 1 << 16;

@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::tables::{read_table, read_tables};
-use crate::base::error::Errors;
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
 use crate::base::load;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
+use crate::base::text::pluralise;
 use crate::base::toml::{self, Item, Value};
 use crate::recording::raw::Repair;
 use crate::recording::read_options::{
@@ -32,7 +34,7 @@ pub fn is_sidecar(source: &Arc<SourceFile>) -> bool {
 /// The sidecar next to a log, where there is one; a file of another kind under its name is passed over, and this is noted.
 ///
 /// # Errors
-/// Everything wrong in it; that it is no TOML.
+/// Everything wrong in it; that it is no TOML; that it lists the files of a test, of which the log is one.
 pub fn read_for_log(log: &Path) -> Result<Option<ReadOptions>, Errors> {
     let path = sidecar_path(log);
     if !path.is_file() || path == log {
@@ -51,6 +53,18 @@ pub fn read_for_log(log: &Path) -> Result<Option<ReadOptions>, Errors> {
         ),
         false => (read(&source)?, format!("read {}", path.display())),
     };
+    if !options.files.is_empty() {
+        let message = format!(
+            "the sidecar of {} lists {} of a test",
+            log.display(),
+            pluralise(options.files.len(), "file")
+        );
+        let hint = format!(
+            "name the list in place of the log, {}, or pass --no-sidecar",
+            path.display()
+        );
+        return Err(Error::new(Code::Conflict, message).with_hint(hint).into());
+    }
     options.sidecar_reports.push(Repair {
         kind: "sidecar",
         message,

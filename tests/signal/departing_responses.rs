@@ -9,6 +9,7 @@ use geardyn::internals::identify::rational::{
 use geardyn::internals::numeric::Complex;
 use geardyn::internals::spectrum::impact::{ImpactEstimate, ImpactOptions, estimate_from_hits};
 
+use crate::support::noise::normal;
 use crate::support::verification::coverage;
 
 /// Frequency, Hz, and damping ratio.
@@ -18,10 +19,6 @@ const TRUTH: [(f64, f64); 4] = [
     (291.0, 0.005),
     (460.0, 0.006),
 ];
-
-fn normal(rng: &mut fastrand::Rng) -> f64 {
-    (-2.0 * (1.0 - rng.f64()).ln()).sqrt() * (TAU * rng.f64()).cos()
-}
 
 /// A test with a hammer.
 #[derive(Clone, Copy)]

@@ -8,7 +8,6 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
-use crate::base::text::pluralise;
 use crate::recording::read_options::{ChannelOptions, GapPolicy, RateSource, ReadOptions, Trigger};
 use crate::scene;
 
@@ -100,18 +99,6 @@ impl LogArgs {
             false => scene::sidecar::read_for_log(log)?,
         };
         let sidecar = found.is_some().then(|| scene::sidecar::sidecar_path(log));
-        if let Some(listed) = found.as_ref().filter(|s| !s.files.is_empty()) {
-            let (log, sidecar) = (log.display(), scene::sidecar::sidecar_path(log));
-            let message = format!(
-                "the sidecar of {log} lists {} of a test",
-                pluralise(listed.files.len(), "file")
-            );
-            let hint = format!(
-                "name the list in place of the log, {}, or pass --no-sidecar",
-                sidecar.display()
-            );
-            return Err(Error::new(Code::Conflict, message).with_hint(hint).into());
-        }
         Ok((self.merge_into(found.unwrap_or_default())?, sidecar))
     }
 

@@ -3,7 +3,7 @@
 use super::identification_result::{Evidence, IdentifiedMode, SignalIdentification};
 use super::identify_study::IdentifyStudy;
 use super::method::IdentificationMethod;
-use super::rational::rule;
+use super::rational::{modes_over_table, rule};
 use super::{sample_blocks, weak};
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -187,17 +187,7 @@ pub fn identify(
     let table: Vec<Vec<usize>> = (0..channels.len())
         .map(|c| (c * cut.len()..(c + 1) * cut.len()).collect())
         .collect();
-    let mut modes = Vec::new();
-    for (k, mode) in fit.modes.iter().enumerate() {
-        let mut mode = IdentifiedMode::mode_over_table(mode.clone(), &table)?;
-        mode.departure = fit.departures.get(k).copied();
-        modes.push(mode);
-    }
-    let (mut modes, mut weak) = weak::split_weak(modes, apart_hz);
-    if study.all {
-        modes.append(&mut weak);
-        modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
-    }
+    let (modes, weak) = weak::split_weak(modes_over_table(&fit, &table, 0.0)?, apart_hz, study.all);
     let starts: Vec<String> = (cut.iter().take(6))
         .map(|r| format!("{:.4} s", recording.moment(r.start).time_s))
         .collect();

@@ -10,7 +10,7 @@ use super::identification_result::{Evidence, IdentificationResult, IdentifiedMod
 use super::identify_study::IdentifyStudy;
 use super::method::{IdentificationMethod, RequiredData};
 use super::points::{PointRecord, Points};
-use super::rational::{fit_rational, partial_fractions, rule};
+use super::rational::{fit_rational, modes_over_table, partial_fractions, rule};
 use super::transfer_functions::{transfer_functions, without_window};
 use super::{
     free_decay, level_linearity, linearity, mains, modal_mass, mode_tracking, operational_modes,
@@ -22,7 +22,9 @@ use crate::base::text::pluralise;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::rational::DelayModel;
 use crate::recording::channel_names;
-use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
+use crate::recording::frequency_responses::{
+    ChannelLabel, FrequencyResponse, FrequencyResponses, line_spacing_hz,
+};
 use crate::recording::preprocess::unknown_channel;
 use crate::recording::signals::Recording;
 
@@ -186,8 +188,7 @@ fn estimate_and_fit(
         let mut estimated_responses = acquire(request)?;
         trace.push(("frequency responses", start.elapsed().as_secs_f64()));
         let nearest = estimated_responses.finest_resolution_hz;
-        let lines = &estimated_responses.responses.frequency_hz;
-        let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
+        let apart = line_spacing_hz(&estimated_responses.responses.frequency_hz);
         let responses = std::mem::take(&mut estimated_responses.responses);
         let mut found = identify_responses(
             method,
@@ -428,24 +429,14 @@ fn identify_responses(
         _ => None,
     };
     let found = match fit {
-        Some(fit) => {
-            let decay = responses.window_decay;
-            ModalIdentification {
-                modes: (fit.modes.iter().enumerate())
-                    .map(|(k, m)| {
-                        let mut mode =
-                            IdentifiedMode::mode_over_table(without_window(m, decay), &table)?;
-                        mode.departure = fit.departures.get(k).copied();
-                        Ok(mode)
-                    })
-                    .collect::<Result<_, Error>>()?,
-                selection_rule: rule(method, fit.departs),
-                functions: transfer_functions(&responses, &partial_fractions(&fit))?,
-                fit_error: fit.fit_error.clone(),
-                diagnostics: fit.diagnostics.clone(),
-                evidence: Evidence::Rational(fit),
-            }
-        }
+        Some(fit) => ModalIdentification {
+            modes: modes_over_table(&fit, &table, responses.window_decay)?,
+            selection_rule: rule(method, fit.departs),
+            functions: transfer_functions(&responses, &partial_fractions(&fit))?,
+            fit_error: fit.fit_error.clone(),
+            diagnostics: fit.diagnostics.clone(),
+            evidence: Evidence::Rational(fit),
+        },
         None => frf_modes::identify_modal(method, &responses, band_hz, study)?,
     };
     let mut found = found;
@@ -483,13 +474,8 @@ fn identify_responses(
             unit,
         ));
     }
-    let lines = &responses.frequency_hz;
-    let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
-    let (mut modes, mut weak) = weak::split_weak(found.modes, apart);
-    if study.all {
-        modes.append(&mut weak);
-        modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
-    }
+    let apart = line_spacing_hz(&responses.frequency_hz);
+    let (modes, weak) = weak::split_weak(found.modes, apart, study.all);
     let (how, hits) = match estimated_responses {
         Some(estimated_responses) => (estimated_responses.method_text, estimated_responses.hits),
         None => {

@@ -2,6 +2,7 @@
 
 use crate::base::error::Diagnostic;
 use crate::identify::modal_parameters::ModalParameters;
+use crate::recording::frequency_responses::line_spacing_hz;
 use crate::spectrum::mains::mains_multiple;
 
 /// A line of the mains looks at most so many spectral lines wide: that of Hann's window at half power.
@@ -12,7 +13,7 @@ const WIDEST: f64 = 1.0;
 
 /// Warnings about modes at mains frequencies, as measured, found in responses over these lines, Hz.
 pub fn mode_warnings(lines: &[f64], modes: &[ModalParameters]) -> Option<Diagnostic> {
-    let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
+    let apart = line_spacing_hz(lines);
     let one = |m: &ModalParameters| {
         let (f, width) = (m.frequency_hz(), 2.0 * m.damping_ratio() * m.frequency_hz());
         let (mains, multiple) = mains_multiple(f, 0.5 * width.min(apart))?;

@@ -34,21 +34,17 @@ pub fn reason(mode: &IdentifiedMode, line_hz: f64) -> Option<&'static str> {
         .then_some("its frequency is uncertain by more than a tenth of its half-power width")
 }
 
-/// Modes, and apart from them the weak ones with the reason.
+/// Modes by rising frequency, and apart from them, unless they are joined, the weak ones; each of these with its reason.
 pub fn split_weak(
-    all: Vec<IdentifiedMode>,
+    mut all: Vec<IdentifiedMode>,
     line_hz: f64,
+    is_joined: bool,
 ) -> (Vec<IdentifiedMode>, Vec<IdentifiedMode>) {
-    let mut modes = Vec::new();
-    let mut weak = Vec::new();
-    for mut mode in all {
-        mode.weak = reason(&mode, line_hz);
-        match mode.weak {
-            Some(_) => weak.push(mode),
-            None => modes.push(mode),
-        }
+    for mode in &mut all {
+        mode.weak = reason(mode, line_hz);
     }
-    (modes, weak)
+    all.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    all.into_iter().partition(|m| is_joined || m.weak.is_none())
 }
 
 /// Stable poles over rising orders this near to the next are one column, relative.
