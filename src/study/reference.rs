@@ -82,7 +82,7 @@ impl ReferenceSolution {
     /// Finds it, no method for longer than a patience, s: of all pairs of unrelated methods the closest, and of this pair the one that is trusted more.
     ///
     /// # Errors
-    /// No method that could serve; `Interrupted` before there is one.
+    /// No method that could serve, or one alone that does not resolve the motion; `Interrupted` before there is one.
     pub fn compute_reference(
         scene: &SimulationSetup,
         patience: (&CostModel, f64),
@@ -102,7 +102,7 @@ impl ReferenceSolution {
         };
         let own = &found[at];
         if witnesses.is_empty() {
-            witnesses.extend(self_check(own));
+            witnesses.extend(self_check(own)?);
         }
         let size = own.trials.last().and_then(|t| t.0);
         let known = witnesses.first().map_or(0.0, |w| w.distance);
@@ -251,16 +251,29 @@ fn most_trusted_pair(found: &[RefinementSeries]) -> Option<(usize, Vec<CrossChec
 }
 
 /// Cross-check by the same method at a looser tolerance, where no other is available.
-fn self_check(own: &RefinementSeries) -> Option<CrossCheck> {
+///
+/// # Errors
+/// `BudgetExceeded`: the tighter tolerance took no more steps, so that the method follows something other than the motion and agrees with
+/// itself for nothing.
+fn self_check(own: &RefinementSeries) -> Result<Option<CrossCheck>, Error> {
     let [.., (size, before), (_, best)] = &own.trials[..] else {
-        return None;
+        return Ok(None);
     };
-    Some(CrossCheck {
+    if best.stats.steps <= before.stats.steps {
+        let message = format!(
+            "no method gives a reference for this scene: {} takes {} steps at any tolerance, so that it does not resolve the motion, and no unrelated method could check it",
+            own.method.name, best.stats.steps
+        );
+        return Err(
+            Error::new(Code::BudgetExceeded, message).with_hint("request a shorter time: --until")
+        );
+    }
+    Ok(Some(CrossCheck {
         method: own.method.name,
         step_size: *size,
         related: true,
         distance: relative_distance(&before.values, &best.values),
-    })
+    }))
 }
 
 /// Runs once more from a start changed by a small share of the size each state's deformation reaches.
