@@ -272,6 +272,15 @@ fn fit_error(result: &SearchResult, lines: &ScaledResponses, response: usize) ->
     (left * result.by_response[response] / all).sqrt()
 }
 
+/// A number in decimals to three significant digits.
+fn three_digits(value: f64) -> String {
+    let places = match value > 0.0 {
+        true => (2.0 - value.log10().floor()).clamp(0.0, 12.0) as usize,
+        false => 0,
+    };
+    format!("{value:.places$}")
+}
+
 fn add_warnings(
     fit: &mut RationalFit,
     lines: &ScaledResponses,
@@ -310,22 +319,27 @@ fn add_warnings(
         let most =
             |pick: fn(&ModelErrorShare) -> f64| fit.departures.iter().map(pick).fold(0.0, f64::max);
         let (share, spread) = (most(|d| d.model_error), most(|d| d.frequency_spread_hz));
-        let of = match (spread > 0.0, result.by_hit) {
-            (false, _) => String::new(),
-            (true, true) => format!(
-                ", and hits differ about a frequency by up to {spread:.2e} Hz (standard deviation)"
+        let groups = if result.by_hit { "hits" } else { "responses" };
+        let of = match spread > 0.0 {
+            false => String::new(),
+            true => format!(
+                ", and {groups} differ about a frequency by up to {} Hz (standard deviation)",
+                three_digits(spread)
             ),
-            (true, false) => format!(
-                ", and responses differ about a frequency by up to {spread:.2e} Hz (standard deviation)"
-            ),
+        };
+        let hint = match spread > 0.0 {
+            true => format!("intervals include the misfit and what {groups} differ by"),
+            false => "intervals include the misfit".to_string(),
         };
         say(
             "departs",
             format!(
-                "noise alone does not explain the responses: they depart from the linear model by up to {:.1} % of a mode{of}",
-                100.0 * share
+                "noise alone does not explain the responses: they depart from the linear model by up to {} % of a mode{of}",
+                three_digits(100.0 * share)
             ),
-            "intervals hold it; mounting, mass of sensors, amplitude and temperature are usual causes",
+            &format!(
+                "{hint}; mounting, mass of sensors, amplitude and temperature are usual causes"
+            ),
         );
     }
     if result.at_limit {

@@ -67,7 +67,7 @@ fn few_hits(hits: usize) -> Option<Diagnostic> {
     (1..MIN_HITS).contains(&hits).then(|| Diagnostic {
         code: "few-hits",
         message: format!(
-            "{} used: the intervals hold noise, not how far hits place a mode apart",
+            "{} used: how far hits place a mode apart is not known, and no interval includes it",
             pluralise(hits, "hit")
         ),
         hint: Some(format!("use {MIN_HITS} hits or more")),
