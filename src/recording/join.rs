@@ -61,7 +61,7 @@ pub fn join(recordings: Vec<Recording>) -> Result<Recording, Error> {
             "{} read as one test, {:.4} s at {} Hz: {names}",
             pluralise(files, "file"),
             joined.duration_s(),
-            joined.rate_hz
+            (joined.rate_hz * 1e6).round() / 1e6
         );
         joined.repairs.push(Repair {
             kind: "files-joined",
