@@ -29,7 +29,8 @@ pub struct IdentifyArgs {
     /// Speed of what turns while nothing drives but noise (rpm where bare): its orders are told from modes
     #[arg(long, value_name = "SPEED", conflicts_with = "input")]
     pub speed: Option<String>,
-    /// Lines used, LOW:HIGH (Hz where bare); where the input has power, where left out. Signals are decimated to it where nothing drives
+    /// Lines used, LOW:HIGH (Hz where bare); where the input has power, where left out. Without an input it chooses among the modes of ssi-cov and
+    /// ssi-data; for other methods signals are decimated to it
     #[arg(long, value_name = "A:B")]
     pub band: Option<String>,
     /// Where the noise is: on the outputs (h1), on the input (h2), on both (hv)

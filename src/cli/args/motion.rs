@@ -173,7 +173,7 @@ pub struct StabilityArgs {
     /// Only these methods
     #[arg(long, value_name = "METHODS", value_delimiter = ',')]
     pub methods: Vec<String>,
-    /// Speeds of a chart of parametric stability, FIRST:LAST:POINTS (rpm where bare)
+    /// Speeds of a chart of parametric stability, FIRST:LAST:POINTS (rpm where bare, 50 points where left out)
     #[arg(long, value_name = "A:B:N", allow_hyphen_values = true)]
     pub speeds: Option<String>,
     /// A second axis of that chart, factors on what the scene has: depth (of stiffness waves) or damping
