@@ -15,6 +15,7 @@ mod hostile;
 mod identify_command;
 mod large_machines;
 mod log_commands;
+mod machine_lines;
 mod measure_command;
 mod measured_logs;
 mod motion_commands;

@@ -44,6 +44,8 @@ mod running;
 
 mod subspace;
 
+mod wandering_mains;
+
 mod operational_modes;
 
 mod free_decay;
