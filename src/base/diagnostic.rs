@@ -269,6 +269,16 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     ),
     // Identification.
     (
+        "poles-differ",
+        Warning,
+        "The files of a roving test do not share their poles: a mode is seen in one file alone, where all others show it at another frequency, or a file places it elsewhere by more than its noise explains. The structure was not the same: the mass of the sensor, the mounting or the temperature changed. One set of modes does not describe such files; repeat the named one, or leave it out.",
+    ),
+    (
+        "no-decay",
+        Warning,
+        "Some files of the test ring down after a release and others do not: their motion is driven, and a fit of free decays takes it for a decay. Leave those files out.",
+    ),
+    (
         "one-stretch",
         Warning,
         "Gaps split the record, and the method needs one piece: the longest is used.",

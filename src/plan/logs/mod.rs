@@ -38,6 +38,8 @@ mod frf_modes;
 
 mod rational;
 
+mod pole_consistency;
+
 pub mod modal_mass;
 
 mod running;

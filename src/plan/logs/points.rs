@@ -71,6 +71,17 @@ impl<'a> Points<'a> {
         Ok(points)
     }
 
+    /// The file of each record, and its responses among all.
+    pub fn files(&self) -> Vec<(&str, std::ops::Range<usize>)> {
+        let mut from = 0;
+        let one = |p: &Checked<'a>| {
+            let own = from..from + pairs(p.record).count();
+            from = own.end;
+            (p.record.recording.path.as_str(), own)
+        };
+        self.0.iter().map(one).collect()
+    }
+
     /// Whether gaps cut a record.
     pub fn has_gaps(&self) -> bool {
         self.0.iter().any(|p| p.sound.recording.segments.len() > 1)
@@ -83,12 +94,18 @@ impl<'a> Points<'a> {
             for (output, input) in pairs(own) {
                 let path = own.recording.path.as_str();
                 if let Some(other) = known.iter().find(|k| (k.0, k.1) == (output, input)) {
-                    let message = format!(
-                        "{output} over {input} is measured in {} and in {path}, which differ in their other channels",
-                        other.2
-                    );
+                    let message = match other.2 == path {
+                        true => format!("{path} is named twice"),
+                        false => format!(
+                            "{output} over {input} is measured in {} and in {path}, which differ in their other channels",
+                            other.2
+                        ),
+                    };
                     return Err(Error::new(Code::Conflict, message).with_hint(
-                        "files of one point hold equal channels, files of several points no response twice: name fewer channels, or say --roving",
+                        match other.2 == path {
+                            true => "name every file once",
+                            false => "files of one point hold equal channels, files of several points no response twice: name fewer channels, or say --roving",
+                        },
                     ));
                 }
                 known.push((output, input, path));
