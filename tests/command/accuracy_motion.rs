@@ -280,7 +280,9 @@ pinion = "4314.7 rpm"
         cancel: &CancelToken::default(),
         on_progress: &mut |_| {},
     };
-    let Err(error) = work_precision::work_precision(&ready, &[], 0.2, &mut monitor) else {
+    let Err(error) =
+        work_precision::work_precision(&ready, &[], work_precision::TIME_LIMIT, &mut monitor)
+    else {
         panic!("a reference that nothing checks");
     };
     assert_eq!(error.code, Code::BudgetExceeded);
