@@ -1,0 +1,4 @@
+//! Gears: the kernel of meshing, plane meshing, cylindrical gears, tooth stiffness and loaded transmission error.
+
+#[path = "../support/verification.rs"]
+mod verification;
