@@ -2,6 +2,9 @@
 //!
 //! Knows neither files nor dynamics.
 
+/// Envelopes of moving surfaces: the equation of meshing.
+pub mod kernel;
+
 pub mod involute;
 
 pub mod path_of_contact;

@@ -1,0 +1,151 @@
+//! Envelopes: the flank a moving surface leaves on the work, itself a surface that the next motion carries.
+
+use super::jet::{Jet, Surface};
+use super::meeting::Meeting;
+use super::motion::Motion;
+use super::pose::{Direction, Point};
+use super::root::{root, roots};
+use super::second_order::SecondOrder;
+use super::twist::Twist;
+
+/// Newton steps for a point under two motions.
+const STEPS: usize = 40;
+/// A step below this, relative to the parameters or to 1, is the last: the next would be its square.
+const LAST_STEP: f64 = 3e-8;
+/// Largest Newton step of a parameter: angles and lengths of the order 1.
+const LARGEST_STEP: f64 = 0.5;
+
+/// The envelope of a surface under a motion, as a surface over `[x, θ]`.
+#[derive(Debug, Clone)]
+pub struct Envelope<S: Surface, To> {
+    /// The moving surface.
+    pub surface: S,
+    /// Its motion in the frame of the work.
+    pub motion: Motion<To, S::Frame>,
+    /// First and last x.
+    pub range: [f64; 2],
+}
+
+/// A point of a flank: where it was made and its second order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlankPoint<Frame> {
+    /// Parameters u, θ of the tool and x of the motion.
+    pub at: [f64; 3],
+    /// Point.
+    pub point: Point<Frame>,
+    /// Unit normal, out of the metal of the work.
+    pub normal: Direction<Frame>,
+    /// Curvatures and limits.
+    pub second_order: SecondOrder,
+}
+
+impl<S: Surface, To> Envelope<S, To> {
+    /// The surface at `[u, θ]` met by the motion at x; none where the surface has no jet.
+    pub fn meeting(&self, [u, theta, x]: [f64; 3]) -> Option<Meeting> {
+        let jet = self.surface.jet([u, theta])?;
+        let state = self.motion.at(x);
+        Some(match self.motion.is_fixed() {
+            true => Meeting::at_rest(&jet, &state, x),
+            false => Meeting::new(&jet, &state),
+        })
+    }
+
+    /// u of the contact at given x and θ: the root of f in the range of u, of several the one nearest its middle. None where the surface
+    /// does not touch there; cut its range where two contacts are wanted.
+    pub fn surface_parameter(&self, [x, theta]: [f64; 2]) -> Option<f64> {
+        let state = self.motion.at(x);
+        root(self.surface.range(), |u| {
+            let meeting = Meeting::new(&self.surface.jet([u, theta])?, &state);
+            Some([meeting.f, meeting.gradient[0]])
+        })
+    }
+
+    /// x of every contact of the surface's point at `[u, θ]` in the range of the motion, rising.
+    pub fn motion_parameters(&self, [u, theta]: [f64; 2]) -> Vec<f64> {
+        let Some(jet) = self.surface.jet([u, theta]) else {
+            return Vec::new();
+        };
+        roots(self.range, |x| {
+            let meeting = Meeting::new(&jet, &self.motion.at(x));
+            Some([meeting.f, meeting.gradient[2]])
+        })
+    }
+
+    /// The flank's point at parameters with f = 0; none where the surface has no curvature there.
+    pub fn point(&self, at: [f64; 3]) -> Option<FlankPoint<To>> {
+        let meeting = self.meeting(at)?;
+        Some(FlankPoint {
+            at,
+            point: Point::new(meeting.jet.r),
+            normal: Direction::new(meeting.jet.n),
+            second_order: SecondOrder::of(&meeting)?,
+        })
+    }
+
+    /// The flank's point at x and θ, with u from f = 0.
+    pub fn flank(&self, [x, theta]: [f64; 2]) -> Option<FlankPoint<To>> {
+        self.point([self.surface_parameter([x, theta])?, theta, x])
+    }
+
+    /// The point `[u, θ]` of the surface that touches under two motions at once, this one at x and a second of the given twist in
+    /// coordinates of the work, such as roll and feed of a hob: `n·v₁ = n·v₂ = 0`. None where Newton's method from `start` finds none.
+    pub fn under_two_motions(&self, x: f64, second: &Twist, start: [f64; 2]) -> Option<[f64; 2]> {
+        let [mut u, mut theta] = start;
+        for _ in 0..STEPS {
+            let meeting = self.meeting([u, theta, x])?;
+            let [a, b, _] = meeting.gradient;
+            let (g, [c, d]) = meeting.under(second);
+            let determinant = a * d - b * c;
+            let steps = [
+                (b * g - d * meeting.f) / determinant,
+                (c * meeting.f - a * g) / determinant,
+            ];
+            let size = |step: f64, value: f64| (step / value.abs().max(1.0)).abs();
+            let largest = size(steps[0], u).max(size(steps[1], theta));
+            if !largest.is_finite() {
+                return None;
+            }
+            let cut = (LARGEST_STEP / largest).min(1.0);
+            u += cut * steps[0];
+            theta += cut * steps[1];
+            if largest <= LAST_STEP {
+                return Some([u, theta]);
+            }
+        }
+        None
+    }
+}
+
+impl<S: Surface, To> Envelope<S, To> {
+    /// Motion parameters at which the surface's point `[u, θ]` touches besides the known `first`: the roots of `f(x)/(x − first)`.
+    ///
+    /// A flank carried back by the motion that made it touches its generator at the parameter of its making, and where it does so again
+    /// is the second contact.
+    pub fn second_contacts(&self, [u, theta]: [f64; 2], first: f64) -> Vec<f64> {
+        let Some(jet) = self.surface.jet([u, theta]) else {
+            return Vec::new();
+        };
+        roots(self.range, |x| {
+            let meeting = Meeting::new(&jet, &self.motion.at(x));
+            let (slope, apart) = (meeting.gradient[2], x - first);
+            if apart == 0.0 {
+                return Some([slope, 0.0]);
+            }
+            let quotient = meeting.f / apart;
+            Some([quotient, (slope - quotient) / apart])
+        })
+    }
+}
+
+impl<S: Surface, To> Surface for Envelope<S, To> {
+    type Frame = To;
+
+    fn jet(&self, [x, theta]: [f64; 2]) -> Option<Jet> {
+        let u = self.surface_parameter([x, theta])?;
+        self.meeting([u, theta, x])?.envelope_jet()
+    }
+
+    fn range(&self) -> [f64; 2] {
+        self.range
+    }
+}
