@@ -60,11 +60,17 @@ impl<To, From> Motion<To, From> {
     }
 
     /// This motion seen from another frame.
-    pub fn then<Outer>(mut self, pose: Pose<Outer, To>) -> Motion<Outer, From> {
-        let outer = pose.transform();
-        match self.links.last_mut() {
-            Some(Link::Fixed(inner)) => *inner = outer.after(inner),
-            _ => self.links.push(Link::Fixed(*outer)),
+    pub fn then<Outer>(self, pose: Pose<Outer, To>) -> Motion<Outer, From> {
+        self.followed_by(Motion::fixed(pose))
+    }
+
+    /// The product of two motions over the same parameter, `outer` acting on the result of this one.
+    pub fn followed_by<Outer>(mut self, outer: Motion<Outer, To>) -> Motion<Outer, From> {
+        for link in outer.links {
+            match (self.links.last_mut(), link) {
+                (Some(Link::Fixed(inner)), Link::Fixed(outer)) => *inner = outer.after(inner),
+                (_, link) => self.links.push(link),
+            }
         }
         Motion {
             links: self.links,
