@@ -4,3 +4,5 @@
 mod verification;
 
 mod kernel;
+
+mod kernel_space;
