@@ -6,3 +6,5 @@ mod verification;
 mod kernel;
 
 mod kernel_space;
+
+mod kernel_bevel;

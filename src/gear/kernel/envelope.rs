@@ -3,17 +3,12 @@
 use super::jet::{Jet, Surface};
 use super::meeting::Meeting;
 use super::motion::Motion;
+use super::newton::newton;
 use super::pose::{Direction, Point};
 use super::root::{root, roots};
 use super::second_order::SecondOrder;
 use super::twist::Twist;
-
-/// Newton steps for a point under two motions.
-const STEPS: usize = 40;
-/// A step below this, relative to the parameters or to 1, is the last: the next would be its square.
-const LAST_STEP: f64 = 3e-8;
-/// Largest Newton step of a parameter: angles and lengths of the order 1.
-const LARGEST_STEP: f64 = 0.5;
+use super::vector::Vector;
 
 /// The envelope of a surface under a motion, as a surface over `[x, θ]`.
 #[derive(Debug, Clone)]
@@ -87,36 +82,44 @@ impl<S: Surface, To> Envelope<S, To> {
         self.point([self.surface_parameter([x, theta])?, theta, x])
     }
 
+    /// The flank's point on the circle `[z, radius]` about the work's z axis nearest `start`, `[u, θ, x]`: how a point of a blank is
+    /// found. None where Newton's method finds none.
+    #[inline]
+    pub fn on_circle(&self, [z, radius]: [f64; 2], start: [f64; 3]) -> Option<[f64; 3]> {
+        newton(start, self.scales_of_three(), |at| {
+            let meeting = self.meeting(at)?;
+            let Jet { r, dr, .. } = meeting.jet;
+            let here = f64::hypot(r.x, r.y);
+            let columns = [dr[0], dr[1], meeting.velocity];
+            let outward = |d: Vector| (r.x * d.x + r.y * d.y) / here;
+            Some((
+                [meeting.f, r.z - z, here - radius],
+                [meeting.gradient, columns.map(|d| d.z), columns.map(outward)],
+            ))
+        })
+    }
+
     /// The point `[u, θ]` of the surface that touches under two motions at once, this one at x and a second of the given twist in
     /// coordinates of the work, such as roll and feed of a hob: `n·v₁ = n·v₂ = 0`. None where Newton's method from `start` finds none.
     pub fn under_two_motions(&self, x: f64, second: &Twist, start: [f64; 2]) -> Option<[f64; 2]> {
-        let [mut u, mut theta] = start;
-        for _ in 0..STEPS {
+        newton(start, self.surface.scales(), |[u, theta]| {
             let meeting = self.meeting([u, theta, x])?;
-            let [a, b, _] = meeting.gradient;
-            let (g, [c, d]) = meeting.under(second);
-            let determinant = a * d - b * c;
-            let steps = [
-                (b * g - d * meeting.f) / determinant,
-                (c * meeting.f - a * g) / determinant,
-            ];
-            let size = |step: f64, value: f64| (step / value.abs().max(1.0)).abs();
-            let largest = size(steps[0], u).max(size(steps[1], theta));
-            if !largest.is_finite() {
-                return None;
-            }
-            let cut = (LARGEST_STEP / largest).min(1.0);
-            u += cut * steps[0];
-            theta += cut * steps[1];
-            if largest <= LAST_STEP {
-                return Some([u, theta]);
-            }
-        }
-        None
+            let [f_u, f_theta, _] = meeting.gradient;
+            let (g, row) = meeting.under(second);
+            Some(([meeting.f, g], [[f_u, f_theta], row]))
+        })
     }
-}
 
-impl<S: Surface, To> Envelope<S, To> {
+    /// Sizes of u, θ and x.
+    fn scales_of_three(&self) -> [f64; 3] {
+        let [u, theta] = self.surface.scales();
+        let x = match self.motion.is_fixed() {
+            true => 1.0,
+            false => (self.range[1] - self.range[0]).abs(),
+        };
+        [u, theta, x]
+    }
+
     /// Motion parameters at which the surface's point `[u, θ]` touches besides the known `first`: the roots of `f(x)/(x − first)`.
     ///
     /// A flank carried back by the motion that made it touches its generator at the parameter of its making, and where it does so again
@@ -147,5 +150,12 @@ impl<S: Surface, To> Surface for Envelope<S, To> {
 
     fn range(&self) -> [f64; 2] {
         self.range
+    }
+
+    fn scales(&self) -> [f64; 2] {
+        [
+            (self.range[1] - self.range[0]).abs(),
+            self.surface.scales()[1],
+        ]
     }
 }

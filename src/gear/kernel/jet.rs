@@ -26,6 +26,9 @@ pub trait Surface {
 
     /// Range of the first parameter u.
     fn range(&self) -> [f64; 2];
+
+    /// Sizes of u and θ, by which steps of iterations are measured.
+    fn scales(&self) -> [f64; 2];
 }
 
 impl<S: Surface> Surface for &S {
@@ -37,6 +40,10 @@ impl<S: Surface> Surface for &S {
 
     fn range(&self) -> [f64; 2] {
         (*self).range()
+    }
+
+    fn scales(&self) -> [f64; 2] {
+        (*self).scales()
     }
 }
 

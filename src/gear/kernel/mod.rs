@@ -8,6 +8,8 @@ pub mod vector;
 
 pub mod root;
 
+pub mod newton;
+
 pub mod twist;
 
 pub mod pose;

@@ -151,4 +151,13 @@ impl<C: Curve, Frame> Surface for Tool<C, Frame> {
     fn range(&self) -> [f64; 2] {
         self.curve.range()
     }
+
+    /// The curve's range; a radian, or for a slide the length of the curve.
+    fn scales(&self) -> [f64; 2] {
+        let [from, to] = self.curve.range();
+        let length = (to - from).abs();
+        let turns = self.screw.w.norm();
+        let slides = || self.curve.at(0.5 * (from + to))[1].norm() * length / self.screw.s.norm();
+        [length, if turns > 0.0 { 1.0 / turns } else { slides() }]
+    }
 }
