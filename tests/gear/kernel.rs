@@ -84,7 +84,7 @@ fn exact_undercut_of_a_rack() {
         rack_rolling::<Work, Rack>(r, 0.0),
         [-1.0, 1.0],
     );
-    let found = limit_points(&envelope, Limit::Undercut, 0.0, 40);
+    let found = limit_points(&envelope, Limit::Undercut, [[-1.0, 0.0], [1.0, 0.0]], 40);
     assert_eq!(found.len(), 1);
     let p = found[0].profile();
     within("roll at the limit", (p.x - alpha.tan()).abs(), 1e-15);

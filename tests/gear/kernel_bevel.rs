@@ -399,3 +399,84 @@ fn exact_curvature_of_bevel_flanks() {
     within("tangents of the flank, relative", jets, 1e-9);
     within("curvature, relative", curvatures, 1e-9);
 }
+
+/// Deviation of a flank from an error of the turn of the work: first order by the envelope theorem, exact along the normal's ray.
+/// Source: two computations of the changed flank, data/reference/gear/c22_machine_te_to_flank_error.json.
+#[test]
+fn ref_flank_from_an_error_of_the_roll() {
+    const MICROMETRES: f64 = 25_400.0;
+    let nodes = case("c12_nasa_cr191009_flanks");
+    let settings = &nodes["flanks"]["pinion_concave"];
+    let ideal = nasa_flank(settings, None);
+    let seed = vector(&settings["seed_u_theta_phi"]);
+    let seed = [seed.x, seed.y.to_radians(), seed.z.to_radians()];
+    let (mut first, mut exact) = (0f64, 0f64);
+    for row in case("c22_machine_te_to_flank_error")["rows"]
+        .as_array()
+        .unwrap()
+    {
+        let row: Vec<f64> = row.as_array().unwrap().iter().map(number).collect();
+        let (amplitude, order) = ((row[0] / 3600.0).to_radians(), row[1]);
+        let law = Law::Cosine {
+            amplitude,
+            order,
+            phase: 0.3,
+        };
+        let at = ideal
+            .on_circle(nasa_section(&nodes, settings, row[2], row[3]), seed)
+            .unwrap();
+        assert!((at[2] - row[4]).abs() < 6e-6, "{at:?} {row:?}");
+        let point = ideal.point(at).unwrap();
+        let arm = point
+            .normal
+            .components
+            .dot(Vector::Z.cross(point.point.coordinates));
+        let turn = law.at(at[2])[0];
+        first = first.max((arm * turn * MICROMETRES - row[5]).abs());
+        let changed = nasa_flank(settings, Some(law));
+        let (_, distance) = changed.on_ray(point.point, point.normal, at).unwrap();
+        exact = exact.max((distance * MICROMETRES - row[6]).abs());
+    }
+    within("first order, µm", first, 5.1e-5);
+    within("exact, µm", exact, 5.1e-5);
+}
+
+/// A formate flank is its cutter's cone where it stands: points of the blank lie on the cone, curvature is the cone's.
+#[test]
+fn exact_formate() {
+    let case = case("c12_nasa_cr191009_flanks");
+    let settings = &case["flanks"]["gear_convex"];
+    let generated = nasa_flank(settings, None);
+    let pose = generated.motion.pose(0.0);
+    let formate = Envelope {
+        surface: generated.surface,
+        motion: Motion::fixed(pose),
+        range: [0.0, 0.0],
+    };
+    let [apex, axis] = [Vector::X * (2.9675 / 22f64.to_radians().tan()), Vector::X];
+    let (mut off_cone, mut curvature) = (0f64, 0f64);
+    for face in [0.1, 0.5, 0.9] {
+        for height in [0.1, 0.5, 0.9] {
+            let section = nasa_section(&case, settings, face, height);
+            let at = formate.on_circle(section, [8.0, 4.1, 0.0]).unwrap();
+            let point = formate.point(at).unwrap();
+            let r = point.point.coordinates;
+            within(
+                "circle of the blank, in",
+                (f64::hypot(r.x, r.y) - section[1])
+                    .abs()
+                    .max((r.z - section[0]).abs()),
+                1e-14,
+            );
+            let in_cutter = (pose.inverse() * point.point).coordinates - apex;
+            let angle = (in_cutter.cross(axis).norm()).atan2(in_cutter.dot(-axis));
+            off_cone = off_cone.max((angle - 22f64.to_radians()).abs() * in_cutter.norm());
+            let k = point.second_order.envelope().unwrap().principal();
+            let expected = 1.0 / (in_cutter.norm() * 22f64.to_radians().tan());
+            let bent = k[0].0.abs().max(k[1].0.abs());
+            curvature = curvature.max((bent - expected).abs());
+        }
+    }
+    within("off the cone, in", off_cone, 1e-14);
+    within("curvature, 1/in", curvature, 1e-14);
+}

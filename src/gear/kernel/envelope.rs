@@ -99,6 +99,32 @@ impl<S: Surface, To> Envelope<S, To> {
         })
     }
 
+    /// The flank's distance d along the ray `point + d direction`, with its place `[u, θ, x]`, by Newton's method from `start`: the exact
+    /// deviation of a changed flank from a node of the ideal one.
+    pub fn on_ray(
+        &self,
+        point: Point<To>,
+        direction: Direction<To>,
+        start: [f64; 3],
+    ) -> Option<([f64; 3], f64)> {
+        let (from, along) = (point.coordinates, direction.components);
+        let [u, theta, x] = start;
+        let [su, st, sx] = self.scales_of_three();
+        let found = newton([u, theta, x, 0.0], [su, st, sx, su], |[u, theta, x, d]| {
+            let meeting = self.meeting([u, theta, x])?;
+            let Jet { r, dr, .. } = meeting.jet;
+            let [f_u, f_theta, f_x] = meeting.gradient;
+            let off = (r - from - along * d).array();
+            let columns = [dr[0], dr[1], meeting.velocity, -along].map(Vector::array);
+            let row = |i: usize| columns.map(|c| c[i]);
+            Some((
+                [meeting.f, off[0], off[1], off[2]],
+                [[f_u, f_theta, f_x, 0.0], row(0), row(1), row(2)],
+            ))
+        });
+        found.map(|[u, theta, x, d]| ([u, theta, x], d))
+    }
+
     /// The point `[u, θ]` of the surface that touches under two motions at once, this one at x and a second of the given twist in
     /// coordinates of the work, such as roll and feed of a hob: `n·v₁ = n·v₂ = 0`. None where Newton's method from `start` finds none.
     pub fn under_two_motions(&self, x: f64, second: &Twist, start: [f64; 2]) -> Option<[f64; 2]> {

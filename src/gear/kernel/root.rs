@@ -54,8 +54,8 @@ pub fn roots(interval: [f64; 2], mut f: impl FnMut(f64) -> Option<[f64; 2]>) -> 
 pub fn sign_change([from, to]: [f64; 2], mut f: impl FnMut(f64) -> Option<f64>) -> Option<f64> {
     let (mut a, mut b) = (to, from);
     let (mut fa, mut fb) = (f(a)?, f(b)?);
-    if fb == 0.0 {
-        return Some(b);
+    if fa == 0.0 || fb == 0.0 {
+        return Some(if fb == 0.0 { b } else { a });
     }
     if !(fa * fb < 0.0) {
         return None;
