@@ -1,20 +1,19 @@
 //! The kernel of meshing against closed forms: involute, helicoids, canal surface, generated shapers, hobs.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use geardyn::internals::gear::kernel::envelope::Envelope;
-use geardyn::internals::gear::kernel::jet::Surface;
 use geardyn::internals::gear::kernel::law::Law;
 use geardyn::internals::gear::kernel::limits::{Limit, limit_points};
 use geardyn::internals::gear::kernel::motion::Motion;
-use geardyn::internals::gear::kernel::plane::{gear_rolling, plane_envelope, rack_rolling};
-use geardyn::internals::gear::kernel::pose::Pose;
-use geardyn::internals::gear::kernel::second_order::Curvature;
-use geardyn::internals::gear::kernel::tool::{Arc, Line, Tool};
-use geardyn::internals::gear::kernel::twist::Twist;
+use geardyn::internals::gear::kernel::plane::{
+    ProfilePoint, gear_rolling, plane_envelope, rack_rolling,
+};
+use geardyn::internals::gear::kernel::pose::{Point, Pose};
+use geardyn::internals::gear::kernel::tool::{Arc, Line};
 use geardyn::internals::gear::kernel::vector::Vector;
 
-use crate::verification::within;
+use crate::verification::{printed, within};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Rack;
@@ -22,11 +21,6 @@ struct Rack;
 struct Shaper;
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Work;
-
-/// An angle in (−π, π].
-fn wrapped(angle: f64) -> f64 {
-    angle - TAU * (angle / TAU).round()
-}
 
 /// Polar angle of the involute at pressure angle α: tan α − α.
 fn involute(cos_alpha: f64) -> f64 {
@@ -148,4 +142,117 @@ fn exact_shaper_from_a_rack() {
         within(&format!("{name}: base radius, mm"), radius_error, 1e-12);
         within(&format!("{name}: curvature, 1/mm"), curvature_error, 1e-13);
     }
+}
+
+/// The arc of a rack's tip makes the fillet: offset by its radius, along the line to the pitch point, from the path of its centre.
+#[test]
+fn exact_fillet_of_a_tip_arc() {
+    let (r, alpha, rho) = (34.0, 20f64.to_radians(), 1.2);
+    // Centre of the arc below the pitch line; the rounding lies between the tip line and the straight flank.
+    let centre = Vector::new(1.9, -2.3, 0.0);
+    // The gear's metal lies outside the circle: the arc runs clockwise.
+    let arc = Arc {
+        centre,
+        radius: rho,
+        first: Vector::Y,
+        second: Vector::X,
+        range: [0.5 * PI + alpha, PI],
+    };
+    let motion = rack_rolling::<Work, Rack>(r, 0.4);
+    let envelope = plane_envelope(arc, motion, [-1.0, 1.0]);
+    let (mut places, mut normals, mut curvatures, mut count) = (0f64, 0f64, 0f64, 0);
+    for i in 1..20 {
+        let u = arc.range[0] + (arc.range[1] - arc.range[0]) * f64::from(i) / 20.0;
+        let contacts = envelope.motion_parameters([u, 0.0]);
+        assert_eq!(contacts.len(), 1, "{u}");
+        let x = contacts[0];
+        let p = envelope.point([u, 0.0, x]).unwrap().profile();
+        let pose = envelope.motion.pose(x);
+        let at = |point: Vector| (pose * Point::<Rack>::new(point)).coordinates;
+        // The pitch point lies on the line from the gear's centre across the rack.
+        let pitch_point = at(Vector::new(r * x, -0.4, 0.0));
+        let towards = (at(centre) - pitch_point).unit().unwrap();
+        let expected = at(centre) + rho * towards;
+        let found = Vector::new(p.point[0], p.point[1], 0.0);
+        places = places.max((found - expected).norm());
+        let n = Vector::new(p.normal[0], p.normal[1], 0.0);
+        normals = normals.max((n + towards).norm());
+        // Euler–Savary for a rack on a circle: (1/PA₂ − 1/PA₁) cos = 1/r, PA from the pitch point to both centres of curvature.
+        let to_centre = (at(centre) - pitch_point).norm();
+        curvatures = curvatures.max(savary(&p, pitch_point, r, to_centre));
+        count += 1;
+        let again = envelope.flank([x, 0.0]).unwrap().profile();
+        places = places.max((again.u - u).abs());
+    }
+    assert_eq!(count, 19);
+    within("place, mm", places, 1e-13);
+    within("normal", normals, 1e-13);
+    within("centre of curvature by Euler and Savary", curvatures, 1e-12);
+}
+
+/// Residual of Euler and Savary's equation `(1/PA₁ − 1/PA₂) sin = 1/R` of a rack's point with its centre of curvature at a signed distance
+/// `first` beyond the pitch point, on a pitch circle of radius `r`.
+fn savary(p: &ProfilePoint, pitch_point: Vector, r: f64, first: f64) -> f64 {
+    let point = Vector::new(p.point[0], p.point[1], 0.0);
+    let normal = Vector::new(p.normal[0], p.normal[1], 0.0);
+    // dn = −κ dr: the centre of curvature lies at r + n/κ.
+    let centre = point + normal * (1.0 / p.curvature);
+    let along = (point - pitch_point).unit().unwrap();
+    let second = (centre - pitch_point).dot(along);
+    let outward = pitch_point.unit().unwrap();
+    ((1.0 / second - 1.0 / first) * along.dot(outward) + 1.0 / r).abs() * r
+}
+
+/// Conjugate of a circular arc where the ratio falls linearly with the angle: every contact normal passes the instant centre, and the turn
+/// of gear 2 is that of the handbook.
+/// Source: worked example of a linear ratio, a = 100, i₀ = 2, K = 0.3183098862: φ₂ = 84.600653° and i = 1.25 at φ₁ = 135°.
+#[test]
+fn ref_conjugate_under_a_linear_ratio() {
+    let (a, i0, k) = (100.0, 2.0, 0.3183098862f64);
+    // φ₂ = −(1/K) ln(1 − K φ₁/i₀), opposite to gear 1.
+    let law = move |x: f64| {
+        let left = i0 - k * x;
+        [(-k * x / i0).ln_1p() / k, -1.0 / left, -k / (left * left)]
+    };
+    let turn = -law(135f64.to_radians())[0].to_degrees();
+    printed("turn of gear 2", "°", 84.600653, turn, 5e-7);
+    // A convex flank of gear 1 through the pitch point at φ₁ = 135°: there r₁ = 44.4444.
+    let at = 135f64.to_radians();
+    let pitch_radius = 44.0 + 4.0 / 9.0;
+    let radial = Vector::new(at.cos(), -at.sin(), 0.0);
+    let across = Vector::new(at.sin(), at.cos(), 0.0);
+    let inward = -across * 20f64.to_radians().cos() - radial * 20f64.to_radians().sin();
+    let arc = Arc {
+        centre: pitch_radius * radial + 20.0 * inward,
+        radius: 20.0,
+        first: -inward,
+        second: Vector::Z.cross(inward),
+        range: [-0.2, 0.2],
+    };
+    let motion = gear_rolling::<Work, Rack>(a, Law::function(law));
+    let envelope = plane_envelope(arc, motion, [at - 0.4, at + 0.4]);
+    let (mut law_of_gearing, mut count) = (0f64, 0);
+    for i in -10..=10 {
+        for x in envelope.motion_parameters([0.01 * f64::from(i), 0.0]) {
+            let p = envelope
+                .point([0.01 * f64::from(i), 0.0, x])
+                .unwrap()
+                .profile();
+            // In gear 1: the instant centre on the line of centres, r₁ = a i₂₁/(1 + i₂₁).
+            let ratio = -law(x)[1];
+            let r1 = a * ratio / (1.0 + ratio);
+            let centre = Point::<Rack>::new(Vector::new(r1 * x.cos(), -r1 * x.sin(), 0.0));
+            let centre = (envelope.motion.pose(x) * centre).coordinates;
+            let off = Vector::new(p.point[0], p.point[1], 0.0) - centre;
+            law_of_gearing =
+                law_of_gearing.max((off.x * p.normal[1] - off.y * p.normal[0]).abs() / a);
+            count += 1;
+        }
+    }
+    assert!(count > 10, "{count}");
+    within(
+        "normal past the instant centre, of the centre distance",
+        law_of_gearing,
+        1e-14,
+    );
 }

@@ -149,7 +149,7 @@ struct Generator {
 impl Generator {
     /// Ordinary settings of a face-mill generator, moved by ten random numbers in (−1, 1).
     fn random(side: f64) -> Generator {
-        let mut around = |middle: f64, by: f64| middle + by * (2.0 * fastrand::f64() - 1.0);
+        let around = |middle: f64, by: f64| middle + by * (2.0 * fastrand::f64() - 1.0);
         Generator {
             side,
             point_radius: around(95.0, 10.0),
@@ -297,7 +297,7 @@ fn exact_equation_of_meshing_of_a_flat_crown_gear() {
     fastrand::seed(47);
     let mut worst = 0f64;
     for _ in 0..100 {
-        let mut around = |middle: f64, by: f64| middle + by * (2.0 * fastrand::f64() - 1.0);
+        let around = |middle: f64, by: f64| middle + by * (2.0 * fastrand::f64() - 1.0);
         let (r, alpha, distance) = (around(95.0, 10.0), around(0.35, 0.05), around(90.0, 10.0));
         let (psi, root) = (around(-0.9, 0.2), around(0.9, 0.1));
         let (dl, de, db) = (around(0.0, 3.0), around(0.0, 5.0), around(0.0, 2.0));
@@ -353,7 +353,7 @@ fn exact_curvature_of_bevel_flanks() {
     fastrand::seed(51);
     let (mut curvatures, mut gradients, mut jets) = (0f64, 0f64, 0f64);
     for i in 0..20 {
-        let mut around = |by: f64| by * (2.0 * fastrand::f64() - 1.0);
+        let around = |by: f64| by * (2.0 * fastrand::f64() - 1.0);
         let (tilt, swivel) = (around(0.1), around(3.0));
         let [c2, d6] = [around(0.05), around(0.1)];
         let mut g = Generator::random(if i % 2 == 0 { 1.0 } else { -1.0 });

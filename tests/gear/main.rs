@@ -8,3 +8,5 @@ mod kernel;
 mod kernel_space;
 
 mod kernel_bevel;
+
+mod kernel_worm;

@@ -1,17 +1,23 @@
 //! Plane meshing as an instance of the kernel: a plane curve swept along z, carried by a motion of the plane.
 //!
 //! A profile becomes a [`PlaneCurve`] (or a [`Line`](super::tool::Line), an [`Arc`](super::tool::Arc) with z = 0), a motion comes from
-//! [`rack_rolling`] or [`gear_rolling`], [`plane_envelope`] joins them. The profile's normal lies to the right of its direction and must
-//! point out of the metal of the work: let the curve run with the metal of the work on its left. Then
+//! [`rack_rolling`] or [`gear_rolling`], [`plane_envelope`] joins them:
 //!
-//! - `envelope.flank([x, 0.0])?.profile()` is the conjugate profile where the motion is at x: a rack's straight flank gives the involute,
-//!   the arc of its tip the fillet (trochoid), another gear's profile the conjugate;
-//! - `envelope.motion_parameters([u, 0.0])` are the angles at which the profile's point u touches, `envelope.point([u, 0.0, x])` each
-//!   of these contacts;
-//! - a sharp corner has no normal: its path is `motion.pose(x) * point`;
-//! - `limits::limit_points` with θ = 0 finds undercut and the limit of the second kind;
-//! - an `Envelope` is a surface: put it into the next one for a gear cut by a generated shaper, and take the inverse motion with
-//!   `second_contacts` for the second line of action.
+//! ```text
+//! let envelope = plane_envelope(curve, rack_rolling::<Gear, Rack>(pitch_radius, offset), [from, to]);
+//! let point = envelope.flank([x, 0.0])?.profile();                 // conjugate profile where the motion is at x
+//! let contacts = envelope.motion_parameters([u, 0.0]);             // motion where the profile's point u touches
+//! let point = envelope.point([u, 0.0, contacts[0]])?.profile();    // one of these contacts
+//! let limits = limit_points(&envelope, Limit::Undercut, [[from, 0.0], [to, 0.0]], 100);
+//! ```
+//!
+//! - The profile's normal lies to the right of its direction and must point out of the metal of the work: let the curve run with the
+//!   metal of the work on its left.
+//! - The straight flank of a rack gives the involute, the arc of its tip the fillet (trochoid), a gear's profile its conjugate. A sharp
+//!   corner has no normal: its path is `motion.pose(x) * point`.
+//! - An [`Envelope`] is a surface with the parameters `[x, 0]`: it is the `surface` of the next envelope, as a generated shaper that cuts
+//!   a gear. Under the inverse motion, `second_contacts([x, 0.0], x)` gives its second line of action.
+//! - The contact in the frame of gear 1 is `envelope.surface.jet([u, 0.0])`, in a fixed frame that of gear 1 turned by φ₁.
 
 use super::envelope::{Envelope, FlankPoint};
 use super::law::Law;

@@ -8,6 +8,8 @@ const BRACKETED_STEPS: usize = 120;
 const PARTS: usize = 48;
 /// A step below this share of the interval is the last: the next would be its square, rounding.
 const LAST_STEP: f64 = 3e-8;
+/// A change of sign that ends above this share of the values at the ends of the interval is a jump or a pole.
+const JUMP: f64 = 1e-6;
 /// How far beyond the interval a root may lie, as a share of its length: rounding of a root at an end.
 const BEYOND: f64 = 1e-9;
 
@@ -38,7 +40,7 @@ pub fn roots(interval: [f64; 2], mut f: impl FnMut(f64) -> Option<[f64; 2]>) -> 
         if let (Some(a), Some(b)) = (before, here)
             && (a == 0.0 || a * b < 0.0)
         {
-            found.extend(bracketed_newton([place(i - 1), place(i)], a, &mut f));
+            found.extend(bracketed_newton([place(i - 1), place(i)], [a, b], &mut f));
         }
         before = here;
     }
@@ -48,7 +50,8 @@ pub fn roots(interval: [f64; 2], mut f: impl FnMut(f64) -> Option<[f64; 2]>) -> 
     found
 }
 
-/// The place in `[from, to]` where `f` changes its sign, without derivatives; none where its ends have one sign or it is not defined.
+/// The root of `f` in `[from, to]` by its change of sign, without derivatives; none where its ends have one sign, where it is not defined,
+/// and where it jumps.
 ///
 /// Bisection and inverse quadratic interpolation: Chandrupatla, Advances in Engineering Software 28, 1997, 145–149.
 pub fn sign_change([from, to]: [f64; 2], mut f: impl FnMut(f64) -> Option<f64>) -> Option<f64> {
@@ -60,6 +63,7 @@ pub fn sign_change([from, to]: [f64; 2], mut f: impl FnMut(f64) -> Option<f64>) 
     if !(fa * fb < 0.0) {
         return None;
     }
+    let small = JUMP * fa.abs().max(fb.abs());
     let mut share = 0.5;
     for _ in 0..BRACKETED_STEPS {
         let x = a + share * (b - a);
@@ -72,10 +76,14 @@ pub fn sign_change([from, to]: [f64; 2], mut f: impl FnMut(f64) -> Option<f64>) 
             (b, fb) = (a, fa);
         }
         (a, fa) = (x, fx);
-        let best = if fa.abs() < fb.abs() { a } else { b };
+        let (best, value) = if fa.abs() < fb.abs() {
+            (a, fa)
+        } else {
+            (b, fb)
+        };
         let smallest = (2.0 * f64::EPSILON * best.abs() + f64::MIN_POSITIVE) / (b - a).abs();
         if fx == 0.0 || smallest > 0.5 {
-            return Some(best);
+            return (value.abs() <= small).then_some(best);
         }
         let (xi, phi) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
         share = if phi * phi < xi && (1.0 - phi).powi(2) < 1.0 - xi {
@@ -113,10 +121,10 @@ fn free_newton(
     None
 }
 
-/// The root between two places of different sign, `at_from` being the value at the first.
+/// The root between two places with values of different sign; none where they part at a pole.
 fn bracketed_newton(
     [mut from, mut to]: [f64; 2],
-    at_from: f64,
+    [at_from, at_to]: [f64; 2],
     f: &mut impl FnMut(f64) -> Option<[f64; 2]>,
 ) -> Option<f64> {
     if at_from == 0.0 {
@@ -140,10 +148,9 @@ fn bracketed_newton(
         let step = (next - x).abs();
         x = next;
         if step <= LAST_STEP * LAST_STEP * length || (inside && step <= LAST_STEP * length) {
-            return Some(x);
+            return (value.abs() <= at_from.abs().max(at_to.abs())).then_some(x);
         }
     }
-    // A sign change without a root: a pole.
     None
 }
 
@@ -173,6 +180,7 @@ mod tests {
     fn exact_sign_change() {
         let found = sign_change([0.0, 2.0], |x: f64| Some(x.cos() - x)).unwrap();
         assert!((found - 0.7390851332151607).abs() < 3e-16, "{found}");
+        assert_eq!(sign_change([-1.0, 3.0], |x: f64| Some(x.signum())), None);
         assert_eq!(sign_change([0.0, 0.5], |x: f64| Some(x.cos() - x)), None);
     }
 
