@@ -208,7 +208,9 @@ fn savary(p: &ProfilePoint, pitch_point: Vector, r: f64, first: f64) -> f64 {
 /// Source: worked example of a linear ratio, a = 100, i₀ = 2, K = 0.3183098862: φ₂ = 84.600653° and i = 1.25 at φ₁ = 135°.
 #[test]
 fn ref_conjugate_under_a_linear_ratio() {
-    let (a, i0, k) = (100.0, 2.0, 0.3183098862f64);
+    let (a, i0) = (100.0, 2.0);
+    // i falls to 1/2 at 270°.
+    let k = (i0 - 0.5) / 270f64.to_radians();
     // φ₂ = −(1/K) ln(1 − K φ₁/i₀), opposite to gear 1.
     let law = move |x: f64| {
         let left = i0 - k * x;
