@@ -1,26 +1,41 @@
-//! Motions: a product of joints `exp(S q(x))` and fixed poses, with its exact velocity and acceleration.
+//! Motions: a product of exponentials `exp(S₁ q₁(x)) … exp(Sₙ qₙ(x)) H` of joints with laws, with its exact velocity and acceleration.
+//!
+//! Brockett 1984 writes chains of joints so: every screw Sᵢ stands in the outer frame where all qᵢ = 0, H is the pose there.
 
 use std::marker::PhantomData;
 
 use super::law::Law;
-use super::pose::{Pose, Transform};
+use super::pose::{Exponential, Pose, Transform};
 use super::twist::Twist;
 use super::vector::Vector;
 
 /// The motion of the frame `From` in the frame `To` over one parameter x.
 ///
-/// It is written from the tool outwards: each joint acts on the result of those before it.
+/// It is written from the tool outwards: each joint and pose acts on the result of those before it.
 #[derive(Debug, Clone)]
 pub struct Motion<To, From> {
-    /// Links from the moving body outwards; no two fixed ones are neighbours.
-    links: Vec<Link>,
+    /// The joints, the innermost first.
+    joints: Vec<Joint>,
+    /// The pose where all joints are at zero.
+    home: Transform,
     frames: PhantomData<(To, From)>,
 }
 
 #[derive(Debug, Clone)]
-enum Link {
-    Fixed(Transform),
-    Joint { screw: Twist, law: Law },
+struct Joint {
+    screw: Twist,
+    exponential: Exponential,
+    law: Law,
+}
+
+impl Joint {
+    fn new(screw: Twist, law: Law) -> Joint {
+        Joint {
+            exponential: Exponential::of(&screw),
+            screw,
+            law,
+        }
+    }
 }
 
 /// A motion at one value of its parameter.
@@ -37,10 +52,7 @@ pub struct MotionState {
 impl<Frame> Motion<Frame, Frame> {
     /// A body that stays where it is.
     pub fn identity() -> Motion<Frame, Frame> {
-        Motion {
-            links: Vec::new(),
-            frames: PhantomData,
-        }
+        Motion::fixed(Pose::new(Transform::IDENTITY))
     }
 }
 
@@ -48,14 +60,15 @@ impl<To, From> Motion<To, From> {
     /// A body fixed at a pose, as a formate cutter.
     pub fn fixed(pose: Pose<To, From>) -> Motion<To, From> {
         Motion {
-            links: vec![Link::Fixed(*pose.transform())],
+            joints: Vec::new(),
+            home: *pose.transform(),
             frames: PhantomData,
         }
     }
 
     /// This motion followed by a joint: the body moves by `exp(screw law(x))`, the screw given in `To`.
     pub fn joint(mut self, screw: Twist, law: Law) -> Motion<To, From> {
-        self.links.push(Link::Joint { screw, law });
+        self.joints.push(Joint::new(screw, law));
         self
     }
 
@@ -65,37 +78,33 @@ impl<To, From> Motion<To, From> {
     }
 
     /// The product of two motions over the same parameter, `outer` acting on the result of this one.
-    pub fn followed_by<Outer>(mut self, outer: Motion<Outer, To>) -> Motion<Outer, From> {
-        for link in outer.links {
-            match (self.links.last_mut(), link) {
-                (Some(Link::Fixed(inner)), Link::Fixed(outer)) => *inner = outer.after(inner),
-                (_, link) => self.links.push(link),
-            }
-        }
+    pub fn followed_by<Outer>(self, outer: Motion<Outer, To>) -> Motion<Outer, From> {
+        let inner = self.joints.into_iter();
+        let carried = inner.map(|j| Joint::new(outer.home.carry(&j.screw), j.law));
         Motion {
-            links: self.links,
+            joints: carried.chain(outer.joints).collect(),
+            home: outer.home.after(&self.home),
             frames: PhantomData,
         }
     }
 
     /// The motion of `To` seen from `From`.
     pub fn inverse(&self) -> Motion<From, To> {
-        let links = self.links.iter().rev().map(|link| match link {
-            Link::Fixed(transform) => Link::Fixed(transform.inverse()),
-            Link::Joint { screw, law } => Link::Joint {
-                screw: Twist::default().plus(-1.0, screw),
-                law: law.clone(),
-            },
-        });
+        let home = self.home.inverse();
+        let backwards = |joint: &Joint| {
+            let screw = home.carry(&joint.screw);
+            Joint::new(screw.times(-1.0), joint.law.clone())
+        };
         Motion {
-            links: links.collect(),
+            joints: self.joints.iter().rev().map(backwards).collect(),
+            home,
             frames: PhantomData,
         }
     }
 
     /// Whether nothing moves.
     pub fn is_fixed(&self) -> bool {
-        !self.links.iter().any(|l| matches!(l, Link::Joint { .. }))
+        self.joints.is_empty()
     }
 
     /// The pose at x.
@@ -105,27 +114,33 @@ impl<To, From> Motion<To, From> {
 
     /// Pose, velocity and its rate at x.
     ///
-    /// From the outermost joint inwards, P being the pose so far and `k = P S`: `rate += q″ k + q′ [velocity, k]`, `velocity += q′ k`.
+    /// From the outermost joint inwards, P being the product so far and `k = P S`: `rate += q″ k + q′ [velocity, k]`, `velocity += q′ k`.
+    #[inline]
     pub fn at(&self, x: f64) -> MotionState {
-        let mut state = MotionState {
-            pose: Transform::IDENTITY,
-            velocity: Twist::default(),
-            rate: Twist::default(),
+        let mut inwards = self.joints.iter().rev();
+        let Some(outermost) = inwards.next() else {
+            return MotionState {
+                pose: self.home,
+                velocity: Twist::default(),
+                rate: Twist::default(),
+            };
         };
-        for link in self.links.iter().rev() {
-            match link {
-                Link::Fixed(transform) => state.pose = state.pose.after(transform),
-                Link::Joint { screw, law } => {
-                    let [q, d, dd] = law.at(x);
-                    let k = state.pose.carry(screw);
-                    let turned = state.velocity.bracket(&k);
-                    state.rate = state.rate.plus(dd, &k).plus(d, &turned);
-                    state.velocity = state.velocity.plus(d, &k);
-                    state.pose = state.pose.after(&Transform::exp(screw, q));
-                }
-            }
+        let [q, d, dd] = outermost.law.at(x);
+        let mut product = outermost.exponential.at(q);
+        let mut velocity = outermost.screw.times(d);
+        let mut rate = outermost.screw.times(dd);
+        for joint in inwards {
+            let [q, d, dd] = joint.law.at(x);
+            let k = product.carry(&joint.screw);
+            rate = rate.plus(dd, &k).plus(d, &velocity.bracket(&k));
+            velocity = velocity.plus(d, &k);
+            product = product.after(&joint.exponential.at(q));
         }
-        state
+        MotionState {
+            pose: product.after(&self.home),
+            velocity,
+            rate,
+        }
     }
 }
 

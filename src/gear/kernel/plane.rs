@@ -96,7 +96,7 @@ pub fn rack_rolling<Gear, Rack>(pitch_radius: f64, offset: f64) -> Motion<Gear, 
 /// `turn_2` is the angle of gear 2 over φ₁, both counter-clockwise: `−φ₁ z₁/z₂` for an external pair. The other gear's view is the inverse.
 pub fn gear_rolling<Gear2, Gear1>(centre_distance: f64, turn_2: Law) -> Motion<Gear2, Gear1> {
     let axis = Twist::turn(Vector::Z, Vector::ZERO);
-    let backwards = Twist::default().plus(-1.0, &axis);
+    let backwards = axis.times(-1.0);
     Motion::<Gear1, Gear1>::identity()
         .joint(axis, Law::linear(1.0))
         .then(Pose::shifted(Vector::new(-centre_distance, 0.0, 0.0)))

@@ -25,32 +25,9 @@ impl Transform {
         translation: Vector::ZERO,
     };
 
-    /// exp(q S): the displacement by the twist S over the amount q, by Rodrigues' formula with `1 − cos = 2 sin²(·/2)`.
+    /// exp(q S): the displacement by the twist S over the amount q.
     pub fn exp(twist: &Twist, q: f64) -> Transform {
-        let Some(axis) = twist.screw_axis() else {
-            return Transform {
-                translation: twist.s * q,
-                ..Transform::IDENTITY
-            };
-        };
-        let angle = q * twist.w.norm();
-        let (half_sin, half_cos) = (0.5 * angle).sin_cos();
-        let (sin, versine) = (2.0 * half_sin * half_cos, 2.0 * half_sin * half_sin);
-        let e = axis.direction;
-        let (d, o) = (e * versine, e * sin);
-        let rotation = [
-            d * e.x + Vector::new(1.0 - versine, o.z, -o.y),
-            d * e.y + Vector::new(-o.z, 1.0 - versine, o.x),
-            d * e.z + Vector::new(o.y, -o.x, 1.0 - versine),
-        ];
-        let turned = Transform {
-            rotation,
-            translation: Vector::ZERO,
-        };
-        Transform {
-            translation: axis.point - turned.rotate(axis.point) + e * (axis.pitch * angle),
-            ..turned
-        }
+        Exponential::of(twist).at(q)
     }
 
     /// R a.
@@ -100,6 +77,69 @@ impl Transform {
         Twist {
             w,
             s: self.rotate(twist.s) - w.cross(self.translation),
+        }
+    }
+}
+
+/// A twist S prepared for its displacements exp(q S).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exponential {
+    /// Unit direction e of the screw axis; zero for a slide.
+    direction: Vector,
+    /// The axis' point c nearest the origin.
+    point: Vector,
+    /// e×c.
+    moment: Vector,
+    /// Turn |w| for a unit of q.
+    turn: f64,
+    /// Slide along the axis for a unit of q.
+    slide: Vector,
+}
+
+impl Exponential {
+    /// The displacements of a twist.
+    pub fn of(twist: &Twist) -> Exponential {
+        match twist.screw_axis() {
+            Some(axis) => {
+                let turn = twist.w.norm();
+                Exponential {
+                    direction: axis.direction,
+                    point: axis.point,
+                    moment: axis.direction.cross(axis.point),
+                    turn,
+                    slide: axis.direction * (axis.pitch * turn),
+                }
+            }
+            None => Exponential {
+                direction: Vector::ZERO,
+                point: Vector::ZERO,
+                moment: Vector::ZERO,
+                turn: 0.0,
+                slide: twist.s,
+            },
+        }
+    }
+
+    /// exp(q S) by Rodrigues' formula, `t = (1 − cos) c − sin e×c + q slide`, with `1 − cos = 2 sin²(·/2)`.
+    #[inline]
+    pub fn at(&self, q: f64) -> Transform {
+        if self.turn == 0.0 {
+            return Transform {
+                translation: self.slide * q,
+                ..Transform::IDENTITY
+            };
+        }
+        let (half_sin, half_cos) = (0.5 * q * self.turn).sin_cos();
+        let (sin, versine) = (2.0 * half_sin * half_cos, 2.0 * half_sin * half_sin);
+        let e = self.direction;
+        let (d, o, cos) = (e * versine, e * sin, 1.0 - versine);
+        Transform {
+            rotation: [
+                d * e.x + Vector::new(cos, o.z, -o.y),
+                d * e.y + Vector::new(-o.z, cos, o.x),
+                d * e.z + Vector::new(o.y, -o.x, cos),
+            ],
+            translation: self.point * versine - self.moment * sin + self.slide * q,
         }
     }
 }

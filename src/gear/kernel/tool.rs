@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use std::marker::PhantomData;
 
 use super::jet::{Jet, Surface};
-use super::pose::Transform;
+use super::pose::Exponential;
 use super::twist::Twist;
 use super::vector::Vector;
 
@@ -96,7 +96,8 @@ pub struct Tool<C, Frame> {
     /// The curve c(u).
     pub curve: C,
     /// The screw S, a unit of θ.
-    pub screw: Twist,
+    screw: Twist,
+    exponential: Exponential,
     /// 1 where the normal points along `c′ × S(c)`, −1 where it points against it.
     side: f64,
     frame: PhantomData<Frame>,
@@ -107,6 +108,7 @@ impl<C: Curve, Frame> Tool<C, Frame> {
     pub fn new(curve: C, screw: Twist) -> Tool<C, Frame> {
         Tool {
             curve,
+            exponential: Exponential::of(&screw),
             screw,
             side: 1.0,
             frame: PhantomData,
@@ -144,7 +146,7 @@ impl<C: Curve, Frame> Surface for Tool<C, Frame> {
         };
         Some(match theta {
             0.0 => at_zero,
-            _ => at_zero.moved(&Transform::exp(&self.screw, theta)),
+            _ => at_zero.moved(&self.exponential.at(theta)),
         })
     }
 

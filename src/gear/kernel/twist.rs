@@ -59,6 +59,15 @@ impl Twist {
         }
     }
 
+    /// `factor A`.
+    #[inline]
+    pub fn times(&self, factor: f64) -> Twist {
+        Twist {
+            w: self.w * factor,
+            s: self.s * factor,
+        }
+    }
+
     /// `A + factor B`.
     #[inline]
     pub fn plus(&self, factor: f64, b: &Twist) -> Twist {
