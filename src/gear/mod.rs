@@ -5,6 +5,9 @@
 /// Envelopes of moving surfaces: the equation of meshing.
 pub mod kernel;
 
+/// Bevel and hypoid flanks from machine settings.
+pub mod bevel;
+
 pub mod involute;
 
 pub mod path_of_contact;

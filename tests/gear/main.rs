@@ -10,3 +10,5 @@ mod kernel_space;
 mod kernel_bevel;
 
 mod kernel_worm;
+
+mod bevel_flank;
