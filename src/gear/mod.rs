@@ -8,6 +8,9 @@ pub mod kernel;
 /// Bevel and hypoid flanks from machine settings.
 pub mod bevel;
 
+/// Unloaded contact of flanks.
+pub mod contact;
+
 pub mod involute;
 
 pub mod path_of_contact;

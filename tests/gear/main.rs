@@ -12,3 +12,5 @@ mod kernel_bevel;
 mod kernel_worm;
 
 mod bevel_flank;
+
+mod contact;

@@ -137,7 +137,7 @@ impl<S: Surface, To> Envelope<S, To> {
     }
 
     /// Sizes of u, θ and x.
-    fn scales_of_three(&self) -> [f64; 3] {
+    pub fn scales_of_three(&self) -> [f64; 3] {
         let [u, theta] = self.surface.scales();
         let x = match self.motion.is_fixed() {
             true => 1.0,

@@ -1,0 +1,7 @@
+//! Unloaded contact of two flanks: point, ellipse, path, hand-over, transmission error.
+
+pub mod pair;
+
+pub mod contact_point;
+
+pub mod contact_path;

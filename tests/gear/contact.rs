@@ -1,0 +1,141 @@
+//! Unloaded contact of bevel flanks: published settings, conjugate mates, starts of misaligned pairs.
+
+use geardyn::internals::gear::bevel::settings::Hand;
+use geardyn::internals::gear::contact::pair::{Assembly, FlankPair};
+use geardyn::internals::gear::kernel::vector::Vector;
+use serde_json::Value;
+
+use crate::bevel_flank::{case, nasa_flank};
+use crate::verification::within;
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+fn vector(value: &Value) -> Vector {
+    let x = value.as_array().unwrap();
+    Vector::new(number(&x[0]), number(&x[1]), number(&x[2]))
+}
+
+/// The drive pair of c12, in inches, with an error of assembly E, P, G in inches and of the shaft angle in rad.
+fn pair([offset, pinion_axial, gear_axial, angle]: [f64; 4]) -> FlankPair {
+    let case = case("c12_nasa_cr191009_flanks");
+    let flanks = ["pinion_concave", "gear_convex"].map(|name| nasa_flank(&case, name));
+    let assembly = Assembly {
+        shaft_angle: 90f64.to_radians() + angle,
+        offset,
+        pinion_axial,
+        gear_axial,
+    };
+    FlankPair::new(flanks, [12, 36], Hand::Left, &assembly)
+}
+
+/// Contact of the drive pair of c12 with the pinion 0.020 in towards its heel: angles, transmission error, places, ellipse, hand-over.
+/// Source: two computations, with and without normals, data/reference/gear/c14_tca_nasa_12_36.json and c31_te_with_edges_12_36.json.
+#[test]
+fn ref_contact_of_nasa_pair() {
+    let case = case("c14_tca_nasa_12_36");
+    let result = &case["result"][0];
+    let pair = pair([0.0, 0.02, 0.0, 0.0]);
+    let first = pair.first_contact().unwrap();
+    let path = pair.path(first, 60);
+    assert_eq!(path.stopped, [None, None]);
+    let reference = &result["reference"];
+    let phi = number(&reference["phi1"]);
+    within(
+        "reference angle φ₁, rad",
+        (path.reference.pinion_angle - phi).abs(),
+        1e-8,
+    );
+    let at_file = pair.contact(phi, path.reference.unknowns).unwrap();
+    within(
+        "φ₂ at the file's φ₁, rad",
+        (at_file.gear_angle() - number(&reference["phi2"])).abs(),
+        1e-14,
+    );
+    let (mut angles, mut errors, mut places) = (0f64, 0f64, 0f64);
+    let mut start = path.contacts[0];
+    for row in result["rows"].as_array().unwrap() {
+        let angle = number(&row["phi1"]);
+        let near = |c: &f64| (c - angle).abs();
+        let nearest = path
+            .contacts
+            .iter()
+            .min_by(|a, b| near(&a.pinion_angle).total_cmp(&near(&b.pinion_angle)));
+        start = pair
+            .contact(angle, nearest.unwrap_or(&start).unknowns)
+            .unwrap();
+        angles = angles.max((start.gear_angle() - number(&row["phi2"])).abs());
+        let te = pair.te(&start, &at_file).to_degrees() * 3600.0;
+        errors = errors.max((te - number(&row["te_arcsec"])).abs());
+        places = places.max((start.point - vector(&row["point_fixed"])).norm());
+    }
+    within("φ₂, rad", angles, 1e-14);
+    within("transmission error, arcsec", errors, 1e-8);
+    within("place, in", places, 1e-12);
+    let ellipse = pair.ellipse(&at_file, 0.00025).unwrap();
+    let expected = &result["contact_ellipse_at_reference"];
+    let axes = [1, 0].map(|k| number(&expected["semi_axes"][k]));
+    let curvatures = [1, 0].map(|k| number(&expected["rel_curv"][k]));
+    for k in 0..2 {
+        let name = ["longer", "shorter"][k];
+        within(
+            &format!("{name} semi-axis, in"),
+            (ellipse.semi_axes[k] - axes[k]).abs(),
+            1e-9,
+        );
+        println!("{} {}", ellipse.relative_curvatures[k], curvatures[k]);
+    }
+    within(
+        "direction of the ellipse",
+        ellipse
+            .direction
+            .cross(vector(&expected["major_dir"]))
+            .norm(),
+        1e-8,
+    );
+    println!("{:?}", pair.hand_over(&path));
+}
+
+/// dφ₂/dφ₁ against fourth-order differences of φ₂.
+#[test]
+fn exact_ratio_of_a_contact() {
+    let pair = pair([0.002, 0.02, 0.001, 0.001]);
+    let first = pair.first_contact().unwrap();
+    let h = 2e-3;
+    let at = |step: f64| {
+        pair.contact(first.pinion_angle + step, first.unknowns)
+            .unwrap()
+            .gear_angle()
+    };
+    let difference = (8.0 * (at(h) - at(-h)) - at(2.0 * h) + at(-2.0 * h)) / (12.0 * h);
+    within("ratio", (difference - first.ratio()).abs(), 1e-10);
+}
+
+/// Random errors of assembly of ±0.25 mm, ±0.13 mm, ±0.25 mm, ±0.1°: every pair is started and marched a pitch and a half each way.
+#[test]
+fn law_starts_of_misaligned_pairs() {
+    fastrand::seed(71);
+    let mut whole = 0;
+    for _ in 0..100 {
+        let around = |by: f64| by * (2.0 * fastrand::f64() - 1.0);
+        let errors = [
+            around(0.25 / 25.4),
+            0.02 + around(0.25 / 25.4),
+            around(0.13 / 25.4),
+            around(0.1f64.to_radians()),
+        ];
+        let pair = pair(errors);
+        let Some(first) = pair.first_contact() else {
+            println!("{errors:?}");
+            continue;
+        };
+        let path = pair.path(first, 40);
+        if path.stopped == [None, None] {
+            whole += 1;
+        } else {
+            println!("{errors:?} {:?} {}", path.stopped, first.pinion_angle);
+        }
+    }
+    assert_eq!(whole, 100);
+}
