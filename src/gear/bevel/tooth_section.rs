@@ -1,5 +1,16 @@
 //! The section of a bevel tooth by a plane through its axis: a quadrilateral of axial place z and radius.
 
+/// A side of the section at which a flank may have an edge; the root has none, it goes over into the fillet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Tip.
+    Tip,
+    /// Toe: the end nearer the apex.
+    Toe,
+    /// Heel.
+    Heel,
+}
+
 /// The axial section of a tooth flank, `[z, radius]` at its four corners, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToothSection {
@@ -36,6 +47,22 @@ impl ToothSection {
         };
         let [toe, heel] = self.corners.map(|[root, tip]| between(root, tip, height));
         between(toe, heel, face)
+    }
+
+    /// A side as `c_z z + c_ρ ρ = c₀`, the left less the right its distance, positive outside.
+    pub fn side(&self, side: Side) -> [f64; 3] {
+        let [[toe_root, toe_tip], [heel_root, heel_tip]] = self.corners;
+        let (from, to, inside) = match side {
+            Side::Tip => (toe_tip, heel_tip, toe_root),
+            Side::Toe => (toe_root, toe_tip, heel_root),
+            Side::Heel => (heel_root, heel_tip, toe_root),
+        };
+        let (dz, dr) = (to[0] - from[0], to[1] - from[1]);
+        let length = f64::hypot(dz, dr);
+        let (c_z, c_rho) = (-dr / length, dz / length);
+        let c_0 = c_z * from[0] + c_rho * from[1];
+        let sign = -(c_z * inside[0] + c_rho * inside[1] - c_0).signum();
+        [sign * c_z, sign * c_rho, sign * c_0]
     }
 
     /// Greatest length from root to tip, m.

@@ -1,12 +1,14 @@
-//! The contact of two flanks at an angle of the pinion: `f₁ = f₂ = 0`, `r₁ = r₂`, `n₁ ∥ n₂`, and its instantaneous ellipse.
+//! The contact of two flanks at an angle of the pinion: `f₁ = f₂ = 0`, `r₁ = r₂`, `n₁ ∥ n₂`, or an edge of one on the flank of the other.
+//!
+//! At an edge with the tangent t the last two equations are `t·n = 0` with the other flank's normal and the edge itself.
 
 use std::f64::consts::PI;
 
 use super::pair::FlankPair;
+use crate::gear::bevel::tooth_section::Side;
 use crate::gear::kernel::meeting::Meeting;
 use crate::gear::kernel::newton::{newton, solve};
 use crate::gear::kernel::root::roots;
-use crate::gear::kernel::second_order::{Curvature, SecondOrder};
 use crate::gear::kernel::vector::Vector;
 
 /// Unknowns of a contact: u, θ, x of both flanks and the gear's angle.
@@ -21,28 +23,36 @@ pub struct ContactPoint {
     pub unknowns: ContactUnknowns,
     /// Derivatives of the unknowns over φ₁.
     pub rates: ContactUnknowns,
+    /// The edge that touches; none where both flanks do.
+    pub edge: Option<Edge>,
     /// Point in the fixed frame, m.
     pub point: Vector,
     /// Normal of the pinion, out of its metal.
     pub normal: Vector,
 }
 
-/// Instantaneous contact ellipse: where the gap is below the coating's thickness.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactEllipse {
-    /// Principal relative curvatures, gear less pinion, in the pinion's normal, the smaller in size first, 1/m.
-    pub relative_curvatures: [f64; 2],
-    /// Semi-axes, the longer first, m.
-    pub semi_axes: [f64; 2],
-    /// Unit vector along the longer axis, in the fixed frame.
-    pub direction: Vector,
+/// An edge of a tooth flank.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Edge {
+    /// 0 for the pinion, 1 for the gear.
+    pub member: usize,
+    /// Side of its section.
+    pub side: Side,
+}
+
+/// One of the seven equations: its value, its derivatives over the unknowns and over φ₁.
+#[derive(Clone, Copy)]
+struct Equation {
+    value: f64,
+    row: ContactUnknowns,
+    by_pinion: f64,
 }
 
 /// A member at a contact: its meeting, with r, n, ∂r and ∂n over u, θ, x in the fixed frame.
-struct Member {
-    meeting: Meeting,
+pub(super) struct Member {
+    pub(super) meeting: Meeting,
     r: Vector,
-    n: Vector,
+    pub(super) n: Vector,
     dr: [Vector; 3],
     dn: [Vector; 3],
 }
@@ -60,43 +70,23 @@ impl ContactPoint {
 }
 
 impl FlankPair {
-    /// The contact at φ₁ by Newton's method from `start`; none where it finds none, as on a line contact.
+    /// The contact of the flanks at φ₁ by Newton's method from `start`; none where it finds none, as on a line contact.
     pub fn contact(&self, pinion_angle: f64, start: ContactUnknowns) -> Option<ContactPoint> {
-        let pinion_turn = self.turn(0);
         let first = self.member(0, pinion_angle, &start)?;
         let tangents = [first.dr[0].unit()?, first.n.cross(first.dr[0]).unit()?];
-        let unknowns = newton(start, self.scales(), |y| {
-            let members = self.members(pinion_angle, &y)?;
-            Some((
-                residual(&members, tangents),
-                self.jacobian(&members, tangents),
-            ))
-        })?;
-        let members = self.members(pinion_angle, &unknowns)?;
-        let [Member { r, n, .. }, Member { n: other, .. }] = &members;
-        let of_point = (-pinion_turn.at(*r)).array();
-        let of_normal = pinion_turn.w.cross(*n).cross(*other);
-        let right = [
-            0.0,
-            0.0,
-            of_point[0],
-            of_point[1],
-            of_point[2],
-            -tangents[0].dot(of_normal),
-            -tangents[1].dot(of_normal),
-        ];
-        let scales = self.scales();
-        let scaled = self
-            .jacobian(&members, tangents)
-            .map(|row| std::array::from_fn(|j| row[j] * scales[j]));
-        let rates = solve(scaled, right)?;
-        Some(ContactPoint {
-            pinion_angle,
-            unknowns,
-            rates: std::array::from_fn(|j| rates[j] * scales[j]),
-            point: *r,
-            normal: *n,
-        })
+        let closing = |members: &[Member; 2]| self.parallel_normals(members, tangents);
+        self.solve_contact(pinion_angle, start, None, closing)
+    }
+
+    /// The contact of an edge of one flank with the other flank at φ₁, by Newton's method from `start`.
+    pub fn edge_contact(
+        &self,
+        pinion_angle: f64,
+        start: ContactUnknowns,
+        edge: Edge,
+    ) -> Option<ContactPoint> {
+        let closing = |members: &[Member; 2]| self.edge_on_flank(members, edge);
+        self.solve_contact(pinion_angle, start, Some(edge), closing)
     }
 
     /// A contact without hints: the pinion's middle is turned until `n·v₁₂ = 0`, the gear's flank is found at that place. Of several
@@ -139,45 +129,7 @@ impl FlankPair {
         self.contact(angle, start)
     }
 
-    /// The ellipse of a contact for a coating of a thickness; none at an undercut limit and where the relative curvature vanishes.
-    pub fn ellipse(&self, contact: &ContactPoint, coating: f64) -> Option<ContactEllipse> {
-        let members = self.members(contact.pinion_angle, &contact.unknowns)?;
-        let angles = [contact.pinion_angle, contact.gear_angle()];
-        let mut curvatures = [None, None];
-        for (k, member) in members.iter().enumerate() {
-            let own = SecondOrder::of(&member.meeting)?.envelope()?;
-            let pose = self.pose(k, angles[k]);
-            curvatures[k] = Some(Curvature {
-                tangents: own.tangents.map(|e| pose.rotate(e)),
-                ..own
-            });
-        }
-        let [Some(pinion), Some(gear)] = curvatures else {
-            return None;
-        };
-        // The gear's normal points the other way, which turns the sign of its curvature.
-        let side = members[0].n.dot(members[1].n).signum();
-        let [e1, e2] = pinion.tangents;
-        let [w11, w12, w22] = pinion.components;
-        let relative = Curvature {
-            tangents: pinion.tangents,
-            components: [
-                side * gear.between(e1, e1) - w11,
-                side * gear.between(e1, e2) - w12,
-                side * gear.between(e2, e2) - w22,
-            ],
-        };
-        let mut principal = relative.principal();
-        principal.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-        let semi_axes = principal.map(|(k, _)| (2.0 * coating / k.abs()).sqrt());
-        semi_axes[0].is_finite().then_some(ContactEllipse {
-            relative_curvatures: principal.map(|(k, _)| k),
-            semi_axes,
-            direction: principal[0].1,
-        })
-    }
-
-    fn members(&self, pinion_angle: f64, y: &ContactUnknowns) -> Option<[Member; 2]> {
+    pub(super) fn members(&self, pinion_angle: f64, y: &ContactUnknowns) -> Option<[Member; 2]> {
         Some([self.member(0, pinion_angle, y)?, self.member(1, y[6], y)?])
     }
 
@@ -196,31 +148,128 @@ impl FlankPair {
         })
     }
 
-    /// Rows of derivatives of the residual over the unknowns.
-    fn jacobian(&self, [a, b]: &[Member; 2], tangents: [Vector; 2]) -> [[f64; 7]; 7] {
-        let turn = self.turn(1);
+    /// Newton's method on f₁, f₂, the three coordinates and two closing equations, then the rates from the same elimination.
+    fn solve_contact(
+        &self,
+        pinion_angle: f64,
+        start: ContactUnknowns,
+        edge: Option<Edge>,
+        closing: impl Fn(&[Member; 2]) -> [Equation; 2],
+    ) -> Option<ContactPoint> {
+        let scales = self.scales();
+        let system = |y: &ContactUnknowns| {
+            let members = self.members(pinion_angle, y)?;
+            let closing = closing(&members);
+            Some((self.equations(&members, closing), members))
+        };
+        let unknowns = newton(start, scales, |y| {
+            let (equations, _) = system(&y)?;
+            Some((equations.map(|e| e.value), equations.map(|e| e.row)))
+        })?;
+        let (equations, members) = system(&unknowns)?;
+        let rows = equations.map(|e| std::array::from_fn(|j| e.row[j] * scales[j]));
+        let rates = solve(rows, equations.map(|e| -e.by_pinion))?;
+        Some(ContactPoint {
+            pinion_angle,
+            unknowns,
+            rates: std::array::from_fn(|j| rates[j] * scales[j]),
+            edge,
+            point: members[0].r,
+            normal: members[0].n,
+        })
+    }
+
+    /// All seven equations at two members, the last two given.
+    fn equations(&self, [a, b]: &[Member; 2], [sixth, seventh]: [Equation; 2]) -> [Equation; 7] {
         let [p, q] = [a, b].map(|m| m.meeting.gradient);
-        let by_gear = -turn.at(b.r);
-        let points = [
+        let (by_pinion, by_gear) = (self.turn(0).at(a.r), -self.turn(1).at(b.r));
+        let columns = [
             a.dr[0], a.dr[1], a.dr[2], -b.dr[0], -b.dr[1], -b.dr[2], by_gear,
         ];
-        let normals = [
+        let apart = (a.r - b.r).array();
+        let coordinate = |k: usize| Equation {
+            value: apart[k],
+            row: columns.map(|d| d.array()[k]),
+            by_pinion: by_pinion.array()[k],
+        };
+        let meshing = |value: f64, row: [f64; 7]| Equation {
+            value,
+            row,
+            by_pinion: 0.0,
+        };
+        [
+            meshing(a.meeting.f, [p[0], p[1], p[2], 0.0, 0.0, 0.0, 0.0]),
+            meshing(b.meeting.f, [0.0, 0.0, 0.0, q[0], q[1], q[2], 0.0]),
+            coordinate(0),
+            coordinate(1),
+            coordinate(2),
+            sixth,
+            seventh,
+        ]
+    }
+
+    /// `t·(n₁×n₂) = 0` for two fixed tangents: the sign of neither normal matters.
+    fn parallel_normals(&self, [a, b]: &[Member; 2], tangents: [Vector; 2]) -> [Equation; 2] {
+        let columns = [
             a.dn[0].cross(b.n),
             a.dn[1].cross(b.n),
             a.dn[2].cross(b.n),
             a.n.cross(b.dn[0]),
             a.n.cross(b.dn[1]),
             a.n.cross(b.dn[2]),
-            a.n.cross(turn.w.cross(b.n)),
+            a.n.cross(self.turn(1).w.cross(b.n)),
         ];
+        let by_pinion = self.turn(0).w.cross(a.n).cross(b.n);
+        tangents.map(|t| Equation {
+            value: t.dot(a.n.cross(b.n)),
+            row: columns.map(|d| t.dot(d)),
+            by_pinion: t.dot(by_pinion),
+        })
+    }
+
+    /// An edge, where `c_z z + c_ρ ρ = c₀` in its section, touches the other flank: `t·n = 0`, `t = n_own × (c_z k + c_ρ e_ρ)`.
+    fn edge_on_flank(&self, members: &[Member; 2], edge: Edge) -> [Equation; 2] {
+        let k = edge.member;
+        let (own, other) = (&members[k], &members[1 - k]);
+        let [c_z, c_rho, c_0] = self.flanks[k].section.side(edge.side);
+        let turn = self.turn(k);
+        let axis = turn.w;
+        let off = own.r - self.centre(k);
+        let z = off.dot(axis);
+        let out = off - axis * z;
+        let rho = out.norm();
+        let (e_rho, e_phi) = (out * (1.0 / rho), axis.cross(out) * (1.0 / rho));
+        let gradient = axis * c_z + e_rho * c_rho;
+        let t = own.n.cross(gradient);
+        let mut on_edge = [0.0; 7];
+        let mut touching = [0.0; 7];
+        for i in 0..3 {
+            on_edge[3 * k + i] = gradient.dot(own.dr[i]);
+            let bent = e_phi * (c_rho * e_phi.dot(own.dr[i]) / rho);
+            let dt = own.dn[i].cross(gradient) + own.n.cross(bent);
+            touching[3 * k + i] = dt.dot(other.n);
+            touching[3 * (1 - k) + i] = t.dot(other.dn[i]);
+        }
+        // A turn of either member about its axis turns t or the other normal.
+        let by = |member: usize| {
+            let w = self.turn(member).w;
+            match member == k {
+                true => w.cross(t).dot(other.n),
+                false => t.dot(w.cross(other.n)),
+            }
+        };
+        touching[6] = by(1);
         [
-            [p[0], p[1], p[2], 0.0, 0.0, 0.0, 0.0],
-            [0.0, 0.0, 0.0, q[0], q[1], q[2], 0.0],
-            points.map(|d| d.x),
-            points.map(|d| d.y),
-            points.map(|d| d.z),
-            normals.map(|d| tangents[0].dot(d)),
-            normals.map(|d| tangents[1].dot(d)),
+            Equation {
+                value: c_z * z + c_rho * rho - c_0,
+                row: on_edge,
+                by_pinion: 0.0,
+            },
+            Equation {
+                value: t.dot(other.n),
+                row: touching,
+                by_pinion: by(0),
+            },
         ]
     }
 
@@ -228,18 +277,4 @@ impl FlankPair {
         let [a, b] = [0, 1].map(|k| self.flanks[k].envelope.scales_of_three());
         [a[0], a[1], a[2], b[0], b[1], b[2], 1.0]
     }
-}
-
-fn residual([a, b]: &[Member; 2], tangents: [Vector; 2]) -> [f64; 7] {
-    let apart = a.r - b.r;
-    let across = a.n.cross(b.n);
-    [
-        a.meeting.f,
-        b.meeting.f,
-        apart.x,
-        apart.y,
-        apart.z,
-        tangents[0].dot(across),
-        tangents[1].dot(across),
-    ]
 }

@@ -4,4 +4,6 @@ pub mod pair;
 
 pub mod contact_point;
 
+pub mod ellipse;
+
 pub mod contact_path;

@@ -71,6 +71,11 @@ impl FlankPair {
         self.places[member].carry(&Twist::turn(Vector::Z, Vector::ZERO))
     }
 
+    /// Origin of a member's frame in the fixed frame.
+    pub fn centre(&self, member: usize) -> Vector {
+        self.places[member].translation
+    }
+
     /// `dφ₂/dφ₁ = −z₁/z₂` of the tooth numbers.
     pub fn ratio(&self) -> f64 {
         -f64::from(self.teeth[0]) / f64::from(self.teeth[1])
