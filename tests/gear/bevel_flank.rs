@@ -3,10 +3,12 @@
 use geardyn::internals::gear::bevel::cutter::{Blade, Cutter};
 use geardyn::internals::gear::bevel::flank::BevelFlank;
 use geardyn::internals::gear::bevel::flank_grid::FlankGrid;
+use geardyn::internals::gear::bevel::frames::CutterFrame;
 use geardyn::internals::gear::bevel::settings::{Hand, MachineSettings, Roll};
 use geardyn::internals::gear::bevel::tooth_section::ToothSection;
 use geardyn::internals::gear::kernel::jet::Surface;
 use geardyn::internals::gear::kernel::limits::Limit;
+use geardyn::internals::gear::kernel::pose::Point;
 use geardyn::internals::gear::kernel::vector::Vector;
 use serde_json::Value;
 
@@ -259,4 +261,92 @@ fn law_undercut_of_a_pinion() {
     for point in &curves[0] {
         assert!(area(point.at) < 1e-12 * area(middle), "{point:?}");
     }
+}
+
+/// A cutter of each blade with an edge radius, in m.
+fn cutters() -> [Cutter; 2] {
+    [Blade::Inside, Blade::Outside].map(|blade| Cutter {
+        blade,
+        point_radius: 0.0753,
+        blade_angle: 0.32,
+        edge_radius: 0.0008,
+    })
+}
+
+/// The torus of the edge touches the tip plane at one end and goes over into the cone at the other, normals into the blade.
+#[test]
+fn exact_edge_of_a_cutter() {
+    let (mut places, mut normals) = (0f64, 0f64);
+    for cutter in cutters() {
+        let (cone, edge) = (cutter.cone(0.01), cutter.edge().unwrap());
+        let [tip, end] = edge.range();
+        let at_tip = edge.jet([tip, 0.7]).unwrap();
+        places = places.max(at_tip.r.z.abs());
+        normals = normals.max((at_tip.n + Vector::Z).norm());
+        let joined = edge.jet([end, 0.7]).unwrap();
+        let straight = cone.jet([cutter.edge_end(), 0.7]).unwrap();
+        places = places.max((joined.r - straight.r).norm());
+        normals = normals.max((joined.n - straight.n).norm());
+    }
+    within("places, m", places, 1e-16);
+    within("normals", normals, 1e-15);
+    let sharp = Cutter {
+        edge_radius: 0.0,
+        ..cutters()[0]
+    };
+    assert!(sharp.edge().is_none());
+}
+
+/// Every setting of a generator, none of them zero; lengths in m.
+fn machine() -> MachineSettings {
+    MachineSettings {
+        radial_distance: 0.0749,
+        cradle_angle: 1.11,
+        blank_offset: 0.0039,
+        sliding_base: 0.0003,
+        helical_motion: 0.002,
+        centre_to_back: -0.0005,
+        machine_root_angle: 0.2944,
+        tilt: 0.03,
+        swivel: 0.6,
+        roll: Some(Roll::from_sheet(3.24, [0.02, 0.05, 0.3, 1.0])),
+    }
+}
+
+/// Left-hand work is the mirror image of right-hand work: points and functions of meshing with θ turned round.
+#[test]
+fn law_hands_mirror() {
+    let section = ToothSection::from_cones([0.32, 0.39, 0.29], 0.081, 0.025);
+    for cutter in cutters() {
+        let [right, left] = [Hand::Right, Hand::Left]
+            .map(|hand| BevelFlank::new(&cutter, &machine(), hand, section));
+        for [s, theta, x] in [[0.003, 1.2, 0.1], [0.006, -0.4, -0.3]] {
+            let a = right.envelope.meeting([s, theta, x]).unwrap();
+            let b = left.envelope.meeting([s, -theta, x]).unwrap();
+            let mirrored = Vector::new(b.jet.r.x, -b.jet.r.y, b.jet.r.z);
+            assert!((a.jet.r - mirrored).norm() < 1e-16, "{a:?} {b:?}");
+            assert!((a.f - b.f).abs() < 1e-15, "{a:?} {b:?}");
+        }
+    }
+}
+
+/// Helical motion is a sliding base that grows with the cradle; the modified roll of a sheet turns the work by its polynomial.
+#[test]
+fn exact_helical_motion_and_modified_roll() {
+    let (x, all) = (0.2f64, machine());
+    let place = Point::<CutterFrame>::new(Vector::new(0.07, 0.01, -0.003));
+    let ratio = 3.24;
+    let turned = ratio
+        * (x - 0.01 * x.powi(2)
+            - 0.05 / 6.0 * x.powi(3)
+            - 0.3 / 24.0 * x.powi(4)
+            - x.powi(5) / 120.0);
+    let still = MachineSettings {
+        helical_motion: 0.0,
+        sliding_base: all.sliding_base + all.helical_motion * x,
+        roll: Some(Roll::constant(turned / x)),
+        ..all
+    };
+    let [a, b] = [all, still].map(|m| (m.motion(Hand::Right).pose(x) * place).coordinates);
+    within("place, m", (a - b).norm(), 1e-16);
 }
