@@ -18,7 +18,7 @@ fn vector(value: &Value) -> Vector {
 }
 
 /// The drive pair of c12, in inches, with an error of assembly E, P, G in inches and of the shaft angle in rad.
-fn pair([offset, pinion_axial, gear_axial, angle]: [f64; 4]) -> FlankPair {
+pub fn pair([offset, pinion_axial, gear_axial, angle]: [f64; 4]) -> FlankPair {
     let case = case("c12_nasa_cr191009_flanks");
     let flanks = ["pinion_concave", "gear_convex"].map(|name| nasa_flank(&case, name));
     let assembly = Assembly {

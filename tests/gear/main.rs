@@ -14,3 +14,5 @@ mod kernel_worm;
 mod bevel_flank;
 
 mod contact;
+
+mod gear_speed;

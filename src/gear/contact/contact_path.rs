@@ -7,6 +7,7 @@ use super::contact_point::{ContactPoint, ContactUnknowns, Edge};
 use super::pair::FlankPair;
 use crate::gear::bevel::tooth_section::Side;
 use crate::gear::kernel::root::sign_change;
+use crate::gear::kernel::vector::Vector;
 
 /// Pitches each way over which a pair is followed.
 const PITCHES: f64 = 1.5;
@@ -132,9 +133,13 @@ impl FlankPair {
         {
             return same;
         }
-        let near = same.map_or(start, |contact| contact.unknowns);
-        let passed = edges().filter(|e| self.beyond(*e, &near) > 0.0 && Some(*e) != edge);
-        let contacts = passed.filter_map(|e| self.edge_contact(angle, near, e));
+        let near = same.as_ref().map_or(start, |contact| contact.unknowns);
+        let is_passed = |e: &Edge| match &same {
+            Some(contact) => self.beyond(*e, contact.point) > 0.0,
+            None => true,
+        };
+        let others = edges().filter(|e| Some(*e) != edge && is_passed(e));
+        let contacts = others.filter_map(|e| self.edge_contact(angle, near, e));
         let mut on_teeth = contacts.filter(|c| self.is_on_teeth(c));
         on_teeth.next()
     }
@@ -173,20 +178,16 @@ impl FlankPair {
     pub fn is_on_teeth(&self, contact: &ContactPoint) -> bool {
         edges().all(|edge| {
             let depth = self.flanks[edge.member].section.depth();
-            self.beyond(edge, &contact.unknowns) <= ON_EDGE * depth
+            self.beyond(edge, contact.point) <= ON_EDGE * depth
         })
     }
 
-    /// How far a place lies beyond an edge of a member, m; infinite where its flank does not exist.
-    fn beyond(&self, edge: Edge, y: &ContactUnknowns) -> f64 {
-        let flank = &self.flanks[edge.member];
-        let at = [0, 1, 2].map(|i| y[3 * edge.member + i]);
-        let Some(meeting) = flank.envelope.meeting(at) else {
-            return f64::INFINITY;
-        };
-        let [c_z, c_rho, c_0] = flank.section.side(edge.side);
-        let r = meeting.jet.r;
-        c_z * r.z + c_rho * f64::hypot(r.x, r.y) - c_0
+    /// How far a point of the fixed frame lies beyond an edge of a member, m.
+    fn beyond(&self, edge: Edge, point: Vector) -> f64 {
+        let [c_z, c_rho, c_0] = self.flanks[edge.member].section.side(edge.side);
+        let off = point - self.centre(edge.member);
+        let axis = self.turn(edge.member).w;
+        c_z * off.dot(axis) + c_rho * axis.cross(off).norm() - c_0
     }
 
     /// The contact whose ratio is that of the tooth numbers.

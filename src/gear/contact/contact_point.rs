@@ -94,7 +94,7 @@ impl FlankPair {
     pub fn first_contact(&self) -> Option<ContactPoint> {
         let middle = self.flanks[0].middle()?;
         let at_middle = self.flanks[0].envelope.meeting(middle)?;
-        let relative = self.turn(0).plus(-self.ratio(), &self.turn(1));
+        let relative = self.turn(0).plus(-self.ratio(), self.turn(1));
         let condition = |angle: f64| {
             let pose = self.pose(0, angle);
             let (r, n) = (pose.apply(at_middle.jet.r), pose.rotate(at_middle.jet.n));

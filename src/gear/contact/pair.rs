@@ -32,6 +32,8 @@ pub struct FlankPair {
     pub teeth: [u32; 2],
     /// Places of both.
     places: [Transform; 2],
+    /// Turns of both about their axes, in the fixed frame.
+    turns: [Twist; 2],
 }
 
 impl FlankPair {
@@ -53,22 +55,31 @@ impl FlankPair {
             rotation: [x, z.cross(x), z],
             translation: assembly.gear_axial * z + aside,
         };
+        let places = [pinion, gear];
         FlankPair {
             flanks,
             teeth,
-            places: [pinion, gear],
+            turns: places.map(|place| place.carry(&Twist::turn(Vector::Z, Vector::ZERO))),
+            places,
         }
     }
 
     /// Pose of a member in the fixed frame at its angle.
+    #[inline]
     pub fn pose(&self, member: usize, angle: f64) -> Transform {
-        let turn = Transform::exp(&Twist::turn(Vector::Z, Vector::ZERO), angle);
-        self.places[member].after(&turn)
+        let (sin, cos) = angle.sin_cos();
+        let place = &self.places[member];
+        let [x, y, z] = place.rotation;
+        Transform {
+            rotation: [x * cos + y * sin, y * cos - x * sin, z],
+            ..*place
+        }
     }
 
-    /// Turn of a member in the fixed frame.
-    pub fn turn(&self, member: usize) -> Twist {
-        self.places[member].carry(&Twist::turn(Vector::Z, Vector::ZERO))
+    /// Turn of a member about its axis, in the fixed frame.
+    #[inline]
+    pub fn turn(&self, member: usize) -> &Twist {
+        &self.turns[member]
     }
 
     /// Origin of a member's frame in the fixed frame.
