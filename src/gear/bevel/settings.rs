@@ -32,7 +32,7 @@ impl Hand {
     }
 }
 
-/// How work and cradle turn together: `φ_w = R_a (φ_c − C φ_c² − D φ_c³ − E φ_c⁴ − F φ_c⁵)`.
+/// Roll of the work with the cradle: `φ_w = R_a (φ_c − C φ_c² − D φ_c³ − E φ_c⁴ − F φ_c⁵)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Roll {
     /// Ratio of roll R_a, work over cradle.

@@ -1,7 +1,7 @@
 //! The path of contact and the unloaded transmission error `te = ±((φ₂ − φ₂₀) + (z₁/z₂)(φ₁ − φ₁₀))`, edges and hand-over included.
 //!
-//! The sign is that of the gear's drive: positive where the gear leads. No pair may overlap, so the gear stands where the leading pair
-//! holds it: the largest te of all pairs at an angle.
+//! The sign is that of the gear's drive: positive where the gear leads. No pair may overlap, so the leading pair places
+//! the gear: the largest te of all pairs at an angle.
 
 use super::contact_point::{ContactPoint, ContactUnknowns, Edge};
 use super::pair::FlankPair;
@@ -182,7 +182,7 @@ impl FlankPair {
         })
     }
 
-    /// How far a point of the fixed frame lies beyond an edge of a member, m.
+    /// Distance of a point of the fixed frame beyond an edge of a member, m; negative on the tooth.
     fn beyond(&self, edge: Edge, point: Vector) -> f64 {
         let [c_z, c_rho, c_0] = self.flanks[edge.member].section.side(edge.side);
         let off = point - self.centre(edge.member);

@@ -15,7 +15,7 @@ use super::vector::Vector;
 pub struct Envelope<S: Surface, To> {
     /// The moving surface.
     pub surface: S,
-    /// Its motion in the frame of the work.
+    /// Motion of the surface in the frame of the work.
     pub motion: Motion<To, S::Frame>,
     /// First and last x.
     pub range: [f64; 2],

@@ -2,7 +2,7 @@
 //!
 //! A [`tool::Tool`] is a curve swept by a screw, a [`motion::Motion`] a product of joints with laws, an [`envelope::Envelope`] what the
 //! tool leaves of the work under that motion: again a surface, which the next motion carries. Normals point out of the metal of the work,
-//! `dn = −W dr`. Frames are types at the borders; lengths have the unit of the input. The plane is an instance: [`plane`].
+//! `dn = −W dr`. Frames are types where results leave the kernel; lengths have the unit of the input. The plane is an instance: [`plane`].
 
 pub mod vector;
 

@@ -1,6 +1,7 @@
 //! Motions: a product of exponentials `exp(S₁ q₁(x)) … exp(Sₙ qₙ(x)) H` of joints with laws, with its exact velocity and acceleration.
 //!
-//! Brockett 1984 writes chains of joints so: every screw Sᵢ stands in the outer frame where all qᵢ = 0, H is the pose there.
+//! Every screw Sᵢ is given in the outer frame where all qᵢ = 0, H is the pose there (Brockett 1984, Robotic manipulators and the product
+//! of exponentials formula).
 
 use std::marker::PhantomData;
 

@@ -10,7 +10,7 @@ const PARTS: usize = 48;
 const LAST_STEP: f64 = 3e-8;
 /// A change of sign that ends above this share of the values at the ends of the interval is a jump or a pole.
 const JUMP: f64 = 1e-6;
-/// How far beyond the interval a root may lie, as a share of its length: rounding of a root at an end.
+/// A root this share of the interval's length beyond it counts as inside: rounding of a root at an end.
 const BEYOND: f64 = 1e-9;
 
 /// A root of `f` in `[from, to]`, `f` giving value and derivative, none where it is not defined.
