@@ -454,7 +454,7 @@ fn exact_formate() {
         range: [0.0, 0.0],
     };
     let [apex, axis] = [Vector::X * (2.9675 / 22f64.to_radians().tan()), Vector::X];
-    let (mut off_cone, mut curvature) = (0f64, 0f64);
+    let (mut off_cone, mut curvature, mut normals) = (0f64, 0f64, 0f64);
     for face in [0.1, 0.5, 0.9] {
         for height in [0.1, 0.5, 0.9] {
             let section = nasa_section(&case, settings, face, height);
@@ -471,6 +471,9 @@ fn exact_formate() {
             let in_cutter = (pose.inverse() * point.point).coordinates - apex;
             let angle = (in_cutter.cross(axis).norm()).atan2(in_cutter.dot(-axis));
             off_cone = off_cone.max((angle - 22f64.to_radians()).abs() * in_cutter.norm());
+            // The normal of a cone makes the complement of its angle with the axis.
+            let normal = (pose.inverse() * point.normal).components;
+            normals = normals.max((normal.dot(axis).abs() - 22f64.to_radians().sin()).abs());
             let k = point.second_order.envelope().unwrap().principal();
             let expected = 1.0 / (in_cutter.norm() * 22f64.to_radians().tan());
             let bent = k[0].0.abs().max(k[1].0.abs());
@@ -478,5 +481,6 @@ fn exact_formate() {
         }
     }
     within("off the cone, in", off_cone, 1e-14);
+    within("normal to the axis", normals, 1e-15);
     within("curvature, 1/in", curvature, 1e-14);
 }

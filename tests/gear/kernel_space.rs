@@ -156,6 +156,13 @@ fn ref_induced_curvature_of_a_torus() {
             1e-11,
         );
     }
+    // Geodesic torsion of the envelope's jet against (p·e)(p·e⊥)/D.
+    let [e1, e2] = second.tool.tangents;
+    let (sin, cos) = 0.5f64.sin_cos();
+    let induced = own.torsion(e1 * cos + e2 * sin) - second.tool.torsion(e1 * cos + e2 * sin);
+    let [p1, p2] = second.p;
+    let torsion = (p1 * cos + p2 * sin) * (p2 * cos - p1 * sin) / second.undercut;
+    within("induced geodesic torsion", apart(induced, torsion), 1e-11);
     // Baxter's reading: induced curvature across the contact line is |p| over its speed on the work.
     let across = point
         .normal
@@ -462,5 +469,73 @@ fn ref_hobbing_under_two_motions() {
         if involute {
             within("ZI: base radius of the gear, mm", bases, 1e-12);
         }
+    }
+}
+
+/// A third motion, the hob shifted along its axis, gives no new equation: its n·v is that of the hob's turn divided by the lead.
+#[test]
+fn exact_shifted_hob() {
+    let (pitch, turn) = (4.0, Twist::turn(Vector::Z, Vector::ZERO));
+    let hob = hob_flank(true, 40.0, pitch, 20f64.to_radians(), PI);
+    let motion = Motion::<Hob, Hob>::identity().joint(turn, Law::linear(1.0));
+    let envelope = Envelope {
+        surface: hob,
+        motion,
+        range: [-1.0, 1.0],
+    };
+    let mut worst = 0f64;
+    for at in [[30.0, 0.4, 0.1], [38.0, -1.0, 0.7], [45.0, 2.0, -0.3]] {
+        let meeting = envelope.meeting(at).unwrap();
+        let (shift, _) = meeting.under(&Twist::slide(Vector::Z));
+        worst = worst.max((meeting.f + pitch * shift).abs());
+    }
+    within("n·v of turn and shift, mm", worst, 1e-13);
+}
+
+/// Motions of random joints with values that are no numbers, lengths of zero, tools without a normal: no panic, and no number that is none.
+#[test]
+fn survives_degenerate_envelopes() {
+    fastrand::seed(83);
+    let odd = [0.0, -0.0, 1.0, -1.0, 1e-300, 1e300, f64::NAN, f64::INFINITY];
+    let mut pick = || match fastrand::usize(..3) {
+        0 => odd[fastrand::usize(..odd.len())],
+        _ => 10.0 * (fastrand::f64() - 0.5),
+    };
+    for _ in 0..3000 {
+        let mut vector = || Vector::new(pick(), pick(), pick());
+        let line = Line {
+            point: vector(),
+            direction: vector(),
+            range: [-1.0, 1.0],
+        };
+        let tool = Tool::<_, Wheel>::new(
+            line,
+            Twist {
+                w: vector(),
+                s: vector(),
+            },
+        );
+        let joint = Twist {
+            w: vector(),
+            s: vector(),
+        };
+        let motion = Motion::<Wheel, Wheel>::identity().joint(joint, Law::linear(pick()));
+        let envelope = Envelope {
+            surface: tool,
+            motion,
+            range: [-1.0, 1.0],
+        };
+        let (x, theta) = (pick(), pick());
+        if let Some(point) = envelope.flank([x, theta]) {
+            let numbers = [
+                point.at,
+                point.point.coordinates.array(),
+                point.normal.components.array(),
+            ];
+            assert!(numbers.iter().flatten().all(|v| v.is_finite()), "{point:?}");
+        }
+        let _ = envelope.motion_parameters([0.5, theta]);
+        let _ = envelope.on_circle([1.0, 2.0], [0.5, theta, x]);
+        let _ = envelope.under_two_motions(x, &joint, [0.5, theta]);
     }
 }

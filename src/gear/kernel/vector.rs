@@ -63,12 +63,6 @@ impl Vector {
     }
 }
 
-impl From<[f64; 3]> for Vector {
-    fn from([x, y, z]: [f64; 3]) -> Vector {
-        Vector::new(x, y, z)
-    }
-}
-
 impl Add for Vector {
     type Output = Vector;
     #[inline]
