@@ -5,6 +5,7 @@ use geardyn::internals::gear::bevel::flank::BevelFlank;
 use geardyn::internals::gear::bevel::flank_grid::FlankGrid;
 use geardyn::internals::gear::bevel::frames::CutterFrame;
 use geardyn::internals::gear::bevel::settings::{Hand, MachineSettings, Roll};
+use geardyn::internals::gear::bevel::structure_elements::StructureElements;
 use geardyn::internals::gear::bevel::tooth_section::ToothSection;
 use geardyn::internals::gear::kernel::jet::Surface;
 use geardyn::internals::gear::kernel::limits::Limit;
@@ -349,4 +350,55 @@ fn exact_helical_motion_and_modified_roll() {
     };
     let [a, b] = [all, still].map(|m| (m.motion(Hand::Right).pose(x) * place).coordinates);
     within("place, m", (a - b).norm(), 1e-16);
+}
+
+/// First derivative by fourth-order central differences.
+fn difference(h: f64, f: impl Fn(f64) -> f64) -> f64 {
+    (8.0 * (f(h) - f(-h)) - f(2.0 * h) + f(-2.0 * h)) / (12.0 * h)
+}
+
+/// Diagonal coefficient and both curvatures of the flanks of c12 from n and W, against differences of angles along the tooth line and the
+/// profile: `χ = cos β dβ/dL + sin β/L` in the developed cone, `ζ = (cos ψ dψ/dδ + sin ψ cot δ)/L` on the sphere.
+#[test]
+fn exact_structure_elements() {
+    let case = case("c12_nasa_cr191009_flanks");
+    let (mut diagonals, mut lengthwise, mut profiles) = (0f64, 0f64, 0f64);
+    for name in ["pinion_concave", "gear_convex"] {
+        let flank = nasa_flank(&case, name);
+        let middle = flank.middle().unwrap();
+        for place in [[0.5, 0.5], [0.8, 0.7]] {
+            let point = flank.point(place, middle).unwrap();
+            let elements = StructureElements::of(&point).unwrap();
+            let (distance, delta) = (elements.cone_distance, elements.cone_angle);
+            let at = |distance: f64, delta: f64| {
+                let circle = [distance * delta.cos(), distance * delta.sin()];
+                let at = flank.envelope.on_circle(circle, point.at).unwrap();
+                flank.envelope.point(at).unwrap()
+            };
+            let along = |step: f64| StructureElements::of(&at(distance + step, delta)).unwrap();
+            let h = 1e-3 * distance;
+            let d_alpha = difference(h, |step| along(step).pressure_angle);
+            let d_beta = difference(h, |step| along(step).spiral_angle);
+            let beta = elements.spiral_angle;
+            diagonals = diagonals.max((elements.diagonal / d_alpha - 1.0).abs());
+            let chi = beta.cos() * d_beta + beta.sin() / distance;
+            lengthwise = lengthwise.max((elements.lengthwise_curvature / chi - 1.0).abs());
+            // Angle of the profile from the meridian of the sphere.
+            let psi = |step: f64| {
+                let p = at(distance, delta + step);
+                let (r, n) = (p.point.coordinates, p.normal.components);
+                let e3 = r.unit().unwrap();
+                let e2 = Vector::Z.cross(r).unit().unwrap();
+                let t = n.cross(e3).unit().unwrap();
+                let up = t.dot(e2.cross(e3));
+                f64::atan2(t.dot(e2) * up.signum(), up.abs())
+            };
+            let (p, d_psi) = (psi(0.0), difference(1e-3, psi));
+            let zeta = (p.cos() * d_psi + p.sin() / delta.tan()) / distance;
+            profiles = profiles.max((elements.profile_curvature / zeta - 1.0).abs());
+        }
+    }
+    within("diagonal coefficient, relative", diagonals, 1e-8);
+    within("lengthwise curvature, relative", lengthwise, 1e-8);
+    within("profile curvature, relative", profiles, 1e-8);
 }

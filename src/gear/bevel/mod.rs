@@ -11,3 +11,5 @@ pub mod tooth_section;
 pub mod flank;
 
 pub mod flank_grid;
+
+pub mod structure_elements;
