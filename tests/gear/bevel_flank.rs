@@ -393,7 +393,7 @@ fn exact_structure_elements() {
                 let up = t.dot(e2.cross(e3));
                 f64::atan2(t.dot(e2) * up.signum(), up.abs())
             };
-            let (p, d_psi) = (psi(0.0), difference(1e-3, psi));
+            let (p, d_psi) = (psi(0.0), difference(2e-4, psi));
             let zeta = (p.cos() * d_psi + p.sin() / delta.tan()) / distance;
             profiles = profiles.max((elements.profile_curvature / zeta - 1.0).abs());
         }

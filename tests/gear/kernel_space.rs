@@ -497,12 +497,12 @@ fn exact_shifted_hob() {
 fn survives_degenerate_envelopes() {
     fastrand::seed(83);
     let odd = [0.0, -0.0, 1.0, -1.0, 1e-300, 1e300, f64::NAN, f64::INFINITY];
-    let mut pick = || match fastrand::usize(..3) {
+    let pick = || match fastrand::usize(..3) {
         0 => odd[fastrand::usize(..odd.len())],
         _ => 10.0 * (fastrand::f64() - 0.5),
     };
     for _ in 0..3000 {
-        let mut vector = || Vector::new(pick(), pick(), pick());
+        let vector = || Vector::new(pick(), pick(), pick());
         let line = Line {
             point: vector(),
             direction: vector(),
