@@ -453,6 +453,7 @@ fn exact_formate() {
         motion: Motion::fixed(pose),
         range: [0.0, 0.0],
     };
+    assert_eq!(formate.surface_parameter([0.0, 4.1]), None);
     let [apex, axis] = [Vector::X * (2.9675 / 22f64.to_radians().tan()), Vector::X];
     let (mut off_cone, mut curvature, mut normals) = (0f64, 0f64, 0f64);
     for face in [0.1, 0.5, 0.9] {

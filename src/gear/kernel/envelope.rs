@@ -46,8 +46,12 @@ impl<S: Surface, To> Envelope<S, To> {
     }
 
     /// u of the contact at given x and θ: the root of f in the range of u, of several the one nearest its middle. None where the surface
-    /// does not touch there; cut its range where two contacts are wanted.
+    /// does not touch there, and for a surface that does not move, every point of which is its flank. Where a surface touches twice, give
+    /// it the part of its range that is meant.
     pub fn surface_parameter(&self, [x, theta]: [f64; 2]) -> Option<f64> {
+        if self.motion.is_fixed() {
+            return None;
+        }
         let state = self.motion.at(x);
         root(self.surface.range(), |u| {
             let meeting = Meeting::new(&self.surface.jet([u, theta])?, &state);
