@@ -1,6 +1,7 @@
 //! Unloaded contact of bevel flanks: published settings, conjugate mates, starts of misaligned pairs.
 
 use geardyn::internals::gear::bevel::settings::Hand;
+use geardyn::internals::gear::contact::ease_off::EaseOff;
 use geardyn::internals::gear::contact::pair::{Assembly, FlankPair};
 use geardyn::internals::gear::kernel::vector::Vector;
 use serde_json::Value;
@@ -169,4 +170,162 @@ fn law_starts_of_misaligned_pairs() {
         let peak = pair.peak_to_peak(&path, 40).unwrap().to_degrees() * 3600.0;
         assert!((5.0..200.0).contains(&peak), "{errors:?}: {peak}");
     }
+}
+
+/// Angle of the gear at which its flank holds a point of the pinion at φ₁: by azimuth alone, without normals.
+fn gear_angle_of(pair: &FlankPair, of_pinion: Vector, angle: f64, near: [f64; 3]) -> f64 {
+    let in_gear = pair
+        .pose(1, 0.0)
+        .inverse()
+        .apply(pair.pose(0, angle).apply(of_pinion));
+    let place = [in_gear.z, in_gear.x.hypot(in_gear.y)];
+    let gear = &pair.flanks[1].envelope;
+    let own = gear
+        .point(gear.on_circle(place, near).unwrap())
+        .unwrap()
+        .point
+        .coordinates;
+    let turn = in_gear.y.atan2(in_gear.x) - own.y.atan2(own.x);
+    turn - std::f64::consts::TAU * (turn / std::f64::consts::TAU).round()
+}
+
+/// A contact is the extremum of the gear's angle over the points of the pinion, which needs no normals: every point around it asks the
+/// gear to lead less.
+#[test]
+fn law_contact_is_an_extremum() {
+    let pair = pair([0.003, 0.02, -0.002, 0.001]);
+    let path = pair.path(pair.first_contact().unwrap(), 10);
+    for c in path.contacts.iter().filter(|c| c.edge.is_none()) {
+        let y = c.unknowns;
+        let push = pair.turn(1).at(c.point).dot(c.normal).signum();
+        let lead = |theta: f64, x: f64| {
+            let point = pair.flanks[0]
+                .envelope
+                .flank([y[2] + x, y[1] + theta])
+                .unwrap();
+            push * gear_angle_of(
+                &pair,
+                point.point.coordinates,
+                c.pinion_angle,
+                [y[3], y[4], y[5]],
+            )
+        };
+        let most = lead(0.0, 0.0);
+        assert!((most - push * c.gear_angle()).abs() < 1e-14);
+        for i in 0..16 {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 16.0).sin_cos();
+            let around = lead(0.01 * cos, 0.01 * sin);
+            assert!(around < most - 1e-8, "{i}: {around} {most}");
+        }
+    }
+}
+
+/// The conjugate pinion of the gear of c12: at the reference contact it has the cut pinion's place and normal, its pair has no
+/// transmission error, and the cut pinion is crowned lengthwise.
+#[test]
+fn exact_ease_off() {
+    let pair = pair([0.0, 0.02, 0.0, 0.0]);
+    let path = pair.path(pair.first_contact().unwrap(), 40);
+    let contact = path.reference;
+    let conjugate = pair.conjugate(&contact);
+    let y = contact.unknowns;
+    let point = conjugate.point([y[5], y[4], contact.pinion_angle]).unwrap();
+    let cut = pair.flanks[0].envelope.point([y[0], y[1], y[2]]).unwrap();
+    let apart = point.point.coordinates - cut.point.coordinates;
+    within("place at the reference contact, in", apart.norm(), 1e-14);
+    let normals = point.normal.components + cut.normal.components;
+    within("normals at the reference contact", normals.norm(), 1e-13);
+    let meeting = conjugate
+        .meeting([y[5], y[4], contact.pinion_angle])
+        .unwrap();
+    within("equation of meshing", meeting.f.abs(), 1e-12);
+    // A conjugate node asks of the gear just the ratio's angle where it touches, and less before and after: no normal is used.
+    let (mut touching, push) = (
+        0f64,
+        pair.turn(1).at(contact.point).dot(contact.normal).signum(),
+    );
+    for [face, height] in [[0.2, 0.3], [0.5, 0.5], [0.5, 0.8], [0.8, 0.6]] {
+        let start = [y[5], y[4], contact.pinion_angle];
+        let at = conjugate
+            .on_circle(pair.flanks[0].section.at(face, height), start)
+            .unwrap();
+        let node = conjugate.point(at).unwrap().point.coordinates;
+        let ahead = |angle: f64| {
+            let ideal = contact.gear_angle() + pair.ratio() * (angle - contact.pinion_angle);
+            push * (gear_angle_of(&pair, node, angle, [y[3], y[4], y[5]]) - ideal)
+        };
+        touching = touching.max(ahead(at[2]).abs());
+        assert!(ahead(at[2] - 0.03) < -1e-6 && ahead(at[2] + 0.03) < -1e-6);
+    }
+    within(
+        "transmission error of the conjugate pair, rad",
+        touching,
+        1e-14,
+    );
+    let ease_off = pair.ease_off(&contact, 9, 13);
+    let missing = ease_off.gaps.iter().filter(|g| g.is_none()).count();
+    assert!(missing < 4, "{missing}");
+    let terms = ease_off.terms().unwrap();
+    assert!(
+        terms.lengthwise_crowning > 10.0 * terms.profile_crowning.abs(),
+        "{terms:?}"
+    );
+}
+
+/// The terms of a polynomial ease-off are its factors, whatever nodes are missing.
+#[test]
+fn exact_terms_of_an_ease_off() {
+    let (rows, columns) = (5, 7);
+    let mut gaps = Vec::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let (f, h) = (column as f64 / 3.0 - 1.0, row as f64 / 2.0 - 1.0);
+            let gap = 1e-6 * (1.0 + 2.0 * f - 3.0 * h + 40.0 * f * f - 5.0 * f * h + 6.0 * h * h);
+            gaps.push((row + column != 0).then_some(gap));
+        }
+    }
+    let terms = EaseOff {
+        rows,
+        columns,
+        gaps,
+    }
+    .terms()
+    .unwrap();
+    let found = [
+        terms.constant,
+        terms.spiral_angle,
+        terms.pressure_angle,
+        terms.lengthwise_crowning,
+        terms.twist,
+        terms.profile_crowning,
+    ];
+    let expected = [1.0, 2.0, -3.0, 40.0, -5.0, 6.0].map(|t| 1e-6 * t);
+    let apart = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
+    within("terms, m", apart.fold(terms.rest, f64::max), 1e-18);
+}
+
+/// More offset makes the pinion's spiral angle exceed the gear's by more, in the pitch plane through the contact.
+#[test]
+fn law_offset_and_spiral_angles() {
+    let excess = |offset: f64| {
+        let pair = pair([offset, 0.02, 0.0, 0.0]);
+        let contact = pair.first_contact().unwrap();
+        let arm = |member: usize| pair.turn(member).at(contact.point);
+        let normal = arm(0).cross(arm(1)).unit().unwrap();
+        let tooth = normal.cross(contact.normal).unit().unwrap();
+        let spiral = |member: usize| {
+            let axis = pair.turn(member).w;
+            let off = contact.point - pair.centre(member);
+            // The element runs from where the axis pierces the pitch plane.
+            let element = off - axis * (off.dot(normal) / axis.dot(normal));
+            (element.unit().unwrap().dot(tooth).abs()).acos()
+        };
+        spiral(0) - spiral(1)
+    };
+    assert!(
+        excess(0.05) > 0.01 && excess(-0.05) < -0.01,
+        "{} {}",
+        excess(0.05),
+        excess(-0.05)
+    );
 }

@@ -7,3 +7,5 @@ pub mod contact_point;
 pub mod ellipse;
 
 pub mod contact_path;
+
+pub mod ease_off;
