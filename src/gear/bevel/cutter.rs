@@ -5,7 +5,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::frames::CutterFrame;
-use crate::gear::kernel::tool::{Arc, Line, Tool};
+use crate::gear::kernel::tool::{Arc, Curve, Line, Tool};
 use crate::gear::kernel::twist::Twist;
 use crate::gear::kernel::vector::Vector;
 
@@ -75,7 +75,7 @@ impl Cutter {
     }
 
     /// A profile turned about the cutter's axis, its normal into the blade.
-    fn swept<C: crate::gear::kernel::tool::Curve>(&self, curve: C) -> Tool<C, CutterFrame> {
+    fn swept<C: Curve>(&self, curve: C) -> Tool<C, CutterFrame> {
         let tool = Tool::new(curve, Twist::turn(Vector::Z, Vector::ZERO));
         match self.blade {
             Blade::Inside => tool,

@@ -1,5 +1,7 @@
 //! A flank of a bevel gear on its blank, found without hints: a scan of the cutter and the cradle, then Newton's method.
 
+use std::f64::consts::TAU;
+
 use super::cutter::Cutter;
 use super::frames::{CutterFrame, WorkFrame};
 use super::settings::{Hand, MachineSettings};
@@ -9,8 +11,6 @@ use crate::gear::kernel::jet::Surface;
 use crate::gear::kernel::limits::{Limit, limit_curves};
 use crate::gear::kernel::meeting::Meeting;
 use crate::gear::kernel::tool::{Line, Tool};
-
-use std::f64::consts::TAU;
 
 /// Blade length in depths of the tooth: the cutter reaches beyond the work.
 const BLADE_DEPTHS: f64 = 3.0;
