@@ -2,6 +2,8 @@
 //!
 //! Knows neither files nor dynamics.
 
+pub mod plane;
+
 pub mod involute;
 
 pub mod path_of_contact;

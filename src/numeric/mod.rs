@@ -56,6 +56,10 @@ pub mod expm;
 
 pub mod small_dense;
 
+pub mod quadrature;
+
+pub mod quintic_spline;
+
 pub mod discretisation;
 
 pub mod least_squares;

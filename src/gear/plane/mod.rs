@@ -1,0 +1,17 @@
+//! Plane meshing: from a ratio law to centrodes, from a profile on one body to the conjugate profile on the other.
+//!
+//! Data flow: [`ratio_law::RatioLaw`] or [`pitch_curve::PitchCurve`] → [`centrodes::Centrodes`] → [`rolling::Rolling`] (tool and work, by
+//! arc) → with a [`profile::Profile`] on the tool → [`conjugate::ConjugateProfile`], a list of [`conjugate::Contact`]s with path, sliding
+//! and curvature, itself a profile again → limits, second contact, outlines.
+
+pub mod pitch_curve;
+
+pub mod ratio_law;
+
+pub mod centrodes;
+
+pub mod rolling;
+
+pub mod profile;
+
+pub mod conjugate;
