@@ -2,6 +2,10 @@
 //!
 //! Knows neither files nor dynamics.
 
+/// Envelopes of moving surfaces: the equation of meshing.
+pub mod kernel;
+
+/// Plane meshing: ratio laws, centrodes, conjugate profiles.
 pub mod plane;
 
 pub mod involute;

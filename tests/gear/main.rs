@@ -3,4 +3,12 @@
 #[path = "../support/verification.rs"]
 mod verification;
 
+mod kernel;
+
+mod kernel_space;
+
+mod kernel_bevel;
+
+mod kernel_worm;
+
 mod plane_centrodes;
