@@ -209,6 +209,26 @@ impl Centrodes {
     pub fn pose(&self, member: Member, state: &PitchState) -> (Complex, f64) {
         match (member, &self.0.source) {
             (Member::First, _) => (Complex::new(0.0, 0.0), -state.angle_1),
+            (Member::Second, Source::Rack { .. }) => (Complex::new(0.0, -state.travel), 0.0),
+            (
+                Member::Second,
+                Source::Gears {
+                    centre_distance,
+                    side,
+                    ..
+                },
+            ) => {
+                let origin = Complex::new(side * centre_distance, 0.0);
+                (origin, side * state.angle_2)
+            }
+        }
+    }
+
+    /// Place of a body's axis on the line of centres, m; `None` for a rack.
+    pub fn mate_axis(&self, member: Member) -> Option<f64> {
+        match (member, &self.0.source) {
+            (Member::First, _) => Some(0.0),
+            (_, Source::Rack { .. }) => None,
             (
                 _,
                 Source::Gears {
@@ -216,11 +236,25 @@ impl Centrodes {
                     side,
                     ..
                 },
-            ) => (
-                Complex::new(side * centre_distance, 0.0),
-                side * state.angle_2,
-            ),
-            (_, Source::Rack { .. }) => (Complex::new(0.0, -state.travel), 0.0),
+            ) => Some(side * centre_distance),
+        }
+    }
+
+    /// Counter-clockwise turn of a body (rad), or displacement of a rack along y (m), with two derivatives over φ₁.
+    pub fn displacement(&self, member: Member, angle_1: f64) -> Option<[f64; 3]> {
+        if member == Member::First {
+            return Some([-angle_1, -1.0, 0.0]);
+        }
+        match &self.0.source {
+            Source::Gears { law, side, .. } => {
+                let state = law.at(angle_1)?;
+                let rate = side / state.ratio;
+                Some([side * state.angle_2, rate, -rate * state.slope / state.ratio])
+            }
+            Source::Rack { curve, .. } => {
+                let [r, slope, _] = curve.at(angle_1);
+                Some([-self.at(angle_1)?.travel, -r, -slope])
+            }
         }
     }
 

@@ -15,3 +15,13 @@ pub mod rolling;
 pub mod profile;
 
 pub mod conjugate;
+
+pub mod line_of_action;
+
+pub mod envelope;
+
+pub mod limits;
+
+pub mod second_contact;
+
+pub mod law_of_gearing;
