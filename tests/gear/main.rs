@@ -12,3 +12,9 @@ mod kernel_bevel;
 mod kernel_worm;
 
 mod plane_centrodes;
+
+mod plane_conjugates;
+
+mod plane_rolling_curves;
+
+mod plane_outlines;

@@ -145,6 +145,15 @@ impl Centrodes {
         }))
     }
 
+    /// Kind of the mate; `None` for a rack.
+    pub fn mate(&self) -> Option<Mate> {
+        match self.0.source {
+            Source::Rack { .. } => None,
+            Source::Gears { side, .. } if side < 0.0 => Some(Mate::Internal),
+            Source::Gears { .. } => Some(Mate::External),
+        }
+    }
+
     /// State at an angle φ₁ (rad); `None` outside the range of the law.
     pub fn at(&self, angle_1: f64) -> Option<PitchState> {
         self.0.source.at(angle_1)

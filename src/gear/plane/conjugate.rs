@@ -82,6 +82,11 @@ impl Contact {
         })
     }
 
+    /// Arc at a near parameter, to first order.
+    fn arc_near(&self, u: f64) -> f64 {
+        self.arc - (u - self.parameter) * self.slope / self.second_limit
+    }
+
     /// Specific sliding ζ of tool and work: `1 − (speed of the other)/(own speed)`.
     pub fn specific_sliding(&self) -> [f64; 2] {
         [
@@ -104,9 +109,10 @@ pub struct ConjugateProfile<P> {
     contacts: Vec<Contact>,
 }
 
-/// Generates the profile conjugate to a tool's profile, at about `count` parameters at equal steps.
+/// Generates the profile conjugate to a tool's profile, at `count` parameters at equal steps.
 ///
-/// The contact nearest to the pitch point is found by a scan; its neighbours follow by continuation, until a point has no contact.
+/// The contact nearest to the pitch point is found by a scan; its neighbours follow by continuation, until a point has no contact. A pin
+/// centred on the pitch circle touches along its path; a flank of that shape, whose normals are steeper, at one instant only.
 ///
 /// # Errors
 /// `OutOfRange` where the profile touches at one instant only (Wildhaber–Novikov), or nowhere.
@@ -116,18 +122,23 @@ pub fn conjugate<P: Profile>(
     count: usize,
 ) -> Result<ConjugateProfile<P>, Error> {
     let [low, high] = tool.range();
-    let count = count.max(3);
-    let at = |i: usize, n: usize| low + (high - low) * i as f64 / (n - 1) as f64;
+    let last = count.max(3) - 1;
+    let parameter = |i: usize| match i == last {
+        true => high,
+        false => low + (high - low) * i as f64 / last as f64,
+    };
     let grid = ArcGrid::new(&rolling.tool);
-    let mut roots: Vec<(f64, Vec<f64>)> = vec![];
-    let mut nearest: Option<(f64, f64, f64)> = None;
+    let mut roots: Vec<Vec<f64>> = vec![];
+    let mut nearest: Option<(usize, f64, f64)> = None;
     let mut length = 0.0;
-    let mut last: Option<Complex> = None;
-    for i in 0..START_SAMPLES {
-        let u = at(i, START_SAMPLES);
-        let Some(jet) = tool.jet(u) else { continue };
-        length += last.map_or(0.0, |last| (jet.point - last).norm());
-        last = Some(jet.point);
+    let mut before: Option<Complex> = None;
+    for k in 0..START_SAMPLES.min(last + 1) {
+        let i = (k * last).div_ceil(START_SAMPLES.min(last + 1) - 1);
+        let Some(jet) = tool.jet(parameter(i)) else {
+            continue;
+        };
+        length += before.map_or(0.0, |before| (jet.point - before).norm());
+        before = Some(jet.point);
         let arcs = grid.contact_arcs(&rolling.tool, &jet);
         for arc in &arcs {
             let Some(state) = rolling.tool.at(*arc) else {
@@ -135,10 +146,10 @@ pub fn conjugate<P: Profile>(
             };
             let distance = (jet.point - state.point).norm();
             if nearest.is_none_or(|(_, _, least)| distance < least) {
-                nearest = Some((u, *arc, distance));
+                nearest = Some((i, *arc, distance));
             }
         }
-        roots.push((u, arcs));
+        roots.push(arcs);
     }
     let Some((start, arc, _)) = nearest else {
         return Err(out_of_range(
@@ -146,43 +157,33 @@ pub fn conjugate<P: Profile>(
         )
         .with_hint("move the profile nearer to the pitch curve"));
     };
-    if let Some(instant) = common_arc(&roots, SAME_INSTANT * length) {
+    if touch_together(&roots, arc, SAME_INSTANT * length) {
         return Err(out_of_range(format!(
-            "all points of the profile touch at one instant (arc {instant} m), since its centre of curvature lies on the pitch curve (Wildhaber–Novikov); the transverse contact ratio is 0"
+            "all points of the profile touch at one instant (arc {arc} m), since its centre of curvature lies on the pitch curve (Wildhaber–Novikov); the transverse contact ratio is 0"
         ))
         .with_hint("move the centre off the pitch curve, or make the gear helical"));
     }
-    let step = (high - low) / (count - 1) as f64;
-    let follow = |direction: f64| {
-        let (mut contacts, mut u, mut arc) = (vec![], start, arc);
-        loop {
-            let Some(contact) = contact_near(rolling, &tool, u, arc) else {
-                break;
-            };
-            let du = match direction {
-                1.0 => step.min(high - u),
-                _ => -step.min(u - low),
-            };
-            arc = contact.arc - du * contact.slope / contact.second_limit;
-            contacts.push(contact);
-            if du == 0.0 || contacts.len() > 2 * count {
-                break;
+    let follow = |rows: &mut dyn Iterator<Item = usize>| {
+        let mut contacts: Vec<Contact> = vec![];
+        for i in rows {
+            let near = contacts.last().map_or(arc, |c| c.arc_near(parameter(i)));
+            match contact_near(rolling, &tool, parameter(i), near) {
+                Some(contact) => contacts.push(contact),
+                None => break,
             }
-            u = match direction {
-                1.0 if high - u <= step => high,
-                -1.0 if u - low <= step => low,
-                _ => u + du,
-            };
         }
         contacts
     };
-    let mut contacts = follow(-1.0);
+    let mut contacts = follow(&mut (0..=start).rev());
     contacts.reverse();
-    contacts.extend(follow(1.0).into_iter().skip(1));
+    contacts.extend(follow(&mut (start..=last)).into_iter().skip(1));
     if contacts.len() < 2 {
         return Err(Error::new(
             Code::NoConvergence,
-            format!("the contact of the profile at parameter {start} cannot be continued"),
+            format!(
+                "the contact of the profile at parameter {} cannot be continued",
+                parameter(start)
+            ),
         ));
     }
     Ok(ConjugateProfile {
@@ -217,8 +218,7 @@ impl<P: Profile> ConjugateProfile<P> {
             true => before,
             false => after,
         };
-        let arc = near.arc - (u - near.parameter) * near.slope / near.second_limit;
-        contact_near(&self.rolling, &self.tool, u, arc)
+        contact_near(&self.rolling, &self.tool, u, near.arc_near(u))
     }
 }
 
@@ -251,14 +251,10 @@ fn contact_near(rolling: &Rolling, tool: &impl Profile, u: f64, arc: f64) -> Opt
     contact.work_point.norm().is_finite().then_some(contact)
 }
 
-/// An arc common to the roots of all parameters.
-fn common_arc(roots: &[(f64, Vec<f64>)], tolerance: f64) -> Option<f64> {
-    let (_, first) = roots.first()?;
-    let mut shared = first.iter().copied();
-    shared.find(|arc| {
-        let touches = |(_, arcs): &(f64, Vec<f64>)| arcs.iter().any(|s| (s - arc).abs() <= tolerance);
-        tolerance > 0.0 && roots.iter().all(touches)
-    })
+/// Whether the roots of all parameters hold one arc.
+fn touch_together(roots: &[Vec<f64>], arc: f64, tolerance: f64) -> bool {
+    let touches = |arcs: &Vec<f64>| arcs.iter().any(|s| (s - arc).abs() <= tolerance);
+    tolerance > 0.0 && roots.iter().all(touches)
 }
 
 /// `f` and `f_s` at an arc.

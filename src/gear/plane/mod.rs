@@ -25,3 +25,5 @@ pub mod limits;
 pub mod second_contact;
 
 pub mod law_of_gearing;
+
+pub mod rack_cut;
