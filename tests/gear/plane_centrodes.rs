@@ -53,16 +53,35 @@ fn ref_elliptic_centrodes() {
     let law = RatioLaw::elliptic(0.3).unwrap();
     let pair = Centrodes::of_gears(&law, 100e-3, Mate::External).unwrap();
     let rows = [
-        (30.0, 61.47050591062476, 52.91170584317537, 1.5954143017822715),
-        (60.0, 53.529411764705884, 93.99217611435438, 1.1518987341772153),
+        (
+            30.0,
+            61.47050591062476,
+            52.91170584317537,
+            1.5954143017822715,
+        ),
+        (
+            60.0,
+            53.529411764705884,
+            93.99217611435438,
+            1.1518987341772153,
+        ),
         (90.0, 45.5, 123.39848846798726, 0.8348623853211009),
-        (150.0, 36.11662545666747, 163.58000321198116, 0.565352499219798),
+        (
+            150.0,
+            36.11662545666747,
+            163.58000321198116,
+            0.565352499219798,
+        ),
     ];
     for (phi, r1, phi_2, rate) in rows {
         let state = pair.at(f64::to_radians(phi)).unwrap();
         let relative = |x: f64, y: f64| (x / y - 1.0).abs();
         within("radius r1", relative(1e3 * state.radius_1, r1), 1e-14);
-        within("angle of gear 2", relative(state.angle_2.to_degrees(), phi_2), 1e-14);
+        within(
+            "angle of gear 2",
+            relative(state.angle_2.to_degrees(), phi_2),
+            1e-14,
+        );
         let ratio = law.at(f64::to_radians(phi)).unwrap().ratio;
         within("dφ2/dφ1", relative(ratio.recip(), rate), 1e-14);
     }
@@ -77,10 +96,18 @@ fn exact_ellipse_and_its_mates() {
         let square = f64::from(n * n);
         let exact = 0.05 * (1.0 + (square - 0.09 * (square - 1.0)).sqrt());
         let a = curve.closing_centre_distance(n).unwrap();
-        within("centre distance from closure", (a / exact - 1.0).abs(), 1e-14);
-        RatioLaw::of_pitch_curve(&curve, a).unwrap().check_closed().unwrap();
+        within(
+            "centre distance from closure",
+            (a / exact - 1.0).abs(),
+            1e-14,
+        );
+        RatioLaw::of_pitch_curve(&curve, a)
+            .unwrap()
+            .check_closed()
+            .unwrap();
     }
-    let by_law = Centrodes::of_gears(&RatioLaw::elliptic(0.3).unwrap(), 0.1, Mate::External).unwrap();
+    let by_law =
+        Centrodes::of_gears(&RatioLaw::elliptic(0.3).unwrap(), 0.1, Mate::External).unwrap();
     let by_curve = RatioLaw::of_pitch_curve(&curve, 0.1).unwrap();
     let by_curve = Centrodes::of_gears(&by_curve, 0.1, Mate::External).unwrap();
     for i in 0..40 {
@@ -88,13 +115,25 @@ fn exact_ellipse_and_its_mates() {
         let (p, q) = (by_law.at(x).unwrap(), by_curve.at(x).unwrap());
         within("angle of gear 2", (p.angle_2 - q.angle_2).abs(), 1e-13);
         within("radius", (p.radius_1 - q.radius_1).abs() / 0.1, 1e-15);
-        within("curvature 2", (p.curvatures[1] / q.curvatures[1] - 1.0).abs(), 1e-12);
+        within(
+            "curvature 2",
+            (p.curvatures[1] / q.curvatures[1] - 1.0).abs(),
+            1e-12,
+        );
     }
     let apex = 1.0 / (0.05 * (1.0 - 0.09));
     let extremes = by_law.curvature_extremes(Member::First);
-    within("curvature at the apex", (extremes.largest[0] / apex - 1.0).abs(), 1e-12);
+    within(
+        "curvature at the apex",
+        (extremes.largest[0] / apex - 1.0).abs(),
+        1e-12,
+    );
     let flat = (1.0_f64 - 0.09).sqrt() / 0.05;
-    within("curvature at the minor axis", (extremes.least[0] / flat - 1.0).abs(), 1e-12);
+    within(
+        "curvature at the minor axis",
+        (extremes.least[0] / flat - 1.0).abs(),
+        1e-12,
+    );
 }
 
 /// Eccentric circle: curvature 1/R everywhere, arc 2πR.
@@ -111,7 +150,11 @@ fn exact_eccentric_circle() {
     let arc = pair.closed_arc(Member::First).unwrap();
     within("arc of a turn", (arc / (TAU * 0.03) - 1.0).abs(), 1e-14);
     let arc = pair.closed_arc(Member::Second).unwrap();
-    within("arc of the mate", (arc / (2.0 * TAU * 0.03) - 1.0).abs(), 1e-12);
+    within(
+        "arc of the mate",
+        (arc / (2.0 * TAU * 0.03) - 1.0).abs(),
+        1e-12,
+    );
 }
 
 /// A rack on an eccentric circle of eccentricity e: its centrode advances by the integral of r, and the arc is 2πR in a turn.
@@ -124,7 +167,11 @@ fn exact_rack_on_an_eccentric_circle() {
     let sum: f64 = (0..64)
         .map(|i| (9e-4 - 1e-4 * (TAU * f64::from(i) / 64.0).sin().powi(2)).sqrt())
         .sum();
-    within("travel in a turn", (state.travel / (sum * TAU / 64.0) - 1.0).abs(), 1e-14);
+    within(
+        "travel in a turn",
+        (state.travel / (sum * TAU / 64.0) - 1.0).abs(),
+        1e-14,
+    );
     for i in 0..20 {
         let x = -3.0 + 0.5 * f64::from(i);
         let (origin, _) = pair.pose(Member::Second, &pair.at(x).unwrap());
@@ -137,7 +184,11 @@ fn exact_rack_on_an_eccentric_circle() {
         let (h, (x0, y0)) = (1e-5, point(x - 1e-5));
         let (x1, y1) = point(x + h);
         let rate = (x1 - x0).hypot(y1 - y0) / (2.0 * h);
-        within("arc rate of the rack", (rate / slip.arc_rate - 1.0).abs(), 1e-9);
+        within(
+            "arc rate of the rack",
+            (rate / slip.arc_rate - 1.0).abs(),
+            1e-9,
+        );
         assert_eq!(origin.im, -slip.travel);
     }
 }
@@ -164,7 +215,9 @@ fn law_centrodes_roll_without_slip() {
                 };
                 let parts = 200;
                 let at = |k: i32| x * f64::from(k) / f64::from(parts);
-                let arc_2: f64 = (0..parts).map(|k| quadrature::panel(second, at(k), at(k + 1))).sum();
+                let arc_2: f64 = (0..parts)
+                    .map(|k| quadrature::panel(second, at(k), at(k + 1)))
+                    .sum();
                 within(name, (arc_2 - pair.arc(x)).abs() / a, 1e-12);
                 let back = pair.angle_at_arc(pair.arc(x)).unwrap();
                 within("angle from arc", (back - x).abs(), 1e-12);
@@ -177,7 +230,9 @@ fn law_centrodes_roll_without_slip() {
 #[test]
 fn order_of_a_tabled_ratio() {
     let errors = |rows: u32| {
-        let angles: Vec<f64> = (0..=rows).map(|i| TAU * f64::from(i) / f64::from(rows)).collect();
+        let angles: Vec<f64> = (0..=rows)
+            .map(|i| TAU * f64::from(i) / f64::from(rows))
+            .collect();
         let mates: Vec<f64> = angles.iter().map(|x| x + 0.2 * x.sin()).collect();
         let law = RatioLaw::table(&angles, &mates).unwrap();
         let mut worst = [0.0_f64; 2];
@@ -185,7 +240,8 @@ fn order_of_a_tabled_ratio() {
             let x = TAU * f64::from(i) / 500.0;
             let s = law.at(x).unwrap();
             let rate = 1.0 + 0.2 * x.cos();
-            let second = 2.0 * (0.2 * x.sin() / rate).powi(2) / rate + 0.2 * x.cos() / (rate * rate);
+            let second =
+                2.0 * (0.2 * x.sin() / rate).powi(2) / rate + 0.2 * x.cos() / (rate * rate);
             worst[0] = worst[0].max((s.angle_2 - x - 0.2 * x.sin()).abs());
             worst[1] = worst[1].max((s.second - second).abs());
         }
@@ -193,7 +249,11 @@ fn order_of_a_tabled_ratio() {
     };
     let (coarse, fine) = (errors(18), errors(36));
     order("angle of a tabled law", 6.0, (coarse[0] / fine[0]).log2());
-    order("second derivative of its ratio", 3.0, (coarse[1] / fine[1]).log2());
+    order(
+        "second derivative of its ratio",
+        3.0,
+        (coarse[1] / fine[1]).log2(),
+    );
 }
 
 /// A sine law closes where `cycles √(mean² − amplitude²)` is whole, and the advice of the refusal closes.
@@ -204,18 +264,30 @@ fn exact_sine_closes() {
     let [period, advance] = law.period().unwrap();
     within("period", (period - PI).abs(), 0.0);
     within("advance in a period", (advance - PI).abs(), 1e-15);
-    let error = RatioLaw::sine(1.3, 0.75, 2).unwrap().check_closed().unwrap_err();
+    let error = RatioLaw::sine(1.3, 0.75, 2)
+        .unwrap()
+        .check_closed()
+        .unwrap_err();
     let hint = error.hint.unwrap();
     let mean: f64 = hint.rsplit(' ').next().unwrap().parse().unwrap();
-    RatioLaw::sine(mean, 0.75, 2).unwrap().check_closed().unwrap();
+    RatioLaw::sine(mean, 0.75, 2)
+        .unwrap()
+        .check_closed()
+        .unwrap();
     let quarter = law.at(FRAC_PI_2).unwrap();
-    within("half a period", (quarter.angle_2 - quadrature_of_sine(FRAC_PI_2)).abs(), 1e-14);
+    within(
+        "half a period",
+        (quarter.angle_2 - quadrature_of_sine(FRAC_PI_2)).abs(),
+        1e-14,
+    );
 }
 
 fn quadrature_of_sine(to: f64) -> f64 {
     let f = |x: f64| 1.0 / (1.25 + 0.75 * (2.0 * x).sin());
     let at = |k: i32| to * f64::from(k) / 32.0;
-    (0..32).map(|k| quadrature::panel(f, at(k), at(k + 1))).sum()
+    (0..32)
+        .map(|k| quadrature::panel(f, at(k), at(k + 1)))
+        .sum()
 }
 
 /// Refusals name the row, the value and the remedy.
@@ -228,28 +300,125 @@ fn refuses_laws_that_cannot_be() {
     };
     let mut down = turn;
     down[3] = 1.9;
-    says(RatioLaw::table(&turn, &down).unwrap_err(), "row 4: angle 1.9 rad of gear 2 does not rise");
-    says(RatioLaw::table(&down, &turn).unwrap_err(), "row 4: angle 1.9 rad does not rise");
+    says(
+        RatioLaw::table(&turn, &down).unwrap_err(),
+        "row 4: angle 1.9 rad of gear 2 does not rise",
+    );
+    says(
+        RatioLaw::table(&down, &turn).unwrap_err(),
+        "row 4: angle 1.9 rad does not rise",
+    );
     let short = turn.map(|x| 0.9 * x);
-    says(RatioLaw::table(&turn, &short).unwrap_err(), "row 7: gear 2 turns");
-    says(RatioLaw::table(&short, &turn).unwrap_err(), "row 7: the angles span");
+    says(
+        RatioLaw::table(&turn, &short).unwrap_err(),
+        "row 7: gear 2 turns",
+    );
+    says(
+        RatioLaw::table(&short, &turn).unwrap_err(),
+        "row 7: the angles span",
+    );
     let steep = [0.0, 0.01, 0.02, 0.03, 6.0, 6.01, TAU];
-    says(RatioLaw::table(&turn, &steep).unwrap_err(), "falls between them");
+    says(
+        RatioLaw::table(&turn, &steep).unwrap_err(),
+        "falls between them",
+    );
     let mut bad = turn;
     bad[2] = f64::NAN;
-    says(RatioLaw::table(&turn, &bad).unwrap_err(), "row 3: not a finite number");
+    says(
+        RatioLaw::table(&turn, &bad).unwrap_err(),
+        "row 3: not a finite number",
+    );
     says(RatioLaw::sine(1.0, 1.0, 1).unwrap_err(), "reaches its mean");
     says(RatioLaw::constant(0.0).unwrap_err(), "must be positive");
     says(RatioLaw::elliptic(1.0).unwrap_err(), "below 1");
     let law = RatioLaw::constant(0.8).unwrap();
-    says(Centrodes::of_gears(&law, 0.1, Mate::Internal).unwrap_err(), "i12 must exceed 1");
-    says(Centrodes::of_gears(&law, -0.1, Mate::External).unwrap_err(), "must be positive");
+    says(
+        Centrodes::of_gears(&law, 0.1, Mate::Internal).unwrap_err(),
+        "i12 must exceed 1",
+    );
+    says(
+        Centrodes::of_gears(&law, -0.1, Mate::External).unwrap_err(),
+        "must be positive",
+    );
     let mut radii = [0.05; 7];
     PitchCurve::table(&turn, &radii).unwrap();
     radii[6] = 0.051;
-    says(PitchCurve::table(&turn, &radii).unwrap_err(), "row 7: radius 0.051 m after one turn");
+    says(
+        PitchCurve::table(&turn, &radii).unwrap_err(),
+        "row 7: radius 0.051 m after one turn",
+    );
     let curve = PitchCurve::ellipse(0.05, 0.3, 1).unwrap();
-    says(RatioLaw::of_pitch_curve(&curve, 0.06).unwrap_err(), "does not exceed the largest radius");
+    says(
+        RatioLaw::of_pitch_curve(&curve, 0.06).unwrap_err(),
+        "does not exceed the largest radius",
+    );
     let law = RatioLaw::of_pitch_curve(&curve, 0.11).unwrap();
     says(law.check_closed().unwrap_err(), "does not close");
+}
+
+/// Random laws, sane and not: an answer without NaN, or a refusal.
+#[test]
+fn survives_random_laws() {
+    let mut random = fastrand::Rng::with_seed(7);
+    let odd = [0.0, -1.0, 1e-300, 1e300, f64::NAN, f64::INFINITY, 1.0];
+    let (mut built, mut refused) = (0, 0);
+    for case in 0..2000 {
+        let mut number = |a: f64, b: f64| match random.u32(0..20) {
+            0 => odd[random.usize(0..odd.len())],
+            _ => a + (b - a) * random.f64(),
+        };
+        let law = match case % 6 {
+            0 => RatioLaw::constant(number(0.1, 10.0)),
+            1 => RatioLaw::linear(number(0.2, 3.0), number(0.2, 3.0), number(0.5, 20.0)),
+            2 => RatioLaw::elliptic(number(0.0, 0.9)),
+            3 => RatioLaw::sine(number(0.5, 3.0), number(-0.4, 0.4), case % 5),
+            4 => {
+                let rows = 8 + case % 30;
+                let at = |i: u32| TAU * f64::from(i) / f64::from(rows);
+                let angles: Vec<f64> = (0..=rows).map(at).collect();
+                let wave = number(-0.2, 0.2);
+                let mates: Vec<f64> = angles.iter().map(|x| x + wave * (2.0 * x).sin()).collect();
+                RatioLaw::table(&angles, &mates)
+            }
+            _ => PitchCurve::ellipse(number(0.01, 1.0), number(0.0, 0.6), case % 4).and_then(
+                |curve| {
+                    let a = curve.closing_centre_distance(case % 3)?;
+                    RatioLaw::of_pitch_curve(&curve, a)
+                },
+            ),
+        };
+        let mate = if case % 5 == 0 {
+            Mate::Internal
+        } else {
+            Mate::External
+        };
+        let pair = law.and_then(|law| Centrodes::of_gears(&law, number(0.01, 1.0), mate));
+        let Ok(pair) = pair else {
+            refused += 1;
+            continue;
+        };
+        built += 1;
+        for _ in 0..4 {
+            let x = number(-10.0, 10.0);
+            let Some(s) = pair.at(x) else { continue };
+            let values = [
+                s.angle_2,
+                s.radius_1,
+                s.radius_slope,
+                s.arc_rate,
+                s.tangent_angle,
+                s.curvatures[0],
+                s.curvatures[1],
+            ];
+            assert!(
+                values.iter().all(|v| v.is_finite()),
+                "case {case}, {x}: {s:?}"
+            );
+            if x.abs() < 20.0 {
+                let back = pair.angle_at_arc(pair.arc(x)).unwrap();
+                assert!((back - x).abs() < 1e-9, "case {case}: {x} {back}");
+            }
+        }
+    }
+    assert!(built > 1200 && refused > 100, "{built} {refused}");
 }

@@ -5,7 +5,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use geardyn::internals::gear::plane::centrodes::{Centrodes, Mate};
 use geardyn::internals::gear::plane::conjugate::{ConjugateProfile, Contact, conjugate};
 use geardyn::internals::gear::plane::envelope::envelope;
-use geardyn::internals::gear::plane::limits::{LimitKind, check_limits, limiting_curvature, limits};
+use geardyn::internals::gear::plane::limits::{
+    LimitKind, check_limits, limiting_curvature, limits,
+};
 use geardyn::internals::gear::plane::line_of_action::LineOfAction;
 use geardyn::internals::gear::plane::profile::{Profile, Shape};
 use geardyn::internals::gear::plane::ratio_law::RatioLaw;
@@ -59,14 +61,23 @@ fn compare_routes<P: Profile + Clone>(
     let range = [first.min(last) - reach, first.max(last) + reach];
     let by_kernel = envelope(generated.rolling(), generated.tool().clone(), range).unwrap();
     let parameters: Vec<f64> = contacts.iter().map(parameter).collect();
-    let by_line = line.contacts(generated.rolling(), &parameters, first).unwrap();
+    let by_line = line
+        .contacts(generated.rolling(), &parameters, first)
+        .unwrap();
     for (contact, on_line) in contacts.iter().zip(&by_line) {
         let arcs = by_kernel.motion_parameters([contact.parameter, 0.0]);
         let arc = *arcs
             .iter()
-            .min_by(|a, b| (*a - contact.arc).abs().total_cmp(&(*b - contact.arc).abs()))
+            .min_by(|a, b| {
+                (*a - contact.arc)
+                    .abs()
+                    .total_cmp(&(*b - contact.arc).abs())
+            })
             .unwrap();
-        let point = by_kernel.point([contact.parameter, 0.0, arc]).unwrap().profile();
+        let point = by_kernel
+            .point([contact.parameter, 0.0, arc])
+            .unwrap()
+            .profile();
         let [x, y] = point.point;
         let apart = (Complex::new(x, y) - contact.work_point).norm() / MODULE;
         within("kernel against normals", apart, tolerance);
@@ -88,9 +99,17 @@ fn exact_involute_pair() {
     let base = R2 * pressure_angle().cos();
     for c in contacts {
         let arm = (c.work_point * c.work_tangent.conj()).re.abs();
-        within("base radius of the conjugate", (arm / base - 1.0).abs(), 1e-13);
+        within(
+            "base radius of the conjugate",
+            (arm / base - 1.0).abs(),
+            1e-13,
+        );
         let roll = (c.work_point.norm_sqr() - base * base).sqrt();
-        within("its curvature", ((c.work_curvature * roll).abs() - 1.0).abs(), 1e-11);
+        within(
+            "its curvature",
+            ((c.work_curvature * roll).abs() - 1.0).abs(),
+            1e-11,
+        );
     }
     let angle = contacts[0].path_point.arg();
     let off = (angle.sin().abs() - pressure_angle().sin()).abs();
@@ -145,7 +164,11 @@ fn exact_cycloid_pair() {
     // l = 2 r sin α with r = −ρ: α follows from the direction of the path point.
     let parameter = |c: &Contact| {
         let angle = c.path_point.arg();
-        if angle < -FRAC_PI_2 { angle + PI } else { angle }
+        if angle < -FRAC_PI_2 {
+            angle + PI
+        } else {
+            angle
+        }
     };
     compare_routes(&generated, &line, parameter, 1e-12);
 }
@@ -165,7 +188,11 @@ fn exact_pins_and_arcs() {
         let c = generated.contacts()[0];
         let q = (centre * Complex::cis(-c.arc / R1) - R1) * Complex::new(0.0, -1.0);
         let towards = |sign: f64| (q - q / q.norm() * sign * radius - c.path_point).norm();
-        let sign = if towards(1.0) < towards(-1.0) { 1.0 } else { -1.0 };
+        let sign = if towards(1.0) < towards(-1.0) {
+            1.0
+        } else {
+            -1.0
+        };
         let line = LineOfAction::Arc {
             centre_distance: distance,
             pitch_radius: R1,
@@ -180,7 +207,12 @@ fn exact_pins_and_arcs() {
 fn exact_profile_as_points() {
     let exact = conjugate(&circles(R1, -R2), involute([0.1, 0.65]), 60).unwrap();
     let points: Vec<Complex> = (0..=80)
-        .map(|i| involute([0.1, 0.65]).jet(0.15 + 0.45 * f64::from(i) / 80.0).unwrap().point)
+        .map(|i| {
+            involute([0.1, 0.65])
+                .jet(0.15 + 0.45 * f64::from(i) / 80.0)
+                .unwrap()
+                .point
+        })
         .collect();
     let generated = conjugate(&circles(R1, -R2), Shape::points(&points).unwrap(), 60).unwrap();
     for c in generated.contacts() {
@@ -188,26 +220,46 @@ fn exact_profile_as_points() {
         let base = R1 * pressure_angle().cos();
         let roll = ((c.tool_point.norm() / base).powi(2) - 1.0).sqrt();
         let contact = exact.at(roll).unwrap();
-        let apart = (contact.work_point - c.work_point).norm() / MODULE;
-        within("conjugate of points", apart, 1e-9);
+        let apart = (contact.work_point - c.work_point) * c.work_tangent.conj() / MODULE;
+        within(
+            "conjugate of points, across the profile",
+            apart.im.abs(),
+            1e-9,
+        );
+        within("along it, by the error of the normal", apart.re.abs(), 1e-7);
     }
     let contacts = exact.contacts();
     let path: Vec<Complex> = contacts.iter().map(|c| c.path_point).collect();
     let line = LineOfAction::points(&path).unwrap();
     let rows: Vec<f64> = (0..path.len()).map(|i| i as f64).collect();
-    let by_line = line.contacts(exact.rolling(), &rows, contacts[0].arc).unwrap();
+    let by_line = line
+        .contacts(exact.rolling(), &rows, contacts[0].arc)
+        .unwrap();
     for (a, b) in contacts.iter().zip(&by_line) {
-        within("line of action as points", (a.work_point - b.work_point).norm() / MODULE, 1e-9);
+        within(
+            "line of action as points",
+            (a.work_point - b.work_point).norm() / MODULE,
+            1e-9,
+        );
     }
-    let from_points = envelope(generated.rolling(), generated.tool().clone(), [-0.02, 0.02]).unwrap();
+    let from_points =
+        envelope(generated.rolling(), generated.tool().clone(), [-0.02, 0.02]).unwrap();
     let mut compared = 0;
     for c in generated.contacts() {
         let arcs = from_points.motion_parameters([c.parameter, 0.0]);
         let Some(arc) = arcs.iter().find(|s| (*s - c.arc).abs() < 1e-6) else {
             continue;
         };
-        let [x, y] = from_points.point([c.parameter, 0.0, *arc]).unwrap().profile().point;
-        within("kernel on points", (Complex::new(x, y) - c.work_point).norm() / MODULE, 1e-9);
+        let [x, y] = from_points
+            .point([c.parameter, 0.0, *arc])
+            .unwrap()
+            .profile()
+            .point;
+        within(
+            "kernel on points",
+            (Complex::new(x, y) - c.work_point).norm() / MODULE,
+            1e-9,
+        );
         compared += 1;
     }
     assert!(compared > 40, "{compared}");
@@ -239,7 +291,11 @@ fn exact_elliptic_pair_by_two_routes() {
                     .iter()
                     .min_by(|a, b| (*a - here).abs().total_cmp(&(*b - here).abs()))
                     .unwrap();
-                let [x, y] = by_kernel.point([c.parameter, 0.0, *near]).unwrap().profile().point;
+                let [x, y] = by_kernel
+                    .point([c.parameter, 0.0, *near])
+                    .unwrap()
+                    .profile()
+                    .point;
                 let apart = (Complex::new(x, y) - c.work_point).norm() / MODULE;
                 within("kernel against normals, ellipses", apart, 1e-12);
             }
@@ -253,7 +309,11 @@ fn exact_elliptic_pair_by_two_routes() {
 fn exact_bobillier() {
     let alphas = [0.2, 0.35, 0.5];
     for (i, start) in alphas.into_iter().enumerate() {
-        let tool = Shape::arc(Complex::new(0.93 * R1, 0.004), 3.3 * MODULE, [start, start + 0.5]);
+        let tool = Shape::arc(
+            Complex::new(0.93 * R1, 0.004),
+            3.3 * MODULE,
+            [start, start + 0.5],
+        );
         let work = [-R2, -3.0 * R2, 4.0 * R1][i];
         let generated = conjugate(&circles(R1, work), tool.unwrap(), 20).unwrap();
         for c in generated.contacts() {
@@ -267,7 +327,11 @@ fn exact_bobillier() {
             let (d, d0) = (b - a, b0 - a0);
             let q = a + d * (cross(a0 - a, d0) / cross(d, d0));
             let apart = (q.arg() - a.arg() - FRAC_PI_2) / PI;
-            within("collineation axis", (apart - apart.round()).abs() * PI, 1e-10);
+            within(
+                "collineation axis",
+                (apart - apart.round()).abs() * PI,
+                1e-10,
+            );
         }
     }
 }
@@ -312,15 +376,28 @@ fn ref_undercut_by_a_rack() {
     let limit = limits.points[0];
     assert_eq!(limit.kind, LimitKind::Undercut);
     let reach = radius * alpha.sin().powi(2);
-    within("height of the limit", (-limit.tool_point.re / reach - 1.0).abs(), 1e-13);
+    within(
+        "height of the limit",
+        (-limit.tool_point.re / reach - 1.0).abs(),
+        1e-13,
+    );
     let base = limit.work_point.norm() / (radius * alpha.cos());
     within("radius of the limit", (base - 1.0).abs(), 1e-13);
     assert!(limits.usable[0] == limit.parameter && limits.usable[1] == generated.tool().range()[1]);
     let curvature = limiting_curvature(&generated, &generated.contacts()[0]).unwrap();
-    printed("least number of teeth", "", 17.0973, 2.0 / (curvature * MODULE), 5e-5);
+    printed(
+        "least number of teeth",
+        "",
+        17.0973,
+        2.0 / (curvature * MODULE),
+        5e-5,
+    );
     let error = check_limits(&generated).unwrap_err();
     let text = format!("{error}");
-    assert!(text.contains("undercuts the work") && text.contains("pitch curve the radius 0.0427"), "{text}");
+    assert!(
+        text.contains("undercuts the work") && text.contains("pitch curve the radius 0.0427"),
+        "{text}"
+    );
 }
 
 /// A straight flank offset from its gear's axis has no contact where its foot distance exceeds the pitch radius.
@@ -331,12 +408,23 @@ fn exact_end_of_contact() {
     let tool = Shape::line(at(0.9 * R1), at(1.1 * R1)).unwrap();
     let generated = conjugate(&circles(R1, -R2), tool, 50).unwrap();
     let limits = limits(&generated);
-    let limit = limits.points.iter().find(|p| p.kind == LimitKind::EndOfContact).unwrap();
-    within("end of contact", (limit.tool_point.re / R1 - 1.0).abs(), 1e-12);
+    let limit = limits
+        .points
+        .iter()
+        .find(|p| p.kind == LimitKind::EndOfContact)
+        .unwrap();
+    within(
+        "end of contact",
+        (limit.tool_point.re / R1 - 1.0).abs(),
+        1e-12,
+    );
     let tool = Shape::line(at(0.996 * R1), at(1.1 * R1)).unwrap();
     let generated = conjugate(&circles(R1, -R2), tool, 50).unwrap();
     let error = check_limits(&generated).unwrap_err();
-    assert!(error.to_string().contains("touches nothing beyond"), "{error}");
+    assert!(
+        error.to_string().contains("touches nothing beyond"),
+        "{error}"
+    );
 }
 
 /// An arc centred on the pitch circle touches at one instant: refused with the reason, on circles, racks and ellipses, also given as points.
@@ -358,7 +446,10 @@ fn refuses_arcs_centred_on_the_pitch_circle() {
             .collect();
         for tool in [arc, Shape::points(&points).unwrap()] {
             let text = conjugate(&rolling, tool, 20).unwrap_err().to_string();
-            assert!(text.contains("one instant") && text.contains("contact ratio is 0"), "{text}");
+            assert!(
+                text.contains("one instant") && text.contains("contact ratio is 0"),
+                "{text}"
+            );
         }
     }
 }

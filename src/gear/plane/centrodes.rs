@@ -258,7 +258,11 @@ impl Centrodes {
             Source::Gears { law, side, .. } => {
                 let state = law.at(angle_1)?;
                 let rate = side / state.ratio;
-                Some([side * state.angle_2, rate, -rate * state.slope / state.ratio])
+                Some([
+                    side * state.angle_2,
+                    rate,
+                    -rate * state.slope / state.ratio,
+                ])
             }
             Source::Rack { curve, .. } => {
                 let [r, slope, _] = curve.at(angle_1);
@@ -283,7 +287,8 @@ impl Centrodes {
         let at = |i: usize| first + step * i as f64;
         let extreme = |direction: f64| {
             let f = |x: f64| direction * curvature(x);
-            let best = (0..=SAMPLES).fold(0, |best, i| if f(at(i)) > f(at(best)) { i } else { best });
+            let best =
+                (0..=SAMPLES).fold(0, |best, i| if f(at(i)) > f(at(best)) { i } else { best });
             let reach = |x: f64| match self.0.repeats {
                 true => x,
                 false => x.clamp(first, last),

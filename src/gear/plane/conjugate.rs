@@ -16,6 +16,8 @@ const START_SAMPLES: usize = 33;
 const ARC_SAMPLES: usize = 720;
 /// Range of arcs, relative to the length of the profile, below which all points touch at one instant: well above the error of splines.
 const SAME_INSTANT: f64 = 1e-7;
+/// Relative distance below which a point lies on the pitch curve: rounding.
+const SAME_PLACE: f64 = 1e-13;
 
 /// Contact of a tool's profile and the profile it generates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,6 +147,10 @@ pub fn conjugate<P: Profile>(
                 continue;
             };
             let distance = (jet.point - state.point).norm();
+            // A point on the pitch curve itself has every normal there; its path is the other root.
+            if jet.speed == 0.0 && distance <= SAME_PLACE * jet.point.norm() {
+                continue;
+            }
             if nearest.is_none_or(|(_, _, least)| distance < least) {
                 nearest = Some((i, *arc, distance));
             }
@@ -275,7 +281,11 @@ fn nearest_arc(centrode: &Centrode, jet: &ProfileJet, near: f64) -> Option<f64> 
             let roots = circle_roots(*radius, jet)?;
             let turn = std::f64::consts::TAU * radius.abs();
             let [a, b] = roots.map(|s| s + ((near - s) / turn).round() * turn);
-            Some(if (a - near).abs() <= (b - near).abs() { a } else { b })
+            Some(if (a - near).abs() <= (b - near).abs() {
+                a
+            } else {
+                b
+            })
         }
         Centrode::Member { .. } => newton(centrode, jet, near),
     }
@@ -294,7 +304,10 @@ fn circle_roots(radius: f64, jet: &ProfileJet) -> Option<[f64; 2]> {
     if !(across >= 0.0) {
         return None;
     }
-    let (angle, reach) = (jet.tangent.arg(), across.sqrt().atan2(along * radius.signum()));
+    let (angle, reach) = (
+        jet.tangent.arg(),
+        across.sqrt().atan2(along * radius.signum()),
+    );
     Some([radius * (angle - reach), radius * (angle + reach)])
 }
 

@@ -55,18 +55,15 @@ pub fn envelope<P: Profile>(
     tool: P,
     range: [f64; 2],
 ) -> Result<PlaneEnvelope<ProfileCurve<P>, WorkFrame, ToolFrame>, Error> {
-    Ok(plane_envelope(
-        ProfileCurve(tool),
-        motion(rolling)?,
-        range,
-    ))
+    Ok(plane_envelope(ProfileCurve(tool), motion(rolling)?, range))
 }
 
 fn motion(rolling: &Rolling) -> Result<Motion<WorkFrame, ToolFrame>, Error> {
     let is_member = |centrode: &Centrode| matches!(centrode, Centrode::Member { .. });
     if is_member(&rolling.tool) != is_member(&rolling.work) {
         return Err(out_of_range(
-            "the envelope of the kernel takes lines and circles, or the two bodies of one pair".into(),
+            "the envelope of the kernel takes lines and circles, or the two bodies of one pair"
+                .into(),
         )
         .with_hint("take the conjugate by normals"));
     }

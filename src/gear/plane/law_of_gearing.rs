@@ -47,19 +47,25 @@ pub fn check_gearing(
     angles: &[f64],
 ) -> Result<Vec<GearingCheck>, Error> {
     let Some(axis_2) = pair.mate_axis(Member::Second) else {
-        return Err(out_of_range("the check takes two gears; the mate is a rack".into()));
+        return Err(out_of_range(
+            "the check takes two gears; the mate is a rack".into(),
+        ));
     };
     let mut checks = vec![];
     let mut start = None;
     for &angle in angles {
         let state = pair.at(angle).ok_or_else(|| {
-            out_of_range(format!("angle {angle} rad lies outside the range of the ratio law"))
+            out_of_range(format!(
+                "angle {angle} rad lies outside the range of the ratio law"
+            ))
         })?;
         let turn = pair.displacement(Member::Second, angle).unwrap_or([0.0; 3]);
         let near = match start {
             Some(near) => near,
             None => first_contact(axis_2, first, second, angle, turn[0]).ok_or_else(|| {
-                out_of_range(format!("the profiles do not touch with gear 1 at {angle} rad"))
+                out_of_range(format!(
+                    "the profiles do not touch with gear 1 at {angle} rad"
+                ))
             })?,
         };
         let lost = || {
@@ -109,9 +115,15 @@ fn contact(
         let along = (t1 * t2.conj()).re;
         let columns = [t1 * jet_1.speed, -t2 * jet_2.speed, -i * z2];
         let mut a = [
-            columns[0].re, columns[1].re, columns[2].re,
-            columns[0].im, columns[1].im, columns[2].im,
-            along * jet_1.turn, -along * jet_2.turn, -along,
+            columns[0].re,
+            columns[1].re,
+            columns[2].re,
+            columns[0].im,
+            columns[1].im,
+            columns[2].im,
+            along * jet_1.turn,
+            -along * jet_2.turn,
+            -along,
         ];
         let mut b = [-gap.re, -gap.im, -across];
         small_dense::solve(&mut a, &mut b);
@@ -128,7 +140,9 @@ fn contact(
         if size <= LAST_STEP && step > 0 {
             let jet = first.jet(u1)?;
             let spin = Complex::cis(-angle);
-            let off = (jet.point * spin - second.jet(u2)?.point * Complex::cis(turn + ahead) - axis_2).norm();
+            let off =
+                (jet.point * spin - second.jet(u2)?.point * Complex::cis(turn + ahead) - axis_2)
+                    .norm();
             let is_contact = off <= 1e-10 * axis_2.abs();
             return is_contact.then(|| ([u1, u2, ahead], jet.point * spin, i * jet.tangent * spin));
         }
@@ -161,8 +175,7 @@ fn first_contact(
             if (r0 - radius) * (r1 - radius) > 0.0 || r0 == r1 {
                 return None;
             }
-            let share = (radius - r0) / (r1 - r0);
-            let u2 = pair[0].0 + share * (pair[1].0 - pair[0].0);
+            let u2 = parameter_of_radius(second, radius, [pair[0].0, pair[1].0])?;
             let z2 = second.jet(u2)?.point;
             let ahead = (z / z2).arg() - turn;
             let whole = (ahead / std::f64::consts::TAU).round() * std::f64::consts::TAU;
@@ -178,4 +191,22 @@ fn first_contact(
     starts.sort_by(|a, b| a[2].abs().total_cmp(&b[2].abs()));
     let mut tried = starts.into_iter();
     tried.find(|start| contact(axis_2, first, second, angle, turn, *start).is_some())
+}
+
+/// The parameter between two at which a profile has a radius, by false position.
+fn parameter_of_radius(profile: &impl Profile, radius: f64, [low, high]: [f64; 2]) -> Option<f64> {
+    let excess = |u: f64| Some(profile.jet(u)?.point.norm() - radius);
+    let (mut a, mut b) = ((low, excess(low)?), (high, excess(high)?));
+    for _ in 0..8 {
+        let u = a.0 - a.1 * (b.0 - a.0) / (b.1 - a.1);
+        let here = excess(u)?;
+        match here * a.1 > 0.0 {
+            true => (a, b.1) = ((u, here), 0.5 * b.1),
+            false => (b, a.1) = ((u, here), 0.5 * a.1),
+        }
+        if here.abs() <= 1e-14 * radius {
+            return Some(u);
+        }
+    }
+    Some(if a.1.abs() < b.1.abs() { a.0 } else { b.0 })
 }

@@ -144,7 +144,11 @@ pub fn limiting_curvature<P: Profile>(
 pub fn check_limits<P: Profile>(generated: &ConjugateProfile<P>) -> Result<(), Error> {
     let limits = limits(generated);
     let [low, high] = limits.usable;
-    let Some(limit) = limits.points.iter().find(|p| p.parameter == low || p.parameter == high) else {
+    let Some(limit) = limits
+        .points
+        .iter()
+        .find(|p| p.parameter == low || p.parameter == high)
+    else {
         return Ok(());
     };
     let tool = limit.tool_point;

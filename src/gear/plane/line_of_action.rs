@@ -95,7 +95,9 @@ impl LineOfAction {
         let rows: Vec<f64> = (0..points.len()).map(|i| i as f64).collect();
         let spline = |values: &[f64]| QuinticSpline::interpolate(&rows, values);
         match (spline(&distances), spline(&angles)) {
-            (Some(distance), Some(angle)) => Ok(LineOfAction::Points(PathSpline { distance, angle })),
+            (Some(distance), Some(angle)) => {
+                Ok(LineOfAction::Points(PathSpline { distance, angle }))
+            }
             _ => Err(out_of_range(format!(
                 "a line of action is given by {} points; give 7 or more",
                 points.len()

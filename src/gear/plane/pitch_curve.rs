@@ -25,7 +25,10 @@ enum Shape {
         lobes: f64,
     },
     /// `r = e cos φ + √(R² − e² sin²φ)`.
-    EccentricCircle { radius: f64, eccentricity: f64 },
+    EccentricCircle {
+        radius: f64,
+        eccentricity: f64,
+    },
     Table(QuinticSpline),
 }
 
@@ -34,11 +37,7 @@ impl PitchCurve {
     ///
     /// # Errors
     /// `OutOfRange` unless A > 0, 0 ≤ e < 1, n ≥ 1.
-    pub fn ellipse(
-        semi_major: f64,
-        eccentricity: f64,
-        lobes: u32,
-    ) -> Result<PitchCurve, Error> {
+    pub fn ellipse(semi_major: f64, eccentricity: f64, lobes: u32) -> Result<PitchCurve, Error> {
         if !(semi_major > 0.0 && semi_major.is_finite()) {
             return Err(out_of_range(format!(
                 "semi-major axis is {semi_major} m; it must be positive"
@@ -50,7 +49,9 @@ impl PitchCurve {
             )));
         }
         if lobes == 0 {
-            return Err(out_of_range("an ellipse has no lobe; give 1 or more".into()));
+            return Err(out_of_range(
+                "an ellipse has no lobe; give 1 or more".into(),
+            ));
         }
         Ok(PitchCurve(Shape::Ellipse {
             parameter: semi_major * (1.0 - eccentricity) * (1.0 + eccentricity),
@@ -209,9 +210,13 @@ pub(super) fn check_turn(angles: &[f64], values: &[f64], what: &str) -> Result<(
             values.len()
         )));
     }
-    if let Some(row) = (0..angles.len()).find(|&i| !(angles[i].is_finite() && values[i].is_finite()))
+    if let Some(row) =
+        (0..angles.len()).find(|&i| !(angles[i].is_finite() && values[i].is_finite()))
     {
-        return Err(out_of_range(format!("row {}: not a finite number", row + 1)));
+        return Err(out_of_range(format!(
+            "row {}: not a finite number",
+            row + 1
+        )));
     }
     if let Some(row) = (1..angles.len()).find(|&i| angles[i] <= angles[i - 1]) {
         return Err(out_of_range(format!(

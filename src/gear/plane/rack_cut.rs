@@ -106,10 +106,14 @@ pub fn cut_outline(
         (Member::First, _) => 1.0,
         (Member::Second, Some(Mate::External)) => -1.0,
         (Member::Second, Some(Mate::Internal)) => {
-            return Err(out_of_range("a rack cannot cut an internal gear; take a shaper".into()));
+            return Err(out_of_range(
+                "a rack cannot cut an internal gear; take a shaper".into(),
+            ));
         }
         (Member::Second, None) => {
-            return Err(out_of_range("the mate is a rack and has no closed outline".into()));
+            return Err(out_of_range(
+                "the mate is a rack and has no closed outline".into(),
+            ));
         }
     };
     let turn = pair.closed_arc(member)?;
@@ -165,7 +169,10 @@ pub fn cut_outline(
                 "the tooth behind space {k} is pointed below an addendum of {} modules",
                 cutter.addendum
             ))
-            .with_hint(format!("take an addendum of at most {:.4} modules", largest / module)));
+            .with_hint(format!(
+                "take an addendum of at most {:.4} modules",
+                largest / module
+            )));
         }
         let is_undercut = space.push_points(&mut outline.points, k as usize, points, tip)?;
         let steps = points.max(1);
@@ -212,7 +219,10 @@ fn check_cutter(cutter: &RackCutter) -> Result<(), Error> {
             cutter.tip_radius,
             2.0 * tip
         ))
-        .with_hint(format!("take a tip radius of at most {:.4} modules", (tip / taken).max(0.0))));
+        .with_hint(format!(
+            "take a tip radius of at most {:.4} modules",
+            (tip / taken).max(0.0)
+        )));
     }
     if cutter.tip_radius > cutter.dedendum {
         return Err(out_of_range(format!(
@@ -281,7 +291,12 @@ impl Space<'_> {
     /// Depth on the rack and arc of the foot where each flank meets the tip curve.
     fn tip_ends(&self) -> Option<[(f64, f64); 2]> {
         let end = |hand: f64| {
-            let height = |depth: f64| self.foot(self.flank(hand, depth)?, self.middle + hand * 0.25 * self.pitch);
+            let height = |depth: f64| {
+                self.foot(
+                    self.flank(hand, depth)?,
+                    self.middle + hand * 0.25 * self.pitch,
+                )
+            };
             let (mut low, mut high) = (-self.addendum, 0.0);
             for _ in 0..60 {
                 let middle = 0.5 * (low + high);
@@ -318,7 +333,8 @@ impl Space<'_> {
     fn flank_limit(&self, hand: f64, deepest: f64, from: f64) -> Option<f64> {
         const STEPS: usize = 40;
         let excess = |depth: f64| {
-            let arc = self.middle + hand * (0.25 * self.pitch - depth * self.tan - depth / self.tan);
+            let arc =
+                self.middle + hand * (0.25 * self.pitch - depth * self.tan - depth / self.tan);
             let curvature = self.side * self.rolling.work.at(arc)?.curvature;
             Some(depth * curvature - self.alpha.sin().powi(2))
         };

@@ -175,7 +175,9 @@ impl RatioLaw {
     /// `OutOfRange` where the centre distance does not exceed the largest radius.
     pub fn of_pitch_curve(curve: &PitchCurve, centre_distance: f64) -> Result<RatioLaw, Error> {
         let ends = curve.panel_ends();
-        let largest = ends.iter().fold(0.0, |most: f64, x| most.max(curve.at(*x)[0]));
+        let largest = ends
+            .iter()
+            .fold(0.0, |most: f64, x| most.max(curve.at(*x)[0]));
         if !(centre_distance > largest && centre_distance.is_finite()) {
             return Err(out_of_range(format!(
                 "centre distance {centre_distance} m does not exceed the largest radius {largest} m of the pitch curve"
