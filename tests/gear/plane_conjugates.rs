@@ -3,7 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use geardyn::internals::gear::plane::centrodes::{Centrodes, Mate};
-use geardyn::internals::gear::plane::conjugate::{ConjugateProfile, Contact, conjugate};
+use geardyn::internals::gear::plane::conjugate::{ConjugateProfile, conjugate};
+use geardyn::internals::gear::plane::contact::Contact;
 use geardyn::internals::gear::plane::envelope::envelope;
 use geardyn::internals::gear::plane::limits::{
     LimitKind, check_limits, limiting_curvature, limits,

@@ -6,7 +6,8 @@ use geardyn::internals::gear::plane::centrodes::{Centrodes, Mate, Member};
 use geardyn::internals::gear::plane::conjugate::conjugate;
 use geardyn::internals::gear::plane::law_of_gearing::check_gearing;
 use geardyn::internals::gear::plane::profile::Shape;
-use geardyn::internals::gear::plane::rack_cut::{Outline, OutlinePart, RackCutter, cut_outline};
+use geardyn::internals::gear::plane::rack_cut::{Outline, OutlinePart, cut_outline};
+use geardyn::internals::gear::plane::rack_cutter::RackCutter;
 use geardyn::internals::gear::plane::ratio_law::RatioLaw;
 use geardyn::internals::gear::plane::rolling::{Centrode, Rolling};
 use geardyn::internals::numeric::Complex;
@@ -311,6 +312,59 @@ fn exact_rack_made_elliptic_pair() {
             within("error of an elliptic pair", check.error.abs(), 1e-13);
             within("miss of the pitch point", check.miss.abs() / 0.1, 1e-10);
         }
+    }
+}
+
+/// Distance from a point to a closed polygon, positive inside.
+fn depth_inside(polygon: &[Complex], z: Complex) -> f64 {
+    let mut winding = 0.0;
+    let mut least = f64::MAX;
+    for (i, p) in polygon.iter().enumerate() {
+        let q = polygon[(i + 1) % polygon.len()];
+        winding += ((q - z) / (p - z)).arg();
+        let (d, e) = (q - p, z - p);
+        let share = ((e * d.conj()).re / d.norm_sqr()).clamp(0.0, 1.0);
+        least = least.min((e - d * share).norm());
+    }
+    if winding.abs() > PI { least } else { -least }
+}
+
+/// Whole outlines of both elliptic gears in mesh: the mate's teeth fill the spaces without entering, at every position.
+#[test]
+fn law_outlines_mesh_without_backlash() {
+    let pair = elliptic();
+    let half = 0.5 * pair.closed_arc(Member::First).unwrap() / 31.0;
+    let cutter = RackCutter::default();
+    let gear_1 = cut_outline(&pair, Member::First, 31, &cutter, 24, 0.0).unwrap();
+    let gear_2 = cut_outline(&pair, Member::Second, 31, &cutter, 24, half).unwrap();
+    let m = gear_1.module;
+    for i in 0..12 {
+        let state = pair.at(0.53 * f64::from(i)).unwrap();
+        let placed = |member, outline: &Outline| {
+            let (origin, angle) = pair.pose(member, &state);
+            let at_pitch = |z: &Complex| (z - state.radius_1).norm() < 3.0 * m;
+            let fixed = positions(outline)
+                .into_iter()
+                .map(|z| origin + z * Complex::cis(angle));
+            (
+                fixed.clone().collect::<Vec<_>>(),
+                fixed.filter(at_pitch).collect::<Vec<_>>(),
+            )
+        };
+        let (body_1, near_1) = placed(Member::First, &gear_1);
+        let (body_2, near_2) = placed(Member::Second, &gear_2);
+        let depths: Vec<f64> = near_2
+            .iter()
+            .map(|z| depth_inside(&body_1, *z) / m)
+            .chain(near_1.iter().map(|z| depth_inside(&body_2, *z) / m))
+            .collect();
+        let deepest = depths.iter().fold(f64::MIN, |most, d| most.max(*d));
+        assert!(deepest < 1e-3, "position {i}: {deepest} modules inside");
+        // Both flanks touch: the sag of chords is below a thousandth of a module.
+        assert!(
+            depths.iter().filter(|d| d.abs() < 2e-3).count() >= 2,
+            "position {i}"
+        );
     }
 }
 

@@ -53,7 +53,7 @@ fn exact_camus_cycloidal_pair() {
     let point = Shape::arc(Complex::new(-rho, 0.0), 0.0, [-1.2, -0.15]).unwrap();
     let on_1 = conjugate(&rolling(-rho, R1), point.clone(), 60).unwrap();
     let on_2 = conjugate(&rolling(-rho, -R2), point, 60).unwrap();
-    let points = |c: &[geardyn::internals::gear::plane::conjugate::Contact]| {
+    let points = |c: &[geardyn::internals::gear::plane::contact::Contact]| {
         c.iter().map(|c| c.work_point).collect::<Vec<_>>()
     };
     within(
@@ -103,21 +103,27 @@ fn exact_camus_gerotor() {
         let along = (trochoid * c.work_tangent.conj()).im / trochoid.norm();
         within("its tangent", along.abs(), 1e-8);
     }
-    // Contact of every pin at one turn: the pins lie a turn of the outer circle over 5 apart.
-    let pitch = TAU * outer / (teeth + 1.0);
-    let [first, last] = [0, rotor.contacts().len() - 1].map(|i| rotor.contacts()[i].arc);
-    let covered = (last - first).abs();
-    assert!(covered > 0.0 && pitch < TAU * outer, "{covered}");
-    for k in 0..5 {
-        let arc = 0.2 * pitch + pitch * f64::from(k);
-        let state = rolling(outer, inner).at(arc).unwrap();
-        let normal = state.tool.point - Complex::new(distance, 0.0);
-        let tool = Complex::new(distance, 0.0) + normal / normal.norm() * radius;
-        // The pin's normal through the pitch point exists at every arc: there is a contact for each pin.
-        let work = state.to_work(tool);
-        let near = (work - centre(arc)).norm();
-        within("pin in contact", (near / radius - 1.0).abs(), 1e-14);
+    // The rotor's flanks, a quarter turn apart, against five pins at ten turns: none enters a pin, and the pins near the pitch point touch.
+    let mut touched = 0;
+    for turn in 0..10 {
+        let state = rolling(outer, inner)
+            .at(0.1 * outer * f64::from(turn))
+            .unwrap();
+        for pin in 0..5 {
+            let at = Complex::cis(TAU * f64::from(pin) / 5.0) * distance;
+            let at = state.to_work(at);
+            let gaps = rotor.contacts().iter().flat_map(|c| {
+                (0..4).map(move |k| {
+                    (c.work_point * Complex::cis(TAU * f64::from(k) / 4.0) - at).norm() / radius
+                        - 1.0
+                })
+            });
+            let least = gaps.fold(f64::MAX, f64::min);
+            assert!(least > -1e-12, "pin {pin} entered by {least}");
+            touched += usize::from(least < 1e-5);
+        }
     }
+    assert!(touched >= 10, "{touched} touches");
 }
 
 /// Double generation of cycloids: a hypocycloid of gear 2 by ρ touches its generator again on the circle R₂ − ρ, an epicycloid on R₂ + ρ;

@@ -6,14 +6,11 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use super::pitch_curve::{PitchCurve, out_of_range};
+use super::pitch_curve::{PitchCurve, check_length, out_of_range};
 use super::ratio_law::RatioLaw;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::quadrature::CumulativeIntegral;
-
-/// Samples over the range where extremes of curvature are sought.
-const SAMPLES: usize = 720;
 
 /// Kind of the mate of gear 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,26 +79,13 @@ pub struct PitchState {
     pub curvatures: [f64; 2],
 }
 
-/// Extremes of the curvature of a centrode, positive where it is convex.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CurvatureExtremes {
-    /// Least curvature, 1/m, and the angle of gear 1 there, rad.
-    pub least: [f64; 2],
-    /// Largest curvature, 1/m, and the angle of gear 1 there, rad.
-    pub largest: [f64; 2],
-}
-
 impl Centrodes {
     /// The centrodes of a ratio law at a centre distance a, m.
     ///
     /// # Errors
     /// `OutOfRange` where a is not positive, or where an internal mate would have a ratio i₁₂ of 1 or less.
     pub fn of_gears(law: &RatioLaw, centre_distance: f64, mate: Mate) -> Result<Centrodes, Error> {
-        if !(centre_distance > 0.0 && centre_distance.is_finite()) {
-            return Err(out_of_range(format!(
-                "centre distance is {centre_distance} m; it must be positive"
-            )));
-        }
+        check_length(centre_distance, "centre distance")?;
         let side = match mate {
             Mate::External => 1.0,
             Mate::Internal => -1.0,
@@ -174,7 +158,7 @@ impl Centrodes {
         [self.0.first, self.0.last]
     }
 
-    /// Arc length (m) of gear 1's whole centrode.
+    /// Arc length (m) of a body's whole centrode.
     ///
     /// # Errors
     /// `OutOfRange` where the centrodes do not close.
@@ -233,6 +217,11 @@ impl Centrodes {
         }
     }
 
+    /// Whether the law repeats.
+    pub fn repeats(&self) -> bool {
+        self.0.repeats
+    }
+
     /// Place of a body's axis on the line of centres, m; `None` for a rack.
     pub fn mate_axis(&self, member: Member) -> Option<f64> {
         match (member, &self.0.source) {
@@ -268,37 +257,6 @@ impl Centrodes {
                 let [r, slope, _] = curve.at(angle_1);
                 Some([-self.at(angle_1)?.travel, -r, -slope])
             }
-        }
-    }
-
-    /// Extremes of a centrode's curvature over its period, counted positive where the body is convex.
-    pub fn curvature_extremes(&self, member: Member) -> CurvatureExtremes {
-        let sign = match (member, &self.0.source) {
-            (Member::Second, Source::Gears { side, .. }) => -side,
-            (Member::Second, Source::Rack { .. }) => -1.0,
-            (Member::First, _) => 1.0,
-        };
-        let curvature = |x: f64| {
-            let state = self.at(x);
-            state.map_or(f64::NAN, |s| sign * s.curvatures[member as usize])
-        };
-        let [first, last] = self.period();
-        let step = (last - first) / SAMPLES as f64;
-        let at = |i: usize| first + step * i as f64;
-        let extreme = |direction: f64| {
-            let f = |x: f64| direction * curvature(x);
-            let best =
-                (0..=SAMPLES).fold(0, |best, i| if f(at(i)) > f(at(best)) { i } else { best });
-            let reach = |x: f64| match self.0.repeats {
-                true => x,
-                false => x.clamp(first, last),
-            };
-            let x = golden_maximum(f, reach(at(best) - step), reach(at(best) + step));
-            [curvature(x), x]
-        };
-        CurvatureExtremes {
-            least: extreme(-1.0),
-            largest: extreme(1.0),
         }
     }
 }
@@ -377,22 +335,4 @@ impl Source {
             ],
         })
     }
-}
-
-/// Place of a maximum between two places, by golden section.
-fn golden_maximum(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
-    const SHRINK: f64 = 0.618_033_988_749_894_9;
-    let (mut low, mut high) = (low, high);
-    let inner = |low: f64, high: f64| {
-        let reach = SHRINK * (high - low);
-        (high - reach, low + reach)
-    };
-    for _ in 0..60 {
-        let (x1, x2) = inner(low, high);
-        match f(x1) > f(x2) {
-            true => high = x2,
-            false => low = x1,
-        }
-    }
-    0.5 * (low + high)
 }

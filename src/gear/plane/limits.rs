@@ -4,10 +4,12 @@
 //! With `f_u du + f_s ds = 0` the contact moves on tool and work as `speed · f_s` and `D = speed · f_s + (κ_w − κ_t) λ f_u`, λ its distance
 //! from the pitch point along the normal; Φ is f_s (Litvin & Fuentes 2004, §6.3).
 
-use super::conjugate::{ConjugateProfile, Contact};
+use super::conjugate::ConjugateProfile;
+use super::contact::Contact;
 use super::pitch_curve::out_of_range;
 use super::profile::Profile;
 use crate::base::error::Error;
+use crate::gear::kernel::root::sign_change;
 use crate::numeric::Complex;
 
 /// Halvings of a step of contacts: rounding of the parameter.
@@ -78,17 +80,9 @@ fn undercut<P: Profile>(
     before: &Contact,
     after: &Contact,
 ) -> Option<LimitPoint> {
-    let (mut low, mut high) = (before.parameter, after.parameter);
-    let mut contact = *before;
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        contact = generated.at(middle)?;
-        match contact.work_speed * before.work_speed > 0.0 {
-            true => low = middle,
-            false => high = middle,
-        }
-    }
-    Some(limit_at(LimitKind::Undercut, &contact))
+    let speed = |u: f64| Some(generated.at(u)?.work_speed);
+    let u = sign_change([before.parameter, after.parameter], speed)?;
+    Some(limit_at(LimitKind::Undercut, &generated.at(u)?))
 }
 
 /// Halves the step from the last contact to a parameter that may have none.

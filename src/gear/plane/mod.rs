@@ -1,8 +1,8 @@
 //! Plane meshing: from a ratio law to centrodes, from a profile on one body to the conjugate profile on the other.
 //!
 //! Data flow: [`ratio_law::RatioLaw`] or [`pitch_curve::PitchCurve`] → [`centrodes::Centrodes`] → [`rolling::Rolling`] (tool and work, by
-//! arc) → with a [`profile::Profile`] on the tool → [`conjugate::ConjugateProfile`], a list of [`conjugate::Contact`]s with path, sliding
-//! and curvature, itself a profile again → limits, second contact, outlines.
+//! arc) → with a [`profile::Profile`] on the tool → [`conjugate::ConjugateProfile`], a list of [`contact::Contact`]s with path, sliding
+//! and curvature, itself a profile again → [`limits`], [`second_contact`], [`law_of_gearing`]; outlines by [`rack_cut`].
 
 pub mod pitch_curve;
 
@@ -10,9 +10,15 @@ pub mod ratio_law;
 
 pub mod centrodes;
 
+pub mod convexity;
+
 pub mod rolling;
 
 pub mod profile;
+
+pub mod contact;
+
+mod contact_arcs;
 
 pub mod conjugate;
 
@@ -25,5 +31,9 @@ pub mod limits;
 pub mod second_contact;
 
 pub mod law_of_gearing;
+
+pub mod rack_cutter;
+
+mod tooth_space;
 
 pub mod rack_cut;

@@ -38,11 +38,7 @@ impl PitchCurve {
     /// # Errors
     /// `OutOfRange` unless A > 0, 0 ≤ e < 1, n ≥ 1.
     pub fn ellipse(semi_major: f64, eccentricity: f64, lobes: u32) -> Result<PitchCurve, Error> {
-        if !(semi_major > 0.0 && semi_major.is_finite()) {
-            return Err(out_of_range(format!(
-                "semi-major axis is {semi_major} m; it must be positive"
-            )));
-        }
+        check_length(semi_major, "semi-major axis")?;
         if !(0.0..1.0).contains(&eccentricity) {
             return Err(out_of_range(format!(
                 "eccentricity of an ellipse is {eccentricity}; it must be at least 0 and below 1"
@@ -259,6 +255,20 @@ pub(super) fn panels_between(knots: &[f64]) -> Vec<f64> {
         ends.push(pair[1]);
     }
     ends
+}
+
+/// Lengths (m) between which squares and products stay far from overflow.
+const LENGTHS: [f64; 2] = [1e-9, 1e9];
+
+/// Refuses a length that is not positive or beyond all machines.
+pub(super) fn check_length(length: f64, what: &str) -> Result<(), Error> {
+    let [least, most] = LENGTHS;
+    if (least..=most).contains(&length) {
+        return Ok(());
+    }
+    Err(out_of_range(format!(
+        "{what} is {length} m; it must be positive, from {least} to {most} m"
+    )))
 }
 
 pub(super) fn out_of_range(message: String) -> Error {

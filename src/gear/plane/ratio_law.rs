@@ -74,9 +74,9 @@ impl RatioLaw {
     pub fn linear(first: f64, last: f64, over: f64) -> Result<RatioLaw, Error> {
         check_ratio(first)?;
         check_ratio(last)?;
-        if !(over > 0.0 && over.is_finite()) {
+        if !(over > 0.0 && over <= 1e6) {
             return Err(out_of_range(format!(
-                "the ratio changes over {over} rad; give a positive angle"
+                "the ratio changes over {over} rad; give a positive angle of at most 1e6 rad"
             )));
         }
         Ok(RatioLaw(Law::Linear {
@@ -341,11 +341,15 @@ impl CurveLaw {
     }
 }
 
+/// Ratios between which squares and products stay far from overflow.
+const RATIOS: [f64; 2] = [1e-6, 1e6];
+
 fn check_ratio(ratio: f64) -> Result<(), Error> {
-    if ratio > 0.0 && ratio.is_finite() {
+    let [least, most] = RATIOS;
+    if (least..=most).contains(&ratio) {
         return Ok(());
     }
     Err(out_of_range(format!(
-        "a ratio is {ratio}; it must be positive (the kind of the pair sets the sense of rotation)"
+        "a ratio is {ratio}; it must be positive, from {least} to {most} (the kind of the pair sets the sense of rotation)"
     )))
 }

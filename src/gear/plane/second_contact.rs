@@ -4,7 +4,9 @@
 //! The second envelope is the curve of these points on the body of the tool; both contacts meet where the normal lies along the common
 //! tangent, at the limit of the second kind.
 
-use super::conjugate::{ArcGrid, ConjugateProfile, Contact};
+use super::conjugate::ConjugateProfile;
+use super::contact::Contact;
+use super::contact_arcs::ArcGrid;
 use super::pitch_curve::out_of_range;
 use super::profile::Profile;
 use super::rolling::Centrode;
