@@ -2,8 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
+use geardyn::internals::gear::kernel::envelope::Envelope;
 use geardyn::internals::gear::plane::centrodes::{Centrodes, Mate};
 use geardyn::internals::gear::plane::conjugate::conjugate;
+use geardyn::internals::gear::plane::envelope::envelope;
 use geardyn::internals::gear::plane::law_of_gearing::check_gearing;
 use geardyn::internals::gear::plane::limits::limits;
 use geardyn::internals::gear::plane::profile::{Profile, Shape};
@@ -142,6 +144,48 @@ fn exact_second_envelope_of_cycloids() {
             let off = (c.path_point + Complex::new(0.0, second)).norm() / second - 1.0;
             within("second line of action", off.abs(), 1e-12);
             assert!((c.arc - c.first.arc).abs() > 1e-6);
+        }
+    }
+}
+
+/// Second contacts by normals against the kernel's roots of `f(x)/(x − first)` under the reversed motion, on circles and on ellipses.
+#[test]
+fn exact_second_contacts_by_the_kernel() {
+    let law = RatioLaw::elliptic(0.2).unwrap();
+    let pair = Centrodes::of_gears(&law, 0.1, Mate::External).unwrap();
+    let arc = |x: f64| Shape::arc(Complex::new(x, 0.0), 0.012, [0.6, 1.1]).unwrap();
+    let cases = [
+        (rolling(R1, -R2), arc(0.96 * R1), [-0.15, 0.15]),
+        (Rolling::of_pair(&pair), arc(0.055), [-2.5, 2.5]),
+    ];
+    for (motion, tool, range) in cases {
+        let generated = conjugate(&motion, tool.clone(), 12).unwrap();
+        let first = envelope(&motion, tool, range).unwrap();
+        let back = Envelope {
+            motion: first.motion.inverse(),
+            surface: first,
+            range,
+        };
+        let by_angle = matches!(motion.tool, Centrode::Member { .. });
+        let parameter = |arc: f64| {
+            if by_angle {
+                pair.angle_at_arc(arc).unwrap()
+            } else {
+                arc
+            }
+        };
+        for contact in second_contacts(&generated).unwrap() {
+            let (x, second) = (parameter(contact.first.arc), parameter(contact.arc));
+            let roots = back.second_contacts([x, 0.0], x);
+            let nearest = roots
+                .iter()
+                .map(|r| (r - second).abs())
+                .fold(f64::MAX, f64::min);
+            within(
+                "place of the second contact",
+                nearest / (range[1] - range[0]),
+                1e-11,
+            );
         }
     }
 }

@@ -3,7 +3,7 @@
 //! Fixed frame: axis 1 at the origin, the pitch point at (r₁, 0), axis 2 at (a, 0) for external and (−a, 0) for internal gears. Gear 1
 //! turns clockwise by φ₁, so that in its own frame the pitch point is `r₁(φ₁) e^{iφ₁}`. Points of the plane are complex numbers, m.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
 use super::pitch_curve::{PitchCurve, check_length, out_of_range};
@@ -45,6 +45,8 @@ enum Source {
     },
     Rack {
         curve: PitchCurve,
+        /// Start of the integral of the travel over a turn.
+        first: f64,
         travel: CumulativeIntegral,
     },
 }
@@ -112,6 +114,7 @@ impl Centrodes {
         let ends = curve.panel_ends();
         let source = Source::Rack {
             curve: curve.clone(),
+            first: ends[0],
             travel: CumulativeIntegral::new(|x| curve.at(x)[0], ends.clone()),
         };
         Centrodes::new(source, ends, true)
@@ -170,11 +173,10 @@ impl Centrodes {
             };
         };
         law.check_closed()?;
-        let turn = std::f64::consts::TAU;
-        let [period, advance] = law.period().unwrap_or([turn, turn]);
+        let [period, advance] = law.period().unwrap_or([TAU, TAU]);
         let passes = match member {
-            Member::First => turn / period,
-            Member::Second => turn / advance,
+            Member::First => TAU / period,
+            Member::Second => TAU / advance,
         };
         Ok(self.arc_of_period() * passes)
     }
@@ -311,12 +313,14 @@ impl Source {
                 let state = law.at(angle_1)?;
                 (state.angle_2, 0.0, side / state.ratio)
             }
-            Source::Rack { curve, travel } => {
-                let first = curve.panel_ends()[0];
-                let turn = std::f64::consts::TAU;
+            Source::Rack {
+                curve,
+                first,
+                travel,
+            } => {
                 let path = |x: f64| {
-                    let turns = ((x - first) / turn).floor();
-                    turns * travel.total() + travel.at(|x| curve.at(x)[0], x - turns * turn)
+                    let turns = ((x - first) / TAU).floor();
+                    turns * travel.total() + travel.at(|x| curve.at(x)[0], x - turns * TAU)
                 };
                 (0.0, path(angle_1) - path(0.0), 0.0)
             }

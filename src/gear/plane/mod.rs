@@ -6,6 +6,8 @@
 
 pub mod pitch_curve;
 
+mod curve_law;
+
 pub mod ratio_law;
 
 pub mod centrodes;

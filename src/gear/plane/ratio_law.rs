@@ -3,11 +3,11 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
+use super::curve_law::CurveLaw;
 use super::pitch_curve::{
     CLOSED, PitchCurve, check_turn, even_panels, out_of_range, panels_between, turn_angles,
 };
 use crate::base::error::Error;
-use crate::numeric::quadrature::CumulativeIntegral;
 use crate::numeric::quintic_spline::QuinticSpline;
 
 /// Distance from a whole number at which a ratio counts as whole.
@@ -33,15 +33,6 @@ enum Law {
     },
     Table(Arc<QuinticSpline>),
     Curve(Arc<CurveLaw>),
-}
-
-/// Law of a given pitch curve and centre distance.
-#[derive(Debug)]
-struct CurveLaw {
-    curve: PitchCurve,
-    centre_distance: f64,
-    first: f64,
-    turn: CumulativeIntegral,
 }
 
 /// Values of a ratio function at one angle of gear 1.
@@ -174,25 +165,8 @@ impl RatioLaw {
     /// # Errors
     /// `OutOfRange` where the centre distance does not exceed the largest radius.
     pub fn of_pitch_curve(curve: &PitchCurve, centre_distance: f64) -> Result<RatioLaw, Error> {
-        let ends = curve.panel_ends();
-        let largest = ends
-            .iter()
-            .fold(0.0, |most: f64, x| most.max(curve.at(*x)[0]));
-        if !(centre_distance > largest && centre_distance.is_finite()) {
-            return Err(out_of_range(format!(
-                "centre distance {centre_distance} m does not exceed the largest radius {largest} m of the pitch curve"
-            )));
-        }
-        let rate = |x: f64| {
-            let r = curve.at(x)[0];
-            r / (centre_distance - r)
-        };
-        Ok(RatioLaw(Law::Curve(Arc::new(CurveLaw {
-            curve: curve.clone(),
-            centre_distance,
-            first: ends[0],
-            turn: CumulativeIntegral::new(rate, ends),
-        }))))
+        let law = CurveLaw::new(curve, centre_distance)?;
+        Ok(RatioLaw(Law::Curve(Arc::new(law))))
     }
 
     /// Angles of gear 1 between which the law is defined; infinite where it repeats.
@@ -303,7 +277,15 @@ impl RatioLaw {
                     second: (2.0 * y2 * y2 / y1 - y3) / (y1 * y1),
                 }
             }
-            Law::Curve(law) => law.at(angle_1),
+            Law::Curve(law) => {
+                let ([r, r1, r2], a) = (law.curve.at(angle_1), law.centre_distance);
+                RatioState {
+                    angle_2: law.angle_2(angle_1) - law.angle_2(0.0),
+                    ratio: (a - r) / r,
+                    slope: -a * r1 / (r * r),
+                    second: a * (2.0 * r1 * r1 / r - r2) / (r * r),
+                }
+            }
         })
     }
 
@@ -315,28 +297,6 @@ impl RatioLaw {
             Law::Linear { over, .. } => even_panels(*over),
             Law::Sine { cycles, .. } => even_panels(TAU / cycles),
             Law::Constant(_) | Law::Elliptic(_) => even_panels(TAU),
-        }
-    }
-}
-
-impl CurveLaw {
-    fn angle_2(&self, angle_1: f64) -> f64 {
-        let turns = ((angle_1 - self.first) / TAU).floor();
-        let rate = |x: f64| {
-            let r = self.curve.at(x)[0];
-            r / (self.centre_distance - r)
-        };
-        turns * self.turn.total() + self.turn.at(rate, angle_1 - turns * TAU)
-    }
-
-    fn at(&self, angle_1: f64) -> RatioState {
-        let [r, r1, r2] = self.curve.at(angle_1);
-        let a = self.centre_distance;
-        RatioState {
-            angle_2: self.angle_2(angle_1) - self.angle_2(0.0),
-            ratio: (a - r) / r,
-            slope: -a * r1 / (r * r),
-            second: a * (2.0 * r1 * r1 / r - r2) / (r * r),
         }
     }
 }
