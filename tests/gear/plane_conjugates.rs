@@ -105,6 +105,8 @@ fn exact_involute_pair() {
             (arm / base - 1.0).abs(),
             1e-13,
         );
+        let sliding = c.normal_distance * (1.0 / R1 + 1.0 / R2);
+        within("sliding velocity", (c.sliding() - sliding).abs(), 1e-14);
         let roll = (c.work_point.norm_sqr() - base * base).sqrt();
         within(
             "its curvature",
@@ -453,4 +455,72 @@ fn refuses_arcs_centred_on_the_pitch_circle() {
             );
         }
     }
+}
+
+/// Profiles, lines of action and motions that cannot be: the value, the row and the remedy.
+#[test]
+fn refuses_profiles_that_cannot_be() {
+    let z = Complex::new;
+    let says = |text: String, part: &str| assert!(text.contains(part), "{text}");
+    let text = |shape: Result<Shape, geardyn::internals::base::error::Error>| {
+        shape.unwrap_err().to_string()
+    };
+    says(
+        text(Shape::line(z(0.1, 0.0), z(0.1, 0.0))),
+        "give two points apart",
+    );
+    says(
+        text(Shape::arc(z(0.1, 0.0), -1e-3, [0.0, 1.0])),
+        "not negative",
+    );
+    says(
+        text(Shape::arc(z(0.1, 0.0), 1e-3, [1.0, 0.0])),
+        "limits must rise",
+    );
+    says(
+        text(Shape::involute(R1, 0.0, true, [-0.1, 0.5])),
+        "starts at 0 on the base circle",
+    );
+    says(
+        text(Shape::involute(f64::NAN, 0.0, true, [0.1, 0.5])),
+        "must be positive",
+    );
+    says(
+        text(Shape::cycloid(R1, -R1, 0.0, [0.1, 0.5])),
+        "makes no cycloid",
+    );
+    let mut points: Vec<Complex> = (0..9).map(|i| z(0.05, 1e-3 * f64::from(i))).collect();
+    says(
+        text(Shape::points(&points[..6])),
+        "6 points; give 7 or more",
+    );
+    points[4] = points[3];
+    says(text(Shape::points(&points)), "row 5");
+    let path: Vec<Complex> = (-4..5).map(|i| z(1e-3 * f64::from(i), 0.0)).collect();
+    says(
+        LineOfAction::points(&path).unwrap_err().to_string(),
+        "row 5",
+    );
+    let steep = LineOfAction::Straight { angle: FRAC_PI_2 };
+    let error = steep
+        .contacts(&circles(R1, -R2), &[0.0, 1e-3], 0.0)
+        .unwrap_err();
+    says(error.to_string(), "right angles");
+    says(Centrode::circle(0.0).unwrap_err().to_string(), "not zero");
+    // A line far from the pitch circle, its normals parallel to the tangent beyond it.
+    let far = Shape::line(z(2.0 * R1, 0.0), z(3.0 * R1, 0.0)).unwrap();
+    let error = conjugate(&circles(R1, -R2), far, 10).unwrap_err();
+    says(
+        error.to_string(),
+        "no normal of the profile meets the pitch curve",
+    );
+    let law = RatioLaw::elliptic(0.3).unwrap();
+    let pair = Centrodes::of_gears(&law, 0.1, Mate::External).unwrap();
+    let mixed = Rolling {
+        tool: Centrode::Line,
+        work: Rolling::of_pair(&pair).work,
+    };
+    let line = Shape::line(z(-1e-3, 0.0), z(1e-3, 3e-4)).unwrap();
+    let error = envelope(&mixed, line, [-0.1, 0.1]).unwrap_err();
+    says(error.to_string(), "take the conjugate by normals");
 }

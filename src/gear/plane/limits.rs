@@ -1,5 +1,5 @@
-//! Limits of a generated profile: undercut, where the contact stands still on the work (first kind, D = 0), and the end of contact, where
-//! it stands still on the tool (second kind, Φ = 0).
+//! Limits of a generated profile: undercut, where the contact rests on the work (first kind, D = 0), and the end of contact, where
+//! it rests on the tool (second kind, Φ = 0).
 //!
 //! With `f_u du + f_s ds = 0` the contact moves on tool and work as `speed · f_s` and `D = speed · f_s + (κ_w − κ_t) λ f_u`, λ its distance
 //! from the pitch point along the normal; Φ is f_s (Litvin & Fuentes 2004, §6.3).

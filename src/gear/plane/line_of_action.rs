@@ -161,7 +161,7 @@ impl LineOfAction {
             let [l, _, angle] = self.at(t);
             if !(angle.cos().abs() > STEEPEST) {
                 return Err(out_of_range(format!(
-                    "the line of action stands at right angles to the pitch line at its parameter {t}; it makes no profile there"
+                    "the line of action runs at right angles to the pitch line at its parameter {t}; it makes no profile there"
                 )));
             }
             let path_point = Complex::cis(angle) * l;

@@ -3,7 +3,7 @@
 //! A centrode is given by its point c, the direction ψ of its tangent and its curvature κ = dψ/ds. At arc 0 the tangent of a line or circle
 //! points along +y.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::TAU;
 
 use super::centrodes::{Centrodes, Member};
 use super::pitch_curve::out_of_range;
@@ -87,7 +87,7 @@ impl Centrode {
     pub fn arc_of_turn(&self) -> Option<f64> {
         match self {
             Centrode::Line => None,
-            Centrode::Circle { radius } => Some(4.0 * FRAC_PI_2 * radius.abs()),
+            Centrode::Circle { radius } => Some(TAU * radius.abs()),
             Centrode::Member { pair, member } => pair.closed_arc(*member).ok(),
         }
     }
