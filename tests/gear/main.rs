@@ -1,5 +1,16 @@
 //! Gears: the kernel of meshing, plane meshing, cylindrical gears, tooth stiffness and loaded transmission error.
 
+mod cylindrical_outline;
+
 mod cylindrical_pair;
+
 #[path = "../support/verification.rs"]
 mod verification;
+
+mod kernel;
+
+mod kernel_space;
+
+mod kernel_bevel;
+
+mod kernel_worm;

@@ -6,9 +6,6 @@
 /// The involute function, diameters, thickness and its gauge readings of one gear.
 pub mod involute;
 
-/// Root of a function inside a bracket.
-mod bracket;
-
 /// Basic racks of ISO 53.
 pub mod basic_rack;
 
@@ -20,6 +17,9 @@ mod fillet;
 
 /// Tooth outline: involute and generated fillet.
 pub mod outline;
+
+/// Designed modifications of a flank.
+pub mod modification;
 
 /// Path of contact, sharing of load along it, and the loss factor.
 pub mod path_of_contact;
