@@ -12,6 +12,9 @@ pub mod basic_rack;
 /// One gear with its rack, tip and thickness allowance.
 pub mod member;
 
+/// Readings of the drawing with their limits.
+pub mod drawing;
+
 /// Fillet as the trace of the rounded tip of a tool.
 mod fillet;
 
@@ -26,3 +29,9 @@ pub mod path_of_contact;
 
 /// Two gears in mesh.
 pub mod pair;
+
+/// Backlash at a centre distance, and its limits.
+pub mod backlash;
+
+/// Warnings of a pair, each with the nearest value that avoids it.
+pub mod warnings;
