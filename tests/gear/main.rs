@@ -2,6 +2,8 @@
 
 mod cylindrical_outline;
 
+mod cylindrical_laws;
+
 mod cylindrical_pair;
 
 #[path = "../support/verification.rs"]
