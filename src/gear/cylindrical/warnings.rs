@@ -3,6 +3,8 @@
 //! Interference inside a ring: involute (the ring's tip reaches beyond the tangent point of the pinion's base circle), trochoid (tip
 //! corners meet as the pinion leaves a space) and trimming (tip corners meet as the pinion is put in radially).
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::involute::inv;
 use super::pair::Pair;
 use crate::gear::kernel::root::sign_change;
@@ -189,14 +191,19 @@ impl Pair {
         let (u, tip) = (self.ratio(), self.outlines[0].tip_radius);
         // cos α_a1/cos α_a2 of the tip circles.
         let cosines = ring_tip / (u * tip);
-        let first = (1.0 - cosines * cosines) / (1.0 - 1.0 / (u * u));
-        let second = (1.0 / (cosines * cosines) - 1.0) / (u * u - 1.0);
-        if !((0.0..=1.0).contains(&first) && (0.0..=1.0).contains(&second)) {
+        if cosines >= 1.0 {
             return None;
         }
+        let first = (1.0 - cosines * cosines) / (1.0 - 1.0 / (u * u));
+        let second = (1.0 / (cosines * cosines) - 1.0) / (u * u - 1.0);
+        // A pinion wider than the ring's opening comes nearest where the opening is widest.
+        let [at_first, at_second] = match second < 1.0 {
+            true => [first, second].map(|sine_squared| sine_squared.sqrt().asin()),
+            false => [(ring_tip / tip).min(1.0).asin(), FRAC_PI_2],
+        };
         let (working, [involute1, involute2]) = self.tip_involutes(ring_tip);
-        let at_ring = second.sqrt().asin() + involute2 - working;
-        Some(first.sqrt().asin() + involute1 - working - u * at_ring)
+        let of_ring = at_second + involute2 - working;
+        Some(at_first + involute1 - working - u * of_ring)
     }
 
     /// inv α_wt, and inv α of the pinion's tip and of a ring's tip.
