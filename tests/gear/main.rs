@@ -6,6 +6,8 @@ mod cylindrical_laws;
 
 mod cylindrical_pair;
 
+mod cylindrical_reverse;
+
 #[path = "../support/verification.rs"]
 mod verification;
 

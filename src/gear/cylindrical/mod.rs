@@ -35,3 +35,6 @@ pub mod backlash;
 
 /// Warnings of a pair, each with the nearest value that avoids it.
 pub mod warnings;
+
+/// From readings of an unknown gear to its data.
+pub mod reverse;
