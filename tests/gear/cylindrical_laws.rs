@@ -535,3 +535,26 @@ fn half_angle_beyond(outline: &ToothOutline, radius: f64) -> f64 {
     let sense = if outline.internal { -1.0 } else { 1.0 };
     psi + sense * (involute(tip) - involute(radius))
 }
+
+/// Prints the time of an outline with 200 points of its flank, and of a pair: `cargo test --release -- --ignored flank_time --nocapture`.
+#[test]
+#[ignore = "a measurement of time"]
+fn flank_time() {
+    let mut rng = fastrand::Rng::with_seed(27);
+    let members: Vec<Member> = std::iter::repeat_with(|| random_members(&mut rng, false)[0])
+        .take(1000)
+        .collect();
+    let start = std::time::Instant::now();
+    let mut points = 0;
+    for member in &members {
+        points += ToothOutline::new(member).map_or(0, |outline| outline.flank(100, 99).len());
+    }
+    let each = 1e6 * start.elapsed().as_secs_f64() / members.len() as f64;
+    println!("{each:.2} µs a flank of 200 points, {points} points");
+    let start = std::time::Instant::now();
+    let pairs = sane_pairs(1000, 28)
+        .map(|pair| pair.contact_ratios().total)
+        .sum::<f64>();
+    let each = 1e3 * start.elapsed().as_secs_f64();
+    println!("{each:.2} µs a pair with its warnings (with rejected ones), {pairs}");
+}

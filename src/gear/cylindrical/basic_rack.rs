@@ -16,8 +16,8 @@ pub struct BasicRack {
     pub dedendum: f64,
     /// Root fillet radius ρ_fP of the rack, which is the tip radius of the tool.
     pub tip_radius: f64,
-    /// Protuberance: by how much the tip rounding of the tool stands out of its straight flank, measured square to the flank. The
-    /// rounding runs on until it meets the flank.
+    /// Protuberance: offset of the tip rounding beyond the straight flank of the tool, normal to the flank. The rounding continues until
+    /// it meets the flank.
     pub protuberance: f64,
 }
 

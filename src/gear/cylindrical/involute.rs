@@ -186,7 +186,7 @@ impl InvoluteGear {
         self.base_diameter() / angle_from_inv(involute).cos()
     }
 
-    /// By how much the ball stands out beyond its centre, with the sign of the outward direction of the teeth.
+    /// Contribution of the ball itself to a dimension over it; negative between balls.
     fn ball_reach(&self, ball: f64) -> f64 {
         if self.internal { -ball } else { ball }
     }

@@ -53,7 +53,7 @@ impl Member {
             .unwrap_or_else(|| self.altered_tip_diameter(0.0))
     }
 
-    /// Tip alteration coefficient k that the tip diameter stands for.
+    /// Tip alteration coefficient k of the tip diameter.
     pub fn tip_alteration(&self) -> f64 {
         let height = 0.5 * self.sense() * (self.tip_diameter() - self.gear.reference_diameter());
         height / self.gear.module - self.rack.addendum - self.gear.profile_shift

@@ -4,7 +4,7 @@
 //! coefficients `h_aP = ±(d_a − d)/(2 m_n) − x` and `h_fP = x_E ± (d − d_f)/(2 m_n)`.
 //!
 //! Gears of one base pitch, tooth number and span have the same flanks whatever module and pressure angle name them: such candidates
-//! differ only in the coefficients their tip and root diameters stand for.
+//! differ only in the coefficients of their tip and root diameters.
 
 use std::f64::consts::PI;
 
@@ -182,7 +182,7 @@ struct FlankFit {
     shift: Reading,
     /// Of the spans, in standard uncertainties.
     deviations: Vec<f64>,
-    /// Addendum and dedendum coefficients that the diameters stand for.
+    /// Addendum and dedendum coefficients of the diameters.
     heights: [Option<f64>; 2],
 }
 

@@ -65,6 +65,9 @@ pub struct Warning {
     pub nearest: Option<NearestValue>,
 }
 
+/// Angle by which the tip corners of a pinion and a ring of given tip radius clear each other.
+type Room = fn(&Pair, f64) -> Option<f64>;
+
 /// Parts into which the height of a ring's tooth is divided to bracket a limit of its tip diameter.
 const TIP_PARTS: usize = 64;
 
@@ -144,11 +147,11 @@ impl Pair {
         if !self.members[1].gear.internal {
             return Vec::new();
         }
-        let kinds: [(WarningKind, fn(&Pair, f64) -> Option<f64>); 2] = [
+        let kinds: [(WarningKind, Room); 2] = [
             (WarningKind::TrochoidInterference, Pair::trochoid_room),
             (WarningKind::TrimmingInterference, Pair::trimming_room),
         ];
-        let warning = |(kind, room): (WarningKind, fn(&Pair, f64) -> Option<f64>)| {
+        let warning = |(kind, room): (WarningKind, Room)| {
             let tip = self.outlines[1].tip_radius;
             let by = -room(self, tip).filter(|room| *room < 0.0)?;
             // The limit nearest to the tip as the ring's teeth are shortened; where the corners do not meet at all there is room.
