@@ -536,6 +536,67 @@ fn half_angle_beyond(outline: &ToothOutline, radius: f64) -> f64 {
     psi + sense * (involute(tip) - involute(radius))
 }
 
+/// Drawing readings: limits follow the thickness, anvils must touch the flanks, pins of odd helical gears lie straight across, and the
+/// default ball touches the flanks at d + 2 x m.
+#[test]
+fn exact_drawing_readings() {
+    let mut rng = fastrand::Rng::with_seed(29);
+    let mut internal = 0;
+    for pair in sane_pairs(200, 30) {
+        let member = pair.members[rng.usize(0..2)];
+        let gear = &member.gear;
+        internal += usize::from(gear.internal);
+        let near = |x: f64, y: f64| {
+            assert!(
+                (x - y).abs() < 1e-11 * gear.reference_diameter(),
+                "{x} {y} {member:?}"
+            )
+        };
+        let [lower, upper] = member.thickness_deviation;
+        if let Some(span) = member.span(gear.default_span_teeth()) {
+            let sense = if gear.internal { -1.0 } else { 1.0 };
+            let ends = [lower, upper].map(|e| span.nominal + sense * e * gear.pressure_angle.cos());
+            near(span.least, ends[0].min(ends[1]));
+            near(span.greatest, ends[0].max(ends[1]));
+        } else {
+            assert!(gear.internal || gear.teeth < 20, "{member:?}");
+        }
+        assert_eq!(member.span(0), None);
+        assert_eq!(member.span(gear.teeth), None);
+        let ball = gear.default_ball_diameter();
+        if ball > 0.0 {
+            // The ball's centre has rolled half its diameter, in the transverse section, farther than the point it touches.
+            let sense = if gear.internal { -1.0 } else { 1.0 };
+            let centre = gear.ball_centre_diameter(ball, gear.nominal_thickness());
+            let roll =
+                gear.roll_length(centre) - sense * 0.5 * ball / gear.base_helix_angle().cos();
+            let middle = gear.reference_diameter() + 2.0 * sense * gear.profile_shift * gear.module;
+            near(gear.diameter_at_roll(roll), middle);
+            let across = centre + sense * ball;
+            near(
+                2.0 * gear.radial_dimension_over_ball(ball, gear.nominal_thickness()),
+                across,
+            );
+            match member.over_pins(ball) {
+                Some(pins) if gear.helix != 0.0 => near(pins.nominal, across),
+                Some(pins) => near(pins.nominal, member.over_balls(ball).unwrap().nominal),
+                None => assert!(gear.internal && gear.helix != 0.0),
+            }
+        }
+        let ((chord, height), (constant, depth)) =
+            (member.chord().unwrap(), member.constant_chord().unwrap());
+        assert!(
+            chord.least < chord.nominal && chord.nominal < gear.nominal_thickness() && height > 0.0
+        );
+        near(
+            constant.nominal,
+            gear.nominal_thickness() * gear.pressure_angle.cos().powi(2),
+        );
+        assert!(depth < height && constant.greatest < constant.nominal);
+    }
+    assert!(internal > 10);
+}
+
 /// Prints the time of an outline with 200 points of its flank, and of a pair: `cargo test --release -- --ignored flank_time --nocapture`.
 #[test]
 #[ignore = "a measurement of time"]

@@ -179,6 +179,8 @@ fn ref_kisssoft_helical_pair() {
             gears[i].nominal_thickness(),
         )
     });
+    let usual = gears.map(|g| f64::from(g.default_span_teeth()));
+    assert_eq!(usual, [input("/span_teeth/0"), input("/span_teeth/1")]);
     both("Wk", mm(spans), digit);
     let over = [0, 1].map(|i| {
         gears[i].dimension_over_balls(

@@ -110,23 +110,16 @@ impl Pair {
         let form = outline.roll_length(outline.form_radius);
         // Inside an undercut the tool has made room down to the base circle.
         let allowed = if outline.undercut { 0.0 } else { form };
+        // Length of roll at which the mate's tip meets the member, and that of the tip which would meet it at the allowed place.
         let (roll, tip_roll) = match (geometry.internal, member) {
             (false, _) => (c1 + c2 - tips[mate], c1 + c2 - allowed),
             (true, 0) => (tips[1] - (c2 - c1), c2 - c1 + allowed),
-            (true, _) => (c2 - c1 + tips[0], form - (c2 - c1)),
+            (true, _) => (tips[0] + (c2 - c1), allowed - (c2 - c1)),
         };
-        let by = match outline.internal {
-            false => allowed - roll,
-            true => roll - form,
-        };
-        let kind = match !outline.internal && roll < 0.0 {
-            true => WarningKind::InvoluteInterference,
-            false => WarningKind::FilletInterference,
-        };
-        let by = if kind == WarningKind::InvoluteInterference {
-            -roll
-        } else {
-            by
+        let (kind, by) = match outline.internal {
+            true => (WarningKind::FilletInterference, roll - allowed),
+            false if roll < 0.0 => (WarningKind::InvoluteInterference, -roll),
+            false => (WarningKind::FilletInterference, allowed - roll),
         };
         let value = self.members[mate].gear.diameter_at_roll(tip_roll);
         // Rounding of a tip that ends exactly at the limit is no interference.
