@@ -5,7 +5,7 @@ use super::member::Member;
 /// A reading of a nominal tooth and at both thickness limits, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReadingLimits {
-    /// Of the tooth without deviation.
+    /// Reading of the tooth without deviation.
     pub nominal: f64,
     /// Smallest allowed reading.
     pub least: f64,

@@ -100,7 +100,7 @@ impl ToothOutline {
         Ok(())
     }
 
-    /// Where the flanks meet before the tip cylinder, the outline ends there.
+    /// Ends the outline at the point of a tooth that is pointed before the tip cylinder.
     fn end_at_point(&mut self) {
         if let Some(pointed) = self.pointed_radius()
             && (self.tip_radius - pointed) * self.outward() > 0.0

@@ -54,7 +54,7 @@ pub struct GearReadings {
     pub mate: Option<MateReadings>,
 }
 
-/// What is known of the mate of an unknown gear.
+/// Readings of the mate of an unknown gear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MateReadings {
     /// Number of teeth.
@@ -180,7 +180,7 @@ struct FlankFit {
     gear: InvoluteGear,
     /// x_E.
     shift: Reading,
-    /// Of the spans, in standard uncertainties.
+    /// Deviations of the spans, in standard uncertainties.
     deviations: Vec<f64>,
     /// Addendum and dedendum coefficients of the diameters.
     heights: [Option<f64>; 2],

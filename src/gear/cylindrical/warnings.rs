@@ -61,7 +61,7 @@ pub struct Warning {
     /// By how much the limit is missed: a profile shift coefficient (undercut), m along the path (involute, fillet), rad of the ring
     /// (trochoid) or the pinion (trimming), a contact ratio, m of the diameter (pointed), m (clearance).
     pub by: f64,
-    /// What avoids it; `None` where no value of that kind does.
+    /// Value that avoids it; `None` where no value of that kind does.
     pub nearest: Option<NearestValue>,
 }
 
