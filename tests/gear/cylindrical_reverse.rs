@@ -8,9 +8,12 @@ use geardyn::internals::gear::cylindrical::basic_rack::BasicRack;
 use geardyn::internals::gear::cylindrical::involute::InvoluteGear;
 use geardyn::internals::gear::cylindrical::member::Member;
 use geardyn::internals::gear::cylindrical::pair::Pair;
-use geardyn::internals::gear::cylindrical::reverse::{
-    Candidate, GearReadings, MateReadings, Reading, Remedy, SpanReading, ToothSize,
+use geardyn::internals::gear::cylindrical::reverse::candidate::Candidate;
+use geardyn::internals::gear::cylindrical::reverse::confusion::Remedy;
+use geardyn::internals::gear::cylindrical::reverse::readings::{
+    GearReadings, MateReadings, Reading, SpanReading,
 };
+use geardyn::internals::gear::cylindrical::reverse::standard_sizes::ToothSize;
 
 fn reading(value: f64, std: f64) -> Reading {
     Reading { value, std }

@@ -30,6 +30,9 @@ pub mod path_of_contact;
 /// Two gears in mesh.
 pub mod pair;
 
+/// Path of contact of a pair, points A–E, contact ratios.
+pub mod path_points;
+
 /// Backlash at a centre distance, and its limits.
 pub mod backlash;
 
