@@ -7,7 +7,6 @@ use super::estimate::{Estimate, check_finite};
 use super::pitch::arg_min_max;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::gear::cylindrical::modification::Modification;
 
 /// Fewest points a line is laid through.
 const MIN_POINTS: usize = 3;
