@@ -60,6 +60,8 @@ pub mod discretisation;
 
 pub mod least_squares;
 
+pub mod complementarity;
+
 pub mod quadratic;
 
 pub mod thin_qr;

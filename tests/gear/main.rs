@@ -2,3 +2,5 @@
 
 #[path = "../support/verification.rs"]
 mod verification;
+
+mod complementarity;

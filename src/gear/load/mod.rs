@@ -1,0 +1,1 @@
+//! Tooth stiffness.
