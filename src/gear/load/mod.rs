@@ -1,1 +1,16 @@
-//! Tooth stiffness.
+//! Tooth stiffness, load sharing and loaded transmission error of cylindrical gears: `C F = δ − g`, `Σ F = W`, e(φ, T) = −δ.
+
+/// Elastic constants.
+pub mod material;
+
+/// Stiffness c′ and c_γ of ISO 6336-1:2006.
+pub mod iso6336;
+
+/// Line contact of flanks.
+pub mod hertz;
+
+/// Models of the gear body under a tooth.
+pub mod body;
+
+/// Tooth as a beam of variable thickness.
+pub mod tooth;
