@@ -7,7 +7,7 @@ use geardyn::internals::gear::cylindrical::involute::InvoluteGear;
 use geardyn::internals::gear::cylindrical::member::Member;
 use geardyn::internals::gear::cylindrical::pair::Pair;
 use geardyn::internals::gear::load::body::{Body, FootLoad};
-use geardyn::internals::gear::load::hertz;
+use geardyn::internals::gear::load::hertz::{self, ContactModel, FlankContact};
 use geardyn::internals::gear::load::iso6336::{IsoStiffness, Web};
 use geardyn::internals::gear::load::material::Material;
 use geardyn::internals::gear::load::tooth::ToothSection;
@@ -199,7 +199,8 @@ fn ref_energy_method() {
         bore_radius: 0.5 * number(&inputs["bore_diameter"]),
     };
     let half_angle = foot_half_angle(62.0, alpha, 1.0, rack.tip_radius);
-    let contact = hertz::approach_compliance(&[material; 2]);
+    let flanks = FlankContact { radius: 1.0, depths: [1.0; 2] };
+    let contact = ContactModel::Constant.compliance(&flanks, &[material; 2]);
     printed(
         "Hertz stiffness",
         "N/m",

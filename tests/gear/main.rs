@@ -4,3 +4,6 @@
 mod verification;
 
 mod complementarity;
+mod load_mesh;
+mod load_random;
+mod load_stiffness;

@@ -14,3 +14,15 @@ pub mod body;
 
 /// Tooth as a beam of variable thickness.
 pub mod tooth;
+
+/// Designed modifications of flanks.
+pub mod modification;
+
+/// Where teeth touch, on the line of action and off it.
+pub mod contact_path;
+
+/// Compliance of a tooth pair by either method, and both side by side.
+pub mod compliance;
+
+/// Loaded transmission error, stiffness and load sharing over one pitch.
+pub mod mesh;

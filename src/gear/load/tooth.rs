@@ -148,6 +148,12 @@ impl ToothSection {
         }
     }
 
+    /// Distance from the flank to the middle of the tooth along the normal at a length of roll, m.
+    pub fn depth(&self, roll: f64) -> f64 {
+        let place = self.involute_place(roll / self.base_radius);
+        place.half_thickness / place.angle.cos()
+    }
+
     /// Elastic constants.
     pub fn material(&self) -> &Material {
         &self.material
@@ -207,7 +213,13 @@ impl ToothSection {
                 let height = self.outward * (radius * angle.cos() - self.root_radius);
                 let inverse = (radius * angle.sin()).recip();
                 let third = inverse * inverse * inverse;
-                [third, height * third, height * height * third, inverse, height]
+                [
+                    third,
+                    height * third,
+                    height * height * third,
+                    inverse,
+                    height,
+                ]
             })
             .collect();
         let trapezia = |k: usize, stride: usize| {

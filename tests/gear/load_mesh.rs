@@ -1,0 +1,384 @@
+//! Loaded transmission error: Harris' V, conjugate pairs, conditions over random pairs, corners against involutes that turn, either gear driving.
+
+use geardyn::internals::gear::cylindrical::basic_rack::BasicRack;
+use geardyn::internals::gear::cylindrical::involute::InvoluteGear;
+use geardyn::internals::gear::cylindrical::member::Member;
+use geardyn::internals::gear::cylindrical::pair::Pair;
+use geardyn::internals::gear::load::compliance::{StiffnessMethod, compare_methods};
+use geardyn::internals::gear::load::contact_path::ContactPath;
+use geardyn::internals::gear::load::hertz::ContactModel;
+use geardyn::internals::gear::load::iso6336::IsoStiffness;
+use geardyn::internals::gear::load::material::Material;
+use geardyn::internals::gear::load::mesh::{LoadedMesh, MeshOptions, MeshResult, peak_to_peak};
+use geardyn::internals::gear::load::modification::{Modification, Relief};
+
+use crate::verification::within;
+
+/// A gear of module 3 mm and profile A.
+fn member(teeth: u32, helix: f64, shift: f64, internal: bool) -> Member {
+    let gear = InvoluteGear {
+        teeth,
+        module: 3e-3,
+        pressure_angle: 20f64.to_radians(),
+        helix,
+        profile_shift: shift,
+        internal,
+    };
+    Member::new(gear, BasicRack::PROFILE_A, 0.03)
+}
+
+fn pair(teeth: [u32; 2], helix: f64, shifts: [f64; 2]) -> Pair {
+    let [first, second] = [0, 1].map(|i| member(teeth[i], helix, shifts[i], false));
+    Pair::new([first, second], None).unwrap()
+}
+
+const ISO: StiffnessMethod = StiffnessMethod::Iso6336 { webs: [None; 2] };
+
+/// Tip reliefs of an amount from the points of single contact to the tips.
+fn long_relief(path: &ContactPath, amount: f64) -> [Modification; 2] {
+    let double = path.ends[1] - path.ends[0] - path.base_pitch;
+    let relief = |gear: usize| Modification {
+        tip_relief: Some(Relief {
+            amount,
+            from: path.flank_ends[gear][1] - double,
+        }),
+        ..Modification::default()
+    };
+    [relief(0), relief(1)]
+}
+
+/// Constant pair stiffness k, 1 < ε_α < 2, linear relief Δ from D to E and from B to A: the peak-to-peak of e is |W/k − Δ|/2 for every W.
+#[test]
+fn exact_harris_v() {
+    let pair = pair([34, 34], 0.0, [0.0; 2]);
+    let path = ContactPath::new(&pair);
+    let iso = IsoStiffness::new(&pair, &[Material::default(); 2], [None; 2]);
+    let (width, delta) = (pair.members[0].face_width, 15e-6);
+    let k = iso.single * width;
+    let options = MeshOptions {
+        method: ISO,
+        modifications: long_relief(&path, delta),
+        slices: 1,
+        ..MeshOptions::default()
+    };
+    let mesh = LoadedMesh::new(&pair, options).unwrap();
+    let loads = [0.02, 0.3, 0.8, 1.0, 1.3, 2.0, 3.0].map(|share| share * k * delta);
+    let torques = loads.map(|w| w * path.base[0]);
+    let result = mesh.map(&torques).unwrap();
+    let mut worst = 0.0f64;
+    for (cycle, load) in result.cycles.iter().zip(loads) {
+        let exact = 0.5 * (load / k - delta).abs();
+        worst = worst.max((cycle.peak_to_peak() - exact).abs() / delta);
+    }
+    within("peak-to-peak loaded", worst, 1e-12);
+    let unloaded = peak_to_peak(&result.unloaded_te);
+    within(
+        "peak-to-peak unloaded",
+        (unloaded / (0.5 * delta) - 1.0).abs(),
+        1e-12,
+    );
+    let designed = &result.cycles[3];
+    within("at W = k Δ", designed.peak_to_peak() / delta, 1e-12);
+}
+
+/// Unmodified flanks transmit without error at any centre distance, spur, helical and internal.
+#[test]
+fn exact_conjugate_pairs() {
+    let ring = Pair::new(
+        [member(22, 0.0, 0.0, false), member(71, 0.0, 0.0, true)],
+        None,
+    )
+    .unwrap();
+    let near = pair([23, 41], 0.3, [0.2, -0.1]);
+    let far = Pair::new(near.members, Some(near.centre_distance * 1.006)).unwrap();
+    let mut worst = 0.0f64;
+    for pair in [ring, near, far, pair([17, 90], 0.0, [0.3, 0.0])] {
+        let mesh = LoadedMesh::new(&pair, MeshOptions::default()).unwrap();
+        let result = mesh.map(&[50.0]).unwrap();
+        let errors = result
+            .unloaded_te
+            .iter()
+            .map(|e| (e / result.driven_base_radius).abs());
+        worst = errors.fold(worst, f64::max);
+    }
+    within("unloaded transmission error, rad", worst, 1e-14);
+}
+
+/// Lag of gear 2 about its axis until its flank touches that of gear 1 turned by `turn` from contact at the pitch point: the least over
+/// the points of gear 1's outline of their angle to gear 2's outline at the same radius about gear 2. No normal, no line of action.
+fn lag_by_outlines(pair: &Pair, turn: f64) -> f64 {
+    let [first, second] = &pair.outlines;
+    let working = |i: usize| pair.outlines[i].base_radius / pair.working_pressure_angle.cos();
+    let [psi1, psi2] = [0, 1].map(|i| pair.outlines[i].half_angle(working(i)).unwrap());
+    let turned = turn * f64::from(first.teeth) / f64::from(second.teeth);
+    // Gear 1 at the origin turns counter-clockwise, gear 2 at (a, 0) clockwise; angles about gear 2 count clockwise from gear 1.
+    let lag = |share: f64| {
+        let [radius, half] = first.involute_point(share);
+        let angle = turn + half - psi1;
+        let (x, y) = (
+            radius * angle.cos() - pair.centre_distance,
+            radius * angle.sin(),
+        );
+        let mate = second.half_angle(x.hypot(y))?;
+        Some(turned + psi2 - mate - y.atan2(-x))
+    };
+    let value = |share: f64| lag(share).unwrap_or(f64::INFINITY);
+    let places = 4000;
+    let place = |i: i32| f64::from(i.clamp(0, places)) / f64::from(places);
+    let best = (0..=places)
+        .min_by(|i, j| value(place(*i)).total_cmp(&value(place(*j))))
+        .unwrap();
+    let (mut low, mut high) = (place(best - 1), place(best + 1));
+    for _ in 0..200 {
+        let third = (high - low) / 3.0;
+        if value(low + third) < value(high - third) {
+            high -= third;
+        } else {
+            low += third;
+        }
+    }
+    value(0.5 * (low + high)).min(value(place(best)))
+}
+
+/// Gaps on the line of action and of tip corners off it against outlines that are turned until they touch. A corner of gear 1 is exact;
+/// that of gear 2 is linear in the gap, whose second order shows.
+#[test]
+fn exact_contact_in_outlines() {
+    let (mut inside, mut first, mut second) = (0.0f64, 0.0f64, 0.0f64);
+    for pair in [
+        pair([24, 60], 0.0, [0.2, 0.1]),
+        pair([40, 21], 0.0, [0.0, 0.3]),
+    ] {
+        let path = ContactPath::new(&pair);
+        let lag = |roll: f64| {
+            let turn = (roll - path.pitch_rolls[0]) / path.base[0];
+            path.base[1] * lag_by_outlines(&pair, turn)
+        };
+        for share in [0.02, 0.2, 0.5, 0.9] {
+            let roll = path.ends[0] + share * (path.ends[1] - path.ends[0]);
+            inside = inside.max(lag(roll).abs() / path.base_pitch);
+        }
+        for pitches in [0.02, 0.05, 0.1] {
+            let apart = |roll: f64| {
+                let place = path.place(roll).unwrap();
+                assert!(place.corner.is_some());
+                (place.gap / place.arm / lag(roll) - 1.0).abs()
+            };
+            first = first.max(apart(path.ends[1] + pitches * path.base_pitch));
+            second = second.max(apart(path.ends[0] - pitches * path.base_pitch));
+        }
+    }
+    within("on the line of action", inside, 1e-14);
+    within("corner of gear 1", first, 1e-9);
+    within("corner of gear 2", second, 2e-3);
+}
+
+/// Slices under misalignment: a triangle of load while part of the face touches, `W = k′ θ x²/2`; a trapezium afterwards.
+#[test]
+fn exact_misaligned_face() {
+    let pair = pair([34, 34], 0.0, [0.0; 2]);
+    let iso = IsoStiffness::new(&pair, &[Material::default(); 2], [None; 2]);
+    let (width, slope) = (pair.members[0].face_width, 4e-4);
+    let options = MeshOptions {
+        method: ISO,
+        misalignment: slope,
+        slices: 100,
+        positions: 1,
+        ..MeshOptions::default()
+    };
+    let mesh = LoadedMesh::new(&pair, options).unwrap();
+    let radius = ContactPath::new(&pair).base[0];
+    let position = mesh.position(0.0).unwrap();
+    let approach = |load: f64| position.solve(load * radius, None).unwrap().approach;
+    let whole = 0.5 * iso.single * slope * width * width;
+    let part = 0.3 * whole;
+    let touching = (2.0 * part / (iso.single * slope)).sqrt();
+    let exact = slope * (touching - 0.5 * width);
+    within(
+        "part of the face",
+        (approach(part) - exact).abs() / (slope * width),
+        1e-5,
+    );
+    let exact = 1.7 * whole / (iso.single * width);
+    within(
+        "whole face",
+        (approach(1.7 * whole) / exact - 1.0).abs(),
+        1e-12,
+    );
+    let transitions = position
+        .transitions(0.2 * whole * radius, 3.0 * whole * radius)
+        .unwrap();
+    let last = transitions.last().unwrap() / radius;
+    within(
+        "load that closes the face",
+        (last / whole - 1.0).abs(), 0.015,
+    );
+}
+
+/// The second gear driving: the same errors, stiffness and shares, the cycle backward. Corners are kept off by relief; where they carry,
+/// the arms about the two driven gears differ.
+#[test]
+fn law_second_gear_drives() {
+    let one = pair([19, 43], 0.25, [0.3, 0.1]);
+    let two = Pair::new([one.members[1], one.members[0]], Some(one.centre_distance)).unwrap();
+    let relieved = |amount: f64| {
+        let path = ContactPath::new(&one);
+        let modifications = long_relief(&path, amount);
+        let options = |modifications| MeshOptions {
+            modifications,
+            ..MeshOptions::default()
+        };
+        let [first, second] = modifications;
+        let forward = LoadedMesh::new(&one, options([first, second])).unwrap();
+        let backward = LoadedMesh::new(&two, options([second, first])).unwrap();
+        let torques = [20.0, 60.0];
+        let geared = torques.map(|t| t * path.base[1] / path.base[0]);
+        (
+            forward.map(&torques).unwrap(),
+            backward.map(&geared).unwrap(),
+        )
+    };
+    let apart = |(one, other): (_, _)| {
+        let (one, other): (MeshResult, MeshResult) = (one, other);
+        let n = one.pinion_angles.len();
+        let mut worst = 0.0f64;
+        for (a, b) in one.cycles.iter().zip(&other.cycles) {
+            for i in 0..n {
+                let j = (n - i) % n;
+                worst = worst.max((a.te[i] / b.te[j] - 1.0).abs());
+                worst = worst.max((a.tangent[i] / b.tangent[j] - 1.0).abs());
+                worst = worst.max((a.secant[i] / b.secant[j] - 1.0).abs());
+                worst = worst.max((a.pressure[i].unwrap() / b.pressure[j].unwrap() - 1.0).abs());
+            }
+        }
+        worst
+    };
+    let (forward, backward) = relieved(100e-6);
+    assert!(
+        forward
+            .cycles
+            .iter()
+            .all(|c| c.corner_share.iter().all(|s| *s == 0.0))
+    );
+    assert!(apart((forward, backward)) < 1e-10);
+    assert!(apart(relieved(0.0)) < 0.05);
+}
+
+/// Mirrored teeth give the same bits, and lengths 25.4 times as large with torques 25.4³ times as large the same ratios.
+#[test]
+fn law_mirror_and_scale() {
+    let plus = pair([19, 43], 0.25, [0.3, 0.1]);
+    let minus = pair([19, 43], -0.25, [0.3, 0.1]);
+    let map = |pair: &Pair, scale: f64| {
+        let method = StiffnessMethod::Energy {
+            bodies: Default::default(),
+            contact: ContactModel::Logarithmic {
+                line_load: 300e3 * scale,
+            },
+        };
+        let mesh = LoadedMesh::new(
+            pair,
+            MeshOptions {
+                method,
+                ..MeshOptions::default()
+            },
+        )
+        .unwrap();
+        mesh.map(&[80.0 * scale.powi(3)]).unwrap()
+    };
+    let one = map(&plus, 1.0);
+    assert_eq!(one, map(&minus, 1.0));
+    let members = plus.members.map(|mut m| {
+        m.gear.module *= 25.4;
+        m.face_width *= 25.4;
+        m.tip_diameter = m.tip_diameter.map(|d| 25.4 * d);
+        m
+    });
+    let large = map(
+        &Pair::new(members, Some(25.4 * plus.centre_distance)).unwrap(),
+        25.4,
+    );
+    for (a, b) in one.cycles[0].te.iter().zip(&large.cycles[0].te) {
+        assert!((b / a / 25.4 - 1.0).abs() < 1e-10, "{a} {b}");
+    }
+}
+
+/// Half planes with the contact of Weber and Banaschek are the theory behind c′_th of ISO 6336-1: within 12 % of it on spur pairs.
+#[test]
+fn law_energy_near_iso_theory() {
+    let steel = [Material::default(); 2];
+    for teeth in [[24, 95], [30, 30], [62, 62], [20, 60]] {
+        let pair = pair(teeth, 0.0, [0.0; 2]);
+        let rows = compare_methods(&pair, &[StiffnessMethod::default(), ISO], &steel).unwrap();
+        let iso = IsoStiffness::new(&pair, &steel, [None; 2]);
+        let theory = iso.theoretical * iso.rack_factor;
+        let ratio = rows[0].single / theory;
+        assert!((0.88..1.12).contains(&ratio), "{teeth:?}: {ratio}");
+        assert!(rows[0].at_pitch_point <= rows[0].single * (1.0 + 1e-12));
+        assert!((rows[1].single / iso.single - 1.0).abs() < 1e-12);
+        assert!((rows[0].mesh / rows[0].single / (rows[1].mesh / iso.single) - 1.0).abs() < 0.05);
+        assert_ne!(rows[0].left_out, rows[1].left_out);
+    }
+}
+
+/// Torques, counts, constants and reliefs that cannot be, and pairs whose teeth do not reach each other.
+#[test]
+fn refuses_meshes() {
+    let pair = pair([20, 30], 0.0, [0.0; 2]);
+    let refused = |options: MeshOptions| LoadedMesh::new(&pair, options).unwrap_err().code.as_str();
+    assert_eq!(
+        refused(MeshOptions {
+            slices: 0,
+            ..MeshOptions::default()
+        }),
+        "out-of-range"
+    );
+    assert_eq!(
+        refused(MeshOptions {
+            positions: 0,
+            ..MeshOptions::default()
+        }),
+        "out-of-range"
+    );
+    assert_eq!(
+        refused(MeshOptions {
+            misalignment: f64::NAN,
+            ..MeshOptions::default()
+        }),
+        "out-of-range"
+    );
+    let soft = Material {
+        young: 0.0,
+        poisson: 0.3,
+    };
+    assert_eq!(
+        refused(MeshOptions {
+            materials: [soft; 2],
+            ..MeshOptions::default()
+        }),
+        "out-of-range"
+    );
+    let beyond = Modification {
+        tip_relief: Some(Relief {
+            amount: 10e-6,
+            from: 1.0,
+        }),
+        ..Modification::default()
+    };
+    assert_eq!(
+        refused(MeshOptions {
+            modifications: [beyond; 2],
+            ..MeshOptions::default()
+        }),
+        "out-of-range"
+    );
+    let mesh = LoadedMesh::new(&pair, MeshOptions::default()).unwrap();
+    assert_eq!(mesh.map(&[0.0]).unwrap_err().code.as_str(), "out-of-range");
+    assert_eq!(
+        mesh.map(&[f64::INFINITY]).unwrap_err().code.as_str(),
+        "out-of-range"
+    );
+    let apart = Pair::new(pair.members, Some(pair.centre_distance + 7e-3)).unwrap();
+    let refusal = LoadedMesh::new(&apart, MeshOptions::default()).unwrap_err();
+    assert_eq!(refusal.code.as_str(), "out-of-range");
+}
