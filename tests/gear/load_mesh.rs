@@ -211,7 +211,8 @@ fn exact_misaligned_face() {
     let last = transitions.last().unwrap() / radius;
     within(
         "load that closes the face",
-        (last / whole - 1.0).abs(), 0.015,
+        (last / whole - 1.0).abs(),
+        0.015,
     );
 }
 
@@ -381,4 +382,80 @@ fn refuses_meshes() {
     let apart = Pair::new(pair.members, Some(pair.centre_distance + 7e-3)).unwrap();
     let refusal = LoadedMesh::new(&apart, MeshOptions::default()).unwrap_err();
     assert_eq!(refusal.code.as_str(), "out-of-range");
+}
+
+/// A helical pair with relief, crowning and misalignment against a script with its own outline, adaptive quadrature and root search:
+/// errors with and without load, and tangent stiffness.
+/// Source: computed, tools/reference_mesh.py with SciPy.
+#[test]
+fn ref_loaded_helical_pair() {
+    let text = std::fs::read_to_string("data/reference/gear/loaded_mesh.json").unwrap();
+    let case: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let inputs = &case["inputs"];
+    let list = |value: &serde_json::Value| -> Vec<f64> {
+        value
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|x| x.as_f64().unwrap())
+            .collect()
+    };
+    let number = |key: &str| inputs[key].as_f64().unwrap();
+    let [tips, shifts, relief, length, crowning] = [
+        "tip_diameter",
+        "profile_shift",
+        "relief",
+        "relief_length",
+        "helix_crowning",
+    ]
+    .map(|key| list(&inputs[key]));
+    let members = [0, 1].map(|i| {
+        let teeth = inputs["teeth"][i].as_u64().unwrap() as u32;
+        let mut member = member(
+            teeth,
+            number("helix_angle_deg").to_radians(),
+            shifts[i],
+            false,
+        );
+        member.face_width = number("face_width");
+        member.tip_diameter = Some(tips[i]);
+        member
+    });
+    let pair = Pair::new(members, Some(number("centre_distance"))).unwrap();
+    let path = ContactPath::new(&pair);
+    let modifications = [0, 1].map(|i| Modification {
+        tip_relief: Some(Relief {
+            amount: relief[i],
+            from: path.flank_ends[i][1] - length[i],
+        }),
+        helix_crowning: crowning[i],
+        ..Modification::default()
+    });
+    let options = MeshOptions {
+        modifications,
+        misalignment: number("misalignment"),
+        slices: inputs["slices"].as_u64().unwrap() as usize,
+        positions: inputs["positions"].as_u64().unwrap() as usize,
+        ..MeshOptions::default()
+    };
+    let mesh = LoadedMesh::new(&pair, options).unwrap();
+    let result = mesh.map(&list(&inputs["torques"])).unwrap();
+    let worst = |computed: &[f64], reference: &serde_json::Value| {
+        let pairs = computed.iter().zip(list(reference));
+        pairs.map(|(x, r)| (x / r - 1.0).abs()).fold(0.0, f64::max)
+    };
+    within(
+        "unloaded e",
+        worst(&result.unloaded_te, &case["unloaded_te"]),
+        1e-8,
+    );
+    for (i, cycle) in result.cycles.iter().enumerate() {
+        within(
+            &format!("e at {} N·m", cycle.torque),
+            worst(&cycle.te, &case["te"][i]),
+            1e-7,
+        );
+        let stiffness = worst(&cycle.tangent, &case["tangent"][i]);
+        within(&format!("k at {} N·m", cycle.torque), stiffness, 1e-7);
+    }
 }
