@@ -2,8 +2,7 @@
 //!
 //! Knows neither files nor dynamics.
 
-pub mod involute;
-
-pub mod path_of_contact;
+/// Cylindrical involute gears: member, outline, pair, reversal.
+pub mod cylindrical;
 
 pub mod measurement;

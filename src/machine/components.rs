@@ -2,7 +2,7 @@
 
 use super::direction::Direction;
 use crate::base::source_span::SourceSpan;
-use crate::gear::path_of_contact::MeshCycleSegment;
+use crate::gear::cylindrical::path_of_contact::MeshCycleSegment;
 use crate::scene::laws::{
     Characteristic, ContactDamping, FrictionLaw, LoadHistory, MotorModel, Waveform,
 };

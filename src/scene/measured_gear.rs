@@ -12,7 +12,7 @@ use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
 use crate::base::toml::{self, Value};
-use crate::gear::involute::InvoluteGear;
+use crate::gear::cylindrical::involute::InvoluteGear;
 use crate::gear::measurement::accuracy_grades::AccuracyGrades;
 use crate::gear::measurement::iso1328::Edition;
 use crate::gear::measurement::pitch::PitchMethod;

@@ -1,5 +1,6 @@
 //! Gears: the kernel of meshing, plane meshing, cylindrical gears, tooth stiffness and loaded transmission error.
 
+mod cylindrical_pair;
 #[path = "../support/verification.rs"]
 mod verification;
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::support::verification::{printed, within};
 use geardyn::internals::base::code::Code;
-use geardyn::internals::gear::involute::{InvoluteGear, angle_from_inv, inv};
+use geardyn::internals::gear::cylindrical::involute::{InvoluteGear, angle_from_inv, inv};
 use geardyn::internals::gear::measurement::pitch::{PitchDeviations, PitchMethod, default_span};
 use geardyn::internals::gear::measurement::runout;
 use geardyn::internals::gear::measurement::tooth_thickness::ThicknessMethod;

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// An involute cylindrical gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InvoluteGear {
-    /// Number of teeth.
+    /// Number of teeth, positive for internal gears too.
     pub teeth: u32,
     /// Normal module, m.
     pub module: f64,
@@ -102,6 +102,31 @@ impl InvoluteGear {
     /// Normal tooth thickness at the reference cylinder without backlash.
     pub fn nominal_thickness(&self) -> f64 {
         self.module * (FRAC_PI_2 + 2.0 * self.profile_shift * self.pressure_angle.tan())
+    }
+
+    /// Base helix angle β_b, `sin β_b = sin β cos α_n`.
+    pub fn base_helix_angle(&self) -> f64 {
+        (self.helix.sin() * self.pressure_angle.cos()).asin()
+    }
+
+    /// Transverse pressure angle α_yt at a diameter; NaN inside the base circle.
+    pub fn pressure_angle_at(&self, diameter: f64) -> f64 {
+        (2.0 * self.roll_length(diameter) / self.base_diameter()).atan()
+    }
+
+    /// Diameter at a length of roll.
+    pub fn diameter_at_roll(&self, roll: f64) -> f64 {
+        self.base_diameter().hypot(2.0 * roll)
+    }
+
+    /// Transverse tooth thickness s_yt at a diameter for a normal thickness at the reference cylinder:
+    /// `s_yt = d_y (s_t/d ± (inv α_t − inv α_yt))`, − for internal teeth (ISO 21771-2:2025); NaN inside the base circle.
+    pub fn thickness_at(&self, diameter: f64, thickness: f64) -> f64 {
+        let involute =
+            inv(self.transverse_pressure_angle()) - inv(self.pressure_angle_at(diameter));
+        let involute = if self.internal { -involute } else { involute };
+        let whole = f64::from(self.teeth) * self.module;
+        diameter * (thickness / whole + involute)
     }
 
     /// Length of roll, along the line of action from the base circle, at a diameter; NaN inside the base circle.
