@@ -5,4 +5,7 @@
 /// Cylindrical involute gears: member, outline, pair, reversal.
 pub mod cylindrical;
 
+/// Tooth stiffness, load sharing and loaded transmission error of cylindrical pairs.
+pub mod load;
+
 pub mod measurement;
