@@ -11,6 +11,7 @@ use geardyn::internals::gear::load::iso6336::IsoStiffness;
 use geardyn::internals::gear::load::material::Material;
 use geardyn::internals::gear::load::mesh::{LoadedMesh, MeshOptions, MeshResult, peak_to_peak};
 use geardyn::internals::gear::load::modification::{Modification, Relief};
+use geardyn::internals::gear::load::relief::least_peak_to_peak;
 
 use crate::verification::within;
 
@@ -457,5 +458,78 @@ fn ref_loaded_helical_pair() {
         );
         let stiffness = worst(&cycle.tangent, &case["tangent"][i]);
         within(&format!("k at {} N·m", cycle.torque), stiffness, 1e-7);
+    }
+}
+
+/// Constant pair stiffness: over W₁ to W₂ the long relief of least peak-to-peak is Δ = (W₁ + W₂)/(2 k), which leaves (W₂ − W₁)/(4 k).
+#[test]
+fn exact_least_relief() {
+    let pair = pair([34, 34], 0.0, [0.0; 2]);
+    let iso = IsoStiffness::new(&pair, &[Material::default(); 2], [None; 2]);
+    let k = iso.single * pair.members[0].face_width;
+    let radius = ContactPath::new(&pair).base[0];
+    let (low, high) = (1000.0, 3000.0);
+    let options = MeshOptions {
+        method: ISO,
+        slices: 1,
+        positions: 40,
+        ..MeshOptions::default()
+    };
+    let least = least_peak_to_peak(&pair, &options, [low * radius, high * radius]).unwrap();
+    let amount = 0.5 * (low + high) / k;
+    within(
+        "amount",
+        (least.reliefs[0].amount / amount - 1.0).abs(),
+        1e-4,
+    );
+    let worst = least
+        .peak_to_peak
+        .iter()
+        .fold(0.0f64, |most, p| most.max(*p));
+    within(
+        "peak-to-peak left",
+        (worst / (0.25 * (high - low) / k) - 1.0).abs(),
+        1e-4,
+    );
+    assert!(
+        least
+            .without
+            .iter()
+            .zip(&least.peak_to_peak)
+            .all(|(w, p)| w >= p)
+    );
+}
+
+/// Energy method, helical: the relief lowers the worst peak-to-peak of the range, and no other amount of the same length is better.
+#[test]
+fn law_least_relief() {
+    let pair = pair([23, 57], 0.2, [0.1, 0.0]);
+    let options = MeshOptions {
+        slices: 5,
+        positions: 20,
+        ..MeshOptions::default()
+    };
+    let least = least_peak_to_peak(&pair, &options, [60.0, 120.0]).unwrap();
+    let worst = |values: &[f64]| values.iter().fold(0.0f64, |most, p| most.max(*p));
+    assert!(worst(&least.peak_to_peak) < worst(&least.without));
+    for factor in [0.5, 0.9, 1.1, 2.0] {
+        let modifications = least.reliefs.map(|relief| Modification {
+            tip_relief: Some(Relief {
+                amount: factor * relief.amount,
+                ..relief
+            }),
+            ..Modification::default()
+        });
+        let mesh = LoadedMesh::new(
+            &pair,
+            MeshOptions {
+                modifications,
+                ..options.clone()
+            },
+        )
+        .unwrap();
+        let result = mesh.map(&least.torques).unwrap();
+        let other: Vec<f64> = result.cycles.iter().map(|c| c.peak_to_peak()).collect();
+        assert!(worst(&other) >= worst(&least.peak_to_peak), "{factor}");
     }
 }

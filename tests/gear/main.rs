@@ -6,5 +6,6 @@ mod verification;
 mod complementarity;
 mod cylindrical_pair;
 mod load_mesh;
+mod load_planet;
 mod load_random;
 mod load_stiffness;

@@ -68,15 +68,23 @@ impl IsoStiffness {
         let terms = [1.0, n1, n2, x1, x1 * n1, x2, x2 * n2, x1 * x1, x2 * x2];
         let flexibility: f64 = FLEXIBILITY.iter().zip(terms).map(|(c, t)| c * t).sum();
         let theoretical = 1e9 / flexibility;
-        let blank_factor = 0.5 * webs.map(|w| w.as_ref().map_or(1.0, Web::factor)).iter().sum::<f64>();
+        let blank_factor = 0.5
+            * webs
+                .map(|w| w.as_ref().map_or(1.0, Web::factor))
+                .iter()
+                .sum::<f64>();
         let alpha_deg = gear.pressure_angle.to_degrees();
         let rack = |dedendum: f64| 1.0 + 0.5 * (1.2 - dedendum);
         let racks = rack(first.rack.dedendum) + rack(second.rack.dedendum);
         let rack_factor = 0.5 * racks * (1.0 - 0.02 * (20.0 - alpha_deg));
         let [e1, e2] = materials.map(|m| m.young);
         let modulus = 2.0 * e1 * e2 / (e1 + e2) / Material::default().young;
-        let single =
-            theoretical * MEASURED_OVER_THEORY * blank_factor * rack_factor * gear.helix.cos() * modulus;
+        let single = theoretical
+            * MEASURED_OVER_THEORY
+            * blank_factor
+            * rack_factor
+            * gear.helix.cos()
+            * modulus;
         let ratio = pair.contact_ratios().transverse;
         let mesh = single * (0.75 * ratio + 0.25);
         IsoStiffness {
@@ -119,7 +127,9 @@ fn outside_range([x1, x2]: [f64; 2], contact_ratio: f64, helix_deg: f64) -> Vec<
         ));
     }
     if helix_deg > 30.0 {
-        outside.push(format!("helix angle is {helix_deg:.2} deg (limit of c′: 30 deg)"));
+        outside.push(format!(
+            "helix angle is {helix_deg:.2} deg (limit of c′: 30 deg)"
+        ));
     }
     outside
 }

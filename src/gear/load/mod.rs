@@ -26,3 +26,9 @@ pub mod compliance;
 
 /// Loaded transmission error, stiffness and load sharing over one pitch.
 pub mod mesh;
+
+/// Relief of least peak-to-peak over a range of torques.
+pub mod relief;
+
+/// Phase between a planet's meshes with sun and ring.
+pub mod planet_phase;
