@@ -6,7 +6,7 @@
 //!
 //! On a fixed active set F and δ are affine in T. Sets are exchanged in blocks (drop what pulls, add what penetrates), which ends in a
 //! few rounds but may cycle; where the number of violations stops falling, one point at a time is exchanged with a step length that
-//! lowers the minimised function (Lawson and Hanson, Solving Least Squares Problems, 1974, §23.3, with the border a), so no set recurs.
+//! lowers the minimised function (Lawson and Hanson, Solving Least Squares Problems, 1974, §23.3, bordered by a), so no set recurs.
 
 use crate::base::code::Code;
 use crate::base::error::Error;

@@ -136,7 +136,7 @@ fn law_complementarity() {
     println!("most solves a point {most:.2}");
 }
 
-/// A compliance on which exchanging all violators at once returns to a set it has had: single exchanges end it.
+/// A compliance on which exchanging all violators together returns to a set it has had: single exchanges end it.
 #[test]
 fn exact_cycling_blocks() {
     let c = [
@@ -251,7 +251,7 @@ fn refuses_contacts() {
     );
 }
 
-/// Gaps of 14 decades, one point, points that all touch at once: a solution.
+/// Gaps of 14 decades, one point, points that all touch together: a solution.
 #[test]
 fn survives_extreme_gaps() {
     let n = 20;

@@ -1,4 +1,4 @@
-//! Phase of a planet's two meshes against contact found in the outlines of sun, planet and ring.
+//! Phase of a planet's two meshes against contact searched in the outlines of sun, planet and ring.
 
 use std::f64::consts::{PI, TAU};
 

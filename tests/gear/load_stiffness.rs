@@ -123,7 +123,7 @@ fn wedge(x0: f64, alpha: f64, l: f64, material: &Material) -> [f64; 3] {
     let x1 = x0 - l * t;
     // With x as variable, dh = −dx/t and c (l − h) − x₁ s = c (x − x₁)/t − x₁ s = p x + q.
     let (p, q) = (c / t, -c * x1 / t - x1 * s);
-    let inverse_cubes = |x: f64| -p * p * x.ln() * -1.0 - 2.0 * p * q / x - 0.5 * q * q / (x * x);
+    let inverse_cubes = |x: f64| p * p * x.ln() - 2.0 * p * q / x - 0.5 * q * q / (x * x);
     let bending = 1.5 / material.young / t * (inverse_cubes(x0) - inverse_cubes(x1));
     let thin = (x0 / x1).ln() / t;
     [

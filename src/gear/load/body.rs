@@ -29,7 +29,7 @@ pub struct FootLoad {
     pub angle: f64,
     /// Radius of the root circle, m.
     pub root_radius: f64,
-    /// Half the angle θ_f over which the tooth stands on the root circle, rad; S = 2 r_f θ_f.
+    /// Half the angle θ_f of the tooth at the root circle, rad; S = 2 r_f θ_f.
     pub root_half_angle: f64,
 }
 
@@ -49,7 +49,7 @@ const RING_RATIO: [f64; 2] = [1.4, 7.0];
 const RING_ANGLE: [f64; 2] = [0.01, 0.12];
 
 impl Body {
-    /// The name that answers carry.
+    /// Name of the model in results.
     pub fn name(&self) -> &'static str {
         match self {
             Body::Rigid => "rigid",
@@ -83,7 +83,7 @@ impl Body {
         cosine * cosine / modulus * bracket
     }
 
-    /// What of a tooth's foot lies outside the range the model was fitted over, in words with the limits.
+    /// Statement of the first quantity of a tooth's foot outside the range the model was fitted over, with the limits.
     pub fn outside_range(&self, root_radius: f64, root_half_angle: f64) -> Option<String> {
         let Body::Ring { bore_radius } = *self else {
             return None;

@@ -19,7 +19,7 @@ const INTERVALS: usize = 64;
 /// Least relative radius for the width of a contact, as a share of the sum of both lengths of roll: at a base circle it would vanish.
 const LEAST_RADIUS: f64 = 1e-4;
 
-/// How the stiffness of a tooth pair is found.
+/// Method for the stiffness of a tooth pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StiffnessMethod {
     /// Potential energy of the teeth on bodies of a named model.
@@ -46,7 +46,7 @@ impl Default for StiffnessMethod {
 }
 
 impl StiffnessMethod {
-    /// The name in files and answers.
+    /// Name in files and results.
     pub fn name(&self) -> &'static str {
         match self {
             StiffnessMethod::Energy { .. } => "energy",
@@ -65,7 +65,7 @@ impl StiffnessMethod {
         }
     }
 
-    /// What the method leaves out.
+    /// Effects that the method leaves out.
     pub fn left_out(&self) -> &'static [&'static str] {
         match self {
             StiffnessMethod::Energy { .. } => &[
@@ -118,7 +118,8 @@ impl PairCompliance {
             ))),
             StiffnessMethod::Energy { bodies, contact } => {
                 if pair.outlines[1].internal && matches!(bodies[1], Body::Ring { .. }) {
-                    let message = "an internal gear does not stand on a shaft as the elastic ring model has it";
+                    let message =
+                        "the elastic ring model is for gears on a shaft, not for an internal gear";
                     return Err(Error::new(Code::Conflict, message)
                         .with_hint("take the half plane for an internal gear"));
                 }
@@ -164,7 +165,7 @@ impl PairCompliance {
         }
     }
 
-    /// What lies outside the ranges of the method, in words.
+    /// Statements of the quantities outside the ranges of the method.
     pub fn outside_range(&self) -> Vec<String> {
         match self {
             PairCompliance::Iso6336(iso) => iso.outside_range.clone(),
@@ -193,9 +194,9 @@ pub struct StiffnessRow {
     pub single: f64,
     /// Mean mesh stiffness of unmodified flanks under full contact: c_γα of ISO 6336-1, Pa.
     pub mesh: f64,
-    /// What the method leaves out.
+    /// Effects that the method leaves out.
     pub left_out: &'static [&'static str],
-    /// What of the pair lies outside the ranges of the method.
+    /// Statements of the quantities outside the ranges of the method.
     pub outside_range: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Where the teeth of a pair touch as the gears turn: on the line of action, or with a tip corner off it; gap and arm there.
+//! Places where the teeth of a pair touch as the gears turn: on the line of action, or with a tip corner off it; gap and arm there.
 //!
 //! The pinion turned by φ from contact at the pitch point C meets its mate at the length of roll `s = s_C + r_b1 φ + j p_bt` of tooth
 //! pair j. Before A the tip corner of gear 2 faces the flank of gear 1, beyond E the corner of gear 1 that of gear 2. Involutes of a
@@ -101,7 +101,7 @@ impl ContactPath {
             return None;
         }
         let at_tip = involute_point(self.base[tip], rolls[tip], tip_roll);
-        let at_flank = self.into_frame_of(flank, at_tip);
+        let at_flank = self.in_frame_of(flank, at_tip);
         let crossing = Involute::through(self.base[flank], at_flank)?;
         let [form, mate_tip] = self.flank_ends[flank];
         let on_flank = (crossing.roll - form) * (crossing.roll - mate_tip) <= 0.0;
@@ -128,7 +128,7 @@ impl ContactPath {
 
     /// Arm about gear 2, in base radii of it, of a normal of gear 1 turned by `turn` through a point in the frame of gear 1.
     fn arm_of_second(&self, point: [f64; 2], turn: f64) -> f64 {
-        let [x, y] = self.into_frame_of(1, point);
+        let [x, y] = self.in_frame_of(1, point);
         let (sine, cosine) = turn.sin_cos();
         let base = self.base[1];
         // The frame of an external gear 2 is turned by half a turn, which leaves the moment as it is.
@@ -137,7 +137,7 @@ impl ContactPath {
 
     /// A point in the frame of the other gear. A frame has the tangent point of the line of action as origin, the line as x axis in the
     /// direction of growing roll, and the gear's axis at y = −r_b.
-    fn into_frame_of(&self, gear: usize, [x, y]: [f64; 2]) -> [f64; 2] {
+    fn in_frame_of(&self, gear: usize, [x, y]: [f64; 2]) -> [f64; 2] {
         let length = self.pitch_rolls[1] + self.sense * self.pitch_rolls[0];
         match self.sense > 0.0 {
             true => [length - x, -y],

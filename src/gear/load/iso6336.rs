@@ -43,7 +43,7 @@ pub struct IsoStiffness {
     pub mesh: f64,
     /// Mesh stiffness for the load distribution along the face c_γβ, Pa.
     pub along_face: f64,
-    /// What of the pair lies outside the ranges of the approximation.
+    /// Statements of the quantities outside the ranges of the approximation.
     pub outside_range: Vec<String>,
 }
 

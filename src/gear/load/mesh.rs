@@ -23,7 +23,7 @@ use super::modification::Modification;
 const MOST_SLICES: usize = 1000;
 const MOST_POSITIONS: usize = 100_000;
 
-/// How a mesh is computed.
+/// Options of a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshOptions {
     /// Stiffness of the tooth pairs.
@@ -73,7 +73,7 @@ pub struct LoadedMesh {
 pub struct MeshPoint {
     /// Place of its pair in the list of pairs.
     pub pair: usize,
-    /// Where it touches.
+    /// Place of contact.
     pub place: ContactPlace,
     /// Gap of the flanks with their modifications, m.
     pub gap: f64,
@@ -124,7 +124,7 @@ pub struct MeshResult {
     pub unloaded_te: Vec<f64>,
     /// The pitch at each torque.
     pub cycles: Vec<LoadedCycle>,
-    /// What limits the result.
+    /// Warnings on the ranges of the method.
     pub warnings: Vec<Diagnostic>,
 }
 

@@ -18,7 +18,7 @@ pub mod tooth;
 /// Designed modifications of flanks.
 pub mod modification;
 
-/// Where teeth touch, on the line of action and off it.
+/// Places of contact on the line of action and of tip corners off it.
 pub mod contact_path;
 
 /// Compliance of a tooth pair by either method, and both side by side.

@@ -1,7 +1,7 @@
 //! Tip relief of least peak-to-peak transmission error over a range of torques: the least of `max over T of max_φ e − min_φ e`.
 //!
 //! Both tips get the same amount over the same share of the path on which the most pairs touch. With a constant pair stiffness k, one
-//! to two pairs and the whole of that path relieved, the answer is Δ = (W₁ + W₂)/(2 k) of Harris' V (Proc. IMechE 172, 1958).
+//! to two pairs and the whole of that path relieved, the relief is Δ = (W₁ + W₂)/(2 k) of Harris' V (Proc. IMechE 172, 1958).
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -24,7 +24,7 @@ const GREATEST_AMOUNT: f64 = 2.0;
 /// Golden sections: the amount is known to 3e-5 of the greatest one.
 const SECTIONS: usize = 18;
 
-/// Tip reliefs and what they reach.
+/// Tip reliefs with the peak-to-peak they leave.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeastRelief {
     /// Relief of both gears.

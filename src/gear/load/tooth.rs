@@ -106,7 +106,6 @@ impl ToothSection {
             sum = sum.plus(&section.involute_integrals(from, to));
             section.integrals.push(sum);
         }
-        // The last thousandth before a point carries nothing.
         let thin = sum.0.iter().any(|x| !x.is_finite()) || !(tip_half_angle >= 0.0);
         if thin || !(section.root_half_angle > 0.0) {
             let message = format!(
@@ -136,7 +135,7 @@ impl ToothSection {
         }
     }
 
-    /// Where the line of a load at a length of roll passes the foot of the tooth.
+    /// Load on the foot of the tooth from a force at a length of roll.
     pub fn foot_load(&self, roll: f64) -> FootLoad {
         let angle = self.involute_place(roll / self.base_radius).angle;
         FootLoad {
