@@ -533,3 +533,103 @@ fn law_least_relief() {
         assert!(worst(&other) >= worst(&least.peak_to_peak), "{factor}");
     }
 }
+
+/// Springs of one pair's curve, a pitch apart, carry the load at the approach of the map: relief, crowning, helix.
+#[test]
+fn law_pair_curve() {
+    let pair = pair([23, 57], 0.2, [0.1, 0.0]);
+    let path = ContactPath::new(&pair);
+    let mut modifications = long_relief(&path, 8e-6);
+    modifications[0].helix_crowning = 5e-6;
+    let options = MeshOptions {
+        modifications,
+        slices: 7,
+        positions: 12,
+        ..MeshOptions::default()
+    };
+    let mesh = LoadedMesh::new(&pair, options).unwrap();
+    let torque = 90.0;
+    let (curve, result) = (
+        mesh.pair_curve(torque).unwrap(),
+        mesh.map(&[torque]).unwrap(),
+    );
+    assert!(curve.angles.windows(2).all(|w| w[1] > w[0]));
+    let mut worst = 0.0f64;
+    for (i, te) in result.cycles[0].te.iter().enumerate() {
+        let springs = (i..curve.angles.len()).step_by(12);
+        let force = |j: usize| match curve.gap[j].is_finite() {
+            true => curve.stiffness[j] * (-te - curve.gap[j]).max(0.0),
+            false => 0.0,
+        };
+        let load: f64 = springs.map(force).sum();
+        worst = worst.max((load * path.base[0] / torque - 1.0).abs());
+    }
+    assert!(worst < 1e-10, "{worst}");
+}
+
+/// The mean tangent stiffness of unmodified spur teeth under a small load is the mean of the table of methods: corners add little.
+#[test]
+fn law_mean_stiffness() {
+    let pair = pair([28, 45], 0.0, [0.1, 0.0]);
+    let options = MeshOptions {
+        slices: 1,
+        positions: 2000,
+        ..MeshOptions::default()
+    };
+    let mesh = LoadedMesh::new(&pair, options).unwrap();
+    let tangent = mesh.map(&[0.01]).unwrap().cycles.remove(0).tangent;
+    let mean = tangent.iter().sum::<f64>() / tangent.len() as f64;
+    let steel = [Material::default(); 2];
+    let rows = compare_methods(&pair, &[StiffnessMethod::default()], &steel).unwrap();
+    let width = pair.members[0].face_width;
+    assert!(
+        (mean / (rows[0].mesh * width) - 1.0).abs() < 3e-3,
+        "{mean} {}",
+        rows[0].mesh * width
+    );
+}
+
+/// Few teeth, large shifts, ratio 100, contact ratio below 1, a pinion at its pointed tip, a load of 1e6 times the usual: finite results
+/// or a refusal with its reason.
+#[test]
+fn survives_extreme_pairs() {
+    let mut computed = 0;
+    for (teeth, shifts) in [
+        ([5, 30], [0.6, 0.0]),
+        ([8, 8], [0.8, 0.8]),
+        ([20, 2000], [0.0, 0.0]),
+        ([7, 700], [0.7, 0.0]),
+        ([60, 60], [-0.8, -0.8]),
+    ] {
+        let members = [0, 1].map(|i| member(teeth[i], 0.0, shifts[i], false));
+        for wider in [0.0, 1e-3, 3e-3] {
+            let Ok(nominal) = Pair::new(members, None) else {
+                continue;
+            };
+            let distance = nominal.centre_distance + wider;
+            let Ok(pair) = Pair::new(nominal.members, Some(distance)) else {
+                continue;
+            };
+            let mesh = match LoadedMesh::new(&pair, MeshOptions::default()) {
+                Ok(mesh) => mesh,
+                Err(refusal) => {
+                    assert!(!refusal.message.is_empty());
+                    continue;
+                }
+            };
+            match mesh.map(&[1e-3, 50.0, 1e8]) {
+                Ok(result) => {
+                    computed += 1;
+                    for cycle in &result.cycles {
+                        let numbers = cycle.te.iter().chain(&cycle.secant).chain(&cycle.tangent);
+                        assert!(numbers.clone().all(|x| x.is_finite()));
+                        assert!(cycle.pressure.iter().flatten().all(|p| p.is_finite()));
+                    }
+                }
+                Err(refusal) => assert_eq!(refusal.code.as_str(), "out-of-range", "{refusal}"),
+            }
+        }
+    }
+    println!("{computed} of 15 computed");
+    assert!(computed >= 8, "{computed}");
+}

@@ -133,7 +133,7 @@ fn wedge(x0: f64, alpha: f64, l: f64, material: &Material) -> [f64; 3] {
     ]
 }
 
-/// The tooth of a gear of 20 million teeth cut by a sharp rack is a trapezium: bending, shear and compression in closed form.
+/// The tooth of a gear of 20 million teeth cut by a sharp tool, external or internal, is a trapezium: bending, shear and compression in closed form.
 #[test]
 fn exact_trapezium() {
     let rack = BasicRack {
@@ -145,21 +145,23 @@ fn exact_trapezium() {
     let mate = spur(40, 1e-3, rack);
     let material = Material::default();
     let mut worst = [0.0f64; 3];
-    let pair = Pair::new([mate, spur(20_000_000, 1e-3, rack)], None).unwrap();
-    let outline = &pair.outlines[1];
-    let section = ToothSection::new(outline, material).unwrap();
     let alpha = 20f64.to_radians();
     let foot = 1e-3 * (PI / 4.0 + 1.25 * alpha.tan());
-    for share in [0.3, 0.5, 0.8, 1.0] {
-        let [radius, angle] = outline.involute_point(share);
-        let height = radius * angle.cos() - outline.root_radius;
-        let computed = section.compliance(outline.roll_length(radius));
-        let exact = wedge(foot, alpha, height, &material);
-        for (k, value) in [computed.bending, computed.shear, computed.axial]
-            .into_iter()
-            .enumerate()
-        {
-            worst[k] = worst[k].max((value / exact[k] - 1.0).abs());
+    for internal in [false, true] {
+        let mut large = spur(20_000_000, 1e-3, rack);
+        large.gear.internal = internal;
+        let pair = Pair::new([mate, large], None).unwrap();
+        let outline = &pair.outlines[1];
+        let section = ToothSection::new(outline, material).unwrap();
+        for share in [0.3, 0.5, 0.8, 1.0] {
+            let [radius, angle] = outline.involute_point(share);
+            let height = (radius * angle.cos() - outline.root_radius).abs();
+            let computed = section.compliance(outline.roll_length(radius));
+            let exact = wedge(foot, alpha, height, &material);
+            let parts = [computed.bending, computed.shear, computed.axial];
+            for (k, value) in parts.into_iter().enumerate() {
+                worst[k] = worst[k].max((value / exact[k] - 1.0).abs());
+            }
         }
     }
     // What is left is the curvature of the involute, in proportion to 1/z.
@@ -199,7 +201,10 @@ fn ref_energy_method() {
         bore_radius: 0.5 * number(&inputs["bore_diameter"]),
     };
     let half_angle = foot_half_angle(62.0, alpha, 1.0, rack.tip_radius);
-    let flanks = FlankContact { radius: 1.0, depths: [1.0; 2] };
+    let flanks = FlankContact {
+        radius: 1.0,
+        depths: [1.0; 2],
+    };
     let contact = ContactModel::Constant.compliance(&flanks, &[material; 2]);
     printed(
         "Hertz stiffness",

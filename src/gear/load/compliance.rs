@@ -13,7 +13,7 @@ use super::iso6336::{IsoStiffness, Web};
 use super::material::Material;
 use super::tooth::ToothSection;
 
-/// Intervals of Simpson's rule over the path of contact; 64 and 128 differ by less than 1e-9 of the mean.
+/// Intervals of Simpson's rule over the path of contact; 64 and 128 differ by less than 1e-8 of the mean.
 const INTERVALS: usize = 64;
 
 /// Least relative radius for the width of a contact, as a share of the sum of both lengths of roll: at a base circle it would vanish.
@@ -71,13 +71,13 @@ impl StiffnessMethod {
             StiffnessMethod::Energy { .. } => &[
                 "coupling of slices along the width and of neighbouring teeth through the body",
                 "change of the contact's width with the load",
-                "axial force of helical teeth",
+                "friction, and the axial force of helical teeth",
                 "web, rim and shaft unless the body model has them",
             ],
             StiffnessMethod::Iso6336 { .. } => &[
                 "change of the stiffness along the flank",
                 "change with load (fitted for F_t K_A/b of 100 N/mm and more)",
-                "coupling of slices along the width",
+                "friction, and coupling of slices along the width",
                 "fillets other than those of the basic rack",
             ],
         }

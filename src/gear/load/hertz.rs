@@ -9,7 +9,7 @@ use super::material::Material;
 /// A model of the approach of two flanks, taken as proportional to the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactModel {
-    /// `2/(π E*)` everywhere: Yang and Sun, J. Mech. Trans. Autom. Des. 107 (1985), eq. 8. Three to five times too stiff for steel teeth.
+    /// `2/(π E*)` everywhere: Yang and Sun, J. Mech. Trans. Autom. Des. 107 (1985), eq. 8. Two to five times too stiff for steel teeth.
     Constant,
     /// `Σ (1 − ν²)/(π E) (2 ln(2 h/b) − ν/(1 − ν))` with the half width b of one line load, h the depth of the tooth's middle: Weber and
     /// Banaschek 1953; Johnson, Contact Mechanics (1985), eq. 5.57.
@@ -21,7 +21,7 @@ pub enum ContactModel {
 
 impl Default for ContactModel {
     /// The half width of 300 N/mm: the middle of the loads for which ISO 6336-1:2006 fitted c′; a tenth or ten times the load changes
-    /// the stiffness of a steel pair by about 8 %.
+    /// the stiffness of a steel pair by −10 % or +12 %.
     fn default() -> ContactModel {
         ContactModel::Logarithmic { line_load: 300e3 }
     }

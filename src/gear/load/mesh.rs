@@ -77,6 +77,8 @@ pub struct MeshPoint {
     pub place: ContactPlace,
     /// Gap of the flanks with their modifications, m.
     pub gap: f64,
+    /// Approach of the slice for a unit force, m/N.
+    pub compliance: f64,
 }
 
 /// The mesh at one pinion angle.
@@ -105,6 +107,17 @@ pub struct LoadedCycle {
     pub pressure: Vec<Option<f64>>,
     /// Share of the load on tip corners, whose pressure has no bound, by position.
     pub corner_share: Vec<f64>,
+}
+
+/// One tooth pair over all pitches in which it can touch, as a one-sided spring that carries its share at one torque.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairCurve {
+    /// Pinion angles from contact at the pitch point, rad, ascending; other pairs are whole pitches apart.
+    pub angles: Vec<f64>,
+    /// Stiffness, N/m; 0 where the pair is out of reach.
+    pub stiffness: Vec<f64>,
+    /// Approach at which the pair touches, m; infinite where it is out of reach.
+    pub gap: Vec<f64>,
 }
 
 /// Loaded transmission error over one pitch.
@@ -177,7 +190,6 @@ impl LoadedMesh {
         let slices = self.options.slices;
         let slice_width = self.width / slices as f64;
         let mut points = Vec::with_capacity(self.pairs.len() * slices);
-        let mut compliances = Vec::with_capacity(points.capacity());
         for (pair, number) in self.pairs.iter().enumerate() {
             let middle = self.path.pitch_rolls[0]
                 + self.path.base[0] * angle
@@ -193,8 +205,12 @@ impl LoadedMesh {
                     self.options.modifications[i].removed(place.rolls[i], ends, face)
                 };
                 let gap = place.gap + removed(0) + removed(1) + self.options.misalignment * behind;
-                points.push(MeshPoint { pair, place, gap });
-                compliances.push(self.compliance.at(place.rolls) / slice_width);
+                points.push(MeshPoint {
+                    pair,
+                    place,
+                    gap,
+                    compliance: self.compliance.at(place.rolls) / slice_width,
+                });
             }
         }
         let n = points.len();
@@ -204,8 +220,8 @@ impl LoadedMesh {
                 .with_hint("the contact ratio is too small: give larger tip diameters"));
         }
         let mut matrix = vec![0.0; n * n];
-        for (i, compliance) in compliances.iter().enumerate() {
-            matrix[i * n + i] = *compliance;
+        for (i, point) in points.iter().enumerate() {
+            matrix[i * n + i] = point.compliance;
         }
         let arms = points.iter().map(|p| p.place.arm).collect();
         let gaps = points.iter().map(|p| p.gap).collect();
@@ -251,6 +267,36 @@ impl LoadedMesh {
             warnings: self.warnings(&cycles),
             cycles,
         })
+    }
+
+    /// Stiffness and gap of one tooth pair at a torque of the pinion: secant of its own load from its first touch where it carries, that of
+    /// all its slices together where it does not. Springs of this curve, a pitch apart, carry the load at the approach of `map`.
+    ///
+    /// # Errors
+    /// As `map`.
+    pub fn pair_curve(&self, torque: f64) -> Result<PairCurve, Error> {
+        let count = self.options.positions;
+        let pitch = TAU / f64::from(self.pinion_teeth);
+        let n = self.pairs.len();
+        let mut curve = PairCurve {
+            angles: Vec::with_capacity(n * count),
+            stiffness: vec![0.0; n * count],
+            gap: vec![f64::INFINITY; n * count],
+        };
+        for number in &self.pairs {
+            let at = |i: usize| pitch * (f64::from(*number) + i as f64 / count as f64);
+            curve.angles.extend((0..count).map(at));
+        }
+        for i in 0..count {
+            let position = self.position(pitch * i as f64 / count as f64)?;
+            let solution = position.solve(torque, None)?;
+            for pair in 0..n {
+                let (stiffness, gap) = position.spring(pair, &solution);
+                curve.stiffness[pair * count + i] = stiffness;
+                curve.gap[pair * count + i] = gap;
+            }
+        }
+        Ok(curve)
     }
 
     fn enter(&self, position: &MeshPosition, solution: &ContactSolution, cycle: &mut LoadedCycle) {
@@ -312,6 +358,26 @@ impl MeshPosition {
     /// Transmission error without load, m.
     pub fn unloaded_te(&self) -> f64 {
         -self.problem.unloaded_approach()
+    }
+
+    /// Stiffness of a pair as one spring and the approach at which it touches.
+    fn spring(&self, pair: usize, solution: &ContactSolution) -> (f64, f64) {
+        let (mut touch, mut load, mut whole) = (f64::INFINITY, 0.0, 0.0);
+        for (i, point) in self
+            .points
+            .iter()
+            .enumerate()
+            .filter(|(_, p)| p.pair == pair)
+        {
+            let arm = point.place.arm;
+            touch = touch.min(point.gap / arm);
+            load += arm * solution.forces[i];
+            whole += arm * arm / point.compliance;
+        }
+        match load > 0.0 {
+            true => (load / (solution.approach - touch), touch),
+            false => (whole, touch),
+        }
     }
 
     /// Forces of the points and approach at a torque of the pinion, N·m; `start` is the active set of a similar load.

@@ -14,7 +14,7 @@ use super::material::Material;
 /// Shear correction factor of a rectangular section.
 const SHEAR_FACTOR: f64 = 1.2;
 
-/// Panels of the involute whose integrals are tabled; with the rule below 32 and 64 panels differ by 1e-13 of the compliance.
+/// Panels of the involute whose integrals are tabled; with the rule below 32 and 64 panels differ by 1e-12 of the compliance.
 const PANELS: usize = 32;
 
 /// Gauss–Legendre rule of six points on [0, 1]: places and weights.
