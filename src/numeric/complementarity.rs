@@ -11,6 +11,8 @@
 use crate::base::code::Code;
 use crate::base::error::Error;
 
+use super::profile_cholesky::ProfileCholesky;
+
 /// Gaps under load that are open by less than this share of a δ + g past the first touch are closed: 1000 ε, far above the rounding of a solve.
 const CLOSED: f64 = 1e3 * f64::EPSILON;
 
@@ -291,7 +293,7 @@ impl ContactProblem {
         let n = self.arms.len();
         let set: Vec<usize> = (0..n).filter(|&i| active[i]).collect();
         let pick = |values: &[f64]| set.iter().map(|&i| values[i]).collect::<Vec<f64>>();
-        let factor = Cholesky::new(&self.compliance, n, &set)?;
+        let factor = ProfileCholesky::new(&self.compliance, n, &set)?;
         let (mut by_arms, mut by_gaps) = (pick(&self.arms), pick(&self.gaps));
         let arms = by_arms.clone();
         factor.solve(&mut by_arms);
@@ -326,63 +328,4 @@ fn first_zero(from: &[f64], to: &[f64], active: &[bool]) -> Option<(usize, f64)>
     pulling
         .map(|i| (i, share(i)))
         .reduce(|a, b| if b.1 < a.1 { b } else { a })
-}
-
-/// `C = L Lᵀ` over some rows; each row of L begins where the row of C does.
-struct Cholesky {
-    rows: Vec<Vec<f64>>,
-    /// Column of the first entry of each row.
-    begins: Vec<usize>,
-}
-
-impl Cholesky {
-    fn new(matrix: &[f64], n: usize, set: &[usize]) -> Result<Cholesky, Error> {
-        let mut factor = Cholesky {
-            rows: Vec::with_capacity(set.len()),
-            begins: Vec::with_capacity(set.len()),
-        };
-        for (i, &at) in set.iter().enumerate() {
-            let entries = &matrix[at * n..(at + 1) * n];
-            let mut columns = set[..i].iter();
-            let begin = columns.position(|&j| entries[j] != 0.0).unwrap_or(i);
-            let mut row: Vec<f64> = set[begin..=i].iter().map(|&j| entries[j]).collect();
-            for j in begin..i {
-                let common = begin.max(factor.begins[j]);
-                let other = &factor.rows[j];
-                let left = &row[common - begin..j - begin];
-                let product: f64 = dot(left, &other[common - factor.begins[j]..]);
-                row[j - begin] = (row[j - begin] - product) / other[j - factor.begins[j]];
-            }
-            let pivot = row[i - begin] - dot(&row[..i - begin], &row[..i - begin]);
-            if !(pivot > 0.0 && pivot.is_finite()) {
-                let message = format!(
-                    "the compliance of a contact of {n} points is not positive definite (pivot {pivot} at point {at})"
-                );
-                return Err(Error::new(Code::IllPosed, message));
-            }
-            row[i - begin] = pivot.sqrt();
-            factor.rows.push(row);
-            factor.begins.push(begin);
-        }
-        Ok(factor)
-    }
-
-    /// `C x = b`; b becomes x.
-    fn solve(&self, b: &mut [f64]) {
-        for (i, (row, &begin)) in self.rows.iter().zip(&self.begins).enumerate() {
-            let known = dot(&row[..i - begin], &b[begin..i]);
-            b[i] = (b[i] - known) / row[i - begin];
-        }
-        for (i, (row, &begin)) in self.rows.iter().zip(&self.begins).enumerate().rev() {
-            b[i] /= row[i - begin];
-            let x = b[i];
-            let above = b[begin..i].iter_mut().zip(row);
-            above.for_each(|(b, l)| *b -= l * x);
-        }
-    }
-}
-
-/// Sum of products over the shorter of two slices.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

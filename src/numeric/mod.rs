@@ -60,6 +60,8 @@ pub mod discretisation;
 
 pub mod least_squares;
 
+mod profile_cholesky;
+
 pub mod complementarity;
 
 pub mod quadratic;

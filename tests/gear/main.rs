@@ -5,6 +5,7 @@ mod verification;
 
 mod complementarity;
 mod cylindrical_pair;
+mod load_laws;
 mod load_mesh;
 mod load_planet;
 mod load_random;

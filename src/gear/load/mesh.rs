@@ -10,14 +10,16 @@ use std::f64::consts::TAU;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::gear::cylindrical::pair::Pair;
-use crate::numeric::complementarity::{ContactProblem, ContactSolution};
+use crate::numeric::complementarity::ContactSolution;
 
 use super::compliance::{PairCompliance, StiffnessMethod};
-use super::contact_path::{ContactPath, ContactPlace};
+use super::contact_path::ContactPath;
 use super::hertz;
 use super::iso6336::LEAST_LINE_LOAD;
 use super::material::Material;
+use super::mesh_result::{LoadedCycle, MeshResult, PairCurve};
 use super::modification::Modification;
+use super::position::{MeshPoint, MeshPosition};
 
 /// Most slices and positions: above them a map needs minutes.
 const MOST_SLICES: usize = 1000;
@@ -66,79 +68,6 @@ pub struct LoadedMesh {
     pinion_teeth: u32,
     /// Tooth pairs that can touch over one pitch.
     pairs: Vec<i32>,
-}
-
-/// A slice of a tooth pair that can touch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MeshPoint {
-    /// Place of its pair in the list of pairs.
-    pub pair: usize,
-    /// Place of contact.
-    pub place: ContactPlace,
-    /// Gap of the flanks with their modifications, m.
-    pub gap: f64,
-    /// Approach of the slice for a unit force, m/N.
-    pub compliance: f64,
-}
-
-/// The mesh at one pinion angle.
-#[derive(Debug, Clone)]
-pub struct MeshPosition {
-    /// Slices that can touch.
-    pub points: Vec<MeshPoint>,
-    problem: ContactProblem,
-    base_radius: f64,
-}
-
-/// The mesh over one pitch at one torque.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LoadedCycle {
-    /// Torque at the pinion, N·m.
-    pub torque: f64,
-    /// Transmission error e along the base tangent, by position, m.
-    pub te: Vec<f64>,
-    /// Secant stiffness between no load and this one, by position, N/m.
-    pub secant: Vec<f64>,
-    /// Tangent stiffness, by position, N/m.
-    pub tangent: Vec<f64>,
-    /// Share of the load of each pair, by position and pair.
-    pub shares: Vec<Vec<f64>>,
-    /// Greatest Hertzian pressure away from corners, by position, Pa; `None` where corners carry all.
-    pub pressure: Vec<Option<f64>>,
-    /// Share of the load on tip corners, whose pressure has no bound, by position.
-    pub corner_share: Vec<f64>,
-}
-
-/// One tooth pair over all pitches in which it can touch, as a one-sided spring that carries its share at one torque.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PairCurve {
-    /// Pinion angles from contact at the pitch point, rad, ascending; other pairs are whole pitches apart.
-    pub angles: Vec<f64>,
-    /// Stiffness, N/m; 0 where the pair is out of reach.
-    pub stiffness: Vec<f64>,
-    /// Approach at which the pair touches, m; infinite where it is out of reach.
-    pub gap: Vec<f64>,
-}
-
-/// Loaded transmission error over one pitch.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeshResult {
-    /// Name of the method.
-    pub method: &'static str,
-    /// Body models.
-    pub bodies: [&'static str; 2],
-    /// Base radius of the driven gear, m: transmission error over it is an angle.
-    pub driven_base_radius: f64,
-    /// Pinion angles, rad.
-    pub pinion_angles: Vec<f64>,
-    /// Numbers of the tooth pairs: pair 0 touches at the pitch point at angle 0, higher numbers are ahead.
-    pub pairs: Vec<i32>,
-    /// Transmission error without load, by position, m.
-    pub unloaded_te: Vec<f64>,
-    /// The pitch at each torque.
-    pub cycles: Vec<LoadedCycle>,
-    /// Warnings on the ranges of the method.
-    pub warnings: Vec<Diagnostic>,
 }
 
 impl LoadedMesh {
@@ -213,23 +142,12 @@ impl LoadedMesh {
                 });
             }
         }
-        let n = points.len();
-        if n == 0 {
+        if points.is_empty() {
             let message = format!("no tooth pair can touch at the pinion angle {angle:.6} rad");
             return Err(Error::new(Code::OutOfRange, message)
                 .with_hint("the contact ratio is too small: give larger tip diameters"));
         }
-        let mut matrix = vec![0.0; n * n];
-        for (i, point) in points.iter().enumerate() {
-            matrix[i * n + i] = point.compliance;
-        }
-        let arms = points.iter().map(|p| p.place.arm).collect();
-        let gaps = points.iter().map(|p| p.gap).collect();
-        Ok(MeshPosition {
-            problem: ContactProblem::new(matrix, arms, gaps)?,
-            points,
-            base_radius: self.path.base[0],
-        })
+        MeshPosition::new(points, self.path.base[0])
     }
 
     /// The pitch at several torques of the pinion, N·m.
@@ -352,77 +270,6 @@ impl LoadedMesh {
         }
         warnings
     }
-}
-
-impl MeshPosition {
-    /// Transmission error without load, m.
-    pub fn unloaded_te(&self) -> f64 {
-        -self.problem.unloaded_approach()
-    }
-
-    /// Stiffness of a pair as one spring and the approach at which it touches.
-    fn spring(&self, pair: usize, solution: &ContactSolution) -> (f64, f64) {
-        let (mut touch, mut load, mut whole) = (f64::INFINITY, 0.0, 0.0);
-        for (i, point) in self
-            .points
-            .iter()
-            .enumerate()
-            .filter(|(_, p)| p.pair == pair)
-        {
-            let arm = point.place.arm;
-            touch = touch.min(point.gap / arm);
-            load += arm * solution.forces[i];
-            whole += arm * arm / point.compliance;
-        }
-        match load > 0.0 {
-            true => (load / (solution.approach - touch), touch),
-            false => (whole, touch),
-        }
-    }
-
-    /// Forces of the points and approach at a torque of the pinion, N·m; `start` is the active set of a similar load.
-    ///
-    /// # Errors
-    /// As `ContactProblem::solve`.
-    pub fn solve(&self, torque: f64, start: Option<&[bool]>) -> Result<ContactSolution, Error> {
-        self.problem.solve(torque / self.base_radius, start)
-    }
-
-    /// Torques of the pinion at which the set of touching points changes, N·m, ascending: between them e is affine in the torque.
-    ///
-    /// # Errors
-    /// As `ContactProblem::transitions`.
-    pub fn transitions(&self, from: f64, to: f64) -> Result<Vec<f64>, Error> {
-        let radius = self.base_radius;
-        let transitions = self.problem.transitions(from / radius, to / radius)?;
-        Ok(transitions.iter().map(|t| t.load * radius).collect())
-    }
-}
-
-impl LoadedCycle {
-    fn new(torque: f64, count: usize) -> LoadedCycle {
-        LoadedCycle {
-            torque,
-            te: Vec::with_capacity(count),
-            secant: Vec::with_capacity(count),
-            tangent: Vec::with_capacity(count),
-            shares: Vec::with_capacity(count),
-            pressure: Vec::with_capacity(count),
-            corner_share: Vec::with_capacity(count),
-        }
-    }
-
-    /// Peak-to-peak transmission error over the pitch, m.
-    pub fn peak_to_peak(&self) -> f64 {
-        peak_to_peak(&self.te)
-    }
-}
-
-/// Greatest less least value.
-pub fn peak_to_peak(values: &[f64]) -> f64 {
-    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-    high - low
 }
 
 fn check(options: &MeshOptions) -> Result<(), Error> {

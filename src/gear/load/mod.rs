@@ -24,6 +24,12 @@ pub mod contact_path;
 /// Compliance of a tooth pair by either method, and both side by side.
 pub mod compliance;
 
+/// Load sharing at one pinion angle.
+pub mod position;
+
+/// Results over one pitch.
+pub mod mesh_result;
+
 /// Loaded transmission error, stiffness and load sharing over one pitch.
 pub mod mesh;
 
