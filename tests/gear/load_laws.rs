@@ -1,6 +1,7 @@
 //! Laws of a loaded mesh: either gear driving, mirror and scale, pair curves, mean stiffness, least relief; refusals and extremes.
 
 use geardyn::internals::gear::cylindrical::pair::Pair;
+use geardyn::internals::gear::load::body::Body;
 use geardyn::internals::gear::load::compliance::{StiffnessMethod, compare_methods};
 use geardyn::internals::gear::load::contact_path::ContactPath;
 use geardyn::internals::gear::load::hertz::ContactModel;
@@ -176,6 +177,19 @@ fn refuses_meshes() {
         mesh.map(&[f64::INFINITY]).unwrap_err().code.as_str(),
         "out-of-range"
     );
+    for bore_radius in [0.0, 1e-3, 0.04, f64::NAN] {
+        let method = StiffnessMethod::Energy {
+            bodies: [Body::Ring { bore_radius }; 2],
+            contact: ContactModel::default(),
+        };
+        assert_eq!(
+            refused(MeshOptions {
+                method,
+                ..MeshOptions::default()
+            }),
+            "out-of-range"
+        );
+    }
     let apart = Pair::new(pair.members, Some(pair.centre_distance + 7e-3)).unwrap();
     let refusal = LoadedMesh::new(&apart, MeshOptions::default()).unwrap_err();
     assert_eq!(refusal.code.as_str(), "out-of-range");

@@ -3,6 +3,9 @@
 //! The load acts along its line at the angle β to the normal of the tooth's middle line and crosses that line at the height u above the
 //! root circle; S is the thickness of the tooth at the root. Neighbouring teeth on the same body are not coupled.
 
+use crate::base::code::Code;
+use crate::base::error::Error;
+
 use super::material::Material;
 
 /// A model of the gear body.
@@ -81,6 +84,25 @@ impl Body {
         let cosine = load.angle.cos();
         let bracket = l * ratio * ratio + m * ratio + p * (1.0 + q * tangent * tangent);
         cosine * cosine / modulus * bracket
+    }
+
+    /// # Errors
+    /// `OutOfRange`: a bore that leaves no ring, or one so small that the fit of the ring's compliance grows without bound.
+    pub fn check(&self, root_radius: f64) -> Result<(), Error> {
+        let Body::Ring { bore_radius } = *self else {
+            return Ok(());
+        };
+        let least = root_radius / RING_RATIO[1];
+        if bore_radius >= least && bore_radius < root_radius {
+            return Ok(());
+        }
+        let message = format!(
+            "bore radius is {:.4} mm; the elastic ring holds from {:.4} mm to below the root radius of {:.4} mm",
+            1e3 * bore_radius,
+            1e3 * least,
+            1e3 * root_radius
+        );
+        Err(Error::new(Code::OutOfRange, message).with_hint("take the half plane for a solid body"))
     }
 
     /// Statement of the first quantity of a tooth's foot outside the range the model was fitted over, with the limits.

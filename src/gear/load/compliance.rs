@@ -106,7 +106,7 @@ impl PairCompliance {
     /// The compliance of a pair.
     ///
     /// # Errors
-    /// `OutOfRange`: teeth whose flanks meet below the tip. `Conflict`: the model of a ring on a shaft for an internal gear.
+    /// `OutOfRange`: teeth whose flanks meet below the tip, a bore off the range of its model. `Conflict`: the model of a ring on a shaft for an internal gear.
     pub fn new(
         pair: &Pair,
         method: &StiffnessMethod,
@@ -124,6 +124,8 @@ impl PairCompliance {
                         .with_hint("take the half plane for an internal gear"));
                 }
                 let [first, second] = &pair.outlines;
+                bodies[0].check(first.root_radius)?;
+                bodies[1].check(second.root_radius)?;
                 let teeth = [
                     ToothSection::new(first, materials[0])?,
                     ToothSection::new(second, materials[1])?,
