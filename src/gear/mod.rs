@@ -2,6 +2,9 @@
 //!
 //! Knows neither files nor dynamics.
 
+/// The kernel of meshing: tools, motions, envelopes, limits.
+pub mod kernel;
+
 /// Cylindrical involute gears: member, outline, pair, reversal.
 pub mod cylindrical;
 

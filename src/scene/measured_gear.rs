@@ -13,10 +13,10 @@ use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
 use crate::base::toml::{self, Value};
 use crate::gear::cylindrical::involute::InvoluteGear;
+use crate::gear::cylindrical::modification::Modification;
 use crate::gear::measurement::accuracy_grades::AccuracyGrades;
 use crate::gear::measurement::iso1328::Edition;
 use crate::gear::measurement::pitch::PitchMethod;
-use crate::gear::measurement::trace::Modification;
 
 /// A gear with its charts, as its file describes them.
 #[derive(Debug, Clone)]

@@ -7,6 +7,7 @@ use geardyn::internals::gear::cylindrical::basic_rack::BasicRack;
 use geardyn::internals::gear::cylindrical::involute::{InvoluteGear, inv};
 use geardyn::internals::gear::cylindrical::member::Member;
 use geardyn::internals::gear::cylindrical::pair::{Pair, profile_shift_sum};
+use geardyn::internals::gear::cylindrical::warnings::{NearestValue, WarningKind};
 
 const MM: f64 = 1e-3;
 
@@ -186,6 +187,11 @@ fn ref_kisssoft_helical_pair() {
         )
     });
     both("MdK", mm(over), digit);
+    let over = [0, 1].map(|i| {
+        let ball = input(&format!("/ball_DM/{i}")) * MM;
+        gears[i].radial_dimension_over_ball(ball, gears[i].nominal_thickness())
+    });
+    both("MrK", mm(over), digit);
     both("s_arc", mm(gears.map(|g| g.nominal_thickness())), digit);
     let chords = [0, 1].map(|i| {
         gears[i]
@@ -569,5 +575,43 @@ fn ref_internal_pair() {
         "ring's root diameter 82.5 mm, absolute",
         (root / MM - 82.5).abs(),
         1e-12,
+    );
+    // Contact would begin 0.03 mm before the tangent point of the pinion's base circle; nothing else touches as the pinion turns.
+    let warnings = pair.warnings();
+    let kinds: Vec<_> = warnings.iter().map(|w| (w.kind, w.member)).collect();
+    let expected = [
+        (WarningKind::Undercut, Some(0)),
+        (WarningKind::InvoluteInterference, Some(0)),
+    ];
+    assert_eq!(kinds, expected);
+    let Some(NearestValue::TipDiameter { member: 1, value }) = warnings[1].nearest else {
+        panic!("{:?}", warnings[1]);
+    };
+    printed(
+        "interference",
+        "mm",
+        0.03,
+        warnings[1].by / MM,
+        half_digit(2),
+    );
+    // Rounded up, so that the printed diameter avoids it.
+    let printed_tip = (1e3 * value / MM).ceil() / 1e3;
+    printed(
+        "nearest tip diameter of the ring",
+        "mm",
+        69.012,
+        printed_tip,
+        1e-9,
+    );
+    let freed = with_tips(
+        pair.members,
+        [pair.members[0].tip_diameter() / MM, value / MM],
+    );
+    let freed = Pair::new(freed, Some(pair.centre_distance)).unwrap();
+    assert!(
+        freed
+            .warnings()
+            .iter()
+            .all(|w| w.kind != WarningKind::InvoluteInterference)
     );
 }

@@ -1,5 +1,6 @@
 //! Laws of a loaded mesh: either gear driving, mirror and scale, pair curves, mean stiffness, least relief; refusals and extremes.
 
+use geardyn::internals::gear::cylindrical::modification::{FlankModification, Relief};
 use geardyn::internals::gear::cylindrical::pair::Pair;
 use geardyn::internals::gear::load::body::Body;
 use geardyn::internals::gear::load::compliance::{StiffnessMethod, compare_methods};
@@ -9,7 +10,6 @@ use geardyn::internals::gear::load::iso6336::IsoStiffness;
 use geardyn::internals::gear::load::material::Material;
 use geardyn::internals::gear::load::mesh::{LoadedMesh, MeshOptions};
 use geardyn::internals::gear::load::mesh_result::MeshResult;
-use geardyn::internals::gear::load::modification::{Modification, Relief};
 use geardyn::internals::gear::load::relief::least_peak_to_peak;
 
 use crate::load_mesh::{ISO, long_relief, member, pair};
@@ -157,12 +157,12 @@ fn refuses_meshes() {
         }),
         "out-of-range"
     );
-    let beyond = Modification {
+    let beyond = FlankModification {
         tip_relief: Some(Relief {
             amount: 10e-6,
             from: 1.0,
         }),
-        ..Modification::default()
+        ..FlankModification::default()
     };
     assert_eq!(
         refused(MeshOptions {
@@ -208,12 +208,12 @@ fn law_least_relief() {
     let worst = |values: &[f64]| values.iter().fold(0.0f64, |most, p| most.max(*p));
     assert!(worst(&least.peak_to_peak) < worst(&least.without));
     for factor in [0.5, 0.9, 1.1, 2.0] {
-        let modifications = least.reliefs.map(|relief| Modification {
+        let modifications = least.reliefs.map(|relief| FlankModification {
             tip_relief: Some(Relief {
                 amount: factor * relief.amount,
                 ..relief
             }),
-            ..Modification::default()
+            ..FlankModification::default()
         });
         let mesh = LoadedMesh::new(
             &pair,

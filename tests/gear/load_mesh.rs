@@ -3,6 +3,7 @@
 use geardyn::internals::gear::cylindrical::basic_rack::BasicRack;
 use geardyn::internals::gear::cylindrical::involute::InvoluteGear;
 use geardyn::internals::gear::cylindrical::member::Member;
+use geardyn::internals::gear::cylindrical::modification::{FlankModification, Relief};
 use geardyn::internals::gear::cylindrical::pair::Pair;
 use geardyn::internals::gear::load::compliance::StiffnessMethod;
 use geardyn::internals::gear::load::contact_path::ContactPath;
@@ -10,7 +11,6 @@ use geardyn::internals::gear::load::iso6336::IsoStiffness;
 use geardyn::internals::gear::load::material::Material;
 use geardyn::internals::gear::load::mesh::{LoadedMesh, MeshOptions};
 use geardyn::internals::gear::load::mesh_result::peak_to_peak;
-use geardyn::internals::gear::load::modification::{Modification, Relief};
 use geardyn::internals::gear::load::relief::least_peak_to_peak;
 
 use crate::verification::within;
@@ -36,14 +36,14 @@ pub fn pair(teeth: [u32; 2], helix: f64, shifts: [f64; 2]) -> Pair {
 pub const ISO: StiffnessMethod = StiffnessMethod::Iso6336 { webs: [None; 2] };
 
 /// Tip reliefs of an amount from the points of single contact to the tips.
-pub fn long_relief(path: &ContactPath, amount: f64) -> [Modification; 2] {
+pub fn long_relief(path: &ContactPath, amount: f64) -> [FlankModification; 2] {
     let double = path.ends[1] - path.ends[0] - path.base_pitch;
-    let relief = |gear: usize| Modification {
+    let relief = |gear: usize| FlankModification {
         tip_relief: Some(Relief {
             amount,
             from: path.flank_ends[gear][1] - double,
         }),
-        ..Modification::default()
+        ..FlankModification::default()
     };
     [relief(0), relief(1)]
 }
@@ -256,13 +256,13 @@ fn ref_loaded_helical_pair() {
     });
     let pair = Pair::new(members, Some(number("centre_distance"))).unwrap();
     let path = ContactPath::new(&pair);
-    let modifications = [0, 1].map(|i| Modification {
+    let modifications = [0, 1].map(|i| FlankModification {
         tip_relief: Some(Relief {
             amount: relief[i],
             from: path.flank_ends[i][1] - length[i],
         }),
         helix_crowning: crowning[i],
-        ..Modification::default()
+        ..FlankModification::default()
     });
     let options = MeshOptions {
         modifications,

@@ -5,12 +5,12 @@ use std::time::Instant;
 use geardyn::internals::gear::cylindrical::basic_rack::BasicRack;
 use geardyn::internals::gear::cylindrical::involute::InvoluteGear;
 use geardyn::internals::gear::cylindrical::member::Member;
+use geardyn::internals::gear::cylindrical::modification::{FlankModification, Relief};
 use geardyn::internals::gear::cylindrical::pair::Pair;
 use geardyn::internals::gear::load::body::Body;
 use geardyn::internals::gear::load::compliance::StiffnessMethod;
 use geardyn::internals::gear::load::contact_path::ContactPath;
 use geardyn::internals::gear::load::mesh::{LoadedMesh, MeshOptions};
-use geardyn::internals::gear::load::modification::{Modification, Relief};
 
 /// A pair of 12 to 90 teeth, external or internal, spur or helical, with shifts; `None` where the geometry refuses it.
 fn random_pair(rng: &mut fastrand::Rng) -> Option<Pair> {
@@ -54,7 +54,7 @@ fn random_options(rng: &mut fastrand::Rng, pair: &Pair) -> MeshOptions {
             amount: 5e-3 * module * rng.f64(),
             from: tip - (tip - root) * (0.1 + 0.4 * rng.f64()),
         };
-        Modification {
+        FlankModification {
             tip_relief: rng.bool().then_some(relief),
             helix_crowning: if rng.bool() {
                 2e-3 * module * rng.f64()
@@ -66,7 +66,7 @@ fn random_options(rng: &mut fastrand::Rng, pair: &Pair) -> MeshOptions {
             } else {
                 0.0
             },
-            ..Modification::default()
+            ..FlankModification::default()
         }
     };
     let methods = [

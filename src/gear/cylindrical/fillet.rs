@@ -3,11 +3,11 @@
 //! Both tools are described in the transverse plane by the angle θ of the rounding's normal from the middle of the tool's tooth: 0 at the
 //! root circle. A point of the fillet is its radius and its angle from the middle of the tooth space.
 
-use super::bracket;
 use super::involute::{angle_from_inv, inv};
 use super::member::Member;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::gear::kernel::root::sign_change;
 
 /// A tool with a rounded tip in mesh with the gear it cuts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,7 +153,7 @@ impl ShaperTip {
         }
         // No larger than a full rounding.
         let wanted = (gear.module * member.rack.tip_radius).min(tip - own_base);
-        let radius = bracket::root(0.0, wanted, aside).unwrap_or(wanted);
+        let radius = sign_change([0.0, wanted], |radius| Some(aside(radius))).unwrap_or(wanted);
         let (centre, aside, roll) = (tip - radius, aside(radius).max(0.0), roll(radius));
         if !(roll >= own_base * angle.tan()) {
             return refusal(

@@ -6,14 +6,14 @@
 /// The involute function, diameters, thickness and its gauge readings of one gear.
 pub mod involute;
 
-/// Root of a function inside a bracket.
-mod bracket;
-
 /// Basic racks of ISO 53.
 pub mod basic_rack;
 
 /// One gear with its rack, tip and thickness allowance.
 pub mod member;
+
+/// Readings of the drawing with their limits.
+pub mod drawing;
 
 /// Fillet as the trace of the rounded tip of a tool.
 mod fillet;
@@ -21,8 +21,20 @@ mod fillet;
 /// Tooth outline: involute and generated fillet.
 pub mod outline;
 
+/// Designed modifications of a flank.
+pub mod modification;
+
 /// Path of contact, sharing of load along it, and the loss factor.
 pub mod path_of_contact;
 
 /// Two gears in mesh.
 pub mod pair;
+
+/// Backlash at a centre distance, and its limits.
+pub mod backlash;
+
+/// Warnings of a pair, each with the nearest value that avoids it.
+pub mod warnings;
+
+/// From readings of an unknown gear to its data.
+pub mod reverse;

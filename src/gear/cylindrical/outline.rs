@@ -4,12 +4,12 @@
 
 use std::f64::consts::PI;
 
-use super::bracket;
 use super::fillet::Fillet;
 use super::involute::inv;
 use super::member::Member;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::gear::kernel::root::sign_change;
 
 /// Places at which the fillet is compared with the involute to bracket their crossing.
 const CROSSING_SCAN: usize = 64;
@@ -164,10 +164,10 @@ impl ToothOutline {
     /// θ where the fillet leaves the metal of the involute, from the end of the rounding downward.
     fn crossing(&self, end: f64) -> Option<f64> {
         // Beyond the tip the fillet does not count; with a normal along the pitch line it never comes there.
-        let reach = |theta: f64| self.fillet.point(theta)[0] - self.tip_radius;
+        let reach = |theta: f64| Some(self.fillet.point(theta)[0] - self.tip_radius);
         let end = end.min(std::f64::consts::FRAC_PI_2 * (1.0 - 1e-9));
-        let end = match reach(end) > 0.0 {
-            true => bracket::root(0.0, end, reach)?,
+        let end = match reach(end) > Some(0.0) {
+            true => sign_change([0.0, end], reach)?,
             false => end,
         };
         let excess = |theta: f64| {
@@ -182,13 +182,13 @@ impl ToothOutline {
             let (low, high) = (place(i), place(i + 1));
             let low = match inside(low) {
                 true => {
-                    let on_base = |theta: f64| self.fillet.point(theta)[0] - self.base_radius;
-                    bracket::root(low, high, on_base)?
+                    let on_base = |theta: f64| Some(self.fillet.point(theta)[0] - self.base_radius);
+                    sign_change([low, high], on_base)?
                 }
                 false => low,
             };
             if excess(high) >= 0.0 && excess(low) < 0.0 {
-                return bracket::root(low, high, excess);
+                return sign_change([low, high], |theta| Some(excess(theta)));
             }
             if inside(place(i)) {
                 return None;
@@ -213,8 +213,8 @@ impl ToothOutline {
         if (radius - self.form_radius) * self.outward() >= 0.0 {
             return Some(self.involute_half_angle(radius));
         }
-        let beyond = |theta: f64| self.fillet.point(theta)[0] - radius;
-        let theta = match bracket::root(0.0, self.fillet_end, beyond) {
+        let beyond = |theta: f64| Some(self.fillet.point(theta)[0] - radius);
+        let theta = match sign_change([0.0, self.fillet_end], beyond) {
             Some(theta) => theta,
             // A radius at rounding distance from an end of the fillet.
             None if from_root < (self.form_radius - radius).abs() => 0.0,

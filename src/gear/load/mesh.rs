@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
+use crate::gear::cylindrical::modification::FlankModification;
 use crate::gear::cylindrical::pair::Pair;
 use crate::numeric::complementarity::ContactSolution;
 
@@ -18,7 +19,6 @@ use super::hertz;
 use super::iso6336::LEAST_LINE_LOAD;
 use super::material::Material;
 use super::mesh_result::{LoadedCycle, MeshResult, PairCurve};
-use super::modification::Modification;
 use super::position::{MeshPoint, MeshPosition};
 
 /// Most slices and positions: above them a map needs minutes.
@@ -33,7 +33,7 @@ pub struct MeshOptions {
     /// Elastic constants of the gears.
     pub materials: [Material; 2],
     /// Modifications of the gears' flanks.
-    pub modifications: [Modification; 2],
+    pub modifications: [FlankModification; 2],
     /// Slope of the gap along the face width in the plane of action, rad; positive opens the face that leaves mesh last.
     pub misalignment: f64,
     /// Positions in one pitch.
@@ -47,7 +47,7 @@ impl Default for MeshOptions {
         MeshOptions {
             method: StiffnessMethod::default(),
             materials: [Material::default(); 2],
-            modifications: [Modification::default(); 2],
+            modifications: [FlankModification::default(); 2],
             misalignment: 0.0,
             positions: 60,
             slices: 11,

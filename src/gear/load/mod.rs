@@ -15,9 +15,6 @@ pub mod body;
 /// Tooth as a beam of variable thickness.
 pub mod tooth;
 
-/// Designed modifications of flanks.
-pub mod modification;
-
 /// Places of contact on the line of action and of tip corners off it.
 pub mod contact_path;
 

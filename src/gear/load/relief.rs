@@ -5,11 +5,11 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::gear::cylindrical::modification::Relief;
 use crate::gear::cylindrical::pair::Pair;
 
 use super::contact_path::ContactPath;
 use super::mesh::{LoadedMesh, MeshOptions};
-use super::modification::Relief;
 
 /// Torques of the range at which the peak-to-peak is computed.
 const TORQUES: usize = 5;
