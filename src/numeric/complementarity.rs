@@ -16,7 +16,7 @@ use super::profile_cholesky::ProfileCholesky;
 /// Gaps under load that are open by less than this share of a δ + g past the first touch are closed: 1000 ε, far above the rounding of a solve.
 const CLOSED: f64 = 1e3 * f64::EPSILON;
 
-/// Block exchanges without fewer violations before single exchanges take over (Júdice and Pires 1994 use 10; contact rarely needs 2).
+/// Block exchanges without fewer violations before single exchanges take over, after Júdice and Pires, Computers Ops Res. 21 (1994).
 const PATIENT_BLOCKS: usize = 4;
 
 /// Share of a load by which the active set beyond a transition is sought.
@@ -119,7 +119,7 @@ impl ContactProblem {
     /// The solution at a load T > 0. `start` is the active set of a similar problem; by default all points.
     ///
     /// Errors: `OutOfRange` where the load is not positive; `IllPosed` where the compliance is not positive definite; `NoConvergence`
-    /// after 20 n + 20 active sets (n + 2 were the most that 10 000 random problems took).
+    /// after 20 n + 20 active sets (10 000 random problems of up to 60 points took 11 at most).
     pub fn solve(&self, load: f64, start: Option<&[bool]>) -> Result<ContactSolution, Error> {
         if !(load.is_finite() && load > 0.0) {
             let message = format!("the load {load} of a contact is not positive");

@@ -13,7 +13,7 @@ use geardyn::internals::gear::load::mesh::{LoadedMesh, MeshOptions};
 use geardyn::internals::gear::load::mesh_result::peak_to_peak;
 use geardyn::internals::gear::load::relief::least_peak_to_peak;
 
-use crate::verification::within;
+use crate::verification::{order, within};
 
 /// A gear of module 3 mm and profile A.
 pub fn member(teeth: u32, helix: f64, shift: f64, internal: bool) -> Member {
@@ -172,6 +172,41 @@ fn exact_contact_in_outlines() {
     within("on the line of action", inside, 1e-14);
     within("corner of gear 1", first, 1e-9);
     within("corner of gear 2", second, 2e-3);
+}
+
+/// The error of the midpoint slices under misalignment, mean over loads that close 10 to 80 % of the face, falls with their number squared.
+#[test]
+fn order_slices() {
+    let pair = pair([34, 34], 0.0, [0.0; 2]);
+    let iso = IsoStiffness::new(&pair, &[Material::default(); 2], [None; 2]);
+    let (width, slope) = (pair.members[0].face_width, 4e-4);
+    let radius = ContactPath::new(&pair).base[0];
+    let error = |slices: usize| {
+        let options = MeshOptions {
+            method: ISO,
+            misalignment: slope,
+            slices,
+            ..MeshOptions::default()
+        };
+        let position = LoadedMesh::new(&pair, options)
+            .unwrap()
+            .position(0.0)
+            .unwrap();
+        let apart = |i: u32| {
+            let touching = width * (0.1 + 0.7 * f64::from(i) / 40.0);
+            let load = 0.5 * iso.single * slope * touching * touching;
+            let exact = slope * (touching - 0.5 * width);
+            (position.solve(load * radius, None).unwrap().approach - exact).abs()
+        };
+        (0..=40).map(apart).sum::<f64>() / 41.0
+    };
+    let errors = [15, 30, 60, 120].map(error);
+    println!("{errors:?}");
+    order(
+        "slices along the face",
+        2.0,
+        (errors[0] / errors[3]).log2() / 3.0,
+    );
 }
 
 /// Slices under misalignment: a triangle of load while part of the face touches, `W = k′ θ x²/2`; a trapezium afterwards.
