@@ -366,3 +366,44 @@ fn exact_least_relief() {
             .all(|(w, p)| w >= p)
     );
 }
+
+/// One pair alone at the pitch point of spur teeth: the contact stress `Z_H Z_E √(F_t/(d₁ b) (u ± 1)/u)` of ISO 6336-2, without Z_ε.
+#[test]
+fn exact_pressure_at_pitch_point() {
+    let ring = Pair::new(
+        [member(22, 0.0, 0.0, false), member(91, 0.0, 0.0, true)],
+        None,
+    )
+    .unwrap();
+    let mut worst = 0.0f64;
+    for (pair, sign) in [(pair([34, 51], 0.0, [0.2, 0.1]), 1.0), (ring, -1.0)] {
+        let gear = &pair.members[0].gear;
+        let options = MeshOptions {
+            positions: 1,
+            slices: 1,
+            ..MeshOptions::default()
+        };
+        let torque = 2.0;
+        let result = LoadedMesh::new(&pair, options)
+            .unwrap()
+            .map(&[torque])
+            .unwrap();
+        let cycle = &result.cycles[0];
+        assert!(cycle.shares[0].iter().filter(|s| **s > 0.0).count() == 1);
+        let (at, awt) = (
+            gear.transverse_pressure_angle(),
+            pair.working_pressure_angle,
+        );
+        let zone = (2.0 * awt.cos() / (at.cos().powi(2) * awt.sin())).sqrt();
+        let elasticity = (206e9 / (2.0 * std::f64::consts::PI * (1.0 - 0.09))).sqrt();
+        let (d, width, ratio) = (
+            gear.reference_diameter(),
+            pair.members[0].face_width,
+            pair.ratio(),
+        );
+        let force = 2.0 * torque / d;
+        let stress = zone * elasticity * (force / (d * width) * (ratio + sign) / ratio).sqrt();
+        worst = worst.max((cycle.pressure[0].unwrap() / stress - 1.0).abs());
+    }
+    within("contact stress", worst, 1e-12);
+}
