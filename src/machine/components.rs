@@ -324,6 +324,11 @@ impl Machine {
         format!("{}.{}", self.nodes[node].name, axis.name())
     }
 
+    /// Names of all degrees of freedom, `node.axis`, in their order.
+    pub fn dof_names(&self) -> Vec<String> {
+        (0..self.dofs.len()).map(|dof| self.dof_name(dof)).collect()
+    }
+
     /// The degree of freedom called `node.axis`, or `node` for its rotation, of a slide for its travel.
     pub fn dof(&self, name: &str) -> Option<usize> {
         let find = |node: &str, axis: &str| {
