@@ -16,21 +16,18 @@ use crate::scene::study::{ModesStudy, ResponseStudy, SimulateStudy, Transmission
 /// A machine, assembled and linearised at its operating point.
 pub struct Machine {
     scene: Scene,
-    machine: PreparedMachine,
+    prepared: PreparedMachine,
 }
 
 impl Machine {
     pub(super) fn new(scene: Scene) -> Result<Machine, Errors> {
-        let machine = PreparedMachine::new(&scene.model)?;
-        Ok(Machine { scene, machine })
+        let prepared = PreparedMachine::new(&scene.model)?;
+        Ok(Machine { scene, prepared })
     }
 
     /// Names of the degrees of freedom, `node.axis`, in the order of mode shapes.
     pub fn dofs(&self) -> Vec<String> {
-        let machine = &self.machine.machine;
-        (0..machine.dofs.len())
-            .map(|k| machine.dof_name(k))
-            .collect()
+        self.prepared.machine.dof_names()
     }
 
     /// Natural modes: frequencies, damping, shapes and energies.
@@ -38,9 +35,9 @@ impl Machine {
     /// # Errors
     /// A machine beyond the limits of the method; unknown names in the study.
     pub fn modes(&self, study: &ModesStudy) -> Result<Modes, Errors> {
-        let plan = ModesPlan::plan_modes(&self.machine, study);
-        let answer = modes_run::run(&self.machine, study, &plan)?;
-        Ok(Modes::new(&self.machine.machine, answer))
+        let plan = ModesPlan::plan_modes(&self.prepared, study);
+        let result = modes_run::run(&self.prepared, study, &plan)?;
+        Ok(Modes::new(&self.prepared.machine, result))
     }
 
     /// Frequency responses of every output to every input over a band.
@@ -48,8 +45,8 @@ impl Machine {
     /// # Errors
     /// A study without a band, inputs or outputs; unknown names; a machine beyond the limits of the method.
     pub fn response(&self, study: &ResponseStudy) -> Result<Response, Errors> {
-        let answer = response::run::run(&self.machine, study, false)?;
-        Ok(Response::new(&self.machine.machine, answer))
+        let result = response::run::run(&self.prepared, study, false)?;
+        Ok(Response::new(&self.prepared.machine, result))
     }
 
     /// Motion in time from the initial state of the scene, at rest by default.
@@ -70,7 +67,7 @@ impl Machine {
         &self,
         study: &TransmissionStudy,
     ) -> Result<TransmissionError, Errors> {
-        let answer = transmission::run::run(&self.machine, study)?;
-        Ok(TransmissionError::new(&self.machine.machine, answer))
+        let result = transmission::run::run(&self.prepared, study)?;
+        Ok(TransmissionError::new(&self.prepared.machine, result))
     }
 }

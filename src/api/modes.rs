@@ -61,9 +61,7 @@ impl Modes {
             shape: mode.shape,
         });
         Modes {
-            dofs: (0..machine.dofs.len())
-                .map(|k| machine.dof_name(k))
-                .collect(),
+            dofs: machine.dof_names(),
             modes: modes.collect(),
             diagnostics: result.diagnostics,
         }

@@ -269,6 +269,16 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     ),
     // Identification.
     (
+        "poles-differ",
+        Warning,
+        "The files of a roving test do not share their poles: a mode is seen in one file alone, where all others show it at another frequency, or a file places it elsewhere by more than its noise explains. The structure was not the same: the mass of the sensor, the mounting or the temperature changed. One set of modes does not describe such files; repeat the named one, or leave it out.",
+    ),
+    (
+        "no-decay",
+        Warning,
+        "Some files of the test ring down after a release and others do not: their motion is driven, and a fit of free decays takes it for a decay. Leave those files out.",
+    ),
+    (
         "one-stretch",
         Warning,
         "Gaps split the record, and the method needs one piece: the longest is used.",
@@ -416,7 +426,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "close-pair",
         Warning,
-        "At one sample rate two modes are found where another shows one. Where their distance exceeds their uncertainty both are listed, else the one. Two modes may be hardly resolved, or one may change during the record: take a longer record, or sensors where the two shapes differ.",
+        "At one sample rate two modes are found where another shows one. Where their distance exceeds their uncertainty both are listed, else the one. Or one mode is found where the two largest singular values of the spectra both peak, as under two modes nearer to each other than they are wide. Two modes may be hardly resolved, or one may change during the record: take a longer record, or sensors where the two shapes differ.",
     ),
     (
         "peak-without-mode",
@@ -609,5 +619,41 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "limit-in-doubt",
         Warning,
         "The value lies nearer to its limit than the 95 % interval of its uncertainty: whether the gear keeps the limit is not certain either way.",
+    ),
+    // Gears.
+    (
+        "undercut",
+        Warning,
+        "The tool cuts off part of the involute near the root. The message names the profile shift coefficient that avoids it.",
+    ),
+    (
+        "interference",
+        Warning,
+        "The tip of one gear reaches where the other has no involute: inside its base circle, into its fillet, or, inside a ring, outside the path of contact. The message names the nearest tip diameter that avoids it.",
+    ),
+    (
+        "contact-ratio",
+        Warning,
+        "The total contact ratio is below 1: a pair of teeth leaves contact before the next one touches, so that the motion is not transmitted evenly.",
+    ),
+    (
+        "pointed",
+        Warning,
+        "The flanks of a tooth meet before the tip cylinder. The tooth ends there.",
+    ),
+    (
+        "clearance",
+        Warning,
+        "The tip of one gear reaches the root circle of the other.",
+    ),
+    (
+        "no-backlash",
+        Warning,
+        "At the limits of centre distance and tooth thickness the teeth would overlap.",
+    ),
+    (
+        "stiffness-range",
+        Warning,
+        "The pair lies outside the range for which the stiffness method was fitted.",
     ),
 ];

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::args::CheckArgs;
 use super::{check_log, footer, output, render};
 use crate::base::error::Errors;
+use crate::base::flags::Flags;
 use crate::base::load;
 use crate::base::source_span::SourceFile;
 use crate::plan;
@@ -81,10 +82,29 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
             ..FileSummary::default()
         });
     }
-    match scene::measured_gear::is_measured_gear(&source) {
-        true => summarise_measured_gear(path, &source),
+    if scene::measured_gear::is_measured_gear(&source) {
+        return summarise_measured_gear(path, &source);
+    }
+    match scene::gear_file::is_gear_file(&source) {
+        true => summarise_gears(path, source),
         false => summarise_scene(path),
     }
+}
+
+/// Gears are checked without a load: they can be made and mesh.
+fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, Errors> {
+    let mut file = scene::gear_file::read(&source, &Flags::default())?;
+    file.mesh.torques.clear();
+    let found = plan::gear::run::run(&file)?;
+    let [z1, z2] = file.members.map(|m| m.gear.teeth);
+    let (name, title) = (path.display(), render::sanitise(&file.title));
+    Ok(FileSummary {
+        text: format!("{name}   {title}\n  cylindrical gears of {z1} and {z2} teeth\n"),
+        body: json!({ "file": path, "title": file.title, "gears": true, "teeth": [z1, z2] }),
+        sources: vec![source],
+        warnings: found.diagnostics,
+        ..FileSummary::default()
+    })
 }
 
 /// A measured gear is checked by evaluating it: its columns are read, nothing is held against limits.

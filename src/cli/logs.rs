@@ -44,6 +44,12 @@ pub fn open_logs(files: &[PathBuf], args: &LogArgs) -> Result<Vec<LogInput>, Err
             message: format!("read {}", file.display()),
         });
         let listed = std::mem::take(&mut list.files);
+        if let Some(missing) = listed.iter().find(|path| !path.exists()) {
+            let message = format!("{} is listed and does not exist", missing.display());
+            let hint = "a list takes paths from its own folder";
+            let error = Error::new(Code::FileMissing, message).with_hint(hint);
+            return Err(error.with_file(&file.display().to_string()).into());
+        }
         all.extend(listed.into_iter().map(|path| LogInput {
             path,
             options: list.clone(),
@@ -125,7 +131,7 @@ pub fn test(
             .collect()
         };
         let (mut own, mut own_outputs) = (of(inputs), of(outputs));
-        if own.is_empty() || own_outputs.is_empty() {
+        if logs.len() == 1 || own.is_empty() || own_outputs.is_empty() {
             // No part of the test: the error names what is missing.
             (own, own_outputs) = (inputs.to_vec(), outputs.to_vec());
         }
@@ -134,6 +140,12 @@ pub fn test(
         let recording = settle_only(log, raw_log, &own)?;
         Ok((own, count, recording))
     })?;
+    let is_held = |word: &&String| all.iter().any(|(own, ..)| own.contains(*word));
+    if let Some(word) = inputs.iter().chain(outputs).find(|word| !is_held(word)) {
+        let message = format!("no file has the channel {word}, or it holds no number in any");
+        let hint = "look at the channels of each file: geardyn check FILE";
+        return Err(Error::new(Code::NoChannel, message).with_hint(hint).into());
+    }
     let is_whole = |own: &[String]| own.len() == inputs.len() + outputs.len();
     if roving.is_none() && all.iter().all(|(own, ..)| is_whole(own)) {
         let all = all.into_iter().map(|one| one.2).collect();

@@ -48,6 +48,8 @@ pub mod harmonic_balance;
 
 pub mod measure;
 
+pub mod gear;
+
 pub mod te_log;
 
 pub mod te;
@@ -172,6 +174,7 @@ fn dispatch(command: &Command) -> Result<u8, Errors> {
         Command::Response(args) if args.study.has("run-up") => run_up::run(args)?,
         Command::Response(args) => response::run(args)?,
         Command::Measure(args) => measure::run(args)?,
+        Command::Gear(args) => gear::run(args)?,
         Command::Te(args) => te::run(args)?,
         Command::Run(args) => run_scene::run(args)?,
         Command::Identify(args) => identify::run(args)?,

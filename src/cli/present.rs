@@ -31,6 +31,10 @@ impl<'a> Outputs<'a> {
         inputs: &[PathBuf],
     ) -> Result<Outputs<'a>, Error> {
         let mut named: Vec<PathBuf> = args.csv.iter().cloned().collect();
+        // A device has no ending; a file of another kind is not replaced by a table.
+        if let Some(path) = args.csv.as_ref().filter(|path| path.extension().is_some()) {
+            files::ends(path, &["csv"])?;
+        }
         if let Some(path) = &args.svg {
             files::ends(path, &["svg"])?;
             named.extend(

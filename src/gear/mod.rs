@@ -2,8 +2,22 @@
 //!
 //! Knows neither files nor dynamics.
 
-pub mod involute;
+/// Envelopes of moving surfaces: the equation of meshing.
+pub mod kernel;
 
-pub mod path_of_contact;
+/// Plane meshing: ratio laws, centrodes, conjugate profiles.
+pub mod plane;
+
+/// Cylindrical involute gears: member, outline, pair, reversal.
+pub mod cylindrical;
+
+/// Bevel and hypoid gears: flanks from machine settings.
+pub mod bevel;
+
+/// Contact of two flanks: path, ellipse, transmission error.
+pub mod contact;
+
+/// Tooth stiffness, load sharing and loaded transmission error.
+pub mod load;
 
 pub mod measurement;

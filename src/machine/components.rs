@@ -2,7 +2,7 @@
 
 use super::direction::Direction;
 use crate::base::source_span::SourceSpan;
-use crate::gear::path_of_contact::MeshCycleSegment;
+use crate::gear::cylindrical::path_of_contact::MeshCycleSegment;
 use crate::scene::laws::{
     Characteristic, ContactDamping, FrictionLaw, LoadHistory, MotorModel, Waveform,
 };
@@ -322,6 +322,11 @@ impl Machine {
     pub fn dof_name(&self, dof: usize) -> String {
         let Dof { node, axis } = self.dofs[dof];
         format!("{}.{}", self.nodes[node].name, axis.name())
+    }
+
+    /// Names of all degrees of freedom, `node.axis`, in their order.
+    pub fn dof_names(&self) -> Vec<String> {
+        (0..self.dofs.len()).map(|dof| self.dof_name(dof)).collect()
     }
 
     /// The degree of freedom called `node.axis`, or `node` for its rotation, of a slide for its travel.

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use super::friction::FrictionLaw;
 use super::wave::WavePhase;
-use crate::gear::path_of_contact::{LoadLever, MeshCycleSegment};
+use crate::gear::cylindrical::path_of_contact::{LoadLever, MeshCycleSegment};
 use crate::machine::direction::Direction;
 
 /// Friction pressed by forces of branches.

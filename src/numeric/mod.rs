@@ -56,9 +56,17 @@ pub mod expm;
 
 pub mod small_dense;
 
+pub mod quadrature;
+
+pub mod quintic_spline;
+
 pub mod discretisation;
 
 pub mod least_squares;
+
+mod profile_cholesky;
+
+pub mod complementarity;
 
 pub mod quadratic;
 

@@ -23,3 +23,5 @@ pub mod online;
 pub mod simulate;
 
 pub mod measure;
+
+pub mod gear;

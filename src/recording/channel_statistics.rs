@@ -95,35 +95,9 @@ fn noise_std(fourths: &mut [f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::sample_column::SampleColumn;
-
-    fn recorded(samples: &[f64]) -> Recording {
-        Recording {
-            path: "log.csv".into(),
-            dialect: String::new(),
-            metadata: Vec::new(),
-            rate_hz: 1000.0,
-            rate_std: 0.0,
-            rate_source: String::new(),
-            samples: samples.len(),
-            segments: vec![0..samples.len()],
-            segment_starts: vec![0.0],
-            start: None,
-            files: Vec::new(),
-            channels: vec![Channel {
-                name: "a".into(),
-                unit: "g".into(),
-                samples: SampleColumn::from_slice(samples).into(),
-                overload_level: None,
-                overloads: 0,
-            }],
-            repairs: Vec::new(),
-            diagnostics: Vec::new(),
-        }
-    }
 
     fn statistics_of_segment(samples: &[f64]) -> ChannelStatistics {
-        let recording = recorded(samples);
+        let recording = Recording::from_arrays(1000.0, &[("a", "g", samples)]).unwrap();
         channel_statistics(&recording, &recording.channels[0]).unwrap()
     }
 

@@ -362,37 +362,14 @@ pub fn without(recording: &Recording, mut left_out: Vec<Range<usize>>) -> Record
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
-    use crate::recording::sample_column::SampleColumn;
-    use crate::recording::signals::Channel;
 
     fn recorded(channels: &[Vec<f64>]) -> Recording {
-        let channel = |samples: &Vec<f64>| Channel {
-            name: "a".into(),
-            unit: "g".into(),
-            samples: Arc::new(SampleColumn::from_slice(samples)),
-            overload_level: None,
-            overloads: 0,
-        };
-        let samples = channels[0].len();
-        Recording {
-            path: "log.csv".into(),
-            dialect: String::new(),
-            metadata: Vec::new(),
-            rate_hz: 1000.0,
-            rate_std: 0.0,
-            rate_source: String::new(),
-            samples,
-            segments: std::iter::once(0..samples).collect(),
-            segment_starts: vec![0.0],
-            start: None,
-            files: Vec::new(),
-            channels: channels.iter().map(channel).collect(),
-            repairs: Vec::new(),
-            diagnostics: Vec::new(),
-        }
+        let names: Vec<String> = (0..channels.len()).map(|k| format!("a{k}")).collect();
+        let channels: Vec<(&str, &str, &[f64])> = (names.iter().zip(channels))
+            .map(|(name, samples)| (name.as_str(), "g", samples.as_slice()))
+            .collect();
+        Recording::from_arrays(1000.0, &channels).unwrap()
     }
 
     fn noise(seed: u64, count: usize) -> Vec<f64> {

@@ -102,6 +102,14 @@ impl FrequencyResponses {
     }
 }
 
+/// Distance of the first two lines, Hz; 0 where there are fewer.
+pub fn line_spacing_hz(frequency_hz: &[f64]) -> f64 {
+    match frequency_hz {
+        [first, second, ..] => second - first,
+        _ => 0.0,
+    }
+}
+
 /// A spectrum as read from a file, which is neither a signal nor a response; values as written.
 #[derive(Debug, Clone, Default)]
 pub struct StoredSpectrum {

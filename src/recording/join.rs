@@ -10,8 +10,9 @@ use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::{pluralise, quoted_list};
 
-/// Rates of one test differ by less, relative; a frequency is wrong by no more than that. Quartz clocks keep 50e-6.
-const EQUAL_RATES: f64 = 1e-4;
+/// Rates of one test, and with them its spectral lines, differ by less, relative; a frequency is wrong by no more than that. Quartz clocks
+/// keep 50e-6.
+pub const EQUAL_RATES: f64 = 1e-4;
 
 /// Samples moved at a time.
 const BLOCK: usize = 1 << 16;
@@ -61,7 +62,7 @@ pub fn join(recordings: Vec<Recording>) -> Result<Recording, Error> {
             "{} read as one test, {:.4} s at {} Hz: {names}",
             pluralise(files, "file"),
             joined.duration_s(),
-            joined.rate_hz
+            (joined.rate_hz * 1e6).round() / 1e6
         );
         joined.repairs.push(Repair {
             kind: "files-joined",

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::raw::Repair;
 use super::sample_column::SampleColumn;
-use crate::base::error::{Diagnostic, Error};
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error, Errors};
 
 /// Channels on a uniform time base.
 #[derive(Debug, Clone)]
@@ -74,6 +75,53 @@ pub struct Channel {
 }
 
 impl Recording {
+    /// Makes a recording of sampled signals: sampling rate, Hz, and for each channel its name, its unit (`m/s²`, `N`; empty where
+    /// unknown) and its samples.
+    ///
+    /// ```
+    /// use geardyn::Recording;
+    ///
+    /// let rate = 1000.0;
+    /// let sine: Vec<f64> = (0..4000).map(|k| (2.0 * 3.14159265 * 50.0 * k as f64 / rate).sin()).collect();
+    /// let recording = Recording::from_arrays(rate, &[("ax", "m/s²", &sine)])?;
+    /// let spectrum = recording.spectrum(&Default::default())?;
+    /// assert_eq!(spectrum.channel_spectra.len(), 1);
+    /// # Ok::<(), geardyn::Errors>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A rate that is not above zero, channels of different lengths, two channels of one name, samples that are not finite.
+    pub fn from_arrays(
+        rate_hz: f64,
+        channels: &[(&str, &str, &[f64])],
+    ) -> Result<Recording, Errors> {
+        let samples = channels.first().map_or(0, |c| c.2.len());
+        check(rate_hz, channels, samples)?;
+        let channel = |(name, unit, values): &(&str, &str, &[f64])| Channel {
+            name: name.to_string(),
+            unit: unit.to_string(),
+            samples: Arc::new(SampleColumn::from_slice(values)),
+            overload_level: None,
+            overloads: 0,
+        };
+        Ok(Recording {
+            path: String::new(),
+            dialect: "arrays".to_string(),
+            metadata: Vec::new(),
+            rate_hz,
+            rate_std: 0.0,
+            rate_source: "as given".to_string(),
+            samples,
+            segments: std::iter::once(0..samples).collect(),
+            segment_starts: vec![0.0],
+            start: None,
+            files: Vec::new(),
+            channels: channels.iter().map(channel).collect(),
+            repairs: Vec::new(),
+            diagnostics: Vec::new(),
+        })
+    }
+
     /// A channel by its name.
     pub fn channel(&self, name: &str) -> Option<&Channel> {
         self.channels.iter().find(|c| c.name == name)
@@ -123,4 +171,40 @@ impl Recording {
     pub fn duration_s(&self) -> f64 {
         self.samples as f64 / self.rate_hz
     }
+}
+
+fn check(rate_hz: f64, channels: &[(&str, &str, &[f64])], samples: usize) -> Result<(), Error> {
+    if !(rate_hz > 0.0 && rate_hz.is_finite()) {
+        let message = format!("sampling rate {rate_hz} Hz is not above zero");
+        return Err(Error::new(Code::OutOfRange, message));
+    }
+    if samples == 0 {
+        return Err(Error::new(
+            Code::OutOfRange,
+            "the recording holds no sample",
+        ));
+    }
+    for (k, (name, _, values)) in channels.iter().enumerate() {
+        if values.len() != samples {
+            let message = format!(
+                "channel {name} has {} samples, the first channel {samples}",
+                values.len()
+            );
+            return Err(
+                Error::new(Code::Conflict, message).with_hint("give channels of one length")
+            );
+        }
+        if channels[..k].iter().any(|other| other.0 == *name) {
+            return Err(Error::new(
+                Code::Conflict,
+                format!("two channels are called {name}"),
+            ));
+        }
+        if let Some(at) = values.iter().position(|x| !x.is_finite()) {
+            let message = format!("sample {at} of channel {name} is {}", values[at]);
+            return Err(Error::new(Code::OutOfRange, message)
+                .with_hint("give the parts between gaps as recordings of their own"));
+        }
+    }
+    Ok(())
 }

@@ -175,6 +175,7 @@ fn harmonic(found: &IdentificationResult, harmonic: &IdentifiedHarmonic) -> Valu
         "amplitude": (!amplitude.is_empty()).then_some(amplitude),
         "probability": harmonic.probability,
         "envelope_kurtosis": harmonic.envelope_kurtosis,
+        "reason": harmonic.reason,
     })
 }
 

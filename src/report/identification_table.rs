@@ -185,13 +185,9 @@ fn harmonics(found: &IdentificationResult) -> String {
                     format!("{} in {}", output.unit, output.name),
                 )
             });
-        let what = match harmonic.envelope_kurtosis {
-            Some(kurtosis) => format!("envelope kurtosis {kurtosis:.2}: 1 of a sine, 2 of a mode"),
-            None => "a sine".to_string(),
-        };
         let note = match harmonic.order {
             Some(order) => format!("order {order} of the running speed"),
-            None => what,
+            None => harmonic.reason.to_string(),
         };
         let at = significant(harmonic.frequency_hz);
         table.row([at, strongest.0, strongest.1, note]);

@@ -117,3 +117,7 @@ pub mod measure_polar_plot;
 pub mod measure_table;
 
 pub mod measure;
+
+mod gear_plot;
+
+pub mod gear;

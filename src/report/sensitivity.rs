@@ -126,9 +126,11 @@ fn cells(s: &Statistics) -> Vec<String> {
 
 /// Cost and result of the further runs, in a line.
 pub fn cost(sensitivity: &Sensitivity) -> String {
-    let found = match sensitivity.factor {
-        Some(_) => factor(sensitivity),
-        None => "all digits shown are significant".to_string(),
+    const ALL: &str = "all digits shown are significant";
+    let found = match (sensitivity.all_shown(), sensitivity.factor) {
+        (true, Some(_)) => format!("{ALL}, {}", factor(sensitivity)),
+        (false, Some(_)) => factor(sensitivity),
+        (_, None) => ALL.to_string(),
     };
     format!(
         "compared with a start changed by {:.0e} of the deflections: {found}, {} s\n",

@@ -142,7 +142,8 @@ impl<'a> Table<'a> {
             let heads = [&column.name, &column.unit].map(|head| Cow::Borrowed(head.as_str()));
             let cells = heads.into_iter().chain((0..rows).map(|k| column.cell(k)));
             let cells: Vec<String> = cells.map(|cell| cell.replace('\n', " ")).collect();
-            let width = cells.iter().map(|cell| cell.width()).max().unwrap_or(0);
+            // A column without a text is one blank wide between its margins.
+            let width = cells.iter().map(|cell| cell.width()).fold(1, usize::max);
             let to_the_left = match self.words {
                 Words::Last => at == last,
                 Words::First => at == 0,

@@ -71,6 +71,13 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
             .with_hint(format!("`geardyn measure {}` evaluates it", source.path))
             .into());
     }
+    if let Some(entry) = document.root.get("pair") {
+        let message = "this file describes gears, not a machine";
+        let error = Error::new(Code::Usage, message).with_span(&entry.key_place);
+        return Err(error
+            .with_hint(format!("`geardyn gear {}` computes them", source.path))
+            .into());
+    }
     let belongs = |key: &&str| document.root.get(key).is_some();
     if let (Some(key), None) = (SCENE_KEYS.into_iter().find(belongs), &document.syntax_error) {
         let span = SourceSpan::new(source.clone(), 0..0);

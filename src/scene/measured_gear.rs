@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::shared_keys::{read_profile_shift, read_thickness};
 use super::tables::{read_table, read_tables};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -11,11 +12,11 @@ use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
 use crate::base::toml::{self, Value};
-use crate::gear::involute::InvoluteGear;
+use crate::gear::cylindrical::involute::InvoluteGear;
+use crate::gear::cylindrical::modification::Modification;
 use crate::gear::measurement::accuracy_grades::AccuracyGrades;
 use crate::gear::measurement::iso1328::Edition;
 use crate::gear::measurement::pitch::PitchMethod;
-use crate::gear::measurement::trace::Modification;
 
 /// A gear with its charts, as its file describes them.
 #[derive(Debug, Clone)]
@@ -233,17 +234,11 @@ fn gear(f: &mut TableReader) -> Option<GearTable> {
     let lean = ValueRange::Open(-80f64.to_radians(), 80f64.to_radians(), "within ±80 deg");
     let helix = f.optional_quantity("helix", QuantityKind::Angle, lean);
     let internal = f.flag("internal");
-    let shift = f.optional_number("profile_shift", ValueRange::Open(-3.0, 3.0, "within ±3"));
+    let shift = read_profile_shift(f);
     let mut positive =
         |key: &str| f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive);
     let (face_width, tip_diameter) = (positive("face_width"), positive("tip_diameter"));
-    let thickness =
-        f.optional_quantities("thickness", QuantityKind::Length, ValueRange::Any, Some(2));
-    let thickness: Option<[f64; 2]> = thickness.and_then(|t| t.try_into().ok());
-    if thickness.is_some_and(|[low, high]| low >= high) {
-        let hint = "`thickness` takes the lower allowance first: [\"-120 µm\", \"-60 µm\"]";
-        f.report_key(Code::OutOfRange, "thickness", "`thickness` falls", hint);
-    }
+    let thickness = read_thickness(f);
     let contact_ratio = f.optional_number("contact_ratio", ValueRange::Positive);
     let designed_short_wave = f.optional_quantity(
         "designed_short_wave",

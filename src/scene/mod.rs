@@ -46,6 +46,8 @@ mod file;
 
 pub mod sidecar;
 
+pub mod gear_file;
+
 pub mod measured_gear;
 
 pub mod limit_table;

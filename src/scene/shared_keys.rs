@@ -340,6 +340,22 @@ pub fn hand(f: &mut TableReader) -> Hand {
         .unwrap_or_default()
 }
 
+/// Reads the profile shift coefficient of a gear.
+pub fn read_profile_shift(f: &mut TableReader) -> Option<f64> {
+    f.optional_number("profile_shift", ValueRange::Open(-3.0, 3.0, "within ±3"))
+}
+
+/// Reads the lower and the upper deviation of the normal tooth thickness, m.
+pub fn read_thickness(f: &mut TableReader) -> Option<[f64; 2]> {
+    let read = f.optional_quantities("thickness", QuantityKind::Length, ValueRange::Any, Some(2));
+    let thickness: [f64; 2] = read?.try_into().ok()?;
+    if thickness[0] >= thickness[1] {
+        let hint = "`thickness` takes the lower allowance first: [\"-120 µm\", \"-60 µm\"]";
+        f.report_key(Code::OutOfRange, "thickness", "`thickness` falls", hint);
+    }
+    Some(thickness)
+}
+
 /// Reads the angle of the mesh round each axis, rad.
 pub fn mesh_angles(f: &mut TableReader, usual: [f64; 2]) -> [f64; 2] {
     f.optional_quantities("mesh_angles", QuantityKind::Angle, ValueRange::Any, Some(2))

@@ -29,8 +29,10 @@ pub struct ImpactOptions {
     pub end: Option<f64>,
     /// Pulses to both sides count, as of the differences of a force that steps.
     pub both_sides: bool,
-    /// Levels at which channels overload, force first; where `None` or missing, flat tops are looked for.
+    /// Levels at which channels overload, force first; where `None` or missing, flat tops are looked for, and levels that hits share.
     pub overload: Vec<Option<f64>>,
+    /// Samples known to be clipped, of any channel.
+    pub clipped: Vec<Range<usize>>,
 }
 
 impl Default for ImpactOptions {
@@ -43,6 +45,7 @@ impl Default for ImpactOptions {
             end: None,
             both_sides: false,
             overload: Vec::new(),
+            clipped: Vec::new(),
         }
     }
 }
@@ -135,6 +138,9 @@ const END_LEVEL: f64 = 0.01;
 
 /// The noise's level times this is still noise: of the root mean square of 20 samples or more, three times never happens.
 const NOISE_FACTOR: f64 = 3.0;
+
+/// A peak of so many steps of resolution is not met twice by chance: of two peaks within 10 % less often than once in 400.
+const MIN_PEAK_LEVELS: f64 = 4096.0;
 
 /// Segments of a decay whose levels are compared.
 const DECAY_SEGMENTS: usize = 64;
@@ -290,17 +296,52 @@ impl ImpactRecord<'_> {
         }
     }
 
+    /// Sets clipped hits aside: a bounce of a clipped force is judged by a height that is not its own.
     fn reject_overloads(&mut self, options: &ImpactOptions) {
+        let limits: Vec<[Option<f64>; 2]> = (0..self.channels.len())
+            .map(|at| match options.both_sides {
+                true => [None; 2],
+                false => self.shared_extremes(at),
+            })
+            .collect();
         let is_over = |at: usize, samples: &[f64]| match options.overload.get(at) {
             Some(Some(level)) => samples.iter().any(|x| x.abs() >= *level),
-            _ => is_clipped(samples),
+            _ => {
+                let is_on_limit = |x: &f64| limits[at].contains(&Some(*x));
+                is_clipped(samples) || samples.iter().any(is_on_limit)
+            }
         };
-        for cut in self.cuts.iter_mut().filter(|cut| cut.rejected.is_none()) {
+        for cut in &mut self.cuts {
+            let is_known = |r: &Range<usize>| r.start < cut.limit && cut.start < r.end;
             let mut channels = self.channels.iter().enumerate();
-            if channels.any(|(at, channel)| is_over(at, &channel[cut.start..cut.limit])) {
+            if options.clipped.iter().any(is_known)
+                || channels.any(|(at, channel)| is_over(at, &channel[cut.start..cut.limit]))
+            {
                 cut.rejected = Some(RejectReason::Overload);
             }
         }
+    }
+
+    /// Largest and smallest value of a channel where it is a limit: two hits and more end at it exactly, and one rests on it.
+    ///
+    /// Hits differ in strength, so that in a signal of many levels no two have the same peak by chance.
+    fn shared_extremes(&self, channel: usize) -> [Option<f64>; 2] {
+        let samples = self.channels[channel];
+        let mut resolution = f64::INFINITY;
+        for pair in samples.windows(2).filter(|pair| pair[0] != pair[1]) {
+            resolution = resolution.min((pair[1] - pair[0]).abs());
+        }
+        let (low, high) = (samples.iter()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
+            (l.min(*x), h.max(*x))
+        });
+        let is_limit = |extreme: f64| {
+            let rests = |block: &[f64]| block.windows(2).any(|p| p == [extreme; 2]);
+            let blocks = || self.cuts.iter().map(|cut| &samples[cut.start..cut.limit]);
+            (extreme - self.cuts[0].baseline[channel]).abs() > MIN_PEAK_LEVELS * resolution
+                && blocks().filter(|b| b.contains(&extreme)).count() > 1
+                && blocks().any(rests)
+        };
+        [low, high].map(|extreme| is_limit(extreme).then_some(extreme))
     }
 
     fn accepted(&self) -> impl Iterator<Item = &HitBlock> {
@@ -417,9 +458,10 @@ impl ImpactRecord<'_> {
                 reasons.join(", ")
             ),
         )
-        .with_hint(match count(RejectReason::LateStart) == self.cuts.len() {
-            true => "record from before the hit; look with `geardyn check` whether the file holds finished responses",
-            false => "a shorter block, or stated overload levels, let more of them through",
+        .with_hint(match self.cuts.len() {
+            all if all == count(RejectReason::LateStart) => "record from before the hit; look with `geardyn check` whether the file holds finished responses",
+            all if all == count(RejectReason::Overload) => "measure again with a larger range, or hit more gently; where a channel only seems to clip, state its overload level: --overload NAME=LEVEL",
+            _ => "a shorter block, or stated overload levels, let more of them through",
         })
     }
 

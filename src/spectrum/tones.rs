@@ -47,6 +47,9 @@ const NEIGHBOUR_LINES: f64 = 12.0;
 const REFIT_TOLERANCE_LINES: f64 = 1e-5;
 const MAX_REFITS: usize = 20;
 
+/// Refits of a search, at most: a line that wanders is many tones near each other, which are put back later in any case.
+const MAX_TOTAL_REFITS: usize = 500;
+
 /// Finds tones and takes them out of the channels, which are of equal length; by rising frequency. None where a record is shorter than
 /// eight samples a taper.
 ///
@@ -64,6 +67,7 @@ pub fn remove_tones(rate_hz: f64, channels: &mut [Vec<f64>]) -> Result<Vec<Tone>
         channels,
         fft: RealFft::new(2 * GRID_PER_HALF_LINE * whole),
         tones: Vec::new(),
+        refits: 0,
     };
     for tapers in TAPERS {
         for _ in 0..MAX_ROUNDS {
@@ -84,6 +88,8 @@ struct ToneFit {
     /// The channel that tells its frequency.
     reference_channel: usize,
     probability: f64,
+    /// True once a fit without the tones near it moved it no further.
+    is_settled: bool,
 }
 
 impl ToneFit {
@@ -107,6 +113,7 @@ impl ToneFit {
             fits,
             reference_channel: clearest,
             probability,
+            is_settled: false,
         })
     }
 
@@ -131,6 +138,8 @@ struct ToneSearch<'a> {
     channels: &'a mut [Vec<f64>],
     fft: RealFft,
     tones: Vec<ToneFit>,
+    /// Fits of tones without those near them, so far.
+    refits: usize,
 }
 
 impl ToneSearch<'_> {
@@ -172,19 +181,22 @@ impl ToneSearch<'_> {
         Ok(is_new)
     }
 
-    /// Fits tones near each other again, each without the others, until they converge.
+    /// Fits tones near each other again, each without the others, until they converge: those that moved, and their neighbours.
     fn refine_neighbours(&mut self) -> Result<(), Error> {
         let line_hz = self.line_hz();
         for _ in 0..MAX_REFITS {
-            let mut moved = 0.0_f64;
+            let mut is_settled = true;
             for at in 0..self.tones.len() {
-                let is_near = |other: usize| {
-                    let apart = self.tones[other].frequency_hz() - self.tones[at].frequency_hz();
-                    other != at && apart.abs() < NEIGHBOUR_LINES * line_hz
+                let is_moving = |other: usize| {
+                    let (one, other) = (&self.tones[at], &self.tones[other]);
+                    let apart = (other.frequency_hz() - one.frequency_hz()).abs();
+                    let is_settled = one.is_settled && other.is_settled;
+                    !is_settled && apart > 0.0 && apart < NEIGHBOUR_LINES * line_hz
                 };
-                if !(0..self.tones.len()).any(is_near) {
+                if self.refits >= MAX_TOTAL_REFITS || !(0..self.tones.len()).any(is_moving) {
                     continue;
                 }
+                self.refits += 1;
                 let old = &self.tones[at];
                 for (channel, fit) in self.channels.iter_mut().zip(&old.fits) {
                     fit.add_to(channel, self.rate_hz);
@@ -197,18 +209,21 @@ impl ToneSearch<'_> {
                     start,
                     old.probability,
                 ) {
-                    Ok(new) => {
-                        moved = moved.max((new.frequency_hz() - start).abs() / line_hz);
+                    Ok(mut new) => {
+                        let moved = (new.frequency_hz() - start).abs() / line_hz;
+                        new.is_settled = moved < REFIT_TOLERANCE_LINES;
+                        is_settled &= new.is_settled;
                         self.tones[at] = new;
                     }
                     Err(_) => {
                         for (channel, fit) in self.channels.iter_mut().zip(&old.fits) {
                             fit.subtract_from(channel, self.rate_hz);
                         }
+                        self.tones[at].is_settled = true;
                     }
                 }
             }
-            if moved < REFIT_TOLERANCE_LINES {
+            if is_settled {
                 break;
             }
         }

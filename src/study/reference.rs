@@ -73,6 +73,9 @@ impl RefinementSeries {
     }
 }
 
+/// Two bounded motions differ by about twice their size at most; a larger distance is no difference of motions.
+const MAX_DISTANCE: f64 = 10.0;
+
 impl ReferenceSolution {
     /// Distance from the closest cross-check: an estimate of the reference's own error.
     pub fn agreement(&self) -> Option<f64> {
@@ -82,7 +85,7 @@ impl ReferenceSolution {
     /// Finds it, no method for longer than a patience, s: of all pairs of unrelated methods the closest, and of this pair the one that is trusted more.
     ///
     /// # Errors
-    /// No method that could serve; `Interrupted` before there is one.
+    /// No method that could serve, or one alone that does not resolve the motion; `Interrupted` before there is one.
     pub fn compute_reference(
         scene: &SimulationSetup,
         patience: (&CostModel, f64),
@@ -102,10 +105,14 @@ impl ReferenceSolution {
         };
         let own = &found[at];
         if witnesses.is_empty() {
-            witnesses.extend(self_check(own));
+            witnesses.extend(self_check(own)?);
         }
         let size = own.trials.last().and_then(|t| t.0);
         let known = witnesses.first().map_or(0.0, |w| w.distance);
+        if !(known < MAX_DISTANCE) {
+            let fault = format!("and its cross-check differ by {known:.0e} of the motion");
+            return Err(unresolved(own.method.name, &fault));
+        }
         let amplification = initial_sensitivity(scene, own, known, monitor);
         let method = own.method.name;
         let values = own.values().to_vec();
@@ -118,6 +125,14 @@ impl ReferenceSolution {
             values,
         })
     }
+}
+
+/// The motion that a method follows is not that of the scene.
+fn unresolved(method: &str, fault: &str) -> Error {
+    let message = format!(
+        "no method gives a reference for this scene: {method} {fault}, so that it does not resolve the motion"
+    );
+    Error::new(Code::BudgetExceeded, message).with_hint("request a shorter time: --until")
 }
 
 /// Rank of a method as a reference, the most trusted lowest: exact ones first, then those that locate events, then by order.
@@ -251,16 +266,24 @@ fn most_trusted_pair(found: &[RefinementSeries]) -> Option<(usize, Vec<CrossChec
 }
 
 /// Cross-check by the same method at a looser tolerance, where no other is available.
-fn self_check(own: &RefinementSeries) -> Option<CrossCheck> {
+///
+/// # Errors
+/// `BudgetExceeded`: the tighter tolerance took no more steps, so that the method follows something other than the motion and agrees with
+/// itself for nothing.
+fn self_check(own: &RefinementSeries) -> Result<Option<CrossCheck>, Error> {
     let [.., (size, before), (_, best)] = &own.trials[..] else {
-        return None;
+        return Ok(None);
     };
-    Some(CrossCheck {
+    if best.stats.steps <= before.stats.steps {
+        let fault = format!("takes {} steps at any tolerance", best.stats.steps);
+        return Err(unresolved(own.method.name, &fault));
+    }
+    Ok(Some(CrossCheck {
         method: own.method.name,
         step_size: *size,
         related: true,
         distance: relative_distance(&before.values, &best.values),
-    })
+    }))
 }
 
 /// Runs once more from a start changed by a small share of the size each state's deformation reaches.

@@ -1,6 +1,7 @@
 //! `accuracy` of motions: what errors are measured against, rungs that were not run, what is recommended.
 
 use crate::support::command::said;
+use geardyn::internals::base::code::Code;
 use geardyn::internals::base::time_budget::CancelToken;
 use geardyn::internals::motion::methods::{METHODS, MethodFamily, method_by_name};
 use geardyn::internals::motion::problem::StepSize;
@@ -237,5 +238,56 @@ fn law_growth_goes_by_deformations() {
     assert!(
         slow > 10.0 && fast / slow < 10.0 && slow / fast < 10.0,
         "{slow:e} {fast:e}"
+    );
+}
+
+/// An oscillation of 7e11 Hz over 10 s: one method alone ends, by 14 steps at any tolerance, and its agreement with itself is no reference.
+#[test]
+fn refuses_a_reference_that_does_not_resolve_the_motion() {
+    let text = r#"
+title = "two gears almost without inertia"
+source = "made up"
+[[inertia]]
+name = "pinion"
+J = "1e-12 kg·m²"
+[[inertia]]
+name = "wheel"
+J = "1e-12 kg·m²"
+[[gear_pair]]
+name = "pair"
+between = ["pinion", "wheel"]
+teeth = [25, 25]
+module = "4 mm"
+pressure_angle = "20 deg"
+k = "4e9 N/µm"
+backlash = "100 µm"
+damping_ratio = 0.0
+contact_damping = "throughout"
+[[load]]
+at = "pinion"
+torque = "93.97 N·m"
+[[load]]
+at = "wheel"
+torque = "93.97 N·m"
+[speed]
+pinion = "4314.7 rpm"
+"#;
+    let scene = scene::read_text("x.toml", text).unwrap();
+    let machine = PreparedMachine::new(&scene.model).unwrap();
+    let request = asked(10.0, "pair.deflection");
+    let ready = SimulationSetup::new(&machine, &scene.start, &request).unwrap();
+    let mut monitor = Monitor {
+        cancel: &CancelToken::default(),
+        on_progress: &mut |_| {},
+    };
+    let Err(error) =
+        work_precision::work_precision(&ready, &[], work_precision::TIME_LIMIT, &mut monitor)
+    else {
+        panic!("a reference that nothing checks");
+    };
+    assert_eq!(error.code, Code::BudgetExceeded);
+    assert!(
+        error.message.contains("does not resolve the motion"),
+        "{error}"
     );
 }

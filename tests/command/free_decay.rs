@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use geardyn::internals::identify::free_decay::fit;
 use geardyn::internals::identify::rational::{RationalFit, RationalOptions};
 
-use crate::support::command::{document, put};
+use crate::support::command::{document, put, refusal, said};
 use crate::support::noise::normal;
 
 const RATE: f64 = 100.0;
@@ -144,4 +144,49 @@ fn exact_release_of_a_beam() {
     let path = put(folder.path(), "noise.csv", &text).display().to_string();
     let found = document(&["identify", &path, "--output", "a,b", "--json"]);
     assert_eq!(found["method"], "ssi-cov");
+}
+
+/// Two releases and a record of noise, in any order: the file that does not ring down is named and nothing is identified; with the method
+/// stated as well, and another method names the file that it takes.
+#[test]
+fn refuses_a_file_that_does_not_ring_down() {
+    let modes = [(5.0, 0.012), (12.0, 0.008)];
+    let folder = tempfile::tempdir().unwrap();
+    let mut rng = fastrand::Rng::with_seed(19);
+    let mut write = |name: &str, d: Option<usize>| {
+        let motion = decay(&modes, 2, 4000, d.unwrap_or(0));
+        let mut text = String::from("time [s],a [mm],b [mm]\n");
+        for n in 0..4200 {
+            let mut y = |c: usize| match d {
+                Some(_) => motion[c][n.max(200) - 200] + 0.3 + 1e-3 * normal(&mut rng),
+                None => 0.3 * normal(&mut rng),
+            };
+            text += &format!("{:.2},{:.7},{:.7}\n", n as f64 / RATE, y(0), y(1));
+        }
+        put(folder.path(), name, &text).display().to_string()
+    };
+    let (one, two) = (write("one.csv", Some(0)), write("two.csv", Some(1)));
+    let noise = write("noise.csv", None);
+    for files in [[&one, &noise, &two], [&one, &two, &noise]] {
+        let files = files.map(String::as_str);
+        let call = [&["identify"], &files[..], &["--output", "a,b"]].concat();
+        let (code, message) = refusal(&call);
+        assert_eq!(code, "conflict", "{message}");
+        assert!(
+            message.contains("noise.csv` does not ring down"),
+            "{message}"
+        );
+        let stated = [&call[..], &["--method", "free-decay"]].concat();
+        let (code, _, message) = said(&stated);
+        assert_eq!(code, Some(2), "{message}");
+        assert!(
+            message.contains("noise.csv") && message.contains("rings down"),
+            "{message}"
+        );
+        let ambient = [&call[..], &["--method", "ssi-cov", "--json"]].concat();
+        let found = document(&ambient);
+        let all = found["warnings"].as_array().unwrap();
+        let one = all.iter().find(|w| w["code"] == "one-stretch").unwrap();
+        assert!(one["message"].as_str().unwrap().contains(".csv"), "{one}");
+    }
 }

@@ -781,3 +781,28 @@ fn keeps_units_beside_kind() {
     assert_eq!(said.code, "kind-differs");
     assert!(said.message.contains("receptance"), "{}", said.message);
 }
+
+/// A channel that is asked for and holds no number is an error that names it, not a smaller test.
+#[test]
+fn refuses_an_output_without_a_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(log(folder.path())).unwrap();
+    let emptied = |line: &str| {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        if !line.starts_with("time") {
+            cells[2] = "nan";
+        }
+        cells.join(",")
+    };
+    let lines: Vec<String> = text.lines().map(emptied).collect();
+    std::fs::write(folder.path().join("nan.csv"), lines.join("\n")).unwrap();
+    let output = geardyn(
+        folder.path(),
+        &[
+            "identify", "nan.csv", "--input", "force", "--output", "X1,X2",
+        ],
+    );
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("X1"), "{said}");
+}

@@ -415,7 +415,7 @@ fn law_examples_of_help_run() {
 /// Every way to tooth thickness tells the same thinning; columns of angles become lengths on the reference circle.
 #[test]
 fn law_every_gauge_and_angles() {
-    use geardyn::internals::gear::involute::InvoluteGear;
+    use geardyn::internals::gear::cylindrical::involute::InvoluteGear;
     let gear = InvoluteGear {
         teeth: 18,
         module: 3e-3,
@@ -557,7 +557,7 @@ fn survives_extreme_gears() {
 /// the tip, run-out from both sides' pitch is what its excentric ring was made with.
 #[test]
 fn exact_internal_gear() {
-    use geardyn::internals::gear::involute::InvoluteGear;
+    use geardyn::internals::gear::cylindrical::involute::InvoluteGear;
     let gear = InvoluteGear {
         teeth: 60,
         module: 3e-3,

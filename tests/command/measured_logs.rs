@@ -242,11 +242,11 @@ fn plate_modes(path: &str) -> Vec<(f64, f64)> {
 /// agree within their intervals.
 /// Source: measured spruce plates of Data-driven-characterization-of-spruce-tonewood-plates (commit 897fe345).
 #[test]
-#[ignore = "slow: fifteen identifications of measured logs (GEARDYN_RECORDINGS)"]
+#[cfg_attr(
+    not(recordings),
+    ignore = "set GEARDYN_RECORDINGS to the folder of measured logs"
+)]
 fn ref_plates_of_five_hits() {
-    if std::env::var("GEARDYN_RECORDINGS").is_err() {
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let known = std::fs::read_to_string(log("tonewood_plates/reference.json")).unwrap();
     let known: Value = serde_json::from_str(&known).unwrap();

@@ -96,3 +96,15 @@ fn recordings_from_arrays() {
     }
     assert!(Recording::from_arrays(0.0, &[("ax", "", &tone)]).is_err());
 }
+
+/// A log whose sidecar lists the files of a test is refused, as by the command.
+#[test]
+fn refuses_a_log_of_a_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("hit.csv");
+    std::fs::write(&log, "t,f\n0,1\n1,2\n2,1\n").unwrap();
+    let list = "[log]\nfiles = [\"hit.csv\", \"other.csv\"]\n";
+    std::fs::write(folder.path().join("hit.toml"), list).unwrap();
+    let errors = Recording::open(&log).unwrap_err();
+    assert!(errors.to_string().contains("lists 2 files"), "{errors}");
+}

@@ -101,6 +101,22 @@ fn law_stability_counts_the_terms_of_speed() {
     assert!(of(&modes(&ready, &turning).diagnostics, "speed-terms").is_none());
 }
 
+/// `stability` has no flag for one speed: where the file states none, the hint says how to state it there.
+#[test]
+fn law_stability_hints_at_the_speed_of_the_model() {
+    let ready = prepared(
+        "inertia = [{ name = \"disc\", J = 2.0, J_diametral = 1.0, mass = 10.0 }]\n\
+         bearing = [{ name = \"b\", at = \"disc\", k_radial = 1e6, k_rx = 1e5, k_ry = 1e5 }]\n",
+    );
+    let found = linear_stability(&ready, None).unwrap();
+    let left_out = found.diagnostics.iter().find(|w| w.code == "speed-terms");
+    let hint = left_out.unwrap().hint.as_deref().unwrap();
+    assert!(
+        hint.contains("[speed]") && !hint.contains("--speed"),
+        "{hint}"
+    );
+}
+
 /// What a torsional support holds may be given a speed: the support turns along, and gyroscopic terms are those of a rotor without it.
 #[test]
 fn law_torsional_supports_take_a_speed() {

@@ -4,11 +4,12 @@ use std::f64::consts::TAU;
 
 use crate::support::verification::{printed, within};
 use geardyn::internals::base::code::Code;
-use geardyn::internals::gear::involute::{InvoluteGear, angle_from_inv, inv};
+use geardyn::internals::gear::cylindrical::involute::{InvoluteGear, angle_from_inv, inv};
+use geardyn::internals::gear::cylindrical::modification::Modification;
 use geardyn::internals::gear::measurement::pitch::{PitchDeviations, PitchMethod, default_span};
 use geardyn::internals::gear::measurement::runout;
 use geardyn::internals::gear::measurement::tooth_thickness::ThicknessMethod;
-use geardyn::internals::gear::measurement::trace::{self, Modification};
+use geardyn::internals::gear::measurement::trace;
 
 fn near(found: f64, expected: f64, tolerance: f64) {
     within("values, absolute", (found - expected).abs(), tolerance);

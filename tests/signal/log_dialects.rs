@@ -391,6 +391,13 @@ fn exact_repairs_are_reported() {
         clock.stated_rates,
         [StatedRate::is_sample_rate(100.0, "fs")]
     );
+    for head in ["sr: 100", "# sr = 100 Hz"] {
+        let log = read(format!("{head}\nt,a\n0,1\n1,2\n").as_bytes());
+        assert_eq!(
+            log.groups[0].timing.stated_rates,
+            [StatedRate::is_sample_rate(100.0, "sr")]
+        );
+    }
     assert_eq!(
         (clock.lines.line_of_row(0), clock.lines.line_of_row(1)),
         (Some(4), Some(6))

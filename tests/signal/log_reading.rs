@@ -329,6 +329,8 @@ fn survives_a_last_row_that_breaks_off() {
     let text = format!("time,a,b\n{}", rows(300));
     for end in [
         "0.300,0.1",
+        "0.300",
+        "0.2",
         "0.300,0.1\n",
         "0.300,0.1,1.2e-",
         "0.300,0.1\0\0\0\0",

@@ -9,6 +9,9 @@ use geardyn::internals::identify::operational::merge_levels::OperationalMode;
 use geardyn::internals::identify::operational::realisation::Weighting;
 use geardyn::internals::identify::operational::response_channels::ResponseChannels;
 use geardyn::internals::identify::operational::ssi::{self, SsiEstimate, SsiOptions};
+use geardyn::internals::plan::logs::identification::{IdentificationInput, identify};
+use geardyn::internals::plan::logs::identify_study::IdentifyStudy;
+use geardyn::internals::recording::signals::Recording;
 
 use crate::support::noise::normal;
 
@@ -216,6 +219,49 @@ fn law_intervals_cover() {
     let count = count(&two_modes(), 10_000, 0..6);
     assert!(count.found >= 11 && count.spurious == 0, "{count:?}");
     assert!(count.covered_f + count.covered_zeta >= 20, "{count:?}");
+}
+
+/// Number of modes of a record, and what is said of close pairs.
+fn close_pairs(structure: &Structure, seed: u64, samples: usize) -> (usize, Vec<String>) {
+    let y = structure.respond(seed, samples);
+    let names: Vec<String> = (0..y.len()).map(|k| format!("a{k}")).collect();
+    let channels: Vec<(&str, &str, &[f64])> = (names.iter().zip(&y))
+        .map(|(name, y)| (name.as_str(), "", y.as_slice()))
+        .collect();
+    let recording = Recording::from_arrays(structure.rate, &channels).unwrap();
+    let study = IdentifyStudy {
+        outputs: names.clone(),
+        ..IdentifyStudy::default()
+    };
+    let found = identify(IdentificationInput::Signals(&recording), &study).unwrap();
+    let pairs = found.diagnostics.iter().filter(|d| d.code == "close-pair");
+    (
+        found.modes.len(),
+        pairs.map(|d| d.message.clone()).collect(),
+    )
+}
+
+/// Two modes 0.02 Hz apart, a tenth of their half-bandwidth, that every sample rate shows as one: a warning names that one. Single modes
+/// have none.
+#[test]
+fn law_a_merged_pair_is_warned_of() {
+    let pair = Structure {
+        rate: 100.0,
+        modes: vec![(4.0, 0.01), (11.0, 0.02), (20.0, 0.01), (20.02, 0.01)],
+        channels: 5,
+        sensor_noise: 0.2,
+    };
+    for seed in [500, 502] {
+        let (modes, pairs) = close_pairs(&pair, seed, 20_000);
+        assert_eq!((modes, pairs.len()), (3, 1), "{pairs:?}");
+        assert!(pairs[0].starts_with("20.0"), "{pairs:?}");
+    }
+    for seed in 500..503 {
+        for (structure, samples) in [(frame(), 20_000), (two_modes(), 10_000)] {
+            let (_, pairs) = close_pairs(&structure, seed, samples);
+            assert!(pairs.is_empty(), "{seed}: {pairs:?}");
+        }
+    }
 }
 
 /// The figures of docs/performance.md.

@@ -72,7 +72,7 @@ const IDENTIFY: &[Key] = &[
     list("output", "CHANNELS", "Channels that answer; all responses of a file that holds responses"),
     word::<IdentificationMethod>("method", "METHOD", "How modes are found; where left out: rational with an input; without, free-decay where every record rings down, else ssi-cov"),
     number("speed", "SPEED", "Speed of what turns while nothing drives but noise (rpm where bare): its orders are told from modes"),
-    number("band", "A:B", "Lines used, LOW:HIGH (Hz where bare); where the input has power, where left out. Signals are decimated to it where nothing drives"),
+    number("band", "A:B", "Lines used, LOW:HIGH (Hz where bare); where the input has power, where left out. Without an input it chooses among the modes of ssi-cov and ssi-data; for other methods signals are decimated to it"),
     word::<Estimator>("estimator", "ESTIMATOR", "Where the noise is: on the outputs (h1), on the input (h2), on both (hv); h1 where left out"),
     text("window", "WINDOW", "Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out. On hits: force:SHARE of the block, exponential:END value, rectangular (neither); both chosen from the data where left out"),
     number("resolution", "FREQUENCY", "Frequency resolution (Hz where bare); chosen from the length of the record where left out"),

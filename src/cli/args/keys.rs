@@ -14,7 +14,7 @@ use crate::base::table_reader::Word;
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
     /// Name of the flag, without dashes before it.
-    flag: &'static str,
+    pub(super) flag: &'static str,
     /// Key that it sets; its own name where absent.
     sets: Option<&'static str>,
     /// Former name of the flag.
@@ -135,7 +135,7 @@ impl Key {
         }
     }
 
-    fn key(&self) -> String {
+    pub(super) fn key(&self) -> String {
         self.sets.unwrap_or(self.flag).replace('-', "_")
     }
 
@@ -255,88 +255,5 @@ impl<K: KeyTable> FromArgMatches for KeyFlags<K> {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         *self = Self::from_arg_matches(matches)?;
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{identify, log, modes, motion, response, spectrum, te};
-    use super::*;
-    use crate::base::table_reader::TableReader;
-    use crate::plan::logs::encoder_study::EncoderStudy;
-    use crate::plan::logs::identify_study::IdentifyStudy;
-    use crate::plan::logs::spectrum_study::SpectrumStudy;
-    use crate::scene::sidecar;
-    use crate::scene::study::{
-        AccuracyStudy, HarmonicBalanceStudy, ModesStudy, ReadStudy, ResponseStudy, RunUpStudy,
-        SimulateStudy, StabilityStudy, TransmissionStudy,
-    };
-
-    fn read<S: ReadStudy>(f: &mut TableReader) {
-        S::read(f);
-    }
-
-    fn flag(name: &str, key: &str, value: &str) -> Flag {
-        Flag {
-            name: name.to_string(),
-            key: key.to_string(),
-            values: vec![value.to_string()],
-            is_list: false,
-            is_switch: false,
-        }
-    }
-
-    /// The flags that none of the readers takes, each given alone next to `with`.
-    fn unread<K: KeyTable>(readers: &[fn(&mut TableReader)], with: &[Flag]) -> Vec<&'static str> {
-        let keys = K::KEYS.iter().flat_map(|(_, keys)| *keys);
-        let is_read = |key: &&Key| {
-            let given = [with, &[flag("--it", &key.key(), "x")]].concat();
-            readers.iter().any(|reader| {
-                let result = Flags::new(&given).read("the study", None, &[], reader);
-                result.map_or_else(|e| !e.to_string().contains("--it does nothing"), |_| true)
-            })
-        };
-        keys.filter(|key| !is_read(key))
-            .map(|key| key.flag)
-            .collect()
-    }
-
-    /// Every flag of a table is a key that a reader of its command takes.
-    #[test]
-    fn law_every_flag_is_read() {
-        assert!(unread::<modes::ModesKeys>(&[read::<ModesStudy>], &[]).is_empty());
-        assert!(unread::<motion::SimulateKeys>(&[read::<SimulateStudy>], &[]).is_empty());
-        assert!(unread::<motion::StabilityKeys>(&[read::<StabilityStudy>], &[]).is_empty());
-        let responses = [
-            read::<ResponseStudy>,
-            read::<RunUpStudy>,
-            read::<HarmonicBalanceStudy>,
-        ];
-        assert!(unread::<response::ResponseKeys>(&responses, &[]).is_empty());
-        let te: [fn(&mut TableReader); 2] =
-            [read::<TransmissionStudy>, |f| drop(EncoderStudy::read(f))];
-        assert!(unread::<te::TeKeys>(&te, &[]).is_empty());
-        let identify: fn(&mut TableReader) = |f| drop(IdentifyStudy::read(f));
-        assert!(unread::<identify::IdentifyKeys>(&[identify], &[]).is_empty());
-        let spectrum: fn(&mut TableReader) = |f| drop(SpectrumStudy::read(f));
-        let cut = [flag("--kind", "kind", "order-cut")];
-        assert!(unread::<spectrum::SpectrumKeys>(&[spectrum], &cut).is_empty());
-        let motion = unread::<motion::AccuracyKeys>(&[read::<AccuracyStudy>], &[]);
-        assert_eq!(motion, ["lowest", "input", "band", "lines"]);
-        for (of, takes) in [("modes", "lowest"), ("response", "band")] {
-            let of = [flag("--of", "of", of)];
-            let unread = unread::<motion::AccuracyKeys>(&[read::<AccuracyStudy>], &of);
-            assert!(
-                !unread.contains(&takes) && unread.contains(&"until"),
-                "{unread:?}"
-            );
-        }
-        let log = log::LogKeys::KEYS.iter().flat_map(|(_, keys)| *keys);
-        for key in log {
-            let given = Flags::new(&[flag("--it", &key.key(), "x")]);
-            let said =
-                sidecar::from_flags(&given).map_or_else(|e| e.to_string(), |_| String::new());
-            assert!(!said.contains("does nothing"), "{said}");
-        }
     }
 }

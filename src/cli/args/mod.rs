@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+pub use gear::GearArgs;
 pub use identify::IdentifyArgs;
 pub use log::LogArgs;
 pub use modes::{ModesArgs, PlanArgs};
@@ -30,6 +31,8 @@ mod spectrum;
 mod identify;
 
 mod te;
+
+mod gear;
 
 /// Machine dynamics of gear drive trains: models become modes and motion, logs become models.
 #[derive(Debug, Parser)]
@@ -116,6 +119,11 @@ Examples:
   geardyn measure data/index_gear.toml --json
   geardyn measure data/index_gear.toml --svg charts.svg")]
     Measure(MeasureArgs),
+    /// Gears from their theory: geometry, path of contact, stiffness, transmission error under load
+    #[command(after_help = "Examples:
+  geardyn gear models/gears/fzg_c.toml
+  geardyn gear models/gears/fzg_c.toml --torques 50:500:10 --svg fzg.svg")]
+    Gear(GearArgs),
     /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
     #[command(after_help = "Examples:
   geardyn te models/three_stage_chain.toml --output spindle
@@ -218,4 +226,90 @@ pub struct RunArgs {
     /// No word about what was done and left out
     #[arg(long)]
     pub quiet: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::keys::{Key, KeyTable};
+    use super::{gear, identify, log, modes, motion, response, spectrum, te};
+    use crate::base::flags::{Flag, Flags};
+    use crate::base::table_reader::TableReader;
+    use crate::plan::logs::encoder_study::EncoderStudy;
+    use crate::plan::logs::identify_study::IdentifyStudy;
+    use crate::plan::logs::spectrum_study::SpectrumStudy;
+    use crate::scene::study::{
+        AccuracyStudy, HarmonicBalanceStudy, ModesStudy, ReadStudy, ResponseStudy, RunUpStudy,
+        SimulateStudy, StabilityStudy, TransmissionStudy,
+    };
+    use crate::scene::{gear_file, sidecar};
+
+    fn read<S: ReadStudy>(f: &mut TableReader) {
+        S::read(f);
+    }
+
+    fn flag(name: &str, key: &str, value: &str) -> Flag {
+        Flag {
+            name: name.to_string(),
+            key: key.to_string(),
+            values: vec![value.to_string()],
+            is_list: false,
+            is_switch: false,
+        }
+    }
+
+    /// The flags that none of the readers takes, each given alone next to `with`.
+    fn unread<K: KeyTable>(readers: &[fn(&mut TableReader)], with: &[Flag]) -> Vec<&'static str> {
+        let keys = K::KEYS.iter().flat_map(|(_, keys)| *keys);
+        let is_read = |key: &&Key| {
+            let given = [with, &[flag("--it", &key.key(), "x")]].concat();
+            readers.iter().any(|reader| {
+                let result = Flags::new(&given).read("the study", None, &[], reader);
+                result.map_or_else(|e| !e.to_string().contains("--it does nothing"), |_| true)
+            })
+        };
+        keys.filter(|key| !is_read(key))
+            .map(|key| key.flag)
+            .collect()
+    }
+
+    /// Every flag of a table is a key that a reader of its command takes.
+    #[test]
+    fn law_every_flag_is_read() {
+        assert!(unread::<modes::ModesKeys>(&[read::<ModesStudy>], &[]).is_empty());
+        assert!(unread::<motion::SimulateKeys>(&[read::<SimulateStudy>], &[]).is_empty());
+        assert!(unread::<motion::StabilityKeys>(&[read::<StabilityStudy>], &[]).is_empty());
+        let responses = [
+            read::<ResponseStudy>,
+            read::<RunUpStudy>,
+            read::<HarmonicBalanceStudy>,
+        ];
+        assert!(unread::<response::ResponseKeys>(&responses, &[]).is_empty());
+        let te: [fn(&mut TableReader); 2] =
+            [read::<TransmissionStudy>, |f| drop(EncoderStudy::read(f))];
+        assert!(unread::<te::TeKeys>(&te, &[]).is_empty());
+        let identify: fn(&mut TableReader) = |f| drop(IdentifyStudy::read(f));
+        assert!(unread::<identify::IdentifyKeys>(&[identify], &[]).is_empty());
+        let spectrum: fn(&mut TableReader) = |f| drop(SpectrumStudy::read(f));
+        let cut = [flag("--kind", "kind", "order-cut")];
+        assert!(unread::<spectrum::SpectrumKeys>(&[spectrum], &cut).is_empty());
+        let motion = unread::<motion::AccuracyKeys>(&[read::<AccuracyStudy>], &[]);
+        assert_eq!(motion, ["lowest", "input", "band", "lines"]);
+        for (of, takes) in [("modes", "lowest"), ("response", "band")] {
+            let of = [flag("--of", "of", of)];
+            let unread = unread::<motion::AccuracyKeys>(&[read::<AccuracyStudy>], &of);
+            assert!(
+                !unread.contains(&takes) && unread.contains(&"until"),
+                "{unread:?}"
+            );
+        }
+        let mesh: fn(&mut TableReader) = |f| drop(gear_file::mesh(f));
+        assert!(unread::<gear::MeshKeys>(&[mesh], &[]).is_empty());
+        let log = log::LogKeys::KEYS.iter().flat_map(|(_, keys)| *keys);
+        for key in log {
+            let given = Flags::new(&[flag("--it", &key.key(), "x")]);
+            let said =
+                sidecar::from_flags(&given).map_or_else(|e| e.to_string(), |_| String::new());
+            assert!(!said.contains("does nothing"), "{said}");
+        }
+    }
 }

@@ -97,7 +97,7 @@ const ERROR: &[Key] = &[
 
 #[rustfmt::skip]
 const STABILITY: &[Key] = &[
-    number("speeds", "A:B:N", "Speeds of a chart of parametric stability, FIRST:LAST:POINTS (rpm where bare)"),
+    number("speeds", "A:B:N", "Speeds of a chart of parametric stability, FIRST:LAST:POINTS (rpm where bare, 50 points where left out)"),
     text("over", "depth=A:B:N", "A second axis of that chart, factors on what the scene has: depth (of stiffness waves) or damping"),
 ];
 

@@ -3,7 +3,7 @@
 //! Sensitivities `ds_n` (of internal gears by span `−dW/cos α_n`) by span `dW/cos α_n`, by balls `dM sin α_M cos β_b/(c cos α_t)` (here from the exact inverse), by chord
 //! `ds̄/cos ψ`, by constant chord `ds̄_c/cos² α_n`.
 
-use super::super::involute::InvoluteGear;
+use super::super::cylindrical::involute::InvoluteGear;
 use super::estimate::Estimate;
 use crate::base::code::Code;
 use crate::base::error::Error;

@@ -11,44 +11,6 @@ use crate::base::error::Error;
 /// Fewest points a line is laid through.
 const MIN_POINTS: usize = 3;
 
-/// Design modification of a flank.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Modification {
-    /// Growing evenly from `from` to `amount` at `to`, as at a tip (`to` above `from`) or a root (below).
-    Relief {
-        /// Start of the modification.
-        from: f64,
-        /// Place of the largest amount.
-        to: f64,
-        /// Amount at that place.
-        amount: f64,
-    },
-    /// A parabola: nothing in the middle of `from` and `to`, `amount` off at both.
-    Crowning {
-        /// One end.
-        from: f64,
-        /// The other.
-        to: f64,
-        /// Amount at that place.
-        amount: f64,
-    },
-}
-
-impl Modification {
-    /// The design's deviation from the plain flank at `x`.
-    pub fn deviation_at(self, x: f64) -> f64 {
-        match self {
-            Modification::Relief { from, to, amount } => {
-                -amount * ((x - from) / (to - from)).clamp(0.0, 1.0)
-            }
-            Modification::Crowning { from, to, amount } => {
-                let u = (2.0 * x - from - to) / (to - from);
-                -amount * u * u
-            }
-        }
-    }
-}
-
 /// The straight line through part of a trace, and what is read about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanLine {

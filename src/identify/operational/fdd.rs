@@ -1,6 +1,7 @@
 //! Frequency-domain decomposition (FDD, EFDD): peaks of the largest singular value, damping by decay.
 //!
-//! Struct. 10 (2001)); damping from the decay of the autocovariance of the bell about each peak (Brincker, Ventura & Andersen,
+//! The spectral matrix of the responses is decomposed line by line (Brincker, Zhang & Andersen, Smart Mater. Struct. 10 (2001));
+//! damping from the decay of the autocovariance of the bell about each peak (Brincker, Ventura & Andersen,
 //! IMAC 19 (2001)).
 //!
 //! The bell `φᴴ S(f) φ` alone is transformed back: a complex autocovariance `R(τ) ∝ exp(−ζωτ + iω_d τ)`, whose modulus and phase give

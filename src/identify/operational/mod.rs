@@ -1,7 +1,7 @@
 //! Operational modal analysis (output-only, broad-band excitation): SSI, FDD, harmonic detection.
 //!
-//! Subspace identification (`subspace`) finds poles with their uncertainty on a ladder of sample rates; frequency-domain decomposition
-//! (`decomposition`) finds the peaks of the spectra; `sines`, `harmonics` and `spacing` part lines of running speed from modes.
+//! Subspace identification (`ssi`) finds poles with their uncertainty on a ladder of sample rates; frequency-domain decomposition
+//! (`fdd`) finds the peaks of the spectra; `sines`, `harmonics` and `spacing` part lines of running speed from modes.
 
 pub mod response_channels;
 
@@ -32,3 +32,5 @@ pub mod ssi;
 pub mod significant_peaks;
 
 pub mod fdd;
+
+pub mod shared_peaks;

@@ -5,7 +5,7 @@ use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 
 use super::groups::GroupMean;
-use super::mode_acceptance::{ModeCandidate, rejection_reason};
+use super::mode_acceptance::{CANCELLED, ModeCandidate, may_explain_peak, rejection_reason};
 use super::scaled_responses::ScaledResponses;
 use super::search::SearchResult;
 use super::{FrfData, ModelErrorShare, RationalFit, RejectedPole};
@@ -92,6 +92,9 @@ pub(super) fn assemble_fit(
         fit.fit_error[i] = fit_error(&result, lines, at);
     }
     let model_error = departs || (beyond && per_dof > MODEL_ERROR_RATIO);
+    let mut accepted: Vec<(ModalParameters, ModelErrorShare)> = Vec::new();
+    let mut cancelling: Vec<(ModalParameters, ModelErrorShare)> = Vec::new();
+    let has_departures = departs || result.means.iter().any(Option::is_some);
     for (place, &r) in order.iter().enumerate() {
         let square = lines.max_omega * lines.max_omega;
         let mut mode = ModalParameters {
@@ -113,20 +116,38 @@ pub(super) fn assemble_fit(
             departs,
         };
         match rejection_reason(&candidate) {
-            None => {
-                fit.modes.push(mode);
-                if departs || mean.is_some() {
-                    fit.departures.push(departure);
-                }
-            }
+            None => accepted.push((mode, departure)),
+            Some(CANCELLED) if may_explain_peak(&candidate) => cancelling.push((mode, departure)),
             Some(reason) => fit.omitted.push(RejectedPole {
                 pole: mode.pole,
                 reason,
             }),
         }
     }
+    // Of poles that cancel, those next to a mode are not one; without a mode there they are what the peak consists of.
+    let is_adjacent = |(pole, _): &(ModalParameters, ModelErrorShare)| {
+        accepted.iter().any(|(mode, _)| overlap(mode, pole))
+    };
+    let (adjacent, alone): (Vec<_>, Vec<_>) = cancelling.into_iter().partition(is_adjacent);
+    let omitted = adjacent.into_iter().map(|(mode, _)| RejectedPole {
+        pole: mode.pole,
+        reason: CANCELLED,
+    });
+    fit.omitted.extend(omitted);
+    (fit.omitted).sort_by(|a, b| a.pole.norm().total_cmp(&b.pole.norm()));
+    accepted.extend(alone);
+    accepted.sort_by(|a, b| a.0.frequency_hz().total_cmp(&b.0.frequency_hz()));
+    (fit.modes, fit.departures) = accepted.into_iter().unzip();
+    if !has_departures {
+        fit.departures.clear();
+    }
     add_warnings(&mut fit, lines, &result, beyond, per_dof);
     fit
+}
+
+/// Whether the half-power bands of two poles overlap.
+fn overlap(a: &ModalParameters, b: &ModalParameters) -> bool {
+    (a.pole.im - b.pole.im).abs() <= a.pole.re.abs() + b.pole.re.abs()
 }
 
 /// Model error of a mode; where hits or responses differ about it, the mode becomes their mean.
@@ -272,6 +293,15 @@ fn fit_error(result: &SearchResult, lines: &ScaledResponses, response: usize) ->
     (left * result.by_response[response] / all).sqrt()
 }
 
+/// A number in decimals to three significant digits.
+fn three_digits(value: f64) -> String {
+    let places = match value > 0.0 {
+        true => (2.0 - value.log10().floor()).clamp(0.0, 12.0) as usize,
+        false => 0,
+    };
+    format!("{value:.places$}")
+}
+
 fn add_warnings(
     fit: &mut RationalFit,
     lines: &ScaledResponses,
@@ -310,22 +340,27 @@ fn add_warnings(
         let most =
             |pick: fn(&ModelErrorShare) -> f64| fit.departures.iter().map(pick).fold(0.0, f64::max);
         let (share, spread) = (most(|d| d.model_error), most(|d| d.frequency_spread_hz));
-        let of = match (spread > 0.0, result.by_hit) {
-            (false, _) => String::new(),
-            (true, true) => format!(
-                ", and hits differ about a frequency by up to {spread:.2e} Hz (standard deviation)"
+        let groups = if result.by_hit { "hits" } else { "responses" };
+        let of = match spread > 0.0 {
+            false => String::new(),
+            true => format!(
+                ", and {groups} differ about a frequency by up to {} Hz (standard deviation)",
+                three_digits(spread)
             ),
-            (true, false) => format!(
-                ", and responses differ about a frequency by up to {spread:.2e} Hz (standard deviation)"
-            ),
+        };
+        let hint = match spread > 0.0 {
+            true => format!("intervals include the misfit and what {groups} differ by"),
+            false => "intervals include the misfit".to_string(),
         };
         say(
             "departs",
             format!(
-                "noise alone does not explain the responses: they depart from the linear model by up to {:.1} % of a mode{of}",
-                100.0 * share
+                "noise alone does not explain the responses: they depart from the linear model by up to {} % of a mode{of}",
+                three_digits(100.0 * share)
             ),
-            "intervals hold it; mounting, mass of sensors, amplitude and temperature are usual causes",
+            &format!(
+                "{hint}; mounting, mass of sensors, amplitude and temperature are usual causes"
+            ),
         );
     }
     if result.at_limit {

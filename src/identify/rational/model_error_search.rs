@@ -184,10 +184,24 @@ impl ModelErrorSearch<'_> {
             false => self.iterate_variance(&first, STEPS_AFTER_REMOVED, effort),
         };
         state = self.grow(state, evidence, effort);
-        if self.options.fixed_pole_count.is_none() {
-            state = self.judge(state, effort);
+        if self.options.fixed_pole_count.is_some() {
+            return self.finish(state, effort);
         }
-        self.finish(state, effort)
+        state = self.judge(state, effort);
+        let mut found = self.finish(state, effort);
+        // Under the departures that hits show poles move, some of them into the place of another.
+        while self.by_hit() {
+            let count = found.state.fit.model.poles.len();
+            let judged = self.judge(found.state, effort);
+            if judged.fit.model.poles.len() == count {
+                return ModelErrorFit {
+                    state: judged,
+                    ..found
+                };
+            }
+            found = self.finish(judged, effort);
+        }
+        found
     }
 
     fn grow(
@@ -228,11 +242,11 @@ impl ModelErrorSearch<'_> {
             by_hit: self.by_hit() && groups.len() >= MIN_GROUPS,
         };
         let mut needed = Vec::new();
-        let mut is_last = false;
+        let (mut is_last, mut is_unchanged) = (false, true);
         for _ in 0..MAX_REMOVAL_ROUNDS {
             let needless = judge.needless(&self.band(&state), &mut needed);
             if needless.is_empty() {
-                if is_last {
+                if is_last || is_unchanged {
                     break;
                 }
                 // Once more, all of them, where the others are now.
@@ -240,6 +254,7 @@ impl ModelErrorSearch<'_> {
                 needed.clear();
                 continue;
             }
+            is_unchanged = false;
             let mut model = state.fit.model.clone();
             for one in &needless {
                 let moves =

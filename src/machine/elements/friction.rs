@@ -6,7 +6,7 @@
 use super::mesh::MeshSide;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::gear::path_of_contact::{PathGeometry, PathOfContact};
+use crate::gear::cylindrical::path_of_contact::{PathGeometry, PathOfContact};
 use crate::machine::builder::{MachineBuilder, relative_rotation};
 use crate::machine::components::{
     BranchLaw, FrictionCapacity, FrictionElement, LoadDependentCapacity, ToothFrictionPath,

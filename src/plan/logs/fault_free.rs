@@ -112,6 +112,11 @@ impl CheckedRecording {
         (kept, diagnostics)
     }
 
+    /// Samples at which a channel clipped.
+    pub fn clipped_ranges(&self) -> Vec<Range<usize>> {
+        self.faults.clipped_ranges()
+    }
+
     /// Warnings about clipping that remains in the record.
     pub fn clipped_warnings(&self) -> Vec<Diagnostic> {
         let words = self.faults.clipped_in_words(&self.recording);

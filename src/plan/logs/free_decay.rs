@@ -3,11 +3,11 @@
 use super::identification_result::{Evidence, IdentifiedMode, SignalIdentification};
 use super::identify_study::IdentifyStudy;
 use super::method::IdentificationMethod;
-use super::rational::rule;
+use super::rational::{modes_over_table, rule};
 use super::{sample_blocks, weak};
 use crate::base::code::Code;
-use crate::base::error::Error;
-use crate::base::text::pluralise;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::{pluralise, quoted_list};
 use crate::identify::free_decay::{TOP, fit};
 use crate::identify::rational::RationalOptions;
 use crate::numeric::fft::prev_fast_len;
@@ -121,22 +121,87 @@ fn decay(channels: &[&[f64]]) -> std::ops::Range<usize> {
     }
 }
 
-/// Whether every segment of the channels is a free decay.
+/// Whether each segment of the channels is a free decay; of records too long to be decays nothing.
 ///
 /// # Errors
 /// Samples that cannot be read.
-pub fn are_decays(recording: &Recording, outputs: &[usize]) -> Result<bool, Error> {
+pub fn decaying_segments(recording: &Recording, outputs: &[usize]) -> Result<Vec<bool>, Error> {
     /// Longer records are of something else.
     const MAX_LEN: usize = 20_000_000;
     if recording.samples.saturating_mul(outputs.len()) > MAX_LEN {
-        return Ok(false);
+        return Ok(Vec::new());
     }
     let channels: Vec<&Channel> = outputs.iter().map(|&c| &recording.channels[c]).collect();
     let samples = sample_blocks::load_channels(recording, &channels, "a free decay")?;
-    Ok(recording.segments.iter().all(|s| {
+    let one = |s: &std::ops::Range<usize>| {
         let views: Vec<&[f64]> = samples.iter().map(|y| &y[s.clone()]).collect();
         is_decay(&views)
-    }))
+    };
+    Ok(recording.segments.iter().map(one).collect())
+}
+
+/// Files that do not ring down, of a test in which others do.
+pub fn other_files(recording: &Recording, decays: &[bool]) -> Option<String> {
+    let of = |wanted: bool| -> Vec<&str> {
+        let mut paths: Vec<&str> = Vec::new();
+        for (segment, _) in recording
+            .segments
+            .iter()
+            .zip(decays)
+            .filter(|s| *s.1 == wanted)
+        {
+            let file = recording
+                .files
+                .iter()
+                .find(|f| f.samples.contains(&segment.start));
+            paths.extend(file.map(|f| f.path.as_str()));
+        }
+        paths.dedup();
+        paths
+    };
+    let (others, decaying) = (of(false), of(true));
+    (recording.files.len() > 1 && !others.is_empty() && !decaying.is_empty()).then(|| {
+        let verb = if others.len() == 1 { "does" } else { "do" };
+        format!(
+            "{} {verb} not ring down as {} does",
+            quoted_list(others.into_iter()),
+            quoted_list(decaying.into_iter().take(1))
+        )
+    })
+}
+
+/// Misfit of a decay, relative, from which on its modes rest on what the fit does not describe.
+const MAX_MISFIT: f64 = 0.5;
+
+/// Names the decays that the fit misses by half their size.
+fn poor_fit(
+    fit_error: &[f64],
+    channels: &[&Channel],
+    files: &[Option<String>],
+) -> Option<Diagnostic> {
+    let one = |(at, error): (usize, &f64)| {
+        let (channel, decay) = (at / files.len(), at % files.len());
+        let place = match &files[decay] {
+            Some(file) => format!(" of {file}"),
+            None if files.len() > 1 => format!(" of decay {}", decay + 1),
+            None => String::new(),
+        };
+        format!(
+            "{}{place} by {:.0} %",
+            channels[channel].name,
+            100.0 * error
+        )
+    };
+    let all = fit_error.iter().enumerate();
+    let missed: Vec<String> = all.filter(|(_, e)| !(**e <= MAX_MISFIT)).map(one).collect();
+    (!missed.is_empty()).then(|| Diagnostic {
+        code: "poor-fit",
+        message: format!(
+            "the fit misses {} of its size: modes and intervals rest on what it does not describe",
+            missed.join(", ")
+        ),
+        hint: Some("leave out what does not ring down, or narrow the band: --band".to_string()),
+    })
 }
 
 /// Fits the decays of all segments together.
@@ -158,14 +223,28 @@ pub fn identify(
             s.start + own.start..s.start + own.end
         })
         .collect();
-    let longest = cut.iter().map(|r| r.len()).min().unwrap_or(0);
+    let files: Vec<Option<String>> = (cut.iter())
+        .map(|r| {
+            recording
+                .moment(r.start.min(recording.samples.saturating_sub(1)))
+                .file
+        })
+        .collect();
+    let shortest = (cut.iter().zip(&files)).min_by_key(|(r, _)| r.len());
+    let longest = shortest.map_or(0, |(r, _)| r.len());
     if longest < SHORTEST {
-        let message = format!(
-            "a decay of {} is too short to fit",
-            pluralise(longest, "sample")
-        );
-        return Err(Error::new(Code::TooShort, message)
-            .with_hint("record from before the release until nothing moves, or sample faster"));
+        let message = match longest {
+            0 => "nothing rings down: no level falls behind the largest".to_string(),
+            n => format!("a decay of {} is too short to fit", pluralise(n, "sample")),
+        };
+        let error = Error::new(Code::TooShort, message).with_hint(match longest {
+            0 => "leave the record out, or take it as driven by noise: --method ssi-cov",
+            _ => "record from before the release until nothing moves, or sample faster",
+        });
+        return Err(match shortest.and_then(|(_, file)| file.as_ref()) {
+            Some(file) => error.with_file(file),
+            None => error,
+        });
     }
     let length = prev_fast_len(longest);
     let decays: Vec<Vec<&[f64]>> = (cut.iter())
@@ -187,17 +266,8 @@ pub fn identify(
     let table: Vec<Vec<usize>> = (0..channels.len())
         .map(|c| (c * cut.len()..(c + 1) * cut.len()).collect())
         .collect();
-    let mut modes = Vec::new();
-    for (k, mode) in fit.modes.iter().enumerate() {
-        let mut mode = IdentifiedMode::mode_over_table(mode.clone(), &table)?;
-        mode.departure = fit.departures.get(k).copied();
-        modes.push(mode);
-    }
-    let (mut modes, mut weak) = weak::split_weak(modes, apart_hz);
-    if study.all {
-        modes.append(&mut weak);
-        modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
-    }
+    let modes = modes_over_table(&fit, &table, 0.0)?;
+    let (modes, weak) = weak::split_weak(modes, apart_hz, |_| None, study.all);
     let starts: Vec<String> = (cut.iter().take(6))
         .map(|r| format!("{:.4} s", recording.moment(r.start).time_s))
         .collect();
@@ -212,7 +282,8 @@ pub fn identify(
         },
         length as f64 / rate,
     );
-    let diagnostics = fit.diagnostics.clone();
+    let mut diagnostics = fit.diagnostics.clone();
+    diagnostics.extend(poor_fit(&fit.fit_error, &channels, &files));
     Ok(Decays {
         weak,
         fit_error: fit.fit_error.clone(),

@@ -160,13 +160,13 @@ pub fn estimate_responses(
             Err(Error::new(Code::Usage, message))
         }
         true => Ok(with(
-            estimate_from_hits(recording, &channels, study, false)?,
+            estimate_from_hits(sound, &channels, study, false)?,
             sound.stuck.clone(),
         )),
         false if is_step => {
             let diagnostics = [sound.stuck.clone(), sound.clipped_warnings()].concat();
             Ok(with(
-                estimate_from_hits(recording, &channels, study, true)?,
+                estimate_from_hits(sound, &channels, study, true)?,
                 diagnostics,
             ))
         }
@@ -196,11 +196,12 @@ fn first_samples(recording: &Recording, channel: &Channel) -> Result<Vec<f64>, E
 
 /// Responses to hits, or to `steps`: with every channel replaced by its differences a step is a hit, and the responses stay what they are.
 fn estimate_from_hits(
-    recording: &Recording,
+    sound: &CheckedRecording,
     channels: &[&Channel],
     study: &FrfStudy,
     steps: bool,
 ) -> Result<EstimatedResponses, Error> {
+    let recording = &sound.recording;
     let (force_share, end) = match study.window {
         None => (None, None),
         Some(Window::Force(share)) => (Some(share), None),
@@ -241,6 +242,10 @@ fn estimate_from_hits(
             // Levels of samples say nothing of their differences.
             true => Vec::new(),
             false => channels.iter().map(|c| c.overload_level).collect(),
+        },
+        clipped: match steps {
+            true => Vec::new(),
+            false => sound.clipped_ranges(),
         },
         both_sides: steps,
         force_share,

@@ -10,11 +10,11 @@ use super::identification_result::{Evidence, IdentificationResult, IdentifiedMod
 use super::identify_study::IdentifyStudy;
 use super::method::{IdentificationMethod, RequiredData};
 use super::points::{PointRecord, Points};
-use super::rational::{fit_rational, partial_fractions, rule};
+use super::rational::{fit_rational, modes_over_table, partial_fractions, rule};
 use super::transfer_functions::{transfer_functions, without_window};
 use super::{
     free_decay, level_linearity, linearity, mains, modal_mass, mode_tracking, operational_modes,
-    reciprocity, segment_samples, time_series, weak,
+    pole_consistency, reciprocity, segment_samples, time_series, weak,
 };
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
@@ -22,7 +22,9 @@ use crate::base::text::pluralise;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::rational::DelayModel;
 use crate::recording::channel_names;
-use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponse, FrequencyResponses};
+use crate::recording::frequency_responses::{
+    ChannelLabel, FrequencyResponse, FrequencyResponses, line_spacing_hz,
+};
 use crate::recording::preprocess::unknown_channel;
 use crate::recording::signals::Recording;
 
@@ -99,6 +101,10 @@ pub fn identify(
             let mut found = estimate_and_fit(method, points.has_gaps(), study, |request| {
                 points.acquire(&study.estimate, request)
             })?;
+            if let (Some(fit), Some(responses)) = (found.fit(), &found.responses) {
+                let differing = pole_consistency::check_files(&points.files(), responses, fit);
+                found.diagnostics.extend(differing);
+            }
             found.add_rate_std(rate_std);
             Ok(found)
         }
@@ -112,17 +118,25 @@ fn of_recording(
 ) -> Result<IdentificationResult, Error> {
     let inputs = segment_samples::channel_indices(recording, &study.inputs)?;
     let outputs = segment_samples::channel_indices(recording, &study.outputs)?;
-    let method = match method(study, false) {
-        IdentificationMethod::SsiCov
-            if study.method.is_none()
-                && study.speed_hz.is_none()
-                && !outputs.is_empty()
-                && free_decay::are_decays(recording, &outputs)? =>
-        {
-            IdentificationMethod::FreeDecay
+    let mut method = method(study, false);
+    let mut not_decaying = None;
+    let is_chosen = method == IdentificationMethod::SsiCov
+        && study.method.is_none()
+        && study.speed_hz.is_none();
+    if (is_chosen || method == IdentificationMethod::FreeDecay) && !outputs.is_empty() {
+        let decays = free_decay::decaying_segments(recording, &outputs)?;
+        not_decaying = free_decay::other_files(recording, &decays);
+        if is_chosen {
+            if let Some(message) = not_decaying {
+                return Err(Error::new(Code::Conflict, message).with_hint(
+                    "leave it out; or name the method: --method free-decay takes all files as decays, --method ssi-cov the longest as driven by noise",
+                ));
+            }
+            if !decays.is_empty() && decays.iter().all(|d| *d) {
+                method = IdentificationMethod::FreeDecay;
+            }
         }
-        method => method,
-    };
+    }
     check_flags(method, study)?;
     check_roles(method, &inputs, &outputs, recording)?;
     segment_samples::check_channels(recording, &inputs, &outputs)?;
@@ -137,17 +151,37 @@ fn of_recording(
                 .with_hint("leave them out, or name what drives: --input"));
         }
         if method == IdentificationMethod::FreeDecay {
-            return of_decays(&sound, &outputs, study);
+            let mut found = of_decays(&sound, &outputs, study)?;
+            found.diagnostics.extend(not_decaying.map(|message| {
+                Diagnostic {
+                    code: "no-decay",
+                    message,
+                    hint: Some(
+                        "leave it out: its motion is driven, and the fit takes it for a decay"
+                            .to_string(),
+                    ),
+                }
+            }));
+            return Ok(found);
         }
         let recording = sound.unclipped(SegmentUse::Longest);
         let mut found = identify_signals(method, &recording.0, &inputs, &outputs, study)?;
         found.diagnostics.splice(0..0, recording.1);
         return Ok(found);
     }
-    let has_gaps = sound.recording.segments.len() > 1;
+    let has_gaps = sound.recording.segments.len() > recording.files.len().max(1);
     let mut found = estimate_and_fit(method, has_gaps, study, |request| {
         frf_estimation::estimate_responses(&sound, &inputs, &outputs, &study.estimate, request)
     })?;
+    if recording.files.len() > 1 {
+        for low in found
+            .diagnostics
+            .iter_mut()
+            .filter(|w| w.code == "low-coherence")
+        {
+            low.hint = Some("files of several points are joined by --roving; else drive harder there, take more averages, or look for a second source".to_string());
+        }
+    }
     if let ([input], true) = (&inputs[..], found.hits.is_empty()) {
         let modes: Vec<ModalParameters> = found.modes.iter().map(|m| m.mode.clone()).collect();
         let (record, _) = sound.unclipped(SegmentUse::Blocks);
@@ -186,8 +220,7 @@ fn estimate_and_fit(
         let mut estimated_responses = acquire(request)?;
         trace.push(("frequency responses", start.elapsed().as_secs_f64()));
         let nearest = estimated_responses.finest_resolution_hz;
-        let lines = &estimated_responses.responses.frequency_hz;
-        let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
+        let apart = line_spacing_hz(&estimated_responses.responses.frequency_hz);
         let responses = std::mem::take(&mut estimated_responses.responses);
         let mut found = identify_responses(
             method,
@@ -428,24 +461,14 @@ fn identify_responses(
         _ => None,
     };
     let found = match fit {
-        Some(fit) => {
-            let decay = responses.window_decay;
-            ModalIdentification {
-                modes: (fit.modes.iter().enumerate())
-                    .map(|(k, m)| {
-                        let mut mode =
-                            IdentifiedMode::mode_over_table(without_window(m, decay), &table)?;
-                        mode.departure = fit.departures.get(k).copied();
-                        Ok(mode)
-                    })
-                    .collect::<Result<_, Error>>()?,
-                selection_rule: rule(method, fit.departs),
-                functions: transfer_functions(&responses, &partial_fractions(&fit))?,
-                fit_error: fit.fit_error.clone(),
-                diagnostics: fit.diagnostics.clone(),
-                evidence: Evidence::Rational(fit),
-            }
-        }
+        Some(fit) => ModalIdentification {
+            modes: modes_over_table(&fit, &table, responses.window_decay)?,
+            selection_rule: rule(method, fit.departs),
+            functions: transfer_functions(&responses, &partial_fractions(&fit))?,
+            fit_error: fit.fit_error.clone(),
+            diagnostics: fit.diagnostics.clone(),
+            evidence: Evidence::Rational(fit),
+        },
         None => frf_modes::identify_modal(method, &responses, band_hz, study)?,
     };
     let mut found = found;
@@ -483,13 +506,9 @@ fn identify_responses(
             unit,
         ));
     }
-    let lines = &responses.frequency_hz;
-    let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
-    let (mut modes, mut weak) = weak::split_weak(found.modes, apart);
-    if study.all {
-        modes.append(&mut weak);
-        modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
-    }
+    let apart = line_spacing_hz(&responses.frequency_hz);
+    let coherence = |f| diagnostics::coherence_at(&responses, f);
+    let (modes, weak) = weak::split_weak(found.modes, apart, coherence, study.all);
     let (how, hits) = match estimated_responses {
         Some(estimated_responses) => (estimated_responses.method_text, estimated_responses.hits),
         None => {

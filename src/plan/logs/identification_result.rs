@@ -197,17 +197,18 @@ impl IdentifiedMode {
             .harmonic
             .as_ref()
             .is_some_and(HarmonicIndicator::is_harmonic);
-        is_one.then(|| self.listed_as_harmonic())
+        is_one.then(|| self.listed_as_harmonic("distributed like a sine"))
     }
 
-    /// The pole as a line of running speed.
-    pub fn listed_as_harmonic(&self) -> IdentifiedHarmonic {
+    /// The pole as a line that is no resonance, for a reason.
+    pub fn listed_as_harmonic(&self, reason: &'static str) -> IdentifiedHarmonic {
         IdentifiedHarmonic {
             frequency_hz: self.frequency_hz(),
             order: self.harmonic.as_ref().and_then(|h| h.order),
             amplitude: Vec::new(),
             probability: None,
             envelope_kurtosis: self.harmonic.as_ref().map(|h| h.envelope_kurtosis),
+            reason,
         }
     }
 }
@@ -225,6 +226,13 @@ pub struct IdentifiedHarmonic {
     pub probability: Option<f64>,
     /// Kurtosis of a pole's band envelope: 2 for noise, 1 for a sine.
     pub envelope_kurtosis: Option<f64>,
+    /// Why it is no mode, where it lies on no order.
+    pub reason: &'static str,
+}
+
+impl IdentifiedHarmonic {
+    /// The reason of a line of the mains.
+    pub const MAINS: &str = "mains";
 }
 
 /// Modes, and apart from them what is a line of running speed.

@@ -1,6 +1,7 @@
 //! Linearity by level of a record without hits: parts of different input level, H1 of each, and the shift of each mode between them.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use super::linearity::{LevelGroup, level_dependence};
 use super::sample_blocks;
@@ -8,8 +9,7 @@ use crate::base::error::{Diagnostic, Error};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 use crate::recording::signals::{Channel, Recording};
-use crate::spectrum::frf;
-use crate::spectrum::spectra::Spectra;
+use crate::spectrum::frf::{self, Estimator, FrfEstimate};
 use crate::spectrum::welch::{WelchEstimator, WelchOptions};
 
 /// A record is cut into about so many parts of equal length.
@@ -18,21 +18,28 @@ const PARTS: usize = 8;
 /// Blocks of a part, without overlap.
 const BLOCKS_PER_PART: usize = 8;
 
+/// Shorter blocks resolve no mode, samples.
+const MIN_BLOCK: usize = 64;
+
 /// The loudest part has at least so many times the rms input of the quietest.
 const MIN_LEVEL_RATIO: f64 = 2.0;
 
 /// Mean coherence over the half-power band, at the best output, below which a part says nothing of a mode.
 const MIN_COHERENCE: f64 = 0.5;
 
-/// Parts of a record with their samples; none crosses a gap or the end of a file.
-fn parts(recording: &Recording) -> Vec<std::ops::Range<usize>> {
+/// Parts of a record, each a recording of one segment; none crosses a gap or the end of a file.
+fn parts(recording: &Recording) -> Vec<Recording> {
     let length = (recording.samples / PARTS).max(1);
-    let of_segment = |segment: &std::ops::Range<usize>| {
-        let count = segment.len() / length;
-        let start = segment.start;
-        (0..count).map(move |k| start + k * length..start + (k + 1) * length)
+    let of_segment = |(segment, begin): (&Range<usize>, &f64)| {
+        let (start, begin) = (segment.start, *begin);
+        (0..segment.len() / length).map(move |k| Recording {
+            segments: std::iter::once(start + k * length..start + (k + 1) * length).collect(),
+            segment_starts: vec![begin + (k * length) as f64],
+            ..recording.clone()
+        })
     };
-    recording.segments.iter().flat_map(of_segment).collect()
+    let segments = recording.segments.iter().zip(&recording.segment_starts);
+    segments.flat_map(of_segment).collect()
 }
 
 /// Checks whether modes shift with the level of a noise or sweep input; `None` where the level varies by less than a factor of two, or
@@ -46,32 +53,38 @@ pub fn check_record(
     outputs: &[usize],
     modes: &[ModalParameters],
 ) -> Result<Option<Diagnostic>, Error> {
+    let block = recording.samples / PARTS / BLOCKS_PER_PART;
+    if modes.is_empty() || block < MIN_BLOCK {
+        return Ok(None);
+    }
     let channels: Vec<&Channel> = std::iter::once(&input)
         .chain(outputs)
         .map(|&c| &recording.channels[c])
         .collect();
     let parts = parts(recording);
-    let levels = levels(recording, &parts, channels[0])?;
+    let levels = (parts.iter())
+        .map(|part| rms(part, channels[0]))
+        .collect::<Result<Vec<f64>, _>>()?;
     let low = levels.iter().copied().fold(f64::INFINITY, f64::min);
     let high = levels.iter().copied().fold(0.0, f64::max);
-    let block = recording.samples / PARTS / BLOCKS_PER_PART;
-    if modes.is_empty() || block < 64 || !(low > 0.0 && high >= MIN_LEVEL_RATIO * low) {
+    if !(low > 0.0 && high >= MIN_LEVEL_RATIO * low) {
         return Ok(None);
     }
-    let spectra = parts
-        .iter()
-        .map(|part| part_spectra(recording, part, &channels, block))
+    let estimates = (parts.iter())
+        .map(|part| responses(part, &channels, block))
         .collect::<Result<Vec<_>, _>>()?;
-    let values: Vec<Vec<Vec<Complex>>> = spectra.iter().map(responses).collect();
+    let values: Vec<Vec<Vec<Complex>>> = (estimates.iter())
+        .map(|e| e.functions.iter().map(|f| f.values.clone()).collect())
+        .collect();
     let groups: Vec<LevelGroup> = (levels.iter().zip(&values))
         .map(|(level, value)| LevelGroup {
             level: *level,
             value,
         })
         .collect();
-    let told = |mode: &&ModalParameters| spectra.iter().all(|s| is_coherent(s, mode));
-    let modes: Vec<ModalParameters> = modes.iter().filter(told).cloned().collect();
-    let lines = spectra.first().map_or(&[][..], |s| &s.frequency_hz);
+    let is_visible = |mode: &&ModalParameters| estimates.iter().all(|part| is_coherent(part, mode));
+    let modes: Vec<ModalParameters> = modes.iter().filter(is_visible).cloned().collect();
+    let lines = estimates.first().map_or(&[][..], |e| &e.frequency_hz);
     let what = "from parts of the record with an rms input of";
     let block_s = block as f64 / recording.rate_hz;
     let terms = |omega: f64, pole: Complex| averaged_terms(omega, pole, block_s);
@@ -113,36 +126,24 @@ fn averaged_terms(omega: f64, pole: Complex, block_s: f64) -> (Complex, Complex)
     (first * dt, second * dt)
 }
 
-/// Root mean square of the input in each part, its mean taken off.
-fn levels(
-    recording: &Recording,
-    parts: &[std::ops::Range<usize>],
-    input: &Channel,
-) -> Result<Vec<f64>, Error> {
-    let mut sums = vec![(0.0, 0.0, 0.0); parts.len()];
-    recording.each_block(input, |start, samples, _| {
-        for (k, x) in samples.iter().enumerate() {
-            let at = parts.partition_point(|part| part.end <= start + k);
-            if let Some(part) = parts.get(at).filter(|part| part.contains(&(start + k))) {
-                let sum = &mut sums[at];
-                *sum = (part.len() as f64, sum.1 + x, sum.2 + x * x);
-            }
-        }
+/// Root mean square of a channel, its mean taken off.
+fn rms(recording: &Recording, channel: &Channel) -> Result<f64, Error> {
+    let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    recording.each_block(channel, |_, samples, _| {
+        n += samples.len() as f64;
+        sum += samples.iter().sum::<f64>();
+        squares += samples.iter().map(|x| x * x).sum::<f64>();
     })?;
-    let rms = |(n, sum, squares): (f64, f64, f64)| {
-        let mean = sum / n;
-        (squares / n - mean * mean).max(0.0).sqrt()
-    };
-    Ok(sums.into_iter().map(rms).collect())
+    let mean: f64 = sum / n;
+    Ok((squares / n - mean * mean).max(0.0).sqrt())
 }
 
-/// Averaged spectra of one part.
-fn part_spectra(
+/// H1 from the first channel to the others.
+fn responses(
     recording: &Recording,
-    part: &std::ops::Range<usize>,
     channels: &[&Channel],
     block: usize,
-) -> Result<Spectra, Error> {
+) -> Result<FrfEstimate, Error> {
     let options = WelchOptions {
         block,
         ..WelchOptions::default()
@@ -150,32 +151,18 @@ fn part_spectra(
     let outputs: Vec<usize> = (1..channels.len()).collect();
     let pairs = frf::required_pairs(&[0], &outputs);
     let mut estimator = WelchEstimator::new(recording.rate_hz, channels.len(), &pairs, &options)?;
-    let only = Recording {
-        segments: vec![part.clone()],
-        ..recording.clone()
-    };
-    sample_blocks::for_each_block(&only, channels, |samples, _| estimator.push(samples))?;
-    estimator.finish()
-}
-
-/// H1 of every output, by line.
-fn responses(spectra: &Spectra) -> Vec<Vec<Complex>> {
-    let input = &spectra.psd[0];
-    let h1 = |cross: &Vec<Complex>| cross.iter().zip(input).map(|(c, x)| c / *x).collect();
-    spectra.cross.iter().map(|c| h1(&c.values)).collect()
+    sample_blocks::for_each_block(recording, channels, |samples, _| estimator.push(samples))?;
+    frf::estimate(&estimator.finish()?, &[0], &outputs, Estimator::H1)
 }
 
 /// Whether an output is coherent with the input over the half-power band of a mode.
-fn is_coherent(spectra: &Spectra, mode: &ModalParameters) -> bool {
+fn is_coherent(estimate: &FrfEstimate, mode: &ModalParameters) -> bool {
     let half_width = mode.pole.re.abs();
-    let near = |k: &usize| (TAU * spectra.frequency_hz[*k] - mode.pole.im).abs() <= half_width;
-    let lines: Vec<usize> = (0..spectra.frequency_hz.len()).filter(near).collect();
-    spectra.cross.iter().any(|cross| {
-        let (x, y) = cross.pair;
-        let coherence = lines
-            .iter()
-            .map(|&k| cross.values[k].norm_sqr() / (spectra.psd[x][k] * spectra.psd[y][k]));
-        coherence.sum::<f64>() >= MIN_COHERENCE * lines.len().max(1) as f64
+    let near = |k: &usize| (TAU * estimate.frequency_hz[*k] - mode.pole.im).abs() <= half_width;
+    let lines: Vec<usize> = (0..estimate.frequency_hz.len()).filter(near).collect();
+    estimate.functions.iter().any(|f| {
+        let sum: f64 = lines.iter().map(|&k| f.ordinary_coherence[k]).sum();
+        sum >= MIN_COHERENCE * lines.len().max(1) as f64
     })
 }
 

@@ -164,18 +164,18 @@ fn shifts(
 }
 
 /// `⟨b, x⟩`, b conjugated.
-fn along(b: &[Complex], x: &[Complex]) -> Complex {
+pub(super) fn along(b: &[Complex], x: &[Complex]) -> Complex {
     b.iter().zip(x).map(|(b, x)| b.conj() * x).sum()
 }
 
 /// Takes the part of `x` along a unit vector off.
-fn take_off(x: &mut [Complex], unit: &[Complex]) {
+pub(super) fn take_off(x: &mut [Complex], unit: &[Complex]) {
     let part = along(unit, x);
     x.iter_mut().zip(unit).for_each(|(x, b)| *x -= part * b);
 }
 
 /// Gram and Schmidt.
-fn orthonormal(basis: &mut [Vec<Complex>]) {
+pub(super) fn orthonormal(basis: &mut [Vec<Complex>]) {
     for k in 0..basis.len() {
         let (done, rest) = basis.split_at_mut(k);
         for b in done.iter() {

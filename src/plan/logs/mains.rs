@@ -1,28 +1,46 @@
 //! Modes that may be lines of the mains: on a multiple of 50 or 60 Hz, and no wider than a line.
 
+use std::f64::consts::TAU;
+
 use crate::base::error::Diagnostic;
 use crate::identify::modal_parameters::ModalParameters;
+use crate::recording::frequency_responses::line_spacing_hz;
 use crate::spectrum::mains::mains_multiple;
 
 /// A line of the mains looks at most so many spectral lines wide: that of Hann's window at half power.
 const LINES: f64 = 1.5;
 
 /// And at most so wide, Hz, whatever the lines: a grid wanders less.
-const WIDEST: f64 = 1.0;
+pub const WIDEST: f64 = 1.0;
+
+/// What to do about pick-up of the mains.
+pub const HINT: &str = "look for electric pick-up: measure once without excitation, ground the sensors; a mode stays there";
+
+/// The mains frequency and the multiple of a pole no wider than a line.
+pub fn as_line(mode: &ModalParameters, line_hz: f64) -> Option<(f64, usize)> {
+    let width = 2.0 * mode.pole.re.abs() / TAU;
+    let on_mains = mains_multiple(mode.frequency_hz(), 0.5 * width.min(line_hz));
+    on_mains.filter(|_| width <= (LINES * line_hz).min(WIDEST))
+}
 
 /// Warnings about modes at mains frequencies, as measured, found in responses over these lines, Hz.
 pub fn mode_warnings(lines: &[f64], modes: &[ModalParameters]) -> Option<Diagnostic> {
-    let apart = lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a);
+    let apart = line_spacing_hz(lines);
     let one = |m: &ModalParameters| {
-        let (f, width) = (m.frequency_hz(), 2.0 * m.damping_ratio() * m.frequency_hz());
-        let (mains, multiple) = mains_multiple(f, 0.5 * width.min(apart))?;
-        let text = format!("{f:.4} Hz ({multiple} × {mains} Hz, half-power width {width:.4} Hz)");
-        (width <= (LINES * apart).min(WIDEST)).then_some(text)
+        let (mains, multiple) = as_line(m, apart)?;
+        let width = 2.0 * m.pole.re.abs() / TAU;
+        let f = m.frequency_hz();
+        Some(format!(
+            "{f:.4} Hz ({multiple} × {mains} Hz, half-power width {width:.4} Hz)"
+        ))
     };
     let all: Vec<String> = modes.iter().filter_map(one).collect();
     (!all.is_empty()).then(|| Diagnostic {
         code: "mains",
-        message: format!("on a multiple of the mains and no wider than a line: {}", all.join(", ")),
-        hint: Some("look for electric pick-up: measure once without excitation, ground the sensors; a mode stays there".into()),
+        message: format!(
+            "on a multiple of the mains and no wider than a line: {}",
+            all.join(", ")
+        ),
+        hint: Some(HINT.to_string()),
     })
 }

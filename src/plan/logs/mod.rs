@@ -38,11 +38,15 @@ mod frf_modes;
 
 mod rational;
 
+mod pole_consistency;
+
 pub mod modal_mass;
 
 mod running;
 
 mod subspace;
+
+mod wandering_mains;
 
 mod operational_modes;
 

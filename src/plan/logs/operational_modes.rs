@@ -13,6 +13,7 @@ use super::running::{
 };
 use super::segment_samples::SegmentSamples;
 use super::subspace::from_ssi;
+use super::wandering_mains::{is_wandering_line, label_mains, mains_warning};
 use crate::base::error::{Diagnostic, Error};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::operational::fdd::{self, FddEstimate, fdd};
@@ -92,11 +93,20 @@ pub fn identify_operational(
     let evenly = evenly_spaced(&tones, &found.modes, orders.line_hz);
     let on_series: Vec<IdentifiedMode>;
     (on_series, found.modes) =
-        (found.modes.into_iter()).partition(|m| !is_sine(m) && is_on(&evenly, m, orders.line_hz));
+        (found.modes.into_iter()).partition(|m| !is_sine(m) && is_on(&evenly, m, &orders));
     found.diagnostics.extend(series_warning(&evenly));
     let mut poles;
     (found.modes, poles) = split_harmonics(found.modes);
-    poles.extend(on_series.iter().map(IdentifiedMode::listed_as_harmonic));
+    let of_series = "a narrow pole in a series of evenly spaced sines";
+    poles.extend(on_series.iter().map(|m| m.listed_as_harmonic(of_series)));
+    let on_mains: Vec<IdentifiedMode>;
+    (on_mains, found.modes) = (found.modes.into_iter())
+        .partition(|m| m.on_order.is_none() && is_wandering_line(&m.mode, &orders));
+    poles.extend(
+        on_mains
+            .iter()
+            .map(|m| m.listed_as_harmonic(IdentifiedHarmonic::MAINS)),
+    );
     let inside = |t: &&Tone| (band_hz.0..=band_hz.1).contains(&t.frequency_hz);
     let of_tone = |t: &Tone| IdentifiedHarmonic {
         frequency_hz: t.frequency_hz,
@@ -104,6 +114,7 @@ pub fn identify_operational(
         amplitude: t.amplitude.clone(),
         probability: Some(t.probability),
         envelope_kurtosis: None,
+        reason: "a sine",
     };
     found.harmonics = tones
         .iter()
@@ -112,6 +123,7 @@ pub fn identify_operational(
         .chain(poles)
         .collect();
     (found.harmonics).sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    label_mains(&mut found.harmonics, &evenly, orders.line_hz);
     if let Some(order) = study.order {
         let of = |m: &IdentifiedMode| m.presence.unwrap_or(0.0);
         found.modes.sort_by(|a, b| of(b).total_cmp(&of(a)));
@@ -135,6 +147,7 @@ pub fn identify_operational(
         });
     }
     found.diagnostics.extend(harmonic_warning(&found.harmonics));
+    found.diagnostics.extend(mains_warning(&found.harmonics));
     found.diagnostics.extend(order_warning(&found.modes));
     Ok(found)
 }

@@ -10,12 +10,12 @@ use super::segment_samples;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::{pluralise, quoted_list};
-use crate::recording::frequency_responses::{FrequencyResponse, FrequencyResponses};
+use crate::recording::frequency_responses::{
+    FrequencyResponse, FrequencyResponses, line_spacing_hz,
+};
+use crate::recording::join::EQUAL_RATES;
 use crate::recording::signals::Recording;
 use crate::spectrum::window::Window;
-
-/// Lines of one test differ by less, relative.
-const SAME_LINES: f64 = 1e-4;
 
 /// The record of some points of a test.
 #[derive(Debug)]
@@ -71,6 +71,17 @@ impl<'a> Points<'a> {
         Ok(points)
     }
 
+    /// The file of each record, and its responses among all.
+    pub fn files(&self) -> Vec<(&str, std::ops::Range<usize>)> {
+        let mut from = 0;
+        let one = |p: &Checked<'a>| {
+            let own = from..from + pairs(p.record).count();
+            from = own.end;
+            (p.record.recording.path.as_str(), own)
+        };
+        self.0.iter().map(one).collect()
+    }
+
     /// Whether gaps cut a record.
     pub fn has_gaps(&self) -> bool {
         self.0.iter().any(|p| p.sound.recording.segments.len() > 1)
@@ -83,12 +94,18 @@ impl<'a> Points<'a> {
             for (output, input) in pairs(own) {
                 let path = own.recording.path.as_str();
                 if let Some(other) = known.iter().find(|k| (k.0, k.1) == (output, input)) {
-                    let message = format!(
-                        "{output} over {input} is measured in {} and in {path}, which differ in their other channels",
-                        other.2
-                    );
+                    let message = match other.2 == path {
+                        true => format!("{path} is named twice"),
+                        false => format!(
+                            "{output} over {input} is measured in {} and in {path}, which differ in their other channels",
+                            other.2
+                        ),
+                    };
                     return Err(Error::new(Code::Conflict, message).with_hint(
-                        "files of one point hold equal channels, files of several points no response twice: name fewer channels, or say --roving",
+                        match other.2 == path {
+                            true => "name every file once",
+                            false => "files of one point hold equal channels, files of several points no response twice: name fewer channels, or say --roving",
+                        },
                     ));
                 }
                 known.push((output, input, path));
@@ -103,7 +120,7 @@ impl<'a> Points<'a> {
         match self
             .0
             .iter()
-            .find(|p| (rate(p) / first - 1.0).abs() > SAME_LINES)
+            .find(|p| (rate(p) / first - 1.0).abs() > EQUAL_RATES)
         {
             None => Ok(()),
             Some(other) => {
@@ -122,7 +139,7 @@ impl<'a> Points<'a> {
     /// Responses of every file over common lines, joined.
     ///
     /// # Errors
-    /// Those of [`estimate_responses::estimate_responses`], with the file; `conflict` where no common lines can be had.
+    /// Those of [`frf_estimation::estimate_responses`], with the file; `conflict` where no common lines can be had.
     pub fn acquire(
         &self,
         study: &FrfStudy,
@@ -172,9 +189,12 @@ impl<'a> Points<'a> {
         request: ResolutionRequest,
         own: &[EstimatedResponses],
     ) -> Result<Vec<EstimatedResponses>, Error> {
-        let mut apart: Vec<f64> = own.iter().map(|a| apart_hz(&a.responses)).collect();
+        let mut apart: Vec<f64> = own
+            .iter()
+            .map(|a| line_spacing_hz(&a.responses.frequency_hz))
+            .collect();
         apart.sort_by(f64::total_cmp);
-        apart.dedup_by(|a, b| (*a / *b - 1.0).abs() < SAME_LINES);
+        apart.dedup_by(|a, b| (*a / *b - 1.0).abs() < EQUAL_RATES);
         let used = |a: &EstimatedResponses| a.hits.iter().filter(|h| h.fault.is_none()).count();
         let mut found: Option<(FrfStudy, Vec<EstimatedResponses>)> = None;
         for resolution_hz in apart {
@@ -203,7 +223,7 @@ impl<'a> Points<'a> {
             .iter()
             .map(|a| a.responses.window_decay)
             .fold(0.0, f64::max);
-        let end = (-decay / apart_hz(&found[0].responses)).exp();
+        let end = (-decay / line_spacing_hz(&found[0].responses.frequency_hz)).exp();
         study.window = Some(Window::Exponential(end));
         self.each(sounds, &study, request)
     }
@@ -346,18 +366,13 @@ fn transpose(f: &mut FrequencyResponse) {
     }
 }
 
-fn apart_hz(responses: &FrequencyResponses) -> f64 {
-    let lines = &responses.frequency_hz;
-    lines.get(1).zip(lines.first()).map_or(0.0, |(b, a)| b - a)
-}
-
 /// Whether responses have the same lines and the same exponential window.
 fn are_alike<'a>(all: impl IntoIterator<Item = &'a EstimatedResponses>) -> bool {
     let mut all = all.into_iter().map(|a| &a.responses);
     let Some(first) = all.next() else {
         return false;
     };
-    let near = |a: f64, b: f64| (a - b).abs() <= SAME_LINES * b.abs();
+    let near = |a: f64, b: f64| (a - b).abs() <= EQUAL_RATES * b.abs();
     all.all(|r| {
         r.frequency_hz.len() == first.frequency_hz.len()
             && (r.frequency_hz.iter().zip(&first.frequency_hz)).all(|(a, b)| near(*a, *b))

@@ -1,14 +1,16 @@
 //! A rational fit of measured responses: the lines known, hit by hit where there are hits, of the kind that fits better where none is
 //! stated.
 
+use super::identification_result::IdentifiedMode;
 use super::identify_study::IdentifyStudy;
 use super::method::IdentificationMethod;
-use super::transfer_functions::PartialFractions;
+use super::transfer_functions::{PartialFractions, without_window};
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
 use crate::identify::initial_estimates::aaa::aaa;
 use crate::identify::initial_estimates::problem::CommonPoleOptions;
 use crate::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
+use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::rational::residual_delay::residual_delays;
 use crate::identify::rational::{self, FrfData, RationalFit, RationalOptions, ResponsesByHit};
 use crate::numeric::Complex;
@@ -28,6 +30,26 @@ pub fn rule(method: IdentificationMethod, departs: bool) -> String {
             "{INITIAL_ORDER} poles, refined together to the least misfit; the weakest pair is taken out while it lowers the misfit by no more than noise would, somewhere in the band"
         ),
     }
+}
+
+/// Modes of a fit with their departures, shapes over the outputs and inputs of a table, without the exponential window, 1/s, on the
+/// responses.
+///
+/// # Errors
+/// Those of the decomposition into shapes.
+pub fn modes_over_table(
+    fit: &RationalFit,
+    table: &[Vec<usize>],
+    window_decay: f64,
+) -> Result<Vec<IdentifiedMode>, Error> {
+    let one = |(k, mode): (usize, &ModalParameters)| {
+        let mode = without_window(mode, window_decay);
+        Ok(IdentifiedMode {
+            departure: fit.departures.get(k).copied(),
+            ..IdentifiedMode::mode_over_table(mode, table)?
+        })
+    };
+    fit.modes.iter().enumerate().map(one).collect()
 }
 
 /// A fit as partial fractions.
@@ -67,7 +89,7 @@ fn few_hits(hits: usize) -> Option<Diagnostic> {
     (1..MIN_HITS).contains(&hits).then(|| Diagnostic {
         code: "few-hits",
         message: format!(
-            "{} used: the intervals hold noise, not how far hits place a mode apart",
+            "{} used: how far hits place a mode apart is not known, and no interval includes it",
             pluralise(hits, "hit")
         ),
         hint: Some(format!("use {MIN_HITS} hits or more")),

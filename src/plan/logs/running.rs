@@ -32,14 +32,17 @@ pub fn is_sine(mode: &IdentifiedMode) -> bool {
         .is_some_and(HarmonicIndicator::is_harmonic)
 }
 
-/// Whether a mode is narrow and in its place on a series.
-pub fn is_on(all: &[HarmonicSeries], mode: &IdentifiedMode, line_hz: f64) -> bool {
+/// Whether a mode is narrow, in its place on a series, and not damped as a structure about a sine taken out there.
+pub fn is_on(all: &[HarmonicSeries], mode: &IdentifiedMode, orders: &SpeedOrders) -> bool {
     /// Half-power half-bandwidth over the spacing.
     const NARROW: f64 = 0.05;
     let half_band = mode.mode.pole.re.abs() / TAU;
     let std = mode.mode.frequency_std_hz().unwrap_or(0.0);
+    if orders.contains_removed_sine(mode.frequency_hz(), half_band) {
+        return false;
+    }
     all.iter().any(|s| {
-        let tolerance = (LINE_TOLERANCE * line_hz)
+        let tolerance = (LINE_TOLERANCE * orders.line_hz)
             .max(std)
             .min(NARROW * s.spacing_hz);
         half_band < NARROW * s.spacing_hz && s.holds(mode.frequency_hz(), tolerance)
@@ -64,6 +67,9 @@ pub fn series_warning(all: &[HarmonicSeries]) -> Option<Diagnostic> {
     })
 }
 
+/// A pole whose half-power half-bandwidth exceeds so many lines of the record is damped as a structure is.
+const STRUCTURE_LINES: f64 = 10.0;
+
 /// Running speed as known after the removal of sines.
 pub struct SpeedOrders<'a> {
     /// The speed as stated.
@@ -82,15 +88,18 @@ impl SpeedOrders<'_> {
         harmonic: &mut HarmonicIndicator,
         half_width_hz: f64,
     ) -> Option<f64> {
-        /// Lines of the record.
-        const STRUCTURE_LINES: f64 = 10.0;
         let order = harmonic.order?;
         let is_on_it = |t: &Tone| self.running.and_then(|r| r.order(t.frequency_hz)) == Some(order);
-        let is_structure = half_width_hz > STRUCTURE_LINES * self.line_hz;
-        match is_structure && self.tones.iter().any(is_on_it) {
+        match half_width_hz > STRUCTURE_LINES * self.line_hz && self.tones.iter().any(is_on_it) {
             true => harmonic.order.take(),
             false => None,
         }
+    }
+
+    /// Whether a sine was taken out within the half-power band of a pole much wider than a line: what is left is damped as a structure is.
+    fn contains_removed_sine(&self, frequency_hz: f64, half_width_hz: f64) -> bool {
+        let is_within = |t: &Tone| (t.frequency_hz - frequency_hz).abs() < half_width_hz;
+        half_width_hz > STRUCTURE_LINES * self.line_hz && self.tones.iter().any(is_within)
     }
 
     /// Whether a sine within two lines was taken out.
@@ -118,8 +127,11 @@ pub fn order_warning(modes: &[IdentifiedMode]) -> Option<Diagnostic> {
 
 /// Says that there are lines of running speed.
 pub fn harmonic_warning(harmonics: &[IdentifiedHarmonic]) -> Option<Diagnostic> {
-    let places: Vec<f64> = harmonics.iter().map(|h| h.frequency_hz).collect();
-    (!harmonics.is_empty()).then(|| Diagnostic {
+    let places: Vec<f64> = (harmonics.iter())
+        .filter(|h| h.reason != IdentifiedHarmonic::MAINS)
+        .map(|h| h.frequency_hz)
+        .collect();
+    (!places.is_empty()).then(|| Diagnostic {
         code: "harmonic",
         message: format!(
             "{}: like running speed, and listed apart from the modes",

@@ -173,15 +173,24 @@ pub fn load_segment(
     let mut diagnostics = Vec::new();
     let longest = recording.segments.iter().max_by_key(|s| s.len()).cloned();
     if let Some(segment) = longest.filter(|s| s.len() < recording.samples) {
+        let file = recording.moment(segment.start).file;
         let message = format!(
-            "{what} takes the longest stretch without a gap: {:.4} s of {:.4} s",
+            "{what} takes the longest stretch without a gap: {:.4} s{} of {:.4} s",
             segment.len() as f64 / rate,
+            file.as_ref()
+                .map_or(String::new(), |f| format!(", of {f},")),
             recording.duration_s()
         );
         diagnostics.push(Diagnostic {
             code: "one-stretch",
             message,
-            hint: Some("bridge short gaps: --fill-gaps".to_string()),
+            hint: Some(
+                match file {
+                    Some(_) => "the other files are not used: identify them one by one and compare",
+                    None => "bridge short gaps: --fill-gaps",
+                }
+                .to_string(),
+            ),
         });
         samples
             .iter_mut()

@@ -13,6 +13,7 @@ use crate::identify::modal::stabilisation::{
 };
 use crate::identify::operational::fdd::FddEstimate;
 use crate::identify::operational::merge_levels::{OperationalMode, UnresolvedPair};
+use crate::identify::operational::shared_peaks;
 use crate::identify::operational::ssi::{MAX_ORDER, SsiEstimate};
 
 /// The modes inside the band, with the level of the spectra behind the diagram.
@@ -49,6 +50,7 @@ pub fn from_ssi(
     let mut diagnostics = found.diagnostics;
     diagnostics.extend(pair_warnings(&found.pairs, band_hz));
     if let Some(level) = &level {
+        diagnostics.extend(shared_peak_warnings(level, &modes, &found.pairs));
         diagnostics.extend(unexplained_peak_warnings(level, &modes, reach, band_hz));
     }
     // Of every frequency the poles of one rung, the fastest that shows it well.
@@ -103,6 +105,31 @@ fn pair_warnings(pairs: &[UnresolvedPair], band_hz: (f64, f64)) -> Vec<Diagnosti
         hint: Some("take a longer record, or sensors where the two shapes differ".to_string()),
     };
     pairs.iter().filter(inside).map(warning).collect()
+}
+
+/// Says which modes share their peak of the spectra with another that is not found.
+fn shared_peak_warnings(
+    level: &FddEstimate,
+    modes: &[IdentifiedMode],
+    pairs: &[UnresolvedPair],
+) -> Vec<Diagnostic> {
+    let warning = |(k, mode): (usize, &IdentifiedMode)| {
+        let (f, half_band_hz) = (mode.frequency_hz(), mode.mode.pole.re.abs() / TAU);
+        let reach = shared_peaks::reach_hz(level, half_band_hz);
+        let is_near = |other_hz: f64| (other_hz - f).abs() <= reach;
+        let is_known = pairs.iter().any(|p| is_near(p.one_hz))
+            || (modes.iter().enumerate()).any(|(o, m)| o != k && is_near(m.frequency_hz()));
+        let ratio = shared_peaks::second_mode_ratio(level, f, half_band_hz)?;
+        (!is_known).then(|| Diagnostic {
+            code: "close-pair",
+            message: format!(
+                "{f:.4} Hz may be two modes: the second singular value of the spectra peaks there too, at {:.0} % of the first",
+                100.0 * ratio
+            ),
+            hint: Some("take a longer record, or sensors where the two shapes differ".to_string()),
+        })
+    };
+    modes.iter().enumerate().filter_map(warning).collect()
 }
 
 /// Says which peaks of the spectra no mode explains.

@@ -14,11 +14,14 @@ const MAX_CERTAIN_STD: f64 = 0.1;
 /// Below a line's width a mode is weak unless its damping is known to better than this share, as a standard deviation.
 const KNOWN_DAMPING: f64 = 0.1;
 
+/// Below a line's width a mode is weak where its coherence is below this as well.
+const NARROW_COHERENCE: f64 = 0.8;
+
 /// The rule as a sentence.
-pub const RULE: &str = "weak: a standard deviation of frequency above a tenth of the half-power width, a damping interval that includes zero, or a half-power width below a line with a damping known to no better than 10 %";
+pub const RULE: &str = "weak: a standard deviation of frequency above a tenth of the half-power width, a damping interval that includes zero, or a half-power width below a line with a damping known to no better than 10 % or a coherence below 0.8";
 
 /// Why a mode is weak; `None` where it is not, or its method gives no uncertainty. `line_hz` is the distance of the lines.
-pub fn reason(mode: &IdentifiedMode, line_hz: f64) -> Option<&'static str> {
+pub fn reason(mode: &IdentifiedMode, line_hz: f64, coherence: Option<f64>) -> Option<&'static str> {
     let width = 2.0 * mode.mode.pole.re.abs() / TAU;
     let (frequency, damping) = (mode.mode.frequency_std_hz()?, mode.mode.damping_std()?);
     let ratio = mode.mode.damping_ratio();
@@ -30,25 +33,26 @@ pub fn reason(mode: &IdentifiedMode, line_hz: f64) -> Option<&'static str> {
             "its half-power width is below a line, and its damping is known to no better than 10 %",
         );
     }
+    if width < line_hz && coherence.is_some_and(|c| c < NARROW_COHERENCE) {
+        return Some("its half-power width is below a line, and its coherence below 0.8");
+    }
     (frequency > MAX_CERTAIN_STD * width)
         .then_some("its frequency is uncertain by more than a tenth of its half-power width")
 }
 
-/// Modes, and apart from them the weak ones with the reason.
+/// Modes by rising frequency, and apart from them, unless they are joined, the weak ones; each of these with its reason. `coherence` is
+/// that at a frequency, Hz, where it is known.
 pub fn split_weak(
-    all: Vec<IdentifiedMode>,
+    mut all: Vec<IdentifiedMode>,
     line_hz: f64,
+    coherence: impl Fn(f64) -> Option<f64>,
+    is_joined: bool,
 ) -> (Vec<IdentifiedMode>, Vec<IdentifiedMode>) {
-    let mut modes = Vec::new();
-    let mut weak = Vec::new();
-    for mut mode in all {
-        mode.weak = reason(&mode, line_hz);
-        match mode.weak {
-            Some(_) => weak.push(mode),
-            None => modes.push(mode),
-        }
+    for mode in &mut all {
+        mode.weak = reason(mode, line_hz, coherence(mode.frequency_hz()));
     }
-    (modes, weak)
+    all.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
+    all.into_iter().partition(|m| is_joined || m.weak.is_none())
 }
 
 /// Stable poles over rising orders this near to the next are one column, relative.
@@ -136,10 +140,20 @@ mod tests {
     #[test]
     fn law_weak_modes() {
         let seen = mode(543.68, 0.00034, 0.056, 0.000138);
-        assert!(reason(&seen, 0.5).is_some_and(|r| r.contains("below a line")));
-        assert!(reason(&mode(500.0, 0.001, 0.01, 0.0006), 0.1).is_some_and(|r| r.contains("zero")));
-        assert!(reason(&mode(500.0, 0.001, 0.2, 0.0001), 0.1).is_some_and(|r| r.contains("tenth")));
-        assert!(reason(&mode(500.0, 0.001, 0.01, 0.00002), 2.0).is_none());
+        assert!(reason(&seen, 0.5, None).is_some_and(|r| r.contains("below a line")));
+        let why = |m: &IdentifiedMode, line_hz| reason(m, line_hz, Some(1.0)).unwrap_or_default();
+        assert!(why(&mode(500.0, 0.001, 0.01, 0.0006), 0.1).contains("zero"));
+        assert!(why(&mode(500.0, 0.001, 0.2, 0.0001), 0.1).contains("tenth"));
+        assert_eq!(why(&mode(500.0, 0.001, 0.01, 0.00002), 2.0), "");
+    }
+
+    /// 34.05354 ± 0.00047 Hz with a damping of 0.0226 ± 0.0014 % from lines 0.3125 Hz apart: weak at a coherence of 0.434, not at 0.95.
+    #[test]
+    fn law_narrow_modes_of_noise_are_weak() {
+        let seen = mode(34.05354, 0.000226, 0.00024, 0.000007);
+        let of = |coherence| reason(&seen, 0.3125, Some(coherence));
+        assert!(of(0.434).is_some_and(|r| r.contains("coherence")));
+        assert_eq!(of(0.95), None);
     }
 
     /// Nine stable poles at 120 Hz, where no mode is reported, have a reason; those of a mode have none.

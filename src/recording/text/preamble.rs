@@ -53,6 +53,7 @@ const RATE_KEYS: &[&str] = &[
     "output data rate",
     "odr",
     "fs",
+    "sr",
     "f s",
     "fs hz",
     "srate",

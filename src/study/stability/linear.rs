@@ -117,6 +117,14 @@ pub fn linear_stability(
     let own = [linear_stability::UNSTABLE, linear_stability::LEFT_OUT];
     let mut diagnostics = answer.diagnostics;
     diagnostics.retain(|w| own.contains(&w.code));
+    // Only a machine without a stated speed is taken at rest.
+    for left_out in diagnostics
+        .iter_mut()
+        .filter(|w| w.code == linear_stability::LEFT_OUT)
+    {
+        left_out.hint =
+            Some("state the speed in the model: [speed] with NODE = \"1000 rpm\"".to_string());
+    }
     Ok(LinearStability {
         diagnostics,
         speed: study.speed,

@@ -129,10 +129,13 @@ fn birthplace(value: &serde_json::Value) -> String {
 /// Reference data, who made them and which tests read them.
 fn references() -> String {
     let mut text = head(["file", "made by", "read by"], [false, false, false]);
-    let mut names: Vec<PathBuf> = fs::read_dir("data/reference")
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
+    let folder = |path: &str| -> Vec<PathBuf> {
+        let entries = fs::read_dir(path).unwrap();
+        entries.map(|entry| entry.unwrap().path()).collect()
+    };
+    let mut names = folder("data/reference");
+    names.extend(folder("data/reference/gear"));
+    names.retain(|path| path.is_file());
     names.sort();
     let mut tests = Vec::new();
     files("tests", &mut tests);
@@ -142,7 +145,7 @@ fn references() -> String {
         let reads = |test: &&PathBuf| {
             let text = fs::read_to_string(test).unwrap();
             let reads_any = text.contains("reference(") || text.contains("data/reference");
-            let file = format!("reference/{stem}.json");
+            let file = format!("/{stem}.json");
             text.contains(&file) || reads_any && text.contains(&format!("\"{stem}\""))
         };
         let readers: Vec<String> = tests

@@ -175,17 +175,18 @@ impl<'p> RowReader<'p> {
                     _ => {}
                 }
             }
-            self.line(&block[at..end])?;
+            self.line(&block[at..end], true)?;
             at = next;
         }
         if ended && at < block.len() {
-            self.line(&block[at..])?;
+            self.line(&block[at..], false)?;
             at = block.len();
         }
         Ok(at)
     }
 
-    fn line(&mut self, line: &[u8]) -> Result<(), Error> {
+    /// Takes a line; `ends` where a line end follows.
+    fn line(&mut self, line: &[u8], ends: bool) -> Result<(), Error> {
         let number = self.line;
         self.line += 1;
         if line.trim_ascii().is_empty() {
@@ -198,6 +199,13 @@ impl<'p> RowReader<'p> {
             Ok(()) => {
                 if let Some(before) = self.no_row.take() {
                     return Err(before.error);
+                }
+                // Beginning of a time stamp, where no other row holds a time alone.
+                if !ends && self.body.time_only_rows == 1 && self.is_time_only(kept) {
+                    self.batch.truncate(kept);
+                    self.body.time_only_rows = 0;
+                    self.body.cut = Some((number, self.coding.text(line)));
+                    return Ok(());
                 }
                 self.count_row(number)
             }
@@ -340,6 +348,14 @@ impl<'p> RowReader<'p> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the row at the end of the batch, from `base` on, holds a time and no value.
+    fn is_time_only(&self, base: usize) -> bool {
+        let sinks = self.plan.sinks.iter().zip(&self.batch[base..]);
+        sinks
+            .filter(|(sink, _)| sink.reader.is_none())
+            .all(|(_, x)| x.is_nan())
     }
 
     /// Counts the row that was just read.

@@ -53,24 +53,38 @@ pub struct LoadLever {
     pub balance: f64,
 }
 
+impl PathGeometry {
+    /// Transverse base pitch, m.
+    pub fn base_pitch(&self) -> f64 {
+        std::f64::consts::TAU * self.base[0] / f64::from(self.teeth)
+    }
+
+    /// Lengths of roll of the pitch point on both gears, m.
+    pub fn pitch_point(&self) -> [f64; 2] {
+        self.base.map(|base| base * self.angle.tan())
+    }
+
+    /// Lengths of roll at the tip cylinders, m.
+    pub fn tip_roll(&self) -> [f64; 2] {
+        [0, 1].map(|i| ((self.tip[i] - self.base[i]) * (self.tip[i] + self.base[i])).sqrt())
+    }
+
+    /// Lengths of the path before and beyond the pitch point, the first gear driving, m. No involute lies inside the base circle of the
+    /// first gear, nor of an external second one.
+    pub fn ends(&self) -> [f64; 2] {
+        let ([c1, c2], [tip1, tip2]) = (self.pitch_point(), self.tip_roll());
+        match self.internal {
+            false => [(tip2 - c2).min(c1), (tip1 - c1).min(c2)],
+            true => [(c2 - tip2).min(c1), tip1 - c1],
+        }
+    }
+}
+
 impl PathOfContact {
     /// The path; none where teeth do not overlap: a contact ratio below one.
     pub fn new(gears: &PathGeometry) -> Option<PathOfContact> {
-        let [b1, b2] = gears.base;
-        let rise = |tip: f64, base: f64| ((tip - base) * (tip + base)).sqrt();
-        let tangent = gears.angle.tan();
-        let pitch = std::f64::consts::TAU * b1 / f64::from(gears.teeth);
-        // No involute lies inside the base circle of the first gear, nor of an external second one.
-        let (approach, recess) = match gears.internal {
-            false => (
-                (rise(gears.tip[1], b2) - b2 * tangent).min(b1 * tangent),
-                (rise(gears.tip[0], b1) - b1 * tangent).min(b2 * tangent),
-            ),
-            true => (
-                (b2 * tangent - rise(gears.tip[1], b2)).min(b1 * tangent),
-                rise(gears.tip[0], b1) - b1 * tangent,
-            ),
-        };
+        let pitch = gears.base_pitch();
+        let [approach, recess] = gears.ends();
         let path = PathOfContact {
             pitch,
             approach: approach / pitch,

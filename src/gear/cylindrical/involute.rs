@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// An involute cylindrical gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InvoluteGear {
-    /// Number of teeth.
+    /// Number of teeth, positive for internal gears too.
     pub teeth: u32,
     /// Normal module, m.
     pub module: f64,
@@ -104,6 +104,31 @@ impl InvoluteGear {
         self.module * (FRAC_PI_2 + 2.0 * self.profile_shift * self.pressure_angle.tan())
     }
 
+    /// Base helix angle β_b, `sin β_b = sin β cos α_n`.
+    pub fn base_helix_angle(&self) -> f64 {
+        (self.helix.sin() * self.pressure_angle.cos()).asin()
+    }
+
+    /// Transverse pressure angle α_yt at a diameter; NaN inside the base circle.
+    pub fn pressure_angle_at(&self, diameter: f64) -> f64 {
+        (2.0 * self.roll_length(diameter) / self.base_diameter()).atan()
+    }
+
+    /// Diameter at a length of roll.
+    pub fn diameter_at_roll(&self, roll: f64) -> f64 {
+        self.base_diameter().hypot(2.0 * roll)
+    }
+
+    /// Transverse tooth thickness s_yt at a diameter for a normal thickness at the reference cylinder:
+    /// `s_yt = d_y (s_t/d ± (inv α_t − inv α_yt))`, − for internal teeth (ISO 21771-2:2025); NaN inside the base circle.
+    pub fn thickness_at(&self, diameter: f64, thickness: f64) -> f64 {
+        let involute =
+            inv(self.transverse_pressure_angle()) - inv(self.pressure_angle_at(diameter));
+        let involute = if self.internal { -involute } else { involute };
+        let whole = f64::from(self.teeth) * self.module;
+        diameter * (thickness / whole + involute)
+    }
+
     /// Length of roll, along the line of action from the base circle, at a diameter; NaN inside the base circle.
     pub fn roll_length(&self, diameter: f64) -> f64 {
         0.5 * ((diameter - self.base_diameter()) * (diameter + self.base_diameter())).sqrt()
@@ -150,19 +175,57 @@ impl InvoluteGear {
         k.round().clamp(1.0, z) as u32
     }
 
-    /// Dimension over two balls (pins where the helix is zero) of a diameter, of an internal gear between them, for a normal thickness;
-    /// NaN where the ball falls through.
-    pub fn dimension_over_balls(&self, ball: f64, thickness: f64) -> f64 {
+    /// Diameter d_K of the circle on which the centres of balls of a diameter lie that touch both flanks of a space, for a normal
+    /// thickness; NaN where the ball falls through.
+    pub fn ball_centre_diameter(&self, ball: f64, thickness: f64) -> f64 {
         let whole = f64::from(self.teeth) * self.module;
         let wide = ball / self.pressure_angle.cos() - self.space_width(thickness);
         // The ball touches flanks that bulge toward it, or inside ones that are hollow.
-        let (beyond, half) = match self.internal {
-            false => (wide, 0.5 * ball),
-            true => (-wide, -0.5 * ball),
-        };
+        let beyond = if self.internal { -wide } else { wide };
         let involute = inv(self.transverse_pressure_angle()) + beyond / whole;
-        let centres = self.base_diameter() / angle_from_inv(involute).cos();
-        centres * self.odd_tooth_factor() + 2.0 * half
+        self.base_diameter() / angle_from_inv(involute).cos()
+    }
+
+    /// Contribution of the ball itself to a dimension over it; negative between balls.
+    fn ball_reach(&self, ball: f64) -> f64 {
+        if self.internal { -ball } else { ball }
+    }
+
+    /// Dimension M_dK over two balls (pins where the helix is zero) of a diameter, of an internal gear between them, for a normal
+    /// thickness; NaN where the ball falls through.
+    pub fn dimension_over_balls(&self, ball: f64, thickness: f64) -> f64 {
+        let centres = self.ball_centre_diameter(ball, thickness);
+        centres * self.odd_tooth_factor() + self.ball_reach(ball)
+    }
+
+    /// Dimension M_rK from the axis over one ball, of an internal gear to its inner side.
+    pub fn radial_dimension_over_ball(&self, ball: f64, thickness: f64) -> f64 {
+        0.5 * (self.ball_centre_diameter(ball, thickness) + self.ball_reach(ball))
+    }
+
+    /// Dimension M_dR over two pins of a diameter for a normal thickness: as over balls for spur gears. Along the helix the pins of a
+    /// helical gear find places straight across from each other with odd tooth numbers too (ISO 21771-2:2025); none of internal helical
+    /// gears, whose hollow spaces pins do not fit.
+    pub fn dimension_over_pins(&self, pin: f64, thickness: f64) -> Option<f64> {
+        match (self.helix == 0.0, self.internal) {
+            (true, _) => Some(self.dimension_over_balls(pin, thickness)),
+            (false, false) => Some(self.ball_centre_diameter(pin, thickness) + pin),
+            (false, true) => None,
+        }
+    }
+
+    /// Diameter of the ball that touches the flanks of the nominal tooth at the diameter `d + 2 x m_n`, near the middle of their height;
+    /// NaN where that lies inside the base circle.
+    pub fn default_ball_diameter(&self) -> f64 {
+        let outward = if self.internal { -1.0 } else { 1.0 };
+        let middle = self.reference_diameter() + 2.0 * outward * self.profile_shift * self.module;
+        let angle = self.pressure_angle_at(middle);
+        let whole = f64::from(self.teeth) * self.module;
+        let space = self.space_width(self.nominal_thickness()) / whole;
+        // Half the space at the base circle: the ball's centre has rolled to the angle α_K = tan α + η_b, inside tan α − η_b.
+        let half = space - outward * inv(self.transverse_pressure_angle());
+        let centre = angle.tan() + outward * half;
+        outward * whole * self.pressure_angle.cos() * (centre.tan() - angle.tan())
     }
 
     /// Two spaces lie across from each other, of an odd number of teeth not quite.

@@ -1,0 +1,15 @@
+//! Bevel and hypoid flanks from the settings of the generator that cuts them.
+
+pub mod frames;
+
+pub mod cutter;
+
+pub mod settings;
+
+pub mod tooth_section;
+
+pub mod flank;
+
+pub mod flank_grid;
+
+pub mod structure_elements;

@@ -1,0 +1,82 @@
+//! The section of a bevel tooth by a plane through its axis: a quadrilateral of axial place z and radius.
+
+/// A side of the section at which a flank may have an edge; the root has none, it goes over into the fillet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Tip.
+    Tip,
+    /// Toe: the end nearer the apex.
+    Toe,
+    /// Heel.
+    Heel,
+}
+
+/// The axial section of a tooth flank, `[z, radius]` at its four corners, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToothSection {
+    /// Corners by `[toe, heel]`, each by `[root, tip]`.
+    pub corners: [[[f64; 2]; 2]; 2],
+}
+
+impl ToothSection {
+    /// The section between the face cone and the root cone of one apex, its ends perpendicular to the pitch cone; angles in rad, lengths
+    /// in m.
+    pub fn from_cones(
+        [pitch, face, root]: [f64; 3],
+        mean_cone_distance: f64,
+        face_width: f64,
+    ) -> ToothSection {
+        let (sin, cos) = pitch.sin_cos();
+        let corner =
+            |along: f64, height: f64| [along * cos - height * sin, along * sin + height * cos];
+        let end = |along: f64| {
+            [
+                corner(along, along * (root - pitch).tan()),
+                corner(along, along * (face - pitch).tan()),
+            ]
+        };
+        ToothSection {
+            corners: [-0.5, 0.5].map(|share| end(mean_cone_distance + share * face_width)),
+        }
+    }
+
+    /// `[z, radius]` at shares of the face from toe to heel and of the height from root to tip.
+    pub fn at(&self, face: f64, height: f64) -> [f64; 2] {
+        let between = |a: [f64; 2], b: [f64; 2], share: f64| {
+            [0, 1].map(|k| (1.0 - share) * a[k] + share * b[k])
+        };
+        let [toe, heel] = self.corners.map(|[root, tip]| between(root, tip, height));
+        between(toe, heel, face)
+    }
+
+    /// A side as `c_z z + c_ρ ρ = c₀`, the left less the right its distance, positive outside.
+    pub fn side(&self, side: Side) -> [f64; 3] {
+        let [[toe_root, toe_tip], [heel_root, heel_tip]] = self.corners;
+        let (from, to, inside) = match side {
+            Side::Tip => (toe_tip, heel_tip, toe_root),
+            Side::Toe => (toe_root, toe_tip, heel_root),
+            Side::Heel => (heel_root, heel_tip, toe_root),
+        };
+        let (dz, dr) = (to[0] - from[0], to[1] - from[1]);
+        let length = f64::hypot(dz, dr);
+        let (c_z, c_rho) = (-dr / length, dz / length);
+        let c_0 = c_z * from[0] + c_rho * from[1];
+        let sign = -(c_z * inside[0] + c_rho * inside[1] - c_0).signum();
+        [sign * c_z, sign * c_rho, sign * c_0]
+    }
+
+    /// Greatest length from root to tip, m.
+    pub fn depth(&self) -> f64 {
+        let length = |[a, b]: [[f64; 2]; 2]| f64::hypot(b[0] - a[0], b[1] - a[1]);
+        length(self.corners[0]).max(length(self.corners[1]))
+    }
+
+    /// Whether `[z, radius]` lies in the section.
+    pub fn contains(&self, [z, radius]: [f64; 2]) -> bool {
+        let [[a, d], [b, c]] = self.corners;
+        let turn =
+            |p: [f64; 2], q: [f64; 2]| (q[0] - p[0]) * (radius - p[1]) - (q[1] - p[1]) * (z - p[0]);
+        let turns = [turn(a, b), turn(b, c), turn(c, d), turn(d, a)];
+        turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0)
+    }
+}

@@ -1,0 +1,78 @@
+//! The reversal: every standard gear fitted to the readings, those kept that agree, ranked by misfit.
+
+use super::candidate::Candidate;
+use super::confusion::Confusion;
+use super::readings::GearReadings;
+use super::standard_sizes::{PRESSURE_ANGLES, ToothSize};
+use crate::base::code::Code;
+use crate::base::error::Error;
+
+/// Candidates, best first, and pairs of them that the readings leave open.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reversal {
+    /// Candidates by rising misfit.
+    pub candidates: Vec<Candidate>,
+    /// Pairs of the candidates that the readings do not separate from the best.
+    pub confusions: Vec<Confusion>,
+}
+
+/// Largest deviation of a span in its standard uncertainties at which a candidate is kept. Tip and root diameters only rank: tips are
+/// altered, and tools are not always of the usual depth.
+const WIDEST: f64 = 5.0;
+
+impl GearReadings {
+    /// The standard gears that agree with the readings, and what the readings leave open.
+    ///
+    /// # Errors
+    /// `OutOfRange`: a reading no gear has. `IllPosed`: spans over one number of teeth only, or a helix angle without the tip diameter.
+    /// `NoConvergence`: no standard gear agrees; the nearest is named.
+    pub fn reverse(&self) -> Result<Reversal, Error> {
+        self.check()?;
+        let mut nearest: Option<(f64, Candidate)> = None;
+        let mut candidates = Vec::new();
+        let angles = |size| {
+            PRESSURE_ANGLES
+                .iter()
+                .map(move |angle: &f64| (size, angle.to_radians()))
+        };
+        for (size, angle) in ToothSize::all().flat_map(angles) {
+            let Some((widest, candidate)) = self.fit(size, angle) else {
+                continue;
+            };
+            if nearest.as_ref().is_none_or(|(least, _)| widest < *least) {
+                nearest = Some((widest, candidate.clone()));
+            }
+            if widest <= WIDEST {
+                candidates.push(candidate);
+            }
+        }
+        if candidates.is_empty() {
+            return Err(self.no_candidate(nearest));
+        }
+        candidates.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+        let confusions = self.confusions(&candidates);
+        Ok(Reversal {
+            candidates,
+            confusions,
+        })
+    }
+
+    fn no_candidate(&self, nearest: Option<(f64, Candidate)>) -> Error {
+        let Some((widest, candidate)) = nearest else {
+            let message = "no standard gear has these readings";
+            return Error::new(Code::NoConvergence, message)
+                .with_hint("check the helix angle and the tip diameter");
+        };
+        let size = match candidate.size {
+            ToothSize::Module(m) => format!("m {m} mm"),
+            ToothSize::DiametralPitch(p) => format!("P {p} 1/in"),
+        };
+        let message = format!(
+            "no standard gear agrees with the readings; the nearest, {size} / {:.1} deg, misses one by {widest:.1} standard uncertainties",
+            candidate.gear.pressure_angle.to_degrees()
+        );
+        Error::new(Code::NoConvergence, message).with_hint(
+            "check the teeth spanned and the uncertainties, or measure spans farther apart",
+        )
+    }
+}

@@ -1,0 +1,302 @@
+//! Loaded transmission error of a pair: `C F = a δ − g`, `Σ a F = W = T/r_b1`, `e = −δ`; tangent stiffness dW/dδ, secant `W/(δ − δ₀)`.
+//!
+//! At a pinion angle φ, counted from where pair 0 touches at the pitch point, the candidates are the tooth pairs that can touch there,
+//! each cut into slices along the face width. A slice has the gap of its flanks' modifications, of misalignment and, off the line of
+//! action, of the tip corner, and the compliance of its place; slices are not coupled. e is positive where the driven gear leads, so a
+//! load and relief make it negative; δ₀ is the approach without load. The load acts on the driven gear: W is its torque over r_b2.
+
+use std::f64::consts::TAU;
+
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error};
+use crate::gear::cylindrical::modification::FlankModification;
+use crate::gear::cylindrical::pair::Pair;
+use crate::numeric::complementarity::ContactSolution;
+
+use super::compliance::{PairCompliance, StiffnessMethod};
+use super::contact_path::ContactPath;
+use super::hertz;
+use super::iso6336::LEAST_LINE_LOAD;
+use super::material::Material;
+use super::mesh_result::{LoadedCycle, MeshResult, PairCurve};
+use super::position::{MeshPoint, MeshPosition};
+
+/// Most slices and positions: above them a map needs minutes.
+const MOST_SLICES: usize = 1000;
+const MOST_POSITIONS: usize = 100_000;
+
+/// Options of a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshOptions {
+    /// Stiffness of the tooth pairs.
+    pub method: StiffnessMethod,
+    /// Elastic constants of the gears.
+    pub materials: [Material; 2],
+    /// Modifications of the gears' flanks.
+    pub modifications: [FlankModification; 2],
+    /// Slope of the gap along the face width in the plane of action, rad; positive opens the face that leaves mesh last.
+    pub misalignment: f64,
+    /// Positions in one pitch.
+    pub positions: usize,
+    /// Slices along the face width.
+    pub slices: usize,
+}
+
+impl Default for MeshOptions {
+    fn default() -> MeshOptions {
+        MeshOptions {
+            method: StiffnessMethod::default(),
+            materials: [Material::default(); 2],
+            modifications: [FlankModification::default(); 2],
+            misalignment: 0.0,
+            positions: 60,
+            slices: 11,
+        }
+    }
+}
+
+/// A pair ready to be loaded.
+#[derive(Debug, Clone)]
+pub struct LoadedMesh {
+    options: MeshOptions,
+    path: ContactPath,
+    compliance: PairCompliance,
+    /// Common face width, m.
+    width: f64,
+    /// Tangent of the base helix angle.
+    base_helix: f64,
+    pinion_teeth: u32,
+    /// Tooth pairs that can touch over one pitch.
+    pairs: Vec<i32>,
+}
+
+impl LoadedMesh {
+    /// A pair with its options.
+    ///
+    /// # Errors
+    /// `OutOfRange`: no positions, slices or contact, options that are not finite; as `PairCompliance::new`.
+    pub fn new(pair: &Pair, options: MeshOptions) -> Result<LoadedMesh, Error> {
+        check(&options)?;
+        let path = ContactPath::new(pair);
+        for (modification, ends) in options.modifications.iter().zip(path.flank_ends) {
+            modification.check(ends)?;
+        }
+        if !(path.ends[1] > path.ends[0]) {
+            let message = format!(
+                "the teeth do not reach each other: path of contact of {:.4} mm",
+                1e3 * (path.ends[1] - path.ends[0])
+            );
+            return Err(Error::new(Code::OutOfRange, message)
+                .with_hint("give larger tip diameters or a smaller centre distance"));
+        }
+        let gear = &pair.members[0].gear;
+        let width = pair.members[0].face_width.min(pair.members[1].face_width);
+        let base_helix = (gear.helix.sin() * gear.pressure_angle.cos())
+            .asin()
+            .abs()
+            .tan();
+        let [low, high] = path.reach();
+        let lean = 0.5 * width * base_helix;
+        let number = |roll: f64| (roll - path.pitch_rolls[0]) / path.base_pitch;
+        let first = (number(low - lean) - 1.0).ceil() as i32;
+        let last = number(high + lean).floor() as i32;
+        Ok(LoadedMesh {
+            compliance: PairCompliance::new(pair, &options.method, &options.materials)?,
+            options,
+            path,
+            width,
+            base_helix,
+            pinion_teeth: gear.teeth,
+            pairs: (first..=last).collect(),
+        })
+    }
+
+    /// The mesh at a pinion angle, rad.
+    ///
+    /// # Errors
+    /// `OutOfRange`: no pair of teeth can touch there.
+    pub fn position(&self, angle: f64) -> Result<MeshPosition, Error> {
+        let slices = self.options.slices;
+        let slice_width = self.width / slices as f64;
+        let mut points = Vec::with_capacity(self.pairs.len() * slices);
+        for (pair, number) in self.pairs.iter().enumerate() {
+            let middle = self.path.pitch_rolls[0]
+                + self.path.base[0] * angle
+                + f64::from(*number) * self.path.base_pitch;
+            for slice in 0..slices {
+                let face = (slice as f64 + 0.5) / slices as f64;
+                let behind = (face - 0.5) * self.width;
+                let Some(place) = self.path.place(middle - behind * self.base_helix) else {
+                    continue;
+                };
+                let removed = |i: usize| {
+                    let ends = self.path.flank_ends[i];
+                    self.options.modifications[i].removed(place.rolls[i], ends, face)
+                };
+                let gap = place.gap + removed(0) + removed(1) + self.options.misalignment * behind;
+                points.push(MeshPoint {
+                    pair,
+                    place,
+                    gap,
+                    compliance: self.compliance.at(place.rolls) / slice_width,
+                });
+            }
+        }
+        if points.is_empty() {
+            let message = format!("no tooth pair can touch at the pinion angle {angle:.6} rad");
+            return Err(Error::new(Code::OutOfRange, message)
+                .with_hint("the contact ratio is too small: give larger tip diameters"));
+        }
+        MeshPosition::new(points, self.path.base[0])
+    }
+
+    /// The pitch at several torques of the pinion, N·m.
+    ///
+    /// # Errors
+    /// `OutOfRange`: a torque that is not positive; as `position` and `ContactProblem::solve`.
+    pub fn map(&self, torques: &[f64]) -> Result<MeshResult, Error> {
+        let count = self.options.positions;
+        let pitch = TAU / f64::from(self.pinion_teeth);
+        let angles: Vec<f64> = (0..count)
+            .map(|i| pitch * i as f64 / count as f64)
+            .collect();
+        let mut unloaded_te = Vec::with_capacity(count);
+        let mut cycles: Vec<LoadedCycle> = torques
+            .iter()
+            .map(|t| LoadedCycle::new(*t, count))
+            .collect();
+        for angle in &angles {
+            let position = self.position(*angle)?;
+            unloaded_te.push(position.unloaded_te());
+            let mut start: Option<Vec<bool>> = None;
+            for cycle in &mut cycles {
+                let solution = position.solve(cycle.torque, start.as_deref())?;
+                self.enter(&position, &solution, cycle);
+                start = Some(solution.active);
+            }
+        }
+        Ok(MeshResult {
+            method: self.options.method.name(),
+            bodies: self.options.method.bodies(),
+            driven_base_radius: self.path.base[1],
+            pinion_angles: angles,
+            pairs: self.pairs.clone(),
+            unloaded_te,
+            warnings: self.warnings(&cycles),
+            cycles,
+        })
+    }
+
+    /// Stiffness and gap of one tooth pair at a torque of the pinion: secant of its own load from its first touch where it carries, that of
+    /// all its slices together where it does not. Springs of this curve, a pitch apart, carry the load at the approach of `map`.
+    ///
+    /// # Errors
+    /// As `map`.
+    pub fn pair_curve(&self, torque: f64) -> Result<PairCurve, Error> {
+        let count = self.options.positions;
+        let pitch = TAU / f64::from(self.pinion_teeth);
+        let n = self.pairs.len();
+        let mut curve = PairCurve {
+            angles: Vec::with_capacity(n * count),
+            stiffness: vec![0.0; n * count],
+            gap: vec![f64::INFINITY; n * count],
+        };
+        for number in &self.pairs {
+            let at = |i: usize| pitch * (f64::from(*number) + i as f64 / count as f64);
+            curve.angles.extend((0..count).map(at));
+        }
+        for i in 0..count {
+            let position = self.position(pitch * i as f64 / count as f64)?;
+            let solution = position.solve(torque, None)?;
+            for pair in 0..n {
+                let (stiffness, gap) = position.spring(pair, &solution);
+                curve.stiffness[pair * count + i] = stiffness;
+                curve.gap[pair * count + i] = gap;
+            }
+        }
+        Ok(curve)
+    }
+
+    fn enter(&self, position: &MeshPosition, solution: &ContactSolution, cycle: &mut LoadedCycle) {
+        let load = cycle.torque / self.path.base[0];
+        cycle.te.push(-solution.approach);
+        cycle.secant.push(load / solution.deflection);
+        cycle.tangent.push(solution.stiffness);
+        let slice_width = self.width / self.options.slices as f64;
+        // The radius of the normal section; force and contact line lengthen alike with the helix, so the line load does not change.
+        let lengthened = self.base_helix.hypot(1.0);
+        let mut shares = vec![0.0; self.pairs.len()];
+        let (mut corner, mut pressure) = (0.0, None);
+        for (point, force) in position.points.iter().zip(&solution.forces) {
+            let share = point.place.arm * force / load;
+            shares[point.pair] += share;
+            if point.place.corner.is_some() {
+                corner += share;
+            } else if let Some(radius) = self.path.relative_radius(&point.place)
+                && *force > 0.0
+            {
+                let line_load = force / slice_width;
+                let materials = &self.options.materials;
+                let here = hertz::line_pressure(line_load, radius * lengthened, materials);
+                pressure = Some(here.max(pressure.unwrap_or(0.0)));
+            }
+        }
+        cycle.shares.push(shares);
+        cycle.corner_share.push(corner);
+        cycle.pressure.push(pressure);
+    }
+
+    fn warnings(&self, cycles: &[LoadedCycle]) -> Vec<Diagnostic> {
+        let outside = self.compliance.outside_range().into_iter();
+        let mut warnings: Vec<Diagnostic> = outside
+            .map(|message| Diagnostic {
+                code: "stiffness-range",
+                message,
+                hint: None,
+            })
+            .collect();
+        let line_load = |c: &LoadedCycle| c.torque / self.path.base[0] / self.width;
+        let least = cycles.iter().map(line_load).fold(f64::INFINITY, f64::min);
+        let is_iso = matches!(self.options.method, StiffnessMethod::Iso6336 { .. });
+        if is_iso && least < LEAST_LINE_LOAD {
+            warnings.push(Diagnostic {
+                code: "stiffness-range",
+                message: format!(
+                    "line load of {:.3} N/mm is below 100 N/mm, where c′ of ISO 6336-1 falls with the load",
+                    1e-3 * least
+                ),
+                hint: Some("take the energy method for small loads".into()),
+            });
+        }
+        warnings
+    }
+}
+
+fn check(options: &MeshOptions) -> Result<(), Error> {
+    let out_of_range = |message: String| Err(Error::new(Code::OutOfRange, message));
+    if !(1..=MOST_SLICES).contains(&options.slices) {
+        let slices = options.slices;
+        return out_of_range(format!("{slices} slices; the face has 1 to {MOST_SLICES}"));
+    }
+    if !(1..=MOST_POSITIONS).contains(&options.positions) {
+        let positions = options.positions;
+        return out_of_range(format!(
+            "{positions} positions; a pitch has 1 to {MOST_POSITIONS}"
+        ));
+    }
+    for material in &options.materials {
+        let Material { young, poisson } = *material;
+        if !(young > 0.0 && young.is_finite() && (0.0..0.5).contains(&poisson)) {
+            return out_of_range(format!(
+                "elastic constants are {young} Pa and {poisson}; the modulus is positive, Poisson's ratio from 0 to below 0.5"
+            ));
+        }
+    }
+    if !options.misalignment.is_finite() {
+        return out_of_range(format!(
+            "misalignment is {}; it is finite",
+            options.misalignment
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,37 @@
+//! Tooth stiffness, load sharing and loaded transmission error of cylindrical gears: `C F = δ − g`, `Σ F = W`, e(φ, T) = −δ.
+
+/// Elastic constants.
+pub mod material;
+
+/// Stiffness c′ and c_γ of ISO 6336-1:2006.
+pub mod iso6336;
+
+/// Line contact of flanks.
+pub mod hertz;
+
+/// Models of the gear body under a tooth.
+pub mod body;
+
+/// Tooth as a beam of variable thickness.
+pub mod tooth;
+
+/// Places of contact on the line of action and of tip corners off it.
+pub mod contact_path;
+
+/// Compliance of a tooth pair by either method, and both side by side.
+pub mod compliance;
+
+/// Load sharing at one pinion angle.
+pub mod position;
+
+/// Results over one pitch.
+pub mod mesh_result;
+
+/// Loaded transmission error, stiffness and load sharing over one pitch.
+pub mod mesh;
+
+/// Relief of least peak-to-peak over a range of torques.
+pub mod relief;
+
+/// Phase between a planet's meshes with sun and ring.
+pub mod planet_phase;

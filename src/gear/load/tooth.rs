@@ -1,0 +1,248 @@
+//! Tooth as a beam of variable thickness: `δ = ∫ [((cos β (h_l − h) − x_l sin β)²/(E I) + 1.2 cos²β/(G A) + sin²β/(E A)] dh` for a unit load.
+//!
+//! A slice of unit width is loaded at the height h_l, half thickness x_l, at the angle β to the normal of its middle line; I = 2x³/3,
+//! A = 2x. Yang and Lin, J. Mech. Trans. Autom. Des. 109 (1987), with the outline as it is generated, from the root circle on. The
+//! integral splits into cumulative integrals of h^k/x³ and 1/x that do not know the load, so a position costs one Gauss rule.
+
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::gear::cylindrical::outline::ToothOutline;
+
+use super::body::FootLoad;
+use super::material::Material;
+
+/// Shear correction factor of a rectangular section.
+const SHEAR_FACTOR: f64 = 1.2;
+
+/// Panels of the involute whose integrals are tabled; with the rule below the compliance agrees to 1e-14 with 32 panels of six points.
+const PANELS: usize = 64;
+
+/// Gauss–Legendre rule of four points on [0, 1]: places and weights.
+const GAUSS: [[f64; 2]; 4] = [
+    [0.069_431_844_202_973_71, 0.173_927_422_568_726_93],
+    [0.330_009_478_207_571_87, 0.326_072_577_431_273_07],
+    [0.669_990_521_792_428_1, 0.326_072_577_431_273_07],
+    [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
+];
+
+/// Halvings of the fillet in its Romberg table: 2⁷ intervals at last; with 2⁹ the compliance changes by 1e-12.
+const HALVINGS: usize = 7;
+
+/// A tooth with its cumulative integrals.
+#[derive(Debug, Clone)]
+pub struct ToothSection {
+    base_radius: f64,
+    root_radius: f64,
+    root_half_angle: f64,
+    /// Half angle of the tooth extrapolated to the base circle, rad.
+    base_half_angle: f64,
+    /// +1 external, −1 internal.
+    outward: f64,
+    material: Material,
+    /// Roll angles at the form and the tip radius.
+    roll_angles: [f64; 2],
+    /// Integrals from the root circle to the ends of the panels.
+    integrals: Vec<Integrals>,
+}
+
+/// ∫dh/x³, ∫h dh/x³, ∫h² dh/x³, ∫dh/x.
+#[derive(Debug, Clone, Copy, Default)]
+struct Integrals([f64; 4]);
+
+/// A place on the flank: height above the root circle, half thickness, and the angle β of the normal there.
+#[derive(Debug, Clone, Copy)]
+struct FlankPlace {
+    height: f64,
+    half_thickness: f64,
+    angle: f64,
+}
+
+/// Deflections along the load's line for a unit line load, m²/N.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToothCompliance {
+    /// Bending.
+    pub bending: f64,
+    /// Shear.
+    pub shear: f64,
+    /// Compression along the middle line.
+    pub axial: f64,
+}
+
+impl ToothCompliance {
+    /// The sum.
+    pub fn total(&self) -> f64 {
+        self.bending + self.shear + self.axial
+    }
+}
+
+impl ToothSection {
+    /// The section of a tooth.
+    ///
+    /// # Errors
+    /// `OutOfRange`: an outline whose flanks meet below its tip.
+    pub fn new(outline: &ToothOutline, material: Material) -> Result<ToothSection, Error> {
+        let base = outline.base_radius;
+        let outward = if outline.internal { -1.0 } else { 1.0 };
+        let roll_angles =
+            [outline.form_radius, outline.tip_radius].map(|r| outline.roll_length(r) / base);
+        let [_, tip_half_angle] = outline.involute_point(1.0);
+        let tip_involute = roll_angles[1] - roll_angles[1].atan();
+        let mut section = ToothSection {
+            base_radius: base,
+            root_radius: outline.root_radius,
+            root_half_angle: outline.fillet_point(0.0)[1],
+            base_half_angle: tip_half_angle + outward * tip_involute,
+            outward,
+            material,
+            roll_angles,
+            integrals: Vec::with_capacity(PANELS + 1),
+        };
+        let mut sum = section.fillet_integrals(outline);
+        section.integrals.push(sum);
+        for panel in 0..PANELS {
+            let [from, to] = [panel, panel + 1].map(|i| section.panel_end(i));
+            sum = sum.plus(&section.involute_integrals(from, to));
+            section.integrals.push(sum);
+        }
+        let thin = sum.0.iter().any(|x| !x.is_finite()) || !(tip_half_angle >= 0.0);
+        if thin || !(section.root_half_angle > 0.0) {
+            let message = format!(
+                "the flanks of a tooth meet between its root radius of {:.4} mm and its tip radius of {:.4} mm",
+                1e3 * outline.root_radius,
+                1e3 * outline.tip_radius
+            );
+            return Err(Error::new(Code::OutOfRange, message)
+                .with_hint("give a tip diameter at which the tooth has a thickness"));
+        }
+        Ok(section)
+    }
+
+    /// Deflections of the tooth for a unit line load at a length of roll of its involute.
+    pub fn compliance(&self, roll: f64) -> ToothCompliance {
+        let roll_angle = roll / self.base_radius;
+        let place = self.involute_place(roll_angle);
+        let Integrals([j0, j1, j2, k]) = self.integrals_to(roll_angle);
+        let (sine, cosine) = place.angle.sin_cos();
+        let arm = cosine * place.height - place.half_thickness * sine;
+        let bending = arm * arm * j0 - 2.0 * arm * cosine * j1 + cosine * cosine * j2;
+        let young = self.material.young;
+        ToothCompliance {
+            bending: 1.5 * bending / young,
+            shear: 0.5 * SHEAR_FACTOR * cosine * cosine * k / self.material.shear_modulus(),
+            axial: 0.5 * sine * sine * k / young,
+        }
+    }
+
+    /// Load on the foot of the tooth from a force at a length of roll.
+    pub fn foot_load(&self, roll: f64) -> FootLoad {
+        let angle = self.involute_place(roll / self.base_radius).angle;
+        FootLoad {
+            // The normal is tangent to the base circle, so it meets the middle line at r_b/cos β.
+            height: self.outward * (self.base_radius / angle.cos() - self.root_radius),
+            angle,
+            root_radius: self.root_radius,
+            root_half_angle: self.root_half_angle,
+        }
+    }
+
+    /// Distance from the flank to the middle of the tooth along the normal at a length of roll, m.
+    pub fn depth(&self, roll: f64) -> f64 {
+        let place = self.involute_place(roll / self.base_radius);
+        place.half_thickness / place.angle.cos()
+    }
+
+    /// Elastic constants.
+    pub fn material(&self) -> &Material {
+        &self.material
+    }
+
+    fn panel_end(&self, i: usize) -> f64 {
+        let [form, tip] = self.roll_angles;
+        form + (tip - form) * i as f64 / PANELS as f64
+    }
+
+    fn involute_place(&self, roll_angle: f64) -> FlankPlace {
+        let angle = roll_angle - self.outward * self.base_half_angle;
+        let (sine, cosine) = angle.sin_cos();
+        let radial = self.base_radius * (cosine + roll_angle * sine);
+        FlankPlace {
+            height: self.outward * (radial - self.root_radius),
+            half_thickness: self.outward * self.base_radius * (roll_angle * cosine - sine),
+            angle,
+        }
+    }
+
+    /// Integrals from the root circle to a roll angle.
+    fn integrals_to(&self, roll_angle: f64) -> Integrals {
+        let [form, tip] = self.roll_angles;
+        let share = (roll_angle - form) / (tip - form) * PANELS as f64;
+        // Rolls outside the flank go on from its first or last panel.
+        let panel = (share.max(0.0) as usize).min(PANELS);
+        let rest = self.involute_integrals(self.panel_end(panel), roll_angle);
+        self.integrals[panel].plus(&rest)
+    }
+
+    /// Integrals between two roll angles, `dh = ±r_b ξ cos β dξ`.
+    fn involute_integrals(&self, from: f64, to: f64) -> Integrals {
+        let mut sum = Integrals::default();
+        for [share, weight] in GAUSS {
+            let roll_angle = from + share * (to - from);
+            let place = self.involute_place(roll_angle);
+            let rise = self.outward * self.base_radius * roll_angle * place.angle.cos();
+            let step = weight * (to - from) * rise;
+            let inverse = place.half_thickness.recip();
+            let third = inverse * inverse * inverse * step;
+            let height = place.height;
+            sum.0[0] += third;
+            sum.0[1] += height * third;
+            sum.0[2] += height * height * third;
+            sum.0[3] += inverse * step;
+        }
+        sum
+    }
+
+    /// Integrals over the fillet: trapezia of the integrand over the height, extrapolated by Romberg's table.
+    fn fillet_integrals(&self, outline: &ToothOutline) -> Integrals {
+        let intervals = 1 << HALVINGS;
+        let nodes: Vec<[f64; 5]> = (0..=intervals)
+            .map(|i| {
+                let [radius, angle] = outline.fillet_point(i as f64 / intervals as f64);
+                let height = self.outward * (radius * angle.cos() - self.root_radius);
+                let inverse = (radius * angle.sin()).recip();
+                let third = inverse * inverse * inverse;
+                [
+                    third,
+                    height * third,
+                    height * height * third,
+                    inverse,
+                    height,
+                ]
+            })
+            .collect();
+        let trapezia = |k: usize, stride: usize| {
+            let coarse: Vec<&[f64; 5]> = nodes.iter().step_by(stride).collect();
+            let pieces = coarse.windows(2);
+            let piece = |w: &[&[f64; 5]]| 0.5 * (w[0][k] + w[1][k]) * (w[1][4] - w[0][4]);
+            pieces.map(piece).sum::<f64>()
+        };
+        Integrals(std::array::from_fn(|k| {
+            let strides = (0..=HALVINGS).rev().map(|level| 1 << level);
+            let mut row: Vec<f64> = Vec::new();
+            for (level, stride) in strides.enumerate() {
+                let mut next = vec![trapezia(k, stride)];
+                for order in 0..level {
+                    let gain = 4f64.powi(order as i32 + 1) - 1.0;
+                    next.push(next[order] + (next[order] - row[order]) / gain);
+                }
+                row = next;
+            }
+            row[HALVINGS]
+        }))
+    }
+}
+
+impl Integrals {
+    fn plus(&self, other: &Integrals) -> Integrals {
+        Integrals(std::array::from_fn(|k| self.0[k] + other.0[k]))
+    }
+}

@@ -1,0 +1,169 @@
+//! Limits of a generated profile: undercut, where the contact rests on the work (first kind, D = 0), and the end of contact, where
+//! it rests on the tool (second kind, Φ = 0).
+//!
+//! With `f_u du + f_s ds = 0` the contact moves on tool and work as `speed · f_s` and `D = speed · f_s + (κ_w − κ_t) λ f_u`, λ its distance
+//! from the pitch point along the normal; Φ is f_s (Litvin & Fuentes 2004, §6.3).
+
+use super::conjugate::ConjugateProfile;
+use super::contact::Contact;
+use super::pitch_curve::out_of_range;
+use super::profile::Profile;
+use crate::base::error::Error;
+use crate::gear::kernel::root::sign_change;
+use crate::numeric::Complex;
+
+/// Halvings of a step of contacts: rounding of the parameter.
+const HALVINGS: usize = 60;
+
+/// Kind of a limit point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LimitKind {
+    /// First kind: the generated profile has a cusp, beyond it the tool undercuts.
+    Undercut,
+    /// Second kind: the tool's profile has no contact beyond.
+    EndOfContact,
+}
+
+/// Limit point of a generated profile.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LimitPoint {
+    /// Kind.
+    pub kind: LimitKind,
+    /// Parameter on the tool's profile.
+    pub parameter: f64,
+    /// Arc rolled, m.
+    pub arc: f64,
+    /// Limit point on the tool, m: a tool that ends here is the largest that does not undercut.
+    pub tool_point: Complex,
+    /// Limit point on the work, m: a blank that begins here needs no more of the tool.
+    pub work_point: Complex,
+}
+
+/// Limits of a profile, and the part of the tool between them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    /// Limit points by rising parameter.
+    pub points: Vec<LimitPoint>,
+    /// Parameters of the tool's profile that generate without a limit, around the contact nearest to the pitch point.
+    pub usable: [f64; 2],
+}
+
+/// Finds the limits of a generated profile between its contacts, and where its contact ends.
+pub fn limits<P: Profile>(generated: &ConjugateProfile<P>) -> Limits {
+    let contacts = generated.contacts();
+    let mut points = vec![];
+    let [low, high] = generated.tool().range();
+    let last = contacts.len() - 1;
+    if contacts[0].parameter > low {
+        points.push(end_of_contact(generated, &contacts[0], low));
+    }
+    for pair in contacts.windows(2) {
+        if pair[0].work_speed * pair[1].work_speed < 0.0 {
+            points.extend(undercut(generated, &pair[0], &pair[1]));
+        }
+    }
+    if contacts[last].parameter < high {
+        points.push(end_of_contact(generated, &contacts[last], high));
+    }
+    let nearest = contacts
+        .iter()
+        .min_by(|a, b| a.path_point.norm().total_cmp(&b.path_point.norm()))
+        .map_or(low, |c| c.parameter);
+    let below = points.iter().map(|p| p.parameter).filter(|u| *u <= nearest);
+    let above = points.iter().map(|p| p.parameter).filter(|u| *u > nearest);
+    let usable = [below.fold(low, f64::max), above.fold(high, f64::min)];
+    Limits { points, usable }
+}
+
+fn undercut<P: Profile>(
+    generated: &ConjugateProfile<P>,
+    before: &Contact,
+    after: &Contact,
+) -> Option<LimitPoint> {
+    let speed = |u: f64| Some(generated.at(u)?.work_speed);
+    let u = sign_change([before.parameter, after.parameter], speed)?;
+    Some(limit_at(LimitKind::Undercut, &generated.at(u)?))
+}
+
+/// Halves the step from the last contact to a parameter that may have none.
+fn end_of_contact<P: Profile>(
+    generated: &ConjugateProfile<P>,
+    last: &Contact,
+    beyond: f64,
+) -> LimitPoint {
+    let (mut with, mut without) = (*last, beyond);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (with.parameter + without);
+        match generated.at(middle) {
+            Some(contact) => with = contact,
+            None => without = middle,
+        }
+    }
+    limit_at(LimitKind::EndOfContact, &with)
+}
+
+fn limit_at(kind: LimitKind, contact: &Contact) -> LimitPoint {
+    LimitPoint {
+        kind,
+        parameter: contact.parameter,
+        arc: contact.arc,
+        tool_point: contact.tool_point,
+        work_point: contact.work_point,
+    }
+}
+
+/// Curvature (1/m) of the work's centrode at which the tool's point of a contact would be the limit of undercut: a blank that curves less
+/// there is not undercut.
+///
+/// # Errors
+/// `OutOfRange` for a contact in the pitch point, where no blank is undercut.
+pub fn limiting_curvature<P: Profile>(
+    generated: &ConjugateProfile<P>,
+    contact: &Contact,
+) -> Result<f64, Error> {
+    let reach = contact.normal_distance * contact.slope;
+    let state = generated.rolling().at(contact.arc);
+    match state {
+        Some(state) if reach != 0.0 => Ok(state.tool.curvature - contact.tool_speed / reach),
+        _ => Err(out_of_range(
+            "the contact lies in the pitch point, where no blank is undercut".into(),
+        )),
+    }
+}
+
+/// Refuses a generated profile that is undercut or not wholly touched.
+///
+/// # Errors
+/// `OutOfRange` with the limit, the part of the tool that works and the blank that would take the whole tool.
+pub fn check_limits<P: Profile>(generated: &ConjugateProfile<P>) -> Result<(), Error> {
+    let limits = limits(generated);
+    let [low, high] = limits.usable;
+    let Some(limit) = limits
+        .points
+        .iter()
+        .find(|p| p.parameter == low || p.parameter == high)
+    else {
+        return Ok(());
+    };
+    let tool = limit.tool_point;
+    let place = format!(
+        "parameter {} of the tool, at ({}, {}) m and {} m from the work's axis",
+        limit.parameter,
+        tool.re,
+        tool.im,
+        limit.work_point.norm()
+    );
+    let message = match limit.kind {
+        LimitKind::Undercut => format!("the tool undercuts the work beyond {place}"),
+        LimitKind::EndOfContact => format!("the tool's profile touches nothing beyond {place}"),
+    };
+    let mut hint = format!("end the tool's profile at parameters {low} to {high}");
+    let [first, last] = generated.range();
+    let end = if limit.parameter == low { first } else { last };
+    let blank = generated.at(end).map(|c| limiting_curvature(generated, &c));
+    if let (LimitKind::Undercut, Some(Ok(curvature))) = (limit.kind, blank) {
+        let radius = curvature.recip();
+        hint += &format!(", or give the work's pitch curve the radius {radius} m");
+    }
+    Err(out_of_range(message).with_hint(hint))
+}

@@ -1,0 +1,55 @@
+//! Drawing data of each gear: readings of its tooth thickness, nominal and at both limits.
+
+use crate::gear::cylindrical::drawing::ReadingLimits;
+use crate::gear::cylindrical::member::Member;
+
+/// A reading of tooth thickness.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawingReading {
+    /// Name of ISO 21771-2, with the number of teeth or the diameter of the ball.
+    pub name: String,
+    /// Symbol.
+    pub symbol: &'static str,
+    /// The readings, m.
+    pub limits: ReadingLimits,
+    /// Height of a chord below the tip, m.
+    pub height: Option<f64>,
+}
+
+/// The readings of a gear that exist: span, over balls of a stated diameter, chord, constant chord.
+pub fn readings(member: &Member, ball: Option<f64>) -> Vec<DrawingReading> {
+    let k = member.gear.default_span_teeth();
+    let span = member.span(k).map(|limits| DrawingReading {
+        name: format!("span over {k} teeth"),
+        symbol: "W_k",
+        limits,
+        height: None,
+    });
+    let balls = ball.and_then(|ball| {
+        let limits = member.over_balls(ball)?;
+        Some(DrawingReading {
+            name: format!("over balls of {} mm", 1e3 * ball),
+            symbol: "M_dK",
+            limits,
+            height: None,
+        })
+    });
+    let chord = member.chord().map(|(limits, height)| DrawingReading {
+        name: "chordal thickness".into(),
+        symbol: "s̄_n",
+        limits,
+        height: Some(height),
+    });
+    let constant = member
+        .constant_chord()
+        .map(|(limits, height)| DrawingReading {
+            name: "constant chord".into(),
+            symbol: "s̄_c",
+            limits,
+            height: Some(height),
+        });
+    [span, balls, chord, constant]
+        .into_iter()
+        .flatten()
+        .collect()
+}

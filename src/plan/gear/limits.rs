@@ -1,0 +1,81 @@
+//! Limits that a pair meets, as warnings: what is wrong, by how much, and the nearest value that avoids it.
+
+use crate::base::error::Diagnostic;
+use crate::gear::cylindrical::warnings::{NearestValue, Warning, WarningKind};
+
+/// Names of the members.
+pub const MEMBERS: [&str; 2] = ["pinion", "gear"];
+
+/// The warning as a diagnostic.
+pub fn diagnostic(warning: &Warning) -> Diagnostic {
+    let member = warning.member.map_or("pair", |m| MEMBERS[m]);
+    let mate = warning.member.map_or("mate", |m| MEMBERS[1 - m]);
+    let by_um = 1e6 * warning.by;
+    let message = match warning.kind {
+        WarningKind::Undercut => format!(
+            "the {member} is undercut: its generating profile shift coefficient is {:.4} below the limit",
+            warning.by
+        ),
+        WarningKind::InvoluteInterference => format!(
+            "involute interference: the tip of the {mate} reaches {by_um:.1} µm along the path beyond the base circle of the {member}"
+        ),
+        WarningKind::FilletInterference => format!(
+            "the tip of the {mate} reaches the fillet of the {member} by {by_um:.1} µm along the path"
+        ),
+        WarningKind::TrochoidInterference => {
+            "trochoid interference: tip corners of pinion and ring meet outside the path of contact"
+                .into()
+        }
+        WarningKind::TrimmingInterference => {
+            "the pinion cannot be put into the ring radially: tip corners meet; along the axis it can"
+                .into()
+        }
+        WarningKind::ContactRatio => format!(
+            "the total contact ratio is {:.4}, below 1: the motion is not transmitted between pairs",
+            1.0 - warning.by
+        ),
+        WarningKind::PointedTip => format!(
+            "the teeth of the {member} are pointed {by_um:.1} µm of diameter before the tip cylinder"
+        ),
+        WarningKind::Clearance => format!(
+            "the tip of the {mate} reaches the root circle of the {member} by {by_um:.1} µm"
+        ),
+    };
+    Diagnostic {
+        code: code(warning.kind),
+        message,
+        hint: warning.nearest.map(hint),
+    }
+}
+
+/// The word of a warning.
+pub fn code(kind: WarningKind) -> &'static str {
+    match kind {
+        WarningKind::Undercut => "undercut",
+        WarningKind::InvoluteInterference
+        | WarningKind::FilletInterference
+        | WarningKind::TrochoidInterference
+        | WarningKind::TrimmingInterference => "interference",
+        WarningKind::ContactRatio => "contact-ratio",
+        WarningKind::PointedTip => "pointed",
+        WarningKind::Clearance => "clearance",
+    }
+}
+
+fn hint(nearest: NearestValue) -> String {
+    match nearest {
+        NearestValue::ProfileShift { member, value } => {
+            format!("{}.profile_shift = {value:.4} avoids it", MEMBERS[member])
+        }
+        NearestValue::TipDiameter { member, value } => format!(
+            "{}.tip_diameter = \"{:.4} mm\" avoids it",
+            MEMBERS[member],
+            1e3 * value
+        ),
+        NearestValue::TipDiameters([first, second]) => format!(
+            "tip diameters of {:.4} mm (pinion) and {:.4} mm (gear) avoid it",
+            1e3 * first,
+            1e3 * second
+        ),
+    }
+}

@@ -1,0 +1,13 @@
+//! Computation of a gear file: geometry of the gears and the pair, stiffness and loaded transmission error.
+
+/// Geometry as a list of quantities with names, symbols and units.
+pub mod geometry;
+
+/// Readings of tooth thickness.
+pub mod drawing;
+
+/// Limits that a pair meets.
+pub mod limits;
+
+/// Stages of a gear file and its result.
+pub mod run;

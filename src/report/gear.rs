@@ -1,0 +1,376 @@
+//! Gears of a file: document, tables of geometry, path and load, figures.
+
+use serde_json::{Map, Value, json};
+
+use super::gear_plot::{self, TeethInMesh};
+use super::number_format::significant;
+use super::plan::{step_lines, steps};
+use super::presentation::{Figure, Presentation, Provenance};
+use super::table::{Table, decimal, or_blank, or_dash};
+use crate::base::error::Error;
+use crate::gear::cylindrical::backlash::{Backlash, BacklashLimits};
+use crate::gear::cylindrical::drawing::ReadingLimits;
+use crate::gear::cylindrical::path_points::PathPoint;
+use crate::gear::cylindrical::warnings::{NearestValue, Warning};
+use crate::gear::load::compliance::StiffnessRow;
+use crate::gear::load::mesh_result::{MeshResult, peak_to_peak};
+use crate::plan::gear::drawing::DrawingReading;
+use crate::plan::gear::geometry::{GearQuantity, QuantityValue};
+use crate::plan::gear::limits::{self, MEMBERS};
+use crate::plan::gear::run::GearResult;
+use crate::scene::gear_file::GearFile;
+
+/// Seconds of arc in a radian.
+const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
+
+/// A gear file with what it gives.
+pub struct GearAnswer<'a> {
+    /// The file.
+    pub file: &'a GearFile,
+    /// The result.
+    pub result: GearResult,
+}
+
+impl Presentation for GearAnswer<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        Provenance::of_plan(
+            std::slice::from_ref(&self.file.source),
+            &self.result.plan,
+            &self.result.diagnostics,
+        )
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        let result = &self.result;
+        let geometry: Map<String, Value> = (result.quantities.iter())
+            .map(|q| (q.key(), quantity_json(q)))
+            .collect();
+        Ok(json!({
+            "title": self.file.title,
+            "kind": "cylindrical",
+            "geometry": geometry,
+            "limits": result.limits.iter().map(limit_json).collect::<Vec<_>>(),
+            "drawing": result.drawing.iter().map(|all| all.iter().map(reading_json).collect()).collect::<Vec<Vec<_>>>(),
+            "backlash": result.backlash.as_ref().map(backlash_json),
+            "path": result.path.iter().map(|(name, point)| path_json(name, point)).collect::<Vec<_>>(),
+            "stiffness": result.stiffness.iter().map(|row| json!({
+                "method": row.method,
+                "bodies": row.bodies,
+                "at_pitch_point_n_per_mm_um": 1e-9 * row.at_pitch_point,
+                "single_n_per_mm_um": 1e-9 * row.single,
+                "mesh_n_per_mm_um": 1e-9 * row.mesh,
+                "left_out": row.left_out,
+                "outside_range": row.outside_range,
+            })).collect::<Vec<_>>(),
+            "mesh": result.mesh.as_ref().map(mesh_json),
+        }))
+    }
+
+    fn text(&self) -> String {
+        let result = &self.result;
+        let mut text = match self.file.title.is_empty() {
+            true => String::new(),
+            false => format!("{}\n\n", self.file.title),
+        };
+        text += &geometry_table(&result.quantities).text();
+        text += &format!("\n{}", drawing_table(&result.drawing).text());
+        if let Some(backlash) = &result.backlash {
+            text += &format!("\n{}", backlash_table(backlash).text());
+        }
+        if !result.path.is_empty() {
+            text += &format!("\n{}", path_table(&result.path).text());
+        }
+        if !result.stiffness.is_empty() {
+            text += &format!("\n{}", stiffness_table(&self.result).text());
+        }
+        if let Some(mesh) = &result.mesh {
+            text += &format!("\n{}", load_table(mesh).text());
+        }
+        text
+    }
+
+    /// Over the positions of one pitch where there is a load, else the geometry.
+    fn table(&self) -> Table<'_> {
+        match &self.result.mesh {
+            Some(mesh) => position_table(mesh),
+            None => geometry_table(&self.result.quantities),
+        }
+    }
+
+    /// The steps, and what each stiffness method leaves out.
+    fn notes(&self) -> String {
+        let left_out = |row: &StiffnessRow| {
+            format!("{} leaves out: {}\n", row.method, row.left_out.join("; "))
+        };
+        let methods: String = self.result.stiffness.iter().map(left_out).collect();
+        step_lines(steps(&self.result.plan)) + &methods
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let (title, result) = (&self.file.title, &self.result);
+        let mut all = vec![Figure::first(gear_plot::draw_teeth(&TeethInMesh {
+            title,
+            pair: &result.pair,
+            path: &result.path,
+        }))];
+        if !result.path.is_empty() {
+            all.push(Figure::new(
+                "sliding",
+                gear_plot::draw_sliding(title, &result.pair),
+            ));
+        }
+        if let Some(mesh) = &result.mesh {
+            all.push(Figure::new("mesh", gear_plot::draw_mesh(title, mesh)));
+            if mesh.cycles.len() > 1 {
+                all.push(Figure::new(
+                    "harris",
+                    gear_plot::draw_harris_map(title, mesh),
+                ));
+            }
+        }
+        Ok(all)
+    }
+}
+
+fn quantity_json(quantity: &GearQuantity) -> Value {
+    match quantity.value {
+        QuantityValue::Each(values) => json!(values),
+        QuantityValue::Pair(value) => json!(value),
+    }
+}
+
+fn limit_json(warning: &Warning) -> Value {
+    let nearest = warning.nearest.map(|nearest| match nearest {
+        NearestValue::ProfileShift { member, value } => {
+            json!({ "member": MEMBERS[member], "profile_shift": value })
+        }
+        NearestValue::TipDiameter { member, value } => {
+            json!({ "member": MEMBERS[member], "tip_diameter_mm": 1e3 * value })
+        }
+        NearestValue::TipDiameters(both) => json!({ "tip_diameters_mm": both.map(|d| 1e3 * d) }),
+    });
+    json!({
+        "kind": limits::code(warning.kind),
+        "member": warning.member.map(|m| MEMBERS[m]),
+        "by_si": warning.by,
+        "nearest": nearest,
+    })
+}
+
+fn reading_json(reading: &DrawingReading) -> Value {
+    let ReadingLimits {
+        nominal,
+        least,
+        greatest,
+    } = reading.limits;
+    json!({
+        "reading": reading.name,
+        "symbol": reading.symbol,
+        "nominal_mm": 1e3 * nominal,
+        "least_mm": 1e3 * least,
+        "greatest_mm": 1e3 * greatest,
+        "height_mm": reading.height.map(|h| 1e3 * h),
+    })
+}
+
+fn backlash_json(limits: &BacklashLimits) -> Value {
+    let one = |backlash: &Backlash| {
+        json!({
+            "circumferential_um": 1e6 * backlash.circumferential,
+            "normal_um": 1e6 * backlash.normal,
+            "radial_um": 1e6 * backlash.radial,
+        })
+    };
+    json!({
+        "nominal": one(&limits.nominal),
+        "least": one(&limits.least),
+        "greatest": one(&limits.greatest),
+    })
+}
+
+fn path_json(name: &str, point: &PathPoint) -> Value {
+    json!({
+        "point": name,
+        "distance_mm": 1e3 * point.distance,
+        "roll_mm": point.roll.map(|x| 1e3 * x),
+        "roll_angle_deg": point.roll_angle.map(f64::to_degrees),
+        "diameter_mm": point.diameter.map(|x| 1e3 * x),
+        "specific_sliding": point.specific_sliding.map(|x| x.is_finite().then_some(x)),
+        "sliding_factor": point.sliding_factor,
+    })
+}
+
+/// The columns of `mesh`: lists over torques of lists over positions.
+fn mesh_json(mesh: &MeshResult) -> Value {
+    let cycles = &mesh.cycles;
+    let arcsec = |e: &f64| e / mesh.driven_base_radius * ARCSEC;
+    json!({
+        "method": mesh.method,
+        "body": mesh.bodies,
+        "torques_nm": cycles.iter().map(|c| c.torque).collect::<Vec<_>>(),
+        "pinion_angle_rad": mesh.pinion_angles,
+        "pairs": mesh.pairs,
+        "unloaded_te_um": mesh.unloaded_te.iter().map(|e| 1e6 * e + 0.0).collect::<Vec<_>>(),
+        "te_um": cycles.iter().map(|c| c.te.iter().map(|e| 1e6 * e).collect()).collect::<Vec<Vec<f64>>>(),
+        "te_arcsec": cycles.iter().map(|c| c.te.iter().map(arcsec).collect()).collect::<Vec<Vec<f64>>>(),
+        "stiffness_secant_n_per_m": cycles.iter().map(|c| &c.secant).collect::<Vec<_>>(),
+        "stiffness_tangent_n_per_m": cycles.iter().map(|c| &c.tangent).collect::<Vec<_>>(),
+        "shares": cycles.iter().map(|c| &c.shares).collect::<Vec<_>>(),
+        "corner_share": cycles.iter().map(|c| &c.corner_share).collect::<Vec<_>>(),
+        "pressure_pa": cycles.iter().map(|c| &c.pressure).collect::<Vec<_>>(),
+        "peak_to_peak_um": cycles.iter().map(|c| 1e6 * c.peak_to_peak()).collect::<Vec<_>>(),
+        "unloaded_peak_to_peak_um": 1e6 * peak_to_peak(&mesh.unloaded_te),
+    })
+}
+
+fn geometry_table(quantities: &[GearQuantity]) -> Table<'static> {
+    let mut table = Table::texts("quantity|symbol|pinion|gear|unit").words(&[]);
+    for quantity in quantities {
+        let [first, second] = match quantity.value {
+            QuantityValue::Each(values) => values.map(|x| or_dash(x, geometry_number)),
+            QuantityValue::Pair(value) => [geometry_number(value), String::new()],
+        };
+        table.row([
+            quantity.name.to_string(),
+            quantity.symbol.to_string(),
+            first,
+            second,
+            quantity.unit.text().to_string(),
+        ]);
+    }
+    table
+}
+
+/// Lengths to 0.1 µm, angles to 1e-4 deg, numbers to 1e-5; whole numbers as such.
+fn geometry_number(x: f64) -> String {
+    match x.fract() == 0.0 && x.abs() < 1e6 {
+        true => format!("{x}"),
+        false => format!("{x:.4}"),
+    }
+}
+
+fn drawing_table(drawing: &[Vec<DrawingReading>; 2]) -> Table<'static> {
+    let mut table =
+        Table::named("reading|symbol|nominal [mm]|least [mm]|greatest [mm]|height [mm]")
+            .words(&[1]);
+    for (member, readings) in MEMBERS.iter().zip(drawing) {
+        for reading in readings {
+            let shown = |x: f64| format!("{:.4}", 1e3 * x);
+            table.row([
+                format!("{member}: {}", reading.name),
+                reading.symbol.to_string(),
+                shown(reading.limits.nominal),
+                shown(reading.limits.least),
+                shown(reading.limits.greatest),
+                or_blank(reading.height, shown),
+            ]);
+        }
+    }
+    table
+}
+
+fn backlash_table(limits: &BacklashLimits) -> Table<'static> {
+    let mut table = Table::named("backlash|nominal [µm]|least [µm]|greatest [µm]");
+    let all = [&limits.nominal, &limits.least, &limits.greatest];
+    let mut row = |name: &str, of: fn(&Backlash) -> f64| {
+        let [nominal, least, greatest] = all.map(|b| format!("{:.1}", 1e6 * of(b)));
+        table.row([name.to_string(), nominal, least, greatest]);
+    };
+    row("circumferential j_wt", |b| b.circumferential);
+    row("normal j_bn", |b| b.normal);
+    row("radial j_r", |b| b.radial);
+    table
+}
+
+fn path_table(path: &[(&'static str, PathPoint)]) -> Table<'static> {
+    let mut table = Table::named(
+        "point|distance [mm]|d pinion [mm]|d gear [mm]|roll pinion [deg]|roll gear [deg]|ζ pinion|ζ gear",
+    );
+    for (name, point) in path {
+        let [d1, d2] = point.diameter.map(|d| format!("{:.4}", 1e3 * d));
+        let [r1, r2] = point.roll_angle.map(|r| format!("{:.4}", r.to_degrees()));
+        let [s1, s2] = point.specific_sliding.map(|s| match s.is_finite() {
+            true => format!("{s:.4}"),
+            false => "–".into(),
+        });
+        let distance = format!("{:.4}", 1e3 * point.distance);
+        table.row([name.to_string(), distance, d1, d2, r1, r2, s1, s2]);
+    }
+    table
+}
+
+fn stiffness_table(result: &GearResult) -> Table<'static> {
+    let mut table =
+        Table::named("stiffness by|at C [N/(mm µm)]|c′ [N/(mm µm)]|c_γ [N/(mm µm)]|bodies")
+            .words(&[4]);
+    for row in &result.stiffness {
+        let shown = |x: f64| format!("{:.3}", 1e-9 * x);
+        let [one, other] = row.bodies;
+        let bodies = match one == other {
+            true => one.to_string(),
+            false => format!("{one}; {other}"),
+        };
+        table.row([
+            row.method.to_string(),
+            shown(row.at_pitch_point),
+            shown(row.single),
+            shown(row.mesh),
+            bodies,
+        ]);
+    }
+    table
+}
+
+/// One row a torque.
+fn load_table(mesh: &MeshResult) -> Table<'static> {
+    let mut table = Table::numeric(
+        "torque [N·m]|te peak to peak [µm]|te peak to peak [arcsec]|k mean [N/µm]|k least [N/µm]|k most [N/µm]|pressure [N/mm²]|on corners [%]",
+    );
+    for cycle in &mesh.cycles {
+        let over = cycle.peak_to_peak();
+        let mean = cycle.tangent.iter().sum::<f64>() / cycle.tangent.len().max(1) as f64;
+        let ends = |all: &[f64]| {
+            (all.iter()).fold([f64::INFINITY, 0.0f64], |[l, h], x| [l.min(*x), h.max(*x)])
+        };
+        let [least, most] = ends(&cycle.tangent);
+        let pressure = cycle.pressure.iter().flatten().copied().reduce(f64::max);
+        let corner = cycle.corner_share.iter().copied().fold(0.0, f64::max);
+        table.row([
+            significant(cycle.torque),
+            format!("{:.4}", 1e6 * over),
+            format!("{:.4}", over / mesh.driven_base_radius * ARCSEC),
+            significant(1e-6 * mean),
+            significant(1e-6 * least),
+            significant(1e-6 * most),
+            or_dash(pressure, |p| format!("{:.1}", 1e-6 * p)),
+            format!("{:.1}", 100.0 * corner),
+        ]);
+    }
+    table
+}
+
+/// One row a position: e and k at every torque.
+fn position_table(mesh: &MeshResult) -> Table<'_> {
+    let micro = |values: &[f64]| values.iter().map(|e| 1e6 * e + 0.0).collect::<Vec<f64>>();
+    let mut table = Table::default()
+        .numbers("pinion_angle", "rad", &mesh.pinion_angles[..], decimal)
+        .numbers("te_unloaded", "µm", micro(&mesh.unloaded_te), decimal);
+    for cycle in &mesh.cycles {
+        let at = format!("{} N·m", decimal(cycle.torque));
+        table = table
+            .numbers(&format!("te at {at}"), "µm", micro(&cycle.te), decimal)
+            .numbers(
+                &format!("secant stiffness at {at}"),
+                "N/m",
+                &cycle.secant[..],
+                decimal,
+            )
+            .numbers(
+                &format!("tangent stiffness at {at}"),
+                "N/m",
+                &cycle.tangent[..],
+                decimal,
+            );
+    }
+    table
+}

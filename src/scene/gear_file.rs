@@ -1,0 +1,450 @@
+//! Reads a gear file: `pair`, `rack`, `pinion` and `gear`, `[assembly]`, `[mesh]`.
+
+use std::sync::Arc;
+
+use super::shared_keys::{
+    self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, PRESSURE_ANGLE_RANGE, read_profile_shift,
+    read_thickness,
+};
+use super::tables::read_table;
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::error_collector::{ErrorCollector, ValueRange};
+use crate::base::flags::Flags;
+use crate::base::quantity::{self, format_number};
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::source_span::{SourceFile, SourceSpan};
+use crate::base::table_reader::{TableReader, Word};
+use crate::base::toml::{self, Value};
+use crate::gear::cylindrical::basic_rack::BasicRack;
+use crate::gear::cylindrical::involute::InvoluteGear;
+use crate::gear::cylindrical::member::Member;
+use crate::gear::cylindrical::modification::{FlankModification, Relief};
+use crate::gear::load::body::Body;
+use crate::gear::load::compliance::StiffnessMethod;
+use crate::gear::load::hertz::ContactModel;
+use crate::gear::load::mesh::MeshOptions;
+
+/// A pair of cylindrical gears as its file describes it, with the requested load.
+#[derive(Debug, Clone)]
+pub struct GearFile {
+    /// Title in the file.
+    pub title: String,
+    /// Pinion and gear.
+    pub members: [Member; 2],
+    /// Modifications of their flanks.
+    pub modifications: [FlankModification; 2],
+    /// Centre distance, m; without backlash by default.
+    pub centre_distance: Option<f64>,
+    /// Lower and upper deviation of the centre distance, m.
+    pub centre_deviation: [f64; 2],
+    /// Ball for the dimension over balls of each gear, m.
+    pub ball_diameters: [Option<f64>; 2],
+    /// Error ΔΣ of the shaft angle, rad.
+    pub shaft_angle_error: f64,
+    /// Load on the mesh and how it is shared.
+    pub mesh: MeshStudy,
+    /// Values that the file leaves to their defaults, in words.
+    pub defaults: Vec<String>,
+    /// Place of `pair`.
+    pub span: SourceSpan,
+    /// The file.
+    pub source: Arc<SourceFile>,
+}
+
+/// Load on a mesh and its discretisation.
+#[derive(Debug, Clone)]
+pub struct MeshStudy {
+    /// Torques at the pinion, N·m; the mesh is computed where there are any.
+    pub torques: Vec<f64>,
+    /// Stiffness of the tooth pairs.
+    pub method: StiffnessMethod,
+    /// Positions in one pitch.
+    pub positions: usize,
+    /// Slices along the face width.
+    pub slices: usize,
+}
+
+/// Most torques of a map.
+const MAX_TORQUES: u32 = 1000;
+/// Most teeth of a gear.
+const MAX_TEETH: u32 = 100_000;
+/// Face width by default, in modules.
+const DEFAULT_WIDTH: f64 = 10.0;
+
+/// Whether a TOML file describes gears.
+pub fn is_gear_file(source: &Arc<SourceFile>) -> bool {
+    toml::parse(source).root.get("pair").is_some()
+}
+
+/// Reads one with the flags laid over its `[mesh]`.
+///
+/// # Errors
+/// Everything wrong in it and in the flags.
+pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors> {
+    let document = toml::parse(source);
+    let mut errors = ErrorCollector::default();
+    let units = document.root.get("units").map(|entry| &entry.item.value);
+    if matches!(units, Some(Value::String(text)) if text == "SI") {
+        errors.bare_si.push(source.path.clone());
+    }
+    let span = SourceSpan::new(source.clone(), 0..0);
+    let mut f = TableReader::new(&document.root, span, "the gear file", &mut errors);
+    let title = f.optional_text("title").unwrap_or_default().to_string();
+    f.optional_text("source");
+    f.item("units", "the text \"SI\"");
+    let span = f.span_of("pair").clone();
+    let pair = read_table(&mut f, "pair", pair);
+    f.require("pair");
+    let rack = read_table(&mut f, "rack", |f| rack(f, BasicRack::PROFILE_A));
+    let first = read_table(&mut f, "pinion", member);
+    f.require("pinion");
+    let second = read_table(&mut f, "gear", member);
+    f.require("gear");
+    let shaft_angle_error = read_table(&mut f, "assembly", |f| {
+        f.optional_quantity("shaft_angle_error", QuantityKind::Angle, ValueRange::Any)
+            .unwrap_or(0.0)
+    });
+    let bores = [&first, &second].map(|m| m.as_ref().and_then(|m| m.bore_diameter));
+    let study = read_table(&mut f, "mesh", mesh).unwrap_or_default();
+    f.finish();
+    let mut defaults = Vec::new();
+    let made = match (pair, first, second) {
+        (Some(pair), Some(first), Some(second)) if errors.errors.is_empty() => {
+            let shared = rack.unwrap_or_else(|| {
+                defaults.push("rack: ISO 53 profile A".into());
+                BasicRack::PROFILE_A
+            });
+            let members = [("pinion", &first), ("gear", &second)]
+                .map(|(name, member)| pair.member(name, member, shared, &mut defaults));
+            Some((members, pair, [first, second]))
+        }
+        _ => None,
+    };
+    let (bare_si, mut all) = (errors.bare_si, errors.errors);
+    all.extend(document.syntax_error);
+    Errors::into_result(all, || ())?;
+    let study = match flags.is_empty() {
+        true => study,
+        false => {
+            let table = document.root.get("mesh").map(|entry| &entry.item);
+            let table = table.and_then(|item| match &item.value {
+                Value::Table(table) => Some((table, &item.span)),
+                _ => None,
+            });
+            flags.read("[mesh]", table, &bare_si, mesh)?
+        }
+    };
+    let method = study.method(bores, &span)?;
+    let Some((members, pair, tables)) = made else {
+        let missing = Error::new(Code::MissingKey, "the gears are not described").with_span(&span);
+        return Err(missing.into());
+    };
+    let usual = MeshOptions::default();
+    Ok(GearFile {
+        title,
+        members,
+        ball_diameters: [tables[0].ball_diameter, tables[1].ball_diameter],
+        modifications: tables.map(|table| table.modification),
+        centre_distance: pair.centre_distance,
+        centre_deviation: pair.centre_deviation,
+        shaft_angle_error: shaft_angle_error.unwrap_or(0.0),
+        mesh: MeshStudy {
+            torques: study.torques,
+            method,
+            positions: study.positions.map_or(usual.positions, |n| n as usize),
+            slices: study.slices.map_or(usual.slices, |n| n as usize),
+        },
+        defaults,
+        span,
+        source: source.clone(),
+    })
+}
+
+/// `pair`: what both gears share.
+struct PairTable {
+    module: f64,
+    pressure_angle: f64,
+    helix_angle: f64,
+    centre_distance: Option<f64>,
+    centre_deviation: [f64; 2],
+}
+
+fn pair(f: &mut TableReader) -> PairTable {
+    f.choice("kind", &[("cylindrical", ())]);
+    f.require("kind");
+    let length = |f: &mut TableReader, key| {
+        f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
+    };
+    let module = length(f, "module");
+    f.require("module");
+    let pressure_angle =
+        f.optional_quantity("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE_RANGE);
+    let helix_angle = f.optional_quantity("helix_angle", QuantityKind::Angle, HELIX_ANGLE_RANGE);
+    let deviation = f.optional_quantities(
+        "centre_distance_deviation",
+        QuantityKind::Length,
+        ValueRange::Any,
+        Some(2),
+    );
+    let deviation: Option<[f64; 2]> = deviation.and_then(|d| d.try_into().ok());
+    if deviation.is_some_and(|[low, high]| low > high) {
+        let key = "centre_distance_deviation";
+        let hint = "it takes the lower deviation first: [\"-20 µm\", \"20 µm\"]";
+        f.report_key(Code::OutOfRange, key, format!("`{key}` falls"), hint);
+    }
+    PairTable {
+        module: module.unwrap_or(f64::NAN),
+        pressure_angle: pressure_angle.unwrap_or(DEFAULT_PRESSURE_ANGLE),
+        helix_angle: helix_angle.unwrap_or(0.0),
+        centre_distance: length(f, "centre_distance"),
+        centre_deviation: deviation.unwrap_or([0.0; 2]),
+    }
+}
+
+impl PairTable {
+    /// A gear of the pair; what its table leaves out is noted in `defaults`.
+    fn member(
+        &self,
+        name: &str,
+        table: &MemberTable,
+        shared: BasicRack,
+        defaults: &mut Vec<String>,
+    ) -> Member {
+        let face_width = table.face_width.unwrap_or_else(|| {
+            let width = DEFAULT_WIDTH * self.module;
+            let shown = format_number(1e3 * width);
+            defaults.push(format!("{name}.face_width: {shown} mm, ten modules"));
+            width
+        });
+        let profile_shift = table.profile_shift.unwrap_or_else(|| {
+            defaults.push(format!("{name}.profile_shift: 0"));
+            0.0
+        });
+        let gear = InvoluteGear {
+            teeth: table.teeth,
+            module: self.module,
+            pressure_angle: self.pressure_angle,
+            helix: self.helix_angle,
+            profile_shift,
+            internal: table.internal,
+        };
+        Member {
+            tip_diameter: table.tip_diameter,
+            thickness_deviation: table.thickness.unwrap_or([0.0; 2]),
+            ..Member::new(gear, table.rack.unwrap_or(shared), face_width)
+        }
+    }
+}
+
+/// `pinion` or `gear`.
+struct MemberTable {
+    teeth: u32,
+    internal: bool,
+    profile_shift: Option<f64>,
+    face_width: Option<f64>,
+    tip_diameter: Option<f64>,
+    bore_diameter: Option<f64>,
+    ball_diameter: Option<f64>,
+    thickness: Option<[f64; 2]>,
+    rack: Option<BasicRack>,
+    modification: FlankModification,
+}
+
+fn member(f: &mut TableReader) -> MemberTable {
+    let teeth = f.optional_count("teeth", 2, MAX_TEETH);
+    f.require("teeth");
+    shared_keys::hand(f);
+    let positive = |f: &mut TableReader, key| {
+        f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
+    };
+    MemberTable {
+        teeth: teeth.unwrap_or(2),
+        internal: f.flag("internal"),
+        profile_shift: read_profile_shift(f),
+        face_width: positive(f, "face_width"),
+        tip_diameter: positive(f, "tip_diameter"),
+        bore_diameter: positive(f, "bore_diameter"),
+        ball_diameter: positive(f, "ball_diameter"),
+        thickness: read_thickness(f),
+        rack: read_table(f, "rack", |f| rack(f, BasicRack::PROFILE_A)),
+        modification: FlankModification {
+            tip_relief: relief(f, "tip_relief", "relief_from"),
+            root_relief: relief(f, "root_relief", "root_relief_from"),
+            profile_crowning: amount(f, "profile_crowning"),
+            helix_crowning: amount(f, "crowning"),
+            helix_slope: amount(f, "helix_slope"),
+        },
+    }
+}
+
+fn amount(f: &mut TableReader, key: &str) -> f64 {
+    f.optional_quantity(key, QuantityKind::Length, ValueRange::Any)
+        .unwrap_or(0.0)
+}
+
+/// A relief and the length of roll where it begins; both or neither.
+fn relief(f: &mut TableReader, key: &str, start: &str) -> Option<Relief> {
+    let amount = f.optional_quantity(key, QuantityKind::Length, ValueRange::NotNegative);
+    let from = f.optional_quantity(start, QuantityKind::Length, ValueRange::NotNegative);
+    match (f.has(key), f.has(start)) {
+        (true, false) => f.report_missing(start, ", the length of roll where the relief begins"),
+        (false, true) => f.report_missing(key, ", the material removed at the end of the flank"),
+        _ => {}
+    }
+    Some(Relief {
+        amount: amount?,
+        from: from?,
+    })
+}
+
+fn rack(f: &mut TableReader, usual: BasicRack) -> BasicRack {
+    let number = |f: &mut TableReader, key, usual| {
+        f.optional_number(key, ValueRange::NotNegative)
+            .unwrap_or(usual)
+    };
+    BasicRack {
+        addendum: number(f, "addendum", usual.addendum),
+        dedendum: number(f, "dedendum", usual.dedendum),
+        tip_radius: number(f, "tip_radius", usual.tip_radius),
+        protuberance: number(f, "protuberance", usual.protuberance),
+    }
+}
+
+/// `[mesh]` as written.
+#[derive(Debug, Default)]
+pub struct MeshTable {
+    torques: Vec<f64>,
+    positions: Option<u32>,
+    slices: Option<u32>,
+    method: Option<MeshMethod>,
+    body: Option<BodyModel>,
+}
+
+/// Stiffness of tooth pairs.
+#[derive(Debug, Clone, Copy)]
+pub enum MeshMethod {
+    /// Potential energy of the teeth.
+    Energy,
+    /// c′ of ISO 6336-1.
+    Iso6336,
+}
+
+impl Word for MeshMethod {
+    const WORDS: &'static [(&'static str, MeshMethod, &'static str)] = &[
+        (
+            "energy",
+            MeshMethod::Energy,
+            "Potential energy of teeth with their fillets",
+        ),
+        (
+            "iso-6336",
+            MeshMethod::Iso6336,
+            "c′ of ISO 6336-1:2006, constant along the flank",
+        ),
+    ];
+}
+
+/// Model of the gear bodies.
+#[derive(Debug, Clone, Copy)]
+pub enum BodyModel {
+    /// No deflection below the root circle.
+    Rigid,
+    /// Half plane.
+    HalfPlane,
+    /// Elastic ring on a rigid shaft.
+    Ring,
+}
+
+impl Word for BodyModel {
+    const WORDS: &'static [(&'static str, BodyModel, &'static str)] = &[
+        (
+            "half-plane",
+            BodyModel::HalfPlane,
+            "Half plane in plane strain",
+        ),
+        (
+            "ring",
+            BodyModel::Ring,
+            "Elastic ring on a rigid shaft; needs bore_diameter",
+        ),
+        (
+            "rigid",
+            BodyModel::Rigid,
+            "No deflection below the root circle",
+        ),
+    ];
+}
+
+/// Reads `[mesh]`.
+pub fn mesh(f: &mut TableReader) -> MeshTable {
+    f.exclusive("torque", "torques");
+    let torque = f.optional_quantity("torque", QuantityKind::Torque, ValueRange::Positive);
+    let torques = f.parsed("torques", parse_torques);
+    MeshTable {
+        torques: torques.unwrap_or_else(|| torque.into_iter().collect()),
+        positions: f.optional_count("positions", 2, 100_000),
+        slices: f.optional_count("slices", 1, 1000),
+        method: f.word("method"),
+        body: f.word("body"),
+    }
+}
+
+impl MeshTable {
+    /// The stiffness method with bodies of the bores.
+    fn method(&self, bores: [Option<f64>; 2], span: &SourceSpan) -> Result<StiffnessMethod, Error> {
+        if let Some(MeshMethod::Iso6336) = self.method {
+            return match self.body {
+                None => Ok(StiffnessMethod::Iso6336 { webs: [None; 2] }),
+                Some(_) => Err(Error::new(
+                    Code::Conflict,
+                    "`body` belongs to the energy method; ISO 6336-1 has solid discs",
+                )
+                .with_span(span)
+                .with_hint("leave `body` out")),
+            };
+        }
+        let body = |bore: Option<f64>| match (self.body, bore) {
+            (Some(BodyModel::Rigid), _) => Ok(Body::Rigid),
+            (None | Some(BodyModel::HalfPlane), _) => Ok(Body::HalfPlane),
+            (Some(BodyModel::Ring), Some(bore)) => Ok(Body::Ring {
+                bore_radius: 0.5 * bore,
+            }),
+            (Some(BodyModel::Ring), None) => Err(Error::new(
+                Code::MissingKey,
+                "the elastic ring needs the bore of each gear",
+            )
+            .with_span(span)
+            .with_hint("give `bore_diameter` in `pinion` and in `gear`")),
+        };
+        Ok(StiffnessMethod::Energy {
+            bodies: [body(bores[0])?, body(bores[1])?],
+            contact: ContactModel::default(),
+        })
+    }
+}
+
+/// Torques `A:B:N`, N·m where bare.
+///
+/// # Errors
+/// What is no rising range of torques.
+fn parse_torques(text: &str, subject: &str) -> Result<Vec<f64>, Error> {
+    let form = || {
+        let message = format!("\"{}\" is not a range of torques", quantity::truncate(text));
+        let hint = format!(
+            "{subject} takes first:last:count, such as 20:400:20 or \"0.1 kN·m:2 kN·m:20\""
+        );
+        Error::new(Code::OutOfRange, message).with_hint(hint)
+    };
+    let [from, to, count] = text.split(':').collect::<Vec<_>>()[..] else {
+        return Err(form());
+    };
+    let torque = |text: &str| quantity::parse_or_bare(text, QuantityKind::Torque, "N·m", subject);
+    let (from, to) = (torque(from)?, torque(to)?);
+    let count: u32 = count.trim().parse().map_err(|_| form())?;
+    if !((2..=MAX_TORQUES).contains(&count) && 0.0 < from && from < to) {
+        return Err(form());
+    }
+    let step = (to - from) / f64::from(count - 1);
+    Ok((0..count).map(|k| from + step * f64::from(k)).collect())
+}

@@ -1,0 +1,266 @@
+//! `geardyn gear` as it is called.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::support::command::{document, geardyn, put, said};
+use crate::support::verification::printed;
+
+const FZG: &str = "models/gears/fzg_c.toml";
+
+/// Everything said of a refusal, which ends the command with 2.
+fn refused(arguments: &[&str]) -> String {
+    let (code, text, notes) = said(arguments);
+    assert_eq!(code, Some(2), "{arguments:?}\n{text}{notes}");
+    text + &notes
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+/// Geometry of the FZG test gears of type C through the command.
+///
+/// Source: DIN ISO 14635-1:2006, test gears type C; contact ratio, sliding and active diameters recomputed to the digits shown.
+#[test]
+fn ref_fzg_test_gears() {
+    let found = document(&["gear", FZG, "--json"]);
+    let geometry = &found["geometry"];
+    let pair = |key: &str| number(&geometry[key]);
+    let each = |key: &str, k: usize| number(&geometry[key][k]);
+    printed(
+        "working pressure angle",
+        "deg",
+        22.438791,
+        pair("working_pressure_angle_deg"),
+        0.6e-6,
+    );
+    printed(
+        "transverse contact ratio",
+        "",
+        1.43754,
+        pair("transverse_contact_ratio"),
+        0.6e-5,
+    );
+    printed(
+        "active root diameter of the pinion",
+        "mm",
+        68.2466,
+        each("active_root_diameter_mm", 0),
+        0.6e-4,
+    );
+    printed(
+        "active root diameter of the gear",
+        "mm",
+        103.9971,
+        each("active_root_diameter_mm", 1),
+        0.6e-4,
+    );
+    let path = found["path"].as_array().unwrap();
+    let sliding = |point: usize, k: usize| number(&path[point]["specific_sliding"][k]);
+    printed(
+        "specific sliding of the pinion at A",
+        "",
+        -3.539,
+        sliding(0, 0),
+        0.6e-3,
+    );
+    printed(
+        "specific sliding of the gear at E",
+        "",
+        -2.113,
+        sliding(4, 1),
+        0.6e-3,
+    );
+    printed(
+        "specific sliding of the pinion at E",
+        "",
+        0.6788,
+        sliding(4, 0),
+        0.6e-4,
+    );
+    printed(
+        "specific sliding of the gear at A",
+        "",
+        0.7797,
+        sliding(0, 1),
+        0.6e-4,
+    );
+}
+
+/// Two tooth numbers and a module are a gear file: profile A, no shift, no backlash; what was assumed is named.
+#[test]
+fn exact_pair_of_two_tooth_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "pair = { kind = \"cylindrical\", module = \"2 mm\" }\npinion = { teeth = 20 }\ngear = { teeth = 40 }\n";
+    let path = put(folder.path(), "pair.toml", text);
+    let path = path.to_str().unwrap();
+    let found = document(&["gear", path, "--json"]);
+    assert!((number(&found["geometry"]["centre_distance_mm"]) - 60.0).abs() < 1e-12);
+    // W_3 = m cos α (2.5 π + z inv α).
+    let angle = 20f64.to_radians();
+    let exact = 2.0 * angle.cos() * (2.5 * std::f64::consts::PI + 20.0 * (angle.tan() - angle));
+    let span = number(&found["drawing"][0][0]["nominal_mm"]);
+    assert!((span - exact).abs() < 1e-12, "{span} {exact}");
+    assert!(number(&found["backlash"]["nominal"]["circumferential_um"]).abs() < 1e-9);
+    let (_, text, notes) = said(&["gear", path]);
+    assert!(text.contains("centre distance") && !text.contains("torque"));
+    for words in [
+        "ISO 53 profile A",
+        "pinion.profile_shift: 0",
+        "20 mm, ten modules",
+        "rates no load capacity",
+    ] {
+        assert!(notes.contains(words), "{words}: {notes}");
+    }
+}
+
+/// Under load the shares of all pairs sum to 1, the driven gear lags, and more torque gives more transmission error.
+#[test]
+fn law_mesh_of_a_loaded_pair() {
+    let found = document(&[
+        "gear",
+        FZG,
+        "--torques",
+        "50:200:4",
+        "--positions",
+        "24",
+        "--json",
+    ]);
+    let mesh = &found["mesh"];
+    assert_eq!(
+        mesh["torques_nm"],
+        serde_json::json!([50.0, 100.0, 150.0, 200.0])
+    );
+    let mut last = 0.0;
+    for torque in 0..4 {
+        for position in 0..24 {
+            let shares = mesh["shares"][torque][position].as_array().unwrap();
+            let sum: f64 = shares.iter().map(number).sum();
+            assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+            assert!(number(&mesh["te_um"][torque][position]) < 0.0);
+        }
+        let over = number(&mesh["peak_to_peak_um"][torque]);
+        assert!(over > last, "{over} {last}");
+        last = over;
+    }
+}
+
+/// Tip relief that fits the load lowers the transmission error at that load, and raises it without load.
+#[test]
+fn law_relief_trades_load_for_no_load() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(FZG).unwrap();
+    let relieved = text
+        .replace(
+            "tip_diameter = \"82.46 mm\"",
+            "tip_diameter = \"82.46 mm\", tip_relief = \"25 µm\", relief_from = \"17.7 mm\"",
+        )
+        .replace(
+            "tip_diameter = \"118.36 mm\"",
+            "tip_diameter = \"118.36 mm\", tip_relief = \"25 µm\", relief_from = \"24.5 mm\"",
+        );
+    assert_ne!(text, relieved);
+    let path = put(folder.path(), "relieved.toml", &relieved);
+    let over = |file: &str| {
+        let found = document(&["gear", file, "--torque", "400", "--json"]);
+        (
+            number(&found["mesh"]["peak_to_peak_um"][0]),
+            number(&found["mesh"]["unloaded_peak_to_peak_um"]),
+        )
+    };
+    let (plain, relieved) = (over(FZG), over(path.to_str().unwrap()));
+    assert!(relieved.0 < 0.6 * plain.0, "{plain:?} {relieved:?}");
+    assert!(plain.1 < 1e-6 && relieved.1 > 1.0, "{plain:?} {relieved:?}");
+}
+
+/// Figures and tables are written where they are named.
+#[test]
+fn keeps_files_of_a_gear_pair() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (svg, csv) = (at("p.svg"), at("p.csv"));
+    let done = geardyn(&[
+        "gear",
+        FZG,
+        "--torques",
+        "100:200:2",
+        "--positions",
+        "12",
+        "--svg",
+        &svg,
+        "--csv",
+        &csv,
+        "--quiet",
+    ]);
+    assert!(done.status.success());
+    for name in ["p.svg", "p-sliding.svg", "p-mesh.svg", "p-harris.svg"] {
+        let plot = std::fs::read_to_string(Path::new(&at(name))).unwrap();
+        assert!(plot.starts_with("<svg") && plot.contains("FZG test gears, type C"));
+    }
+    let table = std::fs::read_to_string(csv).unwrap();
+    assert!(table.starts_with("pinion_angle [rad],te_unloaded [µm],te at 100 N·m [µm]"));
+    assert_eq!(table.lines().count(), 13);
+}
+
+/// What cannot mesh is refused with the place and the nearest value that works; limits that are met are warned of.
+#[test]
+fn refuses_gears_that_cannot_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let count = std::cell::Cell::new(0);
+    let file = |pair: &str, pinion: &str, gear: &str| {
+        count.set(count.get() + 1);
+        let text = format!(
+            "pair = {{ kind = \"cylindrical\", module = \"2 mm\"{pair} }}\npinion = {{ teeth = {pinion} }}\ngear = {{ teeth = {gear} }}\n"
+        );
+        let path = put(folder.path(), &format!("pair_{}.toml", count.get()), &text);
+        path.to_str().unwrap().to_string()
+    };
+    let cases = [
+        (
+            file(", centre_distance = \"50 mm\"", "20", "40"),
+            "base circles touch at 56.38",
+        ),
+        (file("", "20", "18, internal = true"), "cannot hold"),
+        (
+            file("", "20, internal = true", "40"),
+            "first gear is internal",
+        ),
+        (file("", "20, tip_relief = \"10 µm\"", "40"), "relief_from"),
+        (
+            file(", helix_angle = \"95 deg\"", "20", "40"),
+            "helix_angle",
+        ),
+        (file("", "20, modul = 3", "40"), "modul"),
+        (file("", "1", "40"), "teeth"),
+    ];
+    for (path, words) in &cases {
+        let text = refused(&["gear", path, "--json"]);
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let undercut = file("", "8", "40");
+    let found = document(&["gear", &undercut, "--json"]);
+    assert_eq!(found["limits"][0]["kind"], "undercut");
+    assert_eq!(found["warnings"][0]["code"], "undercut");
+    let nearest = number(&found["limits"][0]["nearest"]["profile_shift"]);
+    let cured = file("", &format!("8, profile_shift = {}", nearest + 1e-6), "40");
+    let found = document(&["gear", &cured, "--json"]);
+    assert!(
+        found["limits"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|l| l["kind"] != "undercut"),
+        "{found}"
+    );
+    let text = refused(&["gear", FZG, "--torque", "0"]);
+    assert!(text.contains("torque"), "{text}");
+    let text = refused(&["modes", FZG]);
+    assert!(text.contains("geardyn gear"), "{text}");
+    let (code, text, _) = said(&["check", FZG]);
+    assert!(
+        code == Some(0) && text.contains("cylindrical gears of 16 and 24 teeth"),
+        "{text}"
+    );
+}

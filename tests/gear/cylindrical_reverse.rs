@@ -1,0 +1,333 @@
+//! Reversal of readings of unknown gears.
+
+use std::f64::consts::PI;
+
+use crate::verification::{printed, within};
+use geardyn::internals::base::code::Code;
+use geardyn::internals::gear::cylindrical::basic_rack::BasicRack;
+use geardyn::internals::gear::cylindrical::involute::InvoluteGear;
+use geardyn::internals::gear::cylindrical::member::Member;
+use geardyn::internals::gear::cylindrical::pair::Pair;
+use geardyn::internals::gear::cylindrical::reverse::candidate::Candidate;
+use geardyn::internals::gear::cylindrical::reverse::confusion::Remedy;
+use geardyn::internals::gear::cylindrical::reverse::readings::{
+    GearReadings, MateReadings, Reading, SpanReading,
+};
+use geardyn::internals::gear::cylindrical::reverse::standard_sizes::ToothSize;
+
+fn reading(value: f64, std: f64) -> Reading {
+    Reading { value, std }
+}
+
+/// Spans of a gear over the usual number of teeth and one more, with noise in standard uncertainties.
+fn spans(gear: &InvoluteGear, std: f64, noise: [f64; 2]) -> Vec<SpanReading> {
+    let k = gear.default_span_teeth();
+    let span = |i: usize| {
+        let k = k + i as u32;
+        let size = gear.span(k, gear.nominal_thickness()) + std * noise[i];
+        SpanReading {
+            k,
+            size: reading(size, std),
+        }
+    };
+    vec![span(0), span(1)]
+}
+
+fn spur(teeth: u32, module: f64, pressure_angle: f64, profile_shift: f64) -> InvoluteGear {
+    InvoluteGear {
+        teeth,
+        module,
+        pressure_angle: pressure_angle.to_radians(),
+        helix: 0.0,
+        profile_shift,
+        internal: false,
+    }
+}
+
+fn plain(gear: &InvoluteGear, std: f64) -> GearReadings {
+    GearReadings {
+        teeth: gear.teeth,
+        internal: gear.internal,
+        spans: spans(gear, std, [0.0; 2]),
+        tip_diameter: None,
+        root_diameter: None,
+        tip_helix: None,
+        thickness_deviation: 0.0,
+        mate: None,
+    }
+}
+
+fn is(candidate: &Candidate, size: ToothSize, angle: f64) -> bool {
+    candidate.size == size && (candidate.gear.pressure_angle.to_degrees() - angle).abs() < 1e-9
+}
+
+/// Pairs of standards whose base pitches nearly coincide are left open by spans, with what would part them.
+/// Source: near-coincidences of metric and diametral-pitch standards, recomputed: 0.51, 1.0, 4.0, 7.0 and 7.9 µm.
+#[test]
+fn ref_near_coincidences() {
+    use ToothSize::{DiametralPitch, Module};
+    let rows = [
+        (Module(1.75), 20.0, DiametralPitch(14.0), 25.0, 0.51, 0.005),
+        (Module(3.5), 20.0, DiametralPitch(7.0), 25.0, 1.0, 0.05),
+        (Module(1.25), 17.5, DiametralPitch(20.0), 20.0, 4.0, 0.05),
+        (Module(1.0), 14.5, Module(1.0), 15.0, 7.0, 0.05),
+        (Module(2.5), 17.5, DiametralPitch(10.0), 20.0, 7.9, 0.05),
+    ];
+    for (size, angle, twin, twin_angle, apart, digit) in rows {
+        let Module(m) = size else { unreachable!() };
+        let gear = spur(40, 1e-3 * m, angle, 0.1);
+        let mut readings = plain(&gear, 3e-6);
+        let found = readings.reverse().unwrap();
+        let index = |size, angle| found.candidates.iter().position(|c| is(c, size, angle));
+        assert!(
+            is(&found.candidates[0], size, angle),
+            "{size:?}: {:?}",
+            found.candidates
+        );
+        let other = index(twin, twin_angle).unwrap();
+        let confusion = found
+            .confusions
+            .iter()
+            .find(|c| c.candidates == [0, other])
+            .unwrap();
+        printed(
+            &format!("{size:?} and {twin:?}"),
+            "µm",
+            apart,
+            1e6 * confusion.base_pitch_difference,
+            digit,
+        );
+        // The reading named first puts the twin behind.
+        let member = Member::new(gear, BasicRack::PROFILE_A, 0.01);
+        match confusion.remedies[0] {
+            Remedy::Spans { teeth, .. } => {
+                let k = readings.spans[0].k + teeth;
+                let size = reading(gear.span(k, gear.nominal_thickness()), 3e-6);
+                readings.spans.push(SpanReading { k, size });
+            }
+            Remedy::TipDiameter(_) => {
+                readings.tip_diameter = Some(reading(member.tip_diameter(), 1e-5))
+            }
+            Remedy::RootDiameter(_) => {
+                readings.root_diameter = Some(reading(member.root_diameter(0.1), 1e-5))
+            }
+        }
+        let found = readings.reverse().unwrap();
+        assert!(is(&found.candidates[0], size, angle));
+        let behind = |i: usize| !is(&found.candidates[i], twin, twin_angle);
+        assert!(
+            found.confusions.iter().all(|c| behind(c.candidates[1])),
+            "{:?}",
+            found.confusions
+        );
+        readings.tip_diameter = Some(reading(member.tip_diameter(), 1e-5));
+        readings.root_diameter = Some(reading(member.root_diameter(0.1), 1e-5));
+        let found = readings.reverse().unwrap();
+        assert!(is(&found.candidates[0], size, angle));
+        let best = &found.candidates[0];
+        within("x_E", (best.generating_shift.value - 0.1).abs(), 1e-10);
+        within("h_aP", (best.addendum.unwrap()[0] - 1.0).abs(), 1e-10);
+        within("c*", (best.clearance().unwrap() - 0.25).abs(), 1e-10);
+    }
+}
+
+/// A thinned tooth: spans give x_E, and x only with the allowance assumed.
+#[test]
+fn exact_shift_needs_the_allowance() {
+    let gear = spur(30, 2e-3, 20.0, 0.2);
+    let deviation = -60e-6;
+    let over = |k: u32| SpanReading {
+        k,
+        size: reading(gear.span(k, gear.nominal_thickness() + deviation), 1e-6),
+    };
+    let mut readings = plain(&gear, 1e-6);
+    readings.spans = vec![over(3), over(5)];
+    let generating = 0.2 + deviation / (2.0 * 2e-3 * gear.pressure_angle.tan());
+    let blind = readings.reverse().unwrap().candidates.swap_remove(0);
+    within(
+        "x_E",
+        (blind.generating_shift.value - generating).abs(),
+        1e-10,
+    );
+    within(
+        "x without allowance is x_E",
+        (blind.gear.profile_shift - generating).abs(),
+        1e-10,
+    );
+    readings.thickness_deviation = deviation;
+    let told = readings.reverse().unwrap().candidates.swap_remove(0);
+    within(
+        "x with the allowance",
+        (told.gear.profile_shift - 0.2).abs(),
+        1e-10,
+    );
+}
+
+/// The mate's spans narrow the candidates, and with the centre distance they give the backlash.
+#[test]
+fn exact_mate_and_backlash() {
+    let [first, second] = [spur(24, 3e-3, 20.0, 0.3), spur(53, 3e-3, 20.0, -0.1)];
+    let members = [first, second].map(|gear| Member::new(gear, BasicRack::PROFILE_A, 0.02));
+    let pair = Pair::new(members, None).unwrap();
+    let centre = pair.centre_distance + 50e-6;
+    let mut readings = plain(&first, 2e-6);
+    readings.mate = Some(MateReadings {
+        teeth: 53,
+        internal: false,
+        spans: spans(&second, 2e-6, [0.0; 2]),
+        centre_distance: Some(reading(centre, 5e-6)),
+    });
+    let best = readings.reverse().unwrap().candidates.swap_remove(0);
+    assert!(is(&best, ToothSize::Module(3.0), 20.0), "{best:?}");
+    within(
+        "shift of the mate",
+        (best.mate_shift.unwrap() + 0.1).abs(),
+        1e-10,
+    );
+    let backlash = pair.backlash(centre, [0.0; 2]).unwrap().normal;
+    within(
+        "normal backlash, µm",
+        1e6 * (best.backlash.unwrap() - backlash).abs(),
+        1e-6,
+    );
+    // Without its spans the mate's shift follows from the centre distance as if there were no backlash.
+    readings.mate = Some(MateReadings {
+        teeth: 53,
+        internal: false,
+        spans: Vec::new(),
+        centre_distance: Some(reading(pair.centre_distance, 5e-6)),
+    });
+    let best = readings.reverse().unwrap().candidates.swap_remove(0);
+    within(
+        "shift from the centre distance",
+        (best.mate_shift.unwrap() + 0.1).abs(),
+        1e-10,
+    );
+}
+
+fn check_reversals(count: usize, seed: u64) {
+    let mut rng = fastrand::Rng::with_seed(seed);
+    let (mut first, mut total) = (0, 0);
+    while total < count {
+        let metric = rng.f64() < 0.7;
+        let (size, module) = if metric {
+            let m = [
+                0.5, 1.0, 1.25, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0, 16.0,
+            ][rng.usize(0..14)];
+            (ToothSize::Module(m), 1e-3 * m)
+        } else {
+            let p = [
+                2.0, 3.0, 4.0, 5.0, 7.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0, 32.0,
+            ][rng.usize(0..12)];
+            (ToothSize::DiametralPitch(p), 0.0254 / p)
+        };
+        let angle = [14.5, 15.0, 17.5, 20.0, 22.5, 25.0][rng.usize(0..6)];
+        let internal = rng.f64() < 0.2;
+        let helical = !internal && rng.bool();
+        let gear = InvoluteGear {
+            helix: if helical {
+                f64::to_radians(5.0 + 30.0 * rng.f64())
+            } else {
+                0.0
+            },
+            internal,
+            ..spur(
+                rng.u32(if internal { 50..120 } else { 12..100 }),
+                module,
+                angle,
+                rng.f64() - 0.3,
+            )
+        };
+        let rack = [BasicRack::PROFILE_A, BasicRack::PROFILE_D][rng.usize(0..2)];
+        let mut member = Member::new(gear, rack, 0.01);
+        // A reading of noise within two standard uncertainties.
+        let mut noise = || 4.0 * rng.f64() - 2.0;
+        let std = 1e-6 + 5e-4 * module;
+        let spans = spans(&gear, std, [noise(), noise()]);
+        let tip = member.tip_diameter();
+        let has_tip = helical || noise() > 0.0;
+        let has_root = noise() > 0.0;
+        let at_tip = (gear.helix.tan() * tip / gear.reference_diameter()).atan();
+        let helix_std = 5e-4;
+        let readings = GearReadings {
+            teeth: gear.teeth,
+            internal,
+            spans,
+            tip_diameter: has_tip.then(|| reading(tip + 10e-6 * noise(), 10e-6)),
+            root_diameter: has_root.then(|| {
+                reading(
+                    member.root_diameter(gear.profile_shift) + 20e-6 * noise(),
+                    20e-6,
+                )
+            }),
+            tip_helix: helical.then(|| reading(at_tip + helix_std * noise(), helix_std)),
+            thickness_deviation: 0.0,
+            mate: None,
+        };
+        member.tip_diameter = Some(tip);
+        total += 1;
+        let found = readings.reverse().unwrap();
+        let Some(index) = found.candidates.iter().position(|c| is(c, size, angle)) else {
+            panic!("{size:?} {angle} lost: {readings:?}\n{found:?}");
+        };
+        first += usize::from(index == 0);
+        // Noise of two standard uncertainties in up to four readings.
+        let left = found.candidates[index].misfit - found.candidates[0].misfit;
+        assert!(index == 0 || left < 16.0, "{size:?} {angle}: {found:?}");
+        let truth = &found.candidates[index];
+        let tolerance = 4.0 * truth.generating_shift.std + if helical { 0.05 } else { 0.0 };
+        assert!(
+            (truth.gear.profile_shift - gear.profile_shift).abs() < tolerance,
+            "{gear:?} {truth:?}"
+        );
+        for c in &found.confusions {
+            let [a, b] = c.candidates.map(|i| &found.candidates[i]);
+            assert!(b.misfit - a.misfit < 9.0);
+            let pitch = |c: &Candidate| PI * c.gear.module * c.gear.pressure_angle.cos();
+            assert!((c.base_pitch_difference - (pitch(a) - pitch(b)).abs()).abs() < 1e-18);
+        }
+    }
+    println!("first in {first} of {total}");
+    assert!(10 * first > 8 * total, "{first} of {total}");
+}
+
+/// Over 2 000 random gears with noisy readings the measured gear is among the candidates, and behind the first by no more than the noise.
+#[test]
+fn law_measured_gear_is_a_candidate() {
+    check_reversals(2000, 31);
+}
+
+#[test]
+#[ignore = "minutes: 1e5 random gears"]
+fn law_many_measured_gears() {
+    check_reversals(100_000, 32);
+}
+
+#[test]
+fn refuses_readings_that_do_not_determine_a_gear() {
+    let gear = spur(30, 2e-3, 20.0, 0.0);
+    let code = |change: &dyn Fn(&mut GearReadings)| {
+        let mut readings = plain(&gear, 1e-6);
+        change(&mut readings);
+        let error = readings.reverse().unwrap_err();
+        (error.code, error.hint.is_some())
+    };
+    assert_eq!(code(&|r| r.spans.truncate(1)), (Code::IllPosed, true));
+    assert_eq!(code(&|r| r.spans.clear()), (Code::IllPosed, true));
+    assert_eq!(
+        code(&|r| r.tip_helix = Some(reading(0.2, 1e-3))),
+        (Code::IllPosed, true)
+    );
+    assert_eq!(
+        code(&|r| r.spans[0].size.value = f64::NAN),
+        (Code::OutOfRange, false)
+    );
+    assert_eq!(
+        code(&|r| r.spans[1].size.std = 0.0),
+        (Code::OutOfRange, false)
+    );
+    assert_eq!(
+        code(&|r| r.spans[1].size.value += 0.7e-3),
+        (Code::NoConvergence, true)
+    );
+}

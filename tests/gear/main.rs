@@ -1,0 +1,26 @@
+//! Gears: the kernel of meshing, plane meshing, cylindrical gears, tooth stiffness and loaded transmission error.
+
+#[path = "../support/verification.rs"]
+mod verification;
+
+mod bevel_flank;
+mod complementarity;
+mod contact;
+mod cylindrical_laws;
+mod cylindrical_outline;
+mod cylindrical_pair;
+mod cylindrical_reverse;
+mod gear_speed;
+mod kernel;
+mod kernel_bevel;
+mod kernel_space;
+mod kernel_worm;
+mod load_laws;
+mod load_mesh;
+mod load_planet;
+mod load_random;
+mod load_stiffness;
+mod plane_centrodes;
+mod plane_conjugates;
+mod plane_outlines;
+mod plane_rolling_curves;
