@@ -156,7 +156,7 @@ fn syntax(message: &str) -> Error {
         || message.contains("string")
         || message.contains("literal")
     {
-        "text and quantities stand in quotes: k = \"85 kN/mm\""
+        "text and quantities take quotes: k = \"85 kN/mm\""
     } else {
         "a line is a [[header]], key = value, or a # comment"
     };

@@ -144,14 +144,14 @@ fn summarise_scene(path: &Path) -> Result<FileSummary, Errors> {
     let modes = if rigid == 1 { "mode" } else { "modes" };
     Ok(FileSummary {
         text: format!(
-            "{name}   {title}\n  {elements} elements, {dofs} freedoms{joints}, {rigid} rigid-body {modes}{studies}\n"
+            "{name}   {title}\n  {elements} elements, {dofs} degrees of freedom{joints}, {rigid} rigid-body {modes}{studies}\n"
         ),
         body: json!({
             "file": path,
             "title": scene.model.title,
             "elements": elements,
-            "freedoms": dofs,
-            "freedoms_after_rigid_joints": stay,
+            "dofs": dofs,
+            "dofs_after_rigid_joints": stay,
             "rigid_body_modes": rigid,
             "studies": scene.studies.len(),
         }),

@@ -37,7 +37,7 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
     if args.binary && format != "uff" {
         return Err(Error::new(
             Code::Usage,
-            format!("--binary says how UFF is written, not {format}"),
+            format!("--binary applies to UFF, not to {format}"),
         )
         .with_hint("leave it out, or end the name in .uff")
         .into());

@@ -58,7 +58,7 @@ impl Destination {
         match path.metadata() {
             Ok(_) if RESERVED.load(Ordering::Relaxed) && is_standard_output(path) => usage(
                 format!("{name} is standard output, which takes the document of --json"),
-                "name a file, or leave out --json",
+                "name a file, or omit --json",
             ),
             Err(e) if path.is_symlink() => {
                 let target = path.read_link().unwrap_or_default();

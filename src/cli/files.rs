@@ -125,7 +125,7 @@ pub fn ends(path: &Path, known: &[&str]) -> Result<(), Error> {
     if known.contains(&extension) {
         return Ok(());
     }
-    let message = format!("{} does not say its format", path.display());
+    let message = format!("the suffix of {} names no format", path.display());
     Err(Error::new(Code::Usage, message).with_hint(format!("end it in .{}", known.join(" or ."))))
 }
 

@@ -119,7 +119,8 @@ pub fn test(
     let roving = roving.or_else(|| logs.iter().find_map(|log| log.options.roving));
     if roving.is_some() && (logs.len() < 2 || inputs.is_empty()) {
         let message = "a roving test has several files and an input";
-        let hint = "name the file of every point, and what drives: --input; or leave --roving out";
+        let hint =
+            "name the file of every point and the excitation channel (--input), or omit --roving";
         return Err(Error::new(Code::Usage, message).with_hint(hint).into());
     }
     let all = each(logs, first, quiet, |log, raw_log| {
@@ -143,7 +144,7 @@ pub fn test(
     let is_held = |word: &&String| all.iter().any(|(own, ..)| own.contains(*word));
     if let Some(word) = inputs.iter().chain(outputs).find(|word| !is_held(word)) {
         let message = format!("no file has the channel {word}, or it holds no number in any");
-        let hint = "look at the channels of each file: geardyn check FILE";
+        let hint = "check the channels of each file: geardyn check FILE";
         return Err(Error::new(Code::NoChannel, message).with_hint(hint).into());
     }
     let is_whole = |own: &[String]| own.len() == inputs.len() + outputs.len();

@@ -29,8 +29,7 @@ pub fn run(args: &MeasureArgs) -> Result<u8, Errors> {
 }
 
 fn read(path: &Path) -> Result<MeasuredGear, Errors> {
-    let hint =
-        "name a TOML file with [measured_gear], which says what the columns of its charts are";
+    let hint = "name a TOML file with [measured_gear], which describes the columns of its charts";
     if path.extension().is_none_or(|e| e != "toml") {
         let message = format!("{} does not describe a measured gear", path.display());
         return Err(Error::new(Code::Usage, message).with_hint(hint).into());

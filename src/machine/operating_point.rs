@@ -137,9 +137,10 @@ impl<'a> ContactSearch<'a> {
         let n = kinematics.independent_dofs.len();
         if n > 2000 {
             let message = format!(
-                "the operating point of {n} freedoms with play would need a dense solve of that size"
+                "the operating point of {n} degrees of freedom with play would need a dense solve of that size"
             );
-            let hint = "leave out the loads (contacts then stand closed on the drive flank), or the backlash";
+            let hint =
+                "omit the loads (contacts are then closed on the drive flank), or the backlash";
             return Err(Error::new(Code::BudgetExceeded, message).with_hint(hint));
         }
         let mut springs = Vec::new();
@@ -272,7 +273,7 @@ impl<'a> ContactSearch<'a> {
             };
             self.springs[at].state = state;
         }
-        let message = "no state of the contacts with play balances the loads: the search ended where it had been before";
+        let message = "no state of the contacts with play balances the loads: the iteration cycles";
         Err(Error::new(Code::NoConvergence, message)
             .with_hint("leave out the smallest backlash, or change a load slightly"))
     }

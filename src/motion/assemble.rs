@@ -158,7 +158,7 @@ fn check_supported(machine: &Machine, model: &LinearModel) -> Result<(), Error> 
                 &machine.elements[motor.element],
             );
             let message = format!(
-                "`{}` and `{}` both drive {}, and one of them prescribes its motion",
+                "`{}` and `{}` both act on {}, and one of them prescribes its motion",
                 one.name,
                 two.name,
                 machine.dof_name(motor.dof)
@@ -301,7 +301,7 @@ impl Assembler<'_> {
         }
         stated.ok_or_else(|| {
             let element = &self.machine.elements[part.element];
-            let message = format!("`{}` has play and damping, and nothing says what its damper does when it opens", element.name);
+            let message = format!("`{}` has play and damping, and the action of its damper in the open contact is not stated", element.name);
             let hint = "write contact_damping = \"no-pull\" (or \"continuous\", \"adhesive\", \"throughout\") in it, or contacts = … in [damping] for all";
             Error::new(Code::MissingKey, message).with_span(&element.span).with_hint(hint)
         })

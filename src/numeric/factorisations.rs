@@ -89,7 +89,7 @@ pub fn solve_from_r(r: &Matrix) -> Result<LeastSquaresSolution, Error> {
             return Err(Error::new(
                 Code::IllPosed,
                 format!(
-                    "the data do not tell unknown {} of {n} from those before it",
+                    "the data do not separate unknown {} of {n} from those before it",
                     j + 1
                 ),
             )

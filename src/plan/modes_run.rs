@@ -126,9 +126,9 @@ pub fn check_budget(
     let systems = study.state_space.is_some() || study.reduce.is_some() || study.campbell.is_some();
     let all = systems || !prepared_machine.model.is_sum_of_squares();
     if (systems && n > MAX_COMPLEX_ORDER) || (all && n > MAX_DENSE_DOFS) {
-        let message = format!("this needs all modes of {n} freedoms in dense matrices");
+        let message = format!("this needs all modes of {n} degrees of freedom in dense matrices");
         let hint = format!(
-            "up to {MAX_COMPLEX_ORDER} freedoms this is a matter of minutes; model the machine with fewer"
+            "up to {MAX_COMPLEX_ORDER} degrees of freedom this is a matter of minutes; model the machine with fewer"
         );
         return Err(Error::new(Code::BudgetExceeded, message).with_hint(hint));
     }
@@ -139,10 +139,10 @@ fn complex_of_many(n: usize) -> Error {
     // 3.1 s of a chain of 500 discs, 24 s of 1000.
     let seconds = 2.5e-8 * (n as f64).powi(3);
     let message = format!(
-        "complex modes of {n} freedoms would need a dense decomposition of twice that order, about {}, and {MAX_COMPLEX_ORDER} freedoms are allowed",
+        "complex modes of {n} degrees of freedom would need a dense decomposition of twice that order, about {}, and {MAX_COMPLEX_ORDER} degrees of freedom are allowed",
         format_duration(seconds)
     );
-    let hint = "ask for undamped modes (they show an estimate of each damping ratio): leave out --damped; or model the machine with fewer freedoms";
+    let hint = "request undamped modes (they show an estimate of each damping ratio): omit --damped; or model the machine with fewer degrees of freedom";
     Error::new(Code::BudgetExceeded, message).with_hint(hint)
 }
 
@@ -303,7 +303,7 @@ impl ModesRun<'_> {
         } = self.machine;
         let (Some(range), Some(basis)) = (self.study.campbell, &self.basis) else {
             let message = format!(
-                "a Campbell diagram of {} freedoms needs all their modes at every speed",
+                "a Campbell diagram of {} degrees of freedom needs all their modes at every speed",
                 linear.n
             );
             return Err(
@@ -324,10 +324,10 @@ impl ModesRun<'_> {
             .count();
         if doubtful > 0 {
             let message =
-                format!("{doubtful} branches could not be followed without doubt at every speed");
+                format!("{doubtful} branches could not be tracked with certainty at every speed");
             let hint = Some("see uncertain_rpm in --json; take more points there".to_string());
             self.result.diagnostics.push(Diagnostic {
-                code: "branch-in-doubt",
+                code: "branch-uncertain",
                 message,
                 hint,
             });
@@ -343,7 +343,7 @@ impl ModesRun<'_> {
             ..
         } = self.machine;
         let Some(basis) = &self.basis else {
-            let message = format!("this needs all modes of {} freedoms", linear.n);
+            let message = format!("this needs all modes of {} degrees of freedom", linear.n);
             return Err(Error::new(Code::BudgetExceeded, message));
         };
         Ok(AnalysisContext {
@@ -361,7 +361,7 @@ impl ModesRun<'_> {
         let context = self.case()?;
         if context.model.n > MAX_COMPLEX_ORDER {
             let message = format!(
-                "the state-space form of {} freedoms is a dense matrix of twice that order",
+                "the state-space form of {} degrees of freedom is a dense matrix of twice that order",
                 context.model.n
             );
             return Err(

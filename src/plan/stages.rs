@@ -69,7 +69,7 @@ pub const STAGES: &[StageEntry] = &[
     },
     StageEntry {
         stage: Stage::Massless,
-        name: "massless freedoms",
+        name: "massless degrees of freedom",
         decide: massless,
     },
     StageEntry {
@@ -188,7 +188,7 @@ fn joints(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
     match all - stay {
         0 => StageDecision::LeftOut("no rigid joint".to_string()),
         gone => StageDecision::Runs(format!(
-            "{gone} of {all} freedoms follow exactly, {stay} stay"
+            "{gone} of {all} degrees of freedom follow exactly, {stay} stay"
         )),
     }
 }
@@ -203,7 +203,7 @@ fn operating_point(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
             )),
         },
         (_, true) => StageDecision::LeftOut(format!(
-            "no load is stated: {contacts} contacts with play stand on their drive flanks"
+            "no load is stated: {contacts} contacts with play are closed on their drive flanks"
         )),
         (_, false) => {
             let count = |state| {
@@ -217,7 +217,7 @@ fn operating_point(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
             let (drive, coast) = (count(ActiveFlank::Drive), count(ActiveFlank::Coast));
             let open = count(ActiveFlank::Open);
             StageDecision::Runs(format!(
-                "under the mean loads {drive} contacts with play carry on the drive flank, {coast} on the coast flank, {open} stand open"
+                "under the mean loads {drive} contacts with play carry on the drive flank, {coast} on the coast flank, {open} are open"
             ))
         }
     }
@@ -225,19 +225,23 @@ fn operating_point(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
 
 fn massless(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
     match machine.model.massless.len() {
-        0 => StageDecision::LeftOut("every freedom has inertia".to_string()),
-        n => StageDecision::Runs(format!("{n} freedoms without inertia follow statically")),
+        0 => StageDecision::LeftOut("every degree of freedom has inertia".to_string()),
+        n => StageDecision::Runs(format!(
+            "{n} degrees of freedom without inertia follow statically"
+        )),
     }
 }
 
 fn basis(prepared_machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     if uses_iteration(prepared_machine, study) {
-        return StageDecision::LeftOut("only some modes are asked of a large machine".to_string());
+        return StageDecision::LeftOut(
+            "only some modes of a large machine are requested".to_string(),
+        );
     }
     let n = prepared_machine.model.n - prepared_machine.model.massless.len();
     let kind = match prepared_machine.machine.is_lateral() {
         true => "torsional and lateral",
-        false => "torsional freedoms only, since no bearing supports a lateral one",
+        false => "torsional degrees of freedom only, since no bearing supports a lateral one",
     };
     StageDecision::Runs(match solver(n) {
         UndampedSolver::Factored => format!("all {n}, as singular values of √k W M^-½; {kind}"),
@@ -271,7 +275,7 @@ fn lowest(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
 
 fn speeds(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     if study.speed.is_none() && study.campbell.is_none() {
-        return StageDecision::LeftOut("no speed is asked for".to_string());
+        return StageDecision::LeftOut("no speed is requested".to_string());
     }
     StageDecision::Runs(format!(
         "mean speed of {} nodes from exact ratios",
@@ -302,7 +306,7 @@ fn complex(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     StageDecision::LeftOut(match (study.damped, study.speed.is_some()) {
         (true, _) => "nothing damps".to_string(),
         (_, true) => "nothing tilts while it spins".to_string(),
-        _ => "damping was not asked for; real modes suffice".to_string(),
+        _ => "damping was not requested; real modes suffice".to_string(),
     })
 }
 
@@ -321,7 +325,7 @@ fn sensitivities(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision
 
 fn campbell(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     let Some(range) = study.campbell else {
-        return StageDecision::LeftOut("not asked for".to_string());
+        return StageDecision::LeftOut("not requested".to_string());
     };
     if machine.machine.gyroscopic.is_empty() {
         return StageDecision::Runs(
@@ -333,7 +337,7 @@ fn campbell(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
 
 fn state_space(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     let Some(wanted) = &study.state_space else {
-        return StageDecision::LeftOut("not asked for".to_string());
+        return StageDecision::LeftOut("not requested".to_string());
     };
     if machine.model.branches.iter().any(|b| b.loss_factor != 0.0) {
         return StageDecision::Runs("refused: a loss factor has no state-space form".to_string());
@@ -352,7 +356,7 @@ fn state_space(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
 
 fn reduction(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     let Some(wanted) = &study.reduce else {
-        return StageDecision::LeftOut("not asked for".to_string());
+        return StageDecision::LeftOut("not requested".to_string());
     };
     let method = match wanted.method {
         ReductionKind::Guyan => "Guyan's condensation".to_string(),
@@ -362,7 +366,7 @@ fn reduction(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     };
     let n = machine.model.n;
     StageDecision::Runs(format!(
-        "{method} of {n} freedoms, compared with all of them up to {} Hz",
+        "{method} of {n} degrees of freedom, compared with all of them up to {} Hz",
         wanted.max_frequency_hz
     ))
 }

@@ -87,7 +87,7 @@ pub fn draw_teeth(shown: &TeethInMesh) -> String {
         let [z1, z2] = pair.members.map(|m| m.gear.teeth);
         label(
             canvas,
-            &format!("pinion, {z1} teeth (drives)"),
+            &format!("pinion, {z1} teeth (driving)"),
             HEIGHT + 44.0,
             BLUE,
         );

@@ -25,7 +25,7 @@ impl Presentation for ComparisonReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
             sources: &self.scene.sources,
-            trace: vec!["freedoms", "reference", "ladder"],
+            trace: vec!["dofs", "reference", "runs"],
             ..Provenance::default()
         }
     }
@@ -46,7 +46,7 @@ impl Presentation for ComparisonReport<'_> {
             "interrupted": found.interrupted,
             "compared": found.quantity,
             "norm": found.norm,
-            "freedoms": found.dofs,
+            "dofs": found.dofs,
             "reference": { "method": found.reference, "error": found.reference_error },
             "runs": found.methods.iter().map(run).collect::<Vec<_>>(),
             "recommendation": {
@@ -63,7 +63,7 @@ impl Presentation for ComparisonReport<'_> {
             "error in {} ({}) against run time; {}\nreference: {}, good to {}\n\n",
             found.quantity,
             found.norm,
-            pluralise(found.dofs, "freedom"),
+            format_args!("{} degrees of freedom", found.dofs),
             found.reference,
             format_error(found.reference_error),
         );

@@ -224,7 +224,7 @@ fn check_modules(model: &Model, errors: &mut ErrorCollector) {
             errors.push(
                 Error::new(Code::MissingKey, message)
                     .with_span(&name.span)
-                    .with_hint("the module tells how far the tooth force stands from the axis"),
+                    .with_hint("the module gives the lever arm of the tooth force"),
             );
         }
     }

@@ -167,7 +167,7 @@ pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
     f.item("units", "the text \"SI\"");
     f.item(
         "truth",
-        "a table of what is known of a simulated gear, read by nobody here",
+        "the known answer of a simulated gear, which geardyn does not read",
     );
     let gear = read_table(&mut f, "measured_gear", gear);
     f.require("measured_gear");
@@ -294,7 +294,7 @@ fn demand(f: &mut TableReader) -> Option<AccuracyRequirement> {
         }
     };
     if !f.has("standard") {
-        f.report_missing("standard", ", by which the accuracy is asked");
+        f.report_missing("standard", ", by which the grade is required");
     }
     let edition = standard?;
     if edition.is_none() && table.is_none() {

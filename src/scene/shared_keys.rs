@@ -62,7 +62,7 @@ pub fn name(f: &mut TableReader) -> Name {
             Code::OutOfRange,
             why,
             &place,
-            "nodes and freedoms are written node.axis",
+            "nodes and degrees of freedom are written node.axis",
         );
     }
     Name {
@@ -298,7 +298,7 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
             "`{backlash}` must not exceed {}: the deflection of the contact would be lost in the digits of the play",
             units.max_play.1
         );
-        let hint = "look at its unit; what never touches is left out";
+        let hint = "check its unit; what never touches is left out";
         f.report_key(Code::OutOfRange, &backlash, message, hint);
     }
     if contact.backlash > 0.0 && contact.backlash < MIN_BACKLASH {

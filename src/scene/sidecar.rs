@@ -117,7 +117,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<ReadOptions, Erro
     f.item("units", "the text \"SI\"");
     f.item(
         "truth",
-        "a table of what is known of a simulated recording, read by nobody here",
+        "the known answer of a simulated recording, which geardyn does not read",
     );
     let mut options = read_table(&mut f, "log", log).unwrap_or_default();
     let channels = read_tables(&mut f, "channel", channel);
@@ -278,7 +278,7 @@ fn parse_pair<'t>(text: &'t str, subject: &str) -> Result<(&'t str, &'t str), Er
     let whole = pair.filter(|(name, value)| !name.is_empty() && !value.is_empty());
     whole.ok_or_else(|| {
         let message = format!(
-            "\"{}\" does not name a channel and what is said of it",
+            "\"{}\" does not name a channel and its property",
             truncate(text)
         );
         let hint =
@@ -327,7 +327,7 @@ pub fn write(options: &ReadOptions, rate_hz: Option<f64>, channels: &[(String, S
         )
     };
     let mut text = String::from(
-        "# What was understood of the log beside this file. Correct what is wrong; what is left out is found from the log. Channels also\n# take `sensitivity`, `rename` and `overload`, the log `gaps`, `after`, `before`, `dates` (docs/reference/logs.md).\n\n[log]\n",
+        "# How geardyn read the log of this name. Correct what is wrong; keys that are omitted are detected from the log. Channels also\n# take `sensitivity`, `rename` and `overload`, the log `gaps`, `after`, `before`, `dates` (docs/reference/logs.md).\n\n[log]\n",
     );
     text += &match options.rate {
         Some(RateSource::TimeStamps) => "rate_from = \"time\"\n".to_string(),

@@ -39,7 +39,7 @@ pub fn refuse(prepared_machine: &PreparedMachine) -> Result<(), Error> {
         let message =
             "stiffnesses that are negative or act across have no undamped frequencies to compare";
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("state the machine without them, or ask for its motion"));
+            .with_hint("state the machine without them, or request its motion"));
     }
     if elastic_modes(&prepared_machine.model) == 0 {
         let message = "the machine has no elastic mode";
@@ -263,7 +263,8 @@ fn reduced(
 }
 
 fn too_large(n: usize) -> Error {
-    let message = format!("{n} freedoms are not decomposed whole (limit {MAX_DENSE_DOFS})");
+    let message =
+        format!("{n} degrees of freedom are not decomposed whole (limit {MAX_DENSE_DOFS})");
     Error::new(Code::BudgetExceeded, message)
 }
 

@@ -239,5 +239,5 @@ fn contact_loss_error(model: &OperatingModel, branch: usize) -> Error {
     );
     Error::new(Code::Conflict, message)
         .with_span(&element.span)
-        .with_hint("raise the lower value of its `k_wave`, or leave out the loads")
+        .with_hint("raise the lower value of its `k_wave`, or omit the loads")
 }

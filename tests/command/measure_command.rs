@@ -82,14 +82,14 @@ fn ref_pitch_readings_through_the_command() {
     assert_eq!(of(&found, "Fp", "left")["old_name"], "Δt_Σ");
     assert_eq!(of(&found, "fp", "left")["upper_limit_um"], 6.5);
     assert_eq!(
-        (&found["within"], &found["asked"]["meaning"]),
+        (&found["within"], &found["required"]["meaning"]),
         (&Value::Bool(true), &Value::from("grade 5"))
     );
     let csv = folder.path().join("out.csv").to_str().unwrap().to_string();
     let output = geardyn(&["measure", &asked(4), "--csv", &csv]);
     assert_eq!(output.status.code(), Some(1), "out of grade 4");
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("OUT of what was asked: f_p left"), "{text}");
+    assert!(text.contains("OUT of tolerance: f_p left"), "{text}");
     assert!(text.contains("sets the grade"), "{text}");
     let rows = std::fs::read_to_string(&csv).unwrap();
     assert_eq!(rows.lines().count(), 5, "{rows}");
@@ -227,7 +227,7 @@ fn exact_limits_out_of_a_table() {
     );
     assert_eq!(of(&found, "fp", "left")["upper_limit_um"], Value::Null);
     assert!(
-        found["asked"]["meaning"]
+        found["required"]["meaning"]
             .as_str()
             .unwrap()
             .contains("normal backlash")

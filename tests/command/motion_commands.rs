@@ -175,9 +175,9 @@ fn law_stability_verdicts() {
     let output = geardyn(&arguments);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     let omega = 2.0 * (8000.0f64 / 0.02).sqrt() * (39.0 * std::f64::consts::PI / 82.0).sin();
-    assert!((found["facts"]["fastest_rad_s"].as_f64().unwrap() / omega - 1.0).abs() < 1e-9);
+    assert!((found["linear"]["fastest_rad_s"].as_f64().unwrap() / omega - 1.0).abs() < 1e-9);
     // Runge–Kutta of order 4 reaches 2√2 on the imaginary axis; light damping moves it by little.
-    let limit = found["facts"]["step_limits_s"]["rk4"].as_f64().unwrap();
+    let limit = found["linear"]["step_limits_s"]["rk4"].as_f64().unwrap();
     assert!(
         (limit * omega / 8.0f64.sqrt() - 1.0).abs() < 0.02,
         "{limit}"
@@ -281,8 +281,8 @@ fn law_run_and_plan_of_a_scene() {
     let path = scene.to_str().unwrap();
     let found = document(&["run", path, "--json"]);
     let studies = found["studies"].as_array().unwrap();
-    assert_eq!(studies[0]["answer"]["modes"].as_array().unwrap().len(), 3);
-    assert_eq!(studies[1]["answer"]["method"], "exact");
+    assert_eq!(studies[0]["result"]["modes"].as_array().unwrap().len(), 3);
+    assert_eq!(studies[1]["result"]["method"], "exact");
     let printed = text_of(&["run", path]);
     assert!(
         printed.find("── modes").unwrap() < printed.find("── simulate").unwrap(),
@@ -333,7 +333,7 @@ fn law_stability_without_a_duration() {
         "examples/backlash_jumps.toml",
     ] {
         let found = document(&["stability", file, "--json"]);
-        assert!(found["facts"]["fastest_rad_s"].as_f64().unwrap() > 0.0);
+        assert!(found["linear"]["fastest_rad_s"].as_f64().unwrap() > 0.0);
         assert!(found["cases"].as_array().unwrap().is_empty());
         let left = &found["left_out"][0];
         assert_eq!(left["case"], "all extremes");
@@ -414,7 +414,7 @@ fn refused_with_words() {
     ]);
     assert_eq!(hopeless.status.code(), Some(3));
     let found: Value = serde_json::from_slice(&hopeless.stdout).unwrap();
-    assert_eq!(found["errors"][0]["code"], "hopeless", "{found}");
+    assert_eq!(found["errors"][0]["code"], "budget-exceeded", "{found}");
 }
 
 /// What a command prints that Ctrl-C ends after so many milliseconds.
@@ -509,7 +509,7 @@ fn law_interrupted_studies_are_whole() {
     let found = interrupted(&["stability", pair, "--json"], 2500);
     assert_eq!(found["interrupted"], true);
     assert!(found["cases"].is_array());
-    assert!(found["facts"]["fastest_rad_s"].as_f64().unwrap() > 0.0);
+    assert!(found["linear"]["fastest_rad_s"].as_f64().unwrap() > 0.0);
 }
 
 /// What a study asks in vain is said with its place; cases that change nothing are left out by name.

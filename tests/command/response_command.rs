@@ -71,7 +71,7 @@ fn exact_peak_of_one_freedom() {
     let text = "model = \"one.toml\"\n[[study]]\nkind = \"response\"\ninputs = [\"disc\"]\noutputs = [\"disc\"]\nshown = \"accelerance\"\nband = \"1:8\"\nlines = 8\n";
     std::fs::write(&scene, text).unwrap();
     let shown = document(&["run", &scene, "--json"]);
-    let answer = &shown["studies"][0]["answer"];
+    let answer = &shown["studies"][0]["result"];
     assert_eq!(answer["responses"][0]["unit"], "rad/s²/(N·m)");
     let omega = 2.0 * std::f64::consts::TAU;
     let exact = -omega * omega / (800.0 - 2.0 * omega * omega);

@@ -18,8 +18,8 @@ impl KeyTable for MeshKeys {
 
 #[rustfmt::skip]
 const MESH: &[Key] = &[
-    number("torque", "TORQUE", "Torque at the pinion (N·m where bare)"),
-    number("torques", "A:B:N", "Torques at the pinion, FIRST:LAST:COUNT (N·m where bare)"),
+    number("torque", "TORQUE", "Torque at the pinion (default unit N·m)"),
+    number("torques", "A:B:N", "Torques at the pinion, FIRST:LAST:COUNT (default unit N·m)"),
     number("positions", "N", "Positions in one pitch; 60 by default"),
     number("slices", "N", "Slices along the face width; 11 by default"),
     word::<MeshMethod>("method", "METHOD", "Stiffness of the tooth pairs; energy by default"),

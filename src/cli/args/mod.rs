@@ -112,7 +112,7 @@ pub enum Command {
   geardyn response examples/backlash_jumps.toml --harmonic-balance 2000:7000:60 --svg jumps.svg")]
     Response(ResponseArgs),
     /// Gear charts and readings: deviations, uncertainty, grades
-    #[command(after_help = "Exit code 1 where a value is out of what was asked.
+    #[command(after_help = "Exit code 1 if a value is outside its required grade.
 
 Examples:
   geardyn measure data/index_gear.toml
@@ -206,7 +206,7 @@ pub struct ConvertArgs {
 /// Arguments of `measure`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write the values, one row each")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the charts unrolled, and those that go round beside (FILE-polar.svg)")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the charts; closed ones are also drawn in polar form (FILE-polar.svg)")))]
 pub struct MeasureArgs {
     /// A TOML file with `[measured_gear]`, which names the CSV files of its charts
     pub file: PathBuf,

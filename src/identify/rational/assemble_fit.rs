@@ -376,7 +376,7 @@ fn add_warnings(
     if fit.modes.is_empty() {
         say(
             "no-mode",
-            "no pole stands out of the noise as a mode".to_string(),
+            "no pole rises above the noise as a mode".to_string(),
             "more averages, a longer record, or another band",
         );
     }

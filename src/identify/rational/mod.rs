@@ -166,7 +166,7 @@ impl SelectionStep {
             n => (format!("{n} more"), "lower"),
         };
         if self.accepted {
-            return format!("{another} beside {before} {lowers} the misfit by {fall} %: kept");
+            return format!("{another} next to {before} {lowers} the misfit by {fall} %: kept");
         }
         let chance = match self.probability {
             p if !(p > MIN_REPORTED_P_VALUE && self.reason == stepwise::REASON_NOISE) => {
@@ -320,11 +320,11 @@ fn fit_with(
         && order > determined
     {
         let message = format!(
-            "{order} pole pairs are asked for, and {} determine {determined} at most",
+            "{order} pole pairs are requested, and {} determine {determined} at most",
             pluralise(lines.x.len(), "line")
         );
         return Err(Error::new(Code::OutOfRange, message)
-            .with_hint("ask for fewer, widen the band, or measure with finer lines"));
+            .with_hint("request fewer, widen the band, or measure with finer lines"));
     }
     let from: Option<Vec<ScaledPole>> = from.map(|poles| {
         let near = |p: &&Complex| p.im > p.re.abs() && p.norm() < lines.max_omega;

@@ -71,7 +71,7 @@ fn gear(builder: &MachineBuilder, part: &model::DeclaredError) -> Result<Geometr
         );
         return Err(Error::new(Code::Conflict, message)
             .with_span(&part.on.span)
-            .with_hint("say with `mesh` which pair the error belongs to"));
+            .with_hint("state with `mesh` the pair to which the error belongs"));
     }
     let graded = match part.size {
         ErrorDefinition::Grade { grade, phase } => Some(graded(part, first, grade, phase)?),
@@ -148,7 +148,7 @@ fn gears<'a>(
             &part.on.span,
         ),
     };
-    let hint = "an error stands on the node of a gear, and `mesh` names one of its pairs; of a coupling (cause = \"misalignment\") or a belt (\"belt-joint\") on that element";
+    let hint = "an error is declared on the node of a gear, and `mesh` names one of its pairs; of a coupling (cause = \"misalignment\") or a belt (\"belt-joint\") on that element";
     Err(Error::new(Code::UnknownNode, message)
         .with_span(place)
         .with_hint(hint))
@@ -466,7 +466,7 @@ fn no_element(part: &model::DeclaredError, kind: &str, cause: &str) -> Error {
     Error::new(Code::UnknownNode, message)
         .with_span(&part.on.span)
         .with_hint(format!(
-            "cause = \"{cause}\" stands on a [[{kind}]] by its name"
+            "cause = \"{cause}\" is declared on a [[{kind}]] by its name"
         ))
 }
 

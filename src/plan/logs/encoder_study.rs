@@ -125,10 +125,7 @@ impl EncoderStudy {
 fn report_unstated(f: &mut TableReader, what: &str, key: &str) {
     const EXAMPLE: &str =
         "input = \"motor\", output = \"spindle\", teeth = \"21:63\", lines = \"5000,5000\"";
-    let (message, span) = (
-        format!("nothing says which {what}: `{key}`"),
-        f.span.clone(),
-    );
+    let (message, span) = (format!("{what} not stated: `{key}`"), f.span.clone());
     f.report(Code::Usage, message, &span, EXAMPLE);
 }
 

@@ -51,7 +51,7 @@ impl SimulationSetup {
         study: &SimulateStudy,
     ) -> Result<SimulationSetup, Error> {
         let Some(until) = study.end_time else {
-            let error = Error::new(Code::MissingKey, "nothing says how long the motion lasts");
+            let error = Error::new(Code::MissingKey, "the duration of the motion is not stated");
             return Err(error.with_hint("add --until \"2 s\", or `until` to the study"));
         };
         if !(until.is_finite() && until > 0.0) {
@@ -100,7 +100,7 @@ impl SimulationSetup {
                 }
                 let Some(j) = stays.and_then(|i| model.coordinate_index(i)) else {
                     let message = format!(
-                        "`{}` is no freedom that stays: rigid joints tie it to another, or it does not exist",
+                        "`{}` is not an independent degree of freedom: rigid joints tie it to another, or it does not exist",
                         name.text
                     );
                     let hint = format!(

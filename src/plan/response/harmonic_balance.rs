@@ -77,7 +77,7 @@ impl HarmonicBalanceSetup {
         study: &HarmonicBalanceStudy,
     ) -> Result<HarmonicBalanceSetup, Error> {
         let Some(range) = study.speeds else {
-            let error = Error::new(Code::Usage, "nothing says which speeds are wanted");
+            let error = Error::new(Code::Usage, "no speeds are stated");
             return Err(error.with_hint("state `speeds`, such as 500:3000:100"));
         };
         let machine = &prepared_machine.machine;
@@ -108,7 +108,7 @@ impl HarmonicBalanceSetup {
         let family = SpeedFamily::new(train, &coordinates)?;
         let active = LinearPart::new(&family).active;
         let events = if study.skip_event_refinement {
-            Err("not asked for".to_string())
+            Err("not requested".to_string())
         } else if !family.is_periodic() {
             Err(
                 "a part turns freely against a brake, a damper or a motor: no state comes back"
@@ -146,8 +146,8 @@ impl HarmonicBalanceSetup {
         };
         let orders = study
             .orders
-            .map_or("as many as the residual asks".to_string(), |n| {
-                format!("{n}, as asked")
+            .map_or("as many as the residual needs".to_string(), |n| {
+                format!("{n}, as requested")
             });
         vec![
             ("unknowns", StageDecision::Runs(unknowns)),

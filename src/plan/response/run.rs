@@ -73,10 +73,8 @@ pub struct ResonancePeak {
 /// Band of a study, rad/s, with its inputs and outputs.
 fn request(machine: &PreparedMachine, study: &ResponseStudy) -> Result<((f64, f64), Ports), Error> {
     let Some(band) = study.band else {
-        return Err(
-            Error::new(Code::Usage, "nothing says which frequencies are wanted")
-                .with_hint("state `band`, such as 1:500"),
-        );
+        return Err(Error::new(Code::Usage, "no frequencies are stated")
+            .with_hint("state `band`, such as 1:500"));
     };
     let ports = Ports::parse(
         &machine.machine,
@@ -270,7 +268,7 @@ fn budget_error(forecast: BudgetForecast, lines: usize) -> Error {
         forecast.text()
     );
     Error::new(Code::BudgetExceeded, message)
-        .with_hint("ask for fewer --lines, or model the machine with fewer coordinates")
+        .with_hint("request fewer --lines, or model the machine with fewer coordinates")
 }
 
 /// Places and half-power widths of all peaks, rad/s; where a neighbour hides the width, a hundredth of the place.

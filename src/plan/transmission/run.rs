@@ -146,11 +146,10 @@ fn chain_of(
         machine, operating, ..
     } = prepared_machine;
     let Some(output) = &study.output else {
-        return Err(Error::new(
-            Code::Usage,
-            "nothing says at which node the error is wanted",
-        )
-        .with_hint("state `output`, a node"));
+        return Err(
+            Error::new(Code::Usage, "the node of the error is not stated")
+                .with_hint("state `output`, a node"),
+        );
     };
     let ends = ChainEnds {
         driver: match &study.driver {
@@ -184,7 +183,7 @@ fn chain_of(
     ) {
         let message = format!("{what} is of an output that turns, and {output} slides");
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("leave it out: the error of a slide is told in µm of its travel"));
+            .with_hint("omit it: the error of a slide is given in µm of its travel"));
     }
     Ok(chain)
 }
@@ -377,7 +376,7 @@ pub fn run(
     if undamped {
         result.diagnostics.push(Diagnostic {
             code: "undamped",
-            message: "nothing damps some resonances between the speeds: lines are infinite there, and the largest told are those at the speeds asked for".to_string(),
+            message: "some resonances between the speeds are undamped: lines are infinite there, and the maxima given are those at the requested speeds".to_string(),
             hint: Some("give branches a damping_ratio or c".to_string()),
         });
     }
@@ -544,7 +543,7 @@ fn diagnostics(machine: &Machine, result: &TransmissionResult) -> Vec<Diagnostic
         warn(
             "still",
             message,
-            "they stand still, or nothing ties their speed to the output's",
+            "they do not turn, or their speed is not tied to the output's",
         );
     }
     // What lies on the far side of a friction belt, and still has a line.
@@ -608,7 +607,7 @@ pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, 
         (
             "at speed",
             match (study.speed, study.speeds) {
-                (None, None) => out("no speed was asked for"),
+                (None, None) => out("no speed was requested"),
                 _ => runs("the dynamic stiffness solved at every order"),
             },
         ),
@@ -618,7 +617,7 @@ pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, 
         ),
         (
             "second order of offsets",
-            out("told as a sum, not line by line"),
+            out("given as a sum, not line by line"),
         ),
         (
             "flank form and pitch",
@@ -631,7 +630,7 @@ pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, 
             "record",
             match study.record {
                 true => runs("the error over the angle, with its ranges"),
-                false => out("no record was asked for"),
+                false => out("no record was requested"),
             },
         ),
     ]

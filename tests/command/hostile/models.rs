@@ -42,7 +42,7 @@ const CHANGED: &[(&str, &str, &str)] = &[
     ("\"80 µm\"", "\"1e-40 m\"", "[out-of-range] | m.toml:22: | less than any play | leave it out, or write 0"),
     ("\"80 µm\"", "\"1e-300 m\"", "[out-of-range] | m.toml:22: | `backlash` is below 1e-50 in SI units | write 0 or leave it out"),
     ("\"80 µm\"", "\"1e300 m\"", "[out-of-range] | m.toml:22: | `backlash` must not exceed 1e50 in SI units | m, mm"),
-    ("\"80 µm\"", "\"1e9 m\"", "[out-of-range] | m.toml:22: | must not exceed 1 m: the deflection of the contact | look at its unit"),
+    ("\"80 µm\"", "\"1e9 m\"", "[out-of-range] | m.toml:22: | must not exceed 1 m: the deflection of the contact | check its unit"),
     ("\"0.3 kg·m²\"", "\"1e300 kg·m²\"", "[out-of-range] | m.toml:10: | `J` must not exceed 1e50 | kg·m²"),
     ("\"0.3 kg·m²\"", "\"1e-300 kg·m²\"", "[out-of-range] | m.toml:10: | `J` is below 1e-50 | write 0"),
     ("\"8.5 kN·m/rad\"", "\"1e300 N·m/rad\"", "[out-of-range] | m.toml:14: | `k` must not exceed 1e50 | N·m/rad"),
