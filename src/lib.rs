@@ -16,7 +16,7 @@ mod numeric;
 /// Logs of measured signals.
 mod recording;
 
-/// What frequencies are in a signal.
+/// Spectral estimation: line and density spectra, frequency responses, orders.
 mod spectrum;
 
 /// From measured responses to transfer functions and modes.
@@ -37,13 +37,13 @@ mod modes;
 /// Integration in time.
 mod motion;
 
-/// Steady answers to steady excitation, by frequency.
+/// Steady-state response over frequency and speed.
 mod response;
 
 /// Transmission error: chain, orders, budget.
 mod transmission;
 
-/// What a study needs, and running it.
+/// Stages of each study, and their run.
 mod plan;
 
 /// Error against run time, where methods break.
@@ -93,7 +93,7 @@ pub use scene::study::{
 #[cfg(doctest)]
 struct Tutorial;
 
-/// What most programs need: models, machines, recordings, the studies they take, errors.
+/// The types most programs use: models, machines, recordings, the studies they take, errors.
 ///
 /// ```
 /// use geardyn::prelude::*;

@@ -21,7 +21,7 @@ use crate::report::recording::rate;
 /// Formats by the end of the file's name.
 const FORMATS: &[&str] = &["csv", "uff", "json"];
 
-/// What is written.
+/// Format of the output.
 enum Content {
     Signals(Recording),
     Responses(FrequencyResponses),
@@ -91,7 +91,7 @@ fn content(
     Ok(Content::Signals(recording))
 }
 
-/// Of the responses those whose output is named; all where none is.
+/// Responses whose output is named; all by default.
 fn select_outputs(
     mut responses: FrequencyResponses,
     words: &[String],

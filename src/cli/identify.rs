@@ -128,7 +128,7 @@ fn once<'m, T: Clone + PartialEq + 'm>(all: impl Iterator<Item = &'m T>) -> Vec<
     kept
 }
 
-/// Whether what is asked for are the responses of a file that holds signals too.
+/// True if the names are responses of a file that also holds signals.
 fn use_file_responses(responses: &FrequencyResponses, study: &IdentifyStudy) -> bool {
     let known: Vec<String> = (responses.responses.iter())
         .map(|f| f.output.name.clone())

@@ -23,7 +23,7 @@ pub struct LogInput {
     pub sidecar: Option<PathBuf>,
 }
 
-/// The logs named; a sidecar with `files` stands for those it lists, to each of which it applies in place of a sidecar of its own.
+/// The logs named; a sidecar with `files` is replaced by the files it lists, and applies to each in place of its own sidecar.
 ///
 /// # Errors
 /// Flags without sense; everything wrong in a sidecar.
@@ -65,7 +65,7 @@ pub fn paths(logs: &[LogInput]) -> Vec<PathBuf> {
     logs.iter().flat_map(both).collect()
 }
 
-/// What the logs are called in titles: the name of the file, and how many more there are.
+/// Title of the logs: the name of the first file, and the number of others.
 pub fn title(files: &[PathBuf]) -> String {
     let name = |path: &Path| {
         path.file_name()
@@ -98,9 +98,9 @@ pub fn preprocess(
 
 /// The signals of a test.
 pub enum Test {
-    /// Of the same points in every file.
+    /// Files of the same points.
     Joined(Box<Recording>),
-    /// Of other points in every record.
+    /// Files of other points each.
     Points(Vec<PointRecord>),
 }
 

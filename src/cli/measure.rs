@@ -11,7 +11,7 @@ use crate::plan::measure::run::run as evaluate;
 use crate::report::measure::MeasurementReport;
 use crate::scene::measured_gear::{self, MeasuredGear};
 
-/// Evaluates, grades and prints; 1 where a value is out of what was asked.
+/// Evaluates, grades and prints; exit code 1 if a value is outside its required grade.
 ///
 /// # Errors
 /// Whatever is wrong with the files, their charts, or what is to be written.

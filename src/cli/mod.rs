@@ -135,7 +135,7 @@ fn report_error(errors: &Errors, json: bool) -> ExitCode {
     ExitCode::from(exit.unwrap_or(2))
 }
 
-/// Says how the command is to be called: as JSON where that was asked for. Help and version are answers.
+/// Prints the usage error, as JSON where requested. Help and version are answers.
 fn usage(error: &clap::Error, json: bool) -> ExitCode {
     // Printing knows whether colours suit.
     let help = !error.use_stderr();

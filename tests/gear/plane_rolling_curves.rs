@@ -268,7 +268,7 @@ fn exact_law_of_gearing_at_another_distance() {
         let errors: Vec<f64> = checks.iter().map(|c| c.error).collect();
         let span = errors.iter().fold(f64::MIN, |m, x| m.max(*x))
             - errors.iter().fold(f64::MAX, |m, x| m.min(*x));
-        assert!((least..=most).contains(&span), "{segment}: {span}");
+        assert!((least..=most).contains(&span), "{stretch}: {span}");
         for three in checks.windows(3) {
             let slope = 0.5 + (three[2].error - three[0].error) / (2.0 * step);
             within(

@@ -36,7 +36,7 @@ pub struct GearArgs {
     /// Keys of `[mesh]`.
     #[command(flatten)]
     pub mesh: KeyFlags<MeshKeys>,
-    /// Its outputs.
+    /// Output flags.
     #[command(flatten)]
     pub out: OutputArgs,
 }

@@ -29,11 +29,11 @@ pub struct IdentifyArgs {
     /// Keys of the study.
     #[command(flatten)]
     pub study: KeyFlags<IdentifyKeys>,
-    /// Of several files each holds another point of the output (a roving sensor) or of the input (a roving hammer); where left out, files
-    /// with equal channels are hits of one point, and files with a channel of their own each another point
+    /// Each file holds another point of the output (roving sensor) or of the input (roving hammer); by default files with equal
+    /// channels are hits of one point, and files with a channel of their own are different points
     #[arg(long, value_parser = word_parser::<Roving>(), value_name = "SIDE", requires = "input")]
     pub roving: Option<Roving>,
-    /// What may be said of the log.
+    /// Keys of the log.
     #[command(flatten)]
     pub log: LogArgs,
     /// Write the transfer functions and their state space (.json, .csv or .mat)
@@ -47,7 +47,7 @@ pub struct IdentifyArgs {
         help_heading = "Output"
     )]
     pub sample_time: Option<String>,
-    /// How it is sampled; zero-order-hold where left out
+    /// Sampling of the exported model; default zero-order-hold
     #[arg(long, value_parser = word_parser::<DiscretisationMethod>(), value_name = "MAP", requires = "sample_time", help_heading = "Output")]
     pub map: Option<DiscretisationMethod>,
     /// Write the frequency responses (.csv, .uff or .json)

@@ -15,7 +15,7 @@ pub struct LogArgs {
     /// Keys of `[log]`.
     #[command(flatten)]
     pub keys: KeyFlags<LogKeys>,
-    /// Do not read the sidecar beside the log
+    /// Do not read the sidecar of the log
     #[arg(long, help_heading = "The log")]
     pub no_sidecar: bool,
 }

@@ -45,7 +45,7 @@ mod gear;
 )]
 #[command(after_help = "Example:\n  geardyn modes models/y2250.toml")]
 pub struct Cli {
-    /// What to do.
+    /// Subcommand.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -84,7 +84,7 @@ pub enum Command {
   geardyn modes models/uniform_chain.toml --lowest 5 --json
   geardyn modes models/overhung_rotor.toml --campbell 0:12000:61 --svg campbell.svg")]
     Modes(ModesArgs),
-    /// Motion in time: histories, extremes, answers to steps
+    /// Motion in time: histories, extremes, step responses
     #[command(after_help = "Examples:
   geardyn simulate examples/linear_chain.toml
   geardyn simulate examples/y2250_step.toml --svg step.svg
@@ -98,7 +98,7 @@ pub enum Command {
   geardyn accuracy models/y2250.toml --of response --input motor.theta --output cutter_ring.theta --band 1:300
   geardyn accuracy examples/linear_chain.toml --error 1e-9 --svg accuracy.svg")]
     Accuracy(AccuracyArgs),
-    /// Where methods and machine break: step limits, parametric stability, the scene at its extremes
+    /// Stability of methods and machine: step limits, parametric stability, the scene at its extremes
     #[command(after_help = "Examples:
   geardyn stability examples/backlash_pair.toml --until 0.005
   geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --svg regions.svg
@@ -124,7 +124,7 @@ Examples:
   geardyn gear models/gears/fzg_c.toml
   geardyn gear models/gears/fzg_c.toml --torques 50:500:10 --svg fzg.svg")]
     Gear(GearArgs),
-    /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
+    /// Transmission error of a chain: the source and size of each order at the output, and sources that cannot be separated
     #[command(after_help = "Examples:
   geardyn te models/three_stage_chain.toml --output spindle
   geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
@@ -170,10 +170,10 @@ pub struct CheckArgs {
     /// Models, scenes (.toml) or logs; files, no pipes
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// What may be said of logs.
+    /// Keys of the logs.
     #[command(flatten)]
     pub log: LogArgs,
-    /// Write what was understood of each log into a sidecar beside it, to be corrected (LOG.toml)
+    /// Write how each log was read into its sidecar (LOG.toml), to be corrected
     #[arg(long)]
     pub write: bool,
     /// One JSON document on standard output
@@ -195,7 +195,7 @@ pub struct ConvertArgs {
     /// UFF 58 in bytes, which keeps every bit
     #[arg(long)]
     pub binary: bool,
-    /// What may be said of the log.
+    /// Keys of the log.
     #[command(flatten)]
     pub log: LogArgs,
     /// No warnings, no word about what was done

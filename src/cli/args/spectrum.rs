@@ -42,7 +42,7 @@ pub struct SpectrumArgs {
     /// A rolling bearing on the shaft: rolling elements, their diameter and that of the pitch circle (mm where bare), contact angle (deg where bare)
     #[arg(long, value_name = "n,d,D,angle", help_heading = "The shaft")]
     pub bearing: Option<String>,
-    /// What may be said of the log.
+    /// Keys of the log.
     #[command(flatten)]
     pub log: LogArgs,
     /// Document, files and silence.

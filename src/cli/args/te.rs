@@ -24,7 +24,7 @@ pub struct TeArgs {
     /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
-    /// What may be said of the log.
+    /// Keys of the log.
     #[command(flatten)]
     pub log: LogArgs,
 }

@@ -32,9 +32,9 @@ pub enum QuantityUnit {
 /// Values of a quantity, in its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum QuantityValue {
-    /// Of pinion and gear; `None` where it does not exist.
+    /// Values of pinion and gear; `None` where it does not exist.
     Each([Option<f64>; 2]),
-    /// Of the pair.
+    /// Value of the pair.
     Pair(f64),
 }
 

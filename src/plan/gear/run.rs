@@ -16,12 +16,12 @@ use crate::gear::load::mesh_result::MeshResult;
 use crate::plan::stages::StageDecision;
 use crate::scene::gear_file::GearFile;
 
-/// What a gear file gives.
+/// Results of a gear file.
 #[derive(Debug, Clone)]
 pub struct GearResult {
     /// The pair.
     pub pair: Pair,
-    /// Its geometry.
+    /// Geometry of the pair.
     pub quantities: Vec<GearQuantity>,
     /// Limits that the pair meets, with what avoids them.
     pub limits: Vec<Warning>,
