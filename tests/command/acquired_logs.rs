@@ -245,7 +245,7 @@ fn exact_clipped_second_is_left_out() {
     let found = identified(&log);
     let message = warned(&found, "clipped").unwrap();
     assert!(
-        message.contains("a clipped") && message.contains("left out"),
+        message.contains("a clipped") && message.contains("removed"),
         "{message}"
     );
     assert_truth(&found, 4.0);

@@ -322,10 +322,7 @@ fn refused_before_full_matrices() {
         ),
         (
             &["modes", &middle, "--damped"],
-            &[
-                "complex modes of 1500 degrees of freedom",
-                "leave out --damped",
-            ],
+            &["complex modes of 1500 degrees of freedom", "omit --damped"],
         ),
     ];
     for (arguments, words) in cases {

@@ -303,7 +303,7 @@ fn refuses_bad_gears() {
             format!(
                 "{GEAR}[[chart]]\nkind = \"single_flank\"\nfile = \"p.csv\"\nleft = \"left\"\n"
             ),
-            "along what",
+            "abscissa",
         ),
         (
             format!(

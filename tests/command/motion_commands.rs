@@ -697,7 +697,7 @@ fn law_coarse_samples_of_free_vibration_are_told() {
             match per_period {
                 None => assert!(said.is_empty(), "{output} {samples}: {said:?}"),
                 Some(expected) => {
-                    let number = said[0].split("so fast that ").nth(1).unwrap();
+                    let number = said[0].split("a period has ").nth(1).unwrap();
                     let number: f64 = number.split(' ').next().unwrap().parse().unwrap();
                     // The mean over fourteen samples or more of a sine's size.
                     assert!((number / expected - 1.0).abs() < 0.2, "{output}: {said:?}");
@@ -736,10 +736,10 @@ fn law_long_steps_are_told() {
     for (method, step, words) in [
         // 2.97 over 62.8 rad/s.
         ("rk4", "50 ms", Some("longer than 47.3 ms")),
-        ("rk4", "25 ms", Some("4.00 steps in a period")),
+        ("rk4", "25 ms", Some("4.00 steps per period")),
         ("rk4", "15 ms", None),
-        ("newmark", "25 ms", Some("4.00 steps in a period")),
-        ("generalized-alpha", "0.1 s", Some("1.00 steps in a period")),
+        ("newmark", "25 ms", Some("4.00 steps per period")),
+        ("generalized-alpha", "0.1 s", Some("1.00 steps per period")),
         ("hht", "8 ms", None),
     ] {
         let said = told(
