@@ -259,7 +259,7 @@ hint: did you mean `k`? it takes N·m/rad, kN·m/rad, N·m/deg
         let error = Error::new(Code::BudgetExceeded, "1e9 modes need 8 EB");
         assert_eq!(
             render_error(&error, false),
-            "error: 1e9 modes need 8 EB [hopeless]\n"
+            "error: 1e9 modes need 8 EB [budget-exceeded]\n"
         );
         let doubt = Diagnostic {
             code: "no-load",
