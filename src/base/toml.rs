@@ -77,6 +77,15 @@ impl Table {
     pub fn get(&self, key: &str) -> Option<&Entry> {
         self.entries.iter().find(|entry| entry.key == key)
     }
+
+    /// The table under `key`, with its place.
+    pub fn table(&self, key: &str) -> Option<(&Table, &SourceSpan)> {
+        let item = &self.get(key)?.item;
+        match &item.value {
+            Value::Table(table) => Some((table, &item.span)),
+            _ => None,
+        }
+    }
 }
 
 /// A file as far as it could be read.

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::gear_plot::{self, TeethInMesh};
+use super::gear_plot;
 use super::number_format::significant;
 use super::plan::{step_lines, steps};
 use super::presentation::{Figure, Presentation, Provenance};
@@ -108,15 +108,12 @@ impl Presentation for GearAnswer<'_> {
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         let (title, result) = (&self.file.title, &self.result);
-        let mut all = vec![Figure::first(gear_plot::draw_teeth(&TeethInMesh {
-            title,
-            pair: &result.pair,
-            path: &result.path,
-        }))];
-        if !result.path.is_empty() {
+        let (pair, path) = (&result.pair, &result.path);
+        let mut all = vec![Figure::first(gear_plot::draw_teeth(title, pair, path))];
+        if !path.is_empty() {
             all.push(Figure::new(
                 "sliding",
-                gear_plot::draw_sliding(title, &result.pair),
+                gear_plot::draw_sliding(title, pair, path),
             ));
         }
         if let Some(mesh) = &result.mesh {

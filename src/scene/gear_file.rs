@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::shared_keys::{
-    self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, PRESSURE_ANGLE_RANGE, read_profile_shift,
-    read_thickness,
+    self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, MAX_TEETH, PRESSURE_ANGLE_RANGE,
+    read_profile_shift, read_thickness,
 };
 use super::tables::read_table;
 use crate::base::code::Code;
@@ -15,7 +15,7 @@ use crate::base::quantity::{self, format_number};
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::{TableReader, Word};
-use crate::base::toml::{self, Value};
+use crate::base::toml;
 use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::cylindrical::involute::InvoluteGear;
 use crate::gear::cylindrical::member::Member;
@@ -23,7 +23,7 @@ use crate::gear::cylindrical::modification::{FlankModification, Relief};
 use crate::gear::load::body::Body;
 use crate::gear::load::compliance::StiffnessMethod;
 use crate::gear::load::hertz::ContactModel;
-use crate::gear::load::mesh::MeshOptions;
+use crate::gear::load::mesh::{MAX_POSITIONS, MAX_SLICES, MeshOptions};
 
 /// A pair of cylindrical gears as its file describes it, with the requested load.
 #[derive(Debug, Clone)]
@@ -67,8 +67,6 @@ pub struct MeshStudy {
 
 /// Most torques of a map.
 const MAX_TORQUES: u32 = 1000;
-/// Most teeth of a gear.
-const MAX_TEETH: u32 = 100_000;
 /// Face width by default, in modules.
 const DEFAULT_WIDTH: f64 = 10.0;
 
@@ -84,10 +82,7 @@ pub fn is_gear_file(source: &Arc<SourceFile>) -> bool {
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors> {
     let document = toml::parse(source);
     let mut errors = ErrorCollector::default();
-    let units = document.root.get("units").map(|entry| &entry.item.value);
-    if matches!(units, Some(Value::String(text)) if text == "SI") {
-        errors.bare_si.push(source.path.clone());
-    }
+    errors.record_units(&document);
     let span = SourceSpan::new(source.clone(), 0..0);
     let mut f = TableReader::new(&document.root, span, "the gear file", &mut errors);
     let title = f.optional_text("title").unwrap_or_default().to_string();
@@ -96,7 +91,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
     let span = f.span_of("pair").clone();
     let pair = read_table(&mut f, "pair", pair);
     f.require("pair");
-    let rack = read_table(&mut f, "rack", |f| rack(f, BasicRack::PROFILE_A));
+    let rack = read_table(&mut f, "rack", rack);
     let first = read_table(&mut f, "pinion", member);
     f.require("pinion");
     let second = read_table(&mut f, "gear", member);
@@ -105,41 +100,29 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
         f.optional_quantity("shaft_angle_error", QuantityKind::Angle, ValueRange::Any)
             .unwrap_or(0.0)
     });
-    let bores = [&first, &second].map(|m| m.as_ref().and_then(|m| m.bore_diameter));
     let study = read_table(&mut f, "mesh", mesh).unwrap_or_default();
     f.finish();
-    let mut defaults = Vec::new();
-    let made = match (pair, first, second) {
-        (Some(pair), Some(first), Some(second)) if errors.errors.is_empty() => {
-            let shared = rack.unwrap_or_else(|| {
-                defaults.push("rack: ISO 53 profile A".into());
-                BasicRack::PROFILE_A
-            });
-            let members = [("pinion", &first), ("gear", &second)]
-                .map(|(name, member)| pair.member(name, member, shared, &mut defaults));
-            Some((members, pair, [first, second]))
-        }
-        _ => None,
-    };
-    let (bare_si, mut all) = (errors.bare_si, errors.errors);
-    all.extend(document.syntax_error);
-    Errors::into_result(all, || ())?;
-    let study = match flags.is_empty() {
-        true => study,
-        false => {
-            let table = document.root.get("mesh").map(|entry| &entry.item);
-            let table = table.and_then(|item| match &item.value {
-                Value::Table(table) => Some((table, &item.span)),
-                _ => None,
-            });
-            flags.read("[mesh]", table, &bare_si, mesh)?
-        }
-    };
-    let method = study.method(bores, &span)?;
-    let Some((members, pair, tables)) = made else {
+    let ErrorCollector {
+        bare_si,
+        mut errors,
+        ..
+    } = errors;
+    errors.extend(document.syntax_error.clone());
+    Errors::into_result(errors, || ())?;
+    let (Some(pair), Some(first), Some(second)) = (pair, first, second) else {
         let missing = Error::new(Code::MissingKey, "the gears are not described").with_span(&span);
         return Err(missing.into());
     };
+    let study = flags.read_over(&document, "mesh", &bare_si, study, mesh)?;
+    let method = study.method([first.bore_diameter, second.bore_diameter], &span)?;
+    let mut defaults = Vec::new();
+    let shared = rack.unwrap_or_else(|| {
+        defaults.push("rack: ISO 53 profile A".into());
+        BasicRack::PROFILE_A
+    });
+    let members = [("pinion", &first), ("gear", &second)]
+        .map(|(name, member)| pair.member(name, member, shared, &mut defaults));
+    let tables = [first, second];
     let usual = MeshOptions::default();
     Ok(GearFile {
         title,
@@ -267,7 +250,7 @@ fn member(f: &mut TableReader) -> MemberTable {
         bore_diameter: positive(f, "bore_diameter"),
         ball_diameter: positive(f, "ball_diameter"),
         thickness: read_thickness(f),
-        rack: read_table(f, "rack", |f| rack(f, BasicRack::PROFILE_A)),
+        rack: read_table(f, "rack", rack),
         modification: FlankModification {
             tip_relief: relief(f, "tip_relief", "relief_from"),
             root_relief: relief(f, "root_relief", "root_relief_from"),
@@ -298,7 +281,8 @@ fn relief(f: &mut TableReader, key: &str, start: &str) -> Option<Relief> {
     })
 }
 
-fn rack(f: &mut TableReader, usual: BasicRack) -> BasicRack {
+fn rack(f: &mut TableReader) -> BasicRack {
+    let usual = BasicRack::PROFILE_A;
     let number = |f: &mut TableReader, key, usual| {
         f.optional_number(key, ValueRange::NotNegative)
             .unwrap_or(usual)
@@ -383,8 +367,8 @@ pub fn mesh(f: &mut TableReader) -> MeshTable {
     let torques = f.parsed("torques", parse_torques);
     MeshTable {
         torques: torques.unwrap_or_else(|| torque.into_iter().collect()),
-        positions: f.optional_count("positions", 2, 100_000),
-        slices: f.optional_count("slices", 1, 1000),
+        positions: f.optional_count("positions", 2, MAX_POSITIONS),
+        slices: f.optional_count("slices", 1, MAX_SLICES),
         method: f.word("method"),
         body: f.word("body"),
     }

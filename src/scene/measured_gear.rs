@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::shared_keys::{read_profile_shift, read_thickness};
+use super::shared_keys::{MAX_TEETH, read_profile_shift, read_thickness};
 use super::tables::{read_table, read_tables};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -156,10 +156,7 @@ pub fn is_measured_gear(source: &Arc<SourceFile>) -> bool {
 pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
     let document = toml::parse(source);
     let mut notes = ErrorCollector::default();
-    let units = document.root.get("units").map(|entry| &entry.item.value);
-    if matches!(units, Some(Value::String(text)) if text == "SI") {
-        notes.bare_si.push(source.path.clone());
-    }
+    notes.record_units(&document);
     let span = SourceSpan::new(source.clone(), 0..0);
     let mut f = TableReader::new(&document.root, span, "the measured gear", &mut notes);
     let title = f.optional_text("title").unwrap_or_default().to_string();
@@ -220,9 +217,6 @@ struct GearTable {
     thickness: Option<[f64; 2]>,
     requirement: Option<AccuracyRequirement>,
 }
-
-/// Most teeth a gear is taken to have.
-const MAX_TEETH: u32 = 100_000;
 
 fn gear(f: &mut TableReader) -> Option<GearTable> {
     let errors = f.errors.errors.len();

@@ -24,6 +24,9 @@ pub const HELIX_ANGLE_RANGE: ValueRange =
 /// Pressure angle where none is given, rad.
 pub const DEFAULT_PRESSURE_ANGLE: f64 = PI / 9.0;
 
+/// The largest number of teeth of a gear whose flanks are described.
+pub const MAX_TEETH: u32 = 100_000;
+
 /// The largest number of teeth, discs, segments or planets.
 pub const MAX_COUNT: u32 = 1_000_000;
 

@@ -105,10 +105,7 @@ pub fn read_list(path: &Path, flags: &Flags) -> Result<Option<ReadOptions>, Erro
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<ReadOptions, Errors> {
     let document = toml::parse(source);
     let mut notes = ErrorCollector::default();
-    let units = document.root.get("units").map(|entry| &entry.item.value);
-    if matches!(units, Some(Value::String(text)) if text == "SI") {
-        notes.bare_si.push(document.source.path.clone());
-    }
+    notes.record_units(&document);
     let span = SourceSpan::new(document.source.clone(), 0..0);
     let mut f = TableReader::new(&document.root, span, "the sidecar", &mut notes);
     for said in ["title", "source"] {
@@ -123,16 +120,9 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<ReadOptions, Erro
     let channels = read_tables(&mut f, "channel", channel);
     f.finish();
     let mut errors = notes.errors;
-    errors.extend(document.syntax_error);
+    errors.extend(document.syntax_error.clone());
     Errors::into_result(errors, || ())?;
-    if !flags.is_empty() {
-        let table = document.root.get("log").map(|entry| &entry.item);
-        let table = table.and_then(|item| match &item.value {
-            Value::Table(table) => Some((table, &item.span)),
-            _ => None,
-        });
-        options = flags.read("[log]", table, &notes.bare_si, log)?;
-    }
+    options = flags.read_over(&document, "log", &notes.bare_si, options, log)?;
     options.channels = merge(channels, options.channels);
     Ok(options)
 }
