@@ -652,6 +652,11 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "At the limits of centre distance and tooth thickness the teeth would overlap.",
     ),
     (
+        "not-separated",
+        Warning,
+        "The readings agree with several standard gears alike: their misfits differ by less than three standard uncertainties of one reading. The answer names the reading that would separate them.",
+    ),
+    (
         "stiffness-range",
         Warning,
         "The pair lies outside the range for which the stiffness method was fitted.",

@@ -11,6 +11,7 @@ use crate::base::error::Errors;
 use crate::base::flags::Flags;
 use crate::base::load;
 use crate::base::source_span::SourceFile;
+use crate::base::text::pluralise;
 use crate::plan;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::report::check::FileSummary;
@@ -82,6 +83,9 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
             ..FileSummary::default()
         });
     }
+    if scene::gear_readings::is_readings_file(&source) {
+        return summarise_readings(path, source);
+    }
     if scene::measured_gear::is_measured_gear(&source) {
         return summarise_measured_gear(path, &source);
     }
@@ -101,6 +105,24 @@ fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, 
     Ok(FileSummary {
         text: format!("{name}   {title}\n  cylindrical gears of {z1} and {z2} teeth\n"),
         body: json!({ "file": path, "title": file.title, "gears": true, "teeth": [z1, z2] }),
+        sources: vec![source],
+        warnings: found.diagnostics,
+        ..FileSummary::default()
+    })
+}
+
+/// Readings of an unknown gear are checked by reversing them.
+fn summarise_readings(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, Errors> {
+    let file = scene::gear_readings::read(&source)?;
+    let found = plan::gear::reversal::run(&file)?;
+    let (teeth, candidates) = (file.readings.teeth, found.reversal.candidates.len());
+    let (name, title) = (path.display(), render::sanitise(&file.title));
+    Ok(FileSummary {
+        text: format!(
+            "{name}   {title}\n  readings of an unknown gear of {teeth} teeth, {}\n",
+            pluralise(candidates, "candidate")
+        ),
+        body: json!({ "file": path, "title": file.title, "readings": true, "teeth": teeth, "candidates": candidates }),
         sources: vec![source],
         warnings: found.diagnostics,
         ..FileSummary::default()

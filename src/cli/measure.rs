@@ -9,6 +9,7 @@ use crate::base::error::{Error, Errors};
 use crate::base::load;
 use crate::plan::measure::run::run as evaluate;
 use crate::report::measure::MeasurementReport;
+use crate::scene::gear_readings;
 use crate::scene::measured_gear::{self, MeasuredGear};
 
 /// Evaluates, grades and prints; 1 where a value is out of what was asked.
@@ -42,6 +43,11 @@ fn read(path: &Path) -> Result<MeasuredGear, Errors> {
             return Err(broken.into());
         }
         let message = format!("{} has no [measured_gear]", path.display());
+        return Err(Error::new(Code::MissingKey, message).with_hint(hint).into());
+    }
+    if gear_readings::is_readings_file(&source) {
+        let message = format!("{} has readings of a gear without `module`", path.display());
+        let hint = format!("`geardyn gear reverse {}` finds it", path.display());
         return Err(Error::new(Code::MissingKey, message).with_hint(hint).into());
     }
     measured_gear::read(&source)

@@ -121,3 +121,5 @@ pub mod measure;
 mod gear_plot;
 
 pub mod gear;
+
+pub mod gear_reversal;

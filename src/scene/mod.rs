@@ -50,6 +50,8 @@ pub mod gear_file;
 
 pub mod measured_gear;
 
+pub mod gear_readings;
+
 pub mod limit_table;
 
 pub use file::{Scene, read, read_text};

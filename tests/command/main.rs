@@ -11,6 +11,7 @@ mod checked_scenes;
 mod commands;
 mod free_decay;
 mod gear_command;
+mod gear_reverse;
 mod hopeless;
 mod hostile;
 mod identify_command;

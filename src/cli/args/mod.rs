@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use gear::GearArgs;
+pub use gear::{GearAction, GearArgs, ReverseArgs};
 pub use identify::IdentifyArgs;
 pub use log::LogArgs;
 pub use modes::{ModesArgs, PlanArgs};
@@ -122,7 +122,8 @@ Examples:
     /// Gears from their theory: geometry, path of contact, stiffness, transmission error under load
     #[command(after_help = "Examples:
   geardyn gear models/gears/fzg_c.toml
-  geardyn gear models/gears/fzg_c.toml --torques 50:500:10 --svg fzg.svg")]
+  geardyn gear models/gears/fzg_c.toml --torques 50:500:10 --svg fzg.svg
+  geardyn gear reverse data/unknown_gear.toml")]
     Gear(GearArgs),
     /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
     #[command(after_help = "Examples:

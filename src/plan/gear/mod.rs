@@ -11,3 +11,6 @@ pub mod limits;
 
 /// Stages of a gear file and its result.
 pub mod run;
+
+/// Reversal of readings and its stages.
+pub mod reversal;
