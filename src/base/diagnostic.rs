@@ -652,6 +652,11 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "At the limits of centre distance and tooth thickness the teeth would overlap.",
     ),
     (
+        "contact-ends",
+        Warning,
+        "A part of a given profile has no contact: its normals do not meet the pitch curve there.",
+    ),
+    (
         "not-separated",
         Warning,
         "The readings agree with several standard gears alike: their misfits differ by less than three standard uncertainties of one reading. The answer names the reading that would separate them.",

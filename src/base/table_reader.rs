@@ -432,7 +432,10 @@ impl<'a, 'n> TableReader<'a, 'n> {
     fn unknown(&mut self, entry: &Entry) {
         let takes = |f: &Self| {
             let known = f.known_keys.iter().map(|(asked, _)| asked.as_str());
-            format!("{} takes {}", f.title, quoted_list(known))
+            match f.known_keys.is_empty() {
+                true => "leave it out".to_string(),
+                false => format!("{} takes {}", f.title, quoted_list(known)),
+            }
         };
         if self.errors.flags.is_some() {
             // The keys of the file were checked when the file was read.

@@ -17,6 +17,7 @@ use crate::plan::prepared_machine::PreparedMachine;
 use crate::report::check::FileSummary;
 use crate::report::presentation::{Presentation, Provenance, document};
 use crate::scene;
+use crate::scene::gear_file::PairKind;
 
 /// Checks every file; 2 where one is wrong.
 ///
@@ -97,6 +98,21 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
 
 /// Gears are checked without a load: they can be made and mesh.
 fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, Errors> {
+    if scene::gear_file::pair_kind(&source) == PairKind::NonCircular {
+        let file = scene::non_circular_file::read(&source, &Flags::default())?;
+        let found = plan::gear::non_circular::run(&file)?;
+        let (name, title) = (path.display(), render::sanitise(&file.title));
+        let teeth = file
+            .teeth
+            .map_or(String::new(), |[z1, z2]| format!(" of {z1} and {z2} teeth"));
+        return Ok(FileSummary {
+            text: format!("{name}   {title}\n  non-circular gears{teeth}\n"),
+            body: json!({ "file": path, "title": file.title, "gears": true, "teeth": file.teeth }),
+            sources: file.sources,
+            warnings: found.diagnostics,
+            ..FileSummary::default()
+        });
+    }
     let mut file = scene::gear_file::read(&source, &Flags::default())?;
     file.mesh.torques.clear();
     let found = plan::gear::run::run(&file)?;

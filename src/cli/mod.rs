@@ -24,6 +24,8 @@ pub mod logs;
 
 pub mod new;
 
+pub mod gear;
+
 pub mod check_log;
 
 pub mod check;
@@ -47,8 +49,6 @@ pub mod run_up;
 pub mod harmonic_balance;
 
 pub mod measure;
-
-pub mod gear;
 
 pub mod te_log;
 

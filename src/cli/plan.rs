@@ -1,11 +1,15 @@
 //! `geardyn plan`: stages to be run, stages left out, condensation advice.
 
+use std::sync::Arc;
+
 use super::args::PlanArgs;
-use super::output;
+use super::{gear, output};
+use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::flags::Flags;
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
+use crate::base::source_span::SourceFile;
 use crate::modes::modal_basis;
 use crate::modes::reduction::{CondensationAdvice, find_condensable};
 use crate::modes::system_matrices::AnalysisContext;
@@ -24,6 +28,9 @@ use crate::scene::{self, Scene};
 /// # Errors
 /// Whatever is wrong with the file or the flags.
 pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
+    if let Some(source) = gear::gear_source(&args.model)? {
+        return of_gears(args, &source);
+    }
     let scene = scene::read(&args.model)?;
     let study: ModesStudy = scene.study(&args.study.flags)?;
     let machine = PreparedMachine::new(&scene.model)?;
@@ -58,6 +65,25 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
     match args.json {
         true => output::document(&document(&report)?)?,
         false => output::print(&report.text())?,
+    }
+    Ok(0)
+}
+
+/// The stages of a gear file, to which no flag of a study applies.
+fn of_gears(args: &PlanArgs, source: &Arc<SourceFile>) -> Result<u8, Errors> {
+    for flags in [&args.study.flags, &args.integration.flags] {
+        flags.read("a gear file", None, &[], |_| ())?;
+    }
+    if args.advise.is_some() {
+        let message = "--advise condenses a machine, and the file describes gears";
+        return Err(Error::new(Code::Usage, message)
+            .with_hint("leave it out")
+            .into());
+    }
+    let plan = gear::stages(source)?;
+    match args.json {
+        true => output::document(&document(&plan)?)?,
+        false => output::print(&plan.text())?,
     }
     Ok(0)
 }

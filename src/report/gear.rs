@@ -4,12 +4,14 @@ use serde_json::{Map, Value, json};
 
 use super::gear_plot;
 use super::number_format::significant;
+use super::outline_file::NamedOutline;
 use super::plan::{step_lines, steps};
 use super::presentation::{Figure, Presentation, Provenance};
 use super::table::{Table, decimal, or_blank, or_dash};
 use crate::base::error::Error;
 use crate::gear::cylindrical::backlash::{Backlash, BacklashLimits};
 use crate::gear::cylindrical::drawing::ReadingLimits;
+use crate::gear::cylindrical::gear_outline::OutlineSteps;
 use crate::gear::cylindrical::path_points::PathPoint;
 use crate::gear::cylindrical::warnings::{NearestValue, Warning};
 use crate::gear::load::compliance::StiffnessRow;
@@ -29,6 +31,19 @@ pub struct GearAnswer<'a> {
     pub file: &'a GearFile,
     /// The result.
     pub result: GearResult,
+}
+
+impl GearAnswer<'_> {
+    /// Outlines of both gears, as they touch at the pitch point.
+    pub fn outlines(&self) -> Vec<NamedOutline> {
+        let pair = &self.result.pair;
+        let teeth = pair.members.map(|m| 0..m.gear.teeth as i32);
+        let polygons = pair.polygons_in_mesh(teeth, OutlineSteps::default());
+        let named = (polygons.into_iter().flatten()).zip(MEMBERS);
+        named
+            .map(|(points, name)| NamedOutline { name, points })
+            .collect()
+    }
 }
 
 impl Presentation for GearAnswer<'_> {
@@ -118,6 +133,9 @@ impl Presentation for GearAnswer<'_> {
         }
         if let Some(mesh) = &result.mesh {
             all.push(Figure::new("mesh", gear_plot::draw_mesh(title, mesh)));
+            let stiffness = gear_plot::draw_stiffness(title, mesh);
+            all.push(Figure::new("stiffness", stiffness));
+            all.push(Figure::new("sharing", gear_plot::draw_sharing(title, mesh)));
             if mesh.cycles.len() > 1 {
                 all.push(Figure::new(
                     "harris",
@@ -129,7 +147,8 @@ impl Presentation for GearAnswer<'_> {
     }
 }
 
-fn quantity_json(quantity: &GearQuantity) -> Value {
+/// Value of a quantity of both members or of the pair.
+pub(super) fn quantity_json(quantity: &GearQuantity) -> Value {
     match quantity.value {
         QuantityValue::Each(values) => json!(values),
         QuantityValue::Pair(value) => json!(value),
@@ -220,7 +239,8 @@ fn mesh_json(mesh: &MeshResult) -> Value {
     })
 }
 
-fn geometry_table(quantities: &[GearQuantity]) -> Table<'static> {
+/// Table of quantities.
+pub(super) fn geometry_table(quantities: &[GearQuantity]) -> Table<'static> {
     let mut table = Table::texts("quantity|symbol|pinion|gear|unit").words(&[]);
     for quantity in quantities {
         let [first, second] = match quantity.value {

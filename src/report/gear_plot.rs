@@ -7,7 +7,7 @@ use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LIGHT_GREY, LineStyle, ORANGE, Point2, TITLE_SIZE,
     WIDTH, render_svg,
 };
-use crate::gear::cylindrical::outline::ToothOutline;
+use crate::gear::cylindrical::gear_outline::OutlineSteps;
 use crate::gear::cylindrical::pair::Pair;
 use crate::gear::cylindrical::path_points::PathPoint;
 use crate::gear::load::mesh_result::MeshResult;
@@ -16,10 +16,12 @@ use crate::gear::load::mesh_result::MeshResult;
 const NEIGHBOURS: i32 = 2;
 /// Height of the drawing of teeth, points.
 const HEIGHT: f64 = 520.0;
-/// Points of a flank: fillet and involute.
-const FLANK: [usize; 2] = [16, 24];
-/// Intervals of the arc at a tip.
-const TIP_ARC: usize = 6;
+/// Steps of the drawn teeth.
+const STEPS: OutlineSteps = OutlineSteps {
+    fillet: 16,
+    involute: 24,
+    land: 6,
+};
 /// Points of a circle's arc.
 const ARC: usize = 120;
 /// Points along the path of contact.
@@ -94,7 +96,16 @@ pub fn draw_teeth(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) 
             for (name, radius) in circles {
                 draw_circle(canvas, gear, radius, name);
             }
-            draw_gear(canvas, gear, pair, k);
+        }
+        let near = -NEIGHBOURS..NEIGHBOURS + 1;
+        let polygons = pair.polygons_in_mesh([near.clone(), near], STEPS);
+        for (polygon, gear) in polygons.iter().flatten().zip(&placed) {
+            let line: Vec<Point2> = (polygon.iter())
+                .map(|[x, y]| place.at([-y, x - r1]))
+                .collect();
+            for run in line.split(|p| !inside(*p)) {
+                canvas.polyline(run, gear.ink, 1.2, LineStyle::Solid);
+            }
         }
         draw_path(canvas, &place, pair, path);
         let [z1, z2] = pair.members.map(|m| m.gear.teeth);
@@ -124,33 +135,6 @@ fn draw_circle(canvas: &mut Canvas, gear: &PlacedGear, radius: f64, name: &str) 
 
 fn inside((x, y): Point2) -> bool {
     (0.0..=WIDTH).contains(&x) && (26.0..=HEIGHT + 20.0).contains(&y)
-}
-
-/// Teeth of one gear about the pitch point. The pinion's right flank touches there, so its tooth is turned by its half angle at the pitch
-/// circle; the gear's flank that faces it likewise.
-fn draw_gear(canvas: &mut Canvas, gear: &PlacedGear, pair: &Pair, k: usize) {
-    let outline: &ToothOutline = &pair.outlines[k];
-    let pitch_radius = 0.5 * pair.working_diameters()[k];
-    let Some(half) = outline.half_angle(pitch_radius) else {
-        return;
-    };
-    let pitch = TAU / f64::from(outline.teeth);
-    // Where the flank that touches at the pitch point lies right of the tooth's middle, the tooth turns to the left.
-    let sense = if k == 0 { -1.0 } else { 1.0 };
-    let flank = outline.flank(FLANK[0], FLANK[1]);
-    let mut line: Vec<Point2> = Vec::new();
-    for tooth in -NEIGHBOURS..=NEIGHBOURS {
-        let turn = sense * half + pitch * f64::from(tooth);
-        let point = |[x, y]: [f64; 2], side: f64| gear.at(x.hypot(y), turn + side * x.atan2(y));
-        let tip = outline.half_angle(outline.tip_radius).unwrap_or(0.0);
-        let along_tip = (1..TIP_ARC).map(|i| tip * (2.0 * i as f64 / TIP_ARC as f64 - 1.0));
-        line.extend(flank.iter().map(|p| point(*p, -1.0)));
-        line.extend(along_tip.map(|angle| gear.at(outline.tip_radius, turn + angle)));
-        line.extend(flank.iter().rev().map(|p| point(*p, 1.0)));
-    }
-    for run in line.split(|p| !inside(*p)) {
-        canvas.polyline(run, gear.ink, 1.2, LineStyle::Solid);
-    }
 }
 
 /// Path of contact on the line of action with its points.
@@ -227,6 +211,46 @@ pub fn draw_mesh(title: &str, mesh: &MeshResult) -> String {
         across: "pinion angle, deg".into(),
         up: "transmission error, µm".into(),
         curves: shown_cycles(mesh).map(curve).collect(),
+        labels: Vec::new(),
+        logarithmic: false,
+    })
+}
+
+/// Draws the tangent stiffness over the pinion angle at up to four torques.
+pub fn draw_stiffness(title: &str, mesh: &MeshResult) -> String {
+    let degrees: Vec<f64> = mesh.pinion_angles.iter().map(|a| a.to_degrees()).collect();
+    let curve = |k: usize| {
+        let cycle = &mesh.cycles[k];
+        let micro = cycle.tangent.iter().map(|k| 1e-6 * k).collect();
+        (format!("{} N·m", cycle.torque), degrees.clone(), micro)
+    };
+    draw_spectra(&SpectrumPlot {
+        title: title.to_string(),
+        across: "pinion angle, deg".into(),
+        up: "tangent stiffness, N/µm".into(),
+        curves: shown_cycles(mesh).map(curve).collect(),
+        labels: Vec::new(),
+        logarithmic: false,
+    })
+}
+
+/// Draws the share of each tooth pair in the largest torque over the pinion angle.
+pub fn draw_sharing(title: &str, mesh: &MeshResult) -> String {
+    let Some(cycle) = mesh.cycles.last() else {
+        return String::new();
+    };
+    let degrees: Vec<f64> = mesh.pinion_angles.iter().map(|a| a.to_degrees()).collect();
+    let carries = |pair: &usize| cycle.shares.iter().any(|shares| shares[*pair] > 0.0);
+    let curve = |pair: usize| {
+        let percent = cycle.shares.iter().map(|shares| 100.0 * shares[pair]);
+        let name = format!("pair {}", mesh.pairs[pair]);
+        (name, degrees.clone(), percent.collect())
+    };
+    draw_spectra(&SpectrumPlot {
+        title: title.to_string(),
+        across: "pinion angle, deg".into(),
+        up: format!("share of {} N·m, %", cycle.torque),
+        curves: (0..mesh.pairs.len()).filter(carries).map(curve).collect(),
         labels: Vec::new(),
         logarithmic: false,
     })

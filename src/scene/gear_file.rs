@@ -15,14 +15,16 @@ use crate::base::quantity::{self, format_number};
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::{TableReader, Word};
-use crate::base::toml;
+use crate::base::toml::{self, Value};
 use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::cylindrical::involute::InvoluteGear;
 use crate::gear::cylindrical::member::Member;
 use crate::gear::cylindrical::modification::{FlankModification, Relief};
+use crate::gear::cylindrical::pair::Pair;
 use crate::gear::load::body::Body;
 use crate::gear::load::compliance::StiffnessMethod;
 use crate::gear::load::hertz::ContactModel;
+use crate::gear::load::material::Material;
 use crate::gear::load::mesh::{MAX_POSITIONS, MAX_SLICES, MeshOptions};
 
 /// A pair of cylindrical gears as its file describes it, with the requested load.
@@ -40,6 +42,8 @@ pub struct GearFile {
     pub centre_deviation: [f64; 2],
     /// Ball for the dimension over balls of each gear, m.
     pub ball_diameters: [Option<f64>; 2],
+    /// Error of the centre distance, m: `[assembly]` `offset`.
+    pub offset: f64,
     /// Error ΔΣ of the shaft angle, rad.
     pub shaft_angle_error: f64,
     /// Load on the mesh and how it is shared.
@@ -65,6 +69,48 @@ pub struct MeshStudy {
     pub slices: usize,
 }
 
+impl GearFile {
+    /// Its gears in mesh, with the error of the centre distance: tips are those of the nominal one.
+    ///
+    /// # Errors
+    /// Gears that cannot be made or cannot mesh, at the place of `pair`.
+    pub fn pair(&self) -> Result<Pair, Error> {
+        let at = |error: Error| match error.span {
+            Some(_) => error,
+            None => error.with_span(&self.span),
+        };
+        let nominal = Pair::new(self.members, self.centre_distance).map_err(at)?;
+        if self.offset == 0.0 {
+            return Ok(nominal);
+        }
+        let made = nominal.members.map(|member| Member {
+            tip_diameter: Some(member.tip_diameter()),
+            ..member
+        });
+        Pair::new(made, Some(nominal.centre_distance + self.offset)).map_err(at)
+    }
+
+    /// The error of a mesh without a load.
+    pub fn no_torque(&self) -> Error {
+        let message = "no torque is given, and without a load the mesh has no stiffness";
+        Error::new(Code::MissingKey, message)
+            .with_span(&self.span)
+            .with_hint("write [mesh] with torque = \"100 N·m\" into the file")
+    }
+
+    /// Options of the loaded mesh of its pair.
+    pub fn mesh_options(&self, pair: &Pair) -> MeshOptions {
+        MeshOptions {
+            method: self.mesh.method,
+            materials: [Material::default(); 2],
+            modifications: self.modifications,
+            misalignment: self.shaft_angle_error * pair.working_pressure_angle.cos(),
+            positions: self.mesh.positions,
+            slices: self.mesh.slices,
+        }
+    }
+}
+
 /// Most torques of a map.
 const MAX_TORQUES: u32 = 1000;
 /// Face width by default, in modules.
@@ -73,6 +119,25 @@ const DEFAULT_WIDTH: f64 = 10.0;
 /// Whether a TOML file describes gears.
 pub fn is_gear_file(source: &Arc<SourceFile>) -> bool {
     toml::parse(source).root.get("pair").is_some()
+}
+
+/// Kinds of pairs that a gear file describes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PairKind {
+    /// Involute gears on parallel axes.
+    Cylindrical,
+    /// Gears of a varying ratio.
+    NonCircular,
+}
+
+/// The kind of pair in a gear file; cylindrical where it states no other kind that is known.
+pub fn pair_kind(source: &Arc<SourceFile>) -> PairKind {
+    let root = toml::parse(source).root;
+    let kind = root.table("pair").and_then(|(pair, _)| pair.get("kind"));
+    match kind.map(|entry| &entry.item.value) {
+        Some(Value::String(kind)) if kind == "non-circular" => PairKind::NonCircular,
+        _ => PairKind::Cylindrical,
+    }
 }
 
 /// Reads one with the flags laid over its `[mesh]`.
@@ -96,10 +161,13 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
     f.require("pinion");
     let second = read_table(&mut f, "gear", member);
     f.require("gear");
-    let shaft_angle_error = read_table(&mut f, "assembly", |f| {
-        f.optional_quantity("shaft_angle_error", QuantityKind::Angle, ValueRange::Any)
-            .unwrap_or(0.0)
-    });
+    let [offset, shaft_angle_error] = read_table(&mut f, "assembly", assembly).unwrap_or_default();
+    if f.has("contact") {
+        f.item("contact", "nothing");
+        let message = "[contact] belongs to flanks that touch in a point";
+        let hint = "cylindrical gears touch along lines: [mesh] has `positions` and `slices`";
+        f.report_key(Code::Conflict, "contact", message, hint);
+    }
     let study = read_table(&mut f, "mesh", mesh).unwrap_or_default();
     f.finish();
     let ErrorCollector {
@@ -131,7 +199,8 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
         modifications: tables.map(|table| table.modification),
         centre_distance: pair.centre_distance,
         centre_deviation: pair.centre_deviation,
-        shaft_angle_error: shaft_angle_error.unwrap_or(0.0),
+        offset,
+        shaft_angle_error,
         mesh: MeshStudy {
             torques: study.torques,
             method,
@@ -142,6 +211,25 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
         span,
         source: source.clone(),
     })
+}
+
+/// Errors of centre distance, m, and shaft angle, rad.
+fn assembly(f: &mut TableReader) -> [f64; 2] {
+    for key in ["pinion_axial", "gear_axial"] {
+        if f.has(key) {
+            f.item(key, "nothing");
+            let message = format!("`{key}` does not change the mesh of cylindrical gears");
+            f.report_key(
+                Code::Conflict,
+                key,
+                message,
+                "leave it out; `face_width` is the common width",
+            );
+        }
+    }
+    let offset = f.optional_quantity("offset", QuantityKind::Length, ValueRange::Any);
+    let angle = f.optional_quantity("shaft_angle_error", QuantityKind::Angle, ValueRange::Any);
+    [offset.unwrap_or(0.0), angle.unwrap_or(0.0)]
 }
 
 /// `pair`: what both gears share.
@@ -281,7 +369,8 @@ fn relief(f: &mut TableReader, key: &str, start: &str) -> Option<Relief> {
     })
 }
 
-fn rack(f: &mut TableReader) -> BasicRack {
+/// Reads a basic rack, in modules; profile A of ISO 53 by default.
+pub(super) fn rack(f: &mut TableReader) -> BasicRack {
     let usual = BasicRack::PROFILE_A;
     let number = |f: &mut TableReader, key, usual| {
         f.optional_number(key, ValueRange::NotNegative)

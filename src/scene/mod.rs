@@ -54,4 +54,8 @@ pub mod gear_readings;
 
 pub mod limit_table;
 
+mod number_table;
+
+pub mod non_circular_file;
+
 pub use file::{Scene, read, read_text};

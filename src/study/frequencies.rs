@@ -158,7 +158,7 @@ pub fn compare_eigensolvers(
             highest / std::f64::consts::TAU
         ),
         norm: "largest relative error of the frequencies; of shafts in lengths, against the limit of ever finer ones",
-        dofs: linear_model.n,
+        dofs: Some(linear_model.n),
         reference: match whole {
             true => "all modes of the graded factor",
             false => "the lowest modes by elimination",

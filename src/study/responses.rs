@@ -143,7 +143,7 @@ pub fn compare_responses(
             to / std::f64::consts::TAU
         ),
         norm: "largest difference over all lines, by the largest value of the same response",
-        dofs: linear.n,
+        dofs: Some(linear.n),
         reference: match small {
             true => "the direct solution, beside a sum over all modes",
             false => "the direct solution",

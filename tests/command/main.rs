@@ -11,6 +11,8 @@ mod checked_scenes;
 mod commands;
 mod free_decay;
 mod gear_command;
+mod gear_non_circular;
+mod gear_outline;
 mod gear_reverse;
 mod hopeless;
 mod hostile;

@@ -28,8 +28,8 @@ const MESH: &[Key] = &[
 
 /// Arguments of `gear`.
 #[derive(Debug, Args)]
-#[command(mut_arg("csv", |arg| arg.help("Write transmission error and stiffness over one pitch; without a torque the geometry")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg) and, with a torque, the mesh (FILE-mesh.svg, FILE-harris.svg)")))]
+#[command(mut_arg("csv", |arg| arg.help("Write transmission error and stiffness over one pitch; without a torque the geometry; of non-circular gears the centrodes")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg) and, with a torque, the mesh (FILE-mesh.svg, -stiffness, -sharing, -harris); of non-circular gears centrodes and ratio (FILE-ratio.svg)")))]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct GearArgs {
     /// Further computations.
@@ -41,6 +41,9 @@ pub struct GearArgs {
     /// Keys of `[mesh]`.
     #[command(flatten)]
     pub mesh: KeyFlags<MeshKeys>,
+    /// Write the outlines of both gears in mesh at scale: .csv, .dxf or .svg
+    #[arg(long, value_name = "FILE")]
+    pub outline: Option<PathBuf>,
     /// Its outputs.
     #[command(flatten)]
     pub out: OutputArgs,

@@ -75,6 +75,7 @@ pub enum Command {
     #[command(after_help = "Examples:
   geardyn plan models/y2250.toml --damped
   geardyn plan models/y2250.toml --advise 200 --tolerance 0.01
+  geardyn plan models/gears/fzg_c.toml
   geardyn plan models/chain_20.toml --until 1 --method radau5 --tolerance 1e-6")]
     Plan(PlanArgs),
     /// Natural frequencies, damping, shapes, energies and sensitivities
@@ -95,6 +96,7 @@ pub enum Command {
     #[command(after_help = "Examples:
   geardyn accuracy examples/backlash_pair.toml
   geardyn accuracy models/y2250.toml --of modes --lowest 10
+  geardyn accuracy models/gears/helical.toml
   geardyn accuracy models/y2250.toml --of response --input motor.theta --output cutter_ring.theta --band 1:300
   geardyn accuracy examples/linear_chain.toml --error 1e-9 --svg accuracy.svg")]
     Accuracy(AccuracyArgs),
@@ -123,6 +125,8 @@ Examples:
     #[command(after_help = "Examples:
   geardyn gear models/gears/fzg_c.toml
   geardyn gear models/gears/fzg_c.toml --torques 50:500:10 --svg fzg.svg
+  geardyn gear models/gears/fzg_c.toml --outline fzg.dxf
+  geardyn gear models/gears/elliptic.toml --svg elliptic.svg
   geardyn gear reverse data/unknown_gear.toml")]
     Gear(GearArgs),
     /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart

@@ -60,7 +60,7 @@ pub struct ModesArgs {
 /// Arguments of `plan`.
 #[derive(Debug, Args)]
 pub struct PlanArgs {
-    /// A model or a scene
+    /// A model, a scene or a gear file
     pub model: PathBuf,
     /// Keys of the study of modes.
     #[command(flatten)]

@@ -121,7 +121,7 @@ pub struct SimulateArgs {
 #[command(mut_arg("csv", |arg| arg.help("Write the runs")))]
 #[command(mut_arg("svg", |arg| arg.help("Draw error over run time")))]
 pub struct AccuracyArgs {
-    /// A scene or a model
+    /// A scene, a model or a gear file
     pub scene: PathBuf,
     /// Keys of the study.
     #[command(flatten)]

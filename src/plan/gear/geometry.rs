@@ -72,10 +72,10 @@ impl GearQuantity {
 
 /// Collects quantities in SI.
 #[derive(Default)]
-struct Quantities(Vec<GearQuantity>);
+pub(super) struct Quantities(pub(super) Vec<GearQuantity>);
 
 impl Quantities {
-    fn each(
+    pub(super) fn each(
         &mut self,
         name: &'static str,
         symbol: &'static str,
@@ -92,7 +92,13 @@ impl Quantities {
         });
     }
 
-    fn pair(&mut self, name: &'static str, symbol: &'static str, unit: QuantityUnit, value: f64) {
+    pub(super) fn pair(
+        &mut self,
+        name: &'static str,
+        symbol: &'static str,
+        unit: QuantityUnit,
+        value: f64,
+    ) {
         let value = QuantityValue::Pair(unit.of_si(value));
         self.0.push(GearQuantity {
             name,

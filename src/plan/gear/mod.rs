@@ -14,3 +14,6 @@ pub mod run;
 
 /// Reversal of readings and its stages.
 pub mod reversal;
+
+/// Centrodes, flanks and outlines of a pair of varying ratio.
+pub mod non_circular;
