@@ -116,7 +116,7 @@ impl<'a> GearOutputs<'a> {
         })
     }
 
-    /// Writes the outlines and presents the answer.
+    /// Writes the outlines and presents the result.
     fn present(
         mut self,
         answer: &dyn Presentation,

@@ -1,6 +1,6 @@
 //! `geardyn measure`: a gear's charts and readings, graded.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::args::MeasureArgs;
 use super::present::Outputs;
@@ -20,6 +20,7 @@ pub fn run(args: &MeasureArgs) -> Result<u8, Errors> {
     let gear = read(&args.file)?;
     let mut inputs = vec![args.file.clone()];
     inputs.extend(gear.charts.iter().map(|chart| chart.file.clone()));
+    inputs.extend(gear.gear_file.iter().map(|file| PathBuf::from(&file.path)));
     inputs.extend(gear.requirement.iter().filter_map(|d| d.table.clone()));
     let outputs = Outputs::check(&args.out, &["", "polar"], &[], &inputs)?;
     let result = evaluate(&gear)?;

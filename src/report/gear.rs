@@ -23,7 +23,7 @@ use crate::plan::gear::run::GearResult;
 use crate::scene::gear_file::GearFile;
 
 /// Seconds of arc in a radian.
-const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
+pub(super) const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
 
 /// A gear file with what it gives.
 pub struct GearAnswer<'a> {
@@ -57,13 +57,10 @@ impl Presentation for GearAnswer<'_> {
 
     fn body(&self) -> Result<Value, Error> {
         let result = &self.result;
-        let geometry: Map<String, Value> = (result.quantities.iter())
-            .map(|q| (q.key(), quantity_json(q)))
-            .collect();
         Ok(json!({
             "title": self.file.title,
             "kind": "cylindrical",
-            "geometry": geometry,
+            "geometry": geometry_json(&result.quantities),
             "limits": result.limits.iter().map(limit_json).collect::<Vec<_>>(),
             "drawing": result.drawing.iter().map(|all| all.iter().map(reading_json).collect()).collect::<Vec<Vec<_>>>(),
             "backlash": result.backlash.as_ref().map(backlash_json),
@@ -83,10 +80,7 @@ impl Presentation for GearAnswer<'_> {
 
     fn text(&self) -> String {
         let result = &self.result;
-        let mut text = match self.file.title.is_empty() {
-            true => String::new(),
-            false => format!("{}\n\n", self.file.title),
-        };
+        let mut text = title_lines(&self.file.title);
         text += &geometry_table(&result.quantities).text();
         text += &format!("\n{}", drawing_table(&result.drawing).text());
         if let Some(backlash) = &result.backlash {
@@ -147,11 +141,20 @@ impl Presentation for GearAnswer<'_> {
     }
 }
 
-/// Value of a quantity of both members or of the pair.
-pub(super) fn quantity_json(quantity: &GearQuantity) -> Value {
-    match quantity.value {
+/// Quantities by name with unit: a value of the pair, or those of both members.
+pub(super) fn geometry_json(quantities: &[GearQuantity]) -> Map<String, Value> {
+    let value = |quantity: &GearQuantity| match quantity.value {
         QuantityValue::Each(values) => json!(values),
         QuantityValue::Pair(value) => json!(value),
+    };
+    quantities.iter().map(|q| (q.key(), value(q))).collect()
+}
+
+/// Title of a file above its result; empty where it has none.
+pub(super) fn title_lines(title: &str) -> String {
+    match title.is_empty() {
+        true => String::new(),
+        false => format!("{title}\n\n"),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::number_format::with_minus_signs;
 use super::spectrum_plot::{SpectrumPlot, draw_spectra};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LIGHT_GREY, LineStyle, ORANGE, Point2, TITLE_SIZE,
@@ -10,7 +11,7 @@ use super::svg::{
 use crate::gear::cylindrical::gear_outline::OutlineSteps;
 use crate::gear::cylindrical::pair::Pair;
 use crate::gear::cylindrical::path_points::PathPoint;
-use crate::gear::load::mesh_result::MeshResult;
+use crate::gear::load::mesh_result::{LoadedCycle, MeshResult};
 
 /// Teeth shown on either side of the pitch point.
 const NEIGHBOURS: i32 = 2;
@@ -200,34 +201,37 @@ fn shown_cycles(mesh: &MeshResult) -> impl Iterator<Item = usize> {
 
 /// Draws e over the pinion angle at up to four torques.
 pub fn draw_mesh(title: &str, mesh: &MeshResult) -> String {
-    let degrees: Vec<f64> = mesh.pinion_angles.iter().map(|a| a.to_degrees()).collect();
-    let curve = |k: usize| {
-        let cycle = &mesh.cycles[k];
-        let micro = cycle.te.iter().map(|e| 1e6 * e).collect();
-        (format!("{} N·m", cycle.torque), degrees.clone(), micro)
-    };
-    draw_spectra(&SpectrumPlot {
-        title: title.to_string(),
-        across: "pinion angle, deg".into(),
-        up: "transmission error, µm".into(),
-        curves: shown_cycles(mesh).map(curve).collect(),
-        labels: Vec::new(),
-        logarithmic: false,
+    draw_cycles(title, mesh, "transmission error, µm", |cycle| {
+        cycle.te.iter().map(|e| 1e6 * e).collect()
     })
 }
 
 /// Draws the tangent stiffness over the pinion angle at up to four torques.
 pub fn draw_stiffness(title: &str, mesh: &MeshResult) -> String {
+    draw_cycles(title, mesh, "tangent stiffness, N/µm", |cycle| {
+        cycle.tangent.iter().map(|k| 1e-6 * k).collect()
+    })
+}
+
+fn draw_cycles(
+    title: &str,
+    mesh: &MeshResult,
+    up: &str,
+    values: fn(&LoadedCycle) -> Vec<f64>,
+) -> String {
     let degrees: Vec<f64> = mesh.pinion_angles.iter().map(|a| a.to_degrees()).collect();
     let curve = |k: usize| {
         let cycle = &mesh.cycles[k];
-        let micro = cycle.tangent.iter().map(|k| 1e-6 * k).collect();
-        (format!("{} N·m", cycle.torque), degrees.clone(), micro)
+        (
+            format!("{} N·m", cycle.torque),
+            degrees.clone(),
+            values(cycle),
+        )
     };
     draw_spectra(&SpectrumPlot {
         title: title.to_string(),
         across: "pinion angle, deg".into(),
-        up: "tangent stiffness, N/µm".into(),
+        up: up.into(),
         curves: shown_cycles(mesh).map(curve).collect(),
         labels: Vec::new(),
         logarithmic: false,
@@ -243,7 +247,7 @@ pub fn draw_sharing(title: &str, mesh: &MeshResult) -> String {
     let carries = |pair: &usize| cycle.shares.iter().any(|shares| shares[*pair] > 0.0);
     let curve = |pair: usize| {
         let percent = cycle.shares.iter().map(|shares| 100.0 * shares[pair]);
-        let name = format!("pair {}", mesh.pairs[pair]);
+        let name = with_minus_signs(&format!("pair {}", mesh.pairs[pair]));
         (name, degrees.clone(), percent.collect())
     };
     draw_spectra(&SpectrumPlot {

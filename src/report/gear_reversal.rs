@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::gear::title_lines;
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_dash};
@@ -48,10 +49,7 @@ impl Presentation for ReversalReport<'_> {
 
     fn text(&self) -> String {
         let reversal = &self.result.reversal;
-        let mut text = match self.file.title.is_empty() {
-            true => String::new(),
-            false => format!("{}\n\n", self.file.title),
-        };
+        let mut text = title_lines(&self.file.title);
         let shown = reversal.candidates.len().min(SHOWN);
         text += &candidate_table(&reversal.candidates[..shown]).text();
         if shown < reversal.candidates.len() {

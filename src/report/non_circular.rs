@@ -1,8 +1,8 @@
 //! Gears of a varying ratio: document, tables of centrodes and flank, centrodes with teeth.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use super::gear::{geometry_table, quantity_json};
+use super::gear::{ARCSEC, geometry_json, geometry_table, title_lines};
 use super::non_circular_plot;
 use super::outline_file::NamedOutline;
 use super::plan::{step_lines, steps};
@@ -14,9 +14,6 @@ use crate::numeric::Complex;
 use crate::plan::gear::limits::MEMBERS;
 use crate::plan::gear::non_circular::{ConjugateFlank, NonCircularResult};
 use crate::scene::non_circular_file::NonCircularFile;
-
-/// Seconds of arc in a radian.
-const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
 
 /// A file of non-circular gears with what it gives.
 pub struct NonCircularReport<'a> {
@@ -61,9 +58,6 @@ impl Presentation for NonCircularReport<'_> {
 
     fn body(&self) -> Result<Value, Error> {
         let result = &self.result;
-        let geometry: Map<String, Value> = (result.quantities.iter())
-            .map(|q| (q.key(), quantity_json(q)))
-            .collect();
         let curvatures: Vec<Value> = (result.curvatures.iter())
             .map(|c| {
                 json!({
@@ -77,7 +71,7 @@ impl Presentation for NonCircularReport<'_> {
         Ok(json!({
             "title": self.file.title,
             "kind": "non-circular",
-            "geometry": geometry,
+            "geometry": geometry_json(&result.quantities),
             "curvature": curvatures,
             "centrodes": {
                 "angle_1_rad": of(|r| r.angles[0]),
@@ -93,10 +87,7 @@ impl Presentation for NonCircularReport<'_> {
 
     fn text(&self) -> String {
         let result = &self.result;
-        let mut text = match self.file.title.is_empty() {
-            true => String::new(),
-            false => format!("{}\n\n", self.file.title),
-        };
+        let mut text = title_lines(&self.file.title);
         text += &geometry_table(&result.quantities).text();
         let mut table = Table::named(
             "centrode|least curvature [1/m]|at φ_1 [deg]|largest [1/m]|at φ_1 [deg]|shape",

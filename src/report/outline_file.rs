@@ -28,7 +28,7 @@ impl OutlineFormat {
     /// Suffixes of file names.
     pub const SUFFIXES: [&str; 3] = ["csv", "dxf", "svg"];
 
-    /// The format that a suffix of [`OutlineFormat::SUFFIXES`] stands for.
+    /// The format of a suffix of [`OutlineFormat::SUFFIXES`].
     pub fn of_suffix(suffix: &str) -> OutlineFormat {
         match suffix {
             "dxf" => OutlineFormat::Dxf,

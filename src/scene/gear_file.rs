@@ -6,7 +6,7 @@ use super::shared_keys::{
     self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, MAX_TEETH, PRESSURE_ANGLE_RANGE,
     read_profile_shift, read_thickness,
 };
-use super::tables::read_table;
+use super::tables::{read_heading, read_table};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
@@ -150,9 +150,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
     errors.record_units(&document);
     let span = SourceSpan::new(source.clone(), 0..0);
     let mut f = TableReader::new(&document.root, span, "the gear file", &mut errors);
-    let title = f.optional_text("title").unwrap_or_default().to_string();
-    f.optional_text("source");
-    f.item("units", "the text \"SI\"");
+    let title = read_heading(&mut f);
     let span = f.span_of("pair").clone();
     let pair = read_table(&mut f, "pair", pair);
     f.require("pair");

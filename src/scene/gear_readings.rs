@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::shared_keys::MAX_TEETH;
-use super::tables::{read_table, read_tables};
+use super::tables::{read_heading, read_table, read_tables};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
@@ -53,9 +53,7 @@ pub fn read(source: &Arc<SourceFile>) -> Result<GearReadingsFile, Errors> {
     errors.record_units(&document);
     let span = SourceSpan::new(source.clone(), 0..0);
     let mut f = TableReader::new(&document.root, span, "the readings", &mut errors);
-    let title = f.optional_text("title").unwrap_or_default().to_string();
-    f.optional_text("source");
-    f.item("units", "the text \"SI\"");
+    let title = read_heading(&mut f);
     let span = f.span_of("measured_gear").clone();
     let readings = read_table(&mut f, "measured_gear", gear).flatten();
     f.require("measured_gear");

