@@ -16,7 +16,7 @@ pub struct MeshAccuracyReport<'a> {
     pub file: &'a GearFile,
     /// The error for which a grid is recommended.
     pub target_error: f64,
-    /// Of e(φ, T) and of k(φ, T).
+    /// Comparisons by e(φ, T) and by k(φ, T).
     pub results: [ComparisonResult; 2],
 }
 

@@ -70,7 +70,7 @@ pub struct MeshStudy {
 }
 
 impl GearFile {
-    /// Its gears in mesh, with the error of the centre distance: tips are those of the nominal one.
+    /// The gears in mesh, with the error of the centre distance: tips are those of the nominal one.
     ///
     /// # Errors
     /// Gears that cannot be made or cannot mesh, at the place of `pair`.

@@ -213,7 +213,7 @@ pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
     })
 }
 
-/// What the profile charts take from the gear.
+/// Data of the gear for its profile charts.
 #[derive(Debug, Default, Clone, Copy)]
 struct FlankData {
     internal: bool,

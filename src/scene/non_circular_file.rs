@@ -39,7 +39,7 @@ pub struct NonCircularFile {
     pub teeth: Option<[u32; 2]>,
     /// Flanks of the pinion.
     pub profile: PinionProfile,
-    /// How the gear's flanks follow from the pinion's.
+    /// Route from the pinion's flanks to the gear's.
     pub route: ConjugateRoute,
     /// Place of `pair`.
     pub span: SourceSpan,
@@ -102,7 +102,7 @@ pub enum PinionProfile {
     Curve(Shape),
 }
 
-/// How a conjugate profile is computed.
+/// Routes to a conjugate profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConjugateRoute {
     /// Willis' law: the normal passes through the pitch point.

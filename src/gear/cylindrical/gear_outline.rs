@@ -9,11 +9,11 @@ use super::pair::Pair;
 /// Steps of each part of a polygon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OutlineSteps {
-    /// Of a fillet.
+    /// Steps of a fillet.
     pub fillet: usize,
-    /// Of an involute.
+    /// Steps of an involute.
     pub involute: usize,
-    /// Of the land at a tip or root.
+    /// Steps of the land at a tip or root.
     pub land: usize,
 }
 

@@ -34,7 +34,7 @@ const NEAR_PITCH_POINT: f64 = 1e-6;
 /// Share of a flank's length by which the range of the envelope exceeds that of the contacts.
 const REACH: f64 = 0.05;
 
-/// What a file of non-circular gears gives.
+/// Centrodes, flank and outlines of a pair of varying ratio.
 #[derive(Debug, Clone)]
 pub struct NonCircularResult {
     /// The centrodes.
