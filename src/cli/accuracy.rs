@@ -55,7 +55,7 @@ pub fn report<'a>(
         }
         AccuracyTarget::Motion => {
             let machine = PreparedMachine::new(&scene.model)?;
-            let ready = SimulationSetup::new(&machine, &scene.start, &study.motion)?;
+            let ready = SimulationSetup::of_whole_meshes(&machine, &scene.start, &study.motion)?;
             let (methods, limit) = (&study.methods, work_precision::TIME_LIMIT);
             return Ok(Box::new(WorkPrecisionReport {
                 scene,

@@ -45,7 +45,10 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         Some(_) => args.integration.flags.without("tolerance"),
         None => args.integration.flags.clone(),
     };
-    let motions = simulation_plans(&scene, &machine, &flags)?;
+    let motions: Vec<MotionPlan> = simulation_plans(&scene, &machine, &flags)?
+        .into_iter()
+        .map(|(kind, stages)| (kind, machine.after_meshes(stages)))
+        .collect();
     let report = PlanReport {
         modes_shown: motions.len() < scene.studies.len() || motions.is_empty(),
         scene: &scene,
@@ -79,7 +82,10 @@ fn simulation_plans(
             no_sensitivity: motion.no_sensitivity || kind != "simulate",
             ..motion
         };
-        let ready = SimulationSetup::new(machine, &scene.start, &motion)?;
+        let ready = match kind {
+            "simulate" => SimulationSetup::new(machine, &scene.start, &motion)?,
+            _ => SimulationSetup::of_whole_meshes(machine, &scene.start, &motion)?,
+        };
         let choice = method_choice::choose_method(&ready.model.model, &motion)?;
         Ok::<_, Errors>((kind, stages::plan(&ready, &choice, &motion)))
     };

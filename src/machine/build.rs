@@ -267,6 +267,7 @@ fn add_excitations(builder: &mut MachineBuilder, model: &Model) -> Result<(), Er
             },
         });
     }
+    geometric_error::add_mesh_flanks(builder);
     for part in &model.errors {
         geometric_error::add(builder, model, part)?;
     }

@@ -183,7 +183,7 @@ impl ModesRun<'_> {
     fn stage(&mut self, stage: Stage) -> Result<(), Error> {
         match stage {
             // Done when the machine was prepared, or part of the solution.
-            Stage::Joints | Stage::OperatingPoint | Stage::Massless => Ok(()),
+            Stage::Meshes | Stage::Joints | Stage::OperatingPoint | Stage::Massless => Ok(()),
             Stage::Basis => self.basis(),
             Stage::Lowest => self.lowest(),
             Stage::Speeds => self.speeds(),

@@ -50,7 +50,7 @@ fn modules(model: &Model) -> Vec<Diagnostic> {
     let worms = worms.map(|p| (p.name.text.clone(), p.module, p.contact.stiffness));
     let stages = model.planetaries.iter().flat_map(|p| {
         let module = match p.size {
-            PlanetaryGeometry::Teeth { module, .. } => module,
+            PlanetaryGeometry::Teeth { modules, .. } => modules.map(|m| m[0]),
             PlanetaryGeometry::Radii { .. } => None,
         };
         let name = &p.name.text;

@@ -118,7 +118,7 @@ impl SimulationResult {
             .chain(result.diagnostics.clone())
             .collect();
         Ok(SimulationResult {
-            plan: stages::plan(&ready, &choice, study),
+            plan: machine.after_meshes(stages::plan(&ready, &choice, study)),
             step_time_s: single_load_step(scene).filter(|t| *t < ready.end_time),
             scene: ready,
             choice,

@@ -2,6 +2,7 @@
 //!
 //! `geardyn plan` prints it, and the run goes through it row by row, so that what is announced is what happens.
 
+pub use super::decision::StageDecision;
 use super::prepared_machine::PreparedMachine;
 use crate::machine::operating_point::ActiveFlank;
 use crate::modes::modal_basis::UndampedSolver;
@@ -10,6 +11,8 @@ use crate::scene::study::{ModesStudy, ReductionKind};
 /// One stage of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
+    /// Meshes of gear files at their torques.
+    Meshes,
     /// Rigid joints eliminated.
     Joints,
     /// Which contacts carry.
@@ -36,15 +39,6 @@ pub enum Stage {
     Reduction,
 }
 
-/// Whether a stage runs, and why.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum StageDecision {
-    /// It runs: what it will do.
-    Runs(String),
-    /// It is left out: why.
-    LeftOut(String),
-}
-
 /// A row of the table.
 pub struct StageEntry {
     /// The stage.
@@ -57,6 +51,11 @@ pub struct StageEntry {
 
 /// The stages in the order they run.
 pub const STAGES: &[StageEntry] = &[
+    StageEntry {
+        stage: Stage::Meshes,
+        name: "meshes",
+        decide: meshes,
+    },
     StageEntry {
         stage: Stage::Joints,
         name: "rigid joints",
@@ -181,6 +180,10 @@ fn uses_iteration(machine: &PreparedMachine, study: &ModesStudy) -> bool {
     let all_needed =
         !machine.model.is_sum_of_squares() || study.state_space.is_some() || study.reduce.is_some();
     !all_needed && ((few && n > MIN_ITERATIVE_DOFS) || n > MAX_DENSE_DOFS)
+}
+
+fn meshes(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
+    machine.meshes.decision.clone()
 }
 
 fn joints(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {

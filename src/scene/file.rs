@@ -93,12 +93,15 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
     let model = read_model(&document, SceneAdditions::default(), &mut errors);
     let bare_si = errors.bare_si.clone();
     finish(errors, document.syntax_error, || Scene {
+        sources: [source.clone()]
+            .into_iter()
+            .chain(model.gear_files())
+            .collect(),
         model,
         bare_si,
         model_path: PathBuf::from(&source.path),
         start: InitialConditions::default(),
         studies: Vec::new(),
-        sources: vec![source.clone()],
     })
 }
 
@@ -165,12 +168,15 @@ fn read_scene(document: Document, mut notes: ErrorCollector) -> Result<Scene, Er
     }
     let bare_si = notes.bare_si.clone();
     finish(notes, broken, || Scene {
+        sources: [document.source.clone(), source]
+            .into_iter()
+            .chain(model.gear_files())
+            .collect(),
         model,
         bare_si,
         model_path,
         start,
         studies: studies.into_iter().flatten().collect(),
-        sources: vec![document.source.clone(), source],
     })
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::model::Hand;
 use super::shared_keys::{
     self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, PRESSURE_ANGLE_RANGE, read_profile_shift,
     read_thickness,
@@ -20,9 +21,11 @@ use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::cylindrical::involute::InvoluteGear;
 use crate::gear::cylindrical::member::Member;
 use crate::gear::cylindrical::modification::{FlankModification, Relief};
+use crate::gear::cylindrical::pair::Pair;
 use crate::gear::load::body::Body;
 use crate::gear::load::compliance::StiffnessMethod;
 use crate::gear::load::hertz::ContactModel;
+use crate::gear::load::material::Material;
 use crate::gear::load::mesh::MeshOptions;
 
 /// A pair of cylindrical gears as its file describes it, with the requested load.
@@ -32,6 +35,8 @@ pub struct GearFile {
     pub title: String,
     /// Pinion and gear.
     pub members: [Member; 2],
+    /// Hand of the pinion.
+    pub hand: Hand,
     /// Modifications of their flanks.
     pub modifications: [FlankModification; 2],
     /// Centre distance, m; without backlash by default.
@@ -63,6 +68,20 @@ pub struct MeshStudy {
     pub positions: usize,
     /// Slices along the face width.
     pub slices: usize,
+}
+
+impl GearFile {
+    /// Options of the loaded mesh of its pair.
+    pub fn mesh_options(&self, pair: &Pair) -> MeshOptions {
+        MeshOptions {
+            method: self.mesh.method,
+            materials: [Material::default(); 2],
+            modifications: self.modifications,
+            misalignment: self.shaft_angle_error * pair.working_pressure_angle.cos(),
+            positions: self.mesh.positions,
+            slices: self.mesh.slices,
+        }
+    }
 }
 
 /// Most torques of a map.
@@ -144,6 +163,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
     Ok(GearFile {
         title,
         members,
+        hand: tables[0].hand,
         ball_diameters: [tables[0].ball_diameter, tables[1].ball_diameter],
         modifications: tables.map(|table| table.modification),
         centre_distance: pair.centre_distance,
@@ -240,6 +260,7 @@ impl PairTable {
 /// `pinion` or `gear`.
 struct MemberTable {
     teeth: u32,
+    hand: Hand,
     internal: bool,
     profile_shift: Option<f64>,
     face_width: Option<f64>,
@@ -254,12 +275,13 @@ struct MemberTable {
 fn member(f: &mut TableReader) -> MemberTable {
     let teeth = f.optional_count("teeth", 2, MAX_TEETH);
     f.require("teeth");
-    shared_keys::hand(f);
+    let hand = shared_keys::hand(f);
     let positive = |f: &mut TableReader, key| {
         f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
     };
     MemberTable {
         teeth: teeth.unwrap_or(2),
+        hand,
         internal: f.flag("internal"),
         profile_shift: read_profile_shift(f),
         face_width: positive(f, "face_width"),

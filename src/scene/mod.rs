@@ -22,6 +22,10 @@ mod friction;
 
 pub mod screws;
 
+pub mod gear_file;
+
+pub mod gear_mesh;
+
 mod gears;
 
 mod planetary;
@@ -45,8 +49,6 @@ pub mod study;
 mod file;
 
 pub mod sidecar;
-
-pub mod gear_file;
 
 pub mod measured_gear;
 

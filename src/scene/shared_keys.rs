@@ -282,7 +282,9 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
     let stiffness = f.optional_quantity(&k, units.stiffness, units.range);
     let characteristic = read_table(f, &curve, units.characteristic).flatten();
     f.exclusive(&k, &curve);
-    let rigid = !f.has(&k) && !f.has(&curve) && !f.has("maxwell");
+    let rigid = ![&k, &curve, "maxwell", &format!("gear{suffix}")]
+        .iter()
+        .any(|key| f.has(key));
     let contact = ContactParameters {
         stiffness: stiffness.or(characteristic.as_ref().map(Characteristic::rated_secant)),
         loss: read_damping(f, suffix, units.damping, &format!("`{k}`"), rigid),
@@ -292,6 +294,7 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
         damping_model: read_contact_damping(f, suffix),
         wave: None,
         characteristic,
+        flanks: None,
     };
     if contact.backlash > units.max_play.0 {
         let message = format!(

@@ -11,7 +11,7 @@ use crate::gear::cylindrical::path_points::PathPoint;
 use crate::gear::cylindrical::warnings::Warning;
 use crate::gear::load::compliance::{StiffnessMethod, StiffnessRow, compare_methods};
 use crate::gear::load::material::Material;
-use crate::gear::load::mesh::{LoadedMesh, MeshOptions};
+use crate::gear::load::mesh::LoadedMesh;
 use crate::gear::load::mesh_result::MeshResult;
 use crate::plan::stages::StageDecision;
 use crate::scene::gear_file::GearFile;
@@ -111,15 +111,7 @@ fn load(file: &GearFile, pair: &Pair) -> Result<(Vec<StiffnessRow>, MeshResult),
         StiffnessMethod::Iso6336 { .. } => StiffnessMethod::default(),
     };
     let stiffness = compare_methods(pair, &[study.method, other], &materials)?;
-    let options = MeshOptions {
-        method: study.method,
-        materials,
-        modifications: file.modifications,
-        misalignment: file.shaft_angle_error * pair.working_pressure_angle.cos(),
-        positions: study.positions,
-        slices: study.slices,
-    };
-    let mesh = LoadedMesh::new(pair, options)?.map(&study.torques)?;
+    let mesh = LoadedMesh::new(pair, file.mesh_options(pair))?.map(&study.torques)?;
     Ok((stiffness, mesh))
 }
 

@@ -270,7 +270,7 @@ pub fn run(
             span,
             SEARCH_POINTS_FACTOR * range.count as usize,
         ),
-        plan: ready.plan(study),
+        plan: machine.after_meshes(ready.plan(study)),
         diagnostics: machine.warnings(),
         seconds: begin.elapsed().as_secs_f64(),
         branches: ready.branches,
@@ -312,7 +312,7 @@ fn simulation_setup(
         at: InitialState::Rest,
         ..InitialConditions::default()
     };
-    SimulationSetup::new(prepared_machine, &start, &motion)
+    SimulationSetup::of_whole_meshes(prepared_machine, &start, &motion)
 }
 
 /// Parametric resonances with all contacts closed, by factors on the speed.

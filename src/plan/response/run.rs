@@ -229,7 +229,7 @@ pub fn run(
             seconds: start.elapsed().as_secs_f64(),
             ..solver.stats
         },
-        plan: method_choice::plan(prepared_machine, study),
+        plan: prepared_machine.after_meshes(method_choice::plan(prepared_machine, study)),
         choice,
         diagnostics,
     })

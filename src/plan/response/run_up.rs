@@ -362,7 +362,7 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
             .iter()
             .map(|p| (p.name.clone(), p.unit))
             .collect(),
-        plan: ready.plan(prepared_machine),
+        plan: prepared_machine.after_meshes(ready.plan(prepared_machine)),
         speeds: ready.speeds,
         excitations: ready.excitations,
         choice: ready.choice,

@@ -223,7 +223,8 @@ pub fn run(
     {
         return Err(inconsistent_loop_error(machine, loop_of));
     }
-    all.extend(loaded::stiffness_lines(&model, &chain)?);
+    let stiffness = loaded::stiffness_lines(&model, &chain)?;
+    loaded::join_mesh_lines(machine, &mut all, stiffness);
     all.sort_by(|a, b| a.order.cmp(&b.order));
     let transfer = ErrorTransfer::new(&model, &chain, &all, ResponseMethod::Direct)?;
     let refs: Vec<&OrderLine> = all.iter().collect();
@@ -356,7 +357,7 @@ pub fn run(
         wind_up: loaded::windup(&model, &chain)?,
         radius: study.radius,
         speed,
-        plan: plan(machine, study),
+        plan: prepared_machine.after_meshes(plan(machine, study)),
         diagnostics: prepared_machine.warnings(),
         coincidences,
         lines: (all.into_iter().enumerate())
@@ -384,10 +385,10 @@ pub fn run(
     Ok(result)
 }
 
-/// A line with rigid joints, where these can turn with it; what gives way adds nothing there.
+/// A line with rigid joints, where these can turn with it; what gives way adds nothing there, and a mesh has its error without load.
 fn rigid_amplitude(chain: &TransmissionChain, line: &OrderLine) -> Option<Complex> {
     match line.origin {
-        LineOrigin::Stiffness(_) => Some(Complex::ZERO),
+        LineOrigin::Stiffness(_) => Some(line.quasi_static),
         LineOrigin::Declared(_) => {
             order_lines::is_compatible(chain, line).then_some(line.quasi_static)
         }
@@ -429,7 +430,7 @@ fn budget_terms(
                 element,
                 phase_known: line.phase_known(machine),
                 tolerance: line.declared(machine).map_or(0.0, |error| error.tolerance),
-                graded: matches!(line.origin, LineOrigin::Declared(_)),
+                graded: (line.declared(machine)).is_some_and(|error| error.averaged.is_none()),
             };
             sources.push((line.origin, source));
             sources.len() - 1
@@ -532,7 +533,9 @@ fn diagnostics(machine: &Machine, result: &TransmissionResult) -> Vec<Diagnostic
                 .lines
                 .iter()
                 .any(|row| row.line.origin == LineOrigin::Declared(*number));
-            !has_line && !error.waveform.harmonics().iter().all(|h| h.1 == 0.0)
+            // Flanks of gear files may have joined the lines of their meshes.
+            let own = error.averaged.is_none();
+            own && !has_line && !error.waveform.harmonics().iter().all(|h| h.1 == 0.0)
         })
         .map(|(_, error)| error.location.as_str())
         .collect();
