@@ -331,7 +331,16 @@ impl Assembler<'_> {
                 let (mut imposed, mut followed) = (imposed.clone(), followed.clone());
                 add_displacement(gap, &mut imposed, &mut followed);
                 all.push(ForceElement {
-                    name: self.machine.branch_name(lb.index),
+                    name: format!(
+                        "{} {} pair {}",
+                        self.machine.branch_name(lb.index),
+                        if flanks == ActiveFlanks::Drive {
+                            "drive"
+                        } else {
+                            "coast"
+                        },
+                        number + 1
+                    ),
                     direction: direction.clone(),
                     force_direction: lb.force.clone(),
                     law: ForceLaw::Contact(ContactLaw {

@@ -104,7 +104,7 @@ pub fn stiffness_lines(
 }
 
 /// Adds the lines of meshes under load to those of errors. A mesh of a gear file has one line for each order: its flanks' error without
-/// load and what its teeth give way.
+/// load and what its teeth give way; beyond the harmonics that are kept of stiffnesses neither is listed alone.
 pub fn join_mesh_lines(machine: &Machine, lines: &mut Vec<OrderLine>, stiffness: Vec<OrderLine>) {
     for mut line in stiffness {
         let of_flanks = |other: &OrderLine| {
@@ -122,6 +122,11 @@ pub fn join_mesh_lines(machine: &Machine, lines: &mut Vec<OrderLine>, stiffness:
         }
         lines.push(line);
     }
+    let alone = |line: &OrderLine| {
+        let flanks = line.declared(machine).is_some_and(|e| e.averaged.is_some());
+        flanks && line.harmonic > MESH_HARMONICS && !machine.loads.is_empty()
+    };
+    lines.retain(|line| !alone(line));
 }
 
 /// Mean forces of branches under the lasting loads, N or N·m, the driver's angle held.
