@@ -201,15 +201,15 @@ fn fixed_members(stage: &Planetary) -> impl Iterator<Item = String> + '_ {
 /// Notes what contradicts gear files, which determine a stiffness as soon as a torque is known.
 fn check_gear_files(model: &Model, errors: &mut ErrorCollector) {
     for (name, mesh, contact) in model.gear_meshes() {
-        let file = &mesh.file.source.path;
-        let torque = match (mesh.torque(), model.loads.is_empty()) {
+        let file = &mesh.source.path;
+        let torque = match (mesh.torque, model.loads.is_empty()) {
             (Some(_), _) => Some(format!("{file} states a torque")),
             (None, false) => Some("the model has loads".to_string()),
             (None, true) => None,
         };
         match (&mesh.stated_stiffness, torque) {
             (Some((key, span)), Some(why)) => {
-                let line = mesh.file.span.line();
+                let line = mesh.place.line();
                 let message = format!(
                     "`{key}` is determined by the gear file {file}, line {line}, since {why}"
                 );

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::model::Hand;
+use super::laws::Hand;
 use super::shared_keys::{
     self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, PRESSURE_ANGLE_RANGE, read_profile_shift,
     read_thickness,

@@ -4,9 +4,10 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
 use super::friction;
-use super::gear_mesh::{self, DETERMINED_OF_PAIR, GearMesh};
+use super::gear_mesh::GearMesh;
 use super::laws::ToothFriction;
 use super::model::{Belt, ContactParameters, GearPair, WormPair};
+use super::named_gear_file::{self, DETERMINED_OF_PAIR};
 use super::shared_keys::{
     self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, MAX_COUNT, PRESSURE_ANGLE_RANGE,
 };
@@ -41,7 +42,7 @@ fn module(f: &mut TableReader) -> Option<f64> {
 pub fn gear_pair(f: &mut TableReader) -> GearPair {
     let name = shared_keys::name(f);
     let between = shared_keys::read_body_pair(f);
-    let gear = gear_mesh::read(f, "", DETERMINED_OF_PAIR);
+    let gear = named_gear_file::read(f, "", DETERMINED_OF_PAIR);
     let teeth = teeth(f);
     let internal = f.flag("internal");
     if internal && teeth[1] <= teeth[0] && teeth != [1, 1] {
@@ -102,7 +103,7 @@ fn of_gear_file(pair: GearPair, gear: Arc<GearMesh>, placed: bool) -> GearPair {
         internal: gear.is_internal(),
         module: Some(gear.normal_module()),
         pressure_angle: gear.pressure_angle(),
-        hand: gear.hand(),
+        hand: gear.hand,
         mesh_angles: match gear.is_internal() && !placed {
             true => [0.0; 2],
             false => pair.mesh_angles,

@@ -2,6 +2,8 @@
 
 pub mod laws;
 
+pub mod gear_mesh;
+
 pub mod model;
 
 mod tables;
@@ -24,7 +26,7 @@ pub mod screws;
 
 pub mod gear_file;
 
-pub mod gear_mesh;
+mod named_gear_file;
 
 mod gears;
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::gear_mesh::GearMesh;
+pub use super::laws::Hand;
 use super::laws::{
     Characteristic, ContactDamping, FrictionLaw, LoadHistory, MotorModel, ToothFriction, Waveform,
 };
@@ -72,8 +73,8 @@ impl Model {
     pub fn gear_files(&self) -> Vec<Arc<SourceFile>> {
         let mut all: Vec<Arc<SourceFile>> = Vec::new();
         for (_, mesh, _) in self.gear_meshes() {
-            if !all.contains(&mesh.file.source) {
-                all.push(mesh.file.source.clone());
+            if !all.contains(&mesh.source) {
+                all.push(mesh.source.clone());
             }
         }
         all
@@ -260,16 +261,6 @@ pub struct PairSpring {
     pub gap: Waveform,
     /// Phase of both at zero gear angles, rad of the mesh cycle.
     pub phase: f64,
-}
-
-/// Which way the helix or spiral of the first gear of a pair winds; its mate follows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Hand {
-    /// Right-hand.
-    #[default]
-    Right,
-    /// Left-hand.
-    Left,
 }
 
 /// Stiffness of a mesh over its cycle, as a factor.

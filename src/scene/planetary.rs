@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use super::gear_mesh::{self, DETERMINED_OF_STAGE, GearMesh};
+use super::gear_mesh::GearMesh;
 use super::model::{BranchEnd, ContactParameters, Planetary, PlanetaryGeometry};
+use super::named_gear_file::{self, DETERMINED_OF_STAGE};
 use super::shared_keys::{self, DEFAULT_PRESSURE_ANGLE, MAX_COUNT, PRESSURE_ANGLE_RANGE};
 use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
@@ -72,19 +73,19 @@ pub fn planetary(f: &mut TableReader) -> Planetary {
 
 /// Gear files of the sun's and of the ring's mesh: both or neither, with one planet and one centre distance.
 fn gear_files(f: &mut TableReader) -> Option<[Arc<GearMesh>; 2]> {
-    let sun = gear_mesh::read(f, "_sun", DETERMINED_OF_STAGE);
-    let ring = gear_mesh::read(f, "_ring", DETERMINED_OF_STAGE);
+    let sun = named_gear_file::read(f, "_sun", DETERMINED_OF_STAGE);
+    let ring = named_gear_file::read(f, "_ring", DETERMINED_OF_STAGE);
     f.requires("gear_sun", "gear_ring");
     f.requires("gear_ring", "gear_sun");
     let (sun, ring) = (sun?, ring?);
     if sun.is_internal() {
-        let message = format!("{} has an internal gear", sun.file.source.path);
+        let message = format!("{} has an internal gear", sun.source.path);
         let hint = "`gear_sun` takes sun and planet, `gear_ring` planet and ring";
         f.report_key(Code::Conflict, "gear_sun", message, hint);
         return None;
     }
     if let Err(error) = planet_phase(&sun.pair, &ring.pair) {
-        let [one, other] = [&sun, &ring].map(|mesh| &mesh.file.source.path);
+        let [one, other] = [&sun, &ring].map(|mesh| &mesh.source.path);
         let message = format!("{one} and {other}: {}", error.message);
         let hint = "`gear_sun` takes sun and planet, `gear_ring` the same planet and the ring with internal = true; state the planet's tip_diameter in both";
         f.report_key(error.code, "gear_ring", message, hint);
@@ -95,9 +96,9 @@ fn gear_files(f: &mut TableReader) -> Option<[Arc<GearMesh>; 2]> {
         let message = format!(
             "the centre distances differ: {:.6} mm in {}, {:.6} mm in {}",
             1e3 * a,
-            sun.file.source.path,
+            sun.source.path,
             1e3 * b,
-            ring.file.source.path
+            ring.source.path
         );
         let hint = "give both files the radius of the planets' centres as centre_distance";
         f.report_key(Code::Conflict, "gear_ring", message, hint);

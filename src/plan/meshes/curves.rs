@@ -13,7 +13,7 @@ use crate::scene::gear_mesh::GearMesh;
 use crate::scene::laws::Waveform;
 use crate::scene::model::{MeshFlanks, PairSpring, StiffnessVariation, ToothPairs};
 
-/// How a branch of a machine takes a mesh.
+/// Place of a mesh on a branch of a machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshSeat {
     /// The mesh cycle goes forward as the pinion of the file turns with its drive flanks ahead.
@@ -51,7 +51,7 @@ impl MeshCurves {
         seat: MeshSeat,
     ) -> Result<MeshCurves, Error> {
         let pair = &mesh.pair;
-        let loaded = LoadedMesh::new(pair, mesh.file.mesh_options(pair))?;
+        let loaded = LoadedMesh::new(pair, mesh.options.clone())?;
         let result = loaded.map(&[torque])?;
         let cycle = &result.cycles[0];
         let mean = mean(&cycle.tangent);

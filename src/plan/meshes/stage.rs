@@ -18,7 +18,7 @@ use crate::scene::model::{BranchEnd, ContactParameters, Model, Name};
 /// The stage and what it has to say.
 #[derive(Debug, Clone)]
 pub struct MeshStage {
-    /// What ran, or why nothing did.
+    /// Decision with the meshes that were computed, or the reason why none was.
     pub decision: StageDecision,
     /// Some mesh names a gear file.
     pub is_named: bool,
@@ -35,12 +35,30 @@ const SAME_TORQUE: f64 = 1e-7;
 /// Rounds of forces and meshes before a loop is given up: each takes off a factor of its change with stiffness.
 const MOST_ROUNDS: usize = 20;
 
+/// A mesh by the number of its pair or stage in the model.
+#[derive(Clone, Copy)]
+enum MeshPlace {
+    Pair(usize),
+    Sun(usize),
+    Ring(usize),
+}
+
+impl MeshPlace {
+    /// First words of the parts of its branches.
+    fn part(self) -> &'static str {
+        match self {
+            MeshPlace::Pair(_) => "",
+            MeshPlace::Sun(_) => "sun to",
+            MeshPlace::Ring(_) => "ring to",
+        }
+    }
+}
+
 /// A mesh that names a gear file.
 struct NamedMesh {
     name: Name,
     mesh: Arc<GearMesh>,
-    /// First word of the parts of its branches.
-    part: &'static str,
+    place: MeshPlace,
     seat: MeshSeat,
 }
 
@@ -110,7 +128,7 @@ impl ComputedMesh {
     fn new(one: &NamedMesh, torque: f64) -> Result<ComputedMesh, Error> {
         let (mesh, seat) = (one.mesh.clone(), one.seat);
         let curves = MeshCurves::new(&mesh, torque.abs(), torque < 0.0, seat).map_err(|e| {
-            let file = &mesh.file.source.path;
+            let file = &mesh.source.path;
             let message = format!("`{}` by {file}: {}", one.name.text, e.message);
             Error { message, ..e }.with_span(&mesh.span)
         })?;
@@ -123,7 +141,7 @@ impl ComputedMesh {
     }
 
     fn is_of(&self, one: &NamedMesh, torque: f64) -> bool {
-        self.mesh.file.source == one.mesh.file.source
+        self.mesh.source == one.mesh.source
             && self.seat == one.seat
             && (self.torque - torque).abs() <= SAME_TORQUE * torque.abs()
     }
@@ -132,12 +150,12 @@ impl ComputedMesh {
 /// Pairs and stages that name gear files, in the order of the model.
 fn named_meshes(model: &Model) -> Result<Vec<NamedMesh>, Error> {
     let mut all = Vec::new();
-    for pair in &model.gear_pairs {
+    for (at, pair) in model.gear_pairs.iter().enumerate() {
         if let Some(mesh) = &pair.gear {
             all.push(NamedMesh {
                 name: pair.name.clone(),
                 mesh: mesh.clone(),
-                part: "",
+                place: MeshPlace::Pair(at),
                 seat: MeshSeat {
                     is_forward: true,
                     lead: 0.0,
@@ -146,7 +164,7 @@ fn named_meshes(model: &Model) -> Result<Vec<NamedMesh>, Error> {
             });
         }
     }
-    for stage in &model.planetaries {
+    for (at, stage) in model.planetaries.iter().enumerate() {
         let Some([sun, ring]) = &stage.gears else {
             continue;
         };
@@ -158,14 +176,14 @@ fn named_meshes(model: &Model) -> Result<Vec<NamedMesh>, Error> {
             lead,
             projection: 1.0,
         };
-        for (mesh, part, seat) in [
-            (sun, SUN, seat(!stands[0], 0.0)),
-            (ring, RING, seat(stands[1], lead)),
+        for (mesh, place, seat) in [
+            (sun, MeshPlace::Sun(at), seat(!stands[0], 0.0)),
+            (ring, MeshPlace::Ring(at), seat(stands[1], lead)),
         ] {
             all.push(NamedMesh {
                 name: stage.name.clone(),
                 mesh: mesh.clone(),
-                part,
+                place,
                 seat,
             });
         }
@@ -173,28 +191,20 @@ fn named_meshes(model: &Model) -> Result<Vec<NamedMesh>, Error> {
     Ok(all)
 }
 
-/// First words of the parts of a stage.
-const SUN: &str = "sun to";
-const RING: &str = "ring to";
-
 /// Torques at the pinions, N·m, below zero where coast flanks carry: of the operating point, by default of `[mesh]`; `None` where
 /// neither is known.
 fn torques(model: &Model, named: &[NamedMesh]) -> Result<Vec<Option<f64>>, Error> {
     if model.loads.is_empty() {
-        return Ok(named.iter().map(|one| one.mesh.torque()).collect());
+        return Ok(named.iter().map(|one| one.mesh.torque).collect());
     }
     let (machine, forces) = static_forces(model)?;
     let largest = forces.forces.iter().fold(0.0f64, |m, f| m.max(f.1.abs()));
     let torque = |one: &NamedMesh| {
-        let force = mean_force(&machine, &forces, &one.name.text, one.part);
+        let force = mean_force(&machine, &forces, &one.name.text, one.place.part());
         let torque = force * one.seat.projection * one.mesh.pair.outlines[0].base_radius;
         match force.abs() > IDLE * largest {
             true => Ok(Some(torque)),
-            false => one
-                .mesh
-                .torque()
-                .map(Some)
-                .ok_or_else(|| unloaded_error(one)),
+            false => one.mesh.torque.map(Some).ok_or_else(|| unloaded_error(one)),
         }
     };
     named.iter().map(torque).collect()
@@ -206,7 +216,7 @@ const IDLE: f64 = 1e-9;
 fn unloaded_error(one: &NamedMesh) -> Error {
     let message = format!(
         "the mean loads put no torque on `{}`, and {} states none",
-        one.name.text, one.mesh.file.source.path
+        one.name.text, one.mesh.source.path
     );
     Error::new(Code::MissingKey, message)
         .with_span(&one.mesh.span)
@@ -215,22 +225,10 @@ fn unloaded_error(one: &NamedMesh) -> Error {
 
 /// The contact of a mesh in a model.
 fn contact<'m>(model: &'m mut Model, one: &NamedMesh) -> &'m mut ContactParameters {
-    let is_named = |name: &Name| name.text == one.name.text;
-    match one.part {
-        "" => {
-            let mut pairs = model.gear_pairs.iter_mut();
-            let pair = pairs.find(|pair| is_named(&pair.name));
-            &mut pair.expect("named_meshes took it from here").contact
-        }
-        part => {
-            let mut stages = model.planetaries.iter_mut();
-            let stage = stages.find(|stage| is_named(&stage.name));
-            let stage = stage.expect("named_meshes took it from here");
-            match part == SUN {
-                true => &mut stage.sun_contact,
-                false => &mut stage.ring_contact,
-            }
-        }
+    match one.place {
+        MeshPlace::Pair(at) => &mut model.gear_pairs[at].contact,
+        MeshPlace::Sun(at) => &mut model.planetaries[at].sun_contact,
+        MeshPlace::Ring(at) => &mut model.planetaries[at].ring_contact,
     }
 }
 
@@ -240,19 +238,19 @@ fn fill(contact: &mut ContactParameters, curves: &MeshCurves) {
     contact.flanks = Some(curves.flanks.clone());
 }
 
-/// What the stage did, mesh by mesh.
+/// Description of the stage, mesh by mesh.
 fn describe(
     named: &[NamedMesh],
     carried: &[Option<usize>],
     computed: &[ComputedMesh],
 ) -> MeshStage {
-    let label = |one: &NamedMesh| match one.part {
-        "" => one.name.text.clone(),
-        SUN => format!("{} at the sun", one.name.text),
-        _ => format!("{} at the ring", one.name.text),
+    let label = |one: &NamedMesh| match one.place {
+        MeshPlace::Pair(_) => one.name.text.clone(),
+        MeshPlace::Sun(_) => format!("{} at the sun", one.name.text),
+        MeshPlace::Ring(_) => format!("{} at the ring", one.name.text),
     };
     let row = |(one, number): (&NamedMesh, &Option<usize>)| {
-        let file = &one.mesh.file.source.path;
+        let file = &one.mesh.source.path;
         let Some(number) = *number else {
             return format!(
                 "{} by {file}: geometry alone, since no load is stated and the file has no torque",
