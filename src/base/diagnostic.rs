@@ -361,7 +361,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "few-hits",
         Warning,
-        "Fewer than three hits were used. Intervals hold the noise, and what responses depart from the model by, but not how far hits place a mode apart, which on real structures is often more: three hits tell it, five tell it well.",
+        "Fewer than three hits were used. The intervals of one hit hold the noise, and what responses depart from the model by, but not how far hits place a mode apart, which on real structures is often more. Where two hits differ by more than their noise, a frequency and a damping are the means of both, and the interval is 12.7 of its standard error, Student's t of one degree of freedom: wide, but it holds the mean over all possible hits. Three hits tell it, five tell it well.",
     ),
     (
         "driving-point",

@@ -11,6 +11,7 @@ use crate::base::error::Errors;
 use crate::base::flags::Flags;
 use crate::base::load;
 use crate::base::source_span::SourceFile;
+use crate::base::text::pluralise;
 use crate::plan;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::report::check::FileSummary;
@@ -71,16 +72,7 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
     }
     let source = load::load(path)?;
     if scene::sidecar::is_sidecar(&source) {
-        let channels = scene::sidecar::read(&source, &args.log.keys.flags)?
-            .channels
-            .len();
-        let name = path.display();
-        return Ok(FileSummary {
-            sources: vec![source],
-            text: format!("{name}   sidecar of a log, {channels} channels\n"),
-            body: json!({ "file": path, "sidecar": true, "channels": channels }),
-            ..FileSummary::default()
-        });
+        return summarise_sidecar(path, source, args);
     }
     if scene::measured_gear::is_measured_gear(&source) {
         return summarise_measured_gear(path, &source);
@@ -89,6 +81,30 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
         true => summarise_gears(path, source),
         false => summarise_scene(path),
     }
+}
+
+/// A sidecar is checked by reading it; the logs it lists must exist.
+fn summarise_sidecar(
+    path: &Path,
+    source: Arc<SourceFile>,
+    args: &CheckArgs,
+) -> Result<FileSummary, Errors> {
+    let flags = &args.log.keys.flags;
+    let channels = scene::sidecar::read(&source, flags)?.channels.len();
+    let listed = scene::sidecar::read_list(path, flags)?.map(|list| list.files);
+    let of = match &listed {
+        None => "a log".to_string(),
+        Some(files) => pluralise(files.len(), "listed log"),
+    };
+    Ok(FileSummary {
+        sources: vec![source],
+        text: format!(
+            "{}   sidecar of {of}, {channels} channels\n",
+            path.display()
+        ),
+        body: json!({ "file": path, "sidecar": true, "channels": channels, "files": listed }),
+        ..FileSummary::default()
+    })
 }
 
 /// Gears are checked without a load: they can be made and mesh.

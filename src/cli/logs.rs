@@ -44,12 +44,6 @@ pub fn open_logs(files: &[PathBuf], args: &LogArgs) -> Result<Vec<LogInput>, Err
             message: format!("read {}", file.display()),
         });
         let listed = std::mem::take(&mut list.files);
-        if let Some(missing) = listed.iter().find(|path| !path.exists()) {
-            let message = format!("{} is listed and does not exist", missing.display());
-            let hint = "a list takes paths from its own folder";
-            let error = Error::new(Code::FileMissing, message).with_hint(hint);
-            return Err(error.with_file(&file.display().to_string()).into());
-        }
         all.extend(listed.into_iter().map(|path| LogInput {
             path,
             options: list.clone(),

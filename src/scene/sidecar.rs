@@ -81,7 +81,7 @@ pub fn from_flags(flags: &Flags) -> Result<ReadOptions, Errors> {
 /// Options of the logs of one test that a file lists, their paths from its own folder; `None` where it is no such file.
 ///
 /// # Errors
-/// Everything wrong in it and in the flags.
+/// Everything wrong in it and in the flags; every listed file that does not exist.
 pub fn read_list(path: &Path, flags: &Flags) -> Result<Option<ReadOptions>, Errors> {
     if path.extension().is_none_or(|e| e != "toml") || !path.is_file() {
         return Ok(None);
@@ -95,6 +95,14 @@ pub fn read_list(path: &Path, flags: &Flags) -> Result<Option<ReadOptions>, Erro
     for file in &mut options.files {
         *file = folder.join(&file);
     }
+    let missing = options.files.iter().filter(|file| !file.exists());
+    let error = |file: &PathBuf| {
+        let message = format!("{} is listed and does not exist", file.display());
+        Error::new(Code::FileMissing, message)
+            .with_hint("a list takes paths from its own folder")
+            .with_file(&path.display().to_string())
+    };
+    Errors::into_result(missing.map(error).collect(), || ())?;
     Ok(Some(options).filter(|s| !s.files.is_empty()))
 }
 

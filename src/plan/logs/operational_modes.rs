@@ -107,6 +107,11 @@ pub fn identify_operational(
             .iter()
             .map(|m| m.listed_as_harmonic(IdentifiedHarmonic::MAINS)),
     );
+    let of_sine = "next to a sine that was taken out, and too narrow for a structure";
+    let remnants: Vec<IdentifiedMode>;
+    (remnants, found.modes) =
+        (found.modes.into_iter()).partition(|m| orders.is_remnant_of_sine(&m.mode));
+    poles.extend(remnants.iter().map(|m| m.listed_as_harmonic(of_sine)));
     let inside = |t: &&Tone| (band_hz.0..=band_hz.1).contains(&t.frequency_hz);
     let of_tone = |t: &Tone| IdentifiedHarmonic {
         frequency_hz: t.frequency_hz,

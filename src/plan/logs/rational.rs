@@ -6,7 +6,6 @@ use super::identify_study::IdentifyStudy;
 use super::method::IdentificationMethod;
 use super::transfer_functions::{PartialFractions, without_window};
 use crate::base::error::{Diagnostic, Error};
-use crate::base::text::pluralise;
 use crate::identify::initial_estimates::aaa::aaa;
 use crate::identify::initial_estimates::problem::CommonPoleOptions;
 use crate::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
@@ -81,17 +80,23 @@ fn fourth(responses: &FrequencyResponses) -> f64 {
     sum / total
 }
 
-/// Fewer hits have no scatter.
+/// Fewer hits do not say well how far they place a mode apart.
 const MIN_HITS: usize = 3;
 
-/// Intervals of one or two hits lack what hits differ by.
+/// The interval of one hit lacks what hits differ by; that of two knows it by a single difference.
 fn few_hits(hits: usize) -> Option<Diagnostic> {
-    (1..MIN_HITS).contains(&hits).then(|| Diagnostic {
+    let message = match hits {
+        1 => {
+            "1 hit used: how far hits place a mode apart is not known, and no interval includes it"
+        }
+        2 => {
+            "2 hits used: what they place a mode apart by is one difference, and where they differ intervals are 12.7 (Student's t of one degree of freedom) of its standard error"
+        }
+        _ => return None,
+    };
+    Some(Diagnostic {
         code: "few-hits",
-        message: format!(
-            "{} used: how far hits place a mode apart is not known, and no interval includes it",
-            pluralise(hits, "hit")
-        ),
+        message: message.to_string(),
         hint: Some(format!("use {MIN_HITS} hits or more")),
     })
 }
@@ -168,7 +173,7 @@ pub fn fit_rational(
         joined: joined / by_hit.len() as f64,
         fourth: fourth(responses),
     });
-    let fit = |derivative: u8| {
+    let fit = |derivative: u8, start: Option<&[Complex]>| {
         let options = RationalOptions {
             band_hz: Some(band),
             order: study.order,
@@ -185,7 +190,7 @@ pub fn fit_rational(
             derivative,
             hits,
         };
-        match &start {
+        match start {
             Some(poles) => rational::fit_from_poles(&measured, &options, poles),
             None => rational::fit(&measured, &options),
         }
@@ -196,21 +201,21 @@ pub fn fit_rational(
         .map(|f| ResponseKind::from_units(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
         .collect();
     let fitted = match (study.derivative, kinds.first()) {
-        (Some(times), _) => fit(times),
+        (Some(times), _) => fit(times, start.as_deref()),
         (None, Some(ResponseKind::MotionOverForce(times)))
             if kinds.iter().all(|k| k == &kinds[0]) =>
         {
-            fit(*times)
+            fit(*times, start.as_deref())
         }
         (None, Some(ResponseKind::Unknown)) => {
-            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two.
-            let plain = fit(0)?;
-            match fit(2) {
+            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two, from the same poles.
+            let plain = fit(0, start.as_deref())?;
+            match fit(2, Some(&plain.poles)) {
                 Ok(twice) if cost(&twice) < cost(&plain) => Ok(twice),
                 _ => Ok(plain),
             }
         }
-        _ => fit(0),
+        _ => fit(0, start.as_deref()),
     };
     fitted.map(|mut fit| {
         fit.diagnostics.extend(few_hits);
