@@ -386,7 +386,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "pole-limit",
         Warning,
-        "The search ended at the most pole pairs allowed. Narrow the band.",
+        "The search ended at the most pole pairs allowed, or at as many operations as some seconds are for. The largest modes are found first; narrow the band for the others: --band.",
     ),
     (
         "no-mode",

@@ -378,10 +378,10 @@ fn add_warnings(
         say(
             "pole-limit",
             format!(
-                "the search ended at the most pole pairs allowed, {}",
+                "the search ended at {} pole pairs, the most allowed or all that its time is for: modes may be missing",
                 fit.poles.len()
             ),
-            "narrow the band, or allow more poles",
+            "narrow the band: --band",
         );
     }
     if fit.modes.is_empty() {

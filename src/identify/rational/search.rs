@@ -46,7 +46,7 @@ pub(super) struct SearchResult {
     pub means: Vec<Option<GroupMean>>,
     /// Groups of these means are hits.
     pub by_hit: bool,
-    /// The most poles allowed were used up.
+    /// The most poles allowed, or the work, were used up.
     pub at_limit: bool,
     /// `Σ ln v + |r|²/v` over all values, by independent lines: the negative logarithm of the likelihood.
     pub negative_log_likelihood: f64,
@@ -340,6 +340,7 @@ fn fit_with_model_error(search: &ModelErrorSearch, departing: ModelErrorFit) -> 
         state,
         departures,
         covariance,
+        is_out_of_work,
     } = departing;
     let groups = search.groups();
     let band = search.band(&state);
@@ -353,7 +354,7 @@ fn fit_with_model_error(search: &ModelErrorSearch, departing: ModelErrorFit) -> 
         negative_log_likelihood: lines.independence * logarithms + 0.5 * state.fit.chi2,
         chi2: state.fit.chi2,
         at_limit: search.options.fixed_pole_count.is_none()
-            && state.fit.model.poles.len() >= search.options.max_poles,
+            && (is_out_of_work || state.fit.model.poles.len() >= search.options.max_poles),
         fit: state.fit,
         problems: vec![state.all],
         residuals: vec![left],

@@ -173,7 +173,7 @@ pub fn fit_rational(
         joined: joined / by_hit.len() as f64,
         fourth: fourth(responses),
     });
-    let fit = |derivative: u8, start: Option<&[Complex]>| {
+    let fit = |derivative: u8| {
         let options = RationalOptions {
             band_hz: Some(band),
             order: study.order,
@@ -190,7 +190,7 @@ pub fn fit_rational(
             derivative,
             hits,
         };
-        match start {
+        match &start {
             Some(poles) => rational::fit_from_poles(&measured, &options, poles),
             None => rational::fit(&measured, &options),
         }
@@ -201,21 +201,25 @@ pub fn fit_rational(
         .map(|f| ResponseKind::from_units(f.input.as_ref().map_or("", |i| &i.unit), &f.output.unit))
         .collect();
     let fitted = match (study.derivative, kinds.first()) {
-        (Some(times), _) => fit(times, start.as_deref()),
+        (Some(times), _) => fit(times),
         (None, Some(ResponseKind::MotionOverForce(times)))
             if kinds.iter().all(|k| k == &kinds[0]) =>
         {
-            fit(*times, start.as_deref())
+            fit(*times)
         }
         (None, Some(ResponseKind::Unknown)) => {
-            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two, from the same poles.
-            let plain = fit(0, start.as_deref())?;
-            match fit(2, Some(&plain.poles)) {
-                Ok(twice) if cost(&twice) < cost(&plain) => Ok(twice),
-                _ => Ok(plain),
-            }
+            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two. Where responses depart
+            // from the model by more than their noise, that decides nothing.
+            let plain = fit(0)?;
+            let twice = match plain.departs {
+                true => None,
+                false => fit(2).ok(),
+            };
+            Ok(twice
+                .filter(|twice| cost(twice) < cost(&plain))
+                .unwrap_or(plain))
         }
-        _ => fit(0, start.as_deref()),
+        _ => fit(0),
     };
     fitted.map(|mut fit| {
         fit.diagnostics.extend(few_hits);
