@@ -6,14 +6,14 @@ use crate::base::error::{Error, Errors};
 use crate::base::flags::Flags;
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
-use crate::modes::modal_basis;
+use crate::modes::modal_basis::{self, UndampedSolver};
 use crate::modes::reduction::{CondensationAdvice, find_condensable};
 use crate::modes::system_matrices::AnalysisContext;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::motion::{method_choice, stages};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::{harmonic_balance, run_up};
-use crate::plan::stages::{ModesPlan, solver};
+use crate::plan::stages::ModesPlan;
 use crate::report::plan_report::{MotionPlan, PlanReport};
 use crate::report::presentation::{Presentation, document};
 use crate::scene::study::{AccuracyTarget, ModesStudy, SimulateStudy, Study, StudyKind};
@@ -142,7 +142,7 @@ fn condensation_advice(
         model: linear,
         ..
     } = prepared_machine;
-    let basis = modal_basis::solve(linear, solver(linear.n - linear.massless.len()))?;
+    let basis = modal_basis::solve(linear, UndampedSolver::Energies)?;
     let context = AnalysisContext {
         machine,
         model: linear,

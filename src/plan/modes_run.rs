@@ -4,9 +4,7 @@ use std::time::Instant;
 
 use super::linear_stability;
 use super::prepared_machine::PreparedMachine;
-use super::stages::{
-    DEFAULT_MODE_COUNT, MAX_COMPLEX_ORDER, ModesPlan, Stage, StageDecision, solver,
-};
+use super::stages::{DEFAULT_MODE_COUNT, MAX_COMPLEX_ORDER, ModesPlan, Stage, StageDecision};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_duration;
@@ -14,7 +12,7 @@ use crate::machine::spin::spinning;
 use crate::modes::campbell::{self, CampbellDiagram, CampbellOptions};
 use crate::modes::energy::{EnergyShares, energy_shares};
 use crate::modes::excitation_orders::OrderOptions;
-use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver};
+use crate::modes::modal_basis::{self, BasisSolution, ModalBasis, UndampedSolver};
 use crate::modes::mode::Mode;
 use crate::modes::mode_subset::{self, SubsetRequest};
 use crate::modes::reduction::{
@@ -36,6 +34,8 @@ pub struct ModesResult {
     pub energies: Vec<EnergyShares>,
     /// Their sensitivities, where they are real.
     pub sensitivities: Option<Vec<Vec<FrequencySensitivity>>>,
+    /// Solver of all undamped modes, where they were found together.
+    pub solution: Option<BasisSolution>,
     /// Mean speeds, rad/s by degree of freedom, where a speed was requested.
     pub speeds: Option<Vec<f64>>,
     /// Modes over speed, on request.
@@ -63,17 +63,6 @@ pub struct ReductionResult {
     /// Error of the response between the kept degrees of freedom.
     pub error: BandError,
 }
-
-fn lowest_digits(basis: &ModalBasis) -> f64 {
-    basis
-        .digits
-        .get(basis.n_rigid)
-        .copied()
-        .unwrap_or(f64::INFINITY)
-}
-
-/// Fewer digits of the lowest elastic mode than this ask for a more exact solver.
-const MIN_DIGITS: f64 = 9.0;
 
 /// Runs a plan of modes.
 ///
@@ -152,6 +141,7 @@ impl ModesResult {
             modes: Vec::new(),
             energies: Vec::new(),
             sensitivities: None,
+            solution: None,
             speeds: None,
             campbell: None,
             state_space: None,
@@ -220,12 +210,9 @@ impl ModesRun<'_> {
 
     fn basis(&mut self) -> Result<(), Error> {
         let linear = &self.machine.model;
-        let first = solver(linear.n - linear.massless.len());
-        let mut basis = modal_basis::solve(linear, first)?;
-        if first == UndampedSolver::Bidiagonal && lowest_digits(&basis) < MIN_DIGITS {
-            basis = modal_basis::solve(linear, UndampedSolver::Factored)?;
-        }
+        let basis = modal_basis::solve(linear, UndampedSolver::Energies)?;
         self.result.modes = self.select_modes(undamped::modes(linear, &basis));
+        self.result.solution = Some(basis.solution);
         self.basis = Some(basis);
         Ok(())
     }

@@ -4,7 +4,6 @@
 
 use super::prepared_machine::PreparedMachine;
 use crate::machine::operating_point::ActiveFlank;
-use crate::modes::modal_basis::UndampedSolver;
 use crate::scene::study::{ModesStudy, ReductionKind};
 
 /// One stage of a study.
@@ -150,9 +149,6 @@ impl ModesPlan {
     }
 }
 
-/// Up to this many coordinates all modes come from the factored form at once: below a tenth of a second.
-const MAX_FACTORED_DOFS: usize = 200;
-
 /// Up to this many all modes are found densely; beyond only the lowest, unless the study names a number.
 pub const MAX_DENSE_DOFS: usize = 2000;
 
@@ -164,15 +160,6 @@ pub const DEFAULT_MODE_COUNT: usize = 20;
 
 /// The largest order whose complex modes are found all at once.
 pub const MAX_COMPLEX_ORDER: usize = 1000;
-
-/// The solver of all undamped modes at first; digits may ask for the factored form afterwards.
-pub fn solver(n: usize) -> UndampedSolver {
-    if n <= MAX_FACTORED_DOFS {
-        UndampedSolver::Factored
-    } else {
-        UndampedSolver::Bidiagonal
-    }
-}
 
 /// Whether only some modes are looked for, by iteration.
 fn uses_iteration(machine: &PreparedMachine, study: &ModesStudy) -> bool {
@@ -239,12 +226,9 @@ fn basis(prepared_machine: &PreparedMachine, study: &ModesStudy) -> StageDecisio
         true => "torsional and lateral",
         false => "torsional freedoms only, since no bearing supports a lateral one",
     };
-    StageDecision::Runs(match solver(n) {
-        UndampedSolver::Factored => format!("all {n}, as singular values of √k W M^-½; {kind}"),
-        UndampedSolver::Bidiagonal => format!(
-            "all {n}, as singular values of √k W M^-½ by bidiagonal reduction, in graded form where that leaves too few digits; {kind}"
-        ),
-    })
+    StageDecision::Runs(format!(
+        "all {n}, by the symmetric eigenproblem, frequencies from energies; {kind}"
+    ))
 }
 
 fn lowest(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {

@@ -92,7 +92,7 @@ impl InputOutputSystem {
         ports: &Ports,
     ) -> Result<(InputOutputSystem, SystemMatrices, ModalBasis), Error> {
         let coordinates = coordinates(model, ports)?;
-        let basis = modal_basis::solve(&coordinates.fixed, UndampedSolver::Factored)?;
+        let basis = modal_basis::solve(&coordinates.fixed, UndampedSolver::Energies)?;
         let matrix = coordinates.modal_basis(&basis);
         let transform = SparseTransform::from_matrix(&matrix);
         let rigid = (basis.n_rigid, coordinates.fixed.n_undamped_rigid);
@@ -226,13 +226,9 @@ impl InputOutputSystem {
 ///
 /// # Errors
 /// Prescribed motions that exclude each other; those of the modes.
-pub fn fixed_frequencies(
-    model: &OperatingModel,
-    ports: &Ports,
-    solver: UndampedSolver,
-) -> Result<Vec<f64>, Error> {
+pub fn fixed_frequencies(model: &OperatingModel, ports: &Ports) -> Result<Vec<f64>, Error> {
     let coordinates = coordinates(model, ports)?;
-    Ok(modal_basis::solve(&coordinates.fixed, solver)?.omega)
+    Ok(modal_basis::solve(&coordinates.fixed, UndampedSolver::Energies)?.omega)
 }
 
 fn coordinates(model: &OperatingModel, ports: &Ports) -> Result<ConstrainedCoordinates, Error> {
@@ -266,6 +262,6 @@ fn damped_modes(
     if !model.machine.damping.is_modal() {
         return Ok(None);
     }
-    let own = modal_basis::solve(model.model, UndampedSolver::Factored)?;
+    let own = modal_basis::solve(model.model, UndampedSolver::Energies)?;
     Ok(Some(coordinates.shapes(&own, model.model)))
 }

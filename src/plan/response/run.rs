@@ -9,13 +9,13 @@ use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_duration;
 use crate::base::text::pluralise;
 use crate::base::time_budget::{BudgetForecast, CancelToken};
-use crate::modes::modal_basis;
+use crate::modes::modal_basis::{self, UndampedSolver};
 use crate::numeric::Complex;
 use crate::plan::linear_stability::UNSTABLE;
 use crate::plan::modes_run::run as run_modes;
 use crate::plan::motion::simulation_setup::DEFAULT_TIME_BUDGET_S;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::stages::{self, MAX_COMPLEX_ORDER, ModesPlan, StageDecision};
+use crate::plan::stages::{MAX_COMPLEX_ORDER, ModesPlan, StageDecision};
 use crate::response::direct::DirectSolver;
 use crate::response::frf::{ResponseSolver, ResponseStats, SolverKind};
 use crate::response::peaks::{self, ResponsePeak};
@@ -327,9 +327,9 @@ pub fn natural_frequencies(
         return Vec::new();
     }
     let held = machine.frequency_setting(None);
-    let solver = stages::solver(machine.model.n);
-    let omega = fixed_frequencies(&held, ports, solver)
-        .or_else(|_| modal_basis::solve(&machine.model, solver).map(|b| b.omega))
+    let own = || modal_basis::solve(&machine.model, UndampedSolver::Energies).map(|b| b.omega);
+    let omega = fixed_frequencies(&held, ports)
+        .or_else(|_| own())
         .unwrap_or_default();
     omega.into_iter().filter(|w| *w > from && *w < to).collect()
 }
