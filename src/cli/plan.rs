@@ -142,7 +142,7 @@ fn condensation_advice(
         model: linear,
         ..
     } = prepared_machine;
-    let basis = modal_basis::solve(linear, UndampedSolver::Energies)?;
+    let basis = modal_basis::solve(linear, UndampedSolver::Factored)?;
     let context = AnalysisContext {
         machine,
         model: linear,

@@ -12,12 +12,12 @@ use crate::numeric::vector_ops::dot;
 use crate::numeric::{Matrix, graded, symmetric};
 
 /// Solver of the undamped eigenvalue problem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum UndampedSolver {
-    /// Symmetric eigenproblem, frequencies from energies; the factored form where their bound is too large or the strain energy is no sum
-    /// of squares.
-    Energies,
-    /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi.
+    /// Symmetric eigenproblem, frequencies from energies; the factored form where their bound is too large. Shapes have of each other what
+    /// gives their strains a cosine of this at most.
+    Energies(f64),
+    /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi. Shapes are as right as the frequencies.
     Factored,
 }
 
@@ -70,6 +70,9 @@ const FACTORED_DIGITS: f64 = 13.0;
 /// Relative errors of ω up to this are promised as [`FACTORED_DIGITS`].
 const MAX_BOUND: f64 = 1e-13;
 
+/// Tolerance of shapes that are listed and read, and feed no further solution.
+pub const LISTED_SHAPES: f64 = 1e-9;
+
 /// A frequency above this share of the largest is no rounding of a zero.
 const STRAINED: f64 = 1e-6;
 
@@ -92,8 +95,8 @@ pub fn solve(model: &LinearModel, solver: UndampedSolver) -> Result<ModalBasis, 
         root,
         rigid,
     };
-    if solver == UndampedSolver::Energies
-        && let Some(basis) = frame.by_energies()?
+    if let UndampedSolver::Energies(shape_tolerance) = solver
+        && let Some(basis) = frame.by_energies(shape_tolerance)?
     {
         return Ok(basis);
     }
@@ -131,7 +134,7 @@ struct Frame<'a> {
 
 impl Frame<'_> {
     /// `None` where the bound of an error is too large.
-    fn by_energies(&self) -> Result<Option<ModalBasis>, Error> {
+    fn by_energies(&self, shape_tolerance: f64) -> Result<Option<ModalBasis>, Error> {
         let first = self.model.massless.len();
         let mut springs = Squares::default();
         for branch in squares(self.model) {
@@ -143,7 +146,7 @@ impl Frame<'_> {
             self.root.transposed_product(&heavy)
         });
         let rigid: Vec<Vec<f64>> = rigid.collect();
-        let Some(found) = energy_modes(&springs, &expansion, &rigid)? else {
+        let Some(found) = energy_modes(&springs, &expansion, &rigid, shape_tolerance)? else {
             return Ok(None);
         };
         let EnergyModes {

@@ -200,7 +200,7 @@ impl Assembler<'_> {
         if !modal && speeds.is_none() {
             return Ok(None);
         }
-        let basis = modal_basis::solve(&self.model, UndampedSolver::Energies)?;
+        let basis = modal_basis::solve(&self.model, UndampedSolver::Factored)?;
         let mut bare = self.machine.clone();
         (bare.damping.mass, bare.damping.stiffness) = (0.0, 0.0);
         let mut model = self.model.clone();

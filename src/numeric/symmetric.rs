@@ -178,7 +178,9 @@ fn check_pivots(pivots: impl Iterator<Item = f64>) -> Result<(), Error> {
 /// `NoConvergence`; `Overflow` where an entry is not finite.
 pub fn right_svd(a: &Matrix) -> Result<(Vec<f64>, Matrix), Error> {
     check_finite(a, "a matrix")?;
-    let found = a.thin_svd().map_err(|_| {
+    let found = a.thin_svd();
+    registers::zero_upper();
+    let found = found.map_err(|_| {
         let (m, n) = (a.nrows(), a.ncols());
         Error::new(
             Code::NoConvergence,

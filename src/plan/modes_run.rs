@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use super::linear_stability;
 use super::prepared_machine::PreparedMachine;
-use super::stages::{DEFAULT_MODE_COUNT, MAX_COMPLEX_ORDER, ModesPlan, Stage, StageDecision};
+use super::stages::{
+    DEFAULT_MODE_COUNT, MAX_COMPLEX_ORDER, ModesPlan, Stage, StageDecision, undamped_solver,
+};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_duration;
@@ -12,7 +14,7 @@ use crate::machine::spin::spinning;
 use crate::modes::campbell::{self, CampbellDiagram, CampbellOptions};
 use crate::modes::energy::{EnergyShares, energy_shares};
 use crate::modes::excitation_orders::OrderOptions;
-use crate::modes::modal_basis::{self, BasisSolution, ModalBasis, UndampedSolver};
+use crate::modes::modal_basis::{self, BasisSolution, ModalBasis};
 use crate::modes::mode::Mode;
 use crate::modes::mode_subset::{self, SubsetRequest};
 use crate::modes::reduction::{
@@ -210,7 +212,7 @@ impl ModesRun<'_> {
 
     fn basis(&mut self) -> Result<(), Error> {
         let linear = &self.machine.model;
-        let basis = modal_basis::solve(linear, UndampedSolver::Energies)?;
+        let basis = modal_basis::solve(linear, undamped_solver(self.study))?;
         self.result.modes = self.select_modes(undamped::modes(linear, &basis));
         self.result.solution = Some(basis.solution);
         self.basis = Some(basis);

@@ -4,6 +4,7 @@
 
 use super::prepared_machine::PreparedMachine;
 use crate::machine::operating_point::ActiveFlank;
+use crate::modes::modal_basis::{LISTED_SHAPES, UndampedSolver};
 use crate::scene::study::{ModesStudy, ReductionKind};
 
 /// One stage of a study.
@@ -161,6 +162,19 @@ pub const DEFAULT_MODE_COUNT: usize = 20;
 /// The largest order whose complex modes are found all at once.
 pub const MAX_COMPLEX_ORDER: usize = 1000;
 
+/// Solver of all undamped modes: damped, gyroscopic and reduced machines are written over their shapes, which then need all digits.
+pub fn undamped_solver(study: &ModesStudy) -> UndampedSolver {
+    let built_on_shapes = study.damped
+        || study.speed.is_some()
+        || study.campbell.is_some()
+        || study.state_space.is_some()
+        || study.reduce.is_some();
+    match built_on_shapes {
+        true => UndampedSolver::Factored,
+        false => UndampedSolver::Energies(LISTED_SHAPES),
+    }
+}
+
 /// Whether only some modes are looked for, by iteration.
 fn uses_iteration(machine: &PreparedMachine, study: &ModesStudy) -> bool {
     let n = machine.model.n;
@@ -226,9 +240,12 @@ fn basis(prepared_machine: &PreparedMachine, study: &ModesStudy) -> StageDecisio
         true => "torsional and lateral",
         false => "torsional freedoms only, since no bearing supports a lateral one",
     };
-    StageDecision::Runs(format!(
-        "all {n}, by the symmetric eigenproblem, frequencies from energies; {kind}"
-    ))
+    StageDecision::Runs(match undamped_solver(study) {
+        UndampedSolver::Factored => format!("all {n}, as singular values of √k W M^-½; {kind}"),
+        UndampedSolver::Energies(_) => {
+            format!("all {n}, by the symmetric eigenproblem, frequencies from energies; {kind}")
+        }
+    })
 }
 
 fn lowest(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {

@@ -106,7 +106,7 @@ pub fn compare_responses(
     ];
     match (torque_motion_ports(&ports), small) {
         (Some(plain), true) => {
-            let basis = modal_basis::solve(linear, BasisSolver::Energies)?;
+            let basis = modal_basis::solve(linear, BasisSolver::Factored)?;
             let context = AnalysisContext {
                 machine,
                 model: linear,

@@ -90,7 +90,7 @@ impl CoordinatePartition {
         if fixed.n == fixed.massless.len() {
             return Ok(ModalBasis::empty(fixed.n));
         }
-        let basis = modal_basis::solve(&fixed, UndampedSolver::Energies)?;
+        let basis = modal_basis::solve(&fixed, UndampedSolver::Factored)?;
         match basis.omega.first() {
             Some(&lowest) if lowest <= 0.0 => Err(loose_error(self.condensed[0])),
             _ => Ok(basis),

@@ -327,7 +327,7 @@ pub fn natural_frequencies(
         return Vec::new();
     }
     let held = machine.frequency_setting(None);
-    let own = || modal_basis::solve(&machine.model, UndampedSolver::Energies).map(|b| b.omega);
+    let own = || modal_basis::solve(&machine.model, UndampedSolver::Energies(1.0)).map(|b| b.omega);
     let omega = fixed_frequencies(&held, ports)
         .or_else(|_| own())
         .unwrap_or_default();
