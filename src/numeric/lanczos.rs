@@ -273,8 +273,13 @@ impl LanczosState<'_> {
         let cutoff = self.cutoff();
         let nothing_new = n_ready > 0 && largest < cutoff;
         let passed = |i: usize| theta(i).abs() < cutoff;
+        // What is left to find is below what this run may take: the next one begins without what this one has found.
+        let spent = order
+            .get(n_ready)
+            .is_some_and(|&i| n_ready > 0 && theta(i).abs() <= MIN_THETA_RATIO * largest);
         if !(last
             || nothing_new
+            || spent
             || (wanted > 0 && n_ready >= wanted)
             || order[..n_ready].iter().any(|&i| passed(i)))
         {
@@ -404,6 +409,59 @@ impl LanczosState<'_> {
             steps: self.steps,
             runs,
             sturm_verified: counted,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::forest::{Forest, ForestSpring};
+    use crate::numeric::shift_invert::ShiftedForest;
+
+    /// Uniform chain of 3 000 discs, one end held, ω_j = 2 sin((2j − 1) π / (4n + 2)): systems solved grow with the number of modes.
+    #[test]
+    fn exact_solutions_grow_with_the_modes() {
+        let n = 3000;
+        let spring = |i: usize| match i.checked_sub(1) {
+            None => (0, 1.0, None),
+            Some(before) => (before, -1.0, Some((i, 1.0))),
+        };
+        let springs: Vec<ForestSpring> = (0..n)
+            .map(spring)
+            .map(|(i, a, second)| ForestSpring {
+                i,
+                a,
+                second,
+                k: 1.0,
+            })
+            .collect();
+        let mass = vec![1.0; n];
+        let forest = Forest::new(n, &springs, &mass).unwrap();
+        let matrix = SparseSymmetric::diagonal(&mass);
+        let below = |sigma: f64| Ok(forest.count_below(&mass, sigma));
+        for count in [10, 40, 160] {
+            let found = nearest_modes(&LanczosProblem {
+                inverse: &ShiftedForest::unshifted(&forest),
+                mass: &matrix,
+                rigid: &[],
+                count: Some(&below),
+                n_modes: count,
+            })
+            .unwrap();
+            assert!(found.sturm_verified && found.values.len() == count);
+            for (j, value) in found.values.iter().enumerate() {
+                let angle = (2 * j + 1) as f64 * std::f64::consts::PI / (4 * n + 2) as f64;
+                assert!(
+                    (value.sqrt() / (2.0 * angle.sin()) - 1.0).abs() < 1e-13,
+                    "{j} of {count}"
+                );
+            }
+            assert!(
+                found.steps <= 7 * count / 2 + 25,
+                "{count}: {}",
+                found.steps
+            );
         }
     }
 }
