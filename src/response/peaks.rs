@@ -123,7 +123,7 @@ fn refine_maximum(
     Ok(best)
 }
 
-/// Where the parabola through `1/h²` at three places is least, and how far below the middle one, relative; none where they lie on a line
+/// Place where the parabola through `1/h²` at three places is least, and how far below the middle one, relative; none where they lie on a line
 /// or bend the other way.
 fn parabola_vertex(low: (f64, f64), best: (f64, f64), high: (f64, f64)) -> Option<(f64, f64)> {
     let rise = |point: (f64, f64)| ((best.1 / point.1).powi(2) - 1.0) / (point.0 - best.0);
@@ -155,7 +155,7 @@ fn half_power_frequency(
     Ok(None)
 }
 
-/// Where between two places the height falls to `target`: secants of `√((top/h)² − 1)`, the side that stays halved (Illinois; Dowell &
+/// Place between two others where the height falls to `target`: secants of `√((top/h)² − 1)`, the side that stays halved (Illinois; Dowell &
 /// Jarratt 1971, BIT 11, 168).
 fn falling_to(
     over: (f64, f64),
