@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::process::Command;
 
 use beside::{Took, best, python};
-use geardyn::internals::modes::modal_basis::{self, UndampedSolver};
+use geardyn::internals::modes::modal_basis::{self, LISTED_SHAPES, UndampedSolver};
 use geardyn::internals::modes::mode_subset::{self, SubsetRequest};
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::scene;
@@ -52,11 +52,11 @@ fn row(what: &str, (seconds, error): (f64, f64), peer: Option<Took>) {
 
 fn main() {
     beside::head(WIDTH, "SciPy");
-    for n in [20, 100, 500, 1500] {
+    for n in [20, 100, 200, 500, 1500] {
         let machine = prepared(n);
         let theirs = peer("dense", n);
         for (name, solver) in [
-            ("singular", UndampedSolver::Bidiagonal),
+            ("energies", UndampedSolver::Energies(LISTED_SHAPES)),
             ("factored", UndampedSolver::Factored),
         ] {
             if solver == UndampedSolver::Factored && n > 500 {

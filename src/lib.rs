@@ -16,7 +16,7 @@ mod numeric;
 /// Logs of measured signals.
 mod recording;
 
-/// What frequencies are in a signal.
+/// Spectral estimation: line and density spectra, frequency responses, orders.
 mod spectrum;
 
 /// From measured responses to transfer functions and modes.
@@ -37,13 +37,13 @@ mod modes;
 /// Integration in time.
 mod motion;
 
-/// Steady answers to steady excitation, by frequency.
+/// Steady-state response over frequency and speed.
 mod response;
 
 /// Transmission error: chain, orders, budget.
 mod transmission;
 
-/// What a study needs, and running it.
+/// Stages of each study, and their run.
 mod plan;
 
 /// Error against run time, where methods break.
@@ -60,6 +60,7 @@ mod api;
 mod cli;
 
 pub use api::builder::ModelBuilder;
+pub use api::gear_pair::{GearMesh, GearPair};
 pub use api::machine::Machine;
 pub use api::model::Model;
 pub use api::modes::{Mode, Modes};
@@ -68,6 +69,7 @@ pub use api::response::{Response, ResponseFunction, ResponsePeak};
 pub use api::transmission::{OrderComponent, TransmissionError};
 pub use base::code::Code;
 pub use base::error::{Diagnostic, Error, Errors};
+pub use gear::load::mesh_result::LoadedCycle;
 pub use identify::modal_parameters::ModalParameters;
 pub use identify::rational::DelayModel;
 pub use identify::transfer::function::TransferFunction;
@@ -81,6 +83,7 @@ pub use plan::logs::spectrum_study::{
 };
 pub use recording::frequency_responses::FrequencyResponses;
 pub use recording::signals::{Channel, Recording};
+pub use scene::gear_file::MeshStudy;
 pub use scene::study::{
     DiscretisationMethod, IndexingStudy, ModesStudy, OnlineStudy, ReductionKind, ReductionStudy,
     ResponseMethodTag, ResponseQuantity, ResponseStudy, SimulateStudy, SpeedRange, StateSpaceStudy,
@@ -93,7 +96,7 @@ pub use scene::study::{
 #[cfg(doctest)]
 struct Tutorial;
 
-/// What most programs need: models, machines, recordings, the studies they take, errors.
+/// The types most programs use: models, machines, gear pairs, recordings, the studies they take, errors.
 ///
 /// ```
 /// use geardyn::prelude::*;
@@ -105,8 +108,8 @@ struct Tutorial;
 /// ```
 pub mod prelude {
     pub use crate::{
-        Errors, IdentifyStudy, Machine, Model, ModelBuilder, ModesStudy, Recording, ResponseStudy,
-        SimulateStudy, SpectrumStudy, TransmissionStudy,
+        Errors, GearPair, IdentifyStudy, Machine, MeshStudy, Model, ModelBuilder, ModesStudy,
+        Recording, ResponseStudy, SimulateStudy, SpectrumStudy, TransmissionStudy,
     };
 }
 

@@ -21,5 +21,8 @@ pub mod builder;
 /// A machine model from a file, from text or from a builder.
 pub mod model;
 
+/// A pair of cylindrical gears under load.
+pub mod gear_pair;
+
 /// Measured signals.
 pub mod recording;

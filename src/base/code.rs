@@ -5,7 +5,7 @@ macro_rules! codes {
     ($($name:ident $word:literal $exit:literal $explanation:literal)*) => {
         /// Code of an error kind.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-        pub enum Code { $(#[doc = concat!("`", $word, "`: `geardyn explain` tells it at length.")] $name,)* }
+        pub enum Code { $(#[doc = concat!("`", $word, "`: `geardyn explain` prints it in full.")] $name,)* }
 
         impl Code {
             /// Every code, in the order of this table.
@@ -31,17 +31,17 @@ macro_rules! codes {
 
 codes! {
     // files
-    FileMissing "file-missing" 2 "The file could not be found or opened, or may not be read by whoever asks. Paths are taken from the folder the command is run in."
-    FileTooLarge "file-too-large" 2 "Model files are a page or two of text; anything above 64 MB is refused before it is read. Look whether the right file was named."
+    FileMissing "file-missing" 2 "The file could not be found or opened, or permission is denied. Paths are relative to the working folder."
+    FileTooLarge "file-too-large" 2 "Model files are a page or two of text; anything above 64 MB is refused before it is read. Check whether the right file was named."
     NotText "not-text" 2 "The file is not UTF-8 text. Save it as UTF-8 in your editor."
-    Syntax "syntax" 2 "The file is not valid TOML. What stands after the place shown was not looked at."
+    Syntax "syntax" 2 "The file is not valid TOML. Text after the place shown was not checked."
     // keys and values
     UnknownKey "unknown-key" 2 "The table has no such key. The reference of model files lists every key; `geardyn new` writes a model that shows the usual ones."
     MissingKey "missing-key" 2 "The table needs this key to mean anything."
     DuplicateName "duplicate-name" 2 "Names are unique over all tables of a file, since results speak of elements by name."
     UnknownNode "unknown-node" 2 "An end of a branch names a node that no [[inertia]], [[chain]] or segmented shaft declares. A massless node is an [[inertia]] with J = \"0 kg·m²\"."
     WrongType "wrong-type" 2 "The value is of another kind than the key takes: text, number, list or table."
-    MissingUnit "missing-unit" 2 "A quantity is text with a unit, such as \"85 kN/mm\". Bare numbers are taken as SI only if `units = \"SI\"` stands at the top of the file."
+    MissingUnit "missing-unit" 2 "A quantity is text with a unit, such as \"85 kN/mm\". Numbers without a unit are SI only if `units = \"SI\"` is at the top of the file."
     WrongUnit "wrong-unit" 2 "The unit measures something else than the key takes, or is not known."
     OutOfRange "out-of-range" 2 "The value cannot be: a negative inertia, a gear without teeth, a number that is not finite, a bore wider than the shaft."
     Conflict "conflict" 2 "Two statements of the file exclude each other, such as a stiffness given and computed from geometry, or damping of a rigid branch, which never deforms."
@@ -49,32 +49,32 @@ codes! {
     EmptyMachine "empty-machine" 2 "The model has no inertia, so nothing can move."
     Disconnected "disconnected" 2 "The element joins nothing to the machine: a massless node that no branch with stiffness holds has no equation of motion."
     ContradictoryRatios "contradictory-ratios" 2 "Rigid gear pairs that close a loop must multiply to one. Where they do not, the loop cannot turn at all; make one pair elastic (give it k) or mend its tooth numbers."
-    UnknownDof "no-such-freedom" 2 "The node has no freedom along that axis: lateral and tilting axes exist only where a bearing gives the node one."
+    UnknownDof "no-such-dof" 2 "The node has no degree of freedom along that axis: lateral and tilting axes exist only where a bearing gives the node one."
     UndeterminedSpeed "no-speed" 2 "The question needs the speed of the shafts, and the model does not fix it: nothing can turn, or several parts turn independently of each other. State speeds in [speed]."
     // logs
-    UnknownFormat "unknown-format" 2 "The file is none of the formats logs are read from: delimited text (CSV and its kin), LabVIEW LVM, UFF 58, WAV, MATLAB level 5; each also inside gzip or zip. The message says what its first bytes look like."
+    UnknownFormat "unknown-format" 2 "The file is none of the formats logs are read from: delimited text (CSV, TSV and similar), LabVIEW LVM, UFF 58, WAV, MATLAB level 5; each also inside gzip or zip. The message says what its first bytes look like."
     CorruptFile "broken-file" 2 "The file begins as a known format and then breaks its rules: it was cut off, damaged or written by a program that strays from the format."
     EmptyLog "empty-log" 2 "The log holds no samples: the file is empty, nothing but a header, or holds only spectra or frequency responses, which `geardyn spectrum` and `geardyn identify` take as they are."
     RaggedRow "ragged-row" 2 "A row of numbers has more or fewer cells than the rows before it. The row is never cut, filled or passed over; mend the file, or state the delimiter and the decimal mark where they were misread."
     NotANumber "not-a-number" 2 "A cell of a channel holds text. Blank cells, NaN and overload words are understood as missing samples; anything else is not guessed at."
-    InvalidTimeStamps "bad-time" 2 "The time stamps repeat, run backward or leap beyond all recorders, so that the order of the samples is in doubt; or they are so uneven that lost samples cannot be told from late stamps, or that the samples cannot be brought to even steps within 10 %. Sort or cut the log at the line named, log with even steps, or leave the stamps aside: --time none --rate HZ."
+    InvalidTimeStamps "bad-time" 2 "The time stamps repeat, run backward or leap beyond all recorders, so that the order of the samples is uncertain; or they are so uneven that lost samples cannot be distinguished from late stamps, or that the samples cannot be brought to even steps within 10 %. Sort or cut the log at the line named, log with even steps, or leave the stamps aside: --time none --rate HZ."
     RateUnknown "rate-unknown" 2 "Neither time stamps nor the header give the sample rate, or the header states it in a way that cannot be read with certainty: with a unit that is none of a rate, a tail, or numbers that may be one or several. State it: --rate 5000, or `rate` in the sidecar."
     RateDisagrees "rate-disagrees" 2 "The sample rates that the file states, or those and the rate of its time stamps, differ by more than 0.1 %; or the files of one test have rates that differ by more than 0.01 %. State the right one: --rate-from time, --rate-from header, or --rate."
     NoChannel "no-channel" 2 "The log has no channel of that name. `geardyn check LOG` lists the channels."
     NoSignal "no-signal" 2 "The channel holds nothing to analyse: all zero, constant, or no number at all."
     TooShort "too-short" 2 "The record has fewer samples than the analysis needs."
-    RatioMismatch "ratio-mismatch" 2 "The two encoders show another ratio than the tooth numbers make. The message says the measured one. Look at --teeth (driver first), at the lines of both encoders, and whether input and output are interchanged."
-    Slip "slip" 2 "Between the two encoders something slips: their ratio holds for most of the record and then does not. Look at couplings, clamps and belts, and take a stretch in which nothing slips."
-    LostCounts "lost-counts" 2 "An encoder lost counts or counted too many, so that its angle is wrong from there on. The message says where and how many. Take a stretch without such a place, or have the steps taken out with --repair."
+    RatioMismatch "ratio-mismatch" 2 "The two encoders show another ratio than the tooth numbers make. The message says the measured one. Check --teeth (driver first), the lines of both encoders, and whether input and output are interchanged."
+    Slip "slip" 2 "Between the two encoders something slips: their ratio holds for most of the record and then does not. Check couplings, clamps and belts, and take a segment in which nothing slips."
+    LostCounts "lost-counts" 2 "An encoder lost counts or counted too many, so that its angle is wrong from there on. The message says where and how many. Take a segment without such a place, or have the steps taken out with --repair."
     Usage "usage" 2 "The command was called in a way it does not take. See its --help."
     OutputFailed "output-failed" 2 "The output file could not be written: its folder is missing or takes no file, the disk is full, or the name is a link that does not resolve. Nothing half-written is left behind, and no file of the run is replaced."
     // numbers
-    NotPositiveDefinite "indefinite" 3 "The mass matrix is not positive definite, so the modes are not defined. A consistent mass or a rigid joint has left a combination of freedoms without inertia."
-    NoConvergence "no-convergence" 3 "An iteration ended without reaching its tolerance. The message says which, and how far it came. Of a motion: take another --method (radau5 for stiff machines, dop853-events for contacts), a coarser --tolerance, or a smaller --step; where something jumps at that instant, give it a short ramp. Of modes: ask for fewer, or nearer to a frequency."
+    NotPositiveDefinite "indefinite" 3 "The mass matrix is not positive definite, so the modes are not defined. A consistent mass or a rigid joint has left a combination of degrees of freedom without inertia."
+    NoConvergence "no-convergence" 3 "An iteration ended without reaching its tolerance. The message says which, and how far it came. Of a motion: take another --method (radau5 for stiff machines, dop853-events for contacts), a coarser --tolerance, or a smaller --step; where something jumps at that instant, give it a short ramp. Of modes: request fewer, or nearer to a frequency."
     Overflow "overflow" 3 "Numbers of the model are so far apart that their products leave the range of double precision (1e-308 to 1e308). Check the units of the values named."
-    IllPosed "ill-posed" 3 "The data do not determine what is asked: the equations of the fit are singular, or fewer independent values than unknowns are at hand."
+    IllPosed "ill-posed" 3 "The data do not determine the unknowns: the equations of the fit are singular, or there are fewer independent values than unknowns."
     Interrupted "interrupted" 130 "An interrupt (Ctrl-C, SIGTERM or SIGHUP) ended the work before anything was finished that could be shown. Where something was, it is shown, with the same exit code. Files named as outputs are as they were before."
-    BudgetExceeded "hopeless" 3 "The request would need more memory or time than is sensible for it. The message says what to ask instead."
+    BudgetExceeded "budget-exceeded" 3 "The request exceeds the limit of memory or time. The message says what to request instead."
 }
 
 impl Code {

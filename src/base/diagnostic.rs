@@ -27,17 +27,17 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "time-jitter",
         Warning,
-        "The time stamps lie unevenly and the samples were resampled. Above the band said the values rest on the interpolation.",
+        "The time stamps lie unevenly and the samples were resampled. Above the stated band the values rest on the interpolation.",
     ),
     (
         "frequency-guessed",
         Warning,
-        "The table has no names. Its first column rises by even steps, and the inverse transforms of the others lie at positive times alone, as those of frequency responses do and those of signals do not: they are taken for real and imaginary parts, or magnitudes and phases, over frequencies in Hz. Name the columns, or say which is the time: --time.",
+        "The table has no names. Its first column rises by even steps, and the inverse transforms of the others lie at positive times only, as those of frequency responses do and those of signals do not: they are taken for real and imaginary parts, or magnitudes and phases, over frequencies in Hz. Name the columns, or state which is the time: --time.",
     ),
     (
         "decimal-comma",
         Warning,
-        "Every comma of the text stands before three digits, so it may be a decimal mark or separate thousands. State it: --decimal.",
+        "Every comma of the text precedes three digits, so it may be a decimal mark or separate thousands. State it: --decimal.",
     ),
     (
         "names-misfit",
@@ -52,7 +52,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "header-rate-mark",
         Warning,
-        "The header states a sample rate whose only mark stands before three digits and is not the decimal mark of the file's numbers. It is taken for the mark of thousands; the rate would be a thousandth of it otherwise. State it: --rate.",
+        "The header states a sample rate whose only mark precedes three digits and is not the decimal mark of the file's numbers. It is taken for the mark of thousands; the rate would be a thousandth of it otherwise. State it: --rate.",
     ),
     (
         "header-rate-unread",
@@ -67,7 +67,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "clipped",
         Warning,
-        "A channel rested on its limit: samples there are not the motion. Where what lies between leaves enough, the clipped samples are left out and the record is cut there; otherwise modes and damping may be wrong by more than their intervals say, and spectra show too low levels and false multiples.",
+        "A channel was clipped at its limit: samples there are not the motion. Where enough remains, the clipped samples are removed and the record is split there; otherwise modes and damping may be wrong by more than their intervals, and spectra show too low levels and false harmonics.",
     ),
     (
         "nonlinear",
@@ -82,7 +82,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "mains",
         Warning,
-        "A mode lies on a multiple of 50 or 60 Hz and is no wider than a spectral line: electric pick-up of the mains looks so. A record without excitation shows whether it stays.",
+        "A mode lies on a multiple of 50 or 60 Hz and is no wider than a spectral line: a sign of electric pick-up of the mains. A record without excitation shows whether it stays.",
     ),
     (
         "stuck",
@@ -138,22 +138,22 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "header-repeated",
         Repair,
-        "Lines of the header are repeated between the rows, as where a logger was started anew or files were joined. They were passed over and the rows joined; time stamps tell how much time passed there, without them nothing does.",
+        "Lines of the header are repeated between the rows, as where a logger was started anew or files were joined. They were passed over and the rows joined; only time stamps give the time that passed there.",
     ),
     (
         "sidecar",
         Repair,
-        "A file beside the log, with its name and .toml, was read: what it says of the log was applied. --no-sidecar passes it over.",
+        "The sidecar of the log (its name with .toml) was read and applied. --no-sidecar ignores it.",
     ),
     (
         "files-joined",
         Repair,
-        "The files are records of one test. Each lies in stretches of its own, no average reaches from one to the next, and each hit counts once.",
+        "The files are records of one test. Each lies in segments of its own, no average reaches from one to the next, and each hit counts once.",
     ),
     (
         "gap-split",
         Repair,
-        "Samples are missing. The record falls into stretches there, and no average reaches across. --fill-gaps bridges them instead.",
+        "Samples are missing. The record falls into segments there, and no average reaches across. --fill-gaps bridges them instead.",
     ),
     (
         "triggered",
@@ -163,7 +163,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "gap-filled",
         Repair,
-        "Straight lines were laid over missing samples, as asked.",
+        "Straight lines were laid over missing samples, as requested.",
     ),
     (
         "resampled",
@@ -198,7 +198,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "rows-of-another-dialect",
         Repair,
-        "Rows of numbers with another delimiter or decimal mark stand above the rows that were read, and were passed over: two exports in one file. Bring them into one form.",
+        "Rows of numbers with another delimiter or decimal mark precede the rows that were read, and were passed over: two exports in one file. Bring them into one form.",
     ),
     (
         "lines-skipped",
@@ -219,7 +219,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "no-line",
         Warning,
-        "Nothing stands clear of the floor. The strongest line is shown although noise could make it.",
+        "Nothing rises above the floor. The strongest line is shown although noise could make it.",
     ),
     (
         "no-band",
@@ -227,7 +227,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "An envelope without --band is that of the whole signal, in which bursts are hidden.",
     ),
     (
-        "longest-stretch",
+        "longest-segment",
         Warning,
         "Gaps split the record, and the method needs one piece: the longest is analysed.",
     ),
@@ -240,7 +240,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "mesh-above-band",
         Warning,
-        "A mesh lies above the highest order that the rows hold, and was not looked for. Read the encoders more often, or turn more slowly.",
+        "A mesh order lies above the highest order that the rows resolve, and was not evaluated. Read the encoders more often, or turn more slowly.",
     ),
     (
         "counts-repaired",
@@ -250,22 +250,22 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "index-pulses",
         Warning,
-        "Of the index pulses of an encoder some are missing or stand where no whole turn has passed. Those are passed over. A pulse narrower than a row is missed by the rows; noise on the line makes others.",
+        "Some index pulses of an encoder are missing or come before a whole turn has passed. Those are ignored. A pulse narrower than a row is missed by the rows; noise on the line makes others.",
     ),
     (
         "step-without-counts",
         Warning,
-        "The transmission error steps and stays where it is, and the index pulses say that both encoders counted right: a seat, a coupling or an encoder moved. The step is left in the record.",
+        "The transmission error steps and stays where it is, and the index pulses show that both encoders counted correctly: a seat, a coupling or an encoder moved. The step is left in the record.",
     ),
     (
         "direction-too-short",
         Warning,
-        "In one direction the record turns less than a whole turn of every shaft, beside what the play takes: that direction is not evaluated, and what of its angles the other direction passed as well goes into the play alone.",
+        "In one direction the record turns less than a whole turn of every shaft, in addition to the play: that direction is not evaluated, and the angles that both directions passed serve for the play alone.",
     ),
     (
         "input-uneven",
         Warning,
-        "The input of an encoder record does not turn evenly at the orders of declared errors: its driver is free and answers the meshes. What it does is in the record; what of it reaches the output is taken off through the model.",
+        "The input of an encoder record does not turn evenly at the orders of declared errors: its driver is free and responds to the meshes. Its motion is in the record; its share in the output is removed through the model.",
     ),
     // Identification.
     (
@@ -279,7 +279,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "Some files of the test ring down after a release and others do not: their motion is driven, and a fit of free decays takes it for a decay. Leave those files out.",
     ),
     (
-        "one-stretch",
+        "one-segment",
         Warning,
         "Gaps split the record, and the method needs one piece: the longest is used.",
     ),
@@ -296,7 +296,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "coherent-inputs",
         Warning,
-        "The inputs cannot be told apart: one follows the other.",
+        "The inputs cannot be separated: one follows the other.",
     ),
     (
         "closed-loop",
@@ -321,7 +321,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "low-coherence",
         Warning,
-        "The response at a mode is mostly noise, or comes from another source than the input.",
+        "The response at a mode is mainly noise, or comes from another source than the input.",
     ),
     (
         "leakage",
@@ -336,12 +336,12 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "unsettled",
         Warning,
-        "Dwells of a stepped sine end before the response has settled. Where it goes is told from how it falls from quarter to quarter of the dwell, as one mode rings out, and is uncertain by a fifth of what that adds.",
+        "Dwells of a stepped sine end before the response has settled. The settled value is extrapolated from the decay between quarters of the dwell, as of one mode, and is uncertain by a fifth of the correction.",
     ),
     (
         "kind-differs",
         Warning,
-        "The units make the response another kind than --kind says, and --kind was taken: what modes outside the band leave is then fitted in another form.",
+        "The units of the response contradict --kind, and --kind was used: residual terms of modes outside the band are then fitted in another form.",
     ),
     (
         "order-limit",
@@ -361,7 +361,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "few-hits",
         Warning,
-        "Fewer than three hits were used. Intervals hold the noise, and what responses depart from the model by, but not how far hits place a mode apart, which on real structures is often more: three hits tell it, five tell it well.",
+        "Fewer than three hits were used. The intervals of one hit include the noise and the departure from the model, but not the scatter between hits, which on real structures is often larger. Where two hits differ by more than their noise, frequency and damping are their means, and the interval is 12.7 standard errors (Student's t with one degree of freedom): wide, but it holds the mean over all possible hits. Three hits give a usable interval, five a good one.",
     ),
     (
         "driving-point",
@@ -386,12 +386,12 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "pole-limit",
         Warning,
-        "The search ended at the most pole pairs allowed. Narrow the band.",
+        "The search ended at the most pole pairs allowed, or at as many operations as some seconds are for. The largest modes are found first; narrow the band for the others: --band.",
     ),
     (
         "no-mode",
         Warning,
-        "Nothing stands out of the noise as a mode.",
+        "Nothing rises above the noise as a mode.",
     ),
     (
         "harmonic",
@@ -401,7 +401,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "mode-on-order",
         Warning,
-        "A mode lies on an order of the running speed. The sine there was taken out of the record before modes were looked for, which a constant speed allows, and what is left is much wider than a line of the record, as a structure that noise drives is. The order may still have driven it: repeat at another speed, where the mode stays.",
+        "A mode lies on an order of the running speed. The sine there was removed before the identification, and the remaining peak is much wider than a spectral line, as a mode excited by noise is. The order may still have excited it: repeat at another speed, where a mode stays.",
     ),
     (
         "few-block-rows",
@@ -452,7 +452,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "no-load",
         Warning,
-        "Contacts with play carry on the flank the mean torques press them to, and none are stated. They are taken as closed on the drive flank.",
+        "Contacts with play carry on the flank to which the mean torques press them, and no torque is stated. They are taken as closed on the drive flank.",
     ),
     (
         "loads-accelerate",
@@ -462,7 +462,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "implausible",
         Warning,
-        "A value lies far outside what machines have, mostly because of a unit: a mesh stiffness a hundred times off 14 N/(mm·µm) times ten modules of face width (ISO 6336-1), a damping ratio above 0.5 (meshes have 0.03 to 0.17, Kasuba and Evans 1981), a diametral moment of inertia below half the polar one (no body has that), a module above 1 m (ISO 54 ends at 50 mm). The value is taken as written.",
+        "A value lies far outside the usual range, often because of its unit: a mesh stiffness a hundred times off 14 N/(mm·µm) times ten modules of face width (ISO 6336-1), a damping ratio above 0.5 (meshes have 0.03 to 0.17, Kasuba and Evans 1981), a diametral moment of inertia below half the polar one (no body has that), a module above 1 m (ISO 54 ends at 50 mm). The value is taken as written.",
     ),
     (
         "speeds-misfit",
@@ -472,17 +472,17 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "step-for-exact",
         Warning,
-        "A step was asked for, and the method that would be exact for the machine takes none, so that one with an error took the motion. Leave the step out, or let `geardyn accuracy` show how large the error is.",
+        "A step was stated, and the method that is exact for the machine takes none, so a method with step error was used. Omit the step, or let `geardyn accuracy` show how large the error is.",
     ),
     (
         "long-step",
         Warning,
-        "The fixed step is long beside a period of the fastest that can swing in the machine while its contacts carry, or that acts on it. Beyond the limit of an explicit method every such swing grows without bound. Implicit methods stay bounded, and take what swings within a few steps for something slower, or damp it: no harm where the motion does not excite it. Take a shorter step, or a method that chooses its own; `geardyn accuracy` shows errors over steps.",
+        "The fixed step is long compared with the shortest period of the machine with closed contacts, or of what acts on it. Beyond the stability limit of an explicit method such an oscillation grows without bound. Implicit methods stay bounded but lower its frequency or damp it, which is harmless if it is not excited. Take a shorter step, or a method that chooses its own; `geardyn accuracy` shows errors over steps.",
     ),
     (
         "coarse-samples",
         Warning,
-        "The samples lie far apart beside a period of what acts on the machine at an imposed speed (a load, an error or a stiffness wave), or beside how fast an output swings, as its own slope tells. Extremes, means, answers to steps and what is read off the outputs are those of the samples; what lies between is missed, and a step of whole periods sees one and the same phase always. Ask for more --samples, with --no-history where only extremes are wanted.",
+        "The sampling interval is long compared with a period of what acts on the machine (a load, an error or a stiffness wave), or with the oscillation of an output, judged by its slope. Extremes, means and step responses are those of the samples; values between them are missed, and an interval of whole periods samples one phase only. Request more --samples, with --no-history where only extremes are wanted.",
     ),
     (
         "handed-over",
@@ -497,22 +497,22 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "not-compared",
         Warning,
-        "A second run from a changed start tells how a motion amplifies changes and which digits of its readings hold. It failed, or took far longer than the first, so that extremes are shown with digits that may not hold. Compare a run with another tolerance or method yourself, or `geardyn accuracy`.",
+        "A second run from a perturbed initial state gives the sensitivity and the digits that hold. It failed, or took far longer than the first, so that extremes are shown with digits that may not hold. Compare a run with another tolerance or method yourself, or `geardyn accuracy`.",
     ),
     (
         "unstable",
         Warning,
-        "A root of the linear machine has a growth rate above zero: a small motion grows as exp(rate · t) until something that is not linear limits it, and no steady answer is reached. Growth below 1e-10 |λ| counts as none.",
+        "A root of the linear machine has a growth rate above zero: a small motion grows as exp(rate · t) until a nonlinearity limits it, and no steady state is reached. Growth below 1e-10 |λ| counts as none.",
     ),
     (
         "speed-terms",
         Warning,
-        "The answer leaves out terms that the machine has: gyroscopic, Coriolis and centripetal ones without --speed, or damping that circulates or feeds without --damped. Their size is that of the shift of a frequency they may cause.",
+        "The result omits terms of the machine: gyroscopic, Coriolis and centripetal ones without --speed, or damping that circulates or feeds without --damped. Their size is that of the shift of a frequency they may cause.",
     ),
     (
         "undamped",
         Warning,
-        "Nothing damps the machine, so that its answer at a natural frequency is infinite and no peak has a height.",
+        "The machine has no damping, so that its response at a natural frequency is infinite and no peak has a height.",
     ),
     (
         "curve-lost",
@@ -527,7 +527,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "orders-limited",
         Warning,
-        "A balance of orders would need more of them than it takes; how much those left out add up to is said.",
+        "The harmonic balance would need more orders than its limit; the message gives the size of the omitted ones.",
     ),
     (
         "gyroscopic",
@@ -537,7 +537,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "contact-open",
         Warning,
-        "A contact with play stands open under the mean torques and has no stiffness.",
+        "A contact with play is open under the mean torques and has no stiffness.",
     ),
     (
         "track-coarse",
@@ -562,7 +562,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "idle-damping",
         Warning,
-        "A damping ratio stands on a branch without mass at one end, and damps nothing.",
+        "A damping ratio is stated for a branch without mass at one end, and damps nothing.",
     ),
     (
         "unsupported",
@@ -587,7 +587,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "still",
         Warning,
-        "An error stands on an element that does not turn with the output, so that it has no order.",
+        "An error is declared on an element that does not turn with the output, so that it has no order.",
     ),
     (
         "belt",
@@ -600,7 +600,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "The number of modes found could not be confirmed by counting.",
     ),
     (
-        "branch-in-doubt",
+        "branch-uncertain",
         Warning,
         "A branch of the Campbell diagram could not be followed with certainty.",
     ),
@@ -616,7 +616,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "The total deviation of a chart is less than a tenth of what the finest grade of ISO 1328 allows, which no gear reaches. Readings in mm whose unit is stated as µm are a thousand times too small.",
     ),
     (
-        "limit-in-doubt",
+        "limit-uncertain",
         Warning,
         "The value lies nearer to its limit than the 95 % interval of its uncertainty: whether the gear keeps the limit is not certain either way.",
     ),
@@ -624,7 +624,7 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     (
         "undercut",
         Warning,
-        "The tool cuts off part of the involute near the root. The message names the profile shift coefficient that avoids it.",
+        "The tool, or the mating flank of a non-circular gear, cuts off part of a flank. The message or the hint names what avoids it: a profile shift coefficient, or the radius at which the flank should end.",
     ),
     (
         "interference",
@@ -650,6 +650,16 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "no-backlash",
         Warning,
         "At the limits of centre distance and tooth thickness the teeth would overlap.",
+    ),
+    (
+        "contact-ends",
+        Warning,
+        "A part of a given profile has no contact: its normals do not meet the pitch curve there.",
+    ),
+    (
+        "not-separated",
+        Warning,
+        "The readings agree with several standard gears alike: their misfits differ by less than three standard uncertainties of one reading. The result names the reading that would separate them.",
     ),
     (
         "stiffness-range",

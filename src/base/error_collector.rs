@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::error::Error;
 use super::source_span::{SourceFile, SourceSpan};
+use super::toml::{Document, Value};
 
 /// Errors of one reading, and which files state bare numbers in SI.
 #[derive(Debug, Default)]
@@ -24,6 +25,14 @@ impl ErrorCollector {
     pub fn push(&mut self, error: Error) {
         if !self.is_full() {
             self.errors.push(error);
+        }
+    }
+
+    /// Remembers a file that states bare numbers in SI.
+    pub fn record_units(&mut self, document: &Document) {
+        let units = document.root.get("units").map(|entry| &entry.item.value);
+        if matches!(units, Some(Value::String(text)) if text == "SI") {
+            self.bare_si.push(document.source.path.clone());
         }
     }
 

@@ -8,7 +8,7 @@ use super::error_collector::ErrorCollector;
 use super::load;
 use super::source_span::{SourceFile, SourceSpan};
 use super::table_reader::TableReader;
-use super::toml::{Entry, Item, Table, Value};
+use super::toml::{Document, Entry, Item, Table, Value};
 
 /// One flag as it was typed.
 #[derive(Debug, Clone)]
@@ -120,6 +120,24 @@ impl Flags {
         let value = read(&mut f);
         f.finish();
         Errors::into_result(errors.errors, || value)
+    }
+
+    /// Reads the flags laid over the table `key` of a document; `unflagged`, the value read before, where no flag is given.
+    ///
+    /// # Errors
+    /// As for [`Flags::read`].
+    pub fn read_over<T>(
+        &self,
+        document: &Document,
+        key: &str,
+        bare_si: &[String],
+        unflagged: T,
+        read: impl FnOnce(&mut TableReader) -> T,
+    ) -> Result<T, Errors> {
+        match self.is_empty() {
+            true => Ok(unflagged),
+            false => self.read(&format!("[{key}]"), document.root.table(key), bare_si, read),
+        }
     }
 
     /// The flags, then the keys that only `base` has. An equal value stays that of the file.

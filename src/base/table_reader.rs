@@ -230,7 +230,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
 
     /// A list of bare numbers, or one of them; empty where the key is absent.
     pub fn numbers(&mut self, key: &str, range: ValueRange) -> Vec<f64> {
-        let items = self.items(key, "a list of bare numbers").iter();
+        let items = self.items(key, "a list of numbers without units").iter();
         items
             .filter_map(|item| self.number_of(key, item, range))
             .collect()
@@ -261,7 +261,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
             let message = format!(
                 "`{key}` is below {MIN_MAGNITUDE:e} in SI units, where products are lost as zero, and is {written}"
             );
-            let hint = "look at its unit; where nothing is meant, write 0 or leave it out";
+            let hint = "check its unit; for none write 0 or omit it";
             self.report(Code::OutOfRange, message, &item.span, hint);
             return None;
         }
@@ -313,7 +313,7 @@ impl<'a, 'n> TableReader<'a, 'n> {
 
     /// A bare number that may be left out.
     pub fn optional_number(&mut self, key: &str, range: ValueRange) -> Option<f64> {
-        let item = self.item(key, "a bare number")?;
+        let item = self.item(key, "a number without unit")?;
         self.number_of(key, item, range)
     }
 
@@ -432,7 +432,10 @@ impl<'a, 'n> TableReader<'a, 'n> {
     fn unknown(&mut self, entry: &Entry) {
         let takes = |f: &Self| {
             let known = f.known_keys.iter().map(|(asked, _)| asked.as_str());
-            format!("{} takes {}", f.title, quoted_list(known))
+            match f.known_keys.is_empty() {
+                true => "leave it out".to_string(),
+                false => format!("{} takes {}", f.title, quoted_list(known)),
+            }
         };
         if self.errors.flags.is_some() {
             // The keys of the file were checked when the file was read.
@@ -534,9 +537,9 @@ impl<'a, 'n> TableReader<'a, 'n> {
             (Value::Integer(n), _) => *n as f64,
             (Value::Float(x), _) => *x,
             (_, Some(Ok(x))) => x,
-            _ => return self.wrong_type(key, item, "a bare number"),
+            _ => return self.wrong_type(key, item, "a number without unit"),
         };
-        self.in_range(key, item, value, range, "a bare number")
+        self.in_range(key, item, value, range, "a number without unit")
     }
 
     fn in_range(

@@ -77,6 +77,15 @@ impl Table {
     pub fn get(&self, key: &str) -> Option<&Entry> {
         self.entries.iter().find(|entry| entry.key == key)
     }
+
+    /// The table under `key`, with its place.
+    pub fn table(&self, key: &str) -> Option<(&Table, &SourceSpan)> {
+        let item = &self.get(key)?.item;
+        match &item.value {
+            Value::Table(table) => Some((table, &item.span)),
+            _ => None,
+        }
+    }
 }
 
 /// A file as far as it could be read.
@@ -156,7 +165,7 @@ fn syntax(message: &str) -> Error {
         || message.contains("string")
         || message.contains("literal")
     {
-        "text and quantities stand in quotes: k = \"85 kN/mm\""
+        "text and quantities take quotes: k = \"85 kN/mm\""
     } else {
         "a line is a [[header]], key = value, or a # comment"
     };

@@ -1,18 +1,26 @@
 //! `geardyn accuracy`: work–precision of integrators, modal and response methods.
 
+use std::sync::Arc;
+
 use super::args::AccuracyArgs;
 use super::present::Outputs;
-use super::{interrupt, output};
+use super::{gear, interrupt, output};
+use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::base::error_collector::ValueRange;
+use crate::base::flags::Flags;
+use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::prepared_machine::PreparedMachine;
+use crate::report::mesh_accuracy::MeshAccuracyReport;
 use crate::report::method_comparison::ComparisonReport;
 use crate::report::presentation::Presentation;
 use crate::report::work_precision::WorkPrecisionReport;
+use crate::scene::gear_file::{self, PairKind};
 use crate::scene::study::{AccuracyStudy, AccuracyTarget};
 use crate::scene::{self, Scene};
 use crate::study::monitor::Monitor;
-use crate::study::{frequencies, responses, work_precision};
+use crate::study::{frequencies, mesh_grid, responses, work_precision};
 
 /// The error wanted by default.
 const DEFAULT_TARGET_ERROR: f64 = 1e-6;
@@ -22,10 +30,42 @@ const DEFAULT_TARGET_ERROR: f64 = 1e-6;
 /// # Errors
 /// Whatever is wrong with the file, the flags or the motion.
 pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
+    if let Some(source) = gear::gear_source(&args.scene)? {
+        return of_mesh(args, &source);
+    }
     let scene = scene::read(&args.scene)?;
     let study: AccuracyStudy = scene.study(&args.study.flags)?;
     let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;
     outputs.present(&*report(&scene, &study, args.out.quiet)?)
+}
+
+/// The error of a mesh wanted by default.
+const DEFAULT_MESH_ERROR: f64 = 1e-2;
+
+/// Grids of the mesh of a gear file against a finer one.
+fn of_mesh(args: &AccuracyArgs, source: &Arc<SourceFile>) -> Result<u8, Errors> {
+    let (flags, quiet) = (&args.study.flags, args.out.quiet);
+    let target_error = flags.read("a gear file", None, &[], |f| {
+        f.optional_number("error", ValueRange::Positive)
+    })?;
+    if gear_file::pair_kind(source) != PairKind::Cylindrical {
+        let message = "loads are shared between cylindrical gears only";
+        return Err(Error::new(Code::Usage, message)
+            .with_span(&SourceSpan::whole_file(&source.path))
+            .with_hint("`geardyn gear` computes this pair without a load")
+            .into());
+    }
+    let file = gear_file::read(source, &Flags::default())?;
+    let outputs = Outputs::check(&args.out, &[""], &[], std::slice::from_ref(&args.scene))?;
+    let mut monitor = Monitor {
+        cancel: &interrupt::cancel_on_ctrl_c(),
+        on_progress: &mut |what| output::show_status(what, quiet),
+    };
+    outputs.present(&MeshAccuracyReport {
+        results: mesh_grid::compare_grids(&file, &mut monitor)?,
+        target_error: target_error.unwrap_or(DEFAULT_MESH_ERROR),
+        file: &file,
+    })
 }
 
 /// Every method against one reference.
@@ -55,7 +95,7 @@ pub fn report<'a>(
         }
         AccuracyTarget::Motion => {
             let machine = PreparedMachine::new(&scene.model)?;
-            let ready = SimulationSetup::new(&machine, &scene.start, &study.motion)?;
+            let ready = SimulationSetup::of_whole_meshes(&machine, &scene.start, &study.motion)?;
             let (methods, limit) = (&study.methods, work_precision::TIME_LIMIT);
             return Ok(Box::new(WorkPrecisionReport {
                 scene,

@@ -11,11 +11,13 @@ use crate::base::error::Errors;
 use crate::base::flags::Flags;
 use crate::base::load;
 use crate::base::source_span::SourceFile;
+use crate::base::text::pluralise;
 use crate::plan;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::report::check::FileSummary;
 use crate::report::presentation::{Presentation, Provenance, document};
 use crate::scene;
+use crate::scene::gear_file::PairKind;
 
 /// Checks every file; 2 where one is wrong.
 ///
@@ -71,16 +73,10 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
     }
     let source = load::load(path)?;
     if scene::sidecar::is_sidecar(&source) {
-        let channels = scene::sidecar::read(&source, &args.log.keys.flags)?
-            .channels
-            .len();
-        let name = path.display();
-        return Ok(FileSummary {
-            sources: vec![source],
-            text: format!("{name}   sidecar of a log, {channels} channels\n"),
-            body: json!({ "file": path, "sidecar": true, "channels": channels }),
-            ..FileSummary::default()
-        });
+        return summarise_sidecar(path, source, args);
+    }
+    if scene::gear_readings::is_readings_file(&source) {
+        return summarise_readings(path, source);
     }
     if scene::measured_gear::is_measured_gear(&source) {
         return summarise_measured_gear(path, &source);
@@ -91,8 +87,47 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
     }
 }
 
+/// A sidecar is checked by reading it; the logs it lists must exist.
+fn summarise_sidecar(
+    path: &Path,
+    source: Arc<SourceFile>,
+    args: &CheckArgs,
+) -> Result<FileSummary, Errors> {
+    let flags = &args.log.keys.flags;
+    let channels = scene::sidecar::read(&source, flags)?.channels.len();
+    let listed = scene::sidecar::read_list(path, flags)?.map(|list| list.files);
+    let of = match &listed {
+        None => "a log".to_string(),
+        Some(files) => pluralise(files.len(), "listed log"),
+    };
+    Ok(FileSummary {
+        sources: vec![source],
+        text: format!(
+            "{}   sidecar of {of}, {channels} channels\n",
+            path.display()
+        ),
+        body: json!({ "file": path, "sidecar": true, "channels": channels, "files": listed }),
+        ..FileSummary::default()
+    })
+}
+
 /// Gears are checked without a load: they can be made and mesh.
 fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, Errors> {
+    if scene::gear_file::pair_kind(&source) == PairKind::NonCircular {
+        let file = scene::non_circular_file::read(&source, &Flags::default())?;
+        let found = plan::gear::non_circular::run(&file)?;
+        let (name, title) = (path.display(), render::sanitise(&file.title));
+        let teeth = file
+            .teeth
+            .map_or(String::new(), |[z1, z2]| format!(" of {z1} and {z2} teeth"));
+        return Ok(FileSummary {
+            text: format!("{name}   {title}\n  non-circular gears{teeth}\n"),
+            body: json!({ "file": path, "title": file.title, "gears": true, "teeth": file.teeth }),
+            sources: file.sources,
+            warnings: found.diagnostics,
+            ..FileSummary::default()
+        });
+    }
     let mut file = scene::gear_file::read(&source, &Flags::default())?;
     file.mesh.torques.clear();
     let found = plan::gear::run::run(&file)?;
@@ -101,6 +136,24 @@ fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, 
     Ok(FileSummary {
         text: format!("{name}   {title}\n  cylindrical gears of {z1} and {z2} teeth\n"),
         body: json!({ "file": path, "title": file.title, "gears": true, "teeth": [z1, z2] }),
+        sources: vec![source],
+        warnings: found.diagnostics,
+        ..FileSummary::default()
+    })
+}
+
+/// Readings of an unknown gear are checked by reversing them.
+fn summarise_readings(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, Errors> {
+    let file = scene::gear_readings::read(&source)?;
+    let found = plan::gear::reversal::run(&file)?;
+    let (teeth, candidates) = (file.readings.teeth, found.reversal.candidates.len());
+    let (name, title) = (path.display(), render::sanitise(&file.title));
+    Ok(FileSummary {
+        text: format!(
+            "{name}   {title}\n  readings of an unknown gear of {teeth} teeth, {}\n",
+            pluralise(candidates, "candidate")
+        ),
+        body: json!({ "file": path, "title": file.title, "readings": true, "teeth": teeth, "candidates": candidates }),
         sources: vec![source],
         warnings: found.diagnostics,
         ..FileSummary::default()
@@ -144,14 +197,14 @@ fn summarise_scene(path: &Path) -> Result<FileSummary, Errors> {
     let modes = if rigid == 1 { "mode" } else { "modes" };
     Ok(FileSummary {
         text: format!(
-            "{name}   {title}\n  {elements} elements, {dofs} freedoms{joints}, {rigid} rigid-body {modes}{studies}\n"
+            "{name}   {title}\n  {elements} elements, {dofs} degrees of freedom{joints}, {rigid} rigid-body {modes}{studies}\n"
         ),
         body: json!({
             "file": path,
             "title": scene.model.title,
             "elements": elements,
-            "freedoms": dofs,
-            "freedoms_after_rigid_joints": stay,
+            "dofs": dofs,
+            "dofs_after_rigid_joints": stay,
             "rigid_body_modes": rigid,
             "studies": scene.studies.len(),
         }),

@@ -82,7 +82,7 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<FileSummary, Er
     Ok(found)
 }
 
-/// What was found of a log, next to what was said of it.
+/// Findings about a log, next to what its sidecar states.
 fn fill_detected_settings(options: &mut ReadOptions, log: &RawLog) {
     let (said, found) = (&mut options.dialect, &log.text_dialect);
     said.delimiter = said.delimiter.or(found.delimiter);

@@ -21,7 +21,7 @@ use crate::report::recording::rate;
 /// Formats by the end of the file's name.
 const FORMATS: &[&str] = &["csv", "uff", "json"];
 
-/// What is written.
+/// Format of the output.
 enum Content {
     Signals(Recording),
     Responses(FrequencyResponses),
@@ -37,7 +37,7 @@ pub fn run(args: &ConvertArgs) -> Result<u8, Errors> {
     if args.binary && format != "uff" {
         return Err(Error::new(
             Code::Usage,
-            format!("--binary says how UFF is written, not {format}"),
+            format!("--binary applies to UFF, not to {format}"),
         )
         .with_hint("leave it out, or end the name in .uff")
         .into());
@@ -91,7 +91,7 @@ fn content(
     Ok(Content::Signals(recording))
 }
 
-/// Of the responses those whose output is named; all where none is.
+/// Responses whose output is named; all by default.
 fn select_outputs(
     mut responses: FrequencyResponses,
     words: &[String],

@@ -1,4 +1,4 @@
-//! Where an output file goes: a regular file that is replaced whole, or a device or pipe that is written through.
+//! Destination of an output: a regular file that is replaced whole, or a device or pipe that is written through.
 
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Where the bytes of an output go.
+/// Destination of the bytes of an output.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Destination {
     /// A regular file, or none yet, with all links resolved: replaced by a complete one.
@@ -58,7 +58,7 @@ impl Destination {
         match path.metadata() {
             Ok(_) if RESERVED.load(Ordering::Relaxed) && is_standard_output(path) => usage(
                 format!("{name} is standard output, which takes the document of --json"),
-                "name a file, or leave out --json",
+                "name a file, or omit --json",
             ),
             Err(e) if path.is_symlink() => {
                 let target = path.read_link().unwrap_or_default();

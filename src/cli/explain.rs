@@ -40,7 +40,7 @@ fn catalogue() -> Vec<(&'static str, &'static str, String)> {
     });
     let diagnostics = diagnostic::DIAGNOSTICS.iter().map(|(word, sort, text)| {
         let kind = match sort {
-            DiagnosticKind::Warning => "a warning beside an answer: the exit code stays 0",
+            DiagnosticKind::Warning => "a warning with the result; the exit code stays 0",
             DiagnosticKind::Repair => "what was done to a log: the exit code stays 0",
         };
         (*word, *text, kind.to_string())

@@ -125,7 +125,7 @@ pub fn ends(path: &Path, known: &[&str]) -> Result<(), Error> {
     if known.contains(&extension) {
         return Ok(());
     }
-    let message = format!("{} does not say its format", path.display());
+    let message = format!("the suffix of {} names no format", path.display());
     Err(Error::new(Code::Usage, message).with_hint(format!("end it in .{}", known.join(" or ."))))
 }
 
@@ -139,7 +139,7 @@ pub fn sibling_path(path: &Path, word: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// How names of temporary files begin.
+/// Prefix of the names of temporary files.
 const TEMP_PREFIX: &str = ".geardyn-";
 
 /// A temporary file that a run holds under a lock, which ends with the process however it ends. Another run may have taken it for

@@ -1,26 +1,164 @@
 //! `geardyn gear`: gears from their theory.
 
-use super::args::GearArgs;
-use super::present::Outputs;
-use super::progress;
-use crate::base::error::Errors;
-use crate::base::load;
-use crate::plan::gear::run::run as compute;
-use crate::report::gear::GearAnswer;
-use crate::scene::gear_file;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// Computes what the file determines and prints it.
+use super::args::{GearAction, GearArgs, OutputArgs, ReverseArgs};
+use super::destination::output_error;
+use super::present::Outputs;
+use super::{files, progress};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::flags::Flags;
+use crate::base::load;
+use crate::base::source_span::SourceFile;
+use crate::plan::gear::{non_circular, reversal, run};
+use crate::report::gear::GearAnswer;
+use crate::report::gear_plan::GearPlan;
+use crate::report::gear_reversal::ReversalReport;
+use crate::report::non_circular::NonCircularReport;
+use crate::report::outline_file::{NamedOutline, OutlineFormat};
+use crate::report::presentation::Presentation;
+use crate::scene::gear_file::{self, PairKind};
+use crate::scene::{gear_readings, non_circular_file};
+
+/// Computes what a file determines and prints it.
 ///
 /// # Errors
 /// Whatever is wrong with the file, the flags, the gears, or what is to be written.
 pub fn run(args: &GearArgs) -> Result<u8, Errors> {
-    let source = load::load(&args.file)?;
-    let file = gear_file::read(&source, &args.mesh.flags)?;
-    let figures = ["", "sliding", "mesh", "harris"];
-    let outputs = Outputs::check(&args.out, &figures, &[], std::slice::from_ref(&args.file))?;
+    match (&args.action, &args.file) {
+        (Some(GearAction::Reverse(args)), _) => reverse(args),
+        (None, Some(file)) => compute(args, file),
+        (None, None) => Err(Error::new(Code::Usage, "no gear file is named")
+            .with_hint("see --help")
+            .into()),
+    }
+}
+
+fn compute(args: &GearArgs, path: &Path) -> Result<u8, Errors> {
+    let (source, flags) = (load::load(path)?, &args.mesh.flags);
     let quiet = args.out.quiet || args.out.json;
-    let result = progress::with_spinner("loading the teeth", quiet, || compute(&file))?;
-    outputs.present(&GearAnswer {
+    match gear_file::pair_kind(&source) {
+        PairKind::Cylindrical => {
+            let file = gear_file::read(&source, flags)?;
+            let outputs = GearOutputs::check(args, &CYLINDRICAL_FIGURES, &[path.to_path_buf()])?;
+            let result = progress::with_spinner("loading the teeth", quiet, || run::run(&file))?;
+            let file = &file;
+            let answer = GearAnswer { file, result };
+            outputs.present(&answer, || answer.outlines())
+        }
+        PairKind::NonCircular => {
+            let file = non_circular_file::read(&source, flags)?;
+            let inputs: Vec<PathBuf> = file
+                .sources
+                .iter()
+                .map(|s| PathBuf::from(&s.path))
+                .collect();
+            let outputs = GearOutputs::check(args, &["", "ratio"], &inputs)?;
+            let result = non_circular::run(&file)?;
+            let file = &file;
+            let answer = NonCircularReport { file, result };
+            outputs.present(&answer, || answer.outlines())
+        }
+    }
+}
+
+/// The text of a gear file; `None` where the file is of another kind.
+///
+/// # Errors
+/// It cannot be read.
+pub fn gear_source(path: &Path) -> Result<Option<Arc<SourceFile>>, Error> {
+    let source = load::load(path)?;
+    Ok(gear_file::is_gear_file(&source).then_some(source))
+}
+
+/// The stages of a gear file, with its texts.
+///
+/// # Errors
+/// Whatever is wrong with the file.
+pub fn stages(source: &Arc<SourceFile>) -> Result<GearPlan, Errors> {
+    let flags = Flags::default();
+    Ok(match gear_file::pair_kind(source) {
+        PairKind::Cylindrical => GearPlan {
+            stages: run::plan(&gear_file::read(source, &flags)?),
+            sources: vec![source.clone()],
+        },
+        PairKind::NonCircular => {
+            let file = non_circular_file::read(source, &flags)?;
+            GearPlan {
+                stages: non_circular::plan(&file),
+                sources: file.sources,
+            }
+        }
+    })
+}
+
+/// Suffixes of the figures of a cylindrical pair.
+const CYLINDRICAL_FIGURES: [&str; 6] = ["", "sliding", "mesh", "stiffness", "sharing", "harris"];
+
+/// Outputs of `gear FILE`: those of every command, and the outlines.
+struct GearOutputs<'a> {
+    outputs: Outputs<'a>,
+    outline: Option<(&'a Path, OutlineFormat)>,
+}
+
+impl<'a> GearOutputs<'a> {
+    /// Checks the files before any work.
+    fn check(
+        args: &'a GearArgs,
+        figures: &[&str],
+        inputs: &[PathBuf],
+    ) -> Result<GearOutputs<'a>, Error> {
+        Ok(GearOutputs {
+            outline: args.outline.as_deref().map(outline_format).transpose()?,
+            outputs: Outputs::check(&args.out, figures, &[&args.outline], inputs)?,
+        })
+    }
+
+    /// Writes the outlines and presents the result.
+    fn present(
+        mut self,
+        answer: &dyn Presentation,
+        outlines: impl FnOnce() -> Vec<NamedOutline>,
+    ) -> Result<u8, Errors> {
+        if let Some((path, format)) = self.outline {
+            let outlines = outlines();
+            if outlines.is_empty() {
+                let message = "there are no outlines to write";
+                return Err(Error::new(Code::Usage, message)
+                    .with_hint("omit --outline; `geardyn plan` gives the reason")
+                    .into());
+            }
+            self.outputs.write(path, |to| {
+                let written = format.write(&outlines, to);
+                written.map_err(|e| output_error(path, &e))
+            })?;
+        }
+        self.outputs.present(answer)
+    }
+}
+
+/// The file of outlines with the format of its suffix.
+fn outline_format(path: &Path) -> Result<(&Path, OutlineFormat), Error> {
+    files::ends(path, &OutlineFormat::SUFFIXES)?;
+    let suffix = path.extension().and_then(|suffix| suffix.to_str());
+    let format = OutlineFormat::of_suffix(suffix.unwrap_or_default());
+    Ok((path, format))
+}
+
+/// Finds the standard gears that readings may come from.
+fn reverse(args: &ReverseArgs) -> Result<u8, Errors> {
+    let file = gear_readings::read(&load::load(&args.readings)?)?;
+    let out = OutputArgs {
+        json: args.json,
+        csv: args.csv.clone(),
+        svg: None,
+        quiet: args.quiet,
+    };
+    let outputs = Outputs::check(&out, &[], &[], std::slice::from_ref(&args.readings))?;
+    let result = reversal::run(&file)?;
+    outputs.present(&ReversalReport {
         file: &file,
         result,
     })

@@ -128,7 +128,7 @@ fn once<'m, T: Clone + PartialEq + 'm>(all: impl Iterator<Item = &'m T>) -> Vec<
     kept
 }
 
-/// Whether what is asked for are the responses of a file that holds signals too.
+/// True if the names are responses of a file that also holds signals.
 fn use_file_responses(responses: &FrequencyResponses, study: &IdentifyStudy) -> bool {
     let known: Vec<String> = (responses.responses.iter())
         .map(|f| f.output.name.clone())
@@ -158,7 +158,7 @@ fn reject_duplicates(study: &IdentifyStudy) -> Result<(), Error> {
                 "twice"
             };
             return Err(Error::new(Code::Conflict, format!("{word} is named {how}"))
-                .with_hint("name each channel once, as what drives or as what answers"));
+                .with_hint("name each channel once, as excitation or as response"));
         }
     }
     Ok(())
@@ -170,8 +170,9 @@ fn nothing_to_write(flag: &str, what: &str, found: &IdentificationResult) -> Err
         "{flag} has nothing to write: {} gives no {what}",
         found.method.name()
     );
-    Error::new(Code::Usage, message)
-        .with_hint("name what drives: --input, and a method from responses such as rational")
+    Error::new(Code::Usage, message).with_hint(
+        "name the excitation channel: --input, and a method from responses such as rational",
+    )
 }
 
 /// Writes the frequency responses in the format that the file's name asks for.

@@ -11,9 +11,9 @@ pub const EXIT_INTERRUPTED: u8 = 130;
 
 /// The state of this run as a signal finds it.
 struct RunState {
-    /// Raised by the first signal, where the command can end early with a partial answer.
+    /// Raised by the first signal, if the command can end early with a partial result.
     cancel: Option<CancelToken>,
-    /// The files are complete and the answer is being printed: one signal changes nothing any more.
+    /// The files are complete and the result is being printed: one signal has no further effect.
     answering: bool,
     /// Files under temporary names.
     temporaries: Vec<PathBuf>,

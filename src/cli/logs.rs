@@ -23,7 +23,7 @@ pub struct LogInput {
     pub sidecar: Option<PathBuf>,
 }
 
-/// The logs named; a sidecar with `files` stands for those it lists, to each of which it applies in place of a sidecar of its own.
+/// The logs named; a sidecar with `files` is replaced by the files it lists, and applies to each in place of its own sidecar.
 ///
 /// # Errors
 /// Flags without sense; everything wrong in a sidecar.
@@ -44,12 +44,6 @@ pub fn open_logs(files: &[PathBuf], args: &LogArgs) -> Result<Vec<LogInput>, Err
             message: format!("read {}", file.display()),
         });
         let listed = std::mem::take(&mut list.files);
-        if let Some(missing) = listed.iter().find(|path| !path.exists()) {
-            let message = format!("{} is listed and does not exist", missing.display());
-            let hint = "a list takes paths from its own folder";
-            let error = Error::new(Code::FileMissing, message).with_hint(hint);
-            return Err(error.with_file(&file.display().to_string()).into());
-        }
         all.extend(listed.into_iter().map(|path| LogInput {
             path,
             options: list.clone(),
@@ -65,7 +59,7 @@ pub fn paths(logs: &[LogInput]) -> Vec<PathBuf> {
     logs.iter().flat_map(both).collect()
 }
 
-/// What the logs are called in titles: the name of the file, and how many more there are.
+/// Title of the logs: the name of the first file, and the number of others.
 pub fn title(files: &[PathBuf]) -> String {
     let name = |path: &Path| {
         path.file_name()
@@ -98,9 +92,9 @@ pub fn preprocess(
 
 /// The signals of a test.
 pub enum Test {
-    /// Of the same points in every file.
+    /// Files of the same points.
     Joined(Box<Recording>),
-    /// Of other points in every record.
+    /// Files of other points each.
     Points(Vec<PointRecord>),
 }
 
@@ -119,7 +113,8 @@ pub fn test(
     let roving = roving.or_else(|| logs.iter().find_map(|log| log.options.roving));
     if roving.is_some() && (logs.len() < 2 || inputs.is_empty()) {
         let message = "a roving test has several files and an input";
-        let hint = "name the file of every point, and what drives: --input; or leave --roving out";
+        let hint =
+            "name the file of every point and the excitation channel (--input), or omit --roving";
         return Err(Error::new(Code::Usage, message).with_hint(hint).into());
     }
     let all = each(logs, first, quiet, |log, raw_log| {
@@ -143,7 +138,7 @@ pub fn test(
     let is_held = |word: &&String| all.iter().any(|(own, ..)| own.contains(*word));
     if let Some(word) = inputs.iter().chain(outputs).find(|word| !is_held(word)) {
         let message = format!("no file has the channel {word}, or it holds no number in any");
-        let hint = "look at the channels of each file: geardyn check FILE";
+        let hint = "check the channels of each file: geardyn check FILE";
         return Err(Error::new(Code::NoChannel, message).with_hint(hint).into());
     }
     let is_whole = |own: &[String]| own.len() == inputs.len() + outputs.len();

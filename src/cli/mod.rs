@@ -24,6 +24,8 @@ pub mod logs;
 
 pub mod new;
 
+pub mod gear;
+
 pub mod check_log;
 
 pub mod check;
@@ -47,8 +49,6 @@ pub mod run_up;
 pub mod harmonic_balance;
 
 pub mod measure;
-
-pub mod gear;
 
 pub mod te_log;
 
@@ -135,7 +135,7 @@ fn report_error(errors: &Errors, json: bool) -> ExitCode {
     ExitCode::from(exit.unwrap_or(2))
 }
 
-/// Says how the command is to be called: as JSON where that was asked for. Help and version are answers.
+/// Prints the usage error, as JSON where requested. Help and version are answers.
 fn usage(error: &clap::Error, json: bool) -> ExitCode {
     // Printing knows whether colours suit.
     let help = !error.use_stderr();

@@ -83,7 +83,7 @@ fn selected_mode(args: &ModesArgs, result: &ModesResult) -> Result<Option<usize>
         return Ok(Some(number - 1));
     }
     let message = format!(
-        "there is no mode {number}: the answer holds modes 1 to {}",
+        "there is no mode {number}; the result has modes 1 to {}",
         result.modes.len()
     );
     Err(Error::new(Code::OutOfRange, message))

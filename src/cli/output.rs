@@ -8,7 +8,7 @@ use super::interrupt;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-/// Prints an answer. A reader that has gone away (`| head`) is no error. Names from a file may hold signs that would command a
+/// Prints a result. A reader that has gone away (`| head`) is no error. Names from a file may hold signs that would command a
 /// terminal; they are shown as unreadable.
 ///
 /// # Errors
@@ -35,7 +35,7 @@ pub fn document(document: &Value) -> Result<(), Error> {
     print(&format!("{document:#}\n"))
 }
 
-/// Says something next to the answer, on standard error. Where that cannot be written nobody reads it.
+/// Prints a message on standard error. Where that cannot be written nobody reads it.
 pub fn print_note(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }

@@ -1,19 +1,23 @@
 //! `geardyn plan`: stages to be run, stages left out, condensation advice.
 
+use std::sync::Arc;
+
 use super::args::PlanArgs;
-use super::output;
+use super::{gear, output};
+use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::flags::Flags;
 use crate::base::quantity;
 use crate::base::quantity_kind::QuantityKind;
-use crate::modes::modal_basis;
+use crate::base::source_span::SourceFile;
+use crate::modes::modal_basis::{self, UndampedSolver};
 use crate::modes::reduction::{CondensationAdvice, find_condensable};
 use crate::modes::system_matrices::AnalysisContext;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::motion::{method_choice, stages};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::{harmonic_balance, run_up};
-use crate::plan::stages::{ModesPlan, solver};
+use crate::plan::stages::ModesPlan;
 use crate::report::plan_report::{MotionPlan, PlanReport};
 use crate::report::presentation::{Presentation, document};
 use crate::scene::study::{AccuracyTarget, ModesStudy, SimulateStudy, Study, StudyKind};
@@ -24,6 +28,9 @@ use crate::scene::{self, Scene};
 /// # Errors
 /// Whatever is wrong with the file or the flags.
 pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
+    if let Some(source) = gear::gear_source(&args.model)? {
+        return of_gears(args, &source);
+    }
     let scene = scene::read(&args.model)?;
     let study: ModesStudy = scene.study(&args.study.flags)?;
     let machine = PreparedMachine::new(&scene.model)?;
@@ -45,7 +52,10 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
         Some(_) => args.integration.flags.without("tolerance"),
         None => args.integration.flags.clone(),
     };
-    let motions = simulation_plans(&scene, &machine, &flags)?;
+    let motions: Vec<MotionPlan> = simulation_plans(&scene, &machine, &flags)?
+        .into_iter()
+        .map(|(kind, stages)| (kind, machine.after_meshes(stages)))
+        .collect();
     let report = PlanReport {
         modes_shown: motions.len() < scene.studies.len() || motions.is_empty(),
         scene: &scene,
@@ -58,6 +68,25 @@ pub fn run(args: &PlanArgs) -> Result<u8, Errors> {
     match args.json {
         true => output::document(&document(&report)?)?,
         false => output::print(&report.text())?,
+    }
+    Ok(0)
+}
+
+/// The stages of a gear file, to which no flag of a study applies.
+fn of_gears(args: &PlanArgs, source: &Arc<SourceFile>) -> Result<u8, Errors> {
+    for flags in [&args.study.flags, &args.integration.flags] {
+        flags.read("a gear file", None, &[], |_| ())?;
+    }
+    if args.advise.is_some() {
+        let message = "--advise condenses a machine, and the file describes gears";
+        return Err(Error::new(Code::Usage, message)
+            .with_hint("leave it out")
+            .into());
+    }
+    let plan = gear::stages(source)?;
+    match args.json {
+        true => output::document(&document(&plan)?)?,
+        false => output::print(&plan.text())?,
     }
     Ok(0)
 }
@@ -79,7 +108,10 @@ fn simulation_plans(
             no_sensitivity: motion.no_sensitivity || kind != "simulate",
             ..motion
         };
-        let ready = SimulationSetup::new(machine, &scene.start, &motion)?;
+        let ready = match kind {
+            "simulate" => SimulationSetup::new(machine, &scene.start, &motion)?,
+            _ => SimulationSetup::of_whole_meshes(machine, &scene.start, &motion)?,
+        };
         let choice = method_choice::choose_method(&ready.model.model, &motion)?;
         Ok::<_, Errors>((kind, stages::plan(&ready, &choice, &motion)))
     };
@@ -142,7 +174,7 @@ fn condensation_advice(
         model: linear,
         ..
     } = prepared_machine;
-    let basis = modal_basis::solve(linear, solver(linear.n - linear.massless.len()))?;
+    let basis = modal_basis::solve(linear, UndampedSolver::Factored)?;
     let context = AnalysisContext {
         machine,
         model: linear,

@@ -14,7 +14,7 @@ use crate::base::source_span::SourceSpan;
 /// Errors shown at length; the rest are counted.
 const SHOWN: usize = 3;
 
-/// What stands for the part of a long line that is left out.
+/// Mark in place of the omitted part of a long line.
 const ELLIPSIS: char = '…';
 
 /// Errors listed in JSON; beyond that a file is not a model.
@@ -56,7 +56,7 @@ pub fn render_errors(errors: &Errors, coloured: bool) -> String {
     shown.join("\n") + &more
 }
 
-/// One error with the line it stands in; ends in a line break.
+/// One error with its source line; ends in a line break.
 pub fn render_error(error: &Error, coloured: bool) -> String {
     let title = format!("{} [{}]", sanitise(&error.message), error.code.as_str());
     let label = error.label.as_deref().map(normalize_untrusted_str);
@@ -171,7 +171,7 @@ impl Excerpt {
     }
 }
 
-/// The line of an error; absent where it is said of the file as a whole.
+/// The line of an error; absent if it concerns the file as a whole.
 fn line(error: &Error) -> Option<usize> {
     let span = error.span.as_ref().filter(|p| !p.is_whole_file());
     span.map(SourceSpan::line)
@@ -259,7 +259,7 @@ hint: did you mean `k`? it takes N·m/rad, kN·m/rad, N·m/deg
         let error = Error::new(Code::BudgetExceeded, "1e9 modes need 8 EB");
         assert_eq!(
             render_error(&error, false),
-            "error: 1e9 modes need 8 EB [hopeless]\n"
+            "error: 1e9 modes need 8 EB [budget-exceeded]\n"
         );
         let doubt = Diagnostic {
             code: "no-load",

@@ -1,4 +1,4 @@
-//! `geardyn response`: steady answers to steady excitation.
+//! `geardyn response`: steady-state response over frequency or speed.
 
 use super::args::ResponseArgs;
 use super::present::{self, Outputs};

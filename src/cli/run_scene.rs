@@ -47,7 +47,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
                 output::print_note(&footer::notes(result));
             }
         }
-        documents.push(json!({ "study": name, "answer": document(result)? }));
+        documents.push(json!({ "study": name, "result": document(result)? }));
         exit = exit.max(present::exit_code(result));
         if cancel.is_cancelled() {
             exit = interrupt::EXIT_INTERRUPTED;

@@ -85,7 +85,7 @@ pub fn run(args: &SpectrumArgs) -> Result<u8, Errors> {
     })
 }
 
-/// Whether what is asked for are spectra that the file holds: it holds nothing else, or all words name one.
+/// True if the request is for spectra stored in the file: it holds nothing else, or all words name one.
 fn use_file_spectra(log: &RawLog, study: &SpectrumStudy) -> bool {
     let known: Vec<String> = log.spectra.iter().map(|s| s.name.clone()).collect();
     let mut words = study.channels.iter();

@@ -18,21 +18,21 @@ pub(super) fn check_rate(rate_hz: f64) -> Result<(), Error> {
 pub(super) fn check_samples(samples: &[f64], what: &str) -> Result<(), Error> {
     let Some(first) = samples.first() else {
         return Err(Error::new(Code::EmptyLog, format!("{what} has no sample"))
-            .with_hint("take a stretch of the record that holds samples"));
+            .with_hint("take a segment of the record that holds samples"));
     };
     if let Some(at) = samples.iter().position(|x| !x.is_finite()) {
         return Err(Error::new(
             Code::NotANumber,
             format!("sample {at} of {what} is {}", samples[at]),
         )
-        .with_hint("take each stretch between gaps by itself, or fill the gaps"));
+        .with_hint("take each segment between gaps alone, or fill the gaps"));
     }
     if samples.iter().all(|x| x == first) {
         return Err(Error::new(
             Code::NoSignal,
             format!("{what} is {first} in all {} samples", samples.len()),
         )
-        .with_hint("a constant holds no dynamics: look whether the sensor was connected"));
+        .with_hint("a constant holds no dynamics: check whether the sensor was connected"));
     }
     Ok(())
 }

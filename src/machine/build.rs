@@ -211,7 +211,7 @@ fn add_face_mill_forces(
         };
         if mill.slot.is_none() && axis != Axis::Z {
             let message = format!(
-                "`{}` also moves along {}, and it is not said where its slot stands",
+                "`{}` also moves along {}, and the angle of its slot is not stated",
                 head.text,
                 axis.name()
             );
@@ -267,6 +267,7 @@ fn add_excitations(builder: &mut MachineBuilder, model: &Model) -> Result<(), Er
             },
         });
     }
+    geometric_error::add_mesh_flanks(builder);
     for part in &model.errors {
         geometric_error::add(builder, model, part)?;
     }

@@ -6,7 +6,7 @@ use super::components::{Branch, BranchLaw, Diagnostic, Dof, Element, Machine, Ma
 use super::direction::Direction;
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::scene::model::{Axis, BranchDamping, BranchEnd, ContactParameters, Name};
+use crate::scene::model::{Axis, BranchDamping, BranchEnd, ContactParameters, MeshFlanks, Name};
 
 /// Collects a machine. Degrees of freedom are numbered once, when every node and axis is known.
 #[derive(Default)]
@@ -16,6 +16,8 @@ pub struct MachineBuilder {
     nodes: HashMap<String, usize>,
     axes: Vec<BTreeSet<Axis>>,
     numbers: HashMap<(usize, Axis), usize>,
+    /// Flanks computed from gear files, by branch.
+    pub mesh_flanks: Vec<(usize, MeshFlanks)>,
 }
 
 impl MachineBuilder {
@@ -137,6 +139,7 @@ impl MachineBuilder {
             contact_damping: None,
             stiffness_variation: None,
             characteristic: None,
+            tooth_pairs: None,
         });
     }
 
@@ -161,7 +164,12 @@ impl MachineBuilder {
             contact_damping: contact.damping_model,
             stiffness_variation: contact.wave.clone(),
             characteristic: contact.characteristic.clone(),
+            tooth_pairs: (contact.flanks.as_ref()).and_then(|flanks| flanks.pairs.clone()),
         };
+        if let Some(flanks) = &contact.flanks {
+            let branch = self.machine.branches.len();
+            self.mesh_flanks.push((branch, flanks.clone()));
+        }
         self.machine.branches.push(branch);
     }
 

@@ -6,7 +6,9 @@ use crate::gear::cylindrical::path_of_contact::MeshCycleSegment;
 use crate::scene::laws::{
     Characteristic, ContactDamping, FrictionLaw, LoadHistory, MotorModel, Waveform,
 };
-use crate::scene::model::{Axis, BranchDamping, ErrorCause, GlobalDamping, StiffnessVariation};
+use crate::scene::model::{
+    Axis, BranchDamping, ErrorCause, GlobalDamping, StiffnessVariation, ToothPairs,
+};
 
 /// A whole machine before anything is eliminated or linearised.
 #[derive(Debug, Clone, Default)]
@@ -123,6 +125,8 @@ pub struct Branch {
     pub stiffness_variation: Option<StiffnessVariation>,
     /// Force over deflection, where it is not linear; the stiffness of `law` is then its secant at the rated deflection.
     pub characteristic: Option<Characteristic>,
+    /// Tooth pairs one by one, for methods that locate events.
+    pub tooth_pairs: Option<ToothPairs>,
 }
 
 /// Motor that drives a degree of freedom by its speed.
@@ -206,6 +210,8 @@ pub struct GeometricError {
     pub acts: Vec<ErrorAction>,
     /// One period, in m, of couplings in rad; positive: the driven end leads.
     pub waveform: Waveform,
+    /// The same where the stiffness of its branches is averaged over their mesh cycle, if that makes a difference.
+    pub averaged: Option<Waveform>,
     /// True for a known phase in the turn.
     pub phase_known: bool,
     /// Half the width of what the amplitude may be, relative to it.

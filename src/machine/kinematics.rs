@@ -366,7 +366,7 @@ pub fn mean_speeds(
     motions.speeds(n, &stated).map_err(|dof| {
         let name = machine.dof_name(dof);
         let message = format!("the speed of {name} does not follow from those stated");
-        let hint = "name in [speed] one node of every part that turns by itself, each once";
+        let hint = "name in [speed] one node of every part that turns independently, each once";
         Error::new(Code::UndeterminedSpeed, message).with_hint(hint)
     })
 }

@@ -77,11 +77,7 @@ impl OperatingPoint {
     /// # Errors
     /// No state of the contacts balances the loads; forces in what is not linear that do not settle.
     pub fn solve(machine: &Machine, kinematics: &Kinematics) -> Result<OperatingPoint, Error> {
-        let playing: Vec<usize> = (0..machine.branches.len())
-            .filter(|&b| {
-                machine.branches[b].backlash > 0.0 && machine.branches[b].law != BranchLaw::Rigid
-            })
-            .collect();
+        let playing = playing_branches(machine);
         let curved = |b: &&Branch| b.characteristic.is_some();
         let is_linear = !machine.branches.iter().any(|b| curved(&b));
         if machine.loads.is_empty() || (playing.is_empty() && is_linear) {
@@ -93,10 +89,50 @@ impl OperatingPoint {
             let tangents = at_rest.filter_map(|(at, b)| tangent(at, b, 0.0)).collect();
             return Ok(OperatingPoint { contacts, tangents });
         }
-        let mut search = ContactSearch::new(machine, kinematics, playing)?;
+        let mut search = ContactSearch::new(machine, kinematics, playing, &[])?;
         let forces = search.solve_equilibrium()?;
         Ok(search.operating_point(&forces))
     }
+}
+
+/// Static forces under the mean loads.
+#[derive(Debug, Clone)]
+pub struct MeanForces {
+    /// Branch and the force in it, N or N·m.
+    pub forces: Vec<(usize, f64)>,
+    /// The loads do not balance, and the machine accelerates under them.
+    pub accelerates: bool,
+}
+
+/// Work of the loads on a rigid-body motion, as a share of its terms, from which they do not balance: torques are stated to a few digits.
+const UNBALANCED: f64 = 1e-3;
+
+/// Static forces of the elastic branches under the mean loads, the degrees of freedom `held` moving evenly.
+///
+/// # Errors
+/// `Conflict`: a held degree of freedom that rigid joints tie to several others. As [`OperatingPoint::solve`].
+pub fn mean_forces(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    held: &[usize],
+) -> Result<MeanForces, Error> {
+    let playing = playing_branches(machine);
+    let mut search = ContactSearch::new(machine, kinematics, playing, held)?;
+    let forces = search.solve_equilibrium()?;
+    Ok(MeanForces {
+        accelerates: search.accelerates,
+        forces: (search.springs.iter().zip(forces))
+            .map(|(spring, force)| (spring.branch, force))
+            .collect(),
+    })
+}
+
+/// Elastic branches with play.
+fn playing_branches(machine: &Machine) -> Vec<usize> {
+    let plays = |b: &usize| {
+        machine.branches[*b].backlash > 0.0 && machine.branches[*b].law != BranchLaw::Rigid
+    };
+    (0..machine.branches.len()).filter(plays).collect()
 }
 
 fn tangent(branch: usize, part: &Branch, force: f64) -> Option<TangentStiffness> {
@@ -126,6 +162,8 @@ struct ContactSearch<'a> {
     n: usize,
     springs: Vec<ContactSpring<'a>>,
     load: Vec<f64>,
+    /// Inertia forces were put against the loads.
+    accelerates: bool,
 }
 
 impl<'a> ContactSearch<'a> {
@@ -133,24 +171,34 @@ impl<'a> ContactSearch<'a> {
         machine: &'a Machine,
         kinematics: &Kinematics,
         playing: Vec<usize>,
+        held: &[usize],
     ) -> Result<ContactSearch<'a>, Error> {
         let n = kinematics.independent_dofs.len();
         if n > 2000 {
             let message = format!(
-                "the operating point of {n} freedoms with play would need a dense solve of that size"
+                "the operating point of {n} degrees of freedom with play would need a dense solve of that size"
             );
-            let hint = "leave out the loads (contacts then stand closed on the drive flank), or the backlash";
+            let hint =
+                "omit the loads (contacts are then closed on the drive flank), or the backlash";
             return Err(Error::new(Code::BudgetExceeded, message).with_hint(hint));
+        }
+        let mut still = Vec::new();
+        for &dof in held {
+            match kinematics.in_independent_dofs(dof)[..] {
+                [(j, _)] => still.push(j),
+                _ => return Err(tied_dof_error(machine, dof)),
+            }
         }
         let mut springs = Vec::new();
         for (branch, b) in machine.branches.iter().enumerate() {
             let BranchLaw::Linear { stiffness, .. } = b.law else {
                 continue;
             };
-            let direction = Direction {
+            let mut direction = Direction {
                 scale: b.direction.scale,
                 terms: kinematics.reduce_row(&b.direction.terms),
             };
+            direction.terms.retain(|(j, _)| !still.contains(j));
             if stiffness > 0.0 && !direction.terms.is_empty() {
                 let play = if playing.contains(&branch) {
                     b.backlash
@@ -172,6 +220,7 @@ impl<'a> ContactSearch<'a> {
             kinematics
                 .in_independent_dofs(dof)
                 .into_iter()
+                .filter(|(j, _)| !still.contains(j))
                 .for_each(|(j, a)| load[j] += a * torque);
         }
         let mut mass = vec![0.0; n];
@@ -187,20 +236,28 @@ impl<'a> ContactSearch<'a> {
         let all = kinematics
             .undeformed_motions(strained)
             .basis(machine.dofs.len());
-        for motion in all {
-            let r: Vec<f64> = kinematics
-                .independent_dofs
-                .iter()
-                .map(|&i| motion[i])
-                .collect();
+        let reduced = |motion: Vec<f64>| -> Vec<f64> {
+            let own = kinematics.independent_dofs.iter();
+            own.map(|&i| motion[i]).collect()
+        };
+        let motions = without(all.into_iter().map(reduced).collect(), &still);
+        let mut accelerates = false;
+        for r in motions {
             let (push, inertia): (f64, f64) = (0..n).fold((0.0, 0.0), |(f, m), j| {
                 (f + r[j] * load[j], m + mass[j] * r[j] * r[j])
             });
+            let size: f64 = (0..n).map(|j| (r[j] * load[j]).abs()).sum();
+            accelerates |= push.abs() > UNBALANCED * size;
             if inertia > 0.0 {
                 (0..n).for_each(|j| load[j] -= mass[j] * r[j] * push / inertia);
             }
         }
-        Ok(ContactSearch { n, springs, load })
+        Ok(ContactSearch {
+            n,
+            springs,
+            load,
+            accelerates,
+        })
     }
 
     /// Forces that balance the loads: secants of what is not linear are taken again until they stay.
@@ -272,9 +329,9 @@ impl<'a> ContactSearch<'a> {
             };
             self.springs[at].state = state;
         }
-        let message = "no state of the contacts with play balances the loads: the search ended where it had been before";
+        let message = "no state of the contacts with play balances the loads: the iteration cycles";
         Err(Error::new(Code::NoConvergence, message)
-            .with_hint("leave out the smallest backlash, or change a load slightly"))
+            .with_hint("omit the smallest backlash, or change a load slightly"))
     }
 
     /// Branch forces under the present states; an open contact reports what it would carry beyond its play.
@@ -314,6 +371,36 @@ impl<'a> ContactSearch<'a> {
             })
             .collect())
     }
+}
+
+/// Combinations of rigid-body motions that leave the coordinates `still` where they are.
+fn without(mut motions: Vec<Vec<f64>>, still: &[usize]) -> Vec<Vec<f64>> {
+    for &j in still {
+        let largest = |r: &[f64]| r.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let share = |r: &[f64]| r[j].abs() / largest(r).max(f64::MIN_POSITIVE);
+        let Some(most) =
+            (0..motions.len()).max_by(|&a, &b| share(&motions[a]).total_cmp(&share(&motions[b])))
+        else {
+            continue;
+        };
+        if share(&motions[most]) < 1e-9 {
+            continue; // relative; rounding of motions found in exact fractions is 1e-16
+        }
+        let pivot = motions.swap_remove(most);
+        for r in &mut motions {
+            let factor = r[j] / pivot[j];
+            r.iter_mut().zip(&pivot).for_each(|(x, p)| *x -= factor * p);
+        }
+    }
+    motions
+}
+
+fn tied_dof_error(machine: &Machine, dof: usize) -> Error {
+    let message = format!(
+        "rigid joints tie {} to several others, so that it cannot be held while the loads are balanced",
+        machine.dof_name(dof)
+    );
+    Error::new(Code::Conflict, message).with_hint("give one of the joints its stiffness k")
 }
 
 fn state_of(force: f64, idle: f64) -> ActiveFlank {

@@ -117,7 +117,7 @@ pub fn refuse_varying(machine: &Machine, speeds: &[f64]) -> Result<(), Error> {
                 machine,
                 frame,
                 other.element,
-                "a second stage whose carrier turns by itself",
+                "a second stage whose carrier turns independently",
             ));
         }
         let inside = |dof: usize| {

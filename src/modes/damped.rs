@@ -58,7 +58,7 @@ pub fn modes(
             lost.value
         );
         return Err(Error::new(Code::Overflow, message)
-            .with_hint("look for a damping or a speed of absurd size"));
+            .with_hint("check for a damping or a speed of absurd size"));
     }
     found.sort_by(|a, b| modulus(a.value).total_cmp(&modulus(b.value)));
     let rigid = (0..basis.n_rigid).filter(|&j| is_free(&eigenproblem, j));
@@ -187,7 +187,7 @@ fn with_loss_factors(
     above.truncate(swings);
     if above.len() < swings {
         let message = format!(
-            "only {} of {swings} modes still swing with these loss factors",
+            "only {} of {swings} modes are still oscillatory with these loss factors",
             above.len()
         );
         return Err(

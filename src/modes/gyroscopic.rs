@@ -66,7 +66,7 @@ pub fn gyroscopic_modes(
             np - nonzero
         );
         return Err(
-            Error::new(Code::Overflow, message).with_hint("look for a speed of absurd size")
+            Error::new(Code::Overflow, message).with_hint("check for a speed of absurd size")
         );
     }
     let swings = (0..n)

@@ -1,21 +1,24 @@
-//! Undamped modes from the factored stiffness `K = Wᵀ diag(k) W`; K is never formed.
+//! Undamped modes of `K = Wᵀ diag(k) W`: symmetric eigenproblem with frequencies from energies, or singular values of the factored form.
 //!
-//! With `K = Wᵀ diag(k) W` the frequencies are the singular values of `√k W L⁻ᵀ`, `M = L Lᵀ`; K is never formed, so small
-//! frequencies keep their digits next to large ones. Coordinates without inertia are condensed in the same factored form.
+//! Both keep the digits of small frequencies next to large ones: the first as [`energy_modes`] says, the second because the frequencies
+//! are the singular values of `√k W L⁻ᵀ`, `M = L Lᵀ`, and K is never formed. Coordinates without inertia are condensed in that factored form.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::machine::linear::{LinearBranch, LinearModel};
+use crate::numeric::energy_modes::{EnergyModes, Expansion, Squares, energy_modes};
+use crate::numeric::vector_ops::dot;
 use crate::numeric::{Matrix, graded, symmetric};
 
 /// Solver of the undamped eigenvalue problem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum UndampedSolver {
-    /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi.
+    /// Symmetric eigenproblem, frequencies from energies; the factored form where their bound is too large. Shapes have of each other what
+    /// gives their strains a cosine of this at most.
+    Energies(f64),
+    /// Singular values of the factored form: row-sorted QR, then one-sided Jacobi. Shapes are as right as the frequencies.
     Factored,
-    /// Singular values by bidiagonal reduction: small ones to ε of the largest.
-    Bidiagonal,
 }
 
 /// Undamped modes over the coordinates that stay.
@@ -30,7 +33,21 @@ pub struct ModalBasis {
     /// Decimal digits each frequency can be trusted to.
     pub digits: Vec<f64>,
     /// Solver that found the modes.
-    pub solver: UndampedSolver,
+    pub solution: BasisSolution,
+}
+
+/// Solver that found a basis, with what it says of its frequencies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BasisSolution {
+    /// Energies of the modes of a symmetric eigenproblem.
+    Energies {
+        /// Bound of the relative error of any frequency.
+        bound: f64,
+        /// Number of modes that were rotated.
+        n_rotated: usize,
+    },
+    /// Singular values of the factored form.
+    Factored,
 }
 
 impl ModalBasis {
@@ -41,7 +58,7 @@ impl ModalBasis {
             n_rigid: 0,
             shapes: Matrix::zeros(n, 0),
             digits: Vec::new(),
-            solver: UndampedSolver::Factored,
+            solution: BasisSolution::Factored,
         }
     }
 }
@@ -50,17 +67,45 @@ impl ModalBasis {
 /// spread 1e12 in tests/machine/numeric_graded.rs is below 1e-14, of assembled machines in tests/machine/graded_machines.rs below 1e-13.
 const FACTORED_DIGITS: f64 = 13.0;
 
+/// Relative errors of ω up to this are promised as [`FACTORED_DIGITS`].
+const MAX_BOUND: f64 = 1e-13;
+
+/// Tolerance of shapes that are listed and read, and feed no further solution.
+pub const LISTED_SHAPES: f64 = 1e-9;
+
+/// A frequency above this share of the largest is no rounding of a zero.
+const STRAINED: f64 = 1e-6;
+
 /// Solves for every mode.
 ///
 /// # Errors
 /// A mass matrix that is not positive definite; numbers out of range; no convergence.
 pub fn solve(model: &LinearModel, solver: UndampedSolver) -> Result<ModalBasis, Error> {
-    let squares: Vec<&LinearBranch> = model
-        .branches
-        .iter()
-        .filter(|b| b.stiffness > 0.0 && b.force.is_none())
-        .collect();
     let order = CoordinateOrder::new(model);
+    let condensed = match model.massless.len() {
+        0 => None,
+        first => Some(graded::condense(&strain_rows(model, &order), first)?),
+    };
+    let root = CholeskyMass::new(model, &order)?;
+    let rigid = rigid_modes(model);
+    let frame = Frame {
+        model,
+        order: &order,
+        condensed,
+        root,
+        rigid,
+    };
+    if let UndampedSolver::Energies(shape_tolerance) = solver
+        && let Some(basis) = frame.by_energies(shape_tolerance)?
+    {
+        return Ok(basis);
+    }
+    frame.by_factored_form()
+}
+
+/// `√k W`, a row for each square, a column for each coordinate in their sorted order.
+fn strain_rows(model: &LinearModel, order: &CoordinateOrder) -> Matrix {
+    let squares: Vec<&LinearBranch> = squares(model).collect();
     let mut rows = Matrix::zeros(squares.len(), model.n);
     for (i, branch) in squares.iter().enumerate() {
         let root = branch.stiffness.sqrt();
@@ -68,81 +113,150 @@ pub fn solve(model: &LinearModel, solver: UndampedSolver) -> Result<ModalBasis, 
             rows[(i, order.position[j])] += root * a;
         }
     }
-    let first = model.massless.len();
-    let condensed = graded::condense(&rows, first)?;
-    let root = CholeskyMass::new(model, &order)?;
-    let scaled = root.right_divide(&condensed.condensed);
-    let rigid = rigid_modes(model);
-    let n = model.n - first;
-    let n_rigid = rigid.len();
-    let (omega, vectors) = match solver {
-        UndampedSolver::Factored => {
-            let found = graded::svd(&scaled, Some(n - n_rigid))?;
-            (found.values, found.vectors)
-        }
-        UndampedSolver::Bidiagonal => {
-            let (mut values, vectors) = symmetric::right_svd(&scaled)?;
-            let found = values.len();
-            values.resize(n, 0.0);
-            values.reverse();
-            let from = |j: usize| n - 1 - j;
-            (
-                values,
-                Matrix::from_fn(n, n, |i, j| {
-                    if from(j) < found {
-                        vectors[(i, from(j))]
-                    } else {
-                        0.0
-                    }
-                }),
-            )
-        }
-    };
-    let heavy = root.left_divide_transposed(&vectors);
-    let light = if first > 0 {
-        Some(&condensed.recovery * &heavy)
-    } else {
-        None
-    };
-    let mut shapes = Matrix::zeros(model.n, n);
-    for j in 0..n {
-        if j < n_rigid {
-            (0..model.n).for_each(|i| shapes[(i, j)] = rigid[j][i]);
-            continue;
-        }
-        for (place, &i) in order.coordinates.iter().enumerate() {
-            shapes[(i, j)] = match &light {
-                Some(light) if place < first => light[(place, j)],
-                _ => heavy[(place - first, j)],
-            };
-        }
-    }
-    let mut omega = omega;
-    omega.iter_mut().take(n_rigid).for_each(|w| *w = 0.0);
-    if let Some(bad) = omega.iter().position(|w| !w.is_finite()) {
-        return Err(Error::new(
-            Code::Overflow,
-            format!("frequency {} of {n} is out of range", bad + 1),
-        ));
-    }
-    let largest = omega.last().copied().unwrap_or(0.0);
-    let digits = omega.iter().map(|&w| digits(solver, w, largest)).collect();
-    Ok(ModalBasis {
-        omega,
-        n_rigid,
-        shapes,
-        digits,
-        solver,
-    })
+    rows
 }
 
-fn digits(solver: UndampedSolver, omega: f64, largest: f64) -> f64 {
-    match solver {
-        _ if omega == 0.0 => f64::INFINITY,
-        UndampedSolver::Factored => FACTORED_DIGITS,
-        UndampedSolver::Bidiagonal => {
-            (-(4.0 * f64::EPSILON * largest / omega).log10()).clamp(0.0, 16.0)
+/// Branches whose strain energy is `½ k (wᵀp)²`.
+fn squares(model: &LinearModel) -> impl Iterator<Item = &LinearBranch> {
+    let all = model.branches.iter();
+    all.filter(|b| b.stiffness > 0.0 && b.force.is_none())
+}
+
+/// A machine ready for either solver.
+struct Frame<'a> {
+    model: &'a LinearModel,
+    order: &'a CoordinateOrder,
+    /// Without the coordinates that have no inertia, where there are any.
+    condensed: Option<graded::StaticCondensation>,
+    root: CholeskyMass,
+    rigid: Vec<Vec<f64>>,
+}
+
+impl Frame<'_> {
+    /// `None` where the bound of an error is too large.
+    fn by_energies(&self, shape_tolerance: f64) -> Result<Option<ModalBasis>, Error> {
+        let first = self.model.massless.len();
+        let mut springs = Squares::default();
+        for branch in squares(self.model) {
+            self.push(&mut springs, branch.stiffness, &branch.direction);
         }
+        let expansion = self.expansion();
+        let rigid = self.rigid.iter().map(|p| {
+            let heavy: Vec<f64> = (self.order.coordinates[first..].iter().map(|&i| p[i])).collect();
+            self.root.transposed_product(&heavy)
+        });
+        let rigid: Vec<Vec<f64>> = rigid.collect();
+        let Some(found) = energy_modes(&springs, &expansion, &rigid, shape_tolerance)? else {
+            return Ok(None);
+        };
+        let EnergyModes {
+            omega,
+            vectors,
+            bounds,
+            n_rotated,
+        } = found;
+        let bound = bounds.iter().copied().fold(0.0, f64::max);
+        let lowest = omega.first().copied().unwrap_or(f64::INFINITY);
+        // Branches that are no squares may hold what the squares alone leave free.
+        let all_strained = self.model.is_sum_of_squares()
+            || lowest > STRAINED * omega.last().copied().unwrap_or(0.0);
+        if !(all_strained && bounds.iter().all(|b| *b <= MAX_BOUND)) {
+            return Ok(None);
+        }
+        let shapes = expansion.product(&vectors);
+        let solution = BasisSolution::Energies { bound, n_rotated };
+        let column = |j: usize| shapes.col_as_slice(j);
+        self.basis(omega, column, solution).map(Some)
+    }
+
+    /// E of `x = E y` over the sorted coordinates.
+    fn expansion(&self) -> Expansion {
+        if let (None, CholeskyMass::Diagonal(root)) = (&self.condensed, &self.root) {
+            return Expansion::Diagonal(root.iter().map(|root| 1.0 / root).collect());
+        }
+        let mut masses = Squares::default();
+        for mass in &self.model.masses {
+            self.push(&mut masses, mass.value, &mass.direction);
+        }
+        let n = self.model.n - self.model.massless.len();
+        let heavy = self.root.left_divide_transposed(&Matrix::identity(n, n));
+        Expansion::Dense(self.with_light(heavy), masses)
+    }
+
+    /// A square over the sorted coordinates; the scale of a direction goes to the root, so that whole coefficients stay whole.
+    fn push(&self, squares: &mut Squares, value: f64, direction: &Direction) {
+        let terms = direction.terms.iter();
+        let terms = terms.map(|&(j, a)| (self.order.position[j], a));
+        squares.push(value.sqrt() * direction.scale.abs(), terms);
+    }
+
+    /// Puts what follows statically on top of the coordinates with inertia.
+    fn with_light(&self, heavy: Matrix) -> Matrix {
+        let Some(condensed) = &self.condensed else {
+            return heavy;
+        };
+        let light = symmetric::product(&condensed.recovery, &heavy);
+        let first = light.nrows();
+        Matrix::from_fn(first + heavy.nrows(), heavy.ncols(), |i, j| {
+            match i.checked_sub(first) {
+                Some(i) => heavy[(i, j)],
+                None => light[(i, j)],
+            }
+        })
+    }
+
+    fn by_factored_form(&self) -> Result<ModalBasis, Error> {
+        let n = self.model.n - self.model.massless.len();
+        let n_rigid = self.rigid.len();
+        let scaled = match &self.condensed {
+            Some(condensed) => self.root.right_divide(&condensed.condensed),
+            None => self.root.right_divide(&strain_rows(self.model, self.order)),
+        };
+        let found = graded::svd(&scaled, Some(n - n_rigid))?;
+        let shapes = self.with_light(self.root.left_divide_transposed(&found.vectors));
+        let column = |j: usize| shapes.col_as_slice(n_rigid + j);
+        self.basis(
+            found.values[n_rigid..].to_vec(),
+            column,
+            BasisSolution::Factored,
+        )
+    }
+
+    /// Rigid-body modes and the elastic ones, whose shapes are given over the sorted coordinates.
+    fn basis<'x>(
+        &self,
+        elastic: Vec<f64>,
+        shape: impl Fn(usize) -> &'x [f64],
+        solution: BasisSolution,
+    ) -> Result<ModalBasis, Error> {
+        let (n_rigid, n) = (self.rigid.len(), self.rigid.len() + elastic.len());
+        let mut shapes = Matrix::zeros(self.model.n, n);
+        for (j, rigid) in self.rigid.iter().enumerate() {
+            shapes.col_as_slice_mut(j).copy_from_slice(rigid);
+        }
+        for j in 0..elastic.len() {
+            let column = shapes.col_as_slice_mut(n_rigid + j);
+            let both = self.order.coordinates.iter().zip(shape(j));
+            both.for_each(|(&i, x)| column[i] = *x);
+        }
+        let omega: Vec<f64> = std::iter::repeat_n(0.0, n_rigid).chain(elastic).collect();
+        if let Some(bad) = omega.iter().position(|w| !w.is_finite()) {
+            return Err(Error::new(
+                Code::Overflow,
+                format!("frequency {} of {n} is out of range", bad + 1),
+            ));
+        }
+        let digits = |w: &f64| match *w == 0.0 {
+            true => f64::INFINITY,
+            false => FACTORED_DIGITS,
+        };
+        Ok(ModalBasis {
+            digits: omega.iter().map(digits).collect(),
+            omega,
+            n_rigid,
+            shapes,
+            solution,
+        })
     }
 }
 
@@ -210,6 +324,16 @@ impl CholeskyMass {
             CholeskyMass::Lower(l) => symmetric::solve_lower(l, &a.transpose().to_owned())
                 .transpose()
                 .to_owned(),
+        }
+    }
+
+    /// `Lᵀ p`.
+    fn transposed_product(&self, p: &[f64]) -> Vec<f64> {
+        match self {
+            CholeskyMass::Diagonal(root) => root.iter().zip(p).map(|(root, p)| root * p).collect(),
+            CholeskyMass::Lower(l) => (0..l.ncols())
+                .map(|j| dot(&l.col_as_slice(j)[j..], &p[j..]))
+                .collect(),
         }
     }
 

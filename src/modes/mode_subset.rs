@@ -96,7 +96,7 @@ pub fn solve(
     if !model.is_sum_of_squares() {
         let message = "single modes of a machine with negative or unsymmetric stiffness are not looked for one by one";
         return Err(Error::new(Code::BudgetExceeded, message)
-            .with_hint("leave out --lowest and --near: all modes are solved together"));
+            .with_hint("omit --lowest and --near: all modes are solved together"));
     }
     let rigid = rigid_modes(model);
     let elastic = match request.near {
@@ -109,7 +109,7 @@ pub fn solve(
             // From above the spectrum all modes look alike; from its upper end the highest are as near.
             let omega = omega.min(frequency_bound(model));
             modes_near_frequency(model, forest, &rigid, omega, elastic).map_err(|error| {
-                let far = "from too far away many modes look alike: name a frequency nearer to those meant";
+                let far = "from too far away many modes are indistinguishable: name a frequency nearer to those needed";
                 match error.code {
                     Code::NoConvergence => error.with_hint(far),
                     _ => error,

@@ -354,12 +354,12 @@ impl DynamicModel {
         let light = (0..self.coordinate_count()).filter(|&i| self.is_massless(i));
         let names: Vec<&str> = light.map(|i| &self.coordinates[i][..]).collect();
         let message = format!(
-            "at t = {} neither stiffness nor dampers say where {} is, without inertia",
+            "at t = {} neither stiffness nor dampers determine {}, which has no inertia",
             format_instant(t),
             names.join(", ")
         );
         Error::new(Code::NoConvergence, message).with_hint(
-            "give the node its inertia, or a spring that holds it beside what has no stiffness there",
+            "give the node its inertia, or a spring parallel to the element without stiffness there",
         )
     }
 }

@@ -1,5 +1,7 @@
 //! Assembly of the dynamic model `M q̈ + C q̇ + K q + Σ u F = f` from a machine and its scene.
 
+use std::f64::consts::TAU;
+
 use super::assembled::AssembledModel;
 use super::combination::LinearCombination;
 use super::contact::{ActiveFlanks, ContactDamping, ContactLaw};
@@ -24,6 +26,7 @@ use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::Matrix;
 use crate::scene::initial_conditions::InitialConditions;
 use crate::scene::laws::{self, FrictionLaw, InitialState, LoadHistory, MeshPhase, MotionProfile};
+use crate::scene::model::ToothPairs;
 
 /// Inputs shared by all parts of the assembly.
 struct Assembler<'a> {
@@ -158,7 +161,7 @@ fn check_supported(machine: &Machine, model: &LinearModel) -> Result<(), Error> 
                 &machine.elements[motor.element],
             );
             let message = format!(
-                "`{}` and `{}` both drive {}, and one of them prescribes its motion",
+                "`{}` and `{}` both act on {}, and one of them prescribes its motion",
                 one.name,
                 two.name,
                 machine.dof_name(motor.dof)
@@ -243,8 +246,11 @@ impl Assembler<'_> {
         let damping = lb.damping + self.machine.damping.stiffness * lb.stiffness;
         let variation = match &part.stiffness_variation {
             None => None,
-            Some(wave) => Some(self.wave(lb.index, wave.waveform.clone(), wave.phase)?),
+            Some(wave) => Some(self.wave(lb.index, &wave.waveform, wave.phase, 1)?),
         };
+        if let Some(pairs) = &part.tooth_pairs {
+            return self.tooth_pairs(lb, pairs, damping);
+        }
         let errors = [self.errors(lb.index, 0)?, self.errors(lb.index, 1)?];
         let make = |direction: Direction, law: ForceLaw, flank: usize| {
             let (imposed, followed) = errors[flank].clone();
@@ -293,6 +299,66 @@ impl Assembler<'_> {
         })
     }
 
+    /// The tooth pairs of a mesh, drive flanks first: one-sided springs with the gap as imposed displacement. The damping of the mesh is
+    /// that of the pairs that carry in the mean.
+    fn tooth_pairs(
+        &self,
+        lb: &LinearBranch,
+        pairs: &ToothPairs,
+        damping: f64,
+    ) -> Result<Vec<ForceElement>, Error> {
+        let part = &self.machine.branches[lb.index];
+        let contact_damping = self.losses(part, damping)?;
+        let coast = part.coast.as_ref().map(|coast| self.reduced(coast));
+        let sides = [
+            (ActiveFlanks::Drive, 1.0, lb.direction.clone()),
+            (
+                ActiveFlanks::Coast,
+                -1.0,
+                coast.unwrap_or(lb.direction.clone()),
+            ),
+        ];
+        let mut all = Vec::new();
+        for (flank, ((flanks, sign, direction), spring)) in
+            sides.into_iter().zip(&pairs.flanks).enumerate()
+        {
+            // Errors of the gears, but not those of the flanks, which are the gaps.
+            let (imposed, followed) = self.declared_errors(lb.index, flank)?;
+            for number in 0..pairs.count {
+                let lead = spring.phase + TAU * f64::from(number);
+                let wave = |waveform: &Waveform| self.wave(lb.index, waveform, lead, pairs.count);
+                let gap = wave(&spring.gap.scaled(sign))?;
+                let (mut imposed, mut followed) = (imposed.clone(), followed.clone());
+                add_displacement(gap, &mut imposed, &mut followed);
+                all.push(ForceElement {
+                    name: format!(
+                        "{} {} pair {}",
+                        self.machine.branch_name(lb.index),
+                        if flanks == ActiveFlanks::Drive {
+                            "drive"
+                        } else {
+                            "coast"
+                        },
+                        number + 1
+                    ),
+                    direction: direction.clone(),
+                    force_direction: lb.force.clone(),
+                    law: ForceLaw::Contact(ContactLaw {
+                        stiffness: lb.stiffness,
+                        damping: damping / pairs.carrying,
+                        half_play: part.backlash / 2.0,
+                        contact_damping,
+                        flanks,
+                    }),
+                    stiffness_wave: Some(wave(&spring.stiffness)?),
+                    imposed_displacement: imposed,
+                    angle_waves: followed,
+                });
+            }
+        }
+        Ok(all)
+    }
+
     /// Contact damping at opening and closing; it must be specified.
     fn losses(&self, part: &components::Branch, damping: f64) -> Result<ContactDamping, Error> {
         let stated = part.contact_damping.or(self.machine.damping.contacts);
@@ -301,18 +367,19 @@ impl Assembler<'_> {
         }
         stated.ok_or_else(|| {
             let element = &self.machine.elements[part.element];
-            let message = format!("`{}` has play and damping, and nothing says what its damper does when it opens", element.name);
+            let message = format!("`{}` has play and damping, and the action of its damper in the open contact is not stated", element.name);
             let hint = "write contact_damping = \"no-pull\" (or \"continuous\", \"adhesive\", \"throughout\") in it, or contacts = … in [damping] for all";
             Error::new(Code::MissingKey, message).with_span(&element.span).with_hint(hint)
         })
     }
 
-    /// The wave of a mesh over its cycle.
+    /// A wave of a mesh with a period of so many cycles; `lead` in rad of one cycle.
     fn wave(
         &self,
         branch: usize,
-        waveform: Waveform,
+        waveform: &Waveform,
         lead: f64,
+        period: u32,
     ) -> Result<PeriodicFunction, Error> {
         let cycles = mesh_cycle::cycles(self.machine, branch);
         // The phase of a gear that moves as prescribed is known in time.
@@ -327,8 +394,10 @@ impl Assembler<'_> {
                 .with_span(&element.span)
                 .with_hint("waves belong to toothed pairs; a stage given by `base_radii` has no teeth, `teeth` and `module` give it some"));
         };
-        let teeth = cycle.teeth as f64;
-        self.rotating_wave(waveform, cycle.turning, cycle.carrier, teeth, lead)
+        let period = f64::from(period);
+        let teeth = cycle.teeth as f64 / period;
+        let waveform = waveform.clone();
+        self.rotating_wave(waveform, cycle.turning, cycle.carrier, teeth, lead / period)
     }
 
     /// A wave that passes `cycles` times a turn of a degree of freedom against its carrier.
@@ -395,9 +464,29 @@ impl Assembler<'_> {
         branch: usize,
         flank: usize,
     ) -> Result<(Option<Signal>, Vec<PeriodicFunction>), Error> {
+        self.errors_of(branch, flank, &self.machine.errors)
+    }
+
+    /// The same of the errors that the model declares, without those of flanks of gear files.
+    fn declared_errors(
+        &self,
+        branch: usize,
+        flank: usize,
+    ) -> Result<(Option<Signal>, Vec<PeriodicFunction>), Error> {
+        let all = self.machine.errors.iter();
+        let declared: Vec<_> = all.filter(|e| e.averaged.is_none()).cloned().collect();
+        self.errors_of(branch, flank, &declared)
+    }
+
+    fn errors_of(
+        &self,
+        branch: usize,
+        flank: usize,
+        errors: &[components::GeometricError],
+    ) -> Result<(Option<Signal>, Vec<PeriodicFunction>), Error> {
         let (mut imposed, mut followed): (Option<Signal>, Vec<PeriodicFunction>) =
             (None, Vec::new());
-        let acting = self.machine.errors.iter().flat_map(|error| {
+        let acting = errors.iter().flat_map(|error| {
             let here = error.acts.iter().filter(|act| act.branch == branch);
             here.map(move |act| (error, act.flanks[flank]))
         });
@@ -410,13 +499,7 @@ impl Assembler<'_> {
                 pace,
                 reach.phase,
             )?;
-            match wave.phase {
-                WavePhase::Imposed { omega, start } => {
-                    let signal = wave.waveform.to_signal(omega, start);
-                    imposed = Some(imposed.map_or(signal.clone(), |s| s.plus(&signal)));
-                }
-                WavePhase::FollowsAngle { .. } => followed.push(wave),
-            }
+            add_displacement(wave, &mut imposed, &mut followed);
         }
         Ok((imposed, followed))
     }
@@ -503,12 +586,10 @@ impl Assembler<'_> {
             .flatten()
             .flat_map(|f| &of[f.0]);
         let flanks: Vec<usize> = flanks.copied().collect();
-        let own = |(flank, &at): (usize, &usize)| {
-            // A branch of its own for coast flanks pulls with a force below zero as well.
-            let aside = match flanks.len() {
-                1 => [&path.pitch_point_sliding[0]; 2],
-                _ => [&path.pitch_point_sliding[flank]; 2],
-            };
+        let own = |(number, &at): (usize, &usize)| {
+            // Branches of their own for coast flanks follow those of drive flanks, and pull with a force below zero as well.
+            let flank = 2 * number / flanks.len();
+            let aside = [&path.pitch_point_sliding[flank]; 2];
             let path = load_friction::FrictionLevers {
                 pitch_point_sliding: aside.map(|d| self.reduced(d)),
                 pieces: path.pieces.clone(),
@@ -610,6 +691,24 @@ impl Assembler<'_> {
                 .with_hint("leave one of them out"));
         }
         Ok((j, 1.0 / a))
+    }
+}
+
+/// Adds a displacement to those imposed in time or to those that follow an angle.
+fn add_displacement(
+    wave: PeriodicFunction,
+    imposed: &mut Option<Signal>,
+    followed: &mut Vec<PeriodicFunction>,
+) {
+    match wave.phase {
+        WavePhase::Imposed { omega, start } => {
+            let signal = wave.waveform.to_signal(omega, start);
+            *imposed = Some(match imposed.take() {
+                Some(others) => others.plus(&signal),
+                None => signal,
+            });
+        }
+        WavePhase::FollowsAngle { .. } => followed.push(wave),
     }
 }
 

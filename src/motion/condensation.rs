@@ -73,7 +73,7 @@ pub fn condense(
     if let Err(floats) = condensed.model.check_index_one() {
         let name = &condensed.model.coordinates[floats];
         let message = format!(
-            "{name} has no inertia, and neither a spring nor a damper holds it while contacts beside it are open: its equations are of higher index"
+            "{name} has no inertia, and neither a spring nor a damper holds it while the adjacent contacts are open: its equations are of higher index"
         );
         return Err(Error::new(Code::Conflict, message)
             .with_span(&where_is(condensed.retained[floats]))
@@ -117,10 +117,7 @@ fn reduce(
     let mut drives = others;
     for pull in &pulls {
         if star.lags() && !is_steady(&pull.signal) {
-            return Err(cannot_condense(
-                name,
-                "a load that changes, beside dampers,",
-            ));
+            return Err(cannot_condense(name, "a varying load next to dampers,"));
         }
         drives.push(star.distribute_load(pull));
     }

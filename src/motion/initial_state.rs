@@ -1,10 +1,11 @@
 //! Initial state: at rest, or at given speeds with static deflection `K q = f − M r a`.
 
 use super::assembled::AssembledModel;
-use super::contact::ContactLaw;
+use super::contact::{ActiveFlanks, ContactLaw};
 use super::dynamic_model::{DynamicModel, ForceLaw};
 use super::pencil::add_outer_product;
 use super::problem::OdeProblem;
+use super::signal::Signal;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::characteristic::{MAX_SECANT_ITERATIONS, SECANT_TOLERANCE};
@@ -47,9 +48,12 @@ pub fn initial_state(
             y[n + j] = speeds[dof] - carried[j].1;
         }
     }
-    match_error_rates(train, &moving.rigid, t, &mut y)?;
+    match_error_rates(moving, t, &mut y)?;
     init_internal_states(train, t, &mut y);
-    let q = static_equilibrium(train, &moving.rigid, t, &y)?;
+    let q = match (0..train.elements.len()).any(|at| is_tooth_pair(moving, at)) {
+        true => equilibrium_of_pairs(moving, t, &y)?,
+        false => static_equilibrium(train, &moving.rigid, t, &y)?,
+    };
     y[..n].copy_from_slice(&q);
     Ok(y)
 }
@@ -58,17 +62,17 @@ pub fn initial_state(
 const ROUNDING_TOLERANCE: f64 = 1e-12;
 
 /// Adds to the speeds what errors ask of them: `K v = −Σ u k δ̇`, so that what is wound up stays so.
-fn match_error_rates(
-    model: &DynamicModel,
-    rigid: &[Vec<f64>],
-    t: f64,
-    y: &mut [f64],
-) -> Result<(), Error> {
+fn match_error_rates(moving: &AssembledModel, t: f64, y: &mut [f64]) -> Result<(), Error> {
+    let (model, rigid) = (&moving.model, &moving.rigid);
     let n = model.coordinate_count();
     let (q, v) = (vec![0.0; n], y[n..2 * n].to_vec());
     let mut push = vec![0.0; n];
     let mut size = 0.0f64;
     for (at, b) in model.elements.iter().enumerate() {
+        // Which tooth pairs touch is not known yet, and gaps out of reach change fast.
+        if is_tooth_pair(moving, at) {
+            continue;
+        }
         let piece = b
             .imposed_displacement
             .as_ref()
@@ -115,6 +119,99 @@ fn static_stiffness(model: &DynamicModel, branch: usize) -> f64 {
         ForceLaw::Nonlinear { characteristic, .. } => characteristic.rated_secant(),
         _ => 0.0,
     }
+}
+
+/// A branch is one tooth pair of several.
+fn is_tooth_pair(moving: &AssembledModel, at: usize) -> bool {
+    moving
+        .branches
+        .iter()
+        .any(|of| of.len() > 2 && of.contains(&at))
+}
+
+/// +1 of what touches on drive flanks, −1 of coast flanks.
+fn side(contact: &ContactLaw) -> f64 {
+    match contact.flanks {
+        ActiveFlanks::Coast => -1.0,
+        _ => 1.0,
+    }
+}
+
+/// Rounds of the search for the tooth pairs that carry, for each pair.
+const ROUNDS_PER_PAIR: usize = 10;
+
+/// The winding up with tooth pairs: all of a flank carry at first; then those that would pull are let go and those that overlap are added.
+fn equilibrium_of_pairs(moving: &AssembledModel, t: f64, y: &[f64]) -> Result<Vec<f64>, Error> {
+    let model = &moving.model;
+    let meshes: Vec<&Vec<usize>> = moving.branches.iter().filter(|of| of.len() > 2).collect();
+    let n_pairs: usize = meshes.iter().map(|of| of.len()).sum();
+    let mut closed: Vec<usize> = meshes
+        .iter()
+        .flat_map(|of| &of[..of.len() / 2])
+        .copied()
+        .collect();
+    let still = vec![0.0; model.coordinate_count()];
+    let overlap = |at: usize, q: &[f64]| match &model.elements[at].law {
+        ForceLaw::Contact(contact) => {
+            let b = &model.elements[at];
+            let piece = b
+                .imposed_displacement
+                .as_ref()
+                .map_or(0, |e| e.piece(t) as u32);
+            side(contact) * b.deflection(t, q, &still, piece).0 - contact.half_play
+        }
+        _ => 0.0,
+    };
+    let solve = |closed: &[usize]| {
+        let mut tight = model.clone();
+        for &at in meshes.iter().copied().flatten() {
+            let element = &mut tight.elements[at];
+            if let (ForceLaw::Contact(contact), true) = (&mut element.law, closed.contains(&at)) {
+                let play = Signal::constant(side(contact) * contact.half_play);
+                element.imposed_displacement = Some(match &element.imposed_displacement {
+                    Some(errors) => errors.plus(&play),
+                    None => play,
+                });
+                contact.half_play = 0.0;
+                contact.flanks = ActiveFlanks::Both;
+            } else {
+                element.law = ForceLaw::Linear {
+                    stiffness: 0.0,
+                    damping: 0.0,
+                };
+            }
+        }
+        static_equilibrium(&tight, &moving.rigid, t, y)
+    };
+    // A mesh whose drive pairs would pull together carries on its coast flanks.
+    let q = solve(&closed)?;
+    for of in &meshes {
+        let (drive, coast) = of.split_at(of.len() / 2);
+        let force = |at: &usize| static_stiffness(model, *at) * overlap(*at, &q);
+        if drive.iter().map(force).sum::<f64>() < 0.0 {
+            closed.retain(|at| !drive.contains(at));
+            closed.extend(coast);
+        }
+    }
+    for _ in 0..ROUNDS_PER_PAIR * n_pairs {
+        let q = solve(&closed)?;
+        let mut next: Vec<usize> = Vec::new();
+        for of in &meshes {
+            for flank in [&of[..of.len() / 2], &of[of.len() / 2..]] {
+                if flank.iter().any(|at| closed.contains(at)) {
+                    let touches = |at: &&usize| overlap(**at, &q) > 0.0;
+                    next.extend(flank.iter().filter(touches));
+                }
+            }
+        }
+        if next == closed {
+            return Ok(q);
+        }
+        closed = next;
+    }
+    let message = "the tooth pairs that carry at the start do not settle";
+    Err(Error::new(Code::NoConvergence, message)
+        .with_hint("start from rest, or change a load slightly"))
 }
 
 /// The winding up, characteristics by their secants, taken again until they stay.

@@ -124,7 +124,7 @@ impl Observer {
 
 impl fmt::Debug for Observer {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(if self.is_set() { "Follower" } else { "nobody" })
+        f.write_str(if self.is_set() { "Follower" } else { "unset" })
     }
 }
 

@@ -125,7 +125,7 @@ fn push_term(
     if square != 0.0 {
         let message = "the amplitude of a harmonic in this product is a parabola";
         return Err(Error::new(Code::Conflict, message).with_hint(
-            "at most one factor beside harmonics may change along straight lines at one time",
+            "at most one factor other than harmonics may be piecewise linear at one time",
         ));
     }
     match always && slope == 0.0 {

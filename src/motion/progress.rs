@@ -181,7 +181,7 @@ pub fn time_exceeded(options: &IntegrationOptions, forecast: BudgetForecast, t: 
         false => String::new(),
     };
     Error::new(Code::BudgetExceeded, message).with_hint(format!(
-        "ask for a shorter time (so far, {} would reach about t = {}), a coarser tolerance or step, or another method{more}",
+        "request a shorter time (so far, {} would reach about t = {}), a coarser tolerance or step, or another method{more}",
         format_duration(allowed),
         format_time(left.min(options.to - options.from))
     ))
@@ -192,7 +192,7 @@ pub fn budget_exceeded(options: &IntegrationOptions, spent: u64, t: f64) -> Erro
     let share = elapsed_share(options, t);
     let whole = match share > 0.0 {
         true => format!("about {} at this pace", rounded(spent as f64 / share)),
-        false => "more than can be told".to_string(),
+        false => "more than can be estimated".to_string(),
     };
     let message = format!(
         "the work of {} evaluations brought the motion to t = {} of {}; the whole would take {whole}, and {} are allowed",
@@ -202,7 +202,7 @@ pub fn budget_exceeded(options: &IntegrationOptions, spent: u64, t: f64) -> Erro
         rounded(options.max_work as f64)
     );
     Error::new(Code::BudgetExceeded, message).with_hint(
-        "ask for a shorter time, a coarser tolerance or step, or a method for stiff machines",
+        "request a shorter time, a coarser tolerance or step, or a method for stiff machines",
     )
 }
 

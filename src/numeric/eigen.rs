@@ -33,7 +33,6 @@ pub fn eigen(a: &Matrix) -> Result<GeneralEigen, Error> {
     let n = a.nrows();
     let (balanced, scale) = balance(a, f64::hypot);
     let (values, right) = sorted_eigen(&balanced)?;
-    registers::zero_upper();
     let left = match biorthogonal(&right) {
         Some(left) => left,
         None => matched_left(&balanced, &values)?,
@@ -62,7 +61,9 @@ pub fn eigenvalues(a: &Matrix) -> Result<Vec<Complex>, Error> {
         return Ok(Vec::new());
     }
     let (balanced, _) = balance(a, f64::hypot);
-    let mut values = balanced.eigenvalues().map_err(|_| no_convergence(n))?;
+    let values = balanced.eigenvalues();
+    registers::zero_upper();
+    let mut values = values.map_err(|_| no_convergence(n))?;
     if values
         .iter()
         .any(|v| !v.re.is_finite() || !v.im.is_finite())
@@ -79,9 +80,7 @@ pub fn eigenvalues(a: &Matrix) -> Result<Vec<Complex>, Error> {
 /// `NoConvergence`; `Overflow` where an entry is not finite.
 pub fn right_eigen(a: &Matrix) -> Result<(Vec<Complex>, ComplexMatrix), Error> {
     check_finite(a, "a square matrix")?;
-    let found = sorted_eigen(a);
-    registers::zero_upper();
-    found
+    sorted_eigen(a)
 }
 
 /// Eigenvalues of a complex matrix, and right vectors of length one as columns, by rising |λ|.
@@ -97,7 +96,9 @@ pub fn eigen_complex(a: &ComplexMatrix) -> Result<(Vec<Complex>, ComplexMatrix),
             "an entry of a complex matrix is not finite",
         ));
     }
-    let found = a.eigen().map_err(|_| no_convergence(n))?;
+    let found = a.eigen();
+    registers::zero_upper();
+    let found = found.map_err(|_| no_convergence(n))?;
     let (values, vectors) = (found.S().column_vector(), found.U());
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&i, &j| values[i].norm().total_cmp(&values[j].norm()));
@@ -114,7 +115,9 @@ pub fn generalised_eigenvalues(a: &Matrix, e: &Matrix) -> Result<Vec<Option<Comp
     check_finite(a, "a descriptor system")?;
     check_finite(e, "a descriptor system's mass")?;
     let n = a.nrows();
-    let found = a.generalized_eigen(e).map_err(|_| no_convergence(n))?;
+    let found = a.generalized_eigen(e);
+    registers::zero_upper();
+    let found = found.map_err(|_| no_convergence(n))?;
     let negligible = n as f64 * f64::EPSILON * e.norm_l2();
     let (tops, bottoms) = (found.S_a().column_vector(), found.S_b().column_vector());
     Ok((0..n)
@@ -131,7 +134,9 @@ fn no_convergence(n: usize) -> Error {
 
 fn sorted_eigen(a: &Matrix) -> Result<(Vec<Complex>, ComplexMatrix), Error> {
     let n = a.nrows();
-    let found = a.eigen().map_err(|_| no_convergence(n))?;
+    let found = a.eigen();
+    registers::zero_upper();
+    let found = found.map_err(|_| no_convergence(n))?;
     let values: Vec<Complex> = found.S().column_vector().iter().copied().collect();
     if values
         .iter()

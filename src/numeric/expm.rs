@@ -92,7 +92,7 @@ fn scaled_exponential(a: &Matrix) -> Result<Matrix, Error> {
             "the exponential of a matrix of norm {norm:.1e} keeps no digit: the time step is too long"
         );
         return Err(Error::new(Code::Overflow, message)
-            .with_hint("choose a shorter sample time, or leave out the fastest states"));
+            .with_hint("choose a shorter sample time, or remove the fastest states"));
     }
     let factor = (-f64::from(halvings)).exp2();
     let small = Matrix::from_fn(a.nrows(), a.nrows(), |i, j| a[(i, j)] * factor);

@@ -5,7 +5,7 @@
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-use super::{Matrix, check_finite};
+use super::{Matrix, check_finite, registers};
 
 /// The triangle R of a tall matrix whose rows arrive one by one; memory is a few times R whatever the number of rows.
 #[derive(Debug, Clone)]
@@ -52,6 +52,7 @@ impl IncrementalQr {
         }
         let rows = self.filled.max(n); // rows never written are zero
         let qr = self.rows.subrows(0, rows).qr();
+        registers::zero_upper();
         let r = qr.thin_R();
         for j in 0..n {
             let column = self.rows.col_as_slice_mut(j);
@@ -89,7 +90,7 @@ pub fn solve_from_r(r: &Matrix) -> Result<LeastSquaresSolution, Error> {
             return Err(Error::new(
                 Code::IllPosed,
                 format!(
-                    "the data do not tell unknown {} of {n} from those before it",
+                    "the data do not separate unknown {} of {n} from those before it",
                     j + 1
                 ),
             )
@@ -132,7 +133,9 @@ pub struct Svd {
 /// `NoConvergence`; `Overflow` where an entry is not finite.
 pub fn svd(a: &Matrix) -> Result<Svd, Error> {
     check_finite(a, "a matrix")?;
-    let found = a.svd().map_err(|_| {
+    let found = a.svd();
+    registers::zero_upper();
+    let found = found.map_err(|_| {
         let (m, n) = (a.nrows(), a.ncols());
         Error::new(
             Code::NoConvergence,

@@ -30,7 +30,7 @@ pub(super) fn orthogonalise(columns: &mut [Vec<f64>]) -> Result<(Vec<f64>, usize
                 let cosine = cosine(x, y, lengths[p], lengths[q]);
                 worst = cosine.abs().max(worst);
                 if cosine.abs() > orthogonal {
-                    rotate(x, y, lengths[p], lengths[q], cosine);
+                    rotate(x, y, rotation(lengths[p], lengths[q], cosine));
                     (lengths[p], lengths[q]) = (norm(x), norm(y));
                 }
             }
@@ -47,7 +47,7 @@ pub(super) fn orthogonalise(columns: &mut [Vec<f64>]) -> Result<(Vec<f64>, usize
 }
 
 /// `xᵀ y / (‖x‖ ‖y‖)`; zero where a column is zero.
-fn cosine(x: &[f64], y: &[f64], x_length: f64, y_length: f64) -> f64 {
+pub(super) fn cosine(x: &[f64], y: &[f64], x_length: f64, y_length: f64) -> f64 {
     let product = x_length * y_length;
     if SAFE_SQUARES.contains(&product) {
         return dot(x, y) / product;
@@ -61,12 +61,17 @@ fn cosine(x: &[f64], y: &[f64], x_length: f64, y_length: f64) -> f64 {
         .sum()
 }
 
-/// The rotation by the smaller angle that makes x and y orthogonal: `ζ = (‖y‖² − ‖x‖²) / (2 xᵀy)`, `t = ±1/(|ζ| + √(1 + ζ²))`.
-fn rotate(x: &mut [f64], y: &mut [f64], x_length: f64, y_length: f64, cosine: f64) {
+/// Cosine and sine of the smaller angle by which columns of these lengths become orthogonal: `ζ = (‖y‖² − ‖x‖²) / (2 xᵀy)`,
+/// `t = ±1/(|ζ| + √(1 + ζ²))`.
+pub(super) fn rotation(x_length: f64, y_length: f64, cosine: f64) -> (f64, f64) {
     let zeta = (y_length / x_length - x_length / y_length) / (2.0 * cosine);
     let t = 1.0_f64.copysign(zeta) / (zeta.abs() + zeta.hypot(1.0));
     let c = 1.0 / t.hypot(1.0);
-    let s = c * t;
+    (c, c * t)
+}
+
+/// `(c x − s y, s x + c y)` in place of x and y.
+pub(super) fn rotate(x: &mut [f64], y: &mut [f64], (c, s): (f64, f64)) {
     for (x, y) in x.iter_mut().zip(y) {
         (*x, *y) = (c * *x - s * *y, s * *x + c * *y);
     }

@@ -5,7 +5,7 @@
 use faer::linalg::solvers::SolveLstsqCore;
 
 use super::symmetric::right_svd;
-use super::{Complex, ComplexMatrix, Matrix, check_finite};
+use super::{Complex, ComplexMatrix, Matrix, check_finite, registers};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -34,6 +34,7 @@ pub fn solve(a: &Matrix, b: &Matrix) -> Result<Matrix, Error> {
         column.iter_mut().for_each(|x| *x /= length);
     }
     let qr = scaled.qr();
+    registers::zero_upper();
     let r = qr.thin_R();
     // A column of zeros has become NaN here, and is caught as well.
     if let Some(j) = (0..n)
@@ -46,6 +47,7 @@ pub fn solve(a: &Matrix, b: &Matrix) -> Result<Matrix, Error> {
     }
     let mut x = b.clone();
     qr.solve_lstsq_in_place_with_conj(faer::Conj::No, x.as_mut());
+    registers::zero_upper();
     Ok(Matrix::from_fn(n, b.ncols(), |i, j| x[(i, j)] / lengths[i]))
 }
 
@@ -54,7 +56,9 @@ pub fn orthonormal_basis(a: &Matrix) -> Matrix {
     if a.ncols() == 0 {
         return a.clone();
     }
-    a.qr().compute_thin_Q()
+    let q = a.qr().compute_thin_Q();
+    registers::zero_upper();
+    q
 }
 
 /// R of `A = Q R`: with `‖R x‖ = ‖A x‖` for every x, in no more rows than columns.
@@ -62,13 +66,17 @@ pub fn qr_r(a: &Matrix) -> Matrix {
     if a.nrows() <= a.ncols() {
         return a.clone();
     }
-    a.qr().thin_R().to_owned()
+    let r = a.qr().thin_R().to_owned();
+    registers::zero_upper();
+    r
 }
 
 /// `A − Q Qᵀ A`: what the orthonormal columns of Q do not reach.
 pub fn project_out(q: &Matrix, a: &Matrix) -> Matrix {
     let along = q.transpose() * a;
-    a - q * along
+    let rest = a - q * along;
+    registers::zero_upper();
+    rest
 }
 
 /// The unit x with `‖A x‖` least, and that least.
@@ -100,7 +108,9 @@ pub fn rank_factorisation(
         let one = ComplexMatrix::from_fn(rank, 1, |_, _| Complex::ONE);
         return Ok((ComplexMatrix::from_fn(rows, rank, |i, j| a[(i, j)]), one));
     }
-    let found = a.thin_svd().map_err(|_| {
+    let found = a.thin_svd();
+    registers::zero_upper();
+    let found = found.map_err(|_| {
         let message =
             format!("the singular values of a complex {rows}×{columns} matrix did not settle");
         Error::new(Code::NoConvergence, message)

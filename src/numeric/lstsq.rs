@@ -7,7 +7,7 @@ use faer::linalg::solvers::Svd;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-use super::{Matrix, check_finite};
+use super::{Matrix, check_finite, registers};
 
 /// `x` for every column of `b`. Directions whose singular value is below rounding are left out.
 ///
@@ -47,6 +47,7 @@ pub fn lstsq(a: &Matrix, b: &Matrix) -> Result<Matrix, Error> {
         }
     });
     let x = svd.V() * weighted;
+    registers::zero_upper();
     Ok(Matrix::from_fn(n, b.ncols(), |i, j| x[(i, j)] / length[i]))
 }
 

@@ -72,6 +72,8 @@ pub mod quadratic;
 
 pub mod thin_qr;
 
+pub mod energy_modes;
+
 pub mod factorisations;
 
 pub mod sparse;

@@ -292,6 +292,7 @@ fn vanishing(growth: f64) -> Error {
         0.0 => "a pivot of the sparse factorisation is zero".to_owned(),
         _ => format!("the sparse factorisation grows {growth:.1e} times above its matrix"),
     };
-    Error::new(Code::NoConvergence, message)
-        .with_hint("the shift is an eigenvalue, or a freedom is held by no spring; move the shift")
+    Error::new(Code::NoConvergence, message).with_hint(
+        "the shift is an eigenvalue, or a degree of freedom has no stiffness; move the shift",
+    )
 }

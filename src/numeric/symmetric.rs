@@ -31,7 +31,9 @@ pub fn symmetric_eigen(a: &Matrix) -> Result<SymmetricEigen, Error> {
             vectors: a.clone(),
         }); // faer 0.24 subtracts one from n
     }
-    let found = a.self_adjoint_eigen(Side::Lower).map_err(|_| {
+    let found = a.self_adjoint_eigen(Side::Lower);
+    registers::zero_upper();
+    let found = found.map_err(|_| {
         Error::new(
             Code::NoConvergence,
             format!(
@@ -60,7 +62,9 @@ pub fn hermitian_eigen(a: &ComplexMatrix) -> Result<(Vec<f64>, ComplexMatrix), E
             format!("an entry of a Hermitian {n}×{n} matrix is not finite"),
         ));
     }
-    let found = a.self_adjoint_eigen(Side::Lower).map_err(|_| {
+    let found = a.self_adjoint_eigen(Side::Lower);
+    registers::zero_upper();
+    let found = found.map_err(|_| {
         Error::new(
             Code::NoConvergence,
             format!("the eigenvalues of a Hermitian {n}×{n} matrix did not settle"),
@@ -97,7 +101,9 @@ pub fn generalised_symmetric_eigen(k: &Matrix, m: &Matrix) -> Result<SymmetricEi
 /// Errors: `NotPositiveDefinite` with the row whose pivot is not positive; `Overflow` where an entry is not finite.
 pub fn cholesky(m: &Matrix) -> Result<Matrix, Error> {
     check_finite(m, "the mass matrix")?;
-    match m.llt(Side::Lower) {
+    let factor = m.llt(Side::Lower);
+    registers::zero_upper();
+    match factor {
         Ok(factor) => Ok(factor.L().to_owned()),
         Err(LltError::NonPositivePivot { index }) => {
             let message = format!(
@@ -109,10 +115,18 @@ pub fn cholesky(m: &Matrix) -> Result<Matrix, Error> {
     }
 }
 
+/// `A B`.
+pub fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let c = a * b;
+    registers::zero_upper();
+    c
+}
+
 /// `L⁻¹ B`.
 pub fn solve_lower(l: &Matrix, b: &Matrix) -> Matrix {
     let mut x = b.clone();
     l.solve_lower_triangular_in_place(&mut x);
+    registers::zero_upper();
     x
 }
 
@@ -120,6 +134,7 @@ pub fn solve_lower(l: &Matrix, b: &Matrix) -> Matrix {
 pub fn solve_lower_transposed(l: &Matrix, b: &Matrix) -> Matrix {
     let mut x = b.clone();
     l.transpose().solve_upper_triangular_in_place(&mut x);
+    registers::zero_upper();
     x
 }
 
@@ -163,7 +178,9 @@ fn check_pivots(pivots: impl Iterator<Item = f64>) -> Result<(), Error> {
 /// `NoConvergence`; `Overflow` where an entry is not finite.
 pub fn right_svd(a: &Matrix) -> Result<(Vec<f64>, Matrix), Error> {
     check_finite(a, "a matrix")?;
-    let found = a.thin_svd().map_err(|_| {
+    let found = a.thin_svd();
+    registers::zero_upper();
+    let found = found.map_err(|_| {
         let (m, n) = (a.nrows(), a.ncols());
         Error::new(
             Code::NoConvergence,

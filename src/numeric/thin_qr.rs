@@ -3,7 +3,7 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Par};
 
-use super::Matrix;
+use super::{Matrix, registers};
 
 /// `A = Q R` with as many columns of Q as of A.
 #[derive(Debug, Clone)]
@@ -26,8 +26,10 @@ pub fn thin_qr(a: &Matrix) -> ThinQr {
         };
     }
     let qr = a.qr();
+    let q = qr.compute_thin_Q();
+    registers::zero_upper();
     ThinQr {
-        q: qr.compute_thin_Q(),
+        q,
         r: qr.thin_R().to_owned(),
     }
 }
@@ -60,7 +62,9 @@ impl ThinQr {
 
 /// `Aᵀ B`.
 pub fn transposed_product(a: &Matrix, b: &Matrix) -> Matrix {
-    a.transpose() * b
+    let product = a.transpose() * b;
+    registers::zero_upper();
+    product
 }
 
 /// `A − B C`.
@@ -68,6 +72,7 @@ pub fn sub_product(a: &Matrix, b: &Matrix, c: &Matrix) -> Matrix {
     let mut left = a.clone();
     if b.ncols() > 0 {
         matmul(&mut left, Accum::Add, b, c, -1.0, Par::Seq);
+        registers::zero_upper();
     }
     left
 }

@@ -43,7 +43,7 @@ pub fn unstable(roots: impl Iterator<Item = Complex>) -> Option<Diagnostic> {
         fastest.re,
         2f64.ln() / fastest.re
     );
-    let hint = "steady answers are not reached; look for cross terms of bearings, negative stiffness or damping, or a speed beyond the stability limit";
+    let hint = "no steady state is reached; check for cross terms of bearings, negative stiffness or damping, or a speed beyond the stability limit";
     Some(Diagnostic {
         code: UNSTABLE,
         message,

@@ -2,6 +2,10 @@
 
 pub mod plausible;
 
+pub mod decision;
+
+pub mod meshes;
+
 pub mod prepared_machine;
 
 pub mod stages;

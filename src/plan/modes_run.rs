@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::linear_stability;
 use super::prepared_machine::PreparedMachine;
 use super::stages::{
-    DEFAULT_MODE_COUNT, MAX_COMPLEX_ORDER, ModesPlan, Stage, StageDecision, solver,
+    DEFAULT_MODE_COUNT, MAX_COMPLEX_ORDER, ModesPlan, Stage, StageDecision, undamped_solver,
 };
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
@@ -14,7 +14,7 @@ use crate::machine::spin::spinning;
 use crate::modes::campbell::{self, CampbellDiagram, CampbellOptions};
 use crate::modes::energy::{EnergyShares, energy_shares};
 use crate::modes::excitation_orders::OrderOptions;
-use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver};
+use crate::modes::modal_basis::{self, BasisSolution, ModalBasis};
 use crate::modes::mode::Mode;
 use crate::modes::mode_subset::{self, SubsetRequest};
 use crate::modes::reduction::{
@@ -36,6 +36,8 @@ pub struct ModesResult {
     pub energies: Vec<EnergyShares>,
     /// Their sensitivities, where they are real.
     pub sensitivities: Option<Vec<Vec<FrequencySensitivity>>>,
+    /// Solver of all undamped modes, where they were found together.
+    pub solution: Option<BasisSolution>,
     /// Mean speeds, rad/s by degree of freedom, where a speed was requested.
     pub speeds: Option<Vec<f64>>,
     /// Modes over speed, on request.
@@ -63,17 +65,6 @@ pub struct ReductionResult {
     /// Error of the response between the kept degrees of freedom.
     pub error: BandError,
 }
-
-fn lowest_digits(basis: &ModalBasis) -> f64 {
-    basis
-        .digits
-        .get(basis.n_rigid)
-        .copied()
-        .unwrap_or(f64::INFINITY)
-}
-
-/// Fewer digits of the lowest elastic mode than this ask for a more exact solver.
-const MIN_DIGITS: f64 = 9.0;
 
 /// Runs a plan of modes.
 ///
@@ -126,9 +117,9 @@ pub fn check_budget(
     let systems = study.state_space.is_some() || study.reduce.is_some() || study.campbell.is_some();
     let all = systems || !prepared_machine.model.is_sum_of_squares();
     if (systems && n > MAX_COMPLEX_ORDER) || (all && n > MAX_DENSE_DOFS) {
-        let message = format!("this needs all modes of {n} freedoms in dense matrices");
+        let message = format!("this needs all modes of {n} degrees of freedom in dense matrices");
         let hint = format!(
-            "up to {MAX_COMPLEX_ORDER} freedoms this is a matter of minutes; model the machine with fewer"
+            "up to {MAX_COMPLEX_ORDER} degrees of freedom this is a matter of minutes; model the machine with fewer"
         );
         return Err(Error::new(Code::BudgetExceeded, message).with_hint(hint));
     }
@@ -139,10 +130,10 @@ fn complex_of_many(n: usize) -> Error {
     // 3.1 s of a chain of 500 discs, 24 s of 1000.
     let seconds = 2.5e-8 * (n as f64).powi(3);
     let message = format!(
-        "complex modes of {n} freedoms would need a dense decomposition of twice that order, about {}, and {MAX_COMPLEX_ORDER} freedoms are allowed",
+        "complex modes of {n} degrees of freedom would need a dense decomposition of twice that order, about {}, and {MAX_COMPLEX_ORDER} degrees of freedom are allowed",
         format_duration(seconds)
     );
-    let hint = "ask for undamped modes (they show an estimate of each damping ratio): leave out --damped; or model the machine with fewer freedoms";
+    let hint = "request undamped modes (they show an estimate of each damping ratio): omit --damped; or model the machine with fewer degrees of freedom";
     Error::new(Code::BudgetExceeded, message).with_hint(hint)
 }
 
@@ -152,6 +143,7 @@ impl ModesResult {
             modes: Vec::new(),
             energies: Vec::new(),
             sensitivities: None,
+            solution: None,
             speeds: None,
             campbell: None,
             state_space: None,
@@ -183,7 +175,7 @@ impl ModesRun<'_> {
     fn stage(&mut self, stage: Stage) -> Result<(), Error> {
         match stage {
             // Done when the machine was prepared, or part of the solution.
-            Stage::Joints | Stage::OperatingPoint | Stage::Massless => Ok(()),
+            Stage::Meshes | Stage::Joints | Stage::OperatingPoint | Stage::Massless => Ok(()),
             Stage::Basis => self.basis(),
             Stage::Lowest => self.lowest(),
             Stage::Speeds => self.speeds(),
@@ -220,12 +212,9 @@ impl ModesRun<'_> {
 
     fn basis(&mut self) -> Result<(), Error> {
         let linear = &self.machine.model;
-        let first = solver(linear.n - linear.massless.len());
-        let mut basis = modal_basis::solve(linear, first)?;
-        if first == UndampedSolver::Bidiagonal && lowest_digits(&basis) < MIN_DIGITS {
-            basis = modal_basis::solve(linear, UndampedSolver::Factored)?;
-        }
+        let basis = modal_basis::solve(linear, undamped_solver(self.study))?;
         self.result.modes = self.select_modes(undamped::modes(linear, &basis));
+        self.result.solution = Some(basis.solution);
         self.basis = Some(basis);
         Ok(())
     }
@@ -303,7 +292,7 @@ impl ModesRun<'_> {
         } = self.machine;
         let (Some(range), Some(basis)) = (self.study.campbell, &self.basis) else {
             let message = format!(
-                "a Campbell diagram of {} freedoms needs all their modes at every speed",
+                "a Campbell diagram of {} degrees of freedom needs all their modes at every speed",
                 linear.n
             );
             return Err(
@@ -324,10 +313,10 @@ impl ModesRun<'_> {
             .count();
         if doubtful > 0 {
             let message =
-                format!("{doubtful} branches could not be followed without doubt at every speed");
+                format!("{doubtful} branches could not be tracked with certainty at every speed");
             let hint = Some("see uncertain_rpm in --json; take more points there".to_string());
             self.result.diagnostics.push(Diagnostic {
-                code: "branch-in-doubt",
+                code: "branch-uncertain",
                 message,
                 hint,
             });
@@ -343,7 +332,7 @@ impl ModesRun<'_> {
             ..
         } = self.machine;
         let Some(basis) = &self.basis else {
-            let message = format!("this needs all modes of {} freedoms", linear.n);
+            let message = format!("this needs all modes of {} degrees of freedom", linear.n);
             return Err(Error::new(Code::BudgetExceeded, message));
         };
         Ok(AnalysisContext {
@@ -361,7 +350,7 @@ impl ModesRun<'_> {
         let context = self.case()?;
         if context.model.n > MAX_COMPLEX_ORDER {
             let message = format!(
-                "the state-space form of {} freedoms is a dense matrix of twice that order",
+                "the state-space form of {} degrees of freedom is a dense matrix of twice that order",
                 context.model.n
             );
             return Err(

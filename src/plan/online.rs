@@ -96,7 +96,7 @@ impl OnlineAnalysis {
                 let Some(teeth) = &study.teeth else {
                     let error = Error::new(
                         Code::MissingKey,
-                        "nothing says which teeth lie between the shafts",
+                        "the teeth between the shafts are not stated",
                     );
                     return Err(error.with_hint("add --teeth 21:63, or `teeth` to the study"));
                 };
@@ -124,7 +124,7 @@ impl OnlineAnalysis {
                 if (scene.samples + 1) < options.block {
                     let message = format!("{} samples fill no block of {block}", scene.samples + 1);
                     return Err(Error::new(Code::TooShort, message)
-                        .with_hint("ask for more --samples, or a shorter block"));
+                        .with_hint("request more --samples, or a shorter block"));
                 }
                 Some(OnlineSpectra {
                     estimator: WelchEstimator::new(rate_hz, shown, &[], &options)?,
@@ -242,7 +242,7 @@ impl OnlineAnalysis {
                             "{n} points of the orders fell out: too few samples in their turns"
                         ),
                     },
-                    hint: Some("ask for more --samples, a longer motion or other --turns".into()),
+                    hint: Some("request more --samples, a longer motion or other --turns".into()),
                 });
             }
             result.tracks = Some((followed.node, tracks));

@@ -50,7 +50,7 @@ fn modules(model: &Model) -> Vec<Diagnostic> {
     let worms = worms.map(|p| (p.name.text.clone(), p.module, p.contact.stiffness));
     let stages = model.planetaries.iter().flat_map(|p| {
         let module = match p.size {
-            PlanetaryGeometry::Teeth { module, .. } => module,
+            PlanetaryGeometry::Teeth { modules, .. } => modules.map(|m| m[0]),
             PlanetaryGeometry::Radii { .. } => None,
         };
         let name = &p.name.text;
@@ -74,7 +74,7 @@ fn modules(model: &Model) -> Vec<Diagnostic> {
                 let message = format!(
                     "the module of {own} is {module} m, and gears have 0.3 to 50 mm (ISO 54 lists 1 to 50 mm)"
                 );
-                all.push(warning("implausible", message, "look at its unit"));
+                all.push(warning("implausible", message, "check its unit"));
                 large.push(own);
             }
             continue;
@@ -87,7 +87,7 @@ fn modules(model: &Model) -> Vec<Diagnostic> {
             let message = format!(
                 "the mesh stiffness of {name} is {k:.2e} N/m, and usual is about {usual:.1e} N/m: 14 N/(mm·µm) (ISO 6336-1) times ten modules of face width"
             );
-            let hint = "look at the units of `k` and `module`; 400 N/µm is 4e8 N/m";
+            let hint = "check the units of `k` and `module`; 400 N/µm is 4e8 N/m";
             all.push(warning("implausible", message, hint));
         }
     }
@@ -104,7 +104,7 @@ fn inertias(model: &Model) -> Vec<Diagnostic> {
                 "J_diametral of `{}` is {diametral:.4e} kg·m², and no body has less than J/2 = {least:.4e} kg·m² (perpendicular-axis theorem; a thin disc has J/2)",
                 body.name.text
             );
-            warning("implausible", message, "look at both moments of inertia")
+            warning("implausible", message, "check both moments of inertia")
         })
     });
     thin.collect()
@@ -148,6 +148,6 @@ fn speeds(machine: &Machine, kinematics: &Kinematics) -> Option<Diagnostic> {
         stated.join(", "),
         error.message
     );
-    let hint = "motion and gyroscopic terms need speeds that fit: state one node of every part that turns by itself";
+    let hint = "motion and gyroscopic terms need speeds that fit: state one node of every part that turns independently";
     Some(warning("speeds-misfit", message, hint))
 }

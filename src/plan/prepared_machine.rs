@@ -1,5 +1,7 @@
 //! Machine prepared for a study: rigid joints eliminated, operating point found, linearised.
 
+use super::decision::StageDecision;
+use super::meshes::stage::{MeshStage, with_meshes};
 use super::plausible;
 use crate::base::error::{Diagnostic, Error};
 use crate::machine::build::build;
@@ -15,6 +17,8 @@ use crate::scene::model::{BranchDamping, Model};
 
 /// Machine assembled for analysis.
 pub struct PreparedMachine {
+    /// Meshes that name gear files.
+    pub meshes: MeshStage,
     /// Masses and branches.
     pub machine: Machine,
     /// Rigid joints, solved.
@@ -33,15 +37,18 @@ impl PreparedMachine {
     /// Builds and linearises a model.
     ///
     /// # Errors
-    /// Whatever is wrong with the machine: unknown nodes, contradicting ratios, parts joined to nothing, masses missing.
+    /// Whatever is wrong with the machine: unknown nodes, contradicting ratios, parts joined to nothing, masses missing; meshes of gear files
+    /// that cannot carry their torques.
     pub fn new(model: &Model) -> Result<PreparedMachine, Error> {
-        let machine = build(model)?;
+        let (model, meshes) = with_meshes(model)?;
+        let machine = build(&model)?;
         let kinematics = Kinematics::new(&machine)?;
         let operating = OperatingPoint::solve(&machine, &kinematics)?;
         let linear_model = LinearModel::new(&machine, &kinematics, &operating)?;
         let forest = mode_subset::as_forest(&linear_model);
-        let implausible = plausible::warnings(model, &machine, &kinematics);
+        let implausible = plausible::warnings(&model, &machine, &kinematics);
         Ok(PreparedMachine {
+            meshes,
             implausible,
             machine,
             kinematics,
@@ -49,6 +56,18 @@ impl PreparedMachine {
             model: linear_model,
             forest,
         })
+    }
+
+    /// Stages of a study behind that of the meshes, where the model names gear files.
+    pub fn after_meshes(
+        &self,
+        stages: Vec<(&'static str, StageDecision)>,
+    ) -> Vec<(&'static str, StageDecision)> {
+        let own = self
+            .meshes
+            .is_named
+            .then(|| ("meshes", self.meshes.decision.clone()));
+        own.into_iter().chain(stages).collect()
     }
 
     /// Mean speed of every degree of freedom, rad/s, at a speed of the first node of `[speed]`; none where none is requested.
@@ -145,6 +164,7 @@ impl PreparedMachine {
                 Some("give every body with lateral axes a bearing"),
             );
         }
+        all.extend(self.meshes.diagnostics.iter().cloned());
         all.extend(self.implausible.iter().cloned());
         all
     }

@@ -118,7 +118,7 @@ impl SimulationResult {
             .chain(result.diagnostics.clone())
             .collect();
         Ok(SimulationResult {
-            plan: stages::plan(&ready, &choice, study),
+            plan: machine.after_meshes(stages::plan(&ready, &choice, study)),
             step_time_s: single_load_step(scene).filter(|t| *t < ready.end_time),
             scene: ready,
             choice,
@@ -163,7 +163,7 @@ fn inexact_step_warning(choice: &MethodChoice, exact: &str) -> Diagnostic {
     Diagnostic {
         code: "step-for-exact",
         message: format!(
-            "a step was asked for, so that {} took the motion, which {exact} would give without an error of steps",
+            "a step was stated, so {} was used; {exact} would have no step error",
             choice.method.name
         ),
         hint: Some("leave the step out; `geardyn accuracy` shows what its error is".to_string()),
@@ -198,7 +198,7 @@ fn output_sampling_warning(scene: &SimulationSetup, history: &MotionHistory) -> 
     Some(Diagnostic {
         code: "coarse-samples",
         message: format!(
-            "`{}` swings so fast that {} samples lie in a period: extremes and means of the outputs are those of the samples, and miss what lies between",
+            "`{}` oscillates so fast that a period has {} samples: extremes and means of the outputs are those of the samples",
             scene.outputs.list[output].name,
             format_per_period(per_period)
         ),
@@ -285,11 +285,11 @@ fn step_size_warning(model: &DynamicModel, choice: &MethodChoice) -> Option<Diag
     (per_period < fewest).then(|| Diagnostic {
         code: "long-step",
         message: format!(
-            "{} steps in a period of the fastest that can swing: where it does, it is not followed; {told}",
+            "{} steps per period of the fastest oscillation, which is not resolved if excited; {told}",
             format_per_period(per_period)
         ),
         hint: Some(format!(
-            "--step \"{}\" gives {SAMPLES_PER_PERIOD} in each; where half the step changes nothing, it does not swing",
+            "--step \"{}\" gives {SAMPLES_PER_PERIOD} in each; if half the step changes nothing, it is not excited",
             format_flag_time(step * per_period / SAMPLES_PER_PERIOD)
         )),
     })

@@ -2,14 +2,17 @@
 //!
 //! `geardyn plan` prints it, and the run goes through it row by row, so that what is announced is what happens.
 
+pub use super::decision::StageDecision;
 use super::prepared_machine::PreparedMachine;
 use crate::machine::operating_point::ActiveFlank;
-use crate::modes::modal_basis::UndampedSolver;
+use crate::modes::modal_basis::{LISTED_SHAPES, UndampedSolver};
 use crate::scene::study::{ModesStudy, ReductionKind};
 
 /// One stage of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
+    /// Meshes of gear files at their torques.
+    Meshes,
     /// Rigid joints eliminated.
     Joints,
     /// Which contacts carry.
@@ -36,15 +39,6 @@ pub enum Stage {
     Reduction,
 }
 
-/// Whether a stage runs, and why.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum StageDecision {
-    /// It runs: what it will do.
-    Runs(String),
-    /// It is left out: why.
-    LeftOut(String),
-}
-
 /// A row of the table.
 pub struct StageEntry {
     /// The stage.
@@ -58,6 +52,11 @@ pub struct StageEntry {
 /// The stages in the order they run.
 pub const STAGES: &[StageEntry] = &[
     StageEntry {
+        stage: Stage::Meshes,
+        name: "meshes",
+        decide: meshes,
+    },
+    StageEntry {
         stage: Stage::Joints,
         name: "rigid joints",
         decide: joints,
@@ -69,7 +68,7 @@ pub const STAGES: &[StageEntry] = &[
     },
     StageEntry {
         stage: Stage::Massless,
-        name: "massless freedoms",
+        name: "massless degrees of freedom",
         decide: massless,
     },
     StageEntry {
@@ -150,9 +149,6 @@ impl ModesPlan {
     }
 }
 
-/// Up to this many coordinates all modes come from the factored form at once: below a tenth of a second.
-const MAX_FACTORED_DOFS: usize = 200;
-
 /// Up to this many all modes are found densely; beyond only the lowest, unless the study names a number.
 pub const MAX_DENSE_DOFS: usize = 2000;
 
@@ -165,12 +161,16 @@ pub const DEFAULT_MODE_COUNT: usize = 20;
 /// The largest order whose complex modes are found all at once.
 pub const MAX_COMPLEX_ORDER: usize = 1000;
 
-/// The solver of all undamped modes at first; digits may ask for the factored form afterwards.
-pub fn solver(n: usize) -> UndampedSolver {
-    if n <= MAX_FACTORED_DOFS {
-        UndampedSolver::Factored
-    } else {
-        UndampedSolver::Bidiagonal
+/// Solver of all undamped modes: damped, gyroscopic and reduced machines are written over their shapes, which then need all digits.
+pub fn undamped_solver(study: &ModesStudy) -> UndampedSolver {
+    let built_on_shapes = study.damped
+        || study.speed.is_some()
+        || study.campbell.is_some()
+        || study.state_space.is_some()
+        || study.reduce.is_some();
+    match built_on_shapes {
+        true => UndampedSolver::Factored,
+        false => UndampedSolver::Energies(LISTED_SHAPES),
     }
 }
 
@@ -183,12 +183,16 @@ fn uses_iteration(machine: &PreparedMachine, study: &ModesStudy) -> bool {
     !all_needed && ((few && n > MIN_ITERATIVE_DOFS) || n > MAX_DENSE_DOFS)
 }
 
+fn meshes(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
+    machine.meshes.decision.clone()
+}
+
 fn joints(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
     let (all, stay) = (machine.machine.dofs.len(), machine.model.n);
     match all - stay {
         0 => StageDecision::LeftOut("no rigid joint".to_string()),
         gone => StageDecision::Runs(format!(
-            "{gone} of {all} freedoms follow exactly, {stay} stay"
+            "{gone} of {all} degrees of freedom follow exactly, {stay} stay"
         )),
     }
 }
@@ -203,7 +207,7 @@ fn operating_point(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
             )),
         },
         (_, true) => StageDecision::LeftOut(format!(
-            "no load is stated: {contacts} contacts with play stand on their drive flanks"
+            "no load is stated: {contacts} contacts with play are closed on their drive flanks"
         )),
         (_, false) => {
             let count = |state| {
@@ -217,7 +221,7 @@ fn operating_point(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
             let (drive, coast) = (count(ActiveFlank::Drive), count(ActiveFlank::Coast));
             let open = count(ActiveFlank::Open);
             StageDecision::Runs(format!(
-                "under the mean loads {drive} contacts with play carry on the drive flank, {coast} on the coast flank, {open} stand open"
+                "under the mean loads {drive} contacts with play carry on the drive flank, {coast} on the coast flank, {open} are open"
             ))
         }
     }
@@ -225,25 +229,29 @@ fn operating_point(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
 
 fn massless(machine: &PreparedMachine, _: &ModesStudy) -> StageDecision {
     match machine.model.massless.len() {
-        0 => StageDecision::LeftOut("every freedom has inertia".to_string()),
-        n => StageDecision::Runs(format!("{n} freedoms without inertia follow statically")),
+        0 => StageDecision::LeftOut("every degree of freedom has inertia".to_string()),
+        n => StageDecision::Runs(format!(
+            "{n} degrees of freedom without inertia follow statically"
+        )),
     }
 }
 
 fn basis(prepared_machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     if uses_iteration(prepared_machine, study) {
-        return StageDecision::LeftOut("only some modes are asked of a large machine".to_string());
+        return StageDecision::LeftOut(
+            "only some modes of a large machine are requested".to_string(),
+        );
     }
     let n = prepared_machine.model.n - prepared_machine.model.massless.len();
     let kind = match prepared_machine.machine.is_lateral() {
         true => "torsional and lateral",
-        false => "torsional freedoms only, since no bearing supports a lateral one",
+        false => "torsional degrees of freedom only, since no bearing supports a lateral one",
     };
-    StageDecision::Runs(match solver(n) {
+    StageDecision::Runs(match undamped_solver(study) {
         UndampedSolver::Factored => format!("all {n}, as singular values of √k W M^-½; {kind}"),
-        UndampedSolver::Bidiagonal => format!(
-            "all {n}, as singular values of √k W M^-½ by bidiagonal reduction, in graded form where that leaves too few digits; {kind}"
-        ),
+        UndampedSolver::Energies(_) => {
+            format!("all {n}, by the symmetric eigenproblem, frequencies from energies; {kind}")
+        }
     })
 }
 
@@ -271,7 +279,7 @@ fn lowest(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
 
 fn speeds(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     if study.speed.is_none() && study.campbell.is_none() {
-        return StageDecision::LeftOut("no speed is asked for".to_string());
+        return StageDecision::LeftOut("no speed is requested".to_string());
     }
     StageDecision::Runs(format!(
         "mean speed of {} nodes from exact ratios",
@@ -302,7 +310,7 @@ fn complex(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     StageDecision::LeftOut(match (study.damped, study.speed.is_some()) {
         (true, _) => "nothing damps".to_string(),
         (_, true) => "nothing tilts while it spins".to_string(),
-        _ => "damping was not asked for; real modes suffice".to_string(),
+        _ => "damping was not requested; real modes suffice".to_string(),
     })
 }
 
@@ -321,7 +329,7 @@ fn sensitivities(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision
 
 fn campbell(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     let Some(range) = study.campbell else {
-        return StageDecision::LeftOut("not asked for".to_string());
+        return StageDecision::LeftOut("not requested".to_string());
     };
     if machine.machine.gyroscopic.is_empty() {
         return StageDecision::Runs(
@@ -333,7 +341,7 @@ fn campbell(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
 
 fn state_space(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     let Some(wanted) = &study.state_space else {
-        return StageDecision::LeftOut("not asked for".to_string());
+        return StageDecision::LeftOut("not requested".to_string());
     };
     if machine.model.branches.iter().any(|b| b.loss_factor != 0.0) {
         return StageDecision::Runs("refused: a loss factor has no state-space form".to_string());
@@ -352,7 +360,7 @@ fn state_space(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
 
 fn reduction(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     let Some(wanted) = &study.reduce else {
-        return StageDecision::LeftOut("not asked for".to_string());
+        return StageDecision::LeftOut("not requested".to_string());
     };
     let method = match wanted.method {
         ReductionKind::Guyan => "Guyan's condensation".to_string(),
@@ -362,7 +370,7 @@ fn reduction(machine: &PreparedMachine, study: &ModesStudy) -> StageDecision {
     };
     let n = machine.model.n;
     StageDecision::Runs(format!(
-        "{method} of {n} freedoms, compared with all of them up to {} Hz",
+        "{method} of {n} degrees of freedom, compared with all of them up to {} Hz",
         wanted.max_frequency_hz
     ))
 }

@@ -54,7 +54,7 @@ pub fn for_channel(
                     found.unit
                 );
                 return Err(Error::new(Code::WrongUnit, message).with_hint(
-                    "leave the sensitivity out, or say that the numbers are volts: --unit NAME=V",
+                    "leave the sensitivity out, or state that the numbers are volts: --unit NAME=V",
                 ));
             }
         };

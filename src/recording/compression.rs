@@ -60,7 +60,7 @@ pub fn find_log_member<R: Read + Seek>(
             Code::EmptyLog,
             format!("{path} is a zip archive without members"),
         )
-        .with_hint("look whether the right file was named")),
+        .with_hint("check whether the right file was named")),
         _ if members.iter().any(|m| m.1 == "[Content_Types].xml") => Err(Error::new(
             Code::UnknownFormat,
             format!("{path} is an Office document, which is not read"),

@@ -311,8 +311,7 @@ impl Faults {
                 code: "stuck",
                 message: message.replace("  ", " "),
                 hint: Some(
-                    "look at the sensor and its cable; leave the time out: --after, --before"
-                        .into(),
+                    "check the sensor and its cable; leave the time out: --after, --before".into(),
                 ),
             }
         };

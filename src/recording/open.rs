@@ -45,7 +45,7 @@ fn open_file(path: &str, options: &ReadOptions, progress: &dyn Fn(f64)) -> Resul
     let missing =
         |message: String, hint: &str| Error::new(Code::FileMissing, message).with_hint(hint);
     const HINT_RELATIVE_PATH: &str = "paths are taken from the folder the command is run in";
-    const HINT_PERMISSION: &str = "the file is there: ask its owner for the right to read it";
+    const HINT_PERMISSION: &str = "the file exists: ask its owner for read permission";
     let unreadable = |e: io::Error| {
         let is_kept = e.kind() == io::ErrorKind::PermissionDenied;
         let hint = if is_kept {

@@ -63,11 +63,11 @@ pub fn record(found: &EncoderResult, all: bool) -> String {
             play.variation.as_ref().map_or(String::new(), |course| {
                 let varies = match course.range.1 > course.range.0 {
                     true => format!(
-                        "{} … {} over the angle by the orders that stand out",
+                        "{} … {} over the angle by the significant orders",
                         four_digits(arcsec(course.range.0)),
                         four_digits(arcsec(course.range.1))
                     ),
-                    false => "no order of it stands out of the noise".to_string(),
+                    false => "no order of it is significant".to_string(),
                 };
                 let at_each = four_digits(arcsec(Z_95 * course.deviation));
                 format!(", {varies}, ± {at_each} at each angle")
@@ -189,7 +189,7 @@ fn flank_table(flank: &FlankEvaluation, found: &EncoderResult, all: bool) -> Str
             ),
         );
     }
-    row("left beside the orders", flank.noise, "rms".into());
+    row("residual (not in the orders)", flank.noise, "rms".into());
     text += &table.text();
     text += &lines(flank, with_um, found, all);
     text += &largest(flank);
@@ -211,7 +211,7 @@ fn flank_table(flank: &FlankEvaluation, found: &EncoderResult, all: bool) -> Str
 fn largest(flank: &FlankEvaluation) -> String {
     let known = || flank.lines.iter().filter(|l| l.significant);
     let Some(first) = known().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude)) else {
-        return "no order stands out of the noise\n".to_string();
+        return "no order is significant\n".to_string();
     };
     let others = flank.unexplained.iter().map(|u| u.amplitude);
     let sum: f64 = known()
@@ -220,7 +220,7 @@ fn largest(flank: &FlankEvaluation) -> String {
         .map(|a| a * a)
         .sum();
     format!(
-        "most of it: order {}, {}, {} % of the squares of what stands out\n",
+        "most of it: order {}, {}, {} % of the sum of squares of the significant orders\n",
         first.order.fraction,
         first.order.names.join(" = "),
         percent(first.amplitude.powi(2) / sum)
@@ -254,7 +254,7 @@ fn attribution(all: &Attribution) -> String {
         }
     }
     let mut text = format!(
-        "\n{}\nevenly: as it would be measured if the input turned evenly, which is how errors arrive\nthe record tells {} numbers of {} declared errors; where orders are shared no source has a size of its own\n",
+        "\n{}\nevenly: as measured if the input turned evenly, which is how errors are transmitted\nthe record determines {} values of {} declared errors; sources that share an order are not separated\n",
         table.text(),
         all.rank,
         all.sources
@@ -335,7 +335,7 @@ fn source_text(line: &OrderEstimate) -> String {
     let mut text = line.order.names.join(" = ");
     for near in line.unresolved() {
         text += &format!(
-            "; not told from {} before {} turns",
+            "; separable from {} only after {} turns",
             near.name,
             four_digits(near.turns.ceil())
         );

@@ -2,14 +2,16 @@
 
 use serde_json::{Map, Value, json};
 
-use super::gear_plot::{self, TeethInMesh};
+use super::gear_plot;
 use super::number_format::significant;
+use super::outline_file::NamedOutline;
 use super::plan::{step_lines, steps};
 use super::presentation::{Figure, Presentation, Provenance};
 use super::table::{Table, decimal, or_blank, or_dash};
 use crate::base::error::Error;
 use crate::gear::cylindrical::backlash::{Backlash, BacklashLimits};
 use crate::gear::cylindrical::drawing::ReadingLimits;
+use crate::gear::cylindrical::gear_outline::OutlineSteps;
 use crate::gear::cylindrical::path_points::PathPoint;
 use crate::gear::cylindrical::warnings::{NearestValue, Warning};
 use crate::gear::load::compliance::StiffnessRow;
@@ -21,7 +23,7 @@ use crate::plan::gear::run::GearResult;
 use crate::scene::gear_file::GearFile;
 
 /// Seconds of arc in a radian.
-const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
+pub(super) const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
 
 /// A gear file with what it gives.
 pub struct GearAnswer<'a> {
@@ -29,6 +31,19 @@ pub struct GearAnswer<'a> {
     pub file: &'a GearFile,
     /// The result.
     pub result: GearResult,
+}
+
+impl GearAnswer<'_> {
+    /// Outlines of both gears, as they touch at the pitch point.
+    pub fn outlines(&self) -> Vec<NamedOutline> {
+        let pair = &self.result.pair;
+        let teeth = pair.members.map(|m| 0..m.gear.teeth as i32);
+        let polygons = pair.polygons_in_mesh(teeth, OutlineSteps::default());
+        let named = (polygons.into_iter().flatten()).zip(MEMBERS);
+        named
+            .map(|(points, name)| NamedOutline { name, points })
+            .collect()
+    }
 }
 
 impl Presentation for GearAnswer<'_> {
@@ -42,13 +57,10 @@ impl Presentation for GearAnswer<'_> {
 
     fn body(&self) -> Result<Value, Error> {
         let result = &self.result;
-        let geometry: Map<String, Value> = (result.quantities.iter())
-            .map(|q| (q.key(), quantity_json(q)))
-            .collect();
         Ok(json!({
             "title": self.file.title,
             "kind": "cylindrical",
-            "geometry": geometry,
+            "geometry": geometry_json(&result.quantities),
             "limits": result.limits.iter().map(limit_json).collect::<Vec<_>>(),
             "drawing": result.drawing.iter().map(|all| all.iter().map(reading_json).collect()).collect::<Vec<Vec<_>>>(),
             "backlash": result.backlash.as_ref().map(backlash_json),
@@ -68,10 +80,7 @@ impl Presentation for GearAnswer<'_> {
 
     fn text(&self) -> String {
         let result = &self.result;
-        let mut text = match self.file.title.is_empty() {
-            true => String::new(),
-            false => format!("{}\n\n", self.file.title),
-        };
+        let mut text = title_lines(&self.file.title);
         text += &geometry_table(&result.quantities).text();
         text += &format!("\n{}", drawing_table(&result.drawing).text());
         if let Some(backlash) = &result.backlash {
@@ -108,19 +117,19 @@ impl Presentation for GearAnswer<'_> {
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         let (title, result) = (&self.file.title, &self.result);
-        let mut all = vec![Figure::first(gear_plot::draw_teeth(&TeethInMesh {
-            title,
-            pair: &result.pair,
-            path: &result.path,
-        }))];
-        if !result.path.is_empty() {
+        let (pair, path) = (&result.pair, &result.path);
+        let mut all = vec![Figure::first(gear_plot::draw_teeth(title, pair, path))];
+        if !path.is_empty() {
             all.push(Figure::new(
                 "sliding",
-                gear_plot::draw_sliding(title, &result.pair),
+                gear_plot::draw_sliding(title, pair, path),
             ));
         }
         if let Some(mesh) = &result.mesh {
             all.push(Figure::new("mesh", gear_plot::draw_mesh(title, mesh)));
+            let stiffness = gear_plot::draw_stiffness(title, mesh);
+            all.push(Figure::new("stiffness", stiffness));
+            all.push(Figure::new("sharing", gear_plot::draw_sharing(title, mesh)));
             if mesh.cycles.len() > 1 {
                 all.push(Figure::new(
                     "harris",
@@ -132,10 +141,20 @@ impl Presentation for GearAnswer<'_> {
     }
 }
 
-fn quantity_json(quantity: &GearQuantity) -> Value {
-    match quantity.value {
+/// Quantities by name with unit: a value of the pair, or those of both members.
+pub(super) fn geometry_json(quantities: &[GearQuantity]) -> Map<String, Value> {
+    let value = |quantity: &GearQuantity| match quantity.value {
         QuantityValue::Each(values) => json!(values),
         QuantityValue::Pair(value) => json!(value),
+    };
+    quantities.iter().map(|q| (q.key(), value(q))).collect()
+}
+
+/// Title of a file above its result; empty where it has none.
+pub(super) fn title_lines(title: &str) -> String {
+    match title.is_empty() {
+        true => String::new(),
+        false => format!("{title}\n\n"),
     }
 }
 
@@ -223,7 +242,8 @@ fn mesh_json(mesh: &MeshResult) -> Value {
     })
 }
 
-fn geometry_table(quantities: &[GearQuantity]) -> Table<'static> {
+/// Table of quantities.
+pub(super) fn geometry_table(quantities: &[GearQuantity]) -> Table<'static> {
     let mut table = Table::texts("quantity|symbol|pinion|gear|unit").words(&[]);
     for quantity in quantities {
         let [first, second] = match quantity.value {

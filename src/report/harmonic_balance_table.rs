@@ -115,7 +115,7 @@ fn period_doubled_text(result: &HarmonicBalanceResult, factor: f64, unit: &str) 
                 };
             text += &match curve.period_doubled.iter().find(reached) {
                 Some(_) => format!(
-                    "the doubling at {born} rpm ends the motions of two periods told above\n"
+                    "the period doubling at {born} rpm ends the double-period motions listed above\n"
                 ),
                 None => format!(
                     "the motion of two periods born at {born} rpm was not found: simulate in time to see it\n"

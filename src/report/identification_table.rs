@@ -161,7 +161,7 @@ fn similar_modes_text(found: &IdentificationResult) -> String {
         true => String::new(),
         false => {
             wrap_lines(&format!(
-                "the outputs hardly tell the shapes of modes {} apart",
+                "the modes {} are nearly indistinguishable at these outputs",
                 pairs.join(", ")
             )) + "\n"
         }

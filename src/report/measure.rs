@@ -30,7 +30,7 @@ impl Presentation for MeasurementReport<'_> {
         let (gear, result) = (self.gear, &self.result);
         Ok(json!({
             "title": gear.title,
-            "asked": gear.requirement.as_ref().map(requirement_json),
+            "required": gear.requirement.as_ref().map(requirement_json),
             "within": result.is_within_limits(),
             "deviations": result.rows.iter().map(|row| deviation(gear, row)).collect::<Vec<_>>(),
             "notes": result.notes,

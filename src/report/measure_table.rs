@@ -77,12 +77,12 @@ fn head(gear: &MeasuredGear) -> String {
     match &gear.requirement {
         Some(requirement) => {
             text += &format!(
-                "asked: {}, {}\n",
+                "required: {}, {}\n",
                 requirement.accuracy.describe(),
                 standard(requirement)
             );
         }
-        None => text += "no accuracy is asked\n",
+        None => text += "no grade is required\n",
     }
     text
 }
@@ -95,7 +95,7 @@ fn short(x: f64) -> String {
 fn table(gear: &MeasuredGear, rows: &[&GradedValue]) -> String {
     let by_table = rows.iter().any(|row| row.reached_by_table.is_some());
     let mut table =
-        Table::new("||JB 179-60|flank|value [µm]|± [µm]|limit [µm]|grade [asked]|:1995|:2013")
+        Table::new("||JB 179-60|flank|value [µm]|± [µm]|limit [µm]|grade [required]|:1995|:2013")
             .columns_if(by_table, "table")
             .columns("|")
             .words(&[0, 1, 2, 3]);
@@ -207,7 +207,7 @@ fn verdict(gear: &MeasuredGear, result: &MeasurementResult) -> String {
         (0, _) => "nothing is held against a limit\n".to_string(),
         (_, true) => format!("{held} of {all} values have a limit, all within it\n"),
         (_, false) => format!(
-            "OUT of what was asked: {} ({held} of {all} values have a limit)\n",
+            "OUT of tolerance: {} ({held} of {all} values have a limit)\n",
             out.join(", ")
         ),
     };
@@ -217,7 +217,7 @@ fn verdict(gear: &MeasuredGear, result: &MeasurementResult) -> String {
         .count();
     if gear.requirement.is_some() && by_grade == 0 {
         text +=
-            &format!("{by} gives none of these values a limit: the grade asked is not judged\n");
+            &format!("{by} gives none of these values a limit: the required grade is not judged\n");
     }
     text
 }

@@ -25,99 +25,25 @@ impl Presentation for ComparisonReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
             sources: &self.scene.sources,
-            trace: vec!["freedoms", "reference", "ladder"],
+            trace: vec!["dofs", "reference", "runs"],
             ..Provenance::default()
         }
     }
 
     fn body(&self) -> Result<Value, Error> {
-        let (found, wanted) = (&self.result, self.target_error);
-        let run = |compared_method: &ComparedMethod| {
-            let [coordinates, modes, lengths] = sizes(compared_method);
-            json!({
-                "method": compared_method.method, "coordinates": coordinates, "modes": modes, "lengths": lengths, "error": compared_method.error,
-                "run_time_s": compared_method.seconds, "status": compared_method.failure.as_deref().unwrap_or("ok"),
-            })
-        };
-        let best = found.cheapest(wanted).or(found.most_accurate());
-        let reached = found.cheapest(wanted).is_some();
-        let [coordinates, modes, lengths] = best.map_or([None; 3], sizes);
-        Ok(json!({
-            "interrupted": found.interrupted,
-            "compared": found.quantity,
-            "norm": found.norm,
-            "freedoms": found.dofs,
-            "reference": { "method": found.reference, "error": found.reference_error },
-            "runs": found.methods.iter().map(run).collect::<Vec<_>>(),
-            "recommendation": {
-                "error": wanted, "reached": reached, "method": best.map(|w| w.method), "coordinates": coordinates, "modes": modes,
-                "lengths": lengths, "run_time_s": best.map(|w| w.seconds), "error_reached": best.and_then(|w| w.error),
-                "text": recommendation_text(found, wanted),
-            },
-        }))
+        Ok(comparison_json(&self.result, self.target_error))
     }
 
     fn text(&self) -> String {
-        let (found, wanted) = (&self.result, self.target_error);
-        let mut text = format!(
-            "error in {} ({}) against run time; {}\nreference: {}, good to {}\n\n",
-            found.quantity,
-            found.norm,
-            pluralise(found.dofs, "freedom"),
-            found.reference,
-            format_error(found.reference_error),
-        );
-        let mut table = Table::named("way|at|error|time");
-        for method in &found.methods {
-            let Some(error) = method.error else { continue };
-            let row = [
-                method.method.to_string(),
-                size_text(method),
-                format_error(error),
-                format_time_short(method.seconds),
-            ];
-            table.row(row);
-        }
-        text += &table.text();
-        let failed: Vec<(&ComparedMethod, &String)> = found
-            .methods
-            .iter()
-            .filter_map(|w| Some((w, w.failure.as_ref()?)))
-            .collect();
-        if !failed.is_empty() {
-            let mut table = Table::texts("||");
-            for (method, why) in failed {
-                table.row([method.method.to_string(), size_text(method), why.clone()]);
-            }
-            text += &format!("\nleft out or failed\n{}", table.text());
-        }
-        text += &format!("\n{}\n", recommendation_text(found, wanted));
-        text
+        comparison_text(&self.result, self.target_error)
     }
 
     fn table(&self) -> Table<'_> {
-        let found = &self.result;
-        let mut table = Table::new("method|coordinates|modes|lengths|error|run_time_s|status");
-        for method in &found.methods {
-            let [coordinates, modes, lengths] =
-                sizes(method).map(|n| or_blank(n, |n| n.to_string()));
-            let status = method.failure.as_deref().unwrap_or("ok").to_string();
-            let (error, seconds) = (or_blank(method.error, power), decimal(method.seconds));
-            let name = method.method.to_string();
-            table.row([name, coordinates, modes, lengths, error, seconds, status]);
-        }
-        table
+        run_table(self.result.methods.iter())
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
-        let point = |method: &ComparedMethod| {
-            Some(WorkPrecisionPoint {
-                method: method.method,
-                seconds: method.seconds,
-                error: method.error?,
-            })
-        };
-        let points: Vec<_> = self.result.methods.iter().filter_map(point).collect();
+        let points = comparison_points(&self.result);
         let floor = (self.result.reference_error, "error of the reference");
         let title = &self.scene.model.title;
         Ok(vec![Figure::first(work_precision_plot::draw(
@@ -130,13 +56,141 @@ impl Presentation for ComparisonReport<'_> {
     }
 }
 
-/// Coordinates, modes, lengths: the one that was chosen.
-fn sizes(method: &ComparedMethod) -> [Option<usize>; 3] {
-    match method.size {
-        Some(ModelSize::Coordinates(n)) => [Some(n), None, None],
-        Some(ModelSize::Modes(n)) => [None, Some(n), None],
-        Some(ModelSize::ShaftElements(n)) => [None, None, Some(n)],
-        None => [None; 3],
+/// The keys of a comparison in a document.
+pub(super) fn comparison_json(found: &ComparisonResult, wanted: f64) -> Value {
+    let run = |compared_method: &ComparedMethod| {
+        let mut run = json!({
+            "method": compared_method.method, "error": compared_method.error,
+            "run_time_s": compared_method.seconds, "status": compared_method.failure.as_deref().unwrap_or("ok"),
+        });
+        enter_sizes(&mut run, Some(compared_method));
+        run
+    };
+    let best = found.cheapest(wanted).or(found.most_accurate());
+    let reached = found.cheapest(wanted).is_some();
+    let mut recommendation = json!({
+        "error": wanted, "reached": reached, "method": best.map(|w| w.method), "run_time_s": best.map(|w| w.seconds),
+        "error_reached": best.and_then(|w| w.error), "text": recommendation_text(found, wanted),
+    });
+    enter_sizes(&mut recommendation, best);
+    json!({
+        "interrupted": found.interrupted,
+        "compared": found.quantity,
+        "norm": found.norm,
+        "dofs": found.dofs,
+        "reference": { "method": found.reference, "error": found.reference_error },
+        "runs": found.methods.iter().map(run).collect::<Vec<_>>(),
+        "recommendation": recommendation,
+    })
+}
+
+/// A comparison for a terminal.
+pub(super) fn comparison_text(found: &ComparisonResult, wanted: f64) -> String {
+    let dofs = found.dofs.map(|n| format!("; {n} degrees of freedom"));
+    let mut text = format!(
+        "error in {} ({}) against run time{}\nreference: {}, good to {}\n\n",
+        found.quantity,
+        found.norm,
+        dofs.unwrap_or_default(),
+        found.reference,
+        format_error(found.reference_error),
+    );
+    let mut table = Table::named("way|at|error|time");
+    for method in &found.methods {
+        let Some(error) = method.error else { continue };
+        let row = [
+            method.method.to_string(),
+            size_text(method),
+            format_error(error),
+            format_time_short(method.seconds),
+        ];
+        table.row(row);
+    }
+    text += &table.text();
+    let failed: Vec<(&ComparedMethod, &String)> = found
+        .methods
+        .iter()
+        .filter_map(|w| Some((w, w.failure.as_ref()?)))
+        .collect();
+    if !failed.is_empty() {
+        let mut table = Table::texts("||");
+        for (method, why) in failed {
+            table.row([method.method.to_string(), size_text(method), why.clone()]);
+        }
+        text += &format!("\nleft out or failed\n{}", table.text());
+    }
+    text += &format!("\n{}\n", recommendation_text(found, wanted));
+    text
+}
+
+/// The runs of comparisons, a row each.
+pub(super) fn run_table<'a>(methods: impl Iterator<Item = &'a ComparedMethod>) -> Table<'static> {
+    let methods: Vec<&ComparedMethod> = methods.collect();
+    let is_mesh = methods
+        .iter()
+        .any(|m| matches!(m.size, Some(ModelSize::MeshGrid { .. })));
+    let names = if is_mesh {
+        &MESH_SIZES[..]
+    } else {
+        &MACHINE_SIZES[..]
+    };
+    let mut table = Table::new("method")
+        .columns(&names.join("|"))
+        .columns("error|run_time_s|status");
+    for method in methods {
+        let status = method.failure.as_deref().unwrap_or("ok").to_string();
+        let (error, seconds) = (or_blank(method.error, power), decimal(method.seconds));
+        let sizes = names
+            .iter()
+            .map(|name| or_blank(size(method, name), |n| n.to_string()));
+        let row = std::iter::once(method.method.to_string()).chain(sizes);
+        table.row(row.chain([error, seconds, status]));
+    }
+    table
+}
+
+/// The points of a figure of error over run time.
+pub(super) fn comparison_points(found: &ComparisonResult) -> Vec<WorkPrecisionPoint> {
+    let point = |method: &ComparedMethod| {
+        Some(WorkPrecisionPoint {
+            method: method.method,
+            seconds: method.seconds,
+            error: method.error?,
+        })
+    };
+    found.methods.iter().filter_map(point).collect()
+}
+
+/// Keys of the sizes of a model of a machine, and of a mesh.
+const MACHINE_SIZES: [&str; 3] = ["coordinates", "modes", "lengths"];
+/// See [`MACHINE_SIZES`].
+const MESH_SIZES: [&str; 2] = ["positions", "slices"];
+
+/// The size of a method under a key, where it has one.
+fn size(method: &ComparedMethod, key: &str) -> Option<usize> {
+    match (method.size?, key) {
+        (ModelSize::Coordinates(n), "coordinates")
+        | (ModelSize::Modes(n), "modes")
+        | (ModelSize::ShaftElements(n), "lengths") => Some(n),
+        (ModelSize::MeshGrid { positions, .. }, "positions") => Some(positions),
+        (ModelSize::MeshGrid { slices, .. }, "slices") => Some(slices),
+        _ => None,
+    }
+}
+
+/// Enters the sizes of a method into its object: those of a mesh, else those of a machine, null where not chosen.
+fn enter_sizes(object: &mut Value, method: Option<&ComparedMethod>) {
+    let is_mesh = matches!(
+        method.and_then(|m| m.size),
+        Some(ModelSize::MeshGrid { .. })
+    );
+    let names = if is_mesh {
+        &MESH_SIZES[..]
+    } else {
+        &MACHINE_SIZES[..]
+    };
+    for name in names {
+        object[*name] = json!(method.and_then(|m| size(m, name)));
     }
 }
 
@@ -182,6 +236,9 @@ fn size_text(method: &ComparedMethod) -> String {
         Some(ModelSize::Coordinates(n)) => pluralise(n, "coordinate"),
         Some(ModelSize::Modes(n)) => pluralise(n, "mode"),
         Some(ModelSize::ShaftElements(n)) => pluralise(n, "length"),
+        Some(ModelSize::MeshGrid { positions, slices }) => {
+            format!("{positions} positions × {slices} slices")
+        }
         None => "–".to_string(),
     }
 }

@@ -102,6 +102,8 @@ pub mod work_precision;
 
 pub mod method_comparison;
 
+pub mod mesh_accuracy;
+
 pub mod stability_chart;
 
 pub mod stability_regions;
@@ -118,6 +120,16 @@ pub mod measure_table;
 
 pub mod measure;
 
+pub mod outline_file;
+
 mod gear_plot;
 
 pub mod gear;
+
+mod non_circular_plot;
+
+pub mod non_circular;
+
+pub mod gear_plan;
+
+pub mod gear_reversal;

@@ -192,7 +192,7 @@ impl ModeShapeFigure<'_> {
         let swings = if mode.is_oscillatory() {
             ""
         } else {
-            " · does not swing"
+            "· not oscillatory"
         };
         let shares = energies.and_then(|e| e.strain.as_deref());
         match shares.and_then(dominant_element) {
@@ -384,7 +384,7 @@ impl ModeShapeFigure<'_> {
             let (w, label) = (layout.panel.0, "node, in the order of the train");
             canvas.label(label, (MARGIN_LEFT + w / 2.0, foot), Anchor::Middle);
             let label = if tilts {
-                "freedom; displacements black, tilts grey"
+                "degree of freedom; displacements black, tilts grey"
             } else {
                 "displacement"
             };

@@ -15,6 +15,7 @@ use super::{campbell, modes_table, state_space};
 use crate::base::error::Error;
 use crate::machine::components::Machine;
 use crate::machine::operating_point::{ActiveFlank, TangentStiffness};
+use crate::modes::modal_basis::BasisSolution;
 use crate::modes::mode::{Mode, modulus};
 use crate::modes::sensitivity::{FrequencySensitivity, SensitivityParameter};
 use crate::numeric::Complex;
@@ -73,6 +74,7 @@ impl Presentation for ModesReport<'_> {
             "modes": list,
             "contacts": contacts(machine),
             "tangents": tangents(machine),
+            "eigensolver": result.solution.map(eigensolver),
             "campbell": result.campbell.as_ref().map(campbell::json),
             "state_space": result.state_space.as_ref().map(|(space, parts)| state_space::state_space_json(space, parts)),
             "reduction": result.reduction.as_ref().map(state_space::reduction_json),
@@ -95,7 +97,7 @@ impl Presentation for ModesReport<'_> {
     fn table(&self) -> Table<'_> {
         let (machine, result) = (&self.machine.machine, &self.result);
         let mut table = Table::new(
-            "mode|frequency_hz|damped_frequency_hz|damping_ratio|time_constant_s|rigid|residual|digits_trusted|mostly_in",
+            "mode|frequency_hz|damped_frequency_hz|damping_ratio|time_constant_s|rigid|residual|digits_trusted|dominant_element",
         );
         for name in (0..machine.dofs.len()).map(|i| machine.dof_name(i)) {
             table = match result.complex {
@@ -255,4 +257,14 @@ fn sensitivities(machine: &Machine, list: &[FrequencySensitivity], detail: Shape
 fn trusted_digits(mode: &Mode) -> Option<f64> {
     let digits = mode.trusted_digits;
     digits.is_finite().then_some((digits * 10.0).floor() / 10.0)
+}
+
+/// Solver of all undamped modes and what it says of their frequencies.
+fn eigensolver(solution: BasisSolution) -> Value {
+    match solution {
+        BasisSolution::Energies { bound, n_rotated } => json!({
+            "method": "energies", "relative_error_bound": bound, "rotated_modes": n_rotated,
+        }),
+        BasisSolution::Factored => json!({ "method": "factored form" }),
+    }
 }

@@ -29,7 +29,7 @@ pub fn modes(machine: &PreparedMachine, result: &ModesResult) -> String {
         .columns_if(damped && result.complex, "damping [%]")
         .columns_if(damped && !result.complex, "damping* [%]")
         .columns_if(decays, "time constant [s]")
-        .columns("mostly in");
+        .columns("dominant element");
     for (k, frequency) in column(&frequencies).into_iter().enumerate() {
         let mode = &result.modes[k];
         let swings = mode.rigid || mode.is_oscillatory();
@@ -73,7 +73,7 @@ pub fn mode(prepared_machine: &PreparedMachine, result: &ModesResult, k: usize) 
     let mut text = match mode.rigid || mode.is_oscillatory() {
         true => format!("mode {}: {:.9} Hz", k + 1, mode.frequency_hz()),
         false => format!(
-            "mode {}: time constant {} s, does not swing",
+            "mode {}: time constant {} s, not oscillatory",
             k + 1,
             significant(-1.0 / mode.eigenvalue.re)
         ),
@@ -152,8 +152,8 @@ const ZERO_THRESHOLD: f64 = 5e-7;
 fn shape(machine: &Machine, result: &ModesResult, k: usize) -> String {
     let shape = &result.modes[k].shape;
     let largest = shape.iter().fold(0.0f64, |m, &z| m.max(modulus(z)));
-    let mut table = Table::named("freedom|amplitude [of the largest]")
-        .columns_if(result.complex, "phase [deg]");
+    let mut table =
+        Table::named("dof|amplitude [of the largest]").columns_if(result.complex, "phase [deg]");
     for (i, &z) in shape.iter().enumerate() {
         let mut row = vec![machine.dof_name(i)];
         if result.complex {

@@ -37,13 +37,13 @@ pub fn json(recording: &Recording, surveys: &[ChannelStatistics]) -> Value {
     json!({
         "file": recording.path,
         "dialect": recording.dialect,
-        "facts": metadata_json(recording),
+        "header": metadata_json(recording),
         "start": recording.start,
         "rate_hz": recording.rate_hz,
         "rate_source": recording.rate_source,
         "samples": recording.samples,
         "duration_s": recording.duration_s(),
-        "stretches": write::json::segments(recording),
+        "segments": write::json::segments(recording),
         "channels": channels,
     })
 }
@@ -148,7 +148,7 @@ pub fn survey(recording: &Recording, surveys: &[ChannelStatistics]) -> String {
     );
     text += &match recording.segments.len() {
         1 => "\n".to_string(),
-        n => format!(" in {n} stretches\n"),
+        n => format!(" in {n} segments\n"),
     };
     if let Some(start) = &recording.start {
         text += &format!("  first sample   {start}\n");

@@ -88,7 +88,7 @@ impl Presentation for StudyReport<'_, ResponseResult> {
         let (all, shown) = (result.pairs.len(), plotted_pairs(result).count());
         match plotted_pairs(result).next() {
             Some(first) if shown < all => format!(
-                "drawn: the {} in {}, of {all}; those in other units are drawn when asked for by themselves\n",
+                "drawn: the {} in {}, of {all}; those in other units are drawn when requested alone\n",
                 pluralise(shown, "response"),
                 first.unit
             ),
@@ -157,7 +157,7 @@ fn peaks(machine: &Machine, pair: &ResponseCurve) -> Value {
             "magnitude": p.peak.height,
             "amplification": pair.static_response.map(|rest| p.peak.height / rest),
             "damping_ratio": p.peak.damping(),
-            "mostly": p.dominant_element.map(|(element, _)| machine.elements[element].name.clone()),
+            "dominant_element": p.dominant_element.map(|(element, _)| machine.elements[element].name.clone()),
             "share": p.dominant_element.map(|(_, share)| share),
         })
     };
@@ -206,7 +206,7 @@ fn peak_table(machine: &Machine, pair: &ResponseCurve) -> String {
     shown.sort_by(|a, b| a.peak.omega.total_cmp(&b.peak.omega));
     let mut table = Table::new("frequency [Hz]")
         .column("magnitude", &pair.unit)
-        .columns("amplification [of rest]|damping [%]|mostly in");
+        .columns("amplification [of static]|damping [%]|dominant element");
     for p in shown {
         let over_rest = |rest| four_digits(p.peak.height / rest);
         table.row([

@@ -64,10 +64,10 @@ impl Presentation for StudyReport<'_, RunUpResult> {
         let mut text = driver(result);
         text += &match result.assumed {
         Some(size) => format!(
-            "no error is declared: every order has an assumed amplitude of {} µm, and answers go with it\n",
+            "no error is declared: every order has an assumed amplitude of {} µm, and responses are proportional to it\n",
             four_digits(1e6 * size)
         ),
-        None => "orders have the amplitudes of the errors declared; where none is, only the critical speed is told\n".to_string(),
+        None => "orders have the amplitudes of the errors declared; where none is, only the critical speed is given\n".to_string(),
     };
         for ((name, unit), &(speed, total)) in result.outputs.iter().zip(&result.max_amplitudes) {
             let (factor, unit) = choose_unit(total, unit);
@@ -78,7 +78,7 @@ impl Presentation for StudyReport<'_, RunUpResult> {
             );
         }
         if result.critical.is_empty() {
-            return text + "no order meets a natural frequency that answers in this range\n";
+            return text + "no order meets a natural frequency with a response in this range\n";
         }
         let largest = result
             .critical
@@ -114,7 +114,7 @@ impl Presentation for StudyReport<'_, RunUpResult> {
         text += &table.text();
         if result.critical.len() > MAX_ROWS {
             text += &format!(
-                "… and {} with smaller answers; --json holds all\n",
+                "… and {} with smaller responses; all are in --json\n",
                 result.critical.len() - MAX_ROWS
             );
         }
@@ -213,7 +213,7 @@ const MAX_ROWS: usize = 24;
 fn driver(result: &RunUpResult) -> String {
     match &result.fixed_dofs[..] {
         [] => format!(
-            "run-up of {}: nothing is held, the driver is free and answers the orders too (--hold {} prescribes its angle)\n",
+            "run-up of {}: nothing is held; the driver is free and responds to the orders (--hold {} prescribes its angle)\n",
             result.node, result.node
         ),
         held => format!(

@@ -76,7 +76,7 @@ pub fn text(scene: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     let what = match (sensitivity.until(), sensitivity.factor) {
         (Some(until), _) => format!("not predictable beyond t = {}", format_time(until)),
         (None, Some(factor)) if factor < SLIGHT => {
-            "the errors of the method leave the digits shown: ask for a tighter tolerance or a shorter step".to_string()
+            "the errors of the method leave the digits shown: request a tighter tolerance or a shorter step".to_string()
         }
         (None, _) => "only digits that hold are shown".to_string(),
     };

@@ -62,7 +62,7 @@ fn errors(d: &OutputPredictability) -> [Option<f64>; 7] {
 /// Step responses at an instant.
 pub fn step_responses(scene: &SimulationSetup, history: &MotionHistory, at: f64) -> String {
     let mut table = Table::named(
-        "answer to the step|before|after|overshoot %|after s|rise s|settled s|oscillations",
+        "step response|before|after|overshoot %|after s|rise s|settled s|oscillations",
     );
     let mut restless = Vec::new();
     for (output, values) in scene.outputs.list.iter().zip(&history.values) {
@@ -88,7 +88,7 @@ pub fn step_responses(scene: &SimulationSetup, history: &MotionHistory, at: f64)
     };
     if !restless.is_empty() {
         text += &format!(
-            "\nnot settled within 2 % by the end, so no answer is read off: {}\n",
+            "\nnot settled within 2 % by the end, so no step response is evaluated: {}\n",
             restless.join(", ")
         );
     }
@@ -127,7 +127,7 @@ pub fn cost(history: &MotionHistory) -> String {
 pub fn energy_balance(balance: &EnergyBalance) -> String {
     if let Some(share) = balance.stopped_at {
         return format!(
-            "energy: not told, the powers change so fast that {} readings of them came through {} % of the time\n",
+            "energy balance: not computed, the powers change so fast that {} evaluations covered {} % of the time\n",
             balance.evaluations,
             four_digits(100.0 * share),
         );

@@ -31,7 +31,7 @@ impl Presentation for StabilityReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
             sources: &self.scene.sources,
-            trace: vec!["facts", "floquet", "extremes"],
+            trace: vec!["linear", "floquet", "extremes"],
             warnings: &self.result.linear.diagnostics,
             ..Provenance::default()
         }
@@ -70,7 +70,7 @@ impl Presentation for StabilityReport<'_> {
         let case = |c: &StressCase| json!({ "case": c.name, "method": c.method, "verdict": c.verdict.name(), "figure": c.energy_error, "reason": c.reason });
         Ok(json!({
             "interrupted": found.interrupted,
-            "facts": {
+            "linear": {
                 "stiffness_ratio": finite(facts.stiffness_ratio), "spectral_abscissa_per_s": finite(facts.spectral_abscissa),
                 "speed_rad_s": facts.speed, "fastest_rad_s": facts.fastest, "slowest_rad_s": finite(facts.slowest), "step_limits_s": limits,
                 "eigenvalues_rad_s": facts.eigenvalues.iter().map(|z| json!({ "re": z.re, "im": z.im })).collect::<Vec<_>>(),

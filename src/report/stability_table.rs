@@ -41,7 +41,7 @@ pub fn text(found: &StabilityResult) -> String {
     let facts = &found.linear;
     let hertz = |omega: f64| format!("{} Hz", four_digits(omega / TAU));
     let mut text = match facts.eigenvalues.is_empty() {
-        true => "nothing swings or decays: any step is stable\n".to_string(),
+        true => "nothing oscillates or decays: any step is stable\n".to_string(),
         false => format!(
             "stiffness ratio {}   fastest {}, slowest {}   spectral abscissa {} 1/s\n",
             four_digits(facts.stiffness_ratio),
@@ -114,7 +114,7 @@ pub fn text(found: &StabilityResult) -> String {
     }
     if !names.is_empty() {
         text += &format!(
-            "\nthe scene at its extremes, within the work of {} evaluations as it is and of {} in each other case; the figure is what is missing of the energy, as a share of the largest part; up to 1e-3 passes, what it may be off by counted in\n{}",
+            "\nthe scene at its extremes, within the work of {} evaluations as it is and of {} in each other case; the figure is the energy-balance error relative to the largest term; up to 1e-3 passes, its uncertainty included\n{}",
             rounded((BASELINE_FACTOR * found.budget) as f64),
             rounded(found.budget as f64),
             table.text()

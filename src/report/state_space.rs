@@ -52,7 +52,7 @@ pub fn reduction_json(found: &ReductionResult) -> Value {
 
 /// Possible condensation, as the `advice` block of a plan.
 pub fn advice_json(machine: &Machine, advice: &CondensationAdvice, f_max_hz: f64) -> Value {
-    let entry = |left: &CondensableCoordinate| json!({ "freedom": machine.dof_name(left.dof), "own_hz": finite(left.fixed_frequency_hz) });
+    let entry = |left: &CondensableCoordinate| json!({ "dof": machine.dof_name(left.dof), "own_hz": finite(left.fixed_frequency_hz) });
     json!({
         "f_max_hz": f_max_hz,
         "leave_out": advice.leave_out.iter().map(entry).collect::<Vec<_>>(),
@@ -138,13 +138,13 @@ pub fn reduction_table(found: &ReductionResult) -> String {
     }
     let e = &found.error;
     let mut text = format!(
-        "\nreduction: {} of {} freedoms\n",
+        "\nreduction: {} of {} degrees of freedom\n",
         found.omega.len(),
         found.model.matrices.transform.nrows()
     );
     text += &table.text();
     text + &format!(
-        "response between the kept freedoms: error {:.1e} measured, {:.1e} estimated (of the largest response; worst at {:.4} Hz)\n",
+        "response between the kept degrees of freedom: error {:.1e} measured, {:.1e} estimated (of the largest response; worst at {:.4} Hz)\n",
         e.measured, e.estimate, e.worst_at_hz
     )
 }
@@ -164,12 +164,12 @@ pub fn advice_table(machine: &Machine, advice: &CondensationAdvice, f_max_hz: f6
             .map(|left| left.fixed_frequency_hz)
             .collect::<Vec<_>>(),
     );
-    let mut table = Table::numeric("freedom|alone at [Hz]");
+    let mut table = Table::numeric("dof|alone at [Hz]");
     for (left, own) in advice.leave_out.iter().zip(own) {
         table.row([machine.dof_name(left.dof), own]);
     }
     let mut text = format!(
-        "\ncould follow statically: {} freedoms; nothing is left out by itself\n",
+        "\ncould follow statically: {} degrees of freedom; none is removed by default\n",
         table.row_count()
     );
     text += &table.text();

@@ -31,7 +31,7 @@ enum Cells<'a> {
 /// The text of a number in CSV, with all its digits.
 pub type NumberText = fn(f64) -> String;
 
-/// Columns of words, which stand to the left; numbers stand to the right.
+/// Columns of words, aligned left; numbers are aligned right.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 enum Words {
     #[default]

@@ -249,7 +249,7 @@ fn speeds(title: &str, machine: &Machine, result: &TransmissionResult, map: &Spe
     let sizes = |k: usize| {
         let (slow, most) = (result.lines[k].loaded.norm(), map.largest[k].1);
         let [slow, most] = [slow, most].map(|x| four_digits(x * unit.times));
-        format!("{slow} slowly, {most} at most")
+        format!("{slow} quasi-static, {most} at most")
     };
     let level = |k: usize, s: usize| {
         20.0 * (map.amplitudes[k][s] / result.lines[k].loaded.norm().max(f64::MIN_POSITIVE)).log10()
@@ -333,7 +333,7 @@ fn speeds(title: &str, machine: &Machine, result: &TransmissionResult, map: &Spe
             canvas,
             (MARGIN_TOP, height),
             scale,
-            "at speed over slowly, dB",
+            "dynamic over quasi-static, dB",
         );
     })
 }

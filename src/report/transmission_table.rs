@@ -36,7 +36,7 @@ pub fn text(machine: &Machine, result: &TransmissionResult, all: bool) -> String
         text += &format!(": {turns} turns of {} a turn", name(chain.ends.driver));
     }
     text += &format!(
-        ". Orders per turn of {per}. The angle of {} is prescribed and answers nothing.\n\n",
+        ". Orders per turn of {per}. The angle of {} is prescribed and does not respond.\n\n",
         name(chain.ends.driver)
     );
     let shown = largest_lines(result, all);
@@ -201,7 +201,7 @@ fn coincidences(machine: &Machine, result: &TransmissionResult, shown: &[usize])
             continue;
         }
         if text.is_empty() {
-            text += "\nOne record cannot tell these apart:\n";
+            text += "\nOne record cannot separate these:\n";
         }
         let name = |k: usize| {
             format!(
@@ -291,7 +291,7 @@ fn sums(machine: &Machine, result: &TransmissionResult, unit: TeUnit) -> String 
         )
     };
     let mut text = match &result.at_speed {
-        Some(fast) => both(&result.budget, "slowly: ") + &both(&fast.budget, "at speed: "),
+        Some(fast) => both(&result.budget, "quasi-static: ") + &both(&fast.budget, "at speed: "),
         None => both(&result.budget, ""),
     };
     if result.wind_up != 0.0 {

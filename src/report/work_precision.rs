@@ -36,7 +36,7 @@ impl Presentation for WorkPrecisionReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
             sources: &self.scene.sources,
-            trace: vec!["equations", "start", "reference", "ladder"],
+            trace: vec!["equations", "start", "reference", "runs"],
             ..Provenance::default()
         }
     }
@@ -56,7 +56,7 @@ impl Presentation for WorkPrecisionReport<'_> {
             "norm": NORM_TEXT,
             "outputs": outputs,
             "reference": {
-                "method": reference.method, "tolerance": tolerance, "step_s": step, "beside": near.map(|w| w.method),
+                "method": reference.method, "tolerance": tolerance, "step_s": step, "witness": near.map(|w| w.method),
                 "error": near.map(|w| w.distance), "amplification": reference.sensitivity,
                 "witnesses": reference.cross_checks.iter().map(witness).collect::<Vec<_>>(),
                 "silent": reference.unavailable.iter().map(silent).collect::<Vec<_>>(),
@@ -201,7 +201,7 @@ fn reference(reference: &ReferenceSolution) -> String {
         ),
         [near, rest @ ..] => {
             let mut text = format!(
-                "reference: {own}; {}, an unrelated method, agrees to {}, below which no error can be told\n",
+                "reference: {own}; {}, an unrelated method, agrees to {}, below which no error can be measured\n",
                 other(near),
                 format_error(near.distance)
             );

@@ -69,6 +69,7 @@ impl ConstrainedCoordinates {
                     backlash: 0.0,
                     contact_damping: None,
                     stiffness_variation: None,
+                    tooth_pairs: None,
                     characteristic: None,
                 }),
             }

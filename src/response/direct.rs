@@ -90,9 +90,9 @@ impl DirectSolver {
         let (rigid, n) = (system.rigid, system.len());
         let b = system.load_columns();
         if system.undamped_rigid < rigid {
-            let message = "a machine that only dampers hold has no answer at rest";
+            let message = "a machine held only by dampers has no static response";
             return Err(Error::new(Code::Conflict, message)
-                .with_hint("ask above 0 Hz, or prescribe an angle: --hold NODE"));
+                .with_hint("request frequencies above 0 Hz, or prescribe an angle: --hold NODE"));
         }
         let mut own = Matrix::zeros(rigid, rigid);
         let among = |e: &&StiffnessEntry| e.row < rigid && e.column < rigid;
@@ -119,7 +119,7 @@ impl DirectSolver {
                     "`{}` has no value at 0 Hz: the machine is free to turn away",
                     system.names[o]
                 );
-                let hint = "ask above 0 Hz, or for a difference that no rigid motion changes, or prescribe an angle: --hold NODE";
+                let hint = "request frequencies above 0 Hz, or a difference that no rigid motion changes, or prescribe an angle: --hold NODE";
                 return Err(Error::new(Code::Conflict, message).with_hint(hint));
             }
             for (i, loads) in system.inputs.iter().enumerate() {
@@ -224,9 +224,9 @@ pub(super) fn undamped_resonance_error(omega: f64) -> Error {
     let at = format!("at {} Hz", format_number(omega / std::f64::consts::TAU));
     if omega > MAX_OMEGA {
         let message = format!("{at} the forces of inertia leave the range of numbers");
-        return Error::new(Code::Overflow, message).with_hint("ask for lower frequencies");
+        return Error::new(Code::Overflow, message).with_hint("request lower frequencies");
     }
     let message = format!("{at} the machine is at a resonance that nothing damps");
     Error::new(Code::NotPositiveDefinite, message)
-        .with_hint("give the machine its damping, or ask beside this frequency")
+        .with_hint("give the machine its damping, or request another frequency")
 }

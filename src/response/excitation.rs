@@ -149,7 +149,8 @@ fn declared_errors(
                 |s: &ExcitationSource| s.cause == ExcitationCause::Rotation && s.node == node;
             error.carrier.is_none() && o.sources.iter().any(turns)
         });
-        for (n, amplitude) in harmonics(&error.waveform) {
+        let waveform = error.averaged.as_ref().unwrap_or(&error.waveform);
+        for (n, amplitude) in harmonics(waveform) {
             let order = f64::from(n) * turns * error.periods_per_rev.0 as f64
                 / error.periods_per_rev.1 as f64;
             let exact = rotation.and_then(|o| o.exact.as_ref());

@@ -171,9 +171,9 @@ pub fn output(machine: &Machine, name: &str) -> Result<Port<ResponseOutput>, Err
     let (mut sum, mut kind) = (Vec::new(), None);
     for (factor, term) in terms {
         let signals::OutputSignal::Dof(dof, times) = signals::parse_output(machine, term)? else {
-            let message = format!("`{term}` of `{name}` is no motion of a freedom");
+            let message = format!("`{term}` of `{name}` is no motion of a degree of freedom");
             return Err(Error::new(Code::Conflict, message)
-                .with_hint("sums are of freedoms: `work.theta - 1/27*motor.theta`"));
+                .with_hint("sums are of degrees of freedom: `work.theta - 1/27*motor.theta`"));
         };
         let own = (machine.dofs[dof].axis.is_rotation(), times);
         if kind.is_some_and(|kind: (bool, u8)| kind.1 != own.1) {

@@ -65,7 +65,7 @@ fn read(
                     Code::OutOfRange,
                     one,
                     message,
-                    "look at the units and the exponent",
+                    "check the units and the exponent",
                 );
             }
             Some(Characteristic::Power {

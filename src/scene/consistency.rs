@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::model::{Axis, BranchEnd, Model, Name, Planetary, ShaftBody};
+use super::model::{Axis, BranchDamping, BranchEnd, Model, Name, Planetary, ShaftBody};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::error_collector::ErrorCollector;
@@ -23,6 +23,7 @@ pub fn check(model: &Model, errors: &mut ErrorCollector) {
         }
     }
     check_modules(model, errors);
+    check_gear_files(model, errors);
 }
 
 /// Every element's name, table by table.
@@ -197,6 +198,43 @@ fn fixed_members(stage: &Planetary) -> impl Iterator<Item = String> + '_ {
     fixed.map(|(word, _)| format!("{}.{word}", stage.name.text))
 }
 
+/// Notes what contradicts gear files, which determine a stiffness as soon as a torque is known.
+fn check_gear_files(model: &Model, errors: &mut ErrorCollector) {
+    for (name, mesh, contact) in model.gear_meshes() {
+        let file = &mesh.source.path;
+        let torque = match (mesh.torque, model.loads.is_empty()) {
+            (Some(_), _) => Some(format!("{file} states a torque")),
+            (None, false) => Some("the model has loads".to_string()),
+            (None, true) => None,
+        };
+        match (&mesh.stated_stiffness, torque) {
+            (Some((key, span)), Some(why)) => {
+                let line = mesh.place.line();
+                let message = format!(
+                    "`{key}` is determined by the gear file {file}, line {line}, since {why}"
+                );
+                errors.push(
+                    Error::new(Code::Conflict, message)
+                        .with_span(span)
+                        .with_hint(format!("leave `{key}` out")),
+                );
+            }
+            (None, None) if contact.loss != BranchDamping::None => {
+                let message = format!(
+                    "`{}` has losses and no stiffness: no load is stated, and {file} has no torque",
+                    name.text
+                );
+                errors.push(
+                    Error::new(Code::MissingKey, message)
+                        .with_span(&name.span)
+                        .with_hint("add a [[load]], `torque` in [mesh] of the gear file, or `k`"),
+                );
+            }
+            _ => {}
+        }
+    }
+}
+
 /// Notes pairs without a module on bodies that move sideways, where the size of the gears counts.
 fn check_modules(model: &Model, errors: &mut ErrorCollector) {
     let mut lateral: HashSet<&str> = HashSet::new();
@@ -224,7 +262,7 @@ fn check_modules(model: &Model, errors: &mut ErrorCollector) {
             errors.push(
                 Error::new(Code::MissingKey, message)
                     .with_span(&name.span)
-                    .with_hint("the module tells how far the tooth force stands from the axis"),
+                    .with_hint("the module gives the lever arm of the tooth force"),
             );
         }
     }

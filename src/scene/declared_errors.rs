@@ -253,7 +253,7 @@ fn check_combination(f: &mut TableReader, cause: ErrorCause, size: &ErrorDefinit
         refuse(
             f,
             "grade",
-            "a grade says what an eccentricity, a cumulative-pitch, a single-pitch or a profile may be",
+            "a grade limits an eccentricity, a cumulative pitch, a single pitch or a profile",
         );
     }
     if is_offset && !once && !graded {

@@ -17,7 +17,7 @@ use crate::base::error_collector::ErrorCollector;
 use crate::base::load;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
-use crate::base::toml::{self, Document, Value};
+use crate::base::toml::{self, Document};
 
 /// A model with what a scene asks of it; a model file alone is a scene without studies.
 #[derive(Debug, Clone)]
@@ -60,7 +60,7 @@ const SCENE_KEYS: [&str; 4] = ["study", "start", "set", "model_loads"];
 fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
     let document = toml::parse(&source);
     let mut errors = ErrorCollector::default();
-    record_si_units(&document, &mut errors);
+    errors.record_units(&document);
     if document.root.get("model").is_some() {
         return read_scene(document, errors);
     }
@@ -93,21 +93,16 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
     let model = read_model(&document, SceneAdditions::default(), &mut errors);
     let bare_si = errors.bare_si.clone();
     finish(errors, document.syntax_error, || Scene {
+        sources: [source.clone()]
+            .into_iter()
+            .chain(model.gear_files())
+            .collect(),
         model,
         bare_si,
         model_path: PathBuf::from(&source.path),
         start: InitialConditions::default(),
         studies: Vec::new(),
-        sources: vec![source.clone()],
     })
-}
-
-/// Remembers a file that states bare numbers in SI.
-fn record_si_units(document: &Document, errors: &mut ErrorCollector) {
-    let units = document.root.get("units").map(|entry| &entry.item.value);
-    if matches!(units, Some(Value::String(text)) if text == "SI") {
-        errors.bare_si.push(document.source.path.clone());
-    }
 }
 
 /// All errors, or the value. Behind a syntax error nothing was read, so what seems to be missing may stand there.
@@ -165,12 +160,15 @@ fn read_scene(document: Document, mut notes: ErrorCollector) -> Result<Scene, Er
     }
     let bare_si = notes.bare_si.clone();
     finish(notes, broken, || Scene {
+        sources: [document.source.clone(), source]
+            .into_iter()
+            .chain(model.gear_files())
+            .collect(),
         model,
         bare_si,
         model_path,
         start,
         studies: studies.into_iter().flatten().collect(),
-        sources: vec![document.source.clone(), source],
     })
 }
 
@@ -197,7 +195,7 @@ fn model_of(
         }
     };
     let mut file = toml::parse(&source);
-    record_si_units(&file, errors);
+    errors.record_units(&file);
     if file.root.get("model").is_some() {
         let error = Error::new(Code::Conflict, "the model is itself a scene");
         errors.push(

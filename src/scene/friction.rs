@@ -106,7 +106,7 @@ pub fn read_tooth_friction(
         let message = "`path_phase` is of friction along the path of contact";
         f.report_key(Code::Conflict, "path_phase", message, hint);
     }
-    if !f.has("k") && !f.has("characteristic") {
+    if !["k", "characteristic", "gear"].iter().any(|key| f.has(key)) {
         f.report_missing("k", ", which gives the tooth force that `friction` goes by");
     }
     if bevel {

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::laws::Hand;
 use super::shared_keys::{
-    self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, PRESSURE_ANGLE_RANGE, read_profile_shift,
-    read_thickness,
+    self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, MAX_TEETH, PRESSURE_ANGLE_RANGE,
+    read_profile_shift, read_thickness,
 };
-use super::tables::read_table;
+use super::tables::{read_heading, read_table};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
@@ -20,10 +21,12 @@ use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::cylindrical::involute::InvoluteGear;
 use crate::gear::cylindrical::member::Member;
 use crate::gear::cylindrical::modification::{FlankModification, Relief};
+use crate::gear::cylindrical::pair::Pair;
 use crate::gear::load::body::Body;
 use crate::gear::load::compliance::StiffnessMethod;
 use crate::gear::load::hertz::ContactModel;
-use crate::gear::load::mesh::MeshOptions;
+use crate::gear::load::material::Material;
+use crate::gear::load::mesh::{MAX_POSITIONS, MAX_SLICES, MeshOptions};
 
 /// A pair of cylindrical gears as its file describes it, with the requested load.
 #[derive(Debug, Clone)]
@@ -32,6 +35,8 @@ pub struct GearFile {
     pub title: String,
     /// Pinion and gear.
     pub members: [Member; 2],
+    /// Hand of the pinion.
+    pub hand: Hand,
     /// Modifications of their flanks.
     pub modifications: [FlankModification; 2],
     /// Centre distance, m; without backlash by default.
@@ -40,6 +45,8 @@ pub struct GearFile {
     pub centre_deviation: [f64; 2],
     /// Ball for the dimension over balls of each gear, m.
     pub ball_diameters: [Option<f64>; 2],
+    /// Error of the centre distance, m: `[assembly]` `offset`.
+    pub offset: f64,
     /// Error ΔΣ of the shaft angle, rad.
     pub shaft_angle_error: f64,
     /// Load on the mesh and how it is shared.
@@ -65,16 +72,75 @@ pub struct MeshStudy {
     pub slices: usize,
 }
 
+impl GearFile {
+    /// The gears in mesh, with the error of the centre distance: tips are those of the nominal one.
+    ///
+    /// # Errors
+    /// Gears that cannot be made or cannot mesh, at the place of `pair`.
+    pub fn pair(&self) -> Result<Pair, Error> {
+        let at = |error: Error| match error.span {
+            Some(_) => error,
+            None => error.with_span(&self.span),
+        };
+        let nominal = Pair::new(self.members, self.centre_distance).map_err(at)?;
+        if self.offset == 0.0 {
+            return Ok(nominal);
+        }
+        let made = nominal.members.map(|member| Member {
+            tip_diameter: Some(member.tip_diameter()),
+            ..member
+        });
+        Pair::new(made, Some(nominal.centre_distance + self.offset)).map_err(at)
+    }
+
+    /// The error of a mesh without a load.
+    pub fn no_torque(&self) -> Error {
+        let message = "no torque is given, and without a load the mesh has no stiffness";
+        Error::new(Code::MissingKey, message)
+            .with_span(&self.span)
+            .with_hint("write [mesh] with torque = \"100 N·m\" into the file")
+    }
+
+    /// Options of the loaded mesh of its pair.
+    pub fn mesh_options(&self, pair: &Pair) -> MeshOptions {
+        MeshOptions {
+            method: self.mesh.method,
+            materials: [Material::default(); 2],
+            modifications: self.modifications,
+            misalignment: self.shaft_angle_error * pair.working_pressure_angle.cos(),
+            positions: self.mesh.positions,
+            slices: self.mesh.slices,
+        }
+    }
+}
+
 /// Most torques of a map.
 const MAX_TORQUES: u32 = 1000;
-/// Most teeth of a gear.
-const MAX_TEETH: u32 = 100_000;
 /// Face width by default, in modules.
 const DEFAULT_WIDTH: f64 = 10.0;
 
 /// Whether a TOML file describes gears.
 pub fn is_gear_file(source: &Arc<SourceFile>) -> bool {
     toml::parse(source).root.get("pair").is_some()
+}
+
+/// Kinds of pairs that a gear file describes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PairKind {
+    /// Involute gears on parallel axes.
+    Cylindrical,
+    /// Gears of a varying ratio.
+    NonCircular,
+}
+
+/// The kind of pair in a gear file; cylindrical where it states no other kind that is known.
+pub fn pair_kind(source: &Arc<SourceFile>) -> PairKind {
+    let root = toml::parse(source).root;
+    let kind = root.table("pair").and_then(|(pair, _)| pair.get("kind"));
+    match kind.map(|entry| &entry.item.value) {
+        Some(Value::String(kind)) if kind == "non-circular" => PairKind::NonCircular,
+        _ => PairKind::Cylindrical,
+    }
 }
 
 /// Reads one with the flags laid over its `[mesh]`.
@@ -84,71 +150,59 @@ pub fn is_gear_file(source: &Arc<SourceFile>) -> bool {
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors> {
     let document = toml::parse(source);
     let mut errors = ErrorCollector::default();
-    let units = document.root.get("units").map(|entry| &entry.item.value);
-    if matches!(units, Some(Value::String(text)) if text == "SI") {
-        errors.bare_si.push(source.path.clone());
-    }
+    errors.record_units(&document);
     let span = SourceSpan::new(source.clone(), 0..0);
     let mut f = TableReader::new(&document.root, span, "the gear file", &mut errors);
-    let title = f.optional_text("title").unwrap_or_default().to_string();
-    f.optional_text("source");
-    f.item("units", "the text \"SI\"");
+    let title = read_heading(&mut f);
     let span = f.span_of("pair").clone();
     let pair = read_table(&mut f, "pair", pair);
     f.require("pair");
-    let rack = read_table(&mut f, "rack", |f| rack(f, BasicRack::PROFILE_A));
+    let rack = read_table(&mut f, "rack", rack);
     let first = read_table(&mut f, "pinion", member);
     f.require("pinion");
     let second = read_table(&mut f, "gear", member);
     f.require("gear");
-    let shaft_angle_error = read_table(&mut f, "assembly", |f| {
-        f.optional_quantity("shaft_angle_error", QuantityKind::Angle, ValueRange::Any)
-            .unwrap_or(0.0)
-    });
-    let bores = [&first, &second].map(|m| m.as_ref().and_then(|m| m.bore_diameter));
+    let [offset, shaft_angle_error] = read_table(&mut f, "assembly", assembly).unwrap_or_default();
+    if f.has("contact") {
+        f.item("contact", "nothing");
+        let message = "[contact] belongs to flanks that touch in a point";
+        let hint = "cylindrical gears touch along lines: [mesh] has `positions` and `slices`";
+        f.report_key(Code::Conflict, "contact", message, hint);
+    }
     let study = read_table(&mut f, "mesh", mesh).unwrap_or_default();
     f.finish();
-    let mut defaults = Vec::new();
-    let made = match (pair, first, second) {
-        (Some(pair), Some(first), Some(second)) if errors.errors.is_empty() => {
-            let shared = rack.unwrap_or_else(|| {
-                defaults.push("rack: ISO 53 profile A".into());
-                BasicRack::PROFILE_A
-            });
-            let members = [("pinion", &first), ("gear", &second)]
-                .map(|(name, member)| pair.member(name, member, shared, &mut defaults));
-            Some((members, pair, [first, second]))
-        }
-        _ => None,
-    };
-    let (bare_si, mut all) = (errors.bare_si, errors.errors);
-    all.extend(document.syntax_error);
-    Errors::into_result(all, || ())?;
-    let study = match flags.is_empty() {
-        true => study,
-        false => {
-            let table = document.root.get("mesh").map(|entry| &entry.item);
-            let table = table.and_then(|item| match &item.value {
-                Value::Table(table) => Some((table, &item.span)),
-                _ => None,
-            });
-            flags.read("[mesh]", table, &bare_si, mesh)?
-        }
-    };
-    let method = study.method(bores, &span)?;
-    let Some((members, pair, tables)) = made else {
+    let ErrorCollector {
+        bare_si,
+        mut errors,
+        ..
+    } = errors;
+    errors.extend(document.syntax_error.clone());
+    Errors::into_result(errors, || ())?;
+    let (Some(pair), Some(first), Some(second)) = (pair, first, second) else {
         let missing = Error::new(Code::MissingKey, "the gears are not described").with_span(&span);
         return Err(missing.into());
     };
+    let study = flags.read_over(&document, "mesh", &bare_si, study, mesh)?;
+    let method = study.method([first.bore_diameter, second.bore_diameter], &span)?;
+    let mut defaults = Vec::new();
+    let shared = rack.unwrap_or_else(|| {
+        defaults.push("rack: ISO 53 profile A".into());
+        BasicRack::PROFILE_A
+    });
+    let members = [("pinion", &first), ("gear", &second)]
+        .map(|(name, member)| pair.member(name, member, shared, &mut defaults));
+    let tables = [first, second];
     let usual = MeshOptions::default();
     Ok(GearFile {
         title,
         members,
+        hand: tables[0].hand,
         ball_diameters: [tables[0].ball_diameter, tables[1].ball_diameter],
         modifications: tables.map(|table| table.modification),
         centre_distance: pair.centre_distance,
         centre_deviation: pair.centre_deviation,
-        shaft_angle_error: shaft_angle_error.unwrap_or(0.0),
+        offset,
+        shaft_angle_error,
         mesh: MeshStudy {
             torques: study.torques,
             method,
@@ -159,6 +213,25 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
         span,
         source: source.clone(),
     })
+}
+
+/// Errors of centre distance, m, and shaft angle, rad.
+fn assembly(f: &mut TableReader) -> [f64; 2] {
+    for key in ["pinion_axial", "gear_axial"] {
+        if f.has(key) {
+            f.item(key, "nothing");
+            let message = format!("`{key}` does not change the mesh of cylindrical gears");
+            f.report_key(
+                Code::Conflict,
+                key,
+                message,
+                "leave it out; `face_width` is the common width",
+            );
+        }
+    }
+    let offset = f.optional_quantity("offset", QuantityKind::Length, ValueRange::Any);
+    let angle = f.optional_quantity("shaft_angle_error", QuantityKind::Angle, ValueRange::Any);
+    [offset.unwrap_or(0.0), angle.unwrap_or(0.0)]
 }
 
 /// `pair`: what both gears share.
@@ -240,6 +313,7 @@ impl PairTable {
 /// `pinion` or `gear`.
 struct MemberTable {
     teeth: u32,
+    hand: Hand,
     internal: bool,
     profile_shift: Option<f64>,
     face_width: Option<f64>,
@@ -254,12 +328,13 @@ struct MemberTable {
 fn member(f: &mut TableReader) -> MemberTable {
     let teeth = f.optional_count("teeth", 2, MAX_TEETH);
     f.require("teeth");
-    shared_keys::hand(f);
+    let hand = shared_keys::hand(f);
     let positive = |f: &mut TableReader, key| {
         f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
     };
     MemberTable {
         teeth: teeth.unwrap_or(2),
+        hand,
         internal: f.flag("internal"),
         profile_shift: read_profile_shift(f),
         face_width: positive(f, "face_width"),
@@ -267,7 +342,7 @@ fn member(f: &mut TableReader) -> MemberTable {
         bore_diameter: positive(f, "bore_diameter"),
         ball_diameter: positive(f, "ball_diameter"),
         thickness: read_thickness(f),
-        rack: read_table(f, "rack", |f| rack(f, BasicRack::PROFILE_A)),
+        rack: read_table(f, "rack", rack),
         modification: FlankModification {
             tip_relief: relief(f, "tip_relief", "relief_from"),
             root_relief: relief(f, "root_relief", "root_relief_from"),
@@ -298,7 +373,9 @@ fn relief(f: &mut TableReader, key: &str, start: &str) -> Option<Relief> {
     })
 }
 
-fn rack(f: &mut TableReader, usual: BasicRack) -> BasicRack {
+/// Reads a basic rack, in modules; profile A of ISO 53 by default.
+pub(super) fn rack(f: &mut TableReader) -> BasicRack {
+    let usual = BasicRack::PROFILE_A;
     let number = |f: &mut TableReader, key, usual| {
         f.optional_number(key, ValueRange::NotNegative)
             .unwrap_or(usual)
@@ -383,8 +460,8 @@ pub fn mesh(f: &mut TableReader) -> MeshTable {
     let torques = f.parsed("torques", parse_torques);
     MeshTable {
         torques: torques.unwrap_or_else(|| torque.into_iter().collect()),
-        positions: f.optional_count("positions", 2, 100_000),
-        slices: f.optional_count("slices", 1, 1000),
+        positions: f.optional_count("positions", 2, MAX_POSITIONS),
+        slices: f.optional_count("slices", 1, MAX_SLICES),
         method: f.word("method"),
         body: f.word("body"),
     }

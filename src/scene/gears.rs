@@ -1,9 +1,13 @@
 //! `[[gear_pair]]`, `[[worm_pair]]` and `[[belt]]`.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
 
 use super::friction;
-use super::model::{Belt, GearPair, WormPair};
+use super::gear_mesh::GearMesh;
+use super::laws::ToothFriction;
+use super::model::{Belt, ContactParameters, GearPair, WormPair};
+use super::named_gear_file::{self, DETERMINED_OF_PAIR};
 use super::shared_keys::{
     self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, MAX_COUNT, PRESSURE_ANGLE_RANGE,
 };
@@ -15,7 +19,9 @@ use crate::base::table_reader::TableReader;
 /// Tooth numbers; ones where they are missing or wrong.
 fn teeth(f: &mut TableReader) -> [u32; 2] {
     let teeth = f.optional_counts("teeth", 1, MAX_COUNT);
-    f.require("teeth");
+    if !f.has("gear") {
+        f.require("teeth");
+    }
     teeth.unwrap_or([1, 1])
 }
 
@@ -24,7 +30,7 @@ fn module(f: &mut TableReader) -> Option<f64> {
     let module = f.optional_quantity("module", QuantityKind::Length, ValueRange::Positive);
     if let (Some(key), false) = (
         ["k", "characteristic"].into_iter().find(|key| f.has(key)),
-        f.has("module"),
+        f.has("module") || f.has("gear"),
     ) {
         let why = format!(", from which the lever of `{key}` follows");
         f.report_missing("module", &why);
@@ -36,6 +42,7 @@ fn module(f: &mut TableReader) -> Option<f64> {
 pub fn gear_pair(f: &mut TableReader) -> GearPair {
     let name = shared_keys::name(f);
     let between = shared_keys::read_body_pair(f);
+    let gear = named_gear_file::read(f, "", DETERMINED_OF_PAIR);
     let teeth = teeth(f);
     let internal = f.flag("internal");
     if internal && teeth[1] <= teeth[0] && teeth != [1, 1] {
@@ -55,7 +62,8 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
     let pressure_angle =
         f.optional_quantity("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE_RANGE);
     let usual = if internal { [0.0, 0.0] } else { [0.0, PI] };
-    let (cone_angles, spiral_angles) = angles(f, teeth);
+    let (cone_angles, stated) = angles(f, teeth);
+    let spiral_angles = gear.as_ref().map_or(stated, |gear| [gear.helix_angle(); 2]);
     if internal && cone_angles != [0.0; 2] {
         let message = "an internal pair has parallel axes";
         f.report_key(
@@ -67,8 +75,9 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
     }
     let bevel = cone_angles != [0.0; 2];
     let friction = friction::read_tooth_friction(f, spiral_angles != [0.0; 2], bevel);
-    GearPair {
+    let pair = GearPair {
         friction,
+        gear: None,
         name,
         between,
         teeth,
@@ -80,6 +89,36 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
         hand: shared_keys::hand(f),
         mesh_angles: shared_keys::mesh_angles(f, usual),
         contact,
+    };
+    match gear {
+        Some(gear) => of_gear_file(pair, gear, f.has("mesh_angles")),
+        None => pair,
+    }
+}
+
+/// The pair with what its gear file determines.
+fn of_gear_file(pair: GearPair, gear: Arc<GearMesh>, placed: bool) -> GearPair {
+    GearPair {
+        teeth: gear.teeth(),
+        internal: gear.is_internal(),
+        module: Some(gear.normal_module()),
+        pressure_angle: gear.pressure_angle(),
+        hand: gear.hand,
+        mesh_angles: match gear.is_internal() && !placed {
+            true => [0.0; 2],
+            false => pair.mesh_angles,
+        },
+        contact: ContactParameters {
+            backlash: gear.backlash,
+            ..pair.contact
+        },
+        friction: pair.friction.map(|friction| ToothFriction {
+            tips: Some(gear.tip_radii()),
+            path: friction.path.map(|_| gear.path_phase()),
+            ..friction
+        }),
+        gear: Some(gear),
+        ..pair
     }
 }
 

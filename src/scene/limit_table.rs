@@ -67,7 +67,7 @@ pub fn read(path: &Path) -> Result<(Arc<SourceFile>, Vec<ToleranceLimit>), Error
 }
 
 /// Lines that hold something, with where they begin; `#` begins a diagnostic.
-fn lines(source: &SourceFile) -> impl Iterator<Item = (usize, &str)> {
+pub(super) fn lines(source: &SourceFile) -> impl Iterator<Item = (usize, &str)> {
     let mut start = 0;
     source.text.split_inclusive('\n').filter_map(move |raw| {
         let begins = start;
@@ -77,7 +77,7 @@ fn lines(source: &SourceFile) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-fn cells(text: &str) -> Vec<&str> {
+pub(super) fn cells(text: &str) -> Vec<&str> {
     text.split(',')
         .map(|c| c.trim().trim_matches('"'))
         .collect()

@@ -341,7 +341,7 @@ pub fn clutch(f: &mut TableReader) -> Brake {
             Code::OutOfRange,
             "torques",
             "a capacity below zero",
-            "friction acts against the slip by itself: give sizes",
+            "friction always opposes the slip: give sizes",
         );
     }
     if points.windows(2).any(|p| p[1].0 == p[0].0) {
@@ -397,7 +397,8 @@ fn multiplied(f: &mut TableReader, name: Name, between: [BranchEnd; 2]) -> Brake
         .any(|factor| factor.range().is_none_or(|r| r[0] < 0.0))
     {
         let message = "a factor of a capacity falls below zero";
-        let hint = "friction acts against the slip by itself: give a harmonic a `mean` of its `value` at least";
+        let hint =
+            "friction always opposes the slip: give a harmonic a `mean` of its `value` at least";
         f.report_key(Code::OutOfRange, "factors", message, hint);
     }
     let law = friction::read_unit_capacity_law(f);

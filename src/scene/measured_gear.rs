@@ -3,17 +3,21 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::shared_keys::{read_profile_shift, read_thickness};
-use super::tables::{read_table, read_tables};
+use super::gear_file::{self, GearFile};
+use super::shared_keys::{MAX_TEETH, read_profile_shift, read_thickness};
+use super::tables::{read_heading, read_table, read_tables};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
+use crate::base::flags::Flags;
+use crate::base::load;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
 use crate::base::toml::{self, Value};
 use crate::gear::cylindrical::involute::InvoluteGear;
-use crate::gear::cylindrical::modification::Modification;
+use crate::gear::cylindrical::modification::{Modification, Relief};
+use crate::gear::cylindrical::pair::Pair;
 use crate::gear::measurement::accuracy_grades::AccuracyGrades;
 use crate::gear::measurement::iso1328::Edition;
 use crate::gear::measurement::pitch::PitchMethod;
@@ -39,6 +43,8 @@ pub struct MeasuredGear {
     pub requirement: Option<AccuracyRequirement>,
     /// The charts.
     pub charts: Vec<MeasuredChart>,
+    /// The gear file that determines the gear, where it names one.
+    pub gear_file: Option<Arc<SourceFile>>,
     /// The file.
     pub source: Arc<SourceFile>,
 }
@@ -156,23 +162,19 @@ pub fn is_measured_gear(source: &Arc<SourceFile>) -> bool {
 pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
     let document = toml::parse(source);
     let mut notes = ErrorCollector::default();
-    let units = document.root.get("units").map(|entry| &entry.item.value);
-    if matches!(units, Some(Value::String(text)) if text == "SI") {
-        notes.bare_si.push(source.path.clone());
-    }
+    notes.record_units(&document);
     let span = SourceSpan::new(source.clone(), 0..0);
     let mut f = TableReader::new(&document.root, span, "the measured gear", &mut notes);
-    let title = f.optional_text("title").unwrap_or_default().to_string();
-    f.optional_text("source");
-    f.item("units", "the text \"SI\"");
+    let title = read_heading(&mut f);
     f.item(
         "truth",
-        "a table of what is known of a simulated gear, read by nobody here",
+        "the known answer of a simulated gear, which geardyn does not read",
     );
     let gear = read_table(&mut f, "measured_gear", gear);
     f.require("measured_gear");
-    let internal = (gear.as_ref().and_then(Option::as_ref)).is_some_and(|g| g.gear.internal);
-    let charts = read_tables(&mut f, "chart", |f| chart(f, internal));
+    let described = gear.as_ref().and_then(Option::as_ref);
+    let flank = described.map(|gear| gear.flank).unwrap_or_default();
+    let charts = read_tables(&mut f, "chart", |f| chart(f, flank));
     if charts.is_empty() {
         let hint = "write [[chart]] with its kind, its file and its columns";
         f.report_key(Code::MissingKey, "chart", "nothing is measured", hint);
@@ -207,12 +209,25 @@ pub fn read(source: &Arc<SourceFile>) -> Result<MeasuredGear, Errors> {
         contact_ratio: gear.contact_ratio,
         designed_short_wave: gear.designed_short_wave,
         thickness: gear.thickness,
+        gear_file: gear.gear_file,
     })
+}
+
+/// Data of the gear for its profile charts.
+#[derive(Debug, Default, Clone, Copy)]
+struct FlankData {
+    internal: bool,
+    /// Lengths of roll of the active profile by its gear file, m.
+    active: Option<[f64; 2]>,
+    /// Tip relief by its gear file.
+    tip_relief: Option<Relief>,
 }
 
 /// `[measured_gear]`.
 struct GearTable {
     gear: InvoluteGear,
+    flank: FlankData,
+    gear_file: Option<Arc<SourceFile>>,
     face_width: Option<f64>,
     tip_diameter: Option<f64>,
     contact_ratio: Option<f64>,
@@ -221,18 +236,43 @@ struct GearTable {
     requirement: Option<AccuracyRequirement>,
 }
 
-/// Most teeth a gear is taken to have.
-const MAX_TEETH: u32 = 100_000;
+/// Keys that a gear file determines.
+const DETERMINED: [&str; 9] = [
+    "teeth",
+    "internal",
+    "module",
+    "pressure_angle",
+    "helix_angle",
+    "profile_shift",
+    "face_width",
+    "tip_diameter",
+    "contact_ratio",
+];
 
 fn gear(f: &mut TableReader) -> Option<GearTable> {
     let errors = f.errors.errors.len();
+    f.accept_former("helix", "helix_angle");
+    if f.has("gear") {
+        let described = gear_of_file(f);
+        let thickness = read_thickness(f);
+        let designed_short_wave = short_wave(f);
+        let requirement = demand(f);
+        return described
+            .filter(|_| f.errors.errors.len() == errors)
+            .map(|described| GearTable {
+                thickness: thickness.or(described.thickness),
+                designed_short_wave,
+                requirement,
+                ..described
+            });
+    }
     let teeth = f.optional_count("teeth", 3, MAX_TEETH);
     f.require("teeth");
     let module = f.quantity("module", QuantityKind::Length, ValueRange::Positive);
     let steep = ValueRange::Open(0.0, 45f64.to_radians(), "between 0 and 45 deg");
     let pressure_angle = f.optional_quantity("pressure_angle", QuantityKind::Angle, steep);
     let lean = ValueRange::Open(-80f64.to_radians(), 80f64.to_radians(), "within ±80 deg");
-    let helix = f.optional_quantity("helix", QuantityKind::Angle, lean);
+    let helix = f.optional_quantity("helix_angle", QuantityKind::Angle, lean);
     let internal = f.flag("internal");
     let shift = read_profile_shift(f);
     let mut positive =
@@ -240,11 +280,7 @@ fn gear(f: &mut TableReader) -> Option<GearTable> {
     let (face_width, tip_diameter) = (positive("face_width"), positive("tip_diameter"));
     let thickness = read_thickness(f);
     let contact_ratio = f.optional_number("contact_ratio", ValueRange::Positive);
-    let designed_short_wave = f.optional_quantity(
-        "designed_short_wave",
-        QuantityKind::Length,
-        ValueRange::NotNegative,
-    );
+    let designed_short_wave = short_wave(f);
     let requirement = demand(f);
     if f.errors.errors.len() > errors {
         return None;
@@ -258,12 +294,82 @@ fn gear(f: &mut TableReader) -> Option<GearTable> {
             profile_shift: shift.unwrap_or(0.0),
             internal,
         },
+        flank: FlankData {
+            internal,
+            ..FlankData::default()
+        },
+        gear_file: None,
         face_width,
         tip_diameter,
         contact_ratio,
         designed_short_wave,
         thickness,
         requirement,
+    })
+}
+
+fn short_wave(f: &mut TableReader) -> Option<f64> {
+    f.optional_quantity(
+        "designed_short_wave",
+        QuantityKind::Length,
+        ValueRange::NotNegative,
+    )
+}
+
+/// A member of the gear file under `gear`; keys that it determines are errors next to it.
+fn gear_of_file(f: &mut TableReader) -> Option<GearTable> {
+    let path = f.optional_text("gear")?;
+    let members = [("pinion", 0), ("gear", 1)];
+    let member = f.choice("member", &members);
+    f.require("member");
+    for key in DETERMINED {
+        if f.has(key) {
+            f.item(key, "nothing");
+            let message = format!("`{key}` is determined by the gear file {path}");
+            let hint = format!("leave `{key}` out, or leave `gear` out");
+            f.report_key(Code::Conflict, key, message, &hint);
+        }
+    }
+    let folder = Path::new(&f.span.source().path).parent();
+    let path = folder.unwrap_or(Path::new("")).join(path);
+    let span = f.span_of("gear").clone();
+    let read = || -> Result<(GearFile, Pair), Errors> {
+        let file = gear_file::read(&load::load(&path)?, &Flags::default())?;
+        let pair = file.pair()?;
+        Ok((file, pair))
+    };
+    let (file, pair) = match read() {
+        Ok(read) => read,
+        Err(errors) => {
+            for error in errors.as_slice() {
+                match error.span {
+                    Some(_) => f.errors.push(error.clone()),
+                    None => f.push(error.clone(), &span),
+                }
+            }
+            return None;
+        }
+    };
+    let (k, made) = (member?, pair.members[member?]);
+    let active = (pair.path_length() > 0.0).then(|| {
+        let points = pair.path_points();
+        let rolls = [points.a.roll[k], points.e.roll[k]];
+        [rolls[0].min(rolls[1]), rolls[0].max(rolls[1])]
+    });
+    Some(GearTable {
+        gear: made.gear,
+        flank: FlankData {
+            internal: made.gear.internal,
+            active,
+            tip_relief: file.modifications[k].tip_relief,
+        },
+        face_width: Some(made.face_width),
+        tip_diameter: Some(made.tip_diameter()),
+        contact_ratio: Some(pair.contact_ratios().total),
+        designed_short_wave: None,
+        thickness: Some(made.thickness_deviation).filter(|d| d[0] < d[1]),
+        requirement: None,
+        gear_file: Some(file.source),
     })
 }
 
@@ -294,7 +400,7 @@ fn demand(f: &mut TableReader) -> Option<AccuracyRequirement> {
         }
     };
     if !f.has("standard") {
-        f.report_missing("standard", ", by which the accuracy is asked");
+        f.report_missing("standard", ", by which the grade is required");
     }
     let edition = standard?;
     if edition.is_none() && table.is_none() {
@@ -334,7 +440,7 @@ enum ChartTag {
     SingleFlank,
 }
 
-fn chart(f: &mut TableReader, internal: bool) -> Option<MeasuredChart> {
+fn chart(f: &mut TableReader, flank: FlankData) -> Option<MeasuredChart> {
     let errors = f.errors.errors.len();
     let words = [
         ("pitch", ChartTag::Pitch),
@@ -359,7 +465,7 @@ fn chart(f: &mut TableReader, internal: bool) -> Option<MeasuredChart> {
     }
     let unit = f.optional_text("unit").map(str::to_string);
     let std = f.optional_quantity("uncertainty", QuantityKind::Length, ValueRange::NotNegative);
-    let kind = word.map(|word| kind(f, word, internal));
+    let kind = word.map(|word| kind(f, word, flank));
     let place = f.span.clone();
     (f.errors.errors.len() == errors).then_some(())?;
     Some(MeasuredChart {
@@ -383,7 +489,7 @@ fn names(f: &mut TableReader, key: &str) -> Vec<String> {
     }
 }
 
-fn kind(f: &mut TableReader, word: ChartTag, internal: bool) -> ChartKind {
+fn kind(f: &mut TableReader, word: ChartTag, flank: FlankData) -> ChartKind {
     match word {
         ChartTag::Pitch => {
             let methods = [
@@ -397,8 +503,8 @@ fn kind(f: &mut TableReader, word: ChartTag, internal: bool) -> ChartKind {
                 k: f.optional_count("k", 2, MAX_TEETH),
             }
         }
-        ChartTag::Profile => ChartKind::Trace(trace(f, true, internal)),
-        ChartTag::Helix => ChartKind::Trace(trace(f, false, internal)),
+        ChartTag::Profile => ChartKind::Trace(trace(f, Some(flank))),
+        ChartTag::Helix => ChartKind::Trace(trace(f, None)),
         ChartTag::Runout => ChartKind::Runout,
         ChartTag::BasePitch => ChartKind::BasePitch,
         ChartTag::Span => ChartKind::Span {
@@ -425,7 +531,10 @@ fn kind(f: &mut TableReader, word: ChartTag, internal: bool) -> ChartKind {
     }
 }
 
-fn trace(f: &mut TableReader, is_profile: bool, internal: bool) -> TraceSettings {
+/// A profile of a flank, or a helix.
+fn trace(f: &mut TableReader, profile: Option<FlankData>) -> TraceSettings {
+    let flank = profile.unwrap_or_default();
+    let (is_profile, internal) = (profile.is_some(), flank.internal);
     let along = f.optional_text("along").map(str::to_string);
     f.require("along");
     let along_unit = f.optional_text("along_unit").map(str::to_string);
@@ -440,13 +549,19 @@ fn trace(f: &mut TableReader, is_profile: bool, internal: bool) -> TraceSettings
         }
         Some(pair)
     };
-    let (evaluation, active) = (range("evaluation"), range("active"));
+    let evaluation = range("evaluation").or(flank.active);
+    let active = range("active").or(flank.active);
     let mut design = Vec::new();
     let mut amount = |key: &str| -> Option<f64> {
         f.optional_quantity(key, QuantityKind::Length, ValueRange::NotNegative)
     };
     let (tip, crowning) = (amount("tip_relief"), amount("crowning"));
     let relief_from = f.optional_quantity("relief_from", QuantityKind::Length, ValueRange::Any);
+    let of_file = flank
+        .tip_relief
+        .filter(|_| tip.is_none() && relief_from.is_none());
+    let tip = tip.or(of_file.map(|relief| relief.amount));
+    let relief_from = relief_from.or(of_file.map(|relief| relief.from));
     let ends = active.or(evaluation);
     if let (Some(amount), Some([from, to])) = (crowning, ends) {
         design.push(Modification::Crowning { from, to, amount });

@@ -2,6 +2,8 @@
 
 pub mod laws;
 
+pub mod gear_mesh;
+
 pub mod model;
 
 mod tables;
@@ -21,6 +23,10 @@ mod shafts;
 mod friction;
 
 pub mod screws;
+
+pub mod gear_file;
+
+mod named_gear_file;
 
 mod gears;
 
@@ -46,10 +52,14 @@ mod file;
 
 pub mod sidecar;
 
-pub mod gear_file;
-
 pub mod measured_gear;
 
+pub mod gear_readings;
+
 pub mod limit_table;
+
+mod number_table;
+
+pub mod non_circular_file;
 
 pub use file::{Scene, read, read_text};

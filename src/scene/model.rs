@@ -1,9 +1,13 @@
 //! The model file as parameter structs: SI values, each with its source span.
 
+use std::sync::Arc;
+
+use super::gear_mesh::GearMesh;
+pub use super::laws::Hand;
 use super::laws::{
     Characteristic, ContactDamping, FrictionLaw, LoadHistory, MotorModel, ToothFriction, Waveform,
 };
-use crate::base::source_span::SourceSpan;
+use crate::base::source_span::{SourceFile, SourceSpan};
 
 /// A whole model file, read and checked value by value. Nothing is assembled yet.
 #[derive(Debug, Clone, Default)]
@@ -48,6 +52,33 @@ pub struct Model {
     pub damping: GlobalDamping,
     /// Mean speeds of named nodes, the first being the one `--speed` refers to.
     pub speeds: Vec<MeanSpeed>,
+}
+
+impl Model {
+    /// Meshes that name a gear file, with the names of their elements and their contacts.
+    pub fn gear_meshes(&self) -> Vec<(&Name, &Arc<GearMesh>, &ContactParameters)> {
+        let pairs = self.gear_pairs.iter();
+        let pairs = pairs.filter_map(|p| Some((&p.name, p.gear.as_ref()?, &p.contact)));
+        let stages = self.planetaries.iter().filter_map(|stage| {
+            let [sun, ring] = stage.gears.as_ref()?;
+            Some([
+                (&stage.name, sun, &stage.sun_contact),
+                (&stage.name, ring, &stage.ring_contact),
+            ])
+        });
+        pairs.chain(stages.flatten()).collect()
+    }
+
+    /// The gear files, each once.
+    pub fn gear_files(&self) -> Vec<Arc<SourceFile>> {
+        let mut all: Vec<Arc<SourceFile>> = Vec::new();
+        for (_, mesh, _) in self.gear_meshes() {
+            if !all.contains(&mesh.source) {
+                all.push(mesh.source.clone());
+            }
+        }
+        all
+    }
 }
 
 /// Name and its place in the file.
@@ -177,16 +208,59 @@ pub struct ContactParameters {
     pub wave: Option<StiffnessVariation>,
     /// Force over deflection, where it is not linear; `stiffness` is then its secant at the rated deflection.
     pub characteristic: Option<Characteristic>,
+    /// Flanks as computed from a gear file, next to `wave`.
+    pub flanks: Option<MeshFlanks>,
 }
 
-/// Which way the helix or spiral of the first gear of a pair winds; its mate follows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Hand {
-    /// Right-hand.
-    #[default]
-    Right,
-    /// Left-hand.
-    Left,
+impl ContactParameters {
+    /// Shifts the phase of all that goes by the mesh cycle, rad.
+    pub fn shift_phase(&mut self, by: f64) {
+        if let Some(wave) = &mut self.wave {
+            wave.phase += by;
+        }
+        if let Some(flanks) = &mut self.flanks {
+            flanks.phase += by;
+            let springs = flanks.pairs.iter_mut().flat_map(|pairs| &mut pairs.flanks);
+            springs.for_each(|spring| spring.phase += by);
+        }
+    }
+}
+
+/// Transmission error of the flanks that carry, over one mesh cycle, and tooth pairs one by one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshFlanks {
+    /// Transmission error without load along the branch, m: with the stiffness over the cycle it gives that under load.
+    pub unloaded_te: Waveform,
+    /// Transmission error under load beyond what the mean stiffness gives way, m: for a stiffness that is averaged.
+    pub averaged_te: Waveform,
+    /// Phase of both at zero gear angles, rad of the mesh cycle.
+    pub phase: f64,
+    /// The coast flanks carry.
+    pub is_coast: bool,
+    /// One-sided springs of the tooth pairs, where there is play.
+    pub pairs: Option<ToothPairs>,
+}
+
+/// The tooth pairs of a mesh that can touch, one behind the other by a mesh cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToothPairs {
+    /// Number of pairs; the curves of each have a period of so many mesh cycles.
+    pub count: u32,
+    /// Pairs that carry in the mean: the total contact ratio.
+    pub carrying: f64,
+    /// Curves of a pair on the drive flanks and on the coast flanks.
+    pub flanks: [PairSpring; 2],
+}
+
+/// One tooth pair as a one-sided spring.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairSpring {
+    /// Stiffness as a factor of the mean stiffness of the mesh.
+    pub stiffness: Waveform,
+    /// Gap beyond half the play, m.
+    pub gap: Waveform,
+    /// Phase of both at zero gear angles, rad of the mesh cycle.
+    pub phase: f64,
 }
 
 /// Stiffness of a mesh over its cycle, as a factor.
@@ -225,6 +299,8 @@ pub struct GearPair {
     pub contact: ContactParameters,
     /// Dry friction along the teeth.
     pub friction: Option<ToothFriction>,
+    /// The gear file that the pair follows.
+    pub gear: Option<Arc<GearMesh>>,
 }
 
 /// A worm and its wheel on crossed axes at right angles.
@@ -283,17 +359,19 @@ pub struct Planetary {
     pub bearing_loss: BranchDamping,
     /// Planets move along x and y too, described in the carrier's frame, as do sun, ring and carrier where supported.
     pub lateral: bool,
+    /// Gear files of sun and planet and of planet and ring that the stage follows.
+    pub gears: Option<[Arc<GearMesh>; 2]>,
 }
 
 /// Radii of a planetary stage.
 #[derive(Debug, Clone, Copy)]
 pub enum PlanetaryGeometry {
-    /// Tooth numbers of sun, planet, ring and the module in the transverse plane, m; the module is absent where only ratios matter.
+    /// Tooth numbers of sun, planet, ring and the modules in the transverse plane, m; these are absent where only ratios matter.
     Teeth {
         /// Sun, planet, ring.
         teeth: [u32; 3],
-        /// Transverse module, m.
-        module: Option<f64>,
+        /// Transverse module at the working pitch circles of the sun's and of the ring's mesh, m.
+        modules: Option<[f64; 2]>,
     },
     /// Base radii of sun, planet, ring and the radius of the planets' centres, m.
     Radii {

@@ -1,11 +1,19 @@
 //! `[[planetary]]`.
 
-use super::model::{BranchEnd, Planetary, PlanetaryGeometry};
+use std::sync::Arc;
+
+use super::gear_mesh::GearMesh;
+use super::model::{BranchEnd, ContactParameters, Planetary, PlanetaryGeometry};
+use super::named_gear_file::{self, DETERMINED_OF_STAGE};
 use super::shared_keys::{self, DEFAULT_PRESSURE_ANGLE, MAX_COUNT, PRESSURE_ANGLE_RANGE};
 use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
+use crate::gear::load::planet_phase::planet_phase;
+
+/// Centre distances nearer than this, relative, are one: rounding of a conversion of units.
+const SAME_DISTANCE: f64 = 1e-9;
 
 /// The most planets of one stage.
 const MAX_PLANETS: u32 = 100;
@@ -15,6 +23,7 @@ pub fn planetary(f: &mut TableReader) -> Planetary {
     let name = shared_keys::name(f);
     let [sun, ring, carrier] = members(f);
     let positions = positions(f);
+    let gears = gear_files(f);
     let size = size(f);
     let pressure_angles =
         f.optional_pair("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE_RANGE);
@@ -39,7 +48,7 @@ pub fn planetary(f: &mut TableReader) -> Planetary {
             }
         }
     }
-    Planetary {
+    let stage = Planetary {
         name,
         sun,
         ring,
@@ -54,6 +63,69 @@ pub fn planetary(f: &mut TableReader) -> Planetary {
         planet_bearing,
         bearing_loss,
         lateral,
+        gears: None,
+    };
+    match gears {
+        Some(gears) => of_gear_files(stage, gears),
+        None => stage,
+    }
+}
+
+/// Gear files of the sun's and of the ring's mesh: both or neither, with one planet and one centre distance.
+fn gear_files(f: &mut TableReader) -> Option<[Arc<GearMesh>; 2]> {
+    let sun = named_gear_file::read(f, "_sun", DETERMINED_OF_STAGE);
+    let ring = named_gear_file::read(f, "_ring", DETERMINED_OF_STAGE);
+    f.requires("gear_sun", "gear_ring");
+    f.requires("gear_ring", "gear_sun");
+    let (sun, ring) = (sun?, ring?);
+    if sun.is_internal() {
+        let message = format!("{} has an internal gear", sun.source.path);
+        let hint = "`gear_sun` takes sun and planet, `gear_ring` planet and ring";
+        f.report_key(Code::Conflict, "gear_sun", message, hint);
+        return None;
+    }
+    if let Err(error) = planet_phase(&sun.pair, &ring.pair) {
+        let [one, other] = [&sun, &ring].map(|mesh| &mesh.source.path);
+        let message = format!("{one} and {other}: {}", error.message);
+        let hint = "`gear_sun` takes sun and planet, `gear_ring` the same planet and the ring with internal = true; state the planet's tip_diameter in both";
+        f.report_key(error.code, "gear_ring", message, hint);
+        return None;
+    }
+    let [a, b] = [&sun, &ring].map(|mesh| mesh.pair.centre_distance);
+    if (a - b).abs() > SAME_DISTANCE * a {
+        let message = format!(
+            "the centre distances differ: {:.6} mm in {}, {:.6} mm in {}",
+            1e3 * a,
+            sun.source.path,
+            1e3 * b,
+            ring.source.path
+        );
+        let hint = "give both files the radius of the planets' centres as centre_distance";
+        f.report_key(Code::Conflict, "gear_ring", message, hint);
+        return None;
+    }
+    Some([sun, ring])
+}
+
+/// The stage with what its gear files determine.
+fn of_gear_files(stage: Planetary, gears: [Arc<GearMesh>; 2]) -> Planetary {
+    let ([sun, planet], [_, ring]) = (gears[0].teeth(), gears[1].teeth());
+    // A stage describes its meshes in the transverse plane.
+    let play = |mesh: &GearMesh| mesh.backlash / mesh.base_helix_angle().cos();
+    let contact = |contact: ContactParameters, mesh: &GearMesh| ContactParameters {
+        backlash: play(mesh),
+        ..contact
+    };
+    Planetary {
+        size: PlanetaryGeometry::Teeth {
+            teeth: [sun, planet, ring],
+            modules: Some([0, 1].map(|i| gears[i].transverse_module())),
+        },
+        pressure_angles: [0, 1].map(|i| gears[i].pair.working_pressure_angle),
+        sun_contact: contact(stage.sun_contact, &gears[0]),
+        ring_contact: contact(stage.ring_contact, &gears[1]),
+        gears: Some(gears),
+        ..stage
     }
 }
 
@@ -113,7 +185,9 @@ fn size(f: &mut TableReader) -> PlanetaryGeometry {
     f.exclusive("teeth", "base_radii");
     f.exclusive("module", "base_radii");
     f.exclusive("teeth", "carrier_radius");
-    if f.has("base_radii") {
+    if f.has("gear_sun") || f.has("gear_ring") {
+        // The files have the sizes.
+    } else if f.has("base_radii") {
         f.require("carrier_radius");
     } else if !f.has("teeth") {
         f.report_missing("teeth", " or `base_radii`");
@@ -150,7 +224,7 @@ fn size(f: &mut TableReader) -> PlanetaryGeometry {
         }
         (_, teeth) => PlanetaryGeometry::Teeth {
             teeth: teeth.unwrap_or([1, 1, 3]),
-            module,
+            modules: module.map(|module| [module; 2]),
         },
     }
 }

@@ -118,7 +118,7 @@ pub fn coupling(f: &mut TableReader) -> Coupling {
         } else {
             "loss_factor"
         };
-        let message = format!("`{key}` has no meaning beside a negative stiffness");
+        let message = format!("`{key}` has no meaning with a negative stiffness");
         f.report_key(Code::Conflict, key, message, "give `c` instead");
     }
     Coupling {

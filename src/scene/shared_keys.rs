@@ -24,6 +24,9 @@ pub const HELIX_ANGLE_RANGE: ValueRange =
 /// Pressure angle where none is given, rad.
 pub const DEFAULT_PRESSURE_ANGLE: f64 = PI / 9.0;
 
+/// The largest number of teeth of a gear whose flanks are described.
+pub const MAX_TEETH: u32 = 100_000;
+
 /// The largest number of teeth, discs, segments or planets.
 pub const MAX_COUNT: u32 = 1_000_000;
 
@@ -62,7 +65,7 @@ pub fn name(f: &mut TableReader) -> Name {
             Code::OutOfRange,
             why,
             &place,
-            "nodes and freedoms are written node.axis",
+            "nodes and degrees of freedom are written node.axis",
         );
     }
     Name {
@@ -282,7 +285,9 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
     let stiffness = f.optional_quantity(&k, units.stiffness, units.range);
     let characteristic = read_table(f, &curve, units.characteristic).flatten();
     f.exclusive(&k, &curve);
-    let rigid = !f.has(&k) && !f.has(&curve) && !f.has("maxwell");
+    let rigid = ![&k, &curve, "maxwell", &format!("gear{suffix}")]
+        .iter()
+        .any(|key| f.has(key));
     let contact = ContactParameters {
         stiffness: stiffness.or(characteristic.as_ref().map(Characteristic::rated_secant)),
         loss: read_damping(f, suffix, units.damping, &format!("`{k}`"), rigid),
@@ -292,13 +297,14 @@ fn read_contact_in(f: &mut TableReader, suffix: &str, units: ContactUnits) -> Co
         damping_model: read_contact_damping(f, suffix),
         wave: None,
         characteristic,
+        flanks: None,
     };
     if contact.backlash > units.max_play.0 {
         let message = format!(
             "`{backlash}` must not exceed {}: the deflection of the contact would be lost in the digits of the play",
             units.max_play.1
         );
-        let hint = "look at its unit; what never touches is left out";
+        let hint = "check its unit; what never touches is left out";
         f.report_key(Code::OutOfRange, &backlash, message, hint);
     }
     if contact.backlash > 0.0 && contact.backlash < MIN_BACKLASH {

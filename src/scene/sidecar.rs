@@ -81,7 +81,7 @@ pub fn from_flags(flags: &Flags) -> Result<ReadOptions, Errors> {
 /// Options of the logs of one test that a file lists, their paths from its own folder; `None` where it is no such file.
 ///
 /// # Errors
-/// Everything wrong in it and in the flags.
+/// Everything wrong in it and in the flags; every listed file that does not exist.
 pub fn read_list(path: &Path, flags: &Flags) -> Result<Option<ReadOptions>, Errors> {
     if path.extension().is_none_or(|e| e != "toml") || !path.is_file() {
         return Ok(None);
@@ -95,6 +95,14 @@ pub fn read_list(path: &Path, flags: &Flags) -> Result<Option<ReadOptions>, Erro
     for file in &mut options.files {
         *file = folder.join(&file);
     }
+    let missing = options.files.iter().filter(|file| !file.exists());
+    let error = |file: &PathBuf| {
+        let message = format!("{} is listed and does not exist", file.display());
+        Error::new(Code::FileMissing, message)
+            .with_hint("a list takes paths from its own folder")
+            .with_file(&path.display().to_string())
+    };
+    Errors::into_result(missing.map(error).collect(), || ())?;
     Ok(Some(options).filter(|s| !s.files.is_empty()))
 }
 
@@ -105,10 +113,7 @@ pub fn read_list(path: &Path, flags: &Flags) -> Result<Option<ReadOptions>, Erro
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<ReadOptions, Errors> {
     let document = toml::parse(source);
     let mut notes = ErrorCollector::default();
-    let units = document.root.get("units").map(|entry| &entry.item.value);
-    if matches!(units, Some(Value::String(text)) if text == "SI") {
-        notes.bare_si.push(document.source.path.clone());
-    }
+    notes.record_units(&document);
     let span = SourceSpan::new(document.source.clone(), 0..0);
     let mut f = TableReader::new(&document.root, span, "the sidecar", &mut notes);
     for said in ["title", "source"] {
@@ -117,22 +122,15 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<ReadOptions, Erro
     f.item("units", "the text \"SI\"");
     f.item(
         "truth",
-        "a table of what is known of a simulated recording, read by nobody here",
+        "the known answer of a simulated recording, which geardyn does not read",
     );
     let mut options = read_table(&mut f, "log", log).unwrap_or_default();
     let channels = read_tables(&mut f, "channel", channel);
     f.finish();
     let mut errors = notes.errors;
-    errors.extend(document.syntax_error);
+    errors.extend(document.syntax_error.clone());
     Errors::into_result(errors, || ())?;
-    if !flags.is_empty() {
-        let table = document.root.get("log").map(|entry| &entry.item);
-        let table = table.and_then(|item| match &item.value {
-            Value::Table(table) => Some((table, &item.span)),
-            _ => None,
-        });
-        options = flags.read("[log]", table, &notes.bare_si, log)?;
-    }
+    options = flags.read_over(&document, "log", &notes.bare_si, options, log)?;
     options.channels = merge(channels, options.channels);
     Ok(options)
 }
@@ -278,7 +276,7 @@ fn parse_pair<'t>(text: &'t str, subject: &str) -> Result<(&'t str, &'t str), Er
     let whole = pair.filter(|(name, value)| !name.is_empty() && !value.is_empty());
     whole.ok_or_else(|| {
         let message = format!(
-            "\"{}\" does not name a channel and what is said of it",
+            "\"{}\" does not name a channel and its property",
             truncate(text)
         );
         let hint =
@@ -327,7 +325,7 @@ pub fn write(options: &ReadOptions, rate_hz: Option<f64>, channels: &[(String, S
         )
     };
     let mut text = String::from(
-        "# What was understood of the log beside this file. Correct what is wrong; what is left out is found from the log. Channels also\n# take `sensitivity`, `rename` and `overload`, the log `gaps`, `after`, `before`, `dates` (docs/reference/logs.md).\n\n[log]\n",
+        "# How geardyn read the log of this name. Correct what is wrong; keys that are omitted are detected from the log. Channels also\n# take `sensitivity`, `rename` and `overload`, the log `gaps`, `after`, `before`, `dates` (docs/reference/logs.md).\n\n[log]\n",
     );
     text += &match options.rate {
         Some(RateSource::TimeStamps) => "rate_from = \"time\"\n".to_string(),

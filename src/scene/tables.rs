@@ -3,6 +3,14 @@
 use crate::base::table_reader::TableReader;
 use crate::base::toml::{Item, Table, Value};
 
+/// Title of a file; reads `source` and `units` too.
+pub fn read_heading(f: &mut TableReader) -> String {
+    let title = f.optional_text("title").unwrap_or_default().to_string();
+    f.optional_text("source");
+    f.item("units", "the text \"SI\"");
+    title
+}
+
 /// Every table under `[[key]]`.
 pub fn read_tables<T>(
     f: &mut TableReader,

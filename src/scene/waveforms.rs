@@ -87,7 +87,7 @@ pub fn read_stiffness_variation(f: &mut TableReader) -> Option<StiffnessVariatio
 
 /// A list of bare numbers that must be there and not be empty.
 pub fn read_number_list(f: &mut TableReader, key: &str, range: ValueRange) -> Option<Vec<f64>> {
-    const TAKES: &str = "a list of bare numbers";
+    const TAKES: &str = "a list of numbers without units";
     f.require(key);
     let item = f.item(key, TAKES)?;
     let Value::List(list) = &item.value else {

@@ -358,7 +358,7 @@ fn check(
     }
     if all.len() < inputs.len() + outputs.len() {
         return Err(conflict(
-            "a channel stands twice among the inputs and outputs",
+            "a channel occurs twice among the inputs and outputs",
         ));
     }
     if estimator == Estimator::H2 && inputs.len() > 1 {
@@ -371,7 +371,7 @@ fn check(
         return Err(Error::new(
             Code::NoChannel,
             format!(
-                "channel {channel} of {} is asked for, counted from 0",
+                "channel {channel} of {} is requested, counted from 0",
                 spectra.psd.len()
             ),
         ));
@@ -392,7 +392,7 @@ fn check(
         return Err(Error::new(
             Code::TooShort,
             format!(
-                "{averages:.1} independent averages do not tell {} inputs apart",
+                "{averages:.1} independent averages do not separate {} inputs",
                 inputs.len()
             ),
         )
@@ -411,7 +411,7 @@ fn warnings(
         return Err(Error::new(
             Code::IllPosed,
             format!(
-                "the {inputs} inputs are coherent with each other on every line, above {MAX_INPUT_COHERENCE}: their effects cannot be told apart"
+                "the {inputs} inputs are coherent with each other on every line, above {MAX_INPUT_COHERENCE}: their effects cannot be separated"
             ),
         )
         .with_hint("drive them with independent signals, or name one of them as the only input"));

@@ -459,7 +459,7 @@ impl ImpactRecord<'_> {
             ),
         )
         .with_hint(match self.cuts.len() {
-            all if all == count(RejectReason::LateStart) => "record from before the hit; look with `geardyn check` whether the file holds finished responses",
+            all if all == count(RejectReason::LateStart) => "record from before the hit; check with `geardyn check` whether the file holds finished responses",
             all if all == count(RejectReason::Overload) => "measure again with a larger range, or hit more gently; where a channel only seems to clip, state its overload level: --overload NAME=LEVEL",
             _ => "a shorter block, or stated overload levels, let more of them through",
         })

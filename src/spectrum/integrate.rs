@@ -68,7 +68,7 @@ pub fn convert(
             Code::OutOfRange,
             format!("a low cut of {cut} Hz, where integration needs one above zero and below a quarter of the rate of {rate_hz} Hz"),
         )
-        .with_hint("half the lowest frequency that matters; what lies below is mostly drift of the sensor, which integration magnifies"));
+        .with_hint("half the lowest frequency of interest; content below is mainly sensor drift, which integration magnifies"));
     }
     let n = samples.len();
     let mut fft = RealFft::new(n);

@@ -60,7 +60,7 @@ pub fn low_pass(pass: f64, stop: f64, attenuation_db: f64) -> Result<Vec<f64>, E
     if !(MIN_ATTENUATION_DB..=200.0).contains(&attenuation_db) {
         return Err(Error::new(
             Code::OutOfRange,
-            format!("a stop band of {attenuation_db} dB, where 21 to 200 dB can be had"),
+            format!("a stop band of {attenuation_db} dB; the range is 21 to 200 dB"),
         ));
     }
     let depth = attenuation_db + DESIGN_MARGIN_DB;

@@ -13,13 +13,13 @@ pub fn check_samples(samples: &[f64], least: usize) -> Result<(), Error> {
                 samples.len()
             ),
         )
-        .with_hint("take a longer stretch of the record"));
+        .with_hint("take a longer segment of the record"));
     }
     match samples.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
         Some(at) => Err(
             Error::new(Code::NotANumber, format!("sample {at} is {}", samples[at]))
-                .with_hint("analyse each stretch between gaps by itself, or fill the gaps"),
+                .with_hint("analyse each segment between gaps alone, or fill the gaps"),
         ),
     }
 }

@@ -166,7 +166,7 @@ impl WelchEstimator {
         if self.error.blocks == 0 {
             return Err(Error::new(
                 Code::TooShort,
-                format!("no stretch of the record fills one block of {n} samples"),
+                format!("no segment of the record fills one block of {n} samples"),
             )
             .with_hint("choose a shorter block"));
         }

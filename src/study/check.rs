@@ -33,7 +33,7 @@ fn of_study(scene: &Scene, machine: &PreparedMachine, study: &StudyKind) -> Resu
             AccuracyTarget::Modes => frequencies::refuse(machine),
             AccuracyTarget::Response => responses::refuse(machine, &study.response),
             AccuracyTarget::Motion => {
-                let ready = SimulationSetup::new(machine, &scene.start, &study.motion)?;
+                let ready = SimulationSetup::of_whole_meshes(machine, &scene.start, &study.motion)?;
                 work_precision::refuse(&ready, &study.methods)
             }
         },
@@ -47,7 +47,7 @@ fn of_study(scene: &Scene, machine: &PreparedMachine, study: &StudyKind) -> Resu
                 end_time: study.motion.end_time.or(Some(1.0)),
                 ..study.motion.clone()
             };
-            let ready = SimulationSetup::new(machine, &scene.start, &motion)?;
+            let ready = SimulationSetup::of_whole_meshes(machine, &scene.start, &motion)?;
             parametric::refuse(machine, &ready, study)
         }
         StudyKind::Response(study) => response::run::refuse(machine, study),

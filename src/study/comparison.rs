@@ -9,8 +9,8 @@ pub struct ComparisonResult {
     pub quantity: String,
     /// Norm of the errors, as text.
     pub norm: &'static str,
-    /// Degrees of freedom of the machine, without rigid joints.
-    pub dofs: usize,
+    /// Degrees of freedom of the machine, without rigid joints; `None` of gears by themselves.
+    pub dofs: Option<usize>,
     /// Reference of the errors.
     pub reference: String,
     /// Relative error of the reference, below which no error is measurable.
@@ -44,6 +44,13 @@ pub enum ModelSize {
     Modes(usize),
     /// Every shaft with a mass of its own is cut in so many lengths.
     ShaftElements(usize),
+    /// A mesh at so many positions of a pitch, in so many slices along the face.
+    MeshGrid {
+        /// Positions.
+        positions: usize,
+        /// Slices.
+        slices: usize,
+    },
 }
 
 impl ComparisonResult {

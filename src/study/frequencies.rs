@@ -39,7 +39,7 @@ pub fn refuse(prepared_machine: &PreparedMachine) -> Result<(), Error> {
         let message =
             "stiffnesses that are negative or act across have no undamped frequencies to compare";
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("state the machine without them, or ask for its motion"));
+            .with_hint("state the machine without them, or request its motion"));
     }
     if elastic_modes(&prepared_machine.model) == 0 {
         let message = "the machine has no elastic mode";
@@ -100,8 +100,8 @@ pub fn compare_eigensolvers(
             modal_basis::solve(linear_model, UndampedSolver::Factored)
                 .map(|b| elastic_frequencies(&b, count).0)
         }),
-        ("all modes, singular values", &|| {
-            modal_basis::solve(linear_model, UndampedSolver::Bidiagonal)
+        ("all modes, energies", &|| {
+            modal_basis::solve(linear_model, UndampedSolver::Energies(1.0))
                 .map(|b| elastic_frequencies(&b, count).0)
         }),
         ("all modes, assembled K", &|| {
@@ -158,7 +158,7 @@ pub fn compare_eigensolvers(
             highest / std::f64::consts::TAU
         ),
         norm: "largest relative error of the frequencies; of shafts in lengths, against the limit of ever finer ones",
-        dofs: linear_model.n,
+        dofs: Some(linear_model.n),
         reference: match whole {
             true => "all modes of the graded factor",
             false => "the lowest modes by elimination",
@@ -263,7 +263,8 @@ fn reduced(
 }
 
 fn too_large(n: usize) -> Error {
-    let message = format!("{n} freedoms are not decomposed whole (limit {MAX_DENSE_DOFS})");
+    let message =
+        format!("{n} degrees of freedom are not decomposed whole (limit {MAX_DENSE_DOFS})");
     Error::new(Code::BudgetExceeded, message)
 }
 

@@ -18,6 +18,8 @@ pub mod frequencies;
 
 pub mod responses;
 
+pub mod mesh_grid;
+
 pub mod stability;
 
 pub mod parametric;

@@ -101,7 +101,7 @@ impl ReferenceSolution {
                 .iter()
                 .map(|(m, why)| format!("{m}: {why}"))
                 .collect();
-            return Err(error.with_hint(format!("ask for a shorter time; {}", why.join("; "))));
+            return Err(error.with_hint(format!("request a shorter time; {}", why.join("; "))));
         };
         let own = &found[at];
         if witnesses.is_empty() {

@@ -40,10 +40,8 @@ fn band_and_ports(
         ..
     } = prepared_machine;
     let Some((from, to)) = study.band else {
-        return Err(
-            Error::new(Code::Usage, "nothing says which frequencies are wanted")
-                .with_hint("state `band`, such as 1:500"),
-        );
+        return Err(Error::new(Code::Usage, "no frequencies are stated")
+            .with_hint("state `band`, such as 1:500"));
     };
     let ports = Ports::parse(machine, &study.inputs, &study.outputs, &study.fixed_dofs)?;
     if ports.inputs.is_empty() || ports.outputs.is_empty() {
@@ -54,9 +52,9 @@ fn band_and_ports(
         );
     }
     if !linear.is_damped(machine) {
-        let message = "nothing is damped: at a resonance every response is infinite, and no error can be told";
+        let message = "nothing is damped: at a resonance every response is infinite, and no error can be measured";
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("give the machine its damping, in [damping] or beside the stiffnesses"));
+            .with_hint("give the machine its damping, in [damping] or with each stiffness"));
     }
     Ok(((from, to), ports))
 }
@@ -128,10 +126,10 @@ pub fn compare_responses(
             }
         }
         (None, _) => list.push(skipped(
-            "reduced machines are compared between torques and motions of single freedoms, nothing held",
+            "reduced machines are compared between torques and motions of single degrees of freedom, nothing held",
         )),
         (_, false) => list.push(skipped(&format!(
-            "{} freedoms are not taken apart into modes (limit {MAX_DENSE_DOFS})",
+            "{} degrees of freedom are not taken apart into modes (limit {MAX_DENSE_DOFS})",
             linear.n
         ))),
     }
@@ -143,9 +141,9 @@ pub fn compare_responses(
             to / std::f64::consts::TAU
         ),
         norm: "largest difference over all lines, by the largest value of the same response",
-        dofs: linear.n,
+        dofs: Some(linear.n),
         reference: match small {
-            true => "the direct solution, beside a sum over all modes",
+            true => "the direct solution, compared with a sum over all modes",
             false => "the direct solution",
         }
         .to_string(),

@@ -269,7 +269,7 @@ fn not_coupled_error(
         ),
         None => (
             format!("{one} and {other} do not turn in a ratio of whole numbers"),
-            "one of them is held or free, or several motions are open: state in [speed] the speeds of all that turn independently; 0 rpm where it stands",
+            "one of them is held or free, or several motions are open: state in [speed] the speeds of all that turn independently; 0 rpm where it does not turn",
         ),
     };
     Error::new(Code::UndeterminedSpeed, message).with_hint(hint)

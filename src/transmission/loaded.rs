@@ -10,7 +10,7 @@ use super::dynamic::ErrorTransfer;
 use super::order_lines::{LineOrigin, OrderLine, angle_sense};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::machine::components::BranchLaw;
+use crate::machine::components::{BranchLaw, Machine};
 use crate::machine::mesh_cycle;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
@@ -101,6 +101,32 @@ pub fn stiffness_lines(
         }
     }
     Ok(all)
+}
+
+/// Adds the lines of meshes under load to those of errors. A mesh of a gear file has one line for each order: its flanks' error without
+/// load and what its teeth give way; beyond the harmonics that are kept of stiffnesses neither is listed alone.
+pub fn join_mesh_lines(machine: &Machine, lines: &mut Vec<OrderLine>, stiffness: Vec<OrderLine>) {
+    for mut line in stiffness {
+        let of_flanks = |other: &OrderLine| {
+            let flanks = other
+                .declared(machine)
+                .is_some_and(|e| e.averaged.is_some());
+            flanks
+                && other.order == line.order
+                && other.displacements[0].0 == line.displacements[0].0
+        };
+        if let Some(at) = lines.iter().position(of_flanks) {
+            let flanks = lines.remove(at);
+            line.displacements[0].1 += flanks.displacements[0].1;
+            line.quasi_static = flanks.quasi_static;
+        }
+        lines.push(line);
+    }
+    let alone = |line: &OrderLine| {
+        let flanks = line.declared(machine).is_some_and(|e| e.averaged.is_some());
+        flanks && line.harmonic > MESH_HARMONICS && !machine.loads.is_empty()
+    };
+    lines.retain(|line| !alone(line));
 }
 
 /// Mean forces of branches under the lasting loads, N or N·m, the driver's angle held.
@@ -239,5 +265,5 @@ fn contact_loss_error(model: &OperatingModel, branch: usize) -> Error {
     );
     Error::new(Code::Conflict, message)
         .with_span(&element.span)
-        .with_hint("raise the lower value of its `k_wave`, or leave out the loads")
+        .with_hint("raise the lower value of its `k_wave`, or omit the loads")
 }

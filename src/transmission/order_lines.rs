@@ -85,12 +85,13 @@ pub fn order_lines(
             continue;
         };
         let rising = angle_sense(chain, &pace);
-        let size = error
-            .waveform
-            .max()
-            .abs()
-            .max(error.waveform.lower_bound().abs());
-        for (harmonic, amplitude, phase) in error.waveform.harmonics() {
+        // Without loads nothing gives way over the cycle of a mesh, and its error is that under its torque.
+        let waveform = match &error.averaged {
+            Some(averaged) if machine.loads.is_empty() => averaged,
+            _ => &error.waveform,
+        };
+        let size = waveform.max().abs().max(waveform.lower_bound().abs());
+        for (harmonic, amplitude, phase) in waveform.harmonics() {
             if amplitude <= TABLE_ROUNDING.max(RELATIVE_ROUNDING * size) {
                 continue;
             }

@@ -201,7 +201,7 @@ fn law_documents_recommend() {
             "{advice}"
         );
         let near = &found["reference"]["witnesses"][0];
-        assert_eq!(near["method"], found["reference"]["beside"]);
+        assert_eq!(near["method"], found["reference"]["witness"]);
         assert_eq!(near["distance"], found["reference"]["error"]);
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::support::command::{document, refusal};
+use crate::support::command::{document, geardyn, refusal};
 
 fn shipped(name: &str) -> String {
     format!("{}/data/{name}", env!("CARGO_MANIFEST_DIR"))
@@ -72,6 +72,36 @@ fn law_a_test_in_files_is_the_test_in_one() {
     let list = list.display().to_string();
     let listed = document(&[&["identify", &list], &what[..]].concat());
     assert_eq!(listed["modes"], found["modes"]);
+}
+
+/// A list of logs is checked for their existence: every one that is missing is named, by `check` and by `identify`.
+#[test]
+fn refuses_a_list_with_missing_logs() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = in_files(folder.path());
+    let list = folder.path().join("test.toml");
+    let write = |names: &str| fs::write(&list, format!("[log]\nfiles = [{names}]\n")).unwrap();
+    let path = list.display().to_string();
+    write("\"hit_1.csv\", \"hit_2.csv\"");
+    let whole = document(&["check", &path, "--json"]);
+    assert_eq!(
+        whole["files"].as_array().map(Vec::len),
+        Some(2),
+        "{files:?}"
+    );
+    write("\"hit_1.csv\", \"hit_6.csv\", \"hit_7.csv\"");
+    for call in [
+        vec!["check", &path],
+        vec!["identify", &path, "--input", "force", "--output", "ax"],
+    ] {
+        let refused = geardyn(&call);
+        assert_eq!(refused.status.code(), Some(2), "{call:?}");
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(
+            said.contains("hit_6.csv") && said.contains("hit_7.csv") && said.contains("test.toml"),
+            "{said}"
+        );
+    }
 }
 
 /// Files that are not of one test: what differs is named with the file.
@@ -245,7 +275,7 @@ fn exact_clipped_second_is_left_out() {
     let found = identified(&log);
     let message = warned(&found, "clipped").unwrap();
     assert!(
-        message.contains("a clipped") && message.contains("left out"),
+        message.contains("a clipped") && message.contains("removed"),
         "{message}"
     );
     assert_truth(&found, 4.0);

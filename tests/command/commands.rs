@@ -326,15 +326,14 @@ fn law_examples_of_help_run() {
     for model in models() {
         std::fs::copy(root().join(&model), folder.path().join(&model)).unwrap();
     }
-    std::fs::create_dir(folder.path().join("data")).unwrap();
-    for entry in std::fs::read_dir(root().join("data")).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_file() {
-            std::fs::copy(
-                &path,
-                folder.path().join("data").join(path.file_name().unwrap()),
-            )
-            .unwrap();
+    for shipped in ["data", "models/gears"] {
+        let to = folder.path().join(shipped);
+        std::fs::create_dir(&to).unwrap();
+        for entry in std::fs::read_dir(root().join(shipped)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_file() {
+                std::fs::copy(&path, to.join(path.file_name().unwrap())).unwrap();
+            }
         }
     }
     let mut ran = 0;

@@ -186,7 +186,7 @@ fn refuses_a_file_that_does_not_ring_down() {
         let ambient = [&call[..], &["--method", "ssi-cov", "--json"]].concat();
         let found = document(&ambient);
         let all = found["warnings"].as_array().unwrap();
-        let one = all.iter().find(|w| w["code"] == "one-stretch").unwrap();
+        let one = all.iter().find(|w| w["code"] == "one-segment").unwrap();
         assert!(one["message"].as_str().unwrap().contains(".csv"), "{one}");
     }
 }

@@ -195,8 +195,9 @@ fn keeps_files_of_a_gear_pair() {
         "--quiet",
     ]);
     assert!(done.status.success());
-    for name in ["p.svg", "p-sliding.svg", "p-mesh.svg", "p-harris.svg"] {
-        let plot = std::fs::read_to_string(Path::new(&at(name))).unwrap();
+    for name in ["", "-sliding", "-mesh", "-stiffness", "-sharing", "-harris"] {
+        let name = format!("p{name}.svg");
+        let plot = std::fs::read_to_string(Path::new(&at(&name))).unwrap();
         assert!(plot.starts_with("<svg") && plot.contains("FZG test gears, type C"));
     }
     let table = std::fs::read_to_string(csv).unwrap();
@@ -263,4 +264,94 @@ fn refuses_gears_that_cannot_mesh() {
         code == Some(0) && text.contains("cylindrical gears of 16 and 24 teeth"),
         "{text}"
     );
+}
+
+/// The stages of a gear file, with the reason for each that does not run; flags of studies do not apply.
+#[test]
+fn law_plan_names_its_stages() {
+    let plan = document(&["plan", FZG, "--json"]);
+    let stages = plan["stages"].as_array().unwrap();
+    let runs = |name: &str| {
+        let stage = stages.iter().find(|stage| stage["stage"] == name).unwrap();
+        stage["runs"].as_bool().unwrap()
+    };
+    for name in ["geometry", "flanks", "limits", "contact"] {
+        assert!(runs(name), "{name}");
+    }
+    assert!(!runs("mesh"));
+    let loaded = document(&["plan", "models/gears/helical.toml", "--json"]);
+    let last = loaded["stages"].as_array().unwrap().iter();
+    assert!(
+        last.clone()
+            .any(|s| s["stage"] == "mesh" && s["runs"] == true)
+    );
+    let text = refused(&["plan", FZG, "--damped"]);
+    assert!(text.contains("--damped does nothing here"), "{text}");
+}
+
+/// Errors of e(φ, T) and k(φ, T) fall as slices are added, down to the error of the reference, which half its grid gives.
+#[test]
+fn law_error_of_a_mesh_over_its_grid() {
+    let folder = tempfile::tempdir().unwrap();
+    let helical = std::fs::read_to_string("models/gears/helical.toml").unwrap();
+    let path = put(folder.path(), "helical.toml", &helical);
+    let found = document(&[
+        "accuracy",
+        path.to_str().unwrap(),
+        "--json",
+        "--error",
+        "0.05",
+    ]);
+    for (name, coarse) in [("te", 0.1), ("stiffness", 0.02)] {
+        let result = &found[name];
+        let floor = number(&result["reference"]["error"]);
+        assert!(floor > 0.0 && floor < 0.01, "{name}: {floor}");
+        let error = |positions: u32, slices: u32| {
+            let runs = result["runs"].as_array().unwrap();
+            let is = |run: &&Value| run["positions"] == positions && run["slices"] == slices;
+            number(&runs.iter().find(is).unwrap()["error"])
+        };
+        let errors = [5, 11, 41].map(|slices| error(60, slices));
+        assert!(errors[0] > coarse, "{name}: {errors:?}");
+        assert!(
+            errors[1] < 0.8 * errors[0] && errors[2] < 0.5 * errors[1],
+            "{name}: {errors:?}"
+        );
+        assert!(errors[2] >= floor);
+        assert_eq!(result["recommendation"]["reached"], true);
+    }
+    let text = refused(&["accuracy", FZG]);
+    assert!(text.contains("no torque is given"), "{text}");
+}
+
+/// An error of the centre distance moves the working pressure angle and leaves tips as they are: `cos α_wt = a_d cos α_t/a`.
+#[test]
+fn exact_error_of_the_centre_distance() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "pair = { kind = \"cylindrical\", module = \"2 mm\" }\npinion = { teeth = 20 }\ngear = { teeth = 40 }\n";
+    let moved = format!("{text}assembly = {{ offset = \"0.1 mm\" }}\n");
+    let plain = put(folder.path(), "plain.toml", text);
+    let moved = put(folder.path(), "moved.toml", &moved);
+    let of = |path: &Path| document(&["gear", path.to_str().unwrap(), "--json"]);
+    let (plain, moved) = (of(&plain), of(&moved));
+    let angle = number(&moved["geometry"]["working_pressure_angle_deg"]);
+    let exact = (60.0 * 20f64.to_radians().cos() / 60.1).acos().to_degrees();
+    assert!((angle - exact).abs() < 1e-10, "{angle} {exact}");
+    assert_eq!(
+        plain["geometry"]["tip_diameter_mm"],
+        moved["geometry"]["tip_diameter_mm"]
+    );
+    // j_bn = 2 a (inv α_wt − inv α) cos α of gears without backlash at a = 60 mm, in µm.
+    let inv = |degrees: f64| degrees.to_radians().tan() - degrees.to_radians();
+    let exact = 1e3 * 2.0 * 60.0 * (inv(angle) - inv(20.0)) * 20f64.to_radians().cos();
+    let play = number(&moved["backlash"]["nominal"]["normal_um"]);
+    assert!((play - exact).abs() < 1e-6, "{play} {exact}");
+    for (table, words) in [
+        ("assembly = { pinion_axial = \"1 mm\" }", "pinion_axial"),
+        ("contact = { pitches = 2 }", "touch in a point"),
+    ] {
+        let path = put(folder.path(), "refused.toml", &format!("{text}{table}\n"));
+        let said = refused(&["gear", path.to_str().unwrap()]);
+        assert!(said.contains(words), "{said}");
+    }
 }

@@ -591,7 +591,7 @@ fn exact_blocks_over_gaps() {
     let found = document(folder.path(), &arguments);
     let how = found["how"].as_str().unwrap();
     // The largest product of powers of 2, 3 and 5 in 8500 samples.
-    let said = ["4 blocks of 8.1920 s", "5.7320 s of 38.5000 s left out"];
+    let said = ["4 blocks of 8.1920 s", "5.7320 s of 38.5000 s not used"];
     assert!(said.iter().all(|s| how.contains(s)), "{how}");
     assert_modes(&found, "over gaps", 0.0);
     let averaged = document(

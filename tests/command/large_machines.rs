@@ -314,11 +314,15 @@ fn refused_before_full_matrices() {
         ),
         (
             &["stability", &middle, "--until", "1"],
-            &["complex modes of 1500 freedoms", "about", "are allowed"],
+            &[
+                "complex modes of 1500 degrees of freedom",
+                "about",
+                "are allowed",
+            ],
         ),
         (
             &["modes", &middle, "--damped"],
-            &["complex modes of 1500 freedoms", "leave out --damped"],
+            &["complex modes of 1500 degrees of freedom", "omit --damped"],
         ),
     ];
     for (arguments, words) in cases {

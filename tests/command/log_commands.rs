@@ -57,7 +57,7 @@ fn exact_times_are_kept_over_gaps() {
     log(folder, "g.csv", |k| (1000..1500).contains(&k) || k == 2500);
     let found = document(folder, &["check", "g.csv", "--json"]);
     assert_eq!(found["rate_hz"], 1000.0);
-    let begins: Vec<&Value> = found["stretches"].as_array().unwrap().iter().collect();
+    let begins: Vec<&Value> = found["segments"].as_array().unwrap().iter().collect();
     let begins: Vec<f64> = begins
         .iter()
         .map(|s| s["from_s"].as_f64().unwrap())
@@ -66,13 +66,13 @@ fn exact_times_are_kept_over_gaps() {
     said(folder, &["convert", "g.csv", "--to", "h.csv"], 0);
     assert_eq!(times(&folder.join("h.csv")), times(&folder.join("g.csv")));
     let again = document(folder, &["check", "h.csv", "--json"]);
-    assert_eq!(again["stretches"], found["stretches"]);
+    assert_eq!(again["segments"], found["segments"]);
     said(folder, &["convert", "g.csv", "--to", "h.json"], 0);
     let json: Value = serde_json::from_slice(&fs::read(folder.join("h.json")).unwrap()).unwrap();
-    assert_eq!(json["stretches"], found["stretches"]);
+    assert_eq!(json["segments"], found["segments"]);
     let (_, err) = said(folder, &["convert", "g.csv", "--to", "h.uff"], 2);
     assert!(
-        err.contains("3 stretches") && err.contains("--fill-gaps"),
+        err.contains("3 segments") && err.contains("--fill-gaps"),
         "{err}"
     );
     said(

@@ -82,6 +82,51 @@ fn law_wandering_mains_are_no_mode() {
     );
 }
 
+/// A sum of slow sines within ±1, and its integral over time, for what wanders.
+fn wandering(t: f64) -> f64 {
+    [(37.0, 0.5), (11.0, 0.3), (4.3, 0.2)]
+        .map(|(period, size)| -size * period / TAU * (TAU * t / period).cos())
+        .iter()
+        .sum()
+}
+
+/// Mains with their third and fifth multiples that wander by 0.04 Hz at 50 Hz: the modes and no other.
+#[test]
+fn law_wandering_multiples_of_the_mains_are_no_modes() {
+    let found = identified(|t| {
+        let phase = 50.0 * t + 0.04 * wandering(t);
+        let one = |k: f64| 0.5 / k * (TAU * k * phase).sin();
+        [1.0, 3.0, 5.0].map(one).iter().sum()
+    });
+    check_modes(&found);
+    let warnings = found["warnings"].as_array().unwrap();
+    assert!(
+        warnings.iter().any(|w| w["code"] == "mains"),
+        "{warnings:?}"
+    );
+}
+
+/// A machine whose speed wanders by 0.4 %, eight harmonics of 13.7 Hz, each many lines wide: the modes and no other. Such a record took
+/// minutes, each harmonic taken for many sines near each other.
+#[test]
+fn law_harmonics_of_a_wandering_speed_are_no_modes() {
+    let found = identified(|t| {
+        let phase = 13.7 * (t + 0.004 * wandering(t));
+        let one = |k: i32| 0.4 / f64::from(k).sqrt() * (TAU * f64::from(k) * phase).sin();
+        (1..=8).map(one).sum()
+    });
+    check_modes(&found);
+}
+
+/// Every mode once, within 0.5 %, and no other.
+fn check_modes(found: &Value) {
+    let modes = frequencies(found);
+    assert_eq!(modes.len(), MODES.len(), "{modes:?}");
+    for (f, (known, _)) in modes.iter().zip(MODES) {
+        assert!((f / known - 1.0).abs() < 0.005, "{modes:?}");
+    }
+}
+
 /// Five harmonics of 17.5 Hz, the second of them on the mode at 35 Hz: the sine is taken out, and the mode stays.
 #[test]
 fn law_a_mode_on_a_harmonic_stays() {

@@ -82,14 +82,14 @@ fn ref_pitch_readings_through_the_command() {
     assert_eq!(of(&found, "Fp", "left")["old_name"], "Δt_Σ");
     assert_eq!(of(&found, "fp", "left")["upper_limit_um"], 6.5);
     assert_eq!(
-        (&found["within"], &found["asked"]["meaning"]),
+        (&found["within"], &found["required"]["meaning"]),
         (&Value::Bool(true), &Value::from("grade 5"))
     );
     let csv = folder.path().join("out.csv").to_str().unwrap().to_string();
     let output = geardyn(&["measure", &asked(4), "--csv", &csv]);
     assert_eq!(output.status.code(), Some(1), "out of grade 4");
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("OUT of what was asked: f_p left"), "{text}");
+    assert!(text.contains("OUT of tolerance: f_p left"), "{text}");
     assert!(text.contains("sets the grade"), "{text}");
     let rows = std::fs::read_to_string(&csv).unwrap();
     assert_eq!(rows.lines().count(), 5, "{rows}");
@@ -227,7 +227,7 @@ fn exact_limits_out_of_a_table() {
     );
     assert_eq!(of(&found, "fp", "left")["upper_limit_um"], Value::Null);
     assert!(
-        found["asked"]["meaning"]
+        found["required"]["meaning"]
             .as_str()
             .unwrap()
             .contains("normal backlash")
@@ -303,7 +303,7 @@ fn refuses_bad_gears() {
             format!(
                 "{GEAR}[[chart]]\nkind = \"single_flank\"\nfile = \"p.csv\"\nleft = \"left\"\n"
             ),
-            "along what",
+            "abscissa",
         ),
         (
             format!(
@@ -705,4 +705,44 @@ fn survives_readings_a_thousand_times_too_small() {
     };
     assert!(warned(1e-3));
     assert!(!warned(1.0) && !warned(0.2));
+}
+
+/// A measured gear that names its gear file is evaluated as one that states the same data: range of the active profile, relief, contact ratio.
+#[test]
+fn law_gear_file_gives_the_evaluation_range() {
+    let folder = tempfile::tempdir().unwrap();
+    let pair = "pair = { kind = \"cylindrical\", module = \"3 mm\" }\npinion = { teeth = 40, face_width = \"30 mm\", tip_relief = \"6 µm\", relief_from = \"25 mm\" }\ngear = { teeth = 60, face_width = \"30 mm\" }\n";
+    let pair = put(folder.path(), "pair.toml", pair);
+    let found = document(&["gear", &pair, "--json"]);
+    let roll = |point: usize| found["path"][point]["roll_mm"][0].as_f64().unwrap();
+    let ratio = &found["geometry"]["total_contact_ratio"];
+    std::fs::copy(
+        "data/index_gear_profile.csv",
+        folder.path().join("profile.csv"),
+    )
+    .unwrap();
+    let chart = "[[chart]]\nkind = \"profile\"\nfile = \"profile.csv\"\nalong = \"roll\"\nleft = [\"left_1\", \"left_11\"]\n";
+    let named = "[measured_gear]\ngear = \"pair.toml\"\nmember = \"pinion\"\nstandard = \"ISO 1328-1:2013\"\naccuracy = 6\n";
+    let stated = format!(
+        "[measured_gear]\nteeth = 40\nmodule = \"3 mm\"\nface_width = \"30 mm\"\ntip_diameter = \"126 mm\"\ncontact_ratio = {ratio}\nstandard = \"ISO 1328-1:2013\"\naccuracy = 6\n{chart}active = [\"{0} mm\", \"{1} mm\"]\nevaluation = [\"{0} mm\", \"{1} mm\"]\ntip_relief = \"6 µm\"\nrelief_from = \"25 mm\"\n",
+        roll(0),
+        roll(4)
+    );
+    let evaluate = |name: &str, text: &str| {
+        let path = put(folder.path(), name, text);
+        document(&["measure", &path, "--json"])["deviations"].clone()
+    };
+    let by_file = evaluate("named.toml", &format!("{named}{chart}"));
+    assert_eq!(by_file, evaluate("stated.toml", &stated));
+    assert!(by_file.as_array().unwrap().len() > 3);
+    let both = put(
+        folder.path(),
+        "both.toml",
+        &format!("{named}teeth = 40\n{chart}"),
+    );
+    let (code, message) = command::refusal(&["measure", &both]);
+    assert!(
+        code == "conflict" && message.contains("`teeth` is determined"),
+        "{message}"
+    );
 }

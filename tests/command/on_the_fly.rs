@@ -282,7 +282,7 @@ fn keeps_studies_and_flags_alike() {
         (&["--track", "motor"], "orders"),
         (&["--track", "motor:0"], "orders"),
         (&["--track", "nobody:3"], "nobody"),
-        (&["--track", "motor:3,3.1"], "told apart"),
+        (&["--track", "motor:3,3.1"], "not separated"),
         (&["--te", "motor"], "two nodes"),
         (&["--te", "motor:wheel"], "teeth"),
         (&["--te", "motor:wheel", "--teeth", "x"], "tooth numbers"),

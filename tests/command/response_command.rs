@@ -36,7 +36,7 @@ fn exact_peak_of_one_freedom() {
         (peak["damping_ratio"].as_f64().unwrap() / 0.01 - 1.0).abs(),
         1e-3,
     );
-    assert_eq!(peak["mostly"], "bar");
+    assert_eq!(peak["dominant_element"], "bar");
     assert_eq!(found["peaks"].as_array().unwrap().len(), 1);
     let first = &found["responses"][0];
     assert_eq!(
@@ -71,7 +71,7 @@ fn exact_peak_of_one_freedom() {
     let text = "model = \"one.toml\"\n[[study]]\nkind = \"response\"\ninputs = [\"disc\"]\noutputs = [\"disc\"]\nshown = \"accelerance\"\nband = \"1:8\"\nlines = 8\n";
     std::fs::write(&scene, text).unwrap();
     let shown = document(&["run", &scene, "--json"]);
-    let answer = &shown["studies"][0]["answer"];
+    let answer = &shown["studies"][0]["result"];
     assert_eq!(answer["responses"][0]["unit"], "rad/s²/(N·m)");
     let omega = 2.0 * std::f64::consts::TAU;
     let exact = -omega * omega / (800.0 - 2.0 * omega * omega);

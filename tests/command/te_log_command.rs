@@ -103,7 +103,7 @@ fn exact_shipped_record() {
     let text = geardyn(&SHIPPED);
     let text = String::from_utf8(text.stdout).unwrap();
     assert!(
-        text.contains("F_i′") && text.contains("not told apart"),
+        text.contains("F_i′") && text.contains("not separated"),
         "{text}"
     );
     std::fs::remove_dir_all(folder).unwrap();
@@ -417,7 +417,7 @@ fn exact_declared_errors_come_back() {
     assert!(inside >= 4, "{inside}");
     let text = geardyn(&[&SHIPPED[..], &model].concat());
     let text = String::from_utf8(text.stdout).unwrap();
-    assert!(text.contains("5 numbers of 5 declared"), "{text}");
+    assert!(text.contains("5 values of 5 declared"), "{text}");
     assert!(
         text.contains("most of it: order 1, index_wheel cumulative-pitch = output"),
         "{text}"

@@ -13,22 +13,8 @@ use geardyn::internals::gear::kernel::pose::Point;
 use geardyn::internals::gear::kernel::vector::Vector;
 use serde_json::Value;
 
+use crate::cases::{case, number, vector};
 use crate::verification::within;
-
-/// A case of data/reference/gear.
-pub fn case(name: &str) -> Value {
-    let path = format!("data/reference/gear/{name}.json");
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap()
-}
-
-fn vector(value: &Value) -> Vector {
-    let x = value.as_array().unwrap();
-    Vector::new(number(&x[0]), number(&x[1]), number(&x[2]))
-}
 
 /// A flank of c12, in inches.
 pub fn nasa_flank(case: &Value, name: &str) -> BevelFlank {

@@ -4,19 +4,10 @@ use geardyn::internals::gear::bevel::settings::Hand;
 use geardyn::internals::gear::contact::ease_off::EaseOff;
 use geardyn::internals::gear::contact::pair::{Assembly, FlankPair};
 use geardyn::internals::gear::kernel::vector::Vector;
-use serde_json::Value;
 
-use crate::bevel_flank::{case, nasa_flank};
+use crate::bevel_flank::nasa_flank;
+use crate::cases::{case, number, vector};
 use crate::verification::{printed, within};
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap()
-}
-
-fn vector(value: &Value) -> Vector {
-    let x = value.as_array().unwrap();
-    Vector::new(number(&x[0]), number(&x[1]), number(&x[2]))
-}
 
 /// The drive pair of c12, in inches, with an error of assembly E, P, G in inches and of the shaft angle in rad.
 pub fn pair([offset, pinion_axial, gear_axial, angle]: [f64; 4]) -> FlankPair {

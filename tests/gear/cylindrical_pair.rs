@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use crate::cases::{case, number_at};
 use crate::verification::{printed, within};
 use geardyn::internals::gear::cylindrical::basic_rack::BasicRack;
 use geardyn::internals::gear::cylindrical::involute::{InvoluteGear, inv};
@@ -10,18 +11,6 @@ use geardyn::internals::gear::cylindrical::pair::{Pair, profile_shift_sum};
 use geardyn::internals::gear::cylindrical::warnings::{NearestValue, WarningKind};
 
 const MM: f64 = 1e-3;
-
-fn case(name: &str) -> Value {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("data/reference/gear");
-    let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
-    serde_json::from_str(&text).unwrap()
-}
-
-/// A number, or one of a list.
-fn number(value: &Value, path: &str) -> f64 {
-    let at = value.pointer(path).unwrap_or_else(|| panic!("{path}"));
-    at.as_f64().unwrap()
-}
 
 /// Half a unit of the last of so many decimals, and a thousandth of it for rounding.
 fn half_digit(decimals: i32) -> f64 {
@@ -65,8 +54,8 @@ fn with_tips(mut members: [Member; 2], tips: [f64; 2]) -> [Member; 2] {
 #[test]
 fn ref_kisssoft_helical_pair() {
     let case = case("nrel_5mw_stage_3");
-    let input = |path: &str| number(&case["inputs"], path);
-    let expected = |path: &str| number(&case["expected"], path);
+    let input = |path: &str| number_at(&case["inputs"], path);
+    let expected = |path: &str| number_at(&case["expected"], path);
     let mut design = Design {
         z: [24, 95],
         m: input("/mn"),
@@ -208,8 +197,8 @@ fn ref_kisssoft_helical_pair() {
 #[test]
 fn ref_kisssoft_sun_and_planet() {
     let case = case("nrel_5mw_stage_2");
-    let input = |path: &str| number(&case["inputs"], path);
-    let expected = |path: &str| number(&case["expected"], path);
+    let input = |path: &str| number_at(&case["inputs"], path);
+    let expected = |path: &str| number_at(&case["expected"], path);
     let mut design = Design {
         z: [18, 36],
         m: input("/mn"),
@@ -331,28 +320,7 @@ fn ref_metric_gear_examples() {
         internal: false,
     };
     let pair = Pair::new(design.members(BasicRack::PROFILE_A, 20.0), None).unwrap();
-    let angle = pair.working_pressure_angle;
-    printed(
-        "spur inv α_w",
-        "",
-        number(&spur, "/inv_aw"),
-        inv(angle),
-        half_digit(6),
-    );
-    printed(
-        "spur α_w",
-        "deg",
-        number(&spur, "/alpha_w"),
-        angle.to_degrees(),
-        half_digit(4),
-    );
-    printed(
-        "spur a",
-        "mm",
-        number(&spur, "/a"),
-        pair.centre_distance / MM,
-        half_digit(4),
-    );
+    working("spur", ["α_w", "aw"], &spur, &pair, 4);
     diameters("spur", &spur, &pair, [4, 3, 2, 2]);
     let helical = example("b");
     let design = Design {
@@ -364,28 +332,7 @@ fn ref_metric_gear_examples() {
         internal: false,
     };
     let pair = Pair::new(design.members(BasicRack::PROFILE_A, 20.0), None).unwrap();
-    let angle = pair.working_pressure_angle;
-    printed(
-        "helical inv α_wt",
-        "",
-        number(&helical, "/inv_awt"),
-        inv(angle),
-        half_digit(6),
-    );
-    printed(
-        "helical α_wt",
-        "deg",
-        number(&helical, "/alpha_wt"),
-        angle.to_degrees(),
-        half_digit(4),
-    );
-    printed(
-        "helical a",
-        "mm",
-        number(&helical, "/a"),
-        pair.centre_distance / MM,
-        half_digit(3),
-    );
+    working("helical", ["α_wt", "awt"], &helical, &pair, 3);
     // The source adds rounded heights to get d_a and d_f.
     diameters("helical", &helical, &pair, [3, 3, 2, 2]);
     let span = example("e");
@@ -397,11 +344,11 @@ fn ref_metric_gear_examples() {
         profile_shift: 0.4,
         internal: false,
     };
-    assert_eq!(f64::from(gear.default_span_teeth()), number(&span, "/k"));
+    assert_eq!(f64::from(gear.default_span_teeth()), number_at(&span, "/k"));
     printed(
         "span",
         "mm",
-        number(&span, "/W"),
+        number_at(&span, "/W"),
         gear.span(4, gear.nominal_thickness()) / MM,
         half_digit(4),
     );
@@ -417,24 +364,49 @@ fn ref_metric_gear_examples() {
     printed(
         "s_n",
         "mm",
-        number(&chord, "/s"),
+        number_at(&chord, "/s"),
         gear.nominal_thickness() / MM,
         half_digit(4),
     );
     printed(
         "chord",
         "mm",
-        number(&chord, "/s_chord"),
+        number_at(&chord, "/s_chord"),
         length / MM,
         half_digit(4),
     );
     printed(
         "chordal height",
         "mm",
-        number(&chord, "/ha_chord"),
+        number_at(&chord, "/ha_chord"),
         height / MM,
         half_digit(4),
     );
+}
+
+/// Working pressure angle, with its symbol and its key, and centre distance to so many decimals.
+fn working(what: &str, [symbol, key]: [&str; 2], example: &Value, pair: &Pair, decimals: i32) {
+    let angle = pair.working_pressure_angle;
+    let degrees = angle.to_degrees();
+    let row = |name: &str, unit: &str, key: &str, value: f64, decimals: i32| {
+        let reference = number_at(example, key);
+        printed(
+            &format!("{what} {name}"),
+            unit,
+            reference,
+            value,
+            half_digit(decimals),
+        );
+    };
+    row(
+        &format!("inv {symbol}"),
+        "",
+        &format!("/inv_{key}"),
+        inv(angle),
+        6,
+    );
+    row(symbol, "deg", &format!("/alpha_{}", &key[1..]), degrees, 4);
+    row("a", "mm", "/a", pair.centre_distance / MM, decimals);
 }
 
 /// Base, pitch, tip and root diameters of an example against a pair, to so many digits each.
@@ -447,7 +419,7 @@ fn diameters(what: &str, example: &Value, pair: &Pair, digits: [i32; 4]) {
     ];
     for ((name, values), digits) in rows.into_iter().zip(digits) {
         for i in 0..2 {
-            let reference = number(example, &format!("/{name}/{i}"));
+            let reference = number_at(example, &format!("/{name}/{i}"));
             printed(
                 &format!("{what} {name} {}", i + 1),
                 "mm",

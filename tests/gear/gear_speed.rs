@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use geardyn::internals::gear::bevel::flank_grid::FlankGrid;
 
-use crate::bevel_flank::{case, nasa_flank};
+use crate::bevel_flank::nasa_flank;
+use crate::cases::case;
 use crate::contact::pair;
 
 /// Least time of one of `count` calls in a hundred batches, ns: on a busy machine the least is the one that was not interrupted.

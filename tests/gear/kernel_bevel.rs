@@ -10,6 +10,7 @@ use geardyn::internals::gear::kernel::twist::Twist;
 use geardyn::internals::gear::kernel::vector::Vector;
 use serde_json::Value;
 
+use crate::cases::{case, number, vector};
 use crate::verification::within;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,21 +21,6 @@ struct Machine;
 struct Work;
 
 type Flank = Envelope<Tool<Line, Cutter>, Work>;
-
-/// A case of data/reference/gear.
-fn case(name: &str) -> Value {
-    let path = format!("data/reference/gear/{name}.json");
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap()
-}
-
-fn vector(value: &Value) -> Vector {
-    let x = value.as_array().unwrap();
-    Vector::new(number(&x[0]), number(&x[1]), number(&x[2]))
-}
 
 /// The machine of NASA CR-191009 in the words of c12: cone about x, cradle about x, work axis z; a law is added to the turn of the work.
 fn nasa_flank(settings: &Value, error: Option<Law>) -> Flank {

@@ -11,8 +11,8 @@ use geardyn::internals::gear::kernel::second_order::Curvature;
 use geardyn::internals::gear::kernel::tool::{Arc, Curve, Line, Tool};
 use geardyn::internals::gear::kernel::twist::Twist;
 use geardyn::internals::gear::kernel::vector::Vector;
-use serde_json::Value;
 
+use crate::cases::{case, number, numbers};
 use crate::verification::within;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,23 +21,6 @@ struct Wheel;
 struct Hob;
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Work;
-
-/// A case of data/reference/gear.
-fn case(name: &str) -> Value {
-    let path = format!("data/reference/gear/{name}.json");
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    let list = value.as_array().unwrap();
-    list.iter()
-        .map(|x| x.as_f64().unwrap_or(f64::NAN))
-        .collect()
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap()
-}
 
 /// Relative difference of two numbers.
 fn apart(a: f64, b: f64) -> f64 {

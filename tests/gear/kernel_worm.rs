@@ -12,31 +12,14 @@ use geardyn::internals::gear::kernel::root::sign_change;
 use geardyn::internals::gear::kernel::tool::{Line, Tool};
 use geardyn::internals::gear::kernel::twist::Twist;
 use geardyn::internals::gear::kernel::vector::Vector;
-use serde_json::Value;
 
+use crate::cases::{case, number, numbers};
 use crate::verification::within;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Worm;
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Wheel;
-
-/// A case of data/reference/gear.
-fn case(name: &str) -> Value {
-    let path = format!("data/reference/gear/{name}.json");
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    let list = value.as_array().unwrap();
-    list.iter()
-        .map(|x| x.as_f64().unwrap_or(f64::NAN))
-        .collect()
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap()
-}
 
 /// Largest difference of two lists.
 fn apart(found: &[f64], expected: &[f64]) -> f64 {

@@ -13,6 +13,7 @@ use geardyn::internals::gear::load::mesh::{LoadedMesh, MeshOptions};
 use geardyn::internals::gear::load::mesh_result::peak_to_peak;
 use geardyn::internals::gear::load::relief::least_peak_to_peak;
 
+use crate::cases::{case, number, numbers};
 use crate::verification::{order, within};
 
 /// A gear of module 3 mm and profile A.
@@ -257,18 +258,9 @@ fn exact_misaligned_face() {
 /// Source: computed, tools/reference_mesh.py with SciPy.
 #[test]
 fn ref_loaded_helical_pair() {
-    let text = std::fs::read_to_string("data/reference/gear/loaded_mesh.json").unwrap();
-    let case: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let case = case("loaded_mesh");
     let inputs = &case["inputs"];
-    let list = |value: &serde_json::Value| -> Vec<f64> {
-        value
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(|x| x.as_f64().unwrap())
-            .collect()
-    };
-    let number = |key: &str| inputs[key].as_f64().unwrap();
+    let of = |key: &str| number(&inputs[key]);
     let [tips, shifts, relief, length, crowning] = [
         "tip_diameter",
         "profile_shift",
@@ -276,20 +268,15 @@ fn ref_loaded_helical_pair() {
         "relief_length",
         "helix_crowning",
     ]
-    .map(|key| list(&inputs[key]));
+    .map(|key| numbers(&inputs[key]));
     let members = [0, 1].map(|i| {
         let teeth = inputs["teeth"][i].as_u64().unwrap() as u32;
-        let mut member = member(
-            teeth,
-            number("helix_angle_deg").to_radians(),
-            shifts[i],
-            false,
-        );
-        member.face_width = number("face_width");
+        let mut member = member(teeth, of("helix_angle_deg").to_radians(), shifts[i], false);
+        member.face_width = of("face_width");
         member.tip_diameter = Some(tips[i]);
         member
     });
-    let pair = Pair::new(members, Some(number("centre_distance"))).unwrap();
+    let pair = Pair::new(members, Some(of("centre_distance"))).unwrap();
     let path = ContactPath::new(&pair);
     let modifications = [0, 1].map(|i| FlankModification {
         tip_relief: Some(Relief {
@@ -301,15 +288,15 @@ fn ref_loaded_helical_pair() {
     });
     let options = MeshOptions {
         modifications,
-        misalignment: number("misalignment"),
+        misalignment: of("misalignment"),
         slices: inputs["slices"].as_u64().unwrap() as usize,
         positions: inputs["positions"].as_u64().unwrap() as usize,
         ..MeshOptions::default()
     };
     let mesh = LoadedMesh::new(&pair, options).unwrap();
-    let result = mesh.map(&list(&inputs["torques"])).unwrap();
+    let result = mesh.map(&numbers(&inputs["torques"])).unwrap();
     let worst = |computed: &[f64], reference: &serde_json::Value| {
-        let pairs = computed.iter().zip(list(reference));
+        let pairs = computed.iter().zip(numbers(reference));
         pairs.map(|(x, r)| (x / r - 1.0).abs()).fold(0.0, f64::max)
     };
     within(

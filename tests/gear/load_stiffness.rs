@@ -13,16 +13,8 @@ use geardyn::internals::gear::load::material::Material;
 use geardyn::internals::gear::load::tooth::ToothSection;
 use serde_json::Value;
 
+use crate::cases::{case, number};
 use crate::verification::{printed, within};
-
-fn cases() -> Value {
-    let text = std::fs::read_to_string("data/reference/gear/tooth_stiffness.json").unwrap();
-    serde_json::from_str(&text).unwrap()
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap()
-}
 
 /// A pair of a report, lengths there in mm.
 fn reported_pair(inputs: &Value) -> Pair {
@@ -52,7 +44,7 @@ fn reported_pair(inputs: &Value) -> Pair {
 /// Source: KISSsoft 03/2017A reports (ISO 6336:2006 method B) of the NREL 5 MW gearbox in gfsReboucas/Drivetrain, commit 4a88df3.
 #[test]
 fn ref_iso6336_stiffness() {
-    for case in cases()["iso6336"].as_array().unwrap() {
+    for case in case("tooth_stiffness")["iso6336"].as_array().unwrap() {
         let (inputs, expected) = (&case["inputs"], &case["expected"]);
         let web = Web {
             thickness_ratio: number(&inputs["bs_over_b"]),
@@ -92,7 +84,7 @@ fn ref_iso6336_stiffness() {
 /// c′ does not depend on which gear is named first: the approximation takes the smaller tooth number as its first gear.
 #[test]
 fn law_iso6336_order_of_gears() {
-    let inputs = &cases()["iso6336"][0]["inputs"];
+    let inputs = &case("tooth_stiffness")["iso6336"][0]["inputs"];
     let pair = reported_pair(inputs);
     let [first, second] = pair.members;
     let swapped = Pair::new([second, first], Some(pair.centre_distance)).unwrap();
@@ -180,7 +172,7 @@ fn foot_half_angle(teeth: f64, alpha: f64, addendum: f64, tip_radius: f64) -> f6
 /// Source: computed by an independent script for the pair of ross/tests/test_gear_element.py in petrobras/ross, commit 631a249a.
 #[test]
 fn ref_energy_method() {
-    let case = &cases()["energy"];
+    let case = &case("tooth_stiffness")["energy"];
     let (inputs, expected) = (&case["inputs"], &case["expected"]);
     let material = Material {
         young: number(&inputs["E"]),

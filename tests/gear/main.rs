@@ -4,6 +4,7 @@
 mod verification;
 
 mod bevel_flank;
+mod cases;
 mod complementarity;
 mod contact;
 mod cylindrical_laws;

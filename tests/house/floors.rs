@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
 use syn::{ItemMod, ItemUse, UseTree};
 
+use crate::sources::parse;
+
 /// A module: where its file is, and its submodules in reading order.
 struct Module {
     file: PathBuf,
@@ -19,11 +21,6 @@ type House = BTreeMap<Vec<String>, Module>;
 
 fn src() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
-}
-
-fn parse(file: &Path) -> syn::File {
-    let text = std::fs::read_to_string(file).unwrap();
-    syn::parse_file(&text).unwrap_or_else(|e| panic!("{}: {e}", file.display()))
 }
 
 /// Reads the module tree from `file`, which holds the module `path`.

@@ -4,5 +4,6 @@
 mod figures;
 
 mod floors;
+mod sources;
 mod verification;
 mod words;

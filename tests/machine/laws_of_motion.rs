@@ -361,7 +361,7 @@ motor = [{ name = "m", at = "a", kind = "speed", speed = 1.0 }, { name = "n", at
     let curve = refused(
         "inertia = [{ name = \"a\", J = 1.0 }, { name = \"b\", J = 1.0 }]\nshaft = [{ name = \"s\", between = [\"a\", \"b\"], k = 1.0 }]\nmotor = [{ name = \"m\", at = \"a\", kind = \"speed\", speed = 1.0 }, { name = \"n\", at = \"a\", kind = \"dc\", stall = 1.0, idle = 1.0 }]",
     );
-    assert!(curve.contains("both drive a.theta"), "{curve}");
+    assert!(curve.contains("both act on a.theta"), "{curve}");
 }
 
 /// Springs in series are one spring, through a gear pair too; what lies between follows exactly.

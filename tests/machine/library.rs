@@ -1,5 +1,7 @@
 //! The library's surface: the example programs run, and a model is the same from a file, from text and from the builder.
 
+#[path = "../../examples/gear_mesh.rs"]
+mod gear_mesh;
 #[path = "../../examples/identify.rs"]
 mod identify;
 #[path = "../../examples/modes.rs"]
@@ -17,6 +19,7 @@ use geardyn::prelude::*;
 
 #[test]
 fn examples_run() {
+    gear_mesh::main().unwrap();
     identify::main().unwrap();
     modes::main().unwrap();
     parameter_study::main().unwrap();

@@ -12,6 +12,7 @@ mod exponential;
 mod extremes;
 mod floquet;
 mod friction;
+mod gear_meshes;
 mod graded_machines;
 mod laws_of_motion;
 mod library;

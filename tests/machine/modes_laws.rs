@@ -535,7 +535,7 @@ fn exact_loss_factor() {
         );
         let solved = solve(&text, &damped());
         let [mode] = &solved.answer.modes[..] else {
-            unreachable!("one freedom has one mode");
+            unreachable!("one degree of freedom has one mode");
         };
         let exact = (Complex::new(-1.0, -eta) * 400.0).sqrt();
         let exact = if exact.im < 0.0 { -exact } else { exact };

@@ -139,7 +139,10 @@ fn law_undamped_machines_stay_so() {
         solve_file("two_disc", &damped()),
         solve_file("two_disc", &plain()),
     );
-    assert_eq!(asked.omega(), not.omega());
+    // Damped studies build on shapes and take the factored form: as many digits, not the same last bit.
+    let pairs = asked.omega().into_iter().zip(not.omega());
+    assert_eq!(asked.omega().len(), not.omega().len());
+    pairs.for_each(|(a, b)| assert!((a - b).abs() <= 1e-14 * b, "{a} {b}"));
     assert!(!asked.plan.runs(Stage::Complex));
 }
 

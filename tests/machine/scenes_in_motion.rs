@@ -641,7 +641,7 @@ fn law_who_takes_over() {
     let next = method_choice::fallback(&model, &study, &first, &endless).unwrap();
     assert_eq!(next.method.name, "radau5");
     assert!(method_choice::fallback(&model, &study, &next, &endless).is_none());
-    let hopeless = Error::new(Code::BudgetExceeded, "hopeless");
+    let hopeless = Error::new(Code::BudgetExceeded, "budget-exceeded");
     assert!(method_choice::fallback(&model, &study, &first, &hopeless).is_none());
     study.method = Some("switched".to_string());
     assert!(method_choice::fallback(&model, &study, &first, &endless).is_none());

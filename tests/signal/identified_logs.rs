@@ -625,7 +625,7 @@ fn exact_modes_beside_a_gap() {
         found.method_text
     );
     assert!(
-        found.method_text.contains("left out"),
+        found.method_text.contains("not used"),
         "{}",
         found.method_text
     );

@@ -21,7 +21,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<(String, ByteOrder), Error> {
     if head.is_some_and(|head| head.contains(&0)) {
         return Err(Error::new(
             Code::UnknownFormat,
-            "the file looks like a MATLAB file of level 4, which is not read",
+            "the file appears to be a MATLAB file of level 4, which is not read",
         )
         .with_hint("load it in MATLAB and save it with save(\"name.mat\", \"-v7\")"));
     }

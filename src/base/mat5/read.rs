@@ -209,7 +209,7 @@ impl ArrayReader {
         let held = element.data.len() / scalars.width();
         if held != count {
             return Err(corrupt(format!(
-                "variable `{name}` of the MATLAB file has {held} numbers where its dimensions ask for {count}"
+                "variable `{name}` of the MATLAB file has {held} numbers where its dimensions need {count}"
             )));
         }
         self.values_left = self.values_left.checked_sub(count).ok_or_else(|| {

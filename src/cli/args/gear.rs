@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, Subcommand};
 
 use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, number, word};
 use super::output::OutputArgs;
@@ -18,8 +18,8 @@ impl KeyTable for MeshKeys {
 
 #[rustfmt::skip]
 const MESH: &[Key] = &[
-    number("torque", "TORQUE", "Torque at the pinion (N·m where bare)"),
-    number("torques", "A:B:N", "Torques at the pinion, FIRST:LAST:COUNT (N·m where bare)"),
+    number("torque", "TORQUE", "Torque at the pinion (default unit N·m)"),
+    number("torques", "A:B:N", "Torques at the pinion, FIRST:LAST:COUNT (default unit N·m)"),
     number("positions", "N", "Positions in one pitch; 60 by default"),
     number("slices", "N", "Slices along the face width; 11 by default"),
     word::<MeshMethod>("method", "METHOD", "Stiffness of the tooth pairs; energy by default"),
@@ -28,15 +28,47 @@ const MESH: &[Key] = &[
 
 /// Arguments of `gear`.
 #[derive(Debug, Args)]
-#[command(mut_arg("csv", |arg| arg.help("Write transmission error and stiffness over one pitch; without a torque the geometry")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg) and, with a torque, the mesh (FILE-mesh.svg, FILE-harris.svg)")))]
+#[command(mut_arg("csv", |arg| arg.help("Write transmission error and stiffness over one pitch; without a torque the geometry; of non-circular gears the centrodes")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg) and, with a torque, the mesh (FILE-mesh.svg, -stiffness, -sharing, -harris); of non-circular gears centrodes and ratio (FILE-ratio.svg)")))]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct GearArgs {
+    /// Further computations.
+    #[command(subcommand)]
+    pub action: Option<GearAction>,
     /// A gear file: a TOML file with `pair`
-    pub file: PathBuf,
+    #[arg(required = true)]
+    pub file: Option<PathBuf>,
     /// Keys of `[mesh]`.
     #[command(flatten)]
     pub mesh: KeyFlags<MeshKeys>,
-    /// Its outputs.
+    /// Write the outlines of both gears in mesh at scale: .csv, .dxf or .svg
+    #[arg(long, value_name = "FILE")]
+    pub outline: Option<PathBuf>,
+    /// Output flags.
     #[command(flatten)]
     pub out: OutputArgs,
+}
+
+/// Computations on gears next to that of a gear file.
+#[derive(Debug, Subcommand)]
+pub enum GearAction {
+    /// Module, pressure angle, profile shift and rack of a gear without papers from its readings
+    #[command(after_help = "Example:\n  geardyn gear reverse data/unknown_gear.toml")]
+    Reverse(ReverseArgs),
+}
+
+/// Arguments of `gear reverse`.
+#[derive(Debug, Args)]
+pub struct ReverseArgs {
+    /// A TOML file with `[measured_gear]`: spans in place of a module, diameters, mate
+    pub readings: PathBuf,
+    /// One JSON document on standard output, nothing else there
+    #[arg(long)]
+    pub json: bool,
+    /// Write the candidates
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// No warnings, no word about what was done
+    #[arg(long)]
+    pub quiet: bool,
 }

@@ -20,7 +20,7 @@ use crate::spectrum::frf::Estimator;
 /// Arguments of `identify`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write the table of modes with their shapes")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the responses, measured and fitted, with coherence; the complex plane and the poles beside (FILE-nyquist.svg, FILE-poles.svg, FILE-stabilisation.svg); without input what the modes were chosen from")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the responses, measured and fitted, with coherence; also the complex plane, the poles and the stabilisation diagram (FILE-nyquist.svg, FILE-poles.svg, FILE-stabilisation.svg); without input the spectra that the modes were chosen from")))]
 pub struct IdentifyArgs {
     /// A log of signals, or a file of frequency responses; several logs of one test, or a sidecar that lists them (`files`), are read
     /// together, each hit and each record on its own; files, no pipes
@@ -29,11 +29,11 @@ pub struct IdentifyArgs {
     /// Keys of the study.
     #[command(flatten)]
     pub study: KeyFlags<IdentifyKeys>,
-    /// Of several files each holds another point of the output (a roving sensor) or of the input (a roving hammer); where left out, files
-    /// with equal channels are hits of one point, and files with a channel of their own each another point
+    /// Each file holds another point of the output (roving sensor) or of the input (roving hammer); by default files with equal
+    /// channels are hits of one point, and files with a channel of their own are different points
     #[arg(long, value_parser = word_parser::<Roving>(), value_name = "SIDE", requires = "input")]
     pub roving: Option<Roving>,
-    /// What may be said of the log.
+    /// Keys of the log.
     #[command(flatten)]
     pub log: LogArgs,
     /// Write the transfer functions and their state space (.json, .csv or .mat)
@@ -47,7 +47,7 @@ pub struct IdentifyArgs {
         help_heading = "Output"
     )]
     pub sample_time: Option<String>,
-    /// How it is sampled; zero-order-hold where left out
+    /// Sampling of the exported model; default zero-order-hold
     #[arg(long, value_parser = word_parser::<DiscretisationMethod>(), value_name = "MAP", requires = "sample_time", help_heading = "Output")]
     pub map: Option<DiscretisationMethod>,
     /// Write the frequency responses (.csv, .uff or .json)
@@ -68,27 +68,27 @@ impl KeyTable for IdentifyKeys {
 
 #[rustfmt::skip]
 const IDENTIFY: &[Key] = &[
-    list("input", "CHANNELS", "Channels that drive: the force; left out, modes are found from the responses alone"),
-    list("output", "CHANNELS", "Channels that answer; all responses of a file that holds responses"),
-    word::<IdentificationMethod>("method", "METHOD", "How modes are found; where left out: rational with an input; without, free-decay where every record rings down, else ssi-cov"),
-    number("speed", "SPEED", "Speed of what turns while nothing drives but noise (rpm where bare): its orders are told from modes"),
-    number("band", "A:B", "Lines used, LOW:HIGH (Hz where bare); where the input has power, where left out. Without an input it chooses among the modes of ssi-cov and ssi-data; for other methods signals are decimated to it"),
-    word::<Estimator>("estimator", "ESTIMATOR", "Where the noise is: on the outputs (h1), on the input (h2), on both (hv); h1 where left out"),
-    text("window", "WINDOW", "Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out. On hits: force:SHARE of the block, exponential:END value, rectangular (neither); both chosen from the data where left out"),
-    number("resolution", "FREQUENCY", "Frequency resolution (Hz where bare); chosen from the length of the record where left out"),
+    list("input", "CHANNELS", "Excitation channels (the force); without them modes are identified from the responses alone"),
+    list("output", "CHANNELS", "Response channels; default all responses of a file of frequency responses"),
+    word::<IdentificationMethod>("method", "METHOD", "Method; default: rational with an input; without, free-decay where every record rings down, else ssi-cov"),
+    number("speed", "SPEED", "Speed of the running shaft in a record without input (default unit rpm): its orders are separated from modes"),
+    number("band", "A:B", "Lines used, LOW:HIGH (default unit Hz); by default where the input has power. Without an input it chooses among the modes of ssi-cov and ssi-data; for other methods signals are decimated to it"),
+    word::<Estimator>("estimator", "ESTIMATOR", "Where the noise is: on the outputs (h1), on the input (h2), on both (hv); default h1"),
+    text("window", "WINDOW", "Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; default hann. On hits: force:SHARE of the block, exponential:END value, rectangular (neither); by default both chosen from the data"),
+    number("resolution", "FREQUENCY", "Frequency resolution (default unit Hz); by default chosen from the length of the record"),
     number("overlap", "SHARE", "Share of a block that the next has in common with it"),
-    switch("impact", "The input is a hammer; seen from its signal where neither is said"),
+    switch("impact", "The input is a hammer; detected from its signal by default"),
     switch("no-impact", "The input is no hammer").sets("impact").to("false"),
-    switch("stepped", "The input is a sine that dwells on one frequency after another; seen from its signal where nothing is said"),
+    switch("stepped", "The input is a stepped sine; detected from its signal by default"),
     switch("no-stepped", "The input is no stepped sine").sets("stepped").to("false"),
-    list("dwells", "TIMES", "From when to when the sine dwells, FROM:TO after FROM:TO (s where bare, from the first sample); found in the input where left out"),
+    list("dwells", "TIMES", "Dwell times of the stepped sine, FROM:TO after FROM:TO (default unit s, from the first sample); by default found in the input"),
     number("order", "N", "So many modes instead of as many as are significant"),
     list("driving-point", "CHANNELS", "The output where the force acts, along it (INPUT=OUTPUT with several inputs): every mode gets its modal mass, by the first; with several, points that were driven both ways are compared (reciprocity)"),
-    number("memory", "TIME", "With --method rls: how long a sample counts (s where bare); by what predicts best where left out"),
-    word::<DelayModel>("delay", "DELAY", "Estimate a dead time of the measuring chain; none where left out"),
+    number("memory", "TIME", "With --method rls: memory time constant (default unit s); by default the one that predicts best"),
+    word::<DelayModel>("delay", "DELAY", "Estimate a dead time of the measuring chain; default none"),
     switch("allow-unstable", "Poles may be unstable"),
     switch("all", "List weak modes in the main table"),
-    word::<ResponseQuantity>("kind", "KIND", "What the responses are, where their units do not tell"),
+    word::<ResponseQuantity>("kind", "KIND", "Kind of the responses, where their units do not determine it"),
 ];
 
 #[rustfmt::skip]

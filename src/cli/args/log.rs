@@ -15,7 +15,7 @@ pub struct LogArgs {
     /// Keys of `[log]`.
     #[command(flatten)]
     pub keys: KeyFlags<LogKeys>,
-    /// Do not read the sidecar beside the log
+    /// Do not read the sidecar of the log
     #[arg(long, help_heading = "The log")]
     pub no_sidecar: bool,
 }
@@ -43,7 +43,7 @@ impl KeyTable for LogKeys {
 
 #[rustfmt::skip]
 const LOG: &[Key] = &[
-    number("rate", "RATE", "Sample rate (Hz where bare), whatever the log says"),
+    number("rate", "RATE", "Sample rate (default unit Hz), whatever the log says"),
     word::<RateSource>("rate-from", "SOURCE", "Where header and time stamps disagree about the rate: which is right"),
     text("time", "COLUMN", "The column of time stamps; none: no column is one"),
     text("time-unit", "UNIT", "Unit of the time stamps"),
@@ -51,10 +51,10 @@ const LOG: &[Key] = &[
     repeated("sensitivity", "CHANNEL=VALUE", "Sensitivity of a channel's sensor: --sensitivity \"ax=100 mV/g\""),
     repeated("overload", "CHANNEL=LEVEL", "Level at which a channel overloads, in its numbers: --overload force=5"),
     switch("fill-gaps", "Bridge gaps by straight lines instead of splitting the record there").sets("gaps").to("fill"),
-    number("after", "TIME", "Leave out what lies before this time (s where bare)"),
-    number("before", "TIME", "Leave out what lies from this time on (s where bare)"),
+    number("after", "TIME", "Start of the record used (default unit s)"),
+    number("before", "TIME", "End of the record used (default unit s)"),
     text("trigger", "CHANNEL=LEVEL", "Begin where a channel reaches a level, in its numbers: --trigger force=5"),
-    number("pre-trigger", "TIME", "How much to keep before the trigger (s where bare)"),
+    number("pre-trigger", "TIME", "Duration kept before the trigger (default unit s)"),
     text("delimiter", "MARK", "Between cells: , ; tab space |"),
     text("decimal", "MARK", "Decimal mark: . or ,"),
     text("encoding", "NAME", "Encoding of the header, such as latin1, gbk, utf-16le"),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use gear::GearArgs;
+pub use gear::{GearAction, GearArgs, ReverseArgs};
 pub use identify::IdentifyArgs;
 pub use log::LogArgs;
 pub use modes::{ModesArgs, PlanArgs};
@@ -45,7 +45,7 @@ mod gear;
 )]
 #[command(after_help = "Example:\n  geardyn modes models/y2250.toml")]
 pub struct Cli {
-    /// What to do.
+    /// Subcommand.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -75,6 +75,7 @@ pub enum Command {
     #[command(after_help = "Examples:
   geardyn plan models/y2250.toml --damped
   geardyn plan models/y2250.toml --advise 200 --tolerance 0.01
+  geardyn plan models/gears/fzg_c.toml
   geardyn plan models/chain_20.toml --until 1 --method radau5 --tolerance 1e-6")]
     Plan(PlanArgs),
     /// Natural frequencies, damping, shapes, energies and sensitivities
@@ -84,7 +85,7 @@ pub enum Command {
   geardyn modes models/uniform_chain.toml --lowest 5 --json
   geardyn modes models/overhung_rotor.toml --campbell 0:12000:61 --svg campbell.svg")]
     Modes(ModesArgs),
-    /// Motion in time: histories, extremes, answers to steps
+    /// Motion in time: histories, extremes, step responses
     #[command(after_help = "Examples:
   geardyn simulate examples/linear_chain.toml
   geardyn simulate examples/y2250_step.toml --svg step.svg
@@ -95,10 +96,11 @@ pub enum Command {
     #[command(after_help = "Examples:
   geardyn accuracy examples/backlash_pair.toml
   geardyn accuracy models/y2250.toml --of modes --lowest 10
+  geardyn accuracy models/gears/helical.toml
   geardyn accuracy models/y2250.toml --of response --input motor.theta --output cutter_ring.theta --band 1:300
   geardyn accuracy examples/linear_chain.toml --error 1e-9 --svg accuracy.svg")]
     Accuracy(AccuracyArgs),
-    /// Where methods and machine break: step limits, parametric stability, the scene at its extremes
+    /// Stability of methods and machine: step limits, parametric stability, the scene at its extremes
     #[command(after_help = "Examples:
   geardyn stability examples/backlash_pair.toml --until 0.005
   geardyn stability examples/smooth_mesh.toml --until 0.005 --speeds 500:12000:200 --svg regions.svg
@@ -112,7 +114,7 @@ pub enum Command {
   geardyn response examples/backlash_jumps.toml --harmonic-balance 2000:7000:60 --svg jumps.svg")]
     Response(ResponseArgs),
     /// Gear charts and readings: deviations, uncertainty, grades
-    #[command(after_help = "Exit code 1 where a value is out of what was asked.
+    #[command(after_help = "Exit code 1 if a value is outside its required grade.
 
 Examples:
   geardyn measure data/index_gear.toml
@@ -122,9 +124,12 @@ Examples:
     /// Gears from their theory: geometry, path of contact, stiffness, transmission error under load
     #[command(after_help = "Examples:
   geardyn gear models/gears/fzg_c.toml
-  geardyn gear models/gears/fzg_c.toml --torques 50:500:10 --svg fzg.svg")]
+  geardyn gear models/gears/fzg_c.toml --torques 50:500:10 --svg fzg.svg
+  geardyn gear models/gears/fzg_c.toml --outline fzg.dxf
+  geardyn gear models/gears/elliptic.toml --svg elliptic.svg
+  geardyn gear reverse data/unknown_gear.toml")]
     Gear(GearArgs),
-    /// Transmission error of a chain: which element makes which line at the output, how large, and what cannot be told apart
+    /// Transmission error of a chain: the source and size of each order at the output, and sources that cannot be separated
     #[command(after_help = "Examples:
   geardyn te models/three_stage_chain.toml --output spindle
   geardyn te models/three_stage_chain.toml --output spindle --radius 270mm --speed 1400 --all
@@ -170,10 +175,10 @@ pub struct CheckArgs {
     /// Models, scenes (.toml) or logs; files, no pipes
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// What may be said of logs.
+    /// Keys of the logs.
     #[command(flatten)]
     pub log: LogArgs,
-    /// Write what was understood of each log into a sidecar beside it, to be corrected (LOG.toml)
+    /// Write how each log was read into its sidecar (LOG.toml), to be corrected
     #[arg(long)]
     pub write: bool,
     /// One JSON document on standard output
@@ -195,7 +200,7 @@ pub struct ConvertArgs {
     /// UFF 58 in bytes, which keeps every bit
     #[arg(long)]
     pub binary: bool,
-    /// What may be said of the log.
+    /// Keys of the log.
     #[command(flatten)]
     pub log: LogArgs,
     /// No warnings, no word about what was done
@@ -206,7 +211,7 @@ pub struct ConvertArgs {
 /// Arguments of `measure`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write the values, one row each")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the charts unrolled, and those that go round beside (FILE-polar.svg)")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the charts; closed ones are also drawn in polar form (FILE-polar.svg)")))]
 pub struct MeasureArgs {
     /// A TOML file with `[measured_gear]`, which names the CSV files of its charts
     pub file: PathBuf,

@@ -20,26 +20,26 @@ impl KeyTable for ModesKeys {
 #[rustfmt::skip]
 const MODES: &[Key] = &[
     switch("damped", "Complex modes: damping counts"),
-    number("speed", "SPEED", "Mean speed of the first node of `[speed]` (rpm where bare); gyroscopic terms count"),
-    number("campbell", "A:B:N", "Modes over speed, FIRST:LAST:POINTS (rpm where bare, 50 points where left out), crossed with the orders of every gear"),
+    number("speed", "SPEED", "Mean speed of the first node of `[speed]` (default unit rpm); gyroscopic terms count"),
+    number("campbell", "A:B:N", "Modes over speed, FIRST:LAST:POINTS (default unit rpm, default 50 points), crossed with the orders of every gear"),
     number("lowest", "N", "Only the lowest N modes"),
     file("state-space", "Also the state-space form A, B, C, D, written to FILE (.json, .csv or .mat)"),
-    list("input", "NAMES", "Inputs of it: degrees of freedom such as motor.theta; all where left out"),
-    list("output", "NAMES", "Outputs of it: motor.theta, motor.theta.speed, motor.theta.acceleration, belt.force"),
-    number("sample-time", "TIME", "Sample it (s where bare)"),
-    word::<DiscretisationMethod>("hold", "HOLD", "What inputs do between samples; zero where left out"),
+    list("input", "NAMES", "Inputs of the state-space model: degrees of freedom such as motor.theta; by default all"),
+    list("output", "NAMES", "Outputs of the state-space model: motor.theta, motor.theta.speed, motor.theta.acceleration, belt.force"),
+    number("sample-time", "TIME", "Sample time of the state-space model (default unit s)"),
+    word::<DiscretisationMethod>("hold", "HOLD", "Hold of the inputs between samples; default zero"),
     word::<ReductionKind>("reduce", "METHOD", "Also a reduced machine that keeps --keep, compared with the full one up to --below"),
-    list("keep", "NAMES", "Degrees of freedom kept, loaded and measured"),
-    number("below", "FREQUENCY", "The band that matters reaches up to here (Hz where bare)"),
-    number("condense-at", "FREQUENCY", "Where `--reduce dynamic` condenses (Hz where bare)"),
-    number("keep-modes", "N", "Modes kept by craig-bampton and modal; those below twice the band where left out"),
-    number("near", "FREQUENCY", "The modes nearest a frequency (Hz where bare); as many as --lowest says, 20 otherwise"),
+    list("keep", "NAMES", "Degrees of freedom kept"),
+    number("below", "FREQUENCY", "Upper end of the frequency range of interest (default unit Hz)"),
+    number("condense-at", "FREQUENCY", "Frequency of the dynamic condensation (default unit Hz; with --reduce dynamic)"),
+    number("keep-modes", "N", "Modes kept by craig-bampton and modal; by default those below twice the band"),
+    number("near", "FREQUENCY", "The modes nearest a frequency (default unit Hz); their number is --lowest, default 20"),
 ];
 
 /// Arguments of `modes`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write the table of modes with their shapes")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the first 8 mode shapes, and the energies of the first 20 modes beside (FILE-energies.svg); with --campbell the diagram")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the first 8 mode shapes, and the energies of the first 20 modes (FILE-energies.svg); with --campbell the diagram")))]
 pub struct ModesArgs {
     /// A model or a scene
     pub model: PathBuf,
@@ -60,7 +60,7 @@ pub struct ModesArgs {
 /// Arguments of `plan`.
 #[derive(Debug, Args)]
 pub struct PlanArgs {
-    /// A model or a scene
+    /// A model, a scene or a gear file
     pub model: PathBuf,
     /// Keys of the study of modes.
     #[command(flatten)]

@@ -53,11 +53,11 @@ impl KeyTable for StabilityKeys {
 
 #[rustfmt::skip]
 const INTEGRATION: &[Key] = &[
-    number("until", "TIME", "How long (s where bare)"),
-    text("method", "METHOD", "Method of integration, chosen from the structure of the machine where left out: exact, switched, periodic; by --tolerance radau5, exponential, dop853-events, dop853, dopri5, generalized-alpha-controlled; by --step rk4, newmark, hht, generalized-alpha"),
-    number("tolerance", "X", "Local error of a step, relative to the size of each state; 1e-8 where left out"),
-    number("step", "TIME", "Fixed step (s where bare), for methods that go by one: equal steps from one known jump of a load to the next, so long at most"),
-    number("samples", "N", "Into how many equal parts the outputs divide the time, such as 5000 or 1e6; 1000 where left out"),
+    number("until", "TIME", "Duration (default unit s)"),
+    text("method", "METHOD", "Integration method; by default chosen from the structure of the machine: exact, switched, periodic; by --tolerance radau5, exponential, dop853-events, dop853, dopri5, generalized-alpha-controlled; by --step rk4, newmark, hht, generalized-alpha"),
+    number("tolerance", "X", "Local error of a step, relative to the size of each state; default 1e-8"),
+    number("step", "TIME", "Fixed step (default unit s), for fixed-step methods; the maximum step size, with equal steps from one known jump of a load to the next"),
+    number("samples", "N", "Number of equal output intervals, such as 5000 or 1e6; default 1000"),
 ];
 
 #[rustfmt::skip]
@@ -68,23 +68,23 @@ const SIGNALS: &[Key] = &[
 #[rustfmt::skip]
 const SIMULATE: &[Key] = &[
     switch("energy", "Also the energy balance: stored, put in, lost"),
-    number("allow", "TIME", "How long the work may take, such as 5h (s where bare); 1h where left out. What would take longer is refused with the estimate"),
+    number("allow", "TIME", "Time budget, such as 5h (default unit s); default 1h. Work estimated to take longer is refused with the estimate"),
     switch("no-sensitivity", "Skip the second run that measures the sensitivity to initial conditions and the significant digits").sets("sensitivity").to("false"),
     switch("no-history", "Keep no history of the outputs: however long the motion, memory goes by what is found").sets("history").to("none"),
     number("spectrum", "N", "Spectra of the outputs while they run, averaged over blocks of N samples"),
     text("track", "NODE:ORDERS", "Orders of the outputs over the angle of a node, such as motor:1,21 or motor:37/12"),
-    number("turns", "N", "Over so many turns each point of the orders is a mean; 8 where left out"),
+    number("turns", "N", "Turns averaged for each point of the orders; default 8"),
     text("te", "INPUT:OUTPUT", "Transmission error of one node against another, as `te` finds it in a log; of the last million samples"),
     text("teeth", "PAIRS", "Teeth between both, driver first: 21:63 or 21:63,17:40"),
 ];
 
 #[rustfmt::skip]
 const ACCURACY: &[Key] = &[
-    word::<AccuracyTarget>("of", "OF", "What is to be exact; the motion where left out"),
-    number("lowest", "N", "Compare so many elastic modes; 10 where left out (with --of modes)"),
-    list("input", "NAMES", "What drives, such as motor.theta (with --of response; --output measures)"),
-    number("band", "A:B", "Frequencies, LOW:HIGH (Hz where bare; with --of response)"),
-    number("lines", "N", "Lines in the band; 1001 where left out (with --of response)"),
+    word::<AccuracyTarget>("of", "OF", "Quantity whose error is measured; default the motion"),
+    number("lowest", "N", "Number of elastic modes compared; default 10 (with --of modes)"),
+    list("input", "NAMES", "Input, such as motor.theta (with --of response; --output names the response)"),
+    number("band", "A:B", "Frequencies, LOW:HIGH (default unit Hz; with --of response)"),
+    number("lines", "N", "Lines in the band; default 1001 (with --of response)"),
 ];
 
 #[rustfmt::skip]
@@ -92,12 +92,12 @@ const METHODS: &[Key] = &[list("methods", "METHODS", "Only these methods")];
 
 #[rustfmt::skip]
 const ERROR: &[Key] = &[
-    number("error", "X", "The error wanted, for which a method is recommended; 1e-6 where left out"),
+    number("error", "X", "Target error, for which a method is recommended; default 1e-6, of a gear file 1e-2"),
 ];
 
 #[rustfmt::skip]
 const STABILITY: &[Key] = &[
-    number("speeds", "A:B:N", "Speeds of a chart of parametric stability, FIRST:LAST:POINTS (rpm where bare, 50 points where left out)"),
+    number("speeds", "A:B:N", "Speeds of a chart of parametric stability, FIRST:LAST:POINTS (default unit rpm, default 50 points)"),
     text("over", "depth=A:B:N", "A second axis of that chart, factors on what the scene has: depth (of stiffness waves) or damping"),
 ];
 
@@ -121,7 +121,7 @@ pub struct SimulateArgs {
 #[command(mut_arg("csv", |arg| arg.help("Write the runs")))]
 #[command(mut_arg("svg", |arg| arg.help("Draw error over run time")))]
 pub struct AccuracyArgs {
-    /// A scene or a model
+    /// A scene, a model or a gear file
     pub scene: PathBuf,
     /// Keys of the study.
     #[command(flatten)]
@@ -134,7 +134,7 @@ pub struct AccuracyArgs {
 /// Arguments of `stability`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write the scene at its extremes, one row a case and method")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the regions of stability with the eigenvalues times the step, what a step of each method makes of them, and the chart over two axes beside")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the regions of stability with the eigenvalues times the step, the amplification factor per step of each method, and the chart over two axes")))]
 pub struct StabilityArgs {
     /// A scene or a model
     pub scene: PathBuf,

@@ -42,7 +42,7 @@ pub struct SpectrumArgs {
     /// A rolling bearing on the shaft: rolling elements, their diameter and that of the pitch circle (mm where bare), contact angle (deg where bare)
     #[arg(long, value_name = "n,d,D,angle", help_heading = "The shaft")]
     pub bearing: Option<String>,
-    /// What may be said of the log.
+    /// Keys of the log.
     #[command(flatten)]
     pub log: LogArgs,
     /// Document, files and silence.
@@ -61,22 +61,22 @@ impl KeyTable for SpectrumKeys {
 #[rustfmt::skip]
 const SPECTRUM: &[Key] = &[
     list("channel", "CHANNELS", "Channels analysed").required(),
-    word::<Option<SpectrumKind>>("kind", "KIND", "What kind of spectrum; psd where left out"),
-    number("band", "A:B", "Lines shown, LOW:HIGH (Hz where bare; orders with --kind order); with --kind envelope the band whose envelope is taken"),
-    number("resolution", "FREQUENCY", "Frequency resolution (Hz where bare); chosen from the length of the record where left out"),
-    text("window", "WINDOW", "Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; hann where left out"),
+    word::<Option<SpectrumKind>>("kind", "KIND", "Kind of spectrum; default psd"),
+    number("band", "A:B", "Lines shown, LOW:HIGH (default unit Hz; orders with --kind order); with --kind envelope the band whose envelope is taken"),
+    number("resolution", "FREQUENCY", "Frequency resolution (default unit Hz); by default chosen from the length of the record"),
+    text("window", "WINDOW", "Window on each block: rectangular, hann, hamming, flat-top, blackman-harris, kaiser:BETA; default hann"),
     number("overlap", "SHARE", "Share of a block that the next has in common with it"),
-    text("average", "WAY", "Over the blocks: linear (where left out), exponential:N (N blocks), peak-hold"),
-    word::<Detrend>("detrend", "DETREND", "What is taken off each block; its mean where left out"),
-    word::<MotionQuantity>("as", "MOTION", "The motion shown, from the one that the unit of the channel tells"),
+    text("average", "WAY", "Averaging over blocks: linear (default), exponential:N (N blocks), peak-hold"),
+    word::<Detrend>("detrend", "DETREND", "Trend removed from each block; default its mean"),
+    word::<MotionQuantity>("as", "MOTION", "Quantity shown: displacement, velocity or acceleration, converted from the channel's unit"),
     switch("separate", "Only what does not repeat: tones are predicted and taken off first"),
 ];
 
 #[rustfmt::skip]
 const SHAFT: &[Key] = &[
     text("tacho", "CHANNEL", "The channel of a tacho, for orders and for a map over speed"),
-    number("pulses", "N", "Pulses of it a turn; 1 where left out"),
-    number("speed", "SPEED", "Steady speed of the shaft (rpm where bare)"),
+    number("pulses", "N", "Pulses per revolution; default 1"),
+    number("speed", "SPEED", "Steady speed of the shaft (default unit rpm)"),
     list("orders", "ORDERS", "Orders to cut (cycles a turn of the shaft), with --kind order-cut"),
     number("turns", "N", "Turns in a block of an order spectrum or an order cut"),
 ];

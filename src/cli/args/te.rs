@@ -11,7 +11,7 @@ use super::output::OutputArgs;
 /// Arguments of `te`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write every line")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the lines by order, the budget beside (FILE-budget.svg), with --speeds the map (FILE-speeds.svg); of a log the error over the angle, and its orders with their sources")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the lines by order, the budget (FILE-budget.svg), with --speeds the map (FILE-speeds.svg); of a log the error over the angle, and its orders with their sources")))]
 pub struct TeArgs {
     /// A model or a scene with declared errors, or the log of two encoders
     pub file: PathBuf,
@@ -24,7 +24,7 @@ pub struct TeArgs {
     /// Document, files and silence.
     #[command(flatten)]
     pub out: OutputArgs,
-    /// What may be said of the log.
+    /// Keys of the log.
     #[command(flatten)]
     pub log: LogArgs,
 }
@@ -40,14 +40,14 @@ impl KeyTable for TeKeys {
 #[rustfmt::skip]
 const CHAIN: &[Key] = &[
     text("output", "NODE", "The node whose error is wanted; of a log the column of its encoder, or its two tracks"),
-    text("driver", "NODE", "The node whose angle is prescribed; the first of `[speed]` where left out"),
+    text("driver", "NODE", "Node whose angle is prescribed; default the first of `[speed]`"),
     text("against", "NODE", "The node the output should turn with: the error of one against the other, such as work against cradle"),
-    number("radius", "LENGTH", "Tell the error also as an arc at this radius of the output (mm where bare)"),
-    number("speed", "SPEED", "Also the error at speed: speed of the first node of `[speed]` (rpm where bare)"),
-    number("speeds", "A:B:N", "Draw the lines over speeds A:B:N of that node (rpm where bare), and tell where each is largest"),
-    number("window", "TURNS", "Whole turns of the output over which ranges are told; 1 where left out, of a record the full common period"),
+    number("radius", "LENGTH", "Also give the error as an arc at this radius of the output (default unit mm)"),
+    number("speed", "SPEED", "Also compute the dynamic error: speed of the first node of `[speed]` (default unit rpm)"),
+    number("speeds", "A:B:N", "Draw the lines over speeds A:B:N of that node (default unit rpm), and list where each is largest"),
+    number("window", "TURNS", "Revolutions of the output for the peak-to-peak values; default 1, for a record the full common period"),
     text("index", "ELEMENT:TEETH", "The work is indexed tooth by tooth: the element behind which it moves on, and its teeth, such as differential:37"),
-    number("output-teeth", "N", "Teeth of the output, by which --record is told tooth by tooth; those of the gear that turns with it where left out"),
+    number("output-teeth", "N", "Teeth of the output, which divide --record tooth by tooth; default those of the gear that turns with it"),
     file("record", "Write the error over the angle; unknown phases are drawn, the same at every call"),
 ];
 
@@ -55,15 +55,15 @@ const CHAIN: &[Key] = &[
 const ENCODERS: &[Key] = &[
     list("input", "COLUMN", "Column of the input's encoder; two columns are tracks in quadrature. --output names that of the output"),
     text("teeth", "z1:z2,…", "Teeth from input to output, driver first: 21:63 or 21:63,17:40"),
-    text("lines", "N1,N2", "Lines a turn of both encoders, input first: 5000,5000; not asked for where columns are angles"),
-    number("counts-per-line", "N", "Counts that a counter makes of a line; 4 where left out"),
+    text("lines", "N1,N2", "Lines per revolution of both encoders, input first: 5000,5000; not needed where columns are angles"),
+    number("counts-per-line", "N", "Counts per encoder line; default 4"),
     switch("stamps", "The columns hold instants of pulses, one a line"),
-    switch("angle-base", "Rows are not even in time, such as those taken at steps of angle: no speed is told"),
+    switch("angle-base", "Rows are not even in time, such as those taken at steps of angle: no speed is computed"),
     text("input-index", "COLUMN", "Column of the input's index pulse (reference mark, Z track), once a turn; with --stamps its instants"),
     text("output-index", "COLUMN", "Column of the output's index pulse: angles and phases begin at its mark, and the counts between marks are checked"),
     number("harmonics", "N", "Multiples of the meshes looked for; four where the rows hold them"),
     switch("repair", "Take the steps of lost or extra counts out"),
-    number("pressure-angle", "ANGLE", "Transverse pressure angle (deg where bare): of both flanks it tells the encoder's eccentricity from the gear's"),
+    number("pressure-angle", "ANGLE", "Transverse pressure angle (default unit deg): with both flanks it separates the encoder's eccentricity from the gear's"),
     text("model", "MODEL", "A model or a scene whose declared errors, shafts and meshes give orders their names"),
     text("at", "NODE,NODE", "The nodes of it that the encoders sit on, input first"),
 ];

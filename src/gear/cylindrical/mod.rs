@@ -30,6 +30,9 @@ pub mod path_of_contact;
 /// Two gears in mesh.
 pub mod pair;
 
+/// Polygons of whole gears, and of a pair in mesh.
+pub mod gear_outline;
+
 /// Path of contact of a pair, points A–E, contact ratios.
 pub mod path_points;
 

@@ -91,7 +91,7 @@ impl ToothOutline {
         }
         if (tip - root) * self.outward() <= 0.0 {
             let message = format!(
-                "tip diameter {:.4} mm does not stand out of the root diameter of {:.4} mm",
+                "tip diameter {:.4} mm does not exceed the root diameter of {:.4} mm",
                 2e3 * tip,
                 2e3 * root
             );

@@ -21,9 +21,10 @@ use super::material::Material;
 use super::mesh_result::{LoadedCycle, MeshResult, PairCurve};
 use super::position::{MeshPoint, MeshPosition};
 
-/// Most slices and positions: above them a map needs minutes.
-const MOST_SLICES: usize = 1000;
-const MOST_POSITIONS: usize = 100_000;
+/// Most slices along the face width: above it a map needs minutes.
+pub const MAX_SLICES: u32 = 1000;
+/// Most positions in one pitch: above it a map needs minutes.
+pub const MAX_POSITIONS: u32 = 100_000;
 
 /// Options of a mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -274,14 +275,14 @@ impl LoadedMesh {
 
 fn check(options: &MeshOptions) -> Result<(), Error> {
     let out_of_range = |message: String| Err(Error::new(Code::OutOfRange, message));
-    if !(1..=MOST_SLICES).contains(&options.slices) {
+    if !(1..=MAX_SLICES as usize).contains(&options.slices) {
         let slices = options.slices;
-        return out_of_range(format!("{slices} slices; the face has 1 to {MOST_SLICES}"));
+        return out_of_range(format!("{slices} slices; the face has 1 to {MAX_SLICES}"));
     }
-    if !(1..=MOST_POSITIONS).contains(&options.positions) {
+    if !(1..=MAX_POSITIONS as usize).contains(&options.positions) {
         let positions = options.positions;
         return out_of_range(format!(
-            "{positions} positions; a pitch has 1 to {MOST_POSITIONS}"
+            "{positions} positions; a pitch has 1 to {MAX_POSITIONS}"
         ));
     }
     for material in &options.materials {

@@ -87,7 +87,7 @@ impl<'a> SingleFlankRecord<'a> {
                 values.len()
             );
             return Err(Error::new(Code::TooShort, message).with_hint(
-                "at least 2 are needed to tell the mesh order from what folds onto it, 20 or more for the form of a tooth",
+                "at least 2 are needed to separate the mesh order from its aliases, 20 or more for the form of a tooth",
             ));
         }
         Ok(SingleFlankRecord {

@@ -27,7 +27,7 @@ pub struct GearingCheck {
     pub parameters: [f64; 2],
     /// Contact point in the fixed frame, m.
     pub point: Complex,
-    /// Where the common normal meets the line of centres, m from axis 1.
+    /// Intersection of the common normal with the line of centres, m from axis 1.
     pub normal_crossing: f64,
     /// Distance of that place from the pitch point of the law, m.
     pub miss: f64,

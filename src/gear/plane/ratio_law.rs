@@ -194,9 +194,10 @@ impl RatioLaw {
     pub fn check_closed(&self) -> Result<(), Error> {
         let Some([_, advance]) = self.period() else {
             return Err(out_of_range(
-                "the ratio does not repeat over a turn, so the centrodes are open; use them as segments"
+                "the ratio does not repeat over a turn, so the centrodes are open and carry no closed outline"
                     .into(),
-            ));
+            )
+            .with_hint("take a law that repeats, or leave the tooth numbers out"));
         };
         let passes = TAU / advance;
         if matches!(self.0, Law::Constant(_)) || (passes - passes.round()).abs() <= WHOLE * passes {

@@ -184,7 +184,7 @@ fn check_lines(frequency_hz: &[f64]) -> Result<usize, Error> {
         .enumerate()
         .find(|(_, f)| !(f.is_finite() && **f >= 0.0))
     {
-        let message = format!("line {k} of the responses stands at {f} Hz");
+        let message = format!("line {k} of the responses is at {f} Hz");
         return Err(
             Error::new(Code::OutOfRange, message).with_hint("lines are finite and not negative")
         );
@@ -245,7 +245,7 @@ fn check_responses(frequency_hz: &[f64], responses: &[Vec<Complex>]) -> Result<V
             n => format!("all {n} responses are zero at every line"),
         };
         return Err(Error::new(Code::NoSignal, message)
-            .with_hint("choose a channel that answers the input"));
+            .with_hint("choose a channel that responds to the input"));
     }
     Ok(sizes)
 }

@@ -87,7 +87,7 @@ fn scaled(list: &[Complex], scale: f64) -> Result<Vec<Complex>, Error> {
     {
         let message = format!("a start at {p} rad/s is not finite or lies below the real axis");
         return Err(Error::new(Code::OutOfRange, message)
-            .with_hint("give its conjugate, which stands for both"));
+            .with_hint("give its conjugate, which represents both"));
     }
     Ok(list.iter().map(|p| p / scale).collect())
 }

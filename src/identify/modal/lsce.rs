@@ -29,7 +29,7 @@ pub fn lsce(responses: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>
                 responses.n_lines()
             ),
         )
-        .with_hint(format!("ask for an order from 2 to {bearable}")));
+        .with_hint(format!("request an order from 2 to {bearable}")));
     }
     let equations = EQUATIONS_PER_COEFFICIENT * max_order;
     let mut lags = LagSums::new(responses.frequency_hz(), equations + max_order);

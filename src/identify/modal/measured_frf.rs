@@ -168,7 +168,7 @@ fn check_lines(frequency_hz: &[f64]) -> Result<(), Error> {
     {
         return Err(Error::new(
             Code::NotANumber,
-            format!("line {} stands at {} Hz", i + 1, frequency_hz[i]),
+            format!("line {} is at {} Hz", i + 1, frequency_hz[i]),
         )
         .with_hint("frequencies are finite and not negative"));
     }

@@ -45,7 +45,7 @@ impl NestedCholesky {
         Ok(NestedCholesky {
             factor: cholesky(&m).map_err(|error| {
                 error.with_hint(
-                    "ask for a lower order or a wider band: the normal equations are singular",
+                    "request a lower order or a wider band: the normal equations are singular",
                 )
             })?,
         })

@@ -69,7 +69,7 @@ fn highest_order(responses: &MeasuredFrf, options: &PlscfOptions) -> Result<usiz
                 responses.n_lines()
             ),
         )
-        .with_hint(format!("ask for an order from 2 to {bearable}"))),
+        .with_hint(format!("request an order from 2 to {bearable}"))),
     }
 }
 
@@ -256,7 +256,7 @@ fn singular(order: usize) -> Error {
         Code::IllPosed,
         format!("the normal equations of order {order} are singular"),
     )
-    .with_hint("ask for a lower order or a wider band")
+    .with_hint("request a lower order or a wider band")
 }
 
 /// Gram–Schmidt, twice is enough; a column that vanishes stays.

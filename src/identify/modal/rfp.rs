@@ -31,7 +31,7 @@ pub fn rfp(responses: &MeasuredFrf, max_order: usize) -> Result<Vec<OrderPoles>,
                 responses.n_lines()
             ),
         )
-        .with_hint(format!("ask for an order from 2 to {bearable}")));
+        .with_hint(format!("request an order from 2 to {bearable}")));
     }
     let (_, high) = responses.band_limits_hz();
     let all: Vec<Vec<Complex>> = (0..responses.n_outputs())

@@ -34,7 +34,7 @@ impl<'a> ResponseChannels<'a> {
                         first.len()
                     ),
                 )
-                .with_hint("cut all channels from the same stretch of the record"));
+                .with_hint("cut all channels from the same segment of the record"));
             }
         }
         Ok(ResponseChannels { samples, rate_hz })

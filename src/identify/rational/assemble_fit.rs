@@ -4,8 +4,9 @@ use crate::base::error::Diagnostic;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 
-use super::groups::GroupMean;
+use super::groups::{GroupMean, MIN_HITS};
 use super::mode_acceptance::{CANCELLED, ModeCandidate, may_explain_peak, rejection_reason};
+use super::random_effects::student_factor;
 use super::scaled_responses::ScaledResponses;
 use super::search::SearchResult;
 use super::{FrfData, ModelErrorShare, RationalFit, RejectedPole};
@@ -107,9 +108,15 @@ pub(super) fn assemble_fit(
         };
         let mean = result.means.get(r).copied().flatten();
         let share = result.departures.as_ref().map_or(0.0, |d| d[r].share);
+        let common = mode.clone();
         let departure = departure(&mut mode, share, mean.as_ref(), lines.max_omega);
+        // The difference of two hits says little of whether a pole is a mode.
+        let judged = match departure.two_hit_factor > 1.0 {
+            true => &common,
+            false => &mode,
+        };
         let candidate = ModeCandidate {
-            mode: &mode,
+            mode: judged,
             band_hz: lines.band_limits_hz(),
             visibility: visibility(lines, &poles[r].value(), &scaled, place),
             model_error,
@@ -162,10 +169,14 @@ fn departure(
         groups: mean.map_or(0, |m| m.count),
         frequency_spread_hz: 0.0,
         damping_spread: 0.0,
+        two_hit_factor: 1.0,
     };
     let Some((w, sigma)) = mean.and_then(|m| m.mean) else {
         return departure;
     };
+    if departure.groups == MIN_HITS {
+        departure.two_hit_factor = student_factor(1.0);
+    }
     let square = top * top;
     mode.pole = Complex::new(-sigma.mean, w.mean) * top;
     mode.pole_covariance = Some([sigma.variance * square, w.variance * square, 0.0]);
@@ -367,16 +378,16 @@ fn add_warnings(
         say(
             "pole-limit",
             format!(
-                "the search ended at the most pole pairs allowed, {}",
+                "the search ended at {} pole pairs, the most allowed or all that its time is for: modes may be missing",
                 fit.poles.len()
             ),
-            "narrow the band, or allow more poles",
+            "narrow the band: --band",
         );
     }
     if fit.modes.is_empty() {
         say(
             "no-mode",
-            "no pole stands out of the noise as a mode".to_string(),
+            "no pole rises above the noise as a mode".to_string(),
             "more averages, a longer record, or another band",
         );
     }

@@ -9,6 +9,9 @@ use super::random_effects::{PooledMean, differ, differ_together, heterogeneity, 
 use super::scatter::MIN_GROUPS;
 use super::windowed::{BandFit, NUMERATORS, PoleWindow, WindowFit, half_window};
 
+/// Two hits have a mean with an interval of one degree of freedom; responses, which differ by where they are, need [`MIN_GROUPS`].
+pub(super) const MIN_HITS: usize = 2;
+
 /// Rounds of fit and departure of each group.
 const MAX_ITERATIONS: usize = 3;
 
@@ -40,7 +43,7 @@ struct GroupPole {
     variance: (f64, f64),
 }
 
-/// Means over the groups for every pole; nothing of those that fewer than three groups see.
+/// Means over the groups for every pole; nothing of those that fewer than three groups see, or fewer than two hits.
 pub(super) fn means(
     band: &BandFit,
     groups: &[Vec<usize>],
@@ -49,13 +52,12 @@ pub(super) fn means(
     is_reported: &dyn Fn(&ScaledPole) -> bool,
 ) -> Vec<Option<GroupMean>> {
     let poles = &band.modes.poles;
+    let least = if by_hit { MIN_HITS } else { MIN_GROUPS };
     let own: Vec<Vec<GroupPole>> = (0..poles.len())
-        .map(
-            |r| match is_reported(&poles[r]) && groups.len() >= MIN_GROUPS {
-                true => own_poles(band, groups, departures, r),
-                false => Vec::new(),
-            },
-        )
+        .map(|r| match is_reported(&poles[r]) && groups.len() >= least {
+            true => own_poles(band, groups, departures, r),
+            false => Vec::new(),
+        })
         .collect();
     let column = |own: &[GroupPole],
                   pick: &dyn Fn(&GroupPole) -> (f64, f64)|
@@ -69,7 +71,7 @@ pub(super) fn means(
         };
         [of(&frequency), of(&width)]
     };
-    let seen = |own: &&Vec<GroupPole>| own.len() >= MIN_GROUPS;
+    let seen = |own: &&Vec<GroupPole>| own.len() >= least;
     let (q, dof) = own.iter().filter(seen).fold((0.0, 0.0), |(q, dof), own| {
         let [a, b] = statistic(own);
         (q + a + b, dof + 2.0 * (own.len() as f64 - 1.0))
@@ -78,7 +80,7 @@ pub(super) fn means(
     let together = by_hit && differ_together(q, dof);
     own.iter()
         .map(|own| {
-            if own.len() < MIN_GROUPS {
+            if own.len() < least {
                 return None;
             }
             let free = own.len() as f64 - 1.0;

@@ -166,7 +166,7 @@ impl SelectionStep {
             n => (format!("{n} more"), "lower"),
         };
         if self.accepted {
-            return format!("{another} beside {before} {lowers} the misfit by {fall} %: kept");
+            return format!("{another} next to {before} {lowers} the misfit by {fall} %: kept");
         }
         let chance = match self.probability {
             p if !(p > MIN_REPORTED_P_VALUE && self.reason == stepwise::REASON_NOISE) => {
@@ -196,12 +196,15 @@ pub struct RejectedPole {
 pub struct ModelErrorShare {
     /// Residual at the mode beyond the noise, as a share of the mode's own value.
     pub model_error: f64,
-    /// Hits that see it, or responses where no hits are known; zero where these are fewer than three.
+    /// Hits that see it, or responses where no hits are known; zero for a single hit and for two responses.
     pub groups: usize,
     /// Standard deviation of their own frequencies beyond what their noise explains, Hz; zero where they agree.
     pub frequency_spread_hz: f64,
     /// That of their damping ratios.
     pub damping_spread: f64,
+    /// Ratio of Student's 97.5 % quantile to the normal one, by which the difference of two hits widens the interval; 1 for more hits,
+    /// and where they do not differ.
+    pub two_hit_factor: f64,
 }
 
 /// Computational effort of a fit.
@@ -320,11 +323,11 @@ fn fit_with(
         && order > determined
     {
         let message = format!(
-            "{order} pole pairs are asked for, and {} determine {determined} at most",
+            "{order} pole pairs are requested, and {} determine {determined} at most",
             pluralise(lines.x.len(), "line")
         );
         return Err(Error::new(Code::OutOfRange, message)
-            .with_hint("ask for fewer, widen the band, or measure with finer lines"));
+            .with_hint("request fewer, widen the band, or measure with finer lines"));
     }
     let from: Option<Vec<ScaledPole>> = from.map(|poles| {
         let near = |p: &&Complex| p.im > p.re.abs() && p.norm() < lines.max_omega;
@@ -338,8 +341,18 @@ fn fit_with(
         _ => None,
     };
     let found = match by_hit {
-        Some(each) => search::search(&each, options, false, from.as_deref()).fit_responses(&lines),
-        None => search::search(&lines, options, measured.variance_trusted, from.as_deref()),
+        Some(each) => {
+            let average = lines.average_of(&each);
+            search::search(&each, Some(&average), options, false, from.as_deref())
+                .fit_responses(&lines)
+        }
+        None => search::search(
+            &lines,
+            None,
+            options,
+            measured.variance_trusted,
+            from.as_deref(),
+        ),
     };
     let mut fit = assemble_fit::assemble_fit(measured, &lines, found);
     fit.effort.seconds = started.elapsed().as_secs_f64();

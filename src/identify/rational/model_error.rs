@@ -1,7 +1,7 @@
 //! The variance of a value that departs from the model about resonances, by more than its noise `s²`:
 //! `v = s² + Σ_r n_r (ε_r² min(|H_r|², M) + τ_r² min(|σ_r ∂H/∂ω_r|², M))`, with H_r the part of mode r, M the largest |H|² of the
 //! neighbouring lines and n_r the lines across the resonance: a departure is smooth along it, so that all of them together are one
-//! piece of evidence.
+//! piece of evidence. Both shares fade beyond an octave of the pole.
 
 use std::f64::consts::PI;
 
@@ -9,6 +9,10 @@ use crate::numeric::Complex;
 
 use super::basis::ScaledPole;
 use super::scaled_responses::ScaledResponses;
+
+/// Beyond so many times the frequency of a pole, and below that part of it, its departure fades: there residual terms and other poles take
+/// it up. Two poles at the lowest lines whose tails cancel would excuse the whole band.
+const DEPARTURE_REACH: f64 = 2.0;
 
 /// Lines to either side whose largest value bounds what a departure may be: two poles that cancel would make room for themselves.
 const NEIGHBOURS: usize = 2;
@@ -86,13 +90,16 @@ pub(super) fn variance(
         .map(|i| {
             let mut v = noise[i].clone();
             let most = largest_nearby(&lines.h[i], from, to);
-            let departs = |d: &(usize, &ModeDeviation)| d.1.share > 0.0 || d.1.scatter > 0.0;
+            // Background and what lies outside the band are no modes that could depart.
+            let departs = |d: &(usize, &ModeDeviation)| {
+                (d.1.share > 0.0 || d.1.scatter > 0.0) && lines.may_be_mode(&modes.poles[d.0])
+            };
             for (r, d) in departures.iter().enumerate().filter(departs) {
                 let pole = &modes.poles[r];
                 for (k, v) in v.iter_mut().enumerate() {
                     let x = lines.x[from + k];
                     let (part, inverse) = modes.part(i, r, x);
-                    let own = part.norm_sqr() * lines.power_size(from + k);
+                    let own = part.norm_sqr() * lines.power_size(from + k) * nearness(pole, x);
                     *v += count[r] * d.share * d.share * own.min(most[k]);
                     if d.scatter > 0.0 {
                         let slope = own * inverse.norm_sqr() * (2.0 * pole.w * pole.sigma).powi(2);
@@ -103,6 +110,12 @@ pub(super) fn variance(
             v
         })
         .collect()
+}
+
+/// One within [`DEPARTURE_REACH`] of a pole, beyond it the fourth power of what is left of that reach.
+fn nearness(pole: &ScaledPole, x: f64) -> f64 {
+    let reach = DEPARTURE_REACH * (x / pole.w).min(pole.w / x);
+    reach.min(1.0).powi(4)
 }
 
 /// The largest `|H|²` within a few lines of each.

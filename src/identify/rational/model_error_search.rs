@@ -11,7 +11,7 @@ use super::pole_significance::{MODEL_ERROR_SHARE, PoleSignificance, is_same};
 use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, residual};
 use super::scaled_responses::{ScaledResponses, SeparableWeights};
 use super::scatter::{MIN_GROUPS, scatter};
-use super::stepwise::{StepwiseOptions, StepwiseSearch};
+use super::stepwise::{StepwiseOptions, StepwiseSearch, step_work};
 use super::windowed::{BandFit, NUMERATORS, coefficients};
 use super::{FitEffort, SelectionStep};
 
@@ -42,8 +42,16 @@ const MAX_REMOVAL_ROUNDS: usize = 40;
 /// Rounds of departures and poles at the end.
 const MAX_ITERATIONS: usize = 3;
 
-/// Operations of the growth, about, on condensed lines: forty poles in ten thousand lines of six responses take a part of it.
-const MAX_WORK: f64 = 6e10;
+/// Operations of the growth, and of the whole search, about, on condensed lines: some seconds of a processor. Beyond the second, poles are
+/// judged and refined with few steps.
+const MAX_WORK: (f64, f64) = (5e10, 7e10);
+
+/// The steps of those.
+const STEPS_BEYOND_WORK: StopCriteria = StopCriteria {
+    steps: 2,
+    min_decrease: 1.0,
+    min_relative_decrease: 1e-4,
+};
 
 /// Input data of the search.
 pub(super) struct ModelErrorSearch<'a> {
@@ -77,6 +85,8 @@ pub(super) struct ModelErrorFit {
     pub departures: Vec<ModeDeviation>,
     /// Covariance of the poles under the variance.
     pub covariance: PoleCovariance,
+    /// The growth ended at the work allowed.
+    pub is_out_of_work: bool,
 }
 
 impl ModelErrorSearch<'_> {
@@ -105,6 +115,10 @@ impl ModelErrorSearch<'_> {
         let enough = Compressor::new(&all).compress(model, &[]);
         let fewer = enough.problem.into_owned();
         let problem = std::slice::from_ref(&fewer);
+        let cancel = match effort.work > MAX_WORK.1 {
+            true => STEPS_BEYOND_WORK,
+            false => cancel,
+        };
         let fit = refine(
             problem,
             fit_at(problem, model, NUMERATORS),
@@ -112,6 +126,7 @@ impl ModelErrorSearch<'_> {
             cancel,
         );
         effort.steps += fit.steps;
+        effort.work += fit.steps as f64 * step_work(&fewer, model.poles.len(), NUMERATORS);
         WeightedFit {
             variance,
             weights,
@@ -183,14 +198,19 @@ impl ModelErrorSearch<'_> {
             true => first,
             false => self.iterate_variance(&first, STEPS_AFTER_REMOVED, effort),
         };
+        let before = effort.work;
         state = self.grow(state, evidence, effort);
+        let is_out_of_work = effort.work - before > MAX_WORK.0;
         if self.options.fixed_pole_count.is_some() {
             return self.finish(state, effort);
         }
         state = self.judge(state, effort);
-        let mut found = self.finish(state, effort);
+        let mut found = ModelErrorFit {
+            is_out_of_work,
+            ..self.finish(state, effort)
+        };
         // Under the departures that hits show poles move, some of them into the place of another.
-        while self.by_hit() {
+        while self.by_hit() && effort.work < MAX_WORK.1 {
             let count = found.state.fit.model.poles.len();
             let judged = self.judge(found.state, effort);
             if judged.fit.model.poles.len() == count {
@@ -199,7 +219,10 @@ impl ModelErrorSearch<'_> {
                     ..found
                 };
             }
-            found = self.finish(judged, effort);
+            found = ModelErrorFit {
+                is_out_of_work,
+                ..self.finish(judged, effort)
+            };
         }
         found
     }
@@ -213,7 +236,7 @@ impl ModelErrorSearch<'_> {
         let mut refused = Vec::new();
         let already = effort.work;
         loop {
-            let allowed = MAX_WORK - (effort.work - already);
+            let allowed = MAX_WORK.0 - (effort.work - already);
             let mut growth = StepwiseSearch::new(&state.all, NUMERATORS, self.options, allowed);
             growth.rejected = std::mem::take(&mut refused);
             let (grown, is_more) = growth.add_round(&state.fit.model, evidence);
@@ -294,6 +317,7 @@ impl ModelErrorSearch<'_> {
             state,
             departures,
             covariance: certain,
+            is_out_of_work: false,
         }
     }
 

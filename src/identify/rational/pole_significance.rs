@@ -72,7 +72,9 @@ impl PoleSignificance<'_> {
         let poles = &band.modes.poles;
         let mut all = Vec::new();
         for q in 0..poles.len() {
-            if needed.iter().any(|p| is_same(p, &poles[q])) {
+            // Background is reported as no mode in any case, and its window would be the whole band.
+            let is_background = !band.lines.may_be_mode(&poles[q]);
+            if is_background || needed.iter().any(|p| is_same(p, &poles[q])) {
                 continue;
             }
             match self.redundant(band, q) {

@@ -23,7 +23,7 @@ const MIN_PHASE: f64 = 0.017;
 const TRIAL_PHASE: f64 = 0.02;
 const TRIALS: i32 = 157;
 
-/// Of delays whose score reaches this share of the highest, the shortest counts.
+/// Share of the highest score that makes a delay a candidate; the shortest candidate is taken.
 const TIE_SHARE: f64 = 0.85;
 
 /// A delay left in one response.

@@ -6,7 +6,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::{Complex, Matrix};
 
-use super::basis::{ModelTerms, WhitenedProblem, set_complex};
+use super::basis::{ModelTerms, ScaledPole, WhitenedProblem, set_complex};
 use super::scan::median_spacing;
 use super::{FrfData, RationalOptions};
 
@@ -35,6 +35,8 @@ pub(super) struct ScaledResponses {
     pub fourth: f64,
     /// Responses that belong together, such as those of a hit; empty where each is of the same record.
     pub hits: Vec<Vec<usize>>,
+    /// Neighbouring responses of one output to different hits, which share their weights; each alone where no hits are known.
+    channels: Vec<Vec<usize>>,
     /// Hits that each of these joins, on average.
     pub joined: f64,
 }
@@ -60,7 +62,11 @@ impl ScaledResponses {
         let Some(hits) = measured.hits.filter(|h| h.responses.len() > 1) else {
             return Ok(None);
         };
-        let responses = hits.responses.concat();
+        let count = hits.responses.len();
+        // Output by output, so that the hits of one lie next to each other.
+        let responses: Vec<Vec<Complex>> = (0..measured.responses.len())
+            .flat_map(|output| hits.responses.iter().map(move |hit| hit[output].clone()))
+            .collect();
         let each = FrfData {
             responses: &responses,
             variance: None,
@@ -68,16 +74,27 @@ impl ScaledResponses {
             ..*measured
         };
         let mut lines = ScaledResponses::new(&each, options)?;
-        let outputs = measured.responses.len();
         (lines.fourth, lines.joined) = (hits.fourth, hits.joined);
-        lines.hits = (0..hits.responses.len())
-            .map(|hit| {
-                let of = |at: &usize| lines.response_indices[*at] / outputs == hit;
+        let grouped = |groups: usize, group: &dyn Fn(usize) -> usize| -> Vec<Vec<usize>> {
+            let all = (0..groups).map(|g| {
+                let of = |at: &usize| group(lines.response_indices[*at]) == g;
                 (0..lines.response_indices.len()).filter(of).collect()
-            })
-            .filter(|of: &Vec<usize>| !of.is_empty())
-            .collect();
+            });
+            all.filter(|of: &Vec<usize>| !of.is_empty()).collect()
+        };
+        let by_hit = grouped(count, &|i| i % count);
+        lines.channels = grouped(measured.responses.len(), &|i| i / count);
+        lines.hits = by_hit;
         Ok(Some(lines))
+    }
+
+    /// The average of hits that are fitted one by one, of a variance that is not known.
+    pub fn average_of(&self, hits: &ScaledResponses) -> ScaledResponses {
+        ScaledResponses {
+            variance: None,
+            fourth: hits.fourth,
+            ..self.clone()
+        }
     }
 
     /// Checks what was measured and takes what lies in the band; the line at zero frequency is left out.
@@ -115,6 +132,7 @@ impl ScaledResponses {
             independence: measured.line_independence,
             fourth: FOURTH_DIFFERENCE_VARIANCE,
             hits: Vec::new(),
+            channels: Vec::new(),
             joined: 1.0,
         };
         for (i, response) in measured.responses.iter().enumerate() {
@@ -134,6 +152,7 @@ impl ScaledResponses {
                 all.push(taken.iter().map(|&k| mine[i][k] / size / size).collect());
             }
         }
+        lines.channels = (0..lines.h.len()).map(|i| vec![i]).collect();
         if lines.h.is_empty() {
             return Err(Error::new(
                 Code::NoSignal,
@@ -169,6 +188,13 @@ impl ScaledResponses {
         (self.x[0] * self.max_omega / TAU, self.max_omega / TAU)
     }
 
+    /// Whether a pole lies in the band and is no background.
+    pub fn may_be_mode(&self, pole: &ScaledPole) -> bool {
+        /// Damping ratio from which on a pole is background.
+        const BACKGROUND_DAMPING: f64 = 0.3;
+        (self.x[0]..=1.0).contains(&pole.w) && pole.sigma < BACKGROUND_DAMPING * pole.w
+    }
+
     /// A variance as weights of a search.
     pub fn weights(&self, variance: &[Vec<f64>]) -> SeparableWeights {
         SeparableWeights::new(variance, self.variance.is_some())
@@ -201,22 +227,24 @@ impl ScaledResponses {
         self.problem(&all, &weights.by_response, &weights.by_line, structure)
     }
 
-    /// One problem per response, each with its own weights.
+    /// One problem per output, each with its own weights: those of its hits differ by a factor.
     pub fn separate_problems(
         &self,
         weights: &SeparableWeights,
         variance: &[Vec<f64>],
         structure: ModelTerms,
     ) -> Vec<WhitenedProblem> {
-        (0..self.h.len())
-            .map(|i| {
-                let own: Vec<f64> = variance[i]
+        let one = |of: &Vec<usize>| {
+            let mean = |k: usize| {
+                let logs = of
                     .iter()
-                    .map(|v| v / weights.by_response[i])
-                    .collect();
-                self.problem(&[i], &weights.by_response, &own, structure)
-            })
-            .collect()
+                    .map(|&i| (variance[i][k] / weights.by_response[i]).ln());
+                (logs.sum::<f64>() / of.len() as f64).exp()
+            };
+            let own: Vec<f64> = (0..self.x.len()).map(mean).collect();
+            self.problem(of, &weights.by_response, &own, structure)
+        };
+        self.channels.iter().map(one).collect()
     }
 
     fn problem(

@@ -46,7 +46,7 @@ pub(super) struct SearchResult {
     pub means: Vec<Option<GroupMean>>,
     /// Groups of these means are hits.
     pub by_hit: bool,
-    /// The most poles allowed were used up.
+    /// The most poles allowed, or the work, were used up.
     pub at_limit: bool,
     /// `Σ ln v + |r|²/v` over all values, by independent lines: the negative logarithm of the likelihood.
     pub negative_log_likelihood: f64,
@@ -77,7 +77,8 @@ const MAX_BY_NOISE: (usize, usize) = (8, 20);
 /// few averages, of which three alone double it; of one from differences of neighbouring lines.
 const MAX_NOISE_MISFIT: (f64, f64, f64) = (1.5, 3.0, 2.0);
 
-/// And where no more than this share of the poles is needless in a variance that holds departures.
+/// And where no more than this share of the poles is needless in a variance that holds departures; none of those of the average of hits,
+/// which has fewer responses for a pole too many to show in.
 const MAX_REDUNDANT_SHARE: f64 = 0.25;
 
 /// The last refinement.
@@ -87,9 +88,11 @@ const STOP_FINAL: StopCriteria = StopCriteria {
     min_relative_decrease: 1e-9,
 };
 
-/// Finds poles and their structure. Poles may be given to begin `from`: then none is added.
+/// Finds poles and their structure. Poles may be given to begin `from`: then none is added. Of responses hit by hit, poles that noise
+/// alone explains are sought in their `average`.
 pub(super) fn search(
     lines: &ScaledResponses,
+    average: Option<&ScaledResponses>,
     options: &RationalOptions,
     trusted: bool,
     from: Option<&[ScaledPole]>,
@@ -122,9 +125,9 @@ pub(super) fn search(
     let mut effort = FitEffort::default();
     let mut evidence = Vec::new();
     if let Some(mut result) = fit_noise_only(
-        lines,
+        (lines, average.unwrap_or(lines)),
         rules,
-        noise.clone(),
+        &noise,
         start.clone(),
         &mut evidence,
         &mut effort,
@@ -148,65 +151,50 @@ pub(super) fn search(
     result
 }
 
-/// The fit by noise alone; `None` where that does not explain the responses.
+/// The fit by noise alone; `None` where that does not explain the responses. `average` is what poles are sought in.
 fn fit_noise_only(
-    lines: &ScaledResponses,
+    (lines, average): (&ScaledResponses, &ScaledResponses),
     options: StepwiseOptions,
-    noise: Vec<Vec<f64>>,
-    mut start: PoleModel,
+    noise: &[Vec<f64>],
+    start: PoleModel,
     evidence: &mut Vec<SelectionStep>,
     effort: &mut FitEffort,
 ) -> Option<SearchResult> {
-    let given = lines.variance.is_some();
-    let mut variance = noise.clone();
-    let mut structure = ModelTerms::FULL;
-    for round in 0..=MAX_ITERATIONS {
-        let mut model = select_poles(
-            lines, options, structure, &variance, start, evidence, effort,
-        )?;
-        let mut settled = given || round == MAX_ITERATIONS;
-        if !settled {
-            let residual = model.residuals(lines, structure.numerators(), effort);
-            let unknown = parameter_count(structure, &model.fit, lines.h.len());
-            let free = 1.0 - unknown * lines.independence / lines.data_count();
-            let next = from_residuals(lines, &residual, free.max(0.1));
-            let ratio = mean_ratio(&next, &variance);
-            variance = next;
-            settled = (VARIANCE_RATIO_RANGE.0..VARIANCE_RATIO_RANGE.1).contains(&ratio);
-            if settled {
-                model = FullFit::fit_full(lines, &variance, &model.fit.model);
-            }
+    let sought = StepwiseOptions {
+        data_count: average.data_count(),
+        ..options
+    };
+    let first = match lines.hits.is_empty() {
+        true => noise.to_vec(),
+        false => from_differences(average),
+    };
+    let (found, structure, variance) =
+        search_by_noise(average, sought, first, start, evidence, effort)?;
+    let model = found.fit.model;
+    let (weights, variance) = match lines.hits.is_empty() {
+        true => (found.weights, variance),
+        false => {
+            // Every hit has a variance of its own about the poles of the average.
+            let own = FullFit::fit_full(lines, noise, &model);
+            let free = remaining_share(lines, ModelTerms::FULL, &own.fit);
+            let variance = from_residuals(lines, &own.band(lines, noise).residual, free);
+            (lines.weights(&variance), variance)
         }
-        start = model.fit.model.clone();
-        if settled {
-            let (chosen, better, steps) =
-                select_terms(model.lines(), lines.data_count(), &model.fit);
-            structure = chosen;
-            start = better.model;
-            effort.steps += steps;
-            break;
-        }
-    }
-    let FullFit {
-        all,
-        weights,
-        fit: fitted,
-        ..
-    } = select_poles(
-        lines, options, structure, &variance, start, evidence, effort,
-    )?;
+    };
+    let all = [lines.shared_problem(&weights, structure)];
     let numerators = structure.numerators();
     let separate =
         (!weights.exact).then(|| lines.separate_problems(&weights, &variance, structure));
     let problems = separate.as_deref().unwrap_or(&all);
-    let (fitted, covariance) = final_refinement(problems, fitted.model, numerators, effort);
+    let (fitted, covariance) = final_refinement(problems, model, numerators, effort);
     let left: Vec<Matrix> = problems
         .iter()
         .zip(&fitted.fits)
         .map(|(problem, fit)| residual(problem, &fitted.model, numerators, fit))
         .collect();
     let dof = (lines.data_count() - parameter_count(structure, &fitted, lines.h.len())).max(1.0);
-    if !is_explained(lines, options, &noise, &variance, &fitted, dof) {
+    let full = FullFit::fit_full(lines, &variance, &fitted.model);
+    if !is_explained(lines, options, &full, noise, fitted.chi2, dof) {
         return None;
     }
     let logarithms: f64 = variance.iter().flatten().map(|v| v.ln()).sum();
@@ -231,27 +219,74 @@ fn fit_noise_only(
     };
     if !lines.hits.is_empty() {
         // Of what noise explains hits still say how far they place the poles apart.
-        let full = FullFit::fit_full(lines, &variance, &result.fit.model);
         let band = full.band(lines, &variance);
         let departures = vec![ModeDeviation::NONE; result.fit.model.poles.len()];
         result.means = means(&band, &lines.hits, true, &departures, &|p| {
-            may_be_mode(lines, p)
+            lines.may_be_mode(p)
         });
         result.by_hit = true;
     }
     Some(result)
 }
 
+/// Share of the data that the parameters of a fit leave.
+fn remaining_share(lines: &ScaledResponses, structure: ModelTerms, fit: &ModelFit) -> f64 {
+    let unknown = parameter_count(structure, fit, lines.h.len());
+    (1.0 - unknown * lines.independence / lines.data_count()).max(0.1)
+}
+
+/// Poles and terms that noise alone asks for, with the variance of the noise; `None` where it asks for more without end.
+fn search_by_noise(
+    lines: &ScaledResponses,
+    options: StepwiseOptions,
+    mut variance: Vec<Vec<f64>>,
+    mut start: PoleModel,
+    evidence: &mut Vec<SelectionStep>,
+    effort: &mut FitEffort,
+) -> Option<(FullFit, ModelTerms, Vec<Vec<f64>>)> {
+    let given = lines.variance.is_some();
+    let mut structure = ModelTerms::FULL;
+    for round in 0..=MAX_ITERATIONS {
+        let mut model = select_poles(
+            lines, options, structure, &variance, start, evidence, effort,
+        )?;
+        let mut settled = given || round == MAX_ITERATIONS;
+        if !settled {
+            let residual = model.residuals(lines, structure.numerators(), effort);
+            let free = remaining_share(lines, structure, &model.fit);
+            let next = from_residuals(lines, &residual, free);
+            let ratio = mean_ratio(&next, &variance);
+            variance = next;
+            settled = (VARIANCE_RATIO_RANGE.0..VARIANCE_RATIO_RANGE.1).contains(&ratio);
+            if settled {
+                model = FullFit::fit_full(lines, &variance, &model.fit.model);
+            }
+        }
+        start = model.fit.model.clone();
+        if settled {
+            let (chosen, better, steps) =
+                select_terms(model.lines(), lines.data_count(), &model.fit);
+            structure = chosen;
+            start = better.model;
+            effort.steps += steps;
+            break;
+        }
+    }
+    let model = select_poles(
+        lines, options, structure, &variance, start, evidence, effort,
+    )?;
+    Some((model, structure, variance))
+}
+
 /// Whether a fit by noise alone is one: the misfit is that of noise, and its poles are needed whatever the responses depart by.
 fn is_explained(
     lines: &ScaledResponses,
     options: StepwiseOptions,
+    full: &FullFit,
     noise: &[Vec<f64>],
-    variance: &[Vec<f64>],
-    fit: &ModelFit,
+    chi2: f64,
     dof: f64,
 ) -> bool {
-    let full = FullFit::fit_full(lines, variance, &fit.model);
     let band = full.band(lines, noise);
     let limit = match (lines.variance.is_some(), options.estimated) {
         (true, false) => MAX_NOISE_MISFIT.0,
@@ -263,7 +298,7 @@ fn is_explained(
         lines.variance.is_none() && (lines.independence == 1.0 || !lines.hits.is_empty());
     let chi2 = match has_noise {
         true => misfit(lines, &band),
-        false => fit.chi2,
+        false => chi2,
     };
     if chi2 > limit * dof {
         return false;
@@ -271,7 +306,7 @@ fn is_explained(
     if options.fixed_pole_count.is_some() {
         return true;
     }
-    if fit.model.poles.len() >= options.max_poles {
+    if full.fit.model.poles.len() >= options.max_poles {
         return false;
     }
     let groups = lines.hits.clone();
@@ -280,9 +315,13 @@ fn is_explained(
         by_hit: groups.len() >= MIN_GROUPS,
         groups: &groups,
     };
-    let inside = band.modes.poles.iter().filter(|p| may_be_mode(lines, p));
+    let inside = band.modes.poles.iter().filter(|p| lines.may_be_mode(p));
     let needless = judge.needless(&band, &mut Vec::new()).len() as f64;
-    needless <= MAX_REDUNDANT_SHARE * inside.count() as f64
+    let most = match groups.is_empty() {
+        true => MAX_REDUNDANT_SHARE,
+        false => 0.0,
+    };
+    needless <= most * inside.count() as f64
 }
 
 /// Residual power of a fit over the noise.
@@ -294,13 +333,6 @@ fn misfit(lines: &ScaledResponses, band: &BandFit) -> f64 {
     2.0 * lines.independence * all
 }
 
-/// A pole of the band that may be a mode.
-fn may_be_mode(lines: &ScaledResponses, pole: &ScaledPole) -> bool {
-    /// Damping ratio from which on a pole is background.
-    const BACKGROUND_DAMPING: f64 = 0.3;
-    (lines.x[0]..=1.0).contains(&pole.w) && pole.sigma < BACKGROUND_DAMPING * pole.w
-}
-
 /// A fit in a variance that holds departures.
 fn fit_with_model_error(search: &ModelErrorSearch, departing: ModelErrorFit) -> SearchResult {
     let lines = search.lines;
@@ -308,11 +340,12 @@ fn fit_with_model_error(search: &ModelErrorSearch, departing: ModelErrorFit) -> 
         state,
         departures,
         covariance,
+        is_out_of_work,
     } = departing;
     let groups = search.groups();
     let band = search.band(&state);
     let means = means(&band, &groups, !lines.hits.is_empty(), &departures, &|p| {
-        may_be_mode(lines, p)
+        lines.may_be_mode(p)
     });
     let left = residual(&state.all, &state.fit.model, NUMERATORS, &state.fit.fits[0]);
     let dof = lines.data_count() - parameter_count(ModelTerms::FULL, &state.fit, lines.h.len());
@@ -321,7 +354,7 @@ fn fit_with_model_error(search: &ModelErrorSearch, departing: ModelErrorFit) -> 
         negative_log_likelihood: lines.independence * logarithms + 0.5 * state.fit.chi2,
         chi2: state.fit.chi2,
         at_limit: search.options.fixed_pole_count.is_none()
-            && state.fit.model.poles.len() >= search.options.max_poles,
+            && (is_out_of_work || state.fit.model.poles.len() >= search.options.max_poles),
         fit: state.fit,
         problems: vec![state.all],
         residuals: vec![left],

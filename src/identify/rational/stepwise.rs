@@ -138,15 +138,13 @@ impl<'a> StepwiseSearch<'a> {
         self.work += steps as f64 * self.step_work(poles);
     }
 
-    /// Operations of one step of all poles together: a QR factorisation of the basis and its derivatives projected on it.
+    /// Operations of one step of all poles together.
     fn step_work(&self, poles: usize) -> f64 {
-        let lines = match self.options.departs {
-            true => self.lines.problem.lines(),
-            false => self.measured.lines(),
-        } as f64;
-        let responses = self.measured.y.ncols() as f64;
-        let columns = (self.numerators * poles + 2) as f64;
-        20.0 * lines * columns * columns + 8.0 * lines * columns * responses
+        let problem = match self.options.departs {
+            true => &self.lines.problem,
+            false => self.measured,
+        };
+        step_work(problem, poles, self.numerators)
     }
 
     /// From poles at hand to those that are worth it, with the lines they were fitted on.
@@ -653,6 +651,13 @@ pub(super) struct StepwiseResult {
 
 /// Why a pole is refused.
 pub(super) const REASON_NOISE: &str = "no more than noise gives somewhere in the band";
+
+/// Operations of one step of all poles together: a QR factorisation of the basis and its derivatives projected on it.
+pub(super) fn step_work(problem: &WhitenedProblem, poles: usize, numerators: usize) -> f64 {
+    let (lines, responses) = (problem.lines() as f64, problem.y.ncols() as f64);
+    let columns = (numerators * poles + 2) as f64;
+    20.0 * lines * columns * columns + 8.0 * lines * columns * responses
+}
 
 /// Real numbers one more pole brings.
 fn parameters_per_pole(problem: &WhitenedProblem, numerators: usize) -> f64 {

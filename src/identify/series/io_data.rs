@@ -40,7 +40,7 @@ impl<'a> InputOutputData<'a> {
                 Code::OutOfRange,
                 format!("the input has {u} samples and the output {y}"),
             )
-            .with_hint("cut both from the same stretch of the record"));
+            .with_hint("cut both from the same segment of the record"));
         }
         Ok(InputOutputData {
             input: Some(input),

@@ -108,7 +108,7 @@ pub fn track_model(
             }
         }
     }
-    let best = best.ok_or_else(|| Error::new(Code::OutOfRange, "no order was asked for"))?;
+    let best = best.ok_or_else(|| Error::new(Code::OutOfRange, "no order was requested"))?;
     Ok(ModelTrajectory {
         chosen: best.trial,
         highest: runs.family(orders.last().copied().unwrap_or(order)),

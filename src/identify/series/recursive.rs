@@ -144,7 +144,7 @@ impl RecursiveLeastSquares {
                 Code::TooShort,
                 format!("{} samples so far, for {size} unknowns", self.count),
             )
-            .with_hint(format!("ask after more than {} samples", 2 * size)));
+            .with_hint(format!("use it after more than {} samples", 2 * size)));
         }
         let found = solve_from_r(&self.triangle)?;
         let [w1, w2] = self.weights;

@@ -97,7 +97,7 @@ fn check_finite(samples: &[f64]) -> Result<(), Error> {
         None => Ok(()),
         Some(at) => Err(
             Error::new(Code::NotANumber, format!("sample {at} is {}", samples[at]))
-                .with_hint("test stretches without gaps"),
+                .with_hint("test segments without gaps"),
         ),
     }
 }

@@ -102,7 +102,7 @@ impl TransferFunction {
             let wrong = if !finite(p) || !finite(r) {
                 "is not finite"
             } else if p.im < 0.0 {
-                "lies below the real axis: give its conjugate, which stands for both"
+                "lies below the real axis: give its conjugate, which represents both"
             } else if p.im == 0.0 && r.im != 0.0 {
                 "is real and has a complex residue"
             } else {
@@ -195,7 +195,7 @@ impl TransferFunction {
         if !(delay_s >= 0.0 && delay_s.is_finite()) {
             let message = format!("a dead time of {delay_s} s cannot be");
             return Err(Error::new(Code::OutOfRange, message).with_hint(
-                "an answer ahead of its cause says that input and output are exchanged",
+                "a response ahead of its excitation indicates that input and output are exchanged",
             ));
         }
         self.delay_s = delay_s;

@@ -15,6 +15,7 @@ use crate::machine::builder::MachineBuilder;
 use crate::machine::components::{
     ErrorAction, FlankTransfer, Gear, GeometricError, Machine, MeshGeometry,
 };
+use crate::machine::mesh_cycle;
 use crate::scene::laws::Waveform;
 use crate::scene::model::{self, Belt, BranchEnd, ErrorCause, ErrorDefinition, Model};
 
@@ -36,6 +37,49 @@ pub fn add(
     };
     builder.machine.errors.push(error);
     Ok(())
+}
+
+/// Puts the transmission error of flanks that a gear file describes on their lines of action, by the cycles of their meshes.
+pub fn add_mesh_flanks(builder: &mut MachineBuilder) {
+    let machine = &mut builder.machine;
+    for (branch, flanks) in &builder.mesh_flanks {
+        let Some(cycle) = mesh_cycle::cycles(machine, *branch).into_iter().next() else {
+            continue;
+        };
+        let carries = FlankTransfer {
+            gain: if flanks.is_coast { -1.0 } else { 1.0 },
+            phase: flanks.phase,
+        };
+        // A branch without a coast direction of its own goes by its first flank.
+        let part = &machine.branches[*branch];
+        let one_law = part.backlash == 0.0 || part.coast.is_none();
+        let other = FlankTransfer {
+            gain: if one_law { carries.gain } else { 0.0 },
+            ..carries
+        };
+        let name = machine.branch_name(*branch);
+        machine.errors.push(GeometricError {
+            location: name.clone(),
+            span: machine.elements[part.element].span.clone(),
+            element: name,
+            cause: ErrorCause::Profile,
+            rotation_dof: cycle.turning,
+            carrier: cycle.carrier,
+            periods_per_rev: (cycle.teeth, 1),
+            acts: vec![ErrorAction {
+                branch: *branch,
+                flanks: match flanks.is_coast {
+                    false => [carries, other],
+                    true => [other, carries],
+                },
+            }],
+            waveform: flanks.unloaded_te.clone(),
+            averaged: Some(flanks.averaged_te.clone()),
+            phase_known: true,
+            tolerance: 0.0,
+            assumed: None,
+        });
+    }
 }
 
 fn gear(builder: &MachineBuilder, part: &model::DeclaredError) -> Result<GeometricError, Error> {
@@ -71,7 +115,7 @@ fn gear(builder: &MachineBuilder, part: &model::DeclaredError) -> Result<Geometr
         );
         return Err(Error::new(Code::Conflict, message)
             .with_span(&part.on.span)
-            .with_hint("say with `mesh` which pair the error belongs to"));
+            .with_hint("state with `mesh` the pair to which the error belongs"));
     }
     let graded = match part.size {
         ErrorDefinition::Grade { grade, phase } => Some(graded(part, first, grade, phase)?),
@@ -115,6 +159,7 @@ fn gear(builder: &MachineBuilder, part: &model::DeclaredError) -> Result<Geometr
         periods_per_rev: (1, 1),
         acts,
         waveform,
+        averaged: None,
         phase_known: part.phase_known,
         tolerance: part.tolerance,
         assumed: graded.map(|g| g.1),
@@ -148,7 +193,7 @@ fn gears<'a>(
             &part.on.span,
         ),
     };
-    let hint = "an error stands on the node of a gear, and `mesh` names one of its pairs; of a coupling (cause = \"misalignment\") or a belt (\"belt-joint\") on that element";
+    let hint = "an error is declared on the node of a gear, and `mesh` names one of its pairs; of a coupling (cause = \"misalignment\") or a belt (\"belt-joint\") on that element";
     Err(Error::new(Code::UnknownNode, message)
         .with_span(place)
         .with_hint(hint))
@@ -454,6 +499,7 @@ fn single_branch_error(
         periods_per_rev: pace,
         acts: vec![ErrorAction { branch, flanks }],
         waveform,
+        averaged: None,
         phase_known: part.phase_known,
         tolerance: part.tolerance,
         assumed: None,
@@ -466,7 +512,7 @@ fn no_element(part: &model::DeclaredError, kind: &str, cause: &str) -> Error {
     Error::new(Code::UnknownNode, message)
         .with_span(&part.on.span)
         .with_hint(format!(
-            "cause = \"{cause}\" stands on a [[{kind}]] by its name"
+            "cause = \"{cause}\" is declared on a [[{kind}]] by its name"
         ))
 }
 

@@ -36,17 +36,17 @@ struct MomentArms {
 fn arms(stage: &Planetary) -> MomentArms {
     let cos = stage.pressure_angles.map(f64::cos);
     match stage.size {
-        PlanetaryGeometry::Teeth { teeth, module } => {
-            let half = module.unwrap_or(2.0) / 2.0;
+        PlanetaryGeometry::Teeth { teeth, modules } => {
+            let half = modules.unwrap_or([2.0; 2]).map(|module| module / 2.0);
             let [sun, planet, ring] = teeth.map(f64::from);
             let carrier = [sun + planet, ring - planet];
             MomentArms {
-                scale: cos.map(|c| c * half),
+                scale: [0, 1].map(|mesh| cos[mesh] * half[mesh]),
                 sun,
                 planet,
                 ring,
                 carrier,
-                centre: half * (sun + planet),
+                centre: half[0] * (sun + planet),
             }
         }
         PlanetaryGeometry::Radii {
@@ -206,7 +206,7 @@ fn mesh_geometry(stage: &Planetary, mesh: usize, position: f64, teeth: u32) -> M
         across,
         along: 0.0,
         lever: alpha.cos(),
-        cylindrical: cylindrical(stage, teeth),
+        cylindrical: cylindrical(stage, mesh, teeth),
         has_module: is_sized(stage),
     }
 }
@@ -221,20 +221,20 @@ fn planet_seat(stage: &Planetary, mesh: usize, teeth: u32) -> MeshGeometry {
         across: [alpha, -alpha].map(|alpha| [outwards * alpha.sin(), -alpha.cos()]),
         along: 0.0,
         lever: -outwards * alpha.cos(),
-        cylindrical: cylindrical(stage, teeth),
+        cylindrical: cylindrical(stage, mesh, teeth),
         has_module: is_sized(stage),
     }
 }
 
 fn is_sized(stage: &Planetary) -> bool {
-    !matches!(stage.size, PlanetaryGeometry::Teeth { module: None, .. })
+    !matches!(stage.size, PlanetaryGeometry::Teeth { modules: None, .. })
 }
 
 /// Module and radius of the pitch circle, where they are known; teeth are taken as straight.
-fn cylindrical(stage: &Planetary, teeth: u32) -> Option<[f64; 2]> {
+fn cylindrical(stage: &Planetary, mesh: usize, teeth: u32) -> Option<[f64; 2]> {
     match stage.size {
-        PlanetaryGeometry::Teeth { module, .. } => {
-            module.map(|module| [module, module * f64::from(teeth) / 2.0])
+        PlanetaryGeometry::Teeth { modules, .. } => {
+            modules.map(|modules| [modules[mesh], modules[mesh] * f64::from(teeth) / 2.0])
         }
         PlanetaryGeometry::Radii { .. } => None,
     }
@@ -252,10 +252,10 @@ fn phase_shifted_contact(
     position: f64,
 ) -> ContactParameters {
     let mut contact = contact.clone();
-    if let (Some(wave), PlanetaryGeometry::Teeth { teeth, .. }) = (&mut contact.wave, &stage.size) {
+    if let PlanetaryGeometry::Teeth { teeth, .. } = &stage.size {
         let stands = matches!([&stage.sun, &stage.ring][mesh], BranchEnd::Ground);
         let ahead = f64::from([teeth[0], teeth[2]][mesh]) * position;
-        wave.phase += if stands { ahead } else { -ahead };
+        contact.shift_phase(if stands { ahead } else { -ahead });
     }
     contact
 }
@@ -309,7 +309,7 @@ fn add_planet_inertia(
     let (Some(mass), Some(carrier), false) = (stage.planet_mass, carrier, stage.lateral) else {
         return Ok(());
     };
-    if matches!(stage.size, PlanetaryGeometry::Teeth { module: None, .. }) && mass > 0.0 {
+    if matches!(stage.size, PlanetaryGeometry::Teeth { modules: None, .. }) && mass > 0.0 {
         let message = format!(
             "`{}` states planet_mass without a module, so the radius it turns at is not known",
             stage.name.text

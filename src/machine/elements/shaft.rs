@@ -60,7 +60,7 @@ pub fn add(builder: &mut MachineBuilder, element: usize, shaft: &Shaft) -> Resul
             "the damping ratio of `{}` would mean less the more lengths it is cut into",
             shaft.name.text
         );
-        let hint = "each length would take its own small mass as the one it swings against; give c or loss_factor";
+        let hint = "each segment would refer to its own small mass; give c or loss_factor";
         return Err(Error::new(Code::Conflict, message)
             .with_span(&shaft.name.span)
             .with_hint(hint));

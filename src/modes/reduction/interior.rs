@@ -177,7 +177,7 @@ pub fn elastic_stiffness(model: &LinearModel) -> Matrix {
 }
 
 fn loose_error(coordinate: usize) -> Error {
-    let message = format!("coordinate {coordinate} is still free to move when the kept ones stand");
+    let message = format!("coordinate {coordinate} is still free to move with the kept ones fixed");
     Error::new(Code::Disconnected, message)
         .with_hint("keep at least one coordinate of every part that moves freely")
 }

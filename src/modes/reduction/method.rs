@@ -126,10 +126,11 @@ pub fn coordinate_by_name(
     match model.transform[dof][..] {
         [(j, _)] => Ok(j),
         _ => {
-            let message =
-                format!("`{name}` follows several other freedoms, or none, through rigid joints");
+            let message = format!(
+                "`{name}` follows several other degrees of freedom, or none, through rigid joints"
+            );
             Err(Error::new(Code::Conflict, message)
-                .with_hint("name a freedom beside the rigid joints"))
+                .with_hint("name a degree of freedom outside the rigid joints"))
         }
     }
 }

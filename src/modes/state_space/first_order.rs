@@ -30,7 +30,7 @@ pub fn first_order(matrices: &SystemMatrices, forces: &Matrix) -> Result<FirstOr
     if matrices.hysteretic.is_some() {
         let message =
             "a loss factor has no state-space form: its force would have to know the future";
-        let hint = "give the branches c or damping_ratio instead; which value stands for a loss factor depends on the frequency";
+        let hint = "give the branches c or damping_ratio instead; the value equivalent to a loss factor depends on the frequency";
         return Err(Error::new(Code::Conflict, message).with_hint(hint));
     }
     let split = CoordinateSplit::new(matrices);

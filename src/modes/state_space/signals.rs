@@ -29,10 +29,10 @@ pub fn parse_input(machine: &Machine, name: &str) -> Result<usize, Error> {
     }
     if parse_output(machine, name).is_ok() {
         let message = format!(
-            "`{name}` can be measured but not driven: an input is a torque or force at a freedom"
+            "`{name}` can be measured but not driven: an input is a torque or force at a degree of freedom"
         );
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("name the freedom alone, such as `motor.theta`"));
+            .with_hint("name the degree of freedom alone, such as `motor.theta`"));
     }
     Err(unknown(machine, name))
 }
@@ -80,7 +80,7 @@ fn force(machine: &Machine, stem: &str, name: &str) -> Result<OutputSignal, Erro
         let message =
             format!("`{stem}` is rigid: the force in it does not follow from its deformation");
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("give it a stiffness k, or measure a shaft beside it"));
+            .with_hint("give it a stiffness k, or measure a neighbouring shaft"));
     }
     Ok(OutputSignal::Force(branch))
 }
@@ -106,10 +106,10 @@ pub fn find_branch(machine: &Machine, stem: &str, name: &str) -> Result<usize, E
     let Some(branch) = found else {
         if let Some(first) = several.first() {
             let message = format!(
-                "`{stem}` has {} branches, and `{name}` does not say which",
+                "`{stem}` has {} branches, and `{name}` does not state which",
                 several.len()
             );
-            let hint = format!("say for example `{}.force`", names[*first]);
+            let hint = format!("state for example `{}.force`", names[*first]);
             return Err(Error::new(Code::UnknownNode, message).with_hint(hint));
         }
         let error = Error::new(Code::UnknownNode, format!("no branch is called `{stem}`"));
@@ -134,7 +134,7 @@ fn unknown(machine: &Machine, name: &str) -> Error {
             .map(String::as_str)
             .filter(|f| f.rsplit_once('.').is_some_and(|x| x.0 == node))
             .collect();
-        let message = format!("`{node}` has no freedom `{axis}`");
+        let message = format!("`{node}` has no degree of freedom `{axis}`");
         let hint = match suggestion(axis, ["speed", "acceleration"].into_iter()) {
             Some(word) => format!("did you mean `{}.{word}`?", own.first().unwrap_or(&node)),
             None => format!("it has {}", quoted_list(own.into_iter())),

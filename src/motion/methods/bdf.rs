@@ -188,7 +188,7 @@ impl<P: OdeProblem> ScaledInterval<'_, P> {
                     format_instant(reached)
                 );
                 return Err(Error::new(Code::Overflow, message).with_hint(
-                    "look at the loads and the stiffness, or ask for a tighter tolerance",
+                    "check the loads and the stiffness, or request a tighter tolerance",
                 ));
             }
             stepped.map_err(|e| self.step_failure(reached, &e.to_string()))?;

@@ -37,7 +37,7 @@ pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
         return Some(message.to_string());
     }
     if model.has_events() {
-        let message = "something can switch (play, dry friction), and its steps go over many swings at once, in which no switch would be seen";
+        let message = "something can switch (play, dry friction), and its steps span many oscillations, in which a switch would be missed";
         return Some(message.to_string());
     }
     algebraic::why_inertia_needed(model)

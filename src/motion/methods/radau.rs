@@ -367,7 +367,7 @@ impl<P: HasPencil> Stepper<P> for Radau5 {
                     Code::NoConvergence,
                     format!("no step from t = {} keeps the error within the tolerance", format_instant(t)),
                 )
-                .with_hint("the motion jumps there or leaves the range of numbers: take a coarser tolerance, or look at the machine at that time"));
+                .with_hint("the motion jumps there or overflows: take a coarser tolerance, or check the machine at that time"));
             }
             if self.pencil.is_none() {
                 self.pencil = Some(problem.pencil(clock(t), y, stats));
@@ -404,7 +404,7 @@ impl<P: HasPencil> Stepper<P> for Radau5 {
                                 format_instant(t)
                             ),
                         )
-                        .with_hint("ask for a shorter step"));
+                        .with_hint("request a shorter step"));
                     }
                     stats.rejected += 1;
                     h *= 0.5;

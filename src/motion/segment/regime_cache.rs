@@ -123,7 +123,7 @@ impl RegimeCache {
             None => {
                 let linear_model = LinearSystem::new(context, &laws)?;
                 let turned = linear_model.parts.max_phase(context.span);
-                check_phase("the fastest swing", turned, context.span)?;
+                check_phase("the fastest oscillation", turned, context.span)?;
                 self.linears.push(Rc::new(linear_model));
                 self.caches.push(PropagatorCache::default());
                 self.linears.len() - 1
@@ -155,7 +155,7 @@ pub fn check_phase(what: &str, turned: f64, span: f64) -> Result<(), Error> {
                 format_time(span)
             );
             Err(Error::new(Code::BudgetExceeded, message).with_hint(
-                "ask for a shorter time; make what is so stiff rigid, or give it damping",
+                "request a shorter time; make what is so stiff rigid, or give it damping",
             ))
         }
     }

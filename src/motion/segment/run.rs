@@ -154,7 +154,7 @@ pub fn run(
                 format_instant(end)
             );
             return Err(Error::new(Code::Overflow, message)
-                .with_hint("look for a machine that is not stable"));
+                .with_hint("check whether the machine is unstable"));
         }
     }
 }

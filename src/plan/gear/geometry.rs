@@ -32,9 +32,9 @@ pub enum QuantityUnit {
 /// Values of a quantity, in its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum QuantityValue {
-    /// Of pinion and gear; `None` where it does not exist.
+    /// Values of pinion and gear; `None` where it does not exist.
     Each([Option<f64>; 2]),
-    /// Of the pair.
+    /// Value of the pair.
     Pair(f64),
 }
 
@@ -72,10 +72,10 @@ impl GearQuantity {
 
 /// Collects quantities in SI.
 #[derive(Default)]
-struct Quantities(Vec<GearQuantity>);
+pub(super) struct Quantities(pub(super) Vec<GearQuantity>);
 
 impl Quantities {
-    fn each(
+    pub(super) fn each(
         &mut self,
         name: &'static str,
         symbol: &'static str,
@@ -92,7 +92,13 @@ impl Quantities {
         });
     }
 
-    fn pair(&mut self, name: &'static str, symbol: &'static str, unit: QuantityUnit, value: f64) {
+    pub(super) fn pair(
+        &mut self,
+        name: &'static str,
+        symbol: &'static str,
+        unit: QuantityUnit,
+        value: f64,
+    ) {
         let value = QuantityValue::Pair(unit.of_si(value));
         self.0.push(GearQuantity {
             name,

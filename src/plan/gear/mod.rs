@@ -11,3 +11,9 @@ pub mod limits;
 
 /// Stages of a gear file and its result.
 pub mod run;
+
+/// Reversal of readings and its stages.
+pub mod reversal;
+
+/// Centrodes, flanks and outlines of a pair of varying ratio.
+pub mod non_circular;

@@ -11,17 +11,17 @@ use crate::gear::cylindrical::path_points::PathPoint;
 use crate::gear::cylindrical::warnings::Warning;
 use crate::gear::load::compliance::{StiffnessMethod, StiffnessRow, compare_methods};
 use crate::gear::load::material::Material;
-use crate::gear::load::mesh::{LoadedMesh, MeshOptions};
+use crate::gear::load::mesh::LoadedMesh;
 use crate::gear::load::mesh_result::MeshResult;
 use crate::plan::stages::StageDecision;
 use crate::scene::gear_file::GearFile;
 
-/// What a gear file gives.
+/// Results of a gear file.
 #[derive(Debug, Clone)]
 pub struct GearResult {
     /// The pair.
     pub pair: Pair,
-    /// Its geometry.
+    /// Geometry of the pair.
     pub quantities: Vec<GearQuantity>,
     /// Limits that the pair meets, with what avoids them.
     pub limits: Vec<Warning>,
@@ -50,7 +50,7 @@ pub fn run(file: &GearFile) -> Result<GearResult, Error> {
         Some(_) => error,
         None => error.with_span(&file.span),
     };
-    let pair = Pair::new(file.members, file.centre_distance).map_err(at)?;
+    let pair = file.pair()?;
     let limits = pair.warnings();
     let mut diagnostics: Vec<Diagnostic> = limits.iter().map(limits::diagnostic).collect();
     let backlash = pair.backlash_limits(file.centre_deviation);
@@ -111,15 +111,7 @@ fn load(file: &GearFile, pair: &Pair) -> Result<(Vec<StiffnessRow>, MeshResult),
         StiffnessMethod::Iso6336 { .. } => StiffnessMethod::default(),
     };
     let stiffness = compare_methods(pair, &[study.method, other], &materials)?;
-    let options = MeshOptions {
-        method: study.method,
-        materials,
-        modifications: file.modifications,
-        misalignment: file.shaft_angle_error * pair.working_pressure_angle.cos(),
-        positions: study.positions,
-        slices: study.slices,
-    };
-    let mesh = LoadedMesh::new(pair, options)?.map(&study.torques)?;
+    let mesh = LoadedMesh::new(pair, file.mesh_options(pair))?.map(&study.torques)?;
     Ok((stiffness, mesh))
 }
 
@@ -133,6 +125,20 @@ pub fn plan(file: &GearFile) -> Vec<(&'static str, StageDecision)> {
     if !file.defaults.is_empty() {
         plan.push(("defaults", runs(file.defaults.join("; "))));
     }
+    plan.extend([
+        (
+            "flanks",
+            runs("involutes with the fillets that the rack leaves".into()),
+        ),
+        (
+            "limits",
+            runs("undercut, interference, pointed tips, clearance, contact ratio".into()),
+        ),
+        (
+            "contact",
+            runs("points A to E of the path of contact, sliding, backlash".into()),
+        ),
+    ]);
     let study = &file.mesh;
     plan.push(match study.torques.len() {
         0 => (

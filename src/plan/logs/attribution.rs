@@ -119,7 +119,7 @@ impl EncoderModel {
                 self.output
             );
             return Err(Error::new(Code::RatioMismatch, message)
-                .with_hint("look at --at (input, then output) and at --teeth"));
+                .with_hint("check --at (input, then output) and --teeth"));
         }
         let mut named = KnownOrders::default();
         for line in order_lines::order_lines(machine, operating, &chain) {

@@ -71,7 +71,7 @@ pub fn check_response_kinds(responses: &FrequencyResponses) -> Vec<Diagnostic> {
                 let message = format!(
                     "{over} is a force over a motion ({units}): its poles are the zeros of the structure's responses, not its modes"
                 );
-                let hint = "swap --input and --output: the force drives";
+                let hint = "swap --input and --output: the force is the excitation";
                 Some(warning("inverse-response", message, hint))
             }
             _ => None,
@@ -94,7 +94,7 @@ pub fn check_stated_kind(responses: &FrequencyResponses, stated: Option<u8>) -> 
     match ResponseKind::from_units(&input.unit, &f.output.unit) {
         ResponseKind::MotionOverForce(times) if times != stated => {
             let message = format!(
-                "{} over {} is a {} by its units, {} over {}; taken as {}, as --kind says",
+                "{} over {} is a {} by its units, {} over {}; taken as {} by --kind",
                 f.output.name,
                 input.name,
                 KINDS[usize::from(times.min(2))],
@@ -146,7 +146,7 @@ pub fn check_fit(
             "the fit misses {} of its size: modes and intervals rest on what it does not describe",
             missed.join(", ")
         );
-        warning("poor-fit", message, "take another --method or a narrower --band; look whether input and output are the right channels")
+        warning("poor-fit", message, "take another --method or a narrower --band; check whether input and output are the right channels")
     })
 }
 
@@ -191,7 +191,7 @@ pub fn check_modes(
         all.push(warning(
             "low-coherence",
             message,
-            "drive harder there, take more averages, or look for a second source",
+            "excite more strongly there, take more averages, or check for a second source",
         ));
     }
     let step = responses
@@ -213,7 +213,7 @@ pub fn check_modes(
                 "take a longer record",
             ),
             None => (
-                "leakage makes damping look larger there",
+                "leakage makes damping appear larger there",
                 "take longer blocks: a smaller --resolution, from a longer record",
             ),
         };
@@ -266,7 +266,7 @@ fn check_line_count(
         .collect();
     (!few.is_empty()).then(|| {
         let message = format!(
-            "fewer than {MIN_LINES_PER_MODE} lines lie within the half-power width at {}: the fit tells what stands between them, and a second mode there, leakage or a line that is off would not be seen",
+            "fewer than {MIN_LINES_PER_MODE} lines lie within the half-power width at {}: the fit interpolates between them, and a second mode there, leakage or a wrong line would not be detected",
             few.join(", ")
         );
         warning(
@@ -339,7 +339,7 @@ fn check_spectra(
         const ALIASING_RATIO: f64 = 1.0;
         if top > ALIASING_RATIO * all_lines && n > 40 {
             let message = format!(
-                "{} has as much power near half the sample rate as elsewhere: aliasing cannot be told from signal",
+                "{} has as much power near half the sample rate as elsewhere: aliasing cannot be distinguished from signal",
                 names.get(channel).unwrap_or(&"a channel")
             );
             all.push(warning(

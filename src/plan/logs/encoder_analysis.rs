@@ -179,7 +179,7 @@ fn speed_ripple_warning(found: &Attribution) -> Option<Diagnostic> {
             worst.order,
             -100.0 * far
         ),
-        hint: Some("the free driver answers the meshes; what it does is in the record, and how it passes on is the model's".into()),
+        hint: Some("the free driver responds to the meshes; its motion is in the record, its transmission is the model's".into()),
     })
 }
 
@@ -196,11 +196,11 @@ fn ambiguities(measured: &TeEvaluation, study: &EncoderStudy, is_parted: bool) -
             _ => "a record of both directions would, with --pressure-angle",
         };
         all.push(format!(
-            "the eccentricity of an encoder and that of the gear on its shaft have one order and are not told apart; {missing}"
+            "the eccentricity of an encoder and that of the gear on its shaft have one order and are not separated; {missing}"
         ));
     }
     all.push(
-        "errors of single encoder lines repeat with their shaft and are part of its orders; another seat of the encoder would tell them"
+        "errors of single encoder lines repeat with their shaft and are part of its orders; another mounting position of the encoder would separate them"
             .into(),
     );
     all

@@ -48,12 +48,12 @@ pub fn check_no_gaps(recording: &Recording) -> Result<(), Error> {
     }
     let end = recording.segments.first().map_or(0, |s| s.end);
     let message = format!(
-        "readings are missing after row {end} ({:.6} s): what holds numbers of all channels is {found} rows in {} stretches",
+        "readings are missing after row {end} ({:.6} s): {found} rows in {} segments have numbers of all channels",
         end as f64 / recording.rate_hz,
         recording.segments.len()
     );
     Err(Error::new(Code::NotANumber, message).with_hint(
-        "bridge them by straight lines with --fill-gaps, or take a stretch without: --after, --before",
+        "bridge them by straight lines with --fill-gaps, or take a segment without: --after, --before",
     ))
 }
 
@@ -63,7 +63,7 @@ pub fn check_no_gaps(recording: &Recording) -> Result<(), Error> {
 /// `Usage`: they were not stated.
 pub fn lines_per_rev(study: &EncoderStudy) -> Result<(usize, usize), Error> {
     study.lines.ok_or_else(|| {
-        Error::new(Code::Usage, "nothing says how many lines the encoders have")
+        Error::new(Code::Usage, "the number of encoder lines is not stated")
             .with_hint("state the lines a turn of both: --lines 5000,5000")
     })
 }
@@ -285,7 +285,7 @@ pub fn resample_uniform(a: &AngleCurve, b: &AngleCurve) -> Result<UniformAngles,
     if count < 2 {
         return Err(
             Error::new(Code::TooShort, "an encoder has fewer than two pulses")
-                .with_hint("look at the columns named"),
+                .with_hint("check the columns named"),
         );
     }
     let rate = (count - 1) as f64 / (to - from);
@@ -374,7 +374,7 @@ fn index_edges(
     let levels = StateLevels::from_samples(samples).map_err(|e| {
         let message = format!("{} holds no index pulses: {}", channel.name, e.message);
         Error::new(e.code, message)
-            .with_hint("look whether this is its channel: `geardyn check LOG`")
+            .with_hint("check whether this is its channel: `geardyn check LOG`")
     })?;
     let middle = 0.5 * (levels.low + levels.high);
     let above = samples.iter().filter(|x| **x > middle).count();

@@ -59,7 +59,7 @@ impl EncoderStudy {
             let columns = listed.iter().flat_map(|text| text.split(','));
             let columns: Vec<String> = columns.map(|column| column.trim().to_string()).collect();
             match columns.len() {
-                0 => report_unstated(f, &format!("column is the encoder of the {shaft}"), key),
+                0 => report_unstated(f, &format!("the encoder column of the {shaft} is"), key),
                 1 | 2 => {}
                 _ => f.report_key(
                     Code::Usage,
@@ -95,7 +95,7 @@ impl EncoderStudy {
         }
         let teeth = f.parsed("teeth", |text, _| GearTrain::parse(text));
         if !f.has("teeth") {
-            report_unstated(f, "teeth lie between the encoders", "teeth");
+            report_unstated(f, "the teeth between the encoders are", "teeth");
         }
         let at = f.parsed("at", parse_two_nodes);
         let model = f.optional_text("model").map(PathBuf::from);
@@ -125,10 +125,7 @@ impl EncoderStudy {
 fn report_unstated(f: &mut TableReader, what: &str, key: &str) {
     const EXAMPLE: &str =
         "input = \"motor\", output = \"spindle\", teeth = \"21:63\", lines = \"5000,5000\"";
-    let (message, span) = (
-        format!("nothing says which {what}: `{key}`"),
-        f.span.clone(),
-    );
+    let (message, span) = (format!("{what} not stated: `{key}`"), f.span.clone());
     f.report(Code::Usage, message, &span, EXAMPLE);
 }
 

@@ -57,14 +57,14 @@ pub fn machine_lines(
     };
     let held = |e: Error| {
         match e.code {
-        Code::UndeterminedSpeed => e.with_hint("a support with k_theta, or a shaft to ground, holds it: name a model of the drive, such as models/spindle_drive.toml, or leave --model out: --speed or --tacho alone name the rotation"),
+        Code::UndeterminedSpeed => e.with_hint("a support with k_theta, or a shaft to ground, holds it: name a model of the drive, such as models/spindle_drive.toml, or omit --model: --speed or --tacho alone define the rotation"),
         _ => e,
     }
     };
     let unit = mean_speeds(machine, kinematics, Some(1.0)).map_err(held)?;
     let ratio = (unit[dof] / unit[reference_dof(machine).map_err(held)?]).abs();
     if !(ratio > 0.0 && ratio.is_finite()) {
-        let message = format!("{at} stands still while the machine turns");
+        let message = format!("{at} does not turn while the machine runs");
         return Err(
             Error::new(Code::UndeterminedSpeed, message).with_hint("name a node that turns")
         );

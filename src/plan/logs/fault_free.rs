@@ -101,13 +101,13 @@ impl CheckedRecording {
         }
         let samples = |r: &[Range<usize>]| r.iter().map(Range::len).sum::<usize>();
         let message = format!(
-            "{clipped}: {:.4} s left out, the rest lies in {} stretches",
+            "{clipped}: {:.4} s removed, the rest has {} segments",
             (samples(before) - samples(after)) as f64 / self.recording.rate_hz,
             after.len()
         );
         diagnostics.push(warning(
             message,
-            "measure with a larger range; a longer record gives longer stretches",
+            "measure with a larger range; a longer record gives longer segments",
         ));
         (kept, diagnostics)
     }

@@ -200,7 +200,7 @@ fn poor_fit(
             "the fit misses {} of its size: modes and intervals rest on what it does not describe",
             missed.join(", ")
         ),
-        hint: Some("leave out what does not ring down, or narrow the band: --band".to_string()),
+        hint: Some("omit records that do not ring down, or narrow the band: --band".to_string()),
     })
 }
 

@@ -140,10 +140,10 @@ fn block_for_resolution(recording: &Recording, resolution_hz: f64) -> Result<usi
         return Ok(block as usize);
     }
     let message = format!(
-        "lines of {resolution_hz:e} Hz need blocks of {block:e} samples; the longest stretch has {longest}, and a block at least {MIN_BLOCK}"
+        "lines of {resolution_hz:e} Hz need blocks of {block:e} samples; the longest segment has {longest}, and a block at least {MIN_BLOCK}"
     );
     let hint = format!(
-        "ask for {:.6} to {:.6} Hz",
+        "request {:.6} to {:.6} Hz",
         recording.rate_hz / longest.max(1) as f64,
         recording.rate_hz / MIN_BLOCK as f64
     );
@@ -171,14 +171,14 @@ pub fn longest_segment_signals(
     let range = longest_segment(recording);
     if recording.segments.len() > 1 {
         diagnostics.push(Diagnostic {
-            code: "longest-stretch",
+            code: "longest-segment",
             message: format!(
-                "gaps split the record into {} stretches; only the longest is analysed, {:.4} s from {:.4} s on",
+                "gaps split the record into {} segments; only the longest is analysed, {:.4} s from {:.4} s on",
                 recording.segments.len(),
                 range.len() as f64 / recording.rate_hz,
                 range.start as f64 / recording.rate_hz
             ),
-            hint: Some("bridge the gaps with --fill-gaps, or choose a stretch with --after and --before".into()),
+            hint: Some("bridge the gaps with --fill-gaps, or choose a segment with --after and --before".into()),
         });
     }
     let all = sample_blocks::load_channels(recording, channels, "this analysis")?;
@@ -320,7 +320,7 @@ pub fn spectrograms(
             .min(longest),
     };
     if block < MIN_BLOCK {
-        let message = format!("the longest stretch holds {}", pluralise(longest, "sample"));
+        let message = format!("the longest segment holds {}", pluralise(longest, "sample"));
         return Err(Error::new(Code::TooShort, message)
             .with_hint(format!("a spectrogram needs rows of {MIN_BLOCK} at least")));
     }
@@ -365,10 +365,10 @@ pub fn spectrograms(
     let count = rows.first().map_or(0, Vec::len);
     if count == 0 {
         let message = format!(
-            "no stretch holds one row of {averages} blocks of {block} samples; the longest has {longest}"
+            "no segment holds one row of {averages} blocks of {block} samples; the longest has {longest}"
         );
         return Err(Error::new(Code::TooShort, message)
-            .with_hint("ask for a coarser --resolution, or bridge gaps with --fill-gaps"));
+            .with_hint("request a coarser --resolution, or bridge gaps with --fill-gaps"));
     }
     let mean = |rows: &Vec<SpectrogramRow>| -> Vec<f64> {
         let mut sum = vec![0.0; frequency_hz.len()];

@@ -120,7 +120,8 @@ pub fn estimate_responses(
         .stepped
         .or((!study.dwells_s.is_empty()).then_some(true));
     if is_stepped == Some(true) && inputs.len() > 1 {
-        let message = "a stepped sine has one input: sines of several at once are not told apart";
+        let message =
+            "a stepped sine has one input: simultaneous sines of several inputs are not separated";
         return Err(Error::new(Code::Usage, message));
     }
     let beginning = match (study.impact, is_stepped, inputs.len()) {
@@ -213,14 +214,14 @@ fn estimate_from_hits(
                 window.name()
             );
             return Err(Error::new(Code::Usage, message).with_hint(
-                "leave --window out: force and exponential windows are chosen from the data; or say force:SHARE, exponential:END, rectangular, or --no-impact",
+                "omit --window: force and exponential windows are chosen from the data; or give force:SHARE, exponential:END, rectangular, or --no-impact",
             ));
         }
     };
     if study.estimator != Estimator::H1 {
         let message = "an impact test is estimated by H1: its few hits are windowed until noise on the hammer is small";
         return Err(Error::new(Code::Usage, message)
-            .with_hint("leave --estimator out, or say --no-impact to average blocks"));
+            .with_hint("omit --estimator, or give --no-impact to average blocks"));
     }
     let mut all = sample_blocks::load_channels(recording, channels, "an impact test")?;
     if steps {
@@ -284,7 +285,7 @@ fn estimate_from_hits(
         recording.rate_hz / found.block as f64
     );
     if let Some(window) = study.window {
-        how += &format!(", {} window as asked", window.name());
+        how += &format!(", {} window as requested", window.name());
     }
     let hit = |hit: &Hit| HitSummary {
         moment: recording.moment(hit.sample),
@@ -322,7 +323,7 @@ fn estimate_from_dwells(
         let message =
             "a stepped sine is fitted dwell by dwell: there are no blocks, windows or averages";
         return Err(Error::new(Code::Usage, message).with_hint(
-            "leave --window, --resolution, --overlap and --estimator out, or say --no-stepped",
+            "omit --window, --resolution, --overlap and --estimator, or give --no-stepped",
         ));
     }
     let (responses, how, diagnostics) =
@@ -601,7 +602,7 @@ fn estimate_local(
         match segments.len() {
             0 | 1 => String::new(),
             n => format!(
-                "; {:.4} s of {:.4} s left out, at the ends of the {n} stretches between gaps",
+                "; {:.4} s of {:.4} s not used, at the ends of the {n} segments between gaps",
                 left_out as f64 / recording.rate_hz,
                 recording.samples as f64 / recording.rate_hz
             ),
@@ -683,10 +684,10 @@ pub fn welch_options(recording: &Recording, study: &FrfStudy) -> Result<WelchOpt
             let block = (recording.rate_hz / df).round();
             if !(block >= 8.0 && block <= longest as f64) {
                 let message = format!(
-                    "lines of {df} Hz need blocks of {block:.0} samples; the longest stretch has {longest}"
+                    "lines of {df} Hz need blocks of {block:.0} samples; the longest segment has {longest}"
                 );
                 let hint = format!(
-                    "ask for at least {:.6} Hz",
+                    "request at least {:.6} Hz",
                     recording.rate_hz / longest.max(1) as f64
                 );
                 return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
@@ -703,7 +704,7 @@ pub fn welch_options(recording: &Recording, study: &FrfStudy) -> Result<WelchOpt
             }
             if longest < MIN_SAMPLES {
                 let message = format!(
-                    "the longest stretch of {} has {}: no block of them has a spectrum",
+                    "the longest segment of {} has {}: no block of them has a spectrum",
                     recording.path,
                     pluralise(longest, "sample")
                 );

@@ -239,7 +239,7 @@ fn circle_fits(
     }
     let rule = format!(
         "peaks of the sum of all responses above {} % of its largest value, none inside the half-power band of a higher one; a circle \
-         through the lines within half power of each, and half power itself beside it",
+         through the lines within half power of each, and the half-power width for comparison",
         100.0 * MIN_PEAK_SHARE
     );
     let peaks = PeakPicking {
@@ -267,7 +267,7 @@ fn method_disagreement(circle: &ModalParameters, half_power: &ModalParameters) -
             format!("{f:.4} Hz and {d:.2} %")
         };
         format!(
-            "its circle tells {}, half power {}: no single resonance",
+            "its circle gives {}, its half-power width {}: no single resonance",
             words(circle),
             words(half_power)
         )

@@ -148,7 +148,7 @@ fn of_recording(
                 method.name()
             );
             return Err(Error::new(Code::Usage, message)
-                .with_hint("leave them out, or name what drives: --input"));
+                .with_hint("leave them out, or name the excitation channel: --input"));
         }
         if method == IdentificationMethod::FreeDecay {
             let mut found = of_decays(&sound, &outputs, study)?;
@@ -179,7 +179,7 @@ fn of_recording(
             .iter_mut()
             .filter(|w| w.code == "low-coherence")
         {
-            low.hint = Some("files of several points are joined by --roving; else drive harder there, take more averages, or look for a second source".to_string());
+            low.hint = Some("files of several points are joined by --roving; else excite more strongly there, take more averages, or check for a second source".to_string());
         }
     }
     if let ([input], true) = (&inputs[..], found.hits.is_empty()) {
@@ -231,7 +231,7 @@ fn estimate_and_fit(
         )?;
         if has_gaps {
             for no_mode in found.diagnostics.iter_mut().filter(|w| w.code == "no-mode") {
-                let hint = "gaps cut the record into stretches: bridge short ones, --fill-gaps";
+                let hint = "gaps cut the record into segments: bridge short ones, --fill-gaps";
                 no_mode.hint = Some(match no_mode.hint.take() {
                     Some(other) => format!("{hint}; or {other}"),
                     None => hint.to_string(),
@@ -272,7 +272,7 @@ fn check_flags(method: IdentificationMethod, study: &IdentifyStudy) -> Result<()
         (
             study.derivative.is_some() && method.required_data() != RequiredData::Responses,
             "--kind",
-            "it says what responses to an input are: name what drives, --input",
+            "it states the kind of responses to an input: name the excitation channel, --input",
         ),
         (
             !study.driving_points.is_empty() && method.required_data() != RequiredData::Responses,
@@ -309,12 +309,12 @@ fn check_roles(
             names.join(", ")
         );
         return Err(Error::new(Code::Usage, message).with_hint(
-            "name what answers: --output, and what drives, if it was measured: --input",
+            "name the response channels, --output, and the excitation channel if it was measured, --input",
         ));
     }
     let (message, hint) = match (method.required_data(), inputs.len(), outputs.len()) {
         (RequiredData::Responses, 0, _) => (
-            format!("{word} needs the channel that drives"),
+            format!("{word} needs the excitation channel"),
             "name it: --input; or take a method from responses alone, such as --method ssi-cov",
         ),
         (RequiredData::Outputs | RequiredData::OneOutput, 1.., _) => (
@@ -477,10 +477,10 @@ fn identify_responses(
         diagnostics.push(Diagnostic {
             code: "no-mode",
             message:
-                "the outputs do not answer the input: no response stands out of its own variance"
+                "the outputs do not respond to the input: no response rises above its own variance"
                     .into(),
             hint: Some(
-                "look whether input and output are the right channels, of one time base".into(),
+                "check whether input and output are the right channels, of one time base".into(),
             ),
         });
     }
@@ -591,9 +591,9 @@ fn select_responses(
         .responses
         .retain(|f| drives(f) && (outputs.is_empty() || outputs.contains(&f.output.name)));
     if responses.responses.is_empty() {
-        let message = "no response of the file is driven by the inputs asked for";
+        let message = "no response of the file belongs to the requested inputs";
         return Err(Error::new(Code::NoChannel, message)
-            .with_hint("leave --input out: the file says what drives"));
+            .with_hint("omit --input: the file names the excitation"));
     }
     Ok(responses)
 }

@@ -264,7 +264,7 @@ pub struct SignalIdentification {
 
 /// Evidence for the modes.
 #[derive(Debug)]
-#[allow(clippy::large_enum_variant, reason = "one of them per answer")]
+#[allow(clippy::large_enum_variant, reason = "one of them per response")]
 pub enum Evidence {
     /// The fit, with every number of poles that was tried.
     Rational(RationalFit),

@@ -101,7 +101,7 @@ pub fn check_record(
 /// `1/(jω − p)` and `1/(jω − p)²` as averaged blocks under a Hann window show them for white noise: transforms of `e^{pt}` and `t e^{pt}`
 /// times the autocorrelation of the window, `(1 − x)(2 + cos 2πx)/3 + sin(2πx)/2π` with x = t over the length of a block.
 fn averaged_terms(omega: f64, pole: Complex, block_s: f64) -> (Complex, Complex) {
-    /// Of the trapezoidal rule; the integrand turns by less than a fiftieth of a radian between two.
+    /// Nodes of the trapezoidal rule; the integrand turns by less than a fiftieth of a radian between two.
     const POINTS: usize = 4096;
     /// `e^{−20}` is 2e-9.
     const DECAYS: f64 = 20.0;

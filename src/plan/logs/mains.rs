@@ -13,8 +13,8 @@ const LINES: f64 = 1.5;
 /// And at most so wide, Hz, whatever the lines: a grid wanders less.
 pub const WIDEST: f64 = 1.0;
 
-/// What to do about pick-up of the mains.
-pub const HINT: &str = "look for electric pick-up: measure once without excitation, ground the sensors; a mode stays there";
+/// Remedy for pick-up of the mains.
+pub const HINT: &str = "check for electric pick-up: measure once without excitation, ground the sensors; a mode stays there";
 
 /// The mains frequency and the multiple of a pole no wider than a line.
 pub fn as_line(mode: &ModalParameters, line_hz: f64) -> Option<(f64, usize)> {

@@ -37,7 +37,7 @@ pub fn add_modal_masses(found: &mut IdentificationResult, word: Option<&str>) ->
             found.diagnostics.push(Diagnostic {
                 code: "uncalibrated",
                 message: format!(
-                    "the units of {} and {} do not tell force and motion: no modal mass",
+                    "the units of {} and {} are not those of force and motion: no modal mass",
                     input.name, output.name
                 ),
                 hint: Some("state them: --unit, or in the sidecar".into()),
@@ -74,7 +74,7 @@ pub fn add_modal_masses(found: &mut IdentificationResult, word: Option<&str>) ->
                 point.output,
                 point.input
             ),
-            hint: Some("look at the directions of force and sensor; a sensor turned round gives negative masses".into()),
+            hint: Some("check the directions of force and sensor; a sensor turned round gives negative masses".into()),
         });
     }
     found.driving_point = Some(point);
@@ -183,10 +183,10 @@ fn driving_function(
         (Some(_), Some(_)) => Err(Error::new(
             Code::Usage,
             format!(
-                "several inputs drive: --driving-point {word} leaves open which one acts there"
+                "there are several inputs: --driving-point {word} does not name the one that acts there"
             ),
         )
-        .with_hint(format!("say --driving-point INPUT={word}"))),
+        .with_hint(format!("give --driving-point INPUT={word}"))),
         // Modes without transfer functions have no residues to scale by.
         (None, _) if functions.is_empty() => Ok(None),
         (None, _) => {

@@ -42,7 +42,7 @@ pub fn identify_tracking(
         diagnostics.push(Diagnostic {
             code: "no-mode",
             message: "no model predicts the output better than its mean: it is noise, as far as this method sees".into(),
-            hint: Some("look whether the channel is the right one; take a longer record".into()),
+            hint: Some("check whether the channel is the right one; take a longer record".into()),
         });
     }
     if !is_noise {
@@ -103,7 +103,7 @@ pub fn identify_tracking(
             false => "the whole record".to_string(),
         },
         match (study.order, study.memory_s) {
-            (Some(_), Some(_)) => "as asked",
+            (Some(_), Some(_)) => "as requested",
             (Some(_), None) => "the memory by the smallest error of prediction",
             (None, Some(_)) => "the order by the smallest error of prediction",
             (None, None) => "both by the smallest error of prediction",

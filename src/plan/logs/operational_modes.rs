@@ -83,7 +83,7 @@ pub fn identify_operational(
     found.diagnostics.extend(record.diagnostics.iter().cloned());
     found.selection_rule += &match study.speed_hz {
         Some(speed) => format!(
-            "; sines are taken out before; what is within {} % of an order 1 to {MAX_SPEED_ORDER} of {speed:.4} Hz and not damped beside a sine taken out there, or distributed like a sine, is no mode",
+            "; sines are taken out before; what is within {} % of an order 1 to {MAX_SPEED_ORDER} of {speed:.4} Hz and not damped next to a removed sine, or distributed like a sine, is rejected as a harmonic",
             100.0 * SPEED_TOLERANCE
         ),
         None => {
@@ -107,6 +107,11 @@ pub fn identify_operational(
             .iter()
             .map(|m| m.listed_as_harmonic(IdentifiedHarmonic::MAINS)),
     );
+    let of_sine = "next to a sine that was taken out, and too narrow for a structure";
+    let remnants: Vec<IdentifiedMode>;
+    (remnants, found.modes) =
+        (found.modes.into_iter()).partition(|m| orders.is_remnant_of_sine(&m.mode));
+    poles.extend(remnants.iter().map(|m| m.listed_as_harmonic(of_sine)));
     let inside = |t: &&Tone| (band_hz.0..=band_hz.1).contains(&t.frequency_hz);
     let of_tone = |t: &Tone| IdentifiedHarmonic {
         frequency_hz: t.frequency_hz,
@@ -139,7 +144,7 @@ pub fn identify_operational(
     if found.modes.is_empty() {
         found.diagnostics.push(Diagnostic {
             code: "no-mode",
-            message: "no mode stands out of the noise".to_string(),
+            message: "no mode rises above the noise".to_string(),
             hint: Some(
                 "take a longer record, another --band, or --method fdd, which shows the peaks"
                     .to_string(),
@@ -199,11 +204,11 @@ fn from_fdd(
     for peak in &found.peaks {
         let half_width_hz = peak.mode.as_ref().map_or(0.0, |m| m.pole.re.abs() / TAU);
         let reason = match () {
-            () if peak.bell.is_none() => "fewer than four lines beside it share its shape",
+            () if peak.bell.is_none() => "fewer than four neighbouring lines share its shape",
             () if half_width_hz < line_hz
                 && orders.is_near_removed_sine(peak.frequency_hz, line_hz) =>
             {
-                "beside a sine that was taken out, and no wider than a line"
+                "next to a removed sine, and no wider than a line"
             }
             () => "",
         };
@@ -240,10 +245,10 @@ fn from_fdd(
     }
     let rule = match method {
         IdentificationMethod::Efdd => {
-            "peaks of the largest singular value that stand out of their valleys, over a width of their own, beyond chance, with lines of one shape about them; damping from the decay of each peak's bell"
+            "significant peaks of the largest singular value with neighbouring lines of one shape; damping from the decay of each peak's bell"
         }
         _ => {
-            "peaks of the largest singular value that stand out of their valleys, over a width of their own, beyond chance, with lines of one shape about them; it tells no damping"
+            "significant peaks of the largest singular value with neighbouring lines of one shape; it gives no damping"
         }
     };
     SignalIdentification {

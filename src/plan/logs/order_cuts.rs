@@ -152,7 +152,7 @@ fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
         true => Ok(()),
         false => Err(
             Error::new(Code::Usage, "order cuts take no other flags of spectra").with_hint(
-                "leave out all but --channel, --orders, --tacho, --pulses, --speed and --turns",
+                "omit all but --channel, --orders, --tacho, --pulses, --speed and --turns",
             ),
         ),
     }

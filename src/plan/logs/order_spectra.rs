@@ -76,7 +76,7 @@ pub(super) fn resample_to_angle(
             recording.rate_hz
         );
         return Err(
-            Error::new(Code::OutOfRange, message).with_hint("look at --speed, --pulses and --rate")
+            Error::new(Code::OutOfRange, message).with_hint("check --speed, --pulses and --rate")
         );
     }
     let per_turn = ((recording.rate_hz / turns_per_s).ceil() as usize)
@@ -144,7 +144,7 @@ pub(super) fn shaft_angle(
                     "the tacho {name} misses {missing} pulses and has {} too many; its angle was put together without them",
                     found.extra_s.len()
                 ),
-                hint: Some("look at the tacho's signal and at --pulses".into()),
+                hint: Some("check the tacho's signal and --pulses".into()),
             });
         }
         if found.pulses.len() <= study.pulses_per_rev {
@@ -259,7 +259,7 @@ pub fn over_speed(
     if times.is_empty() {
         let message = "no row of the spectrogram lies between the pulses of the tacho";
         return Err(Error::new(Code::TooShort, message)
-            .with_hint("ask for shorter blocks by a coarser --resolution"));
+            .with_hint("request shorter blocks by a coarser --resolution"));
     }
     result.speed = (times.iter())
         .map(|row| curve.speed(row.time_s - start_s))

@@ -104,7 +104,7 @@ impl<'a> Points<'a> {
                     return Err(Error::new(Code::Conflict, message).with_hint(
                         match other.2 == path {
                             true => "name every file once",
-                            false => "files of one point hold equal channels, files of several points no response twice: name fewer channels, or say --roving",
+                            false => "files of one point have equal channels, files of several points no response twice: name fewer channels, or give --roving",
                         },
                     ));
                 }

@@ -73,7 +73,7 @@ pub fn check_files(
         code: "poles-differ",
         message: format!("the files do not share their poles: {}", messages.join("; ")),
         hint: Some(format!(
-            "look at the mass of the sensor, the mounting and the temperature of {}; repeat it, or leave it out",
+            "check the mass of the sensor, the mounting and the temperature of {}; repeat it, or omit it",
             quoted_list(names.into_iter())
         )),
     })

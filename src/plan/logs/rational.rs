@@ -6,7 +6,6 @@ use super::identify_study::IdentifyStudy;
 use super::method::IdentificationMethod;
 use super::transfer_functions::{PartialFractions, without_window};
 use crate::base::error::{Diagnostic, Error};
-use crate::base::text::pluralise;
 use crate::identify::initial_estimates::aaa::aaa;
 use crate::identify::initial_estimates::problem::CommonPoleOptions;
 use crate::identify::initial_estimates::vector_fitting::{InitialPoles, vector_fit};
@@ -81,17 +80,23 @@ fn fourth(responses: &FrequencyResponses) -> f64 {
     sum / total
 }
 
-/// Fewer hits have no scatter.
+/// Fewer hits do not say well how far they place a mode apart.
 const MIN_HITS: usize = 3;
 
-/// Intervals of one or two hits lack what hits differ by.
+/// The interval of one hit lacks what hits differ by; that of two knows it by a single difference.
 fn few_hits(hits: usize) -> Option<Diagnostic> {
-    (1..MIN_HITS).contains(&hits).then(|| Diagnostic {
+    let message = match hits {
+        1 => {
+            "1 hit used: how far hits place a mode apart is not known, and no interval includes it"
+        }
+        2 => {
+            "2 hits used: their scatter rests on one difference, and where they differ intervals are 12.7 standard errors (Student's t with one degree of freedom)"
+        }
+        _ => return None,
+    };
+    Some(Diagnostic {
         code: "few-hits",
-        message: format!(
-            "{} used: how far hits place a mode apart is not known, and no interval includes it",
-            pluralise(hits, "hit")
-        ),
+        message: message.to_string(),
         hint: Some(format!("use {MIN_HITS} hits or more")),
     })
 }
@@ -203,12 +208,16 @@ pub fn fit_rational(
             fit(*times)
         }
         (None, Some(ResponseKind::Unknown)) => {
-            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two.
+            // Receptance and accelerance differ in what modes outside the band leave in it: the better of the two. Where responses depart
+            // from the model by more than their noise, that decides nothing.
             let plain = fit(0)?;
-            match fit(2) {
-                Ok(twice) if cost(&twice) < cost(&plain) => Ok(twice),
-                _ => Ok(plain),
-            }
+            let twice = match plain.departs {
+                true => None,
+                false => fit(2).ok(),
+            };
+            Ok(twice
+                .filter(|twice| cost(twice) < cost(&plain))
+                .unwrap_or(plain))
         }
         _ => fit(0),
     };

@@ -112,6 +112,6 @@ pub fn warning(all: &[Reciprocity]) -> Option<Diagnostic> {
     (!broken.is_empty()).then(|| Diagnostic {
         code: "not-reciprocal",
         message: format!("responses that reciprocity makes equal differ: {}", broken.join("; ")),
-        hint: Some("look whether force and sensor at each of the two points act along one direction, and drive both at one level: a structure that is not linear is not reciprocal".into()),
+        hint: Some("check whether force and sensor at each of the two points act along one direction, and drive both at one level: a structure that is not linear is not reciprocal".into()),
     })
 }

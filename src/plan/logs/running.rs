@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::identification_result::{IdentifiedHarmonic, IdentifiedMode};
 use crate::base::error::Diagnostic;
+use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::operational::harmonics::{HarmonicIndicator, RunningSpeed};
 use crate::identify::operational::spacing::{HarmonicSeries, series};
 use crate::spectrum::tones::Tone;
@@ -100,6 +101,13 @@ impl SpeedOrders<'_> {
     fn contains_removed_sine(&self, frequency_hz: f64, half_width_hz: f64) -> bool {
         let is_within = |t: &Tone| (t.frequency_hz - frequency_hz).abs() < half_width_hz;
         half_width_hz > STRUCTURE_LINES * self.line_hz && self.tones.iter().any(is_within)
+    }
+
+    /// Whether a pole is what a sine that wanders left when it was taken out: within two lines of it, and not damped as a structure is.
+    pub fn is_remnant_of_sine(&self, mode: &ModalParameters) -> bool {
+        let half_width_hz = mode.pole.re.abs() / TAU;
+        half_width_hz <= STRUCTURE_LINES * self.line_hz
+            && self.is_near_removed_sine(mode.frequency_hz(), self.line_hz)
     }
 
     /// Whether a sine within two lines was taken out.

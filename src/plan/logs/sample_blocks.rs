@@ -47,7 +47,7 @@ pub fn load_channels(
     let samples = recording.samples.saturating_mul(channels.len());
     if samples > MAX_SAMPLES_IN_MEMORY {
         let message = format!(
-            "{what} needs all {samples} samples at once, {} MB",
+            "{what} needs all {samples} samples in memory, {} MB",
             samples >> 17
         );
         let hint = format!(

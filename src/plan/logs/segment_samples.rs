@@ -95,20 +95,21 @@ pub fn check_channels(
                 name(at)
             );
             return Err(Error::new(Code::OutOfRange, message).with_hint(
-                "look at the unit of the channel, or give it a sensible one in the sidecar",
+                "check the unit of the channel, or give it a sensible one in the sidecar",
             ));
         }
         if low >= high {
             let message = format!("{} is {low} in every sample", name(at));
-            return Err(Error::new(Code::NoSignal, message)
-                .with_hint("a constant holds no dynamics: look whether the sensor was connected"));
+            return Err(Error::new(Code::NoSignal, message).with_hint(
+                "a constant holds no dynamics: check whether the sensor was connected",
+            ));
         }
     }
     if let Some(at) = is_same.iter().position(|same| *same) {
         let (i, o) = (name(chosen[pairs[at].0]), name(chosen[pairs[at].1]));
         let message = format!("{i} and {o} are equal sample by sample");
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("look whether one signal was recorded under two names"));
+            .with_hint("check whether one signal was recorded under two names"));
     }
     for (sums, &(i, o)) in related.iter().zip(&pairs) {
         if let Some((factor, offset)) = sums.regression_line() {
@@ -117,7 +118,7 @@ pub fn check_channels(
                 "{o} is {factor:.6} times {i} plus {offset:.6} sample by sample: there is no dynamics between them"
             );
             return Err(Error::new(Code::Conflict, message)
-                .with_hint("look whether one signal was recorded under two names, or one computed from the other"));
+                .with_hint("check whether one signal was recorded under two names, or one computed from the other"));
         }
     }
     Ok(())
@@ -175,14 +176,14 @@ pub fn load_segment(
     if let Some(segment) = longest.filter(|s| s.len() < recording.samples) {
         let file = recording.moment(segment.start).file;
         let message = format!(
-            "{what} takes the longest stretch without a gap: {:.4} s{} of {:.4} s",
+            "{what} uses the longest segment without a gap: {:.4} s{} of {:.4} s",
             segment.len() as f64 / rate,
             file.as_ref()
                 .map_or(String::new(), |f| format!(", of {f},")),
             recording.duration_s()
         );
         diagnostics.push(Diagnostic {
-            code: "one-stretch",
+            code: "one-segment",
             message,
             hint: Some(
                 match file {
@@ -199,7 +200,7 @@ pub fn load_segment(
     let factor = match band_hz {
         Some((_, top)) if top > rate / 2.0 => {
             let message = format!(
-                "the band reaches up to {top} Hz; samples at {rate} Hz tell nothing above {} Hz",
+                "the band reaches up to {top} Hz; samples at {rate} Hz hold nothing above {} Hz",
                 rate / 2.0
             );
             return Err(Error::new(Code::OutOfRange, message)

@@ -122,7 +122,7 @@ fn check_signal(
         Some(((low, _), channel)) => {
             let message = format!("the channel {} is {low} throughout", channel.name);
             Err(Error::new(Code::NoSignal, message).with_hint(
-                "look whether the sensor was connected, and whether this is its channel",
+                "check whether the sensor was connected, and whether this is its channel",
             ))
         }
         None => {
@@ -146,7 +146,7 @@ fn out_of_range(channel: &Channel, size: f64) -> Error {
         channel.name
     );
     Error::new(Code::OutOfRange, message)
-        .with_hint("look at its unit and sensitivity, and at its range: geardyn check")
+        .with_hint("check its unit, sensitivity and range: geardyn check")
 }
 
 /// Conversion of a measured density to the requested one: `scale² ω^(2 power)`.
@@ -187,10 +187,8 @@ fn conversion(
             "the unit \"{}\" of {} is not that of a motion",
             channel.unit, channel.name
         );
-        Error::new(Code::WrongUnit, message).with_hint(format!(
-            "say what it is in: --unit \"{}=m/s²\"",
-            channel.name
-        ))
+        Error::new(Code::WrongUnit, message)
+            .with_hint(format!("state its unit: --unit \"{}=m/s²\"", channel.name))
     };
     let quantity = channel_unit::parse(&channel.unit).ok_or_else(unknown)?;
     let times = quantity
@@ -326,9 +324,8 @@ fn build_result(
     {
         diagnostics.push(Diagnostic {
             code: "no-line",
-            message:
-                "no line stands clear of the floor and of what is beside it: the strongest is shown"
-                    .into(),
+            message: "no line rises above the floor and its neighbours: the strongest is shown"
+                .into(),
             hint: Some("average more blocks by a coarser --resolution, or choose a --band".into()),
         });
     }
@@ -354,11 +351,11 @@ fn check_range(channel: &Channel, density: &[f64]) -> Result<(), Error> {
         return Ok(());
     }
     let message = format!(
-        "no line of {} is a number above zero: beside its largest value it hardly changes",
+        "no line of {} is above zero: it hardly changes relative to its largest value",
         channel.name
     );
     Err(Error::new(Code::OutOfRange, message)
-        .with_hint("look at its unit and sensitivity, and at its range: geardyn check"))
+        .with_hint("check its unit, sensitivity and range: geardyn check"))
 }
 
 /// A frequency in as many digits as a relative step of `step` leaves meaning.
@@ -565,7 +562,7 @@ fn cepstrum(
     {
         diagnostics.push(Diagnostic {
             code: "no-line",
-            message: "no family of lines stands clear of the noise: the strongest is shown".into(),
+            message: "no family of lines rises above the noise: the strongest is shown".into(),
             hint: Some("average more blocks by a coarser --resolution, or choose a --band".into()),
         });
     }

@@ -90,7 +90,7 @@ pub fn estimate_responses(
 fn settling_warning(places_hz: &[f64]) -> Option<Diagnostic> {
     let (low, high) = (places_hz.first()?, places_hz.last()?);
     let message = format!(
-        "on {} from {low:.4} to {high:.4} Hz the response still rings at the end: its value is told from how it rings out, and as uncertain",
+        "on {} from {low:.4} to {high:.4} Hz the response still rings at the end: its value is extrapolated from the decay, with that uncertainty",
         pluralise(places_hz.len(), "dwell"),
     );
     Some(Diagnostic {
@@ -135,7 +135,7 @@ fn dwells_at(
                 recording.duration_s(),
                 match recording.segments.len() {
                     1 => String::new(),
-                    n => format!(" in {n} stretches"),
+                    n => format!(" in {n} segments"),
                 }
             );
             return Err(Error::new(Code::OutOfRange, message)

@@ -89,9 +89,7 @@ fn check_flags(study: &SpectrumStudy) -> Result<(), Error> {
             Code::Usage,
             "the file holds spectra and no signal, so nothing else can be made of it",
         )
-        .with_hint(
-            "leave out all but --channel, --band and what names lines; or export the signal",
-        )),
+        .with_hint("omit all but --channel, --band and what names lines; or export the signal")),
     }
 }
 

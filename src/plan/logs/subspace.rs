@@ -167,7 +167,7 @@ fn unexplained_peak_warnings(
     let inside = warning(
         inside,
         "the spectra peak there, and no mode is certain enough",
-        "look at the stable poles listed with their reasons (--json), take a longer record, or --method efdd",
+        "check the stable poles listed with their reasons (--json), take a longer record, or --method efdd",
     );
     let outside = warning(
         outside,

@@ -98,7 +98,7 @@ pub fn identify_time_series(
             diagnostics.push(Diagnostic {
                 code: "no-mode",
                 message: "no model has a smaller BIC than none at all: the output is noise, as far as this method sees".to_string(),
-                hint: Some("look whether the channel is the right one; take a longer record".to_string()),
+                hint: Some("check whether the channel is the right one; take a longer record".to_string()),
             });
             (Vec::new(), Vec::new())
         }
@@ -116,7 +116,7 @@ pub fn identify_time_series(
         "{} {}; {}",
         method::structure_text(model.family),
         match study.order {
-            Some(_) => "as asked",
+            Some(_) => "as requested",
             None => "by the smallest BIC",
         },
         root_rule_text()
@@ -181,7 +181,7 @@ pub fn check_cost(method: IdentificationMethod, order: usize, samples: usize) ->
             method::structure_text(structure_of_order(method, order))
         );
         return Err(Error::new(Code::BudgetExceeded, message).with_hint(format!(
-            "ask for {} modes at most, take a part of the record (--before), or narrow the --band, which decimates",
+            "request {} modes at most, take a part of the record (--before), or narrow the --band, which decimates",
             (bearable / per_mode.max(1)).max(1)
         )));
     }

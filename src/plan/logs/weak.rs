@@ -23,7 +23,10 @@ pub const RULE: &str = "weak: a standard deviation of frequency above a tenth of
 /// Why a mode is weak; `None` where it is not, or its method gives no uncertainty. `line_hz` is the distance of the lines.
 pub fn reason(mode: &IdentifiedMode, line_hz: f64, coherence: Option<f64>) -> Option<&'static str> {
     let width = 2.0 * mode.mode.pole.re.abs() / TAU;
-    let (frequency, damping) = (mode.mode.frequency_std_hz()?, mode.mode.damping_std()?);
+    // What the difference of two hits adds to an interval says little of the mode.
+    let wider = mode.departure.map_or(1.0, |d| d.two_hit_factor);
+    let frequency = mode.mode.frequency_std_hz()? / wider;
+    let damping = mode.mode.damping_std()? / wider;
     let ratio = mode.mode.damping_ratio();
     if Z_95 * damping >= ratio {
         return Some("the interval of its damping includes zero");

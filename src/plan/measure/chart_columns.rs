@@ -115,7 +115,7 @@ impl ChartFiles {
             );
             return Err(Error::new(Code::OutOfRange, message)
                 .with_span(&chart.span)
-                .with_hint("no gear is that large: look at the column's unit, and whether it is the right one")
+                .with_hint("no gear is that large: check the column and its unit")
                 .into());
         }
         Ok(ChartColumn {

@@ -142,7 +142,7 @@ fn warnings(grader: &Grader, rows: &[GradedValue]) -> Vec<Diagnostic> {
                 row.side.name()
             );
             add(
-                "limit-in-doubt",
+                "limit-uncertain",
                 message.replace("  ", " "),
                 "measure again, more often or more exactly, before the gear is judged by it",
             );

@@ -21,7 +21,8 @@ pub fn predict_single_flank(evaluation: &mut ChartEvaluation) -> Result<(), Stri
     let gear = &evaluation.gear.gear;
     if gear.helix != 0.0 {
         return Err(
-            "a helical gear touches along slanting lines, which one profile does not tell".into(),
+            "a helical gear has inclined contact lines, which one profile does not determine"
+                .into(),
         );
     }
     let (base_pitch, cosine) = (gear.base_pitch(), gear.transverse_pressure_angle().cos());

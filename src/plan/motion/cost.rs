@@ -123,7 +123,7 @@ pub fn check_memory(scene: &SimulationSetup, histories: usize) -> Result<(), Err
         8e-9 * numbers,
         8e-9 * MAX_HISTORY_VALUES
     );
-    Err(Error::new(Code::BudgetExceeded, message).with_hint("ask for fewer --samples"))
+    Err(Error::new(Code::BudgetExceeded, message).with_hint("request fewer --samples"))
 }
 
 /// Refuses a motion that would take longer than is allowed, or whose history would take more room.
@@ -137,7 +137,7 @@ pub fn check_budget(
 ) -> Result<(), Error> {
     if study.running.history {
         check_memory(scene, 1)
-            .map_err(|e| e.with_hint("ask for fewer --samples, or keep none with --no-history"))?;
+            .map_err(|e| e.with_hint("request fewer --samples, or keep none with --no-history"))?;
     }
     let least = CostModel::new(scene).lower_bound(choice.method, choice.step_size);
     let Some(least) = least.filter(|least| least.is_beyond(scene.time_budget_s)) else {
@@ -148,7 +148,7 @@ pub fn check_budget(
         None => String::new(),
     };
     let message = format!(
-        "{} is hopeless here: {}, and {}{room} are allowed",
+        "{} would exceed the budget: {}, and {}{room} are allowed",
         choice.method.name,
         least.text(),
         format_duration(scene.time_budget_s)
@@ -174,7 +174,7 @@ pub fn check_budget(
         StepSize::Adaptive(_) => "",
     };
     Err(Error::new(Code::BudgetExceeded, message).with_hint(format!(
-        "ask for a shorter time ({} reach t = {} at most), allow more with --allow {}{step}{other}",
+        "request a shorter time ({} reach t = {} at most), allow more with --allow {}{step}{other}",
         format_duration(scene.time_budget_s),
         format_time(scene.end_time * scene.time_budget_s / least.seconds),
         suggested_time_limit(least.seconds)

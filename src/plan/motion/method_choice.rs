@@ -102,7 +102,7 @@ pub fn choose_method(model: &DynamicModel, study: &SimulateStudy) -> Result<Meth
     let (method, mut reason, usual) = match &study.method {
         Some(name) => (
             find_method(name)?,
-            "asked for".to_string(),
+            "requested".to_string(),
             DEFAULT_TOLERANCE,
         ),
         None => match explicit_alternative(model, study) {
@@ -158,7 +158,7 @@ pub fn choose_method(model: &DynamicModel, study: &SimulateStudy) -> Result<Meth
     };
     if let Some(exact) = passed_over {
         reason += &format!(
-            "; the method {exact} would have no error here, but takes no step, and one is asked for"
+            "; the method {exact} would have no error here, but takes no step, and one is requested"
         );
     }
     Ok(MethodChoice {
@@ -291,7 +291,10 @@ fn choose_automatically(
         ),
         (Some(explicit), None) => (
             method,
-            format!("no law tells how many steps `{}` would need", explicit.name),
+            format!(
+                "the number of steps of `{}` cannot be predicted",
+                explicit.name
+            ),
         ),
         (None, _) => (
             method,
@@ -340,9 +343,9 @@ fn explicit_alternative(
 /// Why a method that the structure asks for is right.
 fn structural_reason(method: &IntegrationMethod) -> String {
     match method.name {
-        "exact" => "linear and time-invariant, so exact at every instant whatever error is asked".to_string(),
-        "switched" => "linear between switches, so exact up to each, and each is located; whatever error is asked".to_string(),
-        "periodic" => "stiffness and loads repeat in time, so that one period is tabulated and combined; whatever error is asked".to_string(),
+        "exact" => "linear and time-invariant, so exact at every instant for any target error".to_string(),
+        "switched" => "linear between switches, so exact up to each, and each is located; exact for any target error".to_string(),
+        "periodic" => "stiffness and loads repeat in time, so that one period is tabulated and combined; exact for any target error".to_string(),
         _ => format!("a step is given, and {} goes by one", method.title),
     }
 }

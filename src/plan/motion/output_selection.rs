@@ -86,7 +86,7 @@ pub fn select_outputs(
                             model.model.coordinates[term.0]
                         );
                         return Err(
-                            Error::new(Code::Conflict, message).with_hint("ask for its speed")
+                            Error::new(Code::Conflict, message).with_hint("request its speed")
                         );
                     }
                     let row = push_row(place, &mut outputs);
@@ -116,6 +116,25 @@ pub fn select_outputs(
                             };
                             let sum = support.forces.iter().map(own);
                             outputs.sums.push(sum.collect::<Result<_, Error>>()?);
+                            OutputQuantity::Forces(outputs.sums.len() - 1)
+                        }
+                    }
+                }
+                // Tooth pairs together: of the gears' motion against each other, of all forces.
+                signals::OutputSignal::Force(branch) if model.branches[branch].len() > 2 => {
+                    match deflection {
+                        true => {
+                            let apart = LinearCombination {
+                                terms: machine.branches[branch].direction.entries().collect(),
+                                imposed: None,
+                            };
+                            let place = apart.substitute(&model.dofs);
+                            let place = place.ok_or_else(|| no_state_error(name))?;
+                            OutputQuantity::Position(push_row(&place, &mut outputs))
+                        }
+                        false => {
+                            let pairs = model.branches[branch].iter();
+                            outputs.sums.push(pairs.map(|&at| (at, 1.0)).collect());
                             OutputQuantity::Forces(outputs.sums.len() - 1)
                         }
                     }
@@ -255,11 +274,10 @@ fn push_row(place: &LinearCombination, outputs: &mut MotionOutputs) -> usize {
 
 /// Error of a name that is not among the unknowns.
 fn no_state_error(name: &str) -> Error {
-    let message = format!(
-        "`{name}` is not kept: a node without inertia beside dampers follows its neighbours late"
-    );
+    let message =
+        format!("`{name}` is not kept: a node without inertia next to dampers lags its neighbours");
     Error::new(Code::Conflict, message)
-        .with_hint("ask for a neighbour, or give the node its inertia, however small")
+        .with_hint("request a neighbour, or give the node its inertia, however small")
 }
 
 /// Whether angles or lengths: by the axis of the degree of freedom, by the scale of the branch (one for shafts, metres for

@@ -159,7 +159,7 @@ pub fn run_observed(
 fn overflow_error(output: &str, value: f64, t: f64) -> Error {
     let message = format!("{output} is {value} at t = {}", format_instant(t));
     Error::new(Code::Overflow, message).with_hint(
-        "look at the sizes of loads, stiffness, inertia and the start, and at how long it runs",
+        "check the sizes of loads, stiffness, inertia and initial state, and the duration",
     )
 }
 

@@ -11,6 +11,7 @@ use crate::machine::spin::spinning;
 use crate::motion::assemble::assemble;
 use crate::motion::assembled::AssembledModel;
 use crate::motion::initial_state;
+use crate::motion::methods::method_by_name;
 use crate::motion::outputs::MotionOutputs;
 use crate::motion::problem::OdeProblem;
 use crate::plan::prepared_machine::PreparedMachine;
@@ -41,7 +42,7 @@ pub const DEFAULT_SAMPLES: u32 = 1000;
 pub const DEFAULT_TIME_BUDGET_S: f64 = 3600.0;
 
 impl SimulationSetup {
-    /// Assembles, finds the start, resolves the outputs.
+    /// Assembles, finds the start, resolves the outputs. Where the method locates events, meshes of gear files with play are tooth pairs.
     ///
     /// # Errors
     /// What has no motion in time; names that do not exist; a study without an end.
@@ -50,8 +51,44 @@ impl SimulationSetup {
         begin: &InitialConditions,
         study: &SimulateStudy,
     ) -> Result<SimulationSetup, Error> {
+        let locates = match &study.method {
+            Some(name) => method_by_name(name).is_some_and(|method| method.locates_events),
+            None => study.step.is_none(),
+        };
+        match locates {
+            true => SimulationSetup::of_machine(prepared_machine, None, begin, study),
+            false => SimulationSetup::of_whole_meshes(prepared_machine, begin, study),
+        }
+    }
+
+    /// The same with every mesh as one spring whatever the method, so that methods with and without events solve one problem.
+    ///
+    /// # Errors
+    /// As [`SimulationSetup::new`].
+    pub fn of_whole_meshes(
+        prepared_machine: &PreparedMachine,
+        begin: &InitialConditions,
+        study: &SimulateStudy,
+    ) -> Result<SimulationSetup, Error> {
+        let machine = &prepared_machine.machine;
+        if machine.branches.iter().all(|b| b.tooth_pairs.is_none()) {
+            return SimulationSetup::of_machine(prepared_machine, None, begin, study);
+        }
+        let mut machine = machine.clone();
+        let branches = machine.branches.iter_mut();
+        branches.for_each(|branch| branch.tooth_pairs = None);
+        SimulationSetup::of_machine(prepared_machine, Some(&machine), begin, study)
+    }
+
+    /// The setup of a prepared machine, or of one that differs from it in the springs of its meshes.
+    fn of_machine(
+        prepared_machine: &PreparedMachine,
+        other: Option<&Machine>,
+        begin: &InitialConditions,
+        study: &SimulateStudy,
+    ) -> Result<SimulationSetup, Error> {
         let Some(until) = study.end_time else {
-            let error = Error::new(Code::MissingKey, "nothing says how long the motion lasts");
+            let error = Error::new(Code::MissingKey, "the duration of the motion is not stated");
             return Err(error.with_hint("add --until \"2 s\", or `until` to the study"));
         };
         if !(until.is_finite() && until > 0.0) {
@@ -66,6 +103,7 @@ impl SimulationSetup {
             kinematics,
             ..
         } = prepared_machine;
+        let machine = other.unwrap_or(machine);
         let speeds = match machine.speeds.is_empty() && study.speed.is_none() {
             true => None,
             false => Some(spinning(machine, kinematics, study.speed)?),
@@ -100,7 +138,7 @@ impl SimulationSetup {
                 }
                 let Some(j) = stays.and_then(|i| model.coordinate_index(i)) else {
                     let message = format!(
-                        "`{}` is no freedom that stays: rigid joints tie it to another, or it does not exist",
+                        "`{}` is not an independent degree of freedom: rigid joints tie it to another, or it does not exist",
                         name.text
                     );
                     let hint = format!(

@@ -71,7 +71,7 @@ pub fn plan(
     if !lateral {
         rows.push((
             "lateral motion",
-            StageDecision::LeftOut("no bearing supports a lateral freedom".to_string()),
+            StageDecision::LeftOut("no bearing supports a lateral degree of freedom".to_string()),
         ));
     }
     if model.is_linear() {
@@ -91,7 +91,7 @@ pub fn plan(
             true => StageDecision::Runs(
                 "powers added up along the motion, between switches and kinks".to_string(),
             ),
-            false => StageDecision::LeftOut("not asked for".to_string()),
+            false => StageDecision::LeftOut("not requested".to_string()),
         },
     ));
     rows

@@ -94,7 +94,8 @@ pub fn nonlinear_text(model: &DynamicModel) -> String {
         .collect();
     match names.len() {
         0 if model.has_massless() => "not exact: nodes without inertia stay".to_string(),
-        0 => "not exact: a load or motion is known by parabolas, or swings for a while".to_string(),
+        0 => "not exact: a load or motion is piecewise quadratic, or oscillates for a limited time"
+            .to_string(),
         count => {
             let shown: Vec<String> = names
                 .iter()

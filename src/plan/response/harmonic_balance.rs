@@ -77,7 +77,7 @@ impl HarmonicBalanceSetup {
         study: &HarmonicBalanceStudy,
     ) -> Result<HarmonicBalanceSetup, Error> {
         let Some(range) = study.speeds else {
-            let error = Error::new(Code::Usage, "nothing says which speeds are wanted");
+            let error = Error::new(Code::Usage, "no speeds are stated");
             return Err(error.with_hint("state `speeds`, such as 500:3000:100"));
         };
         let machine = &prepared_machine.machine;
@@ -108,7 +108,7 @@ impl HarmonicBalanceSetup {
         let family = SpeedFamily::new(train, &coordinates)?;
         let active = LinearPart::new(&family).active;
         let events = if study.skip_event_refinement {
-            Err("not asked for".to_string())
+            Err("not requested".to_string())
         } else if !family.is_periodic() {
             Err(
                 "a part turns freely against a brake, a damper or a motor: no state comes back"
@@ -146,8 +146,8 @@ impl HarmonicBalanceSetup {
         };
         let orders = study
             .orders
-            .map_or("as many as the residual asks".to_string(), |n| {
-                format!("{n}, as asked")
+            .map_or("as many as the residual needs".to_string(), |n| {
+                format!("{n}, as requested")
             });
         vec![
             ("unknowns", StageDecision::Runs(unknowns)),
@@ -270,7 +270,7 @@ pub fn run(
             span,
             SEARCH_POINTS_FACTOR * range.count as usize,
         ),
-        plan: ready.plan(study),
+        plan: machine.after_meshes(ready.plan(study)),
         diagnostics: machine.warnings(),
         seconds: begin.elapsed().as_secs_f64(),
         branches: ready.branches,
@@ -312,7 +312,7 @@ fn simulation_setup(
         at: InitialState::Rest,
         ..InitialConditions::default()
     };
-    SimulationSetup::new(prepared_machine, &start, &motion)
+    SimulationSetup::of_whole_meshes(prepared_machine, &start, &motion)
 }
 
 /// Parametric resonances with all contacts closed, by factors on the speed.

@@ -63,13 +63,13 @@ pub fn choose_method(machine: &PreparedMachine, study: &ResponseStudy) -> Respon
         reason: reason.to_string(),
     };
     match study.way {
-        Some(ResponseMethodTag::Direct) => said(ResponseMethod::Direct, "as asked"),
-        Some(ResponseMethodTag::Modal) => said(ResponseMethod::Modal, "as asked"),
+        Some(ResponseMethodTag::Direct) => said(ResponseMethod::Direct, "as requested"),
+        Some(ResponseMethodTag::Modal) => said(ResponseMethod::Modal, "as requested"),
         None if lines <= MAX_DIRECT_LINES => said(ResponseMethod::Direct, "few lines"),
-        None if n <= MAX_DIRECT_DOFS => said(ResponseMethod::Direct, "few freedoms"),
+        None if n <= MAX_DIRECT_DOFS => said(ResponseMethod::Direct, "few degrees of freedom"),
         None if n > MAX_MODAL_DOFS || (!full && lined < taken_apart) => said(
             ResponseMethod::Direct,
-            "all modes of so many freedoms would take longer",
+            "all modes of so many degrees of freedom would take longer",
         ),
         None if unequal => said(
             ResponseMethod::Direct,
@@ -168,7 +168,7 @@ pub fn plan(
     ];
     rows.push(match study.speed {
         Some(_) => ("gyroscopic terms", runs("at the mean speeds".to_string())),
-        None => ("gyroscopic terms", out("no speed was asked for")),
+        None => ("gyroscopic terms", out("no speed was requested")),
     });
     rows.push((
         "peaks",
@@ -181,7 +181,7 @@ pub fn plan(
     if !machine.machine.is_lateral() {
         rows.push((
             "lateral motion",
-            out("no bearing supports a lateral freedom"),
+            out("no bearing supports a lateral degree of freedom"),
         ));
     }
     rows

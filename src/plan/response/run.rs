@@ -9,13 +9,13 @@ use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_duration;
 use crate::base::text::pluralise;
 use crate::base::time_budget::{BudgetForecast, CancelToken};
-use crate::modes::modal_basis;
+use crate::modes::modal_basis::{self, UndampedSolver};
 use crate::numeric::Complex;
 use crate::plan::linear_stability::UNSTABLE;
 use crate::plan::modes_run::run as run_modes;
 use crate::plan::motion::simulation_setup::DEFAULT_TIME_BUDGET_S;
 use crate::plan::prepared_machine::PreparedMachine;
-use crate::plan::stages::{self, MAX_COMPLEX_ORDER, ModesPlan, StageDecision};
+use crate::plan::stages::{MAX_COMPLEX_ORDER, ModesPlan, StageDecision};
 use crate::response::direct::DirectSolver;
 use crate::response::frf::{ResponseSolver, ResponseStats, SolverKind};
 use crate::response::peaks::{self, ResponsePeak};
@@ -73,10 +73,8 @@ pub struct ResonancePeak {
 /// Band of a study, rad/s, with its inputs and outputs.
 fn request(machine: &PreparedMachine, study: &ResponseStudy) -> Result<((f64, f64), Ports), Error> {
     let Some(band) = study.band else {
-        return Err(
-            Error::new(Code::Usage, "nothing says which frequencies are wanted")
-                .with_hint("state `band`, such as 1:500"),
-        );
+        return Err(Error::new(Code::Usage, "no frequencies are stated")
+            .with_hint("state `band`, such as 1:500"));
     };
     let ports = Ports::parse(
         &machine.machine,
@@ -229,7 +227,7 @@ pub fn run(
             seconds: start.elapsed().as_secs_f64(),
             ..solver.stats
         },
-        plan: method_choice::plan(prepared_machine, study),
+        plan: prepared_machine.after_meshes(method_choice::plan(prepared_machine, study)),
         choice,
         diagnostics,
     })
@@ -270,7 +268,7 @@ fn budget_error(forecast: BudgetForecast, lines: usize) -> Error {
         forecast.text()
     );
     Error::new(Code::BudgetExceeded, message)
-        .with_hint("ask for fewer --lines, or model the machine with fewer coordinates")
+        .with_hint("request fewer --lines, or model the machine with fewer coordinates")
 }
 
 /// Places and half-power widths of all peaks, rad/s; where a neighbour hides the width, a hundredth of the place.
@@ -327,9 +325,9 @@ pub fn natural_frequencies(
         return Vec::new();
     }
     let held = machine.frequency_setting(None);
-    let solver = stages::solver(machine.model.n);
-    let omega = fixed_frequencies(&held, ports, solver)
-        .or_else(|_| modal_basis::solve(&machine.model, solver).map(|b| b.omega))
+    let own = || modal_basis::solve(&machine.model, UndampedSolver::Energies(1.0)).map(|b| b.omega);
+    let omega = fixed_frequencies(&held, ports)
+        .or_else(|_| own())
         .unwrap_or_default();
     omega.into_iter().filter(|w| *w > from && *w < to).collect()
 }

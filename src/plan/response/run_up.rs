@@ -109,7 +109,7 @@ impl RunUpSetup {
             ..
         } = prepared_machine;
         let Some(range) = study.speeds else {
-            let error = Error::new(Code::Usage, "nothing says which speeds are wanted");
+            let error = Error::new(Code::Usage, "no speeds are stated");
             return Err(error.with_hint("state `speeds`, such as 0:3000:301"));
         };
         let node = reference_dof(machine)?;
@@ -162,7 +162,7 @@ impl RunUpSetup {
                 pluralise(range.count as usize, "speed")
             );
             return Err(Error::new(Code::BudgetExceeded, message)
-                .with_hint("ask for fewer speeds or outputs"));
+                .with_hint("request fewer speeds or outputs"));
         }
         let asked = ResponseStudy {
             lines: Some(lines as u32),
@@ -193,7 +193,7 @@ impl RunUpSetup {
                 pluralise(rest, "excitation")
             ),
             false => format!(
-                "{}; {rest} more of what meshes or turns have no declared size: only their critical speeds are told",
+                "{}; {rest} more orders have no declared amplitude: only their critical speeds are given",
                 pluralise(declared, "declared excitation")
             ),
         };
@@ -211,7 +211,7 @@ impl RunUpSetup {
             (
                 "critical speeds",
                 StageDecision::Runs(
-                    "where an order meets a natural frequency and the strain energy stands out"
+                    "where an order meets a natural frequency, with the element of highest strain energy"
                         .to_string(),
                 ),
             ),
@@ -303,9 +303,9 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
     }
     let known = amplitudes.iter().flatten().flatten().flatten();
     if let Some(beyond) = known.into_iter().find(|a| !(a.powi(2) < f64::MAX)) {
-        let message = format!("an answer of {beyond:.1e} leaves the range of numbers");
+        let message = format!("a response of {beyond:.1e} overflows");
         return Err(Error::new(Code::Overflow, message)
-            .with_hint("look at the units of stiffnesses, dampings and errors"));
+            .with_hint("check the units of stiffnesses, dampings and errors"));
     }
     let damped = linear.is_damped(machine);
     let critical = critical_speeds(prepared_machine, &ready, &solver, &weights, damped)?;
@@ -347,7 +347,7 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
     if !damped {
         diagnostics.push(Diagnostic {
             code: "undamped",
-            message: "nothing damps this machine: at its critical speeds every answer is infinite, and none is given".to_string(),
+            message: "this machine has no damping: at its critical speeds every response is infinite, and none is given".to_string(),
             hint: Some("give branches a damping_ratio or c".to_string()),
         });
     }
@@ -362,7 +362,7 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
             .iter()
             .map(|p| (p.name.clone(), p.unit))
             .collect(),
-        plan: ready.plan(prepared_machine),
+        plan: prepared_machine.after_meshes(ready.plan(prepared_machine)),
         speeds: ready.speeds,
         excitations: ready.excitations,
         choice: ready.choice,

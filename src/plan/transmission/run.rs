@@ -146,11 +146,10 @@ fn chain_of(
         machine, operating, ..
     } = prepared_machine;
     let Some(output) = &study.output else {
-        return Err(Error::new(
-            Code::Usage,
-            "nothing says at which node the error is wanted",
-        )
-        .with_hint("state `output`, a node"));
+        return Err(
+            Error::new(Code::Usage, "the node of the error is not stated")
+                .with_hint("state `output`, a node"),
+        );
     };
     let ends = ChainEnds {
         driver: match &study.driver {
@@ -184,7 +183,7 @@ fn chain_of(
     ) {
         let message = format!("{what} is of an output that turns, and {output} slides");
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("leave it out: the error of a slide is told in µm of its travel"));
+            .with_hint("omit it: the error of a slide is given in µm of its travel"));
     }
     Ok(chain)
 }
@@ -223,7 +222,8 @@ pub fn run(
     {
         return Err(inconsistent_loop_error(machine, loop_of));
     }
-    all.extend(loaded::stiffness_lines(&model, &chain)?);
+    let stiffness = loaded::stiffness_lines(&model, &chain)?;
+    loaded::join_mesh_lines(machine, &mut all, stiffness);
     all.sort_by(|a, b| a.order.cmp(&b.order));
     let transfer = ErrorTransfer::new(&model, &chain, &all, ResponseMethod::Direct)?;
     let refs: Vec<&OrderLine> = all.iter().collect();
@@ -356,7 +356,7 @@ pub fn run(
         wind_up: loaded::windup(&model, &chain)?,
         radius: study.radius,
         speed,
-        plan: plan(machine, study),
+        plan: prepared_machine.after_meshes(plan(machine, study)),
         diagnostics: prepared_machine.warnings(),
         coincidences,
         lines: (all.into_iter().enumerate())
@@ -377,17 +377,17 @@ pub fn run(
     if undamped {
         result.diagnostics.push(Diagnostic {
             code: "undamped",
-            message: "nothing damps some resonances between the speeds: lines are infinite there, and the largest told are those at the speeds asked for".to_string(),
+            message: "some resonances between the speeds are undamped: lines are infinite there, and the maxima given are those at the requested speeds".to_string(),
             hint: Some("give branches a damping_ratio or c".to_string()),
         });
     }
     Ok(result)
 }
 
-/// A line with rigid joints, where these can turn with it; what gives way adds nothing there.
+/// A line with rigid joints, where these can turn with it; what gives way adds nothing there, and a mesh has its error without load.
 fn rigid_amplitude(chain: &TransmissionChain, line: &OrderLine) -> Option<Complex> {
     match line.origin {
-        LineOrigin::Stiffness(_) => Some(Complex::ZERO),
+        LineOrigin::Stiffness(_) => Some(line.quasi_static),
         LineOrigin::Declared(_) => {
             order_lines::is_compatible(chain, line).then_some(line.quasi_static)
         }
@@ -429,7 +429,7 @@ fn budget_terms(
                 element,
                 phase_known: line.phase_known(machine),
                 tolerance: line.declared(machine).map_or(0.0, |error| error.tolerance),
-                graded: matches!(line.origin, LineOrigin::Declared(_)),
+                graded: (line.declared(machine)).is_some_and(|error| error.averaged.is_none()),
             };
             sources.push((line.origin, source));
             sources.len() - 1
@@ -532,7 +532,9 @@ fn diagnostics(machine: &Machine, result: &TransmissionResult) -> Vec<Diagnostic
                 .lines
                 .iter()
                 .any(|row| row.line.origin == LineOrigin::Declared(*number));
-            !has_line && !error.waveform.harmonics().iter().all(|h| h.1 == 0.0)
+            // Flanks of gear files may have joined the lines of their meshes.
+            let own = error.averaged.is_none();
+            own && !has_line && !error.waveform.harmonics().iter().all(|h| h.1 == 0.0)
         })
         .map(|(_, error)| error.location.as_str())
         .collect();
@@ -544,7 +546,7 @@ fn diagnostics(machine: &Machine, result: &TransmissionResult) -> Vec<Diagnostic
         warn(
             "still",
             message,
-            "they stand still, or nothing ties their speed to the output's",
+            "they do not turn, or their speed is not tied to the output's",
         );
     }
     // What lies on the far side of a friction belt, and still has a line.
@@ -608,7 +610,7 @@ pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, 
         (
             "at speed",
             match (study.speed, study.speeds) {
-                (None, None) => out("no speed was asked for"),
+                (None, None) => out("no speed was requested"),
                 _ => runs("the dynamic stiffness solved at every order"),
             },
         ),
@@ -618,7 +620,7 @@ pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, 
         ),
         (
             "second order of offsets",
-            out("told as a sum, not line by line"),
+            out("given as a sum, not line by line"),
         ),
         (
             "flank form and pitch",
@@ -631,7 +633,7 @@ pub fn plan(machine: &Machine, study: &TransmissionStudy) -> Vec<(&'static str, 
             "record",
             match study.record {
                 true => runs("the error over the angle, with its ranges"),
-                false => out("no record was asked for"),
+                false => out("no record was requested"),
             },
         ),
     ]

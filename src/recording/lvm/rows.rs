@@ -191,7 +191,7 @@ impl LvmSegment {
                 return Err(at.error(
                     Code::RaggedRow,
                     format!(
-                        "the row has {} cells where channel `{}` stands in column {}",
+                        "the row has {} cells, but channel `{}` is in column {}",
                         cells.len(),
                         channel.name,
                         channel.column + 1

@@ -72,7 +72,7 @@ pub(super) fn select_channels(
                 "the channels {} do not share one clock: {apart}",
                 quoted_list(words.iter().map(String::as_str)),
             );
-            let hint = "analyse channels of one clock together; `geardyn check` tells which are";
+            let hint = "analyse channels of one clock together; `geardyn check` lists their clocks";
             return Err(Error::new(Code::Conflict, message).with_hint(hint));
         }
     }
@@ -122,7 +122,7 @@ fn no_samples(log: &RawLog) -> Error {
         ),
         (None, true) => (
             "nothing that is read",
-            "look whether the right file was named",
+            "check whether the right file was named",
         ),
     };
     let message = format!("{} holds {held} and no channel of samples", log.path);
@@ -171,7 +171,7 @@ pub fn unknown_channel(name: &str, known: &[String]) -> Error {
 /// The error of a column that could not become a channel.
 pub(super) fn skipped_column_error(name: &str, why: &str) -> Error {
     Error::new(Code::NoSignal, format!("the channel {name} {why}"))
-        .with_hint("look whether its sensor was connected and recorded; name another channel")
+        .with_hint("check whether its sensor was connected and recorded; name another channel")
 }
 
 /// Refuses options given twice for a channel, and new names that cannot be distinguished.

@@ -42,7 +42,7 @@ impl Preprocessing {
             });
         let count = base.gaps.len();
         let message = format!(
-            "{} of {}{}, the first before {place} ({:.6} s): split into {} stretches",
+            "{} of {}{}, the first before {place} ({:.6} s): split into {} segments",
             pluralise(count, "gap"),
             if count == 1 { "" } else { "together " },
             pluralise(missing, "sample"),
@@ -95,8 +95,8 @@ impl Preprocessing {
                 n => format!("{n} rows have a channel without a number"),
             };
             let left = match rows_kept.len() {
-                1 => "the stretch beside is used".to_string(),
-                n => format!("{n} stretches without such rows are used"),
+                1 => "the neighbouring segment is used".to_string(),
+                n => format!("{n} segments without such rows are used"),
             };
             self.push_repair("cells-missing", format!("{rows}: {left}"));
         }
@@ -188,11 +188,11 @@ impl Preprocessing {
             start,
         }];
         let moved = match most > GRID_TOLERANCE {
-            true => format!("; stretches are moved by up to {most:.2} steps to fit"),
+            true => format!("; segments are moved by up to {most:.2} steps to fit"),
             false => String::new(),
         };
         let message = format!(
-            "{} filled by straight lines, as asked: spectra near and above the width of the gaps are made up{moved}",
+            "{} filled by straight lines, as requested: spectra near and above the width of the gaps are made up{moved}",
             pluralise(filled, "missing sample")
         );
         self.push_repair("gap-filled", message);

@@ -34,7 +34,7 @@ impl Preprocessing {
             .unwrap_or(0..0);
         if longest.len() < 3 {
             let message = format!(
-                "the longest stretch without a gap has {} samples",
+                "the longest segment without a gap has {} samples",
                 longest.len()
             );
             return Err(Error::new(Code::TooShort, message));
@@ -108,7 +108,7 @@ impl Preprocessing {
             false => String::new(),
         };
         let message = format!(
-            "resampled to {rate:.6} Hz, band-limited: error below {inside} dB up to {band:.4} Hz, {at_ends} dB within {ends} samples of an end of a stretch (stamps up to {} off an even grid, {} rms, steps of {} to {}{rounded}{drift})",
+            "resampled to {rate:.6} Hz, band-limited: error below {inside} dB up to {band:.4} Hz, {at_ends} dB within {ends} samples of an end of a segment (stamps up to {} off an even grid, {} rms, steps of {} to {}{rounded}{drift})",
             text(most_s),
             text(rms_s),
             text(short),

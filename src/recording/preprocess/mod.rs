@@ -68,7 +68,7 @@ fn preprocess_group(mut log: RawLog, options: &ReadOptions) -> Result<Recording,
         log.diagnostics.push(Diagnostic {
             code: "values-missing",
             message: format!("the header states {stated} samples, the file holds {rows}"),
-            hint: Some("look whether the file was cut off".to_string()),
+            hint: Some("check whether the file was cut off".to_string()),
         });
     }
     if let (Some(_), Some(unread), None) = (&base, &group.timing.invalid_rate, options.rate) {

@@ -161,7 +161,7 @@ fn implausible_rate(rate_hz: f64, source: &str) -> Error {
         VALID_RATES_HZ.end()
     );
     Error::new(Code::OutOfRange, message)
-        .with_hint("look at the unit of the rate, or of the time stamps")
+        .with_hint("check the unit of the rate, or of the time stamps")
 }
 
 /// The error of stamps that contradict every rate the file states.
@@ -180,5 +180,5 @@ fn conflicting_rates(group: &ChannelGroup, base: &TimeBase) -> Error {
         base.rate_hz
     );
     Error::new(Code::RateDisagrees, message)
-        .with_hint("say which is right: --rate-from time, or --rate-from header")
+        .with_hint("state which is right: --rate-from time, or --rate-from header")
 }

@@ -29,7 +29,7 @@ pub(super) fn assemble(
             Code::EmptyLog,
             format!("{} holds no number in any row", log.path),
         )
-        .with_hint("record again, or look whether the export was finished"));
+        .with_hint("record again, or check whether the export was finished"));
     }
     for (name, why) in &plan.left_out {
         leave_out(log, name, why);
@@ -64,7 +64,7 @@ pub(super) fn assemble(
     }
     if let Some((count, first)) = body.repeated {
         let message = format!(
-            "{} of the header repeated between the rows passed over, the first line {first}: rows on either side are joined, and only time stamps tell what passed",
+            "{} of the header repeated between the rows passed over, the first line {first}: rows on either side are joined, and only time stamps give the time between",
             pluralise(count, "line")
         );
         note(log, "header-repeated", message);
@@ -106,7 +106,7 @@ pub(super) fn assemble(
                             "{} of `{}` may have the day or the month first: only what passed since is known",
                             reader.start, sink.name
                         ),
-                        hint: Some("say which comes first: --day-first or --month-first".into()),
+                        hint: Some("state which comes first: --day-first or --month-first".into()),
                     });
                 }
                 group.timing.start = (sink.unit == "date-time").then(|| reader.start.clone());
@@ -140,7 +140,7 @@ pub(super) fn assemble(
             Code::EmptyLog,
             format!("{} holds time stamps and no channel", log.path),
         )
-        .with_hint("say that no column is the time, if the numbers are a channel: --time none"));
+        .with_hint("state that no column is the time, if the numbers are a channel: --time none"));
     }
     select_channels(log, options);
     if plan.over_frequency {

@@ -113,7 +113,7 @@ pub fn responses(path: &str, channels: &[RawChannel]) -> Result<FrequencyRespons
             Code::CorruptFile,
             format!("frequency {next} Hz of {path} follows {here} Hz: the lines of a table rise"),
         )
-        .with_hint("sort the table, or say which column is the time: --time COLUMN"));
+        .with_hint("sort the table, or state which column is the time: --time COLUMN"));
     }
     let mut entries = Vec::new();
     for channel in rest {
@@ -156,7 +156,7 @@ fn unpaired_column(path: &str, name: &str) -> Error {
         Code::UnknownFormat,
         format!("{path} is a table over frequency, and `{name}` has no partner: real goes with imaginary, magnitude with phase"),
     )
-    .with_hint("name the columns such as `H1_re`, `H1_im`, or say which column is the time: --time COLUMN")
+    .with_hint("name the columns such as `H1_re`, `H1_im`, or state which column is the time: --time COLUMN")
 }
 
 /// Joins parts to functions: each real or magnitude column with the first partner left of the same base.

@@ -152,7 +152,7 @@ fn head(
             "holds nothing but blanks"
         };
         return Err(Error::new(Code::EmptyLog, format!("{path} {message}"))
-            .with_hint("record again, or look whether the export was finished"));
+            .with_hint("record again, or check whether the export was finished"));
     }
     refusals::refuse_binary(path, &bytes, whole)?;
     let mut starts = Vec::new();
@@ -277,7 +277,7 @@ fn warn_other_dialect(log: &mut RawLog, lines: &[&str], layout: &dialect::TableL
         log,
         "rows-of-another-dialect",
         format!(
-            "{} of numbers above the first row passed over, lines {} to {}: other marks part their cells or stand before their decimals",
+            "{} of numbers above the first row ignored, lines {} to {}: they have another delimiter or decimal mark",
             pluralise(count, "row"),
             above.len() - count + 1,
             above.len()
@@ -289,8 +289,8 @@ fn warnings(log: &mut RawLog, layout: &dialect::TableLayout, header: &header::Ta
     if layout.ambiguous_comma {
         log.diagnostics.push(Diagnostic {
             code: "decimal-comma",
-            message: "every comma stands before three digits: it is taken for the decimal mark, not for thousands".into(),
-            hint: Some("say so if it is not: --decimal .".into()),
+            message: "every comma precedes three digits: it is taken for the decimal mark, not for thousands".into(),
+            hint: Some("state it if it is not: --decimal .".into()),
         });
     }
     if let Some((at, cells)) = header.misfit_row {

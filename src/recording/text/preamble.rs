@@ -296,7 +296,7 @@ impl Preamble {
                 message: format!(
                     "`{key}` states {digits}: its mark is taken for that of thousands, since it is not the decimal mark of the file, and the rate for {hertz} Hz, not {other} Hz"
                 ),
-                hint: Some(format!("say so if it is not: --rate \"{other} Hz\"")),
+                hint: Some(format!("state it if it is not: --rate \"{other} Hz\"")),
             });
         }
         self.invalid_rate = None;

@@ -30,7 +30,7 @@ pub(super) fn no_data_rows(path: &str, lines: &[&str], is_whole: bool) -> Error 
     // Names and a row, at least.
     if !is_whole && lines.len() < 2 {
         let message = format!(
-            "a line of {path} is longer than the {} bytes in which names and a row of numbers must stand",
+            "a line of {path} is longer than the {} bytes within which names and a row of numbers must occur",
             body::BLOCK
         );
         return Error::new(Code::EmptyLog, message)
@@ -69,13 +69,11 @@ pub(super) fn refuse_misfits(
         let span = SourceSpan::within_line(path, at + 1, lines[at], start..start + cell.len());
         return Err(Error::new(
             Code::NotANumber,
-            "words stand in a row of numbers, below the names",
+            "words in a row of numbers, below the names",
         )
         .with_span(&span)
         .with_label("not a number")
-        .with_hint(
-            "mend the cell, or state how many lines stand above the numbers: --header-lines",
-        ));
+        .with_hint("mend the cell, or state how many lines precede the numbers: --header-lines"));
     }
     let above = &lines[..layout.first.min(lines.len())];
     refuse_double_commas(path, above, lines, layout)?;
@@ -103,7 +101,7 @@ pub(super) fn refuse_misfits(
                     message
                 };
                 return Err(Error::new(code, message).with_span(&span).with_hint(
-                    "mend the row, or state how many lines stand above the numbers: --header-lines",
+                    "mend the row, or state how many lines precede the numbers: --header-lines",
                 ));
             }
             _ => break,
@@ -147,7 +145,7 @@ fn refuse_double_commas(
     }
     let span = SourceSpan::within_line(path, at + 1, names, 0..names.len());
     let message = format!(
-        "{words} names stand over rows of {width} cells: the comma parts the cells and is the decimal mark as well"
+        "{words} names head rows of {width} cells: the comma is both delimiter and decimal mark"
     );
     Err(Error::new(Code::RaggedRow, message)
         .with_span(&span)

@@ -90,7 +90,7 @@ pub(super) fn check_hidden_losses(
         None => format!("about sample {}", row + 1),
     };
     let message = format!(
-        "the time stamps are too uneven to tell lost samples from late stamps: {place} they move by half a step and more"
+        "the time stamps are too uneven to distinguish lost samples from late stamps: {place} they move by half a step and more"
     );
     Err(Error::new(Code::InvalidTimeStamps, message)
         .with_hint("log with even steps, or leave the stamps aside: --time none --rate HZ"))

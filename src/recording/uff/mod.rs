@@ -148,7 +148,7 @@ impl UffReader {
             cursor.error(
                 first_line,
                 title,
-                format!("`{shown}` stands where the number of a data set should"),
+                format!("`{shown}` in place of the number of a data set"),
             )
         })?;
         if number != 58 {
@@ -225,7 +225,7 @@ impl UffReader {
         // Rests of an older, longer file may be glued to the mark.
         if !cursor.rest.is_empty() && !cursor.peek().starts_with(b"-1") {
             return Err(cursor.error_here(format!(
-                "the mark -1 should stand here, after {} values",
+                "the mark -1 is missing here, after {} values",
                 header.count
             )));
         }
@@ -238,7 +238,7 @@ impl UffReader {
                     header.count,
                     values.re.len()
                 ),
-                hint: Some("look whether the file was shortened by hand".into()),
+                hint: Some("check whether the file was shortened by hand".into()),
             });
         }
         Ok(())

@@ -11,7 +11,7 @@ use crate::numeric::Complex;
 use crate::recording::frequency_responses::{ChannelLabel, FrequencyResponses};
 use crate::recording::signals::Recording;
 
-/// Signals: `start` (date and time), `rate_hz`, `samples`, `duration_s`, `stretches[]`, and `channels[]` with `name`, `unit`, `value[]`.
+/// Signals: `start` (date and time), `rate_hz`, `samples`, `duration_s`, `segments[]`, and `channels[]` with `name`, `unit`, `value[]`.
 ///
 /// `geardyn` is the block of that name every document begins with.
 ///
@@ -27,7 +27,7 @@ pub fn write_recording(
     let (start, stretches) = (json!(recording.start), segments(recording));
     write!(
         to,
-        "{{\"geardyn\":{geardyn},\"start\":{start},\"rate_hz\":{rate},\"samples\":{samples},\"duration_s\":{duration},\"stretches\":{stretches},\"channels\":["
+        "{{\"geardyn\":{geardyn},\"start\":{start},\"rate_hz\":{rate},\"samples\":{samples},\"duration_s\":{duration},\"segments\":{stretches},\"channels\":["
     )
     .map_err(output_error)?;
     for (at, channel) in recording.channels.iter().enumerate() {

@@ -62,7 +62,7 @@ pub fn write_recording(
 ) -> Result<(), Error> {
     if recording.segments.len() > 1 {
         let message = format!(
-            "the record has {} stretches, and an even UFF 58 has no place for the gaps between them",
+            "the record has {} segments, and an even UFF 58 has no place for the gaps between them",
             recording.segments.len()
         );
         return Err(Error::new(Code::Conflict, message)

@@ -130,7 +130,7 @@ fn refuse(model: &DynamicModel, rates: &[f64]) -> Result<(), Error> {
     {
         let message = format!("{} changes in time and does not repeat", drive.name);
         return Err(Error::new(Code::Conflict, message)
-            .with_hint("a steady answer needs constant loads, harmonics and orders"));
+            .with_hint("a steady state needs constant loads, harmonics and orders"));
     }
     for (b, &rate) in model.elements.iter().zip(rates) {
         let followed = b

@@ -48,9 +48,9 @@ impl AngleCurve {
         if let Some(at) = angle.windows(2).position(|w| w[0] >= w[1]) {
             return Err(Error::new(
                 Code::OutOfRange,
-                format!("the shaft stands or turns back at {} s: {} rad, then {} rad", time_s[at], angle[at], angle[at + 1]),
+                format!("the shaft stops or turns back at {} s: {} rad, then {} rad", time_s[at], angle[at], angle[at + 1]),
             )
-            .with_hint("take the stretch in which it turns one way; swap the tracks of an encoder that counts down"));
+            .with_hint("take the segment in which it turns one way; swap the tracks of an encoder that counts down"));
         }
         let slope = slopes(&time_s, &angle);
         Ok(AngleCurve {

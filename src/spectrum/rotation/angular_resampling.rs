@@ -54,7 +54,7 @@ impl AngularSignal {
                 self.samples_per_rev
             ),
         )
-        .with_hint("take a longer stretch of the record, or fewer turns at once"))
+        .with_hint("take a longer segment of the record, or fewer turns at once"))
     }
 }
 

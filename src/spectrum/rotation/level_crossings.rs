@@ -34,7 +34,7 @@ impl StateLevels {
                 Code::NoSignal,
                 format!("the pulse signal is {least} throughout"),
             )
-            .with_hint("look whether the tacho was connected, and whether this is its channel"));
+            .with_hint("check whether the tacho was connected, and whether this is its channel"));
         }
         let mut counts = [0_usize; BINS];
         for x in samples {

@@ -96,9 +96,7 @@ impl OrderDemodulator {
         let apart = sorted.windows(2).map(|p| p[1] - p[0]).fold(least, f64::min);
         if apart * turns < 2.0 {
             return refuse(
-                format!(
-                    "over {turns} turns orders {apart} apart (or from zero) are not told apart"
-                ),
+                format!("over {turns} turns orders {apart} apart (or from zero) are not separated"),
                 format!("take at least {} turns", (2.0 / apart).ceil()),
             );
         }

@@ -85,7 +85,7 @@ pub fn find_tacho_pulses(
                 levels.high
             ),
         )
-        .with_hint("state the levels of the tacho, or look whether this is its channel"));
+        .with_hint("state the levels of the tacho, or check whether this is its channel"));
     }
     Ok(number_pulses(&times))
 }

@@ -64,7 +64,7 @@ pub fn refuse(machine: &PreparedMachine) -> Result<(), Error> {
         let message = format!(
             "the linear facts need all modes, the fastest among them, and of {n} coordinates, more than {MAX_DENSE_DOFS}, only the lowest are found"
         );
-        let hint = "reduce the model (`modes --reduce` shows what that costs); `simulate --step` tells how long a step may be";
+        let hint = "reduce the model (`modes --reduce` shows what that costs); `simulate --step` reports the longest stable step";
         return Err(Error::new(Code::BudgetExceeded, message).with_hint(hint));
     }
     Ok(())

@@ -100,7 +100,7 @@ pub const ALL_CASES: &str = "all extremes";
 
 /// Why they are, where a study says nothing of time.
 pub const REASON_NO_DURATION: &str =
-    "nothing says how long the motion lasts: add --until \"2 s\", or `until` to the study";
+    "the duration of the motion is not stated: add --until \"2 s\", or `until` to the study";
 
 /// Names of the cases, in their order.
 pub fn case_names() -> impl Iterator<Item = &'static str> {

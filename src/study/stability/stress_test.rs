@@ -226,7 +226,7 @@ pub fn run_case(
     match ran {
         Err(error) => refused(error_message(error)),
         Ok(_) if !finite => {
-            let words = "the answer holds what is no number".to_string();
+            let words = "the result is not finite".to_string();
             Some(case((CaseVerdict::Fail, None, Some(words))))
         }
         Ok(effort) => {
@@ -300,10 +300,10 @@ pub fn judge_balance(
     if let Some(share) = balance.stopped_at {
         let whole = match share > 0.0 {
             true => format!("about {}", rounded(balance.evaluations as f64 / share)),
-            false => "more than can be told".to_string(),
+            false => "more than can be estimated".to_string(),
         };
         let words = format!(
-            "its energy cannot be told: {} readings of the powers came through {} % of the time; the whole would take {whole}, more than is allowed",
+            "its energy balance cannot be computed: {} evaluations of the powers covered {} % of the time; all would take {whole}, which exceeds the budget",
             rounded(balance.evaluations as f64),
             brief_share(share)
         );
@@ -319,7 +319,7 @@ pub fn judge_balance(
         refused(Some(gap), options.coarse_step_message(gap))
     } else {
         let words = format!(
-            "whether its energy adds up cannot be told: it closes to {gap:.0e}, known to {doubt:.0e}"
+            "its energy balance is not conclusive: it closes to {gap:.0e} with an uncertainty of {doubt:.0e}"
         );
         refused(Some(gap), words)
     }

@@ -164,7 +164,7 @@ impl<'a> CountCheck<'a> {
                 jump.step.to_degrees() * 3600.0,
                 jump.row + 1
             ),
-            hint: Some("something slipped a little, a seat or an encoder moved: look there".into()),
+            hint: Some("a seat, a coupling or an encoder moved slightly: check them".into()),
         };
         self.rejected.iter().map(one).collect()
     }

@@ -215,7 +215,7 @@ pub fn evaluate(
         round += 1;
         if round > MAX_REPAIRS {
             return Err(lost_counts_error(&found, options.rate_hz).with_hint(
-                "steps stay in the record however many are taken out: look at the encoders and their cables",
+                "steps stay in the record however many are taken out: check the encoders and their cables",
             ));
         }
     };
@@ -372,7 +372,7 @@ fn lost_counts_error(found: &[CountStep], rate_hz: Option<f64>) -> Error {
         list.push(format!("and {} more", found.len() - SHOWN));
     }
     Error::new(Code::LostCounts, list.join(", ")).with_hint(
-        "have the steps taken out with --repair, or take a stretch without them: --after, --before",
+        "have the steps taken out with --repair, or take a segment without them: --after, --before",
     )
 }
 

@@ -235,7 +235,7 @@ fn check_apart(shaft: &str, apart: &[f64], a_turn: f64) -> Result<(), Error> {
     if apart.is_empty() {
         let message = format!("the index of the {shaft} does not pass twice in one direction");
         return Err(Error::new(Code::NoSignal, message).with_hint(
-            "take a longer stretch, look whether this is its channel, or leave the index out",
+            "take a longer segment, check whether this is its channel, or leave the index out",
         ));
     }
     let mut sorted = apart.to_vec();
@@ -257,7 +257,7 @@ fn check_apart(shaft: &str, apart: &[f64], a_turn: f64) -> Result<(), Error> {
     };
     let message = format!("the index pulses of the {shaft} are {shown}");
     Err(Error::new(Code::RatioMismatch, message).with_hint(
-        "look at --lines and --counts-per-line; a pulse narrower than a row is missed: read more often, or widen it",
+        "check --lines and --counts-per-line; a pulse narrower than a row is missed: read more often, or widen it",
     ))
 }
 
@@ -317,7 +317,7 @@ fn check_systematic_loss(
         a_turn + usual
     );
     Err(Error::new(Code::LostCounts, message)
-        .with_hint("look at --lines; else lines of its disc are dirty, or it is turned too fast"))
+        .with_hint("check --lines; else lines of its disc are dirty, or it is turned too fast"))
 }
 
 /// Steps of the level of the passages: the strongest split, and again on either side of it.
@@ -407,7 +407,7 @@ impl IndexEvaluation {
         Some(Diagnostic {
             code: "index-pulses",
             message: format!(
-                "of the index of the {} {} pulses are seen, {} are missing and {} stand elsewhere and are passed over",
+                "of the index of the {} {} pulses are seen, {} are missing, and {} are elsewhere and ignored",
                 self.shaft, self.passages, self.missing, self.extra
             ),
             hint: Some(

@@ -108,7 +108,7 @@ pub fn for_each_block(
             let which = if a[at].is_finite() { "output" } else { "input" };
             let message = format!("row {} of the {which} is no finite number", from + at + 1);
             return Err(Error::new(Code::NotANumber, message)
-                .with_hint("take a stretch without it, or bridge it: --fill-gaps"));
+                .with_hint("take a segment without it, or bridge it: --fill-gaps"));
         }
         see(from, &a[..n], &b[..n]);
         from += n;
@@ -203,7 +203,7 @@ pub fn detect_wrap(
     let (row, step) = jumps[0];
     let message = format!("{name} jumps by {step:.6} at row {}", row + 1);
     Err(Error::new(Code::LostCounts, message)
-        .with_hint("no counter or angle begins again after that: take the stretch before or after it (--after, --before), or state what the readings are (--unit, --lines)"))
+        .with_hint("no counter or angle begins again after that: take the segment before or after it (--after, --before), or state what the readings are (--unit, --lines)"))
 }
 
 /// Typical step of the readings from row to row: the 99th percentile over rows here and there.

@@ -113,8 +113,8 @@ impl AngularResampler {
             .saturating_sub(KERNEL_HALF_WIDTH)
             .min(self.sums.len() - 1);
         let empty = || {
-            let message = "the record covers no stretch of angle without a hole";
-            Error::new(Code::TooShort, message).with_hint("take a longer stretch of the record")
+            let message = "the record covers no segment of angle without a hole";
+            Error::new(Code::TooShort, message).with_hint("take a longer segment of the record")
         };
         if low >= high {
             return Err(empty());

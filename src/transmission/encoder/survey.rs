@@ -115,7 +115,7 @@ pub fn survey(rows: &dyn EncoderReadings, scales: EncoderScales) -> Result<Recor
     if found.runs.is_empty() {
         let message = "the input does not turn";
         return Err(Error::new(Code::NoSignal, message).with_hint(
-            "look whether this is its channel: `geardyn check LOG` shows what each holds",
+            "check whether this is its channel: `geardyn check LOG` shows what each holds",
         ));
     }
     Ok(found)
@@ -243,7 +243,7 @@ impl RecordSurvey {
         if !(value.abs() > 0.0 && value.is_finite()) {
             let message = "the output does not turn while the input does";
             return Err(Error::new(Code::NoSignal, message).with_hint(
-                "look whether this is its channel: `geardyn check LOG` shows what each holds",
+                "check whether this is its channel: `geardyn check LOG` shows what each holds",
             ));
         }
         // Six times what is left next to a straight line: a wave of one period leaves a slope of 4.4 times that.
@@ -296,7 +296,7 @@ impl RecordSurvey {
                 "something slips: {said}; {share:.0} % of the difference arises near {place}"
             );
             return Err(Error::new(Code::Slip, message)
-                .with_hint("look at couplings, clamps and belts; take a stretch in which nothing slips: --after, --before"));
+                .with_hint("check couplings, clamps and belts; take a segment in which nothing slips: --after, --before"));
         }
         let largest = teeth
             .pairs()
@@ -320,11 +320,11 @@ impl RecordSurvey {
                 if times > 1.0 { "too many" } else { "too few" }
             );
             return Err(Error::new(Code::RatioMismatch, message).with_hint(
-                "a whole factor comes from the encoders: look at --lines and --counts-per-line of both, then at --teeth",
+                "a whole factor comes from the encoders: check --lines and --counts-per-line of both, then --teeth",
             ));
         }
         Err(Error::new(Code::RatioMismatch, format!("{said}{near}"))
-            .with_hint("look at --teeth (driver first), at --lines and --counts-per-line of both encoders, and whether input and output are interchanged"))
+            .with_hint("check --teeth (driver first), --lines and --counts-per-line of both encoders, and whether input and output are interchanged"))
     }
 
     /// Location of the difference, if it does not arise evenly: the row, and the share of it in that eighth of its run, per cent.

@@ -1,10 +1,11 @@
 //! The tests as their sources have them: names, doc comments, whether they enter figures.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use syn::visit::{self, Visit};
+
+use crate::sources::{doc, files, parse};
 
 /// Prefixes of tests that are cases of the manual.
 const EVIDENCE: [&str; 3] = ["ref_", "exact_", "order_"];
@@ -28,21 +29,6 @@ impl Case {
 
     pub fn is_evidence(&self) -> bool {
         is_evidence(&self.name)
-    }
-}
-
-pub fn files(folder: &str, out: &mut Vec<PathBuf>) {
-    let mut entries: Vec<PathBuf> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
-    entries.sort();
-    for path in entries {
-        if path.is_dir() {
-            files(path.to_str().unwrap(), out);
-        } else if path.extension().is_some_and(|ext| ext == "rs") {
-            out.push(path);
-        }
     }
 }
 
@@ -84,26 +70,6 @@ impl<'ast> Visit<'ast> for Functions<'ast> {
     fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
         self.0.push(item);
     }
-}
-
-fn parse(path: &Path) -> syn::File {
-    let text = fs::read_to_string(path).unwrap();
-    syn::parse_file(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-/// The lines of a doc comment.
-fn doc(attributes: &[syn::Attribute]) -> Vec<String> {
-    let line = |attribute: &syn::Attribute| match &attribute.meta {
-        syn::Meta::NameValue(pair) if pair.path.is_ident("doc") => match &pair.value {
-            syn::Expr::Lit(syn::ExprLit {
-                lit: syn::Lit::Str(text),
-                ..
-            }) => Some(text.value().trim().to_string()),
-            _ => None,
-        },
-        _ => None,
-    };
-    attributes.iter().filter_map(line).collect()
 }
 
 fn is_test(function: &syn::ItemFn) -> bool {
@@ -163,8 +129,7 @@ pub fn cases_of(path: &Path) -> Vec<Case> {
 
 /// How many cases the files of a folder hold.
 pub fn evidence_in(folder: &str) -> usize {
-    let mut paths = Vec::new();
-    files(folder, &mut paths);
+    let paths = files(Path::new(folder));
     let in_file = |path: &PathBuf| {
         let file = parse(path);
         let mut functions = Functions::default();

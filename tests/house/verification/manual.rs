@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
-use super::cases::{Case, cases_of, files};
+use super::cases::{Case, cases_of};
 use super::{CONTENTS, RENEW};
 use crate::figures::{self, Figure, Figures};
+use crate::sources::files;
 
 /// What `contents.toml` says.
 pub struct Contents {
@@ -66,8 +67,7 @@ pub struct Manual {
 }
 
 pub fn manual() -> Manual {
-    let mut paths = Vec::new();
-    files("tests", &mut paths);
+    let paths = files(Path::new("tests"));
     let holds_tests = |path: &&PathBuf| {
         path.ancestors().nth(2) == Some(Path::new("tests")) && !path.starts_with("tests/support")
     };

@@ -1,11 +1,12 @@
 //! The page: a contents list, a table for each subject, coverage, orders, reference data, what is not verified.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::cases::{Case, evidence_in, files};
+use super::cases::{Case, evidence_in};
 use super::manual::{Manual, Subject};
 use crate::figures::Figure;
+use crate::sources::files;
 
 /// A cell of a table.
 fn cell(text: &str) -> String {
@@ -137,14 +138,14 @@ fn references() -> String {
     names.extend(folder("data/reference/gear"));
     names.retain(|path| path.is_file());
     names.sort();
-    let mut tests = Vec::new();
-    files("tests", &mut tests);
+    let tests = files(Path::new("tests"));
     for path in names {
         let stem = path.file_stem().unwrap().to_str().unwrap();
         let value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
         let reads = |test: &&PathBuf| {
             let text = fs::read_to_string(test).unwrap();
-            let reads_any = text.contains("reference(") || text.contains("data/reference");
+            let ways = ["reference(", "data/reference", "crate::cases::"];
+            let reads_any = ways.iter().any(|way| text.contains(way));
             let file = format!("/{stem}.json");
             text.contains(&file) || reads_any && text.contains(&format!("\"{stem}\""))
         };

@@ -78,7 +78,7 @@ pub fn unsupported_reason(model: &DynamicModel) -> Option<String> {
     let pressed = |b: &&ForceElement| matches!(b.law, ForceLaw::LoadFriction(_));
     if let Some(b) = model.elements.iter().find(pressed) {
         return Some(format!(
-            "the friction of {} goes by the force of another branch, and each branch is solved by itself here",
+            "the friction of {} depends on the force of another branch, and this method solves each branch alone",
             b.name
         ));
     }

@@ -199,8 +199,8 @@ pub fn step(
         .iter()
         .any(|&b| model.elements[b].law.is_dry())
     {
-        true => "ask for a shorter step, or widen the creep speed of dry friction",
-        false => "ask for a shorter step",
+        true => "request a shorter step, or widen the creep speed of dry friction",
+        false => "request a shorter step",
     };
     let message = format!(
         "Newton's iteration of a step of {} at t = {} does not converge",

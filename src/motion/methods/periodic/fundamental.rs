@@ -62,9 +62,8 @@ impl FundamentalSolutions {
 /// Machines that are not linear between switches or do not repeat in time.
 pub fn period_grid(model: &DynamicModel, from: f64) -> Result<(StateUnits, PeriodGrid), Error> {
     if let Some(reason) = unsupported_reason(model) {
-        return Err(Error::new(Code::Usage, reason).with_hint(
-            "choose a method that steps through time, such as one asked by a tolerance",
-        ));
+        return Err(Error::new(Code::Usage, reason)
+            .with_hint("choose a time-stepping method: give --tolerance"));
     }
     let scale = StateUnits::new(model)?;
     let grid = PeriodGrid::new(model, from, scale.fastest)?;

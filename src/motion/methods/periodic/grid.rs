@@ -77,7 +77,7 @@ impl PeriodGrid {
                     "the fastest motion, {fastest:.1e} rad/s, takes {count:.1e} pieces of a period of {period:.3e} s"
                 );
                 return Err(Error::new(Code::BudgetExceeded, message)
-                    .with_hint("look at the largest stiffness and the smallest inertia and their units; make what is so stiff rigid"));
+                    .with_hint("check the largest stiffness and the smallest inertia and their units; make what is so stiff rigid"));
             }
             pieces.extend((0..count as usize).map(|at| PeriodPiece {
                 middle: pair[0] + length * (at as f64 + 0.5) / count,
@@ -185,9 +185,8 @@ pub(crate) fn common_period(model: &DynamicModel, fastest: f64) -> Result<(f64, 
             let message = format!(
                 "the frequencies {first} rad/s and {omega} rad/s share no period of up to {MAX_PERIODS} turns"
             );
-            return Err(Error::new(Code::BudgetExceeded, message).with_hint(
-                "choose a method that steps through time, such as one asked by a tolerance",
-            ));
+            return Err(Error::new(Code::BudgetExceeded, message)
+                .with_hint("choose a time-stepping method: give --tolerance"));
         };
         turns *= more;
     }

@@ -125,7 +125,7 @@ impl SeriesSolutions {
                     2.0 * model.half
                 );
                 Error::new(Code::NoConvergence, message)
-                    .with_hint("choose a method that is asked by a tolerance")
+                    .with_hint("choose a time-stepping method: give --tolerance")
             })?;
         let mut terms = Vec::with_capacity(length * rows * columns);
         for row in 0..rows {

@@ -55,7 +55,7 @@ impl ChartEvaluation<'_> {
         let per_pitch = values.len() as f64 / pitches as f64;
         if per_pitch < MIN_SAMPLES_PER_PITCH {
             self.results.notes.push(format!(
-                "{per_pitch:.1} samples a pitch: the values inside a pitch may be too small; {MIN_SAMPLES_PER_PITCH} or more tell them"
+                "{per_pitch:.1} samples a pitch: the values inside a pitch may be too small; it takes {MIN_SAMPLES_PER_PITCH} or more"
             ));
         }
     }
@@ -79,7 +79,7 @@ impl ChartEvaluation<'_> {
                 (true, _) | (false, Some(false)) => 1.0,
                 (false, Some(true)) => 1.0 / cosine,
                 (false, None) => {
-                    let message = "it is not said along what this record's lengths lie";
+                    let message = "the abscissa of this record's lengths is not stated";
                     return Err(Error::new(Code::MissingKey, message)
                         .with_span(&chart.span)
                         .with_hint("write on = \"line_of_action\" or on = \"reference_circle\"")

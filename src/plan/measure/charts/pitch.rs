@@ -62,7 +62,7 @@ impl ChartEvaluation<'_> {
             }
             if pitches.drift != 0.0 {
                 let note = format!(
-                    "{} the first flank had drifted by {:.2} µm when it was read again; taken off evenly",
+                    "{} the first flank had drifted by {:.2} µm when it was read again; removed linearly",
                     side.name(),
                     1e6 * pitches.drift
                 );

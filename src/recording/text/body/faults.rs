@@ -19,7 +19,7 @@ pub(super) struct RowError {
 }
 
 pub(super) const HINT_CELLS: &str =
-    "mend the file, or say how it is laid out: --delimiter, --decimal, --header-lines";
+    "mend the file, or state how it is laid out: --delimiter, --decimal, --header-lines";
 
 impl RowReader<'_> {
     pub(super) fn too_many(&self, line: &[u8], span: Range<usize>) -> RowError {
@@ -40,7 +40,7 @@ impl RowReader<'_> {
         let text = crate::base::quantity::truncate(&text);
         RowError {
             code: Code::NotANumber,
-            message: format!("\"{text}\" stands where a number of `{name}` is meant"),
+            message: format!("\"{text}\" is not a number of `{name}`"),
             span,
             label: "not a number".into(),
             hint: "mend the cell, leave it blank if the sample is missing, or keep only other channels",
@@ -60,10 +60,10 @@ impl RowReader<'_> {
         match trouble {
             StampError::NotAStamp => RowError {
                 code: Code::NotANumber,
-                message: format!("\"{text}\" stands where a time stamp of `{name}` is meant"),
+                message: format!("\"{text}\" is not a time stamp of `{name}`"),
                 span,
                 label: "not a time stamp".into(),
-                hint: "mend the cell, or say which column is the time",
+                hint: "mend the cell, or state which column is the time",
             },
             StampError::OtherOrder => RowError {
                 code: Code::InvalidTimeStamps,
@@ -77,11 +77,11 @@ impl RowReader<'_> {
             StampError::DayOrMonth => RowError {
                 code: Code::InvalidTimeStamps,
                 message: format!(
-                    "\"{text}\" of `{name}` may have the day or the month first, and the dates do not tell"
+                    "\"{text}\" of `{name}` may have the day or the month first, and the dates do not decide it"
                 ),
                 span,
                 label: "day or month".into(),
-                hint: "say which comes first: --day-first or --month-first, or `dates` in the sidecar",
+                hint: "state which comes first: --day-first or --month-first, or `dates` in the sidecar",
             },
         }
     }

@@ -156,7 +156,7 @@ impl<'p> RowReader<'p> {
                         MAX_LINE_LEN >> 20
                     ),
                 )
-                .with_hint("look whether this is a text log with one row a line"));
+                .with_hint("check whether this is a text log with one row a line"));
             }
         }
     }

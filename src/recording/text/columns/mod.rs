@@ -119,7 +119,7 @@ pub fn plan(
             code: "frequency-guessed",
             message: "no column has a name; by their numbers the first holds frequencies, taken in Hz, and the others are frequency responses".into(),
             hint: Some(
-                "name the columns, such as frequency_Hz, H1_re, H1_im; or say which is the time: --time \"column 1\""
+                "name the columns, such as frequency_Hz, H1_re, H1_im; or state which is the time: --time \"column 1\""
                     .into(),
             ),
         });
@@ -177,7 +177,7 @@ impl ChannelFilter {
                     columns.names[*c]
                 ),
             )
-            .with_hint("name a channel, or say which column is the time: --time COLUMN")),
+            .with_hint("name a channel, or state which column is the time: --time COLUMN")),
             None => Ok(ChannelFilter(Some(found))),
         }
     }
@@ -260,7 +260,7 @@ impl ColumnPlan {
                 ColumnRole::Skip
             }
             CellType::Stamp(_) => {
-                self.skip_column(name, "holds dates or times beside the stamps");
+                self.skip_column(name, "holds dates or times in addition to the stamps");
                 ColumnRole::Skip
             }
             CellType::Complex => {

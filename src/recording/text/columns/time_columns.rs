@@ -172,7 +172,7 @@ impl TimeColumns {
                     "column 1 has no name and rises evenly: it is taken for the time in seconds"
                         .into(),
                 hint: Some(
-                    "say which column is the time, or that none is: --time COLUMN, --time none"
+                    "state which column is the time, or that none is: --time COLUMN, --time none"
                         .into(),
                 ),
             });

@@ -1,0 +1,404 @@
+//! A pair of varying ratio: centrodes, conjugate flanks with their limits, law of gearing, outlines.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use super::geometry::{GearQuantity, Quantities, QuantityUnit};
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error};
+use crate::gear::plane::centrodes::{Centrodes, Member};
+use crate::gear::plane::conjugate::{ConjugateProfile, conjugate};
+use crate::gear::plane::contact::Contact;
+use crate::gear::plane::convexity::CurvatureExtremes;
+use crate::gear::plane::envelope::envelope;
+use crate::gear::plane::law_of_gearing::{GearingCheck, check_gearing};
+use crate::gear::plane::limits::{LimitKind, LimitPoint, limits};
+use crate::gear::plane::line_of_action::LineOfAction;
+use crate::gear::plane::profile::{Profile, Shape};
+use crate::gear::plane::rack_cut::{Outline, cut_outline};
+use crate::gear::plane::rack_cutter::RackCutter;
+use crate::gear::plane::rolling::{Centrode, Rolling};
+use crate::numeric::Complex;
+use crate::plan::stages::StageDecision;
+use crate::scene::non_circular_file::{ConjugateRoute, NonCircularFile, PinionProfile};
+
+/// Points of a flank.
+const FLANK_POINTS: usize = 41;
+/// Contacts at either end of a flank that the law of gearing is not checked at: there the search for contact may leave the flank.
+const END_CONTACTS: usize = 2;
+/// Steps of each part of an outline.
+const OUTLINE_STEPS: usize = 16;
+/// Positions of the table of centrodes over a period.
+const POSITIONS: usize = 360;
+/// Distance from the pitch point, relative to the longest of the path, below which a point has no direction for a line of action.
+const NEAR_PITCH_POINT: f64 = 1e-6;
+/// Share of a flank's length by which the range of the envelope exceeds that of the contacts.
+const REACH: f64 = 0.05;
+
+/// Centrodes, flank and outlines of a pair of varying ratio.
+#[derive(Debug, Clone)]
+pub struct NonCircularResult {
+    /// The centrodes.
+    pub centrodes: Centrodes,
+    /// Quantities of the pair.
+    pub quantities: Vec<GearQuantity>,
+    /// Extremes of the curvatures of both centrodes.
+    pub curvatures: [CurvatureExtremes; 2],
+    /// Angles of gear 1 over a period or the range, rad.
+    pub angles: Vec<f64>,
+    /// The flank in contact nearest to φ₁ = 0; `None` for a rack without tooth numbers.
+    pub flank: Option<ConjugateFlank>,
+    /// Outlines of pinion and gear at φ₁ = 0, the gear's in its own frame; empty without tooth numbers.
+    pub outlines: Vec<Outline>,
+    /// Stages that run and that are left out.
+    pub plan: Vec<(&'static str, StageDecision)>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// A flank of the pinion with its conjugate on the gear.
+#[derive(Debug, Clone)]
+pub struct ConjugateFlank {
+    /// Contacts in the order of the pinion's flank.
+    pub contacts: Vec<Contact>,
+    /// Angle of gear 1 at each, rad.
+    pub angles: Vec<f64>,
+    /// Points of the gear by the requested route, m.
+    pub gear_points: Vec<Complex>,
+    /// Largest distance of these from the points by normals, m.
+    pub route_deviation: f64,
+    /// Limits of the flank.
+    pub limits: Vec<LimitPoint>,
+    /// Both flanks held against the ratio law.
+    pub checks: Vec<GearingCheck>,
+}
+
+/// Computes what the file determines.
+///
+/// # Errors
+/// Laws without centrodes, profiles without a conjugate, gears that a rack cannot cut.
+pub fn run(file: &NonCircularFile) -> Result<NonCircularResult, Error> {
+    let at = |error: Error| match error.span {
+        Some(_) => error,
+        None => error.with_span(&file.span),
+    };
+    let centrodes = Centrodes::of_gears(&file.law, file.centre_distance, file.mate).map_err(at)?;
+    let curvatures = [Member::First, Member::Second].map(|m| centrodes.curvature_extremes(m));
+    let in_profile = |error: Error| match error.span {
+        Some(_) => error,
+        None => error.with_span(&file.profile_span),
+    };
+    let flank = flank(file, &centrodes).map_err(in_profile)?;
+    let outlines = outlines(file, &centrodes).map_err(in_profile)?;
+    let limits = flank.iter().flat_map(|flank| &flank.limits);
+    let mut diagnostics: Vec<Diagnostic> = limits.map(limit).collect();
+    diagnostics.extend(outlines.iter().zip(["pinion", "gear"]).filter_map(undercut));
+    let [first, last] = centrodes.period();
+    let angle = |i: usize| first + (last - first) * i as f64 / POSITIONS as f64;
+    Ok(NonCircularResult {
+        quantities: quantities(file, &centrodes, flank.as_ref()),
+        curvatures,
+        angles: (0..=POSITIONS).map(angle).collect(),
+        flank,
+        outlines,
+        plan: plan(file),
+        centrodes,
+        diagnostics,
+    })
+}
+
+/// The pinion's flank nearest to φ₁ = 0 and its conjugate.
+fn flank(file: &NonCircularFile, pair: &Centrodes) -> Result<Option<ConjugateFlank>, Error> {
+    let made_by = |tool: Centrode, shape: Shape| {
+        let work = Centrode::Member {
+            pair: pair.clone(),
+            member: Member::First,
+        };
+        conjugate(&Rolling { tool, work }, shape, FLANK_POINTS)
+    };
+    let flank = match &file.profile {
+        PinionProfile::Curve(shape) => mate(pair, shape.clone(), file.route),
+        PinionProfile::Rack(cutter) => {
+            let Some([teeth, _]) = file.teeth else {
+                return Ok(None);
+            };
+            let module = pair.closed_arc(Member::First)? / (PI * f64::from(teeth));
+            let flank = rack_flank(cutter, module)?;
+            mate(pair, made_by(Centrode::Line, flank)?, file.route)
+        }
+        PinionProfile::Rolling { radius, arcs } => {
+            let circle = Centrode::circle(-radius)?;
+            // The point starts at the pitch point; its normal turns by half the angle of the circle.
+            let direction = |arc: f64| FRAC_PI_2 - 0.5 * arc / radius;
+            let [from, to] = arcs.map(direction);
+            let start = Complex::new(-radius, 0.0);
+            let point = Shape::arc(start, 0.0, [from.min(to), from.max(to)])?;
+            mate(pair, made_by(circle, point)?, file.route)
+        }
+    };
+    flank.map(Some)
+}
+
+/// The rack's flank through the pitch point at φ₁ = 0, from the depth of the gear's tips to the pinion's tips.
+fn rack_flank(cutter: &RackCutter, module: f64) -> Result<Shape, Error> {
+    cutter.check()?;
+    let slope = Complex::new(1.0, cutter.pressure_angle.tan()) * module;
+    let straight = cutter.dedendum - cutter.tip_radius * (1.0 - cutter.pressure_angle.sin());
+    Shape::line(
+        -slope * straight.min(cutter.addendum),
+        slope * cutter.addendum,
+    )
+}
+
+/// The conjugate of the pinion's profile on the gear.
+fn mate<P: Profile + Clone>(
+    pair: &Centrodes,
+    pinion: P,
+    route: ConjugateRoute,
+) -> Result<ConjugateFlank, Error> {
+    let rolling = Rolling::of_pair(pair);
+    let generated = conjugate(&rolling, pinion, FLANK_POINTS)?;
+    let contacts = generated.contacts().to_vec();
+    let angles: Vec<f64> = (contacts.iter())
+        .map(|c| pair.angle_at_arc(c.arc).unwrap_or(f64::NAN))
+        .collect();
+    let gear_points = match route {
+        ConjugateRoute::Normals => contacts.iter().map(|c| c.work_point).collect(),
+        ConjugateRoute::Envelope => by_envelope(&generated, &angles)?,
+        ConjugateRoute::LineOfAction => by_line_of_action(&generated)?,
+    };
+    let apart = gear_points.iter().zip(&contacts);
+    let route_deviation = apart
+        .map(|(point, contact)| (point - contact.work_point).norm())
+        .fold(0.0, f64::max);
+    let inner = END_CONTACTS..contacts.len().saturating_sub(END_CONTACTS);
+    let checks = match angles.get(inner) {
+        Some(angles) => check_gearing(pair, generated.tool(), &generated, angles)?,
+        None => Vec::new(),
+    };
+    Ok(ConjugateFlank {
+        limits: limits(&generated).points,
+        contacts,
+        angles,
+        gear_points,
+        route_deviation,
+        checks,
+    })
+}
+
+/// Points of the gear where the equation of meshing holds, at the roots nearest to the angles of contact.
+fn by_envelope<P: Profile + Clone>(
+    generated: &ConjugateProfile<P>,
+    angles: &[f64],
+) -> Result<Vec<Complex>, Error> {
+    let low = angles.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = angles.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let reach = REACH * (high - low);
+    let tool = generated.tool().clone();
+    let by_kernel = envelope(generated.rolling(), tool, [low - reach, high + reach])?;
+    let point = |(contact, angle): (&Contact, &f64)| {
+        let roots = by_kernel.motion_parameters([contact.parameter, 0.0]);
+        let off = |root: &f64| (root - angle).abs();
+        let root = roots.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        let found = root.and_then(|root| by_kernel.point([contact.parameter, 0.0, root]));
+        found.map_or(Complex::new(f64::NAN, f64::NAN), |found| {
+            let [x, y] = found.profile().point;
+            Complex::new(x, y)
+        })
+    };
+    let points: Vec<Complex> = generated.contacts().iter().zip(angles).map(point).collect();
+    match points.iter().all(|z| z.norm().is_finite()) {
+        true => Ok(points),
+        false => Err(no_route(
+            "the equation of meshing has no root near a contact",
+        )),
+    }
+}
+
+/// Points of the gear integrated along the path of contact, from its first point.
+fn by_line_of_action<P: Profile>(generated: &ConjugateProfile<P>) -> Result<Vec<Complex>, Error> {
+    let contacts = generated.contacts();
+    let path: Vec<Complex> = contacts.iter().map(|c| c.path_point).collect();
+    let longest = path.iter().map(|z| z.norm()).fold(0.0, f64::max);
+    if path.iter().any(|z| z.norm() <= NEAR_PITCH_POINT * longest) {
+        return Err(no_route(
+            "a point of the path of contact is the pitch point",
+        ));
+    }
+    let line = LineOfAction::points(&path)?;
+    let rows: Vec<f64> = (0..path.len()).map(|i| i as f64).collect();
+    let on_line = line.contacts(generated.rolling(), &rows, contacts[0].arc)?;
+    Ok(on_line.iter().map(|c| c.work_point).collect())
+}
+
+fn no_route(why: &str) -> Error {
+    Error::new(Code::NoConvergence, why).with_hint("take by = \"normals\", or another route")
+}
+
+/// Outlines cut by a rack, where both tooth numbers are given.
+fn outlines(file: &NonCircularFile, pair: &Centrodes) -> Result<Vec<Outline>, Error> {
+    let (Some(teeth), PinionProfile::Rack(cutter)) = (file.teeth, &file.profile) else {
+        return Ok(Vec::new());
+    };
+    let arcs = [
+        pair.closed_arc(Member::First)?,
+        pair.closed_arc(Member::Second)?,
+    ];
+    let [module, of_gear] = [0, 1].map(|k| arcs[k] / f64::from(teeth[k]));
+    if (module / of_gear - 1.0).abs() > 1e-9 {
+        let fitting = arcs[1] / module;
+        let message = format!(
+            "{} and {} teeth have different pitches on these centrodes",
+            teeth[0], teeth[1]
+        );
+        let error = Error::new(Code::Conflict, message).with_span(&file.span);
+        return Err(error.with_hint(format!("the gear takes {fitting:.4} teeth")));
+    }
+    let half = 0.5 * module;
+    [(Member::First, 0.0), (Member::Second, half)]
+        .into_iter()
+        .zip(teeth)
+        .map(|((member, start), z)| cut_outline(pair, member, z, cutter, OUTLINE_STEPS, start))
+        .collect()
+}
+
+/// A limit of the flank as a warning.
+fn limit(point: &LimitPoint) -> Diagnostic {
+    let radius = 1e3 * point.work_point.norm();
+    let on_tool = 1e3 * point.tool_point.norm();
+    let (code, message) = match point.kind {
+        LimitKind::Undercut => (
+            "undercut",
+            format!(
+                "the pinion's flank undercuts the gear beyond the radius {radius:.4} mm of the gear"
+            ),
+        ),
+        LimitKind::EndOfContact => (
+            "contact-ends",
+            format!("the pinion's flank touches nothing beyond its radius {on_tool:.4} mm"),
+        ),
+    };
+    Diagnostic {
+        code,
+        message,
+        hint: Some(format!(
+            "end the pinion's flank at the radius {on_tool:.4} mm"
+        )),
+    }
+}
+
+/// Spaces in which the rack's tip cuts away a part of a flank.
+fn undercut((outline, name): (&Outline, &str)) -> Option<Diagnostic> {
+    let spaces = &outline.undercut_spaces;
+    (!spaces.is_empty()).then(|| Diagnostic {
+        code: "undercut",
+        message: format!(
+            "{} tooth spaces of the {name} are undercut by the rack",
+            spaces.len()
+        ),
+        hint: Some("take more teeth, a larger pressure angle or a smaller dedendum".into()),
+    })
+}
+
+/// Largest and least of a value over a period.
+fn extremes(pair: &Centrodes, value: impl Fn(f64) -> Option<f64>) -> [f64; 2] {
+    let [first, last] = pair.period();
+    let at = |i: usize| first + (last - first) * i as f64 / POSITIONS as f64;
+    let values = (0..=POSITIONS).filter_map(|i| value(at(i)));
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+        [low.min(x), high.max(x)]
+    })
+}
+
+fn quantities(
+    file: &NonCircularFile,
+    pair: &Centrodes,
+    flank: Option<&ConjugateFlank>,
+) -> Vec<GearQuantity> {
+    use QuantityUnit::{Degree, Millimetre, One};
+    let mut all = Quantities::default();
+    let ratios = extremes(pair, |x| file.law.at(x).map(|s| s.ratio));
+    all.pair("centre distance", "a", Millimetre, file.centre_distance);
+    all.pair("least ratio", "i_12", One, ratios[0]);
+    all.pair("largest ratio", "i_12", One, ratios[1]);
+    let radius = |k: usize| {
+        extremes(pair, |x| {
+            let radius = pair.at(x)?.radius_1;
+            Some([radius, radius * file.law.at(x)?.ratio][k])
+        })
+    };
+    let radii = [radius(0), radius(1)];
+    all.each(
+        "least centrode radius",
+        "r",
+        Millimetre,
+        radii.map(|r| r[0]),
+    );
+    all.each(
+        "largest centrode radius",
+        "r",
+        Millimetre,
+        radii.map(|r| r[1]),
+    );
+    let arc = |m| pair.closed_arc(m).unwrap_or(f64::NAN);
+    let arcs = [arc(Member::First), arc(Member::Second)];
+    match arcs.iter().all(|s| s.is_finite()) {
+        true => all.each("arc of the centrode", "S", Millimetre, arcs),
+        false => all.pair("rolled arc", "s", Millimetre, pair.arc_of_period()),
+    }
+    if let Some(teeth) = file.teeth {
+        all.each("number of teeth", "z", One, teeth.map(f64::from));
+        if arcs[0].is_finite() {
+            let pitch = arcs[0] / f64::from(teeth[0]);
+            all.pair("module", "m", Millimetre, pitch / PI);
+            let ends = flank.and_then(|f| f.contacts.first().zip(f.contacts.last()));
+            if let Some((a, b)) = ends {
+                let ratio = (b.arc - a.arc).abs() / pitch;
+                all.pair("contact ratio of the flank", "ε_α", One, ratio);
+            }
+        }
+    }
+    if let Some(state) = file.law.at(TAU) {
+        let name = "turn of the gear in one of the pinion";
+        all.pair(name, "φ_2", Degree, state.angle_2);
+    }
+    all.0
+}
+
+/// Stages that run, and those left out with the reason.
+pub fn plan(file: &NonCircularFile) -> Vec<(&'static str, StageDecision)> {
+    use StageDecision::{LeftOut, Runs};
+    let is_rack = matches!(file.profile, PinionProfile::Rack(_));
+    let route = match file.route {
+        ConjugateRoute::Normals => "normals through the pitch point",
+        ConjugateRoute::Envelope => "the equation of meshing",
+        ConjugateRoute::LineOfAction => "the path of contact",
+    };
+    let flank_stage = |name: &'static str, what: String| match is_rack && file.teeth.is_none() {
+        true => (
+            name,
+            LeftOut("a rack needs teeth of pinion and gear".into()),
+        ),
+        false => (name, Runs(what)),
+    };
+    vec![
+        ("geometry", Runs("ratio law at the centre distance".into())),
+        flank_stage(
+            "flanks",
+            format!("one flank of the pinion and its conjugate by {route}"),
+        ),
+        flank_stage("limits", "undercut and end of contact of the flank".into()),
+        flank_stage("contact", "law of gearing along the flank".into()),
+        (
+            "outlines",
+            match (is_rack, file.teeth.is_some()) {
+                (true, true) => Runs("teeth at equal arcs, cut by the rack".into()),
+                (false, _) => LeftOut("outlines are cut by a rack only".into()),
+                (_, false) => LeftOut("teeth of pinion and gear are not given".into()),
+            },
+        ),
+        (
+            "mesh",
+            LeftOut("loads are shared between cylindrical gears only".into()),
+        ),
+    ]
+}

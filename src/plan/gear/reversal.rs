@@ -1,0 +1,92 @@
+//! Reversal of the readings of an unknown gear: candidates, what the readings leave open, stages.
+
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::pluralise;
+use crate::gear::cylindrical::reverse::readings::GearReadings;
+use crate::gear::cylindrical::reverse::reversal::Reversal;
+use crate::plan::stages::StageDecision;
+use crate::scene::gear_readings::GearReadingsFile;
+
+/// Candidates for a gear with the stages that found them.
+#[derive(Debug, Clone)]
+pub struct ReversalResult {
+    /// Candidates and what is left open between them.
+    pub reversal: Reversal,
+    /// Stages that ran and that were left out.
+    pub plan: Vec<(&'static str, StageDecision)>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Fits every standard gear to the readings.
+///
+/// # Errors
+/// As `GearReadings::reverse`, at the place of the readings.
+pub fn run(file: &GearReadingsFile) -> Result<ReversalResult, Error> {
+    let reversal = file.readings.reverse();
+    let reversal = reversal.map_err(|error| error.with_span(&file.span))?;
+    let open = reversal.confusions.len();
+    let diagnostics = (open > 0).then(|| Diagnostic {
+        code: "not-separated",
+        message: format!(
+            "the readings do not separate the first candidate from {}",
+            pluralise(open, "other")
+        ),
+        hint: (reversal.confusions.iter())
+            .any(|confusion| !confusion.remedies.is_empty())
+            .then(|| "take the reading that the result names".into()),
+    });
+    Ok(ReversalResult {
+        plan: plan(&file.readings),
+        diagnostics: diagnostics.into_iter().collect(),
+        reversal,
+    })
+}
+
+fn plan(readings: &GearReadings) -> Vec<(&'static str, StageDecision)> {
+    use StageDecision::{LeftOut, Runs};
+    let has_diameter = readings.tip_diameter.is_some() || readings.root_diameter.is_some();
+    let mate = readings.mate.as_ref();
+    vec![
+        (
+            "flanks",
+            Runs(format!(
+                "standard modules and diametral pitches, pressure angles from 14.5 to 30 deg; {}",
+                match readings.thickness_deviation == 0.0 {
+                    true => "teeth taken as not thinned, so that x = x_E".into(),
+                    false => format!(
+                        "tooth thickness deviation of {:.1} µm assumed",
+                        1e6 * readings.thickness_deviation
+                    ),
+                }
+            )),
+        ),
+        (
+            "tooth heights",
+            match has_diameter {
+                true => Runs("coefficients nearest to the tip and root diameters".into()),
+                false => LeftOut("neither tip_diameter nor root_diameter is given".into()),
+            },
+        ),
+        (
+            "mate",
+            match mate {
+                Some(mate) if !mate.spans.is_empty() => Runs("shift from its spans".into()),
+                Some(mate) if mate.centre_distance.is_some() => {
+                    Runs("shift from the centre distance without backlash".into())
+                }
+                Some(_) => LeftOut("it has neither spans nor centre_distance".into()),
+                None => LeftOut("no mate is given".into()),
+            },
+        ),
+        (
+            "backlash",
+            match mate {
+                Some(mate) if !mate.spans.is_empty() && mate.centre_distance.is_some() => {
+                    Runs("normal backlash at the centre distance".into())
+                }
+                _ => LeftOut("it needs spans of both gears and the centre distance".into()),
+            },
+        ),
+    ]
+}

@@ -1,0 +1,7 @@
+//! Meshes of gear files put into a model before its machine is built: stiffness over the mesh cycle, transmission error, tooth pairs.
+
+pub mod curves;
+
+mod torques;
+
+pub mod stage;

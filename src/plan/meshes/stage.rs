@@ -1,0 +1,294 @@
+//! Stage `meshes`: every mesh that names a gear file gets its stiffness and its flanks at its torque.
+//!
+//! In a loop torques follow from the stiffnesses: forces and meshes are computed in turn until the torques stay.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use super::curves::{MeshCurves, MeshSeat};
+use super::torques::{mean_force, static_forces};
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity::format_number;
+use crate::gear::load::planet_phase::planet_phase;
+use crate::plan::decision::StageDecision;
+use crate::scene::gear_mesh::GearMesh;
+use crate::scene::model::{BranchEnd, ContactParameters, Model, Name};
+
+/// Decision and diagnostics of the stage.
+#[derive(Debug, Clone)]
+pub struct MeshStage {
+    /// Decision with the meshes that were computed, or the reason why none was.
+    pub decision: StageDecision,
+    /// Some mesh names a gear file.
+    pub is_named: bool,
+    /// Warnings on the ranges of stiffnesses.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Stiffness of a mesh by its face width before any is computed, Pa: that of steel teeth (ISO 6336-1).
+const FIRST_STIFFNESS: f64 = 20e9;
+
+/// Torques closer than this, relative, count as equal: ten times the tolerance of secants.
+const SAME_TORQUE: f64 = 1e-7;
+
+/// Maximum number of fixed-point iterations between forces and mesh stiffnesses.
+const MOST_ROUNDS: usize = 20;
+
+/// A mesh by the number of its pair or stage in the model.
+#[derive(Clone, Copy)]
+enum MeshPlace {
+    Pair(usize),
+    Sun(usize),
+    Ring(usize),
+}
+
+impl MeshPlace {
+    /// First words of the parts of its branches.
+    fn part(self) -> &'static str {
+        match self {
+            MeshPlace::Pair(_) => "",
+            MeshPlace::Sun(_) => "sun to",
+            MeshPlace::Ring(_) => "ring to",
+        }
+    }
+}
+
+/// A mesh that names a gear file.
+struct NamedMesh {
+    name: Name,
+    mesh: Arc<GearMesh>,
+    place: MeshPlace,
+    seat: MeshSeat,
+}
+
+/// The model with what its gear files determine under its torques.
+///
+/// # Errors
+/// A mesh under no torque whose file states none; a load that the teeth cannot carry; those of the operating point.
+pub fn with_meshes(model: &Model) -> Result<(Cow<'_, Model>, MeshStage), Error> {
+    let named = named_meshes(model)?;
+    if named.is_empty() {
+        let stage = MeshStage {
+            decision: StageDecision::LeftOut("no mesh names a gear file".into()),
+            is_named: false,
+            diagnostics: Vec::new(),
+        };
+        return Ok((Cow::Borrowed(model), stage));
+    }
+    let mut filled = model.clone();
+    if !model.loads.is_empty() {
+        for one in &named {
+            let [first, second] = one.mesh.pair.members.map(|m| m.face_width);
+            contact(&mut filled, one).stiffness = Some(FIRST_STIFFNESS * first.min(second));
+        }
+    }
+    // Each mesh of one file, seat and torque is computed once.
+    let mut computed: Vec<ComputedMesh> = Vec::new();
+    let mut carried: Vec<Option<usize>> = vec![None; named.len()];
+    for _ in 0..MOST_ROUNDS {
+        let mut settled = true;
+        for (at, torque) in torques(&filled, &named)?.into_iter().enumerate() {
+            let Some(torque) = torque else { continue };
+            let known = computed.iter().position(|c| c.is_of(&named[at], torque));
+            let number = match known {
+                Some(number) => number,
+                None => {
+                    computed.push(ComputedMesh::new(&named[at], torque)?);
+                    computed.len() - 1
+                }
+            };
+            if carried[at] != Some(number) {
+                settled = false;
+                carried[at] = Some(number);
+                fill(contact(&mut filled, &named[at]), &computed[number].curves);
+            }
+        }
+        if settled {
+            let stage = describe(&named, &carried, &computed);
+            return Ok((Cow::Owned(filled), stage));
+        }
+    }
+    let message = "the torques of the meshes do not settle with their stiffnesses";
+    Err(Error::new(Code::NoConvergence, message)
+        .with_span(&named[0].name.span)
+        .with_hint("state the stiffness k of one mesh of the loop in place of its gear file"))
+}
+
+/// The curves of a mesh at a torque.
+struct ComputedMesh {
+    mesh: Arc<GearMesh>,
+    seat: MeshSeat,
+    /// N·m at the pinion, below zero on the coast flanks.
+    torque: f64,
+    curves: MeshCurves,
+}
+
+impl ComputedMesh {
+    fn new(one: &NamedMesh, torque: f64) -> Result<ComputedMesh, Error> {
+        let (mesh, seat) = (one.mesh.clone(), one.seat);
+        let curves = MeshCurves::new(&mesh, torque.abs(), torque < 0.0, seat).map_err(|e| {
+            let file = &mesh.source.path;
+            let message = format!("`{}` by {file}: {}", one.name.text, e.message);
+            Error { message, ..e }.with_span(&mesh.span)
+        })?;
+        Ok(ComputedMesh {
+            mesh,
+            seat,
+            torque,
+            curves,
+        })
+    }
+
+    fn is_of(&self, one: &NamedMesh, torque: f64) -> bool {
+        self.mesh.source == one.mesh.source
+            && self.seat == one.seat
+            && (self.torque - torque).abs() <= SAME_TORQUE * torque.abs()
+    }
+}
+
+/// Pairs and stages that name gear files, in the order of the model.
+fn named_meshes(model: &Model) -> Result<Vec<NamedMesh>, Error> {
+    let mut all = Vec::new();
+    for (at, pair) in model.gear_pairs.iter().enumerate() {
+        if let Some(mesh) = &pair.gear {
+            all.push(NamedMesh {
+                name: pair.name.clone(),
+                mesh: mesh.clone(),
+                place: MeshPlace::Pair(at),
+                seat: MeshSeat {
+                    is_forward: true,
+                    lead: 0.0,
+                    projection: mesh.base_helix_angle().cos(),
+                },
+            });
+        }
+    }
+    for (at, stage) in model.planetaries.iter().enumerate() {
+        let Some([sun, ring]) = &stage.gears else {
+            continue;
+        };
+        // The ring's cycle goes forward with the ring, and its planet then turns its coast flanks ahead; see docs/signs.md.
+        let is_fixed = [&stage.sun, &stage.ring].map(|end| matches!(end, BranchEnd::Ground));
+        let lead = planet_phase(&sun.pair, &ring.pair).map_err(|e| e.with_span(&ring.span))?;
+        let seat = |is_forward: bool, lead: f64| MeshSeat {
+            is_forward,
+            lead,
+            projection: 1.0,
+        };
+        for (mesh, place, seat) in [
+            (sun, MeshPlace::Sun(at), seat(!is_fixed[0], 0.0)),
+            (ring, MeshPlace::Ring(at), seat(is_fixed[1], lead)),
+        ] {
+            all.push(NamedMesh {
+                name: stage.name.clone(),
+                mesh: mesh.clone(),
+                place,
+                seat,
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// Torques at the pinions, N·m, below zero where coast flanks carry: of the operating point, by default of `[mesh]`; `None` where
+/// neither is known.
+fn torques(model: &Model, named: &[NamedMesh]) -> Result<Vec<Option<f64>>, Error> {
+    if model.loads.is_empty() {
+        return Ok(named.iter().map(|one| one.mesh.torque).collect());
+    }
+    let (machine, forces) = static_forces(model)?;
+    let largest = forces.forces.iter().fold(0.0f64, |m, f| m.max(f.1.abs()));
+    let torque = |one: &NamedMesh| {
+        let force = mean_force(&machine, &forces, &one.name.text, one.place.part());
+        let torque = force * one.seat.projection * one.mesh.pair.outlines[0].base_radius;
+        match force.abs() > IDLE * largest {
+            true => Ok(Some(torque)),
+            false => one.mesh.torque.map(Some).ok_or_else(|| unloaded_error(one)),
+        }
+    };
+    named.iter().map(torque).collect()
+}
+
+/// Share of the largest force below which a mesh carries nothing: rounding of the equilibrium.
+const IDLE: f64 = 1e-9;
+
+fn unloaded_error(one: &NamedMesh) -> Error {
+    let message = format!(
+        "the mean loads put no torque on `{}`, and {} states none",
+        one.name.text, one.mesh.source.path
+    );
+    Error::new(Code::MissingKey, message)
+        .with_span(&one.mesh.span)
+        .with_hint("give `torque` in [mesh] of the gear file, or a [[load]] that the mesh carries")
+}
+
+/// The contact of a mesh in a model.
+fn contact<'m>(model: &'m mut Model, one: &NamedMesh) -> &'m mut ContactParameters {
+    match one.place {
+        MeshPlace::Pair(at) => &mut model.gear_pairs[at].contact,
+        MeshPlace::Sun(at) => &mut model.planetaries[at].sun_contact,
+        MeshPlace::Ring(at) => &mut model.planetaries[at].ring_contact,
+    }
+}
+
+fn fill(contact: &mut ContactParameters, curves: &MeshCurves) {
+    contact.stiffness = Some(curves.stiffness);
+    contact.wave = Some(curves.wave.clone());
+    contact.flanks = Some(curves.flanks.clone());
+}
+
+/// Description of the stage, mesh by mesh.
+fn describe(
+    named: &[NamedMesh],
+    carried: &[Option<usize>],
+    computed: &[ComputedMesh],
+) -> MeshStage {
+    let label = |one: &NamedMesh| match one.place {
+        MeshPlace::Pair(_) => one.name.text.clone(),
+        MeshPlace::Sun(_) => format!("{} at the sun", one.name.text),
+        MeshPlace::Ring(_) => format!("{} at the ring", one.name.text),
+    };
+    let row = |(one, number): (&NamedMesh, &Option<usize>)| {
+        let file = &one.mesh.source.path;
+        let Some(number) = *number else {
+            return format!(
+                "{} by {file}: geometry alone, since no load is stated and the file has no torque",
+                label(one)
+            );
+        };
+        let ComputedMesh { torque, curves, .. } = &computed[number];
+        let pairs = match &curves.flanks.pairs {
+            Some(pairs) => format!("{} tooth pairs for methods that locate events", pairs.count),
+            None => "no tooth pairs one by one, since there is no play".into(),
+        };
+        format!(
+            "{} by {file} at {} N·m of the pinion{}: k {} N/µm, transmission error {} µm peak to peak, {pairs}",
+            label(one),
+            format_number(torque.abs()),
+            if *torque < 0.0 {
+                " on coast flanks"
+            } else {
+                ""
+            },
+            format_number(1e-6 * curves.stiffness),
+            format_number(1e6 * curves.peak_to_peak),
+        )
+    };
+    let rows: Vec<String> = named.iter().zip(carried).map(row).collect();
+    let text = rows.join("; ");
+    let mut diagnostics = Vec::new();
+    for warning in computed.iter().flat_map(|c| &c.curves.warnings) {
+        if !diagnostics.contains(warning) {
+            diagnostics.push(warning.clone());
+        }
+    }
+    MeshStage {
+        decision: match computed.is_empty() {
+            true => StageDecision::LeftOut(text),
+            false => StageDecision::Runs(text),
+        },
+        is_named: true,
+        diagnostics,
+    }
+}

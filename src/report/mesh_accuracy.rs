@@ -1,0 +1,78 @@
+//! Error of transmission error and stiffness of a mesh against run time: document, tables, figure.
+
+use serde_json::{Value, json};
+
+use super::method_comparison::{comparison_json, comparison_points, comparison_text, run_table};
+use super::presentation::{ENDED_EARLY, Figure, Presentation, Provenance};
+use super::table::Table;
+use super::work_precision_plot::{self, WorkPrecisionPoint};
+use crate::base::error::Error;
+use crate::scene::gear_file::GearFile;
+use crate::study::comparison::ComparisonResult;
+
+/// Grids of a mesh compared by e(φ, T) and by k(φ, T).
+pub struct MeshAccuracyReport<'a> {
+    /// The gear file.
+    pub file: &'a GearFile,
+    /// The error for which a grid is recommended.
+    pub target_error: f64,
+    /// Comparisons by e(φ, T) and by k(φ, T).
+    pub results: [ComparisonResult; 2],
+}
+
+impl Presentation for MeshAccuracyReport<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        Provenance {
+            sources: std::slice::from_ref(&self.file.source),
+            trace: vec!["geometry", "reference", "runs"],
+            ..Provenance::default()
+        }
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        let [te, stiffness] = &self.results;
+        Ok(json!({
+            "te": comparison_json(te, self.target_error),
+            "stiffness": comparison_json(stiffness, self.target_error),
+        }))
+    }
+
+    fn text(&self) -> String {
+        let [te, stiffness] = &self.results;
+        let text = |result| comparison_text(result, self.target_error);
+        format!("{}\n{}", text(te), text(stiffness))
+    }
+
+    fn table(&self) -> Table<'_> {
+        run_table(self.results.iter().flat_map(|result| &result.methods))
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let [te, stiffness] = &self.results;
+        let points = [quickest(te), quickest(stiffness)].concat();
+        let floor = te.reference_error.min(stiffness.reference_error);
+        let floor = (floor, "error of the reference");
+        let title = &self.file.title;
+        Ok(vec![Figure::first(work_precision_plot::draw(
+            title, &points, floor,
+        ))])
+    }
+
+    fn interruption(&self) -> Option<String> {
+        let interrupted = self.results.iter().any(|result| result.interrupted);
+        interrupted.then(|| ENDED_EARLY.to_string())
+    }
+}
+
+/// The grids that no quicker one is as accurate as, by rising time.
+fn quickest(result: &ComparisonResult) -> Vec<WorkPrecisionPoint> {
+    let mut points = comparison_points(result);
+    points.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    let mut least = f64::INFINITY;
+    points.retain(|point| {
+        let is_better = point.error < least;
+        least = least.min(point.error);
+        is_better
+    });
+    points
+}

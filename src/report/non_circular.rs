@@ -1,0 +1,251 @@
+//! Gears of a varying ratio: document, tables of centrodes and flank, centrodes with teeth.
+
+use serde_json::{Value, json};
+
+use super::gear::{ARCSEC, geometry_json, geometry_table, title_lines};
+use super::non_circular_plot;
+use super::outline_file::NamedOutline;
+use super::plan::{step_lines, steps};
+use super::presentation::{Figure, Presentation, Provenance};
+use super::table::{Table, decimal};
+use crate::base::error::Error;
+use crate::gear::plane::centrodes::Member;
+use crate::numeric::Complex;
+use crate::plan::gear::limits::MEMBERS;
+use crate::plan::gear::non_circular::{ConjugateFlank, NonCircularResult};
+use crate::scene::non_circular_file::NonCircularFile;
+
+/// A file of non-circular gears with what it gives.
+pub struct NonCircularReport<'a> {
+    /// The file.
+    pub file: &'a NonCircularFile,
+    /// The result.
+    pub result: NonCircularResult,
+}
+
+impl NonCircularReport<'_> {
+    /// Outlines of pinion and gear at φ₁ = 0 in the fixed frame.
+    pub fn outlines(&self) -> Vec<NamedOutline> {
+        let pair = &self.result.centrodes;
+        let Some(state) = pair.at(0.0) else {
+            return Vec::new();
+        };
+        let members = [Member::First, Member::Second].into_iter().zip(MEMBERS);
+        (self.result.outlines.iter().zip(members))
+            .map(|(outline, (member, name))| {
+                let (origin, angle) = pair.pose(member, &state);
+                let placed = |z: Complex| origin + z * Complex::cis(angle);
+                let points = outline.points.iter().map(|p| placed(p.point));
+                let mut points: Vec<[f64; 2]> = points.map(|z| [z.re, z.im]).collect();
+                // The gear's arc runs clockwise.
+                if member == Member::Second {
+                    points.reverse();
+                }
+                NamedOutline { name, points }
+            })
+            .collect()
+    }
+}
+
+impl Presentation for NonCircularReport<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        Provenance::of_plan(
+            &self.file.sources,
+            &self.result.plan,
+            &self.result.diagnostics,
+        )
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        let result = &self.result;
+        let curvatures: Vec<Value> = (result.curvatures.iter())
+            .map(|c| {
+                json!({
+                    "least_per_m": c.least[0], "least_at_rad": c.least[1],
+                    "largest_per_m": c.largest[0], "largest_at_rad": c.largest[1],
+                    "convex": c.least[0] > 0.0,
+                })
+            })
+            .collect();
+        let of = |value: fn(&Row) -> f64| -> Vec<f64> { self.rows().iter().map(value).collect() };
+        Ok(json!({
+            "title": self.file.title,
+            "kind": "non-circular",
+            "geometry": geometry_json(&result.quantities),
+            "curvature": curvatures,
+            "centrodes": {
+                "angle_1_rad": of(|r| r.angles[0]),
+                "angle_2_rad": of(|r| r.angles[1]),
+                "ratio": of(|r| r.ratio),
+                "radius_1_mm": of(|r| 1e3 * r.radii[0]),
+                "radius_2_mm": of(|r| 1e3 * r.radii[1]),
+                "arc_mm": of(|r| 1e3 * r.arc),
+            },
+            "flank": result.flank.as_ref().map(flank_json),
+        }))
+    }
+
+    fn text(&self) -> String {
+        let result = &self.result;
+        let mut text = title_lines(&self.file.title);
+        text += &geometry_table(&result.quantities).text();
+        let mut table = Table::named(
+            "centrode|least curvature [1/m]|at φ_1 [deg]|largest [1/m]|at φ_1 [deg]|shape",
+        )
+        .words(&[5]);
+        for (name, c) in MEMBERS.iter().zip(&result.curvatures) {
+            table.row([
+                name.to_string(),
+                format!("{:.4}", c.least[0]),
+                format!("{:.2}", c.least[1].to_degrees()),
+                format!("{:.4}", c.largest[0]),
+                format!("{:.2}", c.largest[1].to_degrees()),
+                if c.least[0] > 0.0 {
+                    "convex"
+                } else {
+                    "concave in part"
+                }
+                .to_string(),
+            ]);
+        }
+        text += &format!("\n{}", table.text());
+        if let Some(flank) = &result.flank {
+            text += &format!("\n{}\n{}", flank_table(flank).text(), check_lines(flank));
+        }
+        text
+    }
+
+    /// The centrodes over a period.
+    fn table(&self) -> Table<'_> {
+        let rows = self.rows();
+        let of = |value: fn(&Row) -> f64| -> Vec<f64> { rows.iter().map(value).collect() };
+        Table::default()
+            .numbers("angle_1", "deg", of(|r| r.angles[0].to_degrees()), decimal)
+            .numbers("angle_2", "deg", of(|r| r.angles[1].to_degrees()), decimal)
+            .numbers("ratio", "", of(|r| r.ratio), decimal)
+            .numbers("radius_1", "mm", of(|r| 1e3 * r.radii[0]), decimal)
+            .numbers("radius_2", "mm", of(|r| 1e3 * r.radii[1]), decimal)
+            .numbers("arc", "mm", of(|r| 1e3 * r.arc), decimal)
+    }
+
+    fn notes(&self) -> String {
+        step_lines(steps(&self.result.plan))
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let rows = self.rows();
+        let ratio = rows.iter().map(|r| (r.angles[0].to_degrees(), r.ratio));
+        let title = &self.file.title;
+        Ok(vec![
+            Figure::first(non_circular_plot::draw_centrodes(
+                title,
+                &self.result.centrodes,
+                &self.outlines(),
+            )),
+            Figure::new("ratio", non_circular_plot::draw_ratio(title, ratio)),
+        ])
+    }
+}
+
+/// Both centrodes at one angle of gear 1.
+struct Row {
+    angles: [f64; 2],
+    ratio: f64,
+    radii: [f64; 2],
+    arc: f64,
+}
+
+impl NonCircularReport<'_> {
+    fn rows(&self) -> Vec<Row> {
+        let pair = &self.result.centrodes;
+        let row = |angle: &f64| {
+            let (state, law) = (pair.at(*angle)?, self.file.law.at(*angle)?);
+            Some(Row {
+                angles: [*angle, law.angle_2],
+                ratio: law.ratio,
+                radii: [state.radius_1, state.radius_1 * law.ratio],
+                arc: pair.arc(*angle),
+            })
+        };
+        self.result.angles.iter().filter_map(row).collect()
+    }
+}
+
+fn flank_json(flank: &ConjugateFlank) -> Value {
+    let points = |at: fn(&crate::gear::plane::contact::Contact) -> Complex| -> Vec<[f64; 2]> {
+        flank
+            .contacts
+            .iter()
+            .map(at)
+            .map(|z| [1e3 * z.re, 1e3 * z.im])
+            .collect()
+    };
+    let sliding: Vec<[Option<f64>; 2]> = (flank.contacts.iter())
+        .map(|c| c.specific_sliding().map(|s| s.is_finite().then_some(s)))
+        .collect();
+    json!({
+        "angle_1_rad": flank.angles,
+        "pinion_mm": points(|c| c.tool_point),
+        "gear_mm": flank.gear_points.iter().map(|z| [1e3 * z.re, 1e3 * z.im]).collect::<Vec<_>>(),
+        "path_mm": points(|c| c.path_point),
+        "specific_sliding": sliding,
+        "route_deviation_um": 1e6 * flank.route_deviation,
+        "law_error_arcsec": worst(flank, |c| c.error * ARCSEC),
+        "pitch_point_miss_um": worst(flank, |c| 1e6 * c.miss),
+    })
+}
+
+/// Largest size of a value over the checks of the law of gearing.
+fn worst(
+    flank: &ConjugateFlank,
+    value: fn(&crate::gear::plane::law_of_gearing::GearingCheck) -> f64,
+) -> f64 {
+    flank
+        .checks
+        .iter()
+        .map(|c| value(c).abs())
+        .fold(0.0, f64::max)
+}
+
+/// Rows of the flank's table.
+const FLANK_ROWS: usize = 8;
+
+fn flank_table(flank: &ConjugateFlank) -> Table<'static> {
+    let mut table = Table::numeric(
+        "flank at φ_1 [deg]|r pinion [mm]|r gear [mm]|ζ pinion|ζ gear|from pitch point [mm]",
+    );
+    let count = flank.contacts.len();
+    let step = (count / FLANK_ROWS).max(1);
+    for k in (0..count).step_by(step) {
+        let contact = &flank.contacts[k];
+        let [first, second] = contact.specific_sliding().map(|s| match s.is_finite() {
+            true => format!("{s:.4}"),
+            false => "–".into(),
+        });
+        table.row([
+            format!("{:.3}", flank.angles[k].to_degrees()),
+            format!("{:.4}", 1e3 * contact.tool_point.norm()),
+            format!("{:.4}", 1e3 * flank.gear_points[k].norm()),
+            first,
+            second,
+            format!("{:.4}", 1e3 * contact.path_point.norm()),
+        ]);
+    }
+    table
+}
+
+fn check_lines(flank: &ConjugateFlank) -> String {
+    let mut lines = format!(
+        "law of gearing over {} contacts: the gear is off by {:.1e} arcsec at most, the normal by {:.1e} µm from the pitch point\n",
+        flank.checks.len(),
+        worst(flank, |c| c.error * ARCSEC),
+        worst(flank, |c| 1e6 * c.miss),
+    );
+    if flank.route_deviation > 0.0 {
+        lines += &format!(
+            "points of the gear differ from those by normals by {:.1e} µm at most\n",
+            1e6 * flank.route_deviation
+        );
+    }
+    lines
+}

@@ -1,0 +1,169 @@
+//! Gear files that meshes of a model name: what they determine of a pair, and where a key next to them contradicts it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::gear_file::{self, GearFile};
+use super::gear_mesh::GearMesh;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::flags::Flags;
+use crate::base::load;
+use crate::base::source_span::{SourceFile, SourceSpan};
+use crate::base::table_reader::TableReader;
+use crate::base::toml::{self, Value};
+
+/// Backlash below zero by less than this is rounding of a centre distance, m.
+const BACKLASH_ROUNDING: f64 = 1e-6;
+
+/// Keys that a gear file determines, each with its table and key there.
+pub const DETERMINED_OF_PAIR: &[(&str, [&str; 2])] = &[
+    ("teeth", ["pinion", "teeth"]),
+    ("internal", ["gear", "internal"]),
+    ("module", ["pair", "module"]),
+    ("pressure_angle", ["pair", "pressure_angle"]),
+    ("helix_angle", ["pair", "helix_angle"]),
+    ("spiral_angle", ["pair", "kind"]),
+    ("cone_angles", ["pair", "kind"]),
+    ("shaft_angle", ["pair", "kind"]),
+    ("hand", ["pinion", "hand"]),
+    ("backlash", ["pair", "centre_distance"]),
+    ("tip_diameters", ["pinion", "tip_diameter"]),
+    ("path_phase", ["pinion", "tip_diameter"]),
+];
+
+/// Keys of a planetary stage that the gear file of a mesh determines.
+pub const DETERMINED_OF_STAGE: &[(&str, [&str; 2])] = &[
+    ("teeth", ["pinion", "teeth"]),
+    ("module", ["pair", "module"]),
+    ("pressure_angle", ["pair", "pressure_angle"]),
+    ("base_radii", ["pair", "module"]),
+    ("carrier_radius", ["pair", "centre_distance"]),
+    ("backlash_sun", ["pair", "centre_distance"]),
+    ("backlash_ring", ["pair", "centre_distance"]),
+];
+
+/// Keys of a stiffness, which a gear file determines where a torque is known.
+const STIFFNESS_KEYS: [&str; 3] = ["k", "k_wave", "characteristic"];
+
+/// The gear file under `gear` with a suffix, such as `gear_sun`; keys of the table that it determines are errors.
+pub fn read(
+    f: &mut TableReader,
+    suffix: &str,
+    determined: &[(&str, [&str; 2])],
+) -> Option<Arc<GearMesh>> {
+    let key = format!("gear{suffix}");
+    let named = f.optional_text(&key)?;
+    let span = f.span_of(&key).clone();
+    // The path starts at the model, wherever [set] writes it.
+    let folder = Path::new(&f.span.source().path).parent();
+    let path = folder.unwrap_or(Path::new("")).join(named);
+    let source = match load::load(&path) {
+        Ok(source) => source,
+        Err(error) => {
+            f.push(
+                error.with_hint("the path starts from the folder of the model"),
+                &span,
+            );
+            return None;
+        }
+    };
+    for (own, place) in determined {
+        if f.has(own) {
+            let place = place_of(&source, *place);
+            let message = format!(
+                "`{own}` is determined by the gear file {}, line {}",
+                source.path,
+                place.line()
+            );
+            let hint = format!("leave `{own}` out, or leave `{key}` out");
+            f.report_key(Code::Conflict, own, message, &hint);
+        }
+    }
+    let stated = STIFFNESS_KEYS
+        .map(|base| format!("{base}{suffix}"))
+        .into_iter()
+        .find(|key| f.has(key));
+    let stated_stiffness = stated.map(|key| (key.clone(), f.span_of(&key).clone()));
+    let located = |error: Error| {
+        let name = f.title.clone();
+        let (file, line) = (&span.source().path, span.line());
+        let label = format!("gear file of {name}, {file}, line {line}");
+        match error.span {
+            Some(_) => error.with_label(label),
+            None => error
+                .with_span(&SourceSpan::whole_file(&source.path))
+                .with_label(label),
+        }
+    };
+    let made = gear_file::read(&source, &Flags::default())
+        .map_err(|errors| errors.as_slice().to_vec())
+        .and_then(|file| mesh_of(file, &span, stated_stiffness).map_err(|e| vec![e]));
+    match made {
+        Ok(mesh) => Some(Arc::new(mesh)),
+        Err(errors) => {
+            let errors: Vec<Error> = errors.into_iter().map(located).collect();
+            errors.into_iter().for_each(|error| f.errors.push(error));
+            None
+        }
+    }
+}
+
+/// Place of a key of a gear file; that of `pair` where the file leaves it to its default.
+fn place_of(source: &Arc<SourceFile>, [table, key]: [&str; 2]) -> SourceSpan {
+    let root = toml::parse(source).root;
+    let inner = |table: &str, key: &str| match &root.get(table)?.item.value {
+        Value::Table(inner) => inner.get(key).map(|entry| entry.key_place.clone()),
+        _ => None,
+    };
+    inner(table, key)
+        .or(root.get("pair").map(|entry| entry.key_place.clone()))
+        .unwrap_or(SourceSpan::new(source.clone(), 0..0))
+}
+
+/// The mesh of a gear file.
+///
+/// # Errors
+/// Gears that cannot mesh, teeth that overlap.
+fn mesh_of(
+    file: GearFile,
+    span: &SourceSpan,
+    stated_stiffness: Option<(String, SourceSpan)>,
+) -> Result<GearMesh, Error> {
+    let at = |error: Error| match error.span {
+        Some(_) => error,
+        None => error.with_span(&file.span),
+    };
+    let pair = file.pair()?;
+    let [low, high] = file.centre_deviation;
+    let deviations = pair.members.map(|m| m.mean_thickness_deviation());
+    let centre = pair.centre_distance + 0.5 * (low + high);
+    let backlash = pair.backlash(centre, deviations).map(|b| b.normal);
+    let Some(backlash) = backlash.filter(|play| *play > -BACKLASH_ROUNDING) else {
+        let message = match backlash {
+            Some(play) => format!("the teeth overlap by {:.1} µm", -1e6 * play),
+            None => "the base circles do not reach each other".into(),
+        };
+        let hint =
+            "give a larger centre_distance, or thickness = [\"lower\", \"upper\"] below zero";
+        return Err(at(Error::new(Code::OutOfRange, message).with_hint(hint)));
+    };
+    Ok(GearMesh {
+        backlash: if backlash < BACKLASH_ROUNDING {
+            0.0
+        } else {
+            backlash
+        },
+        options: file.mesh_options(&pair),
+        torque: match file.mesh.torques[..] {
+            [torque] => Some(torque),
+            _ => None,
+        },
+        pair,
+        hand: file.hand,
+        span: span.clone(),
+        stated_stiffness,
+        place: file.span,
+        source: file.source,
+    })
+}

@@ -1,0 +1,128 @@
+//! Columns of numbers from a CSV file whose first line names them with their units: `angle_1 [deg],angle_2 [deg]`.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::limit_table::{cells, lines};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::load;
+use crate::base::quantity::{self, truncate};
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::source_span::{SourceFile, SourceSpan};
+
+/// Most rows: a table of a curve needs no more.
+const MAX_ROWS: usize = 100_000;
+
+/// Columns in SI, and the place of each row.
+#[derive(Debug, Clone)]
+pub struct NumberTable {
+    /// Values by column, as requested.
+    pub columns: Vec<Vec<f64>>,
+    /// Start of each row in the text.
+    rows: Vec<std::ops::Range<usize>>,
+    /// The file.
+    pub source: Arc<SourceFile>,
+}
+
+impl NumberTable {
+    /// Reads the named columns of a kind.
+    ///
+    /// # Errors
+    /// Everything wrong in it.
+    pub fn read(path: &Path, names: &[&str], kind: QuantityKind) -> Result<NumberTable, Errors> {
+        let source = load::load(path)?;
+        let at = |range: std::ops::Range<usize>| SourceSpan::new(source.clone(), range);
+        let mut lines = lines(&source);
+        let (start, head) = lines.next().unwrap_or((0, ""));
+        let heads: Vec<(&str, &str)> = (cells(head).into_iter())
+            .map(|cell| {
+                let parts = cell.strip_suffix(']').and_then(|cell| cell.split_once('['));
+                parts.map_or((cell, ""), |(name, unit)| (name.trim(), unit))
+            })
+            .collect();
+        let mut found = Vec::new();
+        for name in names {
+            let column = heads.iter().position(|(head, _)| head == name);
+            let Some((column, (_, unit))) = column.map(|k| (k, heads[k])) else {
+                let message = format!("the table has no column `{name}`");
+                return Err(Error::new(Code::MissingKey, message)
+                    .with_span(&at(start..start + head.len()))
+                    .with_hint(format!(
+                        "its first line names columns with units, such as {}",
+                        names
+                            .iter()
+                            .map(|name| format!("{name} [{}]", usual_unit(kind)))
+                            .collect::<Vec<_>>()
+                            .join(",")
+                    ))
+                    .into());
+            };
+            let scale = quantity::parse(&format!("1 {unit}"), kind, &format!("column `{name}`"));
+            found.push((
+                column,
+                scale.map_err(|e| e.with_span(&at(start..start + head.len())))?,
+            ));
+        }
+        let (mut columns, mut rows) = (vec![Vec::new(); names.len()], Vec::new());
+        for (start, text) in lines {
+            let place = start..start + text.len();
+            let row = cells(text);
+            for ((column, scale), values) in found.iter().zip(&mut columns) {
+                let cell = row.get(*column).copied().unwrap_or("");
+                let number: Option<f64> = cell.parse().ok().filter(|x: &f64| x.is_finite());
+                let Some(number) = number else {
+                    let message = format!("\"{}\" is not a number", truncate(cell));
+                    return Err(Error::new(Code::NotANumber, message)
+                        .with_span(&at(place))
+                        .with_hint(
+                            "write numbers with a decimal point, columns separated by commas",
+                        )
+                        .into());
+                };
+                values.push(scale * number);
+            }
+            rows.push(place);
+            if rows.len() > MAX_ROWS {
+                let message = format!("the table has more than {MAX_ROWS} rows");
+                return Err(Error::new(Code::OutOfRange, message)
+                    .with_span(&SourceSpan::whole_file(&source.path))
+                    .with_hint("keep fewer points")
+                    .into());
+            }
+        }
+        Ok(NumberTable {
+            columns,
+            rows,
+            source,
+        })
+    }
+
+    /// An error of a curve through the rows, at the row that its message names first, else at the table.
+    pub fn locate(&self, error: Error) -> Error {
+        let named = error.message.strip_prefix("row");
+        let number = named.and_then(|text| {
+            let text = text.trim_start_matches('s').trim_start();
+            let end = text
+                .find(|c: char| !c.is_ascii_digit())
+                .unwrap_or(text.len());
+            text[..end].parse::<usize>().ok()
+        });
+        let row = number.and_then(|row| self.rows.get(row.checked_sub(1)?));
+        let error = match error.hint {
+            Some(_) => error,
+            None => error.with_hint("correct the row, or leave it out"),
+        };
+        match row {
+            Some(row) => error.with_span(&SourceSpan::new(self.source.clone(), row.clone())),
+            None => error.with_span(&SourceSpan::whole_file(&self.source.path)),
+        }
+    }
+}
+
+fn usual_unit(kind: QuantityKind) -> &'static str {
+    match kind {
+        QuantityKind::Angle => "deg",
+        _ => "mm",
+    }
+}

@@ -1,0 +1,123 @@
+//! Error of e(φ, T) and k(φ, T) of a mesh against run time, over grids of positions and slices.
+//!
+//! Curves over a pitch are compared with those of a finer grid by linear interpolation, as a table of them is used; the distance of the
+//! grid of half as many positions and slices is the error of the reference.
+
+use super::comparison::{ComparedMethod, ComparisonResult, ModelSize};
+use super::monitor::{Monitor, interrupted_error};
+use super::timing::min_time;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::base::quantity::format_number;
+use crate::gear::load::mesh::{LoadedMesh, MeshOptions};
+use crate::gear::load::mesh_result::{LoadedCycle, peak_to_peak};
+use crate::scene::gear_file::GearFile;
+
+/// Positions in one pitch and slices along the face that are compared.
+const POSITIONS: [usize; 3] = [15, 30, 60];
+/// See [`POSITIONS`].
+const SLICES: [usize; 4] = [5, 11, 21, 41];
+/// Positions and slices of the reference: slices enter contact one by one, so that errors fall with their number only.
+const REFERENCE: [usize; 2] = [120, 121];
+
+/// Compares grids at the largest torque of the file: first e(φ, T), then k(φ, T).
+///
+/// # Errors
+/// No torque; gears that cannot mesh; interrupted before anything was finished.
+pub fn compare_grids(
+    file: &GearFile,
+    monitor: &mut Monitor,
+) -> Result<[ComparisonResult; 2], Error> {
+    let at = |error: Error| match error.span {
+        Some(_) => error,
+        None => error.with_span(&file.span),
+    };
+    let Some(torque) = file.mesh.torques.last().copied() else {
+        return Err(file.no_torque());
+    };
+    let pair = file.pair()?;
+    let options = file.mesh_options(&pair);
+    let solve = |[positions, slices]: [usize; 2]| {
+        let options = MeshOptions {
+            positions,
+            slices,
+            ..options.clone()
+        };
+        let mesh = LoadedMesh::new(&pair, options)?.map(&[torque])?;
+        let first = mesh.cycles.into_iter().next();
+        first.ok_or_else(|| Error::new(Code::NoConvergence, "the mesh has no position"))
+    };
+    if !monitor.proceed("reference") {
+        return Err(interrupted_error());
+    }
+    let reference = solve(REFERENCE).map_err(at)?;
+    let half = solve(REFERENCE.map(|n| n.div_ceil(2))).map_err(at)?;
+    let [te_scale, stiffness_scale] = [
+        peak_to_peak(&reference.te),
+        reference.tangent.iter().sum::<f64>() / reference.tangent.len() as f64,
+    ];
+    let errors = |cycle: &LoadedCycle| {
+        [
+            rms_distance(&cycle.te, &reference.te) / te_scale,
+            rms_distance(&cycle.tangent, &reference.tangent) / stiffness_scale,
+        ]
+    };
+    let of_reference = errors(&half);
+    let mut methods = [Vec::new(), Vec::new()];
+    let mut interrupted = false;
+    'grids: for slices in SLICES {
+        for positions in POSITIONS {
+            if !monitor.proceed(&format!("{positions} positions × {slices} slices")) {
+                interrupted = true;
+                break 'grids;
+            }
+            let size = Some(ModelSize::MeshGrid { positions, slices });
+            let (outcome, seconds) = min_time(|| solve([positions, slices]));
+            for (k, methods) in methods.iter_mut().enumerate() {
+                let outcome = outcome.as_ref().map_err(Clone::clone);
+                let judge = |cycle: &LoadedCycle| match errors(cycle)[k] {
+                    error if error.is_finite() => Ok(error.max(of_reference[k])),
+                    _ => Err("the curve does not vary".to_string()),
+                };
+                let name = [TE, STIFFNESS][k];
+                let method = ComparedMethod::with_error(name, size, outcome, seconds, judge);
+                methods.push(method);
+            }
+        }
+    }
+    if methods[0].is_empty() {
+        return Err(interrupted_error());
+    }
+    let [positions, slices] = REFERENCE;
+    let [te, stiffness] = methods;
+    let result = |k: usize, methods: Vec<ComparedMethod>| ComparisonResult {
+        quantity: format!("{} at {} N·m", [TE, STIFFNESS][k], format_number(torque)),
+        norm: [
+            "rms over a pitch, by its peak to peak",
+            "rms over a pitch, by its mean",
+        ][k],
+        dofs: None,
+        reference: format!("{positions} positions × {slices} slices"),
+        reference_error: of_reference[k],
+        methods,
+        interrupted,
+    };
+    Ok([result(0, te), result(1, stiffness)])
+}
+
+const TE: &str = "e(φ, T)";
+const STIFFNESS: &str = "k(φ, T)";
+
+/// Root mean square of a curve, interpolated linearly between equal steps of a period, less a finer one.
+fn rms_distance(curve: &[f64], fine: &[f64]) -> f64 {
+    let step = curve.len() as f64 / fine.len() as f64;
+    let off = |(i, reference): (usize, &f64)| {
+        let place = i as f64 * step;
+        let before = place.floor() as usize;
+        let share = place - before as f64;
+        let [low, high] = [before, before + 1].map(|k| curve[k % curve.len()]);
+        (low + share * (high - low) - reference).powi(2)
+    };
+    let sum: f64 = fine.iter().enumerate().map(off).sum();
+    (sum / fine.len() as f64).sqrt()
+}

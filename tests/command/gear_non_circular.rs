@@ -1,0 +1,262 @@
+//! Files of non-circular gears as `geardyn gear` computes them.
+
+use std::f64::consts::PI;
+
+use serde_json::Value;
+
+use crate::support::command::{document, geardyn, put, refusal, said};
+use crate::support::verification::within;
+use crate::support::{number, numbers};
+
+const ELLIPTIC: &str = "models/gears/elliptic.toml";
+
+const PAIR: &str = "pair = { kind = \"non-circular\", centre_distance = \"100 mm\" }\n";
+
+/// The document of a file with this text below `pair`.
+fn answer(text: &str) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "pair.toml", &format!("{PAIR}{text}"));
+    document(&["gear", path.to_str().unwrap(), "--json"])
+}
+
+/// Code and message of its refusal.
+fn refused(text: &str) -> (String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "pair.toml", &format!("{PAIR}{text}"));
+    refusal(&["gear", path.to_str().unwrap()])
+}
+
+/// Two ellipses of semi-major axis A = a/2 about foci: `r₁ = A (1 − e²)/(1 − e cos φ₁ …)` at its apexes A (1 ± e), `i₁₂` from (1 − e)/(1 + e) to
+/// its inverse, curvature A/b² at the apexes, `m = S/(π z)`.
+#[test]
+fn exact_elliptic_gears() {
+    let found = document(&["gear", ELLIPTIC, "--json"]);
+    let geometry = &found["geometry"];
+    let (axis, e) = (50.0, 0.3_f64);
+    let off = |key: &str, value: f64| (number(&geometry[key]) / value - 1.0).abs();
+    within(
+        "least ratio",
+        off("least_ratio", (1.0 - e) / (1.0 + e)),
+        1e-12,
+    );
+    within(
+        "largest ratio",
+        off("largest_ratio", (1.0 + e) / (1.0 - e)),
+        1e-12,
+    );
+    let radii = numbers(&geometry["largest_centrode_radius_mm"]);
+    within(
+        "largest radius",
+        (radii[0] / (axis * (1.0 + e)) - 1.0).abs(),
+        1e-12,
+    );
+    let arcs = numbers(&geometry["arc_of_the_centrode_mm"]);
+    within("both arcs", (arcs[0] / arcs[1] - 1.0).abs(), 1e-12);
+    // Perimeter by Gauss and Kummer's series in h = ((A − b)/(A + b))².
+    let b = axis * (1.0 - e * e).sqrt();
+    let h = ((axis - b) / (axis + b)).powi(2);
+    let perimeter = PI * (axis + b) * (1.0 + h / 4.0 + h * h / 64.0 + h.powi(3) / 256.0);
+    within("perimeter", (arcs[0] / perimeter - 1.0).abs(), 1e-10);
+    within("module", off("module_mm", arcs[0] / (31.0 * PI)), 1e-12);
+    for k in 0..2 {
+        let largest = 1e-3 * number(&found["curvature"][k]["largest_per_m"]);
+        within(
+            "largest curvature",
+            (largest * b * b / axis - 1.0).abs(),
+            1e-9,
+        );
+        assert_eq!(found["curvature"][k]["convex"], true);
+    }
+    let flank = &found["flank"];
+    within(
+        "law of gearing, arcsec",
+        number(&flank["law_error_arcsec"]),
+        1e-7,
+    );
+    within(
+        "envelope against normals, µm",
+        number(&flank["route_deviation_um"]),
+        1e-7,
+    );
+}
+
+/// A ratio that falls linearly from i₀ to i₁ over Φ: `φ₂ = ln(1 + K φ₁/i₀)/K`, `K = (i₁ − i₀)/Φ`, `r₁ = a/(i₁₂ + 1)`; its centrodes are open.
+#[test]
+fn exact_linear_ratio() {
+    let text = "ratio = { kind = \"linear\", first = 2.0, last = 0.5, over = \"270 deg\" }\n";
+    let found = answer(text);
+    let centrodes = &found["centrodes"];
+    let [first, second, radius] =
+        ["angle_1_rad", "angle_2_rad", "radius_1_mm"].map(|key| numbers(&centrodes[key]));
+    let slope = -1.5 / 1.5 / PI;
+    for k in 0..first.len() {
+        let exact = (slope * first[k] / 2.0).ln_1p() / slope;
+        within("angle of gear 2, rad", (second[k] - exact).abs(), 1e-12);
+        let exact = 100.0 / (3.0 + slope * first[k]);
+        within("radius, mm", (radius[k] - exact).abs(), 1e-11);
+    }
+    assert!(found["flank"].is_null());
+    let (code, message) = refused(&format!(
+        "{text}pinion = {{ teeth = 20 }}\ngear = {{ teeth = 20 }}\n"
+    ));
+    assert!(
+        code == "out-of-range" && message.contains("open"),
+        "{message}"
+    );
+}
+
+/// A table of the elliptic law gives the elliptic law; a row that falls, and a table that does not close, are refused at their line.
+#[test]
+fn exact_table_of_a_law() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |change: &dyn Fn(usize, f64) -> f64| {
+        let mut text = "angle_1 [deg],angle_2 [deg]\n".to_string();
+        for k in 0..=72 {
+            let angle = f64::to_radians(5.0 * f64::from(k));
+            let exact = angle + 2.0 * (0.3 * angle.sin() / (1.0 - 0.3 * angle.cos())).atan();
+            let exact = exact.to_degrees();
+            text += &format!("{},{:.9}\n", 5 * k, change(k as usize, exact));
+        }
+        put(folder.path(), "law.csv", &text);
+        let text = "ratio = { kind = \"table\", file = \"law.csv\" }\npinion = { teeth = 31 }\ngear = { teeth = 31 }\n";
+        let path = put(folder.path(), "table.toml", &format!("{PAIR}{text}"));
+        path.to_str().unwrap().to_string()
+    };
+    let found = document(&["gear", &write(&|_, angle| angle), "--json"]);
+    let elliptic = document(&["gear", ELLIPTIC, "--json"]);
+    let module = |found: &Value| number(&found["geometry"]["module_mm"]);
+    within(
+        "module of the table",
+        (module(&found) / module(&elliptic) - 1.0).abs(),
+        1e-7,
+    );
+    let falls = |k: usize, angle: f64| if k == 7 { angle - 20.0 } else { angle };
+    let (code, text, notes) = said(&["gear", &write(&falls)]);
+    assert!(
+        code == Some(2) && notes.contains("law.csv:9:1"),
+        "{text}{notes}"
+    );
+    assert!(notes.contains("not monotonic"), "{notes}");
+    let (code, text, notes) = said(&["gear", &write(&|_, angle| 0.9 * angle)]);
+    assert!(
+        code == Some(2) && notes.contains("does not close"),
+        "{text}{notes}"
+    );
+    assert!(notes.contains("law.csv:74:1"), "{notes}");
+}
+
+/// A circle that rolls on the centrode, a cycloid, and an arc beside the pitch circle have conjugates that keep the law, by normals and by the
+/// equation of meshing.
+#[test]
+fn law_profiles_keep_the_ratio() {
+    let circle = "ratio = { kind = \"constant\", ratio = 2 }\n";
+    let elliptic = "ratio = { kind = \"elliptic\", eccentricity = 0.3 }\n";
+    let cases = [
+        (
+            elliptic,
+            "kind = \"rolling\", radius = \"8 mm\", arcs = [\"0.5 mm\", \"9 mm\"]",
+        ),
+        (
+            circle,
+            "kind = \"cycloid\", rolling_radius = \"10 mm\", angles = [\"3 deg\", \"30 deg\"]",
+        ),
+        (
+            circle,
+            "kind = \"circular-arc\", radius = \"5 mm\", centre = [\"31 mm\", \"0 mm\"], directions = [\"30 deg\", \"60 deg\"]",
+        ),
+    ];
+    for (ratio, profile) in cases {
+        for route in ["normals", "envelope"] {
+            let text = format!(
+                "{ratio}pinion = {{ profile = {{ {profile} }} }}\ngear = {{ profile = {{ kind = \"conjugate\", by = \"{route}\" }} }}\n"
+            );
+            let flank = &answer(&text)["flank"];
+            assert!(number(&flank["law_error_arcsec"]) < 1e-6, "{profile}");
+            assert!(
+                number(&flank["route_deviation_um"]) < 1e-5,
+                "{profile} by {route}"
+            );
+        }
+    }
+}
+
+/// Profiles without a conjugate, shapers, tooth numbers that do not fit and flags of a load are refused by name.
+#[test]
+fn refuses_gears_without_a_law() {
+    let circle = "ratio = { kind = \"constant\", ratio = 2 }\n";
+    let (code, message) = refused(&format!(
+        "{circle}pinion = {{ profile = {{ kind = \"circular-arc\", radius = \"5 mm\", centre = [\"33.333333333333336 mm\", \"0 mm\"], directions = [\"30 deg\", \"60 deg\"] }} }}\n"
+    ));
+    assert!(
+        code == "out-of-range" && message.contains("Wildhaber–Novikov"),
+        "{message}"
+    );
+    let (_, message) = refused(&format!(
+        "{circle}pinion = {{ profile = {{ kind = \"shaper\" }} }}\n"
+    ));
+    assert!(message.contains("shaper"), "{message}");
+    let (_, message) = refused(&format!(
+        "{circle}pinion = {{ teeth = 20 }}\ngear = {{ teeth = 41 }}\n"
+    ));
+    assert!(message.contains("different pitches"), "{message}");
+    let waves = "ratio = { kind = \"sine\", mean = 1.25, amplitude = 0.75, cycles = 4 }\n";
+    let (_, message) = refused(&format!(
+        "{waves}pinion = {{ teeth = 40 }}\ngear = {{ teeth = 40 }}\n"
+    ));
+    assert!(message.contains("concave"), "{message}");
+    let (_, message) = refusal(&["gear", ELLIPTIC, "--torque", "100"]);
+    assert!(message.contains("--torque does nothing here"), "{message}");
+}
+
+/// Centrodes as a table, figures, outlines of both gears with equal areas; `check` and `plan` take the file.
+#[test]
+fn keeps_files_of_elliptic_gears() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let [svg, csv, outline] = ["e.svg", "e.csv", "o.csv"].map(at);
+    let done = geardyn(&[
+        "gear",
+        ELLIPTIC,
+        "--svg",
+        &svg,
+        "--csv",
+        &csv,
+        "--outline",
+        &outline,
+        "--quiet",
+    ]);
+    assert!(done.status.success());
+    for name in ["e.svg", "e-ratio.svg"] {
+        let plot = std::fs::read_to_string(at(name)).unwrap();
+        assert!(plot.contains("Elliptic gears"), "{name}");
+    }
+    let table = std::fs::read_to_string(csv).unwrap();
+    assert!(table.starts_with("angle_1 [deg],angle_2 [deg],ratio,radius_1 [mm]"));
+    let text = std::fs::read_to_string(outline).unwrap();
+    let area = |name: &str| {
+        let points: Vec<[f64; 2]> = (text.lines().filter(|line| line.starts_with(name)))
+            .map(|line| {
+                let cells: Vec<f64> = line
+                    .split(',')
+                    .skip(1)
+                    .map(|x| x.parse().unwrap())
+                    .collect();
+                [cells[0], cells[1]]
+            })
+            .collect();
+        let edge = |p: &[[f64; 2]]| p[0][0] * p[1][1] - p[1][0] * p[0][1];
+        0.5 * points.windows(2).map(edge).sum::<f64>()
+    };
+    let (first, second) = (area("pinion"), area("gear"));
+    assert!(
+        first > 0.0 && (first / second - 1.0).abs() < 1e-9,
+        "{first} {second}"
+    );
+    let (code, text, _) = said(&["check", ELLIPTIC]);
+    assert!(
+        code == Some(0) && text.contains("non-circular gears of 31 and 31 teeth"),
+        "{text}"
+    );
+    let (code, text, _) = said(&["plan", ELLIPTIC]);
+    assert!(code == Some(0) && text.contains("outlines"), "{text}");
+}

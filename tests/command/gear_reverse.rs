@@ -1,0 +1,127 @@
+//! `geardyn gear reverse` as it is called.
+
+use serde_json::Value;
+
+use crate::support::command::{document, geardyn, put, refusal, said};
+use crate::support::number;
+use crate::support::verification::within;
+
+const UNKNOWN: &str = "data/unknown_gear.toml";
+
+/// Spans, diameters and mate of a spur gear of m 3 mm, 20°, x 0.2 in closed form give it back.
+#[test]
+fn exact_gear_from_its_readings() {
+    let (m, z, x, alpha) = (3.0, 30.0, 0.2, 20f64.to_radians());
+    let inv = alpha.tan() - alpha;
+    let span = |k: f64| {
+        let plain = m * alpha.cos() * (std::f64::consts::PI * (k - 0.5) + z * inv);
+        plain + 2.0 * x * m * alpha.sin()
+    };
+    let text = format!(
+        "[measured_gear]\nteeth = 30\nspans = [{{ teeth = 4, size = \"{:.9} mm\" }}, {{ teeth = 6, size = \"{:.9} mm\" }}]\ntip_diameter = \"{} mm\"\nroot_diameter = \"{} mm\"\nuncertainty = {{ span = \"2 µm\", diameter = \"10 µm\" }}\n",
+        span(4.0),
+        span(6.0),
+        m * (z + 2.0 * x + 2.0),
+        m * (z + 2.0 * x - 2.5)
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "gear.toml", &text);
+    let found = document(&["gear", "reverse", path.to_str().unwrap(), "--json"]);
+    let best = &found["reverse"]["candidates"][0];
+    assert_eq!(best["size"], "m 3 mm");
+    let at = |key: &str| number(&best[key]);
+    within(
+        "pressure angle, deg",
+        (at("pressure_angle_deg") - 20.0).abs(),
+        1e-12,
+    );
+    within("x_E", (at("generating_profile_shift") - x).abs(), 1e-8);
+    within(
+        "h_aP",
+        (number(&best["addendum"]["value"]) - 1.0).abs(),
+        1e-8,
+    );
+    within(
+        "h_fP",
+        (number(&best["dedendum"]["value"]) - 1.25).abs(),
+        1e-8,
+    );
+    within("misfit", at("misfit"), 1e-6);
+    assert_eq!(found["reverse"]["not_separated"], serde_json::json!([]));
+    assert_eq!(found["warnings"], serde_json::json!([]));
+}
+
+/// Spans leave a metric gear next to one by diametral pitch; the reading that the answer names separates them.
+#[test]
+fn law_named_reading_separates() {
+    let found = document(&["gear", "reverse", UNKNOWN, "--json"]);
+    let sizes = |found: &Value| -> Vec<Value> {
+        let all = found["reverse"]["candidates"].as_array().unwrap();
+        all.iter().map(|c| c["size"].clone()).collect()
+    };
+    assert_eq!(sizes(&found)[..2], ["P 10 1/in", "m 2.5 mm"]);
+    assert_eq!(found["warnings"][0]["code"], "not-separated");
+    let open = &found["reverse"]["not_separated"][0];
+    assert_eq!(open["candidates"], serde_json::json!([0, 1]));
+    assert_eq!(open["separated_by"][0]["reading"], "tip_diameter");
+    let (_, text, _) = said(&["gear", "reverse", UNKNOWN]);
+    assert!(text.contains("7.94 µm apart"), "{text}");
+    let plain = std::fs::read_to_string(UNKNOWN).unwrap();
+    // d_a = m (z + 2 x + 2) of the gear that the file states.
+    let read = plain
+        .replace("teeth = 32\n", "teeth = 32\ntip_diameter = \"86.96 mm\"\n")
+        .replace("{ span", "{ diameter = \"20 µm\", span");
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "read.toml", &read);
+    let found = document(&["gear", "reverse", path.to_str().unwrap(), "--json"]);
+    assert_eq!(sizes(&found)[0], "P 10 1/in");
+    assert_eq!(found["reverse"]["not_separated"], serde_json::json!([]));
+    let csv = folder.path().join("candidates.csv");
+    let csv = csv.to_str().unwrap();
+    let done = geardyn(&["gear", "reverse", UNKNOWN, "--csv", csv, "--quiet"]);
+    assert!(done.status.success());
+    let table = std::fs::read_to_string(csv).unwrap();
+    assert!(
+        table.starts_with("size,m_n [mm]") && table.lines().count() == 4,
+        "{table}"
+    );
+    let (code, text, _) = said(&["check", UNKNOWN]);
+    assert!(code == Some(0) && text.contains("3 candidates"), "{text}");
+}
+
+/// Readings that determine no gear are refused with what is missing.
+#[test]
+fn refuses_readings_without_an_answer() {
+    let plain = std::fs::read_to_string(UNKNOWN).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let changed = |from: &str, to: &str| {
+        assert!(plain.contains(from), "{from}");
+        let path = put(folder.path(), "readings.toml", &plain.replace(from, to));
+        path.to_str().unwrap().to_string()
+    };
+    let refused = |from: &str, to: &str| refusal(&["gear", "reverse", &changed(from, to)]);
+    let (code, message) = refused("span = \"4 µm\", ", "");
+    assert!(
+        code == "missing-key" && message.contains("`span`"),
+        "{message}"
+    );
+    let (code, _) = refused("teeth = 32\n", "teeth = 32\nmodule = \"3 mm\"\n");
+    assert_eq!(code, "conflict");
+    let (code, _) = refused("teeth = 4, size", "teeth = 40, size");
+    assert_eq!(code, "out-of-range");
+    let (code, message) = refusal(&["measure", UNKNOWN]);
+    assert!(
+        code == "missing-key" && message.contains("without `module`"),
+        "{message}"
+    );
+    // Readings that are well formed, from which no gear follows.
+    let unanswered = |from: &str, to: &str| {
+        let (code, _, notes) = said(&["gear", "reverse", &changed(from, to)]);
+        assert_eq!(code, Some(3), "{notes}");
+        notes
+    };
+    let notes = unanswered("{ teeth = 5, size = \"35.090 mm\" }", "");
+    assert!(notes.contains("over one number of teeth"), "{notes}");
+    let notes = unanswered("35.090", "36.010");
+    assert!(notes.contains("no standard gear agrees"), "{notes}");
+}
