@@ -13,12 +13,30 @@ use crate::gear::load::mesh::{LoadedMesh, MeshOptions};
 use crate::gear::load::mesh_result::{LoadedCycle, peak_to_peak};
 use crate::scene::gear_file::GearFile;
 
-/// Positions in one pitch and slices along the face that are compared.
-const POSITIONS: [usize; 3] = [15, 30, 60];
-/// See [`POSITIONS`].
-const SLICES: [usize; 4] = [5, 11, 21, 41];
-/// Positions and slices of the reference: slices enter contact one by one, so that errors fall with their number only.
-const REFERENCE: [usize; 2] = [120, 121];
+/// Grids that are compared, and the reference.
+struct Grids {
+    /// In one pitch.
+    positions: &'static [usize],
+    /// Along the face.
+    slices: &'static [usize],
+    /// Positions and slices.
+    reference: [usize; 2],
+}
+
+/// Teeth that differ along the face: slices enter contact one by one, so that errors fall with their number.
+const SLICED: Grids = Grids {
+    positions: &[15, 30, 60],
+    slices: &[5, 11, 21, 41],
+    reference: [120, 121],
+};
+/// Teeth alike along the face: the number of slices makes no difference.
+const UNIFORM: Grids = Grids {
+    positions: &[15, 30, 60, 120, 240],
+    slices: &[5],
+    reference: [1920, 5],
+};
+/// Difference of e(φ, T) between two numbers of slices that is rounding, by its peak to peak.
+const ROUNDING: f64 = 1e-6;
 
 /// Compares grids at the largest torque of the file: first e(φ, T), then k(φ, T).
 ///
@@ -50,8 +68,14 @@ pub fn compare_grids(
     if !monitor.proceed("reference") {
         return Err(interrupted_error());
     }
-    let reference = solve(REFERENCE).map_err(at)?;
-    let half = solve(REFERENCE.map(|n| n.div_ceil(2))).map_err(at)?;
+    let [few, more] = [SLICED.slices[0], SLICED.slices[1]].map(|n| solve([SLICED.positions[0], n]));
+    let (few, more) = (few.map_err(at)?, more.map_err(at)?);
+    let grids = match rms_distance(&few.te, &more.te) <= ROUNDING * peak_to_peak(&more.te) {
+        true => UNIFORM,
+        false => SLICED,
+    };
+    let reference = solve(grids.reference).map_err(at)?;
+    let half = solve(grids.reference.map(|n| n.div_ceil(2))).map_err(at)?;
     let [te_scale, stiffness_scale] = [
         peak_to_peak(&reference.te),
         reference.tangent.iter().sum::<f64>() / reference.tangent.len() as f64,
@@ -65,8 +89,8 @@ pub fn compare_grids(
     let of_reference = errors(&half);
     let mut methods = [Vec::new(), Vec::new()];
     let mut interrupted = false;
-    'grids: for slices in SLICES {
-        for positions in POSITIONS {
+    'grids: for &slices in grids.slices {
+        for &positions in grids.positions {
             if !monitor.proceed(&format!("{positions} positions × {slices} slices")) {
                 interrupted = true;
                 break 'grids;
@@ -88,7 +112,7 @@ pub fn compare_grids(
     if methods[0].is_empty() {
         return Err(interrupted_error());
     }
-    let [positions, slices] = REFERENCE;
+    let [positions, slices] = grids.reference;
     let [te, stiffness] = methods;
     let result = |k: usize, methods: Vec<ComparedMethod>| ComparisonResult {
         quantity: format!("{} at {} N·m", [TE, STIFFNESS][k], format_number(torque)),

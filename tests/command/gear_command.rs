@@ -324,6 +324,20 @@ fn law_error_of_a_mesh_over_its_grid() {
     assert!(text.contains("no torque is given"), "{text}");
 }
 
+/// Spur teeth are alike along the face: five slices serve, and the errors fall with the positions.
+#[test]
+fn law_slices_of_spur_gears_are_not_compared() {
+    let found = document(&["accuracy", "models/gears/stage_28_56.toml", "--json"]);
+    let result = &found["te"];
+    let floor = number(&result["reference"]["error"]);
+    assert!(floor < 1e-3, "{floor}");
+    let runs = result["runs"].as_array().unwrap();
+    assert!(runs.iter().all(|run| run["slices"] == 5));
+    let errors: Vec<f64> = runs.iter().map(|run| number(&run["error"])).collect();
+    assert_eq!(errors.len(), 5);
+    assert!(errors.windows(2).all(|e| e[1] < 0.8 * e[0]), "{errors:?}");
+}
+
 /// An error of the centre distance moves the working pressure angle and leaves tips as they are: `cos α_wt = a_d cos α_t/a`.
 #[test]
 fn exact_error_of_the_centre_distance() {
