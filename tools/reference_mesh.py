@@ -114,7 +114,7 @@ class Mesh:
         self.lean = math.tan(math.asin(sine))
 
     def corner(self, tip, s):
-        """Rolls on both flanks, gap and arm where the tip corner of a gear faces the flank of its mate."""
+        """Rolls on both flanks and gap where the tip corner of a gear faces the flank of its mate."""
         flank = 1 - tip
         rolls = [s, self.length - s]
         o = [(0.0, -self.rb[0]), (self.length, self.rb[1])]  # line of action along x, gear 1 below
@@ -128,13 +128,9 @@ class Mesh:
         on = math.sqrt(d[0] ** 2 + d[1] ** 2 - self.rb[flank] ** 2)
         back = math.atan(on / self.rb[flank]) - math.atan2(d[0], d[1])
         gap = on - self.rb[flank] * back - rolls[flank]
-        arm = 1.0
-        if flank == 0:
-            q = p[0] - o[1][0], p[1] - o[1][1]
-            arm = abs(q[0] * math.sin(back) - q[1] * math.cos(back)) / self.rb[1]
         places = [0.0, 0.0]
         places[tip], places[flank] = self.t[tip].tip, on
-        return places, gap, arm
+        return places, gap
 
     def points(self, phi):
         p, b, n = self.p, self.p["face_width"], self.p["slices"]
@@ -145,11 +141,11 @@ class Mesh:
                 if not self.start - 0.5 * self.pitch < s < self.stop + 0.5 * self.pitch:
                     continue
                 if s < self.start:
-                    rolls, gap, arm = self.corner(1, s)
+                    rolls, gap = self.corner(1, s)
                 elif s > self.stop:
-                    rolls, gap, arm = self.corner(0, s)
+                    rolls, gap = self.corner(0, s)
                 else:
-                    rolls, gap, arm = [s, self.length - s], 0.0, 1.0
+                    rolls, gap = [s, self.length - s], 0.0
                 if rolls[0] < self.t[0].form or rolls[1] < self.t[1].form:
                     continue
                 for k in (0, 1):
@@ -163,15 +159,15 @@ class Mesh:
                 star = E / (2 * (1 - NU**2))
                 half = math.sqrt(4 * LINE_LOAD * radius / (math.pi * star))
                 near = (1 - NU**2) / (math.pi * E) * sum(2 * math.log(2 * h / half) - NU / (1 - NU) for h in (h1, h2))
-                yield gap, arm, (one + two + near) / (b / n)
+                yield gap, (one + two + near) / (b / n)
 
     def solve(self, phi, torque):
-        g, a, c = map(np.array, zip(*self.points(phi)))
+        g, c = map(np.array, zip(*self.points(phi)))
         load = torque / self.rb[0]
-        forces = lambda d: np.maximum(0, (a * d - g) / c)
-        first = (g / a).min()
-        d = brentq(lambda d: (a * forces(d)).sum() - load, first, first + 1e-3, xtol=1e-18, rtol=1e-14)
-        stiffness = (a * a / c)[forces(d) > 0].sum()
+        forces = lambda d: np.maximum(0, (d - g) / c)
+        first = g.min()
+        d = brentq(lambda d: forces(d).sum() - load, first, first + 1e-3, xtol=1e-18, rtol=1e-14)
+        stiffness = (1 / c)[forces(d) > 0].sum()
         return -d, stiffness, -first
 
 

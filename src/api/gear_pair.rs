@@ -94,7 +94,7 @@ impl GearPair {
         &self.unloaded.diagnostics
     }
 
-    /// Load and grid of the file: torques of `[mesh]`, 60 positions and 11 slices by default.
+    /// Load and grid of the file: torques of `[mesh]`, 60 positions and 40 slices for each axial pitch by default.
     pub fn study(&self) -> &MeshStudy {
         &self.file.mesh
     }

@@ -54,8 +54,13 @@ impl Machine {
     /// # Errors
     /// A study without an end; unknown names; whatever stops the integration, with time and state.
     pub fn simulate(&self, study: &SimulateStudy) -> Result<Motion, Errors> {
-        let result =
-            SimulationResult::simulate(&self.scene, study, &CancelToken::default(), &|_| ())?;
+        let result = SimulationResult::simulate(
+            &self.scene,
+            &self.prepared,
+            study,
+            &CancelToken::default(),
+            &|_| (),
+        )?;
         Ok(Motion::new(result))
     }
 

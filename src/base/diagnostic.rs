@@ -632,6 +632,16 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "The tip of one gear reaches where the other has no involute: inside its base circle, into its fillet, or, inside a ring, outside the path of contact. The message names the nearest tip diameter that avoids it.",
     ),
     (
+        "no-contact",
+        Warning,
+        "The flanks of a bevel pair do not touch near the middle of their teeth, or at some angles no pair of teeth touches: no transmission error follows there.",
+    ),
+    (
+        "no-reference",
+        Warning,
+        "Nowhere on the flanks is the ratio that of the tooth numbers: the contact where it is nearest is taken as reference of pattern and transmission error.",
+    ),
+    (
         "contact-ratio",
         Warning,
         "The total contact ratio is below 1: a pair of teeth leaves contact before the next one touches, so that the motion is not transmitted evenly.",
@@ -655,6 +665,11 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "contact-ends",
         Warning,
         "A part of a given profile has no contact: its normals do not meet the pitch curve there.",
+    ),
+    (
+        "readings-misfit",
+        Warning,
+        "Even the standard gear that fits the readings best misses one of them by more than three standard uncertainties: a reading or its uncertainty is wrong, or the gear is not of a standard size.",
     ),
     (
         "not-separated",

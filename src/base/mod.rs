@@ -14,6 +14,8 @@ mod unit_expression;
 
 pub mod quantity;
 
+pub mod bound;
+
 pub mod load;
 
 pub mod mat5;

@@ -1,22 +1,21 @@
 //! Cancellation token and time budget: when long work ends early, and the forecast of an overrun.
 
-use std::cell::Cell;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::quantity::format_duration;
 
-/// A wish that work end early; copies share it. Whoever works looks at it between steps and ends with what is finished.
+/// A wish that work end early; copies share it, across threads as well. Whoever works looks at it between steps and ends with what is finished.
 #[derive(Debug, Clone, Default)]
 pub struct CancelToken {
     raised: Arc<AtomicBool>,
     /// When patience runs out.
     until: Option<Instant>,
     /// Number of checks.
-    n_checks: Cell<u32>,
+    n_checks: Arc<AtomicU32>,
     /// Patience has been seen to be over.
-    is_over: Cell<bool>,
+    is_over: Arc<AtomicBool>,
     /// Time budget of the whole.
     budget: Option<TimeBudget>,
 }
@@ -26,7 +25,7 @@ pub struct CancelToken {
 struct TimeBudget {
     seconds: f64,
     since: Instant,
-    last: Cell<ProgressSample>,
+    last: Arc<Mutex<ProgressSample>>,
 }
 
 /// Progress at a look.
@@ -101,11 +100,11 @@ impl CancelToken {
         let Some(until) = self.until else {
             return false;
         };
-        let asked = self.n_checks.replace(self.n_checks.get().wrapping_add(1));
+        let asked = self.n_checks.fetch_add(1, Ordering::Relaxed);
         if asked.is_multiple_of(CLOCK_CHECK_INTERVAL) && Instant::now() >= until {
-            self.is_over.set(true);
+            self.is_over.store(true, Ordering::Relaxed);
         }
-        self.is_over.get()
+        self.is_over.load(Ordering::Relaxed)
     }
 
     /// The same wish, and patience for so many seconds from now.
@@ -114,8 +113,8 @@ impl CancelToken {
         CancelToken {
             raised: Arc::clone(&self.raised),
             until: Some(Instant::now() + Duration::from_secs_f64(seconds)),
-            n_checks: Cell::default(),
-            is_over: Cell::default(),
+            n_checks: Arc::default(),
+            is_over: Arc::default(),
             budget: None,
         }
     }
@@ -127,7 +126,7 @@ impl CancelToken {
         let budget = TimeBudget {
             seconds,
             since: Instant::now(),
-            last: Cell::default(),
+            last: Arc::default(),
         };
         CancelToken {
             budget: Some(budget),
@@ -144,7 +143,8 @@ impl CancelToken {
 
 impl TimeBudget {
     fn foresees(&self, share: f64, spent: f64) -> Option<BudgetForecast> {
-        let last = self.last.get();
+        let mut latest = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let last = *latest;
         let allowed = self.seconds;
         if spent
             < (2.0 * last.seconds)
@@ -158,12 +158,12 @@ impl TimeBudget {
         // What was done before the first look holds what is done but once.
         let first = last.seconds == 0.0;
         let fastest = if first { 0.0 } else { last.fastest.max(pace) };
-        self.last.set(ProgressSample {
+        *latest = ProgressSample {
             seconds: spent,
             share,
             rate: pace,
             fastest,
-        });
+        };
         let left = 1.0 - share;
         let steady =
             !first && (1.0 / STEADY_RATE_RATIO..STEADY_RATE_RATIO).contains(&(pace / last.rate));
@@ -202,7 +202,7 @@ mod tests {
         TimeBudget {
             seconds,
             since: Instant::now(),
-            last: Cell::default(),
+            last: Arc::default(),
         }
     }
 

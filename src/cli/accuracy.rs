@@ -36,7 +36,8 @@ pub fn run(args: &AccuracyArgs) -> Result<u8, Errors> {
     let scene = scene::read(&args.scene)?;
     let study: AccuracyStudy = scene.study(&args.study.flags)?;
     let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;
-    outputs.present(&*report(&scene, &study, args.out.quiet)?)
+    let machine = PreparedMachine::new(&scene.model)?;
+    outputs.present(&*report(&scene, &machine, &study, args.out.quiet)?)
 }
 
 /// The error of a mesh wanted by default.
@@ -74,6 +75,7 @@ fn of_mesh(args: &AccuracyArgs, source: &Arc<SourceFile>) -> Result<u8, Errors> 
 /// Whatever is wrong with the machine or the methods.
 pub fn report<'a>(
     scene: &'a Scene,
+    machine: &'a PreparedMachine,
     study: &AccuracyStudy,
     quiet: bool,
 ) -> Result<Box<dyn Presentation + 'a>, Error> {
@@ -87,15 +89,13 @@ pub fn report<'a>(
         .map_or(frequencies::DEFAULT_MODES, |n| n as usize);
     let result = match study.target {
         AccuracyTarget::Modes => {
-            frequencies::compare_eigensolvers(&scene.model, count, &mut monitor)?
+            frequencies::compare_eigensolvers(machine, &scene.model, count, &mut monitor)?
         }
         AccuracyTarget::Response => {
-            let machine = PreparedMachine::new(&scene.model)?;
-            responses::compare_responses(&machine, &study.response, &mut monitor)?
+            responses::compare_responses(machine, &study.response, &mut monitor)?
         }
         AccuracyTarget::Motion => {
-            let machine = PreparedMachine::new(&scene.model)?;
-            let ready = SimulationSetup::of_whole_meshes(&machine, &scene.start, &study.motion)?;
+            let ready = SimulationSetup::of_whole_meshes(machine, &scene.start, &study.motion)?;
             let (methods, limit) = (&study.methods, work_precision::TIME_LIMIT);
             return Ok(Box::new(WorkPrecisionReport {
                 scene,

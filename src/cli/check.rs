@@ -128,6 +128,19 @@ fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, 
             ..FileSummary::default()
         });
     }
+    if scene::gear_file::pair_kind(&source) == PairKind::Bevel {
+        let file = scene::bevel_file::read(&source, &Flags::default())?;
+        let found = plan::gear::bevel::run(&file)?;
+        let [z1, z2] = file.members.each_ref().map(|m| m.teeth);
+        let (name, title) = (path.display(), render::sanitise(&file.title));
+        return Ok(FileSummary {
+            text: format!("{name}   {title}\n  bevel gears of {z1} and {z2} teeth\n"),
+            body: json!({ "file": path, "title": file.title, "gears": true, "teeth": [z1, z2] }),
+            sources: vec![source],
+            warnings: found.diagnostics,
+            ..FileSummary::default()
+        });
+    }
     let mut file = scene::gear_file::read(&source, &Flags::default())?;
     file.mesh.torques.clear();
     let found = plan::gear::run::run(&file)?;

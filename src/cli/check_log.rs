@@ -8,7 +8,8 @@ use super::args::LogArgs;
 use super::{files, footer, output, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::recording::channel_statistics::{ChannelStatistics, channel_statistics};
+use crate::numeric::parallel;
+use crate::recording::channel_statistics::channel_statistics;
 use crate::recording::raw::RawLog;
 use crate::recording::read_options::{RateSource, ReadOptions};
 use crate::recording::{faults, preprocess};
@@ -55,9 +56,7 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<FileSummary, Er
         }
         false => {
             let mut log = preprocess::preprocess(log, &options)?;
-            let surveys = (log.channels.iter())
-                .map(|c| channel_statistics(&log, c))
-                .collect::<Result<Vec<ChannelStatistics>, Error>>()?;
+            let surveys = parallel::try_map(&log.channels, |c| channel_statistics(&log, c))?;
             let all: Vec<usize> = (0..log.channels.len()).collect();
             let stuck = faults::find_stuck(&log, &all)?.stuck_warnings(&log, false);
             log.diagnostics.extend(stuck);

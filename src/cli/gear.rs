@@ -12,7 +12,9 @@ use crate::base::error::{Error, Errors};
 use crate::base::flags::Flags;
 use crate::base::load;
 use crate::base::source_span::SourceFile;
-use crate::plan::gear::{non_circular, reversal, run};
+use crate::plan::gear::{bevel, non_circular, reversal, run};
+use crate::report::bevel::{BevelReport, FIGURES};
+use crate::report::flank_file::{self, FlankFormat};
 use crate::report::gear::GearAnswer;
 use crate::report::gear_plan::GearPlan;
 use crate::report::gear_reversal::ReversalReport;
@@ -20,7 +22,7 @@ use crate::report::non_circular::NonCircularReport;
 use crate::report::outline_file::{NamedOutline, OutlineFormat};
 use crate::report::presentation::Presentation;
 use crate::scene::gear_file::{self, PairKind};
-use crate::scene::{gear_readings, non_circular_file};
+use crate::scene::{bevel_file, gear_readings, non_circular_file};
 
 /// Computes what a file determines and prints it.
 ///
@@ -61,6 +63,15 @@ fn compute(args: &GearArgs, path: &Path) -> Result<u8, Errors> {
             let answer = NonCircularReport { file, result };
             outputs.present(&answer, || answer.outlines())
         }
+        PairKind::Bevel => {
+            let file = bevel_file::read(&source, flags)?;
+            let outputs = GearOutputs::check(args, &FIGURES, &[path.to_path_buf()])?;
+            let result = progress::with_spinner("rolling the flanks", quiet, || bevel::run(&file))?;
+            outputs.present_bevel(&BevelReport {
+                file: &file,
+                result,
+            })
+        }
     }
 }
 
@@ -91,6 +102,10 @@ pub fn stages(source: &Arc<SourceFile>) -> Result<GearPlan, Errors> {
                 sources: file.sources,
             }
         }
+        PairKind::Bevel => GearPlan {
+            stages: bevel::plan(&bevel_file::read(source, &flags)?),
+            sources: vec![source.clone()],
+        },
     })
 }
 
@@ -101,6 +116,7 @@ const CYLINDRICAL_FIGURES: [&str; 6] = ["", "sliding", "mesh", "stiffness", "sha
 struct GearOutputs<'a> {
     outputs: Outputs<'a>,
     outline: Option<(&'a Path, OutlineFormat)>,
+    flank: Option<(&'a Path, FlankFormat)>,
 }
 
 impl<'a> GearOutputs<'a> {
@@ -112,7 +128,8 @@ impl<'a> GearOutputs<'a> {
     ) -> Result<GearOutputs<'a>, Error> {
         Ok(GearOutputs {
             outline: args.outline.as_deref().map(outline_format).transpose()?,
-            outputs: Outputs::check(&args.out, figures, &[&args.outline], inputs)?,
+            flank: args.flank.as_deref().map(flank_format).transpose()?,
+            outputs: Outputs::check(&args.out, figures, &[&args.outline, &args.flank], inputs)?,
         })
     }
 
@@ -122,13 +139,13 @@ impl<'a> GearOutputs<'a> {
         answer: &dyn Presentation,
         outlines: impl FnOnce() -> Vec<NamedOutline>,
     ) -> Result<u8, Errors> {
+        if self.flank.is_some() {
+            return Err(nothing_to_write("flanks", "--flank").into());
+        }
         if let Some((path, format)) = self.outline {
             let outlines = outlines();
             if outlines.is_empty() {
-                let message = "there are no outlines to write";
-                return Err(Error::new(Code::Usage, message)
-                    .with_hint("omit --outline; `geardyn plan` gives the reason")
-                    .into());
+                return Err(nothing_to_write("outlines", "--outline").into());
             }
             self.outputs.write(path, |to| {
                 let written = format.write(&outlines, to);
@@ -137,6 +154,47 @@ impl<'a> GearOutputs<'a> {
         }
         self.outputs.present(answer)
     }
+
+    /// Writes the flanks and presents the result.
+    fn present_bevel(mut self, answer: &BevelReport) -> Result<u8, Errors> {
+        if self.outline.is_some() {
+            return Err(nothing_to_write("outlines", "--outline").into());
+        }
+        if let Some((path, format)) = self.flank {
+            let (result, sides) = (&answer.result, answer.file.contact.side.flanks());
+            let failed = |e: std::io::Error| output_error(path, &e);
+            match format {
+                FlankFormat::Csv => {
+                    let table = flank_file::table(result);
+                    self.outputs
+                        .write(path, |to| table.write_csv(to).map_err(failed))?;
+                }
+                FlankFormat::Stl => {
+                    let solids = flank_file::solids(result, sides);
+                    if solids.is_empty() {
+                        return Err(nothing_to_write("whole teeth", "--flank").into());
+                    }
+                    self.outputs.write(path, |to| {
+                        flank_file::write_stl(&solids, to).map_err(failed)
+                    })?;
+                }
+            }
+        }
+        self.outputs.present(answer)
+    }
+}
+
+/// An output that this pair does not have.
+fn nothing_to_write(what: &str, flag: &str) -> Error {
+    Error::new(Code::Usage, format!("there are no {what} to write"))
+        .with_hint(format!("omit {flag}; `geardyn plan` gives the reason"))
+}
+
+/// The file of flanks with the format of its suffix.
+fn flank_format(path: &Path) -> Result<(&Path, FlankFormat), Error> {
+    files::ends(path, &FlankFormat::SUFFIXES)?;
+    let suffix = path.extension().and_then(|suffix| suffix.to_str());
+    Ok((path, FlankFormat::of_suffix(suffix.unwrap_or_default())))
 }
 
 /// The file of outlines with the format of its suffix.
@@ -154,6 +212,7 @@ fn reverse(args: &ReverseArgs) -> Result<u8, Errors> {
         json: args.json,
         csv: args.csv.clone(),
         svg: None,
+        html: args.html.clone(),
         quiet: args.quiet,
     };
     let outputs = Outputs::check(&out, &[], &[], std::slice::from_ref(&args.readings))?;

@@ -73,6 +73,7 @@ use clap::Parser;
 
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::numeric::parallel;
 
 /// Parses the arguments, program name first, and carries out the command. Exit codes: 0 answered, 1 a bad verdict, 2 bad input or
 /// usage, 3 numerical failure, 130 interrupted.
@@ -82,7 +83,14 @@ pub fn run(arguments: &[OsString]) -> ExitCode {
         return report_error(&error.into(), json);
     }
     let command = match Cli::try_parse_from(arguments) {
-        Ok(parsed) => parsed.command,
+        Ok(parsed) => {
+            parsed
+                .threads
+                .into_iter()
+                .map(usize::from)
+                .for_each(parallel::set_threads);
+            parsed.command
+        }
         Err(error) => return usage(&error, json),
     };
     if json {

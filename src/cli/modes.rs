@@ -32,7 +32,8 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
         None => &["", "energies"],
     };
     let mut outputs = Outputs::check(&args.out, figures, &[space], &scene.files())?;
-    let mut report = report(&scene, &study, args.out.quiet)?;
+    let machine = PreparedMachine::new(&scene.model)?;
+    let mut report = report(&scene, &machine, &study, args.out.quiet)?;
     report.detail = ShapeDetail { top: args.top };
     report.mode = selected_mode(args, &report.result)?;
     if let (Some(path), Some((space, _))) = (space, &report.result.state_space) {
@@ -47,13 +48,13 @@ pub fn run(args: &ModesArgs) -> Result<u8, Errors> {
 /// Whatever is wrong with the machine or the solution.
 pub fn report<'a>(
     scene: &'a Scene,
+    machine: &'a PreparedMachine,
     study: &ModesStudy,
     quiet: bool,
 ) -> Result<ModesReport<'a>, Error> {
-    let machine = PreparedMachine::new(&scene.model)?;
-    let plan = ModesPlan::plan_modes(&machine, study);
+    let plan = ModesPlan::plan_modes(machine, study);
     let result = progress::with_spinner("finding modes", quiet, || {
-        modes_run::run(&machine, study, &plan)
+        modes_run::run(machine, study, &plan)
     })?;
     Ok(ModesReport {
         scene,

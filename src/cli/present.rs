@@ -9,6 +9,7 @@ use super::files::{self, OutputFiles};
 use super::{footer, interrupt, output, progress};
 use crate::base::error::{Error, Errors};
 use crate::plan::prepared_machine::PreparedMachine;
+use crate::report::page::{Section, page};
 use crate::report::presentation::{Presentation, StudyReport, document};
 use crate::scene::Scene;
 
@@ -43,6 +44,10 @@ impl<'a> Outputs<'a> {
                     .map(|suffix| files::sibling_path(path, suffix)),
             );
         }
+        if let Some(path) = &args.html {
+            files::ends(path, &["html"])?;
+            named.push(path.clone());
+        }
         named.extend(others.iter().copied().flatten().cloned());
         let files = OutputFiles::new(&named, inputs)?;
         Ok(Outputs { args, files, named })
@@ -75,14 +80,24 @@ impl<'a> Outputs<'a> {
         if let Some(path) = args.svg.as_ref().filter(|_| whole) {
             for figure in result.figures()? {
                 let path = files::sibling_path(path, figure.suffix);
-                self.files.write(&path, figure.svg.as_bytes())?;
+                self.files.write(&path, figure.svg().as_bytes())?;
             }
             notes = result.figure_notes();
+        }
+        if let Some(path) = args.html.as_ref().filter(|_| whole) {
+            let section = Section::new(&command_line(), result)?;
+            let title = section.title().to_string();
+            self.files
+                .write(path, page(&title, &command_line(), &[section]).as_bytes())?;
         }
         let written = self.files.finish()?;
         match args.json {
             true => output::document(&document(result)?)?,
-            false => output::print(&result.text())?,
+            false => {
+                let title = result.provenance().title;
+                let gap = if title.is_empty() { "" } else { "\n\n" };
+                output::print(&format!("{title}{gap}{}", result.text()))?;
+            }
         }
         let not_written = footer::not_written(&self.named, whole);
         if !args.quiet && !args.json {
@@ -95,18 +110,33 @@ impl<'a> Outputs<'a> {
     }
 }
 
+/// The command as it was typed.
+pub fn command_line() -> String {
+    let quoted = |text: String| match text
+        .contains(|c: char| c.is_whitespace() || "'\"$&;|<>*?()".contains(c))
+    {
+        true => format!("'{}'", text.replace('\'', "'\\''")),
+        false => text,
+    };
+    let arguments = std::env::args_os().skip(1);
+    let typed = arguments.map(|a| quoted(a.to_string_lossy().into_owned()));
+    std::iter::once("geardyn".to_string())
+        .chain(typed)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
 /// Solves a study on the machine of a scene; at a terminal it says what is done.
 ///
 /// # Errors
 /// Whatever is wrong with the machine, or those of `solve`.
 pub fn solve<'a, R>(
-    scene: &'a Scene,
+    (scene, machine): (&'a Scene, &'a PreparedMachine),
     what: &'static str,
     quiet: bool,
     solve: impl FnOnce(&PreparedMachine) -> Result<R, Error>,
 ) -> Result<StudyReport<'a, R>, Error> {
-    let machine = PreparedMachine::new(&scene.model)?;
-    let result = progress::with_spinner(what, quiet, || solve(&machine))?;
+    let result = progress::with_spinner(what, quiet, || solve(machine))?;
     Ok(StudyReport {
         scene,
         machine,

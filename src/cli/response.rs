@@ -3,6 +3,7 @@
 use super::args::ResponseArgs;
 use super::present::{self, Outputs};
 use crate::base::error::{Error, Errors};
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::run::{ResponseResult, run as solve};
 use crate::report::presentation::StudyReport;
 use crate::scene::study::ResponseStudy;
@@ -17,7 +18,8 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
     let study: ResponseStudy = scene.study(&args.study.flags)?;
     let outputs = Outputs::check(&args.out, &["", "nyquist"], &[], &scene.files())?;
     let drawn = args.out.svg.is_some();
-    let report = report(&scene, &study, drawn, args.out.quiet)?;
+    let machine = PreparedMachine::new(&scene.model)?;
+    let report = report(&scene, &machine, &study, drawn, args.out.quiet)?;
     outputs.present(&report)
 }
 
@@ -27,11 +29,15 @@ pub fn run(args: &ResponseArgs) -> Result<u8, Errors> {
 /// Whatever is wrong with the machine, the study or the solution.
 pub fn report<'a>(
     scene: &'a Scene,
+    machine: &'a PreparedMachine,
     study: &ResponseStudy,
     drawn: bool,
     quiet: bool,
 ) -> Result<StudyReport<'a, ResponseResult>, Error> {
-    present::solve(scene, "answering by frequency", quiet, |machine| {
-        solve(machine, study, drawn)
-    })
+    present::solve(
+        (scene, machine),
+        "answering by frequency",
+        quiet,
+        |machine| solve(machine, study, drawn),
+    )
 }

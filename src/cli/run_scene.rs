@@ -1,14 +1,19 @@
 //! `geardyn run`: all studies listed in a scene.
 
+use std::path::PathBuf;
+
 use serde_json::json;
 
 use super::args::RunArgs;
+use super::files::{self, OutputFiles};
 use super::{
     accuracy, footer, harmonic_balance, interrupt, modes, output, present, response, run_up,
     simulate, stability, te,
 };
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::report::page::{Section, page};
 use crate::report::presentation::{Presentation, Provenance, document};
 use crate::scene::study::StudyKind;
 use crate::scene::{self, Scene};
@@ -26,15 +31,21 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         );
         return Err(error.with_hint("write [[study]] and below it kind = \"modes\", \"simulate\", \"accuracy\", \"stability\", \"response\", \"run_up\", \"te\" or \"harmonic_balance\"; or call the command of the analysis").into());
     }
+    let html: Vec<PathBuf> = args.html.iter().cloned().collect();
+    for path in &html {
+        files::ends(path, &["html"])?;
+    }
+    let mut files = OutputFiles::new(&html, std::slice::from_ref(&args.scene))?;
     // From here on the first interrupt ends the study that runs, and no other begins.
     let cancel = interrupt::cancel_on_ctrl_c();
-    let (mut documents, mut exit) = (Vec::new(), 0);
+    let (mut documents, mut sections, mut exit) = (Vec::new(), Vec::new(), 0);
     let title = &scene.model.title;
     if !args.json && !title.is_empty() {
         output::print(&format!("{title}\n\n"))?;
     }
+    let machine = PreparedMachine::new(&scene.model)?;
     for study in &scene.studies {
-        let found = report(&scene, &study.kind, args.quiet || args.json);
+        let found = report(&scene, &machine, &study.kind, args.quiet || args.json);
         let (name, result) = found.map_err(|e| match e.span {
             Some(_) => e,
             None => e.with_span(&study.span),
@@ -47,6 +58,9 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
                 output::print_note(&footer::notes(result));
             }
         }
+        if !html.is_empty() {
+            sections.push(Section::new(name, result)?);
+        }
         documents.push(json!({ "study": name, "result": document(result)? }));
         exit = exit.max(present::exit_code(result));
         if cancel.is_cancelled() {
@@ -54,11 +68,22 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
             break;
         }
     }
+    let whole = exit != interrupt::EXIT_INTERRUPTED;
+    for path in html.iter().filter(|_| whole) {
+        let command = present::command_line();
+        let title = if title.is_empty() { &command } else { title };
+        files.write(path, page(title, &command, &sections).as_bytes())?;
+    }
+    let written = files.finish()?;
     if args.json {
         let sources = &scene.sources;
         let about = Provenance::of_plan(sources, &[], &[]);
         let document = json!({ "geardyn": about.header(), "title": title, "studies": documents, "warnings": [] });
         output::document(&document)?;
+    }
+    if !args.quiet {
+        let note = footer::written_files(&written) + &footer::not_written(&html, whole);
+        output::print_note(&note);
     }
     Ok(exit)
 }
@@ -66,28 +91,38 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
 /// The result of a study, with the name of its kind.
 fn report<'a>(
     scene: &'a Scene,
+    machine: &'a PreparedMachine,
     study: &StudyKind,
     quiet: bool,
 ) -> Result<(&'static str, Box<dyn Presentation + 'a>), Error> {
     Ok(match study {
-        StudyKind::Modes(study) => ("modes", Box::new(modes::report(scene, study, quiet)?)),
-        StudyKind::Simulate(study) => {
-            ("simulate", Box::new(simulate::report(scene, study, quiet)?))
-        }
-        StudyKind::Accuracy(study) => ("accuracy", accuracy::report(scene, study, quiet)?),
+        StudyKind::Modes(study) => (
+            "modes",
+            Box::new(modes::report(scene, machine, study, quiet)?),
+        ),
+        StudyKind::Simulate(study) => (
+            "simulate",
+            Box::new(simulate::report(scene, machine, study, quiet)?),
+        ),
+        StudyKind::Accuracy(study) => ("accuracy", accuracy::report(scene, machine, study, quiet)?),
         StudyKind::Response(study) => (
             "response",
-            Box::new(response::report(scene, study, false, quiet)?),
+            Box::new(response::report(scene, machine, study, false, quiet)?),
         ),
         StudyKind::HarmonicBalance(study) => (
             "harmonic_balance",
-            Box::new(harmonic_balance::report(scene, study, quiet)?),
+            Box::new(harmonic_balance::report(scene, machine, study, quiet)?),
         ),
-        StudyKind::RunUp(study) => ("run_up", Box::new(run_up::report(scene, study, quiet)?)),
-        StudyKind::Transmission(study) => ("te", Box::new(te::report(scene, study, quiet)?)),
+        StudyKind::RunUp(study) => (
+            "run_up",
+            Box::new(run_up::report(scene, machine, study, quiet)?),
+        ),
+        StudyKind::Transmission(study) => {
+            ("te", Box::new(te::report(scene, machine, study, quiet)?))
+        }
         StudyKind::Stability(study) => (
             "stability",
-            Box::new(stability::report(scene, study, quiet)?),
+            Box::new(stability::report(scene, machine, study, quiet)?),
         ),
     })
 }

@@ -5,6 +5,7 @@ use super::present::Outputs;
 use super::{interrupt, progress};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
+use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::simulate::SimulationResult;
 use crate::report::simulation::SimulationReport;
 use crate::scene::study::{ReadStudy, SimulateStudy};
@@ -28,7 +29,8 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
             .into());
     }
     let outputs = Outputs::check(&args.out, &[""], &[], &scene.files())?;
-    let report = report(&scene, &study, args.out.quiet).map_err(|e| {
+    let machine = PreparedMachine::new(&scene.model)?;
+    let report = report(&scene, &machine, &study, args.out.quiet).map_err(|e| {
         match SimulateStudy::listed(&scene, flags) {
             // What a scene alone asks for is refused at its study.
             Some(study) if flags.is_empty() && e.span.is_none() && e.code.exit_code() == 2 => {
@@ -46,12 +48,14 @@ pub fn run(args: &SimulateArgs) -> Result<u8, Errors> {
 /// Whatever is wrong with the machine or the motion.
 pub fn report<'a>(
     scene: &'a Scene,
+    machine: &'a PreparedMachine,
     study: &SimulateStudy,
     quiet: bool,
 ) -> Result<SimulationReport<'a>, Error> {
     let bar = progress::progress_bar("integrating", quiet);
     let cancel = interrupt::cancel_on_ctrl_c();
-    let result = SimulationResult::simulate(scene, study, &cancel, &|share| bar(Some(share)));
+    let result =
+        SimulationResult::simulate(scene, machine, study, &cancel, &|share| bar(Some(share)));
     bar(None);
     let result = result?;
     Ok(SimulationReport { scene, result })

@@ -28,7 +28,9 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
         None => &[""],
     };
     let outputs = Outputs::check(&args.out, figures, &[], &scene.files())?;
-    outputs.present(&report(&scene, &study, args.out.quiet || args.out.json)?)
+    let machine = PreparedMachine::new(&scene.model)?;
+    let quiet = args.out.quiet || args.out.json;
+    outputs.present(&report(&scene, &machine, &study, quiet)?)
 }
 
 /// Facts, parametric stability, extremes.
@@ -37,6 +39,7 @@ pub fn run(args: &StabilityArgs) -> Result<u8, Errors> {
 /// Whatever is wrong with the machine or the methods.
 pub fn report<'a>(
     scene: &'a Scene,
+    machine: &'a PreparedMachine,
     study: &StabilityStudy,
     quiet: bool,
 ) -> Result<StabilityReport<'a>, Error> {
@@ -46,9 +49,8 @@ pub fn report<'a>(
         cancel,
         on_progress: &mut |what| output::show_status(what, quiet),
     };
-    let machine = PreparedMachine::new(&scene.model)?;
     let facts = match monitor.proceed("modes with their damping") {
-        true => linear::linear_stability(&machine, study.motion.speed)?,
+        true => linear::linear_stability(machine, study.motion.speed)?,
         false => return Err(interrupted_error()),
     };
     // Multipliers are of the machine, however long it moves; a period of the slowest motion stands in for a duration left out.
@@ -56,7 +58,7 @@ pub fn report<'a>(
         end_time: study.motion.end_time.or(Some(facts.slowest_period())),
         ..study.motion.clone()
     };
-    let ready = SimulationSetup::of_whole_meshes(&machine, &scene.start, &nominal);
+    let ready = SimulationSetup::of_whole_meshes(machine, &scene.start, &nominal);
     let asks_motion = study.motion.end_time.is_some() || study.speeds.is_some();
     let budget = ready
         .as_ref()
@@ -70,7 +72,7 @@ pub fn report<'a>(
         }
         ready => {
             let ready = ready?;
-            let floquet = parametric::parametric_stability(&machine, &ready, study, &mut monitor)?;
+            let floquet = parametric::parametric_stability(machine, &ready, study, &mut monitor)?;
             let (cases, left_out, unable) = match study.motion.end_time {
                 Some(_) => {
                     let methods = CaseMethods::new(&ready, &study.motion, &study.methods)?;

@@ -26,7 +26,8 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
         None => &["", "budget"],
     };
     let mut outputs = Outputs::check(&args.out, figures, &[record], &scene.files())?;
-    let mut report = report(&scene, &study, args.out.quiet)?;
+    let machine = PreparedMachine::new(&scene.model)?;
+    let mut report = report(&scene, &machine, &study, args.out.quiet)?;
     report.all = args.all;
     if let Some(path) = record {
         let failed = |e| destination::output_error(path, &e);
@@ -41,11 +42,11 @@ pub fn run(args: &TeArgs) -> Result<u8, Errors> {
 /// Whatever is wrong with the machine, the study or the chain.
 pub fn report<'a>(
     scene: &'a Scene,
+    machine: &'a PreparedMachine,
     study: &TransmissionStudy,
     quiet: bool,
 ) -> Result<TransmissionReport<'a>, Error> {
-    let machine = PreparedMachine::new(&scene.model)?;
-    let result = progress::with_spinner("following the errors", quiet, || solve(&machine, study))?;
+    let result = progress::with_spinner("following the errors", quiet, || solve(machine, study))?;
     Ok(TransmissionReport {
         scene,
         machine,

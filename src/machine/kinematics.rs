@@ -121,8 +121,8 @@ impl RigidMotions {
     /// The speeds of all degrees of freedom that follow from stated ones.
     ///
     /// # Errors
-    /// The degree of freedom whose speed does not follow from those stated, or a stated one that contradicts the others.
-    pub fn speeds(&self, n: usize, stated: &[(usize, f64)]) -> Result<Vec<f64>, usize> {
+    /// See [`SpeedError`].
+    pub fn speeds(&self, n: usize, stated: &[(usize, f64)]) -> Result<Vec<f64>, SpeedError> {
         let fastest = stated.iter().fold(0.0f64, |m, s| m.max(s.1.abs()));
         let mut solved: Vec<ReducedRow> = Vec::new();
         for &(dof, speed) in stated {
@@ -143,7 +143,12 @@ impl RigidMotions {
                 if row.value.abs() <= 1e-9 * fastest {
                     continue;
                 }
-                return Err(dof);
+                let implied = speed - row.value;
+                return Err(SpeedError::Contradiction {
+                    dof,
+                    speed,
+                    implied,
+                });
             };
             row.terms.values_mut().for_each(|b| *b /= a);
             row.value /= a;
@@ -163,8 +168,31 @@ impl RigidMotions {
                 .map(|(j, a)| known.get(j).map(|x| a * x))
                 .sum()
         };
-        (0..n).map(|i| speed_of(i).ok_or(i)).collect()
+        let all = (0..n).map(|i| speed_of(i).ok_or(SpeedError::Undetermined(i)));
+        all.collect()
     }
+}
+
+/// A number to nine digits.
+fn rounded(x: f64) -> f64 {
+    let scale = 10f64.powf(8.0 - x.abs().max(1e-12).log10().floor());
+    (x * scale).round() / scale
+}
+
+/// Speeds that stated ones do not give.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SpeedError {
+    /// The stated speeds do not determine that of this degree of freedom.
+    Undetermined(usize),
+    /// A stated speed contradicts those stated before it.
+    Contradiction {
+        /// The degree of freedom.
+        dof: usize,
+        /// The stated speed, rad/s.
+        speed: f64,
+        /// The speed that follows from the others, rad/s.
+        implied: f64,
+    },
 }
 
 /// `x_pivot + Σ a x = value`, of a system brought to reduced form.
@@ -363,10 +391,25 @@ pub fn mean_speeds(
     // Bodies about the axis of a stage stay on it.
     let across = machine.gyroscopic.iter().filter_map(|spin| spin.across);
     stated.extend(across.flatten().map(|dof| (dof, 0.0)));
-    motions.speeds(n, &stated).map_err(|dof| {
-        let name = machine.dof_name(dof);
-        let message = format!("the speed of {name} does not follow from those stated");
-        let hint = "name in [speed] one node of every part that turns independently, each once";
+    let rpm = |speed: f64| speed * 30.0 / std::f64::consts::PI;
+    motions.speeds(n, &stated).map_err(|error| {
+        let hint = "state in [speed] one node of every part that turns independently, each once";
+        let message = match error {
+            SpeedError::Undetermined(dof) => format!(
+                "the speed of {} does not follow from those stated",
+                machine.dof_name(dof)
+            ),
+            SpeedError::Contradiction {
+                dof,
+                speed,
+                implied,
+            } => format!(
+                "the stated speed of {}, {} rpm, contradicts the tooth numbers and the speeds stated before it, which give {} rpm",
+                machine.dof_name(dof),
+                rounded(rpm(speed)),
+                rounded(rpm(implied))
+            ),
+        };
         Error::new(Code::UndeterminedSpeed, message).with_hint(hint)
     })
 }

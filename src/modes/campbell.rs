@@ -189,6 +189,9 @@ impl SpeedRatios {
     }
 }
 
+/// Speeds whose modes are solved before they are matched: a bound on memory, and enough for several threads.
+const SPEEDS_AHEAD: usize = 32;
+
 struct DiagramBuilder<'a> {
     machine: &'a Machine,
     model: &'a LinearModel,
@@ -206,15 +209,17 @@ struct DiagramBuilder<'a> {
 impl DiagramBuilder<'_> {
     fn draw<F>(&mut self, tracker: &ModeTracker<F>, speeds: &[f64]) -> Result<(), Error>
     where
-        F: Fn(f64) -> Result<Vec<Mode>, Error>,
+        F: Fn(f64) -> Result<Vec<Mode>, Error> + Sync,
     {
         let mut here = tracker.start(speeds[0], speeds.get(1).copied().unwrap_or(speeds[0]))?;
         self.add(&here, vec![None; here.modes.len()]);
-        for &speed in &speeds[1..] {
-            let (next, link) = tracker.follow(&here, speed)?;
-            self.cross(tracker, &here, &next, &link)?;
-            self.advance(&next, &link);
-            here = next;
+        for ahead in speeds[1..].chunks(SPEEDS_AHEAD) {
+            for next in tracker.mode_sets(ahead)? {
+                let (next, link) = tracker.follow_to(&here, next)?;
+                self.cross(tracker, &here, &next, &link)?;
+                self.advance(&next, &link);
+                here = next;
+            }
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ use crate::base::error::Error;
 use crate::machine::linear::LinearModel;
 use crate::numeric::assignment::assign;
 use crate::numeric::mac::{self, hermitian_product};
-use crate::numeric::{Complex, Matrix};
+use crate::numeric::{Complex, Matrix, parallel};
 
 /// Oscillatory modes at one speed, by rising |λ|.
 #[derive(Debug, Clone)]
@@ -125,9 +125,31 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> ModeTracker<'a, F> {
     /// # Errors
     /// Those of the solver.
     pub fn follow(&self, from: &ModeSet, speed: f64) -> Result<(ModeSet, ModeMatching), Error> {
-        let spent = self.solves.get();
         let to = self.snapshot(speed)?;
+        self.follow_to(from, to)
+    }
+
+    /// As [`ModeTracker::follow`], the modes at the next speed being known.
+    ///
+    /// # Errors
+    /// Those of the solver.
+    pub fn follow_to(&self, from: &ModeSet, to: ModeSet) -> Result<(ModeSet, ModeMatching), Error> {
+        // The solution `to` counts as one of this step.
+        let spent = self.solves.get() - 1;
         self.step(from, to, 0, spent)
+    }
+
+    /// The modes at several speeds, not yet matched.
+    ///
+    /// # Errors
+    /// Those of the solver.
+    pub fn mode_sets(&self, speeds: &[f64]) -> Result<Vec<ModeSet>, Error>
+    where
+        F: Sync,
+    {
+        self.solves.set(self.solves.get() + speeds.len());
+        let (model, solve) = (self.model, &self.solve);
+        parallel::try_map(speeds, |&speed| Ok(mode_set(model, speed, solve(speed)?)))
     }
 
     fn step(
@@ -209,18 +231,23 @@ impl<'a, F: Fn(f64) -> Result<Vec<Mode>, Error>> ModeTracker<'a, F> {
 
     fn snapshot(&self, speed: f64) -> Result<ModeSet, Error> {
         self.solves.set(self.solves.get() + 1);
-        let swinging = (self.solve)(speed)?
-            .into_iter()
-            .filter(|mode| !mode.rigid && mode.is_oscillatory());
-        let mut modes: Vec<TrackedMode> = swinging
-            .map(|mode| TrackedMode {
-                state: state(self.model, &mode),
-                mode,
-            })
-            .collect();
-        modes.sort_by(|a, b| a.mode.omega().total_cmp(&b.mode.omega()));
-        Ok(ModeSet { speed, modes })
+        Ok(mode_set(self.model, speed, (self.solve)(speed)?))
     }
+}
+
+/// The oscillatory ones of the modes at a speed, by rising |λ|.
+fn mode_set(model: &LinearModel, speed: f64, modes: Vec<Mode>) -> ModeSet {
+    let oscillatory = modes
+        .into_iter()
+        .filter(|mode| !mode.rigid && mode.is_oscillatory());
+    let mut modes: Vec<TrackedMode> = oscillatory
+        .map(|mode| TrackedMode {
+            state: state(model, &mode),
+            mode,
+        })
+        .collect();
+    modes.sort_by(|a, b| a.mode.omega().total_cmp(&b.mode.omega()));
+    ModeSet { speed, modes }
 }
 
 /// `(√k wᵀφ, λ √m vᵀφ)` of length one. What is no square (negative or one-sided stiffness) has no part in it.

@@ -11,7 +11,7 @@
 use crate::base::code::Code;
 use crate::base::error::Error;
 
-use super::profile_cholesky::ProfileCholesky;
+use super::profile_matrix::ProfileMatrix;
 
 /// Gaps under load that are open by less than this share of a δ + g past the first touch are closed: 1000 ε, far above the rounding of a solve.
 const CLOSED: f64 = 1e3 * f64::EPSILON;
@@ -25,8 +25,7 @@ const BEYOND_TRANSITION: f64 = 1e-9;
 /// The points of a contact: compliance, arms and gaps.
 #[derive(Debug, Clone)]
 pub struct ContactProblem {
-    /// Row by row; zeros left of the first entry of a row cost nothing, so a diagonal stays one.
-    compliance: Vec<f64>,
+    compliance: ProfileMatrix,
     arms: Vec<f64>,
     /// Gaps that are left where the first point touches: 0 or more.
     gaps: Vec<f64>,
@@ -71,23 +70,21 @@ struct SetSolution {
 }
 
 impl ContactProblem {
-    /// A problem of `arms.len()` points; `compliance` row by row.
+    /// A problem of `arms.len()` points.
     ///
     /// Errors: `OutOfRange` for sizes that differ, numbers that are not finite, arms that are not positive.
-    pub fn new(compliance: Vec<f64>, arms: Vec<f64>, gaps: Vec<f64>) -> Result<Self, Error> {
+    pub fn new(compliance: ProfileMatrix, arms: Vec<f64>, gaps: Vec<f64>) -> Result<Self, Error> {
         let n = arms.len();
-        let problem = if n == 0 || gaps.len() != n || compliance.len() != n * n {
-            let sizes = (compliance.len(), gaps.len());
+        let problem = if n == 0 || gaps.len() != n || compliance.rows() != n {
+            let sizes = (compliance.rows(), gaps.len());
             Some(format!(
-                "a contact of {n} points has {} compliances and {} gaps; it needs at least one point, {} and {n}",
-                sizes.0,
-                sizes.1,
-                n * n
+                "a contact of {n} points has {} rows of compliances and {} gaps; it needs at least one point, {n} and {n}",
+                sizes.0, sizes.1,
             ))
         } else if let Some(arm) = arms.iter().find(|a| !(a.is_finite() && **a > 0.0)) {
             Some(format!("the arm {arm} of a contact point is not positive"))
         } else {
-            let mut numbers = compliance.iter().chain(&gaps);
+            let mut numbers = compliance.entries().iter().chain(&gaps);
             let stray = numbers.find(|x| !x.is_finite());
             stray.map(|x| format!("a compliance or gap of a contact is {x}, not a finite number"))
         };
@@ -265,7 +262,7 @@ impl ContactProblem {
 
     /// `w = C F − a δ + g`.
     fn loaded_gaps(&self, set: &SetSolution) -> Vec<f64> {
-        let deflections = self.deflections(&set.forces);
+        let deflections = self.compliance.times(&set.forces);
         let terms = self.gaps.iter().zip(&self.arms).zip(deflections);
         terms
             .map(|((g, a), d)| d - a * set.deflection + g)
@@ -274,18 +271,9 @@ impl ContactProblem {
 
     /// dw/dT.
     fn gap_rates(&self, set: &SetSolution) -> Vec<f64> {
-        let deflections = self.deflections(&set.slopes);
+        let deflections = self.compliance.times(&set.slopes);
         let terms = self.arms.iter().zip(deflections);
         terms.map(|(a, d)| d - a / set.stiffness).collect()
-    }
-
-    /// C F.
-    fn deflections(&self, forces: &[f64]) -> Vec<f64> {
-        let row = |row: &[f64]| row.iter().zip(forces).map(|(c, f)| c * f).sum();
-        self.compliance
-            .chunks_exact(forces.len())
-            .map(row)
-            .collect()
     }
 
     /// Solves `C F = a δ − g`, `a·F = T` past the first touch over a set by the Cholesky factor of its compliance, bordered by a.
@@ -293,7 +281,7 @@ impl ContactProblem {
         let n = self.arms.len();
         let set: Vec<usize> = (0..n).filter(|&i| active[i]).collect();
         let pick = |values: &[f64]| set.iter().map(|&i| values[i]).collect::<Vec<f64>>();
-        let factor = ProfileCholesky::new(&self.compliance, n, &set)?;
+        let factor = self.compliance.cholesky(&set)?;
         let (mut by_arms, mut by_gaps) = (pick(&self.arms), pick(&self.gaps));
         let arms = by_arms.clone();
         factor.solve(&mut by_arms);

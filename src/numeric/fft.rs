@@ -17,6 +17,18 @@ pub struct RealFft {
     inverse: Option<(Arc<dyn ComplexToReal<f64>>, Vec<Complex>)>,
 }
 
+impl Clone for RealFft {
+    /// The same plans with a workspace of their own.
+    fn clone(&self) -> RealFft {
+        RealFft {
+            planner: RealFftPlanner::new(),
+            forward: Arc::clone(&self.forward),
+            forward_space: self.forward.make_scratch_vec(),
+            inverse: self.inverse.clone(),
+        }
+    }
+}
+
 impl RealFft {
     /// Plans transforms of `n` samples; any `n`, fastest for products of small primes.
     pub fn new(n: usize) -> RealFft {

@@ -70,6 +70,11 @@ impl Fraction {
         self.0.to_f64().unwrap_or(f64::NAN)
     }
 
+    /// Numerator and denominator, the latter positive; `None` where one is beyond ±2⁶³.
+    pub fn parts(&self) -> Option<(i64, i64)> {
+        Some((self.0.numer().to_i64()?, self.0.denom().to_i64()?))
+    }
+
     /// The least number above zero of which all of `all` that are not zero are whole multiples.
     pub fn greatest_common_divisor<'a>(
         all: impl Iterator<Item = &'a Fraction>,

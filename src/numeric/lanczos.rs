@@ -4,11 +4,11 @@
 //! a repeated frequency from a single one, so found modes are set aside and further runs look for what is missing, until a Sturm count
 //! says that nothing is, or without a count until a run finds nothing new.
 
-use super::Matrix;
 use super::shift_invert::ShiftInvert;
 use super::sparse::SparseSymmetric;
 use super::symmetric::symmetric_eigen;
 use super::vector_ops::{axpy, dot, gemv, linear_combinations, normalised};
+use super::{Matrix, parallel};
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -23,6 +23,9 @@ const CHECK_EVERY: usize = 8;
 
 /// Rows over which an update runs through all vectors: what is updated stays in the cache.
 const PIECE: usize = 1024;
+
+/// Vectors that together have fewer entries are not worth several threads.
+const MIN_PARALLEL_LENGTH: usize = 1 << 18;
 
 /// Two eigenvalues nearer than this (relative) are counted together.
 const SAME_VALUE: f64 = 1e-9;
@@ -151,9 +154,19 @@ impl LanczosState<'_> {
             let all: Vec<&[f64]> = (self.fixed.iter().chain(basis))
                 .map(Vec::as_slice)
                 .collect();
-            let factors: Vec<f64> = all.iter().map(|v| -dot(v, &mx)).collect();
-            for (at, piece) in x.chunks_mut(PIECE).enumerate() {
-                gemv(piece, &factors, |j| &all[j][at * PIECE..]);
+            let share = |v: &&[f64]| -dot(v, &mx);
+            let is_long = all.len() * x.len() >= MIN_PARALLEL_LENGTH;
+            let factors: Vec<f64> = match is_long {
+                true => parallel::map(&all, share),
+                false => all.iter().map(share).collect(),
+            };
+            let mut pieces: Vec<_> = x.chunks_mut(PIECE).enumerate().collect();
+            let update = |(at, piece): &mut (usize, &mut [f64])| {
+                gemv(piece, &factors, |j| &all[j][*at * PIECE..]);
+            };
+            match is_long {
+                true => parallel::for_each(&mut pieces, update),
+                false => pieces.iter_mut().for_each(update),
             }
             self.search.mass.mul_vec(x, &mut mx);
             let left = dot(x, &mx).max(0.0).sqrt();

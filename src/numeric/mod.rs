@@ -1,4 +1,4 @@
-//! Linear algebra; the only module that uses faer, rustfft and statrs.
+//! Linear algebra; the only module that uses faer, rayon, rustfft and statrs.
 
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -11,6 +11,8 @@ pub type ComplexMatrix = faer::Mat<Complex>;
 
 /// A complex number.
 pub type Complex = faer::c64;
+
+pub mod parallel;
 
 pub mod fft;
 
@@ -64,7 +66,7 @@ pub mod discretisation;
 
 pub mod least_squares;
 
-mod profile_cholesky;
+pub mod profile_matrix;
 
 pub mod complementarity;
 

@@ -4,6 +4,8 @@ pub mod plausible;
 
 pub mod decision;
 
+pub mod gear_limits;
+
 pub mod meshes;
 
 pub mod prepared_machine;

@@ -1,7 +1,7 @@
 //! Machine prepared for a study: rigid joints eliminated, operating point found, linearised.
 
 use super::decision::StageDecision;
-use super::meshes::stage::{MeshStage, with_meshes};
+use super::meshes::stage::MeshStage;
 use super::plausible;
 use crate::base::error::{Diagnostic, Error};
 use crate::machine::build::build;
@@ -40,7 +40,15 @@ impl PreparedMachine {
     /// Whatever is wrong with the machine: unknown nodes, contradicting ratios, parts joined to nothing, masses missing; meshes of gear files
     /// that cannot carry their torques.
     pub fn new(model: &Model) -> Result<PreparedMachine, Error> {
-        let (model, meshes) = with_meshes(model)?;
+        PreparedMachine::with_meshes(model, MeshStage::new(model)?)
+    }
+
+    /// A model whose meshes are computed already.
+    ///
+    /// # Errors
+    /// As [`PreparedMachine::new`].
+    pub fn with_meshes(model: &Model, meshes: MeshStage) -> Result<PreparedMachine, Error> {
+        let model = meshes.filled(model);
         let machine = build(&model)?;
         let kinematics = Kinematics::new(&machine)?;
         let operating = OperatingPoint::solve(&machine, &kinematics)?;

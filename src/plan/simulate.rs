@@ -54,16 +54,16 @@ impl SimulationResult {
     /// Whatever is wrong with the machine or the motion.
     pub fn simulate(
         scene: &Scene,
+        machine: &PreparedMachine,
         study: &SimulateStudy,
         cancel: &CancelToken,
         hear: &dyn Fn(f64),
     ) -> Result<SimulationResult, Error> {
-        let machine = PreparedMachine::new(&scene.model)?;
-        let ready = SimulationSetup::new(&machine, &scene.start, study)?;
+        let ready = SimulationSetup::new(machine, &scene.start, study)?;
         let compares = !study.no_sensitivity && !ready.model.model.superposes();
         let share = if compares { 0.5 } else { 1.0 };
         let carry_out = |choice: &MethodChoice| {
-            let mut rows = OnlineAnalysis::new(&machine, &ready, &study.running)?;
+            let mut rows = OnlineAnalysis::new(machine, &ready, &study.running)?;
             let mut first = compares.then(|| RunSamples::new(&ready));
             let mut watch = |at: (f64, &[f64]), values: &[f64]| {
                 hear(share * at.0 / ready.end_time);

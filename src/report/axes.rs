@@ -1,6 +1,6 @@
 //! Plot axes: linear and logarithmic ranges, grids, thinning of dense curves.
 
-use super::svg::{Anchor, Canvas, Colour, LIGHT_GREY, LineStyle, Panel, Point2, ticks};
+use super::svg::{Canvas, Colour, LIGHT_GREY, LineStyle, Panel, Point2, ticks};
 
 /// Least and greatest of values; infinite where there are none.
 pub fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
@@ -37,33 +37,44 @@ pub fn linear_range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     Some((low - room, high + room))
 }
 
-/// Grid and numbers of a vertical axis whose values are powers of ten.
-pub fn draw_log_grid(panel: &Panel, canvas: &mut Canvas) {
-    let (low, high) = panel.y;
+/// Positions and texts of the grid of a logarithmic axis, its range in powers of ten; with a unit, texts have its prefix.
+pub fn log_ticks((low, high): (f64, f64), prefixed_unit: Option<&str>) -> Vec<(f64, String)> {
     let (first, last) = (low.ceil() as i32, high.floor() as i32);
-    if last - first < 2 {
-        // Less than two whole decades: 1, 2 and 5 of each.
-        for decade in first - 1..=last {
-            for digit in [1.0f64, 2.0, 5.0] {
-                let at = f64::from(decade) + digit.log10();
-                if (low..=high).contains(&at) {
-                    let text = super::number_format::four_digits(digit * 10f64.powi(decade));
-                    line_and_text(panel, canvas, at, &text);
-                }
-            }
-        }
-        return;
+    let text = |value: f64, decade: i32| match prefixed_unit {
+        Some(unit) => with_prefix(value, unit),
+        None if (-3..=4).contains(&decade) => super::number_format::four_digits(value),
+        None => format!("1e{decade}"),
+    };
+    if last - first < 3 {
+        // Few whole decades: 1, 2 and 5 of each.
+        let all = (first - 1..=last).flat_map(|decade| [1.0, 2.0, 5.0].map(|d| (decade, d)));
+        let each = all.map(|(decade, digit): (i32, f64)| {
+            let value = digit * 10f64.powi(decade);
+            let short = match prefixed_unit {
+                Some(unit) => with_prefix(value, unit),
+                None => super::number_format::four_digits(value),
+            };
+            (f64::from(decade) + digit.log10(), short)
+        });
+        return each.filter(|(at, _)| (low..=high).contains(at)).collect();
     }
-    let step = ((last - first) / 8).max(1);
-    for decade in (first..=last).step_by(step as usize) {
-        line_and_text(panel, canvas, f64::from(decade), &format!("1e{decade}"));
-    }
+    let step = ((last - first) / 8).max(1) as usize;
+    let decades = (first..=last).step_by(step);
+    decades
+        .map(|decade| (f64::from(decade), text(10f64.powi(decade), decade)))
+        .collect()
 }
 
-fn line_and_text(panel: &Panel, canvas: &mut Canvas, at: f64, text: &str) {
-    let height = panel.canvas_y(at);
-    panel.draw_horizontal(canvas, height, LIGHT_GREY, 0.5);
-    canvas.label(text, (panel.across.0 - 5.0, height), Anchor::End);
+/// A value of a unit with the prefix of its size: `10 µs`.
+fn with_prefix(value: f64, unit: &str) -> String {
+    const PREFIXES: [(f64, &str); 5] =
+        [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (0.0, "p")];
+    let (size, prefix) = PREFIXES
+        .into_iter()
+        .find(|p| value >= p.0 * 0.9999)
+        .unwrap_or(PREFIXES[0]);
+    let size = if size > 0.0 { size } else { 1e-12 };
+    format!("{:.0} {prefix}{unit}", value / size)
 }
 
 /// Frame, frequency axis and the name of the vertical axis of one panel; numbers below only where it is the lowest.

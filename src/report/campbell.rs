@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::campbell_plot::{self, CampbellPlot};
+use super::figure::PlotColumn;
 use crate::modes::campbell::{CampbellBranch, CampbellDiagram, OrderCrossing};
 use crate::modes::excitation_orders::{ExcitationCause, ExcitationOrder, ExcitationSource};
 use crate::modes::whirl::Whirl;
@@ -20,7 +21,7 @@ const MIN_PARTICIPATION: f64 = 0.01;
 /// the JSON document hold all.
 ///
 /// Modes are numbered as they stand at the first speed, after `n_rigid` rigid ones.
-pub fn draw(found: &CampbellDiagram, n_rigid: usize) -> String {
+pub fn figure(found: &CampbellDiagram, n_rigid: usize) -> PlotColumn {
     let orders = strongest_orders(found);
     let crowded = found.orders.len() > ORDERS || found.branches.len() > BRANCHES;
     let drawn = |c: &&OrderCrossing| {
@@ -41,7 +42,7 @@ pub fn draw(found: &CampbellDiagram, n_rigid: usize) -> String {
     let crossings = crossings
         .into_iter()
         .filter(|c| branches.contains(&c.branch));
-    campbell_plot::draw_campbell(&CampbellPlot {
+    campbell_plot::campbell_figure(&CampbellPlot {
         shaft: found.reference.clone(),
         speeds_rpm: found.speeds_rpm.clone(),
         branches: branches.iter().map(|&k| line(found, k, n_rigid)).collect(),
@@ -110,7 +111,7 @@ pub fn order_label(order: &ExcitationOrder) -> String {
     words.join(", ")
 }
 
-/// The diagram as the `draw_campbell` block of a document.
+/// The diagram as the `campbell` block of a document.
 pub fn json(found: &CampbellDiagram) -> Value {
     let branch = |line: &CampbellBranch| {
         json!({

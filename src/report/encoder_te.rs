@@ -4,7 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use serde_json::{Value, json};
 
-use super::presentation::{Figure, Presentation, Provenance};
+use super::figure::Figure;
+use super::presentation::{Presentation, Provenance};
 use super::table::{Table, or_blank};
 use super::te_lines::{arcsec, degrees, direction_name, micrometres, peak_to_peak};
 use super::{encoder_te_plot, encoder_te_table};
@@ -71,8 +72,8 @@ impl Presentation for EncoderReport {
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
-        let drawn = encoder_te_plot::draw_record(&self.result, &self.title);
-        Ok(vec![Figure::first(drawn)])
+        let figure = encoder_te_plot::record(&self.result, &self.title);
+        Ok(vec![Figure::first(figure)])
     }
 }
 

@@ -2,11 +2,12 @@
 
 use serde_json::{Map, Value, json};
 
+use super::figure::Figure;
 use super::gear_plot;
 use super::number_format::significant;
 use super::outline_file::NamedOutline;
 use super::plan::{step_lines, steps};
-use super::presentation::{Figure, Presentation, Provenance};
+use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_blank, or_dash};
 use crate::base::error::Error;
 use crate::gear::cylindrical::backlash::{Backlash, BacklashLimits};
@@ -18,8 +19,8 @@ use crate::gear::load::compliance::StiffnessRow;
 use crate::gear::load::mesh_result::{MeshResult, peak_to_peak};
 use crate::plan::gear::drawing::DrawingReading;
 use crate::plan::gear::geometry::{GearQuantity, QuantityValue};
-use crate::plan::gear::limits::{self, MEMBERS};
 use crate::plan::gear::run::GearResult;
+use crate::plan::gear_limits::{self, MEMBERS};
 use crate::scene::gear_file::GearFile;
 
 /// Seconds of arc in a radian.
@@ -122,19 +123,16 @@ impl Presentation for GearAnswer<'_> {
         if !path.is_empty() {
             all.push(Figure::new(
                 "sliding",
-                gear_plot::draw_sliding(title, pair, path),
+                gear_plot::sliding(title, pair, path),
             ));
         }
         if let Some(mesh) = &result.mesh {
-            all.push(Figure::new("mesh", gear_plot::draw_mesh(title, mesh)));
-            let stiffness = gear_plot::draw_stiffness(title, mesh);
+            all.push(Figure::new("mesh", gear_plot::te_over_pitch(title, mesh)));
+            let stiffness = gear_plot::stiffness(title, mesh);
             all.push(Figure::new("stiffness", stiffness));
-            all.push(Figure::new("sharing", gear_plot::draw_sharing(title, mesh)));
+            all.push(Figure::new("sharing", gear_plot::sharing(title, mesh)));
             if mesh.cycles.len() > 1 {
-                all.push(Figure::new(
-                    "harris",
-                    gear_plot::draw_harris_map(title, mesh),
-                ));
+                all.push(Figure::new("harris", gear_plot::harris_map(title, mesh)));
             }
         }
         Ok(all)
@@ -161,15 +159,17 @@ pub(super) fn title_lines(title: &str) -> String {
 fn limit_json(warning: &Warning) -> Value {
     let nearest = warning.nearest.map(|nearest| match nearest {
         NearestValue::ProfileShift { member, value } => {
-            json!({ "member": MEMBERS[member], "profile_shift": value })
+            json!({ "member": MEMBERS[member], "profile_shift": value.value() })
         }
         NearestValue::TipDiameter { member, value } => {
-            json!({ "member": MEMBERS[member], "tip_diameter_mm": 1e3 * value })
+            json!({ "member": MEMBERS[member], "tip_diameter_mm": 1e3 * value.value() })
         }
-        NearestValue::TipDiameters(both) => json!({ "tip_diameters_mm": both.map(|d| 1e3 * d) }),
+        NearestValue::TipDiameters(both) => {
+            json!({ "tip_diameters_mm": both.map(|d| 1e3 * d.value()) })
+        }
     });
     json!({
-        "kind": limits::code(warning.kind),
+        "kind": gear_limits::code(warning.kind),
         "member": warning.member.map(|m| MEMBERS[m]),
         "by_si": warning.by,
         "nearest": nearest,

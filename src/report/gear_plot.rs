@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use super::figure::{Axis, PlotColumn, PointLabel};
 use super::number_format::with_minus_signs;
-use super::spectrum_plot::{SpectrumPlot, draw_spectra};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LIGHT_GREY, LineStyle, ORANGE, Point2, TITLE_SIZE,
     WIDTH, render_svg,
@@ -162,34 +162,34 @@ fn draw_path(canvas: &mut Canvas, place: &Place, pair: &Pair, path: &[(&'static 
     }
 }
 
-/// Draws the specific sliding of both gears over the path of contact.
-pub fn draw_sliding(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) -> String {
+/// Specific sliding of both gears over the path of contact.
+pub fn sliding(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) -> PlotColumn {
+    /// Sliding grows without limit toward the base circles.
+    const LARGEST: f64 = -10.0;
     let [approach, recess] = pair.path_ends();
     let at = |i: usize| recess.mul_add(i as f64, -approach * (PATH - i) as f64) / PATH as f64;
     let points: Vec<PathPoint> = (0..=PATH).map(|i| pair.path_point(at(i))).collect();
-    let curve = |name: &str, k: usize| {
-        let (x, y): (Vec<f64>, Vec<f64>) = (points.iter())
-            .filter(|p| p.specific_sliding[k].is_finite())
+    let line = |name: &str, k: usize| {
+        let known = points.iter().filter(|p| p.specific_sliding[k].is_finite());
+        let (x, y) = known
             .map(|p| (1e3 * p.distance, p.specific_sliding[k]))
             .unzip();
         (name.to_string(), x, y)
     };
-    draw_spectra(&SpectrumPlot {
-        title: title.to_string(),
-        across: "distance from the pitch point along the path of contact, mm".into(),
-        up: "specific sliding".into(),
-        curves: vec![curve("pinion", 0), curve("gear", 1)],
-        labels: (path.iter())
-            .map(|(name, p)| {
-                (
-                    1e3 * p.distance,
-                    p.specific_sliding[0].max(-10.0),
-                    name.to_string(),
-                )
-            })
-            .collect(),
-        logarithmic: false,
-    })
+    let axes = (
+        Axis::linear("distance from the pitch point along the path of contact, mm"),
+        Axis::linear("specific sliding"),
+    );
+    let mut figure = PlotColumn::of_lines(title, axes, [line("pinion", 0), line("gear", 1)]);
+    let label = |(name, p): &(&'static str, PathPoint)| PointLabel {
+        x: 1e3 * p.distance,
+        y: p.specific_sliding[0].max(LARGEST),
+        text: name.to_string(),
+    };
+    for plot in &mut figure.plots {
+        plot.labels = path.iter().map(label).collect();
+    }
+    figure
 }
 
 /// Torques of the figure over a pitch: first, last and some between.
@@ -199,77 +199,75 @@ fn shown_cycles(mesh: &MeshResult) -> impl Iterator<Item = usize> {
     (0..count).map(move |k| last * k / count.saturating_sub(1).max(1))
 }
 
-/// Draws e over the pinion angle at up to four torques.
-pub fn draw_mesh(title: &str, mesh: &MeshResult) -> String {
-    draw_cycles(title, mesh, "transmission error, µm", |cycle| {
+/// e over the pinion angle at up to four torques.
+pub fn te_over_pitch(title: &str, mesh: &MeshResult) -> PlotColumn {
+    over_pitch(title, mesh, "transmission error, µm", |cycle| {
         cycle.te.iter().map(|e| 1e6 * e).collect()
     })
 }
 
-/// Draws the tangent stiffness over the pinion angle at up to four torques.
-pub fn draw_stiffness(title: &str, mesh: &MeshResult) -> String {
-    draw_cycles(title, mesh, "tangent stiffness, N/µm", |cycle| {
+/// Tangent stiffness over the pinion angle at up to four torques.
+pub fn stiffness(title: &str, mesh: &MeshResult) -> PlotColumn {
+    over_pitch(title, mesh, "tangent stiffness, N/µm", |cycle| {
         cycle.tangent.iter().map(|k| 1e-6 * k).collect()
     })
 }
 
-fn draw_cycles(
+/// Pinion angles of a pitch, deg.
+fn degrees(mesh: &MeshResult) -> Vec<f64> {
+    mesh.pinion_angles.iter().map(|a| a.to_degrees()).collect()
+}
+
+fn over_pitch(
     title: &str,
     mesh: &MeshResult,
-    up: &str,
+    label: &str,
     values: fn(&LoadedCycle) -> Vec<f64>,
-) -> String {
-    let degrees: Vec<f64> = mesh.pinion_angles.iter().map(|a| a.to_degrees()).collect();
-    let curve = |k: usize| {
+) -> PlotColumn {
+    let axes = (Axis::linear("pinion angle, deg"), Axis::linear(label));
+    let axes = (
+        axes.0,
+        axes.1
+            .from_zero(shown_cycles(mesh).flat_map(|k| values(&mesh.cycles[k]))),
+    );
+    let line = |k: usize| {
         let cycle = &mesh.cycles[k];
         (
             format!("{} N·m", cycle.torque),
-            degrees.clone(),
+            degrees(mesh),
             values(cycle),
         )
     };
-    draw_spectra(&SpectrumPlot {
-        title: title.to_string(),
-        across: "pinion angle, deg".into(),
-        up: up.into(),
-        curves: shown_cycles(mesh).map(curve).collect(),
-        labels: Vec::new(),
-        logarithmic: false,
-    })
+    PlotColumn::of_lines(title, axes, shown_cycles(mesh).map(line))
 }
 
-/// Draws the share of each tooth pair in the largest torque over the pinion angle.
-pub fn draw_sharing(title: &str, mesh: &MeshResult) -> String {
+/// Share of each tooth pair in the largest torque over the pinion angle.
+pub fn sharing(title: &str, mesh: &MeshResult) -> PlotColumn {
     let Some(cycle) = mesh.cycles.last() else {
-        return String::new();
+        return PlotColumn::default();
     };
-    let degrees: Vec<f64> = mesh.pinion_angles.iter().map(|a| a.to_degrees()).collect();
     let carries = |pair: &usize| cycle.shares.iter().any(|shares| shares[*pair] > 0.0);
-    let curve = |pair: usize| {
+    let line = |pair: usize| {
         let percent = cycle.shares.iter().map(|shares| 100.0 * shares[pair]);
         let name = with_minus_signs(&format!("pair {}", mesh.pairs[pair]));
-        (name, degrees.clone(), percent.collect())
+        (name, degrees(mesh), percent.collect())
     };
-    draw_spectra(&SpectrumPlot {
-        title: title.to_string(),
-        across: "pinion angle, deg".into(),
-        up: format!("share of {} N·m, %", cycle.torque),
-        curves: (0..mesh.pairs.len()).filter(carries).map(curve).collect(),
-        labels: Vec::new(),
-        logarithmic: false,
-    })
+    let share = format!("share of {} N·m, %", cycle.torque);
+    let axes = (
+        Axis::linear("pinion angle, deg"),
+        Axis::linear(share).over(0.0, 105.0),
+    );
+    PlotColumn::of_lines(title, axes, (0..mesh.pairs.len()).filter(carries).map(line))
 }
 
-/// Draws the peak-to-peak transmission error over torque.
-pub fn draw_harris_map(title: &str, mesh: &MeshResult) -> String {
+/// Peak-to-peak transmission error over torque.
+pub fn harris_map(title: &str, mesh: &MeshResult) -> PlotColumn {
     let torques = mesh.cycles.iter().map(|c| c.torque).collect();
-    let peaks = mesh.cycles.iter().map(|c| 1e6 * c.peak_to_peak()).collect();
-    draw_spectra(&SpectrumPlot {
-        title: title.to_string(),
-        across: "torque at the pinion, N·m".into(),
-        up: "peak-to-peak transmission error, µm".into(),
-        curves: vec![(mesh.method.to_string(), torques, peaks)],
-        labels: Vec::new(),
-        logarithmic: false,
-    })
+    let peaks: Vec<f64> = mesh.cycles.iter().map(|c| 1e6 * c.peak_to_peak()).collect();
+    let te = Axis::linear("peak-to-peak transmission error, µm");
+    let axes = (
+        Axis::linear("torque at the pinion, N·m"),
+        te.from_zero(peaks.iter().copied()),
+    );
+    PlotColumn::of_lines(title, axes, [(mesh.method.to_string(), torques, peaks)])
 }

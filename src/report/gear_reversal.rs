@@ -93,7 +93,7 @@ fn size_text(size: ToothSize) -> String {
 
 fn candidate_table(candidates: &[Candidate]) -> Table<'static> {
     let mut table = Table::named(
-        "size|m_n [mm]|α_n [deg]|β [deg]|x_E|± x_E|x|h_aP|usual|h_fP|usual|x_E mate|j_bn [µm]|misfit",
+        "size|m_n [mm]|α_n [deg]|β [deg]|x_E|± x_E|E_sn [µm]|x|h_aP|usual|h_fP|usual|x_E mate|j_bn [µm]|misfit",
     );
     for candidate in candidates {
         let four = |x: f64| format!("{x:.4}");
@@ -106,7 +106,8 @@ fn candidate_table(candidates: &[Candidate]) -> Table<'static> {
             format!("{:.3}", candidate.gear.helix.to_degrees()),
             four(candidate.generating_shift.value),
             four(candidate.generating_shift.std),
-            four(candidate.gear.profile_shift),
+            or_dash(candidate.thickness_deviation, |e| format!("{:.0}", 1e6 * e)),
+            or_dash(candidate.profile_shift(), four),
             addendum,
             usual_addendum,
             dedendum,
@@ -131,14 +132,19 @@ fn remedies_text(confusion: &Confusion) -> String {
     let text = |remedy: &Remedy| match remedy {
         Remedy::TipDiameter(apart) => format!("tip diameter ({:.3} mm apart)", 1e3 * apart),
         Remedy::RootDiameter(apart) => format!("root diameter ({:.3} mm apart)", 1e3 * apart),
-        Remedy::Spans { teeth, difference } => format!(
-            "spans {teeth} teeth apart (difference {:.1} µm)",
-            1e6 * difference
+        Remedy::Spans {
+            teeth: [fewest, most],
+            difference,
+            std,
+        } => format!(
+            "spans over {fewest} and {most} teeth ({:.1} µm apart; standard uncertainty up to {:.1} µm)",
+            1e6 * difference,
+            1e6 * std
         ),
     };
     let texts: Vec<String> = confusion.remedies.iter().map(text).collect();
     match texts.is_empty() {
-        true => "no usual reading: the flanks coincide".into(),
+        true => "no usual reading".into(),
         false => texts.join(", or "),
     }
 }
@@ -159,13 +165,15 @@ fn candidate_json(candidate: &Candidate) -> Value {
         "helix_angle_deg": candidate.gear.helix.to_degrees(),
         "generating_profile_shift": candidate.generating_shift.value,
         "generating_profile_shift_std": candidate.generating_shift.std,
-        "profile_shift": candidate.gear.profile_shift,
+        "thickness_deviation_um": candidate.thickness_deviation.map(|e| 1e6 * e),
+        "profile_shift": candidate.profile_shift(),
         "addendum": height(candidate.addendum),
         "dedendum": height(candidate.dedendum),
         "clearance": candidate.clearance(),
         "mate_generating_profile_shift": candidate.mate_shift,
         "normal_backlash_um": candidate.backlash.map(|j| 1e6 * j),
         "misfit": candidate.misfit,
+        "largest_deviation": candidate.largest_deviation,
     })
 }
 
@@ -175,9 +183,16 @@ fn confusion_json(confusion: &Confusion) -> Value {
         Remedy::RootDiameter(apart) => {
             json!({ "reading": "root_diameter", "apart_um": 1e6 * apart })
         }
-        Remedy::Spans { teeth, difference } => {
-            json!({ "reading": "spans", "teeth_apart": teeth, "apart_um": 1e6 * difference })
-        }
+        Remedy::Spans {
+            teeth,
+            difference,
+            std,
+        } => json!({
+            "reading": "spans",
+            "teeth": teeth,
+            "apart_um": 1e6 * difference,
+            "standard_uncertainty_um": 1e6 * std,
+        }),
     };
     json!({
         "candidates": confusion.candidates,

@@ -4,12 +4,13 @@ use std::f64::consts::TAU;
 
 use serde_json::{Value, json};
 
-use super::amplitude_plot::{AmplitudePlot, draw_amplitude};
+use super::amplitude_plot::{AmplitudePlot, amplitude_figure};
+use super::figure::{Figure, PlotColumn};
 use super::harmonic_balance_table::{self, bifurcation_name};
 use super::json::complex;
 use super::number_format::{choose_unit, rpm};
 use super::plan::{step_lines, steps};
-use super::presentation::{Figure, Presentation, Provenance, StudyReport};
+use super::presentation::{Presentation, Provenance, StudyReport};
 use super::svg::significant;
 use super::table::{Table, decimal};
 use crate::base::error::Error;
@@ -22,6 +23,7 @@ impl Presentation for StudyReport<'_, HarmonicBalanceResult> {
         let result = &self.result;
         Provenance {
             effort: json!({ "run_time_s": result.seconds }),
+            title: &self.scene.model.title,
             ..Provenance::of_plan(&self.scene.sources, &result.plan, &result.diagnostics)
         }
     }
@@ -93,7 +95,7 @@ impl Presentation for StudyReport<'_, HarmonicBalanceResult> {
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
-        Ok(vec![Figure::first(draw(
+        Ok(vec![Figure::first(plots(
             &self.scene.model.title,
             &self.result,
         ))])
@@ -129,7 +131,7 @@ fn solution_kind(p: &PeriodicSolution) -> &'static str {
 }
 
 /// The jump curve of the first output.
-fn draw(title: &str, result: &HarmonicBalanceResult) -> String {
+fn plots(title: &str, result: &HarmonicBalanceResult) -> PlotColumn {
     let (name, unit) = result
         .outputs
         .first()
@@ -173,7 +175,7 @@ fn draw(title: &str, result: &HarmonicBalanceResult) -> String {
             })
             .collect()
     });
-    draw_amplitude(&AmplitudePlot {
+    amplitude_figure(&AmplitudePlot {
         title: title.to_string(),
         across: format!("speed of {}, rpm", result.node),
         up: format!("{name}, half of peak to peak, {unit}"),

@@ -1,27 +1,7 @@
-//! Heatmaps: level over time or speed, and frequency.
+//! Maps of levels over two axes: time or speed, and frequency.
 
-use super::axes::draw_frame;
-use super::svg::{
-    Anchor, BLACK, Canvas, Colour, GREY, Panel, TITLE_SIZE, WIDTH, colour_from_rgb, render_svg,
-    ticks,
-};
-
-/// Levels of one channel.
-#[derive(Debug, Clone, Default)]
-pub struct Heatmap {
-    /// Above it.
-    pub title: String,
-    /// Quantity of the levels, with the unit of 0 dB.
-    pub level: String,
-    /// Name of the horizontal axis.
-    pub across: String,
-    /// Middles of the rows along that axis, rising.
-    pub times: Vec<f64>,
-    /// Lines, Hz, evenly rising.
-    pub places: Vec<f64>,
-    /// A density for each line of each row.
-    pub rows: Vec<Vec<f64>>,
-}
+use super::figure::LevelMap;
+use super::svg::{Anchor, Canvas, Colour, GREY, Panel, WIDTH, colour_from_rgb, ticks};
 
 /// Viridis of matplotlib (van der Walt & Smith 2015) at nine even steps: lightness rises evenly, in grey print too.
 const SCALE: [(f64, f64, f64); 9] = [
@@ -40,7 +20,7 @@ const SCALE: [(f64, f64, f64); 9] = [
 const STEPS: usize = 48;
 
 /// Cells across and down at most: what is finer no eye could distinguish, and no viewer would like to draw.
-const CELLS: (usize, usize) = (250, 140);
+const PRINTED: (usize, usize) = (250, 140);
 
 /// Levels shown below the largest at most, dB.
 const DYNAMIC_RANGE_DB: f64 = 80.0;
@@ -51,43 +31,25 @@ const BELOW: f64 = 0.02;
 /// Blocks reach under those drawn after them, so that no paper shines through between two.
 const OVERLAP: f64 = 1.0;
 
-const MARGIN_LEFT: f64 = 70.0;
-const MARGIN_RIGHT: f64 = WIDTH - 96.0;
-
-/// Draws one map below the other.
-pub fn draw_heatmaps(shown: &[Heatmap]) -> String {
-    const MARGIN_TOP: f64 = 44.0;
-    const SPACING: f64 = 74.0;
-    let high = if shown.len() == 1 { 420.0 } else { 240.0 };
-    let pitch = high + SPACING;
-    render_svg(WIDTH, MARGIN_TOP + shown.len() as f64 * pitch, |canvas| {
-        for (at, map) in shown.iter().enumerate() {
-            let top = MARGIN_TOP + at as f64 * pitch;
-            canvas.text(
-                &map.title,
-                (MARGIN_LEFT, top - 14.0),
-                TITLE_SIZE,
-                BLACK,
-                Anchor::Start,
-            );
-            draw(map, canvas, (top, top + high));
-        }
-    })
+/// Ranges of both axes of a map; absent where it has no level.
+pub(super) fn map_ranges(map: &LevelMap) -> Option<((f64, f64), (f64, f64))> {
+    let cells = MapCells::from_map(map, PRINTED);
+    cells.scale()?;
+    let (first, last) = (cells.columns.first()?, cells.columns.last()?);
+    let top = cells.low + first.levels.len() as f64 * cells.step;
+    Some(((first.from, last.to), (cells.low, top)))
 }
 
-fn draw(map: &Heatmap, canvas: &mut Canvas, down: (f64, f64)) {
-    let middle = (0.5 * (MARGIN_LEFT + MARGIN_RIGHT), 0.5 * (down.0 + down.1));
-    let cells = HeatmapCells::from_heatmap(map);
-    let Some((panel, scale)) = cells.panel(down).zip(cells.scale()) else {
-        canvas.placeholder("nothing to show", middle);
+/// Draws a map inside a panel, with its scale of colours on the right.
+pub(super) fn draw_map(canvas: &mut Canvas, panel: &Panel, map: &LevelMap) {
+    let cells = MapCells::from_map(map, PRINTED);
+    let Some(scale) = cells.scale() else {
         return;
     };
-    panel.draw_y_grid(canvas, &ticks(panel.y, 6));
-    draw_frame(&panel, canvas, "frequency, Hz", Some(&map.across));
     for column in &cells.columns {
         let across = (
             panel.canvas_x(column.from),
-            (panel.canvas_x(column.to) + OVERLAP).min(MARGIN_RIGHT),
+            (panel.canvas_x(column.to) + OVERLAP).min(panel.across.1),
         );
         let step = |level: &f64| step_of(*level, scale);
         let mut at = 0;
@@ -96,7 +58,7 @@ fn draw(map: &Heatmap, canvas: &mut Canvas, down: (f64, f64)) {
             let ends = (at as f64, (at + run.len()) as f64);
             at += run.len();
             let height = |k: f64| panel.canvas_y(cells.low + k * cells.step);
-            let upper = (height(ends.1) - OVERLAP).max(down.0);
+            let upper = (height(ends.1) - OVERLAP).max(panel.down.0);
             canvas.fill_rect(
                 (across.0, height(ends.0)),
                 (across.1, upper),
@@ -104,22 +66,17 @@ fn draw(map: &Heatmap, canvas: &mut Canvas, down: (f64, f64)) {
             );
         }
     }
-    draw_colour_bar(canvas, down, scale, &map.level);
+    draw_colour_bar(canvas, (panel.across.1, panel.down), scale, &map.label);
 }
 
-/// The scale of colours next to the map.
+/// The scale of colours right of a map that ends at `left`.
 pub(super) fn draw_colour_bar(
     canvas: &mut Canvas,
-    down: (f64, f64),
+    (left, down): (f64, (f64, f64)),
     scale: (f64, f64),
     name: &str,
 ) {
-    let bar = Panel::new(
-        (MARGIN_RIGHT + 16.0, MARGIN_RIGHT + 30.0),
-        down,
-        (0.0, 1.0),
-        scale,
-    );
+    let bar = Panel::new((left + 16.0, left + 30.0), down, (0.0, 1.0), scale);
     for k in 0..STEPS {
         let level = |k: usize| scale.0 + (scale.1 - scale.0) * k as f64 / STEPS as f64;
         let (from, to) = (bar.canvas_y(level(k)), bar.canvas_y(level(k + 1)));
@@ -140,73 +97,67 @@ pub(super) fn draw_colour_bar(
 }
 
 /// The map in cells that an eye can distinguish, the largest level of those that fall together.
-struct HeatmapCells {
-    columns: Vec<MapColumn>,
-    /// Lower edge of the lowest cell, and height of a cell, Hz.
-    low: f64,
-    step: f64,
+pub(super) struct MapCells {
+    /// Columns by rising abscissa; a gap of the record stays one.
+    pub(super) columns: Vec<MapColumn>,
+    /// Lower edge of the lowest cell.
+    pub(super) low: f64,
+    /// Height of a cell.
+    pub(super) step: f64,
 }
 
-struct MapColumn {
-    /// Edges of the cell.
-    from: f64,
-    to: f64,
-    /// dB, by rising frequency.
-    levels: Vec<f64>,
+/// A column of cells.
+pub(super) struct MapColumn {
+    /// Left edge.
+    pub(super) from: f64,
+    /// Right edge.
+    pub(super) to: f64,
+    /// Levels in dB, by rising ordinate.
+    pub(super) levels: Vec<f64>,
 }
 
-impl HeatmapCells {
-    fn from_heatmap(map: &Heatmap) -> HeatmapCells {
+impl MapCells {
+    /// Merges the levels of a map into at most so many cells across and down.
+    pub(super) fn from_map(map: &LevelMap, cells: (usize, usize)) -> MapCells {
         let gap = |all: &[f64]| {
             let steps = all.windows(2).map(|w| w[1] - w[0]);
             steps.reduce(f64::min).unwrap_or(1.0)
         };
-        let (pace, spacing) = (gap(&map.times), gap(&map.places));
+        let (pace, spacing) = (gap(&map.x), gap(&map.y));
         let merged = (
-            map.times.len().div_ceil(CELLS.0).max(1),
-            map.places.len().div_ceil(CELLS.1).max(1),
+            map.x.len().div_ceil(cells.0).max(1),
+            map.y.len().div_ceil(cells.1).max(1),
         );
-        // Rows that belong together follow each other: a gap of the record stays one.
+        // Columns that belong together follow each other: a gap of the record stays one.
         const MAP_SPACING: f64 = 1.5;
-        let rows: Vec<(f64, &Vec<f64>)> = map.times.iter().copied().zip(&map.rows).collect();
-        let together = rows.chunk_by(|a, b| b.0 - a.0 < MAP_SPACING * pace);
-        let column = |rows: &[(f64, &Vec<f64>)]| {
-            let largest = |lines: std::ops::Range<usize>| {
-                let all = rows.iter().filter_map(|r| r.1.get(lines.clone())).flatten();
-                10.0 * all.copied().fold(0.0, f64::max).log10()
+        let all: Vec<(f64, &Vec<f64>)> = map.x.iter().copied().zip(&map.columns).collect();
+        let together = all.chunk_by(|a, b| b.0 - a.0 < MAP_SPACING * pace);
+        let column = |all: &[(f64, &Vec<f64>)]| {
+            let largest = |rows: std::ops::Range<usize>| {
+                let levels = all.iter().filter_map(|c| c.1.get(rows.clone())).flatten();
+                levels.copied().fold(f64::NEG_INFINITY, f64::max)
             };
-            let count = map.places.len();
+            let count = map.y.len();
             let starts = (0..count).step_by(merged.1);
             MapColumn {
-                from: rows[0].0 - 0.5 * pace,
-                to: rows[rows.len() - 1].0 + 0.5 * pace,
+                from: all[0].0 - 0.5 * pace,
+                to: all[all.len() - 1].0 + 0.5 * pace,
                 levels: starts
                     .map(|k| largest(k..(k + merged.1).min(count)))
                     .collect(),
             }
         };
-        HeatmapCells {
+        MapCells {
             columns: together
                 .flat_map(|run| run.chunks(merged.0).map(column))
                 .collect(),
-            low: map.places.first().map_or(0.0, |f| f - 0.5 * spacing),
+            low: map.y.first().map_or(0.0, |f| f - 0.5 * spacing),
             step: merged.1 as f64 * spacing,
         }
     }
 
-    fn panel(&self, down: (f64, f64)) -> Option<Panel> {
-        let (first, last) = (self.columns.first()?, self.columns.last()?);
-        let lines = first.levels.len();
-        (lines > 0).then_some(Panel::new(
-            (MARGIN_LEFT, MARGIN_RIGHT),
-            down,
-            (first.from, last.to),
-            (self.low, self.low + lines as f64 * self.step),
-        ))
-    }
-
     /// Levels at the ends of the colours, dB; absent where nothing is above zero.
-    fn scale(&self) -> Option<(f64, f64)> {
+    pub(super) fn scale(&self) -> Option<(f64, f64)> {
         let levels = self.columns.iter().flat_map(|c| &c.levels);
         let mut all: Vec<f64> = levels.copied().filter(|l| l.is_finite()).collect();
         all.sort_by(f64::total_cmp);

@@ -6,11 +6,12 @@ use serde_json::{Map, Value, json};
 
 use super::bode::{self, BodeCurve, BodePlot};
 use super::fdd_plot::{self, FddPlot, PlottedBell};
+use super::figure::Figure;
 use super::identification_table::{self, auto_mac};
 use super::json::complex;
 use super::mode_tracking;
 use super::pole_plots::{self, PlottedStability, StabilisationPlot};
-use super::presentation::{Figure, LogReport, Presentation, Provenance};
+use super::presentation::{LogReport, Presentation, Provenance};
 use super::table::{Table, exact, or_blank};
 use crate::base::error::Error;
 use crate::identify::compare;
@@ -85,9 +86,9 @@ impl Presentation for LogReport<IdentificationResult> {
         let diagram = stabilisation_diagram(found, name).map(|d| pole_plots::stabilisation(&d));
         let Some(shown) = curves(found, name) else {
             let tracks = found.tracking().map(|c| {
-                mode_tracking::draw(c, &format!("{name}: modes in the course of the record"))
+                mode_tracking::figure(c, &format!("{name}: modes in the course of the record"))
             });
-            let peaks = || decomposition(found, name).map(|shown| fdd_plot::draw(&shown));
+            let peaks = || decomposition(found, name).map(|shown| fdd_plot::figure(&shown));
             let poles = || {
                 let poles: Vec<_> = found.modes.iter().map(|m| m.mode.pole).collect();
                 pole_plots::pole_zero(&format!("{name}: poles"), &poles, &[])
@@ -104,11 +105,11 @@ impl Presentation for LogReport<IdentificationResult> {
             None => name.to_string(),
         };
         let mut all = vec![
-            Figure::first(bode::draw_bode(&shown)),
-            Figure::new("nyquist", bode::draw_nyquist(&shown)),
+            Figure::first(bode::bode(&shown)),
+            Figure::new("nyquist", bode::nyquist(&shown)),
             Figure::new("poles", pole_plots::pole_zero(&title, &poles, &zeros)),
         ];
-        all.extend(diagram.map(|svg| Figure::new("stabilisation", svg)));
+        all.extend(diagram.map(|plots| Figure::new("stabilisation", plots)));
         Ok(all)
     }
 

@@ -49,7 +49,7 @@ pub fn text(found: &IdentificationResult) -> String {
         text += INTERVAL_FOOTNOTE;
     }
     if !found.weak.is_empty() {
-        text += &(wrap_lines(weak::RULE) + "\n");
+        text += &(wrap_lines(weak::rule(found.method)) + "\n");
     }
     if let Some(point) = &found.driving_point {
         text += &format!(

@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
+use super::figure::Figure;
 use super::measure_table::{self, required_grade_result, standard};
-use super::presentation::{Figure, Presentation, Provenance};
+use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_blank};
 use super::{measure_plot, measure_polar_plot};
 use crate::base::error::Error;

@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
+use super::figure::Figure;
 use super::method_comparison::{comparison_json, comparison_points, comparison_text, run_table};
-use super::presentation::{ENDED_EARLY, Figure, Presentation, Provenance};
+use super::presentation::{ENDED_EARLY, Presentation, Provenance};
 use super::table::Table;
 use super::work_precision_plot::{self, WorkPrecisionPoint};
 use crate::base::error::Error;
@@ -53,7 +54,7 @@ impl Presentation for MeshAccuracyReport<'_> {
         let floor = te.reference_error.min(stiffness.reference_error);
         let floor = (floor, "error of the reference");
         let title = &self.file.title;
-        Ok(vec![Figure::first(work_precision_plot::draw(
+        Ok(vec![Figure::first(work_precision_plot::figure(
             title, &points, floor,
         ))])
     }

@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::presentation::{ENDED_EARLY, Figure, Presentation, Provenance};
+use super::figure::Figure;
+use super::presentation::{ENDED_EARLY, Presentation, Provenance};
 use super::table::{Table, decimal, or_blank, power};
 use super::work_precision_plot::{self, WorkPrecisionPoint};
 use super::work_precision_text::{format_error, format_time_short};
@@ -24,6 +25,7 @@ pub struct ComparisonReport<'a> {
 impl Presentation for ComparisonReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
+            title: &self.scene.model.title,
             sources: &self.scene.sources,
             trace: vec!["dofs", "reference", "runs"],
             ..Provenance::default()
@@ -46,7 +48,7 @@ impl Presentation for ComparisonReport<'_> {
         let points = comparison_points(&self.result);
         let floor = (self.result.reference_error, "error of the reference");
         let title = &self.scene.model.title;
-        Ok(vec![Figure::first(work_precision_plot::draw(
+        Ok(vec![Figure::first(work_precision_plot::figure(
             title, &points, floor,
         ))])
     }

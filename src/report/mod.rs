@@ -8,15 +8,17 @@ pub mod svg;
 
 pub mod axes;
 
+pub mod figure;
+
+mod heatmap;
+
+mod figure_svg;
+
 pub mod bode;
 
 pub mod pole_plots;
 
-pub mod spectrum_plot;
-
 pub mod fdd_plot;
-
-pub mod heatmap;
 
 pub mod campbell_plot;
 
@@ -33,6 +35,8 @@ pub mod plan;
 pub mod recording;
 
 pub mod presentation;
+
+pub mod page;
 
 pub mod check;
 
@@ -129,6 +133,12 @@ pub mod gear;
 mod non_circular_plot;
 
 pub mod non_circular;
+
+pub mod flank_file;
+
+mod bevel_plot;
+
+pub mod bevel;
 
 pub mod gear_plan;
 

@@ -2,11 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::axes::{draw_frame, linear_range};
+use super::axes::linear_range;
+use super::figure::{Axis, Curve, Ink, Mark, NamePlacement, Plot, PlotColumn};
 use super::number_format::{INTERVAL_FOOTNOTE, four_digits, significant, with_deviation};
-use super::svg::{
-    Anchor, BLACK, BLUE, Colour, GREY, LABEL_SIZE, ORANGE, Panel, WIDTH, lighten, render_svg, ticks,
-};
 use super::table::{Table, exact, or_blank};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::series::model_trajectory::{MemoryTrial, ModeTrack};
@@ -46,58 +44,52 @@ pub fn points_table(course: &ModeTracking) -> Table<'static> {
     table
 }
 
-/// Draws frequency and damping over time, a bar of two standard deviations to either side at every point.
-pub fn draw(course: &ModeTracking, title: &str) -> String {
-    const COLOURS: [Colour; 4] = [BLUE, ORANGE, BLACK, GREY];
-    const MARGIN_LEFT: f64 = 70.0;
-    render_svg(WIDTH, 640.0, |canvas| {
-        canvas.title(title, MARGIN_LEFT);
-        let x = (0.0, course.time_s.last().copied().unwrap_or(1.0));
-        type Accessor = fn(&ModalParameters) -> (f64, f64);
-        let frequency: Accessor = |m| (m.frequency_hz(), m.frequency_std_hz().unwrap_or(0.0));
-        let damping: Accessor = |m| {
-            let std = m.damping_std().unwrap_or(0.0);
-            (100.0 * m.damping_ratio(), 100.0 * std)
-        };
-        let panels = [
-            ("frequency, Hz", frequency, (44.0, 364.0), None),
-            ("damping, %", damping, (388.0, 588.0), Some("time, s")),
-        ];
-        for (name, pick, down, below) in panels {
-            let values = (course.tracks.iter()).flat_map(|t| t.points.iter().map(|p| pick(&p.1).0));
-            let Some(y) = linear_range(values) else {
-                let spot = (WIDTH / 2.0, 0.5 * (down.0 + down.1));
-                canvas.placeholder("no mode", spot);
-                continue;
-            };
-            let panel = Panel::new((MARGIN_LEFT, WIDTH - 40.0), down, x, y);
-            panel.draw_y_grid(canvas, &ticks(y, 6));
-            draw_frame(&panel, canvas, name, below);
-            for (k, track) in course.tracks.iter().enumerate() {
-                let ink = COLOURS[k % COLOURS.len()];
-                for (at, mode) in &track.points {
-                    let (value, std) = pick(mode);
-                    let ends = [value - 2.0 * std, value + 2.0 * std].map(|v| v.clamp(y.0, y.1));
-                    let [low, high] = ends.map(|v| panel.to_canvas(course.time_s[*at], v));
-                    canvas.line(low, high, lighten(ink), 1.4);
-                }
-                for (at, mode) in &track.points {
-                    canvas.fill_circle(panel.to_canvas(course.time_s[*at], pick(mode).0), 1.6, ink);
-                }
-                if let Some((at, mode)) = track.points.last() {
-                    let spot = panel.to_canvas(course.time_s[*at], pick(mode).0);
-                    let label = (k + 1).to_string();
-                    canvas.text(
-                        &label,
-                        (spot.0 + 8.0, spot.1),
-                        LABEL_SIZE,
-                        ink,
-                        Anchor::Start,
-                    );
-                }
+/// Frequency and damping over time, an interval of two standard deviations about every point.
+pub fn figure(course: &ModeTracking, title: &str) -> PlotColumn {
+    type Accessor = fn(&ModalParameters) -> (f64, f64);
+    let frequency: Accessor = |m| (m.frequency_hz(), m.frequency_std_hz().unwrap_or(0.0));
+    let damping: Accessor = |m| {
+        let std = m.damping_std().unwrap_or(0.0);
+        (100.0 * m.damping_ratio(), 100.0 * std)
+    };
+    let end = course.time_s.last().copied().unwrap_or(1.0);
+    let panels = [
+        ("frequency, Hz", frequency, 320.0),
+        ("damping, %", damping, 200.0),
+    ];
+    let plot = |(name, pick, height): (&str, Accessor, f64)| {
+        let track = |(k, track): (usize, &ModeTrack)| {
+            let (x, y) = (track.points.iter())
+                .map(|(at, mode)| (course.time_s[*at], pick(mode).0))
+                .unzip();
+            let interval = track.points.iter().map(|(_, mode)| {
+                let (value, std) = pick(mode);
+                (value - 2.0 * std, value + 2.0 * std)
+            });
+            Curve {
+                interval: interval.collect(),
+                ..Curve::new((k + 1).to_string(), Ink::Series(k), Mark::Discs(1.6), x, y)
             }
+        };
+        let values = (course.tracks.iter()).flat_map(|t| t.points.iter().map(|p| pick(&p.1).0));
+        let y = Axis {
+            range: linear_range(values),
+            ..Axis::linear(name)
+        };
+        Plot {
+            height,
+            curves: course.tracks.iter().enumerate().map(track).collect(),
+            names: NamePlacement::AtEnd,
+            empty: "no mode",
+            ..Plot::new(Axis::linear("time, s").over(0.0, end), y)
         }
-    })
+    };
+    PlotColumn {
+        title: title.to_string(),
+        linked: true,
+        plots: panels.into_iter().map(plot).collect(),
+        ..PlotColumn::default()
+    }
 }
 
 /// One row for each mode: where it begins and ends, and the range between.

@@ -5,11 +5,12 @@ use std::f64::consts::TAU;
 use serde_json::{Map, Value, json};
 
 use super::energy_matrix_plot::draw_energy_matrix;
+use super::figure::Figure;
 use super::json::complex;
 use super::mode_shape_plot::draw_mode_shapes;
 use super::mode_text::dominant_elements_text;
 use super::plan::step_lines;
-use super::presentation::{Figure, Presentation, Provenance, step_times};
+use super::presentation::{Presentation, Provenance, step_times};
 use super::table::{Table, decimal, or_blank, power};
 use super::{campbell, modes_table, state_space};
 use crate::base::error::Error;
@@ -42,7 +43,7 @@ pub struct ModesReport<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The machine of the scene.
-    pub machine: PreparedMachine,
+    pub machine: &'a PreparedMachine,
     /// The plan.
     pub plan: ModesPlan,
     /// The modes.
@@ -57,6 +58,7 @@ impl Presentation for ModesReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         let steps = self.result.trace.iter();
         Provenance {
+            title: &self.scene.model.title,
             sources: &self.scene.sources,
             trace: steps.clone().map(|t| t.1).collect(),
             effort: step_times(steps.map(|t| (t.1, t.2))),
@@ -66,7 +68,7 @@ impl Presentation for ModesReport<'_> {
     }
 
     fn body(&self) -> Result<Value, Error> {
-        let (machine, result, detail) = (&self.machine, &self.result, self.detail);
+        let (machine, result, detail) = (self.machine, &self.result, self.detail);
         let list: Vec<Value> = (0..result.modes.len())
             .map(|k| mode(machine, result, k, detail))
             .collect();
@@ -82,7 +84,7 @@ impl Presentation for ModesReport<'_> {
     }
 
     fn text(&self) -> String {
-        let (machine, result) = (&self.machine, &self.result);
+        let (machine, result) = (self.machine, &self.result);
         let mut text = match (self.mode, &result.campbell) {
             (Some(k), _) => modes_table::mode(machine, result, k),
             (None, Some(found)) => modes_table::crossings(found, machine.model.rigid.len()),
@@ -130,10 +132,10 @@ impl Presentation for ModesReport<'_> {
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
-        let (machine, result) = (&self.machine, &self.result);
+        let (machine, result) = (self.machine, &self.result);
         if let Some(found) = &result.campbell {
-            let drawn = campbell::draw(found, machine.model.rigid.len());
-            return Ok(vec![Figure::first(drawn)]);
+            let figure = campbell::figure(found, machine.model.rigid.len());
+            return Ok(vec![Figure::first(figure)]);
         }
         Ok(vec![
             Figure::first(draw_mode_shapes(machine, result, PANELS)),

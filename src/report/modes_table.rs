@@ -173,7 +173,7 @@ fn shape(machine: &Machine, result: &ModesResult, k: usize) -> String {
 /// Crossings of orders and modes, by falling participation of the excited part.
 /// Modes are numbered as they stand at the first speed, after `n_rigid` rigid ones.
 pub fn crossings(found: &CampbellDiagram, n_rigid: usize) -> String {
-    // What takes part with less than one in a thousand is not in danger.
+    // Shares below one in a thousand are not listed.
     let mut order: Vec<usize> = (0..found.crossings.len())
         .filter(|&k| found.crossings[k].participation >= 1e-3)
         .collect();

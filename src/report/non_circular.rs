@@ -2,17 +2,18 @@
 
 use serde_json::{Value, json};
 
+use super::figure::Figure;
 use super::gear::{ARCSEC, geometry_json, geometry_table, title_lines};
 use super::non_circular_plot;
 use super::outline_file::NamedOutline;
 use super::plan::{step_lines, steps};
-use super::presentation::{Figure, Presentation, Provenance};
+use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal};
 use crate::base::error::Error;
 use crate::gear::plane::centrodes::Member;
 use crate::numeric::Complex;
-use crate::plan::gear::limits::MEMBERS;
 use crate::plan::gear::non_circular::{ConjugateFlank, NonCircularResult};
+use crate::plan::gear_limits::MEMBERS;
 use crate::scene::non_circular_file::NonCircularFile;
 
 /// A file of non-circular gears with what it gives.
@@ -142,7 +143,7 @@ impl Presentation for NonCircularReport<'_> {
                 &self.result.centrodes,
                 &self.outlines(),
             )),
-            Figure::new("ratio", non_circular_plot::draw_ratio(title, ratio)),
+            Figure::new("ratio", non_circular_plot::ratio(title, ratio)),
         ])
     }
 }

@@ -1,7 +1,7 @@
 //! Figures of gears of a varying ratio: centrodes with teeth, ratio over the angle of the pinion.
 
+use super::figure::{Axis, PlotColumn};
 use super::outline_file::NamedOutline;
-use super::spectrum_plot::{SpectrumPlot, draw_spectra};
 use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LineStyle, ORANGE, Point2, TITLE_SIZE, WIDTH,
     render_svg,
@@ -95,15 +95,12 @@ fn centrode(pair: &Centrodes, member: Member) -> Vec<[f64; 2]> {
     (0..=POINTS).filter_map(at).collect()
 }
 
-/// Draws the ratio over the angle of the pinion, deg.
-pub fn draw_ratio(title: &str, rows: impl Iterator<Item = (f64, f64)>) -> String {
-    let (angles, ratios) = rows.unzip();
-    draw_spectra(&SpectrumPlot {
-        title: title.to_string(),
-        across: "pinion angle φ₁, deg".into(),
-        up: "ratio ω₁/ω₂".into(),
-        curves: vec![("ratio".into(), angles, ratios)],
-        labels: Vec::new(),
-        logarithmic: false,
-    })
+/// The ratio over the angle of the pinion, deg.
+pub fn ratio(title: &str, rows: impl Iterator<Item = (f64, f64)>) -> PlotColumn {
+    let (angles, ratios): (Vec<f64>, Vec<f64>) = rows.unzip();
+    let axes = (
+        Axis::linear("pinion angle φ₁, deg"),
+        Axis::linear("ratio ω₁/ω₂").from_zero(ratios.iter().copied()),
+    );
+    PlotColumn::of_lines(title, axes, [("ratio".to_string(), angles, ratios)])
 }

@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use serde_json::{Value, json};
 
 use super::bode::{self, BodePlot};
+use super::figure::{Figure, PlotColumn};
 use super::number_format::{four_digits, significant};
-use super::presentation::{Figure, LogReport, Presentation, Provenance};
+use super::presentation::{LogReport, Presentation, Provenance};
 use super::table::{Table, exact};
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -78,15 +79,15 @@ impl Presentation for LogReport<OrderCuts> {
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
-        Ok(vec![Figure::first(draw(&self.result, &self.title))])
+        Ok(vec![Figure::first(plots(&self.result, &self.title))])
     }
 }
 
 /// Amplitude and phase over speed, by rising speed.
-fn draw(found: &OrderCuts, title: &str) -> String {
+fn plots(found: &OrderCuts, title: &str) -> PlotColumn {
     let mut rising: Vec<usize> = (0..found.speed.len()).collect();
     rising.sort_by(|&a, &b| found.speed[a].total_cmp(&found.speed[b]));
-    bode::draw_bode(&BodePlot {
+    bode::bode(&BodePlot {
         title: format!("{title}: order cuts"),
         across: "speed, rpm",
         frequency_hz: rising.iter().map(|&at| rpm(found.speed[at])).collect(),

@@ -36,6 +36,7 @@ impl Presentation for PlanReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         let runs = |s: &(&str, &StageDecision)| matches!(s.1, StageDecision::Runs(_));
         Provenance {
+            title: &self.scene.model.title,
             sources: &self.scene.sources,
             trace: self.modes.rows().filter(runs).map(|s| s.0).collect(),
             warnings: &self.warnings,

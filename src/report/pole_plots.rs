@@ -1,70 +1,52 @@
 //! Poles as plots: in the complex plane with zeros, and over the order of the model.
 
-use super::axes::{draw_curve, draw_frame, linear_range, log_range};
-use super::svg::{Anchor, BLUE, Canvas, GREY, LIGHT_GREY, ORANGE, Panel, WIDTH, render_svg, ticks};
+use super::axes::{linear_range, log_range};
+use super::figure::{Axis, Curve, GREY_INK, Guide, Ink, Mark, Plot, PlotColumn};
+use super::svg::{LineStyle, ticks};
 use crate::numeric::Complex;
 
-const MARGIN_LEFT: f64 = 70.0;
-const HEIGHT: f64 = 420.0;
-const MARGIN_TOP: f64 = 52.0;
-
 /// Poles (crosses) and zeros (rings), upper half plane, rad/s.
-pub fn pole_zero(title: &str, poles: &[Complex], zeros: &[Complex]) -> String {
-    render_svg(WIDTH, MARGIN_TOP + HEIGHT + 52.0, |canvas| {
-        canvas.title(title, MARGIN_LEFT);
-        canvas.note(
-            "crosses: poles, rings: zeros",
-            (WIDTH - 24.0, 16.0),
-            Anchor::End,
-        );
-        let upper: Vec<Complex> = zeros.iter().copied().filter(|z| z.im >= 0.0).collect();
-        // Zeros far off would leave the poles in a corner.
-        let reach = poles.iter().fold(0.0f64, |m, p| m.max(p.norm()));
-        let near: Vec<Complex> = upper
-            .iter()
-            .copied()
-            .filter(|z| z.norm() <= 1.5 * reach)
-            .collect();
-        let all = || poles.iter().chain(&near);
-        let (Some(re), Some(im)) = (
-            linear_range(all().map(|z| z.re).chain([0.0])),
-            linear_range(all().map(|z| z.im).chain([0.0])),
-        ) else {
-            canvas.placeholder("no poles", (WIDTH / 2.0, MARGIN_TOP + HEIGHT / 2.0));
-            return;
-        };
-        let panel = Panel::new(
-            (MARGIN_LEFT, WIDTH - 24.0),
-            (MARGIN_TOP, MARGIN_TOP + HEIGHT),
-            re,
-            im,
-        );
-        panel.draw_y_grid(canvas, &ticks(im, 6));
-        draw_frame(
-            &panel,
-            canvas,
-            "imaginary part, rad/s",
-            Some("real part, rad/s"),
-        );
-        let axis = panel.canvas_x(0.0);
-        panel.draw_vertical(canvas, axis, GREY, 0.8);
-        for z in &near {
-            canvas.stroke_circle(panel.to_canvas(z.re, z.im), 4.0, ORANGE, 1.4);
-        }
-        for p in poles {
-            cross(canvas, panel.to_canvas(p.re, p.im), 4.5);
-        }
-        let far = upper.len() - near.len();
-        if far > 0 {
-            let text = format!("{far} zeros further off");
-            canvas.note(&text, (WIDTH - 24.0, 36.0), Anchor::End);
-        }
-    })
-}
-
-fn cross(canvas: &mut Canvas, (x, y): (f64, f64), r: f64) {
-    canvas.line((x - r, y - r), (x + r, y + r), BLUE, 1.4);
-    canvas.line((x - r, y + r), (x + r, y - r), BLUE, 1.4);
+pub fn pole_zero(title: &str, poles: &[Complex], zeros: &[Complex]) -> PlotColumn {
+    let upper: Vec<Complex> = zeros.iter().copied().filter(|z| z.im >= 0.0).collect();
+    // Zeros far off would leave the poles in a corner.
+    let reach = poles.iter().fold(0.0f64, |m, p| m.max(p.norm()));
+    let is_near = |z: &&Complex| z.norm() <= 1.5 * reach;
+    let near: Vec<Complex> = upper.iter().filter(is_near).copied().collect();
+    let points = |name: &str, ink, mark, all: &[Complex]| {
+        let (x, y) = all.iter().map(|z| (z.re, z.im)).unzip();
+        Curve::new(name, ink, mark, x, y)
+    };
+    let range = |of: fn(&Complex) -> f64| {
+        let all = poles.iter().chain(&near).map(of);
+        linear_range(all.chain([0.0])).filter(|_| !poles.is_empty() || !near.is_empty())
+    };
+    let axis = |label: &str, of| Axis {
+        range: range(of),
+        ..Axis::linear(label)
+    };
+    let far = upper.len() - near.len();
+    let plot = Plot {
+        guides: vec![Guide {
+            dotted: false,
+            ..Guide::vertical(0.0)
+        }],
+        curves: vec![
+            points("zeros", Ink::Series(1), Mark::Rings(4.0), &near),
+            points("poles", Ink::Series(0), Mark::Crosses(4.5), poles),
+        ],
+        empty: "no poles",
+        ..Plot::new(
+            axis("real part, rad/s", |z| z.re),
+            axis("imaginary part, rad/s", |z| z.im),
+        )
+    };
+    PlotColumn {
+        note: match far {
+            0 => String::new(),
+            far => format!("{far} zeros beyond the range shown"),
+        },
+        ..PlotColumn::one(title, plot)
+    }
 }
 
 /// Stability of a pole of one order relative to those of the order before.
@@ -93,53 +75,61 @@ pub struct StabilisationPlot {
     pub band_hz: (f64, f64),
 }
 
-/// Draws a stabilisation diagram.
-pub fn stabilisation(shown: &StabilisationPlot) -> String {
-    render_svg(WIDTH, MARGIN_TOP + HEIGHT + 52.0, |canvas| {
-        canvas.title(&shown.title, MARGIN_LEFT);
-        let key = "discs: stable, rings: frequency only, dots: new, dotted: selected";
-        canvas.note(key, (MARGIN_LEFT, 36.0), Anchor::Start);
-        let highest = shown.poles.iter().map(|p| p.0).max().unwrap_or(1);
-        let panel = Panel::new(
-            (MARGIN_LEFT, WIDTH - 24.0),
-            (MARGIN_TOP, MARGIN_TOP + HEIGHT),
-            shown.band_hz,
-            (0.0, highest as f64 + 1.0),
-        );
-        let orders: Vec<f64> = ticks((0.0, highest as f64), 8)
-            .into_iter()
-            .filter(|t| t.fract() == 0.0)
-            .collect();
-        panel.draw_y_grid(canvas, &orders);
-        draw_frame(&panel, canvas, "order", Some("frequency, Hz"));
-        if let Some(y) = log_range(shown.level.1.iter().copied()) {
-            let behind = Panel { y, ..panel };
-            let points = shown
-                .level
-                .0
-                .iter()
-                .copied()
-                .zip(shown.level.1.iter().map(|v| v.log10()));
-            draw_curve(canvas, &behind, points, LIGHT_GREY, 1.6);
-        }
-        for &f in shown
+/// The figure of a stabilisation diagram.
+pub fn stabilisation(shown: &StabilisationPlot) -> PlotColumn {
+    let highest = shown.poles.iter().map(|p| p.0).max().unwrap_or(1) as f64;
+    let orders = ticks((0.0, highest), 8).into_iter();
+    let y = Axis {
+        ticks: orders.filter(|t| t.fract() == 0.0).collect(),
+        ..Axis::linear("order").over(0.0, highest + 1.0)
+    };
+    // The level has no axis of its own: it fills the height in decades.
+    let level = log_range(shown.level.1.iter().copied()).map(|(low, high)| {
+        let height = |v: &f64| (highest + 1.0) * ((v.log10() - low) / (high - low)).clamp(0.0, 1.0);
+        let y = shown.level.1.iter().map(height).collect();
+        let mark = Mark::Line(1.6, LineStyle::Solid);
+        Curve::new(
+            "level of the responses",
+            Ink::Faint,
+            mark,
+            shown.level.0.clone(),
+            y,
+        )
+    });
+    let poles = [
+        ("new", PlottedStability::New, GREY_INK, Mark::Discs(0.9)),
+        (
+            "frequency stable",
+            PlottedStability::Frequency,
+            Ink::Series(1),
+            Mark::Rings(2.4),
+        ),
+        (
+            "stable",
+            PlottedStability::Stable,
+            Ink::Series(0),
+            Mark::Discs(2.4),
+        ),
+    ];
+    let poles = poles.into_iter().map(|(name, stability, ink, mark)| {
+        let those = shown.poles.iter().filter(|p| p.2 == stability);
+        let (x, y) = those.map(|p| (p.1, p.0 as f64)).unzip();
+        Curve::new(name, ink, mark, x, y)
+    });
+    let plot = Plot {
+        guides: shown
             .selected_hz
             .iter()
-            .filter(|f| (shown.band_hz.0..=shown.band_hz.1).contains(f))
-        {
-            let right = panel.canvas_x(f);
-            panel.draw_dotted(canvas, right, BLUE, 0.8);
-        }
-        for &(order, f, steadiness) in &shown.poles {
-            if !(shown.band_hz.0..=shown.band_hz.1).contains(&f) {
-                continue;
-            }
-            let spot = panel.to_canvas(f, order as f64);
-            match steadiness {
-                PlottedStability::Stable => canvas.fill_circle(spot, 2.4, BLUE),
-                PlottedStability::Frequency => canvas.stroke_circle(spot, 2.4, ORANGE, 1.0),
-                PlottedStability::New => canvas.fill_circle(spot, 0.9, GREY),
-            }
-        }
-    })
+            .map(|f| Guide::vertical(*f))
+            .collect(),
+        curves: level.into_iter().chain(poles).collect(),
+        ..Plot::new(
+            Axis::linear("frequency, Hz").over(shown.band_hz.0, shown.band_hz.1),
+            y,
+        )
+    };
+    PlotColumn {
+        note: "dotted: selected".to_string(),
+        ..PlotColumn::one(&shown.title, plot)
+    }
 }

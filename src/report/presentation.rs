@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 
+use super::figure::Figure;
 use super::json::{hash, warnings};
 use super::plan::{omitted_steps, stages, steps};
 use super::recording::repairs;
@@ -34,7 +35,7 @@ pub trait Presentation {
         Table::default()
     }
 
-    /// The figures, drawn.
+    /// The figures.
     ///
     /// # Errors
     /// A curve that cannot be computed.
@@ -68,7 +69,7 @@ pub struct StudyReport<'a, R> {
     /// The scene.
     pub scene: &'a Scene,
     /// The machine of the scene.
-    pub machine: PreparedMachine,
+    pub machine: &'a PreparedMachine,
     /// The result.
     pub result: R,
 }
@@ -89,6 +90,8 @@ pub const ENDED_EARLY: &str = "interrupted: what is shown was finished before\n"
 /// Sources and steps of a result.
 #[derive(Default)]
 pub struct Provenance<'a> {
+    /// Title of the scene; empty where there is none or the text of the result begins with it.
+    pub title: &'a str,
     /// The texts of the model; empty for a log.
     pub sources: &'a [Arc<SourceFile>],
     /// The steps that ran.
@@ -151,26 +154,6 @@ pub fn step_times<'a>(steps: impl Iterator<Item = (&'a str, f64)>) -> Value {
         .collect()
 }
 
-/// One of the figures of a result.
-pub struct Figure {
-    /// The end of its file's name, behind a hyphen; empty for the first.
-    pub suffix: &'static str,
-    /// The drawing.
-    pub svg: String,
-}
-
-impl Figure {
-    /// The first figure.
-    pub fn first(svg: String) -> Figure {
-        Figure::new("", svg)
-    }
-
-    /// A further figure.
-    pub fn new(suffix: &'static str, svg: String) -> Figure {
-        Figure { suffix, svg }
-    }
-}
-
 /// The JSON document of a result: header, result, effort, stages, repairs, warnings.
 ///
 /// # Errors
@@ -179,6 +162,9 @@ pub fn document(result: &dyn Presentation) -> Result<Value, Error> {
     let about = result.provenance();
     let mut document = Map::new();
     document.insert("geardyn".into(), about.header());
+    if !about.title.is_empty() {
+        document.insert("title".into(), about.title.into());
+    }
     if let Value::Object(body) = result.body()? {
         document.extend(body);
     }

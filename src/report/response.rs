@@ -2,12 +2,13 @@
 
 use serde_json::{Value, json};
 
-use super::bode::{BodeCurve, BodePlot, draw_bode, draw_nyquist};
+use super::bode::{BodeCurve, BodePlot, bode, nyquist};
+use super::figure::Figure;
 use super::json::complex;
 use super::mode_text::element_share;
 use super::number_format::{four_digits, percent, significant};
 use super::plan::omitted_steps;
-use super::presentation::{Figure, Presentation, Provenance, StudyReport};
+use super::presentation::{Presentation, Provenance, StudyReport};
 use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::base::text::pluralise;
@@ -21,6 +22,7 @@ impl Presentation for StudyReport<'_, ResponseResult> {
         let (result, stats) = (&self.result, &self.result.stats);
         Provenance {
             effort: json!({ "run_time_s": stats.seconds, "coordinates": stats.coordinates }),
+            title: &self.scene.model.title,
             ..Provenance::of_plan(&self.scene.sources, &result.plan, &result.diagnostics)
         }
     }
@@ -78,8 +80,8 @@ impl Presentation for StudyReport<'_, ResponseResult> {
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         let shown = bode_plot(&self.scene.model.title, &self.result);
         Ok(vec![
-            Figure::first(draw_bode(&shown)),
-            Figure::new("nyquist", draw_nyquist(&shown)),
+            Figure::first(bode(&shown)),
+            Figure::new("nyquist", nyquist(&shown)),
         ])
     }
 

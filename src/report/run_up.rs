@@ -4,11 +4,12 @@ use std::f64::consts::TAU;
 
 use serde_json::{Value, json};
 
-use super::heatmap::{Heatmap, draw_heatmaps};
+use super::figure::{Axis, Figure, LevelMap, Plot, PlotColumn};
 use super::mode_text::element_share;
 use super::number_format::{choose_unit, four_digits, rpm, significant, with_minus_signs};
 use super::plan::{step_lines, steps};
-use super::presentation::{Figure, Presentation, Provenance, StudyReport};
+use super::presentation::{Presentation, Provenance, StudyReport};
+use super::spectrum_table::decibels;
 use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::base::text::pluralise;
@@ -20,6 +21,7 @@ impl Presentation for StudyReport<'_, RunUpResult> {
         let result = &self.result;
         Provenance {
             effort: json!({ "run_time_s": result.seconds }),
+            title: &self.scene.model.title,
             ..Provenance::of_plan(&self.scene.sources, &result.plan, &result.diagnostics)
         }
     }
@@ -93,7 +95,7 @@ impl Presentation for StudyReport<'_, RunUpResult> {
         );
         let mut table = Table::new("speed [rpm]|frequency [Hz]|order")
             .column(name, &unit)
-            .columns("source|in danger");
+            .columns("source|highest strain energy");
         for c in result.critical.iter().take(MAX_ROWS) {
             let e = &result.excitations[c.excitation];
             table.row([
@@ -139,7 +141,7 @@ impl Presentation for StudyReport<'_, RunUpResult> {
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
-        Ok(vec![Figure::first(draw(
+        Ok(vec![Figure::first(map(
             &self.scene.model.title,
             &self.result,
         ))])
@@ -160,7 +162,7 @@ fn sized_excitations(result: &RunUpResult) -> impl Iterator<Item = (usize, &Orde
 const LINES: usize = 140;
 
 /// Response of the first output over speed and frequency.
-fn draw(title: &str, result: &RunUpResult) -> String {
+fn map(title: &str, result: &RunUpResult) -> PlotColumn {
     let (name, unit) = result
         .outputs
         .first()
@@ -194,16 +196,21 @@ fn draw(title: &str, result: &RunUpResult) -> String {
                 cells.for_each(|cell| *cell += column[at].powi(2));
             }
         }
-        row
+        row.into_iter().map(decibels).collect::<Vec<f64>>()
     };
-    draw_heatmaps(&[Heatmap {
-        title: format!("{title}: {name} over the speed of {}", result.node),
-        level: format!("amplitude, dB re 1 {unit}"),
-        across: format!("speed of {}, rpm", result.node),
-        times: result.speeds.iter().map(|&s| rpm(s)).collect(),
-        places: (0..LINES).map(|k| (k as f64 + 0.5) * step).collect(),
-        rows: (0..result.speeds.len()).map(row).collect(),
-    }])
+    let map = LevelMap {
+        label: format!("amplitude, dB re 1 {unit}"),
+        x: result.speeds.iter().map(|&s| rpm(s)).collect(),
+        y: (0..LINES).map(|k| (k as f64 + 0.5) * step).collect(),
+        columns: (0..result.speeds.len()).map(row).collect(),
+    };
+    let speed = format!("speed of {}, rpm", result.node);
+    let plot = Plot {
+        map: Some(map),
+        ..Plot::new(Axis::linear(speed), Axis::linear("frequency, Hz"))
+    };
+    let title = format!("{title}: {name} over the speed of {}", result.node);
+    PlotColumn::one(title, plot)
 }
 
 /// Maximum number of critical speeds shown: those with the largest responses.

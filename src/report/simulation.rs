@@ -2,18 +2,18 @@
 
 use serde_json::{Map, Value, json};
 
-use super::axes::{draw_curve, draw_frame, linear_range};
+use super::figure::{Axis, Curve, Figure, Ink, Plot, PlotColumn};
 use super::online;
 use super::output_key::{effort, key};
 use super::plan::{step_lines, steps};
-use super::presentation::{Figure, Presentation, Provenance};
+use super::presentation::{Presentation, Provenance};
 use super::sensitivity;
 use super::simulation_table::{cost, energy_balance, statistics_table, step_responses};
-use super::svg::{Anchor, BLUE, Panel, WIDTH, render_svg, ticks};
 use super::table::{Table, decimal};
 use crate::base::error::Error;
 use crate::base::quantity::format_time;
 use crate::motion::energy_balance::EnergyBalance;
+use crate::motion::outputs::MotionOutput;
 use crate::plan::motion::output_statistics::step_response;
 use crate::plan::motion::run::MotionHistory;
 use crate::plan::motion::simulation_setup::SimulationSetup;
@@ -31,6 +31,7 @@ pub struct SimulationReport<'a> {
 impl Presentation for SimulationReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
+            title: &self.scene.model.title,
             sources: &self.scene.sources,
             trace: vec!["equations", "start", self.result.choice.method.name],
             effort: effort(&self.result.history.stats, self.result.history.seconds),
@@ -42,7 +43,6 @@ impl Presentation for SimulationReport<'_> {
     fn body(&self) -> Result<Value, Error> {
         let result = &self.result;
         let mut body = body(result);
-        body["title"] = self.scene.model.title.as_str().into();
         sensitivity::extend(&mut body, &result.scene, result.sensitivity.as_ref());
         online::extend(&mut body, &result.scene, &result.online);
         Ok(body)
@@ -77,8 +77,8 @@ impl Presentation for SimulationReport<'_> {
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         let title = &self.scene.model.title;
-        let drawn = draw(title, &self.result.scene, &self.result.history);
-        Ok(vec![Figure::first(drawn)])
+        let plots = histories(title, &self.result.scene, &self.result.history);
+        Ok(vec![Figure::first(plots)])
     }
 
     fn notes(&self) -> String {
@@ -148,40 +148,31 @@ fn energy_balance_json(balance: &EnergyBalance) -> Value {
     })
 }
 
-const MARGIN_LEFT: f64 = 84.0;
 const HEIGHT: f64 = 150.0;
-const SPACING: f64 = 26.0;
 
-/// Outputs over time, one panel each.
-fn draw(title: &str, scene: &SimulationSetup, history: &MotionHistory) -> String {
-    let count = scene.outputs.list.len();
-    let top = 40.0;
-    render_svg(
-        WIDTH,
-        top + count as f64 * (HEIGHT + SPACING) + 30.0,
-        |canvas| {
-            canvas.title(title, MARGIN_LEFT);
-            let end = history.time.last().copied().unwrap_or(0.0);
-            for (at, (output, values)) in scene.outputs.list.iter().zip(&history.values).enumerate()
-            {
-                let down = top + at as f64 * (HEIGHT + SPACING);
-                let Some(y) = linear_range(values.iter().copied()) else {
-                    continue;
-                };
-                let x = (0.0, if end > 0.0 { end } else { 1.0 });
-                let panel = Panel::new((MARGIN_LEFT, WIDTH - 24.0), (down, down + HEIGHT), x, y);
-                panel.draw_y_grid(canvas, &ticks(y, 4));
-                let below = (at + 1 == count).then_some("time, s");
-                draw_frame(&panel, canvas, output.unit, below);
-                canvas.label(&output.name, (MARGIN_LEFT + 6.0, down - 8.0), Anchor::Start);
-                draw_curve(
-                    canvas,
-                    &panel,
-                    history.time.iter().copied().zip(values.iter().copied()),
-                    BLUE,
-                    0.9,
-                );
-            }
-        },
-    )
+/// Every output over time.
+fn histories(title: &str, scene: &SimulationSetup, history: &MotionHistory) -> PlotColumn {
+    let end = history.time.last().copied().filter(|end| *end > 0.0);
+    let plot = |(output, values): (&MotionOutput, &Vec<f64>)| Plot {
+        height: HEIGHT,
+        heading: output.name.clone(),
+        curves: vec![Curve::line(
+            "",
+            Ink::Series(0),
+            history.time.clone(),
+            values.clone(),
+        )],
+        ..Plot::new(
+            Axis::linear("time, s").over(0.0, end.unwrap_or(1.0)),
+            Axis::linear(output.unit),
+        )
+    };
+    PlotColumn {
+        title: title.to_string(),
+        linked: true,
+        plots: (scene.outputs.list.iter().zip(&history.values))
+            .map(plot)
+            .collect(),
+        ..PlotColumn::default()
+    }
 }

@@ -2,10 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::heatmap::{Heatmap, draw_heatmaps};
+use super::figure::{
+    Axis, Curve, Figure, Ink, LevelMap, PLOT_HEIGHT, Plot, PlotColumn, PointLabel,
+};
 use super::number_format::four_digits;
-use super::presentation::{Figure, LogReport, Presentation, Provenance};
-use super::spectrum_plot::{SpectrumPlot, draw_spectra};
+use super::presentation::{LogReport, Presentation, Provenance};
 use super::spectrum_table::{self, decibels};
 use super::table::{Table, exact};
 use crate::base::error::Error;
@@ -109,11 +110,16 @@ impl Presentation for LogReport<SpectrumResult> {
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {
-        let maps = heatmaps(&self.result, &self.title);
-        Ok(vec![Figure::first(match maps.is_empty() {
-            true => draw_spectra(&spectrum_plot(&self.result, &self.title)),
-            false => draw_heatmaps(&maps),
-        })])
+        let maps = level_maps(&self.result);
+        let plots = match maps.is_empty() {
+            true => PlotColumn::one(&self.title, spectrum_plot(&self.result)),
+            false => PlotColumn {
+                title: self.title.clone(),
+                plots: maps,
+                ..PlotColumn::default()
+            },
+        };
+        Ok(vec![Figure::first(plots)])
     }
 }
 
@@ -152,38 +158,38 @@ fn peak(line: &LabelledPeak, curve: &ChannelSpectrum, place: &str) -> Value {
 }
 
 /// Spectrograms as maps, one for each channel; none of other spectra.
-fn heatmaps(found: &SpectrumResult, title: &str) -> Vec<Heatmap> {
+fn level_maps(found: &SpectrumResult) -> Vec<Plot> {
+    let with_rows = |c: &&ChannelSpectrum| !c.spectrogram_rows.is_empty();
+    let curves: Vec<&ChannelSpectrum> = found.channel_spectra.iter().filter(with_rows).collect();
+    let height = if curves.len() == 1 {
+        PLOT_HEIGHT
+    } else {
+        240.0
+    };
     let map = |curve: &ChannelSpectrum| {
+        let rows = &curve.spectrogram_rows;
         let (across, times, rows) = match curve.speed.is_empty() {
             true => (
                 "time, s",
-                curve
-                    .spectrogram_rows
-                    .iter()
-                    .map(|row| row.time_s)
-                    .collect(),
-                curve
-                    .spectrogram_rows
-                    .iter()
-                    .map(|row| row.density.clone())
-                    .collect(),
+                rows.iter().map(|row| row.time_s).collect(),
+                rows.iter().map(|row| row.density.clone()).collect(),
             ),
             false => over_speed(curve),
         };
-        Heatmap {
-            title: format!("{title}: {}", curve.channel),
-            level: format!("dB re 1 {}", curve.unit),
-            across: across.to_string(),
-            times,
-            places: found.abscissa.clone(),
-            rows,
+        let decibel = |row: Vec<f64>| row.into_iter().map(decibels).collect();
+        Plot {
+            height,
+            heading: curve.channel.clone(),
+            map: Some(LevelMap {
+                label: format!("dB re 1 {}", curve.unit),
+                x: times,
+                y: found.abscissa.clone(),
+                columns: rows.into_iter().map(decibel).collect(),
+            }),
+            ..Plot::new(Axis::linear(across), Axis::linear("frequency, Hz"))
         }
     };
-    let with_times = found
-        .channel_spectra
-        .iter()
-        .filter(|c| !c.spectrogram_rows.is_empty());
-    with_times.map(map).collect()
+    curves.into_iter().map(map).collect()
 }
 
 /// Columns of a map over speed, at most.
@@ -215,18 +221,21 @@ fn over_speed(curve: &ChannelSpectrum) -> (&'static str, Vec<f64>, Vec<Vec<f64>>
 const LABELS: usize = 12;
 
 /// The spectra as curves, the strongest lines labelled.
-fn spectrum_plot(found: &SpectrumResult, title: &str) -> SpectrumPlot {
+fn spectrum_plot(found: &SpectrumResult) -> Plot {
     let (across, unit) = found.abscissa_kind.label();
     let unit_of = |unit: &str| match unit {
         "" => String::new(),
         unit => format!(", {unit}"),
     };
-    let up = found.channel_spectra.first().map_or("", |c| &c.unit);
-    let mut strongest: Vec<&LabelledPeak> = found
-        .channel_spectra
-        .iter()
-        .flat_map(|c| &c.peaks)
-        .collect();
+    let spectra = &found.channel_spectra;
+    let unit_of_values = unit_of(spectra.first().map_or("", |c| &c.unit));
+    let up = match found.kind {
+        SpectrumKind::Order | SpectrumKind::SynchronousAverage => {
+            format!("amplitude{unit_of_values}")
+        }
+        kind_of => format!("{}{unit_of_values}", kind(kind_of)),
+    };
+    let mut strongest: Vec<&LabelledPeak> = spectra.iter().flat_map(|c| &c.peaks).collect();
     strongest.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
     strongest.truncate(LABELS);
     let text = |line: &LabelledPeak| match line.names.first() {
@@ -236,33 +245,28 @@ fn spectrum_plot(found: &SpectrumResult, title: &str) -> SpectrumPlot {
     // What lies at the shortest quefrencies, the level of the spectrum, would hide the rest.
     let lowest = found.quefrency_range_s.map_or(f64::NEG_INFINITY, |s| s.0);
     let from = found.abscissa.partition_point(|p| *p < lowest);
-    SpectrumPlot {
-        title: title.to_string(),
-        across: format!("{across}{}", unit_of(unit)),
-        up: match found.kind {
-            SpectrumKind::Order | SpectrumKind::SynchronousAverage => {
-                format!("amplitude{}", unit_of(up))
-            }
-            _ => format!("{}{}", kind(found.kind), unit_of(up)),
-        },
-        curves: found
-            .channel_spectra
-            .iter()
-            .map(|c| {
-                (
-                    c.channel.clone(),
-                    found.abscissa[from..].to_vec(),
-                    c.value[from..].to_vec(),
-                )
-            })
-            .collect(),
-        labels: strongest
-            .into_iter()
-            .map(|line| (line.position, line.value, text(line)))
-            .collect(),
-        logarithmic: matches!(
-            found.kind,
-            SpectrumKind::Density | SpectrumKind::Multitaper | SpectrumKind::Spectrogram
-        ),
+    let curve = |(k, c): (usize, &ChannelSpectrum)| {
+        let (x, y) = (found.abscissa[from..].to_vec(), c.value[from..].to_vec());
+        Curve::line(&c.channel, Ink::Series(k), x, y)
+    };
+    let label = |line: &LabelledPeak| PointLabel {
+        x: line.position,
+        y: line.value,
+        text: text(line),
+    };
+    let logarithmic = matches!(
+        found.kind,
+        SpectrumKind::Density | SpectrumKind::Multitaper | SpectrumKind::Spectrogram
+    );
+    let y = match logarithmic {
+        true => Axis::log(up),
+        false => {
+            Axis::linear(up).from_zero(spectra.iter().flat_map(|c| c.value[from..].iter().copied()))
+        }
+    };
+    Plot {
+        curves: spectra.iter().enumerate().map(curve).collect(),
+        labels: strongest.into_iter().map(label).collect(),
+        ..Plot::new(Axis::linear(format!("{across}{}", unit_of(unit))), y)
     }
 }

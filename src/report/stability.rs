@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use serde_json::{Value, json};
 
-use super::presentation::{ENDED_EARLY, Figure, Presentation, Provenance};
+use super::figure::Figure;
+use super::presentation::{ENDED_EARLY, Presentation, Provenance};
 use super::stability_chart::draw_stability_chart;
-use super::stability_regions::draw_stability_regions;
+use super::stability_regions::stability_regions;
 use super::stability_table::{self, StabilityResult, count_verdicts};
 use super::table::{Table, or_blank, power};
 use crate::base::error::Error;
@@ -30,6 +31,7 @@ pub struct StabilityReport<'a> {
 impl Presentation for StabilityReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
+            title: &self.scene.model.title,
             sources: &self.scene.sources,
             trace: vec!["linear", "floquet", "extremes"],
             warnings: &self.result.linear.diagnostics,
@@ -114,9 +116,7 @@ impl Presentation for StabilityReport<'_> {
         let shortest = limits.fold(f64::INFINITY, f64::min);
         let usual = if shortest.is_finite() { shortest } else { 1.0 };
         let spectrum = AmplificationChart::new(&facts.eigenvalues, self.step.unwrap_or(usual))?;
-        let mut all = vec![Figure::first(draw_stability_regions(
-            title, facts, &spectrum,
-        ))];
+        let mut all = vec![Figure::first(stability_regions(title, facts, &spectrum))];
         if let Ok(found) = &self.result.floquet
             && let Some(chart) = found.chart.as_ref().filter(|c| c.parameter.is_some())
         {

@@ -177,7 +177,7 @@ fn amplification_table(found: &StabilityResult) -> String {
         ]);
     }
     format!(
-        "what a step of {} makes of the fastest and of the slowest mode\n{}",
+        "amplification factor per step of {} on the fastest and on the slowest mode\n{}",
         format_time(*step),
         table.text()
     )

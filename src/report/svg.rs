@@ -233,6 +233,9 @@ impl Canvas<'_> {
         anchor: Anchor,
         turn: FontTransform,
     ) {
+        if text.is_empty() {
+            return;
+        }
         const BACKEND_SHRINKS: f64 = 1.24; // plotters-svg 0.3 divides every size by this
         let across = match anchor {
             Anchor::Start => HPos::Left,
@@ -321,12 +324,6 @@ impl Panel {
     /// A line from the left to the right edge.
     pub fn draw_horizontal(&self, canvas: &mut Canvas, height: f64, ink: Colour, width: f64) {
         canvas.line((self.across.0, height), (self.across.1, height), ink, width);
-    }
-
-    /// A dotted line from the upper to the lower edge.
-    pub fn draw_dotted(&self, canvas: &mut Canvas, right: f64, ink: Colour, width: f64) {
-        let ends = [(right, self.down.0), (right, self.down.1)];
-        canvas.polyline(&ends, ink, width, LineStyle::Dotted);
     }
 
     /// Canvas position of a point of the diagram.

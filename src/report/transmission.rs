@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use serde_json::{Value, json};
 
-use super::presentation::{Figure, Presentation, Provenance};
+use super::figure::Figure;
+use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_blank};
 use super::te_lines::{TeUnit, cause, phase, separation_test_text, source};
 use super::transmission_plots::draw_all;
@@ -24,7 +25,7 @@ pub struct TransmissionReport<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The machine of the scene.
-    pub machine: PreparedMachine,
+    pub machine: &'a PreparedMachine,
     /// The lines and what they add up to.
     pub result: TransmissionResult,
     /// Every line is shown, not the largest only.
@@ -34,7 +35,10 @@ pub struct TransmissionReport<'a> {
 impl Presentation for TransmissionReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         let result = &self.result;
-        Provenance::of_plan(&self.scene.sources, &result.plan, &result.diagnostics)
+        Provenance {
+            title: &self.scene.model.title,
+            ..Provenance::of_plan(&self.scene.sources, &result.plan, &result.diagnostics)
+        }
     }
 
     fn body(&self) -> Result<Value, Error> {

@@ -1,12 +1,12 @@
 //! Plots of a transmission error: lines by order with their sources, the budget by element, lines over speed.
 
-use super::axes::{draw_frame, draw_log_grid, extremes, log_range};
+use super::axes::extremes;
+use super::figure::{Axis, Curve, Figure, Ink, Mark, Plot, PlotColumn, PointLabel};
 use super::heatmap::{draw_colour_bar, ink, step_of};
 use super::number_format::{four_digits, percent};
-use super::presentation::Figure;
 use super::svg::{
-    Anchor, BLACK, BLUE, GREY, LABEL_SIZE, LIGHT_GREY, ORANGE, Panel, WIDTH, lighten, render_svg,
-    spread_labels, ticks, truncate_label, widest,
+    Anchor, BLACK, BLUE, GREY, LABEL_SIZE, ORANGE, Panel, WIDTH, lighten, render_svg, ticks,
+    truncate_label, widest,
 };
 use super::te_lines::{TeUnit, cause, source};
 use crate::machine::components::Machine;
@@ -82,77 +82,42 @@ fn orders(result: &TransmissionResult, size: impl Fn(usize) -> f64) -> Vec<Vec<u
 }
 
 /// Amplitudes over orders, the largest with their sources.
-fn lines(title: &str, machine: &Machine, result: &TransmissionResult) -> String {
-    const HEIGHT: f64 = 340.0;
-    /// Height of the letters of names.
-    const NAME: f64 = 9.0;
+fn lines(title: &str, machine: &Machine, result: &TransmissionResult) -> PlotColumn {
     let unit = TeUnit::for_output(machine, result);
-    let order = largest(result);
+    let all = largest(result);
     let size = |k: usize| result.quasi_static(&result.lines[k]).norm() * unit.times;
-    let least = order.first().map_or(0.0, |&k| DRAWN * size(k));
+    let least = all.first().map_or(0.0, |&k| DRAWN * size(k));
     let amplitude = |k: usize| if size(k) < least { 0.0 } else { size(k) };
-    let order: Vec<usize> = order.into_iter().filter(|&k| amplitude(k) > 0.0).collect();
-    let place = |k: usize| result.lines[k].line.order.to_f64().log10();
-    let groups = orders(result, amplitude);
-    let names: Vec<String> = groups
-        .iter()
-        .map(|group| order_label(machine, result, group))
-        .collect();
-    let top = 44.0 + widest(&names, NAME, 0.0);
-    render_svg(WIDTH, top + HEIGHT + 50.0, |canvas| {
-        canvas.title(title, MARGIN_LEFT);
-        let Some(y) = log_range(order.iter().map(|&k| amplitude(k))) else {
-            canvas.placeholder("no line", (WIDTH / 2.0, top));
-            return;
-        };
-        let ends = extremes(order.iter().map(|&k| place(k)));
-        let panel = Panel::new(
-            (MARGIN_LEFT, WIDTH - 24.0),
-            (top, top + HEIGHT),
-            (ends.0 - 0.15, ends.1 + 0.15),
-            y,
-        );
-        draw_log_grid(&panel, canvas);
-        let beside = format!("amplitude at the output, {}", unit.name);
-        draw_frame(&panel, canvas, &beside, None);
-        for decade in panel.x.0.ceil() as i32..=panel.x.1.floor() as i32 {
-            let right = panel.canvas_x(f64::from(decade));
-            canvas.line((right, top), (right, top + HEIGHT), LIGHT_GREY, 0.5);
-            canvas.label(
-                &four_digits(10f64.powi(decade)),
-                (right, top + HEIGHT + 12.0),
-                Anchor::Middle,
-            );
-        }
-        let per = machine.dofs[result.chain.order_reference].node;
-        let below = format!("order, cycles per turn of {}", machine.nodes[per].name);
-        canvas.label(
-            &below,
-            (0.5 * (MARGIN_LEFT + WIDTH - 24.0), top + HEIGHT + 34.0),
-            Anchor::Middle,
-        );
-        for &k in &order {
-            let head = panel.to_canvas(place(k), amplitude(k).log10());
-            canvas.line((head.0, top + HEIGHT), head, BLUE, 1.6);
-            canvas.fill_circle(head, 2.2, BLUE);
-        }
-        // Names by rising order; lines of one order share that of the largest.
-        let wanted: Vec<f64> = groups.iter().map(|g| panel.canvas_x(place(g[0]))).collect();
-        let spread = spread_labels(&wanted, 15.0, (MARGIN_LEFT + 4.0, WIDTH - 28.0));
-        for ((group, name), right) in groups.iter().zip(&names).zip(spread) {
-            let first = group[0];
-            let spot = panel.to_canvas(
-                place(first),
-                group
-                    .iter()
-                    .map(|&k| amplitude(k))
-                    .fold(0.0, f64::max)
-                    .log10(),
-            );
-            canvas.line((right, top - 6.0), (spot.0, spot.1 - 4.0), LIGHT_GREY, 0.7);
-            canvas.vertical_text(name, (right, top - 9.0), NAME, BLACK, Anchor::Start);
-        }
-    })
+    let drawn: Vec<usize> = all.into_iter().filter(|&k| amplitude(k) > 0.0).collect();
+    let order = |k: usize| result.lines[k].line.order.to_f64();
+    // Lines of one order share the name of the largest.
+    let label = |group: Vec<usize>| PointLabel {
+        x: order(group[0]),
+        y: group.iter().map(|&k| amplitude(k)).fold(0.0, f64::max),
+        text: order_label(machine, result, &group),
+    };
+    let ends = extremes(drawn.iter().map(|&k| order(k)));
+    let per = machine.dofs[result.chain.order_reference].node;
+    let across = format!("order, cycles per turn of {}", machine.nodes[per].name);
+    let stems = Curve::new(
+        "",
+        Ink::Series(0),
+        Mark::Stems,
+        drawn.iter().map(|&k| order(k)).collect(),
+        drawn.iter().map(|&k| amplitude(k)).collect(),
+    );
+    let plot = Plot {
+        height: 340.0,
+        curves: vec![stems],
+        labels: orders(result, amplitude).into_iter().map(label).collect(),
+        upright_labels: true,
+        empty: "no line",
+        ..Plot::new(
+            Axis::log(across).over(0.7 * ends.0, 1.4 * ends.1),
+            Axis::log(format!("amplitude at the output, {}", unit.name)),
+        )
+    };
+    PlotColumn::one(title, plot)
 }
 
 /// An order with the largest of its sources.
@@ -331,7 +296,7 @@ fn speeds(title: &str, machine: &Machine, result: &TransmissionResult, map: &Spe
         );
         draw_colour_bar(
             canvas,
-            (MARGIN_TOP, height),
+            (MARGIN_RIGHT, (MARGIN_TOP, height)),
             scale,
             "dynamic over quasi-static, dB",
         );

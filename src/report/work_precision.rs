@@ -4,9 +4,10 @@ use std::iter::once;
 
 use serde_json::{Value, json};
 
+use super::figure::Figure;
 use super::number_format::four_digits;
 use super::output_key::effort;
-use super::presentation::{ENDED_EARLY, Figure, Presentation, Provenance};
+use super::presentation::{ENDED_EARLY, Presentation, Provenance};
 use super::table::{Table, decimal, or_blank, power};
 use super::work_precision_plot::{self, WorkPrecisionPoint};
 use super::work_precision_text::{
@@ -35,6 +36,7 @@ pub struct WorkPrecisionReport<'a> {
 impl Presentation for WorkPrecisionReport<'_> {
     fn provenance(&self) -> Provenance<'_> {
         Provenance {
+            title: &self.scene.model.title,
             sources: &self.scene.sources,
             trace: vec!["equations", "start", "reference", "runs"],
             ..Provenance::default()
@@ -146,7 +148,7 @@ impl Presentation for WorkPrecisionReport<'_> {
         let points: Vec<_> = self.result.runs.iter().filter_map(point).collect();
         let floor = self.result.reference.agreement().unwrap_or(0.0);
         let (title, floor) = (&self.scene.model.title, (floor, "agreement of references"));
-        Ok(vec![Figure::first(work_precision_plot::draw(
+        Ok(vec![Figure::first(work_precision_plot::figure(
             title, &points, floor,
         ))])
     }
@@ -220,11 +222,13 @@ fn reference(reference: &ReferenceSolution) -> String {
     }
     text + &match reference.sensitivity {
         Some(growth) => format!(
-            "a change of the start shows {} times as much over the whole time as over its first tenth\n",
+            "sensitivity to initial conditions ×{}: largest deviation over the whole time relative to that in its first tenth\n",
             four_digits(growth)
         ),
-        None => "how a change of the start grows is not known: nothing moves, or it ended early\n"
-            .to_string(),
+        None => {
+            "sensitivity to initial conditions not measured: nothing moves, or a run ended early\n"
+                .to_string()
+        }
     }
 }
 

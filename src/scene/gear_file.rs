@@ -1,5 +1,6 @@
 //! Reads a gear file: `pair`, `rack`, `pinion` and `gear`, `[assembly]`, `[mesh]`.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::laws::Hand;
@@ -8,6 +9,7 @@ use super::shared_keys::{
     read_profile_shift, read_thickness,
 };
 use super::tables::{read_heading, read_table};
+use crate::base::bound::Bound;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
@@ -26,7 +28,7 @@ use crate::gear::load::body::Body;
 use crate::gear::load::compliance::StiffnessMethod;
 use crate::gear::load::hertz::ContactModel;
 use crate::gear::load::material::Material;
-use crate::gear::load::mesh::{MAX_POSITIONS, MAX_SLICES, MeshOptions};
+use crate::gear::load::mesh::{MAX_POSITIONS, MAX_SLICES, MeshOptions, default_slices};
 
 /// A pair of cylindrical gears as its file describes it, with the requested load.
 #[derive(Debug, Clone)]
@@ -108,6 +110,9 @@ impl GearFile {
             materials: [Material::default(); 2],
             modifications: self.modifications,
             misalignment: self.shaft_angle_error * pair.working_pressure_angle.cos(),
+            // The far end lies where the driving pinion's axis points, about which it turns by the right hand: there the teeth of a
+            // right-hand pinion are ahead.
+            far_end_leads: self.hand == Hand::Right,
             positions: self.mesh.positions,
             slices: self.mesh.slices,
         }
@@ -131,6 +136,8 @@ pub enum PairKind {
     Cylindrical,
     /// Gears of a varying ratio.
     NonCircular,
+    /// Bevel and hypoid gears by machine settings.
+    Bevel,
 }
 
 /// The kind of pair in a gear file; cylindrical where it states no other kind that is known.
@@ -139,6 +146,7 @@ pub fn pair_kind(source: &Arc<SourceFile>) -> PairKind {
     let kind = root.table("pair").and_then(|(pair, _)| pair.get("kind"));
     match kind.map(|entry| &entry.item.value) {
         Some(Value::String(kind)) if kind == "non-circular" => PairKind::NonCircular,
+        Some(Value::String(kind)) if kind == "bevel" => PairKind::Bevel,
         _ => PairKind::Cylindrical,
     }
 }
@@ -185,18 +193,19 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
     let study = flags.read_over(&document, "mesh", &bare_si, study, mesh)?;
     let method = study.method([first.bore_diameter, second.bore_diameter], &span)?;
     let mut defaults = Vec::new();
-    let shared = rack.unwrap_or_else(|| {
-        defaults.push("rack: ISO 53 profile A".into());
-        BasicRack::PROFILE_A
-    });
+    pair.name_defaults(&mut defaults);
+    let shared = rack.unwrap_or_else(|| default_rack(pair.pressure_angle(), &mut defaults));
     let members = [("pinion", &first), ("gear", &second)]
         .map(|(name, member)| pair.member(name, member, shared, &mut defaults));
     let tables = [first, second];
+    let hand = pair.pinion_hand(&tables, &mut defaults)?;
     let usual = MeshOptions::default();
+    let width = members[0].face_width.min(members[1].face_width);
+    let overlap = width * members[0].gear.helix.sin().abs() / (PI * members[0].gear.module);
     Ok(GearFile {
         title,
         members,
-        hand: tables[0].hand,
+        hand,
         ball_diameters: [tables[0].ball_diameter, tables[1].ball_diameter],
         modifications: tables.map(|table| table.modification),
         centre_distance: pair.centre_distance,
@@ -207,7 +216,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
             torques: study.torques,
             method,
             positions: study.positions.map_or(usual.positions, |n| n as usize),
-            slices: study.slices.map_or(usual.slices, |n| n as usize),
+            slices: study.slices.map_or(default_slices(overlap), |n| n as usize),
         },
         defaults,
         span,
@@ -237,8 +246,8 @@ fn assembly(f: &mut TableReader) -> [f64; 2] {
 /// `pair`: what both gears share.
 struct PairTable {
     module: f64,
-    pressure_angle: f64,
-    helix_angle: f64,
+    pressure_angle: Option<f64>,
+    helix_angle: Option<f64>,
     centre_distance: Option<f64>,
     centre_deviation: [f64; 2],
 }
@@ -268,14 +277,102 @@ fn pair(f: &mut TableReader) -> PairTable {
     }
     PairTable {
         module: module.unwrap_or(f64::NAN),
-        pressure_angle: pressure_angle.unwrap_or(DEFAULT_PRESSURE_ANGLE),
-        helix_angle: helix_angle.unwrap_or(0.0),
+        pressure_angle,
+        helix_angle,
         centre_distance: length(f, "centre_distance"),
         centre_deviation: deviation.unwrap_or([0.0; 2]),
     }
 }
 
+/// Profile A of ISO 53, its tip rounded as far as the tool's tooth allows where the pressure angle leaves less.
+fn default_rack(pressure_angle: f64, defaults: &mut Vec<String>) -> BasicRack {
+    let usual = BasicRack::PROFILE_A;
+    let full = Bound::AtMost(usual.full_tip_radius(pressure_angle)).text(4);
+    match full.parse::<f64>() {
+        Ok(tip_radius) if (0.0..usual.tip_radius).contains(&tip_radius) => {
+            defaults.push(format!(
+                "rack: ISO 53 profile A with tip_radius {full}, the full rounding"
+            ));
+            BasicRack {
+                tip_radius,
+                ..usual
+            }
+        }
+        _ => {
+            defaults.push("rack: ISO 53 profile A".into());
+            usual
+        }
+    }
+}
+
 impl PairTable {
+    fn pressure_angle(&self) -> f64 {
+        self.pressure_angle.unwrap_or(DEFAULT_PRESSURE_ANGLE)
+    }
+
+    fn helix_angle(&self) -> f64 {
+        self.helix_angle.unwrap_or(0.0)
+    }
+
+    /// Notes what `pair` leaves out.
+    fn name_defaults(&self, defaults: &mut Vec<String>) {
+        let angle = DEFAULT_PRESSURE_ANGLE.to_degrees();
+        let missing = [
+            (
+                self.pressure_angle.is_none(),
+                format!("pair.pressure_angle: {angle:.0} deg"),
+            ),
+            (self.helix_angle.is_none(), "pair.helix_angle: 0".into()),
+            (
+                self.centre_distance.is_none(),
+                "pair.centre_distance: without backlash at nominal thickness".into(),
+            ),
+        ];
+        defaults.extend(
+            missing
+                .into_iter()
+                .filter(|(is_missing, _)| *is_missing)
+                .map(|(_, text)| text),
+        );
+    }
+
+    /// Hand of the pinion: external helical gears in mesh have opposite hands, a pinion has that of its ring.
+    fn pinion_hand(
+        &self,
+        [pinion, gear]: &[MemberTable; 2],
+        defaults: &mut Vec<String>,
+    ) -> Result<Hand, Error> {
+        if self.helix_angle() == 0.0 {
+            return Ok(pinion.hand.unwrap_or_default());
+        }
+        let mate_of = |hand: Hand| match (hand, gear.internal) {
+            (hand, true) => hand,
+            (Hand::Right, false) => Hand::Left,
+            (Hand::Left, false) => Hand::Right,
+        };
+        let from_gear = gear.hand.map(mate_of);
+        if let (Some(own), Some(needed)) = (pinion.hand, from_gear)
+            && own != needed
+        {
+            let (message, hint) = match gear.internal {
+                false => (
+                    "pinion.hand and gear.hand are the same: helical gears of an external pair have opposite hands",
+                    "give one of them only, or opposite hands",
+                ),
+                true => (
+                    "pinion.hand and gear.hand differ: a helical pinion has the hand of its ring",
+                    "give one of them only, or the same hand",
+                ),
+            };
+            let error = Error::new(Code::Conflict, message).with_span(&gear.hand_span);
+            return Err(error.with_hint(hint));
+        }
+        Ok(pinion.hand.or(from_gear).unwrap_or_else(|| {
+            defaults.push("pinion.hand: right".into());
+            Hand::Right
+        }))
+    }
+
     /// A gear of the pair; what its table leaves out is noted in `defaults`.
     fn member(
         &self,
@@ -294,11 +391,19 @@ impl PairTable {
             defaults.push(format!("{name}.profile_shift: 0"));
             0.0
         });
+        if table.thickness.is_none() {
+            defaults.push(format!("{name}.thickness: no deviation"));
+        }
+        if table.tip_diameter.is_none() {
+            defaults.push(format!(
+                "{name}.tip_diameter: of the rack and the clearance"
+            ));
+        }
         let gear = InvoluteGear {
             teeth: table.teeth,
             module: self.module,
-            pressure_angle: self.pressure_angle,
-            helix: self.helix_angle,
+            pressure_angle: self.pressure_angle(),
+            helix: self.helix_angle(),
             profile_shift,
             internal: table.internal,
         };
@@ -313,7 +418,8 @@ impl PairTable {
 /// `pinion` or `gear`.
 struct MemberTable {
     teeth: u32,
-    hand: Hand,
+    hand: Option<Hand>,
+    hand_span: SourceSpan,
     internal: bool,
     profile_shift: Option<f64>,
     face_width: Option<f64>,
@@ -328,13 +434,15 @@ struct MemberTable {
 fn member(f: &mut TableReader) -> MemberTable {
     let teeth = f.optional_count("teeth", 2, MAX_TEETH);
     f.require("teeth");
-    let hand = shared_keys::hand(f);
+    let hand = shared_keys::stated_hand(f);
+    let hand_span = f.span_of("hand").clone();
     let positive = |f: &mut TableReader, key| {
         f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
     };
     MemberTable {
         teeth: teeth.unwrap_or(2),
         hand,
+        hand_span,
         internal: f.flag("internal"),
         profile_shift: read_profile_shift(f),
         face_width: positive(f, "face_width"),

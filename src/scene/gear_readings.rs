@@ -126,8 +126,7 @@ fn gear(f: &mut TableReader) -> Option<GearReadings> {
     };
     let first = spans.first().map(|(_, size)| *size);
     let of_spans = of(f, "span", first, std.span, "3 µm");
-    let tip_diameter = of(f, "diameter", tip, std.diameter, "20 µm");
-    let root_diameter = of(f, "diameter", root, std.diameter, "20 µm");
+    let of_diameters = of(f, "diameter", tip.or(root), std.diameter, "20 µm");
     let tip_helix = of(f, "helix_angle", helix, std.helix_angle, "0.1 deg");
     let distance = mate.as_ref().and_then(|mate| mate.centre_distance);
     let centre_distance = of(f, "centre_distance", distance, std.centre_distance, "20 µm");
@@ -135,6 +134,10 @@ fn gear(f: &mut TableReader) -> Option<GearReadings> {
         return None;
     }
     let std = of_spans?.std;
+    let diameter = |value: Option<f64>| {
+        let std = of_diameters?.std;
+        value.map(|value| Reading { value, std })
+    };
     let sized = |spans: Vec<(u32, f64)>| {
         let reading = |(k, value)| SpanReading {
             k,
@@ -146,10 +149,10 @@ fn gear(f: &mut TableReader) -> Option<GearReadings> {
         teeth,
         internal,
         spans: sized(spans),
-        tip_diameter,
-        root_diameter,
+        tip_diameter: diameter(tip),
+        root_diameter: diameter(root),
         tip_helix,
-        thickness_deviation: deviation.unwrap_or(0.0),
+        thickness_deviation: deviation,
         mate: mate.map(|mate| MateReadings {
             teeth: mate.teeth,
             internal: mate.internal,

@@ -3,11 +3,12 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
+use super::bevel_mesh::BevelMesh;
 use super::friction;
 use super::gear_mesh::GearMesh;
-use super::laws::ToothFriction;
-use super::model::{Belt, ContactParameters, GearPair, WormPair};
-use super::named_gear_file::{self, DETERMINED_OF_PAIR};
+use super::laws::{ToothFriction, Waveform};
+use super::model::{Belt, ContactParameters, GearPair, MeshFlanks, WormPair};
+use super::named_gear_file::{self, PairMesh};
 use super::shared_keys::{
     self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, MAX_COUNT, PRESSURE_ANGLE_RANGE,
 };
@@ -42,7 +43,7 @@ fn module(f: &mut TableReader) -> Option<f64> {
 pub fn gear_pair(f: &mut TableReader) -> GearPair {
     let name = shared_keys::name(f);
     let between = shared_keys::read_body_pair(f);
-    let gear = named_gear_file::read(f, "", DETERMINED_OF_PAIR);
+    let gear = named_gear_file::read_pair(f);
     let teeth = teeth(f);
     let internal = f.flag("internal");
     if internal && teeth[1] <= teeth[0] && teeth != [1, 1] {
@@ -63,7 +64,11 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
         f.optional_quantity("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE_RANGE);
     let usual = if internal { [0.0, 0.0] } else { [0.0, PI] };
     let (cone_angles, stated) = angles(f, teeth);
-    let spiral_angles = gear.as_ref().map_or(stated, |gear| [gear.helix_angle(); 2]);
+    let (cone_angles, spiral_angles) = match &gear {
+        None => (cone_angles, stated),
+        Some(PairMesh::Cylindrical(gear)) => (cone_angles, [gear.helix_angle(); 2]),
+        Some(PairMesh::Bevel(gear)) => (gear.cone_angles, gear.spiral_angles),
+    };
     if internal && cone_angles != [0.0; 2] {
         let message = "an internal pair has parallel axes";
         f.report_key(
@@ -78,6 +83,7 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
     let pair = GearPair {
         friction,
         gear: None,
+        bevel: None,
         name,
         between,
         teeth,
@@ -91,8 +97,32 @@ pub fn gear_pair(f: &mut TableReader) -> GearPair {
         contact,
     };
     match gear {
-        Some(gear) => of_gear_file(pair, gear, f.has("mesh_angles")),
+        Some(PairMesh::Cylindrical(gear)) => of_gear_file(pair, gear, f.has("mesh_angles")),
+        Some(PairMesh::Bevel(gear)) => of_bevel_file(pair, gear),
         None => pair,
+    }
+}
+
+/// The pair with what the gear file of bevel gears determines.
+fn of_bevel_file(pair: GearPair, gear: Arc<BevelMesh>) -> GearPair {
+    let te = Waveform::Table(gear.te.clone());
+    GearPair {
+        teeth: gear.teeth,
+        module: Some(gear.module),
+        pressure_angle: gear.pressure_angle,
+        hand: gear.hand,
+        contact: ContactParameters {
+            flanks: Some(MeshFlanks {
+                unloaded_te: te.clone(),
+                averaged_te: te,
+                phase: 0.0,
+                is_coast: gear.is_coast,
+                pairs: None,
+            }),
+            ..pair.contact
+        },
+        bevel: Some(gear),
+        ..pair
     }
 }
 

@@ -4,9 +4,15 @@ pub mod laws;
 
 pub mod gear_mesh;
 
-pub mod model;
-
 mod tables;
+
+pub mod machine_settings;
+
+pub mod bevel_file;
+
+pub mod bevel_mesh;
+
+pub mod model;
 
 mod waveforms;
 

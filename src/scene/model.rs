@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::bevel_mesh::BevelMesh;
 use super::gear_mesh::GearMesh;
 pub use super::laws::Hand;
 use super::laws::{
@@ -72,9 +73,17 @@ impl Model {
     /// The gear files, each once.
     pub fn gear_files(&self) -> Vec<Arc<SourceFile>> {
         let mut all: Vec<Arc<SourceFile>> = Vec::new();
-        for (_, mesh, _) in self.gear_meshes() {
-            if !all.contains(&mesh.source) {
-                all.push(mesh.source.clone());
+        let meshes = self
+            .gear_meshes()
+            .into_iter()
+            .map(|(_, mesh, _)| &mesh.source);
+        let bevels = self
+            .gear_pairs
+            .iter()
+            .filter_map(|p| Some(&p.bevel.as_ref()?.source));
+        for source in meshes.chain(bevels) {
+            if !all.contains(source) {
+                all.push(source.clone());
             }
         }
         all
@@ -299,8 +308,10 @@ pub struct GearPair {
     pub contact: ContactParameters,
     /// Dry friction along the teeth.
     pub friction: Option<ToothFriction>,
-    /// The gear file that the pair follows.
+    /// The gear file of cylindrical gears that the pair follows.
     pub gear: Option<Arc<GearMesh>>,
+    /// The gear file of bevel gears that the pair follows.
+    pub bevel: Option<Arc<BevelMesh>>,
 }
 
 /// A worm and its wheel on crossed axes at right angles.

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::gear_file::{self, GearFile};
+use super::bevel_mesh::BevelMesh;
+use super::gear_file::{self, GearFile, PairKind};
 use super::gear_mesh::GearMesh;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -32,6 +33,21 @@ pub const DETERMINED_OF_PAIR: &[(&str, [&str; 2])] = &[
     ("path_phase", ["pinion", "tip_diameter"]),
 ];
 
+/// Keys that the gear file of a bevel pair determines.
+pub const DETERMINED_OF_BEVEL: &[(&str, [&str; 2])] = &[
+    ("teeth", ["pinion", "teeth"]),
+    ("internal", ["pair", "kind"]),
+    ("module", ["pinion", "blank"]),
+    ("pressure_angle", ["pair", "kind"]),
+    ("helix_angle", ["pair", "kind"]),
+    ("spiral_angle", ["pair", "kind"]),
+    ("cone_angles", ["pinion", "blank"]),
+    ("shaft_angle", ["pair", "shaft_angle"]),
+    ("hand", ["pinion", "hand"]),
+    ("tip_diameters", ["pinion", "blank"]),
+    ("path_phase", ["pair", "kind"]),
+];
+
 /// Keys of a planetary stage that the gear file of a mesh determines.
 pub const DETERMINED_OF_STAGE: &[(&str, [&str; 2])] = &[
     ("teeth", ["pinion", "teeth"]),
@@ -46,65 +62,121 @@ pub const DETERMINED_OF_STAGE: &[(&str, [&str; 2])] = &[
 /// Keys of a stiffness, which a gear file determines where a torque is known.
 const STIFFNESS_KEYS: [&str; 3] = ["k", "k_wave", "characteristic"];
 
-/// The gear file under `gear` with a suffix, such as `gear_sun`; keys of the table that it determines are errors.
+/// The mesh of a pair by its gear file.
+#[derive(Debug, Clone)]
+pub enum PairMesh {
+    /// Gears on parallel axes.
+    Cylindrical(Arc<GearMesh>),
+    /// Bevel and hypoid gears.
+    Bevel(Arc<BevelMesh>),
+}
+
+/// The gear file of a pair under `gear`; keys of the table that it determines are errors.
+pub fn read_pair(f: &mut TableReader) -> Option<PairMesh> {
+    let named = NamedFile::read(f, "gear")?;
+    if gear_file::pair_kind(&named.source) != PairKind::Bevel {
+        let mesh = cylindrical(f, "", named, DETERMINED_OF_PAIR)?;
+        return Some(PairMesh::Cylindrical(mesh));
+    }
+    named.refuse_determined(f, DETERMINED_OF_BEVEL);
+    let made = BevelMesh::read(&named.source).map_err(|e| e.as_slice().to_vec());
+    Some(PairMesh::Bevel(named.collect(f, made)?))
+}
+
+/// The gear file of cylindrical gears under `gear` with a suffix, such as `gear_sun`; keys of the table that it determines are errors.
 pub fn read(
     f: &mut TableReader,
     suffix: &str,
     determined: &[(&str, [&str; 2])],
 ) -> Option<Arc<GearMesh>> {
-    let key = format!("gear{suffix}");
-    let named = f.optional_text(&key)?;
-    let span = f.span_of(&key).clone();
-    // The path starts at the model, wherever [set] writes it.
-    let folder = Path::new(&f.span.source().path).parent();
-    let path = folder.unwrap_or(Path::new("")).join(named);
-    let source = match load::load(&path) {
-        Ok(source) => source,
-        Err(error) => {
-            f.push(
-                error.with_hint("the path starts from the folder of the model"),
-                &span,
-            );
-            return None;
-        }
-    };
-    for (own, place) in determined {
-        if f.has(own) {
-            let place = place_of(&source, *place);
-            let message = format!(
-                "`{own}` is determined by the gear file {}, line {}",
-                source.path,
-                place.line()
-            );
-            let hint = format!("leave `{own}` out, or leave `{key}` out");
-            f.report_key(Code::Conflict, own, message, &hint);
-        }
-    }
+    let named = NamedFile::read(f, &format!("gear{suffix}"))?;
+    cylindrical(f, suffix, named, determined)
+}
+
+fn cylindrical(
+    f: &mut TableReader,
+    suffix: &str,
+    named: NamedFile,
+    determined: &[(&str, [&str; 2])],
+) -> Option<Arc<GearMesh>> {
+    named.refuse_determined(f, determined);
     let stated = STIFFNESS_KEYS
         .map(|base| format!("{base}{suffix}"))
         .into_iter()
         .find(|key| f.has(key));
     let stated_stiffness = stated.map(|key| (key.clone(), f.span_of(&key).clone()));
-    let located = |error: Error| {
-        let name = f.title.clone();
-        let (file, line) = (&span.source().path, span.line());
-        let label = format!("gear file of {name}, {file}, line {line}");
-        match error.span {
-            Some(_) => error.with_label(label),
-            None => error
-                .with_span(&SourceSpan::whole_file(&source.path))
-                .with_label(label),
-        }
-    };
-    let made = gear_file::read(&source, &Flags::default())
+    let made = gear_file::read(&named.source, &Flags::default())
         .map_err(|errors| errors.as_slice().to_vec())
-        .and_then(|file| mesh_of(file, &span, stated_stiffness).map_err(|e| vec![e]));
-    match made {
-        Ok(mesh) => Some(Arc::new(mesh)),
-        Err(errors) => {
-            let errors: Vec<Error> = errors.into_iter().map(located).collect();
-            errors.into_iter().for_each(|error| f.errors.push(error));
-            None
+        .and_then(|file| mesh_of(file, &named.span, stated_stiffness).map_err(|e| vec![e]));
+    named.collect(f, made)
+}
+
+/// A gear file that a key of a model names.
+struct NamedFile {
+    key: String,
+    source: Arc<SourceFile>,
+    span: SourceSpan,
+}
+
+impl NamedFile {
+    /// The file under a key.
+    fn read(f: &mut TableReader, key: &str) -> Option<NamedFile> {
+        let named = f.optional_text(key)?;
+        let span = f.span_of(key).clone();
+        // The path starts at the model, wherever [set] writes it.
+        let folder = Path::new(&f.span.source().path).parent();
+        let path = folder.unwrap_or(Path::new("")).join(named);
+        match load::load(&path) {
+            Ok(source) => Some(NamedFile {
+                key: key.to_string(),
+                source,
+                span,
+            }),
+            Err(error) => {
+                f.push(
+                    error.with_hint("the path starts from the folder of the model"),
+                    &span,
+                );
+                None
+            }
+        }
+    }
+
+    /// Notes keys of the table that the file determines.
+    fn refuse_determined(&self, f: &mut TableReader, determined: &[(&str, [&str; 2])]) {
+        for (own, place) in determined {
+            if f.has(own) {
+                let place = place_of(&self.source, *place);
+                let message = format!(
+                    "`{own}` is determined by the gear file {}, line {}",
+                    self.source.path,
+                    place.line()
+                );
+                let hint = format!("leave `{own}` out, or leave `{}` out", self.key);
+                f.report_key(Code::Conflict, own, message, &hint);
+            }
+        }
+    }
+
+    /// Notes the errors of the file with the place of its name; the mesh where there are none.
+    fn collect<T>(&self, f: &mut TableReader, made: Result<T, Vec<Error>>) -> Option<Arc<T>> {
+        let located = |error: Error| {
+            let (file, line) = (&self.span.source().path, self.span.line());
+            let label = format!("gear file of {}, {file}, line {line}", f.title);
+            match error.span {
+                Some(_) => error.with_label(label),
+                None => error
+                    .with_span(&SourceSpan::whole_file(&self.source.path))
+                    .with_label(label),
+            }
+        };
+        match made {
+            Ok(mesh) => Some(Arc::new(mesh)),
+            Err(errors) => {
+                let errors: Vec<Error> = errors.into_iter().map(located).collect();
+                errors.into_iter().for_each(|error| f.errors.push(error));
+                None
+            }
         }
     }
 }

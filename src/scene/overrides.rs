@@ -77,6 +77,13 @@ fn names_of(pair: &Entry) -> Vec<String> {
 /// Keys of which a stiffness takes one: another in its place changes the kind of loss.
 const LOSSES: [&str; 3] = ["c", "damping_ratio", "loss_factor"];
 
+/// A bearing has one `damping_ratio` or `loss_factor` for all its springs, or dampers `c_…` by axis.
+fn are_losses_of_a_bearing(key: &str, other: &str) -> bool {
+    let is_common = |key: &str| ["damping_ratio", "loss_factor"].contains(&key);
+    let is_damper = |key: &str| key.starts_with("c_");
+    is_common(key) && is_damper(other) || is_damper(key) && is_common(other)
+}
+
 /// Keys that go by a loss set in place of another, all with the same suffix.
 fn other_losses(key: &str) -> Vec<String> {
     let suffix = |base: &str| {
@@ -138,7 +145,8 @@ fn replace(
     // Both set by the scene are left for the reader of the element to refuse.
     let others = other_losses(&entry.key);
     let goes = |key: &String| {
-        others.contains(key) && !given.iter().any(|one| *one == format!("{element}.{key}"))
+        let is_other = others.contains(key) || are_losses_of_a_bearing(&entry.key, key);
+        is_other && !given.iter().any(|one| *one == format!("{element}.{key}"))
     };
     table.entries.retain(|old| !goes(&old.key));
     match table.entries.iter_mut().find(|old| old.key == entry.key) {

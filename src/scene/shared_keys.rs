@@ -47,7 +47,7 @@ pub fn name(f: &mut TableReader) -> Name {
     } else if text.contains(|c: char| matches!(c, '.' | ',' | ':' | '"') || c.is_control())
         || text.trim() != text
     {
-        "a name cannot hold any of . , : \" or begin or end with a space"
+        "a name cannot contain . , : \" or a line end, nor begin or end with a space"
     } else {
         let text = text.to_string();
         return Name { text, span: place };
@@ -342,8 +342,12 @@ pub fn read_contact_damping(f: &mut TableReader, suffix: &str) -> Option<Contact
 
 /// The hand of the first gear.
 pub fn hand(f: &mut TableReader) -> Hand {
+    stated_hand(f).unwrap_or_default()
+}
+
+/// The hand of a gear where it is stated.
+pub fn stated_hand(f: &mut TableReader) -> Option<Hand> {
     f.choice("hand", &[("right", Hand::Right), ("left", Hand::Left)])
-        .unwrap_or_default()
 }
 
 /// Reads the profile shift coefficient of a gear.

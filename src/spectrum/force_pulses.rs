@@ -1,5 +1,6 @@
 //! Detection of force pulses of an impact hammer, and of clipping.
 
+use std::cell::OnceCell;
 use std::ops::Range;
 
 use crate::numeric::statistics;
@@ -225,7 +226,7 @@ fn resolution(samples: &[f64]) -> f64 {
 
 /// Whether samples rest on their largest or smallest value as an overloaded amplifier does.
 pub fn is_clipped(samples: &[f64]) -> bool {
-    let step = resolution(samples);
+    let step = OnceCell::new();
     let rests_on = |extreme: f64| {
         let mut at = 0;
         while let Some(start) = (at..samples.len()).find(|&j| samples[j] == extreme) {
@@ -235,9 +236,8 @@ pub fn is_clipped(samples: &[f64]) -> bool {
             let fall = |j: Option<&f64>| j.map_or(0.0, |x| (x - extreme).abs());
             let before = start.checked_sub(1).and_then(|j| samples.get(j));
             let steepest = fall(before).max(fall(samples.get(end)));
-            if end - start >= MIN_CLIPPED_RUN
-                && steepest > CURVATURE_MARGIN * step * expected_fall(end - start)
-            {
+            let expected = || step.get_or_init(|| resolution(samples)) * expected_fall(end - start);
+            if end - start >= MIN_CLIPPED_RUN && steepest > CURVATURE_MARGIN * expected() {
                 return true;
             }
             at = end;

@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 use super::spectra::{CrossSpectrum, Spectra, mean};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
+use crate::numeric::{Complex, parallel};
 
 /// Spectra of a record without gaps, means taken off: auto spectra of all channels, cross spectra of `pairs`, lines `rate/(n+1)` apart.
 ///
@@ -46,11 +46,8 @@ pub fn multitaper(
             (n / 4).max(1)
         )));
     }
-    let mut fft = RealFft::new(2 * (n + 1));
-    let transforms = channels
-        .iter()
-        .map(|channel| transform(channel, &mut fft))
-        .collect::<Result<Vec<_>, _>>()?;
+    let fft = RealFft::new(2 * (n + 1));
+    let transforms = parallel::try_map(channels, |channel| transform(channel, &mut fft.clone()))?;
     let whole = n + 1;
     let lines = whole / 2 + 1;
     let scale = 2.0 / (rate_hz * 2.0 * whole as f64 * tapers as f64);
@@ -77,7 +74,7 @@ pub fn multitaper(
         frequency_hz: (0..lines)
             .map(|k| rate_hz * (k as f64 / whole as f64))
             .collect(),
-        psd: transforms.iter().map(psd).collect(),
+        psd: parallel::map(&transforms, psd),
         cross: pairs.iter().map(cross).collect(),
         bandwidth_hz: rate_hz / mean_square_sum(whole, tapers),
         blocks: tapers,

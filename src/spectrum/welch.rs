@@ -14,9 +14,8 @@ use super::spectra::{CrossSpectrum, Spectra};
 use super::window::{Window, overlap_correlation, window_gains};
 use crate::base::code::Code;
 use crate::base::error::Error;
-use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
-use crate::numeric::vector_ops;
+use crate::numeric::{Complex, parallel, vector_ops};
 
 /// Trend removed from each block before the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -76,14 +75,23 @@ pub struct WelchEstimator {
     options: WelchOptions,
     hop: usize,
     window: Vec<f64>,
-    fft: RealFft,
-    /// Samples of each channel that no block has finished with.
-    pending: Vec<Vec<f64>>,
-    work: Vec<f64>,
-    transforms: Vec<Vec<Complex>>,
-    psd: Vec<Vec<f64>>,
+    channels: Vec<ChannelAverage>,
     cross: Vec<CrossSpectrum>,
     error: AverageWeights,
+}
+
+/// Chunks below this are not worth several threads.
+const MIN_PARALLEL_SAMPLES: usize = 1 << 14;
+
+/// Auto spectrum of one channel.
+struct ChannelAverage {
+    fft: RealFft,
+    /// Samples that no block has finished with.
+    pending: Vec<f64>,
+    work: Vec<f64>,
+    /// Transform of the last block.
+    transform: Vec<Complex>,
+    psd: Vec<f64>,
 }
 
 impl WelchEstimator {
@@ -109,16 +117,19 @@ impl WelchEstimator {
             pair,
             values: vec![zero; lines],
         };
+        let average = || ChannelAverage {
+            fft: fft.clone(),
+            pending: Vec::with_capacity(n),
+            work: vec![0.0; n],
+            transform: vec![zero; lines],
+            psd: vec![0.0; lines],
+        };
         Ok(WelchEstimator {
             rate_hz,
             hop,
             error: AverageWeights::new(&window, hop, options.averaging),
             window,
-            fft,
-            pending: (0..channels).map(|_| Vec::with_capacity(n)).collect(),
-            work: vec![0.0; n],
-            transforms: vec![vec![zero; lines]; channels],
-            psd: vec![vec![0.0; lines]; channels],
+            channels: (0..channels).map(|_| average()).collect(),
             cross: pairs.iter().map(empty).collect(),
             options: options.clone(),
         })
@@ -129,26 +140,56 @@ impl WelchEstimator {
     /// # Panics
     /// Another number of channels than announced, or channels of unequal length: mistakes of the caller.
     pub fn push(&mut self, channels: &[&[f64]]) {
-        assert_eq!(channels.len(), self.pending.len());
+        assert_eq!(channels.len(), self.channels.len());
         let samples = channels.first().map_or(0, |c| c.len());
         assert!(channels.iter().all(|c| c.len() == samples));
         let mut from = 0;
         while from < samples {
-            let held = self.pending[0].len();
-            let take = (self.options.block - held).min(samples - from);
-            for (pending, channel) in self.pending.iter_mut().zip(channels) {
-                pending.extend_from_slice(&channel[from..from + take]);
+            let held = self.channels[0].pending.len();
+            // Cross spectra need the transforms of all channels at each block.
+            let take = match self.cross.is_empty() {
+                true => samples - from,
+                false => (self.options.block - held).min(samples - from),
+            };
+            let blocks = match (held + take).checked_sub(self.options.block) {
+                None => 0,
+                Some(more) => 1 + more / self.hop,
+            };
+            let weights: Vec<f64> = (0..blocks).map(|_| self.error.block()).collect();
+            let chunks = channels.iter().map(|channel| &channel[from..from + take]);
+            let mut work: Vec<_> = self.channels.iter_mut().zip(chunks).collect();
+            let (options, hop, window) = (&self.options, self.hop, &self.window[..]);
+            let push = |(channel, chunk): &mut (&mut ChannelAverage, &[f64])| {
+                channel.push(chunk, &weights, options, (hop, window));
+            };
+            match take < MIN_PARALLEL_SAMPLES {
+                true => work.iter_mut().for_each(push),
+                false => parallel::for_each(&mut work, push),
+            }
+            if let [weight] = weights[..] {
+                self.average_cross(weight);
             }
             from += take;
-            if held + take == self.options.block {
-                self.block();
+        }
+    }
+
+    /// Takes the last block into the cross spectra.
+    fn average_cross(&mut self, weight: f64) {
+        for CrossSpectrum {
+            pair,
+            values: value,
+        } in &mut self.cross
+        {
+            let [x, y] = [pair.0, pair.1].map(|c| &self.channels[c].transform);
+            for ((s, x), y) in value.iter_mut().zip(x).zip(y) {
+                *s += (x.conj() * y - *s) * weight;
             }
         }
     }
 
     /// A gap: samples that no block has finished with are dropped, and no block spans it.
     pub fn end_segment(&mut self) {
-        self.pending.iter_mut().for_each(Vec::clear);
+        self.channels.iter_mut().for_each(|c| c.pending.clear());
         self.error.end_segment();
     }
 
@@ -174,15 +215,15 @@ impl WelchEstimator {
         let scale = 2.0 / (self.rate_hz * gain.energy * n as f64);
         let is_edge = |line: usize| line == 0 || 2 * line == n;
         let at = |line: usize| if is_edge(line) { 0.5 * scale } else { scale };
-        for psd in &mut self.psd {
+        let mut psd: Vec<Vec<f64>> = self.channels.into_iter().map(|c| c.psd).collect();
+        for psd in &mut psd {
             psd.iter_mut().enumerate().for_each(|(k, s)| *s *= at(k));
         }
         for cross in &mut self.cross {
             let lines = cross.values.iter_mut().enumerate();
             lines.for_each(|(k, s)| *s *= at(k));
         }
-        if let Some(bad) = self
-            .psd
+        if let Some(bad) = psd
             .iter()
             .position(|psd| psd.iter().any(|s| !s.is_finite()))
         {
@@ -191,7 +232,7 @@ impl WelchEstimator {
                 format!(
                     "channel {} of {} holds a sample that is not a number, or too large to be squared",
                     bad + 1,
-                    self.psd.len()
+                    psd.len()
                 ),
             ));
         }
@@ -205,8 +246,8 @@ impl WelchEstimator {
         };
         Ok(Spectra {
             rate_hz: self.rate_hz,
-            frequency_hz: (0..self.fft.lines()).map(line_hz).collect(),
-            psd: self.psd,
+            frequency_hz: (0..=n / 2).map(line_hz).collect(),
+            psd,
             cross: self.cross,
             bandwidth_hz: gain.bandwidth_lines * df,
             blocks: self.error.blocks,
@@ -218,39 +259,47 @@ impl WelchEstimator {
             window: Some(self.options.window),
         })
     }
+}
 
-    /// Takes the full pending samples as one block.
-    fn block(&mut self) {
-        for (pending, transform) in self.pending.iter_mut().zip(&mut self.transforms) {
-            load_block(&mut self.work, pending, &self.window, self.options.detrend);
-            self.fft.forward(&mut self.work, transform);
-            let kept = pending.len() - self.hop;
-            pending.copy_within(self.hop.., 0);
-            pending.truncate(kept);
-        }
-        let weight = self.error.block();
-        for (psd, transform) in self.psd.iter_mut().zip(&self.transforms) {
-            let lines = psd.iter_mut().zip(transform);
-            if self.options.averaging == Averaging::PeakHold {
-                lines.for_each(|(s, x)| {
-                    let power = x.norm_sqr();
-                    if power > *s || power.is_nan() {
-                        *s = power;
-                    }
-                });
-            } else {
-                lines.for_each(|(s, x)| *s += weight * (x.norm_sqr() - *s));
+impl ChannelAverage {
+    /// Takes samples, and each block that they fill by its weight.
+    fn push(
+        &mut self,
+        samples: &[f64],
+        weights: &[f64],
+        options: &WelchOptions,
+        (hop, window): (usize, &[f64]),
+    ) {
+        let (mut rest, mut weights) = (samples, weights.iter());
+        while !rest.is_empty() {
+            let take = (options.block - self.pending.len()).min(rest.len());
+            self.pending.extend_from_slice(&rest[..take]);
+            rest = &rest[take..];
+            if self.pending.len() < options.block {
+                return;
             }
+            load_block(&mut self.work, &self.pending, window, options.detrend);
+            self.fft.forward(&mut self.work, &mut self.transform);
+            let kept = self.pending.len() - hop;
+            self.pending.copy_within(hop.., 0);
+            self.pending.truncate(kept);
+            let weight = weights.next().copied().unwrap_or_default();
+            self.average(weight, options.averaging);
         }
-        for CrossSpectrum {
-            pair,
-            values: value,
-        } in &mut self.cross
-        {
-            let (x, y) = (&self.transforms[pair.0], &self.transforms[pair.1]);
-            for ((s, x), y) in value.iter_mut().zip(x).zip(y) {
-                *s += (x.conj() * y - *s) * weight;
-            }
+    }
+
+    /// Takes the last transform into the auto spectrum.
+    fn average(&mut self, weight: f64, averaging: Averaging) {
+        let lines = self.psd.iter_mut().zip(&self.transform);
+        if averaging == Averaging::PeakHold {
+            lines.for_each(|(s, x)| {
+                let power = x.norm_sqr();
+                if power > *s || power.is_nan() {
+                    *s = power;
+                }
+            });
+        } else {
+            lines.for_each(|(s, x)| *s += weight * (x.norm_sqr() - *s));
         }
     }
 }

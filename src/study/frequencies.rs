@@ -15,6 +15,7 @@ use crate::modes::mode_subset::{self, SubsetRequest};
 use crate::modes::reduction::{ModeSelection, ReducedModel, ReductionMethod, natural_frequencies};
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::{Matrix, symmetric};
+use crate::plan::meshes::stage::MeshStage;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::model::{BarMass, Model, ShaftBody};
 
@@ -58,11 +59,11 @@ fn elastic_modes(model: &LinearModel) -> usize {
 /// # Errors
 /// Those of [`refuse`]; those of the reference.
 pub fn compare_eigensolvers(
+    prepared_machine: &PreparedMachine,
     model: &Model,
     count: usize,
     monitor: &mut Monitor,
 ) -> Result<ComparisonResult, Error> {
-    let prepared_machine = PreparedMachine::new(model)?;
     let linear_model = &prepared_machine.model;
     refuse(&prepared_machine)?;
     let count = count.min(elastic_modes(linear_model));
@@ -149,7 +150,12 @@ pub fn compare_eigensolvers(
             );
         }
     }
-    ways.extend(compare_subdivisions(model, count, monitor));
+    ways.extend(compare_subdivisions(
+        model,
+        &prepared_machine.meshes,
+        count,
+        monitor,
+    ));
     let highest = truth.omega.last().copied().unwrap_or(0.0);
     Ok(ComparisonResult {
         quantity: format!(
@@ -300,7 +306,12 @@ fn size_sequence(count: usize, all: usize) -> Vec<usize> {
 }
 
 /// Every shaft with a mass of its own cut in more and more lengths.
-fn compare_subdivisions(model: &Model, count: usize, monitor: &mut Monitor) -> Vec<ComparedMethod> {
+fn compare_subdivisions(
+    model: &Model,
+    meshes: &MeshStage,
+    count: usize,
+    monitor: &mut Monitor,
+) -> Vec<ComparedMethod> {
     const NAME: &str = "shafts in lengths";
     let cut = model.shafts.iter().any(|s| has_mass(&s.body));
     if !cut {
@@ -313,7 +324,7 @@ fn compare_subdivisions(model: &Model, count: usize, monitor: &mut Monitor) -> V
         }
         let finer = with_subdivisions(model, lengths);
         let (found, seconds) = min_time(|| {
-            let machine = PreparedMachine::new(&finer)?;
+            let machine = PreparedMachine::with_meshes(&finer, meshes.clone())?;
             if machine.model.n > MAX_DOFS {
                 return Err(too_large(machine.model.n));
             }

@@ -11,6 +11,7 @@ use crate::base::error::Error;
 use crate::base::quantity::format_number;
 use crate::gear::load::mesh::{LoadedMesh, MeshOptions};
 use crate::gear::load::mesh_result::{LoadedCycle, peak_to_peak};
+use crate::numeric::parallel;
 use crate::scene::gear_file::GearFile;
 
 /// Grids that are compared, and the reference.
@@ -26,8 +27,8 @@ struct Grids {
 /// Teeth that differ along the face: slices enter contact one by one, so that errors fall with their number.
 const SLICED: Grids = Grids {
     positions: &[15, 30, 60],
-    slices: &[5, 11, 21, 41],
-    reference: [120, 121],
+    slices: &[5, 11, 21, 41, 81],
+    reference: [240, 401],
 };
 /// Teeth alike along the face: the number of slices makes no difference.
 const UNIFORM: Grids = Grids {
@@ -68,14 +69,17 @@ pub fn compare_grids(
     if !monitor.proceed("reference") {
         return Err(interrupted_error());
     }
-    let [few, more] = [SLICED.slices[0], SLICED.slices[1]].map(|n| solve([SLICED.positions[0], n]));
-    let (few, more) = (few.map_err(at)?, more.map_err(at)?);
-    let grids = match rms_distance(&few.te, &more.te) <= ROUNDING * peak_to_peak(&more.te) {
+    let solve_all =
+        |grids: &[[usize; 2]]| parallel::try_map(grids, |&grid| solve(grid)).map_err(at);
+    let coarse = [SLICED.slices[0], SLICED.slices[1]].map(|n| [SLICED.positions[0], n]);
+    let coarse = solve_all(&coarse)?;
+    let (few, more) = (&coarse[0].te, &coarse[1].te);
+    let grids = match rms_distance(few, more) <= ROUNDING * peak_to_peak(more) {
         true => UNIFORM,
         false => SLICED,
     };
-    let reference = solve(grids.reference).map_err(at)?;
-    let half = solve(grids.reference.map(|n| n.div_ceil(2))).map_err(at)?;
+    let fine = solve_all(&[grids.reference, grids.reference.map(|n| n.div_ceil(2))])?;
+    let (reference, half) = (&fine[0], &fine[1]);
     let [te_scale, stiffness_scale] = [
         peak_to_peak(&reference.te),
         reference.tangent.iter().sum::<f64>() / reference.tangent.len() as f64,
@@ -86,7 +90,7 @@ pub fn compare_grids(
             rms_distance(&cycle.tangent, &reference.tangent) / stiffness_scale,
         ]
     };
-    let of_reference = errors(&half);
+    let of_reference = errors(half);
     let mut methods = [Vec::new(), Vec::new()];
     let mut interrupted = false;
     'grids: for &slices in grids.slices {

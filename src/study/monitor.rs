@@ -9,7 +9,7 @@ pub struct Monitor<'a> {
     /// Raised where the study is to end with what is finished.
     pub cancel: &'a CancelToken,
     /// Hears of each part before it starts.
-    pub on_progress: &'a mut dyn FnMut(&str),
+    pub on_progress: &'a mut (dyn FnMut(&str) + Send),
 }
 
 impl Monitor<'_> {

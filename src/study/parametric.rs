@@ -1,5 +1,7 @@
 //! Parametric stability: Floquet multipliers over speed and a second parameter.
 
+use std::sync::{Mutex, PoisonError};
+
 use super::monitor::Monitor;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -9,6 +11,7 @@ use crate::motion::dynamic_model::{DynamicModel, ForceLaw};
 use crate::motion::floquet::{
     self, stability_chart::InstabilityTongue, stability_chart::instability_tongues,
 };
+use crate::numeric::parallel;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::scene::laws::Waveform;
@@ -123,8 +126,9 @@ pub fn parametric_stability(
         None => vec![1.0],
         Some(over) => over.factors().collect(),
     };
-    let mut rows = Vec::new();
-    for factor in factors {
+    let cancel = monitor.cancel;
+    let monitor = Mutex::new(monitor);
+    let row = |&factor: &f64| -> Result<Option<ChartRow>, Error> {
         let (row, changed) = match study.over {
             None => ("speeds".to_string(), model.clone()),
             Some(over) => (
@@ -132,15 +136,23 @@ pub fn parametric_stability(
                 scale_parameter(model, over, factor)?,
             ),
         };
-        if !monitor.proceed(&row) {
-            break;
+        let proceeds = monitor
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .proceed(&row);
+        if !proceeds {
+            return Ok(None);
         }
-        match instability_tongues(&changed, span, points, monitor.cancel) {
-            Ok(tongues) => rows.push(ChartRow { factor, tongues }),
-            Err(error) if error.code == Code::Interrupted => break,
-            Err(error) => return Err(error),
+        match instability_tongues(&changed, span, points, cancel) {
+            Ok(tongues) => Ok(Some(ChartRow { factor, tongues })),
+            Err(error) if error.code == Code::Interrupted => Ok(None),
+            Err(error) => Err(error),
         }
-    }
+    };
+    let rows: Vec<ChartRow> = parallel::try_map(&factors, row)?
+        .into_iter()
+        .flatten()
+        .collect();
     if rows.is_empty() {
         return Ok(Ok(parametric));
     }

@@ -6,8 +6,10 @@ use super::method_run::{
 use super::monitor::{Monitor, interrupted_error};
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::time_budget::CancelToken;
 use crate::motion::methods::{IntegrationMethod, METHODS, StepControl};
 use crate::motion::problem::StepSize;
+use crate::numeric::parallel;
 use crate::plan::motion::cost::CostModel;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
@@ -161,29 +163,48 @@ fn candidate_runs(
     able.sort_by_key(|m| trust_rank(m));
     let (mut found, mut silent) = (Vec::<RefinementSeries>::new(), Vec::new());
     let mut silent_kin = Vec::new();
-    for method in able {
-        let enough = if trust_rank(method) > 1 {
-            FAIR_AGREEMENT
-        } else {
-            AGREEMENT
+    let mut next = 0;
+    while next < able.len() {
+        let is_enough = |found: &[RefinementSeries], method| {
+            let enough = if trust_rank(method) > 1 {
+                FAIR_AGREEMENT
+            } else {
+                AGREEMENT
+            };
+            smallest_distance(found) <= enough
         };
-        if smallest_distance(&found) <= enough {
+        if is_enough(&found, able[next]) {
             break;
         }
-        let known = found.iter().any(|c| c.method.family == method.family);
-        if known || silent_kin.contains(&method.family) {
-            continue;
+        // Methods of different families side by side; one that proves needless is dropped.
+        let mut wave: Vec<&'static IntegrationMethod> = Vec::new();
+        while let Some(&method) = able.get(next).filter(|_| wave.len() < parallel::threads()) {
+            let known = found.iter().any(|c| c.method.family == method.family);
+            if !known && !silent_kin.contains(&method.family) {
+                if wave.iter().any(|other| other.family == method.family) {
+                    break;
+                }
+                if !monitor.proceed(&format!("reference by {}", method.name)) {
+                    return Err(interrupted_error());
+                }
+                wave.push(method);
+            }
+            next += 1;
         }
-        if !monitor.proceed(&format!("reference by {}", method.name)) {
-            return Err(interrupted_error());
-        }
-        match refine(scene, method, patience, monitor) {
-            Ok(climbed) => found.push(climbed),
-            Err(error) if error.code == Code::Interrupted => return Err(error),
-            Err(error) => {
-                // Explicit methods are all bound alike.
-                silent_kin.extend(method.bound.map(|_| method.family));
-                silent.push((method.name, error.message));
+        let cancel = monitor.cancel;
+        let refined = parallel::map(&wave, |method| refine(scene, method, patience, cancel));
+        for (method, refined) in wave.into_iter().zip(refined) {
+            if is_enough(&found, method) {
+                return Ok((found, silent));
+            }
+            match refined {
+                Ok(climbed) => found.push(climbed),
+                Err(error) if error.code == Code::Interrupted => return Err(error),
+                Err(error) => {
+                    // Explicit methods are all bound alike.
+                    silent_kin.extend(method.bound.map(|_| method.family));
+                    silent.push((method.name, error.message));
+                }
             }
         }
     }
@@ -195,7 +216,7 @@ fn refine(
     scene: &SimulationSetup,
     method: &'static IntegrationMethod,
     (cost, patience): (&CostModel, f64),
-    monitor: &mut Monitor,
+    cancel: &CancelToken,
 ) -> Result<RefinementSeries, Error> {
     let mut trials: Vec<(Option<StepSize>, MethodRun)> = Vec::new();
     let mut left = patience;
@@ -214,7 +235,7 @@ fn refine(
                 false => break,
             }
         }
-        let patience = (monitor.cancel, left);
+        let patience = (cancel, left);
         match run_method(scene, method, size, &scene.initial_state, patience) {
             Ok(trial) if relative_distance(&trial.values, &trial.values).is_finite() => {
                 left -= trial.seconds;

@@ -11,7 +11,7 @@ use crate::base::text::pluralise;
 use crate::modes::modal_basis::{self, ModalBasis, UndampedSolver as BasisSolver};
 use crate::modes::reduction::{ModeSelection, ReducedModel, ReductionMethod};
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
-use crate::numeric::{Complex, ComplexMatrix, Matrix, symmetric};
+use crate::numeric::{Complex, ComplexMatrix, Matrix, parallel, symmetric};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::response::method_choice::DEFAULT_LINES;
 use crate::response::frf::{ResponseMethod as How, ResponseSolver, difference};
@@ -86,10 +86,14 @@ pub fn compare_responses(
     if !monitor.proceed("line by line") {
         return Err(interrupted_error());
     }
-    let exact = by(How::Direct)?;
+    let reference = |how: How| -> Result<Vec<ComplexMatrix>, Error> {
+        let solver = ResponseSolver::new(&model, &ports, how)?;
+        parallel::try_map(&omega, |&w| solver.response_at(w))
+    };
+    let exact = reference(How::Direct)?;
     let small = linear.n <= MAX_DENSE_DOFS;
     let other = match small {
-        true => by(How::Modal).ok(),
+        true => reference(How::Modal).ok(),
         false => None,
     };
     let reference_error = other.map_or(f64::NAN, |other| difference(&other, &exact));

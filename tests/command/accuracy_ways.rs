@@ -24,7 +24,8 @@ macro_rules! quiet {
 
 fn study(text: &str, count: usize) -> ComparisonResult {
     let scene = scene::read_text("x.toml", text).unwrap();
-    frequencies::compare_eigensolvers(&scene.model, count, &mut quiet!()).unwrap()
+    let machine = PreparedMachine::new(&scene.model).unwrap();
+    frequencies::compare_eigensolvers(&machine, &scene.model, count, &mut quiet!()).unwrap()
 }
 
 fn error(found: &ComparisonResult, method: &str, size: Option<ModelSize>) -> f64 {
@@ -154,7 +155,8 @@ fn refused_flags_that_do_nothing() {
 fn refused_machines_without_elastic_modes() {
     let text = "title = \"x\"\nsource = \"x\"\n[[inertia]]\nname = \"a\"\nJ = \"1 kg·m²\"\n";
     let scene = scene::read_text("x.toml", text).unwrap();
-    let error = frequencies::compare_eigensolvers(&scene.model, 3, &mut quiet!())
+    let machine = PreparedMachine::new(&scene.model).unwrap();
+    let error = frequencies::compare_eigensolvers(&machine, &scene.model, 3, &mut quiet!())
         .err()
         .unwrap();
     assert!(

@@ -191,6 +191,42 @@ fn law_set_may_change_the_kind_of_loss() {
     assert!(text.contains("Another loss"), "{text}");
 }
 
+/// The loss of a bearing changes between dampers by axis and one factor for all its springs.
+#[test]
+fn law_set_may_change_the_loss_of_a_bearing() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = "[[inertia]]\nname = \"a\"\nJ = \"1 kg·m²\"\n[[bearing]]\nname = \"e\"\nat = \"a\"\nk_theta = \"100 N·m/rad\"\n";
+    for (loss, set) in [
+        ("c_theta = \"1 N·m·s/rad\"", "\"e.loss_factor\" = 0.2"),
+        ("loss_factor = 0.2", "\"e.c_theta\" = \"1 N·m·s/rad\""),
+    ] {
+        put(folder.path(), "one.toml", &format!("{model}{loss}\n"));
+        let scene = format!("model = \"one.toml\"\n[set]\n{set}\n");
+        let path = put(folder.path(), "scene.toml", &scene);
+        let found = document(&["modes", path.to_str().unwrap(), "--damped", "--json"]);
+        let ratio = found["modes"][0]["damping_ratio"].as_f64().unwrap();
+        let expected = match set.contains("loss_factor") {
+            true => (0.5 * 0.2f64.atan()).sin(),
+            false => 1.0 * 10.0 / 200.0,
+        };
+        assert!((ratio - expected).abs() < 1e-9, "{set}: {ratio}");
+    }
+}
+
+/// Stated speeds that contradict the tooth numbers: the one that follows from the others is named.
+#[test]
+fn refuses_speeds_that_contradict_the_teeth() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = "[[inertia]]\nname = \"a\"\nJ = \"1 kg·m²\"\n[[inertia]]\nname = \"b\"\nJ = \"1 kg·m²\"\n[[gear_pair]]\nname = \"p\"\nbetween = [\"a\", \"b\"]\nteeth = [20, 40]\n[speed]\na = \"1000 rpm\"\nb = \"700 rpm\"\n";
+    let path = put(folder.path(), "pair.toml", model);
+    let (_, text, notes) = said(&["check", path.to_str().unwrap()]);
+    let all = text + &notes;
+    assert!(
+        all.contains("700 rpm") && all.contains("give -500 rpm"),
+        "{all}"
+    );
+}
+
 /// Every element with a stiffness takes each kind of loss, and it damps.
 #[test]
 fn law_every_elastic_element_takes_the_loss_keys() {

@@ -369,3 +369,91 @@ fn exact_error_of_the_centre_distance() {
         assert!(said.contains(words), "{said}");
     }
 }
+
+/// Gears of one hand cannot mesh on parallel axes, a ring and its pinion of two hands neither.
+#[test]
+fn refuses_hands_that_cannot_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |helix: &str, pinion: &str, gear: &str| {
+        let text = format!(
+            "pair = {{ kind = \"cylindrical\", module = \"3 mm\", helix_angle = \"{helix}\" }}\npinion = {{ teeth = 19{pinion} }}\ngear = {{ teeth = 91{gear} }}\n"
+        );
+        put(folder.path(), "pair.toml", &text)
+    };
+    let (left, right) = (", hand = \"left\"", ", hand = \"right\"");
+    let ring = |hand: &str| format!("{hand}, internal = true");
+    for (pinion, gear) in [
+        (left, left.to_string()),
+        (right, right.into()),
+        (left, ring(right)),
+    ] {
+        let path = file("20 deg", pinion, &gear);
+        let notes = refused(&["gear", path.to_str().unwrap()]);
+        assert!(notes.contains("pinion.hand and gear.hand"), "{notes}");
+    }
+    for (pinion, gear) in [
+        (left, right.to_string()),
+        ("", right.into()),
+        (left, ring(left)),
+    ] {
+        let path = file("20 deg", pinion, &gear);
+        let (code, _, notes) = said(&["gear", path.to_str().unwrap()]);
+        assert_eq!(code, Some(0), "{notes}");
+    }
+}
+
+/// A helix slope at one end of the face is for one hand what its negative is for the other; the same slope is not.
+#[test]
+fn law_helix_slope_goes_by_the_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    let ripple = |hand: &str, slope: &str| {
+        let text = format!(
+            "pair = {{ kind = \"cylindrical\", module = \"3 mm\", helix_angle = \"15 deg\" }}\npinion = {{ teeth = 19, hand = \"{hand}\", face_width = \"30 mm\", helix_slope = \"{slope}\" }}\ngear = {{ teeth = 59, face_width = \"30 mm\" }}\n[mesh]\ntorque = \"190 N·m\"\n"
+        );
+        let path = put(folder.path(), "pair.toml", &text);
+        let csv = folder.path().join("mesh.csv");
+        let done = geardyn(&[
+            "gear",
+            path.to_str().unwrap(),
+            "--csv",
+            csv.to_str().unwrap(),
+            "--quiet",
+        ]);
+        assert!(done.status.success());
+        let table = std::fs::read_to_string(csv).unwrap();
+        let error: Vec<f64> = (table.lines().skip(1))
+            .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
+            .collect();
+        let [low, high] = [f64::min, f64::max].map(|f| error.iter().copied().reduce(f).unwrap());
+        high - low
+    };
+    let (right, left) = (ripple("right", "10 µm"), ripple("left", "10 µm"));
+    let mirrored = ripple("left", "-10 µm");
+    assert!(
+        (right - mirrored).abs() < 1e-3 * right,
+        "{right} {mirrored}"
+    );
+    assert!((right - left).abs() > 0.01 * right, "{right} {left}");
+}
+
+/// The least file answers at every usual pressure angle, with each default named and all readings of the drawing.
+#[test]
+fn survives_the_least_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for angle in [14.5, 20.0, 22.5, 25.0, 28.0] {
+        let text = format!(
+            "pair = {{ kind = \"cylindrical\", module = \"2 mm\", pressure_angle = \"{angle} deg\" }}\npinion = {{ teeth = 20 }}\ngear = {{ teeth = 40 }}\n"
+        );
+        let path = put(folder.path(), "pair.toml", &text);
+        let (code, table, notes) = said(&["gear", path.to_str().unwrap()]);
+        assert_eq!(code, Some(0), "{angle}: {notes}");
+        let all = table + &notes;
+        for part in [
+            "over balls of",
+            "helix_angle: 0",
+            "centre_distance: without backlash",
+        ] {
+            assert!(all.contains(part), "{angle} {part}: {all}");
+        }
+    }
+}

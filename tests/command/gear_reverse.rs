@@ -51,6 +51,11 @@ fn exact_gear_from_its_readings() {
     assert_eq!(found["warnings"], serde_json::json!([]));
 }
 
+/// An entry of `spans`, its size in mm.
+fn one_span(teeth: f64, size: f64) -> String {
+    format!("{{ teeth = {teeth}, size = \"{size:.6} mm\" }}")
+}
+
 /// Spans leave a metric gear next to one by diametral pitch; the reading that the answer names separates them.
 #[test]
 fn law_named_reading_separates() {
@@ -63,19 +68,40 @@ fn law_named_reading_separates() {
     assert_eq!(found["warnings"][0]["code"], "not-separated");
     let open = &found["reverse"]["not_separated"][0];
     assert_eq!(open["candidates"], serde_json::json!([0, 1]));
-    assert_eq!(open["separated_by"][0]["reading"], "tip_diameter");
+    // Without the thickness deviation either gear may have any usual tip; spans far apart separate their base pitches.
+    let named = &open["separated_by"][0];
+    assert_eq!(named["reading"], "spans");
     let (_, text, _) = said(&["gear", "reverse", UNKNOWN]);
     assert!(text.contains("7.94 µm apart"), "{text}");
+    // W_k = m cos α (π (k − 1/2) + z inv α) + 2 x m sin α of the gear that the file states.
+    let (m, alpha) = (2.54, 20f64.to_radians());
+    let span = |k: f64| {
+        let involute = 32.0 * (alpha.tan() - alpha);
+        let plain = m * alpha.cos() * (std::f64::consts::PI * (k - 0.5) + involute);
+        plain + 0.24 * m * alpha.sin()
+    };
+    let [fewest, most] = [0, 1].map(|i| number(&named["teeth"][i]));
+    let std = 0.9 * number(&named["standard_uncertainty_um"]);
     let plain = std::fs::read_to_string(UNKNOWN).unwrap();
-    // d_a = m (z + 2 x + 2) of the gear that the file states.
     let read = plain
-        .replace("teeth = 32\n", "teeth = 32\ntip_diameter = \"86.96 mm\"\n")
-        .replace("{ span", "{ diameter = \"20 µm\", span");
+        .replace(
+            "{ teeth = 4, size = \"27.590 mm\" }",
+            &one_span(fewest, span(fewest)),
+        )
+        .replace(
+            "{ teeth = 5, size = \"35.090 mm\" }",
+            &one_span(most, span(most)),
+        )
+        .replace("span = \"4 µm\"", &format!("span = \"{std} µm\""));
     let folder = tempfile::tempdir().unwrap();
     let path = put(folder.path(), "read.toml", &read);
     let found = document(&["gear", "reverse", path.to_str().unwrap(), "--json"]);
-    assert_eq!(sizes(&found)[0], "P 10 1/in");
-    assert_eq!(found["reverse"]["not_separated"], serde_json::json!([]));
+    let sizes = sizes(&found);
+    assert_eq!(sizes[0], "P 10 1/in");
+    let other = sizes.iter().position(|size| size == "m 2.5 mm");
+    let open = found["reverse"]["not_separated"].as_array().unwrap();
+    let is_other = |c: &Value| other.is_some_and(|i| c["candidates"][1] == i);
+    assert!(!open.iter().any(is_other), "{open:?}");
     let csv = folder.path().join("candidates.csv");
     let csv = csv.to_str().unwrap();
     let done = geardyn(&["gear", "reverse", UNKNOWN, "--csv", csv, "--quiet"]);
@@ -87,6 +113,19 @@ fn law_named_reading_separates() {
     );
     let (code, text, _) = said(&["check", UNKNOWN]);
     assert!(code == Some(0) && text.contains("3 candidates"), "{text}");
+}
+
+/// A first candidate that misses a reading by five standard uncertainties is answered with a warning.
+#[test]
+fn survives_readings_of_no_standard_gear() {
+    let plain = std::fs::read_to_string(UNKNOWN).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let text = plain.replace("27.590 mm", "27.560 mm");
+    let path = put(folder.path(), "readings.toml", &text);
+    let found = document(&["gear", "reverse", path.to_str().unwrap(), "--json"]);
+    let largest = number(&found["reverse"]["candidates"][0]["largest_deviation"]);
+    assert!(largest > 3.0, "{largest}");
+    assert_eq!(found["warnings"][0]["code"], "readings-misfit");
 }
 
 /// Readings that determine no gear are refused with what is missing.
@@ -104,6 +143,13 @@ fn refuses_readings_without_an_answer() {
     assert!(
         code == "missing-key" && message.contains("`span`"),
         "{message}"
+    );
+    let diameters = "teeth = 32\ntip_diameter = \"86.96 mm\"\nroot_diameter = \"75 mm\"\n";
+    let (_, _, notes) = said(&["gear", "reverse", &changed("teeth = 32\n", diameters)]);
+    assert_eq!(
+        notes.matches("of `diameter` is not given").count(),
+        1,
+        "{notes}"
     );
     let (code, _) = refused("teeth = 32\n", "teeth = 32\nmodule = \"3 mm\"\n");
     assert_eq!(code, "conflict");

@@ -189,8 +189,10 @@ fn exact_motion_of_a_long_chain() {
         told.set(told.get() + 1);
     };
     let study = until(0.05, "disc.1000.theta");
+    let machine = PreparedMachine::new(&scene.model).unwrap();
     let result =
-        SimulationResult::simulate(&scene, &study, &CancelToken::default(), &hear).unwrap();
+        SimulationResult::simulate(&scene, &machine, &study, &CancelToken::default(), &hear)
+            .unwrap();
     assert_eq!(result.choice.method.name, "dop853-events");
     assert!(
         result

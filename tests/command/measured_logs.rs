@@ -339,7 +339,7 @@ fn ref_slab_by_a_telephone() {
         .min_by(|a, b| (a - 17.85).abs().total_cmp(&(b - 17.85).abs()))
         .unwrap();
     assert!((peak - 17.85).abs() < 0.1, "{peak}");
-    let found = of(&[]);
+    let found = of(&["--all"]);
     let (f, _) = mode(&found, 17.85);
     let modes = found["modes"].as_array().unwrap();
     let own = modes.iter().find(|m| m["frequency_hz"] == f).unwrap();
@@ -382,9 +382,10 @@ fn ref_frame_from_responses_alone() {
         "L1,L2,L3,L4,L5",
         "--rate",
         "12",
+        "--all",
         "--json",
     ]);
-    // Of the first mode the lowest sample rate has five parts; it is 0.505 % off, 0.2 of its standard deviation.
+    // The damping of the first and the third mode is not known: 4.5 ± 8.6 and 0.54 ± 0.55 %, so that they are weak. Of the first the lowest sample rate has five parts; it is 0.505 % off, 0.2 of its standard deviation.
     for (omega, tolerance) in [
         (1.136, 6e-3),
         (3.297, 5e-3),
@@ -429,7 +430,8 @@ fn ref_bridge_of_one_channel_from_responses_alone() {
     let name = log("munich_bridge/AllM100Hz.csv.zip");
     let channels = document(&["check", &name, "--json"]);
     let channel = channels["channels"][0]["name"].as_str().unwrap();
-    let found = document(&["identify", &name, "--output", channel, "--json"]);
+    let arguments = ["identify", &name, "--output", channel, "--all", "--json"];
+    let found = document(&arguments);
     for f in [10.79, 12.65, 13.62, 16.26] {
         near(mode(&found, f).0, f, 1e-2, "frequency");
     }

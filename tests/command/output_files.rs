@@ -14,6 +14,8 @@ use serde_json::Value;
 const WRITERS: &[(&str, &str)] = &[
     ("modes models/two_disc.toml --csv OUT", "csv"),
     ("modes models/two_disc.toml --svg OUT", "svg"),
+    ("modes models/two_disc.toml --html OUT", "html"),
+    ("run examples/tip_relief_plain.toml --html OUT", "html"),
     ("modes models/geared_damped.toml --state-space OUT", "json"),
     ("simulate examples/linear_chain.toml --csv OUT", "csv"),
     ("simulate examples/linear_chain.toml --svg OUT", "svg"),

@@ -1,6 +1,7 @@
 //! Contact as a complementarity problem: conditions, brute force over all active sets, transitions, diagonal closed forms, refusals.
 
 use geardyn::internals::numeric::complementarity::{ContactProblem, ContactSolution};
+use geardyn::internals::numeric::profile_matrix::ProfileMatrix;
 
 use crate::verification::within;
 
@@ -96,7 +97,8 @@ fn exact_active_sets() {
         let n = rng.usize(1..=8);
         let (c, a, g) = random(&mut rng, n, 0.05);
         let load = 10f64.powf(3.0 * rng.f64() - 2.0);
-        let problem = ContactProblem::new(c.clone(), a.clone(), g.clone()).unwrap();
+        let problem =
+            ContactProblem::new(ProfileMatrix::of_rows(&c, n), a.clone(), g.clone()).unwrap();
         let solution = problem.solve(load, None).unwrap();
         let (forces, approach) = by_all_sets(&c, &a, &g, load);
         let size = forces.iter().fold(load, |most, f| most.max(*f));
@@ -119,7 +121,8 @@ fn law_complementarity() {
         let shift = 10f64.powf(-4.0 * rng.f64());
         let (c, a, g) = random(&mut rng, n, shift);
         let load = 10f64.powf(4.0 * rng.f64() - 2.0);
-        let problem = ContactProblem::new(c.clone(), a.clone(), g.clone()).unwrap();
+        let problem =
+            ContactProblem::new(ProfileMatrix::of_rows(&c, n), a.clone(), g.clone()).unwrap();
         let solution = problem.solve(load, None).unwrap();
         worst = worst.max(conditions(&c, &a, &g, load, &solution));
         most = most.max(solution.solves as f64 / n as f64);
@@ -136,6 +139,36 @@ fn law_complementarity() {
     println!("most solves a point {most:.2}");
 }
 
+/// A compliance of blocks on the diagonal, or of a diagonal, is kept within its profile: forces and approach are those of the same matrix
+/// with coupling too small to matter, which fills the profile.
+#[test]
+fn law_profile_changes_nothing() {
+    let mut rng = fastrand::Rng::with_seed(12);
+    let mut worst = 0.0f64;
+    for _ in 0..200 {
+        let n = rng.usize(2..=24);
+        let (c, a, g) = random(&mut rng, n, 0.05);
+        let size = rng.usize(1..=4);
+        let kept = |fill: f64| {
+            let entry = |(q, c): (usize, &f64)| match (q / n) / size == (q % n) / size {
+                true => *c,
+                false => fill,
+            };
+            let rows: Vec<f64> = c.iter().enumerate().map(entry).collect();
+            let matrix = ProfileMatrix::of_rows(&rows, n);
+            ContactProblem::new(matrix, a.clone(), g.clone())
+                .unwrap()
+                .solve(2.0, None)
+                .unwrap()
+        };
+        let (blocks, full) = (kept(0.0), kept(1e-14));
+        let apart = blocks.forces.iter().zip(&full.forces);
+        worst = apart.fold(worst, |most, (f, e)| most.max((f - e).abs() / 2.0));
+        worst = worst.max((blocks.approach - full.approach).abs());
+    }
+    within("forces and approach", worst, 1e-9);
+}
+
 /// A compliance on which exchanging all violators together returns to a set it has had: single exchanges end it.
 #[test]
 fn exact_cycling_blocks() {
@@ -144,7 +177,8 @@ fn exact_cycling_blocks() {
         40.0, 49.01,
     ];
     let (a, g) = ([1.0; 4], [2.0, 4.0, 1.0, 5.0]);
-    let problem = ContactProblem::new(c.to_vec(), a.to_vec(), g.to_vec()).unwrap();
+    let problem =
+        ContactProblem::new(ProfileMatrix::of_rows(&c, 4), a.to_vec(), g.to_vec()).unwrap();
     let solution = problem.solve(0.1, None).unwrap();
     let (forces, approach) = by_all_sets(&c, &a, &g, 0.1);
     assert!(solution.solves > 6, "{} solves: no cycle", solution.solves);
@@ -163,9 +197,7 @@ fn exact_cycling_blocks() {
 fn exact_transitions_of_springs() {
     let (k, gaps) = (2.0e8, [3e-6, 0.0, 1e-6, 7e-6, 0.0]);
     let n = gaps.len();
-    let diagonal = (0..n * n)
-        .map(|q| if q / n == q % n { 1.0 / k } else { 0.0 })
-        .collect();
+    let diagonal = ProfileMatrix::diagonal(vec![1.0 / k; n]);
     let problem = ContactProblem::new(diagonal, vec![1.0; n], gaps.to_vec()).unwrap();
     assert_eq!(problem.unloaded_approach(), 0.0);
     let transitions = problem.transitions(1e-3, 1e6).unwrap();
@@ -200,7 +232,7 @@ fn law_transitions() {
     for _ in 0..200 {
         let n = rng.usize(2..=12);
         let (c, a, g) = random(&mut rng, n, 0.1);
-        let problem = ContactProblem::new(c, a, g).unwrap();
+        let problem = ContactProblem::new(ProfileMatrix::of_rows(&c, n), a, g).unwrap();
         let transitions = problem.transitions(0.01, 50.0).unwrap();
         let loads: Vec<f64> = [0.01]
             .into_iter()
@@ -231,7 +263,8 @@ fn law_transitions() {
 #[test]
 fn refuses_contacts() {
     let code = |c: &[f64], a: &[f64], g: &[f64], load: f64| {
-        let problem = ContactProblem::new(c.to_vec(), a.to_vec(), g.to_vec());
+        let rows = ProfileMatrix::of_rows(c, a.len().max(1));
+        let problem = ContactProblem::new(rows, a.to_vec(), g.to_vec());
         problem
             .and_then(|p| p.solve(load, None))
             .unwrap_err()
@@ -255,9 +288,7 @@ fn refuses_contacts() {
 #[test]
 fn survives_extreme_gaps() {
     let n = 20;
-    let diagonal: Vec<f64> = (0..n * n)
-        .map(|q| if q / n == q % n { 1e-9 } else { 0.0 })
-        .collect();
+    let diagonal = ProfileMatrix::diagonal(vec![1e-9; n]);
     let solve = |gaps: Vec<f64>| {
         let problem = ContactProblem::new(diagonal.clone(), vec![1.0; n], gaps).unwrap();
         problem.solve(1.0, None).unwrap()
@@ -266,6 +297,7 @@ fn survives_extreme_gaps() {
     assert!((spread.forces.iter().sum::<f64>() - 1.0).abs() < 1e-14);
     let level = solve(vec![1.0; n]);
     assert!(level.forces.iter().all(|f| (f - 0.05).abs() < 1e-7));
-    let one = ContactProblem::new(vec![1e-9], vec![1.0], vec![-5.0]).unwrap();
+    let one =
+        ContactProblem::new(ProfileMatrix::diagonal(vec![1e-9]), vec![1.0], vec![-5.0]).unwrap();
     assert_eq!(one.solve(1e-150, None).unwrap().forces, [1e-150]);
 }

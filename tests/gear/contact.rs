@@ -1,6 +1,7 @@
 //! Unloaded contact of bevel flanks: published settings, conjugate mates, starts of misaligned pairs.
 
 use geardyn::internals::gear::bevel::settings::Hand;
+use geardyn::internals::gear::contact::contact_path::PITCHES;
 use geardyn::internals::gear::contact::ease_off::EaseOff;
 use geardyn::internals::gear::contact::pair::{Assembly, FlankPair};
 use geardyn::internals::gear::kernel::vector::Vector;
@@ -30,7 +31,7 @@ fn ref_contact_of_nasa_pair() {
     let result = &case["result"][0];
     let pair = pair([0.0, 0.02, 0.0, 0.0]);
     let first = pair.first_contact().unwrap();
-    let path = pair.path(first, 60);
+    let path = pair.path(first, PITCHES, 60);
     let reference = &result["reference"];
     let phi = number(&reference["phi1"]);
     within(
@@ -114,7 +115,7 @@ fn exact_ratio_of_a_contact() {
 fn ref_transmission_error_with_edges() {
     let case = case("c31_te_with_edges_12_36");
     let pair = pair([0.0, 0.02, 0.0, 0.0]);
-    let path = pair.path(pair.first_contact().unwrap(), 60);
+    let path = pair.path(pair.first_contact().unwrap(), PITCHES, 60);
     let arcsec = |te: f64| te.to_degrees() * 3600.0;
     let (mut worst, mut largest) = (0f64, 0f64);
     for row in case["rows"].as_array().unwrap() {
@@ -157,7 +158,7 @@ fn law_starts_of_misaligned_pairs() {
             around(0.1f64.to_radians()),
         ];
         let pair = pair(errors);
-        let path = pair.path(pair.first_contact().unwrap(), 40);
+        let path = pair.path(pair.first_contact().unwrap(), PITCHES, 40);
         let peak = pair.peak_to_peak(&path, 40).unwrap().to_degrees() * 3600.0;
         assert!((5.0..200.0).contains(&peak), "{errors:?}: {peak}");
     }
@@ -185,7 +186,7 @@ fn gear_angle_of(pair: &FlankPair, of_pinion: Vector, angle: f64, near: [f64; 3]
 #[test]
 fn law_contact_is_an_extremum() {
     let pair = pair([0.003, 0.02, -0.002, 0.001]);
-    let path = pair.path(pair.first_contact().unwrap(), 10);
+    let path = pair.path(pair.first_contact().unwrap(), PITCHES, 10);
     for c in path.contacts.iter().filter(|c| c.edge.is_none()) {
         let y = c.unknowns;
         let push = pair.turn(1).at(c.point).dot(c.normal).signum();
@@ -216,7 +217,7 @@ fn law_contact_is_an_extremum() {
 #[test]
 fn exact_ease_off() {
     let pair = pair([0.0, 0.02, 0.0, 0.0]);
-    let path = pair.path(pair.first_contact().unwrap(), 40);
+    let path = pair.path(pair.first_contact().unwrap(), PITCHES, 40);
     let contact = path.reference;
     let conjugate = pair.conjugate(&contact);
     let y = contact.unknowns;

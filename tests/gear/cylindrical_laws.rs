@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use geardyn::internals::base::bound::Bound;
 use geardyn::internals::gear::cylindrical::basic_rack::BasicRack;
 use geardyn::internals::gear::cylindrical::involute::InvoluteGear;
 use geardyn::internals::gear::cylindrical::member::Member;
@@ -231,7 +232,7 @@ fn law_mirror_driver_and_units() {
     }
 }
 
-/// A pair with the value a warning names, moved on by a millionth of a module, has that warning no more.
+/// A pair with the value a warning names, as it is printed, has that warning no more.
 #[test]
 fn law_nearest_value_avoids_the_warning() {
     let mut rng = fastrand::Rng::with_seed(24);
@@ -255,25 +256,18 @@ fn law_nearest_value_avoids_the_warning() {
                 continue;
             };
             let mut changed = pair.members;
-            let step = 1e-6 * pair.members[0].gear.module;
-            // Teeth are shortened to avoid interference, lengthened to gain contact.
-            let outward = |i: usize| {
-                if pair.members[i].gear.internal {
-                    -step
-                } else {
-                    step
-                }
-            };
+            let printed = |bound: Bound| bound.text(4).parse::<f64>().unwrap();
+            let diameter = |bound: Bound| Some(1e-3 * printed(bound.scaled(1e3)));
             match nearest {
                 NearestValue::ProfileShift { member, value } => {
-                    changed[member].gear.profile_shift = value + 1e-9
+                    changed[member].gear.profile_shift = printed(value)
                 }
                 NearestValue::TipDiameter { member, value } => {
-                    changed[member].tip_diameter = Some(value - outward(member))
+                    changed[member].tip_diameter = diameter(value)
                 }
                 NearestValue::TipDiameters(tips) => {
                     for i in 0..2 {
-                        changed[i].tip_diameter = Some(tips[i] + outward(i));
+                        changed[i].tip_diameter = diameter(tips[i]);
                     }
                 }
             }
@@ -293,6 +287,80 @@ fn law_nearest_value_avoids_the_warning() {
     for (kind, [found, cured]) in &seen {
         assert!(2 * cured > *found, "{kind:?}: {cured} of {found}");
     }
+}
+
+/// Teeth cut just below the limit of undercut lose next to nothing: their form circle is the base circle up to the square of what is missing.
+#[test]
+fn survives_the_limit_of_undercut() {
+    for (teeth, protuberance) in (5..=17).flat_map(|z| [(z, 0.0), (z, 0.02)]) {
+        let gear = InvoluteGear {
+            teeth,
+            module: 2e-3,
+            pressure_angle: 20f64.to_radians(),
+            helix: 0.0,
+            profile_shift: 0.0,
+            internal: false,
+        };
+        let rack = BasicRack {
+            protuberance,
+            ..BasicRack::PROFILE_A
+        };
+        let mut member = Member::new(gear, rack, 0.02);
+        let limit = member.least_shift_without_undercut();
+        let missing = [0.0, 1e-16, 1e-12, 6e-7, 1e-5, 3e-5, 1e-4, 6e-4, 1e-3, 5e-3];
+        for by in missing.into_iter().flat_map(|by: f64| [by, -by]) {
+            member.gear.profile_shift = limit - by;
+            let outline =
+                ToothOutline::new(&member).unwrap_or_else(|e| panic!("{teeth} {by}: {e}"));
+            let base = outline.base_radius;
+            assert!(outline.form_radius >= base * (1.0 - 1e-12), "{teeth} {by}");
+            let roll = by.abs() * 2e-3 / 20f64.to_radians().sin();
+            let above = outline.form_radius - base;
+            let bound = 0.5 * roll * roll / base + 1e-11;
+            assert!(
+                protuberance > 0.0 || above <= bound,
+                "{teeth} {by}: {above} {bound}"
+            );
+        }
+    }
+}
+
+/// A protuberance clears the fillet of the mate's tip: no interference is warned of where the outlines do not overlap.
+#[test]
+fn exact_protuberance_makes_room() {
+    let rack = BasicRack {
+        addendum: 1.0,
+        dedendum: 1.4,
+        tip_radius: 0.25,
+        protuberance: 0.05,
+    };
+    let member = |teeth, profile_shift| {
+        let gear = InvoluteGear {
+            teeth,
+            module: 3e-3,
+            pressure_angle: 20f64.to_radians(),
+            helix: 0.0,
+            profile_shift,
+            internal: false,
+        };
+        Member::new(gear, rack, 0.03)
+    };
+    let pair = Pair::new([member(24, 0.2), member(55, 0.0)], None).unwrap();
+    let turns = (-100..=100).map(|i| 0.01 * f64::from(i) * TAU / 24.0);
+    let least = turns
+        .map(|turn| gap(&pair, turn))
+        .fold(f64::INFINITY, f64::min);
+    assert!(least > -1e-12, "{least}");
+    assert_eq!(pair.warnings(), []);
+    // Longer tips meet the fillet below the room.
+    let mut long = pair.members;
+    long[1].tip_diameter = long[1].tip_diameter.map(|tip| tip + 2.4e-3);
+    let long = Pair::new(long, Some(pair.centre_distance)).unwrap();
+    let kinds: Vec<_> = long.warnings().iter().map(|w| w.kind).collect();
+    assert!(
+        kinds.contains(&WarningKind::FilletInterference),
+        "{kinds:?}"
+    );
 }
 
 /// Whatever the numbers, an answer without NaN or a reason.
@@ -399,7 +467,8 @@ fn refuses_contact_ratio_below_one() {
         panic!("{warnings:?}");
     };
     let mut members = pair.members;
-    members.iter_mut().for_each(|m| m.tip_diameter = Some(tip));
+    let tip = Some(tip.value());
+    members.iter_mut().for_each(|m| m.tip_diameter = tip);
     let whole = Pair::new(members, Some(pair.centre_distance)).unwrap();
     assert!((whole.contact_ratios().total - 1.0).abs() < 1e-12);
 }

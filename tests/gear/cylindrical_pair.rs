@@ -569,7 +569,7 @@ fn ref_internal_pair() {
         half_digit(2),
     );
     // Rounded up, so that the printed diameter avoids it.
-    let printed_tip = (1e3 * value / MM).ceil() / 1e3;
+    let printed_tip = value.scaled(1.0 / MM).text(3).parse().unwrap();
     printed(
         "nearest tip diameter of the ring",
         "mm",
@@ -579,7 +579,7 @@ fn ref_internal_pair() {
     );
     let freed = with_tips(
         pair.members,
-        [pair.members[0].tip_diameter() / MM, value / MM],
+        [pair.members[0].tip_diameter() / MM, value.value() / MM],
     );
     let freed = Pair::new(freed, Some(pair.centre_distance)).unwrap();
     assert!(

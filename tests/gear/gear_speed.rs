@@ -58,7 +58,7 @@ fn speed_of_flanks_and_contacts() {
     });
     println!("contact with ellipse             {contact:9.0} ns");
     let path = nanoseconds(1, |_| {
-        black_box(pair.path(first, 20));
+        black_box(pair.path(first, 1.5, 20));
     });
     println!("path of 60 contacts              {path:9.0} ns");
 }

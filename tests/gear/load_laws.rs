@@ -13,9 +13,9 @@ use geardyn::internals::gear::load::mesh_result::MeshResult;
 use geardyn::internals::gear::load::relief::least_peak_to_peak;
 
 use crate::load_mesh::{ISO, long_relief, member, pair};
+use crate::verification::within;
 
-/// The second gear driving: the same errors, stiffness and shares, the cycle backward. Corners are kept off by relief; where they carry,
-/// the arms about the two driven gears differ.
+/// The second gear driving: the same errors, stiffness and pressure, the cycle backward; where relief keeps corners off, and where they carry.
 #[test]
 fn law_second_gear_drives() {
     let one = pair([19, 43], 0.25, [0.3, 0.1]);
@@ -48,6 +48,7 @@ fn law_second_gear_drives() {
                 worst = worst.max((a.tangent[i] / b.tangent[j] - 1.0).abs());
                 worst = worst.max((a.secant[i] / b.secant[j] - 1.0).abs());
                 worst = worst.max((a.pressure[i].unwrap() / b.pressure[j].unwrap() - 1.0).abs());
+                worst = worst.max((a.corner_share[i] - b.corner_share[j]).abs());
             }
         }
         worst
@@ -59,8 +60,10 @@ fn law_second_gear_drives() {
             .iter()
             .all(|c| c.corner_share.iter().all(|s| *s == 0.0))
     );
-    assert!(apart((forward, backward)) < 1e-10);
-    assert!(apart(relieved(0.0)) < 0.05);
+    within("relieved", apart((forward, backward)), 1e-10);
+    let (forward, backward) = relieved(0.0);
+    assert!(forward.cycles[1].corner_share.iter().any(|s| *s > 0.02));
+    within("on corners", apart((forward, backward)), 1e-10);
 }
 
 /// Mirrored teeth give the same bits, and lengths 25.4 times as large with torques 25.4³ times as large the same ratios.

@@ -3,6 +3,7 @@
 #[path = "../support/verification.rs"]
 mod verification;
 
+mod bevel_blank;
 mod bevel_flank;
 mod cases;
 mod complementarity;

@@ -176,6 +176,7 @@ fn law_reading_order_is_import_order() {
 /// Packages that could one day be changed, and the floor that alone may name each.
 const OWNERS: &[(&str, &str)] = &[
     ("faer", "numeric/"),
+    ("rayon", "numeric/parallel.rs"),
     ("num_rational", "numeric/"),
     ("toml", "base/toml.rs"),
     ("plotters", "report/"),

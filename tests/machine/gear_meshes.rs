@@ -342,8 +342,10 @@ fn slow_motion(path: &str, sense: f64) -> [Vec<f64>; 2] {
         no_sensitivity: true,
         ..SimulateStudy::default()
     };
-    let motion = SimulationResult::simulate(&scene, &study, &CancelToken::default(), &|_| ())
-        .unwrap_or_else(|e| panic!("{e}"));
+    let machine = PreparedMachine::new(&scene.model).unwrap_or_else(|e| panic!("{e}"));
+    let motion =
+        SimulationResult::simulate(&scene, &machine, &study, &CancelToken::default(), &|_| ())
+            .unwrap_or_else(|e| panic!("{e}"));
     [0, 1].map(|i| motion.history.values[i][6..].to_vec())
 }
 

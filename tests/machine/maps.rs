@@ -1,6 +1,6 @@
 //! Spectrograms as pictures: cells where there was signal, the colours of their levels, and no more of them than an eye can tell apart.
 
-use geardyn::internals::report::heatmap::{Heatmap, draw_heatmaps};
+use geardyn::internals::report::figure::{Axis, Figure, LevelMap, Plot, PlotColumn};
 
 /// Colours of the ends of the scale.
 const LOWEST: &str = "#440154";
@@ -10,22 +10,29 @@ fn count(svg: &str, what: &str) -> usize {
     svg.matches(what).count()
 }
 
-/// Ten rows of four lines, the last line the loudest by 60 dB.
-fn map() -> Heatmap {
-    Heatmap {
-        title: "log.csv: ax".into(),
-        across: "time, s".to_string(),
-        level: "dB re 1 g²/Hz".into(),
-        times: (0..10).map(f64::from).collect(),
-        places: vec![0.0, 10.0, 20.0, 30.0],
-        rows: vec![vec![1e-6, 1e-6, 1e-6, 1.0]; 10],
+/// Ten columns of four lines, the last line the loudest by 60 dB.
+fn map() -> LevelMap {
+    LevelMap {
+        label: "dB re 1 g²/Hz".into(),
+        x: (0..10).map(f64::from).collect(),
+        y: vec![0.0, 10.0, 20.0, 30.0],
+        columns: vec![vec![-60.0, -60.0, -60.0, 0.0]; 10],
     }
+}
+
+/// The figure of a map.
+fn draw(map: LevelMap) -> String {
+    let plot = Plot {
+        map: Some(map),
+        ..Plot::new(Axis::linear("time, s"), Axis::linear("frequency, Hz"))
+    };
+    Figure::first(PlotColumn::one("log.csv: ax", plot)).svg()
 }
 
 /// A map of two levels has the cells that were put in.
 #[test]
 fn exact_cells_of_two_levels() {
-    let svg = draw_heatmaps(&[map()]);
+    let svg = draw(map());
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
     // Ten columns of two blocks each, and the colours of the scale once.
@@ -50,20 +57,20 @@ fn law_bounded_cells() {
         (0..lines)
             .map(|k| {
                 if k == t {
-                    1.0
+                    0.0
                 } else {
-                    1e-9 * (1 + (k + t) % 7) as f64
+                    10.0 * (1e-9 * (1 + (k + t) % 7) as f64).log10()
                 }
             })
             .collect()
     };
-    let long = Heatmap {
-        times: (0..2000).map(|t| 0.1 * t as f64).collect(),
-        places: (0..lines).map(|k| k as f64).collect(),
-        rows: (0..2000).map(row).collect(),
+    let long = LevelMap {
+        x: (0..2000).map(|t| 0.1 * t as f64).collect(),
+        y: (0..lines).map(|k| k as f64).collect(),
+        columns: (0..2000).map(row).collect(),
         ..map()
     };
-    let svg = draw_heatmaps(&[long]);
+    let svg = draw(long);
     assert!(svg.len() < 6_000_000, "{} bytes", svg.len());
     assert!(count(&svg, HIGHEST) > 100);
 }
@@ -72,8 +79,8 @@ fn law_bounded_cells() {
 #[test]
 fn survives_gaps_and_silence() {
     let whole = map();
-    let gap = Heatmap {
-        times: (0..10)
+    let gap = LevelMap {
+        x: (0..10)
             .map(|t| if t < 5 { t } else { t + 20 })
             .map(f64::from)
             .collect(),
@@ -86,15 +93,15 @@ fn survives_gaps_and_silence() {
         let text = tag.split(" width=\"").nth(1).unwrap();
         text.split('"').next().unwrap().parse::<f64>().unwrap()
     };
-    let (one, other) = (draw_heatmaps(&[whole]), draw_heatmaps(&[gap]));
+    let (one, other) = (draw(whole), draw(gap));
     assert!((width(&one) / width(&other) - 3.0).abs() < 0.1);
-    for rows in [vec![vec![0.0; 4]; 10], Vec::new()] {
-        let times = (0..rows.len()).map(|t| t as f64).collect();
-        let silent = Heatmap {
-            rows,
-            times,
+    for columns in [vec![vec![f64::NEG_INFINITY; 4]; 10], Vec::new()] {
+        let x = (0..columns.len()).map(|t| t as f64).collect();
+        let silent = LevelMap {
+            columns,
+            x,
             ..map()
         };
-        assert!(draw_heatmaps(&[silent]).contains("nothing to show"));
+        assert!(draw(silent).contains("nothing to show"));
     }
 }

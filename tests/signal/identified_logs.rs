@@ -536,6 +536,26 @@ fn law_a_mode_on_an_order_is_kept() {
     }
 }
 
+/// A mode on the third order of a stated speed in a record without any sine stays a mode, with its order: nothing shows a line there.
+#[test]
+fn law_an_order_without_a_sine_takes_no_mode() {
+    let log = running(2, &[]);
+    for method in [IdentificationMethod::SsiCov, IdentificationMethod::SsiData] {
+        let study = IdentifyStudy {
+            outputs: ["x1", "x2"].map(str::to_string).to_vec(),
+            method: Some(method),
+            speed_hz: Some(60.0),
+            ..IdentifyStudy::default()
+        };
+        let found = identify(IdentificationInput::Signals(&log), &study).unwrap();
+        let on: Vec<f64> = found.modes.iter().filter_map(|m| m.on_order).collect();
+        assert_eq!(on, [3.0], "{:?}", found.modes);
+        assert_eq!(found.modes.len(), MODES.len(), "{:?}", found.modes);
+        assert!(found.harmonics.is_empty(), "{:?}", found.harmonics);
+        assert!(found.diagnostics.iter().any(|w| w.code == "mode-on-order"));
+    }
+}
+
 /// A mesh with sidebands of both shafts over three modes, no speed stated: the modes and nothing else, the sidebands as a series.
 #[test]
 fn law_sidebands_of_a_mesh_are_no_modes() {

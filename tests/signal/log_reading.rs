@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use geardyn::internals::base::code::Code;
 use geardyn::internals::base::error::Error;
 use geardyn::internals::base::mat5;
+use geardyn::internals::numeric::parallel;
 use geardyn::internals::plan::logs::identification::{IdentificationInput, identify};
 use geardyn::internals::plan::logs::identify_study::IdentifyStudy;
 use geardyn::internals::recording::open;
@@ -416,4 +417,66 @@ fn ref_beam_responses_without_names() {
         };
     assert_eq!(values(&named), values(&bare));
     assert_eq!(named.responses.len(), 6);
+}
+
+/// A log of three megabytes, whose rows several threads read, gives the samples, repairs, line numbers and errors that one thread gives:
+/// with line ends of two bytes, blank lines, missing cells, joined thousands, a repeated header, text in a row, a footer, a last row that
+/// breaks off.
+#[test]
+fn law_threads_read_the_same_log() {
+    const ROWS: usize = 120_000;
+    let row = |k: usize| {
+        let x = k as f64;
+        format!("{:.4},{:.6},{:.3}", 1e-4 * x, x.sin(), (0.1 * x).cos())
+    };
+    let plain: Vec<String> = (0..ROWS).map(row).collect();
+    let changed = |changes: &[(usize, &str)]| {
+        let mut rows = plain.clone();
+        for (at, text) in changes {
+            rows[*at] = (*text).to_string();
+        }
+        rows
+    };
+    let logs = [
+        (changed(&[]), "\n", ""),
+        (changed(&[]), "\r\n", "end of test\r\n"),
+        (
+            changed(&[
+                (70_000, ""),
+                (70_001, "7.0001,,0.5"),
+                (100_000, "10.00,nan,0.5"),
+            ]),
+            "\n",
+            "12.0,1.5",
+        ),
+        (
+            changed(&[
+                (90_000, "9.0,\"1,234.5\",2"),
+                (90_001, "t [s],a,b"),
+                (110_000, "11.0"),
+            ]),
+            "\n",
+            "",
+        ),
+        (
+            changed(&[(80_000, "8.0,x,1"), (100_000, "10.0,y,1")]),
+            "\n",
+            "",
+        ),
+        (changed(&[(80_000, "8.0,1,2,3")]), "\r\n", ""),
+    ];
+    let mut errors = 0;
+    for (rows, end, last) in logs {
+        let text = format!("t [s],a,b{end}{}{end}{last}", rows.join(end));
+        let by = |threads: usize| {
+            parallel::set_threads(threads);
+            open::from_bytes("log.csv", text.as_bytes(), &ReadOptions::default())
+                .map(|log| format!("{log:?}"))
+                .map_err(|e| format!("{e:?}"))
+        };
+        let one = by(1);
+        errors += usize::from(one.is_err());
+        assert!(one == by(2), "{end:?} {last}");
+    }
+    assert_eq!(errors, 2);
 }

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, number, word};
+use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, number, switch, word};
 use super::output::OutputArgs;
+use crate::scene::bevel_file::ContactSide;
 use crate::scene::gear_file::{BodyModel, MeshMethod};
 
 /// Keys of the load on a mesh.
@@ -21,15 +22,17 @@ const MESH: &[Key] = &[
     number("torque", "TORQUE", "Torque at the pinion (default unit N·m)"),
     number("torques", "A:B:N", "Torques at the pinion, FIRST:LAST:COUNT (default unit N·m)"),
     number("positions", "N", "Positions in one pitch; 60 by default"),
-    number("slices", "N", "Slices along the face width; 11 by default"),
+    number("slices", "N", "Slices along the face width; 40 for each axial pitch by default, 11 or more"),
     word::<MeshMethod>("method", "METHOD", "Stiffness of the tooth pairs; energy by default"),
     word::<BodyModel>("body", "BODY", "Gear body of the energy method; half-plane by default"),
+    word::<ContactSide>("side", "SIDE", "Flanks of a bevel pair that touch; drive by default"),
+    switch("vh", "V–H check of a bevel pair: offset and pinion position that move the pattern to toe and heel"),
 ];
 
 /// Arguments of `gear`.
 #[derive(Debug, Args)]
-#[command(mut_arg("csv", |arg| arg.help("Write transmission error and stiffness over one pitch; without a torque the geometry; of non-circular gears the centrodes")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg) and, with a torque, the mesh (FILE-mesh.svg, -stiffness, -sharing, -harris); of non-circular gears centrodes and ratio (FILE-ratio.svg)")))]
+#[command(mut_arg("csv", |arg| arg.help("Write transmission error and stiffness over one pitch; without a torque the geometry; of non-circular gears the centrodes, of bevel gears the unloaded transmission error")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg) and, with a torque, the mesh (FILE-mesh.svg, -stiffness, -sharing, -harris); of non-circular gears centrodes and ratio (FILE-ratio.svg); of bevel gears blanks, transmission error, pattern, ease-off (FILE-te.svg, -pattern, -ease-off)")))]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct GearArgs {
     /// Further computations.
@@ -44,6 +47,9 @@ pub struct GearArgs {
     /// Write the outlines of both gears in mesh at scale: .csv, .dxf or .svg
     #[arg(long, value_name = "FILE")]
     pub outline: Option<PathBuf>,
+    /// Write the flanks of bevel gears: points and normals as .csv, the solids in mesh as .stl
+    #[arg(long, value_name = "FILE")]
+    pub flank: Option<PathBuf>,
     /// Output flags.
     #[command(flatten)]
     pub out: OutputArgs,
@@ -68,6 +74,9 @@ pub struct ReverseArgs {
     /// Write the candidates
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// Write a page with the result, which opens in a browser without a network
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
     /// No warnings, no word about what was done
     #[arg(long)]
     pub quiet: bool,

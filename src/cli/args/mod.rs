@@ -48,6 +48,9 @@ pub struct Cli {
     /// Subcommand.
     #[command(subcommand)]
     pub command: Command,
+    /// Threads that long work is shared among, by default one for each core; results do not depend on their number
+    #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
 }
 
 /// The commands.
@@ -228,6 +231,9 @@ pub struct RunArgs {
     /// One JSON document on standard output, nothing else there
     #[arg(long)]
     pub json: bool,
+    /// Write a page with tables and interactive figures of all studies, which opens in a browser without a network
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
     /// No word about what was done and left out
     #[arg(long)]
     pub quiet: bool,
@@ -246,7 +252,7 @@ mod tests {
         AccuracyStudy, HarmonicBalanceStudy, ModesStudy, ReadStudy, ResponseStudy, RunUpStudy,
         SimulateStudy, StabilityStudy, TransmissionStudy,
     };
-    use crate::scene::{gear_file, sidecar};
+    use crate::scene::{bevel_file, gear_file, sidecar};
 
     fn read<S: ReadStudy>(f: &mut TableReader) {
         S::read(f);
@@ -308,7 +314,8 @@ mod tests {
             );
         }
         let mesh: fn(&mut TableReader) = |f| drop(gear_file::mesh(f));
-        assert!(unread::<gear::MeshKeys>(&[mesh], &[]).is_empty());
+        let contact: fn(&mut TableReader) = |f| drop(bevel_file::contact(f));
+        assert!(unread::<gear::MeshKeys>(&[mesh, contact], &[]).is_empty());
         let log = log::LogKeys::KEYS.iter().flat_map(|(_, keys)| *keys);
         for key in log {
             let given = Flags::new(&[flag("--it", &key.key(), "x")]);

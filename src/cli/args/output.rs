@@ -17,6 +17,9 @@ pub struct OutputArgs {
     /// Draw the result
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Write a page with tables and interactive figures, which opens in a browser without a network
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
     /// No warnings, no word about what was done
     #[arg(long)]
     pub quiet: bool,

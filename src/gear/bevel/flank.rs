@@ -10,7 +10,7 @@ use crate::gear::kernel::envelope::{Envelope, FlankPoint};
 use crate::gear::kernel::jet::Surface;
 use crate::gear::kernel::limits::{Limit, limit_curves};
 use crate::gear::kernel::meeting::Meeting;
-use crate::gear::kernel::tool::{Line, Tool};
+use crate::gear::kernel::tool::{Arc, Line, Tool};
 
 /// Blade length in depths of the tooth: the cutter reaches beyond the work.
 const BLADE_DEPTHS: f64 = 3.0;
@@ -24,15 +24,29 @@ const STARTS: usize = 24;
 /// the roll is the flank.
 const TURN_WEIGHT: f64 = 0.3;
 /// Cells along cradle and cutter angle in which limits are traced.
-const LIMIT_CELLS: [usize; 2] = [48, 48];
+const LIMIT_CELLS: [usize; 2] = [24, 24];
+
+/// A point this far beyond the end of a blade or an edge, in lengths of it, is on it.
+const ON_BLADE: f64 = 1e-9;
 
 /// A flank of a bevel gear: what a cutter leaves of the work within an axial section.
 #[derive(Debug, Clone)]
 pub struct BevelFlank {
     /// The cutter's cone and its motion.
     pub envelope: Envelope<Tool<Line, CutterFrame>, WorkFrame>,
+    /// The torus of the cutter's edge with the same motion; none for a sharp edge.
+    pub edge: Option<Envelope<Tool<Arc, CutterFrame>, WorkFrame>>,
     /// The part of the flank that is the tooth.
     pub section: ToothSection,
+}
+
+/// A point of the tooth: on the flank or in the fillet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToothPoint {
+    /// The point.
+    pub point: FlankPoint<WorkFrame>,
+    /// The edge of the cutter makes it.
+    pub in_fillet: bool,
 }
 
 impl BevelFlank {
@@ -43,11 +57,17 @@ impl BevelFlank {
         hand: Hand,
         section: ToothSection,
     ) -> BevelFlank {
+        let (motion, range) = (settings.motion(hand), [-CRADLE_RANGE, CRADLE_RANGE]);
         BevelFlank {
+            edge: cutter.edge().map(|surface| Envelope {
+                surface,
+                motion: motion.clone(),
+                range,
+            }),
             envelope: Envelope {
                 surface: cutter.cone(BLADE_DEPTHS * section.depth()),
-                motion: settings.motion(hand),
-                range: [-CRADLE_RANGE, CRADLE_RANGE],
+                motion,
+                range,
             },
             section,
         }
@@ -77,10 +97,37 @@ impl BevelFlank {
         self.envelope.point(at)
     }
 
-    /// Curves of a limit within the section, near the parameters of its middle.
-    pub fn limits(&self, limit: Limit, middle: [f64; 3]) -> Vec<Vec<FlankPoint<WorkFrame>>> {
-        let [_, theta, _] = middle;
-        let domain = [[-CRADLE_RANGE, CRADLE_RANGE], [theta - 0.5, theta + 0.5]];
+    /// The tooth's point at `[z, radius]`, from parameters of the flank near it: on the flank above the cutter's edge, else in the fillet.
+    /// None where the cutter leaves neither.
+    pub fn tooth_point(&self, place: [f64; 2], near: [f64; 3]) -> Option<ToothPoint> {
+        let on_flank = self.envelope.on_circle(place, near);
+        let [from, to] = self.envelope.surface.range();
+        let room = ON_BLADE * (to - from);
+        if let Some(at) = on_flank
+            && at[0] >= from - room
+        {
+            let point = self.envelope.point(at)?;
+            return Some(ToothPoint {
+                point,
+                in_fillet: false,
+            });
+        }
+        let edge = self.edge.as_ref()?;
+        let [first, last] = edge.surface.range();
+        let [_, theta, x] = on_flank.unwrap_or(near);
+        let starts = [0.7, 0.3, 0.95].map(|share| first + share * (last - first));
+        let mut found = starts
+            .iter()
+            .filter_map(|u| edge.on_circle(place, [*u, theta, x]));
+        let at = found.find(|at| first - ON_BLADE <= at[0] && at[0] <= last + ON_BLADE)?;
+        Some(ToothPoint {
+            point: edge.point(at)?,
+            in_fillet: true,
+        })
+    }
+
+    /// Curves of a limit within the section, sought over the cradle and cutter angles `[x, θ]` of a domain.
+    pub fn limits(&self, limit: Limit, domain: [[f64; 2]; 2]) -> Vec<Vec<FlankPoint<WorkFrame>>> {
         let mut curves = limit_curves(&self.envelope, limit, domain, LIMIT_CELLS);
         for curve in &mut curves {
             curve.retain(|p| {

@@ -1,8 +1,9 @@
 //! Nodes of a bevel flank over its blank, in the order of coordinate-measuring machines: rows from root to tip, columns from toe to heel.
 
-use super::flank::BevelFlank;
-use super::frames::WorkFrame;
-use crate::gear::kernel::envelope::FlankPoint;
+use super::flank::{BevelFlank, ToothPoint};
+
+/// Least width of a domain, rad.
+const LEAST_DOMAIN: f64 = 0.05;
 
 /// Nodes of a flank, row by row.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,8 +12,8 @@ pub struct FlankGrid {
     pub rows: usize,
     /// Columns along the face.
     pub columns: usize,
-    /// Nodes, row by row; none where the cutter leaves no flank.
-    pub nodes: Vec<Option<FlankPoint<WorkFrame>>>,
+    /// Nodes, row by row; none where the cutter leaves no flank and where it undercuts it.
+    pub nodes: Vec<Option<ToothPoint>>,
 }
 
 impl FlankGrid {
@@ -21,6 +22,7 @@ impl FlankGrid {
     /// Each node starts from the one before it, then from the middle.
     pub fn of(flank: &BevelFlank, rows: usize, columns: usize) -> Option<FlankGrid> {
         let middle = flank.middle()?;
+        let side = flank.envelope.point(middle)?.second_order.undercut.signum();
         let share = |i: usize, n: usize| match n {
             0 | 1 => 0.5,
             _ => i as f64 / (n - 1) as f64,
@@ -30,12 +32,15 @@ impl FlankGrid {
         for row in 0..rows {
             let mut near = row_start;
             for column in 0..columns {
-                let place = [share(column, columns), share(row, rows)];
+                let place = flank.section.at(share(column, columns), share(row, rows));
                 let node = flank
-                    .point(place, near)
-                    .or_else(|| flank.point(place, middle));
-                if let Some(node) = &node {
-                    near = node.at;
+                    .tooth_point(place, near)
+                    .or_else(|| flank.tooth_point(place, middle));
+                // Beyond the undercut limit D has the other sign: that part of the envelope is cut away.
+                let node =
+                    node.filter(|n| n.in_fillet || n.point.second_order.undercut.signum() == side);
+                if let Some(node) = node.as_ref().filter(|n| !n.in_fillet) {
+                    near = node.point.at;
                     if column == 0 {
                         row_start = near;
                     }
@@ -50,8 +55,24 @@ impl FlankGrid {
         })
     }
 
+    /// Cradle and cutter angles `[x, θ]` of the nodes on the flank, widened by their own range each way: limits that cross the section lie
+    /// there. None where no node is on the flank.
+    pub fn domain(&self) -> Option<[[f64; 2]; 2]> {
+        let on_flank = || self.nodes.iter().flatten().filter(|n| !n.in_fillet);
+        let range = |k: usize| {
+            let none = [f64::INFINITY, f64::NEG_INFINITY];
+            let [low, high] = on_flank()
+                .map(|n| n.point.at[k])
+                .fold(none, |[low, high], x| [low.min(x), high.max(x)]);
+            let room = (high - low).max(LEAST_DOMAIN);
+            [low - room, high + room]
+        };
+        on_flank().next()?;
+        Some([range(2), range(1)])
+    }
+
     /// The node of a row and a column.
-    pub fn node(&self, row: usize, column: usize) -> Option<&FlankPoint<WorkFrame>> {
+    pub fn node(&self, row: usize, column: usize) -> Option<&ToothPoint> {
         self.nodes.get(row * self.columns + column)?.as_ref()
     }
 }

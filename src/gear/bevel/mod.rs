@@ -8,8 +8,16 @@ pub mod settings;
 
 pub mod tooth_section;
 
+pub mod blank;
+
+pub mod iso23509;
+
 pub mod flank;
 
 pub mod flank_grid;
 
 pub mod structure_elements;
+
+pub mod tooth;
+
+pub mod solid;

@@ -1,5 +1,7 @@
 //! The section of a bevel tooth by a plane through its axis: a quadrilateral of axial place z and radius.
 
+use crate::gear::kernel::newton::newton;
+
 /// A side of the section at which a flank may have an edge; the root has none, it goes over into the fillet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
@@ -19,27 +21,6 @@ pub struct ToothSection {
 }
 
 impl ToothSection {
-    /// The section between the face cone and the root cone of one apex, its ends perpendicular to the pitch cone; angles in rad, lengths
-    /// in m.
-    pub fn from_cones(
-        [pitch, face, root]: [f64; 3],
-        mean_cone_distance: f64,
-        face_width: f64,
-    ) -> ToothSection {
-        let (sin, cos) = pitch.sin_cos();
-        let corner =
-            |along: f64, height: f64| [along * cos - height * sin, along * sin + height * cos];
-        let end = |along: f64| {
-            [
-                corner(along, along * (root - pitch).tan()),
-                corner(along, along * (face - pitch).tan()),
-            ]
-        };
-        ToothSection {
-            corners: [-0.5, 0.5].map(|share| end(mean_cone_distance + share * face_width)),
-        }
-    }
-
     /// `[z, radius]` at shares of the face from toe to heel and of the height from root to tip.
     pub fn at(&self, face: f64, height: f64) -> [f64; 2] {
         let between = |a: [f64; 2], b: [f64; 2], share: f64| {
@@ -69,6 +50,20 @@ impl ToothSection {
     pub fn depth(&self) -> f64 {
         let length = |[a, b]: [[f64; 2]; 2]| f64::hypot(b[0] - a[0], b[1] - a[1]);
         length(self.corners[0]).max(length(self.corners[1]))
+    }
+
+    /// Shares of face and height of `[z, radius]`, the inverse of [`ToothSection::at`]; none where the section is degenerate.
+    pub fn shares(&self, place: [f64; 2]) -> Option<[f64; 2]> {
+        newton([0.5, 0.5], [1.0, 1.0], |[face, height]| {
+            let [[a, d], [b, c]] = self.corners;
+            let here = self.at(face, height);
+            let along = |k: usize| (1.0 - height) * (b[k] - a[k]) + height * (c[k] - d[k]);
+            let up = |k: usize| (1.0 - face) * (d[k] - a[k]) + face * (c[k] - b[k]);
+            Some((
+                [here[0] - place[0], here[1] - place[1]],
+                [[along(0), up(0)], [along(1), up(1)]],
+            ))
+        })
     }
 
     /// Whether `[z, radius]` lies in the section.

@@ -9,16 +9,14 @@ use crate::gear::bevel::tooth_section::Side;
 use crate::gear::kernel::root::sign_change;
 use crate::gear::kernel::vector::Vector;
 
-/// Pitches each way over which a pair is followed.
-const PITCHES: f64 = 1.5;
-/// Pairs before and after that may lead.
-const NEIGHBOURS: i32 = 2;
+/// Pitches each way over which a pair is followed by default.
+pub const PITCHES: f64 = 1.5;
 /// A contact this far beyond an edge, in depths of the tooth, is on it: rounding of Newton's method.
 const ON_EDGE: f64 = 1e-9;
 /// Golden-section steps of an extremum: its value is exact to the square of the last interval.
 const GOLDEN_STEPS: usize = 40;
 
-/// The contacts of one pair of teeth from where it meets to where it parts, over a pitch and a half each way at most.
+/// The contacts of one pair of teeth from where it meets to where it parts, over so many pitches each way at most.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactPath {
     /// Contacts by rising pinion angle, on flanks and on edges.
@@ -38,15 +36,15 @@ pub struct LeadingContact {
     pub te: f64,
     /// The pair that leads: its contact is that of pair 0 this many pitches later.
     pub pair: i32,
-    /// The edge that touches; none for flanks.
-    pub edge: Option<Edge>,
+    /// The contact of pair 0 at that later angle, on flanks or on an edge.
+    pub contact: ContactPoint,
 }
 
 impl FlankPair {
-    /// The path of contact through `first`, `positions` contacts a pitch.
-    pub fn path(&self, first: ContactPoint, positions: usize) -> ContactPath {
+    /// The path of contact through `first`, `positions` contacts a pitch over `pitches` each way.
+    pub fn path(&self, first: ContactPoint, pitches: f64, positions: usize) -> ContactPath {
         let step = self.pitch() / positions as f64;
-        let count = (PITCHES * positions as f64).ceil() as usize;
+        let count = (pitches * positions as f64).ceil() as usize;
         let [(mut contacts, stop_below), (above, stop_above)] =
             [-step, step].map(|step| self.march(first, step, count));
         contacts.reverse();
@@ -70,14 +68,18 @@ impl FlankPair {
 
     /// The leading pair at an angle; none where no pair touches.
     pub fn leading(&self, path: &ContactPath, pinion_angle: f64) -> Option<LeadingContact> {
-        let candidates = (-NEIGHBOURS..=NEIGHBOURS).filter_map(|pair| {
+        let pitches =
+            |c: Option<&ContactPoint>| Some((c?.pinion_angle - pinion_angle) / self.pitch());
+        let from = pitches(path.contacts.first())?.ceil() as i32;
+        let to = pitches(path.contacts.last())?.floor() as i32;
+        let candidates = (from..=to).filter_map(|pair| {
             let angle = pinion_angle + f64::from(pair) * self.pitch();
             let contact = self.on_path(path, angle)?;
             Some(LeadingContact {
                 pinion_angle,
                 te: self.te(&contact, &path.reference),
                 pair,
-                edge: contact.edge,
+                contact,
             })
         });
         candidates.max_by(|a, b| a.te.total_cmp(&b.te))
@@ -179,6 +181,14 @@ impl FlankPair {
         edges().all(|edge| {
             let depth = self.flanks[edge.member].section.depth();
             self.beyond(edge, contact.point) <= ON_EDGE * depth
+        })
+    }
+
+    /// Whether a contact lies within a tooth depth of both teeth: beyond that it belongs to another branch of the flanks.
+    pub fn is_near_teeth(&self, contact: &ContactPoint) -> bool {
+        edges().all(|edge| {
+            let depth = self.flanks[edge.member].section.depth();
+            self.beyond(edge, contact.point) <= depth
         })
     }
 

@@ -9,3 +9,5 @@ pub mod ellipse;
 pub mod contact_path;
 
 pub mod ease_off;
+
+pub mod reference;

@@ -4,6 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
+use crate::base::bound::Bound;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -96,8 +97,8 @@ impl BasicRack {
                 "the flanks of the tool meet before its dedendum of {} modules",
                 self.dedendum
             );
-            let deepest = FRAC_PI_4 / pressure_angle.tan();
-            let hint = format!("give a dedendum of at most {deepest:.4} modules");
+            let deepest = Bound::AtMost(FRAC_PI_4 / pressure_angle.tan()).text(4);
+            let hint = format!("give rack = {{ dedendum = {deepest} }} or less");
             return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
         }
         // Rounding of the full radius itself must not refuse it.
@@ -106,7 +107,8 @@ impl BasicRack {
                 "tip radius of the basic rack is {} modules; a full rounding has {full:.4}",
                 self.tip_radius
             );
-            let hint = format!("give at most {full:.4}");
+            let most = Bound::AtMost(full).text(4);
+            let hint = format!("give rack = {{ tip_radius = {most} }} or less");
             return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
         }
         if self.protuberance > self.tip_radius {

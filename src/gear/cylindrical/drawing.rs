@@ -38,7 +38,12 @@ impl Member {
         // In the transverse section the anvils touch half the span cos β_b off the base circle's tangent point.
         let roll = 0.5 * reading.nominal * gear.base_helix_angle().cos();
         let touches = gear.diameter_at_roll(roll);
-        let [inner, outer] = [self.root_diameter(gear.profile_shift), self.tip_diameter()];
+        let shift = gear.profile_shift;
+        let root = self.root_diameter(shift);
+        let [inner, outer] = [
+            self.root_form_diameter(shift).unwrap_or(root),
+            self.tip_diameter(),
+        ];
         ((touches - inner) * (touches - outer) < 0.0).then_some(reading)
     }
 

@@ -64,12 +64,13 @@ pub struct FlankModification {
     pub profile_crowning: f64,
     /// Helix crowning C_β at both ends of the face, m.
     pub helix_crowning: f64,
-    /// Helix slope: material removed at the far end of the face, m; the near one keeps it. A negative slope leaves material there.
+    /// Helix slope: material removed at the far end of the face, m; the near one keeps it. A negative slope leaves material there. The far
+    /// end is that to which the axis of the driving pinion points, about which it turns by the right hand.
     pub helix_slope: f64,
 }
 
 impl FlankModification {
-    /// Material removed at a length of roll and at a share of the face width, m. `ends` are the lengths of roll at the form and at the
+    /// Material removed at a length of roll and at a share of the face width from its near end, m. `ends` are the lengths of roll at the form and at the
     /// tip diameter.
     pub fn removed(&self, roll: f64, ends: [f64; 2], face: f64) -> f64 {
         let [root, tip] = ends;

@@ -2,11 +2,12 @@
 //!
 //! ψ is the angle of the right flank from the middle of the tooth. The outline is generated with x_E of the mean thickness.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::fillet::Fillet;
 use super::involute::inv;
 use super::member::Member;
+use crate::base::bound::Bound;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::kernel::root::sign_change;
@@ -86,7 +87,8 @@ impl ToothOutline {
                 2e3 * tip,
                 2e3 * base
             );
-            let hint = format!("give a tip diameter above {:.4} mm", 2e3 * base);
+            let least = Bound::AtLeast(2e3 * base).text(4);
+            let hint = format!("give a tip diameter of at least {least} mm");
             return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
         }
         if (tip - root) * self.outward() <= 0.0 {
@@ -127,15 +129,22 @@ impl ToothOutline {
         let end = self.fillet.end();
         let cut_off = !gear.internal && member.lowest_roll(self.generating_shift) < 0.0;
         if cut_off || member.rack.protuberance > 0.0 && !gear.internal {
-            let Some(crossing) = self.crossing(end) else {
+            let parallel = FRAC_PI_2 - gear.pressure_angle;
+            let Some(crossing) = self.crossing(cut_off, parallel) else {
                 let message = format!(
                     "the fillet of the tooth ({} teeth, x_E {:.4}) leaves no involute below the tip diameter of {:.4} mm",
                     self.teeth,
                     self.generating_shift,
                     2e3 * self.tip_radius
                 );
-                let least = member.least_shift_without_undercut();
-                let hint = format!("give x ≥ {least:.4}, with which the rack does not undercut");
+                let hint = match cut_off {
+                    true => {
+                        let raise = member.least_shift_without_undercut() - self.generating_shift;
+                        let least = Bound::AtLeast(gear.profile_shift + raise).text(4);
+                        format!("give x ≥ {least}, with which the rack does not undercut")
+                    }
+                    false => "reduce the protuberance".into(),
+                };
                 return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
             };
             self.fillet_end = crossing;
@@ -151,23 +160,30 @@ impl ToothOutline {
                 2e3 * self.tip_radius,
                 2e3 * self.form_radius
             );
-            let side = if self.internal { "below" } else { "above" };
-            let hint = format!(
-                "give a tip diameter {side} {:.4} mm",
-                2e3 * self.form_radius
-            );
+            let form = 2e3 * self.form_radius;
+            let (side, bound) = match self.internal {
+                true => ("most", Bound::AtMost(form)),
+                false => ("least", Bound::AtLeast(form)),
+            };
+            let hint = format!("give a tip diameter of at {side} {} mm", bound.text(4));
             return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
         }
         Ok(())
     }
 
-    /// θ where the fillet leaves the metal of the involute, from the end of the rounding downward.
-    fn crossing(&self, end: f64) -> Option<f64> {
+    /// θ where the fillet leaves the metal of the involute, from the end of the rounding downward; `None` where the tip comes first.
+    ///
+    /// At its end the rounding has cut a gear that it undercuts beyond the involute, and at the base circle into the metal; a protuberance
+    /// cuts into it where the rounding is parallel to the flank. So these are the ends of the search. Near the limit of undercut both lie
+    /// within ε²/(2 r_b), where ε is the length of roll that is missing, and the depth of ε³/(6 r_b³) is lost in rounding: then the lower
+    /// end is the crossing.
+    fn crossing(&self, undercut: bool, parallel: f64) -> Option<f64> {
         // Beyond the tip the fillet does not count; with a normal along the pitch line it never comes there.
-        let reach = |theta: f64| Some(self.fillet.point(theta)[0] - self.tip_radius);
-        let end = end.min(std::f64::consts::FRAC_PI_2 * (1.0 - 1e-9));
-        let end = match reach(end) > Some(0.0) {
-            true => sign_change([0.0, end], reach)?,
+        let beyond = |radius: f64| move |theta: f64| Some(self.fillet.point(theta)[0] - radius);
+        let end = self.fillet.end().min(FRAC_PI_2 * (1.0 - 1e-9));
+        let reaches_tip = beyond(self.tip_radius)(end) > Some(0.0);
+        let end = match reaches_tip {
+            true => sign_change([0.0, end], beyond(self.tip_radius))?,
             false => end,
         };
         let excess = |theta: f64| {
@@ -175,29 +191,26 @@ impl ToothOutline {
             let on_base = self.involute_half_angle(radius.max(self.base_radius));
             PI / f64::from(self.teeth) - from_space - on_base
         };
-        let place = |i: usize| end * i as f64 / CROSSING_SCAN as f64;
-        // Inside the base circle there is no involute to compare with.
-        let inside = |theta: f64| self.fillet.point(theta)[0] < self.base_radius;
-        for i in (0..CROSSING_SCAN).rev() {
-            let (low, high) = (place(i), place(i + 1));
-            let low = match inside(low) {
-                true => {
-                    let on_base = |theta: f64| Some(self.fillet.point(theta)[0] - self.base_radius);
-                    sign_change([low, high], on_base)?
-                }
-                false => low,
-            };
-            if excess(high) >= 0.0 && excess(low) < 0.0 {
-                return sign_change([low, high], |theta| Some(excess(theta)));
-            }
-            if inside(place(i)) {
-                return None;
-            }
+        if reaches_tip && excess(end) < 0.0 {
+            return None;
         }
-        None
+        // Inside the base circle there is no involute to compare with.
+        let is_inside = self.fillet.point(0.0)[0] < self.base_radius;
+        let start = match (undercut, is_inside) {
+            (true, true) => sign_change([0.0, end], beyond(self.base_radius)).unwrap_or(end),
+            (true, false) => 0.0,
+            (false, _) => parallel.min(end),
+        };
+        let place = |i: usize| start + (end - start) * i as f64 / CROSSING_SCAN as f64;
+        let leaves = |i: &usize| excess(place(*i)) < 0.0 && excess(place(i + 1)) >= 0.0;
+        let piece = (0..CROSSING_SCAN).rev().find(leaves);
+        let crossing =
+            piece.and_then(|i| sign_change([place(i), place(i + 1)], |theta| Some(excess(theta))));
+        Some(crossing.unwrap_or(start))
     }
 
-    fn involute_half_angle(&self, radius: f64) -> f64 {
+    /// ψ of the involute at a radius, extended beyond its ends, rad.
+    pub(super) fn involute_half_angle(&self, radius: f64) -> f64 {
         let base = self.base_radius;
         let roll = ((radius - base) * (radius + base)).max(0.0).sqrt();
         self.base_half_angle - self.outward() * inv((roll / base).atan())

@@ -6,6 +6,7 @@
 use super::involute::{angle_from_inv, inv};
 use super::member::Member;
 use super::outline::ToothOutline;
+use crate::base::bound::Bound;
 use crate::base::code::Code;
 use crate::base::error::Error;
 
@@ -46,20 +47,22 @@ impl Pair {
                     1e3 * distance,
                     1e3 * base
                 );
-                let hint = format!("give a centre distance above {:.6} mm", 1e3 * base);
+                let least = Bound::AtLeast(1e3 * base).text(6);
+                let hint = format!("give a centre distance of at least {least} mm");
                 return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
             }
             None if without_backlash > 0.0 => base / without_backlash.cos(),
             None => {
                 let message = "no centre distance is free of backlash: the teeth are too thin for their spaces";
-                let side = if members[1].gear.internal {
-                    "below"
-                } else {
-                    "above"
-                };
                 let limit = shift_sum_at(&members, 0.0);
-                let hint =
-                    format!("give centre_distance, or profile shifts with a sum {side} {limit:.4}");
+                let (side, bound) = match members[1].gear.internal {
+                    true => ("most", Bound::AtMost(limit)),
+                    false => ("least", Bound::AtLeast(limit)),
+                };
+                let hint = format!(
+                    "give centre_distance, or profile shifts with a sum of at {side} {}",
+                    bound.text(4)
+                );
                 return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
             }
         };

@@ -7,6 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::involute::inv;
 use super::pair::Pair;
+use crate::base::bound::Bound;
 use crate::gear::kernel::root::sign_change;
 
 /// Kind of a warning, in the order in which they are listed.
@@ -38,17 +39,17 @@ pub enum NearestValue {
         /// Index of the member.
         member: usize,
         /// The coefficient.
-        value: f64,
+        value: Bound,
     },
     /// Tip diameter of a member, m.
     TipDiameter {
         /// Index of the member.
         member: usize,
         /// The diameter.
-        value: f64,
+        value: Bound,
     },
     /// Tip diameters of both members, m, both tips moved outward by the same amount.
-    TipDiameters([f64; 2]),
+    TipDiameters([Bound; 2]),
 }
 
 /// A warning of a pair.
@@ -74,6 +75,12 @@ const TIP_PARTS: usize = 64;
 /// By how many modules both tips are lengthened at most in search of a contact ratio of 1.
 const LONGEST_TIP: f64 = 3.0;
 
+/// Parts of the path of a tip corner below the form circle of its mate at which it is compared with the fillet.
+const CORNER_PARTS: usize = 128;
+
+/// Angles nearer than this are equal: rounding of involutes and fillets, rad.
+const ANGLE_ROUNDING: f64 = 1e-12;
+
 impl Pair {
     /// The warnings, in the order of their kinds.
     pub fn warnings(&self) -> Vec<Warning> {
@@ -90,10 +97,26 @@ impl Pair {
         found
     }
 
+    /// Tip diameters of a member that end its teeth at a diameter or before it.
+    fn shortened(&self, member: usize, diameter: f64) -> Bound {
+        match self.members[member].gear.internal {
+            false => Bound::AtMost(diameter),
+            true => Bound::AtLeast(diameter),
+        }
+    }
+
+    /// Tip diameters of a member that end its teeth at a diameter or beyond it.
+    fn lengthened(&self, member: usize, diameter: f64) -> Bound {
+        match self.members[member].gear.internal {
+            false => Bound::AtLeast(diameter),
+            true => Bound::AtMost(diameter),
+        }
+    }
+
     fn undercut(&self, member: usize) -> Option<Warning> {
         let (gear, outline) = (&self.members[member], &self.outlines[member]);
         let by = gear.least_shift_without_undercut() - outline.generating_shift;
-        let value = gear.gear.profile_shift + by;
+        let value = Bound::AtLeast(gear.gear.profile_shift + by);
         outline.undercut.then_some(Warning {
             kind: WarningKind::Undercut,
             member: Some(member),
@@ -121,10 +144,14 @@ impl Pair {
             false if roll < 0.0 => (WarningKind::InvoluteInterference, -roll),
             false => (WarningKind::FilletInterference, allowed - roll),
         };
-        let value = self.members[mate].gear.diameter_at_roll(tip_roll);
+        let value = self.shortened(mate, self.members[mate].gear.diameter_at_roll(tip_roll));
         // Rounding of a tip that ends exactly at the limit is no interference.
         let is_real = by > 1e-12 * self.centre_distance;
-        is_real.then_some(Warning {
+        let has_room = kind == WarningKind::FilletInterference
+            && self.members[member].rack.protuberance > 0.0
+            && !self.outlines.iter().any(|outline| outline.internal)
+            && !self.corner_cuts_fillet(member);
+        (is_real && !has_room).then_some(Warning {
             kind,
             member: Some(member),
             by,
@@ -133,6 +160,29 @@ impl Pair {
                 value,
             }),
         })
+    }
+
+    /// True if the tip corner of the mate runs through the fillet of a member of an external pair: a protuberance may have made room there.
+    fn corner_cuts_fillet(&self, member: usize) -> bool {
+        let (own, mate) = (&self.outlines[member], &self.outlines[1 - member]);
+        let a = self.centre_distance;
+        let [r1, r2] =
+            [own, mate].map(|outline| outline.base_radius / self.working_pressure_angle.cos());
+        let (tip, form) = (mate.tip_radius, own.form_radius);
+        // The corner lies at ψ_2w − ψ_a2 + φ₁/u from the line of centres where the member has turned by φ₁ from contact at the pitch point.
+        let corner = mate.involute_half_angle(r2) - mate.involute_half_angle(tip);
+        let farthest = ((a * a + tip * tip - form * form) / (2.0 * a * tip))
+            .min(1.0)
+            .acos();
+        let is_inside = |part: usize| {
+            let angle = farthest * (2.0 * part as f64 / CORNER_PARTS as f64 - 1.0);
+            let (x, y) = (tip * angle.sin(), a - tip * angle.cos());
+            let turn = (angle - corner) * r2 / r1;
+            let from_middle = x.atan2(y) - turn + own.involute_half_angle(r1);
+            let flank = own.half_angle(x.hypot(y));
+            flank.is_some_and(|flank| flank - from_middle > ANGLE_ROUNDING)
+        };
+        (1..CORNER_PARTS).any(is_inside)
     }
 
     /// Trochoid and trimming interference of a pinion in a ring.
@@ -152,7 +202,8 @@ impl Pair {
             let free = |radius: f64| room(self, radius).unwrap_or(1.0);
             let nearest = (0..TIP_PARTS).find_map(|i| {
                 let [low, high] = [i, i + 1].map(|i| tip + step * i as f64);
-                let value = 2.0 * sign_change([low, high], |radius| Some(free(radius)))?;
+                let radius = sign_change([low, high], |radius| Some(free(radius)))?;
+                let value = self.shortened(1, 2.0 * radius);
                 Some(NearestValue::TipDiameter { member: 1, value })
             });
             Some(Warning {
@@ -240,16 +291,20 @@ impl Pair {
             kind: WarningKind::ContactRatio,
             member: None,
             by: 1.0 - total,
-            nearest: longer.map(|longer| NearestValue::TipDiameters(tips(longer))),
+            nearest: longer.map(|longer| {
+                let [first, second] = tips(longer);
+                NearestValue::TipDiameters([self.lengthened(0, first), self.lengthened(1, second)])
+            }),
         })
     }
 
     fn pointed(&self, member: usize) -> Option<Warning> {
-        let (value, sense) = (
+        let (point, sense) = (
             2.0 * self.outlines[member].tip_radius,
             self.members[member].sense(),
         );
-        let by = sense * (self.members[member].tip_diameter() - value);
+        let by = sense * (self.members[member].tip_diameter() - point);
+        let value = self.shortened(member, point);
         (by > 0.0).then_some(Warning {
             kind: WarningKind::PointedTip,
             member: Some(member),
@@ -261,7 +316,8 @@ impl Pair {
     fn no_clearance(&self, member: usize) -> Option<Warning> {
         let by = -self.bottom_clearances()[member];
         let mate = 1 - member;
-        let value = self.members[mate].tip_diameter() - 2.0 * self.members[mate].sense() * by;
+        let tip = self.members[mate].tip_diameter() - 2.0 * self.members[mate].sense() * by;
+        let value = self.shortened(mate, tip);
         (by >= 0.0).then_some(Warning {
             kind: WarningKind::Clearance,
             member: Some(member),

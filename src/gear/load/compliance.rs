@@ -126,9 +126,13 @@ impl PairCompliance {
                 let [first, second] = &pair.outlines;
                 bodies[0].check(first.root_radius)?;
                 bodies[1].check(second.root_radius)?;
+                let named = |name: &str, error: Error| Error {
+                    message: format!("{name}: {}", error.message),
+                    ..error
+                };
                 let teeth = [
-                    ToothSection::new(first, materials[0])?,
-                    ToothSection::new(second, materials[1])?,
+                    ToothSection::new(first, materials[0]).map_err(|e| named("pinion", e))?,
+                    ToothSection::new(second, materials[1]).map_err(|e| named("gear", e))?,
                 ];
                 Ok(PairCompliance::Energy {
                     teeth: Box::new(teeth),

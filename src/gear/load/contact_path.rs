@@ -1,8 +1,10 @@
-//! Places where the teeth of a pair touch as the gears turn: on the line of action, or with a tip corner off it; gap and arm there.
+//! Places where the teeth of a pair touch as the gears turn: on the line of action, or with a tip corner off it; the gap there.
 //!
 //! The pinion turned by φ from contact at the pitch point C meets its mate at the length of roll `s = s_C + r_b1 φ + j p_bt` of tooth
 //! pair j. Before A the tip corner of gear 2 faces the flank of gear 1, beyond E the corner of gear 1 that of gear 2. Involutes of a
-//! base circle are parallel curves, so the gap of a corner is the length of the base circle between its involute and the flank.
+//! base circle are parallel curves, so the gap of a corner is the length of the base circle between its involute and the flank: the gear
+//! of the flank turned by it touches the corner, and the force along the flank's normal turns that gear with its base radius. So a pair
+//! has the same gaps and forces whichever gear is named first.
 
 use crate::gear::cylindrical::pair::Pair;
 
@@ -33,8 +35,6 @@ pub struct ContactPlace {
     pub rolls: [f64; 2],
     /// Gap of the involutes along the normal, m.
     pub gap: f64,
-    /// Normal displacement for a unit displacement of gear 2 at its base circle; 1 on the line of action.
-    pub arm: f64,
     /// The gear whose tip corner touches.
     pub corner: Option<usize>,
 }
@@ -86,7 +86,6 @@ impl ContactPath {
         Some(ContactPlace {
             rolls,
             gap: 0.0,
-            arm: 1.0,
             corner: None,
         })
     }
@@ -106,17 +105,12 @@ impl ContactPath {
         let [form, mate_tip] = self.flank_ends[flank];
         let on_flank = (crossing.roll - form) * (crossing.roll - mate_tip) <= 0.0;
         let gap = self.outward(flank) * (crossing.on_line - rolls[flank]);
-        let arm = match flank {
-            0 => self.arm_of_second(at_flank, crossing.turn),
-            _ => 1.0,
-        };
         let mut touching = [0.0; 2];
         touching[tip] = tip_roll;
         touching[flank] = crossing.roll;
-        (on_flank && gap >= 0.0 && arm > 0.0).then_some(ContactPlace {
+        (on_flank && gap >= 0.0).then_some(ContactPlace {
             rolls: touching,
             gap,
-            arm,
             corner: Some(tip),
         })
     }
@@ -124,15 +118,6 @@ impl ContactPath {
     /// +1 of a gear whose metal lies at the shorter rolls of the line and whose tip at the longest roll; −1 of an internal gear.
     fn outward(&self, gear: usize) -> f64 {
         if gear == 1 { self.sense } else { 1.0 }
-    }
-
-    /// Arm about gear 2, in base radii of it, of a normal of gear 1 turned by `turn` through a point in the frame of gear 1.
-    fn arm_of_second(&self, point: [f64; 2], turn: f64) -> f64 {
-        let [x, y] = self.in_frame_of(1, point);
-        let (sine, cosine) = turn.sin_cos();
-        let base = self.base[1];
-        // The frame of an external gear 2 is turned by half a turn, which leaves the moment as it is.
-        ((y + base) * cosine - x * sine) / base
     }
 
     /// A point in the frame of the other gear. A frame has the tangent point of the line of action as origin, the line as x axis in the
@@ -165,8 +150,6 @@ struct Involute {
     roll: f64,
     /// Length of roll at which it crosses the line of action.
     on_line: f64,
-    /// Angle of its normal at the point to the line of action.
-    turn: f64,
 }
 
 impl Involute {
@@ -179,7 +162,6 @@ impl Involute {
         Some(Involute {
             roll,
             on_line: roll - base * turn,
-            turn,
         })
     }
 }

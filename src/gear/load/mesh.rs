@@ -1,9 +1,9 @@
-//! Loaded transmission error of a pair: `C F = a δ − g`, `Σ a F = W = T/r_b1`, `e = −δ`; tangent stiffness dW/dδ, secant `W/(δ − δ₀)`.
+//! Loaded transmission error of a pair: `C F = δ − g`, `Σ F = W = T/r_b1`, `e = −δ`; tangent stiffness dW/dδ, secant `W/(δ − δ₀)`.
 //!
 //! At a pinion angle φ, counted from where pair 0 touches at the pitch point, the candidates are the tooth pairs that can touch there,
 //! each cut into slices along the face width. A slice has the gap of its flanks' modifications, of misalignment and, off the line of
 //! action, of the tip corner, and the compliance of its place; slices are not coupled. e is positive where the driven gear leads, so a
-//! load and relief make it negative; δ₀ is the approach without load. The load acts on the driven gear: W is its torque over r_b2.
+//! load and relief make it negative; δ₀ is the approach without load.
 
 use std::f64::consts::TAU;
 
@@ -35,12 +35,29 @@ pub struct MeshOptions {
     pub materials: [Material; 2],
     /// Modifications of the gears' flanks.
     pub modifications: [FlankModification; 2],
-    /// Slope of the gap along the face width in the plane of action, rad; positive opens the face that leaves mesh last.
+    /// Slope of the gap along the face width in the plane of action, rad; positive opens the far end.
     pub misalignment: f64,
+    /// The far end of the face, where a positive helix slope removes material, enters mesh first; else it leaves mesh last.
+    pub far_end_leads: bool,
     /// Positions in one pitch.
     pub positions: usize,
-    /// Slices along the face width.
+    /// Slices along the face width; see [`default_slices`].
     pub slices: usize,
+}
+
+/// Deflection in modules above which a warning says that no tooth bears it: at 2000 N/mm of width and module teeth deflect by 0.003 of it.
+const LARGEST_DEFLECTION: f64 = 0.05;
+/// Positions times slices: above it a map needs more than a second.
+const MAX_GRID: usize = 1_000_000;
+/// Slices of a face as wide as the least of any pair.
+const LEAST_SLICES: usize = 11;
+/// Slices in an axial pitch: contact lines end in tip corners, whose load falls to nothing over some 3 % of it.
+const SLICES_OF_A_PITCH: f64 = 40.0;
+
+/// Slices at which e(φ, T) of a pair of an overlap ratio is good to about 1 % of its peak to peak.
+pub fn default_slices(overlap: f64) -> usize {
+    let wanted = (SLICES_OF_A_PITCH * overlap).ceil() as usize;
+    wanted.clamp(LEAST_SLICES, MAX_SLICES as usize)
 }
 
 impl Default for MeshOptions {
@@ -50,8 +67,9 @@ impl Default for MeshOptions {
             materials: [Material::default(); 2],
             modifications: [FlankModification::default(); 2],
             misalignment: 0.0,
+            far_end_leads: false,
             positions: 60,
-            slices: 11,
+            slices: LEAST_SLICES,
         }
     }
 }
@@ -64,6 +82,10 @@ pub struct LoadedMesh {
     compliance: PairCompliance,
     /// Common face width, m.
     width: f64,
+    /// Normal module, m.
+    module: f64,
+    /// Reference radius of the pinion, m.
+    reference_radius: f64,
     /// Tangent of the base helix angle.
     base_helix: f64,
     pinion_teeth: u32,
@@ -79,8 +101,13 @@ impl LoadedMesh {
     pub fn new(pair: &Pair, options: MeshOptions) -> Result<LoadedMesh, Error> {
         check(&options)?;
         let path = ContactPath::new(pair);
-        for (modification, ends) in options.modifications.iter().zip(path.flank_ends) {
-            modification.check(ends)?;
+        for (i, name) in ["pinion", "gear"].iter().enumerate() {
+            options.modifications[i]
+                .check(path.flank_ends[i])
+                .map_err(|error| Error {
+                    message: format!("{name}: {}", error.message),
+                    ..error
+                })?;
         }
         if !(path.ends[1] > path.ends[0]) {
             let message = format!(
@@ -106,6 +133,8 @@ impl LoadedMesh {
             options,
             path,
             width,
+            module: gear.module,
+            reference_radius: 0.5 * gear.reference_diameter(),
             base_helix,
             pinion_teeth: gear.teeth,
             pairs: (first..=last).collect(),
@@ -130,11 +159,16 @@ impl LoadedMesh {
                 let Some(place) = self.path.place(middle - behind * self.base_helix) else {
                     continue;
                 };
+                let to_far_end = match self.options.far_end_leads {
+                    true => 1.0 - face,
+                    false => face,
+                };
                 let removed = |i: usize| {
                     let ends = self.path.flank_ends[i];
-                    self.options.modifications[i].removed(place.rolls[i], ends, face)
+                    self.options.modifications[i].removed(place.rolls[i], ends, to_far_end)
                 };
-                let gap = place.gap + removed(0) + removed(1) + self.options.misalignment * behind;
+                let tilt = self.options.misalignment * (to_far_end - 0.5) * self.width;
+                let gap = place.gap + removed(0) + removed(1) + tilt;
                 points.push(MeshPoint {
                     pair,
                     place,
@@ -229,7 +263,7 @@ impl LoadedMesh {
         let mut shares = vec![0.0; self.pairs.len()];
         let (mut corner, mut pressure) = (0.0, None);
         for (point, force) in position.points.iter().zip(&solution.forces) {
-            let share = point.place.arm * force / load;
+            let share = force / load;
             shares[point.pair] += share;
             if point.place.corner.is_some() {
                 corner += share;
@@ -256,8 +290,23 @@ impl LoadedMesh {
                 hint: None,
             })
             .collect();
-        let line_load = |c: &LoadedCycle| c.torque / self.path.base[0] / self.width;
+        // F_t/b with the tangential force at the reference circle.
+        let line_load = |c: &LoadedCycle| c.torque / self.reference_radius / self.width;
         let least = cycles.iter().map(line_load).fold(f64::INFINITY, f64::min);
+        let deepest = cycles
+            .iter()
+            .flat_map(|c| &c.te)
+            .fold(0.0, |m: f64, e| m.max(e.abs()));
+        if deepest > LARGEST_DEFLECTION * self.module {
+            warnings.push(Diagnostic {
+                code: "stiffness-range",
+                message: format!(
+                    "the deflection of {:.3} mm exceeds a twentieth of the module: no tooth bears it, and the stiffness does not hold",
+                    1e3 * deepest
+                ),
+                hint: Some("give a smaller torque".into()),
+            });
+        }
         let is_iso = matches!(self.options.method, StiffnessMethod::Iso6336 { .. });
         if is_iso && least < LEAST_LINE_LOAD {
             warnings.push(Diagnostic {
@@ -283,6 +332,12 @@ fn check(options: &MeshOptions) -> Result<(), Error> {
         let positions = options.positions;
         return out_of_range(format!(
             "{positions} positions; a pitch has 1 to {MAX_POSITIONS}"
+        ));
+    }
+    if options.positions * options.slices > MAX_GRID {
+        let [positions, slices] = [options.positions, options.slices];
+        return out_of_range(format!(
+            "{positions} positions × {slices} slices; a mesh has at most {MAX_GRID} places"
         ));
     }
     for material in &options.materials {

@@ -2,6 +2,7 @@
 
 use crate::base::error::Error;
 use crate::numeric::complementarity::{ContactProblem, ContactSolution};
+use crate::numeric::profile_matrix::ProfileMatrix;
 
 use super::contact_path::ContactPlace;
 
@@ -34,15 +35,12 @@ impl MeshPosition {
     /// # Errors
     /// As `ContactProblem::new`.
     pub(super) fn new(points: Vec<MeshPoint>, base_radius: f64) -> Result<MeshPosition, Error> {
-        let n = points.len();
-        let mut matrix = vec![0.0; n * n];
-        for (i, point) in points.iter().enumerate() {
-            matrix[i * n + i] = point.compliance;
-        }
-        let arms = points.iter().map(|p| p.place.arm).collect();
+        let compliance = points.iter().map(|p| p.compliance).collect();
+        let compliance = ProfileMatrix::diagonal(compliance);
+        let arms = vec![1.0; points.len()];
         let gaps = points.iter().map(|p| p.gap).collect();
         Ok(MeshPosition {
-            problem: ContactProblem::new(matrix, arms, gaps)?,
+            problem: ContactProblem::new(compliance, arms, gaps)?,
             points,
             base_radius,
         })
@@ -62,10 +60,9 @@ impl MeshPosition {
             .enumerate()
             .filter(|(_, p)| p.pair == pair)
         {
-            let arm = point.place.arm;
-            touch = touch.min(point.gap / arm);
-            load += arm * solution.forces[i];
-            whole += arm * arm / point.compliance;
+            touch = touch.min(point.gap);
+            load += solution.forces[i];
+            whole += point.compliance.recip();
         }
         match load > 0.0 {
             true => (load / (solution.approach - touch), touch),

@@ -4,9 +4,12 @@
 //! A = 2x. Yang and Lin, J. Mech. Trans. Autom. Des. 109 (1987), with the outline as it is generated, from the root circle on. The
 //! integral splits into cumulative integrals of h^k/x³ and 1/x that do not know the load, so a position costs one Gauss rule.
 
+use std::f64::consts::TAU;
+
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::cylindrical::outline::ToothOutline;
+use crate::gear::kernel::root::sign_change;
 
 use super::body::FootLoad;
 use super::material::Material;
@@ -27,6 +30,33 @@ const GAUSS: [[f64; 2]; 4] = [
 
 /// Halvings of the fillet in its Romberg table: 2⁷ intervals at last; with 2⁹ the compliance changes by 1e-12.
 const HALVINGS: usize = 7;
+
+/// Half angle of a tip, rad, below which it is a point.
+const POINTED: f64 = 1e-9;
+
+/// Thickness of a tip that carries a load, in base pitches.
+const LOADED_TIP: f64 = 0.05;
+
+/// A tooth whose flanks meet, with the nearest tip diameter that leaves it a tip.
+fn pointed(outline: &ToothOutline) -> Error {
+    let wanted = LOADED_TIP * TAU * outline.base_radius / f64::from(outline.teeth);
+    let beyond = |radius: f64| Some(outline.thickness(radius)? - wanted);
+    let radius = sign_change([outline.form_radius, outline.tip_radius], beyond);
+    let error = Error::new(
+        Code::OutOfRange,
+        format!(
+            "the teeth are pointed at a diameter of {:.4} mm, and a point carries no load",
+            2e3 * outline.tip_radius
+        ),
+    );
+    match radius {
+        Some(radius) => error.with_hint(format!(
+            "give tip_diameter = \"{:.4} mm\", where the tip is a twentieth of a pitch thick",
+            2e3 * radius
+        )),
+        None => error.with_hint("give more teeth or another profile shift"),
+    }
+}
 
 /// A tooth with its cumulative integrals.
 #[derive(Debug, Clone)]
@@ -104,15 +134,9 @@ impl ToothSection {
             sum = sum.plus(&section.involute_integrals(from, to));
             section.integrals.push(sum);
         }
-        let thin = sum.0.iter().any(|x| !x.is_finite()) || !(tip_half_angle >= 0.0);
-        if thin || !(section.root_half_angle > 0.0) {
-            let message = format!(
-                "the flanks of a tooth meet between its root radius of {:.4} mm and its tip radius of {:.4} mm",
-                1e3 * outline.root_radius,
-                1e3 * outline.tip_radius
-            );
-            return Err(Error::new(Code::OutOfRange, message)
-                .with_hint("give a tip diameter at which the tooth has a thickness"));
+        let thin = sum.0.iter().any(|x| !x.is_finite());
+        if thin || !(tip_half_angle > POINTED) || !(section.root_half_angle > 0.0) {
+            return Err(pointed(outline));
         }
         Ok(section)
     }

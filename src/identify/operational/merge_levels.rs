@@ -4,6 +4,7 @@ use super::harmonics::HarmonicIndicator;
 use super::jackknife::half_band_hz;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::mac::mac;
+use crate::numeric::statistics::Z_95;
 
 /// Estimates of one mode have shapes this much alike.
 const SAME_SHAPE: f64 = 0.9;
@@ -16,6 +17,9 @@ const DUPLICATE_BANDWIDTHS: f64 = 0.5;
 
 /// … and than this many of both standard deviations together.
 const DUPLICATE_SIGMA: f64 = 1.5;
+
+/// Shapes with this MAC cannot be distinguished.
+const ONE_SHAPE: f64 = 0.99;
 
 /// Two modes of one rung that another does not part are two where they are further apart than this many of both standard deviations.
 const RESOLVED: f64 = 2.0;
@@ -46,12 +50,15 @@ pub struct UnresolvedPair {
     pub are_two: bool,
 }
 
-/// Whether two estimates of one rung are one mode.
+/// Whether two estimates of one rung are one mode: near each other with shapes much alike, or of one shape where neither the half-power
+/// bands nor the 95 % intervals of the frequencies part.
 pub(super) fn is_twin(a: &ModalParameters, b: &ModalParameters) -> bool {
     let off = (a.frequency_hz() - b.frequency_hz()).abs();
-    off < DUPLICATE_BANDWIDTHS * half_band_hz(a).min(half_band_hz(b))
-        && off < DUPLICATE_SIGMA * (std(a) + std(b))
-        && mac(&a.shape, &b.shape) > SAME_SHAPE
+    let (stds, similarity) = (std(a) + std(b), mac(&a.shape, &b.shape));
+    let is_near = off < DUPLICATE_BANDWIDTHS * half_band_hz(a).min(half_band_hz(b))
+        && off < DUPLICATE_SIGMA * stds;
+    let is_unresolved = off < half_band_hz(a) + half_band_hz(b) && off < Z_95 * stds;
+    (is_near && similarity > SAME_SHAPE) || (is_unresolved && similarity > ONE_SHAPE)
 }
 
 /// Whether an estimate is too uncertain to be another mode than a sure one.
@@ -161,4 +168,34 @@ fn frequency(mode: &OperationalMode) -> f64 {
 
 fn std(mode: &ModalParameters) -> f64 {
     mode.frequency_std_hz().unwrap_or(f64::INFINITY)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Complex;
+    use std::f64::consts::TAU;
+
+    fn estimate(frequency_hz: f64, damping: f64, std_hz: f64, shape: [f64; 3]) -> ModalParameters {
+        let w = TAU * frequency_hz;
+        ModalParameters {
+            pole: Complex::new(-damping, (1.0 - damping * damping).sqrt()) * w,
+            pole_covariance: Some([1e-4, (TAU * std_hz).powi(2), 0.0]),
+            shape: shape.map(|x| Complex::new(x, 0.0)).to_vec(),
+        }
+    }
+
+    /// 6.136 ± 0.055 and 6.206 ± 0.065 Hz of one shape are one mode; not with another shape, nor where their intervals part.
+    #[test]
+    fn law_estimates_of_one_shape_with_overlapping_intervals_are_one() {
+        let shape = [1.0, 0.5, -0.3];
+        let sure = estimate(6.206, 0.022, 0.033, shape);
+        assert!(is_twin(&sure, &estimate(6.136, 0.033, 0.028, shape)));
+        assert!(!is_twin(
+            &sure,
+            &estimate(6.136, 0.033, 0.028, [1.0, -0.5, 0.3])
+        ));
+        let parted = estimate(6.136, 0.033, 0.001, shape);
+        assert!(!is_twin(&estimate(6.206, 0.022, 0.001, shape), &parted));
+    }
 }

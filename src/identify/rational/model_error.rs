@@ -4,6 +4,7 @@
 //! piece of evidence. Both shares fade beyond an octave of the pole.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use crate::numeric::Complex;
 
@@ -83,33 +84,84 @@ pub(super) fn variance(
     departures: &[ModeDeviation],
 ) -> Vec<Vec<f64>> {
     let to = from + noise[0].len();
-    let count: Vec<f64> = (modes.poles.iter().zip(departures))
-        .map(|(pole, d)| d.lines(pole, lines.step))
+    // Background and what lies outside the band are no modes that could depart.
+    let departing: Vec<(usize, DepartureProfile)> = (departures.iter().enumerate())
+        .filter(|(r, d)| (d.share > 0.0 || d.scatter > 0.0) && lines.may_be_mode(&modes.poles[*r]))
+        .map(|(r, d)| {
+            (
+                r,
+                DepartureProfile::new(lines, from..to, &modes.poles[r], d),
+            )
+        })
         .collect();
     (0..lines.h.len())
         .map(|i| {
             let mut v = noise[i].clone();
             let most = largest_nearby(&lines.h[i], from, to);
-            // Background and what lies outside the band are no modes that could depart.
-            let departs = |d: &(usize, &ModeDeviation)| {
-                (d.1.share > 0.0 || d.1.scatter > 0.0) && lines.may_be_mode(&modes.poles[d.0])
-            };
-            for (r, d) in departures.iter().enumerate().filter(departs) {
-                let pole = &modes.poles[r];
-                for (k, v) in v.iter_mut().enumerate() {
-                    let x = lines.x[from + k];
-                    let (part, inverse) = modes.part(i, r, x);
-                    let own = part.norm_sqr() * lines.power_size(from + k) * nearness(pole, x);
-                    *v += count[r] * d.share * d.share * own.min(most[k]);
-                    if d.scatter > 0.0 {
-                        let slope = own * inverse.norm_sqr() * (2.0 * pole.w * pole.sigma).powi(2);
-                        *v += count[r] * d.scatter * d.scatter * slope.min(most[k]);
-                    }
-                }
+            for (r, profile) in &departing {
+                let c = [0, 1].map(|j| modes.coefficients[i][2 * r + j]);
+                profile.add(c, &lines.x[from..to], &most, &mut v);
             }
             v
         })
         .collect()
+}
+
+/// What a mode departs by along the lines, for a response of its coefficients.
+struct DepartureProfile {
+    /// `|p|²`.
+    pole_size: f64,
+    /// `n ε²` and `n τ²`.
+    squares: [f64; 2],
+    /// `|s^q/D|²`, fading far from the pole.
+    own: Vec<f64>,
+    /// `|2wσ s^q/D²|²`, likewise; empty where τ is zero.
+    slope: Vec<f64>,
+}
+
+impl DepartureProfile {
+    fn new(
+        lines: &ScaledResponses,
+        range: Range<usize>,
+        pole: &ScaledPole,
+        departure: &ModeDeviation,
+    ) -> DepartureProfile {
+        let p = pole.value();
+        let inverse = |k: usize| {
+            let s = Complex::new(0.0, lines.x[k]);
+            1.0 / ((s - p) * (s - p.conj())).norm_sqr()
+        };
+        let inverse: Vec<f64> = range.clone().map(inverse).collect();
+        let of_line = |(k, inverse): (usize, &f64)| {
+            inverse * lines.power_size(k) * nearness(pole, lines.x[k])
+        };
+        let own: Vec<f64> = range.zip(&inverse).map(of_line).collect();
+        let steep = (2.0 * pole.w * pole.sigma).powi(2);
+        let slope = match departure.scatter > 0.0 {
+            true => (own.iter().zip(&inverse))
+                .map(|(o, i)| steep * o * i)
+                .collect(),
+            false => Vec::new(),
+        };
+        let count = departure.lines(pole, lines.step);
+        DepartureProfile {
+            pole_size: p.norm_sqr(),
+            squares: [departure.share, departure.scatter].map(|d| count * d * d),
+            own,
+            slope,
+        }
+    }
+
+    /// Adds the departure of a response with the coefficients `c` to its variance `v`; `most` bounds it on each line.
+    fn add(&self, c: [f64; 2], x: &[f64], most: &[f64], v: &mut [f64]) {
+        let (fixed, turned) = (c[0] * c[0] * self.pole_size, c[1] * c[1]);
+        for (square, profile) in self.squares.iter().zip([&self.own, &self.slope]) {
+            for (k, profile) in profile.iter().enumerate() {
+                let size = (fixed + turned * x[k] * x[k]) * profile;
+                v[k] += square * size.min(most[k]);
+            }
+        }
+    }
 }
 
 /// One within [`DEPARTURE_REACH`] of a pole, beyond it the fourth power of what is left of that reach.
@@ -120,12 +172,15 @@ fn nearness(pole: &ScaledPole, x: f64) -> f64 {
 
 /// The largest `|H|²` within a few lines of each.
 fn largest_nearby(h: &[Complex], from: usize, to: usize) -> Vec<f64> {
-    (from..to)
-        .map(|k| {
-            let near = &h[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(h.len())];
-            near.iter().map(|z| z.norm_sqr()).fold(0.0, f64::max)
-        })
-        .collect()
+    let first = from.saturating_sub(NEIGHBOURS);
+    let last = (to + NEIGHBOURS).min(h.len());
+    let squares: Vec<f64> = h[first..last].iter().map(|z| z.norm_sqr()).collect();
+    let nearby = |k: usize| {
+        let near = k.saturating_sub(NEIGHBOURS).max(first)..(k + NEIGHBOURS + 1).min(last);
+        let near = &squares[near.start - first..near.end - first];
+        near.iter().copied().fold(0.0, f64::max)
+    };
+    (from..to).map(nearby).collect()
 }
 
 /// The departure of a mode is what is left within so many half-widths, and at least so many lines to either side.

@@ -397,7 +397,10 @@ fn check(measured: &FrfData, options: &RationalOptions) -> Result<(), Error> {
         if let Some(error) = lengths("response", i, h.len()) {
             return Err(error);
         }
-        if let Some(k) = h.iter().position(|z| !z.norm().is_finite()) {
+        if let Some(k) = h
+            .iter()
+            .position(|z| !(z.re.is_finite() && z.im.is_finite()))
+        {
             return Err(Error::new(
                 Code::OutOfRange,
                 format!("response {} at {} Hz is {}", i + 1, f[k], h[k]),

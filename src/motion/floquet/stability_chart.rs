@@ -11,7 +11,7 @@ use crate::motion::dynamic_model::{DynamicModel, ForceElement, ForceLaw};
 use crate::motion::methods::periodic::fundamental::period_grid;
 use crate::motion::methods::periodic::grid::frequencies;
 use crate::motion::wave::WavePhase;
-use crate::numeric::{Matrix, symmetric};
+use crate::numeric::{Matrix, parallel, symmetric};
 
 /// An interval of unstable speeds, by the frequency the whole machine repeats with, rad/s.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,8 +77,8 @@ pub fn instability_tongues(
         Ok::<_, Error>(GrowthSample { factor, growth })
     };
     let step = (to - from) / points.max(1) as f64;
-    let steps = (0..=points).map(|at| look(from + step * at as f64));
-    let steps = steps.collect::<Result<Vec<GrowthSample>, Error>>()?;
+    let factors: Vec<f64> = (0..=points).map(|at| from + step * at as f64).collect();
+    let steps = parallel::try_map(&factors, |&factor| look(factor))?;
     let mut rows = steps.clone();
     let modes = OscillatoryModes::new(model)?;
     for expected in modes.candidates(model, base, [from, to], MAX_ORDER) {

@@ -1,5 +1,6 @@
 //! Drawing data of each gear: readings of its tooth thickness, nominal and at both limits.
 
+use crate::base::quantity::format_number;
 use crate::gear::cylindrical::drawing::ReadingLimits;
 use crate::gear::cylindrical::member::Member;
 
@@ -16,7 +17,11 @@ pub struct DrawingReading {
     pub height: Option<f64>,
 }
 
-/// The readings of a gear that exist: span, over balls of a stated diameter, chord, constant chord.
+/// Steps of the default ball diameter, m.
+const BALL_STEP: f64 = 1e-5;
+
+/// The readings of a gear that exist: span, over balls of a stated diameter or by default one that touches in the middle of the flanks,
+/// chord, constant chord.
 pub fn readings(member: &Member, ball: Option<f64>) -> Vec<DrawingReading> {
     let k = member.gear.default_span_teeth();
     let span = member.span(k).map(|limits| DrawingReading {
@@ -25,15 +30,26 @@ pub fn readings(member: &Member, ball: Option<f64>) -> Vec<DrawingReading> {
         limits,
         height: None,
     });
-    let balls = ball.and_then(|ball| {
-        let limits = member.over_balls(ball)?;
-        Some(DrawingReading {
-            name: format!("over balls of {} mm", 1e3 * ball),
-            symbol: "M_dK",
-            limits,
-            height: None,
-        })
-    });
+    let usual = (member.gear.default_ball_diameter() / BALL_STEP).round() * BALL_STEP;
+    let side = if member.gear.internal {
+        "between"
+    } else {
+        "over"
+    };
+    let by_default = if ball.is_none() { " (default)" } else { "" };
+    let balls = Some(ball.unwrap_or(usual))
+        .filter(|ball| *ball > 0.0)
+        .and_then(|ball| {
+            let limits = member.over_balls(ball)?;
+            // Off the rounding of a conversion of units.
+            let shown = format_number((1e9 * ball).round() / 1e6);
+            Some(DrawingReading {
+                name: format!("{side} balls of {shown} mm{by_default}"),
+                symbol: "M_dK",
+                limits,
+                height: None,
+            })
+        });
     let chord = member.chord().map(|(limits, height)| DrawingReading {
         name: "chordal thickness".into(),
         symbol: "s̄_n",

@@ -6,9 +6,6 @@ pub mod geometry;
 /// Readings of tooth thickness.
 pub mod drawing;
 
-/// Limits that a pair meets.
-pub mod limits;
-
 /// Stages of a gear file and its result.
 pub mod run;
 
@@ -17,3 +14,9 @@ pub mod reversal;
 
 /// Centrodes, flanks and outlines of a pair of varying ratio.
 pub mod non_circular;
+
+/// Contact of a bevel pair.
+pub mod bevel_contact;
+
+/// Flanks, limits and stages of a bevel pair.
+pub mod bevel;

@@ -26,7 +26,7 @@ pub fn run(file: &GearReadingsFile) -> Result<ReversalResult, Error> {
     let reversal = file.readings.reverse();
     let reversal = reversal.map_err(|error| error.with_span(&file.span))?;
     let open = reversal.confusions.len();
-    let diagnostics = (open > 0).then(|| Diagnostic {
+    let not_separated = (open > 0).then(|| Diagnostic {
         code: "not-separated",
         message: format!(
             "the readings do not separate the first candidate from {}",
@@ -38,8 +38,29 @@ pub fn run(file: &GearReadingsFile) -> Result<ReversalResult, Error> {
     });
     Ok(ReversalResult {
         plan: plan(&file.readings),
-        diagnostics: diagnostics.into_iter().collect(),
+        diagnostics: poor_fit(&reversal)
+            .into_iter()
+            .chain(not_separated)
+            .collect(),
         reversal,
+    })
+}
+
+/// A first candidate that misses a reading by more than this is doubtful, standard uncertainties.
+const GOOD_FIT: f64 = 3.0;
+
+/// The warning that even the first candidate misses a reading.
+fn poor_fit(reversal: &Reversal) -> Option<Diagnostic> {
+    let largest = reversal.candidates.first()?.largest_deviation;
+    (largest > GOOD_FIT).then(|| Diagnostic {
+        code: "readings-misfit",
+        message: format!(
+            "the first candidate misses a reading by {largest:.1} standard uncertainties (limit {GOOD_FIT})"
+        ),
+        hint: Some(
+            "repeat the readings and check their uncertainties; the gear may not be of a standard size"
+                .into(),
+        ),
     })
 }
 
@@ -52,12 +73,12 @@ fn plan(readings: &GearReadings) -> Vec<(&'static str, StageDecision)> {
             "flanks",
             Runs(format!(
                 "standard modules and diametral pitches, pressure angles from 14.5 to 30 deg; {}",
-                match readings.thickness_deviation == 0.0 {
-                    true => "teeth taken as not thinned, so that x = x_E".into(),
-                    false => format!(
-                        "tooth thickness deviation of {:.1} µm assumed",
-                        1e6 * readings.thickness_deviation
-                    ),
+                match readings.thickness_deviation {
+                    None =>
+                        "thickness_deviation unknown, between 0 and −0.1 mm − 0.05 m_n (−0.15 m_n below 1 mm)"
+                            .into(),
+                    Some(deviation) =>
+                        format!("tooth thickness deviation of {:.1} µm", 1e6 * deviation),
                 }
             )),
         ),

@@ -2,7 +2,6 @@
 
 use super::drawing::{DrawingReading, readings};
 use super::geometry::{GearQuantity, quantities};
-use super::limits;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
 use crate::gear::cylindrical::backlash::BacklashLimits;
@@ -13,6 +12,7 @@ use crate::gear::load::compliance::{StiffnessMethod, StiffnessRow, compare_metho
 use crate::gear::load::material::Material;
 use crate::gear::load::mesh::LoadedMesh;
 use crate::gear::load::mesh_result::MeshResult;
+use crate::plan::gear_limits as limits;
 use crate::plan::stages::StageDecision;
 use crate::scene::gear_file::GearFile;
 

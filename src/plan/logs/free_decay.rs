@@ -24,8 +24,6 @@ const SHORTEST: usize = 64;
 pub struct Decays {
     /// Modes and what they rest on.
     pub identification: SignalIdentification,
-    /// Weak modes.
-    pub weak: Vec<IdentifiedMode>,
     /// Misfit by channel and decay.
     pub fit_error: Vec<f64>,
     /// Description of the segmentation of the record, as text.
@@ -267,7 +265,8 @@ pub fn identify(
         .map(|c| (c * cut.len()..(c + 1) * cut.len()).collect())
         .collect();
     let modes = modes_over_table(&fit, &table, 0.0)?;
-    let (modes, weak) = weak::split_weak(modes, apart_hz, |_| None, study.all);
+    let is_weak = |m: &IdentifiedMode| weak::reason(m, apart_hz, None);
+    let (modes, weak) = weak::split_weak(modes, is_weak, study.all);
     let starts: Vec<String> = (cut.iter().take(6))
         .map(|r| format!("{:.4} s", recording.moment(r.start).time_s))
         .collect();
@@ -285,13 +284,13 @@ pub fn identify(
     let mut diagnostics = fit.diagnostics.clone();
     diagnostics.extend(poor_fit(&fit.fit_error, &channels, &files));
     Ok(Decays {
-        weak,
         fit_error: fit.fit_error.clone(),
         how,
         band_hz,
         count: cut.len(),
         identification: SignalIdentification {
             modes,
+            weak,
             harmonics: Vec::new(),
             selection_rule: rule(IdentificationMethod::Rational, fit.departs),
             evidence: Evidence::Rational(fit),

@@ -7,6 +7,7 @@ use super::spectrum_study::{AbscissaKind, SpectrumEstimate, SpectrumKind, Spectr
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
+use crate::numeric::parallel;
 use crate::recording::signals::{Channel, Recording};
 use crate::spectrum::band::FrequencyBand;
 use crate::spectrum::envelope::squared_envelope_spectrum;
@@ -183,20 +184,20 @@ pub fn longest_segment_signals(
     }
     let all = sample_blocks::load_channels(recording, channels, "this analysis")?;
     let mut part = String::new();
-    let samples = all
-        .into_iter()
-        .zip(channels)
-        .map(|(mut samples, channel)| {
-            samples.truncate(range.end);
-            samples.drain(..range.start);
-            if study.separate {
-                let (random, share) = random_part(&samples)?;
-                part += &random_part_text(channel, share);
-                samples = random;
-            }
-            Ok(samples)
-        })
-        .collect::<Result<Vec<Vec<f64>>, Error>>()?;
+    let cut = |mut samples: Vec<f64>| {
+        samples.truncate(range.end);
+        samples.drain(..range.start);
+        samples
+    };
+    let mut samples: Vec<Vec<f64>> = all.into_iter().map(cut).collect();
+    if study.separate {
+        let parts = parallel::try_map(&samples, |samples| random_part(samples))?;
+        samples.clear();
+        for ((random, share), channel) in parts.into_iter().zip(channels) {
+            part += &random_part_text(channel, share);
+            samples.push(random);
+        }
+    }
     Ok(SegmentSignals {
         samples,
         removed_text: part,
@@ -282,8 +283,10 @@ pub fn envelope_spectra(
         averages: Some(1.0),
         ..Spectra::default()
     };
-    for samples in &parts.samples {
-        let lines = squared_envelope_spectrum(samples, recording.rate_hz, band)?;
+    let envelopes = parallel::try_map(&parts.samples, |samples| {
+        squared_envelope_spectrum(samples, recording.rate_hz, band)
+    })?;
+    for lines in envelopes {
         spectra
             .psd
             .push(lines.amplitude.iter().map(|a| 0.5 * a * a).collect());
@@ -345,12 +348,13 @@ pub fn spectrograms(
     let mut start_s = segments.next().unwrap_or(0) as f64 / recording.rate_hz;
     let mut failed = None;
     sample_blocks::for_each_block(recording, channels, |block, ends| {
-        for ((spectrogram, samples), rows) in running.iter_mut().zip(block).zip(&mut rows) {
+        let mut channels: Vec<_> = running.iter_mut().zip(block).zip(&mut rows).collect();
+        parallel::for_each(&mut channels, |((spectrogram, samples), rows)| {
             spectrogram.push(samples, |mut row| {
                 row.time_s += start_s;
                 rows.push(row);
             });
-        }
+        });
         if ends {
             start_s = segments.next().unwrap_or(0) as f64 / recording.rate_hz;
             match fresh() {

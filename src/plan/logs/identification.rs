@@ -384,7 +384,7 @@ fn identify_signals(
         band_hz,
         evidence: found.evidence,
         modes: found.modes,
-        weak: Vec::new(),
+        weak: found.weak,
         harmonics: found.harmonics,
         functions: Vec::new(),
         fit_error: Vec::new(),
@@ -428,7 +428,7 @@ fn of_decays(
         band_hz: decays.band_hz,
         evidence: decays.identification.evidence,
         modes: decays.identification.modes,
-        weak: decays.weak,
+        weak: decays.identification.weak,
         harmonics: Vec::new(),
         functions: Vec::new(),
         fit_error: decays.fit_error,
@@ -507,8 +507,9 @@ fn identify_responses(
         ));
     }
     let apart = line_spacing_hz(&responses.frequency_hz);
-    let coherence = |f| diagnostics::coherence_at(&responses, f);
-    let (modes, weak) = weak::split_weak(found.modes, apart, coherence, study.all);
+    let coherence = |m: &IdentifiedMode| diagnostics::coherence_at(&responses, m.frequency_hz());
+    let is_weak = |m: &IdentifiedMode| weak::reason(m, apart, coherence(m));
+    let (modes, weak) = weak::split_weak(found.modes, is_weak, study.all);
     let (how, hits) = match estimated_responses {
         Some(estimated_responses) => (estimated_responses.method_text, estimated_responses.hits),
         None => {

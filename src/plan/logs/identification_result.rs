@@ -252,6 +252,8 @@ pub fn split_harmonics(all: Vec<IdentifiedMode>) -> (Vec<IdentifiedMode>, Vec<Id
 pub struct SignalIdentification {
     /// Modes.
     pub modes: Vec<IdentifiedMode>,
+    /// Weak modes, apart from them; none by the methods of one output.
+    pub weak: Vec<IdentifiedMode>,
     /// Lines of running speed.
     pub harmonics: Vec<IdentifiedHarmonic>,
     /// Selection rule that separates modes from other poles.

@@ -113,6 +113,7 @@ pub fn identify_tracking(
     );
     Ok(SignalIdentification {
         modes: at_end,
+        weak: Vec::new(),
         harmonics: Vec::new(),
         selection_rule: rule,
         evidence: Evidence::Tracking(ModeTracking {

@@ -14,6 +14,7 @@ use super::running::{
 use super::segment_samples::SegmentSamples;
 use super::subspace::from_ssi;
 use super::wandering_mains::{is_wandering_line, label_mains, mains_warning};
+use super::weak;
 use crate::base::error::{Diagnostic, Error};
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::operational::fdd::{self, FddEstimate, fdd};
@@ -83,7 +84,7 @@ pub fn identify_operational(
     found.diagnostics.extend(record.diagnostics.iter().cloned());
     found.selection_rule += &match study.speed_hz {
         Some(speed) => format!(
-            "; sines are taken out before; what is within {} % of an order 1 to {MAX_SPEED_ORDER} of {speed:.4} Hz and not damped next to a removed sine, or distributed like a sine, is rejected as a harmonic",
+            "; sines are taken out before, and what is distributed like one is no mode; a pole within {} % of an order 1 to {MAX_SPEED_ORDER} of {speed:.4} Hz is a harmonic if its damping interval includes zero, or if it is what a sine removed there left",
             100.0 * SPEED_TOLERANCE
         ),
         None => {
@@ -112,6 +113,15 @@ pub fn identify_operational(
     (remnants, found.modes) =
         (found.modes.into_iter()).partition(|m| orders.is_remnant_of_sine(&m.mode));
     poles.extend(remnants.iter().map(|m| m.listed_as_harmonic(of_sine)));
+    let is_weak = |m: &IdentifiedMode| {
+        weak::unresolved_damping(&m.mode, orders.line_hz).or_else(|| {
+            let has_sine = orders.contains_removed_sine(&m.mode);
+            (has_sine && weak::is_frequency_uncertain(&m.mode)).then_some(
+                "a sine was removed in its half-power band, and its frequency is uncertain by more than a tenth of that band",
+            )
+        })
+    };
+    (found.modes, found.weak) = weak::split_weak(found.modes, is_weak, study.all);
     let inside = |t: &&Tone| (band_hz.0..=band_hz.1).contains(&t.frequency_hz);
     let of_tone = |t: &Tone| IdentifiedHarmonic {
         frequency_hz: t.frequency_hz,
@@ -140,8 +150,9 @@ pub fn identify_operational(
     if !found.modes.is_empty() && (is_only_sines(&record.samples, &samples) || is_white(&samples)?)
     {
         found.modes.clear();
+        found.weak.clear();
     }
-    if found.modes.is_empty() {
+    if found.modes.is_empty() && found.weak.is_empty() {
         found.diagnostics.push(Diagnostic {
             code: "no-mode",
             message: "no mode rises above the noise".to_string(),
@@ -230,12 +241,13 @@ fn from_fdd(
             continue;
         }
         let mut harmonic = peak.harmonic.clone();
-        let on_order = orders.coincident_order(&mut harmonic, half_width_hz);
         let undamped = || ModalParameters {
             pole: Complex::new(0.0, TAU * peak.frequency_hz),
             pole_covariance: None,
             shape: peak.shape.clone(),
         };
+        let pole = peak.mode.clone().unwrap_or_else(undamped);
+        let on_order = orders.coincident_order(&mut harmonic, &pole);
         modes.push(IdentifiedMode {
             has_damping: bell.is_some(),
             harmonic: Some(harmonic),
@@ -253,6 +265,7 @@ fn from_fdd(
     };
     SignalIdentification {
         modes,
+        weak: Vec::new(),
         harmonics: Vec::new(),
         selection_rule: rule.to_string(),
         evidence: Evidence::Peaks(PeakPicking {

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::identification_result::{IdentifiedHarmonic, IdentifiedMode};
+use super::weak;
 use crate::base::error::Diagnostic;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::operational::harmonics::{HarmonicIndicator, RunningSpeed};
@@ -39,7 +40,7 @@ pub fn is_on(all: &[HarmonicSeries], mode: &IdentifiedMode, orders: &SpeedOrders
     const NARROW: f64 = 0.05;
     let half_band = mode.mode.pole.re.abs() / TAU;
     let std = mode.mode.frequency_std_hz().unwrap_or(0.0);
-    if orders.contains_removed_sine(mode.frequency_hz(), half_band) {
+    if orders.is_structural(&mode.mode) && orders.contains_removed_sine(&mode.mode) {
         return false;
     }
     all.iter().any(|s| {
@@ -82,32 +83,42 @@ pub struct SpeedOrders<'a> {
 }
 
 impl SpeedOrders<'_> {
-    /// Order that coincides with a mode, no longer reported: a sine on that order was removed, so that the speed was constant, and the
-    /// remainder is much wider than a line.
+    /// Order that coincides with a mode, no longer reported as its own: nothing shows a line there. A line has a constant envelope, a
+    /// damping whose interval includes zero, or, where it is much narrower than a structure, had a sine that was removed on that order;
+    /// without an uncertainty narrowness suffices.
     pub fn coincident_order(
         &self,
         harmonic: &mut HarmonicIndicator,
-        half_width_hz: f64,
+        mode: &ModalParameters,
     ) -> Option<f64> {
         let order = harmonic.order?;
         let is_on_it = |t: &Tone| self.running.and_then(|r| r.order(t.frequency_hz)) == Some(order);
-        match half_width_hz > STRUCTURE_LINES * self.line_hz && self.tones.iter().any(is_on_it) {
-            true => harmonic.order.take(),
-            false => None,
+        let is_remnant = || match weak::damping_includes_zero(mode) {
+            Some(true) => true,
+            Some(false) => !self.is_structural(mode) && self.tones.iter().any(is_on_it),
+            None => !self.is_structural(mode),
+        };
+        match harmonic.is_sine() || is_remnant() {
+            true => None,
+            false => harmonic.order.take(),
         }
     }
 
-    /// Whether a sine was taken out within the half-power band of a pole much wider than a line: what is left is damped as a structure is.
-    fn contains_removed_sine(&self, frequency_hz: f64, half_width_hz: f64) -> bool {
-        let is_within = |t: &Tone| (t.frequency_hz - frequency_hz).abs() < half_width_hz;
-        half_width_hz > STRUCTURE_LINES * self.line_hz && self.tones.iter().any(is_within)
+    /// Whether a pole is much wider than a line of the record, as a structure is.
+    fn is_structural(&self, mode: &ModalParameters) -> bool {
+        mode.pole.re.abs() / TAU > STRUCTURE_LINES * self.line_hz
+    }
+
+    /// Whether a sine was taken out within the half-power band of a pole.
+    pub fn contains_removed_sine(&self, mode: &ModalParameters) -> bool {
+        let half_width_hz = mode.pole.re.abs() / TAU;
+        let is_within = |t: &Tone| (t.frequency_hz - mode.frequency_hz()).abs() < half_width_hz;
+        self.tones.iter().any(is_within)
     }
 
     /// Whether a pole is what a sine that wanders left when it was taken out: within two lines of it, and not damped as a structure is.
     pub fn is_remnant_of_sine(&self, mode: &ModalParameters) -> bool {
-        let half_width_hz = mode.pole.re.abs() / TAU;
-        half_width_hz <= STRUCTURE_LINES * self.line_hz
-            && self.is_near_removed_sine(mode.frequency_hz(), self.line_hz)
+        !self.is_structural(mode) && self.is_near_removed_sine(mode.frequency_hz(), self.line_hz)
     }
 
     /// Whether a sine within two lines was taken out.
@@ -126,7 +137,7 @@ pub fn order_warning(modes: &[IdentifiedMode]) -> Option<Diagnostic> {
     (!places.is_empty()).then(|| Diagnostic {
         code: "mode-on-order",
         message: format!(
-            "{}: on an order of the running speed, and a mode all the same: the sine there was taken out, and what is left is damped as a structure is",
+            "{}: on an order of the running speed, and a mode all the same: no sine is left there, and its damping is that of a structure",
             places.join(", ")
         ),
         hint: Some("repeat at another speed: a mode stays where it is".to_string()),

@@ -42,7 +42,7 @@ pub fn from_ssi(
         .map(|mut m| IdentifiedMode {
             presence: Some(m.presence),
             scatter_hz: Some(m.scatter_hz),
-            on_order: orders_known.coincident_order(&mut m.harmonic, m.mode.pole.re.abs() / TAU),
+            on_order: orders_known.coincident_order(&mut m.harmonic, &m.mode),
             harmonic: Some(m.harmonic),
             ..IdentifiedMode::from(m.mode)
         })
@@ -73,6 +73,7 @@ pub fn from_ssi(
     poles.sort_by(|a, b| (a.order.cmp(&b.order)).then(a.frequency_hz.total_cmp(&b.frequency_hz)));
     SignalIdentification {
         modes,
+        weak: Vec::new(),
         harmonics: Vec::new(),
         selection_rule: rule,
         evidence: Evidence::Diagram(StabilisationDiagram {

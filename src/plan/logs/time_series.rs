@@ -123,6 +123,7 @@ pub fn identify_time_series(
     );
     Ok(SignalIdentification {
         modes,
+        weak: Vec::new(),
         harmonics,
         selection_rule: rule,
         evidence: Evidence::Orders(OrderSelection {

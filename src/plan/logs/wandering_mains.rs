@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::identification_result::IdentifiedHarmonic;
 use super::mains::{HINT, WIDEST, as_line};
 use super::running::SpeedOrders;
+use super::weak::damping_includes_zero;
 use crate::base::error::Diagnostic;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::identify::operational::spacing::HarmonicSeries;
@@ -14,12 +15,14 @@ use crate::spectrum::mains::{mains_multiple, names};
 /// (Commission Regulation (EU) 2017/1485, annex III).
 const WANDERING_WIDTH: f64 = 0.1;
 
-/// Whether a pole is a line of the mains: no wider than a line of the record, or near a sine taken out there and no wider than a grid wanders.
+/// Whether a pole is a line of the mains: no wider than a line of the record, or no wider than a grid wanders and near a sine taken out
+/// there, or with a damping whose interval includes zero.
 pub fn is_wandering_line(mode: &ModalParameters, orders: &SpeedOrders) -> bool {
     let (f, width) = (mode.frequency_hz(), 2.0 * mode.pole.re.abs() / TAU);
     let wanders = mains_multiple(f, 0.5 * width).is_some_and(|(_, k)| {
         width <= (WANDERING_WIDTH * k as f64).min(WIDEST)
-            && orders.is_near_removed_sine(f, orders.line_hz.max(0.5 * width))
+            && (orders.is_near_removed_sine(f, orders.line_hz.max(0.5 * width))
+                || damping_includes_zero(mode) == Some(true))
     });
     wanders || as_line(mode, orders.line_hz).is_some()
 }

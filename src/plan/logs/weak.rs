@@ -3,8 +3,10 @@
 use std::f64::consts::TAU;
 
 use super::identification_result::IdentifiedMode;
+use super::method::IdentificationMethod;
 use crate::identify::modal::selection::SelectionRule;
 use crate::identify::modal::stabilisation::{PoleStability, StabilisationPole};
+use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 use crate::numeric::statistics::Z_95;
 
@@ -17,42 +19,68 @@ const KNOWN_DAMPING: f64 = 0.1;
 /// Below a line's width a mode is weak where its coherence is below this as well.
 const NARROW_COHERENCE: f64 = 0.8;
 
-/// The rule as a sentence.
-pub const RULE: &str = "weak: a standard deviation of frequency above a tenth of the half-power width, a damping interval that includes zero, or a half-power width below a line with a damping known to no better than 10 % or a coherence below 0.8";
+/// The rule of a method as a sentence. Without an input the frequency of a mode is rarely known to a tenth of its half-power width.
+pub fn rule(method: IdentificationMethod) -> &'static str {
+    match method {
+        IdentificationMethod::SsiCov | IdentificationMethod::SsiData => {
+            "weak: a damping interval that includes zero, a half-power width below a line of the record with a damping known to no better than 10 %, or a sine removed within the half-power band with a standard deviation of frequency above a tenth of that band"
+        }
+        _ => {
+            "weak: a standard deviation of frequency above a tenth of the half-power width, a damping interval that includes zero, or a half-power width below a line with a damping known to no better than 10 % or a coherence below 0.8"
+        }
+    }
+}
+
+/// Whether the 95 % interval of the damping includes zero, as of a sine or of noise; `None` without an uncertainty.
+pub fn damping_includes_zero(mode: &ModalParameters) -> Option<bool> {
+    Some(Z_95 * mode.damping_std()? >= mode.damping_ratio())
+}
+
+/// Why the damping of a mode does not show a resonance; `None` where it does, or has no uncertainty. `line_hz` is the distance of the lines.
+pub fn unresolved_damping(mode: &ModalParameters, line_hz: f64) -> Option<&'static str> {
+    let width = 2.0 * mode.pole.re.abs() / TAU;
+    if damping_includes_zero(mode)? {
+        return Some("the interval of its damping includes zero");
+    }
+    (width < line_hz && mode.damping_std()? > KNOWN_DAMPING * mode.damping_ratio()).then_some(
+        "its half-power width is below a line, and its damping is known to no better than 10 %",
+    )
+}
+
+/// Whether the standard deviation of the frequency exceeds a tenth of the half-power width.
+pub fn is_frequency_uncertain(mode: &ModalParameters) -> bool {
+    let width = 2.0 * mode.pole.re.abs() / TAU;
+    (mode.frequency_std_hz()).is_some_and(|std| std > MAX_CERTAIN_STD * width)
+}
 
 /// Why a mode is weak; `None` where it is not, or its method gives no uncertainty. `line_hz` is the distance of the lines.
 pub fn reason(mode: &IdentifiedMode, line_hz: f64, coherence: Option<f64>) -> Option<&'static str> {
-    let width = 2.0 * mode.mode.pole.re.abs() / TAU;
     // What the difference of two hits adds to an interval says little of the mode.
     let wider = mode.departure.map_or(1.0, |d| d.two_hit_factor);
-    let frequency = mode.mode.frequency_std_hz()? / wider;
-    let damping = mode.mode.damping_std()? / wider;
-    let ratio = mode.mode.damping_ratio();
-    if Z_95 * damping >= ratio {
-        return Some("the interval of its damping includes zero");
-    }
-    if width < line_hz && damping > KNOWN_DAMPING * ratio {
-        return Some(
-            "its half-power width is below a line, and its damping is known to no better than 10 %",
-        );
-    }
-    if width < line_hz && coherence.is_some_and(|c| c < NARROW_COHERENCE) {
-        return Some("its half-power width is below a line, and its coherence below 0.8");
-    }
-    (frequency > MAX_CERTAIN_STD * width)
-        .then_some("its frequency is uncertain by more than a tenth of its half-power width")
+    let mut own = mode.mode.clone();
+    own.pole_covariance = Some(own.pole_covariance?.map(|c| c / wider.powi(2)));
+    let is_narrow = 2.0 * own.pole.re.abs() / TAU < line_hz;
+    let is_incoherent = is_narrow && coherence.is_some_and(|c| c < NARROW_COHERENCE);
+    unresolved_damping(&own, line_hz)
+        .or_else(|| {
+            is_incoherent
+                .then_some("its half-power width is below a line, and its coherence below 0.8")
+        })
+        .or_else(|| {
+            is_frequency_uncertain(&own).then_some(
+                "its frequency is uncertain by more than a tenth of its half-power width",
+            )
+        })
 }
 
-/// Modes by rising frequency, and apart from them, unless they are joined, the weak ones; each of these with its reason. `coherence` is
-/// that at a frequency, Hz, where it is known.
+/// Modes by rising frequency, and apart from them, unless they are joined, the weak ones; each of these with its `reason`.
 pub fn split_weak(
     mut all: Vec<IdentifiedMode>,
-    line_hz: f64,
-    coherence: impl Fn(f64) -> Option<f64>,
+    reason: impl Fn(&IdentifiedMode) -> Option<&'static str>,
     is_joined: bool,
 ) -> (Vec<IdentifiedMode>, Vec<IdentifiedMode>) {
     for mode in &mut all {
-        mode.weak = reason(mode, line_hz, coherence(mode.frequency_hz()));
+        mode.weak = reason(mode);
     }
     all.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
     all.into_iter().partition(|m| is_joined || m.weak.is_none())
@@ -119,7 +147,6 @@ pub fn columns(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identify::modal_parameters::ModalParameters;
 
     fn mode(
         frequency_hz: f64,
@@ -157,6 +184,18 @@ mod tests {
         let of = |coherence| reason(&seen, 0.3125, Some(coherence));
         assert!(of(0.434).is_some_and(|r| r.contains("coherence")));
         assert_eq!(of(0.95), None);
+    }
+
+    /// 88.9 ± 3.4 Hz with a damping of 4.7 ± 8.0 % from responses alone is weak; 6.206 ± 0.065 Hz with 2.2 ± 1.7 % is not, though its
+    /// frequency is uncertain by more than a tenth of its half-power width.
+    #[test]
+    fn law_weak_modes_of_responses_alone() {
+        let of = |m: &IdentifiedMode| unresolved_damping(&m.mode, 1.0 / 60.0);
+        let phantom = mode(88.9, 0.047, 3.4 / Z_95, 0.08 / Z_95);
+        assert!(of(&phantom).is_some_and(|r| r.contains("zero")));
+        let real = mode(6.206, 0.022, 0.065 / Z_95, 0.017 / Z_95);
+        assert_eq!(of(&real), None);
+        assert!(is_frequency_uncertain(&real.mode));
     }
 
     /// Nine stable poles at 120 Hz, where no mode is reported, have a reason; those of a mode have none.

@@ -10,10 +10,12 @@ use super::torques::{mean_force, static_forces};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
+use crate::gear::cylindrical::warnings::Warning;
 use crate::gear::load::planet_phase::planet_phase;
 use crate::plan::decision::StageDecision;
+use crate::plan::gear_limits;
 use crate::scene::gear_mesh::GearMesh;
-use crate::scene::model::{BranchEnd, ContactParameters, Model, Name};
+use crate::scene::model::{BranchEnd, ContactParameters, GearPair, Model, Name};
 
 /// Decision and diagnostics of the stage.
 #[derive(Debug, Clone)]
@@ -22,8 +24,10 @@ pub struct MeshStage {
     pub decision: StageDecision,
     /// Some mesh names a gear file.
     pub is_named: bool,
-    /// Warnings on the ranges of stiffnesses.
+    /// Warnings of the pairs, and on the ranges of stiffnesses.
     pub diagnostics: Vec<Diagnostic>,
+    /// Curves of the meshes that carry.
+    curves: Vec<(MeshPlace, Arc<MeshCurves>)>,
 }
 
 /// Stiffness of a mesh by its face width before any is computed, Pa: that of steel teeth (ISO 6336-1).
@@ -36,7 +40,7 @@ const SAME_TORQUE: f64 = 1e-7;
 const MOST_ROUNDS: usize = 20;
 
 /// A mesh by the number of its pair or stage in the model.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 enum MeshPlace {
     Pair(usize),
     Sun(usize),
@@ -62,25 +66,45 @@ struct NamedMesh {
     seat: MeshSeat,
 }
 
-/// The model with what its gear files determine under its torques.
-///
-/// # Errors
-/// A mesh under no torque whose file states none; a load that the teeth cannot carry; those of the operating point.
-pub fn with_meshes(model: &Model) -> Result<(Cow<'_, Model>, MeshStage), Error> {
-    let named = named_meshes(model)?;
-    if named.is_empty() {
-        let stage = MeshStage {
-            decision: StageDecision::LeftOut("no mesh names a gear file".into()),
-            is_named: false,
-            diagnostics: Vec::new(),
-        };
-        return Ok((Cow::Borrowed(model), stage));
+impl MeshStage {
+    /// The meshes of a model under its torques.
+    ///
+    /// # Errors
+    /// A mesh under no torque whose file states none; a load that the teeth cannot carry; those of the operating point.
+    pub fn new(model: &Model) -> Result<MeshStage, Error> {
+        let named = named_meshes(model)?;
+        let bevels = bevel_rows(model);
+        match named.is_empty() {
+            false => solve(model, &named, bevels),
+            true => Ok(MeshStage {
+                decision: match bevels.is_empty() {
+                    true => StageDecision::LeftOut("no mesh names a gear file".into()),
+                    false => StageDecision::Runs(bevels.join("; ")),
+                },
+                is_named: !bevels.is_empty(),
+                diagnostics: Vec::new(),
+                curves: Vec::new(),
+            }),
+        }
     }
+
+    /// A model of these meshes, with their stiffnesses and flanks.
+    pub fn filled<'m>(&self, model: &'m Model) -> Cow<'m, Model> {
+        let mut model = Cow::Borrowed(model);
+        for (place, curves) in &self.curves {
+            fill(contact(model.to_mut(), *place), curves);
+        }
+        model
+    }
+}
+
+/// Each mesh at its torque, in turn with the forces until the torques stay.
+fn solve(model: &Model, named: &[NamedMesh], bevels: Vec<String>) -> Result<MeshStage, Error> {
     let mut filled = model.clone();
     if !model.loads.is_empty() {
-        for one in &named {
+        for one in named {
             let [first, second] = one.mesh.pair.members.map(|m| m.face_width);
-            contact(&mut filled, one).stiffness = Some(FIRST_STIFFNESS * first.min(second));
+            contact(&mut filled, one.place).stiffness = Some(FIRST_STIFFNESS * first.min(second));
         }
     }
     // Each mesh of one file, seat and torque is computed once.
@@ -88,7 +112,7 @@ pub fn with_meshes(model: &Model) -> Result<(Cow<'_, Model>, MeshStage), Error> 
     let mut carried: Vec<Option<usize>> = vec![None; named.len()];
     for _ in 0..MOST_ROUNDS {
         let mut settled = true;
-        for (at, torque) in torques(&filled, &named)?.into_iter().enumerate() {
+        for (at, torque) in torques(&filled, named)?.into_iter().enumerate() {
             let Some(torque) = torque else { continue };
             let known = computed.iter().position(|c| c.is_of(&named[at], torque));
             let number = match known {
@@ -101,12 +125,14 @@ pub fn with_meshes(model: &Model) -> Result<(Cow<'_, Model>, MeshStage), Error> 
             if carried[at] != Some(number) {
                 settled = false;
                 carried[at] = Some(number);
-                fill(contact(&mut filled, &named[at]), &computed[number].curves);
+                fill(
+                    contact(&mut filled, named[at].place),
+                    &computed[number].curves,
+                );
             }
         }
         if settled {
-            let stage = describe(&named, &carried, &computed);
-            return Ok((Cow::Owned(filled), stage));
+            return Ok(describe(named, &carried, &computed, bevels));
         }
     }
     let message = "the torques of the meshes do not settle with their stiffnesses";
@@ -121,7 +147,7 @@ struct ComputedMesh {
     seat: MeshSeat,
     /// N·m at the pinion, below zero on the coast flanks.
     torque: f64,
-    curves: MeshCurves,
+    curves: Arc<MeshCurves>,
 }
 
 impl ComputedMesh {
@@ -136,7 +162,7 @@ impl ComputedMesh {
             mesh,
             seat,
             torque,
-            curves,
+            curves: Arc::new(curves),
         })
     }
 
@@ -224,8 +250,8 @@ fn unloaded_error(one: &NamedMesh) -> Error {
 }
 
 /// The contact of a mesh in a model.
-fn contact<'m>(model: &'m mut Model, one: &NamedMesh) -> &'m mut ContactParameters {
-    match one.place {
+fn contact(model: &mut Model, place: MeshPlace) -> &mut ContactParameters {
+    match place {
         MeshPlace::Pair(at) => &mut model.gear_pairs[at].contact,
         MeshPlace::Sun(at) => &mut model.planetaries[at].sun_contact,
         MeshPlace::Ring(at) => &mut model.planetaries[at].ring_contact,
@@ -238,11 +264,31 @@ fn fill(contact: &mut ContactParameters, curves: &MeshCurves) {
     contact.flanks = Some(curves.flanks.clone());
 }
 
+/// Bevel pairs that name gear files; the model states their stiffness.
+fn bevel_rows(model: &Model) -> Vec<String> {
+    let row = |pair: &GearPair| {
+        let mesh = pair.bevel.as_ref()?;
+        Some(format!(
+            "{} by {}: directions at the reference contact, unloaded transmission error {} µm peak to peak{}; stiffness of the model",
+            pair.name.text,
+            mesh.source.path,
+            format_number(1e6 * mesh.peak_to_peak),
+            if mesh.is_coast {
+                " on coast flanks"
+            } else {
+                ""
+            },
+        ))
+    };
+    model.gear_pairs.iter().filter_map(row).collect()
+}
+
 /// Description of the stage, mesh by mesh.
 fn describe(
     named: &[NamedMesh],
     carried: &[Option<usize>],
     computed: &[ComputedMesh],
+    bevels: Vec<String>,
 ) -> MeshStage {
     let label = |one: &NamedMesh| match one.place {
         MeshPlace::Pair(_) => one.name.text.clone(),
@@ -263,7 +309,7 @@ fn describe(
             None => "no tooth pairs one by one, since there is no play".into(),
         };
         format!(
-            "{} by {file} at {} N·m of the pinion{}: k {} N/µm, transmission error {} µm peak to peak, {pairs}",
+            "{} by {file} at {} N·m of the pinion{}: along the normal of the teeth k {} N/µm, transmission error {} µm peak to peak, {pairs}",
             label(one),
             format_number(torque.abs()),
             if *torque < 0.0 {
@@ -275,16 +321,34 @@ fn describe(
             format_number(1e6 * curves.peak_to_peak),
         )
     };
-    let rows: Vec<String> = named.iter().zip(carried).map(row).collect();
+    let mut rows: Vec<String> = named.iter().zip(carried).map(row).collect();
+    let any_bevel = !bevels.is_empty();
+    rows.extend(bevels);
     let text = rows.join("; ");
-    let mut diagnostics = Vec::new();
-    for warning in computed.iter().flat_map(|c| &c.curves.warnings) {
-        if !diagnostics.contains(warning) {
-            diagnostics.push(warning.clone());
+    let of_pair = |one: &NamedMesh| {
+        let (pair, file) = (&one.mesh.pair, &one.mesh.source.path);
+        let warning = |w: &Warning| {
+            let found = gear_limits::diagnostic(w);
+            Diagnostic {
+                message: format!("{file}: {}", found.message),
+                ..found
+            }
+        };
+        pair.warnings().iter().map(warning).collect::<Vec<_>>()
+    };
+    let of_mesh = computed.iter().flat_map(|c| c.curves.warnings.clone());
+    let mut diagnostics: Vec<Diagnostic> = Vec::new();
+    for warning in named.iter().flat_map(of_pair).chain(of_mesh) {
+        if !diagnostics.contains(&warning) {
+            diagnostics.push(warning);
         }
     }
+    let curves = |(one, number): (&NamedMesh, &Option<usize>)| {
+        Some((one.place, computed[(*number)?].curves.clone()))
+    };
     MeshStage {
-        decision: match computed.is_empty() {
+        curves: named.iter().zip(carried).filter_map(curves).collect(),
+        decision: match computed.is_empty() && !any_bevel {
             true => StageDecision::LeftOut(text),
             false => StageDecision::Runs(text),
         },

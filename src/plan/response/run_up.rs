@@ -8,7 +8,7 @@ use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
 use crate::modes::excitation_orders::reference_dof;
-use crate::numeric::Complex;
+use crate::numeric::{Complex, parallel};
 use crate::plan::prepared_machine::PreparedMachine;
 use crate::plan::stages::StageDecision;
 use crate::response::excitation::{OrderExcitation, UNIT_AMPLITUDE, excitations};
@@ -58,7 +58,7 @@ pub struct CriticalSpeed {
     pub excitation: usize,
     /// The first output there; absent where nothing damps the machine, it is infinite, and where the excitation has no size.
     pub amplitude: Option<f64>,
-    /// The element with the largest share of the strain energy, and the share: the branch in danger.
+    /// The element with the largest share of the strain energy, and the share.
     pub highest_strain_energy: Option<(usize, f64)>,
 }
 
@@ -288,16 +288,25 @@ pub fn run(prepared_machine: &PreparedMachine, study: &RunUpStudy) -> Result<Run
     let column = |e| has_size(e).then(|| vec![0.0; ready.speeds.len()]);
     let empty: Vec<Option<Vec<f64>>> = ready.excitations.iter().map(column).collect();
     let mut amplitudes = vec![empty; ports.outputs.len()];
-    for (at, &speed) in ready.speeds.iter().enumerate() {
-        for (number, e) in ready.excitations.iter().enumerate() {
-            if !has_size(e) {
-                continue;
-            }
+    // Amplitudes of every output by every excitation that has a size, in their order.
+    let at_speed = |&speed: &f64| -> Result<Vec<Vec<f64>>, Error> {
+        let sized = (ready.excitations.iter().zip(&weights)).filter(|(e, _)| has_size(e));
+        let amplitudes = sized.map(|(e, own)| {
             let h = solver.response_at((e.order * speed).abs())?;
-            for (o, table) in amplitudes.iter_mut().enumerate() {
-                if let Some(column) = &mut table[number] {
-                    column[at] = summed_amplitude(|i| h[(o, i)], &weights[number]);
-                }
+            let outputs = 0..ports.outputs.len();
+            Ok(outputs
+                .map(|o| summed_amplitude(|i| h[(o, i)], own))
+                .collect())
+        });
+        amplitudes.collect()
+    };
+    for (at, found) in parallel::try_map(&ready.speeds, at_speed)?
+        .iter()
+        .enumerate()
+    {
+        for (o, table) in amplitudes.iter_mut().enumerate() {
+            for (column, own) in table.iter_mut().flatten().zip(found) {
+                column[at] = own[o];
             }
         }
     }

@@ -236,7 +236,7 @@ pub enum StampError {
 }
 
 /// Reads the stamps of one column, in the order of the rows.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct StampParser {
     format: StampFormat,
     /// Seconds of one unit, for numbers.
@@ -307,6 +307,17 @@ impl StampParser {
             Some(FirstStamp::Clock(Some(Date::Ambiguous(..)), _))
         );
         either && self.day_first.is_none()
+    }
+
+    /// The first stamp is known, and none depends on any other between: rows may be read in any order.
+    pub fn is_independent(&self) -> bool {
+        self.format == StampFormat::Decimal && self.first.is_some()
+    }
+
+    /// Takes in what a copy of this parser has read of other rows.
+    pub fn merge(&mut self, other: &StampParser) {
+        self.finest = self.finest.min(other.finest);
+        self.digits = self.digits.max(other.digits);
     }
 
     /// Seconds since the first stamp; `None` for a blank.

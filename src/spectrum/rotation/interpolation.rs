@@ -36,7 +36,37 @@ impl Default for SincInterpolator {
     }
 }
 
+/// Weights of neighbouring samples for one position between them.
+#[derive(Debug, Clone)]
+pub struct InterpolationWeights {
+    /// The first sample, counted from that at or below the position.
+    pub first: i64,
+    /// Their sum is 1.
+    pub weights: Vec<f64>,
+}
+
 impl SincInterpolator {
+    /// Weights at a position of `part` samples, 0 to 1, behind a sample, where the kernel lies within the signal.
+    pub fn weights_at(&self, part: f64) -> InterpolationWeights {
+        let reach = HALF_KERNEL as f64;
+        let first = (part - reach).ceil() as i64;
+        let last = (part + reach).floor() as i64;
+        let weight = |j: i64| self.weight((part - j as f64).abs() * TABLE_STEPS as f64);
+        let weights: Vec<f64> = (first..=last).map(weight).collect();
+        let sum: f64 = weights.iter().sum();
+        InterpolationWeights {
+            first,
+            weights: weights.into_iter().map(|w| w / sum).collect(),
+        }
+    }
+
+    /// The kernel so many steps of the table from its middle.
+    fn weight(&self, u: f64) -> f64 {
+        let i = u as usize;
+        let (a, b) = (self.table[i], self.table[i + 1]);
+        a + (b - a) * (u - i as f64)
+    }
+
     /// The value at a position in samples. Where the kernel reaches beyond the slice, what is left of it is weighed alone.
     pub fn value_at(&self, samples: &[f64], position: f64, segment: f64) -> f64 {
         let reach = HALF_KERNEL as f64 * segment;
@@ -45,10 +75,7 @@ impl SincInterpolator {
         let scale = TABLE_STEPS as f64 / segment;
         let (mut sum, mut weights) = (0.0, 0.0);
         for (j, x) in samples.iter().enumerate().take(to).skip(from) {
-            let u = (position - j as f64).abs() * scale;
-            let i = u as usize;
-            let (a, b) = (self.table[i], self.table[i + 1]);
-            let w = a + (b - a) * (u - i as f64);
+            let w = self.weight((position - j as f64).abs() * scale);
             sum += w * x;
             weights += w;
         }

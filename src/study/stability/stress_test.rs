@@ -1,8 +1,9 @@
 //! Stress test: the scene rerun with extreme parameters, checked by its energy balance.
 
 use std::ops::ControlFlow;
+use std::sync::{Mutex, PoisonError};
 
-use super::perturbations::{CASES, PerturbedScene, no_effect_reason};
+use super::perturbations::{CASES, Perturbation, PerturbedScene, no_effect_reason};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::quantity::format_time;
@@ -11,6 +12,7 @@ use crate::motion::energy_balance::{BalanceLimit, EnergyBalance, EnergyIntegrato
 use crate::motion::methods::{IntegrationMethod, METHODS, StepControl};
 use crate::motion::problem::{IntegrationOptions, StepSize};
 use crate::motion::progress::rounded;
+use crate::numeric::parallel;
 use crate::plan::motion::method_choice::{DEFAULT_TOLERANCE, choose_method, find_methods};
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::scene::study::SimulateStudy;
@@ -142,35 +144,29 @@ pub fn stress_test(
     let tolerance = study.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     let step = study.step.unwrap_or(scene.end_time / STEPS);
     let as_it_is = PerturbedScene::new(scene, tolerance, step);
-    let mut all = Vec::new();
-    for (name, change) in CASES
+    let changes = CASES
         .iter()
-        .filter(|c| no_effect_reason(c.0, scene).is_none())
-    {
-        for &method in &methods.every {
-            if !monitor.proceed(&format!("{name}: {}", method.name)) {
-                return all;
-            }
-            let mut extreme = as_it_is.clone();
-            change(&mut extreme);
-            let case = run_case(name, method, (&extreme, scene.samples), monitor.cancel);
-            all.extend(case);
-        }
-    }
+        .filter(|c| no_effect_reason(c.0, scene).is_none());
     // A step far too large is for those that take what they are given.
-    let (name, share) = COARSE_STEP;
-    for &method in &methods.fixed_step {
-        if !monitor.proceed(&format!("{name}: {}", method.name)) {
-            return all;
+    let coarse: (_, Perturbation) = (COARSE_STEP.0, |x| x.step = COARSE_STEP.1 * x.end_time);
+    let every = changes.flat_map(|change| methods.every.iter().map(move |m| (change, *m)));
+    let stepped = methods.fixed_step.iter().map(|m| (&coarse, *m));
+    let cases: Vec<_> = every.chain(stepped).collect();
+    let cancel = monitor.cancel;
+    let monitor = Mutex::new(monitor);
+    let finished = parallel::map(&cases, |&(&(name, change), method)| {
+        let proceeds = monitor
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .proceed(&format!("{name}: {}", method.name));
+        if !proceeds {
+            return None;
         }
-        let large = PerturbedScene {
-            step: share * scene.end_time,
-            ..as_it_is.clone()
-        };
-        let case = run_case(name, method, (&large, scene.samples), monitor.cancel);
-        all.extend(case);
-    }
-    all
+        let mut extreme = as_it_is.clone();
+        change(&mut extreme);
+        run_case(name, method, (&extreme, scene.samples), cancel)
+    });
+    finished.into_iter().flatten().collect()
 }
 
 /// One case by one method, with so many samples; nothing where it was ended.

@@ -54,6 +54,7 @@ const CHANGED: &[(&str, &str, &str)] = &[
     ("backlash = \"80 µm\"", "k_wave = { kind = \"rectangular\", high = 0.0, low = 1.0, share = 0.5 }", "[out-of-range] | m.toml:22: | `high` lets the wave go down to zero | above zero"),
     ("backlash = \"80 µm\"", "k_wave = { kind = \"table\", values = [0, 0] }", "[out-of-range] | m.toml:22: | `values` lets the wave go down to zero | above zero"),
     ("backlash = \"80 µm\"", "k_wave = { kind = \"fourier\", amplitudes = [0.5, 0.5] }", "[out-of-range] | m.toml:22: | `amplitudes` lets the wave go down to zero | below the mean"),
+    ("name = \"wheel\"\nJ", "name = \"wh\\neel\"\nJ", "[out-of-range] | m.toml:9: | a name cannot contain | a line end"),
     ("title", "tilte", "[unknown-key] | m.toml:1: | `tilte` | `title`"),
     ("\"pinion\", \"wheel\"", "\"pinoin\", \"wheel\"", "[unknown-node] | m.toml:18: | no node `pinoin` | did you mean `pinion`?"),
     ("\"pinion\", \"wheel\"", "\"motor_shaft\", \"wheel\"", "[unknown-node] | m.toml:18: | no node `motor_shaft` | not a body"),

@@ -14,10 +14,13 @@ use crate::gear::cylindrical::pair::profile_shift_sum;
 pub struct Candidate {
     /// Standard size.
     pub size: ToothSize,
-    /// The gear, with the profile shift x under the assumed thickness deviation.
+    /// The gear, with the profile shift coefficient x where it is known, else with x_E.
     pub gear: InvoluteGear,
     /// Generating profile shift coefficient x_E, and its standard uncertainty.
     pub generating_shift: Reading,
+    /// Deviation E_sn of the normal thickness, m: as stated, else that with which the tip diameter comes nearest to a usual addendum;
+    /// `None` where neither is given.
+    pub thickness_deviation: Option<f64>,
     /// Addendum coefficient h_aP + k of the tip diameter, and the usual coefficient nearest to it.
     pub addendum: Option<[f64; 2]>,
     /// Dedendum coefficient h_fP of the root diameter, and the usual coefficient nearest to it.
@@ -28,6 +31,8 @@ pub struct Candidate {
     pub backlash: Option<f64>,
     /// Sum of the squares of the deviations of all readings in their standard uncertainties.
     pub misfit: f64,
+    /// Largest deviation of a reading in its standard uncertainty.
+    pub largest_deviation: f64,
 }
 
 impl Candidate {
@@ -35,17 +40,22 @@ impl Candidate {
     pub fn clearance(&self) -> Option<f64> {
         Some(self.dedendum?[1] - self.addendum?[1])
     }
+
+    /// Profile shift coefficient x; `None` where the thickness deviation is not known.
+    pub fn profile_shift(&self) -> Option<f64> {
+        self.thickness_deviation.map(|_| self.gear.profile_shift)
+    }
 }
 
 /// A gear of given size fitted to the spans.
 struct FlankFit {
-    /// With the shift x under the assumed thickness deviation.
+    /// With the shift x_E.
     gear: InvoluteGear,
     /// x_E.
     shift: Reading,
     /// Deviations of the spans, in standard uncertainties.
     deviations: Vec<f64>,
-    /// Addendum and dedendum coefficients of the diameters.
+    /// Coefficients of the diameters as heights over the profile shifted by x_E: h_aP + x − x_E and h_fP.
     heights: [Option<f64>; 2],
 }
 
@@ -54,37 +64,45 @@ impl GearReadings {
     pub(super) fn fit(&self, size: ToothSize, pressure_angle: f64) -> Option<(f64, Candidate)> {
         let module = size.module();
         let fit = self.fit_flank(module, pressure_angle, 0.0)?;
-        let (gear, mut deviations) = (fit.gear, fit.deviations);
+        let (mut gear, mut deviations) = (fit.gear, fit.deviations);
         let (mate_shift, backlash) = self.fit_mate(&gear, fit.shift, &mut deviations);
-        let widest = deviations
-            .iter()
-            .fold(0.0, |most: f64, d| most.max(d.abs()));
+        let widest = largest(&deviations);
         // What the uncertainty of the helix angle makes of the coefficients.
         let turned = match self.tip_helix {
             Some(helix) => self.fit_flank(module, pressure_angle, helix.std)?.heights,
             None => fit.heights,
         };
+        // x_E − x at the limits of the thickness deviation: only the tip is turned with x, the root is cut with x_E.
+        let per_shift = 2.0 * module * pressure_angle.tan();
+        let allowances = self.thickness_deviations(module).map(|e| e / per_shift);
         let diameters = [self.tip_diameter, self.root_diameter];
         let usual = [ADDENDA, DEDENDA];
+        let unknown = [allowances, [0.0; 2]];
         let [addendum, dedendum] = [0, 1].map(|i| {
             let (reading, height) = (diameters[i]?, fit.heights[i]?);
-            let nearest = nearest(usual[i], height);
+            let [value, nearest] = nearest(usual[i], unknown[i].map(|shift| height + shift));
             let of_helix = height - turned[i]?;
             let std = (reading.std / (2.0 * module))
                 .hypot(fit.shift.std)
                 .hypot(of_helix);
-            deviations.push((height - nearest) / std);
-            Some([height, nearest])
+            deviations.push((value - nearest) / std);
+            Some([value, nearest])
         });
+        let of_tip = addendum.zip(fit.heights[0]);
+        let of_tip = of_tip.map(|([value, _], height)| per_shift * (value - height));
+        let thickness_deviation = self.thickness_deviation.or(of_tip);
+        gear.profile_shift -= thickness_deviation.unwrap_or(0.0) / per_shift;
         let candidate = Candidate {
             size,
             gear,
             generating_shift: fit.shift,
+            thickness_deviation,
             addendum,
             dedendum,
             mate_shift,
             backlash,
             misfit: deviations.iter().map(|d| d * d).sum(),
+            largest_deviation: largest(&deviations),
         };
         (widest.is_finite() && candidate.misfit.is_finite()).then_some((widest, candidate))
     }
@@ -101,8 +119,6 @@ impl GearReadings {
             internal: self.internal,
         };
         let (shift, deviations) = fit_shift(&plain, &self.spans);
-        let profile_shift =
-            shift.value - self.thickness_deviation / (2.0 * module * pressure_angle.tan());
         // Heights outward and inward from the reference circle, in modules.
         let outward = if self.internal { -1.0 } else { 1.0 };
         let height = |reading: Reading| {
@@ -110,13 +126,13 @@ impl GearReadings {
         };
         helix.is_finite().then_some(FlankFit {
             gear: InvoluteGear {
-                profile_shift,
+                profile_shift: shift.value,
                 ..plain
             },
             shift,
             deviations,
             heights: [
-                self.tip_diameter.map(|tip| height(tip) - profile_shift),
+                self.tip_diameter.map(|tip| height(tip) - shift.value),
                 self.root_diameter.map(|root| shift.value - height(root)),
             ],
         })
@@ -169,6 +185,12 @@ impl GearReadings {
         });
         (Some(shift.value), backlash)
     }
+}
+
+/// The largest deviation without its sign.
+fn largest(deviations: &[f64]) -> f64 {
+    let larger = |most: f64, deviation: &f64| most.max(deviation.abs());
+    deviations.iter().fold(0.0, larger)
 }
 
 /// x_E of a gear of known size from spans by least squares, and their deviations in standard uncertainties.

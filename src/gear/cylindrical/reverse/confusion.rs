@@ -5,6 +5,8 @@ use std::f64::consts::PI;
 use super::candidate::Candidate;
 use super::readings::GearReadings;
 use super::standard_sizes::{ADDENDA, DEDENDA};
+use crate::gear::cylindrical::basic_rack::BasicRack;
+use crate::gear::cylindrical::member::Member;
 
 /// Two candidates that the readings do not separate, and what would.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,12 +26,14 @@ pub enum Remedy {
     TipDiameter(f64),
     /// Root diameter, likewise.
     RootDiameter(f64),
-    /// Spans over `teeth` more teeth than each other, whose difference the candidates see `difference` apart, m.
+    /// Spans over the fewest and the most teeth that the flanks allow, whose difference the candidates see `difference` apart, m.
     Spans {
-        /// Teeth between the two spans.
-        teeth: u32,
+        /// Teeth, of internal gears spaces, spanned.
+        teeth: [u32; 2],
         /// Difference, m.
         difference: f64,
+        /// Largest standard uncertainty of a span with which they are separated, m.
+        std: f64,
     },
 }
 
@@ -38,6 +42,9 @@ const SEPARATED: f64 = 9.0;
 
 /// Standard uncertainty of a diameter that was not read, m: a caliper's.
 const DIAMETER_STD: f64 = 20e-6;
+
+/// Smallest standard uncertainty of a span that a reading can be expected to have, m: a disc micrometer's.
+const FINEST_SPAN_STD: f64 = 1e-6;
 
 impl GearReadings {
     /// Pairs of the best candidate with others, and readings that would part them.
@@ -61,22 +68,21 @@ impl GearReadings {
         let base_pitch_difference = (base_pitch(best) - base_pitch(other)).abs();
         let mut remedies = Vec::new();
         let outward = if self.internal { -1.0 } else { 1.0 };
-        let diameters = |c: &Candidate, coefficients: &[f64], sign: f64, shift: f64| -> Vec<f64> {
-            let height = |h: &f64| sign * outward * 2.0 * c.gear.module * (h + sign * shift);
-            coefficients
-                .iter()
-                .map(|h| c.gear.reference_diameter() + height(h))
-                .collect()
+        // Limits of a diameter of height h·m over the profile shifted by the limits of a coefficient.
+        let diameters = |c: &Candidate, coefficients: &[f64], sign: f64, shifts: [f64; 2]| {
+            let height = |h: f64, shift| sign * outward * 2.0 * c.gear.module * (h + sign * shift);
+            let at = |h: f64| shifts.map(|shift| c.gear.reference_diameter() + height(h, shift));
+            coefficients.iter().map(|h| at(*h)).collect::<Vec<_>>()
         };
-        let apart = |here: Vec<f64>, there: Vec<f64>| {
+        let apart = |here: Vec<[f64; 2]>, there: Vec<[f64; 2]>| {
             let all = here
                 .iter()
-                .flat_map(|a| there.iter().map(move |b| (a - b).abs()));
+                .flat_map(|a| there.iter().map(move |b| interval_gap(*a, *b)));
             all.fold(f64::INFINITY, f64::min)
         };
         if self.tip_diameter.is_none() {
             let [here, there] =
-                [best, other].map(|c| diameters(c, ADDENDA, 1.0, c.gear.profile_shift));
+                [best, other].map(|c| diameters(c, ADDENDA, 1.0, self.profile_shifts(c)));
             remedies.push((
                 apart(here, there) / DIAMETER_STD,
                 Remedy::TipDiameter as fn(f64) -> Remedy,
@@ -84,7 +90,7 @@ impl GearReadings {
         }
         if self.root_diameter.is_none() {
             let [here, there] =
-                [best, other].map(|c| diameters(c, DEDENDA, -1.0, c.generating_shift.value));
+                [best, other].map(|c| diameters(c, DEDENDA, -1.0, [c.generating_shift.value; 2]));
             remedies.push((
                 apart(here, there) / DIAMETER_STD,
                 Remedy::RootDiameter as fn(f64) -> Remedy,
@@ -96,16 +102,15 @@ impl GearReadings {
             .into_iter()
             .map(|(strength, remedy)| remedy(strength * DIAMETER_STD))
             .collect();
-        // Spans reach from the first space to flanks a third of the teeth away.
-        let teeth = (self.teeth / 3).max(1);
-        let difference = f64::from(teeth) * base_pitch_difference;
-        let std = self
-            .spans
-            .iter()
-            .map(|span| span.size.std)
-            .fold(0.0, f64::max);
-        if difference > SEPARATED.sqrt() * std * std::f64::consts::SQRT_2 {
-            remedies.push(Remedy::Spans { teeth, difference });
+        let teeth = self.span_limits(best);
+        let difference = f64::from(teeth[1] - teeth[0]) * base_pitch_difference;
+        let std = difference / (SEPARATED.sqrt() * std::f64::consts::SQRT_2);
+        if std >= FINEST_SPAN_STD {
+            remedies.push(Remedy::Spans {
+                teeth,
+                difference,
+                std,
+            });
         }
         Confusion {
             candidates,
@@ -113,4 +118,30 @@ impl GearReadings {
             remedies,
         }
     }
+
+    /// Least and greatest profile shift coefficient x of a candidate.
+    fn profile_shifts(&self, candidate: &Candidate) -> [f64; 2] {
+        let gear = &candidate.gear;
+        let per_shift = 2.0 * gear.module * gear.pressure_angle.tan();
+        let [thinnest, thickest] = self.thickness_deviations(gear.module);
+        [thickest, thinnest].map(|e| candidate.generating_shift.value - e / per_shift)
+    }
+
+    /// Fewest and most teeth over which anvils touch the flanks of a candidate.
+    fn span_limits(&self, candidate: &Candidate) -> [u32; 2] {
+        let mut member = Member::new(candidate.gear, BasicRack::PROFILE_A, candidate.gear.module);
+        member.tip_diameter = self.tip_diameter.map(|tip| tip.value);
+        let touches = |k: &u32| member.span(*k).is_some();
+        let usual = candidate.gear.default_span_teeth();
+        let fewest = (1..usual).rev().take_while(touches).last();
+        let most = (usual + 1..=self.teeth).take_while(touches).last();
+        [fewest.unwrap_or(usual), most.unwrap_or(usual)]
+    }
+}
+
+/// Distance of two intervals, whose limits come in either order; 0 where they overlap.
+fn interval_gap(one: [f64; 2], other: [f64; 2]) -> f64 {
+    let [[low1, high1], [low2, high2]] =
+        [one, other].map(|[a, b]| [f64::min(a, b), f64::max(a, b)]);
+    (low1 - high2).max(low2 - high1).max(0.0)
 }

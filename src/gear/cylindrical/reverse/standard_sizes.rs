@@ -54,9 +54,11 @@ pub(super) const ADDENDA: &[f64] = &[0.8, 1.0];
 /// Usual dedendum coefficients: stub, 14.5° full depth, full, for shaving or grinding.
 pub(super) const DEDENDA: &[f64] = &[1.0, 1.1, 1.157, 1.167, 1.2, 1.25, 1.3, 1.35, 1.4];
 
-/// The value of a list nearest to `x`.
-pub(super) fn nearest(list: &[f64], x: f64) -> f64 {
-    let distance = |a: &f64| (a - x).abs();
+/// The value of an interval that comes nearest to one of a rising list, and that one; of several inside, the last.
+pub(super) fn nearest(list: &[f64], [least, greatest]: [f64; 2]) -> [f64; 2] {
+    let inside = |usual: f64| usual.max(least).min(greatest);
+    let distance = |usual: &&f64| (inside(**usual) - **usual).abs();
     let by_distance = |a: &&f64, b: &&f64| distance(a).total_cmp(&distance(b));
-    list.iter().min_by(by_distance).copied().unwrap_or(x)
+    let usual = list.iter().rev().min_by(by_distance);
+    usual.map_or([least; 2], |usual| [inside(*usual), *usual])
 }

@@ -4,6 +4,8 @@ mod faults;
 
 mod unparsed_line;
 
+mod plain_rows;
+
 use std::io::Read;
 
 use faults::{HINT_CELLS, RowError};
@@ -134,14 +136,16 @@ impl<'p> RowReader<'p> {
         }
         let mut block = head.to_vec();
         let mut filled = block.len();
+        let mut step = BLOCK;
         loop {
-            if block.len() < filled + BLOCK {
-                block.resize(filled + BLOCK, 0);
+            if block.len() < filled + step {
+                block.resize(filled + step, 0);
             }
             let n = read_full(rest, &mut block[filled..]).map_err(|e| read_error(self.path, &e))?;
             let ended = n < block.len() - filled;
             filled += n;
-            let used = self.lines(&block[..filled], ended)?;
+            let used = self.lines_in_parallel(&block[..filled], ended)?;
+            step = plain_rows::block_len();
             if ended {
                 return self.finish();
             }

@@ -46,7 +46,7 @@ pub struct ColumnSink {
 }
 
 /// Roles and destinations of the columns.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct ColumnPlan {
     /// By column.
     pub roles: Vec<ColumnRole>,

@@ -65,17 +65,21 @@ pub fn code(kind: WarningKind) -> &'static str {
 fn hint(nearest: NearestValue) -> String {
     match nearest {
         NearestValue::ProfileShift { member, value } => {
-            format!("{}.profile_shift = {value:.4} avoids it", MEMBERS[member])
+            format!(
+                "{}.profile_shift = {} avoids it",
+                MEMBERS[member],
+                value.text(4)
+            )
         }
         NearestValue::TipDiameter { member, value } => format!(
-            "{}.tip_diameter = \"{:.4} mm\" avoids it",
+            "{}.tip_diameter = \"{} mm\" avoids it",
             MEMBERS[member],
-            1e3 * value
+            value.scaled(1e3).text(4)
         ),
         NearestValue::TipDiameters([first, second]) => format!(
-            "tip diameters of {:.4} mm (pinion) and {:.4} mm (gear) avoid it",
-            1e3 * first,
-            1e3 * second
+            "tip diameters of {} mm (pinion) and {} mm (gear) avoid it",
+            first.scaled(1e3).text(4),
+            second.scaled(1e3).text(4)
         ),
     }
 }

@@ -1,0 +1,370 @@
+//! Blanks of bevel and hypoid pairs: pitch cones by methods 0 and 1 of ISO 23509:2016, depths, root and face cones, face widths, thicknesses.
+//!
+//! Numbers in brackets are formulas of ISO 23509:2016; Clause 6 gives the pitch cones, Clause 7 the rest. Method 1 is solved to rounding:
+//! the standard stops at 1 % of the limit radius of curvature.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use super::blank::{Blank, EndCone};
+use crate::gear::kernel::root::sign_change;
+
+/// Inputs of a pair of blanks; angles in rad, lengths in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BlankDesign {
+    /// Pitch cones.
+    pub method: PitchCones,
+    /// Tooth numbers of pinion and wheel.
+    pub teeth: [u32; 2],
+    /// Shaft angle Σ.
+    pub shaft_angle: f64,
+    /// Outer pitch diameter of the wheel d_e2.
+    pub outer_pitch_diameter: f64,
+    /// Face width of the wheel b₂.
+    pub face_width: f64,
+    /// Cutter radius r_c0.
+    pub cutter_radius: f64,
+    /// Design pressure angles α_dD, α_dC of the drive and the coast flank.
+    pub pressure_angles: [f64; 2],
+    /// Influence of the limit pressure angle f_αlim.
+    pub limit_influence: f64,
+    /// Mean addendum factor of the wheel c_ham.
+    pub addendum_factor: f64,
+    /// Depth factor k_d.
+    pub depth_factor: f64,
+    /// Clearance factor k_c.
+    pub clearance_factor: f64,
+    /// Circular thickness factor k_t.
+    pub thickness_factor: f64,
+    /// Outer normal backlash j_en.
+    pub backlash: f64,
+    /// Addendum and dedendum angle of the wheel θ_a2, θ_f2.
+    pub depth_angles: [f64; 2],
+}
+
+/// Methods for the pitch cones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PitchCones {
+    /// Method 0: no offset, the spiral angle β_m of both gears.
+    Bevel {
+        /// β_m, rad.
+        spiral_angle: f64,
+    },
+    /// Method 1: the offset a and the wanted spiral angle β_Δ1 of the pinion; the limit radius of curvature is the cutter radius.
+    Hypoid {
+        /// a, m.
+        offset: f64,
+        /// β_Δ1, rad.
+        pinion_spiral_angle: f64,
+    },
+}
+
+/// Blanks of a pair with what Clause 7 gives at the mean point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BlankPair {
+    /// Blanks of pinion and wheel.
+    pub blanks: [Blank; 2],
+    /// Mean spiral angles β_m, rad.
+    pub spiral_angles: [f64; 2],
+    /// Mean normal module m_mn, m.
+    pub normal_module: f64,
+    /// Limit pressure angle α_lim, rad.
+    pub limit_pressure_angle: f64,
+    /// Generated normal pressure angles α_nD, α_nC, rad.
+    pub pressure_angles: [f64; 2],
+    /// Offset angles in the axial plane ζ_m and in the pitch plane ζ_mp, rad.
+    pub offset_angles: [f64; 2],
+    /// Mean addenda h_am, m.
+    pub addenda: [f64; 2],
+    /// Mean dedenda h_fm, m.
+    pub dedenda: [f64; 2],
+    /// Clearance c, m.
+    pub clearance: f64,
+    /// Spiral angles of the wheel at heel and toe β_e2, β_i2, rad.
+    pub end_spiral_angles: [f64; 2],
+    /// Mean normal thicknesses s_mn with backlash, m.
+    pub thicknesses: [f64; 2],
+}
+
+/// Pitch cones at the calculation point.
+#[derive(Debug, Clone, Copy)]
+struct Cones {
+    angles: [f64; 2],
+    distances: [f64; 2],
+    spirals: [f64; 2],
+    /// Share of the wheel's face outside the calculation point, c_be2.
+    outer_share: f64,
+}
+
+/// Widest search for the wheel's offset angle about its estimate, rad.
+const WIDEST: f64 = 0.3;
+/// Steps in which the search is widened.
+const WIDENINGS: i32 = 60;
+
+impl BlankDesign {
+    /// The blanks; none where no pitch cones exist.
+    pub fn blanks(&self) -> Option<BlankPair> {
+        let (cones, offset) = match self.method {
+            PitchCones::Bevel { spiral_angle } => (self.bevel_cones(spiral_angle), 0.0),
+            PitchCones::Hypoid {
+                offset,
+                pinion_spiral_angle,
+            } => (self.hypoid_cones(offset, pinion_spiral_angle)?, offset),
+        };
+        let found = self.dimensions(&cones, offset);
+        let sane = found.blanks.iter().all(|b| b.section().is_some());
+        let finite = found.thicknesses.iter().all(|s| s.is_finite() && *s > 0.0);
+        (sane && finite).then_some(found)
+    }
+
+    fn ratio(&self) -> f64 {
+        f64::from(self.teeth[1]) / f64::from(self.teeth[0])
+    }
+
+    /// Method 0 (1)–(7).
+    fn bevel_cones(&self, spiral_angle: f64) -> Cones {
+        let (sin, cos) = self.shaft_angle.sin_cos();
+        let first = sin.atan2(cos + self.ratio());
+        let second = self.shaft_angle - first;
+        let outer = self.outer_pitch_diameter / (2.0 * second.sin());
+        let mean = outer - 0.5 * self.face_width;
+        Cones {
+            angles: [first, second],
+            distances: [mean; 2],
+            spirals: [spiral_angle; 2],
+            outer_share: 0.5,
+        }
+    }
+
+    /// Method 1 (8)–(41): the wheel's offset angle η at which the limit radius of curvature is the cutter radius.
+    fn hypoid_cones(&self, offset: f64, wanted: f64) -> Option<Cones> {
+        let u = self.ratio();
+        let departure = self.shaft_angle - FRAC_PI_2;
+        let (sin_d, cos_d) = departure.sin_cos();
+        let wheel = (u * cos_d / (1.2 * (1.0 - u * sin_d))).atan();
+        let radius_2 = 0.5 * (self.outer_pitch_diameter - self.face_width * wheel.sin());
+        let estimate = (offset * wheel.sin() / radius_2).asin();
+        let k1 = wanted.tan() * estimate.sin() + estimate.cos();
+        let radius_1 = radius_2 * k1 / u;
+        let start = (offset / (radius_2 * (wheel.tan() * cos_d - sin_d) + radius_1)).atan();
+        let at = |eta: f64| self.hypoid_at(eta, [offset, wanted, radius_2, k1, radius_1]);
+        // 1/ρ_lim passes through zero where ρ_lim leaves the range of numbers.
+        let off = |eta: f64| Some(at(eta).1 - 1.0 / self.cutter_radius);
+        let step = WIDEST / f64::from(WIDENINGS);
+        let bracket = (0..WIDENINGS).find_map(|i| {
+            let near = f64::from(i) * step;
+            let ends = [[start + near, start + near + step], [start - near - step, start - near]];
+            ends.into_iter().find(|[a, b]| {
+                matches!((off(*a), off(*b)), (Some(x), Some(y)) if (x < 0.0) != (y < 0.0) && (x * y).is_finite())
+            })
+        })?;
+        let eta = sign_change(bracket, off)?;
+        let (cones, _) = at(eta);
+        let outer = self.outer_pitch_diameter / (2.0 * cones.angles[1].sin());
+        Some(Cones {
+            outer_share: (outer - cones.distances[1]) / self.face_width,
+            ..cones
+        })
+    }
+
+    /// The cones at an offset angle η of the wheel, and 1/ρ_lim (17)–(33).
+    fn hypoid_at(
+        &self,
+        eta: f64,
+        [offset, wanted, radius_2, k1, radius_1]: [f64; 5],
+    ) -> (Cones, f64) {
+        let departure = self.shaft_angle - FRAC_PI_2;
+        let (tan_d, cos_d) = (departure.tan(), departure.cos());
+        let pinion_angle = |eps: f64| (eta.sin() / (eps.tan() * cos_d) + tan_d * eta.cos()).atan();
+        let in_pitch_plane = |eps: f64, delta: f64| (eps.sin() * cos_d / delta.cos()).asin();
+        let eps_2 = ((offset - radius_1 * eta.sin()) / radius_2).asin();
+        let plane_2 = in_pitch_plane(eps_2, pinion_angle(eps_2));
+        let spiral = ((k1 - plane_2.cos()) / plane_2.sin()).atan();
+        let more_k = plane_2.sin() * (wanted.tan() - spiral.tan());
+        let more_radius = radius_2 * more_k / self.ratio();
+        let eps_1 = (eps_2.sin() - more_radius / radius_2 * eta.sin()).asin();
+        let delta_1 = pinion_angle(eps_1);
+        let plane_1 = in_pitch_plane(eps_1, delta_1);
+        let beta_1 = ((k1 + more_k - plane_1.cos()) / plane_1.sin()).atan();
+        let beta_2 = beta_1 - plane_1;
+        let delta_2 = (eps_1.sin() / (eta.tan() * cos_d) + eps_1.cos() * tan_d).atan();
+        let distances = [
+            (radius_1 + more_radius) / delta_1.sin(),
+            radius_2 / delta_2.sin(),
+        ];
+        let cones = Cones {
+            angles: [delta_1, delta_2],
+            distances,
+            spirals: [beta_1, beta_2],
+            outer_share: f64::NAN,
+        };
+        let limit = limit_pressure_angle(&cones, plane_1);
+        let [r1, r2] = distances;
+        let [t1, t2] = [delta_1.tan(), delta_2.tan()];
+        let curvature = limit.cos() / (beta_1.tan() - beta_2.tan())
+            * (-limit.tan() * (beta_1.tan() / (r1 * t1) + beta_2.tan() / (r2 * t2))
+                + 1.0 / (r1 * beta_1.cos())
+                - 1.0 / (r2 * beta_2.cos()));
+        (cones, curvature)
+    }
+
+    /// Clause 7: (110)–(173), thicknesses, end spiral angles.
+    fn dimensions(&self, cones: &Cones, a: f64) -> BlankPair {
+        let Cones {
+            angles: [delta_1, delta_2],
+            distances: [rm_1, rm_2],
+            spirals: [_, beta_2],
+            outer_share,
+        } = *cones;
+        let departure = self.shaft_angle - FRAC_PI_2;
+        let (tan_d, sin_d, cos_d) = (departure.tan(), departure.sin(), departure.cos());
+        let (dm_1, dm_2) = (2.0 * rm_1 * delta_1.sin(), 2.0 * rm_2 * delta_2.sin());
+        let across = dm_2 + dm_1 * delta_2.cos() / delta_1.cos();
+        let zeta_m = (2.0 * a / across).asin();
+        let zeta_mp = (zeta_m.sin() * self.shaft_angle.sin() / delta_1.cos()).asin();
+        let module = dm_2 * beta_2.cos() / f64::from(self.teeth[1]);
+        let limit = limit_pressure_angle(cones, zeta_mp);
+        let f = self.limit_influence;
+        let [design_d, design_c] = self.pressure_angles;
+        let pressure = [design_d + f * limit, design_c - f * limit];
+        let tzm_2 =
+            dm_1 * delta_2.sin() / (2.0 * delta_1.cos()) - 0.5 * zeta_m.cos() * tan_d * across;
+        let tzm_1 = 0.5 * dm_2 * zeta_m.cos() * cos_d - tzm_2 * sin_d;
+        let apex = [rm_1 * delta_1.cos() - tzm_1, rm_2 * delta_2.cos() - tzm_2];
+        // Data type II into type I: Table 4.
+        let k_hap = 0.5 * self.depth_factor;
+        let x_hm = self.depth_factor * (0.5 - self.addendum_factor);
+        let k_hfp = self.depth_factor * (self.clearance_factor + 0.5);
+        let addenda = [module * (k_hap + x_hm), module * (k_hap - x_hm)];
+        let dedenda = [module * (k_hfp - x_hm), module * (k_hfp + x_hm)];
+        let clearance = module * (k_hfp - k_hap);
+        // Root and face cones (140)–(153).
+        let [theta_a, theta_f] = self.depth_angles;
+        let (face_2, root_2) = (delta_2 + theta_a, delta_2 - theta_f);
+        let plane_offset = |angle: f64, theta: f64| {
+            let along = rm_2 * theta.cos() - apex[1] * angle.cos();
+            let phi = (a * tan_d * angle.cos() / along).atan();
+            (a * phi.cos() * angle.sin() / along).asin() - phi
+        };
+        let (zeta_r, zeta_o) = (plane_offset(root_2, theta_f), plane_offset(face_2, theta_a));
+        let of_mate =
+            |mate: f64, zeta: f64| (sin_d * mate.sin() + cos_d * mate.cos() * zeta.cos()).asin();
+        let (face_1, root_1) = (of_mate(root_2, zeta_r), of_mate(face_2, zeta_o));
+        let face_apex_2 =
+            apex[1] - (rm_2 * theta_a.sin() - addenda[1] * theta_a.cos()) / face_2.sin();
+        let root_apex_2 =
+            apex[1] + (rm_2 * theta_f.sin() - dedenda[1] * theta_f.cos()) / root_2.sin();
+        let apex_1 = |zeta: f64, mate: f64, mate_apex: f64, own: f64| {
+            (a * zeta.sin() * mate.cos() - mate_apex * mate.sin() - clearance) / own.sin()
+        };
+        let face_apex_1 = apex_1(zeta_r, root_2, root_apex_2, face_1);
+        let root_apex_1 = apex_1(zeta_o, face_2, face_apex_2, root_1);
+        let outer_2 = rm_2 + outer_share * self.face_width;
+        let [width_1, outer_share_1] = self.pinion_face(
+            cones,
+            (zeta_mp, zeta_r),
+            (delta_1, face_1),
+            addenda,
+            dedenda,
+            clearance,
+            2.0 * module * k_hap,
+        );
+        let sine_at = |r: f64| {
+            let rc = self.cutter_radius;
+            ((2.0 * rm_2 * rc * beta_2.sin() - rm_2 * rm_2 + r * r) / (2.0 * r * rc)).asin()
+        };
+        let ends = [sine_at(outer_2), sine_at(outer_2 - self.face_width)];
+        let alpha = 0.5 * (pressure[0] + pressure[1]);
+        let play = self.backlash / (4.0 * module * alpha.cos()) * rm_2 * beta_2.cos()
+            / (outer_2 * ends[0].cos());
+        let thickness = |sign: f64| {
+            let x_s = sign * 0.5 * self.thickness_factor - play;
+            module * (0.5 * PI + 2.0 * (x_s + sign * x_hm * alpha.tan()))
+        };
+        let blank = |pitch, face, root, mean, width, share, apexes: [f64; 3]| Blank {
+            pitch_angle: pitch,
+            face_angle: face,
+            root_angle: root,
+            mean_cone_distance: mean,
+            face_width: width,
+            outer_share: share,
+            pitch_apex: apexes[0],
+            face_apex: apexes[1],
+            root_apex: apexes[2],
+            ends: EndCone::Pitch,
+        };
+        BlankPair {
+            blanks: [
+                blank(
+                    delta_1,
+                    face_1,
+                    root_1,
+                    rm_1,
+                    width_1,
+                    outer_share_1,
+                    [apex[0], face_apex_1, root_apex_1],
+                ),
+                blank(
+                    delta_2,
+                    face_2,
+                    root_2,
+                    rm_2,
+                    self.face_width,
+                    outer_share,
+                    [apex[1], face_apex_2, root_apex_2],
+                ),
+            ],
+            spiral_angles: cones.spirals,
+            normal_module: module,
+            limit_pressure_angle: limit,
+            pressure_angles: pressure,
+            offset_angles: [zeta_m, zeta_mp],
+            addenda,
+            dedenda,
+            clearance,
+            end_spiral_angles: ends,
+            thicknesses: [thickness(1.0), thickness(-1.0)],
+        }
+    }
+
+    /// Face width of the pinion along its pitch cone and the share of it outside the calculation point (156)–(166).
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "letters of the standard, used once"
+    )]
+    fn pinion_face(
+        &self,
+        cones: &Cones,
+        (zeta_mp, zeta_r): (f64, f64),
+        (delta_1, face_1): (f64, f64),
+        addenda: [f64; 2],
+        dedenda: [f64; 2],
+        clearance: f64,
+        working_depth: f64,
+    ) -> [f64; 2] {
+        if matches!(self.method, PitchCones::Bevel { .. }) {
+            return [self.face_width, cones.outer_share];
+        }
+        let (u, delta_2) = (self.ratio(), cones.angles[1]);
+        let lambda = (zeta_mp.sin() * delta_2.cos()
+            / (u * delta_1.cos() + delta_2.cos() * zeta_mp.cos()))
+        .atan();
+        let width = self.face_width * lambda.cos() / (zeta_mp - lambda).cos();
+        let more = working_depth * zeta_r.sin() * (1.0 - 1.0 / u);
+        let theta_a = face_1 - delta_1;
+        let along = |share: f64| share * width / theta_a.cos() * face_1.cos() + more;
+        let depth = (dedenda[1] - clearance) * delta_1.sin();
+        let rise = addenda[0] * delta_1.sin();
+        let outer = (along(cones.outer_share) - depth + rise) / face_1.cos() * theta_a.cos();
+        let inner = (along(1.0 - cones.outer_share) + depth - rise)
+            / (delta_1.cos() - theta_a.tan() * delta_1.sin());
+        [inner + outer, outer / (inner + outer)]
+    }
+}
+
+/// Limit pressure angle (32), (117).
+fn limit_pressure_angle(cones: &Cones, zeta_mp: f64) -> f64 {
+    let [t1, t2] = cones.angles.map(f64::tan);
+    let [r1, r2] = cones.distances;
+    let [s1, s2] = cones.spirals.map(f64::sin);
+    (-t1 * t2 / zeta_mp.cos() * (r1 * s1 - r2 * s2) / (r1 * t1 + r2 * t2)).atan()
+}

@@ -1,0 +1,530 @@
+//! Bevel pairs: document, setting sheet, structure elements, contact, figures.
+
+use serde_json::{Value, json};
+
+use super::bevel_plot;
+use super::figure::Figure;
+use super::gear::{ARCSEC, geometry_json, geometry_table, title_lines};
+use super::plan::{step_lines, steps};
+use super::presentation::{Presentation, Provenance};
+use super::table::{Table, decimal, or_dash};
+use crate::base::error::Error;
+use crate::gear::bevel::tooth::SIDES;
+use crate::gear::contact::ease_off::EaseOffTerms;
+use crate::plan::gear::bevel::{BevelLimit, BevelResult, FlankResult, hand_name};
+use crate::plan::gear::bevel_contact::{BevelContact, BevelContactPoint, edge_name};
+use crate::plan::gear_limits::MEMBERS;
+use crate::scene::bevel_file::BevelFile;
+use crate::scene::machine_settings::FlankCut;
+
+/// A bevel file with what it gives.
+pub struct BevelReport<'a> {
+    /// The file.
+    pub file: &'a BevelFile,
+    /// The result.
+    pub result: BevelResult,
+}
+
+impl Presentation for BevelReport<'_> {
+    fn provenance(&self) -> Provenance<'_> {
+        Provenance::of_plan(
+            std::slice::from_ref(&self.file.source),
+            &self.result.plan,
+            &self.result.diagnostics,
+        )
+    }
+
+    fn body(&self) -> Result<Value, Error> {
+        let result = &self.result;
+        let member = |k: usize| {
+            let flanks: Vec<Value> = (0..2)
+                .filter_map(|side| {
+                    let cut = self.file.members[k].flanks[side].as_ref()?;
+                    Some(flank_json(
+                        SIDES[side],
+                        cut,
+                        result.members[k].flanks[side].as_ref()?,
+                    ))
+                })
+                .collect();
+            json!({ "name": MEMBERS[k], "hand": hand_name(self.file.hand_of(k)), "flanks": flanks })
+        };
+        let contact = result.contact.as_ref();
+        Ok(json!({
+            "title": self.file.title,
+            "kind": "bevel",
+            "geometry": geometry_json(&result.quantities),
+            "members": [member(0), member(1)],
+            "limits": result.limits.iter().map(limit_json).collect::<Vec<_>>(),
+            "tca": contact.map(|c| contact_json(c, self.file.contact.side.name())),
+            "ease_off": contact.map(ease_off_json),
+            "vh": contact.and_then(vh_json),
+        }))
+    }
+
+    fn text(&self) -> String {
+        let result = &self.result;
+        let mut text = title_lines(&self.file.title);
+        text += &geometry_table(&result.quantities).text();
+        if !self.columns().is_empty() {
+            text += &format!("\n{}", self.sheet().text());
+            text += &format!("\n{}", self.elements().text());
+        }
+        if let Some(contact) = &result.contact {
+            let side = self.file.contact.side.name();
+            text += &format!("\n{}", contact_table(contact, side).text());
+            if let Some(terms) = &contact.ease_off.1 {
+                text += &format!("\n{}", ease_off_table(terms).text());
+            }
+            if contact.vh.is_some() {
+                text += &format!("\n{}", vh_table(contact).text());
+            }
+        }
+        text
+    }
+
+    /// The transmission error over the positions; without a contact the geometry.
+    fn table(&self) -> Table<'_> {
+        let Some(contact) = &self.result.contact else {
+            return geometry_table(&self.result.quantities);
+        };
+        let of = |value: fn(&BevelContactPoint) -> f64| -> Vec<f64> {
+            contact.points.iter().map(value).collect()
+        };
+        Table::default()
+            .numbers("pinion_angle", "rad", of(|p| p.pinion_angle), decimal)
+            .numbers("gear_angle", "rad", of(|p| p.gear_angle), decimal)
+            .numbers("te", "arcsec", of(|p| ARCSEC * p.te), decimal)
+            .numbers("pair", "", of(|p| f64::from(p.pair)), decimal)
+            .numbers("x", "mm", of(|p| 1e3 * p.in_pinion.x), decimal)
+            .numbers("y", "mm", of(|p| 1e3 * p.in_pinion.y), decimal)
+            .numbers("z", "mm", of(|p| 1e3 * p.in_pinion.z), decimal)
+    }
+
+    fn notes(&self) -> String {
+        step_lines(steps(&self.result.plan))
+    }
+
+    fn figures(&self) -> Result<Vec<Figure>, Error> {
+        let title = &self.file.title;
+        let mut all = vec![Figure::first(bevel_plot::draw_blanks(title, self.file))];
+        if let Some(contact) = &self.result.contact {
+            all.push(Figure::new("te", bevel_plot::te(title, contact)));
+            all.push(Figure::new(
+                "pattern",
+                bevel_plot::draw_pattern(title, contact, self.file.contact.positions),
+            ));
+            all.push(Figure::new(
+                "ease-off",
+                bevel_plot::draw_ease_off(title, contact),
+            ));
+        }
+        Ok(all)
+    }
+}
+
+/// Suffixes of the figures.
+pub const FIGURES: [&str; 4] = ["", "te", "pattern", "ease-off"];
+
+/// A row of the setting sheet: name, symbol, key in documents, unit, value.
+type Setting = (
+    &'static str,
+    &'static str,
+    &'static str,
+    fn(&FlankCut) -> Option<f64>,
+);
+
+/// The setting sheet, each quantity by both names where there are two.
+const SHEET: &[Setting] = &[
+    ("point radius", "r_p [mm]", "point_radius_mm", |c| {
+        Some(1e3 * c.cutter.point_radius)
+    }),
+    ("blade angle", "α_b [deg]", "blade_angle_deg", |c| {
+        Some(c.cutter.blade_angle.to_degrees())
+    }),
+    ("edge radius", "ρ_e [mm]", "edge_radius_mm", |c| {
+        Some(1e3 * c.cutter.edge_radius)
+    }),
+    ("radial distance", "S_r [mm]", "radial_distance_mm", |c| {
+        Some(1e3 * c.settings.radial_distance)
+    }),
+    (
+        "eccentric angle",
+        "β_e [deg]",
+        "eccentric_angle_deg",
+        |c| Some(c.eccentric?.angle.to_degrees()),
+    ),
+    ("cradle angle", "q [deg]", "cradle_angle_deg", |c| {
+        Some(c.settings.cradle_angle.to_degrees())
+    }),
+    ("blank offset", "E_m [mm]", "blank_offset_mm", |c| {
+        Some(1e3 * c.settings.blank_offset)
+    }),
+    (
+        "machine root angle",
+        "γ_m [deg]",
+        "machine_root_angle_deg",
+        |c| Some(c.settings.machine_root_angle.to_degrees()),
+    ),
+    ("sliding base", "X_B [mm]", "sliding_base_mm", |c| {
+        Some(1e3 * c.settings.sliding_base)
+    }),
+    (
+        "machine centre to back",
+        "X_D [mm]",
+        "centre_to_back_mm",
+        |c| Some(1e3 * c.settings.centre_to_back),
+    ),
+    ("tilt", "i [deg]", "tilt_deg", |c| {
+        Some(c.settings.tilt.to_degrees())
+    }),
+    ("swivel", "j [deg]", "swivel_deg", |c| {
+        Some(c.settings.swivel.to_degrees())
+    }),
+    (
+        "ratio of roll, work over cradle",
+        "R_a",
+        "work_over_cradle",
+        |c| Some(c.settings.roll?.work_over_cradle),
+    ),
+    (
+        "ratio of roll, cradle over work",
+        "1/R_a",
+        "cradle_over_work",
+        |c| Some(1.0 / c.settings.roll?.work_over_cradle),
+    ),
+    ("modified roll", "2C", "modified_roll_2C", |c| {
+        Some(2.0 * c.settings.roll?.modification[0])
+    }),
+    ("modified roll", "6D", "modified_roll_6D", |c| {
+        Some(6.0 * c.settings.roll?.modification[1])
+    }),
+    ("modified roll", "24E", "modified_roll_24E", |c| {
+        Some(24.0 * c.settings.roll?.modification[2])
+    }),
+    ("modified roll", "120F", "modified_roll_120F", |c| {
+        Some(120.0 * c.settings.roll?.modification[3])
+    }),
+    (
+        "helical motion",
+        "X_B1 [mm/rad]",
+        "helical_motion_mm_per_rad",
+        |c| c.settings.roll.map(|_| 1e3 * c.settings.helical_motion),
+    ),
+];
+
+impl BevelReport<'_> {
+    /// Every flank that the file describes, in columns.
+    fn columns(&self) -> Vec<(String, &FlankCut, Option<&FlankResult>)> {
+        let mut all = Vec::new();
+        for (k, name) in MEMBERS.into_iter().enumerate() {
+            for (side, word) in SIDES.into_iter().enumerate() {
+                if let Some(cut) = &self.file.members[k].flanks[side] {
+                    let result = self.result.members[k].flanks[side].as_ref();
+                    all.push((format!("{name} {word}"), cut, result));
+                }
+            }
+        }
+        all
+    }
+
+    fn sheet(&self) -> Table<'static> {
+        let columns = self.columns();
+        let mut table = Table::named("setting|symbol").words(&[1]);
+        for (name, ..) in &columns {
+            table = table.column(name, "");
+        }
+        for (name, symbol, _, value) in SHEET {
+            let values: Vec<Option<f64>> = columns.iter().map(|c| value(c.1)).collect();
+            // What no flank has is not on the sheet.
+            if values.iter().flatten().all(|v| *v == 0.0) {
+                continue;
+            }
+            let mut cells = vec![name.to_string(), symbol.to_string()];
+            cells.extend(values.iter().map(|v| or_dash(*v, |x| format!("{x:.6}"))));
+            table.row(cells);
+        }
+        table
+    }
+
+    fn elements(&self) -> Table<'static> {
+        let mut table = Table::named(
+            "flank at the mean point|α [deg]|β [deg]|dα/dL [deg/mm]|lengthwise χ [1/mm]|profile ζ [1/mm]|κ_1 [1/mm]|κ_2 [1/mm]",
+        );
+        for (name, _, result) in self.columns() {
+            let Some((e, result)) = result.and_then(|r| Some((r.elements?, r))) else {
+                continue;
+            };
+            let [k1, k2] =
+                [0, 1].map(|i| or_dash(result.curvatures, |k| format!("{:.6}", 1e-3 * k[i])));
+            table.row([
+                name,
+                format!("{:.4}", e.pressure_angle.abs().to_degrees()),
+                format!("{:.4}", e.spiral_angle.abs().to_degrees()),
+                format!("{:.5}", 1e-3 * e.diagonal.to_degrees()),
+                format!("{:.6}", 1e-3 * e.lengthwise_curvature),
+                format!("{:.6}", 1e-3 * e.profile_curvature),
+                k1,
+                k2,
+            ]);
+        }
+        table
+    }
+}
+
+fn flank_json(side: &str, cut: &FlankCut, result: &FlankResult) -> Value {
+    let grid = &result.grid;
+    let nodes = || grid.nodes.iter();
+    let points: Vec<Option<[f64; 3]>> = nodes()
+        .map(|n| n.map(|n| n.point.point.coordinates.array()))
+        .collect();
+    let normals: Vec<Option<[f64; 3]>> = nodes()
+        .map(|n| n.map(|n| n.point.normal.components.array()))
+        .collect();
+    let curvatures: Vec<Option<[f64; 2]>> = nodes()
+        .map(|n| {
+            Some(
+                (*n)?
+                    .point
+                    .second_order
+                    .envelope()?
+                    .principal()
+                    .map(|(k, _)| k),
+            )
+        })
+        .collect();
+    let fillet: Vec<Option<bool>> = nodes().map(|n| n.map(|n| n.in_fillet)).collect();
+    let settings: serde_json::Map<String, Value> = SHEET
+        .iter()
+        .filter_map(|(_, _, key, value)| Some((key.to_string(), json!(value(cut)?))))
+        .collect();
+    json!({
+        "side": side,
+        "settings": settings,
+        "rows": grid.rows,
+        "columns": grid.columns,
+        "points_m": points,
+        "normals": normals,
+        "curvatures_per_m": curvatures,
+        "in_fillet": fillet,
+        "structure": result.elements.map(|e| json!({
+            "cone_distance_mm": 1e3 * e.cone_distance,
+            "cone_angle_deg": e.cone_angle.to_degrees(),
+            "pressure_angle_deg": e.pressure_angle.to_degrees(),
+            "spiral_angle_deg": e.spiral_angle.to_degrees(),
+            "diagonal_rad_per_m": e.diagonal,
+            "lengthwise_curvature_per_m": e.lengthwise_curvature,
+            "profile_curvature_per_m": e.profile_curvature,
+        })),
+    })
+}
+
+fn limit_json(limit: &BevelLimit) -> Value {
+    json!({
+        "kind": limit.kind,
+        "member": MEMBERS[limit.member],
+        "side": limit.side.map(|side| SIDES[side]),
+        "at": { "face": limit.at[0], "height": limit.at[1] },
+        "nearest": { "depth_less_mm": 1e3 * limit.depth },
+    })
+}
+
+fn contact_json(contact: &BevelContact, side: &str) -> Value {
+    let points: Vec<Value> = (contact.points.iter())
+        .map(|p| {
+            let turn = contact.pair.pose(0, p.contact.pinion_angle).inverse();
+            json!({
+                "pinion_angle_rad": p.pinion_angle,
+                "gear_angle_rad": p.gear_angle,
+                "te_arcsec": ARCSEC * p.te,
+                "contact_pinion_m": p.in_pinion.array(),
+                "ellipse_semi_axes_m": p.ellipse.map(|e| e.semi_axes),
+                "ellipse_direction": p.ellipse.map(|e| turn.rotate(e.direction).array()),
+                "pair": p.pair,
+                "edge": p.contact.edge.as_ref().map(edge_name),
+            })
+        })
+        .collect();
+    let reference = &contact.path.reference;
+    let shares = |k: usize| {
+        contact.reference_shares[k].map(|[face, height]| json!({ "face": face, "height": height }))
+    };
+    let pattern = |k: usize| {
+        contact.pattern[k].map(|[face, height]| json!({ "face": face, "height": height }))
+    };
+    json!({
+        "side": side,
+        "points": points,
+        "peak_to_peak_arcsec": contact.peak_to_peak.map(|te| ARCSEC * te),
+        "contact_ratio": contact.contact_ratio,
+        "stopped_by": contact.ends.iter().map(|(angle, why)| json!({ "pinion_angle_rad": angle, "by": why })).collect::<Vec<_>>(),
+        "reference": {
+            "pinion_angle_rad": reference.pinion_angle,
+            "gear_angle_rad": reference.gear_angle(),
+            "ratio": reference.ratio(),
+            "pinion": shares(0),
+            "gear": shares(1),
+            "ellipse_semi_axes_m": contact.ellipse.map(|e| e.semi_axes),
+            "relative_curvatures_per_m": contact.ellipse.map(|e| e.relative_curvatures),
+            "ratio_change_per_rad": contact.local.map(|l| l.ratio_change),
+            "path_direction_deg": contact.local.map(|l| l.path_direction.to_degrees()),
+            "pinion_turn": contact.forces.pinion_turn,
+            "force_n_per_nm": { "pinion": force(contact, 0), "gear": force(contact, 1) },
+        },
+        "pattern": { "pinion": pattern(0), "gear": pattern(1) },
+    })
+}
+
+/// Tangential, radial and axial force on a member for 1 N·m at the pinion, N.
+fn force(contact: &BevelContact, member: usize) -> [f64; 3] {
+    let forces = &contact.forces;
+    forces.directions[member].map(|x| x / forces.levers[0])
+}
+
+fn ease_off_json(contact: &BevelContact) -> Value {
+    let (grid, terms) = &contact.ease_off;
+    let rows: Vec<Vec<Option<f64>>> = (grid.gaps.chunks(grid.columns.max(1)))
+        .map(|row| row.iter().map(|gap| gap.map(|g| 1e6 * g)).collect())
+        .collect();
+    let terms = terms.as_ref().map(|terms| {
+        let rows = ease_off_rows(terms);
+        rows.into_iter()
+            .map(|(_, key, value)| (format!("{key}_um"), json!(1e6 * value)))
+            .collect::<serde_json::Map<String, Value>>()
+    });
+    json!({ "grid_um": rows, "terms": terms })
+}
+
+/// Terms of an ease-off: name, key, value.
+fn ease_off_rows(terms: &EaseOffTerms) -> [(&'static str, &'static str, f64); 7] {
+    [
+        ("at the middle", "constant", terms.constant),
+        ("spiral angle (F)", "spiral_angle", terms.spiral_angle),
+        ("pressure angle (H)", "pressure_angle", terms.pressure_angle),
+        (
+            "lengthwise crowning (F²)",
+            "lengthwise_crowning",
+            terms.lengthwise_crowning,
+        ),
+        (
+            "profile crowning (H²)",
+            "profile_crowning",
+            terms.profile_crowning,
+        ),
+        ("twist (F H)", "twist", terms.twist),
+        ("rest, rms", "rest", terms.rest),
+    ]
+}
+
+fn ease_off_table(terms: &EaseOffTerms) -> Table<'static> {
+    let mut table = Table::named("ease-off of the pinion|[µm]");
+    for (name, _, value) in ease_off_rows(terms) {
+        table.row([name.to_string(), format!("{:.3}", 1e6 * value)]);
+    }
+    table
+}
+
+fn contact_table(contact: &BevelContact, side: &str) -> Table<'static> {
+    let mut table = Table::texts("unloaded contact|value|unit").words(&[]);
+    let mut row = |name: &str, value: String, unit: &str| {
+        table.row([name.to_string(), value, unit.to_string()]);
+    };
+    row("flanks", side.to_string(), "");
+    let reference = &contact.path.reference;
+    row(
+        "transmission error, peak to peak",
+        or_dash(contact.peak_to_peak, |te| format!("{:.3}", ARCSEC * te)),
+        "arcsec",
+    );
+    row(
+        "contact ratio on the flanks",
+        format!("{:.4}", contact.contact_ratio),
+        "",
+    );
+    row(
+        "reference: pinion angle",
+        format!("{:.5}", reference.pinion_angle.to_degrees()),
+        "deg",
+    );
+    row(
+        "reference: gear angle",
+        format!("{:.5}", reference.gear_angle().to_degrees()),
+        "deg",
+    );
+    for (name, shares) in MEMBERS.iter().zip(contact.reference_shares) {
+        let place = or_dash(shares, |[face, height]| {
+            format!("{:.1}, {:.1}", 100.0 * face, 100.0 * height)
+        });
+        row(
+            &format!("reference: face, height of the {name}"),
+            place,
+            "%",
+        );
+    }
+    let axes = or_dash(contact.ellipse, |e| {
+        format!("{:.3} × {:.3}", 1e3 * e.semi_axes[0], 1e3 * e.semi_axes[1])
+    });
+    row("reference: semi-axes of the ellipse", axes, "mm");
+    row(
+        "direction of the path η on the gear",
+        or_dash(contact.local, |l| {
+            format!("{:.2}", l.path_direction.to_degrees())
+        }),
+        "deg",
+    );
+    row(
+        "change of ratio m′",
+        or_dash(contact.local, |l| format!("{:.6}", l.ratio_change)),
+        "1/rad",
+    );
+    for (k, name) in MEMBERS.iter().enumerate() {
+        let [tangential, radial, axial] = force(contact, k).map(|f| format!("{f:.3}"));
+        let shown = format!("{tangential}, {radial}, {axial}");
+        row(
+            &format!("force on the {name}: tangential, radial, axial"),
+            shown,
+            "N for 1 N·m",
+        );
+    }
+    for (name, pattern) in MEMBERS.iter().zip(contact.pattern) {
+        let ends = or_dash(pattern, |[face, _]| {
+            format!("{:.0} to {:.0}", 100.0 * face[0], 100.0 * face[1])
+        });
+        row(&format!("pattern on the {name}, of the face"), ends, "%");
+    }
+    for ((angle, why), word) in contact.ends.iter().zip(["begins", "ends"]) {
+        let angle = format!("{:.4}", angle.to_degrees());
+        row(
+            &format!("contact on the flanks {word} ({why})"),
+            angle,
+            "deg",
+        );
+    }
+    table
+}
+
+fn vh_json(contact: &BevelContact) -> Option<Value> {
+    let shifts = contact.vh.as_ref()?.iter().map(|shift| {
+        shift.map(|s| json!({
+            "face": s.face, "offset_mm": 1e3 * s.offset, "pinion_axial_mm": 1e3 * s.pinion_axial,
+        }))
+    });
+    Some(shifts.collect())
+}
+
+fn vh_table(contact: &BevelContact) -> Table<'static> {
+    let mut table = Table::named("V–H check: contact at|V (offset) [mm]|H (pinion axial) [mm]");
+    let places = [
+        "toe, 25 % of the gear's face",
+        "heel, 75 % of the gear's face",
+    ];
+    for (name, shift) in places.iter().zip(contact.vh.iter().flatten()) {
+        let shown = |value: Option<f64>| or_dash(value, |x| format!("{:.4}", 1e3 * x));
+        table.row([
+            name.to_string(),
+            shown(shift.map(|s| s.offset)),
+            shown(shift.map(|s| s.pinion_axial)),
+        ]);
+    }
+    table
+}

@@ -1,0 +1,352 @@
+//! Figures as data: plots with axes, curves, maps and labels, from which SVG files and pages are drawn.
+
+use super::axes::linear_range;
+use super::svg::LineStyle;
+
+/// One of the figures of a result.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// The end of its file's name, behind a hyphen; empty for the first.
+    pub suffix: &'static str,
+    /// Plots or a drawing.
+    pub content: FigureContent,
+}
+
+/// Content of a figure.
+#[derive(Debug, Clone)]
+pub enum FigureContent {
+    /// Plots one below the other.
+    Plots(PlotColumn),
+    /// A drawing without axes of its own, as SVG: schematics, polar charts, teeth.
+    Drawing(String),
+}
+
+impl From<PlotColumn> for FigureContent {
+    fn from(plots: PlotColumn) -> FigureContent {
+        FigureContent::Plots(plots)
+    }
+}
+
+impl From<String> for FigureContent {
+    fn from(svg: String) -> FigureContent {
+        FigureContent::Drawing(svg)
+    }
+}
+
+impl Figure {
+    /// The first figure.
+    pub fn first(content: impl Into<FigureContent>) -> Figure {
+        Figure::new("", content)
+    }
+
+    /// A further figure.
+    pub fn new(suffix: &'static str, content: impl Into<FigureContent>) -> Figure {
+        let content = content.into();
+        Figure { suffix, content }
+    }
+}
+
+/// Plots one below the other with a common title.
+#[derive(Debug, Clone, Default)]
+pub struct PlotColumn {
+    /// Title of the figure.
+    pub title: String,
+    /// Note on marks, or on curves not shown; empty for none.
+    pub note: String,
+    /// The plots share their abscissa: its numbers are shown below the last, and all zoom together.
+    pub linked: bool,
+    /// The plots from top to bottom.
+    pub plots: Vec<Plot>,
+}
+
+impl PlotColumn {
+    /// A figure of one plot.
+    pub fn one(title: impl Into<String>, plot: Plot) -> PlotColumn {
+        PlotColumn {
+            title: title.into(),
+            plots: vec![plot],
+            ..PlotColumn::default()
+        }
+    }
+}
+
+impl PlotColumn {
+    /// One plot of lines in the order of colours, named in the key: name, abscissae, ordinates.
+    pub fn of_lines(
+        title: &str,
+        (x, y): (Axis, Axis),
+        lines: impl IntoIterator<Item = (String, Vec<f64>, Vec<f64>)>,
+    ) -> PlotColumn {
+        let lines = lines.into_iter().enumerate();
+        let curves = lines.map(|(k, (name, x, y))| Curve::line(name, Ink::Series(k), x, y));
+        let curves: Vec<Curve> = curves.collect();
+        PlotColumn::one(
+            title,
+            Plot {
+                curves,
+                ..Plot::new(x, y)
+            },
+        )
+    }
+}
+
+/// Height of a single plot, points.
+pub const PLOT_HEIGHT: f64 = 420.0;
+
+/// One pair of axes and what it holds.
+#[derive(Debug, Clone)]
+pub struct Plot {
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Height in points.
+    pub height: f64,
+    /// A unit has the same length on both axes.
+    pub equal_scales: bool,
+    /// Heading of this plot; empty for none.
+    pub heading: String,
+    /// Ranges of the abscissa that are shaded.
+    pub bands: Vec<Band>,
+    /// Levels by colour, behind the curves.
+    pub map: Option<LevelMap>,
+    /// Dotted lines at values of one axis.
+    pub guides: Vec<Guide>,
+    /// Curves, the first drawn first.
+    pub curves: Vec<Curve>,
+    /// Place of the names of curves.
+    pub names: NamePlacement,
+    /// Named points, the most important first; the SVG file names as many as have room.
+    pub labels: Vec<PointLabel>,
+    /// Names of points are written upright.
+    pub upright_labels: bool,
+    /// Text in place of a plot without a finite value.
+    pub empty: &'static str,
+}
+
+impl Plot {
+    /// A plot without curves, of the height of a single one.
+    pub fn new(x: Axis, y: Axis) -> Plot {
+        Plot {
+            x,
+            y,
+            height: PLOT_HEIGHT,
+            equal_scales: false,
+            heading: String::new(),
+            bands: Vec::new(),
+            map: None,
+            guides: Vec::new(),
+            curves: Vec::new(),
+            names: NamePlacement::Key,
+            labels: Vec::new(),
+            upright_labels: false,
+            empty: "nothing to show",
+        }
+    }
+}
+
+/// An axis.
+#[derive(Debug, Clone, Default)]
+pub struct Axis {
+    /// Quantity and unit.
+    pub label: String,
+    /// Values are shown by their logarithm.
+    pub logarithmic: bool,
+    /// Least and greatest value shown; by default those of the curves.
+    pub range: Option<(f64, f64)>,
+    /// Values with a line of the grid; empty: round ones.
+    pub ticks: Vec<f64>,
+    /// Unit whose prefix follows the size of a value (`10 µs`), where the label has none.
+    pub prefixed_unit: Option<&'static str>,
+}
+
+impl Axis {
+    /// A linear axis.
+    pub fn linear(label: impl Into<String>) -> Axis {
+        Axis {
+            label: label.into(),
+            ..Axis::default()
+        }
+    }
+
+    /// A logarithmic axis.
+    pub fn log(label: impl Into<String>) -> Axis {
+        Axis {
+            logarithmic: true,
+            ..Axis::linear(label)
+        }
+    }
+
+    /// The axis between two values.
+    pub fn over(self, low: f64, high: f64) -> Axis {
+        Axis {
+            range: Some((low, high)),
+            ..self
+        }
+    }
+
+    /// The axis over values and zero.
+    pub fn from_zero(self, values: impl Iterator<Item = f64>) -> Axis {
+        Axis {
+            range: linear_range(values.chain([0.0])),
+            ..self
+        }
+    }
+
+    /// Position of a value along the axis: the value or its decimal logarithm.
+    pub fn position(&self, value: f64) -> f64 {
+        if self.logarithmic {
+            value.log10()
+        } else {
+            value
+        }
+    }
+}
+
+/// Colour of a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ink {
+    /// One of the colours of curves in their order: blue, orange, black, grey, green, purple.
+    Series(usize),
+    /// The same, half way to the paper.
+    Pale(usize),
+    /// The colour of grids.
+    Faint,
+}
+
+/// Ink of what is secondary.
+pub const GREY_INK: Ink = Ink::Series(3);
+
+/// Ink of what has no colour of its own.
+pub const BLACK_INK: Ink = Ink::Series(2);
+
+/// Kind of drawing of a curve; sizes in points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mark {
+    /// Joined by a line of this width.
+    Line(f64, LineStyle),
+    /// Discs of this radius.
+    Discs(f64),
+    /// Circles of this radius.
+    Rings(f64),
+    /// Diagonal crosses of this radius.
+    Crosses(f64),
+    /// Lines from the lower edge with a disc at the end.
+    Stems,
+}
+
+/// A curve or a set of points.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    /// Name in the key; empty for none.
+    pub name: String,
+    /// Colour.
+    pub ink: Ink,
+    /// Kind of drawing.
+    pub mark: Mark,
+    /// Abscissae.
+    pub x: Vec<f64>,
+    /// Ordinates; a value that is not finite interrupts a line.
+    pub y: Vec<f64>,
+    /// Interval about each ordinate; empty for none.
+    pub interval: Vec<(f64, f64)>,
+    /// Radius of each point in place of the common one; empty for none.
+    pub radii: Vec<f64>,
+}
+
+impl Curve {
+    /// A curve with a name.
+    pub fn new(name: impl Into<String>, ink: Ink, mark: Mark, x: Vec<f64>, y: Vec<f64>) -> Curve {
+        Curve {
+            name: name.into(),
+            ink,
+            mark,
+            x,
+            y,
+            interval: Vec::new(),
+            radii: Vec::new(),
+        }
+    }
+
+    /// A solid line of usual width.
+    pub fn line(name: impl Into<String>, ink: Ink, x: Vec<f64>, y: Vec<f64>) -> Curve {
+        Curve::new(name, ink, Mark::Line(1.0, LineStyle::Solid), x, y)
+    }
+}
+
+/// Place of the names of curves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NamePlacement {
+    /// In a key above the figure.
+    Key,
+    /// At the end of each curve.
+    AtEnd,
+}
+
+/// A line at a value of one axis.
+#[derive(Debug, Clone)]
+pub struct Guide {
+    /// The value is one of the horizontal axis, and the line vertical.
+    pub vertical: bool,
+    /// Value of the axis.
+    pub at: f64,
+    /// Dotted, else solid.
+    pub dotted: bool,
+    /// Name, below the right end of the axis; empty for none.
+    pub name: String,
+}
+
+impl Guide {
+    /// A dotted vertical line.
+    pub fn vertical(at: f64) -> Guide {
+        Guide {
+            vertical: true,
+            at,
+            dotted: true,
+            name: String::new(),
+        }
+    }
+
+    /// A dotted horizontal line.
+    pub fn horizontal(at: f64) -> Guide {
+        Guide {
+            vertical: false,
+            ..Guide::vertical(at)
+        }
+    }
+}
+
+/// A shaded range of the abscissa.
+#[derive(Debug, Clone)]
+pub struct Band {
+    /// Lower end.
+    pub from: f64,
+    /// Upper end.
+    pub to: f64,
+    /// Name at its foot.
+    pub name: String,
+}
+
+/// A named point.
+#[derive(Debug, Clone)]
+pub struct PointLabel {
+    /// Abscissa.
+    pub x: f64,
+    /// Ordinate.
+    pub y: f64,
+    /// Name.
+    pub text: String,
+}
+
+/// Levels over two axes, by colour.
+#[derive(Debug, Clone, Default)]
+pub struct LevelMap {
+    /// Quantity of the levels.
+    pub label: String,
+    /// Middles of the columns, rising.
+    pub x: Vec<f64>,
+    /// Middles of the rows, evenly rising.
+    pub y: Vec<f64>,
+    /// A level in dB for each row of each column; minus infinity where there is none.
+    pub columns: Vec<Vec<f64>>,
+}

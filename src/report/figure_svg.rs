@@ -1,0 +1,523 @@
+//! Figures drawn as SVG: key, grids, curves, maps and labels of every plot.
+
+use super::axes::{clip_to_panel, extremes, linear_range, log_range, log_ticks};
+use super::figure::{
+    Axis, Curve, Figure, FigureContent, Ink, Mark, NamePlacement, Plot, PlotColumn, PointLabel,
+};
+use super::heatmap::{draw_map, map_ranges};
+use super::svg::{
+    Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, ORANGE, Panel,
+    Point2, WIDTH, colour_from_rgb, lighten, render_svg, spread_labels, text_width, ticks, widest,
+};
+
+const MARGIN_LEFT: f64 = 70.0;
+/// Right of the plots; with names at the ends of curves more.
+const MARGIN_RIGHT: f64 = 24.0;
+/// Right of a map, with its scale of colours.
+const MAP_MARGIN: f64 = 96.0;
+/// Height of the title.
+const TITLE: f64 = 26.0;
+/// Height of a row of the key.
+const KEY_ROW: f64 = 16.0;
+/// Below a plot with the numbers of its abscissa, and below one without.
+const BELOW: f64 = 46.0;
+/// See [`BELOW`].
+const BETWEEN: f64 = 16.0;
+/// Size of the names of points.
+const SMALL: f64 = 9.0;
+/// Above a plot with names of points, where they are not upright.
+const LABEL_ROW: f64 = 24.0;
+
+/// Colour of an ink on white paper.
+fn colour(ink: Ink) -> Colour {
+    let series = |k: usize| match k % 6 {
+        0 => BLUE,
+        1 => ORANGE,
+        2 => BLACK,
+        3 => GREY,
+        4 => colour_from_rgb(0x00, 0x80, 0x50),
+        _ => colour_from_rgb(0x90, 0x30, 0x90),
+    };
+    match ink {
+        Ink::Series(k) => series(k),
+        Ink::Pale(k) => lighten(series(k)),
+        Ink::Faint => LIGHT_GREY,
+    }
+}
+
+impl Figure {
+    /// The figure as an SVG document.
+    pub fn svg(&self) -> String {
+        match &self.content {
+            FigureContent::Plots(plots) => draw(plots),
+            FigureContent::Drawing(svg) => svg.clone(),
+        }
+    }
+}
+
+/// Draws a figure of plots.
+fn draw(figure: &PlotColumn) -> String {
+    let key = key_rows(figure);
+    let mut at = TITLE + KEY_ROW * key.len() as f64 + 6.0;
+    let layout: Vec<Layout> = (figure.plots.iter().enumerate())
+        .map(|(k, plot)| {
+            let numbered = !figure.linked || k + 1 == figure.plots.len();
+            let layout = Layout::new(plot, at, numbered);
+            at = layout.down.1 + if numbered { BELOW } else { BETWEEN };
+            layout
+        })
+        .collect();
+    render_svg(WIDTH, at + 4.0, |canvas| {
+        canvas.title(&figure.title, MARGIN_LEFT);
+        let title = MARGIN_LEFT + text_width(&figure.title, super::svg::TITLE_SIZE);
+        let beside = WIDTH - MARGIN_RIGHT - text_width(&figure.note, LABEL_SIZE) > title + 10.0;
+        let note_height = if beside { 16.0 } else { TITLE + 10.0 };
+        canvas.note(
+            &figure.note,
+            (WIDTH - MARGIN_RIGHT, note_height),
+            Anchor::End,
+        );
+        for (row, curves) in key.iter().enumerate() {
+            let height = TITLE + KEY_ROW * row as f64 + 10.0;
+            let mut right = MARGIN_LEFT;
+            for curve in curves {
+                right = key_entry(canvas, (right, height), curve) + 16.0;
+            }
+        }
+        for (plot, layout) in figure.plots.iter().zip(&layout) {
+            draw_plot(canvas, plot, layout);
+        }
+    })
+}
+
+/// Edges of a plot.
+struct Layout {
+    across: (f64, f64),
+    down: (f64, f64),
+    numbered: bool,
+}
+
+impl Layout {
+    fn new(plot: &Plot, top: f64, numbered: bool) -> Layout {
+        let ends = end_names(plot);
+        let above = match (plot.labels.is_empty(), plot.upright_labels) {
+            (true, _) => 0.0,
+            (false, false) => LABEL_ROW,
+            (false, true) => 12.0 + widest(plot.labels.iter().map(|l| &l.text), SMALL, 20.0),
+        };
+        let leaving = ends.iter().filter(|e| e.leaves_at_top);
+        let upright = widest(leaving.map(|e| e.name), LABEL_SIZE, 0.0);
+        let heading = if plot.heading.is_empty() { 0.0 } else { 16.0 };
+        let right = match (&plot.map, ends.is_empty()) {
+            (Some(_), _) => MAP_MARGIN,
+            (None, true) => MARGIN_RIGHT,
+            (None, false) => 34.0 + widest(ends.iter().map(|e| e.name), LABEL_SIZE, 20.0),
+        };
+        let upright = if upright > 0.0 { upright + 14.0 } else { 0.0 };
+        let top = top + above.max(upright) + heading;
+        Layout {
+            across: (MARGIN_LEFT, WIDTH - right),
+            down: (top, top + plot.height),
+            numbered,
+        }
+    }
+
+    fn middle(&self) -> Point2 {
+        let mean = |(a, b): (f64, f64)| 0.5 * (a + b);
+        (mean(self.across), mean(self.down))
+    }
+}
+
+/// Named curves in rows of the key, each name once.
+fn key_rows(figure: &PlotColumn) -> Vec<Vec<&Curve>> {
+    let mut rows: Vec<Vec<&Curve>> = Vec::new();
+    let mut room = 0.0;
+    let plots = figure
+        .plots
+        .iter()
+        .filter(|p| p.names == NamePlacement::Key);
+    for curve in plots.flat_map(|p| &p.curves) {
+        let known = rows.iter().flatten().any(|c| c.name == curve.name);
+        if curve.name.is_empty() || known {
+            continue;
+        }
+        let width = 39.0 + text_width(&curve.name, LABEL_SIZE);
+        match rows.last_mut() {
+            Some(row) if width <= room => row.push(curve),
+            _ => {
+                rows.push(vec![curve]);
+                room = WIDTH - MARGIN_LEFT - MARGIN_RIGHT;
+            }
+        }
+        room -= width;
+    }
+    rows
+}
+
+/// A curve's sign and name; returns the right end.
+fn key_entry(canvas: &mut Canvas, (left, height): Point2, curve: &Curve) -> f64 {
+    let ink = colour(curve.ink);
+    let middle = (left + 9.0, height);
+    match curve.mark {
+        Mark::Line(width, style) => {
+            let ends = [(left, height), (left + 18.0, height)];
+            canvas.polyline(&ends, ink, width.max(1.8), style);
+        }
+        Mark::Discs(radius) => canvas.fill_circle(middle, radius.max(2.4), ink),
+        Mark::Stems => canvas.fill_circle(middle, 2.2, ink),
+        Mark::Rings(radius) => canvas.stroke_circle(middle, radius, ink, 1.2),
+        Mark::Crosses(radius) => cross(canvas, middle, radius, ink),
+    }
+    canvas.label(&curve.name, (left + 23.0, height), Anchor::Start);
+    left + 23.0 + text_width(&curve.name, LABEL_SIZE)
+}
+
+fn cross(canvas: &mut Canvas, (x, y): Point2, r: f64, ink: Colour) {
+    canvas.line((x - r, y - r), (x + r, y + r), ink, 1.4);
+    canvas.line((x - r, y + r), (x + r, y - r), ink, 1.4);
+}
+
+/// The end of a curve with its name.
+struct EndName<'a> {
+    name: &'a str,
+    ink: Ink,
+    x: f64,
+    y: f64,
+    leaves_at_top: bool,
+}
+
+/// Ends of the curves of a plot that names them there.
+fn end_names(plot: &Plot) -> Vec<EndName<'_>> {
+    if plot.names == NamePlacement::Key {
+        return Vec::new();
+    }
+    let top = plot.y.range.map(|range| range.1);
+    let end = |curve: &'_ Curve| {
+        let points = curve.x.iter().zip(&curve.y);
+        let last = points.rev().find(|p| p.0.is_finite() && p.1.is_finite());
+        last.map(|(&x, &y)| (x, y))
+    };
+    let named = plot.curves.iter().filter(|c| !c.name.is_empty());
+    named
+        .filter_map(|curve| {
+            let (x, y) = end(curve)?;
+            Some(EndName {
+                name: &curve.name,
+                ink: curve.ink,
+                x,
+                y,
+                leaves_at_top: top.is_some_and(|top| y >= top * (1.0 - 1e-9)),
+            })
+        })
+        .collect()
+}
+
+/// Ranges of both axes in their positions; absent where nothing is finite.
+fn ranges(plot: &Plot) -> Option<((f64, f64), (f64, f64))> {
+    let map = plot.map.as_ref().and_then(map_ranges);
+    let over = |axis: &Axis, values: &dyn Fn(&Curve) -> Vec<f64>, tight: bool| {
+        if let Some((low, high)) = axis.range {
+            return Some((axis.position(low), axis.position(high)));
+        }
+        let all = || plot.curves.iter().flat_map(values);
+        match (axis.logarithmic, tight) {
+            (true, _) => log_range(all()),
+            (false, true) => {
+                let ends = extremes(all().filter(|x| x.is_finite()));
+                match ends.0 < ends.1 {
+                    true => Some(ends),
+                    false => linear_range(all()),
+                }
+            }
+            (false, false) => linear_range(all()),
+        }
+    };
+    let abscissae = |curve: &Curve| curve.x.clone();
+    let ordinates = |curve: &Curve| {
+        let ends = curve.interval.iter().flat_map(|i| [i.0, i.1]);
+        curve.y.iter().copied().chain(ends).collect()
+    };
+    let x = map
+        .map(|m| m.0)
+        .or_else(|| over(&plot.x, &abscissae, true))?;
+    let y = map
+        .map(|m| m.1)
+        .or_else(|| over(&plot.y, &ordinates, false))?;
+    Some((x, y))
+}
+
+fn draw_plot(canvas: &mut Canvas, plot: &Plot, layout: &Layout) {
+    let holds_points = plot.map.is_some() || plot.curves.iter().any(|c| !c.y.is_empty());
+    let Some((x, y)) = ranges(plot).filter(|_| holds_points) else {
+        canvas.placeholder(plot.empty, layout.middle());
+        return;
+    };
+    let (x, y) = match plot.equal_scales {
+        true => equal_scales(x, y, layout),
+        false => (x, y),
+    };
+    let panel = Panel::new(layout.across, layout.down, x, y);
+    for band in &plot.bands {
+        let ends = [band.from, band.to].map(|v| plot.x.position(v).clamp(x.0, x.1));
+        let corners = (panel.to_canvas(ends[0], y.0), panel.to_canvas(ends[1], y.1));
+        canvas.fill_rect(corners.0, corners.1, lighten(LIGHT_GREY));
+        let foot = (
+            panel.canvas_x(0.5 * (ends[0] + ends[1])),
+            layout.down.1 - 9.0,
+        );
+        canvas.note(&band.name, foot, Anchor::Middle);
+    }
+    draw_grid(canvas, &panel, plot, layout.numbered);
+    if let Some(map) = &plot.map {
+        draw_map(canvas, &panel, map);
+    }
+    draw_guides(canvas, &panel, plot);
+    for curve in &plot.curves {
+        draw_curve(canvas, &panel, plot, curve);
+    }
+    panel.draw_outline(canvas);
+    if !plot.heading.is_empty() {
+        let spot = (layout.across.0 + 6.0, layout.down.0 - 8.0);
+        canvas.label(&plot.heading, spot, Anchor::Start);
+    }
+    let position = |l: &PointLabel| (plot.x.position(l.x), plot.y.position(l.y), l.text.clone());
+    let labels: Vec<_> = plot.labels.iter().map(position).collect();
+    match plot.upright_labels {
+        true => name_upright(canvas, &panel, &labels),
+        false => name_peaks(canvas, &panel, &labels),
+    }
+    name_ends(canvas, &panel, plot);
+}
+
+/// Both ranges widened about their middles to the larger scale, as the plot is wider than high.
+fn equal_scales(x: (f64, f64), y: (f64, f64), layout: &Layout) -> ((f64, f64), (f64, f64)) {
+    let size = |(low, high): (f64, f64)| high - low;
+    let (wide, high) = (size(layout.across), size(layout.down));
+    let scale = (size(x) / wide).max(size(y) / high);
+    let about = |range: (f64, f64), length: f64| {
+        let middle = 0.5 * (range.0 + range.1);
+        (middle - 0.5 * scale * length, middle + 0.5 * scale * length)
+    };
+    (about(x, wide), about(y, high))
+}
+
+fn draw_grid(canvas: &mut Canvas, panel: &Panel, plot: &Plot, numbered: bool) {
+    match plot.y.logarithmic {
+        true => {
+            for (at, text) in log_ticks(panel.y, plot.y.prefixed_unit) {
+                let height = panel.canvas_y(at);
+                panel.draw_horizontal(canvas, height, LIGHT_GREY, 0.5);
+                canvas.label(&text, (panel.across.0 - 5.0, height), Anchor::End);
+            }
+        }
+        false => {
+            let about = ((panel.down.1 - panel.down.0) / 40.0).clamp(4.0, 8.0);
+            let round = ticks(panel.y, about as usize);
+            let all = if plot.y.ticks.is_empty() {
+                round
+            } else {
+                plot.y.ticks.clone()
+            };
+            panel.draw_y_grid(canvas, &all);
+        }
+    }
+    match (plot.x.logarithmic, numbered) {
+        (true, _) => {
+            for (at, text) in log_ticks(panel.x, plot.x.prefixed_unit) {
+                let text = if numbered { text.as_str() } else { "" };
+                panel.draw_x_mark(canvas, at, text);
+            }
+        }
+        (false, true) if plot.x.ticks.is_empty() => panel.draw_x_grid(canvas, &ticks(panel.x, 8)),
+        (false, true) => panel.draw_x_grid(canvas, &plot.x.ticks),
+        (false, false) => {
+            for value in ticks(panel.x, 8) {
+                panel.draw_vertical(canvas, panel.canvas_x(value), LIGHT_GREY, 0.5);
+            }
+        }
+    }
+    if numbered {
+        panel.draw_x_name(canvas, &plot.x.label, 30.0);
+    }
+    panel.draw_y_name(canvas, &plot.y.label);
+}
+
+fn draw_guides(canvas: &mut Canvas, panel: &Panel, plot: &Plot) {
+    for guide in &plot.guides {
+        let axis = if guide.vertical { &plot.x } else { &plot.y };
+        let range = if guide.vertical { panel.x } else { panel.y };
+        let at = axis.position(guide.at);
+        if !(range.0..=range.1).contains(&at) {
+            continue;
+        }
+        let ends = match guide.vertical {
+            true => [panel.y.0, panel.y.1].map(|y| panel.to_canvas(at, y)),
+            false => [panel.x.0, panel.x.1].map(|x| panel.to_canvas(x, at)),
+        };
+        let style = if guide.dotted {
+            LineStyle::Dotted
+        } else {
+            LineStyle::Solid
+        };
+        canvas.polyline(&ends, GREY, 0.8, style);
+        let corner = (panel.across.1, panel.down.1 + 30.0);
+        canvas.note(&guide.name, corner, Anchor::End);
+    }
+}
+
+fn draw_curve(canvas: &mut Canvas, panel: &Panel, plot: &Plot, curve: &Curve) {
+    let ink = colour(curve.ink);
+    let position = |(x, y): (&f64, &f64)| (plot.x.position(*x), plot.y.position(*y));
+    let points = || curve.x.iter().zip(&curve.y).map(position);
+    let inside = |(x, y): (f64, f64)| {
+        (panel.x.0..=panel.x.1).contains(&x) && (panel.y.0..=panel.y.1).contains(&y)
+    };
+    for ((x, _), interval) in points().zip(&curve.interval) {
+        let ends = [interval.0, interval.1].map(|v| plot.y.position(v).clamp(panel.y.0, panel.y.1));
+        let [low, high] = ends.map(|v| panel.to_canvas(x, v));
+        canvas.line(low, high, lighten(ink), 1.4);
+    }
+    match curve.mark {
+        Mark::Line(width, style) => {
+            for run in clip_to_panel(panel, points()) {
+                canvas.polyline(&run, ink, width, style);
+            }
+        }
+        Mark::Stems => {
+            for (x, y) in points().filter(|p| inside(*p)) {
+                let head = panel.to_canvas(x, y);
+                canvas.line((head.0, panel.down.1), head, ink, 1.4);
+                canvas.fill_circle(head, 2.2, ink);
+            }
+        }
+        Mark::Discs(radius) | Mark::Rings(radius) | Mark::Crosses(radius) => {
+            // Points closer together than half their radius are one.
+            let mut last = (f64::NAN, f64::NAN);
+            for (k, (x, y)) in points().enumerate().filter(|(_, p)| inside(*p)) {
+                let spot = panel.to_canvas(x, y);
+                let radius = curve.radii.get(k).copied().unwrap_or(radius);
+                if (spot.0 - last.0).hypot(spot.1 - last.1) < 0.5 * radius {
+                    continue;
+                }
+                last = spot;
+                match curve.mark {
+                    Mark::Rings(_) => canvas.stroke_circle(spot, radius, ink, 1.2),
+                    Mark::Crosses(_) => cross(canvas, spot, radius, ink),
+                    _ => canvas.fill_circle(spot, radius, ink),
+                }
+            }
+        }
+    }
+}
+
+/// Names curves at their ends, right of the panel or above it, none over another, each led to its curve.
+fn name_ends(canvas: &mut Canvas, panel: &Panel, plot: &Plot) {
+    let all = end_names(plot);
+    let spot = |end: &EndName| {
+        let y = plot.y.position(end.y).clamp(panel.y.0, panel.y.1);
+        panel.to_canvas(plot.x.position(end.x), y)
+    };
+    let (above, right): (Vec<&EndName>, Vec<&EndName>) = all.iter().partition(|e| e.leaves_at_top);
+    let wanted: Vec<f64> = right.iter().map(|end| spot(end).1).collect();
+    for (end, height) in right
+        .iter()
+        .zip(spread_labels(&wanted, LABEL_SIZE + 2.5, panel.down))
+    {
+        let (side, ink) = (panel.across.1 + 14.0, colour(end.ink));
+        canvas.line(spot(end), (side - 3.0, height), LIGHT_GREY, 0.7);
+        canvas.text(end.name, (side, height), LABEL_SIZE, ink, Anchor::Start);
+    }
+    let wanted: Vec<f64> = above.iter().map(|end| spot(end).0).collect();
+    for (end, x) in above
+        .iter()
+        .zip(spread_labels(&wanted, LABEL_SIZE + 2.0, panel.across))
+    {
+        let (foot, ink) = ((x, panel.down.0 - 10.0), colour(end.ink));
+        canvas.line(spot(end), foot, ink, 0.5);
+        canvas.vertical_text(end.name, (x, foot.1 - 2.0), LABEL_SIZE, ink, Anchor::Start);
+    }
+}
+
+/// Names points upright above a panel: positions on both axes, text.
+fn name_upright(canvas: &mut Canvas, panel: &Panel, labels: &[(f64, f64, String)]) {
+    let top = panel.down.0;
+    let wanted: Vec<f64> = labels.iter().map(|l| panel.canvas_x(l.0)).collect();
+    for ((x, y, text), right) in labels
+        .iter()
+        .zip(spread_labels(&wanted, 13.0, panel.across))
+    {
+        let head = panel.to_canvas(*x, *y);
+        canvas.line((right, top - 4.0), (head.0, head.1 - 3.0), LIGHT_GREY, 0.7);
+        canvas.vertical_text(text, (right, top - 7.0), SMALL, BLACK, Anchor::Start);
+    }
+}
+
+/// Names points above a panel, the more important first: positions on both axes, text. As many are named as have room.
+fn name_peaks(canvas: &mut Canvas, panel: &Panel, labels: &[(f64, f64, String)]) {
+    const SPACING: f64 = 8.0;
+    let top = panel.down.0;
+    let wanted = |l: &(f64, f64, String)| (panel.canvas_x(l.0), text_width(&l.2, SMALL) + SPACING);
+    let wanted: Vec<(f64, f64)> = labels.iter().map(wanted).collect();
+    let spread = place_labels(&wanted, (SPACING, WIDTH - SPACING));
+    for ((x, y, text), right) in labels.iter().zip(spread) {
+        let spot = panel.to_canvas(*x, *y);
+        canvas.line((right, top - 4.0), (spot.0, spot.1 - 3.0), LIGHT_GREY, 0.7);
+        canvas.stroke_circle(spot, 2.6, BLACK, 1.0);
+        canvas.text(text, (right, top - 11.0), SMALL, BLACK, Anchor::Middle);
+    }
+}
+
+/// The middles of labels, from the places wanted and their widths: as many of the first as fit, side by side in their order.
+fn place_labels(wanted: &[(f64, f64)], (low, high): (f64, f64)) -> Vec<f64> {
+    let mut room = high - low;
+    let mut fits = |(_, width): &&(f64, f64)| {
+        room -= width;
+        room >= 0.0
+    };
+    let kept: Vec<(f64, f64)> = wanted.iter().take_while(|w| fits(w)).copied().collect();
+    let mut order: Vec<usize> = (0..kept.len()).collect();
+    order.sort_by(|&a, &b| kept[a].0.total_cmp(&kept[b].0));
+    let mut middles = vec![0.0; kept.len()];
+    let mut from = low;
+    for &i in &order {
+        let (wanted, width) = kept[i];
+        middles[i] = wanted.max(from + 0.5 * width);
+        from = middles[i] + 0.5 * width;
+    }
+    let mut to = high;
+    for &i in order.iter().rev() {
+        let width = kept[i].1;
+        middles[i] = middles[i].min(to - 0.5 * width);
+        to = middles[i] - 0.5 * width;
+    }
+    middles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Labels never overlap nor leave the plot; of too many the first stay.
+    #[test]
+    fn law_labels_have_room() {
+        let mut rng = fastrand::Rng::with_seed(9);
+        for _ in 0..200 {
+            let count = rng.usize(0..30);
+            let label = |_| (900.0 * rng.f64(), 10.0 + 200.0 * rng.f64());
+            let wanted: Vec<(f64, f64)> = (0..count).map(label).collect();
+            let middles = place_labels(&wanted, (8.0, 892.0));
+            let ends = |i: usize| {
+                (
+                    middles[i] - 0.5 * wanted[i].1,
+                    middles[i] + 0.5 * wanted[i].1,
+                )
+            };
+            for i in 0..middles.len() {
+                assert!(ends(i).0 > 8.0 - 1e-9 && ends(i).1 < 892.0 + 1e-9);
+                let apart =
+                    |j: usize| ends(i).1 <= ends(j).0 + 1e-9 || ends(j).1 <= ends(i).0 + 1e-9;
+                assert!((0..i).all(apart));
+            }
+        }
+    }
+}

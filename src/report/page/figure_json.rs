@@ -1,0 +1,110 @@
+//! Figures as the script of a page reads them.
+
+use serde_json::{Value, json};
+
+use super::column::Columns;
+use crate::report::figure::{Axis, Curve, Ink, LevelMap, Mark, NamePlacement, Plot, PlotColumn};
+use crate::report::heatmap::{MapCells, MapColumn};
+use crate::report::svg::LineStyle;
+
+/// A column of plots.
+pub fn plots(figure: &PlotColumn, columns: &mut Columns) -> Value {
+    json!({
+        "title": figure.title,
+        "note": figure.note,
+        "linked": figure.linked,
+        "plots": figure.plots.iter().map(|p| plot(p, columns)).collect::<Vec<_>>(),
+    })
+}
+
+fn plot(plot: &Plot, columns: &mut Columns) -> Value {
+    let map = plot.map.as_ref().and_then(|m| map(m, columns));
+    let guides = plot
+        .guides
+        .iter()
+        .map(|g| json!({ "vertical": g.vertical, "at": g.at, "dotted": g.dotted, "name": g.name }));
+    let bands = plot
+        .bands
+        .iter()
+        .map(|b| json!({ "from": b.from, "to": b.to, "name": b.name }));
+    let labels = plot
+        .labels
+        .iter()
+        .map(|l| json!({ "x": l.x, "y": l.y, "text": l.text }));
+    json!({
+        "x": axis(&plot.x),
+        "y": axis(&plot.y),
+        "height": plot.height,
+        "equal": plot.equal_scales,
+        "heading": plot.heading,
+        "at_end": plot.names == NamePlacement::AtEnd,
+        "map": map,
+        "guides": guides.collect::<Vec<_>>(),
+        "bands": bands.collect::<Vec<_>>(),
+        "labels": labels.collect::<Vec<_>>(),
+        "curves": plot.curves.iter().map(|c| curve(c, columns)).collect::<Vec<_>>(),
+        "empty": plot.empty,
+    })
+}
+
+/// Cells of a map on a page, across and down.
+const CELLS: (usize, usize) = (800, 400);
+
+fn map(map: &LevelMap, columns: &mut Columns) -> Option<Value> {
+    let cells = MapCells::from_map(map, CELLS);
+    let scale = cells.scale()?;
+    let edges = |of: fn(&MapColumn) -> f64| cells.columns.iter().map(of).collect::<Vec<f64>>();
+    let levels = cells
+        .columns
+        .iter()
+        .flat_map(|c| c.levels.iter().map(|l| l.max(scale.0)));
+    let levels: Vec<f64> = levels.collect();
+    Some(json!({
+        "label": map.label,
+        "from": columns.value(&edges(|c| c.from)),
+        "to": columns.value(&edges(|c| c.to)),
+        "low": cells.low,
+        "step": cells.step,
+        "rows": cells.columns.first().map_or(0, |c| c.levels.len()),
+        "scale": scale,
+        "levels": columns.value(&levels),
+    }))
+}
+
+fn axis(axis: &Axis) -> Value {
+    json!({ "label": axis.label, "log": axis.logarithmic, "range": axis.range, "unit": axis.prefixed_unit, "ticks": axis.ticks })
+}
+
+fn curve(curve: &Curve, columns: &mut Columns) -> Value {
+    let (ink, pale) = match curve.ink {
+        Ink::Series(k) => (k % 6, false),
+        Ink::Pale(k) => (k % 6, true),
+        Ink::Faint => (6, false),
+    };
+    let (mark, size, style) = match curve.mark {
+        Mark::Line(width, style) => ("line", width, style),
+        Mark::Discs(radius) => ("discs", radius, LineStyle::Solid),
+        Mark::Rings(radius) => ("rings", radius, LineStyle::Solid),
+        Mark::Crosses(radius) => ("crosses", radius, LineStyle::Solid),
+        Mark::Stems => ("stems", 2.2, LineStyle::Solid),
+    };
+    let dash = match style {
+        LineStyle::Solid => "solid",
+        LineStyle::Dashed => "dashed",
+        LineStyle::Dotted => "dotted",
+    };
+    let (low, high): (Vec<f64>, Vec<f64>) = curve.interval.iter().copied().unzip();
+    json!({
+        "name": curve.name,
+        "ink": ink,
+        "pale": pale,
+        "mark": mark,
+        "size": size,
+        "dash": dash,
+        "x": columns.value(&curve.x),
+        "y": columns.value(&curve.y),
+        "low": columns.value(&low),
+        "high": columns.value(&high),
+        "radii": columns.value(&curve.radii),
+    })
+}

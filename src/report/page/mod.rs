@@ -1,0 +1,147 @@
+//! Reports as one HTML page that opens without a network: tables, interactive figures, warnings, steps.
+
+mod column;
+mod figure_json;
+
+use serde_json::{Value, json};
+
+use self::column::Columns;
+use super::figure::{Figure, FigureContent};
+use super::number_format::with_minus_signs;
+use super::presentation::Presentation;
+use crate::base::error::{Diagnostic, Error};
+
+const TEMPLATE: &str = include_str!("template.html");
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+const PLOT_STYLE: &str = include_str!("vendor/uPlot.min.css");
+const PLOT_SCRIPT: &str = include_str!("vendor/uPlot.iife.min.js");
+const PLOT_LICENCE: &str = include_str!("vendor/LICENSE");
+
+/// A result on a page.
+#[derive(Debug, Clone)]
+pub struct Section {
+    heading: String,
+    title: String,
+    text: String,
+    notes: String,
+    warnings: Vec<Diagnostic>,
+    figures: Vec<Figure>,
+    csv: String,
+}
+
+/// Largest table that a page holds, bytes: longer ones belong in a file of their own.
+const MAX_TABLE: usize = 1 << 20;
+
+impl Section {
+    /// A result under a heading.
+    ///
+    /// # Errors
+    /// A curve of a figure that cannot be computed.
+    pub fn new(heading: &str, result: &dyn Presentation) -> Result<Section, Error> {
+        let about = result.provenance();
+        let repairs = about.repairs.unwrap_or_default().iter();
+        let repairs: String = repairs
+            .map(|r| format!("{}: {}\n", r.kind, r.message))
+            .collect();
+        let early = result.interruption().unwrap_or_default();
+        let csv = result.table().csv();
+        Ok(Section {
+            heading: heading.to_string(),
+            title: about.title.to_string(),
+            text: result.text(),
+            notes: repairs + &result.notes() + &early,
+            warnings: about.warnings.to_vec(),
+            figures: result.figures()?,
+            csv: if csv.len() <= MAX_TABLE {
+                csv
+            } else {
+                String::new()
+            },
+        })
+    }
+
+    /// The title of its scene, else of its first figure with one, else its heading.
+    pub fn title(&self) -> &str {
+        let figures = self.figures.iter().map(|figure| match &figure.content {
+            FigureContent::Plots(plots) => plots.title.as_str(),
+            FigureContent::Drawing(_) => "",
+        });
+        let mut all = std::iter::once(self.title.as_str()).chain(figures);
+        all.find(|t| !t.is_empty()).unwrap_or(&self.heading)
+    }
+
+    fn json(&self, columns: &mut Columns) -> Value {
+        let warning =
+            |w: &Diagnostic| json!({ "code": w.code, "message": w.message, "hint": w.hint });
+        let figure = |figure: &Figure| match &figure.content {
+            FigureContent::Plots(plots) => figure_json::plots(plots, columns),
+            FigureContent::Drawing(svg) => json!({ "svg": svg }),
+        };
+        json!({
+            "heading": self.heading,
+            "text": with_minus_signs(&self.text),
+            "notes": self.notes,
+            "warnings": self.warnings.iter().map(warning).collect::<Vec<_>>(),
+            "figures": self.figures.iter().map(figure).collect::<Vec<_>>(),
+            "csv": self.csv,
+        })
+    }
+}
+
+/// The page of results, with the title of the machine or log and the command that makes it again.
+pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
+    let mut columns = Columns::default();
+    let sections: Vec<Value> = sections.iter().map(|s| s.json(&mut columns)).collect();
+    let version = env!("CARGO_PKG_VERSION");
+    let data =
+        json!({ "title": title, "command": command, "version": version, "sections": sections });
+    // No text of the data can end its element.
+    let data = data.to_string().replace('<', "\\u003c");
+    let parts = [
+        ("{{title}}", escape(title)),
+        ("{{style}}", format!("{PLOT_STYLE}\n{STYLE}")),
+        ("{{licence}}", PLOT_LICENCE.to_string()),
+        ("{{data}}", data),
+        ("{{columns}}", columns.elements()),
+        ("{{plot_script}}", PLOT_SCRIPT.to_string()),
+        ("{{script}}", SCRIPT.to_string()),
+    ];
+    fill(TEMPLATE, &parts)
+}
+
+/// A template with its marks replaced in one pass: what is inserted holds no marks.
+fn fill(template: &str, parts: &[(&str, String)]) -> String {
+    let mut page = String::new();
+    let mut rest = template;
+    while let Some(start) = rest.find("{{") {
+        page += &rest[..start];
+        rest = &rest[start..];
+        match parts.iter().find(|(mark, _)| rest.starts_with(mark)) {
+            Some((mark, text)) => {
+                page += text;
+                rest = &rest[mark.len()..];
+            }
+            None => {
+                page += &rest[..2];
+                rest = &rest[2..];
+            }
+        }
+    }
+    page + rest
+}
+
+/// Escapes a text for HTML.
+fn escape(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe += "&amp;",
+            '<' => safe += "&lt;",
+            '>' => safe += "&gt;",
+            '"' => safe += "&quot;",
+            c => safe.push(c),
+        }
+    }
+    safe
+}

@@ -1,0 +1,604 @@
+"use strict";
+// Draws the figures of a report with uPlot's scales and axes; curves, maps and names are drawn here, since they have abscissae of their own.
+(() => {
+  const G = (globalThis.G = { plots: [] });
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const root = document.documentElement;
+  const element = (name, text, className) => {
+    const made = document.createElement(name);
+    if (text !== undefined) made.textContent = text;
+    if (className) made.className = className;
+    return made;
+  };
+  const colour = (name) => getComputedStyle(root).getPropertyValue(name).trim();
+
+  // Columns: bytes ordered by significance, deflated, in base 64.
+  const columns = new Map();
+  async function column({ column: id, single, length }) {
+    if (!columns.has(id)) {
+      const packed = Uint8Array.from(atob(document.getElementById("column" + id).textContent), (c) => c.charCodeAt(0));
+      const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+      const shuffled = new Uint8Array(await new Response(stream).arrayBuffer());
+      const size = single ? 4 : 8;
+      const bytes = new Uint8Array(length * size);
+      for (let k = 0; k < size; k++) for (let i = 0; i < length; i++) bytes[i * size + k] = shuffled[k * length + i];
+      columns.set(id, single ? new Float32Array(bytes.buffer) : new Float64Array(bytes.buffer));
+    }
+    return columns.get(id);
+  }
+  async function list(value) {
+    if (Array.isArray(value)) return value.map((v) => (v === null ? NaN : v));
+    if (value.grid) {
+      const [first, last, count] = value.grid;
+      return Float64Array.from({ length: count }, (_, i) => first + ((last - first) * i) / (count - 1));
+    }
+    return column(value);
+  }
+
+  // Numbers of tips and axes.
+  const number = (x) => {
+    if (!Number.isFinite(x)) return "–";
+    const size = Math.abs(x);
+    const text = size !== 0 && (size < 1e-4 || size >= 1e7) ? x.toExponential(4).replace(/\.?0+e/, "e").replace("e+", "e") : String(Number(x.toPrecision(6)));
+    return text.replaceAll("-", "−");
+  };
+  const prefixed = (x, unit) => {
+    const [size, prefix] = [[1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"], [1e-12, "p"]].find(([s]) => Math.abs(x) >= s * 0.9999) ?? [1, ""];
+    return number(x / size) + " " + prefix + unit;
+  };
+  const axisText = (axis) => (axis.unit ? (x) => prefixed(x, axis.unit) : number);
+
+  // Ranges.
+  function extent(lists, positive) {
+    let [low, high] = [Infinity, -Infinity];
+    for (const values of lists) for (const v of values) if (Number.isFinite(v) && (!positive || v > 0)) {
+      if (v < low) low = v;
+      if (v > high) high = v;
+    }
+    return low <= high ? [low, high] : null;
+  }
+  function wholeRange(axis, lists, tight) {
+    if (axis.range) return axis.range.slice();
+    const found = extent(lists, axis.log);
+    if (!found) return null;
+    let [low, high] = found;
+    if (axis.log) {
+      low = Math.max(low, high * 1e-8);
+      const room = Math.max((high / low) ** 0.06, 10 ** 0.1);
+      return [low / room, high * room];
+    }
+    if (tight && low < high) return [low, high];
+    const room = high > low ? 0.05 * (high - low) : 0.05 * Math.max(Math.abs(high), 1);
+    return [low - room, high + room];
+  }
+
+  // Viridis of matplotlib (van der Walt & Smith 2015) at nine even steps.
+  const SCALE = [[68, 1, 84], [71, 45, 123], [59, 82, 139], [44, 114, 142], [33, 145, 140], [40, 174, 128], [94, 201, 98], [173, 220, 48], [253, 231, 37]];
+  function shade(share) {
+    const at = Math.min(Math.max(share, 0), 1) * (SCALE.length - 1);
+    const k = Math.min(Math.floor(at), SCALE.length - 2);
+    return SCALE[k].map((v, i) => Math.round(v + (at - k) * (SCALE[k + 1][i] - v)));
+  }
+  function mapImage(map) {
+    const [across, down] = [map.from.length, map.rows];
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [across, down];
+    const image = canvas.getContext("2d").createImageData(across, down);
+    for (let i = 0; i < across; i++) for (let k = 0; k < down; k++) {
+      const level = map.levels[i * down + k];
+      const at = 4 * ((down - 1 - k) * across + i);
+      image.data.set([...shade((level - map.scale[0]) / (map.scale[1] - map.scale[0])), 255], at);
+    }
+    canvas.getContext("2d").putImageData(image, 0, 0);
+    return canvas;
+  }
+
+  // One plot.
+  const DASHES = { solid: [], dashed: [7, 5], dotted: [2, 4] };
+  function drawCurve(plot, ctx, curve) {
+    const { x, y } = curve;
+    const [px, py] = [plot.toX, plot.toY];
+    ctx.strokeStyle = ctx.fillStyle = plot.ink(curve);
+    ctx.globalAlpha = curve.pale ? 0.45 : 1;
+    ctx.lineWidth = Math.max(curve.mark === "line" ? curve.size * 1.25 : 1.3, 0.8) * devicePixelRatio;
+    ctx.setLineDash(DASHES[curve.dash].map((d) => d * devicePixelRatio));
+    const scale = devicePixelRatio * 1.2;
+    for (let i = 0; i < curve.low.length; i++) {
+      ctx.globalAlpha = 0.45;
+      ctx.beginPath();
+      ctx.moveTo(px(x[i]), py(curve.low[i]));
+      ctx.lineTo(px(x[i]), py(curve.high[i]));
+      ctx.stroke();
+      ctx.globalAlpha = curve.pale ? 0.45 : 1;
+    }
+    if (curve.mark === "line") return drawLine(plot, ctx, curve);
+    const foot = plot.u.bbox.top + plot.u.bbox.height;
+    for (let i = 0; i < x.length; i++) {
+      const [cx, cy] = [px(x[i]), py(y[i])];
+      if (!Number.isFinite(cx + cy)) continue;
+      const r = (curve.radii[i] ?? curve.size) * scale;
+      ctx.beginPath();
+      if (curve.mark === "crosses") {
+        ctx.moveTo(cx - r, cy - r); ctx.lineTo(cx + r, cy + r); ctx.moveTo(cx - r, cy + r); ctx.lineTo(cx + r, cy - r);
+        ctx.stroke();
+        continue;
+      }
+      if (curve.mark === "stems") { ctx.moveTo(cx, foot); ctx.lineTo(cx, cy); ctx.stroke(); ctx.beginPath(); }
+      ctx.arc(cx, cy, r, 0, 2 * Math.PI);
+      curve.mark === "rings" ? ctx.stroke() : ctx.fill();
+    }
+  }
+  // A line; of points in rising order that share a pixel column only first, lowest, highest and last are drawn.
+  function drawLine(plot, ctx, { x, y, rising }) {
+    const [px, py] = [plot.toX, plot.toY];
+    let [from, to] = [0, x.length];
+    if (rising) {
+      const [low, high] = plot.shown.x;
+      from = Math.max(search(x, low) - 1, 0);
+      to = Math.min(search(x, high) + 2, x.length);
+    }
+    ctx.beginPath();
+    let open = false;
+    const point = (cx, cy) => { open ? ctx.lineTo(cx, cy) : ctx.moveTo(cx, cy); open = true; };
+    if (!rising || to - from < 4000) {
+      for (let i = from; i < to; i++) {
+        const [cx, cy] = [px(x[i]), py(y[i])];
+        Number.isFinite(cx + cy) ? point(cx, cy) : (open = false);
+      }
+    } else {
+      let [pixel, low, high, last] = [NaN, Infinity, -Infinity, NaN];
+      const flush = () => {
+        if (Number.isNaN(last)) return;
+        point(pixel, low); point(pixel, high); point(pixel, last);
+      };
+      for (let i = from; i < to; i++) {
+        const cx = Math.round(px(x[i]));
+        const cy = py(y[i]);
+        if (cx !== pixel) { flush(); [pixel, low, high, last] = [cx, Infinity, -Infinity, NaN]; }
+        if (!Number.isFinite(cy)) { flush(); open = false; last = NaN; continue; }
+        [low, high, last] = [Math.min(low, cy), Math.max(high, cy), cy];
+      }
+      flush();
+    }
+    ctx.stroke();
+  }
+  const search = (values, x) => {
+    let [low, high] = [0, values.length];
+    while (low < high) { const middle = (low + high) >> 1; values[middle] < x ? (low = middle + 1) : (high = middle); }
+    return low;
+  };
+  const isRising = (x) => { for (let i = 1; i < x.length; i++) if (!(x[i] >= x[i - 1])) return false; return true; };
+
+  function drawMap(plot, ctx) {
+    const { map } = plot;
+    plot.image ??= mapImage(map);
+    const [top, foot] = [plot.toY(map.low + map.rows * map.step), plot.toY(map.low)];
+    ctx.imageSmoothingEnabled = false;
+    for (let i = 0; i < map.from.length; i++) {
+      const [left, right] = [plot.toX(map.from[i]), plot.toX(map.to[i])];
+      ctx.drawImage(plot.image, i, 0, 1, map.rows, Math.floor(left), top, Math.ceil(right) - Math.floor(left), foot - top);
+    }
+  }
+  // The scale of colours, right of the map.
+  function drawScale(plot, ctx) {
+    const { left, top, width, height } = plot.u.bbox;
+    const { scale, label: text } = plot.map;
+    const dpr = devicePixelRatio;
+    const [from, across, steps] = [left + width + 14 * dpr, 14 * dpr, 60];
+    for (let k = 0; k < steps; k++) {
+      ctx.fillStyle = `rgb(${shade((k + 0.5) / steps).join(",")})`;
+      ctx.fillRect(from, top + height * (1 - (k + 1) / steps), across, Math.ceil(height / steps) + 1);
+    }
+    ctx.font = `${11 * dpr}px system-ui, sans-serif`;
+    ctx.textAlign = "left";
+    ctx.textBaseline = "middle";
+    ctx.fillStyle = colour("--text");
+    for (const share of [0, 0.25, 0.5, 0.75, 1]) {
+      const level = scale[0] + share * (scale[1] - scale[0]);
+      ctx.fillText(number(Number(level.toPrecision(3))), from + across + 4 * dpr, top + height * (1 - share));
+    }
+    ctx.save();
+    ctx.translate(from + across + 46 * dpr, top + height / 2);
+    ctx.rotate(-Math.PI / 2);
+    ctx.textAlign = "center";
+    ctx.fillText(text, 0, 0);
+    ctx.restore();
+  }
+  function drawBehind(plot, ctx) {
+    const { left, top, width, height } = plot.u.bbox;
+    for (const band of plot.bands) {
+      ctx.fillStyle = colour("--grid");
+      ctx.fillRect(plot.toX(band.from), top, plot.toX(band.to) - plot.toX(band.from), height);
+      label(plot, ctx, band.name, 0.5 * (plot.toX(band.from) + plot.toX(band.to)), top + height - 8 * devicePixelRatio, "center", "--quiet");
+    }
+    ctx.lineWidth = devicePixelRatio;
+    ctx.strokeStyle = colour("--quiet");
+    for (const guide of plot.guides) {
+      ctx.setLineDash(guide.dotted ? [2 * devicePixelRatio, 3 * devicePixelRatio] : []);
+      ctx.beginPath();
+      const at = guide.vertical ? plot.toX(guide.at) : plot.toY(guide.at);
+      guide.vertical ? (ctx.moveTo(at, top), ctx.lineTo(at, top + height)) : (ctx.moveTo(left, at), ctx.lineTo(left + width, at));
+      ctx.stroke();
+    }
+    ctx.setLineDash([]);
+  }
+  function label(plot, ctx, text, x, y, align, ink) {
+    ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.textAlign = align;
+    ctx.textBaseline = "middle";
+    ctx.setLineDash([]);
+    const width = ctx.measureText(text).width;
+    const { left, width: across } = plot.u.bbox;
+    // Inside the plot on both sides.
+    const [low, high] = align === "center" ? [left + width / 2, left + across - width / 2] : [left, left + across - width];
+    ctx.lineWidth = 3 * devicePixelRatio;
+    ctx.strokeStyle = colour("--paper");
+    ctx.globalAlpha = 0.8;
+    const at = Math.min(Math.max(x, low), high);
+    ctx.strokeText(text, at, y);
+    ctx.globalAlpha = 1;
+    ctx.fillStyle = colour(ink);
+    ctx.fillText(text, at, y);
+  }
+  // Names of points, the most important first, where they cover no other name; then names at the ends of curves.
+  function drawNames(plot, ctx) {
+    const taken = [];
+    const place = (text, x, y, align, ink) => {
+      ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
+      const width = ctx.measureText(text).width;
+      const start = align === "center" ? x - width / 2 : x;
+      const box = [start, y - 7 * devicePixelRatio, start + width, y + 7 * devicePixelRatio];
+      if (taken.some((b) => box[0] < b[2] && b[0] < box[2] && box[1] < b[3] && b[1] < box[3])) return;
+      taken.push(box);
+      label(plot, ctx, text, x, y, align, ink);
+    };
+    const inside = (x, y) => x >= plot.shown.x[0] && x <= plot.shown.x[1] && y >= plot.shown.y[0] && y <= plot.shown.y[1];
+    for (const point of plot.labels) if (inside(point.x, point.y)) {
+      const [x, y] = [plot.toX(point.x), plot.toY(point.y)];
+      ctx.strokeStyle = colour("--text");
+      ctx.lineWidth = devicePixelRatio;
+      ctx.beginPath();
+      ctx.arc(x, y, 3 * devicePixelRatio, 0, 2 * Math.PI);
+      ctx.stroke();
+      const short = point.text.length > 42 ? point.text.slice(0, 41) + "…" : point.text;
+      place(short, x, Math.max(y - 11 * devicePixelRatio, plot.u.bbox.top + 8 * devicePixelRatio), "center", "--text");
+    }
+    if (!plot.at_end) return;
+    for (const curve of plot.curves) if (curve.name) {
+      for (let i = curve.x.length - 1; i >= 0; i--) if (inside(curve.x[i], curve.y[i])) {
+        place(curve.name, plot.toX(curve.x[i]) + 6 * devicePixelRatio, plot.toY(curve.y[i]) - 9 * devicePixelRatio, "left", "--series-" + curve.ink);
+        break;
+      }
+    }
+  }
+
+  function makePlot(plot, host, group, name, numbered) {
+    const xs = plot.curves.map((c) => c.x);
+    const whole = plot.map
+      ? { x: [plot.map.from[0], plot.map.to[plot.map.to.length - 1]], y: [plot.map.low, plot.map.low + plot.map.rows * plot.map.step] }
+      : { x: wholeRange(plot.x, xs, true), y: wholeRange(plot.y, plot.curves.flatMap((c) => [c.y, c.low, c.high]), false) };
+    if (!whole.x || !whole.y) {
+      host.append(element("p", plot.empty, "note"));
+      return;
+    }
+    const width = () => host.clientWidth || 1000;
+    const height = () => (plot.equal ? 620 : Math.max(plot.height, 100)) + (numbered ? 62 : 20);
+    if (plot.equal) equalise(whole, (width() - 100) / 620);
+    Object.assign(plot, { name, group, whole, shown: { x: whole.x.slice(), y: whole.y.slice() }, host });
+    plot.curves.forEach((c) => (c.rising = isRising(c.x)));
+    plot.ink = (curve) => colour("--series-" + curve.ink);
+    const grid = { stroke: () => colour("--grid"), width: 1 };
+    const axis = (of, side) => ({
+      scale: side, label: numbered || side === "y" ? of.label : undefined, labelSize: 22, size: side === "y" ? 66 : numbered ? 40 : 12, stroke: () => colour("--text"), grid, ticks: grid,
+      font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
+      values: (_, splits) => splits.map((v) => (v === null || !(numbered || side === "y") ? "" : axisText(of)(v))),
+      ...(of.log ? { splits: (u, i, low, high) => logSplits(low, high) } : {}),
+      ...(of.ticks.length ? { splits: () => of.ticks } : {}),
+    });
+    const scale = (of, side) => ({ time: false, distr: of.log ? 3 : 1, log: 10, range: () => plot.shown[side] });
+    const u = new uPlot(
+      {
+        width: width(), height: height(), legend: { show: false }, padding: [8, plot.map ? 84 : 24, 0, 0],
+        scales: { x: scale(plot.x, "x"), y: scale(plot.y, "y") },
+        axes: [axis(plot.x, "x"), axis(plot.y, "y")],
+        series: [{}, { show: true, stroke: "transparent", paths: () => null, points: { show: false } }],
+        cursor: { y: true, points: { show: false }, drag: { x: true, y: true, uni: 30, setScale: false } },
+        hooks: {
+          drawClear: [(u) => { plot.u = u; clip(u, () => drawBehind(plot, u.ctx)); }],
+          drawAxes: [(u) => { if (plot.map) { clip(u, () => drawMap(plot, u.ctx)); drawScale(plot, u.ctx); } }],
+          draw: [(u) => { plot.u = u; clip(u, () => plot.curves.forEach((c) => drawCurve(plot, u.ctx, c))); u.ctx.globalAlpha = 1; drawNames(plot, u.ctx); frame(u); }],
+          setSelect: [(u) => {
+            if (u.select.width < 4 && u.select.height < 4) return;
+            const { left, top, width, height } = u.select;
+            const [x, y] = [[u.posToVal(left, "x"), u.posToVal(left + width, "x")], [u.posToVal(top + height, "y"), u.posToVal(top, "y")]];
+            u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+            show(plot, width < 4 ? plot.shown.x : x, height < 4 || height >= u.over.clientHeight - 1 ? plot.shown.y : y);
+          }],
+        },
+      },
+      [whole.x, whole.y],
+      host,
+    );
+    plot.u = u;
+    plot.toX = (v) => u.valToPos(v, "x", true);
+    plot.toY = (v) => u.valToPos(v, "y", true);
+    u.redraw();
+    addEventListener("resize", () => u.setSize({ width: width(), height: height() }));
+    u.over.addEventListener("mousemove", (event) => tip(plot, event));
+    u.over.addEventListener("mouseleave", () => (document.getElementById("tip").hidden = true));
+    u.over.addEventListener("dblclick", () => reset(plot));
+    host.addEventListener("wheel", (event) => {
+      if (document.activeElement !== host) return;
+      event.preventDefault();
+      zoom(plot, event.deltaY < 0 ? 0.8 : 1.25);
+    }, { passive: false });
+    host.tabIndex = 0;
+    host.setAttribute("role", "img");
+    host.setAttribute("aria-label", `${plot.heading || plot.y.label} over ${plot.x.label}`);
+    host.addEventListener("keydown", (event) => {
+      const act = { ArrowLeft: () => pan(plot, -0.2), ArrowRight: () => pan(plot, 0.2), "+": () => zoom(plot, 0.7), "-": () => zoom(plot, 1 / 0.7), 0: () => reset(plot) }[event.key];
+      if (act) { event.preventDefault(); act(); }
+    });
+    const tools = element("div", undefined, "tools");
+    const csv = element("button", "CSV");
+    csv.type = "button";
+    csv.addEventListener("click", () => save(plot));
+    const all = element("button", "all");
+    all.type = "button";
+    all.title = "show all (key 0)";
+    all.addEventListener("click", () => reset(plot));
+    tools.append(all, " ", csv);
+    host.append(tools);
+    G.plots.push(plot);
+  }
+  // Both ranges about their middles, so that a unit has the same length on both axes of a plot this many times wider than high.
+  function equalise(ranges, wide) {
+    const [x, y] = [ranges.x, ranges.y];
+    const unit = Math.max((x[1] - x[0]) / wide, y[1] - y[0]);
+    const about = ([low, high], length) => [0.5 * (low + high - length), 0.5 * (low + high + length)];
+    [ranges.x, ranges.y] = [about(x, unit * wide), about(y, unit)];
+  }
+  function clip(u, draw) {
+    const { left, top, width, height } = u.bbox;
+    u.ctx.save();
+    u.ctx.beginPath();
+    u.ctx.rect(left, top, width, height);
+    u.ctx.clip();
+    draw();
+    u.ctx.restore();
+  }
+  function frame(u) {
+    const { left, top, width, height } = u.bbox;
+    u.ctx.setLineDash([]);
+    u.ctx.lineWidth = 1;
+    u.ctx.strokeStyle = colour("--rule");
+    u.ctx.strokeRect(left, top, width, height);
+  }
+  function logSplits(low, high) {
+    const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
+    const digits = last - first <= 3 ? [1, 2, 5] : [1];
+    const every = Math.max(1, Math.ceil((last - first) / 9));
+    const all = [];
+    for (let d = first; d <= last; d += every) for (const digit of digits) all.push(digit * 10 ** d);
+    return all.filter((v) => v >= low * (1 - 1e-9) && v <= high * (1 + 1e-9));
+  }
+
+  // Ranges shown; plots of a group share their abscissa, and the address holds what differs from the whole.
+  function show(plot, x, y) {
+    plot.shown = { x, y };
+    const others = plot.group === null ? [] : G.plots.filter((p) => p !== plot && p.group === plot.group);
+    for (const p of [plot, ...others]) {
+      p.shown.x = x.slice();
+      p.u.redraw(true, true);
+      p.u.setScale("x", { min: x[0], max: x[1] });
+      p.u.setScale("y", { min: p.shown.y[0], max: p.shown.y[1] });
+    }
+    writeAddress();
+  }
+  const along = (axis, range, f) => (axis.log ? f(range.map(Math.log10)).map((v) => 10 ** v) : f(range));
+  const zoom = (plot, by) => show(plot, along(plot.x, plot.shown.x, ([a, b]) => [0.5 * (a + b) - 0.5 * by * (b - a), 0.5 * (a + b) + 0.5 * by * (b - a)]), plot.shown.y);
+  const pan = (plot, by) => show(plot, along(plot.x, plot.shown.x, ([a, b]) => [a + by * (b - a), b + by * (b - a)]), plot.shown.y);
+  function reset(plot) {
+    const group = plot.group === null ? [plot] : G.plots.filter((p) => p.group === plot.group);
+    for (const p of group) p.shown.y = p.whole.y.slice();
+    show(plot, plot.whole.x.slice(), plot.whole.y.slice());
+  }
+  let ready = false;
+  function writeAddress() {
+    if (!ready) return;
+    const changed = G.plots.filter((p) => p.shown.x.some((v, i) => v !== p.whole.x[i]) || p.shown.y.some((v, i) => v !== p.whole.y[i]));
+    const text = changed.map((p) => `${p.name}=${[...p.shown.x, ...p.shown.y].map((v) => Number(v.toPrecision(8))).join(":")}`).join("&");
+    history.replaceState(null, "", text ? "#" + text : location.pathname + location.search);
+  }
+  function readAddress() {
+    for (const part of location.hash.slice(1).split("&")) {
+      const [name, range] = part.split("=");
+      const plot = G.plots.find((p) => p.name === name);
+      const values = (range ?? "").split(":").map(Number);
+      if (plot && values.length === 4 && values.every(Number.isFinite)) show(plot, values.slice(0, 2), values.slice(2));
+    }
+  }
+
+  // The nearest point.
+  function tip(plot, event) {
+    const box = plot.u.over.getBoundingClientRect();
+    const [mx, my] = [event.clientX - box.left, event.clientY - box.top];
+    let best = { distance: 18 };
+    const toX = (v) => plot.u.valToPos(v, "x");
+    const toY = (v) => plot.u.valToPos(v, "y");
+    for (const curve of plot.curves) {
+      let [from, to] = [0, curve.x.length];
+      if (curve.rising && to > 2000) {
+        from = search(curve.x, plot.u.posToVal(mx - 18, "x"));
+        to = search(curve.x, plot.u.posToVal(mx + 18, "x"));
+      }
+      for (let i = from; i < to; i++) {
+        const distance = Math.hypot(toX(curve.x[i]) - mx, toY(curve.y[i]) - my);
+        if (distance < best.distance) best = { distance, curve, i };
+      }
+    }
+    const box2 = document.getElementById("tip");
+    let text = "";
+    if (best.curve) {
+      const { curve, i } = best;
+      const near = plot.labels.find((l) => l.x === curve.x[i] && l.y === curve.y[i]);
+      const interval = curve.low.length ? ` (${number(curve.low[i])} … ${number(curve.high[i])})` : "";
+      text = `${near ? near.text + "\n" : curve.name ? curve.name + "\n" : ""}${plot.x.label}: ${axisText(plot.x)(curve.x[i])}\n${plot.y.label}: ${axisText(plot.y)(curve.y[i])}${interval}`;
+    } else if (plot.map) {
+      const { map } = plot;
+      const [x, y] = [plot.u.posToVal(mx, "x"), plot.u.posToVal(my, "y")];
+      const i = map.from.findIndex((f, k) => x >= f && x <= map.to[k]);
+      const k = Math.floor((y - map.low) / map.step);
+      if (i >= 0 && k >= 0 && k < map.rows) text = `${plot.x.label}: ${number(x)}\n${plot.y.label}: ${number(y)}\n${map.label}: ${number(map.levels[i * map.rows + k])}`;
+    }
+    box2.hidden = !text;
+    box2.textContent = text;
+    box2.style.left = Math.min(event.pageX + 14, scrollX + innerWidth - box2.offsetWidth - 8) + "px";
+    box2.style.top = event.pageY + 14 + "px";
+  }
+
+  // Files.
+  function download(name, text) {
+    const link = element("a");
+    link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+  const cell = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  G.csv = (plot) => {
+    if (plot.map) {
+      const rows = [[plot.x.label, plot.y.label, plot.map.label].map(cell).join(",")];
+      plot.map.from.forEach((f, i) => { for (let k = 0; k < plot.map.rows; k++) rows.push([0.5 * (f + plot.map.to[i]), plot.map.low + (k + 0.5) * plot.map.step, plot.map.levels[i * plot.map.rows + k]].join(",")); });
+      return rows.join("\n") + "\n";
+    }
+    const rows = [["curve", plot.x.label, plot.y.label].map(cell).join(",")];
+    for (const c of plot.curves) for (let i = 0; i < c.x.length; i++) rows.push([cell(c.name), c.x[i], Number.isFinite(c.y[i]) ? c.y[i] : ""].join(","));
+    return rows.join("\n") + "\n";
+  };
+  const save = (plot) => download(plot.name + ".csv", G.csv(plot));
+  function tableOf(csv) {
+    const MOST = 400;
+    const lines = csv.trimEnd().split("\n");
+    const split = (line) => [...line.matchAll(/("(?:[^"]|"")*"|[^,]*)(?:,|$)/g)].slice(0, -1).map((m) => m[1].replace(/^"|"$/g, "").replaceAll('""', '"'));
+    const table = element("table");
+    lines.slice(0, MOST + 1).forEach((line, k) => {
+      const row = element("tr");
+      for (const text of split(line + (line.endsWith(",") ? "," : ""))) row.append(element(k === 0 ? "th" : "td", text));
+      table.append(row);
+    });
+    const box = element("div", undefined, "table");
+    box.append(table);
+    if (lines.length > MOST + 1) box.append(element("p", `${lines.length - 1 - MOST} more rows in the CSV file`, "note"));
+    return box;
+  }
+
+  // The key of a figure: each name once.
+  const MARKS = {
+    line: (c) => `<path d="M0 6h22" stroke-width="${Math.max(c.size, 1.6)}" stroke-dasharray="${DASHES[c.dash].join(" ")}"/>`,
+    discs: () => `<circle cx="11" cy="6" r="3" fill="currentColor"/>`,
+    stems: () => `<circle cx="11" cy="6" r="3" fill="currentColor"/>`,
+    rings: () => `<circle cx="11" cy="6" r="3.5"/>`,
+    crosses: () => `<path d="M7 2l8 8M7 10l8-8" stroke-width="1.6"/>`,
+  };
+  function keyOf(plots) {
+    const key = element("div", undefined, "key");
+    const known = new Set();
+    for (const plot of plots) if (!plot.at_end) for (const curve of plot.curves) {
+      if (!curve.name || known.has(curve.name)) continue;
+      known.add(curve.name);
+      const entry = element("span");
+      const sign = element("span");
+      sign.style.cssText = `color: var(--series-${curve.ink}); margin: 0; opacity: ${curve.pale ? 0.5 : 1}`;
+      // Marks are constant texts of this script.
+      sign.innerHTML = `<svg width="22" height="12" fill="none" stroke="currentColor">${MARKS[curve.mark](curve)}</svg>`;
+      entry.append(sign, curve.name);
+      key.append(entry);
+    }
+    return key;
+  }
+
+  async function unpack(plot) {
+    for (const curve of plot.curves) for (const part of ["x", "y", "low", "high", "radii"]) curve[part] = await list(curve[part]);
+    if (plot.map) for (const part of ["from", "to", "levels"]) plot.map[part] = await list(plot.map[part]);
+  }
+  async function figure(figure, host, name) {
+    if (figure.svg !== undefined) {
+      const box = element("div", undefined, "drawing");
+      const parsed = new DOMParser().parseFromString(figure.svg, "image/svg+xml").documentElement;
+      if (!parsed.hasAttribute("viewBox")) parsed.setAttribute("viewBox", `0 0 ${parsed.getAttribute("width")} ${parsed.getAttribute("height")}`);
+      box.append(document.importNode(parsed, true));
+      host.append(box);
+      return;
+    }
+    if (figure.title) host.append(element("h3", figure.title));
+    if (figure.note) host.append(element("p", figure.note, "note"));
+    for (const plot of figure.plots) await unpack(plot);
+    host.append(keyOf(figure.plots));
+    figure.plots.forEach((plot, k) => {
+      if (plot.heading) host.append(element("p", plot.heading, "note"));
+      const box = element("div", undefined, "plot");
+      host.append(box);
+      const numbered = !figure.linked || k + 1 === figure.plots.length;
+      makePlot(plot, box, figure.linked ? name : null, `${name}.${k + 1}`, numbered);
+    });
+  }
+  async function section(part, k, main) {
+    const host = element("section");
+    host.id = "part" + (k + 1);
+    main.append(host);
+    if (data.sections.length > 1) host.append(element("h2", part.heading));
+    if (part.warnings.length) {
+      const warnings = element("ul", undefined, "warnings");
+      for (const w of part.warnings) {
+        const item = element("li");
+        item.append(element("b", w.code), " " + w.message + (w.hint ? "; " + w.hint : ""));
+        warnings.append(item);
+      }
+      host.append(warnings);
+    }
+    host.append(element("pre", part.text));
+    for (let f = 0; f < part.figures.length; f++) await figure(part.figures[f], host, `p${k + 1}f${f + 1}`);
+    const details = (title, content, more) => {
+      const box = element("details");
+      box.append(element("summary", title), ...(more ? [more] : []), content);
+      host.append(box);
+    };
+    if (part.csv.trim()) {
+      const button = element("button", "save as CSV");
+      button.type = "button";
+      button.addEventListener("click", () => download(`part${k + 1}.csv`, part.csv));
+      details("table", tableOf(part.csv), button);
+    }
+    if (part.notes.trim()) details("what ran and what was left out", element("pre", part.notes.trim()));
+  }
+
+  // Light and dark.
+  function theme(dark) {
+    root.classList.toggle("dark", dark);
+    for (const plot of G.plots) plot.u.redraw(false, true);
+  }
+  document.getElementById("theme").addEventListener("click", () => theme(!root.classList.contains("dark")));
+  addEventListener("keydown", (event) => { if (event.key === "t" && !event.ctrlKey && !event.metaKey) theme(!root.classList.contains("dark")); });
+  root.classList.toggle("dark", matchMedia("(prefers-color-scheme: dark)").matches);
+  let before = false;
+  addEventListener("beforeprint", () => { before = root.classList.contains("dark"); theme(false); });
+  addEventListener("afterprint", () => theme(before));
+
+  async function start() {
+    document.querySelector("h1").textContent = data.title;
+    document.querySelector(".command").textContent = data.command;
+    document.querySelector("footer").textContent = `geardyn ${data.version}. Drag: zoom; arrow keys, + and −: move and zoom the plot in focus; 0 or double click: all; t: light and dark.`;
+    const main = document.querySelector("main");
+    if (data.sections.length > 1) data.sections.forEach((part, k) => {
+      const link = element("a", part.heading);
+      link.href = "#part" + (k + 1);
+      document.querySelector("nav").append(link);
+    });
+    for (let k = 0; k < data.sections.length; k++) await section(data.sections[k], k, main);
+    readAddress();
+    ready = true;
+    root.dataset.ready = "true";
+  }
+  start();
+})();

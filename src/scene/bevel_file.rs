@@ -1,0 +1,636 @@
+//! Reads a gear file of a bevel or hypoid pair by machine settings: `pair`, `pinion`, `gear`, `[assembly]`, `[contact]`.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+use super::machine_settings::{FlankCut, Process, settings};
+use super::tables::{read_heading, read_table};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::error_collector::{ErrorCollector, ValueRange};
+use crate::base::flags::Flags;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::source_span::{SourceFile, SourceSpan};
+use crate::base::table_reader::{TableReader, Word};
+use crate::base::toml;
+use crate::gear::bevel::blank::{Blank, EndCone};
+use crate::gear::bevel::flank::BevelFlank;
+use crate::gear::bevel::iso23509::{BlankDesign, BlankPair, PitchCones};
+use crate::gear::bevel::settings::Hand;
+use crate::gear::bevel::tooth::SIDES;
+use crate::gear::bevel::tooth_section::ToothSection;
+use crate::gear::contact::contact_path::PITCHES;
+use crate::gear::contact::pair::Assembly;
+
+/// A pair of bevel gears as its file describes it.
+#[derive(Debug, Clone)]
+pub struct BevelFile {
+    /// Title in the file.
+    pub title: String,
+    /// Pinion and gear.
+    pub members: [BevelMember; 2],
+    /// Hand of the pinion.
+    pub hand: Hand,
+    /// Blanks by ISO 23509, where the file asks for them.
+    pub design: Option<BlankPair>,
+    /// Places of both axes without errors.
+    pub nominal: Assembly,
+    /// Errors E, P, G, ΔΣ of assembly, added to the nominal places.
+    pub errors: Assembly,
+    /// Requested contact.
+    pub contact: ContactStudy,
+    /// Values that the file leaves to their defaults, in words.
+    pub defaults: Vec<String>,
+    /// Place of `pair`.
+    pub span: SourceSpan,
+    /// The file.
+    pub source: Arc<SourceFile>,
+}
+
+/// A member of the pair.
+#[derive(Debug, Clone)]
+pub struct BevelMember {
+    /// Number of teeth.
+    pub teeth: u32,
+    /// Blank.
+    pub blank: Blank,
+    /// Axial section of a tooth.
+    pub section: ToothSection,
+    /// Process.
+    pub process: Process,
+    /// Mean normal thickness s_mn, m, where the file states it.
+    pub thickness: Option<f64>,
+    /// Concave and convex flank, where the file describes them.
+    pub flanks: [Option<FlankCut>; 2],
+    /// Place of its table.
+    pub span: SourceSpan,
+}
+
+/// Requested contact of two flanks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactStudy {
+    /// Flanks that touch.
+    pub side: ContactSide,
+    /// Pitches each way.
+    pub pitches: f64,
+    /// Positions in one pitch.
+    pub positions: usize,
+    /// Thickness of the coating, m.
+    pub coating: f64,
+    /// V–H check.
+    pub vh: bool,
+}
+
+/// Flanks that touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ContactSide {
+    /// Concave pinion, convex gear.
+    #[default]
+    Drive,
+    /// Convex pinion, concave gear.
+    Coast,
+}
+
+impl Word for ContactSide {
+    const WORDS: &'static [(&'static str, ContactSide, &'static str)] = &[
+        (
+            "drive",
+            ContactSide::Drive,
+            "Concave pinion flank on convex gear flank",
+        ),
+        (
+            "coast",
+            ContactSide::Coast,
+            "Convex pinion flank on concave gear flank",
+        ),
+    ];
+}
+
+impl ContactSide {
+    /// Indices of the flanks of pinion and gear: 0 concave, 1 convex.
+    pub fn flanks(self) -> [usize; 2] {
+        match self {
+            ContactSide::Drive => [0, 1],
+            ContactSide::Coast => [1, 0],
+        }
+    }
+
+    /// The word of the file.
+    pub fn name(self) -> &'static str {
+        match self {
+            ContactSide::Drive => "drive",
+            ContactSide::Coast => "coast",
+        }
+    }
+}
+
+impl BevelFile {
+    /// Hand of a member.
+    pub fn hand_of(&self, member: usize) -> Hand {
+        match (member, self.hand) {
+            (0, hand) => hand,
+            (_, Hand::Right) => Hand::Left,
+            (_, Hand::Left) => Hand::Right,
+        }
+    }
+
+    /// A flank of a member; none where the file does not describe it.
+    pub fn flank(&self, member: usize, side: usize) -> Option<BevelFlank> {
+        let of = &self.members[member];
+        let cut = of.flanks[side].as_ref()?;
+        let hand = self.hand_of(member);
+        Some(BevelFlank::new(
+            &cut.cutter,
+            &cut.settings,
+            hand,
+            of.section,
+        ))
+    }
+
+    /// The first flank of the requested contact that the file does not describe, as member and side.
+    pub fn missing_flank(&self) -> Option<[usize; 2]> {
+        let sides = self.contact.side.flanks();
+        let lacks = (0..2).find(|k| self.members[*k].flanks[sides[*k]].is_none())?;
+        Some([lacks, sides[lacks]])
+    }
+
+    /// Places of both axes with their errors.
+    pub fn assembly(&self) -> Assembly {
+        let (a, e) = (&self.nominal, &self.errors);
+        Assembly {
+            shaft_angle: a.shaft_angle + e.shaft_angle,
+            offset: a.offset + e.offset,
+            pinion_axial: a.pinion_axial + e.pinion_axial,
+            gear_axial: a.gear_axial + e.gear_axial,
+        }
+    }
+}
+
+/// Most teeth of a bevel gear.
+const MAX_BEVEL_TEETH: u32 = 1000;
+/// Most positions in a pitch.
+const MAX_CONTACT_POSITIONS: u32 = 2000;
+/// Coating by default: 0.00025 in.
+const COATING: f64 = 6.35e-6;
+/// Positions by default.
+const POSITIONS: u32 = 60;
+
+/// Design pressure angle by default, rad.
+const DESIGN_PRESSURE_ANGLE: f64 = PI / 9.0;
+const PRESSURE_ANGLE: ValueRange = ValueRange::Open(0.0, PI / 4.0, "above 0° and below 45°");
+const SHAFT_ANGLE: ValueRange = ValueRange::Open(0.0, PI, "above 0° and below 180°");
+const CONE_ANGLE: ValueRange = ValueRange::Open(0.0, 2.5, "above 0° and below 143°");
+const LENGTH: ValueRange = ValueRange::Open(1e-6, 1e3, "above 1 µm and below 1 km");
+const SHIFT: ValueRange = ValueRange::Open(-1e3, 1e3, "within ±1 km");
+
+/// Reads one with the flags laid over its `[contact]`.
+///
+/// # Errors
+/// Everything wrong in it and in the flags.
+pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors> {
+    let document = toml::parse(source);
+    let mut errors = ErrorCollector::default();
+    errors.record_units(&document);
+    let span = SourceSpan::new(source.clone(), 0..0);
+    let mut f = TableReader::new(&document.root, span, "the gear file", &mut errors);
+    let title = read_heading(&mut f);
+    let span = f.span_of("pair").clone();
+    let nominal = read_table(&mut f, "pair", pair);
+    let first = read_table(&mut f, "pinion", member).flatten();
+    f.require("pinion");
+    let second = read_table(&mut f, "gear", member).flatten();
+    f.require("gear");
+    let position_errors = read_table(&mut f, "assembly", assembly).unwrap_or_default();
+    let study = read_table(&mut f, "contact", contact).unwrap_or_default();
+    if f.has("mesh") {
+        f.item("mesh", "nothing");
+        let message = "[mesh] loads cylindrical gears only";
+        let hint =
+            "[contact] has `side`, `pitches`, `positions` and `coating` of the unloaded contact";
+        f.report_key(Code::Conflict, "mesh", message, hint);
+    }
+    f.finish();
+    let ErrorCollector {
+        bare_si,
+        mut errors,
+        ..
+    } = errors;
+    errors.extend(document.syntax_error.clone());
+    Errors::into_result(errors, || ())?;
+    let (Some(nominal), Some(first), Some(second)) = (nominal, first, second) else {
+        let missing = Error::new(Code::MissingKey, "the gears are not described").with_span(&span);
+        return Err(missing.into());
+    };
+    let study = flags.read_over(&document, "contact", &bare_si, study, contact)?;
+    let hand = match (first.hand, second.hand) {
+        (Some(a), Some(b)) if a == b => {
+            return Err(
+                Error::new(Code::Conflict, "pinion and gear have the same hand")
+                    .with_span(&second.span)
+                    .with_hint(
+                        "the hands of a bevel pair are opposite: leave `hand` of the gear out",
+                    )
+                    .into(),
+            );
+        }
+        (Some(hand), _) => hand,
+        (None, Some(Hand::Right)) => Hand::Left,
+        (None, Some(Hand::Left)) => Hand::Right,
+        (None, None) => {
+            return Err(Error::new(Code::MissingKey, "no `hand` is given")
+                .with_span(&first.span)
+                .with_hint("`hand` of the pinion is \"right\" or \"left\"")
+                .into());
+        }
+    };
+    let (blanks, design) = blanks(&first, &second, &nominal)?;
+    let mut defaults = Vec::new();
+    for (name, table) in [("pinion", &first), ("gear", &second)] {
+        defaults.extend(table.defaults.iter().map(|text| format!("{name}.{text}")));
+    }
+    Ok(BevelFile {
+        title,
+        members: [first.with_blank(blanks[0])?, second.with_blank(blanks[1])?],
+        design,
+        hand,
+        nominal,
+        errors: position_errors,
+        contact: ContactStudy {
+            side: study.side.unwrap_or_default(),
+            pitches: study.pitches.unwrap_or(PITCHES),
+            positions: study.positions.unwrap_or(POSITIONS) as usize,
+            coating: study.coating.unwrap_or(COATING),
+            vh: study.vh,
+        },
+        defaults,
+        span,
+        source: source.clone(),
+    })
+}
+
+fn pair(f: &mut TableReader) -> Assembly {
+    f.choice("kind", &[("bevel", ())]);
+    f.require("kind");
+    let shaft_angle = f.optional_quantity("shaft_angle", QuantityKind::Angle, SHAFT_ANGLE);
+    let offset = f.optional_quantity("offset", QuantityKind::Length, SHIFT);
+    Assembly {
+        shaft_angle: shaft_angle.unwrap_or(FRAC_PI_2),
+        offset: offset.unwrap_or(0.0),
+        ..Assembly::default()
+    }
+}
+
+fn assembly(f: &mut TableReader) -> Assembly {
+    const ERROR: ValueRange = ValueRange::Open(-0.5, 0.5, "within ±0.5 rad");
+    let mut length = |key| f.optional_quantity(key, QuantityKind::Length, SHIFT);
+    let [offset, pinion_axial, gear_axial] =
+        ["offset", "pinion_axial", "gear_axial"].map(|key| length(key).unwrap_or(0.0));
+    let shaft_angle = f.optional_quantity("shaft_angle_error", QuantityKind::Angle, ERROR);
+    Assembly {
+        shaft_angle: shaft_angle.unwrap_or(0.0),
+        offset,
+        pinion_axial,
+        gear_axial,
+    }
+}
+
+/// `[contact]` as written.
+#[derive(Debug, Default)]
+pub struct ContactTable {
+    side: Option<ContactSide>,
+    pitches: Option<f64>,
+    positions: Option<u32>,
+    coating: Option<f64>,
+    vh: bool,
+}
+
+/// Keys of `[contact]`, each with a flag.
+pub fn contact(f: &mut TableReader) -> ContactTable {
+    const PITCH_RANGE: ValueRange = ValueRange::Open(0.5, 5.0, "above 0.5 and below 5");
+    const COATING_RANGE: ValueRange = ValueRange::Open(1e-9, 1e-3, "above 1 nm and below 1 mm");
+    ContactTable {
+        side: f.word("side"),
+        pitches: f.optional_number("pitches", PITCH_RANGE),
+        positions: f.optional_count("positions", 4, MAX_CONTACT_POSITIONS),
+        coating: f.optional_quantity("coating", QuantityKind::Length, COATING_RANGE),
+        vh: f.flag("vh"),
+    }
+}
+
+/// `pinion` or `gear` as written.
+struct MemberTable {
+    teeth: u32,
+    hand: Option<Hand>,
+    blank: Option<BlankTable>,
+    process: Process,
+    thickness: Option<f64>,
+    flanks: [Option<FlankCut>; 2],
+    defaults: Vec<String>,
+    span: SourceSpan,
+}
+
+impl MemberTable {
+    /// The member on its blank.
+    fn with_blank(self, blank: Blank) -> Result<BevelMember, Error> {
+        let section = blank.section().ok_or_else(|| {
+            let message = "face cone and root cone cross within the face, or an end of the teeth lies beyond the apex";
+            Error::new(Code::OutOfRange, message)
+                .with_span(&self.span)
+                .with_hint("check face_angle > root_angle, the apexes, mean_cone_distance and face_width")
+        })?;
+        Ok(BevelMember {
+            teeth: self.teeth,
+            blank,
+            section,
+            process: self.process,
+            thickness: self.thickness,
+            flanks: self.flanks,
+            span: self.span,
+        })
+    }
+}
+
+/// Both blanks, with the design that gives them.
+fn blanks(
+    first: &MemberTable,
+    second: &MemberTable,
+    nominal: &Assembly,
+) -> Result<([Blank; 2], Option<BlankPair>), Error> {
+    let missing = |table: &MemberTable, name: &str| {
+        Error::new(Code::MissingKey, format!("`{name}` has no `blank`"))
+            .with_span(&table.span)
+            .with_hint("give its cones, or the blank of the gear by standard = \"ISO 23509\"")
+    };
+    match (&first.blank, &second.blank) {
+        (Some(BlankTable::Cones(a)), Some(BlankTable::Cones(b))) => Ok(([*a, *b], None)),
+        (Some(BlankTable::Standard(_)), _) | (Some(_), Some(BlankTable::Standard(_))) => {
+            let message =
+                "a blank by ISO 23509 is given in `gear`, and that of the pinion follows from it";
+            Err(Error::new(Code::Conflict, message)
+                .with_span(&first.span)
+                .with_hint("leave `blank` of the pinion out"))
+        }
+        (None, Some(BlankTable::Standard(table))) => {
+            let design = table
+                .design([first.teeth, second.teeth], nominal)
+                .map_err(|e| e.with_span(&second.span))?;
+            let found = design.blanks().ok_or_else(|| {
+                let message = "these data give no pair of blanks by ISO 23509: no pitch cones, or teeth without depth or thickness";
+                Error::new(Code::OutOfRange, message)
+                    .with_span(&second.span)
+                    .with_hint("check outer_pitch_diameter, face_width, the spiral angle, cutter_radius and the depth angles")
+            })?;
+            Ok((found.blanks, Some(found)))
+        }
+        (None, _) => Err(missing(first, "pinion")),
+        (_, None) => Err(missing(second, "gear")),
+    }
+}
+
+fn member(f: &mut TableReader) -> Option<MemberTable> {
+    let teeth = f.optional_count("teeth", 2, MAX_BEVEL_TEETH);
+    f.require("teeth");
+    let hand = f.choice("hand", &[("right", Hand::Right), ("left", Hand::Left)]);
+    let blank = read_table(f, "blank", blank).flatten();
+    let process = process(f);
+    let thickness = f.optional_quantity(
+        "mean_normal_thickness",
+        QuantityKind::Length,
+        ValueRange::Positive,
+    );
+    let own = settings(f);
+    let mut sides = [None, None];
+    for (k, side) in SIDES.into_iter().enumerate() {
+        sides[k] = read_table(f, side, settings);
+    }
+    let root_angle = match &blank {
+        Some(BlankTable::Cones(blank)) => Some(blank.root_angle),
+        _ => None,
+    };
+    if root_angle.is_some() && sides.iter().all(Option::is_none) {
+        f.report_missing("concave", ", the flank that its settings cut");
+    }
+    let flanks = [0, 1].map(|k| sides[k]?.over(own).cut(f, SIDES[k], process?, root_angle));
+    if let (Some(_), [Some(a), Some(b)]) = (thickness, flanks)
+        && a.settings == b.settings
+    {
+        let message = "both flanks are cut at one setting, which makes their thickness";
+        let hint = "leave `mean_normal_thickness` out, or give the flanks settings of their own";
+        f.report_key(Code::Conflict, "mean_normal_thickness", message, hint);
+    }
+    let mut defaults = Vec::new();
+    let has_flank = sides.iter().any(Option::is_some);
+    if has_flank && root_angle.is_some() && own.machine_root_angle_is_default(&sides) {
+        defaults.push("machine_root_angle: the root angle of the blank".to_string());
+    }
+    Some(MemberTable {
+        teeth: teeth?,
+        hand,
+        blank,
+        process: process?,
+        thickness,
+        flanks,
+        defaults,
+        span: f.span.clone(),
+    })
+}
+
+fn process(f: &mut TableReader) -> Option<Process> {
+    let known = [
+        ("generated", Some(Process::Generated)),
+        ("formate", Some(Process::Formate)),
+        ("face-hobbed", None),
+    ];
+    let process = match f.has("process") {
+        true => f.choice("process", &known)?,
+        false => {
+            f.item("process", "\"generated\", \"formate\"");
+            Some(Process::Generated)
+        }
+    };
+    if process.is_none() {
+        let message = "face hobbing is not taken: its indexing is continuous";
+        let hint = "flanks are face-milled, tooth by tooth: \"generated\" or \"formate\"";
+        f.report_key(Code::OutOfRange, "process", message, hint);
+    }
+    process
+}
+
+/// `blank` as written.
+enum BlankTable {
+    /// Its cones.
+    Cones(Blank),
+    /// Inputs of ISO 23509.
+    Standard(StandardTable),
+}
+
+fn blank(f: &mut TableReader) -> Option<BlankTable> {
+    match f.has("standard") {
+        true => standard(f).map(BlankTable::Standard),
+        false => cones(f).map(BlankTable::Cones),
+    }
+}
+
+/// Inputs of ISO 23509 that the blank of the gear states.
+struct StandardTable {
+    method: u32,
+    spiral_angle: Option<f64>,
+    pinion_spiral_angle: Option<f64>,
+    /// With offset and shaft angle of the pair and its tooth numbers left open.
+    rest: BlankDesign,
+}
+
+impl StandardTable {
+    /// The design with tooth numbers and axes of the pair.
+    fn design(&self, teeth: [u32; 2], nominal: &Assembly) -> Result<BlankDesign, Error> {
+        let conflict =
+            |message: &str, hint: &str| Err(Error::new(Code::Conflict, message).with_hint(hint));
+        let method = match (self.method, self.spiral_angle, self.pinion_spiral_angle) {
+            (0, Some(spiral_angle), None) if nominal.offset == 0.0 => {
+                PitchCones::Bevel { spiral_angle }
+            }
+            (0, Some(_), None) => {
+                return conflict("method 0 is of pairs without offset", "take method = 1");
+            }
+            (1, None, Some(pinion_spiral_angle)) if nominal.offset > 0.0 => PitchCones::Hypoid {
+                offset: nominal.offset,
+                pinion_spiral_angle,
+            },
+            (1, None, Some(_)) => {
+                return conflict(
+                    "method 1 needs an offset above zero",
+                    "give `offset` of the pair, or take method = 0",
+                );
+            }
+            (0, ..) => {
+                return conflict(
+                    "method 0 starts from `spiral_angle`",
+                    "give the mean spiral angle of both gears",
+                );
+            }
+            (1, ..) => {
+                return conflict(
+                    "method 1 starts from `pinion_spiral_angle`",
+                    "give the wanted spiral angle of the pinion",
+                );
+            }
+            _ => {
+                return conflict(
+                    "methods 2 and 3 are of face-hobbed pairs and are not taken",
+                    "take method = 0 or 1",
+                );
+            }
+        };
+        Ok(BlankDesign {
+            method,
+            teeth,
+            shaft_angle: nominal.shaft_angle,
+            ..self.rest
+        })
+    }
+}
+
+fn standard(f: &mut TableReader) -> Option<StandardTable> {
+    const SPIRAL: ValueRange = ValueRange::HalfOpen(0.0, 1.3, "at least 0° and below 74°");
+    const DEPTH_ANGLE: ValueRange = ValueRange::HalfOpen(0.0, 0.5, "at least 0° and below 28°");
+    const FACTOR: ValueRange = ValueRange::HalfOpen(0.0, 10.0, "at least 0 and below 10");
+    f.choice("standard", &[("ISO 23509", ())]);
+    let method = f.optional_count("method", 0, 3);
+    f.require("method");
+    let length = |f: &mut TableReader, key| {
+        let value = f.optional_quantity(key, QuantityKind::Length, LENGTH);
+        f.require(key);
+        value
+    };
+    let outer_pitch_diameter = length(f, "outer_pitch_diameter");
+    let face_width = length(f, "face_width");
+    let cutter_radius = length(f, "cutter_radius");
+    let angle =
+        |f: &mut TableReader, key, range| f.optional_quantity(key, QuantityKind::Angle, range);
+    let spiral_angle = angle(f, "spiral_angle", SPIRAL);
+    let pinion_spiral_angle = angle(f, "pinion_spiral_angle", SPIRAL);
+    let pressure = f.optional_pair("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE);
+    let depth = |f: &mut TableReader, key| {
+        let value = angle(f, key, DEPTH_ANGLE);
+        f.require(key);
+        value
+    };
+    let depth_angles = [depth(f, "addendum_angle"), depth(f, "dedendum_angle")];
+    let factor = |f: &mut TableReader, key| f.optional_number(key, FACTOR);
+    let addendum_factor = factor(f, "addendum_factor");
+    f.require("addendum_factor");
+    let [
+        limit_influence,
+        depth_factor,
+        clearance_factor,
+        thickness_factor,
+    ] = [
+        "limit_influence",
+        "depth_factor",
+        "clearance_factor",
+        "thickness_factor",
+    ]
+    .map(|key| factor(f, key));
+    let backlash = f.optional_quantity("backlash", QuantityKind::Length, ValueRange::NotNegative);
+    Some(StandardTable {
+        method: method?,
+        spiral_angle,
+        pinion_spiral_angle,
+        rest: BlankDesign {
+            method: PitchCones::Bevel { spiral_angle: 0.0 },
+            teeth: [2, 2],
+            shaft_angle: FRAC_PI_2,
+            outer_pitch_diameter: outer_pitch_diameter?,
+            face_width: face_width?,
+            cutter_radius: cutter_radius?,
+            pressure_angles: pressure.unwrap_or([DESIGN_PRESSURE_ANGLE; 2]),
+            limit_influence: limit_influence.unwrap_or(0.0),
+            addendum_factor: addendum_factor?,
+            depth_factor: depth_factor.unwrap_or(2.0),
+            clearance_factor: clearance_factor.unwrap_or(0.125),
+            thickness_factor: thickness_factor.unwrap_or(0.0),
+            backlash: backlash.unwrap_or(0.0),
+            depth_angles: [depth_angles[0]?, depth_angles[1]?],
+        },
+    })
+}
+
+fn cones(f: &mut TableReader) -> Option<Blank> {
+    let angle = |f: &mut TableReader, key| {
+        let value = f.optional_quantity(key, QuantityKind::Angle, CONE_ANGLE);
+        f.require(key);
+        value
+    };
+    let pitch_angle = angle(f, "pitch_angle");
+    let face_angle = angle(f, "face_angle");
+    let root_angle = angle(f, "root_angle");
+    let length = |f: &mut TableReader, key| {
+        let value = f.optional_quantity(key, QuantityKind::Length, LENGTH);
+        f.require(key);
+        value
+    };
+    let mean_cone_distance = length(f, "mean_cone_distance");
+    let face_width = length(f, "face_width");
+    let mut apex = |key| {
+        f.optional_quantity(key, QuantityKind::Length, SHIFT)
+            .unwrap_or(0.0)
+    };
+    let [pitch_apex, face_apex, root_apex] =
+        ["pitch_apex", "face_apex", "root_apex"].map(&mut apex);
+    let ends = f.choice(
+        "ends",
+        &[("pitch", EndCone::Pitch), ("root", EndCone::Root)],
+    );
+    Some(Blank {
+        pitch_angle: pitch_angle?,
+        face_angle: face_angle?,
+        root_angle: root_angle?,
+        mean_cone_distance: mean_cone_distance?,
+        face_width: face_width?,
+        outer_share: 0.5,
+        pitch_apex,
+        face_apex,
+        root_apex,
+        ends: ends.unwrap_or_default(),
+    })
+}

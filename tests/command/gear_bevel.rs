@@ -1,0 +1,587 @@
+//! Files of bevel pairs as `geardyn gear` computes them.
+
+use std::collections::HashMap;
+
+use serde_json::Value;
+
+use crate::support::command::{document, geardyn, put, refusal, said};
+use crate::support::verification::within;
+use crate::support::{number, numbers};
+
+const NASA: &str = "models/gears/bevel_12_36.toml";
+
+/// The shipped file with a text in place of another.
+fn changed(from: &str, to: &str) -> (tempfile::TempDir, String) {
+    let text = std::fs::read_to_string(NASA).unwrap();
+    assert!(text.contains(from), "{from}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "pair.toml", &text.replacen(from, to, 1));
+    let path = path.to_str().unwrap().to_string();
+    (folder, path)
+}
+
+fn reference(name: &str) -> Value {
+    let path = format!("data/reference/gear/{name}.json");
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// The flank of a document.
+fn flank<'a>(found: &'a Value, member: usize, side: &str) -> &'a Value {
+    let flanks = found["members"][member]["flanks"].as_array().unwrap();
+    flanks.iter().find(|f| f["side"] == side).unwrap()
+}
+
+/// Value at x between four equidistant neighbours, by Lagrange's formula.
+fn between(xs: &[f64], ys: &[f64], x: f64) -> f64 {
+    let k = xs.partition_point(|a| *a < x).clamp(2, xs.len() - 2) - 2;
+    (k..k + 4)
+        .map(|i| {
+            let others = (k..k + 4).filter(|j| *j != i);
+            ys[i]
+                * others
+                    .map(|j| (x - xs[j]) / (xs[i] - xs[j]))
+                    .product::<f64>()
+        })
+        .sum()
+}
+
+/// Corner nodes of the flanks from the file's blank and settings.
+/// Source: NASA CR-191009 (Bibel, Reddy and Kumar 1994); grids by two routes, data/reference/gear/c12_nasa_cr191009_flanks.json.
+#[test]
+fn ref_nasa_flanks_of_the_file() {
+    let case = reference("c12_nasa_cr191009_flanks");
+    let found = document(&["gear", NASA, "--json"]);
+    for (name, member, side) in [
+        ("pinion_concave", 0, "concave"),
+        ("gear_convex", 1, "convex"),
+    ] {
+        let of = flank(&found, member, side);
+        let count = |key: &str| of[key].as_u64().unwrap() as usize;
+        let (rows, columns) = (count("rows"), count("columns"));
+        let (mut places, mut normals, mut nodes) = (0f64, 0f64, 0);
+        for node in case["grid_computed_here"][name].as_array().unwrap() {
+            let (height, face) = (number(&node["height"]), number(&node["face"]));
+            let row = height * (rows - 1) as f64;
+            let column = face * (columns - 1) as f64;
+            if row.fract() != 0.0 || column.fract() != 0.0 {
+                continue;
+            }
+            let index = row as usize * columns + column as usize;
+            let [xyz, n] = [&node["xyz"], &node["n"]].map(numbers);
+            let point = numbers(&of["points_m"][index]);
+            let normal = numbers(&of["normals"][index]);
+            let sign = normal
+                .iter()
+                .zip(&n)
+                .map(|(a, b)| a * b)
+                .sum::<f64>()
+                .signum();
+            for k in 0..3 {
+                places = places.max((point[k] / 0.0254 - xyz[k]).abs());
+                normals = normals.max((sign * normal[k] - n[k]).abs());
+            }
+            nodes += 1;
+        }
+        assert!(nodes >= 9, "{nodes}");
+        within(&format!("{name}: points, in"), places, 1e-12);
+        within(&format!("{name}: normals"), normals, 1e-12);
+    }
+}
+
+/// Angles, transmission error and ellipse of the file's pair.
+/// Source: two computations, with and without normals, data/reference/gear/c14_tca_nasa_12_36.json and c31_te_with_edges_12_36.json.
+#[test]
+fn ref_contact_of_the_file() {
+    let result = &reference("c14_tca_nasa_12_36")["result"][0];
+    let found = document(&["gear", NASA, "--positions", "480", "--json"]);
+    let tca = &found["tca"];
+    let at = &tca["reference"];
+    let phi = number(&result["reference"]["phi1"]);
+    within(
+        "reference angle φ₁, rad",
+        (number(&at["pinion_angle_rad"]) - phi).abs(),
+        1e-8,
+    );
+    let ellipse = &result["contact_ellipse_at_reference"];
+    let axes = numbers(&at["ellipse_semi_axes_m"]);
+    for (k, name) in ["longer", "shorter"].iter().enumerate() {
+        let expected = 0.0254 * number(&ellipse["semi_axes"][1 - k]);
+        // The file of the case has a coating of 0.00025 in, which is 6.35 µm.
+        within(
+            &format!("{name} semi-axis, relative"),
+            (axes[k] / expected - 1.0).abs(),
+            1e-8,
+        );
+    }
+    let of = |key: &str| -> Vec<f64> {
+        let points = tca["points"].as_array().unwrap();
+        points.iter().map(|p| number(&p[key])).collect()
+    };
+    let [angles, gear, te] = ["pinion_angle_rad", "gear_angle_rad", "te_arcsec"].map(of);
+    let pairs = of("pair");
+    let (mut gear_off, mut te_off, mut rows) = (0f64, 0f64, 0);
+    for row in result["rows"].as_array().unwrap() {
+        let angle = number(&row["phi1"]);
+        let k = angles
+            .partition_point(|a| *a < angle)
+            .clamp(2, angles.len() - 2);
+        // Where pair 0 leads on its flanks: both heights within the teeth.
+        let inside = |key: &str| (0.0..1.0).contains(&number(&row[key][1]));
+        let leads = pairs[k - 2..k + 2].iter().all(|p| *p == 0.0);
+        if !(leads && inside("pinion_face_height") && inside("gear_face_height")) {
+            continue;
+        }
+        gear_off = gear_off.max((between(&angles, &gear, angle) - number(&row["phi2"])).abs());
+        // The case counts te against the push and from its own reference.
+        let expected = -number(&row["te_arcsec"]);
+        te_off = te_off.max((between(&angles, &te, angle) - expected).abs());
+        rows += 1;
+    }
+    assert!(rows > 8, "{rows}");
+    within("φ₂, rad", gear_off, 1e-11);
+    within("transmission error, arcsec", te_off, 1e-6);
+    let edges = reference("c31_te_with_edges_12_36");
+    let mut worst = 0f64;
+    for row in edges["rows"].as_array().unwrap() {
+        let found = between(&angles, &te, number(&row[0]));
+        worst = worst.max((-found - number(&row[1])).abs());
+    }
+    within("transmission error with tip edges, arcsec", worst, 0.01);
+    // The case lists the largest of its 48 positions; extremes are sought between them.
+    let peak = number(&tca["peak_to_peak_arcsec"]);
+    let listed = number(&edges["peak_to_peak_arcsec"]);
+    assert!(peak >= listed && peak < listed + 0.1, "{peak}");
+}
+
+/// Both ways of naming: the reciprocal ratio and the eccentric angle `S_r = 2 K sin(β_e/2)` give the same flank.
+#[test]
+fn exact_settings_by_both_names() {
+    let plain = document(&["gear", NASA, "--json"]);
+    let (_kept, path) = changed(
+        "cradle_over_work = 0.9508646",
+        &format!("work_over_cradle = {}", 1.0 / 0.9508646),
+    );
+    let ratio = document(&["gear", &path, "--json"]);
+    let angle = 2.0 * (2.85995004691 / (2.0 * 4.0f64)).asin();
+    let eccentric = format!("eccentric_angle = \"{angle} rad\"\nmachine_constant = \"4 in\"");
+    let (_kept, path) = changed("radial_distance  = \"2.85995004691 in\"", &eccentric);
+    let radial = document(&["gear", &path, "--json"]);
+    let points = |found: &Value| -> Vec<f64> {
+        let of = &flank(found, 1, "convex")["points_m"];
+        of.as_array().unwrap().iter().flat_map(numbers).collect()
+    };
+    let (a, b, c) = (points(&plain), points(&ratio), points(&radial));
+    let off = |x: &[f64]| {
+        a.iter()
+            .zip(x)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max)
+    };
+    within("flank by the other ratio, m", off(&b), 1e-15);
+    within("flank by the eccentric angle, m", off(&c), 1e-15);
+    let shown = number(&flank(&radial, 1, "convex")["settings"]["eccentric_angle_deg"]);
+    within(
+        "eccentric angle, deg",
+        (shown - angle.to_degrees()).abs(),
+        1e-12,
+    );
+}
+
+/// A formate gear has the cutter's cone as its flank: every node keeps the blade angle to the cutter's axis.
+#[test]
+fn exact_formate_flank_is_the_cone() {
+    let (_kept, path) = changed("cradle_over_work = 0.9508646", "process = \"formate\"");
+    let found = document(&["gear", &path, "--json"]);
+    let of = flank(&found, 1, "convex");
+    let root = (71.5666666f64 - 3.8833333333).to_radians();
+    // The machine's axis in the frame of the work.
+    let axis = [-root.cos(), 0.0, root.sin()];
+    let mut worst = 0f64;
+    for normal in of["normals"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|n| !n.is_null())
+    {
+        let n = numbers(normal);
+        let along: f64 = n.iter().zip(axis).map(|(a, b)| a * b).sum();
+        worst = worst.max((along.abs() - 22f64.to_radians().sin()).abs());
+    }
+    within("sine of the blade angle in the normals", worst, 1e-12);
+}
+
+/// The mean normal thickness of the file is that of the tooth; the solid of both gears has every edge twice, once each way, and a positive
+/// volume; the flank's points are on it.
+#[test]
+fn law_solids_are_watertight() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let [stl, csv] = ["pair.stl", "flanks.csv"].map(at);
+    let done = geardyn(&["gear", NASA, "--flank", &stl, "--quiet"]);
+    assert!(
+        done.status.success(),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+    let bytes = std::fs::read(&stl).unwrap();
+    let count = u32::from_le_bytes(bytes[80..84].try_into().unwrap()) as usize;
+    assert_eq!(bytes.len(), 84 + 50 * count);
+    let corner = |triangle: usize, k: usize| -> [u32; 3] {
+        let start = 84 + 50 * triangle + 12 + 12 * k;
+        [0, 4, 8].map(|o| u32::from_le_bytes(bytes[start + o..start + o + 4].try_into().unwrap()))
+    };
+    let mut edges: HashMap<([u32; 3], [u32; 3]), i32> = HashMap::new();
+    let mut volume = 0.0;
+    for t in 0..count {
+        let c = [0, 1, 2].map(|k| corner(t, k));
+        for k in 0..3 {
+            let (a, b) = (c[k], c[(k + 1) % 3]);
+            assert_ne!(a, b, "triangle {t} has a side without length");
+            *edges.entry((a, b)).or_default() += 1;
+        }
+        let [a, b, d] = c.map(|p| p.map(|x| f64::from(f32::from_bits(x))));
+        volume += (a[0] * (b[1] * d[2] - b[2] * d[1])
+            + a[1] * (b[2] * d[0] - b[0] * d[2])
+            + a[2] * (b[0] * d[1] - b[1] * d[0]))
+            / 6.0;
+    }
+    for ((a, b), n) in &edges {
+        assert_eq!((*n, edges.get(&(*b, *a))), (1, Some(&1)));
+    }
+    assert!(volume > 1e5, "{volume} mm³");
+    let done = geardyn(&["gear", NASA, "--flank", &csv, "--quiet"]);
+    assert!(done.status.success());
+    let table = std::fs::read_to_string(&csv).unwrap();
+    assert!(
+        table.starts_with("member,side,row,column,x [mm]"),
+        "{}",
+        &table[..60]
+    );
+    assert_eq!(table.lines().count(), 1 + 4 * 9 * 15);
+    let geometry = &document(&["gear", NASA, "--json"])["geometry"];
+    within(
+        "mean normal thickness, mm",
+        (number(&geometry["mean_normal_thickness_mm"][0]) - 5.92).abs(),
+        1e-12,
+    );
+}
+
+/// The V–H check: the file with the shifts it names touches at a quarter and at three quarters of the gear's face.
+#[test]
+fn law_vh_check() {
+    let found = document(&["gear", NASA, "--vh", "--json"]);
+    for shift in found["vh"].as_array().unwrap() {
+        let [face, v, h] = ["face", "offset_mm", "pinion_axial_mm"].map(|key| number(&shift[key]));
+        let text = format!(
+            "assembly = {{ offset = \"{v} mm\", pinion_axial = \"{} mm\" }}",
+            0.508 + h
+        );
+        let (_kept, path) = changed("assembly = { pinion_axial = \"0.02 in\" }", &text);
+        let moved = document(&["gear", &path, "--json"]);
+        let at = &moved["tca"]["reference"]["gear"];
+        within(
+            "share of the face",
+            (number(&at["face"]) - face).abs(),
+            1e-7,
+        );
+        within(
+            "share of the height",
+            (number(&at["height"]) - 0.5).abs(),
+            1e-7,
+        );
+    }
+}
+
+/// The coast flanks touch as well, with the pinion moved as for the drive flanks; te rises above its reference in the middle of the mesh.
+#[test]
+fn law_coast_flanks() {
+    let found = document(&["gear", NASA, "--side", "coast", "--json"]);
+    let tca = &found["tca"];
+    let peak = number(&tca["peak_to_peak_arcsec"]);
+    assert!((1.0..500.0).contains(&peak), "{peak}");
+    for member in ["pinion", "gear"] {
+        let face = number(&tca["reference"][member]["face"]);
+        assert!((0.3..0.7).contains(&face), "{member} {face}");
+    }
+}
+
+/// A thicker tooth than the blank carries is pointed, and the place is named; a pinion whose blades reach too deep is undercut.
+#[test]
+fn law_limits_are_located() {
+    let (_kept, path) = changed("\"5.92 mm\"", "\"5 mm\"");
+    let found = document(&["gear", &path, "--json"]);
+    let limit = &found["limits"][0];
+    assert_eq!(
+        (&limit["kind"], &limit["member"]),
+        (&"pointed".into(), &"pinion".into())
+    );
+    let depth = number(&limit["nearest"]["depth_less_mm"]);
+    assert!((0.2..2.0).contains(&depth), "{depth}");
+    // A blank that reaches 3.5 mm deeper, and a cutter that follows it.
+    let text = std::fs::read_to_string(NASA).unwrap();
+    let roots = ["\"16.86666664 deg\", mean", "\"14 deg\", mean"];
+    let bases = ["\"0.011672732029611077 in\"", "\"-0.1 in\""];
+    assert!(text.contains(roots[0]) && text.contains(bases[0]));
+    let deeper = text.replacen(roots[0], roots[1], 1);
+    let deeper = deeper.replacen(bases[0], bases[1], 1);
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "deep.toml", &deeper);
+    let path = path.to_str().unwrap();
+    let found = document(&["gear", path, "--json"]);
+    let kinds: Vec<&str> = (found["limits"].as_array().unwrap().iter())
+        .filter(|l| l["member"] == "pinion")
+        .map(|l| l["kind"].as_str().unwrap())
+        .collect();
+    assert!(kinds.contains(&"undercut"), "{kinds:?}");
+}
+
+/// Face hobbing, equal hands, both ratios, a missing setting, a ratio of formate work, crossing cones, a load: each refused by name.
+#[test]
+fn refuses_wrong_bevel_files() {
+    let of = |from: &str, to: &str| {
+        let (_kept, path) = changed(from, to);
+        refusal(&["gear", &path]).1
+    };
+    let cases = [
+        (
+            "teeth = 36",
+            "teeth = 36\nprocess = \"face-hobbed\"",
+            "face hobbing is not taken",
+        ),
+        ("hand  = \"right\"", "hand = \"left\"", "same hand"),
+        (
+            "cradle_over_work = 0.9508646",
+            "cradle_over_work = 0.95\nwork_over_cradle = 1.05",
+            "exclude each other",
+        ),
+        ("cradle_over_work = 0.9508646", "", "no `cradle_over_work`"),
+        (
+            "cradle_over_work = 0.9508646",
+            "cradle_over_work = 0.95\nprocess = \"formate\"",
+            "does not roll",
+        ),
+        (
+            "face_angle = \"73.1333332 deg\"",
+            "face_angle = \"60 deg\"",
+            "cross within the face",
+        ),
+        (
+            "cradle_angle     = \"59.2342023 deg\"",
+            "cradle_angle = \"180 deg\"",
+            "does not reach",
+        ),
+        (
+            "[pinion]",
+            "[mesh]\ntorque = \"10 N·m\"\n[pinion]",
+            "cylindrical gears only",
+        ),
+        (
+            "teeth = 36",
+            "teeth = 36\nmean_normal_thickness = \"5 mm\"",
+            "cut at one setting",
+        ),
+        (
+            "cradle_over_work = 0.9508646",
+            "cradle_over_work = 1e9",
+            "between 1e-4 and 1e4",
+        ),
+    ];
+    for (from, to, words) in cases {
+        let message = of(from, to);
+        assert!(message.contains(words), "{words}: {message}");
+    }
+    let (_, message) = refusal(&["gear", NASA, "--torque", "100"]);
+    assert!(message.contains("--torque does nothing here"), "{message}");
+    let (_, message) = refusal(&["gear", "models/gears/fzg_c.toml", "--vh"]);
+    assert!(message.contains("--vh does nothing here"), "{message}");
+}
+
+/// `check` and `plan` take the file; a flank that is not described leaves the contact out; tables and figures are written.
+#[test]
+fn keeps_outputs_of_a_bevel_file() {
+    let (code, text, _) = said(&["check", NASA]);
+    assert!(
+        code == Some(0) && text.contains("bevel gears of 12 and 36 teeth"),
+        "{text}"
+    );
+    let (code, text, _) = said(&["plan", NASA]);
+    assert!(
+        code == Some(0) && text.contains("60 positions in a pitch"),
+        "{text}"
+    );
+    let text = std::fs::read_to_string(NASA).unwrap();
+    let without: String = (text
+        .lines()
+        .filter(|l| !l.starts_with("convex  = { cutter")))
+    .map(|l| format!("{l}\n"))
+    .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "one.toml", &without);
+    let found = document(&["gear", path.to_str().unwrap(), "--json"]);
+    assert!(found["tca"].is_null() && found["ease_off"].is_null());
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let [svg, csv] = ["b.svg", "b.csv"].map(at);
+    let done = geardyn(&["gear", NASA, "--svg", &svg, "--csv", &csv, "--quiet"]);
+    assert!(done.status.success());
+    for name in ["b.svg", "b-te.svg", "b-pattern.svg", "b-ease-off.svg"] {
+        let plot = std::fs::read_to_string(at(name)).unwrap();
+        assert!(plot.contains("Spiral bevel pair 12/36"), "{name}");
+    }
+    let table = std::fs::read_to_string(csv).unwrap();
+    assert!(table.starts_with("pinion_angle [rad],gear_angle [rad],te [arcsec],pair,x [mm]"));
+    assert_eq!(table.lines().count(), 1 + 181);
+}
+
+/// A machine whose pair names the file: the order of the mesh at the gear is the Fourier amplitude of its transmission error; keys that the
+/// file determines are refused with both places, `k` is the model's.
+#[test]
+fn law_pair_of_a_machine() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(NASA).unwrap();
+    put(folder.path(), "bevel.toml", &text);
+    let model = |keys: &str| {
+        format!(
+            "inertia = [{{ name = \"pinion\", J = \"0.01 kg·m²\" }}, {{ name = \"gear\", J = \"0.2 kg·m²\" }}]\n\
+             [[gear_pair]]\nname = \"bevel\"\nbetween = [\"pinion\", \"gear\"]\ngear = \"bevel.toml\"\n{keys}\n\
+             [speed]\npinion = \"1000 rpm\"\n"
+        )
+    };
+    let path = put(folder.path(), "machine.toml", &model("k = \"300 N/µm\""));
+    let path = path.to_str().unwrap();
+    let (code, plan, notes) = said(&["plan", path]);
+    assert!(
+        code == Some(0) && plan.contains("µm peak to peak; stiffness of the model"),
+        "{plan}{notes}"
+    );
+    let orders = document(&["te", path, "--output", "gear", "--json"]);
+    let found = document(&["gear", NASA, "--json"]);
+    let te: Vec<f64> = (found["tca"]["points"].as_array().unwrap().iter())
+        .map(|p| number(&p["te_arcsec"]))
+        .collect();
+    // The positions of one pitch, from the reference in the middle on.
+    let one = &te[90..150];
+    let amplitude = |harmonic: usize| {
+        let sum = one.iter().enumerate().fold([0.0, 0.0], |[c, s], (i, e)| {
+            let angle = std::f64::consts::TAU * (harmonic * i) as f64 / 60.0;
+            [c + e * angle.cos(), s + e * angle.sin()]
+        });
+        2.0 * f64::hypot(sum[0], sum[1]) / 60.0
+    };
+    for harmonic in 1..=3 {
+        let order = (36 * harmonic) as f64;
+        let rows = orders["orders"].as_array().unwrap();
+        let row = rows
+            .iter()
+            .find(|r| number(&r["order_value"]) == order)
+            .unwrap();
+        let kinematic = number(&row["kinematic_arcsec"]);
+        let line = amplitude(harmonic);
+        within(
+            &format!("order {order}, relative"),
+            (kinematic / line - 1.0).abs(),
+            1e-6,
+        );
+    }
+    let path = put(
+        folder.path(),
+        "twice.toml",
+        &model("teeth = [12, 36]\ncone_angles = [\"18 deg\", \"72 deg\"]"),
+    );
+    let (_, message) = refusal(&["check", path.to_str().unwrap()]);
+    assert!(
+        message.contains("is determined by the gear file") && message.contains("bevel.toml"),
+        "{message}"
+    );
+}
+
+/// Some hundred mutations of the file: an answer without NaN or a refusal, never a panic.
+#[test]
+fn survives_mutated_bevel_files() {
+    let text = std::fs::read_to_string(NASA).unwrap();
+    fastrand::seed(83);
+    let folder = tempfile::tempdir().unwrap();
+    for _ in 0..150 {
+        let mut bytes = text.clone().into_bytes();
+        for _ in 0..fastrand::usize(1..4) {
+            let digits: Vec<usize> = (0..bytes.len())
+                .filter(|i| bytes[*i].is_ascii_digit())
+                .collect();
+            let at = digits[fastrand::usize(..digits.len())];
+            match fastrand::u8(..4) {
+                0 => bytes[at] = b'0' + fastrand::u8(..10),
+                1 => drop(bytes.remove(at)),
+                2 => bytes.insert(at, b"0123456789-.e"[fastrand::usize(..13)]),
+                _ => bytes[at] = b'-',
+            }
+        }
+        let mutated = String::from_utf8(bytes).unwrap();
+        let path = put(folder.path(), "pair.toml", &mutated);
+        let (code, text, notes) = said(&["gear", path.to_str().unwrap(), "--vh"]);
+        assert!(
+            matches!(code, Some(0 | 2 | 3)),
+            "{code:?} {notes}\n{mutated}"
+        );
+        let bad = ["NaN", " inf", "panicked"]
+            .iter()
+            .any(|word| text.contains(word) || notes.contains(word));
+        assert!(!bad, "{text}{notes}\n{mutated}");
+    }
+}
+
+/// Blanks by ISO 23509 alone, both methods; the pinion's blank follows from the gear's, and wrong inputs are refused by name.
+/// Source: ISO 23509:2016, Annex F, samples 1 and 2.
+#[test]
+fn ref_blanks_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |offset: &str, teeth: [u32; 2], blank: &str| {
+        let text = format!(
+            "pair = {{ kind = \"bevel\", offset = \"{offset}\" }}\npinion = {{ teeth = {}, hand = \"left\" }}\n\
+             gear = {{ teeth = {}, blank = {{ standard = \"ISO 23509\", {blank} }} }}\n",
+            teeth[0], teeth[1]
+        );
+        let path = put(folder.path(), "blank.toml", &text);
+        path.to_str().unwrap().to_string()
+    };
+    let first = "method = 0, outer_pitch_diameter = \"176.893 mm\", face_width = \"25.4 mm\", spiral_angle = \"35 deg\", cutter_radius = \"114.3 mm\", addendum_factor = 0.24737, thickness_factor = 0.0915, backlash = \"0.127 mm\", addendum_angle = \"2.1342 deg\", dedendum_angle = \"6.4934 deg\"";
+    let second = "method = 1, outer_pitch_diameter = \"170 mm\", face_width = \"30 mm\", pinion_spiral_angle = \"50 deg\", cutter_radius = \"63.5 mm\", limit_influence = 1, addendum_factor = 0.35, thickness_factor = 0.1, addendum_angle = \"1 deg\", dedendum_angle = \"4 deg\"";
+    let found = document(&["gear", &file("0 mm", [14, 39], first), "--json"]);
+    let value = |found: &Value, key: &str, k: usize| number(&found["geometry"][key][k]);
+    for (key, k, printed) in [
+        ("face_angle_deg", 0, 26.24),
+        ("root_angle_deg", 0, 17.613),
+        ("crown_to_crossing_point_mm", 1, 29.808),
+        ("outer_tip_diameter_mm", 1, 178.288),
+        ("mean_addendum_mm", 0, 4.836),
+    ] {
+        within(key, (value(&found, key, k) - printed).abs(), 0.003);
+    }
+    assert!(found["tca"].is_null() && found["members"][0]["flanks"].as_array().unwrap().is_empty());
+    let found = document(&["gear", &file("15 mm", [13, 42], second), "--json"]);
+    for (key, k, printed) in [
+        ("mean_spiral_angle_deg", 1, 38.609),
+        ("face_width_mm", 0, 31.91),
+        ("pitch_apex_beyond_crossing_point_mm", 0, -1.225),
+        ("outer_tip_diameter_mm", 0, 73.528),
+    ] {
+        within(key, (value(&found, key, k) - printed).abs(), 0.01);
+    }
+    let of = |offset: &str, blank: &str| refusal(&["gear", &file(offset, [14, 39], blank)]).1;
+    for (offset, blank, words) in [
+        ("15 mm", first.to_string(), "without offset"),
+        ("0 mm", second.to_string(), "needs an offset"),
+        (
+            "0 mm",
+            first.replace("method = 0", "method = 3"),
+            "not taken",
+        ),
+        (
+            "0 mm",
+            first.replace("176.893 mm", "17.6 mm"),
+            "no pair of blanks",
+        ),
+        ("0 mm", first.replace("0.24737", "2.5"), "no pair of blanks"),
+    ] {
+        let message = of(offset, &blank);
+        assert!(message.contains(words), "{words}: {message}");
+    }
+}
