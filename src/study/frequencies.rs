@@ -65,7 +65,7 @@ pub fn compare_eigensolvers(
     monitor: &mut Monitor,
 ) -> Result<ComparisonResult, Error> {
     let linear_model = &prepared_machine.model;
-    refuse(&prepared_machine)?;
+    refuse(prepared_machine)?;
     let count = count.min(elastic_modes(linear_model));
     if !monitor.proceed("reference") {
         return Err(interrupted_error());
@@ -77,7 +77,7 @@ pub fn compare_eigensolvers(
     };
     let (omega, digits) = match &basis {
         Some(basis) => elastic_frequencies(basis, count),
-        None => lowest_frequencies(&prepared_machine, count)?,
+        None => lowest_frequencies(prepared_machine, count)?,
     };
     let truth = ReferenceFrequencies {
         omega,
@@ -94,7 +94,7 @@ pub fn compare_eigensolvers(
             }));
         };
     add("lowest modes only", None, &mut || {
-        lowest_frequencies(&prepared_machine, count).map(|f| f.0)
+        lowest_frequencies(prepared_machine, count).map(|f| f.0)
     });
     let dense: [(&'static str, FrequencyFn); 3] = [
         ("all modes, graded", &|| {
@@ -106,7 +106,7 @@ pub fn compare_eigensolvers(
                 .map(|b| elastic_frequencies(&b, count).0)
         }),
         ("all modes, assembled K", &|| {
-            assembled(&prepared_machine, basis.as_ref(), count)
+            assembled(prepared_machine, basis.as_ref(), count)
         }),
     ];
     for (name, way) in dense {
