@@ -458,7 +458,7 @@ fn process(f: &mut TableReader) -> Option<Process> {
 
 /// `blank` as written.
 enum BlankTable {
-    /// Its cones.
+    /// Cones of the blank.
     Cones(Blank),
     /// Inputs of ISO 23509.
     Standard(StandardTable),

@@ -107,7 +107,7 @@ pub(super) fn variance(
         .collect()
 }
 
-/// What a mode departs by along the lines, for a response of its coefficients.
+/// Departure of a mode along the spectral lines, for a response of its coefficients.
 struct DepartureProfile {
     /// `|p|²`.
     pole_size: f64,
