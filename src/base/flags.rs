@@ -78,6 +78,14 @@ impl Flags {
         self.table.entries.is_empty()
     }
 
+    /// Names of the flags with their dashes.
+    pub fn names(&self) -> impl Iterator<Item = String> {
+        self.table
+            .entries
+            .iter()
+            .map(|entry| format!("--{}", entry.key.replace('_', "-")))
+    }
+
     /// The flags but that of `key`.
     pub fn without(&self, key: &str) -> Flags {
         let mut others = self.clone();

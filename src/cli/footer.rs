@@ -19,7 +19,9 @@ pub fn notes(result: &dyn Presentation) -> String {
     let about = result.provenance();
     let mut text = repairs(about.repairs.unwrap_or_default());
     text += &result.notes();
-    text += &warnings(about.warnings);
+    if !result.warnings_first() {
+        text += &warnings(about.warnings);
+    }
     text += &result.interruption().unwrap_or_default();
     match text.is_empty() {
         true => text,

@@ -41,6 +41,7 @@ pub fn run(args: &GearArgs) -> Result<u8, Errors> {
 fn compute(args: &GearArgs, path: &Path) -> Result<u8, Errors> {
     let (source, flags) = (load::load(path)?, &args.mesh.flags);
     let quiet = args.out.quiet || args.out.json;
+    gear_file::check_is_gear_file(&source)?;
     match gear_file::pair_kind(&source) {
         PairKind::Cylindrical => {
             let file = gear_file::read(&source, flags)?;

@@ -94,6 +94,9 @@ impl<'a> Outputs<'a> {
         match args.json {
             true => output::document(&document(result)?)?,
             false => {
+                if result.warnings_first() && !args.quiet {
+                    output::print_note(&footer::warnings(result.provenance().warnings));
+                }
                 let title = result.provenance().title;
                 let gap = if title.is_empty() { "" } else { "\n\n" };
                 output::print(&format!("{title}{gap}{}", result.text()))?;

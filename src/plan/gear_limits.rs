@@ -1,6 +1,7 @@
 //! Limits that a pair meets, as warnings: what is wrong, by how much, and the nearest value that avoids it.
 
 use crate::base::error::Diagnostic;
+use crate::gear::cylindrical::pair::Pair;
 use crate::gear::cylindrical::warnings::{NearestValue, Warning, WarningKind};
 
 /// Names of the members.
@@ -60,6 +61,26 @@ pub fn code(kind: WarningKind) -> &'static str {
         WarningKind::PointedTip => "pointed",
         WarningKind::Clearance => "clearance",
     }
+}
+
+/// The name of a limit in a list of those that are kept.
+pub fn name(kind: WarningKind) -> &'static str {
+    match kind {
+        WarningKind::Undercut => "undercut",
+        WarningKind::InvoluteInterference => "involute interference",
+        WarningKind::FilletInterference => "fillet interference",
+        WarningKind::TrochoidInterference => "trochoid interference",
+        WarningKind::TrimmingInterference => "trimming interference",
+        WarningKind::ContactRatio => "contact ratio below 1",
+        WarningKind::PointedTip => "pointed tips",
+        WarningKind::Clearance => "clearance below 0",
+    }
+}
+
+/// Names of the limits that a pair keeps.
+pub fn kept(pair: &Pair, met: &[Warning]) -> Vec<&'static str> {
+    let is_kept = |kind: &WarningKind| met.iter().all(|warning| warning.kind != *kind);
+    WarningKind::of(pair).filter(is_kept).map(name).collect()
 }
 
 fn hint(nearest: NearestValue) -> String {

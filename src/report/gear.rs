@@ -63,6 +63,7 @@ impl Presentation for GearAnswer<'_> {
             "kind": "cylindrical",
             "geometry": geometry_json(&result.quantities),
             "limits": result.limits.iter().map(limit_json).collect::<Vec<_>>(),
+            "limits_kept": gear_limits::kept(&result.pair, &result.limits),
             "drawing": result.drawing.iter().map(|all| all.iter().map(reading_json).collect()).collect::<Vec<Vec<_>>>(),
             "backlash": result.backlash.as_ref().map(backlash_json),
             "path": result.path.iter().map(|(name, point)| path_json(name, point)).collect::<Vec<_>>(),
@@ -82,6 +83,8 @@ impl Presentation for GearAnswer<'_> {
     fn text(&self) -> String {
         let result = &self.result;
         let mut text = title_lines(&self.file.title);
+        let kept = gear_limits::kept(&result.pair, &result.limits);
+        text += &format!("free of {}\n\n", kept.join(", "));
         text += &geometry_table(&result.quantities).text();
         text += &format!("\n{}", drawing_table(&result.drawing).text());
         if let Some(backlash) = &result.backlash {
@@ -105,6 +108,10 @@ impl Presentation for GearAnswer<'_> {
             Some(mesh) => position_table(mesh),
             None => geometry_table(&self.result.quantities),
         }
+    }
+
+    fn warnings_first(&self) -> bool {
+        true
     }
 
     /// The steps, and what each stiffness method leaves out.

@@ -129,6 +129,10 @@ impl Presentation for NonCircularReport<'_> {
             .numbers("arc", "mm", of(|r| 1e3 * r.arc), decimal)
     }
 
+    fn warnings_first(&self) -> bool {
+        true
+    }
+
     fn notes(&self) -> String {
         step_lines(steps(&self.result.plan))
     }

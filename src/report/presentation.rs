@@ -48,6 +48,11 @@ pub trait Presentation {
         String::new()
     }
 
+    /// The warnings stand above the result, because what they name decides whether the rest is of use; by default they stand below it.
+    fn warnings_first(&self) -> bool {
+        false
+    }
+
     /// Steps carried out and left out, in lines: by default those left out.
     fn notes(&self) -> String {
         omitted_steps(self.provenance().stages)

@@ -129,6 +129,38 @@ pub fn is_gear_file(source: &Arc<SourceFile>) -> bool {
     toml::parse(source).root.get("pair").is_some()
 }
 
+/// Refuses a file without any table of a gear file, naming the command that takes it.
+///
+/// # Errors
+/// `Usage` at the head of the file.
+pub fn check_is_gear_file(source: &Arc<SourceFile>) -> Result<(), Error> {
+    let root = toml::parse(source).root;
+    if ["pair", "pinion", "gear"]
+        .iter()
+        .any(|key| root.get(key).is_some())
+    {
+        return Ok(());
+    }
+    let path = &source.path;
+    let (what, hint) = match root.table("measured_gear") {
+        Some((gear, _)) if gear.get("spans").is_some() => (
+            "a gear given by readings",
+            format!("run `geardyn gear reverse {path}`"),
+        ),
+        Some(_) => ("a measured gear", format!("run `geardyn measure {path}`")),
+        None => (
+            "not a gear file",
+            format!(
+                "a gear file has `pair`, `pinion` and `gear`; `geardyn check {path}` says whether it is a machine model"
+            ),
+        ),
+    };
+    let error = Error::new(Code::Usage, format!("the file has no `pair`: it is {what}"));
+    Err(error
+        .with_span(&SourceSpan::new(source.clone(), 0..0))
+        .with_hint(hint))
+}
+
 /// Kinds of pairs that a gear file describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PairKind {
@@ -191,6 +223,13 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
         return Err(missing.into());
     };
     let study = flags.read_over(&document, "mesh", &bare_si, study, mesh)?;
+    if let (true, Some(flag)) = (study.torques.is_empty(), flags.names().next()) {
+        let message = format!("{flag} does nothing without a torque");
+        let error = Error::new(Code::Usage, message);
+        return Err(error
+            .with_hint("add --torque, or `torque` in [mesh]")
+            .into());
+    }
     let method = study.method([first.bore_diameter, second.bore_diameter], &span)?;
     let mut defaults = Vec::new();
     pair.name_defaults(&mut defaults);

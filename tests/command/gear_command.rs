@@ -457,3 +457,56 @@ fn survives_the_least_file() {
         }
     }
 }
+
+/// A ring's tip at 69.000 mm meets the pinion inside its base circle by 0.03 mm along the path; its tip corners pass free.
+/// Source: internal pair 16/24, m 3 mm, x 0/0.5 of a handbook; nearest tip 69.012 mm.
+#[test]
+fn ref_internal_pair_says_what_is_free() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "pair = { kind = \"cylindrical\", module = \"3 mm\" }\npinion = { teeth = 16 }\n\
+         gear = { teeth = 24, internal = true, profile_shift = -0.5, tip_diameter = \"69 mm\" }\n";
+    let path = put(folder.path(), "ring.toml", text);
+    let path = path.to_str().unwrap();
+    let found = document(&["gear", path, "--json"]);
+    let kept = found["limits_kept"].to_string();
+    assert!(
+        kept.contains("trochoid interference") && !kept.contains("involute"),
+        "{kept}"
+    );
+    let limits = found["limits"].as_array().unwrap();
+    let involute = limits.iter().find(|l| l["kind"] == "interference").unwrap();
+    printed(
+        "interference",
+        "mm",
+        0.03,
+        1e3 * number(&involute["by_si"]),
+        0.005,
+    );
+    let tip = number(&involute["nearest"]["tip_diameter_mm"]);
+    printed("nearest tip", "mm", 69.012, tip, 0.001);
+    let (code, text, _) = said(&["gear", path]);
+    assert_eq!(code, Some(0));
+    assert!(
+        text.contains("free of fillet interference, trochoid interference"),
+        "{text}"
+    );
+}
+
+/// A model, readings and a measured gear are one error with the command that takes them; flags of a load need a torque.
+#[test]
+fn refuses_files_of_other_commands() {
+    for (file, command) in [
+        ("models/gear_pair.toml", "geardyn check"),
+        ("data/unknown_gear.toml", "geardyn gear reverse"),
+        ("data/index_gear.toml", "geardyn measure"),
+    ] {
+        let all = refused(&["gear", file]);
+        assert_eq!(all.matches("error").count(), 1, "{all}");
+        assert!(all.contains(command), "{all}");
+    }
+    let all = refused(&["gear", FZG, "--positions", "30"]);
+    assert!(
+        all.contains("--positions does nothing without a torque"),
+        "{all}"
+    );
+}

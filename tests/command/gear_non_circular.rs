@@ -260,3 +260,28 @@ fn keeps_files_of_elliptic_gears() {
     let (code, text, _) = said(&["plan", ELLIPTIC]);
     assert!(code == Some(0) && text.contains("outlines"), "{text}");
 }
+
+/// Contact of rack-cut flanks ends where a point leaves the tip of either gear: circular gears have
+/// `ε_α = Σ (√(r_a² − r_b²) − r sin α)/(π m cos α)` with r_a = r + m, as the same pair of cylindrical gears.
+#[test]
+fn exact_contact_ends_at_the_tips() {
+    for [z1, z2] in [[20.0, 40.0], [24.0, 24.0], [30.0, 90.0]] {
+        let ratio: f64 = z2 / z1;
+        let text = format!(
+            "ratio = {{ kind = \"constant\", ratio = {ratio} }}\npinion = {{ teeth = {z1} }}\ngear = {{ teeth = {z2} }}\n"
+        );
+        let module = 200.0 / (z1 + z2);
+        let (sin, cos) = 20f64.to_radians().sin_cos();
+        let part = |z: f64| {
+            let (pitch, tip) = (0.5 * module * z, module * (0.5 * z + 1.0));
+            (tip * tip - (pitch * cos).powi(2)).sqrt() - pitch * sin
+        };
+        let exact = (part(z1) + part(z2)) / (PI * module * cos);
+        let found = number(&answer(&text)["geometry"]["contact_ratio_of_the_flank"]);
+        within("contact ratio", (found - exact).abs(), 1e-9);
+    }
+    // Teeth differ along elliptic centrodes, and none reaches what the rack's addendum alone allows.
+    let elliptic =
+        number(&document(&["gear", ELLIPTIC, "--json"])["geometry"]["contact_ratio_of_the_flank"]);
+    assert!((1.5..1.8).contains(&elliptic), "{elliptic}");
+}

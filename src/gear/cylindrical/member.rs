@@ -4,6 +4,7 @@ use super::basic_rack::BasicRack;
 use super::involute::InvoluteGear;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::quantity::format_number;
 
 /// A gear as its drawing describes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -146,13 +147,18 @@ impl Member {
         let [lower, upper] = self.thickness_deviation;
         if !(lower <= upper && lower.is_finite() && upper.is_finite()) {
             return out_of_range(format!(
-                "thickness deviations are {lower} and {upper} m; the lower one comes first"
+                "thickness deviations are {} and {} µm; the lower one comes first",
+                format_number(1e6 * lower),
+                format_number(1e6 * upper)
             ));
         }
         if let Some(tip) = self.tip_diameter
             && !(tip > 0.0 && tip.is_finite())
         {
-            return out_of_range(format!("tip diameter is {tip} m; it is positive"));
+            return out_of_range(format!(
+                "tip diameter is {} mm; it is positive",
+                format_number(1e3 * tip)
+            ));
         }
         self.rack.check(gear.pressure_angle)
     }

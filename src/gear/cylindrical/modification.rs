@@ -5,6 +5,7 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::quantity::format_number;
 
 /// One modification along a profile or a helix.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,7 +115,10 @@ impl FlankModification {
         match amounts.iter().find(|amount| !amount.is_finite()) {
             None => Ok(()),
             Some(amount) => {
-                let message = format!("a modification of a flank is {amount} m; it is finite");
+                let message = format!(
+                    "a modification of a flank is {} µm; it is finite",
+                    format_number(1e6 * amount)
+                );
                 Err(Error::new(Code::OutOfRange, message))
             }
         }

@@ -9,6 +9,7 @@ use super::outline::ToothOutline;
 use crate::base::bound::Bound;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::base::quantity::format_number;
 
 /// Helix angles, modules and pressure angles nearer than this, relative, are equal: rounding of a conversion of units.
 const SAME: f64 = 1e-9;
@@ -131,18 +132,29 @@ fn check_mates(members: &[Member; 2]) -> Result<(), Error> {
         return conflict("the first gear is internal; name the internal gear second".into());
     }
     let shared = [
-        ("normal module", first.module, second.module),
+        ("normal module", "mm", 1e3, first.module, second.module),
         (
             "pressure angle",
+            "deg",
+            1f64.to_degrees(),
             first.pressure_angle,
             second.pressure_angle,
         ),
-        ("helix angle", first.helix.abs(), second.helix.abs()),
+        (
+            "helix angle",
+            "deg",
+            1f64.to_degrees(),
+            first.helix.abs(),
+            second.helix.abs(),
+        ),
     ];
-    for (name, one, other) in shared {
+    for (name, unit, scale, one, other) in shared {
+        let shown = |x: f64| format!("{} {unit}", format_number(scale * x));
         if (one - other).abs() > SAME * one.abs().max(other.abs()) {
             return conflict(format!(
-                "the gears differ in {name}: {one} and {other} (SI)"
+                "the gears differ in {name}: {} and {}",
+                shown(one),
+                shown(other)
             ));
         }
     }

@@ -81,6 +81,30 @@ const CORNER_PARTS: usize = 128;
 /// Angles nearer than this are equal: rounding of involutes and fillets, rad.
 const ANGLE_ROUNDING: f64 = 1e-12;
 
+impl WarningKind {
+    /// The kinds that a pair can have, in their order; tip corners meet inside a ring only.
+    pub fn of(pair: &Pair) -> impl Iterator<Item = WarningKind> {
+        use WarningKind::{
+            Clearance, ContactRatio, FilletInterference, InvoluteInterference, PointedTip,
+            TrimmingInterference, TrochoidInterference, Undercut,
+        };
+        let in_ring = |kind| matches!(kind, TrochoidInterference | TrimmingInterference);
+        let is_ring = pair.members[1].gear.internal;
+        let all = [
+            Undercut,
+            InvoluteInterference,
+            FilletInterference,
+            TrochoidInterference,
+            TrimmingInterference,
+            ContactRatio,
+            PointedTip,
+            Clearance,
+        ];
+        all.into_iter()
+            .filter(move |kind| is_ring || !in_ring(*kind))
+    }
+}
+
 impl Pair {
     /// The warnings, in the order of their kinds.
     pub fn warnings(&self) -> Vec<Warning> {

@@ -178,7 +178,10 @@ impl LoadedMesh {
             }
         }
         if points.is_empty() {
-            let message = format!("no tooth pair can touch at the pinion angle {angle:.6} rad");
+            let message = format!(
+                "no tooth pair can touch at the pinion angle {:.4} deg",
+                angle.to_degrees()
+            );
             return Err(Error::new(Code::OutOfRange, message)
                 .with_hint("the contact ratio is too small: give larger tip diameters"));
         }

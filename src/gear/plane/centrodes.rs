@@ -6,7 +6,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
-use super::pitch_curve::{PitchCurve, check_length, out_of_range};
+use super::pitch_curve::{PitchCurve, check_length, degrees, out_of_range};
 use super::ratio_law::RatioLaw;
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -97,7 +97,8 @@ impl Centrodes {
             let ratio = law.at(*angle).map_or(f64::NAN, |state| state.ratio);
             if !(ratio + side > 0.0) {
                 return Err(out_of_range(format!(
-                    "ratio i12 is {ratio} at {angle} rad; the internal gear turns slower than its pinion, so i12 must exceed 1"
+                    "ratio i12 is {ratio:.6} at {}; the internal gear turns slower than its pinion, so i12 must exceed 1",
+                    degrees(*angle)
                 )));
             }
         }

@@ -4,7 +4,7 @@
 
 use super::contact::Contact;
 use super::contact_arcs::{ArcGrid, nearest_arc};
-use super::pitch_curve::out_of_range;
+use super::pitch_curve::{millimetres, out_of_range};
 use super::profile::{Profile, ProfileJet};
 use super::rolling::Rolling;
 use crate::base::code::Code;
@@ -80,7 +80,8 @@ pub fn conjugate<P: Profile>(
     };
     if touch_together(&roots, arc, SAME_INSTANT * length) {
         return Err(out_of_range(format!(
-            "all points of the profile touch at one instant (arc {arc} m), since its centre of curvature lies on the pitch curve (Wildhaber–Novikov); the transverse contact ratio is 0"
+            "all points of the profile touch at one instant (arc {}), since its centre of curvature lies on the pitch curve (Wildhaber–Novikov); the transverse contact ratio is 0",
+            millimetres(arc)
         ))
         .with_hint("move the centre off the pitch curve, or make the gear helical"));
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::pitch_curve::{PitchCurve, out_of_range};
+use super::pitch_curve::{PitchCurve, millimetres, out_of_range};
 use crate::base::error::Error;
 use crate::numeric::quadrature::CumulativeIntegral;
 
@@ -25,7 +25,9 @@ impl CurveLaw {
         let largest = radii.fold(0.0, f64::max);
         if !(centre_distance > largest && centre_distance.is_finite()) {
             return Err(out_of_range(format!(
-                "centre distance {centre_distance} m does not exceed the largest radius {largest} m of the pitch curve"
+                "centre distance {} does not exceed the largest radius {} of the pitch curve",
+                millimetres(centre_distance),
+                millimetres(largest)
             )));
         }
         Ok(CurveLaw {

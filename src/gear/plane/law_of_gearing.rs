@@ -3,7 +3,7 @@
 //! Contact at φ₁: `z₁ e^{−iφ₁} = σa + z₂ e^{iψ₂}`, tangents parallel; ψ₂ is the counter-clockwise turn of gear 2 (external σ = 1).
 
 use super::centrodes::{Centrodes, Member};
-use super::pitch_curve::out_of_range;
+use super::pitch_curve::{degrees, out_of_range};
 use super::profile::{Profile, ProfileJet};
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -56,7 +56,8 @@ pub fn check_gearing(
     for &angle in angles {
         let state = pair.at(angle).ok_or_else(|| {
             out_of_range(format!(
-                "angle {angle} rad lies outside the range of the ratio law"
+                "angle {} lies outside the range of the ratio law",
+                degrees(angle)
             ))
         })?;
         let turn = pair.displacement(Member::Second, angle).unwrap_or([0.0; 3]);
@@ -64,14 +65,18 @@ pub fn check_gearing(
             Some(near) => near,
             None => first_contact(axis_2, first, second, angle, turn[0]).ok_or_else(|| {
                 out_of_range(format!(
-                    "the profiles do not touch with gear 1 at {angle} rad"
+                    "the profiles do not touch with gear 1 at {}",
+                    degrees(angle)
                 ))
             })?,
         };
         let lost = || {
             Error::new(
                 Code::NoConvergence,
-                format!("the contact of the profiles is lost with gear 1 at {angle} rad"),
+                format!(
+                    "the contact of the profiles is lost with gear 1 at {}",
+                    degrees(angle)
+                ),
             )
         };
         // The turn of gear 2 is sought relative to the law.

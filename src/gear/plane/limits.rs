@@ -6,7 +6,7 @@
 
 use super::conjugate::ConjugateProfile;
 use super::contact::Contact;
-use super::pitch_curve::out_of_range;
+use super::pitch_curve::{millimetres, out_of_range};
 use super::profile::Profile;
 use crate::base::error::Error;
 use crate::gear::kernel::root::sign_change;
@@ -147,11 +147,11 @@ pub fn check_limits<P: Profile>(generated: &ConjugateProfile<P>) -> Result<(), E
     };
     let tool = limit.tool_point;
     let place = format!(
-        "parameter {} of the tool, at ({}, {}) m and {} m from the work's axis",
+        "parameter {} of the tool, at ({}, {}) and {} from the work's axis",
         limit.parameter,
-        tool.re,
-        tool.im,
-        limit.work_point.norm()
+        millimetres(tool.re),
+        millimetres(tool.im),
+        millimetres(limit.work_point.norm())
     );
     let message = match limit.kind {
         LimitKind::Undercut => format!("the tool undercuts the work beyond {place}"),
@@ -163,7 +163,10 @@ pub fn check_limits<P: Profile>(generated: &ConjugateProfile<P>) -> Result<(), E
     let blank = generated.at(end).map(|c| limiting_curvature(generated, &c));
     if let (LimitKind::Undercut, Some(Ok(curvature))) = (limit.kind, blank) {
         let radius = curvature.recip();
-        hint += &format!(", or give the work's pitch curve the radius {radius} m");
+        hint += &format!(
+            ", or give the work's pitch curve the radius {}",
+            millimetres(radius)
+        );
     }
     Err(out_of_range(message).with_hint(hint))
 }

@@ -3,7 +3,7 @@
 //!
 //! The profile moves along its tangent, so that `dl/ds = −cos α`: the general solution of Willis' law (Litvin & Fuentes 2004, §5.4).
 
-use super::pitch_curve::out_of_range;
+use super::pitch_curve::{millimetres, out_of_range};
 use super::rolling::Rolling;
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -167,7 +167,8 @@ impl LineOfAction {
             let path_point = Complex::cis(angle) * l;
             let state = rolling.at(arc).ok_or_else(|| {
                 out_of_range(format!(
-                    "the line of action needs the arc {arc} m, outside the range of the ratio law"
+                    "the line of action needs the arc {}, outside the range of the ratio law",
+                    millimetres(arc)
                 ))
             })?;
             contacts.push(ActionContact {

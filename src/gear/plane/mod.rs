@@ -36,6 +36,8 @@ pub mod law_of_gearing;
 
 pub mod rack_cutter;
 
+pub mod rack_flank;
+
 mod tooth_space;
 
 pub mod rack_cut;

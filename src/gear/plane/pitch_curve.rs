@@ -63,7 +63,9 @@ impl PitchCurve {
     pub fn eccentric_circle(radius: f64, eccentricity: f64) -> Result<PitchCurve, Error> {
         if !(radius > 0.0 && radius.is_finite() && (0.0..radius).contains(&eccentricity)) {
             return Err(out_of_range(format!(
-                "the axis lies {eccentricity} m from the centre of a circle of radius {radius} m; it must lie inside"
+                "the axis lies {} from the centre of a circle of radius {}; it must lie inside",
+                millimetres(eccentricity),
+                millimetres(radius)
             )));
         }
         Ok(PitchCurve(Shape::EccentricCircle {
@@ -80,16 +82,18 @@ impl PitchCurve {
         check_turn(angles, radii, "radius")?;
         if let Some(row) = radii.iter().position(|r| !(*r > 0.0)) {
             return Err(out_of_range(format!(
-                "row {}: radius {} m is not positive",
+                "row {}: radius {} is not positive",
                 row + 1,
-                radii[row]
+                millimetres(radii[row])
             )));
         }
         let (first, last) = (radii[0], radii[radii.len() - 1]);
         if (last - first).abs() > CLOSED * first {
             return Err(out_of_range(format!(
-                "row {}: radius {last} m after one turn, {first} m in row 1; the table does not close",
-                radii.len()
+                "row {}: radius {} after one turn, {} in row 1; the table does not close",
+                radii.len(),
+                millimetres(last),
+                millimetres(first)
             ))
             .with_hint("repeat the first radius in the last row"));
         }
@@ -216,17 +220,18 @@ pub(super) fn check_turn(angles: &[f64], values: &[f64], what: &str) -> Result<(
     }
     if let Some(row) = (1..angles.len()).find(|&i| angles[i] <= angles[i - 1]) {
         return Err(out_of_range(format!(
-            "row {}: angle {} rad does not rise above {} rad",
+            "row {}: angle {} does not rise above {}",
             row + 1,
-            angles[row],
-            angles[row - 1]
+            degrees(angles[row]),
+            degrees(angles[row - 1])
         )));
     }
     let span = angles[angles.len() - 1] - angles[0];
     if (span - TAU).abs() > CLOSED * TAU {
         return Err(out_of_range(format!(
-            "row {}: the angles span {span} rad; the table does not close over a turn of {TAU} rad",
-            angles.len()
+            "row {}: the angles span {}; the table does not close over a turn of 360 deg",
+            angles.len(),
+            degrees(span)
         )));
     }
     Ok(())
@@ -267,8 +272,26 @@ pub(super) fn check_length(length: f64, what: &str) -> Result<(), Error> {
         return Ok(());
     }
     Err(out_of_range(format!(
-        "{what} is {length} m; it must be positive, from {least} to {most} m"
+        "{what} is {}; it must be positive, from {} to {}",
+        millimetres(length),
+        millimetres(least),
+        millimetres(most)
     )))
+}
+
+/// An angle of a message.
+pub(super) fn degrees(angle: f64) -> String {
+    format!("{} deg", rounded(angle.to_degrees()))
+}
+
+/// A length of a message.
+pub(super) fn millimetres(length: f64) -> String {
+    format!("{} mm", rounded(1e3 * length))
+}
+
+/// A number to six decimals.
+fn rounded(x: f64) -> f64 {
+    (1e6 * x).round() / 1e6
 }
 
 pub(super) fn out_of_range(message: String) -> Error {

@@ -2,7 +2,7 @@
 //!
 //! The curvature is turn/speed; kept apart, both serve a cusp (speed 0) and a point (an arc of radius 0).
 
-use super::pitch_curve::out_of_range;
+use super::pitch_curve::{degrees, millimetres, out_of_range};
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::quintic_spline::QuinticSpline;
@@ -79,8 +79,10 @@ impl Shape {
         let length = (end - start).norm();
         if !(length > 0.0 && length.is_finite()) {
             return Err(out_of_range(format!(
-                "a straight profile from ({}, {}) m is {length} m long; give two points apart",
-                start.re, start.im
+                "a straight profile from ({}, {}) is {} long; give two points apart",
+                millimetres(start.re),
+                millimetres(start.im),
+                millimetres(length)
             )));
         }
         Ok(Shape(Kind::Line {
@@ -97,7 +99,8 @@ impl Shape {
     pub fn arc(centre: Complex, radius: f64, angles: [f64; 2]) -> Result<Shape, Error> {
         if !(radius >= 0.0 && radius.is_finite() && centre.norm().is_finite()) {
             return Err(out_of_range(format!(
-                "radius of an arc is {radius} m; it must be finite and not negative"
+                "radius of an arc is {}; it must be finite and not negative",
+                millimetres(radius)
             )));
         }
         check_range(angles)?;
@@ -123,8 +126,8 @@ impl Shape {
         check_range(roll)?;
         if roll[0] < 0.0 {
             return Err(out_of_range(format!(
-                "roll angle {} rad of an involute is negative; it starts at 0 on the base circle",
-                roll[0]
+                "roll angle {} of an involute is negative; it starts at 0 on the base circle",
+                degrees(roll[0])
             )));
         }
         Ok(Shape(Kind::Involute {
@@ -151,7 +154,9 @@ impl Shape {
         let is_circle = rolling_radius == 0.0 || rolling_radius == -base_radius;
         if is_circle || !rolling_radius.is_finite() {
             return Err(out_of_range(format!(
-                "rolling radius {rolling_radius} m on a base circle of {base_radius} m makes no cycloid; take another radius"
+                "rolling radius {} on a base circle of {} makes no cycloid; take another radius",
+                millimetres(rolling_radius),
+                millimetres(base_radius)
             )));
         }
         Ok(Shape(Kind::Cycloid {
@@ -279,7 +284,8 @@ fn check_radius(radius: f64, what: &str) -> Result<(), Error> {
         return Ok(());
     }
     Err(out_of_range(format!(
-        "radius of a {what} is {radius} m; it must be positive"
+        "radius of a {what} is {}; it must be positive",
+        millimetres(radius)
     )))
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::centrodes::{Centrodes, Mate, Member};
-use super::pitch_curve::out_of_range;
+use super::pitch_curve::{degrees, millimetres, out_of_range};
 use super::rack_cutter::RackCutter;
 use super::rolling::{Centrode, Rolling};
 use super::tooth_space::{ToothSpace, lost};
@@ -84,7 +84,7 @@ pub fn cut_outline(
     let [least, angle] = extremes.least;
     if !(least > 0.0) {
         return Err(out_of_range(format!(
-            "the pitch curve is concave at {angle} rad of gear 1 (curvature {least} 1/m); a rack cannot cut it"
+            "the pitch curve is concave at {} of gear 1 (radius of curvature {}); a rack cannot cut it", degrees(angle), millimetres(1.0 / least)
         ))
         .with_hint("take a shaper, or a smaller change of the ratio"));
     }

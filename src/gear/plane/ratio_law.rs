@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::curve_law::CurveLaw;
 use super::pitch_curve::{
-    CLOSED, PitchCurve, check_turn, even_panels, out_of_range, panels_between, turn_angles,
+    CLOSED, PitchCurve, check_turn, degrees, even_panels, out_of_range, panels_between, turn_angles,
 };
 use crate::base::error::Error;
 use crate::numeric::quintic_spline::QuinticSpline;
@@ -67,7 +67,8 @@ impl RatioLaw {
         check_ratio(last)?;
         if !(over > 0.0 && over <= 1e6) {
             return Err(out_of_range(format!(
-                "the ratio changes over {over} rad; give a positive angle of at most 1e6 rad"
+                "the ratio changes over {}; give a positive angle of at most 1e6 rad",
+                degrees(over)
             )));
         }
         Ok(RatioLaw(Law::Linear {
@@ -122,10 +123,10 @@ impl RatioLaw {
         check_turn(angles_1, angles_2, "the angle of gear 2")?;
         if let Some(row) = (1..angles_2.len()).find(|&i| angles_2[i] <= angles_2[i - 1]) {
             return Err(out_of_range(format!(
-                "row {}: angle {} rad of gear 2 does not rise above {} rad; the table is not monotonic",
+                "row {}: angle {} of gear 2 does not rise above {}; the table is not monotonic",
                 row + 1,
-                angles_2[row],
-                angles_2[row - 1]
+                degrees(angles_2[row]),
+                degrees(angles_2[row - 1])
             )));
         }
         let n = angles_2.len() - 1;
@@ -133,12 +134,13 @@ impl RatioLaw {
         let passes = (TAU / advance).round().max(1.0);
         if (advance * passes - TAU).abs() > CLOSED * TAU {
             return Err(out_of_range(format!(
-                "row {}: gear 2 turns {advance} rad in a turn of gear 1; the table does not close",
-                n + 1
+                "row {}: gear 2 turns {} in a turn of gear 1; the table does not close",
+                n + 1,
+                degrees(advance)
             ))
             .with_hint(format!(
-                "let gear 2 turn 2π/n, nearest {} rad",
-                TAU / passes
+                "let gear 2 turn 360 deg/n, nearest {}",
+                degrees(TAU / passes)
             )));
         }
         let mut closed = angles_2.to_vec();
@@ -204,7 +206,8 @@ impl RatioLaw {
             return Ok(());
         }
         let error = out_of_range(format!(
-            "gear 2 turns {advance} rad in a period of the ratio, and {passes} periods make its turn; its centrode does not close"
+            "gear 2 turns {} in a period of the ratio, and {passes:.6} periods make its turn; its centrode does not close",
+            degrees(advance)
         ));
         Err(match self.0 {
             Law::Sine {

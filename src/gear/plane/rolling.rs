@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use super::centrodes::{Centrodes, Member};
-use super::pitch_curve::out_of_range;
+use super::pitch_curve::{millimetres, out_of_range};
 use crate::base::error::Error;
 use crate::numeric::Complex;
 
@@ -50,7 +50,8 @@ impl Centrode {
             return Ok(Centrode::Circle { radius });
         }
         Err(out_of_range(format!(
-            "radius of a pitch circle is {radius} m; it must be finite and not zero"
+            "radius of a pitch circle is {}; it must be finite and not zero",
+            millimetres(radius)
         )))
     }
 
@@ -81,6 +82,23 @@ impl Centrode {
                 })
             }
         }
+    }
+
+    /// Distance of a point to the left of the curve, m, and the arc of its foot, by Newton's method from a near arc; `scale` is a length of the
+    /// problem, m.
+    pub(super) fn foot(&self, point: Complex, near: f64, scale: f64) -> Option<(f64, f64)> {
+        let mut arc = near;
+        for _ in 0..30 {
+            let at = self.at(arc)?;
+            let local = (point - at.point) * at.tangent.conj();
+            let step = local.re / (1.0 - at.curvature * local.im);
+            arc += step;
+            if step.abs() <= 1e-14 * scale {
+                break;
+            }
+        }
+        let at = self.at(arc)?;
+        Some((((point - at.point) * at.tangent.conj()).im, arc))
     }
 
     /// Arc (m) after which the curve repeats; `None` where it does not.

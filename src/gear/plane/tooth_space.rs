@@ -74,22 +74,10 @@ impl ToothSpace<'_> {
         Some([end(-1.0)?, end(1.0)?])
     }
 
-    /// Height of a point of the work above its pitch curve, and the arc of its foot, by Newton's method from a near arc.
+    /// Height of a point of the work above its pitch curve, and the arc of its foot.
     fn foot(&self, point: Complex, near: f64) -> Option<(f64, f64)> {
-        let mut arc = near;
-        for _ in 0..30 {
-            let at = self.rolling.work.at(arc)?;
-            let local = (point - at.point) * at.tangent.conj();
-            // In the frame of the tangent, x along it: the left is y > 0.
-            let step = local.re / (1.0 - at.curvature * local.im);
-            arc += step;
-            if step.abs() <= 1e-14 * self.pitch {
-                break;
-            }
-        }
-        let at = self.rolling.work.at(arc)?;
-        let local = (point - at.point) * at.tangent.conj();
-        Some((-self.side * local.im, arc))
+        let (left, arc) = self.rolling.work.foot(point, near, self.pitch)?;
+        Some((-self.side * left, arc))
     }
 
     /// Largest depth on a flank that the rack generates without undercut: `t side·κ ≤ sin²α` along it.
