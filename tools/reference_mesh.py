@@ -171,6 +171,14 @@ class Mesh:
         return -d, stiffness, -first
 
 
+def involute(tooth, rolls):
+    """Points of the involute at lengths of roll, middle of the tooth along +y."""
+    xi = rolls / tooth.rb
+    psi = tooth.psi_b - (xi - np.arctan(xi))
+    radius = tooth.rb * np.hypot(1.0, xi)
+    return radius * np.sin(psi), radius * np.cos(psi)
+
+
 def main():
     p = INPUTS
     mesh = Mesh(p)
@@ -203,6 +211,13 @@ def timed():
             for torque in torques:
                 e, k, _ = mesh.solve(i * step, torque)
         print(f"{what}: {time.process_time() - start:.3f} s")
+    start = time.process_time()
+    for _ in range(100):
+        tooth = Tooth(0, base)
+        for i in range(100):
+            tooth.fillet(1e-9 + (tooth.end - 1e-9) * i / 99)
+        involute(tooth, np.linspace(tooth.form, tooth.tip, 100))
+    print(f"flank of 200 points: {1e4 * (time.process_time() - start):.0f} µs")
 
 
 if __name__ == "__main__":

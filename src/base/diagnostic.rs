@@ -662,6 +662,16 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "At the limits of centre distance and tooth thickness the teeth would overlap.",
     ),
     (
+        "folded",
+        Warning,
+        "A flank turns back on itself: no tooth can be cut with it. End the given flank before that place.",
+    ),
+    (
+        "law-of-gearing",
+        Warning,
+        "The common normal of the flanks misses the pitch point, so that the ratio is not that of the law.",
+    ),
+    (
         "contact-ends",
         Warning,
         "A part of a given profile has no contact: its normals do not meet the pitch curve there.",

@@ -311,6 +311,14 @@ impl<'a, 'n> TableReader<'a, 'n> {
         Some([one, one])
     }
 
+    /// Whether the key holds text that is a quantity of a kind.
+    pub fn holds(&self, key: &str, kind: QuantityKind) -> bool {
+        match self.entry(key).map(|entry| &entry.item.value) {
+            Some(Value::String(text)) => quantity::parse(text, kind, key).is_ok(),
+            _ => false,
+        }
+    }
+
     /// A bare number that may be left out.
     pub fn optional_number(&mut self, key: &str, range: ValueRange) -> Option<f64> {
         let item = self.item(key, "a number without unit")?;

@@ -111,7 +111,15 @@ pub fn stages(source: &Arc<SourceFile>) -> Result<GearPlan, Errors> {
 }
 
 /// Suffixes of the figures of a cylindrical pair.
-const CYLINDRICAL_FIGURES: [&str; 6] = ["", "sliding", "mesh", "stiffness", "sharing", "harris"];
+const CYLINDRICAL_FIGURES: [&str; 7] = [
+    "",
+    "sliding",
+    "profile",
+    "mesh",
+    "stiffness",
+    "sharing",
+    "harris",
+];
 
 /// Outputs of `gear FILE`: those of every command, and the outlines.
 struct GearOutputs<'a> {

@@ -2,6 +2,7 @@
 
 use crate::base::error::Diagnostic;
 use crate::gear::cylindrical::pair::Pair;
+use crate::gear::cylindrical::remedy::DECIMALS;
 use crate::gear::cylindrical::warnings::{NearestValue, Warning, WarningKind};
 
 /// Names of the members.
@@ -83,24 +84,39 @@ pub fn kept(pair: &Pair, met: &[Warning]) -> Vec<&'static str> {
     WarningKind::of(pair).filter(is_kept).map(name).collect()
 }
 
-fn hint(nearest: NearestValue) -> String {
+/// The value in words.
+pub fn hint(nearest: NearestValue) -> String {
     match nearest {
         NearestValue::ProfileShift { member, value } => {
             format!(
                 "{}.profile_shift = {} avoids it",
                 MEMBERS[member],
-                value.text(4)
+                value.text(DECIMALS)
             )
         }
         NearestValue::TipDiameter { member, value } => format!(
             "{}.tip_diameter = \"{} mm\" avoids it",
             MEMBERS[member],
-            value.scaled(1e3).text(4)
+            value.scaled(1e3).text(DECIMALS)
         ),
         NearestValue::TipDiameters([first, second]) => format!(
             "tip diameters of {} mm (pinion) and {} mm (gear) avoid it",
-            first.scaled(1e3).text(4),
-            second.scaled(1e3).text(4)
+            first.scaled(1e3).text(DECIMALS),
+            second.scaled(1e3).text(DECIMALS)
+        ),
+        NearestValue::FaceWidth(width) => format!(
+            "face_width = \"{} mm\" of both gears avoids it",
+            width.scaled(1e3).text(DECIMALS)
+        ),
+        NearestValue::CentreDistance(distance) => format!(
+            "pair.centre_distance = \"{} mm\" avoids it",
+            distance.scaled(1e3).text(DECIMALS)
+        ),
+        NearestValue::Teeth {
+            teeth: [z1, z2],
+            shifts: [x1, x2],
+        } => format!(
+            "teeth = {z1} with profile_shift = {x1} (pinion) and teeth = {z2} with profile_shift = {x2} (gear) avoid every warning, without tip_diameter and centre_distance"
         ),
     }
 }

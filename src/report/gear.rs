@@ -13,10 +13,12 @@ use crate::base::error::Error;
 use crate::gear::cylindrical::backlash::{Backlash, BacklashLimits};
 use crate::gear::cylindrical::drawing::ReadingLimits;
 use crate::gear::cylindrical::gear_outline::OutlineSteps;
+use crate::gear::cylindrical::modification::Relief;
 use crate::gear::cylindrical::path_points::PathPoint;
 use crate::gear::cylindrical::warnings::{NearestValue, Warning};
 use crate::gear::load::compliance::StiffnessRow;
 use crate::gear::load::mesh_result::{MeshResult, peak_to_peak};
+use crate::gear::load::relief::LeastRelief;
 use crate::plan::gear::drawing::DrawingReading;
 use crate::plan::gear::geometry::{GearQuantity, QuantityValue};
 use crate::plan::gear::run::GearResult;
@@ -25,6 +27,10 @@ use crate::scene::gear_file::GearFile;
 
 /// Seconds of arc in a radian.
 pub(super) const ARCSEC: f64 = 648_000.0 / std::f64::consts::PI;
+
+/// Direction and sign of the transmission error of a loaded mesh.
+const TE_DIRECTION: &str =
+    "along the base tangent of the driven gear in the transverse plane, positive where it leads";
 
 /// A gear file with what it gives.
 pub struct GearAnswer<'a> {
@@ -77,6 +83,7 @@ impl Presentation for GearAnswer<'_> {
                 "outside_range": row.outside_range,
             })).collect::<Vec<_>>(),
             "mesh": result.mesh.as_ref().map(mesh_json),
+            "least_relief": result.least_relief.as_ref().map(relief_json),
         }))
     }
 
@@ -90,14 +97,15 @@ impl Presentation for GearAnswer<'_> {
         if let Some(backlash) = &result.backlash {
             text += &format!("\n{}", backlash_table(backlash).text());
         }
-        if !result.path.is_empty() {
-            text += &format!("\n{}", path_table(&result.path).text());
-        }
+        text += &format!("\n{}", path_table(&result.path).text());
         if !result.stiffness.is_empty() {
             text += &format!("\n{}", stiffness_table(&self.result).text());
         }
         if let Some(mesh) = &result.mesh {
-            text += &format!("\n{}", load_table(mesh).text());
+            text += &format!("\n{}te {TE_DIRECTION}\n", load_table(mesh).text());
+        }
+        if let Some(relief) = &result.least_relief {
+            text += &format!("\n{}", relief_lines(relief));
         }
         text
     }
@@ -127,12 +135,14 @@ impl Presentation for GearAnswer<'_> {
         let (title, result) = (&self.file.title, &self.result);
         let (pair, path) = (&result.pair, &result.path);
         let mut all = vec![Figure::first(gear_plot::draw_teeth(title, pair, path))];
-        if !path.is_empty() {
-            all.push(Figure::new(
-                "sliding",
-                gear_plot::sliding(title, pair, path),
-            ));
-        }
+        all.push(Figure::new(
+            "sliding",
+            gear_plot::sliding(title, pair, path),
+        ));
+        all.push(Figure::new(
+            "profile",
+            gear_plot::profile(title, pair, &self.file.modifications),
+        ));
         if let Some(mesh) = &result.mesh {
             all.push(Figure::new("mesh", gear_plot::te_over_pitch(title, mesh)));
             let stiffness = gear_plot::stiffness(title, mesh);
@@ -173,6 +183,11 @@ fn limit_json(warning: &Warning) -> Value {
         }
         NearestValue::TipDiameters(both) => {
             json!({ "tip_diameters_mm": both.map(|d| 1e3 * d.value()) })
+        }
+        NearestValue::FaceWidth(width) => json!({ "face_width_mm": 1e3 * width.value() }),
+        NearestValue::CentreDistance(a) => json!({ "centre_distance_mm": 1e3 * a.value() }),
+        NearestValue::Teeth { teeth, shifts } => {
+            json!({ "teeth": teeth, "profile_shift": shifts })
         }
     });
     json!({
@@ -233,6 +248,7 @@ fn mesh_json(mesh: &MeshResult) -> Value {
     json!({
         "method": mesh.method,
         "body": mesh.bodies,
+        "te_direction": TE_DIRECTION,
         "torques_nm": cycles.iter().map(|c| c.torque).collect::<Vec<_>>(),
         "pinion_angle_rad": mesh.pinion_angles,
         "pairs": mesh.pairs,
@@ -374,6 +390,52 @@ fn load_table(mesh: &MeshResult) -> Table<'static> {
         ]);
     }
     table
+}
+
+fn relief_json(relief: &LeastRelief) -> Value {
+    let one =
+        |r: &Relief| json!({ "tip_relief_um": 1e6 * r.amount, "relief_from_mm": 1e3 * r.from });
+    json!({
+        "pinion": one(&relief.reliefs[0]),
+        "gear": one(&relief.reliefs[1]),
+        "share": relief.share,
+        "torques_nm": relief.torques,
+        "peak_to_peak_um": relief.peak_to_peak.iter().map(|e| 1e6 * e).collect::<Vec<_>>(),
+        "without_um": relief.without.iter().map(|e| 1e6 * e).collect::<Vec<_>>(),
+    })
+}
+
+/// The relief as keys of the file, and the peak-to-peak it leaves.
+fn relief_lines(relief: &LeastRelief) -> String {
+    let mut table = Table::numeric("torque [N·m]|te peak to peak [µm]|without tip relief [µm]");
+    let rows = relief
+        .torques
+        .iter()
+        .zip(&relief.peak_to_peak)
+        .zip(&relief.without);
+    for ((torque, with), without) in rows {
+        table.row([
+            significant(*torque),
+            format!("{:.4}", 1e6 * with),
+            format!("{:.4}", 1e6 * without),
+        ]);
+    }
+    let keys: String = MEMBERS
+        .iter()
+        .zip(&relief.reliefs)
+        .map(|(name, r)| {
+            format!(
+                "{name}: tip_relief = \"{:.2} µm\", relief_from = \"{:.4} mm\"\n",
+                1e6 * r.amount,
+                1e3 * r.from
+            )
+        })
+        .collect();
+    format!(
+        "relief of least peak to peak over the torques, over {:.1} % of the path on which the most pairs touch\n{keys}{}",
+        100.0 * relief.share,
+        table.text()
+    )
 }
 
 /// One row a position: e and k at every torque.

@@ -1,4 +1,4 @@
-//! Figures of a gear pair: teeth in mesh at the pitch point, sliding over the path, stiffness and transmission error over a pitch, Harris map.
+//! Figures of a gear pair: teeth in mesh at the pitch point, sliding over the path, designed profile, stiffness and transmission error over a pitch, Harris map.
 
 use std::f64::consts::TAU;
 
@@ -9,8 +9,10 @@ use super::svg::{
     WIDTH, render_svg,
 };
 use crate::gear::cylindrical::gear_outline::OutlineSteps;
+use crate::gear::cylindrical::modification::FlankModification;
 use crate::gear::cylindrical::pair::Pair;
 use crate::gear::cylindrical::path_points::PathPoint;
+use crate::gear::load::contact_path::ContactPath;
 use crate::gear::load::mesh_result::{LoadedCycle, MeshResult};
 
 /// Teeth shown on either side of the pitch point.
@@ -94,8 +96,8 @@ pub fn draw_teeth(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) 
                 ("pitch", [r1, r2][k]),
                 ("base", outline.base_radius),
             ];
-            for (name, radius) in circles {
-                draw_circle(canvas, gear, radius, name);
+            for (rank, (name, radius)) in circles.into_iter().enumerate() {
+                draw_circle(canvas, gear, radius, (name, rank, k == 0));
             }
         }
         let near = -NEIGHBOURS..NEIGHBOURS + 1;
@@ -120,8 +122,17 @@ pub fn draw_teeth(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) 
     })
 }
 
-/// Arc of a circle near the pitch point, dotted, with its name.
-fn draw_circle(canvas: &mut Canvas, gear: &PlacedGear, radius: f64, name: &str) {
+/// Points of an arc between the names of two circles of a gear.
+const NAME_STEP: usize = 8;
+
+/// Arc of a circle near the pitch point, dotted, with its name: of the pinion near the right end, of the gear near the left one, the
+/// circles of a rank further in.
+fn draw_circle(
+    canvas: &mut Canvas,
+    gear: &PlacedGear,
+    radius: f64,
+    (name, rank, at_right): (&str, usize, bool),
+) {
     let half = 0.5 * WIDTH / gear.place.scale;
     let reach = (half / radius).min(1.0).asin();
     let arc: Vec<Point2> = (0..=ARC)
@@ -129,8 +140,16 @@ fn draw_circle(canvas: &mut Canvas, gear: &PlacedGear, radius: f64, name: &str) 
         .filter(|p| inside(*p))
         .collect();
     canvas.polyline(&arc, GREY, 0.6, LineStyle::Dotted);
-    if let Some(end) = arc.last() {
-        canvas.text(name, (end.0 - 4.0, end.1 - 6.0), 8.0, GREY, Anchor::End);
+    let place = match at_right {
+        true => arc.iter().rev().nth(NAME_STEP * rank),
+        false => arc.get(NAME_STEP * rank),
+    };
+    if let Some(place) = place {
+        let anchor = match at_right {
+            true => Anchor::End,
+            false => Anchor::Start,
+        };
+        canvas.text(name, (place.0, place.1 - 4.0), 8.0, gear.ink, anchor);
     }
 }
 
@@ -170,7 +189,7 @@ pub fn sliding(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) -> 
     let at = |i: usize| recess.mul_add(i as f64, -approach * (PATH - i) as f64) / PATH as f64;
     let points: Vec<PathPoint> = (0..=PATH).map(|i| pair.path_point(at(i))).collect();
     let line = |name: &str, k: usize| {
-        let known = points.iter().filter(|p| p.specific_sliding[k].is_finite());
+        let known = points.iter().filter(|p| p.specific_sliding[k] >= LARGEST);
         let (x, y) = known
             .map(|p| (1e3 * p.distance, p.specific_sliding[k]))
             .unzip();
@@ -183,11 +202,46 @@ pub fn sliding(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) -> 
     let mut figure = PlotColumn::of_lines(title, axes, [line("pinion", 0), line("gear", 1)]);
     let label = |(name, p): &(&'static str, PathPoint)| PointLabel {
         x: 1e3 * p.distance,
-        y: p.specific_sliding[0].max(LARGEST),
+        y: 0.0,
         text: name.to_string(),
     };
     for plot in &mut figure.plots {
         plot.labels = path.iter().map(label).collect();
+    }
+    figure
+}
+
+/// Designed profile of both flanks over the length of roll, as an inspection chart shows it: material removed counts below zero.
+pub fn profile(title: &str, pair: &Pair, modifications: &[FlankModification; 2]) -> PlotColumn {
+    let path = ContactPath::new(pair);
+    let line = |k: usize| {
+        let [root, tip] = path.flank_ends[k];
+        let at = |i: usize| root + (tip - root) * i as f64 / PATH as f64;
+        let rolls = (0..=PATH).map(at);
+        // Middle of the face: helix modifications have no part in a profile.
+        let removed = |roll: f64| -1e6 * modifications[k].removed(roll, [root, tip], 0.5);
+        let (x, y) = rolls.map(|roll| (1e3 * roll, removed(roll) + 0.0)).unzip();
+        (["pinion", "gear"][k].to_string(), x, y)
+    };
+    let axes = (
+        Axis::linear("length of roll, mm"),
+        Axis::linear("designed profile, µm"),
+    );
+    let mut figure = PlotColumn::of_lines(title, axes, [line(0), line(1)]);
+    let points = pair.path_points();
+    let names = [
+        ("pinion, start of contact", points.a.roll[0]),
+        ("pinion, end", points.e.roll[0]),
+        ("gear, start of contact", points.e.roll[1]),
+        ("gear, end", points.a.roll[1]),
+    ];
+    let label = |(name, roll): &(&str, f64)| PointLabel {
+        x: 1e3 * roll,
+        y: 0.0,
+        text: name.to_string(),
+    };
+    for plot in &mut figure.plots {
+        plot.labels = names.iter().map(label).collect();
     }
     figure
 }
@@ -201,9 +255,15 @@ fn shown_cycles(mesh: &MeshResult) -> impl Iterator<Item = usize> {
 
 /// e over the pinion angle at up to four torques.
 pub fn te_over_pitch(title: &str, mesh: &MeshResult) -> PlotColumn {
-    over_pitch(title, mesh, "transmission error, µm", |cycle| {
-        cycle.te.iter().map(|e| 1e6 * e).collect()
-    })
+    over_pitch(
+        title,
+        mesh,
+        "transmission error less its mean, µm",
+        |cycle| {
+            let mean = cycle.te.iter().sum::<f64>() / cycle.te.len().max(1) as f64;
+            cycle.te.iter().map(|e| 1e6 * (e - mean)).collect()
+        },
+    )
 }
 
 /// Tangent stiffness over the pinion angle at up to four torques.

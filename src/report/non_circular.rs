@@ -12,6 +12,7 @@ use super::table::{Table, decimal};
 use crate::base::error::Error;
 use crate::gear::plane::centrodes::Member;
 use crate::numeric::Complex;
+use crate::plan::gear::given_profiles::GivenContact;
 use crate::plan::gear::non_circular::{ConjugateFlank, NonCircularResult};
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::non_circular_file::NonCircularFile;
@@ -83,6 +84,7 @@ impl Presentation for NonCircularReport<'_> {
                 "arc_mm": of(|r| 1e3 * r.arc),
             },
             "flank": result.flank.as_ref().map(flank_json),
+            "given": result.given.iter().map(given_json).collect::<Vec<_>>(),
         }))
     }
 
@@ -112,6 +114,9 @@ impl Presentation for NonCircularReport<'_> {
         text += &format!("\n{}", table.text());
         if let Some(flank) = &result.flank {
             text += &format!("\n{}\n{}", flank_table(flank).text(), check_lines(flank));
+        }
+        if !result.given.is_empty() {
+            text += &format!("\n{}", given_table(&result.given).text());
         }
         text
     }
@@ -195,7 +200,12 @@ fn flank_json(flank: &ConjugateFlank) -> Value {
         "path_mm": points(|c| c.path_point),
         "specific_sliding": sliding,
         "route_deviation_um": 1e6 * flank.route_deviation,
-        "law_error_arcsec": worst(flank, |c| c.error * ARCSEC),
+        "law_error_arcsec": ARCSEC * flank.law_error(),
+        "second_contact": flank.second.iter().map(|second| json!({
+            "pinion_mm": [1e3 * second.tool_point.re, 1e3 * second.tool_point.im],
+            "path_mm": [1e3 * second.path_point.re, 1e3 * second.path_point.im],
+            "apart_mm": 1e3 * (second.tool_point - second.first.tool_point).norm(),
+        })).collect::<Vec<_>>(),
         "pitch_point_miss_um": worst(flank, |c| 1e6 * c.miss),
     })
 }
@@ -243,7 +253,7 @@ fn check_lines(flank: &ConjugateFlank) -> String {
     let mut lines = format!(
         "law of gearing over {} contacts: the gear is off by {:.1e} arcsec at most, the normal by {:.1e} µm from the pitch point\n",
         flank.checks.len(),
-        worst(flank, |c| c.error * ARCSEC),
+        ARCSEC * flank.law_error(),
         worst(flank, |c| 1e6 * c.miss),
     );
     if flank.route_deviation > 0.0 {
@@ -252,5 +262,45 @@ fn check_lines(flank: &ConjugateFlank) -> String {
             1e6 * flank.route_deviation
         );
     }
+    let apart = (flank.second.iter()).map(|s| (s.tool_point - s.first.tool_point).norm());
+    let [near, far] = apart.fold([f64::INFINITY, 0.0f64], |[l, h], x| [l.min(x), h.max(x)]);
+    lines += &match flank.second.len() {
+        0 => "no point of the gear's flank touches the body of the pinion a second time\n".into(),
+        n => format!(
+            "{n} points of the gear's flank touch the body of the pinion a second time, {:.4} to {:.4} mm from the first contact\n",
+            1e3 * near,
+            1e3 * far
+        ),
+    };
     lines
+}
+
+fn given_json(contact: &GivenContact) -> Value {
+    let GivenContact { check, ratio } = contact;
+    json!({
+        "angle_1_rad": check.angle_1,
+        "point_mm": [1e3 * check.point.re, 1e3 * check.point.im],
+        "ratio": check.ratio,
+        "ratio_of_law": ratio,
+        "pitch_point_miss_mm": 1e3 * check.miss,
+        "te_arcsec": ARCSEC * check.error,
+    })
+}
+
+/// Where the common normal of a given pair misses the pitch point, and the ratio it gives.
+fn given_table(given: &[GivenContact]) -> Table<'static> {
+    let mut table = Table::numeric(
+        "given flanks at φ_1 [deg]|i_12|i_12 of the law|normal off the pitch point [mm]|gear ahead [arcsec]",
+    );
+    let step = (given.len() / FLANK_ROWS).max(1);
+    for GivenContact { check, ratio } in given.iter().step_by(step) {
+        table.row([
+            format!("{:.3}", check.angle_1.to_degrees()),
+            format!("{:.6}", check.ratio),
+            format!("{ratio:.6}"),
+            format!("{:.6}", 1e3 * check.miss),
+            format!("{:.4}", ARCSEC * check.error),
+        ]);
+    }
+    table
 }

@@ -18,12 +18,13 @@ use crate::base::quantity::{self, format_number};
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::{TableReader, Word};
-use crate::base::toml::{self, Value};
+use crate::base::toml::{self, Table, Value};
 use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::cylindrical::involute::InvoluteGear;
 use crate::gear::cylindrical::member::Member;
 use crate::gear::cylindrical::modification::{FlankModification, Relief};
 use crate::gear::cylindrical::pair::Pair;
+use crate::gear::cylindrical::remedy::Design;
 use crate::gear::load::body::Body;
 use crate::gear::load::compliance::StiffnessMethod;
 use crate::gear::load::hertz::ContactModel;
@@ -72,6 +73,8 @@ pub struct MeshStudy {
     pub positions: usize,
     /// Slices along the face width.
     pub slices: usize,
+    /// Seek the tip relief of least peak-to-peak over the torques.
+    pub least_relief: bool,
 }
 
 impl GearFile {
@@ -93,6 +96,14 @@ impl GearFile {
             ..member
         });
         Pair::new(made, Some(nominal.centre_distance + self.offset)).map_err(at)
+    }
+
+    /// The gears as the file describes them.
+    pub fn design(&self) -> Design {
+        Design {
+            members: self.members,
+            centre_distance: self.centre_distance,
+        }
     }
 
     /// The error of a mesh without a load.
@@ -237,16 +248,45 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
     let members = [("pinion", &first), ("gear", &second)]
         .map(|(name, member)| pair.member(name, member, shared, &mut defaults));
     let tables = [first, second];
+    for (table, name) in [
+        ("", "rack"),
+        ("pinion", "pinion.rack"),
+        ("gear", "gear.rack"),
+    ] {
+        let of = match table {
+            "" => Some(&document.root),
+            _ => document.root.table(table).map(|(table, _)| table),
+        };
+        let rack = of.and_then(|of| of.table("rack"));
+        defaults.extend(rack.and_then(|(rack, _)| rack_defaults(rack, name)));
+    }
     let hand = pair.pinion_hand(&tables, &mut defaults)?;
     let usual = MeshOptions::default();
     let width = members[0].face_width.min(members[1].face_width);
     let overlap = width * members[0].gear.helix.sin().abs() / (PI * members[0].gear.module);
+    let slices = study.slices.map_or(default_slices(overlap), |n| n as usize);
+    if !study.torques.is_empty() {
+        let all = [
+            (
+                study.positions.is_none(),
+                format!("positions: {} in a pitch", usual.positions),
+            ),
+            (study.slices.is_none(), format!("slices: {slices}")),
+            (study.method.is_none(), "method: energy".into()),
+            (
+                study.body.is_none() && !matches!(study.method, Some(MeshMethod::Iso6336)),
+                "body: half-plane".into(),
+            ),
+        ];
+        let missing = all.into_iter().filter(|(is_missing, _)| *is_missing);
+        defaults.extend(missing.map(|(_, text)| format!("mesh.{text}")));
+    }
     Ok(GearFile {
         title,
         members,
         hand,
         ball_diameters: [tables[0].ball_diameter, tables[1].ball_diameter],
-        modifications: tables.map(|table| table.modification),
+        modifications: [0, 1].map(|i| tables[i].modification(&members[i].gear)),
         centre_distance: pair.centre_distance,
         centre_deviation: pair.centre_deviation,
         offset,
@@ -255,7 +295,8 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
             torques: study.torques,
             method,
             positions: study.positions.map_or(usual.positions, |n| n as usize),
-            slices: study.slices.map_or(default_slices(overlap), |n| n as usize),
+            slices,
+            least_relief: study.least_relief,
         },
         defaults,
         span,
@@ -342,6 +383,22 @@ fn default_rack(pressure_angle: f64, defaults: &mut Vec<String>) -> BasicRack {
             usual
         }
     }
+}
+
+/// The keys of profile A that a rack leaves out.
+fn rack_defaults(rack: &Table, name: &str) -> Option<String> {
+    let usual = BasicRack::PROFILE_A;
+    let all = [
+        ("addendum", usual.addendum),
+        ("dedendum", usual.dedendum),
+        ("tip_radius", usual.tip_radius),
+        ("protuberance", usual.protuberance),
+    ];
+    let missing = all.iter().filter(|(key, _)| rack.get(key).is_none());
+    let texts: Vec<String> = missing
+        .map(|(key, value)| format!("{key} {value}"))
+        .collect();
+    (!texts.is_empty()).then(|| format!("{name}: {} of ISO 53 profile A", texts.join(", ")))
 }
 
 impl PairTable {
@@ -433,6 +490,10 @@ impl PairTable {
         if table.thickness.is_none() {
             defaults.push(format!("{name}.thickness: no deviation"));
         }
+        if table.internal && table.shaper_teeth.is_none() {
+            let half = (table.teeth / 2).max(1);
+            defaults.push(format!("{name}.shaper_teeth: {half}, half of the teeth"));
+        }
         if table.tip_diameter.is_none() {
             defaults.push(format!(
                 "{name}.tip_diameter: of the rack and the clearance"
@@ -449,6 +510,7 @@ impl PairTable {
         Member {
             tip_diameter: table.tip_diameter,
             thickness_deviation: table.thickness.unwrap_or([0.0; 2]),
+            shaper_teeth: table.shaper_teeth,
             ..Member::new(gear, table.rack.unwrap_or(shared), face_width)
         }
     }
@@ -464,10 +526,54 @@ struct MemberTable {
     face_width: Option<f64>,
     tip_diameter: Option<f64>,
     bore_diameter: Option<f64>,
+    shaper_teeth: Option<u32>,
     ball_diameter: Option<f64>,
     thickness: Option<[f64; 2]>,
     rack: Option<BasicRack>,
+    tip_relief: Option<ReliefTable>,
+    root_relief: Option<ReliefTable>,
+    /// The other modifications of its flanks.
     modification: FlankModification,
+}
+
+/// A relief as written.
+#[derive(Clone, Copy)]
+struct ReliefTable {
+    amount: f64,
+    from: RollPlace,
+}
+
+/// A place of the involute.
+#[derive(Clone, Copy)]
+enum RollPlace {
+    /// Length of roll, m.
+    Length(f64),
+    /// Roll angle ξ, rad.
+    Angle(f64),
+}
+
+impl ReliefTable {
+    /// The relief on a gear: `L = r_b ξ`.
+    fn on(self, gear: &InvoluteGear) -> Relief {
+        Relief {
+            amount: self.amount,
+            from: match self.from {
+                RollPlace::Length(length) => length,
+                RollPlace::Angle(angle) => 0.5 * gear.base_diameter() * angle,
+            },
+        }
+    }
+}
+
+impl MemberTable {
+    /// All modifications of its flanks.
+    fn modification(&self, gear: &InvoluteGear) -> FlankModification {
+        FlankModification {
+            tip_relief: self.tip_relief.map(|relief| relief.on(gear)),
+            root_relief: self.root_relief.map(|relief| relief.on(gear)),
+            ..self.modification
+        }
+    }
 }
 
 fn member(f: &mut TableReader) -> MemberTable {
@@ -478,11 +584,18 @@ fn member(f: &mut TableReader) -> MemberTable {
     let positive = |f: &mut TableReader, key| {
         f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
     };
+    let internal = f.flag("internal");
+    let shaper_teeth = f.optional_count("shaper_teeth", 1, MAX_TEETH);
+    if shaper_teeth.is_some() && !internal {
+        let message = "`shaper_teeth` belongs to an internal gear; a rack cuts external teeth";
+        f.report_key(Code::Conflict, "shaper_teeth", message, "leave it out");
+    }
     MemberTable {
         teeth: teeth.unwrap_or(2),
         hand,
         hand_span,
-        internal: f.flag("internal"),
+        internal,
+        shaper_teeth,
         profile_shift: read_profile_shift(f),
         face_width: positive(f, "face_width"),
         tip_diameter: positive(f, "tip_diameter"),
@@ -490,12 +603,13 @@ fn member(f: &mut TableReader) -> MemberTable {
         ball_diameter: positive(f, "ball_diameter"),
         thickness: read_thickness(f),
         rack: read_table(f, "rack", rack),
+        tip_relief: relief(f, "tip_relief", "relief_from"),
+        root_relief: relief(f, "root_relief", "root_relief_from"),
         modification: FlankModification {
-            tip_relief: relief(f, "tip_relief", "relief_from"),
-            root_relief: relief(f, "root_relief", "root_relief_from"),
             profile_crowning: amount(f, "profile_crowning"),
             helix_crowning: amount(f, "crowning"),
             helix_slope: amount(f, "helix_slope"),
+            ..FlankModification::default()
         },
     }
 }
@@ -505,18 +619,25 @@ fn amount(f: &mut TableReader, key: &str) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// A relief and the length of roll where it begins; both or neither.
-fn relief(f: &mut TableReader, key: &str, start: &str) -> Option<Relief> {
+/// A relief and the length of roll or roll angle where it begins; both or neither.
+fn relief(f: &mut TableReader, key: &str, start: &str) -> Option<ReliefTable> {
     let amount = f.optional_quantity(key, QuantityKind::Length, ValueRange::NotNegative);
-    let from = f.optional_quantity(start, QuantityKind::Length, ValueRange::NotNegative);
+    let kind = match f.holds(start, QuantityKind::Angle) {
+        true => QuantityKind::Angle,
+        false => QuantityKind::Length,
+    };
+    let from = f.optional_quantity(start, kind, ValueRange::NotNegative);
     match (f.has(key), f.has(start)) {
         (true, false) => f.report_missing(start, ", the length of roll where the relief begins"),
         (false, true) => f.report_missing(key, ", the material removed at the end of the flank"),
         _ => {}
     }
-    Some(Relief {
+    Some(ReliefTable {
         amount: amount?,
-        from: from?,
+        from: match kind {
+            QuantityKind::Angle => RollPlace::Angle(from?),
+            _ => RollPlace::Length(from?),
+        },
     })
 }
 
@@ -543,6 +664,7 @@ pub struct MeshTable {
     slices: Option<u32>,
     method: Option<MeshMethod>,
     body: Option<BodyModel>,
+    least_relief: bool,
 }
 
 /// Stiffness of tooth pairs.
@@ -611,6 +733,7 @@ pub fn mesh(f: &mut TableReader) -> MeshTable {
         slices: f.optional_count("slices", 1, MAX_SLICES),
         method: f.word("method"),
         body: f.word("body"),
+        least_relief: f.flag("least_relief"),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Reads a gear file of non-circular gears: `pair`, `ratio`, `rack`, `pinion`, `gear`.
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -17,6 +18,7 @@ use crate::base::table_reader::{TableReader, Word};
 use crate::base::toml;
 use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::plane::centrodes::Mate;
+use crate::gear::plane::pitch_curve::PitchCurve;
 use crate::gear::plane::profile::Shape;
 use crate::gear::plane::rack_cutter::RackCutter;
 use crate::gear::plane::ratio_law::RatioLaw;
@@ -39,8 +41,8 @@ pub struct NonCircularFile {
     pub teeth: Option<[u32; 2]>,
     /// Flanks of the pinion.
     pub profile: PinionProfile,
-    /// Route from the pinion's flanks to the gear's.
-    pub route: ConjugateRoute,
+    /// Flanks of the gear.
+    pub gear_profile: GearProfile,
     /// Place of `pair`.
     pub span: SourceSpan,
     /// Place of the pinion's profile.
@@ -62,6 +64,8 @@ pub enum RatioKind {
     Sine,
     /// Angles of both gears in a CSV file.
     Table,
+    /// Pitch curve of the pinion in a CSV file.
+    PitchCurve,
 }
 
 impl Word for RatioKind {
@@ -83,6 +87,11 @@ impl Word for RatioKind {
             RatioKind::Table,
             "angles of both gears from a file",
         ),
+        (
+            "pitch-curve",
+            RatioKind::PitchCurve,
+            "pitch curve of the pinion from a file",
+        ),
     ];
 }
 
@@ -91,15 +100,24 @@ impl Word for RatioKind {
 pub enum PinionProfile {
     /// Cut by a rack.
     Rack(RackCutter),
-    /// Drawn by a point of a circle that rolls on the centrode: its radius (m, positive outside the pinion), and the arcs rolled (m).
+    /// Drawn by a curve that a circle carries as it rolls on the centrode (Camus).
     Rolling {
-        /// Radius, m.
+        /// Radius of the circle, m, positive outside the pinion.
         radius: f64,
-        /// First and last arc, m.
-        arcs: [f64; 2],
+        /// The curve in the frame of the circle, in which the pitch point lies at −radius on the x axis.
+        curve: Shape,
     },
     /// A curve of the pinion's frame, in which the pitch point lies on the x axis at φ₁ = 0.
     Curve(Shape),
+}
+
+/// Flanks of the gear.
+#[derive(Debug, Clone)]
+pub enum GearProfile {
+    /// The conjugate of the pinion's.
+    Conjugate(ConjugateRoute),
+    /// A given curve of the gear's frame, which is parallel to the pinion's at φ₁ = 0: the pair is checked by the law of gearing.
+    Given(Shape),
 }
 
 /// Routes to a conjugate profile.
@@ -146,7 +164,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
     let title = read_heading(&mut f);
     let (span, ratio_span) = (f.span_of("pair").clone(), f.span_of("ratio").clone());
     let profile_span = f.span_of("pinion").clone();
-    let centre_distance = read_table(&mut f, "pair", pair).flatten();
+    let stated_distance = read_table(&mut f, "pair", pair).flatten();
     let ratio = read_table(&mut f, "ratio", ratio).flatten();
     f.require("ratio");
     let rack_table = read_table(&mut f, "rack", rack);
@@ -160,16 +178,59 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
     let ratio = ratio.ok_or_else(missing)?;
     let folder = Path::new(&source.path).parent().unwrap_or(Path::new(""));
     let mut sources = vec![source.clone()];
+    let mut closed_distance = None;
     let law = match &ratio {
         RatioTable::Table(path) => {
-            let names = ["angle_1", "angle_2"];
-            let table = NumberTable::read(&folder.join(path), &names, QuantityKind::Angle)?;
+            let names = ["angle_1", "angle_2"].map(|name| (name, QuantityKind::Angle));
+            let table = NumberTable::read(&folder.join(path), &names)?;
             sources.push(table.source.clone());
             RatioLaw::table(&table.columns[0], &table.columns[1]).map_err(|e| table.locate(e))?
         }
+        RatioTable::PitchCurve { path, lobes } => {
+            let names = [
+                ("angle_1", QuantityKind::Angle),
+                ("radius_1", QuantityKind::Length),
+            ];
+            let table = NumberTable::read(&folder.join(path), &names)?;
+            sources.push(table.source.clone());
+            let curve = PitchCurve::table(&table.columns[0], &table.columns[1]);
+            let curve = curve.map_err(|e| table.locate(e))?;
+            let closing = || curve.closing_centre_distance(*lobes);
+            let distance = match stated_distance {
+                Some(distance) => distance,
+                None => closing().map_err(|e| e.with_span(&ratio_span))?,
+            };
+            closed_distance = Some(distance);
+            RatioLaw::of_pitch_curve(&curve, distance).map_err(|e| e.with_span(&ratio_span))?
+        }
         other => other.law().map_err(|e| e.with_span(&ratio_span))?,
     };
+    let Some(centre_distance) = stated_distance.or(closed_distance) else {
+        let message = "the pair has no `centre_distance`";
+        return Err(Error::new(Code::MissingKey, message)
+            .with_span(&span)
+            .with_hint("give it, or a ratio of kind = \"pitch-curve\", whose mate closes at one")
+            .into());
+    };
     let first = first.unwrap_or_default();
+    let mut read_curve = |table: CurveTable| match table {
+        CurveTable::Points(path) => {
+            let names = ["x", "y"].map(|name| (name, QuantityKind::Length));
+            let table = NumberTable::read(&folder.join(path), &names)?;
+            sources.push(table.source.clone());
+            let points = table.columns[0].iter().zip(&table.columns[1]);
+            let points: Vec<Complex> = points.map(|(x, y)| Complex::new(*x, *y)).collect();
+            Ok::<Shape, Errors>(Shape::points(&points).map_err(|e| table.locate(e))?)
+        }
+        CurveTable::Arc {
+            radius,
+            centre: [x, y],
+            directions,
+        } => {
+            let shape = Shape::arc(Complex::new(x, y), radius, directions);
+            Ok(shape.map_err(|e| e.with_span(&profile_span))?)
+        }
+    };
     let profile = match first
         .profile
         .unwrap_or(ProfileTable::Rack(DEFAULT_PRESSURE_ANGLE))
@@ -177,22 +238,13 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
         ProfileTable::Rack(pressure_angle) => {
             PinionProfile::Rack(cutter(rack_table, pressure_angle, source)?)
         }
-        ProfileTable::Rolling { radius, arcs } => PinionProfile::Rolling { radius, arcs },
-        ProfileTable::Points(path) => {
-            let table = NumberTable::read(&folder.join(path), &["x", "y"], QuantityKind::Length)?;
-            sources.push(table.source.clone());
-            let points = table.columns[0].iter().zip(&table.columns[1]);
-            let points: Vec<Complex> = points.map(|(x, y)| Complex::new(*x, *y)).collect();
-            PinionProfile::Curve(Shape::points(&points).map_err(|e| table.locate(e))?)
-        }
-        ProfileTable::Arc {
+        ProfileTable::Rolling { radius, carried } => PinionProfile::Rolling {
             radius,
-            centre: [x, y],
-            directions,
-        } => {
-            let shape = Shape::arc(Complex::new(x, y), radius, directions);
-            PinionProfile::Curve(shape.map_err(|e| e.with_span(&profile_span))?)
-        }
+            curve: carried
+                .curve(radius)
+                .map_err(|e| e.with_span(&profile_span))?,
+        },
+        ProfileTable::Curve(table) => PinionProfile::Curve(read_curve(table)?),
         ProfileTable::Cycloid { radius, angles } => {
             let RatioTable::Constant(i12) = ratio else {
                 let message = "a cycloid belongs to a circular gear, and the ratio varies";
@@ -202,23 +254,40 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
                     .into());
             };
             let sense = if second.internal { -1.0 } else { 1.0 };
-            let pitch_radius = centre_distance.unwrap_or(f64::NAN) / (i12 + sense);
+            let pitch_radius = centre_distance / (i12 + sense);
             let shape = Shape::cycloid(pitch_radius, radius, 0.0, angles);
             PinionProfile::Curve(shape.map_err(|e| e.with_span(&profile_span))?)
         }
+    };
+    let gear_profile = match second.profile {
+        None => GearProfile::Conjugate(ConjugateRoute::Normals),
+        Some(GearProfileTable::Conjugate(route)) => {
+            GearProfile::Conjugate(route.unwrap_or(ConjugateRoute::Normals))
+        }
+        Some(GearProfileTable::Given(table)) => match profile {
+            PinionProfile::Curve(_) => GearProfile::Given(read_curve(table)?),
+            _ => {
+                let message =
+                    "a given flank of the gear is checked against a given flank of the pinion";
+                return Err(Error::new(Code::Conflict, message)
+                    .with_span(&profile_span)
+                    .with_hint("give the pinion's flank as points, circular-arc or cycloid")
+                    .into());
+            }
+        },
     };
     Ok(NonCircularFile {
         title,
         ratio: ratio.kind(),
         law,
-        centre_distance: centre_distance.ok_or_else(missing)?,
+        centre_distance,
         mate: match second.internal {
             true => Mate::Internal,
             false => Mate::External,
         },
         teeth: first.teeth.zip(second.teeth).map(|(a, b)| [a, b]),
         profile,
-        route: second.route.unwrap_or(ConjugateRoute::Normals),
+        gear_profile,
         span,
         profile_span,
         sources,
@@ -227,13 +296,11 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
 
 fn pair(f: &mut TableReader) -> Option<f64> {
     f.choice("kind", &[("non-circular", ())]);
-    let distance = f.optional_quantity(
+    f.optional_quantity(
         "centre_distance",
         QuantityKind::Length,
         ValueRange::Positive,
-    );
-    f.require("centre_distance");
-    distance
+    )
 }
 
 /// `ratio` as written.
@@ -251,6 +318,10 @@ enum RatioTable {
         cycles: u32,
     },
     Table(PathBuf),
+    PitchCurve {
+        path: PathBuf,
+        lobes: u32,
+    },
 }
 
 impl RatioTable {
@@ -261,6 +332,7 @@ impl RatioTable {
             RatioTable::Elliptic(_) => RatioKind::Elliptic,
             RatioTable::Sine { .. } => RatioKind::Sine,
             RatioTable::Table(_) => RatioKind::Table,
+            RatioTable::PitchCurve { .. } => RatioKind::PitchCurve,
         }
     }
 
@@ -274,7 +346,9 @@ impl RatioTable {
                 amplitude,
                 cycles,
             } => RatioLaw::sine(mean, amplitude, cycles),
-            RatioTable::Table(_) => Err(Error::new(Code::MissingKey, "the table is not read")),
+            RatioTable::Table(_) | RatioTable::PitchCurve { .. } => {
+                Err(Error::new(Code::MissingKey, "the table is not read"))
+            }
         }
     }
 }
@@ -315,6 +389,15 @@ fn ratio(f: &mut TableReader) -> Option<RatioTable> {
             f.require("file");
             RatioTable::Table(file?)
         }
+        RatioKind::PitchCurve => {
+            let file = f.optional_text("file").map(PathBuf::from);
+            f.require("file");
+            let lobes = f.optional_count("lobes", 1, 1000);
+            RatioTable::PitchCurve {
+                path: file?,
+                lobes: lobes.unwrap_or(1),
+            }
+        }
     })
 }
 
@@ -328,20 +411,53 @@ struct PinionTable {
 /// `profile` of the pinion as written.
 enum ProfileTable {
     Rack(f64),
-    Rolling {
-        radius: f64,
-        arcs: [f64; 2],
-    },
-    Cycloid {
-        radius: f64,
-        angles: [f64; 2],
-    },
+    Rolling { radius: f64, carried: CarriedCurve },
+    Cycloid { radius: f64, angles: [f64; 2] },
+    Curve(CurveTable),
+}
+
+/// A curve of a gear's frame as written.
+enum CurveTable {
     Arc {
         radius: f64,
         centre: [f64; 2],
         directions: [f64; 2],
     },
     Points(PathBuf),
+}
+
+/// Curve of a rolling circle: its point at the pitch point over arcs, or an arc about a point of its frame.
+enum CarriedCurve {
+    Point {
+        arcs: [f64; 2],
+    },
+    Arc {
+        radius: f64,
+        centre_radius: f64,
+        directions: [f64; 2],
+    },
+}
+
+impl CarriedCurve {
+    /// The curve in the frame of a circle of a radius (m).
+    fn curve(&self, circle: f64) -> Result<Shape, Error> {
+        match *self {
+            CarriedCurve::Point { arcs } => {
+                // The point starts at the pitch point; its normal turns by half the angle of the circle.
+                let [from, to] = arcs.map(|arc| FRAC_PI_2 - 0.5 * arc / circle);
+                let start = Complex::new(-circle, 0.0);
+                Shape::arc(start, 0.0, [from.min(to), from.max(to)])
+            }
+            CarriedCurve::Arc {
+                radius,
+                centre_radius,
+                directions,
+            } => {
+                let centre = Complex::new(-circle.signum() * centre_radius, 0.0);
+                Shape::arc(centre, radius, directions)
+            }
+        }
+    }
 }
 
 fn pinion(f: &mut TableReader) -> PinionTable {
@@ -359,6 +475,31 @@ enum ProfileKind {
     Arc,
     Points,
     Shaper,
+    Conjugate,
+}
+
+/// Two values of a key.
+fn two(f: &mut TableReader, key: &str, kind: QuantityKind) -> Option<[f64; 2]> {
+    let values = f.optional_quantities(key, kind, ValueRange::Any, Some(2));
+    f.require(key);
+    values?.try_into().ok()
+}
+
+fn arc(f: &mut TableReader) -> Option<CurveTable> {
+    let radius = f.quantity("radius", QuantityKind::Length, ValueRange::NotNegative);
+    let centre = two(f, "centre", QuantityKind::Length);
+    let directions = two(f, "directions", QuantityKind::Angle);
+    Some(CurveTable::Arc {
+        radius,
+        centre: centre?,
+        directions: directions?,
+    })
+}
+
+fn points(f: &mut TableReader) -> Option<CurveTable> {
+    let file = f.optional_text("file").map(PathBuf::from);
+    f.require("file");
+    file.map(CurveTable::Points)
 }
 
 fn profile(f: &mut TableReader) -> Option<ProfileTable> {
@@ -372,11 +513,6 @@ fn profile(f: &mut TableReader) -> Option<ProfileTable> {
     ];
     let kind = f.choice("kind", &kinds);
     f.require("kind");
-    let two = |f: &mut TableReader, key: &str, kind: QuantityKind| -> Option<[f64; 2]> {
-        let values = f.optional_quantities(key, kind, ValueRange::Any, Some(2));
-        f.require(key);
-        values?.try_into().ok()
-    };
     Some(match kind? {
         ProfileKind::Rack => {
             let angle =
@@ -385,11 +521,27 @@ fn profile(f: &mut TableReader) -> Option<ProfileTable> {
         }
         ProfileKind::Rolling => {
             let radius = f.quantity("radius", QuantityKind::Length, ValueRange::Any);
-            let arcs = two(f, "arcs", QuantityKind::Length);
-            ProfileTable::Rolling {
-                radius,
-                arcs: arcs?,
-            }
+            f.exclusive("arcs", "arc_radius");
+            let carried = match f.has("arc_radius") {
+                false => {
+                    let arcs = two(f, "arcs", QuantityKind::Length);
+                    CarriedCurve::Point { arcs: arcs? }
+                }
+                true => {
+                    let length = |f: &mut TableReader, key, range| {
+                        f.quantity(key, QuantityKind::Length, range)
+                    };
+                    let arc = length(f, "arc_radius", ValueRange::NotNegative);
+                    let centre_radius = length(f, "centre_radius", ValueRange::Positive);
+                    let directions = two(f, "directions", QuantityKind::Angle);
+                    CarriedCurve::Arc {
+                        radius: arc,
+                        centre_radius,
+                        directions: directions?,
+                    }
+                }
+            };
+            ProfileTable::Rolling { radius, carried }
         }
         ProfileKind::Cycloid => {
             let radius = f.quantity("rolling_radius", QuantityKind::Length, ValueRange::Any);
@@ -399,22 +551,9 @@ fn profile(f: &mut TableReader) -> Option<ProfileTable> {
                 angles: angles?,
             }
         }
-        ProfileKind::Arc => {
-            let radius = f.quantity("radius", QuantityKind::Length, ValueRange::NotNegative);
-            let centre = two(f, "centre", QuantityKind::Length);
-            let directions = two(f, "directions", QuantityKind::Angle);
-            ProfileTable::Arc {
-                radius,
-                centre: centre?,
-                directions: directions?,
-            }
-        }
-        ProfileKind::Points => {
-            let file = f.optional_text("file").map(PathBuf::from);
-            f.require("file");
-            ProfileTable::Points(file?)
-        }
-        ProfileKind::Shaper => {
+        ProfileKind::Arc => ProfileTable::Curve(arc(f)?),
+        ProfileKind::Points => ProfileTable::Curve(points(f)?),
+        ProfileKind::Shaper | ProfileKind::Conjugate => {
             let message = "a shaper is not taken: outlines are cut by a rack only";
             let hint = "take kind = \"rack\", or give the flank as points";
             f.report_key(Code::OutOfRange, "kind", message, hint);
@@ -428,21 +567,36 @@ fn profile(f: &mut TableReader) -> Option<ProfileTable> {
 struct GearTable {
     teeth: Option<u32>,
     internal: bool,
-    route: Option<ConjugateRoute>,
+    profile: Option<GearProfileTable>,
+}
+
+/// `profile` of the gear as written.
+enum GearProfileTable {
+    Conjugate(Option<ConjugateRoute>),
+    Given(CurveTable),
 }
 
 fn gear(f: &mut TableReader) -> GearTable {
     GearTable {
         teeth: f.optional_count("teeth", 3, MAX_CUT_TEETH),
         internal: f.flag("internal"),
-        route: read_table(f, "profile", conjugate).flatten(),
+        profile: read_table(f, "profile", gear_profile).flatten(),
     }
 }
 
-fn conjugate(f: &mut TableReader) -> Option<ConjugateRoute> {
-    f.choice("kind", &[("conjugate", ())]);
+fn gear_profile(f: &mut TableReader) -> Option<GearProfileTable> {
+    let kinds = [
+        ("conjugate", ProfileKind::Conjugate),
+        ("circular-arc", ProfileKind::Arc),
+        ("points", ProfileKind::Points),
+    ];
+    let kind = f.choice("kind", &kinds);
     f.require("kind");
-    f.word("by")
+    Some(match kind? {
+        ProfileKind::Arc => GearProfileTable::Given(arc(f)?),
+        ProfileKind::Points => GearProfileTable::Given(points(f)?),
+        _ => GearProfileTable::Conjugate(f.word("by")),
+    })
 }
 
 /// The rack as a cutter; a protuberance is refused.

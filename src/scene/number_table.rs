@@ -26,11 +26,11 @@ pub struct NumberTable {
 }
 
 impl NumberTable {
-    /// Reads the named columns of a kind.
+    /// Reads the named columns, each of a kind.
     ///
     /// # Errors
     /// Everything wrong in it.
-    pub fn read(path: &Path, names: &[&str], kind: QuantityKind) -> Result<NumberTable, Errors> {
+    pub fn read(path: &Path, names: &[(&str, QuantityKind)]) -> Result<NumberTable, Errors> {
         let source = load::load(path)?;
         let at = |range: std::ops::Range<usize>| SourceSpan::new(source.clone(), range);
         let mut lines = lines(&source);
@@ -42,7 +42,7 @@ impl NumberTable {
             })
             .collect();
         let mut found = Vec::new();
-        for name in names {
+        for (name, kind) in names {
             let column = heads.iter().position(|(head, _)| head == name);
             let Some((column, (_, unit))) = column.map(|k| (k, heads[k])) else {
                 let message = format!("the table has no column `{name}`");
@@ -52,13 +52,13 @@ impl NumberTable {
                         "its first line names columns with units, such as {}",
                         names
                             .iter()
-                            .map(|name| format!("{name} [{}]", usual_unit(kind)))
+                            .map(|(name, kind)| format!("{name} [{}]", usual_unit(*kind)))
                             .collect::<Vec<_>>()
                             .join(",")
                     ))
                     .into());
             };
-            let scale = quantity::parse(&format!("1 {unit}"), kind, &format!("column `{name}`"));
+            let scale = quantity::parse(&format!("1 {unit}"), *kind, &format!("column `{name}`"));
             found.push((
                 column,
                 scale.map_err(|e| e.with_span(&at(start..start + head.len())))?,

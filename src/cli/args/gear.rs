@@ -25,6 +25,7 @@ const MESH: &[Key] = &[
     number("slices", "N", "Slices along the face width; 40 for each axial pitch by default, 11 or more"),
     word::<MeshMethod>("method", "METHOD", "Stiffness of the tooth pairs; energy by default"),
     word::<BodyModel>("body", "BODY", "Gear body of the energy method; half-plane by default"),
+    switch("least-relief", "Seek the tip relief of least peak-to-peak transmission error over the torques"),
     word::<ContactSide>("side", "SIDE", "Flanks of a bevel pair that touch; drive by default"),
     switch("vh", "V–H check of a bevel pair: offset and pinion position that move the pattern to toe and heel"),
 ];
@@ -32,7 +33,7 @@ const MESH: &[Key] = &[
 /// Arguments of `gear`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write transmission error and stiffness over one pitch; without a torque the geometry; of non-circular gears the centrodes, of bevel gears the unloaded transmission error")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg) and, with a torque, the mesh (FILE-mesh.svg, -stiffness, -sharing, -harris); of non-circular gears centrodes and ratio (FILE-ratio.svg); of bevel gears blanks, transmission error, pattern, ease-off (FILE-te.svg, -pattern, -ease-off)")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg), the designed profile over the length of roll (-profile) and, with a torque, the mesh (FILE-mesh.svg, -stiffness, -sharing, -harris); of non-circular gears centrodes and ratio (FILE-ratio.svg); of bevel gears blanks, transmission error, pattern, ease-off (FILE-te.svg, -pattern, -ease-off)")))]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct GearArgs {
     /// Further computations.

@@ -104,17 +104,28 @@ impl RackTip {
 
 impl ShaperTip {
     fn new(member: &Member, shift: f64) -> Result<ShaperTip, Error> {
+        let all = member.gear.teeth;
+        let teeth = member.shaper_teeth.unwrap_or((all / 2).max(1));
+        ShaperTip::of_teeth(member, shift, teeth).map_err(|why| {
+            let message =
+                format!("a shaper of {teeth} teeth cannot cut {all} internal teeth: {why}");
+            let mut nearest: Vec<u32> = (1..all).collect();
+            nearest.sort_by_key(|z| z.abs_diff(teeth));
+            let can_cut = |z: &u32| ShaperTip::of_teeth(member, shift, *z).is_ok();
+            let hint = match nearest.into_iter().find(can_cut) {
+                Some(z) => format!("shaper_teeth = {z} cuts them"),
+                None => "no shaper cuts them: give a profile shift nearer to 0 or another dedendum"
+                    .into(),
+            };
+            Error::new(Code::OutOfRange, message).with_hint(hint)
+        })
+    }
+
+    /// The tip of a shaper of so many teeth, or why it cannot cut the gear.
+    fn of_teeth(member: &Member, shift: f64, teeth: u32) -> Result<ShaperTip, &'static str> {
         let gear = &member.gear;
-        let teeth = member.shaper_teeth.unwrap_or((gear.teeth / 2).max(1));
-        let refusal = |why: String, hint: &str| {
-            let message = format!(
-                "a shaper of {teeth} teeth cannot cut {} internal teeth: {why}",
-                gear.teeth
-            );
-            Err(Error::new(Code::OutOfRange, message).with_hint(hint))
-        };
         if teeth >= gear.teeth {
-            return refusal("it does not fit inside".into(), "give it fewer teeth");
+            return Err("it does not fit inside");
         }
         let ratio = f64::from(teeth) / f64::from(gear.teeth);
         let base = 0.5 * gear.base_diameter();
@@ -124,19 +135,13 @@ impl ShaperTip {
         let involute = reference_involute - 2.0 * shift * tangent / difference;
         let angle = angle_from_inv(involute);
         if !angle.is_finite() {
-            return refusal(
-                "their flanks have no common working pressure angle".into(),
-                "reduce the profile shift or give the shaper fewer teeth",
-            );
+            return Err("their flanks have no common working pressure angle");
         }
         let pitch = [ratio * base / angle.cos(), base / angle.cos()];
         let tip = 0.5 * member.root_diameter(shift) - (pitch[1] - pitch[0]);
         let own_base = ratio * base;
         if !(tip > own_base) {
-            return refusal(
-                "its tip circle lies inside its base circle".into(),
-                "give a larger dedendum or a shaper with more teeth",
-            );
+            return Err("its tip circle lies inside its base circle");
         }
         // Length of roll of a rounding's centre and its angle from the middle of the shaper's tooth: on the involute moved inward.
         let roll = |radius: f64| {
@@ -146,20 +151,14 @@ impl ShaperTip {
         let half = std::f64::consts::FRAC_PI_2 / f64::from(teeth) + reference_involute;
         let aside = |radius: f64| half - radius / own_base - inv((roll(radius) / own_base).atan());
         if !(aside(0.0) >= 0.0) {
-            return refusal(
-                "its flanks meet below its tip".into(),
-                "give a smaller dedendum",
-            );
+            return Err("its flanks meet below its tip");
         }
         // No larger than a full rounding.
         let wanted = (gear.module * member.rack.tip_radius).min(tip - own_base);
         let radius = sign_change([0.0, wanted], |radius| Some(aside(radius))).unwrap_or(wanted);
         let (centre, aside, roll) = (tip - radius, aside(radius).max(0.0), roll(radius));
         if !(roll >= own_base * angle.tan()) {
-            return refusal(
-                "its tip rounding does not reach beyond the pitch point".into(),
-                "give a smaller tip_radius or a larger dedendum",
-            );
+            return Err("its tip rounding does not reach beyond the pitch point");
         }
         Ok(ShaperTip {
             pitch,

@@ -42,5 +42,8 @@ pub mod backlash;
 /// Warnings of a pair, each with the nearest value that avoids it.
 pub mod warnings;
 
+/// Nearest values that can be followed without a new warning.
+pub mod remedy;
+
 /// From readings of an unknown gear to its data.
 pub mod reverse;

@@ -38,10 +38,20 @@ pub struct PathPoints {
 }
 
 impl PathPoints {
-    /// The points with their letters.
-    pub fn named(&self) -> [(&'static str, PathPoint); 5] {
+    /// The points of the path with their letters, in their order. Pairs touch alone between B and D, so both exist with a contact ratio
+    /// from 1 to 2 only; C may lie outside the path.
+    pub fn named(&self) -> Vec<(&'static str, PathPoint)> {
         let PathPoints { a, b, c, d, e } = *self;
-        [("A", a), ("B", b), ("C", c), ("D", d), ("E", e)]
+        let is_between = |p: &PathPoint| a.distance <= p.distance && p.distance <= e.distance;
+        let pitch = e.distance - b.distance;
+        let alone = (1.0..=2.0).contains(&((e.distance - a.distance) / pitch));
+        let mut points = vec![("A", a)];
+        points.extend(alone.then_some(("B", b)));
+        points.extend(is_between(&c).then_some(("C", c)));
+        points.extend(alone.then_some(("D", d)));
+        points.push(("E", e));
+        points.sort_by(|p, q| p.1.distance.total_cmp(&q.1.distance));
+        points
     }
 }
 

@@ -50,6 +50,17 @@ pub enum NearestValue {
     },
     /// Tip diameters of both members, m, both tips moved outward by the same amount.
     TipDiameters([Bound; 2]),
+    /// Face width of both members, m.
+    FaceWidth(Bound),
+    /// Centre distance, m.
+    CentreDistance(Bound),
+    /// Tooth numbers and profile shift coefficients, with the rack's tips and the centre distance without backlash.
+    Teeth {
+        /// Tooth numbers.
+        teeth: [u32; 2],
+        /// Profile shift coefficients.
+        shifts: [f64; 2],
+    },
 }
 
 /// A warning of a pair.

@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity::format_number;
 use crate::gear::cylindrical::modification::FlankModification;
 use crate::gear::cylindrical::pair::Pair;
 use crate::numeric::complementarity::ContactSolution;
@@ -45,7 +46,7 @@ pub struct MeshOptions {
     pub slices: usize,
 }
 
-/// Deflection in modules above which a warning says that no tooth bears it: at 2000 N/mm of width and module teeth deflect by 0.003 of it.
+/// Deflection in modules that no tooth bears: at 2000 N/mm of width and module teeth deflect by 0.003 of it.
 const LARGEST_DEFLECTION: f64 = 0.05;
 /// Positions times slices: above it a map needs more than a second.
 const MAX_GRID: usize = 1_000_000;
@@ -208,7 +209,7 @@ impl LoadedMesh {
             unloaded_te.push(position.unloaded_te());
             let mut start: Option<Vec<bool>> = None;
             for cycle in &mut cycles {
-                let solution = position.solve(cycle.torque, start.as_deref())?;
+                let solution = self.loaded(&position, cycle.torque, start.as_deref())?;
                 self.enter(&position, &solution, cycle);
                 start = Some(solution.active);
             }
@@ -245,7 +246,7 @@ impl LoadedMesh {
         }
         for i in 0..count {
             let position = self.position(pitch * i as f64 / count as f64)?;
-            let solution = position.solve(torque, None)?;
+            let solution = self.loaded(&position, torque, None)?;
             for pair in 0..n {
                 let (stiffness, gap) = position.spring(pair, &solution);
                 curve.stiffness[pair * count + i] = stiffness;
@@ -253,6 +254,50 @@ impl LoadedMesh {
             }
         }
         Ok(curve)
+    }
+
+    /// Forces at a torque, unless the teeth deflect by more than they bear.
+    fn loaded(
+        &self,
+        position: &MeshPosition,
+        torque: f64,
+        start: Option<&[bool]>,
+    ) -> Result<ContactSolution, Error> {
+        let solution = position.solve(torque, start)?;
+        if solution.deflection <= LARGEST_DEFLECTION * self.module {
+            return Ok(solution);
+        }
+        let message = format!(
+            "the teeth deflect by {} mm at {} N·m: more than a twentieth of the module, which no tooth bears",
+            format_number(1e3 * solution.deflection),
+            format_number(torque)
+        );
+        let largest = self.largest_torque(torque)?;
+        Err(Error::new(Code::OutOfRange, message).with_hint(format!(
+            "give a torque of at most {} N·m",
+            format_number(largest)
+        )))
+    }
+
+    /// A torque below one that is too large, at which no position deflects by more than the teeth bear.
+    fn largest_torque(&self, torque: f64) -> Result<f64, Error> {
+        /// Off the limit, so that the printed torque is below it too.
+        const BELOW: f64 = 0.99;
+        let pitch = TAU / f64::from(self.pinion_teeth);
+        let count = self.options.positions;
+        let limit = LARGEST_DEFLECTION * self.module;
+        let mut least = torque;
+        for i in 0..count {
+            let position = self.position(pitch * i as f64 / count as f64)?;
+            loop {
+                let deflection = position.solve(least, None)?.deflection;
+                if deflection <= limit {
+                    break;
+                }
+                least *= BELOW * limit / deflection;
+            }
+        }
+        Ok(least)
     }
 
     fn enter(&self, position: &MeshPosition, solution: &ContactSolution, cycle: &mut LoadedCycle) {
@@ -296,20 +341,6 @@ impl LoadedMesh {
         // F_t/b with the tangential force at the reference circle.
         let line_load = |c: &LoadedCycle| c.torque / self.reference_radius / self.width;
         let least = cycles.iter().map(line_load).fold(f64::INFINITY, f64::min);
-        let deepest = cycles
-            .iter()
-            .flat_map(|c| &c.te)
-            .fold(0.0, |m: f64, e| m.max(e.abs()));
-        if deepest > LARGEST_DEFLECTION * self.module {
-            warnings.push(Diagnostic {
-                code: "stiffness-range",
-                message: format!(
-                    "the deflection of {:.3} mm exceeds a twentieth of the module: no tooth bears it, and the stiffness does not hold",
-                    1e3 * deepest
-                ),
-                hint: Some("give a smaller torque".into()),
-            });
-        }
         let is_iso = matches!(self.options.method, StiffnessMethod::Iso6336 { .. });
         if is_iso && least < LEAST_LINE_LOAD {
             warnings.push(Diagnostic {

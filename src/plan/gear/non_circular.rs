@@ -1,8 +1,9 @@
 //! A pair of varying ratio: centrodes, conjugate flanks with their limits, law of gearing, outlines.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 use super::geometry::{GearQuantity, Quantities, QuantityUnit};
+use super::given_profiles::{self, GivenContact};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::gear::plane::centrodes::{Centrodes, Member};
@@ -17,12 +18,15 @@ use crate::gear::plane::profile::{Profile, Shape};
 use crate::gear::plane::rack_cut::{Outline, cut_outline};
 use crate::gear::plane::rack_flank::rack_flank;
 use crate::gear::plane::rolling::{Centrode, Rolling};
+use crate::gear::plane::second_contact::{SecondContact, second_contacts};
 use crate::numeric::Complex;
 use crate::plan::stages::StageDecision;
-use crate::scene::non_circular_file::{ConjugateRoute, NonCircularFile, PinionProfile};
+use crate::scene::non_circular_file::{
+    ConjugateRoute, GearProfile, NonCircularFile, PinionProfile,
+};
 
 /// Points of a flank.
-const FLANK_POINTS: usize = 41;
+pub(super) const FLANK_POINTS: usize = 41;
 /// Contacts at either end of a flank that the law of gearing is not checked at: there the search for contact may leave the flank.
 const END_CONTACTS: usize = 2;
 /// Steps of each part of an outline: chords lie within 1e-4 modules of the curves of the shipped pair, 16 steps leave 2.6e-4.
@@ -45,8 +49,10 @@ pub struct NonCircularResult {
     pub curvatures: [CurvatureExtremes; 2],
     /// Angles of gear 1 over a period or the range, rad.
     pub angles: Vec<f64>,
-    /// The flank in contact nearest to φ₁ = 0; `None` for a rack without tooth numbers.
+    /// The flank in contact nearest to φ₁ = 0; `None` for a rack without tooth numbers and for a given pair.
     pub flank: Option<ConjugateFlank>,
+    /// Contacts of a given pair of profiles; empty where the gear's is the conjugate.
+    pub given: Vec<GivenContact>,
     /// Outlines of pinion and gear at φ₁ = 0, the gear's in its own frame; empty without tooth numbers.
     pub outlines: Vec<Outline>,
     /// Stages that run and that are left out.
@@ -68,8 +74,18 @@ pub struct ConjugateFlank {
     pub route_deviation: f64,
     /// Limits of the flank.
     pub limits: Vec<LimitPoint>,
-    /// Both flanks held against the ratio law.
+    /// Both flanks compared with the ratio law.
     pub checks: Vec<GearingCheck>,
+    /// Second contacts of the gear's flank with the body of the pinion; empty where there are none.
+    pub second: Vec<SecondContact>,
+}
+
+impl ConjugateFlank {
+    /// Largest error of the gear against the ratio law, rad.
+    pub fn law_error(&self) -> f64 {
+        let errors = self.checks.iter().map(|check| check.error.abs());
+        errors.fold(0.0, f64::max)
+    }
 }
 
 /// Computes what the file determines.
@@ -89,8 +105,15 @@ pub fn run(file: &NonCircularFile) -> Result<NonCircularResult, Error> {
     };
     let flank = flank(file, &centrodes).map_err(in_profile)?;
     let outlines = outlines(file, &centrodes).map_err(in_profile)?;
+    let given = match (&file.profile, &file.gear_profile) {
+        (PinionProfile::Curve(pinion), GearProfile::Given(gear)) => {
+            given_profiles::contacts(&centrodes, pinion, gear).map_err(in_profile)?
+        }
+        _ => Vec::new(),
+    };
     let limits = flank.iter().flat_map(|flank| &flank.limits);
     let mut diagnostics: Vec<Diagnostic> = limits.map(limit).collect();
+    diagnostics.extend(flank.iter().flat_map(flank_warnings));
     diagnostics.extend(outlines.iter().zip(["pinion", "gear"]).filter_map(undercut));
     let [first, last] = centrodes.period();
     let angle = |i: usize| first + (last - first) * i as f64 / POSITIONS as f64;
@@ -99,6 +122,7 @@ pub fn run(file: &NonCircularFile) -> Result<NonCircularResult, Error> {
         curvatures,
         angles: (0..=POSITIONS).map(angle).collect(),
         flank,
+        given,
         outlines,
         plan: plan(file),
         centrodes,
@@ -115,24 +139,22 @@ fn flank(file: &NonCircularFile, pair: &Centrodes) -> Result<Option<ConjugateFla
         };
         conjugate(&Rolling { tool, work }, shape, FLANK_POINTS)
     };
+    let GearProfile::Conjugate(route) = file.gear_profile else {
+        return Ok(None);
+    };
     let flank = match &file.profile {
-        PinionProfile::Curve(shape) => mate(pair, shape.clone(), file.route),
+        PinionProfile::Curve(shape) => mate(pair, shape.clone(), route),
         PinionProfile::Rack(cutter) => {
             let Some([teeth, _]) = file.teeth else {
                 return Ok(None);
             };
             let module = pair.closed_arc(Member::First)? / (PI * f64::from(teeth));
             let flank = rack_flank(pair, cutter, module)?;
-            mate(pair, made_by(Centrode::Line, flank)?, file.route)
+            mate(pair, made_by(Centrode::Line, flank)?, route)
         }
-        PinionProfile::Rolling { radius, arcs } => {
+        PinionProfile::Rolling { radius, curve } => {
             let circle = Centrode::circle(-radius)?;
-            // The point starts at the pitch point; its normal turns by half the angle of the circle.
-            let direction = |arc: f64| FRAC_PI_2 - 0.5 * arc / radius;
-            let [from, to] = arcs.map(direction);
-            let start = Complex::new(-radius, 0.0);
-            let point = Shape::arc(start, 0.0, [from.min(to), from.max(to)])?;
-            mate(pair, made_by(circle, point)?, file.route)
+            mate(pair, made_by(circle, curve.clone())?, route)
         }
     };
     flank.map(Some)
@@ -166,6 +188,7 @@ fn mate<P: Profile + Clone>(
     };
     Ok(ConjugateFlank {
         limits: limits(&generated).points,
+        second: second_contacts(&generated).unwrap_or_default(),
         contacts,
         angles,
         gear_points,
@@ -248,6 +271,42 @@ fn outlines(file: &NonCircularFile, pair: &Centrodes) -> Result<Vec<Outline>, Er
         .zip(teeth)
         .map(|((member, start), z)| cut_outline(pair, member, z, cutter, OUTLINE_STEPS, start))
         .collect()
+}
+
+/// Error of a flank against the ratio law above which a warning says so, rad: a hundredth of a second of arc.
+const LARGEST_LAW_ERROR: f64 = 5e-8;
+
+/// Flanks that fold back on themselves, and flanks that break the law of gearing.
+fn flank_warnings(flank: &ConjugateFlank) -> Vec<Diagnostic> {
+    let pinion: Vec<Complex> = flank.contacts.iter().map(|c| c.tool_point).collect();
+    let folds = [
+        ("pinion", fold(&pinion)),
+        ("gear", fold(&flank.gear_points)),
+    ];
+    let folded = folds.into_iter().filter_map(|(name, place)| {
+        let radius = 1e3 * place?.norm();
+        Some(Diagnostic {
+            code: "folded",
+            message: format!("the {name}'s flank folds back at the radius {radius:.4} mm: no tooth has such a flank"),
+            hint: Some("end the pinion's flank before that place".into()),
+        })
+    });
+    let error = flank.law_error();
+    let breaks = (error > LARGEST_LAW_ERROR).then(|| Diagnostic {
+        code: "law-of-gearing",
+        message: format!(
+            "the flanks break the law of gearing: the gear is off by up to {:.3} arcsec",
+            error.to_degrees() * 3600.0
+        ),
+        hint: Some("shorten the pinion's flank, or give more points of it".into()),
+    });
+    folded.chain(breaks).collect()
+}
+
+/// First point at which the chords of a curve turn by more than a right angle.
+fn fold(points: &[Complex]) -> Option<Complex> {
+    let turns_back = |p: &&[Complex]| ((p[1] - p[0]).conj() * (p[2] - p[1])).re < 0.0;
+    points.windows(3).find(turns_back).map(|p| p[1])
 }
 
 /// A limit of the flank as a warning.
@@ -357,11 +416,18 @@ fn quantities(
 pub fn plan(file: &NonCircularFile) -> Vec<(&'static str, StageDecision)> {
     use StageDecision::{LeftOut, Runs};
     let is_rack = matches!(file.profile, PinionProfile::Rack(_));
-    let route = match file.route {
-        ConjugateRoute::Normals => "normals through the pitch point",
-        ConjugateRoute::Envelope => "the equation of meshing",
-        ConjugateRoute::LineOfAction => "the path of contact",
+    let flanks = match &file.gear_profile {
+        GearProfile::Given(_) => "both flanks as given".into(),
+        GearProfile::Conjugate(route) => {
+            let route = match route {
+                ConjugateRoute::Normals => "normals through the pitch point",
+                ConjugateRoute::Envelope => "the equation of meshing",
+                ConjugateRoute::LineOfAction => "the path of contact",
+            };
+            format!("one flank of the pinion and its conjugate by {route}")
+        }
     };
+    let is_given = matches!(file.gear_profile, GearProfile::Given(_));
     let flank_stage = |name: &'static str, what: String| match is_rack && file.teeth.is_none() {
         true => (
             name,
@@ -371,12 +437,25 @@ pub fn plan(file: &NonCircularFile) -> Vec<(&'static str, StageDecision)> {
     };
     vec![
         ("geometry", Runs("ratio law at the centre distance".into())),
-        flank_stage(
-            "flanks",
-            format!("one flank of the pinion and its conjugate by {route}"),
-        ),
-        flank_stage("limits", "undercut and end of contact of the flank".into()),
+        flank_stage("flanks", flanks),
+        match is_given {
+            true => (
+                "limits",
+                LeftOut("they belong to a flank with its conjugate".into()),
+            ),
+            false => flank_stage("limits", "undercut and end of contact of the flank".into()),
+        },
         flank_stage("contact", "law of gearing along the flank".into()),
+        match is_given {
+            true => (
+                "second contact",
+                LeftOut("it belongs to a flank with its conjugate".into()),
+            ),
+            false => flank_stage(
+                "second contact",
+                "places where the gear's flank touches the body of the pinion again".into(),
+            ),
+        },
         (
             "outlines",
             match (is_rack, file.teeth.is_some()) {

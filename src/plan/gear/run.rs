@@ -2,16 +2,20 @@
 
 use super::drawing::{DrawingReading, readings};
 use super::geometry::{GearQuantity, quantities};
+use crate::base::bound::Bound;
+use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
 use crate::gear::cylindrical::backlash::BacklashLimits;
 use crate::gear::cylindrical::pair::Pair;
 use crate::gear::cylindrical::path_points::PathPoint;
-use crate::gear::cylindrical::warnings::Warning;
+use crate::gear::cylindrical::warnings::{Warning, WarningKind};
+use crate::gear::kernel::root::sign_change;
 use crate::gear::load::compliance::{StiffnessMethod, StiffnessRow, compare_methods};
 use crate::gear::load::material::Material;
 use crate::gear::load::mesh::LoadedMesh;
 use crate::gear::load::mesh_result::MeshResult;
+use crate::gear::load::relief::{LeastRelief, least_peak_to_peak};
 use crate::plan::gear_limits as limits;
 use crate::plan::stages::StageDecision;
 use crate::scene::gear_file::GearFile;
@@ -35,6 +39,8 @@ pub struct GearResult {
     pub stiffness: Vec<StiffnessRow>,
     /// Loaded transmission error, where a torque is given.
     pub mesh: Option<MeshResult>,
+    /// Tip relief of least peak-to-peak over the torques, where it is requested.
+    pub least_relief: Option<LeastRelief>,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
@@ -51,23 +57,28 @@ pub fn run(file: &GearFile) -> Result<GearResult, Error> {
         None => error.with_span(&file.span),
     };
     let pair = file.pair()?;
-    let limits = pair.warnings();
+    if !(pair.path_length() > 0.0) {
+        return Err(no_contact(file, &pair));
+    }
+    let limits = file.design().warnings(&pair);
     let mut diagnostics: Vec<Diagnostic> = limits.iter().map(limits::diagnostic).collect();
     let backlash = pair.backlash_limits(file.centre_deviation);
-    diagnostics.extend(backlash.as_ref().and_then(overlap));
-    let reaches = pair.path_length() > 0.0;
-    let path = match reaches {
-        true => pair.path_points().named().to_vec(),
-        false => Vec::new(),
-    };
-    let loaded = !file.mesh.torques.is_empty();
-    let (stiffness, mesh) = match loaded {
-        true => {
-            let (stiffness, mesh) = load(file, &pair).map_err(at)?;
-            (stiffness, Some(mesh))
+    diagnostics.extend(
+        backlash
+            .as_ref()
+            .and_then(|limits| overlap(file, &pair, limits)),
+    );
+    let path = pair.path_points().named();
+    let (mut stiffness, mut mesh, mut least_relief) = (Vec::new(), None, None);
+    if let [first, .., last] | [first @ last] = file.mesh.torques[..] {
+        let loaded = load(file, &pair).map_err(at)?;
+        (stiffness, mesh) = (loaded.0, Some(loaded.1));
+        if file.mesh.least_relief {
+            let options = file.mesh_options(&pair);
+            let least = least_peak_to_peak(&pair, &options, [first, last]);
+            least_relief = Some(least.map_err(at)?);
         }
-        false => (Vec::new(), None),
-    };
+    }
     diagnostics.extend(mesh.iter().flat_map(|mesh| mesh.warnings.iter().cloned()));
     Ok(GearResult {
         quantities: quantities(&pair),
@@ -79,26 +90,83 @@ pub fn run(file: &GearFile) -> Result<GearResult, Error> {
         path,
         stiffness,
         mesh,
+        least_relief,
         diagnostics,
     })
 }
 
+/// By how many modules the centre distance is moved at most in search of backlash.
+const FARTHEST: f64 = 3.0;
+
 /// Backlash below zero by less than this is rounding of the data, m.
 const ROUNDING: f64 = 1e-6;
 
-/// Teeth that would have to overlap.
-fn overlap(limits: &BacklashLimits) -> Option<Diagnostic> {
+/// Gears whose teeth do not reach each other, with the nearest value that lets them.
+fn no_contact(file: &GearFile, pair: &Pair) -> Error {
+    let message = format!(
+        "the teeth do not reach each other: transverse contact ratio {:.4}",
+        pair.contact_ratios().transverse
+    );
+    let error = Error::new(Code::OutOfRange, message).with_span(&file.span);
+    let length = |offset: f64| {
+        let made = GearFile {
+            offset,
+            ..file.clone()
+        };
+        Some(made.pair().ok()?.path_length())
+    };
+    if let Some(offset) = sign_change([0.0, file.offset], length) {
+        let bound = match offset > 0.0 {
+            true => ("most", Bound::AtMost(1e3 * offset)),
+            false => ("least", Bound::AtLeast(1e3 * offset)),
+        };
+        let (side, value) = (bound.0, bound.1.text(3));
+        return error.with_hint(format!("give an offset of at {side} {value} mm"));
+    }
+    let design = file.design();
+    let warnings = design.warnings(pair).into_iter();
+    let short = warnings.filter(|w| w.kind == WarningKind::ContactRatio);
+    let nearest = short.filter_map(|w| w.nearest).next();
+    match nearest.or_else(|| design.without_warnings(pair)) {
+        Some(nearest) => error.with_hint(limits::hint(nearest)),
+        None => error.with_hint("give a rack of a larger addendum"),
+    }
+}
+
+/// Teeth that would have to overlap, with the centre distance at which they do not.
+fn overlap(file: &GearFile, pair: &Pair, limits: &BacklashLimits) -> Option<Diagnostic> {
     let least = limits.least.circumferential;
+    let beyond = |distance: f64| {
+        let moved = Pair {
+            centre_distance: distance,
+            working_pressure_angle: (pair.centre_distance * pair.working_pressure_angle.cos()
+                / distance)
+                .acos(),
+            ..pair.clone()
+        };
+        let limits = moved.backlash_limits(file.centre_deviation)?;
+        Some(limits.least.circumferential)
+    };
+    let (a, reach) = (pair.centre_distance, FARTHEST * pair.members[0].gear.module);
+    let (range, bound): (_, fn(f64) -> Bound) = match pair.members[1].gear.internal {
+        false => ([a, a + reach], Bound::AtLeast),
+        true => ([a - reach, a], Bound::AtMost),
+    };
+    let distance = sign_change(range, |a| Some(beyond(a).unwrap_or(-1.0)));
+    let hint = match distance {
+        Some(distance) => format!(
+            "pair.centre_distance = \"{} mm\" leaves none below zero",
+            bound(1e3 * (distance - file.offset)).text(4)
+        ),
+        None => "give thickness = [\"lower\", \"upper\"] below zero".into(),
+    };
     (least < -ROUNDING).then(|| Diagnostic {
         code: "no-backlash",
         message: format!(
             "the least backlash is {:.1} µm at the pitch circle: the teeth would overlap",
             1e6 * least
         ),
-        hint: Some(
-            "increase the centre distance, decrease the profile shifts, or give thickness = [\"lower\", \"upper\"] below zero"
-                .into(),
-        ),
+        hint: Some(hint),
     })
 }
 
@@ -136,10 +204,20 @@ pub fn plan(file: &GearFile) -> Vec<(&'static str, StageDecision)> {
         ),
         (
             "contact",
-            runs("points A to E of the path of contact, sliding, backlash".into()),
+            runs(
+                "points A to E of the path of contact (B and D with a contact ratio from 1 to 2), sliding, backlash"
+                    .into(),
+            ),
         ),
     ]);
     let study = &file.mesh;
+    if study.least_relief {
+        let range = match study.torques[..] {
+            [] => StageDecision::LeftOut("no torque is given".into()),
+            _ => runs("tip relief of least peak-to-peak over the torques".into()),
+        };
+        plan.push(("least relief", range));
+    }
     plan.push(match study.torques.len() {
         0 => (
             "mesh",

@@ -1,0 +1,50 @@
+//! A given pair of profiles checked by the law of gearing: where its common normal misses the pitch point, and the ratio it then gives.
+
+use super::non_circular::FLANK_POINTS;
+use crate::base::code::Code;
+use crate::base::error::Error;
+use crate::gear::plane::centrodes::{Centrodes, Member};
+use crate::gear::plane::conjugate::conjugate;
+use crate::gear::plane::law_of_gearing::{GearingCheck, check_gearing};
+use crate::gear::plane::profile::Shape;
+use crate::gear::plane::rolling::Rolling;
+
+/// A contact of both profiles with the ratio that the law requires there.
+#[derive(Debug, Clone, Copy)]
+pub struct GivenContact {
+    /// The contact.
+    pub check: GearingCheck,
+    /// Ratio of the law.
+    pub ratio: f64,
+}
+
+/// Contacts of both profiles over the angles at which the pinion's would touch its conjugate; angles without a contact are left out.
+///
+/// # Errors
+/// A pinion's profile without a conjugate; `OutOfRange` where the profiles touch nowhere.
+pub fn contacts(
+    pair: &Centrodes,
+    pinion: &Shape,
+    gear: &Shape,
+) -> Result<Vec<GivenContact>, Error> {
+    let generated = conjugate(&Rolling::of_pair(pair), pinion.clone(), FLANK_POINTS)?;
+    let angles = (generated.contacts().iter()).filter_map(|c| pair.angle_at_arc(c.arc));
+    let contact = |angle: f64| {
+        let check = *check_gearing(pair, pinion, gear, &[angle]).ok()?.first()?;
+        let turn = pair.displacement(Member::Second, angle)?;
+        Some(GivenContact {
+            check,
+            ratio: turn[1].abs().recip(),
+        })
+    };
+    let found: Vec<GivenContact> = angles.filter_map(contact).collect();
+    match found.is_empty() {
+        false => Ok(found),
+        true => {
+            let message = "the given flanks of pinion and gear touch nowhere";
+            Err(Error::new(Code::OutOfRange, message).with_hint(
+                "at φ₁ = 0 both frames are parallel, and the pitch point lies on the x axis between the gears",
+            ))
+        }
+    }
+}
