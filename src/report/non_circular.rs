@@ -26,6 +26,31 @@ pub struct NonCircularReport<'a> {
 }
 
 impl NonCircularReport<'_> {
+    /// Flanks of pinion and gear at φ₁ = 0 in the fixed frame, where there are no outlines.
+    fn flanks(&self) -> Vec<Vec<[f64; 2]>> {
+        let (pair, result) = (&self.result.centrodes, &self.result);
+        let (Some(flank), Some(state), true) =
+            (&result.flank, pair.at(0.0), result.outlines.is_empty())
+        else {
+            return Vec::new();
+        };
+        let pinion = flank.contacts.iter().map(|c| c.tool_point).collect();
+        let members = [
+            (Member::First, pinion),
+            (Member::Second, flank.gear_points.clone()),
+        ];
+        let placed = |(member, points): (Member, Vec<Complex>)| {
+            let (origin, angle) = pair.pose(member, &state);
+            let place = |z: Complex| origin + z * Complex::cis(angle);
+            points
+                .into_iter()
+                .map(place)
+                .map(|z| [z.re, z.im])
+                .collect()
+        };
+        members.map(placed).into()
+    }
+
     /// Outlines of pinion and gear at φ₁ = 0 in the fixed frame.
     pub fn outlines(&self) -> Vec<NamedOutline> {
         let pair = &self.result.centrodes;
@@ -151,6 +176,7 @@ impl Presentation for NonCircularReport<'_> {
                 title,
                 &self.result.centrodes,
                 &self.outlines(),
+                &self.flanks(),
             )),
             Figure::new("ratio", non_circular_plot::ratio(title, ratio)),
         ])
@@ -200,7 +226,7 @@ fn flank_json(flank: &ConjugateFlank) -> Value {
         "path_mm": points(|c| c.path_point),
         "specific_sliding": sliding,
         "route_deviation_um": 1e6 * flank.route_deviation,
-        "law_error_arcsec": ARCSEC * flank.law_error(),
+        "law_error_arcsec": flank.law_error().map(|error| ARCSEC * error),
         "second_contact": flank.second.iter().map(|second| json!({
             "pinion_mm": [1e3 * second.tool_point.re, 1e3 * second.tool_point.im],
             "path_mm": [1e3 * second.path_point.re, 1e3 * second.path_point.im],
@@ -250,12 +276,15 @@ fn flank_table(flank: &ConjugateFlank) -> Table<'static> {
 }
 
 fn check_lines(flank: &ConjugateFlank) -> String {
-    let mut lines = format!(
-        "law of gearing over {} contacts: the gear is off by {:.1e} arcsec at most, the normal by {:.1e} µm from the pitch point\n",
-        flank.checks.len(),
-        ARCSEC * flank.law_error(),
-        worst(flank, |c| 1e6 * c.miss),
-    );
+    let mut lines = match flank.law_error() {
+        Some(error) => format!(
+            "law of gearing over {} contacts: the gear is off by {:.1e} arcsec at most, the normal by {:.1e} µm from the pitch point\n",
+            flank.checks.len(),
+            ARCSEC * error,
+            worst(flank, |c| 1e6 * c.miss),
+        ),
+        None => "law of gearing not checked: a flank folds back\n".into(),
+    };
     if flank.route_deviation > 0.0 {
         lines += &format!(
             "points of the gear differ from those by normals by {:.1e} µm at most\n",

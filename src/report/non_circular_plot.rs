@@ -18,11 +18,17 @@ const MARGIN: f64 = 24.0;
 /// Points of a centrode.
 const POINTS: usize = 720;
 
-/// Draws both centrodes at φ₁ = 0, with the outlines where there are any.
-pub fn draw_centrodes(title: &str, pair: &Centrodes, outlines: &[NamedOutline]) -> String {
+/// Draws both centrodes at φ₁ = 0, with the outlines or flanks where there are any.
+pub fn draw_centrodes(
+    title: &str,
+    pair: &Centrodes,
+    outlines: &[NamedOutline],
+    flanks: &[Vec<[f64; 2]>],
+) -> String {
     let curves = [Member::First, Member::Second].map(|member| centrode(pair, member));
     let all = || {
         let points = outlines.iter().flat_map(|outline| &outline.points);
+        let points = points.chain(flanks.iter().flatten());
         curves.iter().flatten().chain(points)
     };
     let extreme = |k: usize, start: f64, pick: fn(f64, f64) -> f64| {
@@ -52,9 +58,13 @@ pub fn draw_centrodes(title: &str, pair: &Centrodes, outlines: &[NamedOutline]) 
                 .collect();
             canvas.polyline(&line_points, ink, width, line);
         };
+        for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
+            let line: Vec<Point2> = flank.iter().map(|p| place(*p)).collect();
+            canvas.polyline(&line, ink, 2.0, LineStyle::Solid);
+        }
         for (curve, ink) in curves.iter().zip([BLUE, ORANGE]) {
             let line: Vec<Point2> = curve.iter().map(|p| place(*p)).collect();
-            let style = match outlines.is_empty() {
+            let style = match outlines.is_empty() && flanks.is_empty() {
                 true => LineStyle::Solid,
                 false => LineStyle::Dotted,
             };

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::support::command::{document, geardyn, put, said};
-use crate::support::verification::printed;
+use crate::support::verification::{printed, within};
 
 const FZG: &str = "models/gears/fzg_c.toml";
 
@@ -509,4 +509,156 @@ fn refuses_files_of_other_commands() {
         all.contains("--positions does nothing without a torque"),
         "{all}"
     );
+}
+
+/// The relief that the command names leaves, as keys of the file, the peak-to-peak it states, and less than the teeth without it.
+#[test]
+fn law_least_relief_of_the_command() {
+    let found = document(&[
+        "gear",
+        FZG,
+        "--torques",
+        "150:250:2",
+        "--least-relief",
+        "--json",
+    ]);
+    let least = &found["least_relief"];
+    let text = std::fs::read_to_string(FZG).unwrap();
+    let mut lines: Vec<String> = text.lines().map(String::from).collect();
+    for name in ["pinion", "gear"] {
+        let keys = format!(
+            ", tip_relief = \"{} µm\", relief_from = \"{} mm\" }}",
+            number(&least[name]["tip_relief_um"]),
+            number(&least[name]["relief_from_mm"])
+        );
+        let line = lines
+            .iter_mut()
+            .find(|line| line.starts_with(name))
+            .unwrap();
+        *line = line.replace(" }", &keys);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "relieved.toml", &lines.join("\n"));
+    let relieved = document(&[
+        "gear",
+        path.to_str().unwrap(),
+        "--torques",
+        "150:250:2",
+        "--json",
+    ]);
+    let stated = least["peak_to_peak_um"].as_array().unwrap();
+    let found = relieved["mesh"]["peak_to_peak_um"].as_array().unwrap();
+    for (stated, found) in [(&stated[0], &found[0]), (&stated[4], &found[1])] {
+        within(
+            "peak to peak",
+            (number(found) / number(stated) - 1.0).abs(),
+            1e-6,
+        );
+    }
+    let without = number(&least["without_um"][4]);
+    assert!(number(&found[1]) < 0.5 * without, "{} {without}", found[1]);
+}
+
+/// A start of relief as roll angle is the length of roll r_b ξ.
+#[test]
+fn exact_relief_from_a_roll_angle() {
+    let folder = tempfile::tempdir().unwrap();
+    let base = 0.5 * 40.0 * 20f64.to_radians().cos();
+    let te = |from: String| {
+        let text = format!(
+            "pair = {{ kind = \"cylindrical\", module = \"2 mm\" }}\npinion = {{ teeth = 20, tip_relief = \"10 µm\", relief_from = \"{from}\" }}\ngear = {{ teeth = 40 }}\n"
+        );
+        let path = put(folder.path(), "pair.toml", &text);
+        let found = document(&["gear", path.to_str().unwrap(), "--torque", "50", "--json"]);
+        number(&found["mesh"]["peak_to_peak_um"][0])
+    };
+    let by_angle = te("28 deg".into());
+    let by_length = te(format!("{} mm", base * 28f64.to_radians()));
+    within("peak to peak", (by_angle / by_length - 1.0).abs(), 1e-9);
+}
+
+/// Loads that no tooth bears, teeth that do not reach each other, an offset beyond the path and backlash below zero are refused or warned
+/// of with a value that works when it is followed.
+#[test]
+fn law_values_of_refusals_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |text: &str| {
+        put(folder.path(), "pair.toml", text)
+            .to_str()
+            .unwrap()
+            .to_string()
+    };
+    let value = |all: &str, before: &str| -> f64 {
+        let rest = &all[all.find(before).unwrap_or_else(|| panic!("{all}")) + before.len()..];
+        let end = rest.find(|c: char| !(c.is_ascii_digit() || ".-e".contains(c)));
+        rest[..end.unwrap_or(rest.len())]
+            .parse()
+            .unwrap_or_else(|_| panic!("{all}"))
+    };
+    let all = refused(&["gear", FZG, "--torque", "1e12"]);
+    let torque = value(&all, "at most ");
+    assert_eq!(
+        said(&["gear", FZG, "--torque", &torque.to_string()]).0,
+        Some(0)
+    );
+    let pair = "pair = { kind = \"cylindrical\", module = \"3 mm\" }\npinion = { teeth = 20 }\ngear = { teeth = 40 }\n";
+    let path = file(&format!("{pair}assembly = {{ offset = \"20 mm\" }}\n"));
+    let all = refused(&["gear", &path]);
+    assert!(all.contains("do not reach each other"), "{all}");
+    let offset = value(&all, "at most ");
+    let path = file(&format!(
+        "{pair}assembly = {{ offset = \"{offset} mm\" }}\n"
+    ));
+    assert_eq!(said(&["gear", &path]).0, Some(0));
+    let tight = pair.replace(
+        "module = \"3 mm\"",
+        "module = \"3 mm\", centre_distance = \"89.7 mm\"",
+    );
+    let found = document(&["gear", &file(&tight), "--json"]);
+    let hints = found["warnings"].to_string();
+    assert!(hints.contains("no-backlash"), "{hints}");
+    let distance = value(&hints, "centre_distance = \\\"");
+    let loose = tight.replace("89.7 mm", &format!("{distance} mm"));
+    let found = document(&["gear", &file(&loose), "--json"]);
+    assert!(
+        !found["warnings"].to_string().contains("no-backlash"),
+        "{}",
+        found["warnings"]
+    );
+    // The shaper of fewest changes cuts the ring.
+    let ring = "pair = { kind = \"cylindrical\", module = \"2 mm\" }\npinion = { teeth = 20 }\ngear = { teeth = 60, internal = true, shaper_teeth = 3 }\n";
+    let all = refused(&["gear", &file(ring)]);
+    let teeth = value(&all, "shaper_teeth = ");
+    let cut = ring.replace("shaper_teeth = 3", &format!("shaper_teeth = {teeth}"));
+    assert_eq!(said(&["gear", &file(&cut)]).0, Some(0));
+}
+
+/// B and D, between which pairs touch alone, are points of contact ratios from 1 to 2; what the file leaves out is named.
+#[test]
+fn law_points_and_defaults_of_the_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    let letters = |addendum: f64| {
+        let text = format!(
+            "pair = {{ kind = \"cylindrical\", module = \"2 mm\" }}\nrack = {{ addendum = {addendum}, dedendum = 1.7, tip_radius = 0.2 }}\npinion = {{ teeth = 60 }}\ngear = {{ teeth = 60 }}\n"
+        );
+        let path = put(folder.path(), "pair.toml", &text);
+        let found = document(&["gear", path.to_str().unwrap(), "--torque", "50", "--json"]);
+        let path = found["path"].as_array().unwrap();
+        let letters: String = path.iter().map(|p| p["point"].as_str().unwrap()).collect();
+        (letters, found["plan"].to_string() + &found.to_string())
+    };
+    let (all, text) = letters(1.0);
+    assert_eq!(all, "ABCDE");
+    for default in [
+        "mesh.positions: 60",
+        "mesh.slices: 11",
+        "mesh.method: energy",
+        "mesh.body: half-plane",
+        "protuberance 0",
+    ] {
+        assert!(text.contains(default), "{default} in {text}");
+    }
+    assert!(text.contains("base tangent"), "{text}");
+    assert_eq!(letters(0.4).0, "ACE");
+    assert_eq!(letters(1.4).0, "ACE");
 }

@@ -285,3 +285,125 @@ fn exact_contact_ends_at_the_tips() {
         number(&document(&["gear", ELLIPTIC, "--json"])["geometry"]["contact_ratio_of_the_flank"]);
     assert!((1.5..1.8).contains(&elliptic), "{elliptic}");
 }
+
+/// A pitch curve without a centre distance gets that at which its mate closes: an eccentric circle of the polar equation
+/// `r = R √(1 − e² sin²φ) + R e cos φ` with two lobes, against a quadrature of `∫ r/(a − r) dφ = π`.
+#[test]
+fn exact_centre_distance_of_closure() {
+    let folder = tempfile::tempdir().unwrap();
+    let radius = |phi: f64| 20.0 * ((1.0 - (0.2 * phi.sin()).powi(2)).sqrt() + 0.2 * phi.cos());
+    let rows = (0..=720).map(|i| {
+        let phi = 2.0 * PI * f64::from(i) / 720.0;
+        format!("{},{}\n", phi.to_degrees(), radius(phi))
+    });
+    let table: String = std::iter::once("angle_1 [deg],radius_1 [mm]\n".to_string())
+        .chain(rows)
+        .collect();
+    put(folder.path(), "curve.csv", &table);
+    let text = "pair = { kind = \"non-circular\" }\nratio = { kind = \"pitch-curve\", file = \"curve.csv\", lobes = 2 }\npinion = { profile = { kind = \"rack\" } }\n";
+    let path = put(folder.path(), "pair.toml", text);
+    let found = document(&["gear", path.to_str().unwrap(), "--json"]);
+    let distance = number(&found["geometry"]["centre_distance_mm"]);
+    // Trapezia are exact for a periodic function.
+    let turn: f64 = (0..720)
+        .map(|i| radius(2.0 * PI * f64::from(i) / 720.0))
+        .map(|r| r / (distance - r) * 2.0 * PI / 720.0)
+        .sum();
+    within("turn of the mate", (turn / PI - 1.0).abs(), 1e-9);
+}
+
+/// Conjugate flanks given as points keep the law. A circle in place of the conjugate breaks it, with the ratio of its normal.
+#[test]
+fn exact_given_pair_of_arcs() {
+    let pinion = "{ kind = \"circular-arc\", radius = \"5 mm\", centre = [\"31 mm\", \"0 mm\"], directions = [\"30 deg\", \"60 deg\"] }";
+    let text = format!(
+        "ratio = {{ kind = \"constant\", ratio = 2 }}\npinion = {{ profile = {pinion} }}\n"
+    );
+    // The conjugate, as points of a file, keeps the law to the error of the spline.
+    let flank = answer(&text);
+    let points = flank["flank"]["gear_mm"].as_array().unwrap();
+    let rows = points
+        .iter()
+        .map(|p| format!("{},{}\n", number(&p[0]), number(&p[1])));
+    let table: String = std::iter::once("x [mm],y [mm]\n".to_string())
+        .chain(rows)
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), "gear.csv", &table);
+    let given = "gear = { profile = { kind = \"points\", file = \"gear.csv\" } }\n";
+    let path = put(folder.path(), "pair.toml", &format!("{PAIR}{text}{given}"));
+    let found = document(&["gear", path.to_str().unwrap(), "--json"]);
+    let contacts = found["given"].as_array().unwrap();
+    assert!(contacts.len() > 20, "{}", contacts.len());
+    for contact in contacts {
+        within(
+            "ratio of conjugate points",
+            (number(&contact["ratio"]) / 2.0 - 1.0).abs(),
+            1e-4,
+        );
+        assert!(number(&contact["te_arcsec"]).abs() < 0.01, "{contact}");
+    }
+    // The circle through three points of the conjugate breaks the law: i₁₂ = O₂I/O₁I of its normal, and by the turn of the gear itself,
+    // dψ₂/dφ₁ = 1/i₁₂ of the law plus the slope of the transmission error.
+    let at = |k: usize| [number(&points[k][0]), number(&points[k][1])];
+    let [[ax, ay], [bx, by], [cx, cy]] = [at(2), at(20), at(38)];
+    let d = 2.0 * (ax * (by - cy) + bx * (cy - ay) + cx * (ay - by));
+    let [a2, b2, c2] = [ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy];
+    let x = (a2 * (by - cy) + b2 * (cy - ay) + c2 * (ay - by)) / d;
+    let y = (a2 * (cx - bx) + b2 * (ax - cx) + c2 * (bx - ax)) / d;
+    let ends = [at(0), at(40)].map(|[px, py]| {
+        let turn = (py - y).atan2(px - x).to_degrees();
+        if turn < 0.0 { turn + 360.0 } else { turn }
+    });
+    let arc = format!(
+        "gear = {{ profile = {{ kind = \"circular-arc\", radius = \"{} mm\", centre = [\"{x} mm\", \"{y} mm\"], directions = [\"{} deg\", \"{} deg\"] }} }}\n",
+        (ax - x).hypot(ay - y),
+        ends[0].min(ends[1]),
+        ends[0].max(ends[1])
+    );
+    let path = put(folder.path(), "arcs.toml", &format!("{PAIR}{text}{arc}"));
+    let found = document(&["gear", path.to_str().unwrap(), "--json"]);
+    let contacts = found["given"].as_array().unwrap();
+    assert!(contacts.len() > 20, "{}", contacts.len());
+    for three in contacts.windows(3) {
+        let of = |k: usize, key: &str| number(&three[k][key]);
+        let crossing = 100.0 / 3.0 + of(1, "pitch_point_miss_mm");
+        let ratio = of(1, "ratio");
+        within(
+            "ratio of the normal",
+            (ratio * crossing / (100.0 - crossing) - 1.0).abs(),
+            1e-9,
+        );
+        let slope = (of(2, "te_arcsec") - of(0, "te_arcsec")) * PI
+            / 648_000.0
+            / (of(2, "angle_1_rad") - of(0, "angle_1_rad"));
+        within(
+            "ratio of the turn",
+            ((0.5 + slope) * ratio - 1.0).abs(),
+            2e-3,
+        );
+    }
+}
+
+/// A cycloidal pair and a gerotor by Camus' theorem keep their ratio. The ring of a gerotor is the arc itself: its points lie 10 mm from
+/// (42 mm, 0) turned with the ring.
+#[test]
+fn exact_rolling_curves_of_shipped_pairs() {
+    let cycloidal = document(&["gear", "models/gears/cycloidal.toml", "--json"]);
+    assert!(number(&cycloidal["flank"]["law_error_arcsec"]) < 1e-7);
+    let gerotor = document(&["gear", "models/gears/gerotor.toml", "--json"]);
+    assert!(number(&gerotor["flank"]["law_error_arcsec"]) < 1e-7);
+    for point in gerotor["flank"]["gear_mm"].as_array().unwrap() {
+        let off = (number(&point[0]) - 42.0).hypot(number(&point[1])) - 10.0;
+        within("arc of the ring", off.abs(), 1e-9);
+    }
+}
+
+/// A flank that folds back, as a cycloid drawn over its cusp, is warned of.
+#[test]
+fn law_folded_flanks_are_named() {
+    let text = "ratio = { kind = \"constant\", ratio = 2 }\npinion = { profile = { kind = \"rolling\", radius = \"8 mm\", arcs = [\"-5 mm\", \"5 mm\"] } }\n";
+    let found = answer(text);
+    let codes = found["warnings"].to_string();
+    assert!(codes.contains("folded"), "{codes}");
+}

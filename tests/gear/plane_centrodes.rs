@@ -306,11 +306,11 @@ fn refuses_laws_that_cannot_be() {
     down[3] = 1.9;
     says(
         RatioLaw::table(&turn, &down).unwrap_err(),
-        "row 4: angle 1.9 rad of gear 2 does not rise",
+        "row 4: angle 108.861981 deg of gear 2 does not rise",
     );
     says(
         RatioLaw::table(&down, &turn).unwrap_err(),
-        "row 4: angle 1.9 rad does not rise",
+        "row 4: angle 108.861981 deg does not rise",
     );
     let short = turn.map(|x| 0.9 * x);
     says(
@@ -349,7 +349,7 @@ fn refuses_laws_that_cannot_be() {
     radii[6] = 0.051;
     says(
         PitchCurve::table(&turn, &radii).unwrap_err(),
-        "row 7: radius 0.051 m after one turn",
+        "row 7: radius 51 mm after one turn",
     );
     let curve = PitchCurve::ellipse(0.05, 0.3, 1).unwrap();
     says(

@@ -398,7 +398,7 @@ fn ref_undercut_by_a_rack() {
     let error = check_limits(&generated).unwrap_err();
     let text = format!("{error}");
     assert!(
-        text.contains("undercuts the work") && text.contains("pitch curve the radius 0.0427"),
+        text.contains("undercuts the work") && text.contains("pitch curve the radius 42.7"),
         "{text}"
     );
 }

@@ -175,7 +175,8 @@ fn first_contact(
     for (u1, z1) in &first_points {
         let z = z1 * Complex::cis(-angle) - axis_2;
         let radius = z.norm();
-        let crossing = second_points.windows(2).find_map(|pair| {
+        // A lobe has points of one radius on both its sides: the one nearer to the law counts.
+        let crossings = second_points.windows(2).filter_map(|pair| {
             let (r0, r1) = (pair[0].1.norm(), pair[1].1.norm());
             if (r0 - radius) * (r1 - radius) > 0.0 || r0 == r1 {
                 return None;
@@ -186,7 +187,7 @@ fn first_contact(
             let whole = (ahead / std::f64::consts::TAU).round() * std::f64::consts::TAU;
             Some([*u1, u2, ahead - whole])
         });
-        turns.push(crossing);
+        turns.push(crossings.min_by(|a, b| a[2].abs().total_cmp(&b[2].abs())));
     }
     let extremes = turns.windows(3).filter_map(|three| {
         let [a, b, c] = [three[0]?, three[1]?, three[2]?];

@@ -72,6 +72,8 @@ pub struct ConjugateFlank {
     pub gear_points: Vec<Complex>,
     /// Largest distance of these from the points by normals, m.
     pub route_deviation: f64,
+    /// Points at which the flanks of pinion and gear fold back.
+    pub folds: [Option<Complex>; 2],
     /// Limits of the flank.
     pub limits: Vec<LimitPoint>,
     /// Both flanks compared with the ratio law.
@@ -81,10 +83,10 @@ pub struct ConjugateFlank {
 }
 
 impl ConjugateFlank {
-    /// Largest error of the gear against the ratio law, rad.
-    pub fn law_error(&self) -> f64 {
+    /// Largest error of the gear against the ratio law, rad; `None` for flanks that fold back, which are not checked.
+    pub fn law_error(&self) -> Option<f64> {
         let errors = self.checks.iter().map(|check| check.error.abs());
-        errors.fold(0.0, f64::max)
+        errors.reduce(f64::max)
     }
 }
 
@@ -182,11 +184,16 @@ fn mate<P: Profile + Clone>(
         .map(|(point, contact)| (point - contact.work_point).norm())
         .fold(0.0, f64::max);
     let inner = END_CONTACTS..contacts.len().saturating_sub(END_CONTACTS);
+    let pinion_points: Vec<Complex> = contacts.iter().map(|c| c.tool_point).collect();
+    let folds = [fold(&pinion_points), fold(&gear_points)];
     let checks = match angles.get(inner) {
-        Some(angles) => check_gearing(pair, generated.tool(), &generated, angles)?,
-        None => Vec::new(),
+        Some(angles) if folds == [None; 2] => {
+            check_gearing(pair, generated.tool(), &generated, angles)?
+        }
+        _ => Vec::new(),
     };
     Ok(ConjugateFlank {
+        folds,
         limits: limits(&generated).points,
         second: second_contacts(&generated).unwrap_or_default(),
         contacts,
@@ -278,12 +285,8 @@ const LARGEST_LAW_ERROR: f64 = 5e-8;
 
 /// Flanks that fold back on themselves, and flanks that break the law of gearing.
 fn flank_warnings(flank: &ConjugateFlank) -> Vec<Diagnostic> {
-    let pinion: Vec<Complex> = flank.contacts.iter().map(|c| c.tool_point).collect();
-    let folds = [
-        ("pinion", fold(&pinion)),
-        ("gear", fold(&flank.gear_points)),
-    ];
-    let folded = folds.into_iter().filter_map(|(name, place)| {
+    let folds = ["pinion", "gear"].into_iter().zip(flank.folds);
+    let folded = folds.filter_map(|(name, place)| {
         let radius = 1e3 * place?.norm();
         Some(Diagnostic {
             code: "folded",
@@ -291,7 +294,7 @@ fn flank_warnings(flank: &ConjugateFlank) -> Vec<Diagnostic> {
             hint: Some("end the pinion's flank before that place".into()),
         })
     });
-    let error = flank.law_error();
+    let error = flank.law_error().unwrap_or(0.0);
     let breaks = (error > LARGEST_LAW_ERROR).then(|| Diagnostic {
         code: "law-of-gearing",
         message: format!(
