@@ -6,7 +6,7 @@ use super::figure::{Axis, Figure, Plot, PlotColumn};
 use super::gear::{geometry_json, member_table, title_lines};
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
-use super::table::{Table, decimal};
+use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::plan::gear::sheet::{GearSheet, SheetColumn, SheetPlot, SheetTable};
 
@@ -96,12 +96,10 @@ fn shown(table: &SheetTable) -> Table<'static> {
     let count = table.columns.first().map_or(0, |c| c.values.len());
     let step = count.div_ceil(SHOWN_ROWS).max(1);
     for row in (0..count).step_by(step) {
-        shown.row(
-            table
-                .columns
-                .iter()
-                .map(|c| format!("{:.4}", c.values[row])),
-        );
+        shown.row(table.columns.iter().map(|c| {
+            let value = Some(c.values[row]).filter(|x| x.is_finite());
+            or_dash(value, |x| format!("{x:.4}"))
+        }));
     }
     shown
 }

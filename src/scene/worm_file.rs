@@ -34,6 +34,8 @@ pub struct WormFile {
     pub face_width: f64,
     /// Tip diameter of the worm and throat diameter of the wheel, m.
     pub tip_diameters: [f64; 2],
+    /// Outer diameter of the wheel, m.
+    pub outer_diameter: f64,
     /// Values that the file leaves to their defaults, in words.
     pub defaults: Vec<String>,
     /// Place of `worm`.
@@ -82,22 +84,22 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<WormFile, Errors>
     let ((thread, length, worm_tip), wheel) = worm.zip(wheel).ok_or_else(missing)?;
     let module = thread.thread.module;
     let mut defaults = thread.defaults;
-    let mut or_default = |value: Option<f64>, usual: f64, name: &str| {
+    let mut or_default = |value: Option<f64>, usual: f64, name: &str, what: &str| {
         value.unwrap_or_else(|| {
-            defaults.push(format!(
-                "{name}: {:.4} mm, an addendum of one module",
-                1e3 * usual
-            ));
+            defaults.push(format!("{name}: {:.4} mm, {what}", 1e3 * usual));
             usual
         })
     };
-    let reference = thread.thread.reference_radius();
-    let worm_tip = or_default(worm_tip, 2.0 * (reference + module), "worm.tip_diameter");
-    let radius = module * (0.5 * f64::from(wheel.teeth) + wheel.profile_shift);
-    let throat = or_default(
-        wheel.tip_diameter,
-        2.0 * (radius + module),
-        "wheel.tip_diameter, the throat",
+    let addendum = "an addendum of one module";
+    let usual = 2.0 * (thread.thread.reference_radius() + module);
+    let worm_tip = or_default(worm_tip, usual, "worm.tip_diameter", addendum);
+    let usual = module * (f64::from(wheel.teeth) + 2.0 * (wheel.profile_shift + 1.0));
+    let throat = or_default(wheel.tip_diameter, usual, "wheel.tip_diameter", addendum);
+    let outer_diameter = or_default(
+        wheel.outer_diameter,
+        throat + module,
+        "wheel.outer_diameter",
+        "a module above the throat",
     );
     let file = WormFile {
         title,
@@ -108,6 +110,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<WormFile, Errors>
         profile_shift: wheel.profile_shift,
         face_width: wheel.face_width,
         tip_diameters: [worm_tip, throat],
+        outer_diameter,
         defaults,
         span,
         source: source.clone(),
@@ -152,23 +155,24 @@ struct WheelTable {
     profile_shift: f64,
     face_width: f64,
     tip_diameter: Option<f64>,
+    outer_diameter: Option<f64>,
 }
 
 fn wheel(f: &mut TableReader) -> WheelTable {
     const SHIFT_RANGE: ValueRange = ValueRange::Open(-5.0, 5.0, "above −5 and below 5");
     let teeth = f.optional_count("teeth", 10, MAX_WHEEL_TEETH);
     f.require("teeth");
+    let length = |f: &mut TableReader, key: &str| {
+        f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
+    };
     WheelTable {
         teeth: teeth.unwrap_or(10),
         profile_shift: f
             .optional_number("profile_shift", SHIFT_RANGE)
             .unwrap_or(0.0),
         face_width: f.quantity("face_width", QuantityKind::Length, ValueRange::Positive),
-        tip_diameter: f.optional_quantity(
-            "tip_diameter",
-            QuantityKind::Length,
-            ValueRange::Positive,
-        ),
+        tip_diameter: length(f, "tip_diameter"),
+        outer_diameter: length(f, "outer_diameter"),
     }
 }
 
@@ -227,12 +231,14 @@ pub(super) fn thread(f: &mut TableReader) -> Option<ThreadTable> {
         f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
     };
     let wheel = only_for(f, "tool_radius", ground, "ZK and ZC", |f| {
+        let radius = length(f, "tool_radius");
         f.require("tool_radius");
-        length(f, "tool_radius")
+        radius
     });
     let arc = only_for(f, "arc_radius", kind == Some(ThreadType::Zc), "ZC", |f| {
+        let radius = length(f, "arc_radius");
         f.require("arc_radius");
-        length(f, "arc_radius")
+        radius
     });
     let flank = match kind? {
         ThreadType::Za => FlankType::Za,

@@ -49,6 +49,13 @@ pub struct WormContact {
     pub line_speeds: [f64; 2],
 }
 
+impl WormContact {
+    /// Distance from the wheel's axis.
+    pub fn wheel_radius(&self) -> f64 {
+        f64::hypot(self.in_wheel.x, self.in_wheel.z)
+    }
+}
+
 impl WormPair {
     /// Working pitch radius of the worm `r₁′ = a − p/i`.
     pub fn worm_pitch_radius(&self) -> f64 {
@@ -168,6 +175,8 @@ pub struct WormZone {
     pub length: f64,
     /// Face width of the wheel.
     pub face_width: f64,
+    /// Outer radius of the wheel.
+    pub outer_radius: f64,
 }
 
 /// A line of contact.
@@ -190,6 +199,7 @@ impl WormZone {
         contact.axial.abs() <= 0.5 * self.length
             && contact.in_wheel.y.abs() <= 0.5 * self.face_width
             && (self.radii[0]..=self.radii[1]).contains(&contact.radius)
+            && contact.wheel_radius() <= self.outer_radius
     }
 
     /// Radius at a share of the height.

@@ -44,10 +44,16 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
     let second = second_limit(&pair, &zone);
     let diagnostics = (!undercut.is_empty()).then(|| undercut_warning(file, flank, &undercut));
     let y = |contact: &WormContact| file.hand * contact.in_wheel.y;
-    let radius = |c: &WormContact| f64::hypot(c.in_wheel.x, c.in_wheel.z);
     let curve = |points: &[WormContact]| -> (Vec<f64>, Vec<f64>) {
-        let places = points.iter();
-        places.map(|c| (1e3 * y(c), 1e3 * radius(c))).unzip()
+        let mut places = Vec::new();
+        for (k, c) in points.iter().enumerate() {
+            // Between two points of the wheel's throat a line lies outside the wheel.
+            if k > 0 && [c.radius, points[k - 1].radius] == [zone.radii[0]; 2] {
+                places.push((f64::NAN, f64::NAN));
+            }
+            places.push((1e3 * y(c), 1e3 * c.wheel_radius()));
+        }
+        places.into_iter().unzip()
     };
     let mut curves: Vec<_> = lines
         .iter()
@@ -68,7 +74,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
             1e3 * c.radius,
             1e3 * c.axial,
             1e3 * y(c),
-            1e3 * radius(c),
+            1e3 * c.wheel_radius(),
             c.lubrication_angle.to_degrees(),
             1e3 * c.sliding,
             1e-3 * c.relative_curvature.abs(),
@@ -155,6 +161,7 @@ fn placed(file: &WormFile, worm: Helicoid, shift: f64) -> (WormPair, WormZone) {
         ],
         length: file.length,
         face_width: file.face_width,
+        outer_radius: 0.5 * file.outer_diameter + moved,
     };
     (pair, zone)
 }
@@ -189,7 +196,7 @@ fn second_limit(pair: &WormPair, zone: &WormZone) -> Vec<WormContact> {
 }
 
 fn undercut_warning(file: &WormFile, flank: Helicoid, limit: &[WormContact]) -> Diagnostic {
-    let highest = limit.iter().map(|c| f64::hypot(c.in_wheel.x, c.in_wheel.z));
+    let highest = limit.iter().map(WormContact::wheel_radius);
     let highest = highest.fold(0.0, f64::max);
     let steps = ((LARGEST_SHIFT - file.profile_shift) / SHIFT_STEP)
         .floor()
@@ -240,6 +247,8 @@ fn quantities(
         Millimetre,
         file.tip_diameters,
     );
+    let outer = [nothing, file.outer_diameter];
+    all.each("outer diameter", "d_e", Millimetre, outer);
     let base = match thread.flank {
         FlankType::Zi => 2.0 * thread.base_radius(),
         _ => nothing,
