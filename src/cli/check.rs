@@ -113,44 +113,50 @@ fn summarise_sidecar(
 
 /// Gears are checked without a load: they can be made and mesh.
 fn summarise_gears(path: &Path, source: Arc<SourceFile>) -> Result<FileSummary, Errors> {
-    if scene::gear_file::pair_kind(&source) == PairKind::NonCircular {
-        let file = scene::non_circular_file::read(&source, &Flags::default())?;
-        let found = plan::gear::non_circular::run(&file)?;
-        let (name, title) = (path.display(), render::sanitise(&file.title));
-        let teeth = file
-            .teeth
-            .map_or(String::new(), |[z1, z2]| format!(" of {z1} and {z2} teeth"));
-        return Ok(FileSummary {
-            text: format!("{name}   {title}\n  non-circular gears{teeth}\n"),
-            body: json!({ "file": path, "title": file.title, "gears": true, "teeth": file.teeth }),
-            sources: file.sources,
-            warnings: found.diagnostics,
-            ..FileSummary::default()
-        });
-    }
-    if scene::gear_file::pair_kind(&source) == PairKind::Bevel {
-        let file = scene::bevel_file::read(&source, &Flags::default())?;
-        let found = plan::gear::bevel::run(&file)?;
-        let [z1, z2] = file.members.each_ref().map(|m| m.teeth);
-        let (name, title) = (path.display(), render::sanitise(&file.title));
-        return Ok(FileSummary {
-            text: format!("{name}   {title}\n  bevel gears of {z1} and {z2} teeth\n"),
-            body: json!({ "file": path, "title": file.title, "gears": true, "teeth": [z1, z2] }),
-            sources: vec![source],
-            warnings: found.diagnostics,
-            ..FileSummary::default()
-        });
-    }
-    let mut file = scene::gear_file::read(&source, &Flags::default())?;
-    file.mesh.torques.clear();
-    let found = plan::gear::run::run(&file)?;
-    let [z1, z2] = file.members.map(|m| m.gear.teeth);
-    let (name, title) = (path.display(), render::sanitise(&file.title));
+    let flags = Flags::default();
+    let mut sources = vec![source.clone()];
+    let (title, what, teeth, warnings) = match scene::gear_file::pair_kind(&source) {
+        PairKind::Cylindrical => {
+            let mut file = scene::gear_file::read(&source, &flags)?;
+            file.mesh.torques.clear();
+            let found = plan::gear::run::run(&file)?;
+            let teeth = file.members.map(|m| m.gear.teeth);
+            (
+                file.title,
+                "cylindrical gears",
+                Some(teeth),
+                found.diagnostics,
+            )
+        }
+        PairKind::NonCircular => {
+            let file = scene::non_circular_file::read(&source, &flags)?;
+            let found = plan::gear::non_circular::run(&file)?;
+            sources = file.sources;
+            (
+                file.title,
+                "non-circular gears",
+                file.teeth,
+                found.diagnostics,
+            )
+        }
+        PairKind::Bevel => {
+            let file = scene::bevel_file::read(&source, &flags)?;
+            let found = plan::gear::bevel::run(&file)?;
+            let teeth = file.members.each_ref().map(|m| m.teeth);
+            (file.title, "bevel gears", Some(teeth), found.diagnostics)
+        }
+        kind @ (PairKind::Worm | PairKind::Crossed | PairKind::Helicoid) => {
+            let sheet = plan::gear::space::run(kind, &source, &flags)?;
+            (sheet.title, sheet.what, sheet.teeth, sheet.diagnostics)
+        }
+    };
+    let (name, shown) = (path.display(), render::sanitise(&title));
+    let of_teeth = teeth.map_or(String::new(), |[z1, z2]| format!(" of {z1} and {z2} teeth"));
     Ok(FileSummary {
-        text: format!("{name}   {title}\n  cylindrical gears of {z1} and {z2} teeth\n"),
-        body: json!({ "file": path, "title": file.title, "gears": true, "teeth": [z1, z2] }),
-        sources: vec![source],
-        warnings: found.diagnostics,
+        text: format!("{name}   {shown}\n  {what}{of_teeth}\n"),
+        body: json!({ "file": path, "title": title, "gears": true, "teeth": teeth }),
+        sources,
+        warnings,
         ..FileSummary::default()
     })
 }

@@ -12,7 +12,7 @@ use crate::base::error::{Error, Errors};
 use crate::base::flags::Flags;
 use crate::base::load;
 use crate::base::source_span::SourceFile;
-use crate::plan::gear::{bevel, non_circular, reversal, run};
+use crate::plan::gear::{bevel, non_circular, reversal, run, space};
 use crate::report::bevel::{BevelReport, FIGURES};
 use crate::report::flank_file::{self, FlankFormat};
 use crate::report::gear::GearAnswer;
@@ -64,6 +64,11 @@ fn compute(args: &GearArgs, path: &Path) -> Result<u8, Errors> {
             let answer = NonCircularReport { file, result };
             outputs.present(&answer, || answer.outlines())
         }
+        kind @ (PairKind::Worm | PairKind::Crossed | PairKind::Helicoid) => {
+            let inputs = [path.to_path_buf()];
+            let outputs = GearOutputs::check(args, space::figures(kind), &inputs)?;
+            outputs.present(&space::run(kind, &source, flags)?, Vec::new)
+        }
         PairKind::Bevel => {
             let file = bevel_file::read(&source, flags)?;
             let outputs = GearOutputs::check(args, &FIGURES, &[path.to_path_buf()])?;
@@ -103,6 +108,10 @@ pub fn stages(source: &Arc<SourceFile>) -> Result<GearPlan, Errors> {
                 sources: file.sources,
             }
         }
+        kind @ (PairKind::Worm | PairKind::Crossed | PairKind::Helicoid) => GearPlan {
+            stages: space::plan(kind, source, &flags)?,
+            sources: vec![source.clone()],
+        },
         PairKind::Bevel => GearPlan {
             stages: bevel::plan(&bevel_file::read(source, &flags)?),
             sources: vec![source.clone()],

@@ -14,6 +14,9 @@ pub mod cylindrical;
 /// Bevel and hypoid gears: flanks from machine settings.
 pub mod bevel;
 
+/// Helicoids: worm threads, disk tools, worm pairs, crossed helical pairs.
+pub mod helicoid;
+
 /// Contact of two flanks: path, ellipse, transmission error.
 pub mod contact;
 

@@ -265,9 +265,18 @@ fn mesh_json(mesh: &MeshResult) -> Value {
     })
 }
 
-/// Table of quantities.
+/// Table of quantities of pinion and gear.
 pub(super) fn geometry_table(quantities: &[GearQuantity]) -> Table<'static> {
-    let mut table = Table::texts("quantity|symbol|pinion|gear|unit").words(&[]);
+    member_table(MEMBERS, quantities)
+}
+
+/// Table of quantities of two members.
+pub(super) fn member_table(
+    [first, second]: [&str; 2],
+    quantities: &[GearQuantity],
+) -> Table<'static> {
+    let heads = format!("quantity|symbol|{first}|{second}|unit");
+    let mut table = Table::texts(&heads).words(&[]);
     for quantity in quantities {
         let [first, second] = match quantity.value {
             QuantityValue::Each(values) => values.map(|x| or_dash(x, geometry_number)),

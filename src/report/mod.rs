@@ -140,6 +140,8 @@ mod bevel_plot;
 
 pub mod bevel;
 
+pub mod gear_sheet;
+
 pub mod gear_plan;
 
 pub mod gear_reversal;

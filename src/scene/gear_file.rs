@@ -137,7 +137,10 @@ const DEFAULT_WIDTH: f64 = 10.0;
 
 /// Whether a TOML file describes gears.
 pub fn is_gear_file(source: &Arc<SourceFile>) -> bool {
-    toml::parse(source).root.get("pair").is_some()
+    let root = toml::parse(source).root;
+    ["pair", "helicoid"]
+        .iter()
+        .any(|key| root.get(key).is_some())
 }
 
 /// Refuses a file without any table of a gear file, naming the command that takes it.
@@ -181,15 +184,26 @@ pub enum PairKind {
     NonCircular,
     /// Bevel and hypoid gears by machine settings.
     Bevel,
+    /// A worm with its wheel.
+    Worm,
+    /// Helical gears on crossed axes.
+    Crossed,
+    /// A helicoid with the tool that cuts it.
+    Helicoid,
 }
 
 /// The kind of pair in a gear file; cylindrical where it states no other kind that is known.
 pub fn pair_kind(source: &Arc<SourceFile>) -> PairKind {
     let root = toml::parse(source).root;
+    if root.get("helicoid").is_some() {
+        return PairKind::Helicoid;
+    }
     let kind = root.table("pair").and_then(|(pair, _)| pair.get("kind"));
     match kind.map(|entry| &entry.item.value) {
         Some(Value::String(kind)) if kind == "non-circular" => PairKind::NonCircular,
         Some(Value::String(kind)) if kind == "bevel" => PairKind::Bevel,
+        Some(Value::String(kind)) if kind == "worm" => PairKind::Worm,
+        Some(Value::String(kind)) if kind == "crossed" => PairKind::Crossed,
         _ => PairKind::Cylindrical,
     }
 }
@@ -333,7 +347,13 @@ struct PairTable {
 }
 
 fn pair(f: &mut TableReader) -> PairTable {
-    f.choice("kind", &[("cylindrical", ())]);
+    let kinds = ["cylindrical", "non-circular", "bevel", "worm", "crossed"];
+    let kind = f.choice("kind", &kinds.map(|kind| (kind, kind)));
+    if let Some(other) = kind.filter(|kind| *kind != "cylindrical") {
+        let message = format!("a machine takes no mesh from a file of kind \"{other}\"");
+        let hint = "name a file of a cylindrical or bevel pair, or state k, backlash and mesh_angles of the pair";
+        f.report_key(Code::Conflict, "kind", message, hint);
+    }
     f.require("kind");
     let length = |f: &mut TableReader, key| {
         f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)

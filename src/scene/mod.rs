@@ -68,4 +68,10 @@ mod number_table;
 
 pub mod non_circular_file;
 
+pub mod worm_file;
+
+pub mod helicoid_file;
+
+pub mod crossed_file;
+
 pub use file::{Scene, read, read_text};

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use serde_json::Value;
 
-use crate::support::command::{document, geardyn, put, refusal, said};
+use crate::support::command::{document, geardyn, put, refusal, said, with_other_digits};
 use crate::support::verification::within;
 use crate::support::{number, numbers};
 
@@ -501,20 +501,7 @@ fn survives_mutated_bevel_files() {
     fastrand::seed(83);
     let folder = tempfile::tempdir().unwrap();
     for _ in 0..150 {
-        let mut bytes = text.clone().into_bytes();
-        for _ in 0..fastrand::usize(1..4) {
-            let digits: Vec<usize> = (0..bytes.len())
-                .filter(|i| bytes[*i].is_ascii_digit())
-                .collect();
-            let at = digits[fastrand::usize(..digits.len())];
-            match fastrand::u8(..4) {
-                0 => bytes[at] = b'0' + fastrand::u8(..10),
-                1 => drop(bytes.remove(at)),
-                2 => bytes.insert(at, b"0123456789-.e"[fastrand::usize(..13)]),
-                _ => bytes[at] = b'-',
-            }
-        }
-        let mutated = String::from_utf8(bytes).unwrap();
+        let mutated = with_other_digits(&text);
         let path = put(folder.path(), "pair.toml", &mutated);
         let (code, text, notes) = said(&["gear", path.to_str().unwrap(), "--vh"]);
         assert!(

@@ -15,6 +15,7 @@ mod gear_command;
 mod gear_non_circular;
 mod gear_outline;
 mod gear_reverse;
+mod gear_space;
 mod hopeless;
 mod hostile;
 mod identify_command;

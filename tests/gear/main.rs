@@ -13,6 +13,7 @@ mod cylindrical_outline;
 mod cylindrical_pair;
 mod cylindrical_reverse;
 mod gear_speed;
+mod helicoids;
 mod kernel;
 mod kernel_bevel;
 mod kernel_space;

@@ -63,3 +63,21 @@ pub fn put(folder: &Path, name: &str, text: &str) -> PathBuf {
     std::fs::write(&path, text).unwrap();
     path
 }
+
+/// A text with one to three of its digits changed, removed or joined by another sign, by the seed of `fastrand`.
+pub fn with_other_digits(text: &str) -> String {
+    let mut bytes = text.as_bytes().to_vec();
+    for _ in 0..fastrand::usize(1..4) {
+        let digits: Vec<usize> = (0..bytes.len())
+            .filter(|i| bytes[*i].is_ascii_digit())
+            .collect();
+        let at = digits[fastrand::usize(..digits.len())];
+        match fastrand::u8(..4) {
+            0 => bytes[at] = b'0' + fastrand::u8(..10),
+            1 => drop(bytes.remove(at)),
+            2 => bytes.insert(at, b"0123456789-.e"[fastrand::usize(..13)]),
+            _ => bytes[at] = b'-',
+        }
+    }
+    String::from_utf8(bytes).unwrap_or_default()
+}

@@ -18,6 +18,21 @@ pub mod given_profiles;
 /// Centrodes, flanks and outlines of a pair of varying ratio.
 pub mod non_circular;
 
+/// Results that are quantities and tables.
+pub mod sheet;
+
+/// Lines of contact of a worm pair.
+pub mod worm;
+
+/// Helicoids with the disk tool that cuts them.
+pub mod disk_tool;
+
+/// Path of contact of a crossed helical pair.
+pub mod crossed;
+
+/// Pairs in space: one answer for every kind.
+pub mod space;
+
 /// Contact of a bevel pair.
 pub mod bevel_contact;
 

@@ -1,0 +1,248 @@
+//! Cylindrical worms with wheels at 90°: `z N_x = ρ cos ψ − r₁′`, since the contact normal passes through the line x = r₁′, z = 0.
+//!
+//! The wheel's axis passes through (a, 0, 0) along (0, −1, 0) and turns by `i φ`, i = z₁/z₂; `ψ = χ + φ` is the azimuth in space,
+//! `r₁′ = a − p/i` the working pitch radius of the worm. The whole field of contact over (ρ, ψ) is explicit.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::axial_profile::Helicoid;
+use crate::gear::kernel::root::{roots, sign_change};
+use crate::gear::kernel::vector::Vector;
+
+/// A flank of a worm with the wheel that it generates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WormPair {
+    /// Flank of the worm.
+    pub worm: Helicoid,
+    /// Ratio i = z₁/z₂.
+    pub ratio: f64,
+    /// Centre distance a.
+    pub centre_distance: f64,
+}
+
+/// Contact of a worm with its wheel; speeds are lengths a radian of the worm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WormContact {
+    /// Distance ρ from the worm's axis.
+    pub radius: f64,
+    /// Azimuth ψ in space, rad.
+    pub azimuth: f64,
+    /// Axial place z.
+    pub axial: f64,
+    /// Turn φ of the worm, rad.
+    pub worm_turn: f64,
+    /// The point in the wheel: x from its axis away from the worm, y along the worm's azimuthal direction, z.
+    pub in_wheel: Vector,
+    /// Φ, the rate of the equation of meshing at a point of the worm; zero on the limit of the second kind.
+    pub second_limit: f64,
+    /// D; zero where the wheel is undercut.
+    pub undercut: f64,
+    /// Curvature of the wheel less that of the worm across the line of contact.
+    pub relative_curvature: f64,
+    /// Angle of the line of contact to the sliding velocity, rad.
+    pub lubrication_angle: f64,
+    /// Sliding velocity.
+    pub sliding: f64,
+    /// Sliding velocity across the line of contact.
+    pub sliding_across: f64,
+    /// Velocity of the line of contact over the worm and over the wheel, across itself.
+    pub line_speeds: [f64; 2],
+}
+
+impl WormContact {
+    /// Distance from the wheel's axis.
+    pub fn wheel_radius(&self) -> f64 {
+        f64::hypot(self.in_wheel.x, self.in_wheel.z)
+    }
+}
+
+impl WormPair {
+    /// Working pitch radius of the worm `r₁′ = a − p/i`.
+    pub fn worm_pitch_radius(&self) -> f64 {
+        self.centre_distance - self.wheel_pitch_radius()
+    }
+
+    /// Pitch radius of the wheel `p/i`.
+    pub fn wheel_pitch_radius(&self) -> f64 {
+        self.worm.lead / self.ratio
+    }
+
+    /// Axial place and turn of the worm, `[z, φ]`; none outside the flank and where the normal runs along the pitch line.
+    fn place(&self, radius: f64, azimuth: f64) -> Option<[f64; 2]> {
+        let at = self.worm.at(radius)?;
+        let (sine, cosine) = azimuth.sin_cos();
+        let normal = self.worm.lead / radius * sine - at.slope * cosine;
+        let z = (radius * cosine - self.worm_pitch_radius()) / normal;
+        z.is_finite()
+            .then(|| [z, azimuth - (z - at.height) / self.worm.lead])
+    }
+
+    /// The contact at a distance from the worm's axis and an azimuth.
+    pub fn contact(&self, radius: f64, azimuth: f64) -> Option<WormContact> {
+        let [z, turn] = self.place(radius, azimuth)?;
+        let at = self.worm.at(radius)?;
+        let (p, i, slope) = (self.worm.lead, self.ratio, at.slope);
+        let (sine, cosine) = azimuth.sin_cos();
+        let steep = p / radius;
+        let normal = steep * sine - slope * cosine;
+        let e = slope * sine + steep * cosine;
+        // Derivatives of f = z N_x − ρ cos ψ + r₁′ along φ, χ, ρ, and the sliding velocity along ρ and χ.
+        let f_turn = z * e + radius * sine;
+        let f_azimuth = f_turn + p * normal;
+        let f_radius =
+            -z * (at.curvature * cosine + steep / radius * sine) + normal * slope - cosine;
+        let (v_radius, v_azimuth) = (i * z * cosine, 1.0 - i * z * sine / radius);
+        let scale = i / (1.0 + slope * slope + steep * steep).sqrt();
+        let second_limit = scale * f_turn;
+        let across = f_radius * v_radius + f_azimuth * v_azimuth;
+        let undercut = scale * (across - f_turn);
+        // Metric of the helicoid: r_ρ = e_ρ + g′ k, r_χ = ρ e_χ + p k.
+        let metric = [1.0 + slope * slope, slope * p, radius * radius + p * p];
+        let determinant = metric[0] * metric[2] - metric[1] * metric[1];
+        let length = |a: f64, b: f64| {
+            (metric[0] * a * a + 2.0 * metric[1] * a * b + metric[2] * b * b).sqrt()
+        };
+        let gradient = scale
+            * ((metric[2] * f_radius * f_radius - 2.0 * metric[1] * f_radius * f_azimuth
+                + metric[0] * f_azimuth * f_azimuth)
+                / determinant)
+                .sqrt();
+        let sliding = length(v_radius, v_azimuth);
+        let sliding_across = scale * across / gradient;
+        let (s, c) = (-i * turn).sin_cos();
+        let x = radius * cosine - self.centre_distance;
+        Some(WormContact {
+            radius,
+            azimuth,
+            axial: z,
+            worm_turn: turn,
+            in_wheel: Vector::new(x * c - z * s, radius * sine, z * c + x * s),
+            second_limit,
+            undercut,
+            relative_curvature: gradient * gradient / undercut,
+            lubrication_angle: (sliding_across.abs() / sliding).min(1.0).asin(),
+            sliding,
+            sliding_across,
+            line_speeds: [-second_limit / gradient, undercut / gradient],
+        })
+    }
+
+    /// Azimuth of the limit of the second kind at a radius, rad; none where it does not reach the radius.
+    ///
+    /// `(r₁′/ρ) cos ψ + (r₁′ g′/p) sin ψ = 1`; it passes through the pitch point of every flank.
+    pub fn second_limit(&self, radius: f64) -> Option<f64> {
+        let slope = self.worm.at(radius)?.slope / self.worm.lead;
+        let pitch = self.worm_pitch_radius();
+        let reach = (1.0 / (pitch * f64::hypot(1.0 / radius, slope))).acos();
+        let middle = slope.atan2(1.0 / radius);
+        let azimuth = middle - reach.copysign(slope);
+        azimuth.is_finite().then_some(azimuth)
+    }
+
+    /// Radius of the limit of the first kind at an azimuth, between two radii: within it the wheel is undercut.
+    pub fn undercut(&self, azimuth: f64, radii: [f64; 2]) -> Option<f64> {
+        sign_change(radii, |radius| {
+            Some(self.contact(radius, azimuth)?.undercut)
+        })
+    }
+
+    /// Azimuths where the line of contact of a turn of the worm meets a radius, rising, rad.
+    pub fn line(&self, worm_turn: f64, radius: f64) -> Vec<f64> {
+        let Some(at) = self.worm.at(radius) else {
+            return Vec::new();
+        };
+        // Without the division by the normal, a pole of the place is no jump: z N_x = ρ cos ψ − r₁′ with z = g + p (ψ − φ).
+        let p = self.worm.lead;
+        let (steep, pitch) = (p / radius, self.worm_pitch_radius());
+        let meshing = |psi: f64| {
+            let (sine, cosine) = psi.sin_cos();
+            let z = at.height + p * (psi - worm_turn);
+            let normal = steep * sine - at.slope * cosine;
+            let value = z * normal - radius * cosine + pitch;
+            let e = steep * cosine + at.slope * sine;
+            Some([value, p * normal + z * e + radius * sine])
+        };
+        roots([-FRAC_PI_2, FRAC_PI_2], meshing)
+    }
+}
+
+/// The part of space where a worm and its wheel can touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WormZone {
+    /// Least and greatest radius of the worm: tip of the wheel's throat, tip of the worm.
+    pub radii: [f64; 2],
+    /// Length of the worm.
+    pub length: f64,
+    /// Face width of the wheel.
+    pub face_width: f64,
+    /// Outer radius of the wheel.
+    pub outer_radius: f64,
+}
+
+/// A line of contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactLine {
+    /// Turn of the worm, rad.
+    pub worm_turn: f64,
+    /// Points, in the order of the azimuth.
+    pub points: Vec<WormContact>,
+}
+
+impl WormZone {
+    /// Whether a contact lies in the zone and does not cut into the wheel: its relative curvature is negative.
+    pub fn holds(&self, contact: &WormContact) -> bool {
+        self.reaches(contact) && contact.relative_curvature < 0.0
+    }
+
+    /// Whether a place lies in the zone, on whichever side of a limit.
+    pub fn reaches(&self, contact: &WormContact) -> bool {
+        contact.axial.abs() <= 0.5 * self.length
+            && contact.in_wheel.y.abs() <= 0.5 * self.face_width
+            && (self.radii[0]..=self.radii[1]).contains(&contact.radius)
+            && contact.wheel_radius() <= self.outer_radius
+    }
+
+    /// Radius at a share of the height.
+    fn radius(&self, share: f64) -> f64 {
+        self.radii[0] + share * (self.radii[1] - self.radii[0])
+    }
+
+    /// First and last turn of the worm at which a flank touches in the zone, rad; none where it never touches.
+    ///
+    /// The field is sampled at 60 radii and 240 azimuths.
+    pub fn turns(&self, pair: &WormPair) -> Option<[f64; 2]> {
+        const RADII: usize = 60;
+        const AZIMUTHS: usize = 240;
+        let mut turns: Option<[f64; 2]> = None;
+        for j in 0..=RADII {
+            let radius = self.radius(j as f64 / RADII as f64);
+            let widest = (0.5 * self.face_width / radius).min(1.0).asin();
+            for k in 0..=AZIMUTHS {
+                let azimuth = widest * (2.0 * k as f64 / AZIMUTHS as f64 - 1.0);
+                let contact = pair.contact(radius, azimuth).filter(|c| self.holds(c));
+                let Some(turn) = contact.map(|c| c.worm_turn) else {
+                    continue;
+                };
+                let [first, last] = turns.unwrap_or([turn; 2]);
+                turns = Some([first.min(turn), last.max(turn)]);
+            }
+        }
+        turns
+    }
+
+    /// Lines of contact of one tooth at turns of the worm, each at `rows` radii.
+    pub fn line(&self, pair: &WormPair, worm_turn: f64, rows: usize) -> ContactLine {
+        let mut points: Vec<WormContact> = (0..=rows)
+            .map(|j| self.radius(j as f64 / rows as f64))
+            .flat_map(|radius| {
+                let azimuths = pair.line(worm_turn, radius);
+                azimuths
+                    .into_iter()
+                    .filter_map(move |azimuth| pair.contact(radius, azimuth))
+            })
+            .filter(|contact| self.holds(contact))
+            .collect();
+        points.sort_by(|a, b| a.azimuth.total_cmp(&b.azimuth));
+        ContactLine { worm_turn, points }
+    }
+}

@@ -1,0 +1,288 @@
+//! A crossed helical pair: geometry, path of contact, ellipse, backlash, limits.
+
+use super::geometry::{Quantities, QuantityUnit};
+use super::sheet::{GearSheet, SheetPlot, table};
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error};
+use crate::gear::helicoid::crossed_pair::{CrossedPair, CrossedPath};
+use crate::gear::kernel::vector::Vector;
+use crate::plan::decision::StageDecision;
+use crate::plan::gear_limits::MEMBERS;
+use crate::scene::crossed_file::CrossedFile;
+
+/// Points of the path of contact.
+const POINTS: u32 = 20;
+/// Backlash below zero by less than this is rounding of the data, m.
+const ROUNDING: f64 = 1e-6;
+
+/// Computes what the file determines.
+///
+/// # Errors
+/// Gears that never touch.
+pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
+    let pair = &file.pair;
+    let path = pair.path().ok_or_else(|| {
+        let message = "the base helices have no common normal at this shaft angle";
+        Error::new(Code::OutOfRange, message).with_span(&file.span)
+    })?;
+    let [first, last] = [path.ends[0].max(0.0), path.ends[1].min(path.length)];
+    if !(last > first) {
+        let message = format!(
+            "the tips of the gears do not reach each other: the contact would end {:.3} mm before it begins",
+            1e3 * (first - last)
+        );
+        return Err(Error::new(Code::OutOfRange, message)
+            .with_span(&file.span)
+            .with_hint("increase tip_diameter, or reduce centre_distance"));
+    }
+    let backlash = pair.normal_backlash();
+    let pitch_place = pair.pitch_place(&path);
+    let places = (0..=POINTS).map(|k| first + (last - first) * f64::from(k) / f64::from(POINTS));
+    let rows: Vec<[f64; 9]> = places
+        .filter_map(|place| {
+            let contact = pair.contact(&path, place)?;
+            let [long, short] = contact.ellipse(file.coating);
+            Some([
+                ((place - pitch_place) / path.advance).to_degrees(),
+                1e3 * contact.point.x,
+                1e3 * contact.point.y,
+                1e3 * contact.point.z,
+                1e3 * contact.radii[0],
+                1e3 * contact.radii[1],
+                1e3 * long,
+                1e3 * short,
+                1e3 * contact.sliding,
+            ])
+        })
+        .collect();
+    let heads = [
+        ("pinion angle", "deg"),
+        ("x", "mm"),
+        ("y", "mm"),
+        ("z", "mm"),
+        ("curvature radius pinion", "mm"),
+        ("curvature radius gear", "mm"),
+        ("ellipse long", "mm"),
+        ("ellipse short", "mm"),
+        ("sliding", "mm/rad"),
+    ];
+    let column = |k: usize| -> Vec<f64> { rows.iter().map(|row| row[k]).collect() };
+    let plots = vec![SheetPlot {
+        suffix: "",
+        axes: ["angle of the pinion [deg]", "semi-axis of the ellipse [mm]"],
+        equal_scales: false,
+        curves: vec![
+            ("long".into(), column(0), column(6)),
+            ("short".into(), column(0), column(7)),
+        ],
+    }];
+    Ok(GearSheet {
+        title: file.title.clone(),
+        kind: "crossed",
+        what: "crossed helical gears",
+        teeth: Some(file.gears.map(|gear| gear.teeth)),
+        members: MEMBERS,
+        quantities: quantities(file, &path, backlash).0,
+        tables: vec![table("contact", heads, rows)],
+        plots,
+        plan: plan(file),
+        diagnostics: warnings(file, &path, backlash),
+        source: file.source.clone(),
+    })
+}
+
+fn quantities(file: &CrossedFile, path: &CrossedPath, backlash: Option<f64>) -> Quantities {
+    use QuantityUnit::{Degree, Millimetre, One};
+    let (pair, gears) = (&file.pair, &file.gears);
+    let mut all = Quantities::default();
+    let of = |value: &dyn Fn(usize) -> f64| [value(0), value(1)];
+    all.each(
+        "number of teeth",
+        "z",
+        One,
+        of(&|k| f64::from(gears[k].teeth)),
+    );
+    all.each(
+        "helix angle, right hand positive",
+        "β",
+        Degree,
+        of(&|k| gears[k].helix),
+    );
+    all.each(
+        "profile shift coefficient",
+        "x",
+        One,
+        of(&|k| gears[k].profile_shift),
+    );
+    all.each(
+        "reference diameter",
+        "d",
+        Millimetre,
+        of(&|k| gears[k].reference_diameter()),
+    );
+    all.each(
+        "base diameter",
+        "d_b",
+        Millimetre,
+        of(&|k| gears[k].base_diameter()),
+    );
+    all.each(
+        "tip diameter",
+        "d_a",
+        Millimetre,
+        of(&|k| 2.0 * pair.gears[k].tip_radius),
+    );
+    all.each(
+        "transverse pressure angle",
+        "α_t",
+        Degree,
+        of(&|k| gears[k].transverse_pressure_angle()),
+    );
+    all.each(
+        "face width that the contact needs",
+        "b_min",
+        Millimetre,
+        needed_widths(pair, path),
+    );
+    all.pair("normal module", "m_n", Millimetre, file.module);
+    all.pair("normal pressure angle", "α_n", Degree, pair.pressure_angle);
+    all.pair("shaft angle", "Σ", Degree, pair.shaft_angle);
+    all.pair("centre distance", "a", Millimetre, pair.centre_distance);
+    all.pair(
+        "reference centre distance",
+        "a_0",
+        Millimetre,
+        pair.reference_centre_distance(),
+    );
+    if let Some(tight) = pair.tight_centre_distance() {
+        all.pair("centre distance without backlash", "a_t", Millimetre, tight);
+    }
+    if let Some(backlash) = backlash {
+        all.pair("normal backlash", "j_bn", Millimetre, backlash);
+    }
+    all.pair("base pitch", "p_bn", Millimetre, path.base_pitch);
+    all.pair("contact ratio", "ε", One, CrossedPair::contact_ratio(path));
+    if let Some(contact) = pair.contact(path, pair.pitch_place(path)) {
+        let [long, short] = contact.ellipse(file.coating);
+        all.pair(
+            "ellipse at the pitch point, long semi-axis",
+            "a_e",
+            Millimetre,
+            long,
+        );
+        all.pair(
+            "ellipse at the pitch point, short semi-axis",
+            "b_e",
+            Millimetre,
+            short,
+        );
+        all.pair(
+            "sliding at the pitch point, a radian of the pinion",
+            "v_g",
+            Millimetre,
+            contact.sliding,
+        );
+    }
+    all
+}
+
+/// Extent of the contact along each axis, symmetric about the common perpendicular of the axes.
+fn needed_widths(pair: &CrossedPair, path: &CrossedPath) -> [f64; 2] {
+    let (sine, cosine) = pair.shaft_angle.sin_cos();
+    let axes = [Vector::Z, Vector::new(0.0, sine, cosine)];
+    let ends = [path.ends[0].max(0.0), path.ends[1].min(path.length)];
+    axes.map(|axis| {
+        let along = |place: f64| {
+            (path.tangent_points[0] + path.direction * place)
+                .dot(axis)
+                .abs()
+        };
+        2.0 * along(ends[0]).max(along(ends[1]))
+    })
+}
+
+fn warnings(file: &CrossedFile, path: &CrossedPath, backlash: Option<f64>) -> Vec<Diagnostic> {
+    let pair = &file.pair;
+    let mut all = Vec::new();
+    // Each end beyond a base cylinder belongs to the tip of the other gear.
+    let beyond = [path.ends[1] - path.length, -path.ends[0]];
+    for k in 0..2 {
+        if beyond[k] > 0.0 {
+            let longest = 2e3 * pair.longest_tip_radius(path, k);
+            all.push(Diagnostic {
+                code: "interference",
+                message: format!(
+                    "the tip of the {} reaches {:.3} mm below the base cylinder of the {} along the path of contact",
+                    MEMBERS[k],
+                    1e3 * beyond[k],
+                    MEMBERS[1 - k]
+                ),
+                hint: Some(format!(
+                    "take tip_diameter = {:.3} mm or less for the {}",
+                    (longest * 1e3).floor() / 1e3,
+                    MEMBERS[k]
+                )),
+            });
+        }
+    }
+    let ratio = CrossedPair::contact_ratio(path);
+    if ratio < 1.0 {
+        all.push(Diagnostic {
+            code: "contact-ratio",
+            message: format!("the contact ratio is {ratio:.4}: the contact is interrupted"),
+            hint: Some("take larger tip diameters, more teeth, or smaller helix angles".into()),
+        });
+    }
+    if backlash.is_some_and(|b| b < -ROUNDING) {
+        let overlap = -1e6 * backlash.unwrap_or(0.0);
+        let hint = match pair.tight_centre_distance() {
+            Some(tight) => format!(
+                "take centre_distance = {:.4} mm or more",
+                (1e7 * tight).ceil() / 1e4
+            ),
+            None => "increase centre_distance".into(),
+        };
+        all.push(Diagnostic {
+            code: "no-backlash",
+            message: format!("the teeth would overlap by {overlap:.1} µm along the normal"),
+            hint: Some(hint),
+        });
+    }
+    let needed = needed_widths(pair, path);
+    for k in 0..2 {
+        let Some(width) = file.face_widths[k].filter(|width| *width < needed[k]) else {
+            continue;
+        };
+        all.push(Diagnostic {
+            code: "contact-ends",
+            message: format!(
+                "the contact leaves the face of the {}: it needs {:.3} mm, face_width is {:.3} mm",
+                MEMBERS[k],
+                1e3 * needed[k],
+                1e3 * width
+            ),
+            hint: Some("increase face_width; the contact ratio counts the whole path".into()),
+        });
+    }
+    all
+}
+
+/// The stages that run, and those left out with the reason.
+pub fn plan(file: &CrossedFile) -> Vec<(&'static str, StageDecision)> {
+    let runs = |what: &str| StageDecision::Runs(what.into());
+    let leaves = |why: &str| StageDecision::LeftOut(why.into());
+    let mut plan = vec![("geometry", runs("involute helical gears on crossed axes"))];
+    if !file.defaults.is_empty() {
+        plan.push(("defaults", StageDecision::Runs(file.defaults.join("; "))));
+    }
+    plan.extend([
+        (
+            "contact",
+            runs("path of contact, ellipse, sliding; the transmission error is zero at any centre distance and shaft angle"),
+        ),
+        ("limits", runs("interference at both base cylinders, contact ratio, backlash, face widths")),
+        ("mesh", leaves("the load on a point of contact is not computed")),
+        ("strength rating", leaves("geardyn rates no load capacity")),
+    ]);
+    plan
+}

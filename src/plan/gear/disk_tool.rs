@@ -1,0 +1,262 @@
+//! A helicoid with the disk tool that cuts it: sections, deviations from the involute helicoid, profile of the tool, limits.
+
+use super::geometry::{Quantities, QuantityUnit};
+use super::sheet::{GearSheet, SheetPlot, table};
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error};
+use crate::gear::helicoid::axial_profile::Helicoid;
+use crate::gear::helicoid::disk_tool::DiskPoint;
+use crate::gear::helicoid::grinding_wheel::ToolAxis;
+use crate::gear::helicoid::worm_thread::{FlankType, WormThread};
+use crate::plan::decision::StageDecision;
+use crate::scene::helicoid_file::HelicoidFile;
+
+/// Points of the profile.
+const POINTS: u32 = 40;
+/// Depth of interference that is not mentioned, in modules: below what a measuring machine shows.
+const SLIGHT: f64 = 1e-5;
+
+/// Computes what the file determines.
+///
+/// # Errors
+/// A flank without a point within its radii.
+pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
+    let thread = &file.thread;
+    let reference = thread.reference_radius();
+    let nothing = || {
+        let message = "the wheel that grinds the thread does not reach its reference cylinder";
+        Error::new(Code::OutOfRange, message)
+            .with_span(&file.span)
+            .with_hint("check tool_radius, arc_radius and starts")
+    };
+    let helicoid = thread.helicoid().ok_or_else(nothing)?;
+    let involute = WormThread {
+        flank: FlankType::Zi,
+        ..*thread
+    };
+    let involute = involute.helicoid();
+    let axis = ToolAxis {
+        distance: file.tool_radius + reference,
+        angle: file.axis_angle,
+    };
+    let [root, tip] = file.radii;
+    let radii: Vec<f64> = (0..=POINTS)
+        .map(|k| root + (tip - root) * f64::from(k) / f64::from(POINTS))
+        .collect();
+    let sections: Vec<[f64; 7]> = radii
+        .iter()
+        .filter_map(|radius| section(thread, &helicoid, involute.as_ref(), *radius))
+        .collect();
+    let profile: Vec<DiskPoint> = radii
+        .iter()
+        .filter_map(|radius| axis.disk_point(&helicoid, *radius))
+        .collect();
+    let mut diagnostics = Vec::new();
+    if sections.len() < radii.len() {
+        diagnostics.push(not_reached(&sections, file.radii));
+    } else if profile.len() < radii.len() {
+        diagnostics.push(no_contact(&profile));
+    }
+    if let Some(cut) = axis.interference(&helicoid, file.radii, SLIGHT * thread.module) {
+        diagnostics.push(Diagnostic {
+            code: "interference",
+            message: format!(
+                "the tool cuts up to {:.1} µm into the flank at a radius of {:.3} mm",
+                1e6 * cut.depth,
+                1e3 * cut.distance
+            ),
+            hint: Some("take a smaller tool, an axis angle nearer the lead angle of the middle of the flank, or less height".into()),
+        });
+    }
+    let mut all = Quantities::default();
+    use QuantityUnit::{Degree, Millimetre, One};
+    all.pair("starts", "z", One, f64::from(thread.starts));
+    all.pair("hand (1 right, −1 left)", "h", One, file.hand);
+    all.pair("axial module", "m", Millimetre, thread.module);
+    all.pair("reference diameter", "d", Millimetre, 2.0 * reference);
+    all.pair(
+        "lead",
+        "p_z",
+        Millimetre,
+        std::f64::consts::TAU * thread.lead(),
+    );
+    all.pair("lead angle", "γ", Degree, thread.lead_angle());
+    all.pair(
+        "axial pressure angle",
+        "α_x",
+        Degree,
+        thread.axial_pressure_angle(),
+    );
+    all.pair(
+        "base diameter of the involute helicoid",
+        "d_b",
+        Millimetre,
+        2.0 * thread.base_radius(),
+    );
+    all.pair(
+        "centre distance of the tool",
+        "A",
+        Millimetre,
+        axis.distance,
+    );
+    all.pair("axis angle of the tool", "S", Degree, axis.angle);
+    let widest = profile.iter().map(|p| p.radius).fold(0.0, f64::max);
+    all.pair("greatest radius of the tool", "R_max", Millimetre, widest);
+    if let Some(edge) = profile.iter().max_by(|a, b| a.radius.total_cmp(&b.radius)) {
+        let free = axis.angle_without_transition(thread.lead(), [edge.radius, edge.height]);
+        if let Some(angle) = free {
+            all.pair(
+                "axis angle without transition surface",
+                "S_0",
+                Degree,
+                angle,
+            );
+        }
+    }
+    let columns = |k: usize| -> Vec<f64> { sections.iter().map(|row| row[k]).collect() };
+    Ok(GearSheet {
+        title: file.title.clone(),
+        kind: "helicoid",
+        what: "helicoid and disk tool",
+        teeth: None,
+        members: ["helicoid", ""],
+        quantities: all.0,
+        tables: vec![
+            table(
+                "tool profile",
+                [
+                    ("radius", "mm"),
+                    ("tool radius", "mm"),
+                    ("tool height", "mm"),
+                    ("tool profile angle", "deg"),
+                    ("contact azimuth", "deg"),
+                ],
+                profile.iter().map(|p| {
+                    [
+                        1e3 * p.distance,
+                        1e3 * p.radius,
+                        1e3 * p.height,
+                        p.slope.atan().to_degrees(),
+                        file.hand * p.azimuth.to_degrees(),
+                    ]
+                }),
+            ),
+            table(
+                "flank sections",
+                [
+                    ("radius", "mm"),
+                    ("axial z", "mm"),
+                    ("axial angle", "deg"),
+                    ("transverse azimuth", "deg"),
+                    ("normal x", "mm"),
+                    ("normal s", "mm"),
+                    ("off the involute helicoid", "µm"),
+                ],
+                sections.iter().map(|row| {
+                    let mut row = *row;
+                    row[3] *= file.hand;
+                    row
+                }),
+            ),
+        ],
+        plots: vec![
+            SheetPlot {
+                suffix: "",
+                axes: ["height of the tool [mm]", "radius of the tool [mm]"],
+                equal_scales: true,
+                curves: vec![(
+                    "tool".into(),
+                    profile.iter().map(|p| 1e3 * p.height).collect(),
+                    profile.iter().map(|p| 1e3 * p.radius).collect(),
+                )],
+            },
+            SheetPlot {
+                suffix: "deviation",
+                axes: ["off the involute helicoid [µm]", "radius [mm]"],
+                equal_scales: false,
+                curves: vec![("flank".into(), columns(6), columns(0))],
+            },
+        ],
+        plan: plan(file),
+        diagnostics,
+        source: file.source.clone(),
+    })
+}
+
+/// Suffixes of the figures.
+pub const FIGURES: [&str; 2] = ["", "deviation"];
+
+/// A row of the table of sections; the deviation is normal, positive where the flank lies in the metal of the involute helicoid.
+fn section(
+    thread: &WormThread,
+    helicoid: &Helicoid,
+    involute: Option<&Helicoid>,
+    radius: f64,
+) -> Option<[f64; 7]> {
+    let at = helicoid.at(radius)?;
+    let [x, s] = helicoid.normal_section(thread.lead_angle(), radius)?;
+    let normal = thread.lead_angle().cos() * thread.pressure_angle.cos();
+    let off = involute
+        .and_then(|h| h.at(radius))
+        .map_or(f64::NAN, |of| (at.height - of.height) * normal);
+    Some([
+        1e3 * radius,
+        1e3 * at.height,
+        at.slope.atan().to_degrees(),
+        helicoid.transverse_azimuth(radius)?.to_degrees(),
+        1e3 * x,
+        1e3 * s,
+        1e6 * off,
+    ])
+}
+
+fn not_reached(sections: &[[f64; 7]], radii: [f64; 2]) -> Diagnostic {
+    let least = sections
+        .iter()
+        .map(|row| row[0])
+        .fold(f64::INFINITY, f64::min);
+    Diagnostic {
+        code: "undercut",
+        message: format!(
+            "the flank does not reach below a radius of {least:.3} mm; the thread goes down to {:.3} mm",
+            1e3 * radii[0]
+        ),
+        hint: Some("take fewer starts, a larger pressure angle or a larger root_diameter".into()),
+    }
+}
+
+fn no_contact(profile: &[DiskPoint]) -> Diagnostic {
+    let radii = || profile.iter().map(|p| 1e3 * p.distance);
+    Diagnostic {
+        code: "no-contact",
+        message: format!(
+            "the tool touches the flank between radii of {:.3} and {:.3} mm only",
+            radii().fold(f64::INFINITY, f64::min),
+            radii().fold(0.0, f64::max)
+        ),
+        hint: Some("take an axis angle nearer the lead angle of the middle of the flank, or a smaller tool".into()),
+    }
+}
+
+/// The stages that run, and those left out with the reason.
+pub fn plan(file: &HelicoidFile) -> Vec<(&'static str, StageDecision)> {
+    let runs = |what: &str| StageDecision::Runs(what.into());
+    let mut plan = vec![(
+        "geometry",
+        runs("axial, transverse and normal section, deviation from the involute helicoid"),
+    )];
+    if !file.defaults.is_empty() {
+        plan.push(("defaults", StageDecision::Runs(file.defaults.join("; "))));
+    }
+    plan.extend([
+        (
+            "tool",
+            runs("profile of the disk tool whose normals meet its axis"),
+        ),
+        (
+            "limits",
+            runs("interference of the tool along the helix, axis angle without transition surface"),
+        ),
+    ]);
+    plan
+}

@@ -1,0 +1,48 @@
+//! Worm pairs, crossed pairs and helicoids: one answer for every kind.
+
+use std::sync::Arc;
+
+use super::sheet::GearSheet;
+use super::{crossed, disk_tool, worm};
+use crate::base::error::Errors;
+use crate::base::flags::Flags;
+use crate::base::source_span::SourceFile;
+use crate::plan::decision::StageDecision;
+use crate::scene::gear_file::PairKind;
+use crate::scene::{crossed_file, helicoid_file, worm_file};
+
+/// Computes what a file determines.
+///
+/// # Errors
+/// Everything wrong in the file and in the flags; gears that cannot be made or never touch.
+pub fn run(kind: PairKind, source: &Arc<SourceFile>, flags: &Flags) -> Result<GearSheet, Errors> {
+    Ok(match kind {
+        PairKind::Worm => worm::run(&worm_file::read(source, flags)?)?,
+        PairKind::Crossed => crossed::run(&crossed_file::read(source, flags)?)?,
+        _ => disk_tool::run(&helicoid_file::read(source, flags)?)?,
+    })
+}
+
+/// The stages of a file that run, and those left out with the reason.
+///
+/// # Errors
+/// Everything wrong in the file and in the flags.
+pub fn plan(
+    kind: PairKind,
+    source: &Arc<SourceFile>,
+    flags: &Flags,
+) -> Result<Vec<(&'static str, StageDecision)>, Errors> {
+    Ok(match kind {
+        PairKind::Worm => worm::plan(&worm_file::read(source, flags)?),
+        PairKind::Crossed => crossed::plan(&crossed_file::read(source, flags)?),
+        _ => disk_tool::plan(&helicoid_file::read(source, flags)?),
+    })
+}
+
+/// Suffixes of the figures.
+pub fn figures(kind: PairKind) -> &'static [&'static str] {
+    match kind {
+        PairKind::Helicoid => &disk_tool::FIGURES,
+        _ => &[""],
+    }
+}

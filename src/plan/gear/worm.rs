@@ -1,0 +1,314 @@
+//! A worm pair: geometry, lines of contact on the wheel, limits of both kinds.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use super::geometry::{Quantities, QuantityUnit};
+use super::sheet::{GearSheet, SheetPlot, table};
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error};
+use crate::gear::helicoid::axial_profile::Helicoid;
+use crate::gear::helicoid::worm_pair::{ContactLine, WormContact, WormPair, WormZone};
+use crate::gear::helicoid::worm_thread::FlankType;
+use crate::plan::decision::StageDecision;
+use crate::scene::worm_file::WormFile;
+
+/// Lines of contact in a pitch.
+const LINES: u32 = 4;
+/// Radii of a line of contact.
+const ROWS: usize = 40;
+/// Azimuths and radii of a limit curve.
+const LIMIT_POINTS: usize = 48;
+/// Steps of the profile shift in the search for a wheel without undercut.
+const SHIFT_STEP: f64 = 0.05;
+/// Largest profile shift tried.
+const LARGEST_SHIFT: f64 = 2.0;
+
+/// Computes what the file determines.
+///
+/// # Errors
+/// Flanks that do not reach the zone of contact; a worm and a wheel that never touch.
+pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
+    let located = |error: Error| error.with_span(&file.span);
+    let flank = flank(file).map_err(located)?;
+    let (pair, zone) = placed(file, flank, file.profile_shift);
+    let never = || {
+        let message =
+            "the worm does not touch the wheel within length, face width and tip diameters";
+        let hint = "increase length or face_width, or check tip_diameter";
+        located(Error::new(Code::OutOfRange, message).with_hint(hint))
+    };
+    let turns = zone.turns(&pair).ok_or_else(never)?;
+    let pitch = TAU / f64::from(file.thread.starts);
+    let lines = lines(&pair, &zone, turns, pitch / f64::from(LINES));
+    let undercut = undercut(&pair, &zone);
+    let second = second_limit(&pair, &zone);
+    let diagnostics = (!undercut.is_empty()).then(|| undercut_warning(file, flank, &undercut));
+    let y = |contact: &WormContact| file.hand * contact.in_wheel.y;
+    let curve = |points: &[WormContact]| -> (Vec<f64>, Vec<f64>) {
+        let mut places = Vec::new();
+        for (k, c) in points.iter().enumerate() {
+            // Between two points of the wheel's throat a line lies outside the wheel.
+            if k > 0 && [c.radius, points[k - 1].radius] == [zone.radii[0]; 2] {
+                places.push((f64::NAN, f64::NAN));
+            }
+            places.push((1e3 * y(c), 1e3 * c.wheel_radius()));
+        }
+        places.into_iter().unzip()
+    };
+    let mut curves: Vec<_> = lines
+        .iter()
+        .map(|line| {
+            let (x, y) = curve(&line.points);
+            (format!("φ {:.0}°", line.worm_turn.to_degrees()), x, y)
+        })
+        .collect();
+    for (name, points) in [("undercut", &undercut), ("second limit", &second)] {
+        if !points.is_empty() {
+            let (x, y) = curve(points);
+            curves.push((name.to_string(), x, y));
+        }
+    }
+    let row = |c: &WormContact| {
+        [
+            c.worm_turn.to_degrees(),
+            1e3 * c.radius,
+            1e3 * c.axial,
+            1e3 * y(c),
+            1e3 * c.wheel_radius(),
+            c.lubrication_angle.to_degrees(),
+            1e3 * c.sliding,
+            1e-3 * c.relative_curvature.abs(),
+        ]
+    };
+    let heads = [
+        ("worm turn", "deg"),
+        ("worm radius", "mm"),
+        ("z worm", "mm"),
+        ("y wheel", "mm"),
+        ("wheel radius", "mm"),
+        ("line to sliding", "deg"),
+        ("sliding", "mm/rad"),
+        ("relative curvature", "1/mm"),
+    ];
+    let contacts = lines.iter().flat_map(|line| &line.points).map(row);
+    let mut tables = vec![table("contact", heads, contacts)];
+    for (name, points) in [("undercut", &undercut), ("second limit", &second)] {
+        if !points.is_empty() {
+            tables.push(table(name, heads, points.iter().map(row)));
+        }
+    }
+    Ok(GearSheet {
+        title: file.title.clone(),
+        kind: "worm",
+        what: "worm and wheel",
+        teeth: Some([file.thread.starts, file.teeth]),
+        members: ["worm", "wheel"],
+        quantities: quantities(file, &pair, (turns[1] - turns[0]) / pitch, &lines).0,
+        tables,
+        plots: vec![SheetPlot {
+            suffix: "",
+            axes: ["along the wheel's axis y [mm]", "radius on the wheel [mm]"],
+            equal_scales: true,
+            curves,
+        }],
+        plan: plan(file),
+        diagnostics: diagnostics.into_iter().collect(),
+        source: file.source.clone(),
+    })
+}
+
+/// The flank of the worm; it passes z = 0 on the reference cylinder.
+fn flank(file: &WormFile) -> Result<Helicoid, Error> {
+    let flank = file.thread.helicoid();
+    let flank = flank.and_then(|h| h.through(file.thread.reference_radius(), 0.0));
+    let tip = 0.5 * file.tip_diameters[0];
+    let lowest = file.centre_distance() - 0.5 * file.tip_diameters[1];
+    let missed = |radius: f64| {
+        let message = format!(
+            "the flank of the worm does not reach a radius of {:.3} mm",
+            1e3 * radius
+        );
+        let hint = match file.thread.flank {
+            FlankType::Zi => format!(
+                "its base radius is {:.3} mm: reduce the throat diameter, or take fewer starts",
+                1e3 * file.thread.base_radius()
+            ),
+            _ => "the wheel that grinds it ends before: take a smaller tool_radius or fewer starts"
+                .into(),
+        };
+        Error::new(Code::OutOfRange, message).with_hint(hint)
+    };
+    let flank = flank.ok_or_else(|| missed(file.thread.reference_radius()))?;
+    match [lowest, tip].into_iter().find(|r| flank.at(*r).is_none()) {
+        Some(radius) => Err(missed(radius)),
+        None => Ok(flank),
+    }
+}
+
+/// The pair and its zone with a profile shift of the wheel; its throat moves with it.
+fn placed(file: &WormFile, worm: Helicoid, shift: f64) -> (WormPair, WormZone) {
+    let moved = file.thread.module * (shift - file.profile_shift);
+    let centre_distance = file.centre_distance() + moved;
+    let pair = WormPair {
+        worm,
+        ratio: f64::from(file.thread.starts) / f64::from(file.teeth),
+        centre_distance,
+    };
+    let zone = WormZone {
+        radii: [
+            file.centre_distance() - 0.5 * file.tip_diameters[1],
+            0.5 * file.tip_diameters[0],
+        ],
+        length: file.length,
+        face_width: file.face_width,
+        outer_radius: 0.5 * file.outer_diameter + moved,
+    };
+    (pair, zone)
+}
+
+/// Lines of contact from the first turn of the worm to the last.
+fn lines(pair: &WormPair, zone: &WormZone, turns: [f64; 2], step: f64) -> Vec<ContactLine> {
+    let first = (turns[0] / step).ceil() as i64;
+    let last = (turns[1] / step).floor() as i64;
+    (first..=last)
+        .map(|k| zone.line(pair, k as f64 * step, ROWS))
+        .filter(|line| !line.points.is_empty())
+        .collect()
+}
+
+/// The limit of the first kind within the zone, over the azimuth.
+fn undercut(pair: &WormPair, zone: &WormZone) -> Vec<WormContact> {
+    let azimuths =
+        (0..=LIMIT_POINTS).map(|k| FRAC_PI_2 * (2.0 * k as f64 / LIMIT_POINTS as f64 - 1.0));
+    let points = azimuths.filter_map(|azimuth| {
+        let radius = pair.undercut(azimuth, zone.radii)?;
+        pair.contact(radius, azimuth)
+    });
+    points.filter(|c| zone.reaches(c)).collect()
+}
+
+/// The limit of the second kind within the zone, over the radius.
+fn second_limit(pair: &WormPair, zone: &WormZone) -> Vec<WormContact> {
+    let [from, to] = zone.radii;
+    let radii = (0..=LIMIT_POINTS).map(|k| from + (to - from) * k as f64 / LIMIT_POINTS as f64);
+    let points = radii.filter_map(|radius| pair.contact(radius, pair.second_limit(radius)?));
+    points.filter(|c| zone.reaches(c)).collect()
+}
+
+fn undercut_warning(file: &WormFile, flank: Helicoid, limit: &[WormContact]) -> Diagnostic {
+    let highest = limit.iter().map(WormContact::wheel_radius);
+    let highest = highest.fold(0.0, f64::max);
+    let steps = ((LARGEST_SHIFT - file.profile_shift) / SHIFT_STEP)
+        .floor()
+        .max(0.0) as u32;
+    let mut shifts = (1..=steps).map(|k| file.profile_shift + SHIFT_STEP * f64::from(k));
+    let free = shifts.find(|shift| {
+        let (pair, zone) = placed(file, flank, *shift);
+        undercut(&pair, &zone).is_empty()
+    });
+    Diagnostic {
+        code: "undercut",
+        message: format!(
+            "the wheel is undercut up to a radius of {:.3} mm: the worm cuts away flank that it has made",
+            1e3 * highest
+        ),
+        hint: Some(match free {
+            Some(shift) => format!(
+                "take profile_shift = {shift:.2} or more, a larger pressure angle or more teeth"
+            ),
+            None => "take a larger pressure angle or more teeth".into(),
+        }),
+    }
+}
+
+fn quantities(
+    file: &WormFile,
+    pair: &WormPair,
+    contact_ratio: f64,
+    lines: &[ContactLine],
+) -> Quantities {
+    use QuantityUnit::{Degree, Millimetre, One};
+    let thread = &file.thread;
+    let nothing = f64::NAN;
+    let mut all = Quantities::default();
+    let counts = [f64::from(thread.starts), f64::from(file.teeth)];
+    all.each("starts, teeth", "z", One, counts);
+    let module = thread.module;
+    let references = [2.0 * thread.reference_radius(), module * counts[1]];
+    all.each("reference diameter", "d", Millimetre, references);
+    let pitch = [
+        2.0 * pair.worm_pitch_radius(),
+        2.0 * pair.wheel_pitch_radius(),
+    ];
+    all.each("working pitch diameter", "d_w", Millimetre, pitch);
+    all.each(
+        "tip diameter, throat",
+        "d_a",
+        Millimetre,
+        file.tip_diameters,
+    );
+    let outer = [nothing, file.outer_diameter];
+    all.each("outer diameter", "d_e", Millimetre, outer);
+    let base = match thread.flank {
+        FlankType::Zi => 2.0 * thread.base_radius(),
+        _ => nothing,
+    };
+    all.each("base diameter", "d_b", Millimetre, [base, nothing]);
+    all.each(
+        "length, face width",
+        "b",
+        Millimetre,
+        [file.length, file.face_width],
+    );
+    all.pair("centre distance", "a", Millimetre, pair.centre_distance);
+    all.pair("ratio", "u", One, 1.0 / pair.ratio);
+    all.pair("axial module", "m", Millimetre, module);
+    all.pair("lead", "p_z", Millimetre, TAU * thread.lead());
+    all.pair("lead angle", "γ", Degree, thread.lead_angle());
+    all.pair(
+        "axial pressure angle",
+        "α_x",
+        Degree,
+        thread.axial_pressure_angle(),
+    );
+    all.pair("contact ratio", "ε", One, contact_ratio);
+    let contacts = || lines.iter().flat_map(|line| &line.points);
+    let count = contacts().count() as f64;
+    let mean = contacts().map(|c| c.lubrication_angle).sum::<f64>() / count;
+    all.pair("mean angle of contact line to sliding", "Ω", Degree, mean);
+    let least = contacts()
+        .map(|c| c.lubrication_angle)
+        .fold(f64::INFINITY, f64::min);
+    all.pair(
+        "least angle of contact line to sliding",
+        "Ω_min",
+        Degree,
+        least,
+    );
+    all
+}
+
+/// The stages that run, and those left out with the reason.
+pub fn plan(file: &WormFile) -> Vec<(&'static str, StageDecision)> {
+    let runs = |what: &str| StageDecision::Runs(what.into());
+    let leaves = |why: &str| StageDecision::LeftOut(why.into());
+    let mut plan = vec![("geometry", runs("worm and wheel at 90°"))];
+    if !file.defaults.is_empty() {
+        plan.push(("defaults", StageDecision::Runs(file.defaults.join("; "))));
+    }
+    plan.extend([
+        (
+            "flanks",
+            runs("the wheel is the envelope of the worm; both flanks are mirror images"),
+        ),
+        ("limits", runs("limits of the first and second kind on the wheel")),
+        (
+            "contact",
+            runs("lines of contact, angle to sliding, relative curvature; the transmission error of a conjugate pair is zero"),
+        ),
+        ("errors of assembly", leaves("contact of a worm with a displaced wheel is not computed")),
+        ("mesh", leaves("the load on lines of contact of a worm is not computed")),
+        ("strength rating", leaves("geardyn rates no load capacity")),
+    ]);
+    plan
+}

@@ -1,0 +1,301 @@
+//! Reads a gear file of a worm pair, `pair`, `worm`, `wheel`, and the keys of a thread.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+use super::shared_keys::{DEFAULT_PRESSURE_ANGLE, PRESSURE_ANGLE_RANGE};
+use super::tables::{read_heading, read_table};
+use crate::base::code::Code;
+use crate::base::error::{Error, Errors};
+use crate::base::error_collector::{ErrorCollector, ValueRange};
+use crate::base::flags::Flags;
+use crate::base::quantity_kind::QuantityKind;
+use crate::base::source_span::{SourceFile, SourceSpan};
+use crate::base::table_reader::TableReader;
+use crate::base::toml;
+use crate::gear::helicoid::worm_thread::{FlankType, WormThread};
+
+/// A worm and its wheel as their file describes them.
+#[derive(Debug, Clone)]
+pub struct WormFile {
+    /// Title in the file.
+    pub title: String,
+    /// Thread of the worm.
+    pub thread: WormThread,
+    /// 1 for a right hand, −1 for a left one.
+    pub hand: f64,
+    /// Length of the worm, m.
+    pub length: f64,
+    /// Number of teeth of the wheel.
+    pub teeth: u32,
+    /// Profile shift coefficient of the wheel.
+    pub profile_shift: f64,
+    /// Face width of the wheel, m.
+    pub face_width: f64,
+    /// Tip diameter of the worm and throat diameter of the wheel, m.
+    pub tip_diameters: [f64; 2],
+    /// Outer diameter of the wheel, m.
+    pub outer_diameter: f64,
+    /// Values that the file leaves to their defaults, in words.
+    pub defaults: Vec<String>,
+    /// Place of `worm`.
+    pub span: SourceSpan,
+    /// The file.
+    pub source: Arc<SourceFile>,
+}
+
+impl WormFile {
+    /// Centre distance `a = r₁ + m (z₂/2 + x₂)`, m.
+    pub fn centre_distance(&self) -> f64 {
+        let half = 0.5 * f64::from(self.teeth) + self.profile_shift;
+        self.thread.reference_radius() + self.thread.module * half
+    }
+}
+
+/// Most starts of a worm.
+const MAX_STARTS: u32 = 30;
+/// Most teeth of a wheel.
+const MAX_WHEEL_TEETH: u32 = 1000;
+const QUOTIENT_RANGE: ValueRange = ValueRange::Open(3.0, 200.0, "above 3 and below 200");
+
+/// Reads one; no flag of a load applies.
+///
+/// # Errors
+/// Everything wrong in it and in the flags.
+pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<WormFile, Errors> {
+    flags.read("a worm pair", None, &[], |_| ())?;
+    let document = toml::parse(source);
+    let mut errors = ErrorCollector::default();
+    errors.record_units(&document);
+    let span = SourceSpan::new(source.clone(), 0..0);
+    let mut f = TableReader::new(&document.root, span, "the gear file", &mut errors);
+    let title = read_heading(&mut f);
+    let span = f.span_of("worm").clone();
+    read_table(&mut f, "pair", pair);
+    let worm = read_table(&mut f, "worm", worm).flatten();
+    f.require("worm");
+    let wheel = read_table(&mut f, "wheel", wheel);
+    f.require("wheel");
+    f.finish();
+    let mut errors = errors.errors;
+    errors.extend(document.syntax_error);
+    Errors::into_result(errors, || ())?;
+    let missing = || Error::new(Code::MissingKey, "the gears are not described").with_span(&span);
+    let ((thread, length, worm_tip), wheel) = worm.zip(wheel).ok_or_else(missing)?;
+    let module = thread.thread.module;
+    let mut defaults = thread.defaults;
+    let mut or_default = |value: Option<f64>, usual: f64, name: &str, what: &str| {
+        value.unwrap_or_else(|| {
+            defaults.push(format!("{name}: {:.4} mm, {what}", 1e3 * usual));
+            usual
+        })
+    };
+    let addendum = "an addendum of one module";
+    let usual = 2.0 * (thread.thread.reference_radius() + module);
+    let worm_tip = or_default(worm_tip, usual, "worm.tip_diameter", addendum);
+    let usual = module * (f64::from(wheel.teeth) + 2.0 * (wheel.profile_shift + 1.0));
+    let throat = or_default(wheel.tip_diameter, usual, "wheel.tip_diameter", addendum);
+    let outer_diameter = or_default(
+        wheel.outer_diameter,
+        throat + module,
+        "wheel.outer_diameter",
+        "a module above the throat",
+    );
+    let file = WormFile {
+        title,
+        thread: thread.thread,
+        hand: thread.hand,
+        length,
+        teeth: wheel.teeth,
+        profile_shift: wheel.profile_shift,
+        face_width: wheel.face_width,
+        tip_diameters: [worm_tip, throat],
+        outer_diameter,
+        defaults,
+        span,
+        source: source.clone(),
+    };
+    let overlap = 0.5 * (worm_tip + throat) - file.centre_distance();
+    if overlap > 0.0 && throat < 2.0 * file.centre_distance() {
+        return Ok(file);
+    }
+    let message = format!(
+        "a worm of {:.3} mm tip diameter does not reach into a wheel of {:.3} mm throat diameter at {:.3} mm",
+        1e3 * worm_tip,
+        1e3 * throat,
+        1e3 * file.centre_distance()
+    );
+    Err(Error::new(Code::OutOfRange, message)
+        .with_span(&file.span)
+        .with_hint("check tip_diameter, teeth, module and profile_shift")
+        .into())
+}
+
+fn pair(f: &mut TableReader) {
+    f.choice("kind", &[("worm", ())]);
+    f.require("kind");
+    let angle = f.optional_quantity("shaft_angle", QuantityKind::Angle, ValueRange::Any);
+    if angle.is_some_and(|a| (a - FRAC_PI_2).abs() > 1e-9) {
+        let message = "worm pairs at other shaft angles than 90° are not computed";
+        let hint = "take 90 deg; helical gears at any angle are kind = \"crossed\"";
+        f.report_key(Code::OutOfRange, "shaft_angle", message, hint);
+    }
+}
+
+fn worm(f: &mut TableReader) -> Option<(ThreadTable, f64, Option<f64>)> {
+    let thread = thread(f);
+    let length = f.quantity("length", QuantityKind::Length, ValueRange::Positive);
+    let tip = f.optional_quantity("tip_diameter", QuantityKind::Length, ValueRange::Positive);
+    Some((thread?, length, tip))
+}
+
+/// `wheel` as written.
+struct WheelTable {
+    teeth: u32,
+    profile_shift: f64,
+    face_width: f64,
+    tip_diameter: Option<f64>,
+    outer_diameter: Option<f64>,
+}
+
+fn wheel(f: &mut TableReader) -> WheelTable {
+    const SHIFT_RANGE: ValueRange = ValueRange::Open(-5.0, 5.0, "above −5 and below 5");
+    let teeth = f.optional_count("teeth", 10, MAX_WHEEL_TEETH);
+    f.require("teeth");
+    let length = |f: &mut TableReader, key: &str| {
+        f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
+    };
+    WheelTable {
+        teeth: teeth.unwrap_or(10),
+        profile_shift: f
+            .optional_number("profile_shift", SHIFT_RANGE)
+            .unwrap_or(0.0),
+        face_width: f.quantity("face_width", QuantityKind::Length, ValueRange::Positive),
+        tip_diameter: length(f, "tip_diameter"),
+        outer_diameter: length(f, "outer_diameter"),
+    }
+}
+
+/// A thread as written.
+pub(super) struct ThreadTable {
+    /// The thread.
+    pub thread: WormThread,
+    /// 1 for a right hand, −1 for a left one.
+    pub hand: f64,
+    /// Values left to their defaults, in words.
+    pub defaults: Vec<String>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum ThreadType {
+    Za,
+    Zi,
+    Zn,
+    Zk,
+    Zc,
+}
+
+/// Keys of a thread; none where one is missing or wrong.
+pub(super) fn thread(f: &mut TableReader) -> Option<ThreadTable> {
+    let types = [
+        ("ZA", ThreadType::Za),
+        ("ZI", ThreadType::Zi),
+        ("ZN", ThreadType::Zn),
+        ("ZK", ThreadType::Zk),
+        ("ZC", ThreadType::Zc),
+    ];
+    let mut defaults = Vec::new();
+    let kind = f.choice("type", &types);
+    f.require("type");
+    let starts = f.optional_count("starts", 1, MAX_STARTS);
+    f.require("starts");
+    let module = f.quantity("module", QuantityKind::Length, ValueRange::Positive);
+    let quotient = f.optional_number("diameter_quotient", QUOTIENT_RANGE);
+    f.require("diameter_quotient");
+    let angle = f.optional_quantity("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE_RANGE);
+    let pressure_angle = angle.unwrap_or_else(|| {
+        let usual = DEFAULT_PRESSURE_ANGLE.to_degrees();
+        defaults.push(format!("pressure_angle: {usual:.0} deg, normal"));
+        DEFAULT_PRESSURE_ANGLE
+    });
+    let hand = f.choice("hand", &[("right", 1.0), ("left", -1.0)]);
+    let hand = hand.unwrap_or_else(|| {
+        defaults.push("hand: right".into());
+        1.0
+    });
+    let across = only_for(f, "across", kind == Some(ThreadType::Zn), "ZN", |f| {
+        f.choice("across", &[("space", true), ("thread", false)])
+    });
+    let ground = matches!(kind, Some(ThreadType::Zk | ThreadType::Zc));
+    let length = |f: &mut TableReader, key: &str| {
+        f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)
+    };
+    let wheel = only_for(f, "tool_radius", ground, "ZK and ZC", |f| {
+        let radius = length(f, "tool_radius");
+        f.require("tool_radius");
+        radius
+    });
+    let arc = only_for(f, "arc_radius", kind == Some(ThreadType::Zc), "ZC", |f| {
+        let radius = length(f, "arc_radius");
+        f.require("arc_radius");
+        radius
+    });
+    let flank = match kind? {
+        ThreadType::Za => FlankType::Za,
+        ThreadType::Zi => FlankType::Zi,
+        ThreadType::Zn => match across {
+            Some(false) => FlankType::ZnThread,
+            Some(true) => FlankType::ZnSpace,
+            None => {
+                defaults.push("across: space".into());
+                FlankType::ZnSpace
+            }
+        },
+        ThreadType::Zk => FlankType::Zk {
+            wheel_radius: wheel?,
+        },
+        ThreadType::Zc => FlankType::Zc {
+            wheel_radius: wheel?,
+            arc_radius: arc?,
+        },
+    };
+    let thread = WormThread {
+        flank,
+        starts: starts?,
+        module,
+        diameter_quotient: quotient?,
+        pressure_angle,
+    };
+    // A lead angle near 90° leaves no thread.
+    if !(thread.lead_angle() < 0.45 * PI) {
+        let message = format!("the lead angle is {:.1}°", thread.lead_angle().to_degrees());
+        let hint =
+            "take fewer starts or a larger diameter quotient: tan γ = starts/diameter_quotient";
+        f.report_key(Code::OutOfRange, "starts", message, hint);
+        return None;
+    }
+    Some(ThreadTable {
+        thread,
+        hand,
+        defaults,
+    })
+}
+
+/// A key that belongs to some flank types alone.
+fn only_for<T>(
+    f: &mut TableReader,
+    key: &str,
+    applies: bool,
+    types: &str,
+    read: impl Fn(&mut TableReader) -> Option<T>,
+) -> Option<T> {
+    if applies {
+        return read(f);
+    }
+    if f.has(key) {
+        f.item(key, "nothing");
+        let message = format!("`{key}` belongs to the flank types {types}");
+        f.report_key(Code::Conflict, key, message, "remove it, or change `type`");
+    }
+    None
+}

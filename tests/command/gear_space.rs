@@ -1,0 +1,206 @@
+//! `geardyn gear` of worm pairs, crossed helical pairs and helicoids with their tools.
+
+use crate::support::command::{document, geardyn, put, refusal, said, with_other_digits};
+use crate::support::verification::within;
+use crate::support::{number, numbers};
+
+const WORM: &str = "models/gears/worm_zi_2_40.toml";
+const CROSSED: &str = "models/gears/crossed_15_24.toml";
+const HELICOID: &str = "models/gears/worm_zk_grinding.toml";
+
+/// A shipped file with a text in place of another.
+fn changed(file: &str, from: &str, to: &str) -> (tempfile::TempDir, String) {
+    let text = std::fs::read_to_string(file).unwrap();
+    assert!(text.contains(from), "{from}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "gears.toml", &text.replacen(from, to, 1));
+    let path = path.to_str().unwrap().to_string();
+    (folder, path)
+}
+
+/// Profile of the wheel of a ZK worm: the cone that ground it. The involute helicoid at the ends of the flank is off by 8.4 and 12.7 µm.
+/// Source: data/reference/gear/c44_zk_wheel_wear.json.
+#[test]
+fn ref_tool_of_a_ground_worm() {
+    let found = document(&["gear", HELICOID, "--json"]);
+    let tool = &found["tool_profile"];
+    let angles = numbers(&tool["tool_profile_angle_deg"]);
+    let worst = angles.iter().map(|a| (a - 20.0).abs()).fold(0.0, f64::max);
+    within("profile angle of the cone, deg", worst, 1e-9);
+    let sections = &found["flank_sections"];
+    let off = numbers(&sections["off_the_involute_helicoid_µm"]);
+    let radii = numbers(&sections["radius_mm"]);
+    assert_eq!((radii[0], radii[40]), (15.2, 24.0));
+    within("at the root, µm", (off[0] + 8.353391278120577).abs(), 1e-6);
+    within("at the tip, µm", (off[40] + 12.716566647714838).abs(), 1e-6);
+}
+
+/// Centre distance without backlash, and backlash, of a handbook's pair with profile shift.
+/// Source: data/reference/gear/c60_crossed_shifted_handbook.json.
+#[test]
+fn ref_crossed_pair_of_the_file() {
+    let (_kept, path) = changed(CROSSED, "centre_distance = \"67.4 mm\"", "");
+    let found = document(&["gear", &path, "--json"]);
+    let tight = number(&found["geometry"]["centre_distance_mm"]);
+    within(
+        "centre distance, mm",
+        (tight - 67.31321926236106).abs(),
+        1e-9,
+    );
+    let (_kept, path) = changed(CROSSED, "67.4 mm", "67.3 mm");
+    let found = document(&["gear", &path, "--json"]);
+    let backlash = number(&found["geometry"]["normal_backlash_mm"]);
+    within(
+        "normal backlash, mm",
+        (backlash + 0.009042508014779571).abs(),
+        1e-9,
+    );
+    assert_eq!(found["warnings"][0]["code"], "no-backlash");
+    let hint = found["warnings"][0]["hint"].as_str().unwrap();
+    assert!(hint.contains("67.3133 mm"), "{hint}");
+}
+
+/// Lines of contact lie on the wheel within face and throat, and their count follows the contact ratio.
+#[test]
+fn law_contact_lies_on_the_wheel() {
+    let found = document(&["gear", WORM, "--json"]);
+    let contact = &found["contact"];
+    let (y, radius) = (
+        numbers(&contact["y_wheel_mm"]),
+        numbers(&contact["wheel_radius_mm"]),
+    );
+    assert!(y.iter().all(|y| y.abs() <= 20.0) && radius.iter().all(|r| *r <= 107.5));
+    let mut turns = numbers(&contact["worm_turn_deg"]);
+    turns.dedup();
+    let ratio = number(&found["geometry"]["contact_ratio"]);
+    let lines = turns.len() as f64;
+    assert!(
+        (lines - 4.0 * ratio).abs() <= 1.0,
+        "{lines} lines, contact ratio {ratio}"
+    );
+    let (_kept, left) = changed(WORM, "hand = \"right\"", "hand = \"left\"");
+    let mirrored = document(&["gear", &left, "--json"]);
+    let of_left = numbers(&mirrored["contact"]["y_wheel_mm"]);
+    assert!(y.iter().zip(&of_left).all(|(a, b)| *a == -b));
+}
+
+/// The profile shift that the undercut warning names avoids it, and a step less does not.
+#[test]
+fn law_undercut_hint_holds() {
+    let small = |shift: f64| {
+        let (kept, path) = changed(
+            WORM,
+            "teeth = 40, profile_shift = 0.0",
+            &format!("teeth = 20, profile_shift = {shift}"),
+        );
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, text.replace("20 deg", "15 deg")).unwrap();
+        let found = document(&["gear", &path, "--json"]);
+        drop(kept);
+        found["warnings"].as_array().unwrap().first().cloned()
+    };
+    let warning = small(0.0).unwrap();
+    assert_eq!(warning["code"], "undercut");
+    let hint = warning["hint"].as_str().unwrap();
+    let named = hint.split("profile_shift = ").nth(1).unwrap();
+    let shift: f64 = named.split(' ').next().unwrap().parse().unwrap();
+    assert!(small(shift).is_none(), "{hint}");
+    assert!(small(shift - 0.06).is_some(), "{hint}");
+}
+
+/// Wrong files are refused with the key and the remedy.
+#[test]
+fn refuses_wrong_files_of_gears_in_space() {
+    let cases = [
+        (
+            WORM,
+            "\"90 deg\"",
+            "\"80 deg\"",
+            "other shaft angles than 90",
+        ),
+        (WORM, "type = \"ZI\"", "type = \"ZK\"", "no `tool_radius`"),
+        (
+            WORM,
+            "type = \"ZI\"",
+            "type = \"ZI\", tool_radius = \"90 mm\"",
+            "belongs to the flank types",
+        ),
+        (WORM, "type = \"ZI\"", "type = \"ZE\"", "ZE"),
+        (
+            WORM,
+            "teeth = 40",
+            "teeth = 40, tip_diameter = \"195 mm\"",
+            "does not reach into",
+        ),
+        (WORM, "length = \"80 mm\"", "", "no `length`"),
+        (
+            CROSSED,
+            "shaft_angle = \"50 deg\"",
+            "shaft_angle = \"5 deg\"",
+            "no common normal",
+        ),
+        (CROSSED, "hand = \"right\"", "", "no `hand`"),
+        (CROSSED, "67.4 mm", "90 mm", "do not reach each other"),
+        (HELICOID, "kind = \"disk\"", "kind = \"hob\"", "hob"),
+        (
+            HELICOID,
+            "tool_radius = \"100 mm\" }",
+            "tool_radius = \"100 mm\", tip_diameter = \"30 mm\" }",
+            "does not hold the reference",
+        ),
+    ];
+    for (file, from, to, says) in cases {
+        let (_kept, path) = changed(file, from, to);
+        let (_, message) = refusal(&["gear", &path]);
+        assert!(message.contains(says), "{to}: {message}");
+    }
+    let (_, message) = refusal(&["gear", WORM, "--torque", "10"]);
+    assert!(message.contains("torque"), "{message}");
+    let (_, message) = refusal(&["accuracy", WORM]);
+    assert!(message.contains("cylindrical"), "{message}");
+}
+
+/// Plan, check, figures and CSV of each kind.
+#[test]
+fn law_every_command_takes_gears_in_space() {
+    let folder = tempfile::tempdir().unwrap();
+    for (file, suffix) in [(WORM, ""), (CROSSED, ""), (HELICOID, "-deviation")] {
+        let place = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+        let (svg, csv) = (place("a.svg"), place("a.csv"));
+        let output = geardyn(&["gear", file, "--svg", &svg, "--csv", &csv, "--quiet"]);
+        assert_eq!(output.status.code(), Some(0), "{file}");
+        let drawn = std::fs::read_to_string(place(&format!("a{suffix}.svg"))).unwrap();
+        assert!(
+            drawn.contains("<polyline") || drawn.contains("<path"),
+            "{file}"
+        );
+        assert!(std::fs::read_to_string(&csv).unwrap().lines().count() > 15);
+        let (code, text, _) = said(&["check", file]);
+        assert_eq!(code, Some(0), "{text}");
+        let plan = document(&["plan", file, "--json"]);
+        assert!(plan.to_string().contains("geometry"), "{plan}");
+    }
+}
+
+/// Changed digits give an answer, a refusal or a warning, never a panic or NaN.
+#[test]
+fn survives_mutated_files_of_gears_in_space() {
+    fastrand::seed(29);
+    let folder = tempfile::tempdir().unwrap();
+    for file in [WORM, CROSSED, HELICOID] {
+        let text = std::fs::read_to_string(file).unwrap();
+        for _ in 0..60 {
+            let mutated = with_other_digits(&text);
+            let path = put(folder.path(), "gears.toml", &mutated);
+            let (code, text, notes) = said(&["gear", path.to_str().unwrap()]);
+            assert!(
+                matches!(code, Some(0 | 2 | 3)),
+                "{code:?} {notes}\n{mutated}"
+            );
+            let bad = ["NaN", " inf", "panicked"]
+                .iter()
+                .any(|word| text.contains(word) || notes.contains(word));
+            assert!(!bad, "{text}{notes}\n{mutated}");
+        }
+    }
+}
