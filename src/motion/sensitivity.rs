@@ -5,7 +5,6 @@
 //! share of the turned angle is larger than every deflection.
 
 use super::dynamic_model::{DynamicModel, ForceLaw};
-use super::signal::Signal;
 
 /// Numbers kept of a run, at most: deflections times instants.
 const MAX_KEPT: usize = 4_000_000;
@@ -79,12 +78,12 @@ impl Deflections {
         if !due {
             return;
         }
-        let (n, piece) = (model.coordinate_count(), |e: &Signal| e.piece(t) as u32);
+        let n = model.coordinate_count();
         self.time.push(t);
         for (&at, largest) in self.branches.iter().zip(&mut self.largest) {
             let branch = &model.elements[at];
-            let piece = branch.imposed_displacement.as_ref().map_or(0, piece);
-            let (delta, rate) = branch.deflection(t, &y[..n], &y[n..2 * n], piece);
+            let pieces = branch.pieces_at(t);
+            let (delta, rate) = branch.deflection(t, &y[..n], &y[n..2 * n], pieces);
             largest.0 = largest.0.max(delta.abs());
             largest.1 = largest.1.max(rate.abs());
             self.values.push(delta);
