@@ -11,7 +11,7 @@ pub struct Regime {
     pub pieces: Vec<u32>,
     /// State of every branch.
     pub states: Vec<ElementState>,
-    /// Of every branch the piece of each wave that imposes a displacement over an angle; empty where the waves go by the state.
+    /// Piece of each wave that imposes a displacement over an angle, by branch; empty where the waves go by the state.
     pub wave_pieces: Vec<Vec<u32>>,
 }
 

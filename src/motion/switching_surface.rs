@@ -171,7 +171,7 @@ pub fn wave_pieces(model: &DynamicModel, t: f64, y: &[f64]) -> Vec<WavePiece> {
     spans
 }
 
-/// Of every branch the piece, at a state, of each wave that imposes a displacement over an angle.
+/// Piece, at a state, of each wave that imposes a displacement over an angle, by branch.
 pub fn error_wave_pieces(model: &DynamicModel, t: f64, y: &[f64]) -> Vec<Vec<u32>> {
     let q = &y[..model.coordinate_count()];
     let of = |b: &ForceElement| {

@@ -81,7 +81,7 @@ pub(super) enum ColumnPair {
     Signals,
 }
 
-/// What two columns over even lines hold, by their numbers.
+/// Content of two columns over even lines, by their numbers.
 pub(super) fn column_pair(one: &[f64], two: &[f64]) -> ColumnPair {
     if one.iter().chain(two).any(|x| !x.is_finite()) {
         return ColumnPair::Signals;
