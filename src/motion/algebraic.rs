@@ -162,7 +162,7 @@ impl DynamicModel {
         for (at, b) in self.elements.iter().enumerate() {
             let own = component(&b.direction, coordinate);
             if own != 0.0 {
-                let piece = self.imposed_piece(regime, at);
+                let piece = self.error_pieces(Some(regime), at, t);
                 let change = match b.law {
                     ForceLaw::Maxwell { .. } => dy[inner],
                     _ => {

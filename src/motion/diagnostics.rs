@@ -27,10 +27,7 @@ pub fn nearest_to_switch<'t>(model: &'t DynamicModel, t: f64, y: &[f64]) -> Opti
     let n = model.coordinate_count();
     let (q, v) = (&y[..n], &y[n..2 * n]);
     let distance = |b: &ForceElement| {
-        let piece = b
-            .imposed_displacement
-            .as_ref()
-            .map_or(0, |e| e.piece(t) as u32);
+        let piece = b.pieces_at(t);
         let (delta, rate) = b.deflection(t, q, v, piece);
         match &b.law {
             ForceLaw::Contact(contact) if contact.can_open() => Some(

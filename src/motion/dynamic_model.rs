@@ -228,6 +228,15 @@ pub fn dry_friction_force(
     }
 }
 
+/// Which pieces of the displacements imposed on a branch hold.
+#[derive(Debug, Clone, Copy)]
+pub struct ErrorPieces<'r> {
+    /// Line of the displacement known in time.
+    pub imposed: u32,
+    /// Piece of each wave over an angle; of those missing the one at the state.
+    pub waves: &'r [u32],
+}
+
 impl ForceElement {
     /// The direction its force acts in.
     pub fn force_direction(&self) -> &Direction {
@@ -270,16 +279,41 @@ impl ForceElement {
             || waves.filter_map(|w| w.phase.angle()).any(along)
     }
 
-    /// δ and δ̇. An imposed e is on the line `piece`.
-    pub fn deflection(&self, t: f64, q: &[f64], v: &[f64], piece: u32) -> (f64, f64) {
+    /// Pieces at an instant, those of waves over an angle by the state.
+    pub fn pieces_at(&self, t: f64) -> ErrorPieces<'static> {
+        let imposed = self.imposed_displacement.as_ref();
+        ErrorPieces {
+            imposed: imposed.map_or(0, |e| e.piece(t) as u32),
+            waves: &[],
+        }
+    }
+
+    /// The waves over an angle, each with its phase at q and the piece that holds there.
+    pub fn waves_at<'b>(
+        &'b self,
+        t: f64,
+        q: &[f64],
+        pieces: ErrorPieces<'b>,
+    ) -> impl Iterator<Item = (&'b PeriodicFunction, f64, usize)> {
+        self.angle_waves.iter().enumerate().map(move |(k, wave)| {
+            let psi = wave.phase.phase_at(t, q);
+            let frozen = pieces.waves.get(k).map(|piece| *piece as usize);
+            (
+                wave,
+                psi,
+                frozen.unwrap_or_else(|| wave.waveform.piece(psi)),
+            )
+        })
+    }
+
+    /// δ and δ̇ on pieces of the imposed displacements.
+    pub fn deflection(&self, t: f64, q: &[f64], v: &[f64], pieces: ErrorPieces) -> (f64, f64) {
         let (mut delta, mut rate) = (self.direction.dot(q), self.direction.dot(v));
         if let Some(e) = &self.imposed_displacement {
-            delta -= e.value(t, piece as usize);
-            rate -= e.slope(t, piece as usize);
+            delta -= e.value(t, pieces.imposed as usize);
+            rate -= e.slope(t, pieces.imposed as usize);
         }
-        for wave in &self.angle_waves {
-            let psi = wave.phase.phase_at(t, q);
-            let at = wave.waveform.piece(psi);
+        for (wave, psi, at) in self.waves_at(t, q, pieces) {
             delta -= wave.waveform.value_in(psi, at);
             rate -= wave.waveform.slope_in(psi, at) * wave.phase.rate(t, v);
         }

@@ -1,7 +1,6 @@
 //! Mechanical energy, input power and dissipated power of a model at one instant.
 
 use super::dynamic_model::{DynamicModel, ElementState, ForceLaw, Regime};
-use super::wave::PeriodicFunction;
 use crate::numeric::Matrix;
 
 /// Powers at one instant, W.
@@ -26,7 +25,7 @@ impl DynamicModel {
         let mut inner = 2 * n;
         let mut potential = 0.0;
         for (at, b) in self.elements.iter().enumerate() {
-            let (delta, _) = b.deflection(t, q, v, self.imposed_piece(regime, at));
+            let (delta, _) = b.deflection(t, q, v, self.error_pieces(Some(regime), at, t));
             potential += match (&b.law, regime.states[at]) {
                 (ForceLaw::Linear { stiffness, .. }, _) => 0.5 * stiffness * delta * delta,
                 (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => {
@@ -51,7 +50,12 @@ impl DynamicModel {
     pub fn friction_power(&self, regime: &Regime, t: f64, y: &[f64], branch: usize) -> f64 {
         let n = self.coordinate_count();
         let b = &self.elements[branch];
-        let (_, rate) = b.deflection(t, &y[..n], &y[n..2 * n], self.imposed_piece(regime, branch));
+        let (_, rate) = b.deflection(
+            t,
+            &y[..n],
+            &y[n..2 * n],
+            self.error_pieces(Some(regime), branch, t),
+        );
         let aside = self.transverse_friction(branch, Some(regime), t, y);
         let beside = aside.map_or(0.0, |(force, along)| force * along.dot(&y[n..2 * n]));
         self.friction_force(regime, t, y, branch) * rate + beside
@@ -74,8 +78,8 @@ impl DynamicModel {
                 0.0
             };
             inner += b.internal_count();
-            let piece = self.imposed_piece(regime, at);
-            let (delta, rate) = b.deflection(t, q, v, piece);
+            let pieces = self.error_pieces(Some(regime), at, t);
+            let (delta, rate) = b.deflection(t, q, v, pieces);
             let force = match b.law {
                 ForceLaw::Friction(_) | ForceLaw::Clutch { .. } | ForceLaw::LoadFriction(_) => {
                     self.friction_force(regime, t, y, at)
@@ -88,11 +92,10 @@ impl DynamicModel {
             powers.input -= b
                 .imposed_displacement
                 .as_ref()
-                .map_or(0.0, |e| force * e.slope(t, piece as usize));
-            for PeriodicFunction { waveform, phase } in &b.angle_waves {
-                let psi = phase.phase_at(t, q);
-                let slope = waveform.slope_in(psi, waveform.piece(psi));
-                powers.input -= force * slope * phase.imposed_rate(t);
+                .map_or(0.0, |e| force * e.slope(t, pieces.imposed as usize));
+            for (wave, psi, piece) in b.waves_at(t, q, pieces) {
+                let slope = wave.waveform.slope_in(psi, piece);
+                powers.input -= force * slope * wave.phase.imposed_rate(t);
             }
             match &b.law {
                 ForceLaw::Linear { stiffness, .. } => {

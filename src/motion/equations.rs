@@ -22,12 +22,12 @@ impl DynamicModel {
         for (at, b) in self.elements.iter().enumerate() {
             match &b.law {
                 ForceLaw::LaggedTorque { curve, lag } => {
-                    let (_, rate) = b.deflection(t, q, v, self.error_piece(regime, at, t));
+                    let (_, rate) = b.deflection(t, q, v, self.error_pieces(regime, at, t));
                     dy[inner] = (curve.torque(rate) - y[inner]) / lag;
                     inner += 1;
                 }
                 ForceLaw::Maxwell { stiffness, damping } => {
-                    let (_, rate) = b.deflection(t, q, v, self.error_piece(regime, at, t));
+                    let (_, rate) = b.deflection(t, q, v, self.error_pieces(regime, at, t));
                     dy[inner] = stiffness * (rate - y[inner] / damping);
                     inner += 1;
                 }

@@ -13,7 +13,8 @@ use super::problem::{DenseOutput, IntegrationOptions, IntegrationStats, OdeProbl
 use super::progress::{SampleEmitter, check_budget, check_options, next_discontinuity_within};
 use super::stepper::Stepper;
 use super::switching_surface::{
-    SwitchingSurface, WaveKind, WavePiece, contact_boundary, switching_surfaces, wave_pieces,
+    SwitchingSurface, WaveKind, WavePiece, contact_boundary, error_wave_pieces, switching_surfaces,
+    wave_pieces,
 };
 use super::wave::WavePhase;
 use crate::base::code::Code;
@@ -22,6 +23,9 @@ use crate::base::quantity::format_instant;
 
 /// Rounding of a switching surface's value and of the coefficients made from it, in units of ε and its size.
 const ROUNDING_FACTOR: f64 = 256.0 * f64::EPSILON;
+
+/// A switch is located where the value of its surface is below this, relative to the terms that it is a difference of.
+const LOCATED: f64 = 8.0 * f64::EPSILON;
 
 /// A place that moves by more than this, relative to the largest, has jumped: it is no rounding of a switch located.
 const JUMP_TOLERANCE: f64 = 1e-9;
@@ -68,7 +72,8 @@ where
 {
     check_options(options, model.len())?;
     let mut samples = SampleEmitter::new(options, sink);
-    let (regime, y) = model.consistent_regime(options.from, &options.initial_state)?;
+    let (mut regime, y) = model.consistent_regime(options.from, &options.initial_state)?;
+    regime.wave_pieces = error_wave_pieces(model, options.from, &y);
     let mut method = EventRun {
         model,
         basis: BernsteinBasis::new()?,
@@ -181,6 +186,7 @@ impl EventRun<'_> {
             regime: &self.regime,
         };
         let (t, y) = (self.t, &self.y);
+        let stop = stop.min(self.beyond_next_end());
         let mut stats = self.stats;
         let (mut reached, mut state) = stepper.step(&frozen, (t, y), stop, &mut stats)?;
         stats.steps += 1;
@@ -204,7 +210,7 @@ impl EventRun<'_> {
                 stats.evaluations += 1;
                 let change = value / rate;
                 let better = (target + change).min(stop);
-                let near = value.abs() <= 8.0 * f64::EPSILON * size || change.abs() <= rounding;
+                let near = value.abs() <= LOCATED * size || change.abs() <= rounding;
                 if switched.is_none() || near || !(better > t + rounding && change.abs() < 0.1 * h)
                 {
                     break;
@@ -309,22 +315,59 @@ impl EventRun<'_> {
             SwitchingSurface::PieceEnd(span, up) => {
                 self.stats.events -= 1;
                 self.switches[branch] -= 1;
-                self.spans[span].advance(self.model, up);
-                let span = self.spans[span];
-                match (span.kind, self.regime.states[branch]) {
-                    (WaveKind::Stiffness, ElementState::Contact(state, _)) => {
-                        self.regime.states[branch] = ElementState::Contact(state, span.piece());
-                        self.update_contact_state(branch);
-                    }
-                    (WaveKind::Path, _) => {
-                        let at = self.model.path_at(branch);
-                        self.regime.pieces[at] = span.piece();
-                    }
-                    _ => {}
+                for (span, up) in self.coincident_ends(span, up) {
+                    self.enter_piece(span, up);
                 }
             }
         }
         self.settle_friction()
+    }
+
+    /// An instant just beyond the next end of a piece at the present rates: steps so short locate it at once.
+    fn beyond_next_end(&self) -> f64 {
+        const BEYOND: f64 = 1.02;
+        let left = (0..self.spans.len()).filter_map(|at| {
+            let rate = self.spans[at].rate(self.model, self.t, &self.y);
+            let end = SwitchingSurface::PieceEnd(at, rate > 0.0);
+            let (left, size) = end.value(self.model, &self.regime, &self.spans, self.t, &self.y);
+            (rate != 0.0 && left > LOCATED * size).then(|| left / rate.abs())
+        });
+        self.t + BEYOND * left.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The ends of pieces reached at the present instant to rounding: waves of one mesh have their edges in common.
+    fn coincident_ends(&self, span: usize, up: bool) -> Vec<(usize, bool)> {
+        let others = (0..self.spans.len()).filter(|at| *at != span);
+        let reached = others.filter_map(|at| {
+            let up = self.spans[at].rate(self.model, self.t, &self.y) > 0.0;
+            let end = SwitchingSurface::PieceEnd(at, up);
+            let (left, size) = end.value(self.model, &self.regime, &self.spans, self.t, &self.y);
+            (left <= LOCATED * size).then_some((at, up))
+        });
+        std::iter::once((span, up)).chain(reached).collect()
+    }
+
+    /// Goes to the next piece of a wave.
+    fn enter_piece(&mut self, span: usize, up: bool) {
+        self.spans[span].advance(self.model, up);
+        let span = self.spans[span];
+        let branch = span.branch;
+        self.entered[branch] = true;
+        match (span.kind, self.regime.states[branch]) {
+            (WaveKind::Stiffness, ElementState::Contact(state, _)) => {
+                self.regime.states[branch] = ElementState::Contact(state, span.piece());
+                self.update_contact_state(branch);
+            }
+            (WaveKind::Path, _) => {
+                let at = self.model.path_at(branch);
+                self.regime.pieces[at] = span.piece();
+            }
+            (WaveKind::Error(wave), _) => {
+                self.regime.wave_pieces[branch][wave] = span.piece();
+                self.update_contact_state(branch);
+            }
+            _ => {}
+        }
     }
 
     /// Updates a contact state after its stiffness or its e has jumped.
@@ -335,8 +378,8 @@ impl EventRun<'_> {
         if let (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) =
             (&b.law, self.regime.states[branch])
         {
-            let imposed = self.model.imposed_piece(&self.regime, branch);
-            let (delta, rate) = b.deflection(self.t, q, v, imposed);
+            let pieces = self.model.error_pieces(Some(&self.regime), branch, self.t);
+            let (delta, rate) = b.deflection(self.t, q, v, pieces);
             let anew = contact.state(delta, rate, b.factor(self.t, q, piece).0);
             self.stats.events += u64::from(anew != state);
             self.regime.states[branch] = ElementState::Contact(anew, piece);

@@ -3,8 +3,9 @@
 use std::f64::consts::TAU;
 
 use super::contact::{ContactLaw, ContactState};
-use super::dynamic_model::{DynamicModel, ElementState, ForceLaw, Regime, dry_friction_force};
-use super::wave::PeriodicFunction;
+use super::dynamic_model::{
+    DynamicModel, ElementState, ErrorPieces, ForceLaw, Regime, dry_friction_force,
+};
 
 impl DynamicModel {
     /// All forces on the coordinates but inertia, drag and what sticking pairs hold.
@@ -58,7 +59,7 @@ impl DynamicModel {
             &y[..self.coordinate_count()],
             &y[self.coordinate_count()..2 * self.coordinate_count()],
         );
-        let (delta, rate) = b.deflection(t, q, v, self.error_piece(regime, branch, t));
+        let (delta, rate) = b.deflection(t, q, v, self.error_pieces(regime, branch, t));
         match &b.law {
             ForceLaw::Contact(contact) => {
                 let (state, of_wave) = self.contact_state(branch, contact, regime, t, y);
@@ -105,14 +106,22 @@ impl DynamicModel {
         }
     }
 
-    /// Which line carries the imposed e of a branch.
-    pub fn error_piece(&self, regime: Option<&Regime>, branch: usize, t: f64) -> u32 {
+    /// Pieces of the displacements imposed on a branch: from the regime, else from the instant and the state.
+    pub fn error_pieces<'r>(
+        &self,
+        regime: Option<&'r Regime>,
+        branch: usize,
+        t: f64,
+    ) -> ErrorPieces<'r> {
         match regime {
-            Some(regime) => self.imposed_piece(regime, branch),
-            None => self.elements[branch]
-                .imposed_displacement
-                .as_ref()
-                .map_or(0, |e| e.piece(t) as u32),
+            Some(regime) => ErrorPieces {
+                imposed: self.imposed_piece(regime, branch),
+                waves: regime
+                    .wave_pieces
+                    .get(branch)
+                    .map_or(&[][..], Vec::as_slice),
+            },
+            None => self.elements[branch].pieces_at(t),
         }
     }
 
@@ -137,7 +146,7 @@ impl DynamicModel {
             .stiffness_wave
             .as_ref()
             .map_or(0, |w| w.waveform.piece(w.phase.phase_at(t, q)) as u32);
-        let (delta, rate) = b.deflection(t, q, v, self.error_piece(regime, branch, t));
+        let (delta, rate) = b.deflection(t, q, v, self.error_pieces(regime, branch, t));
         (contact.state(delta, rate, b.factor(t, q, piece).0), piece)
     }
 
@@ -156,10 +165,11 @@ impl DynamicModel {
             &y[..self.coordinate_count()],
             &y[self.coordinate_count()..2 * self.coordinate_count()],
         );
-        for PeriodicFunction { waveform, phase } in &b.angle_waves {
-            let Some(angle) = phase.angle() else { continue };
-            let psi = phase.phase_at(t, q);
-            let slope = waveform.slope_in(psi, waveform.piece(psi)) / TAU;
+        for (wave, psi, piece) in b.waves_at(t, q, self.error_pieces(regime, branch, t)) {
+            let Some(angle) = wave.phase.angle() else {
+                continue;
+            };
+            let slope = wave.waveform.slope_in(psi, piece) / TAU;
             angle.entries().for_each(|(i, a)| g[i] += a * slope * force);
         }
         if let (Some(angle), ForceLaw::Contact(contact)) = (
@@ -167,7 +177,7 @@ impl DynamicModel {
             &b.law,
         ) {
             let (state, piece) = self.contact_state(branch, contact, regime, t, y);
-            let (delta, _) = b.deflection(t, q, v, self.error_piece(regime, branch, t));
+            let (delta, _) = b.deflection(t, q, v, self.error_pieces(regime, branch, t));
             let beyond = contact.penetration(state, delta);
             let push = 0.5 * contact.stiffness * b.factor(t, q, piece).1 / TAU * beyond * beyond;
             angle.entries().for_each(|(i, a)| g[i] -= a * push);

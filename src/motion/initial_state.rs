@@ -73,10 +73,7 @@ fn match_error_rates(moving: &AssembledModel, t: f64, y: &mut [f64]) -> Result<(
         if is_tooth_pair(moving, at) {
             continue;
         }
-        let piece = b
-            .imposed_displacement
-            .as_ref()
-            .map_or(0, |e| e.piece(t) as u32);
+        let piece = b.pieces_at(t);
         let rate = b.deflection(t, &q, &v, piece).1;
         let stiffness = static_stiffness(model, at);
         let swept: f64 = b.direction.entries().map(|(i, a)| (a * v[i]).abs()).sum();
@@ -154,10 +151,7 @@ fn equilibrium_of_pairs(moving: &AssembledModel, t: f64, y: &[f64]) -> Result<Ve
     let overlap = |at: usize, q: &[f64]| match &model.elements[at].law {
         ForceLaw::Contact(contact) => {
             let b = &model.elements[at];
-            let piece = b
-                .imposed_displacement
-                .as_ref()
-                .map_or(0, |e| e.piece(t) as u32);
+            let piece = b.pieces_at(t);
             side(contact) * b.deflection(t, q, &still, piece).0 - contact.half_play
         }
         _ => 0.0,
@@ -239,10 +233,7 @@ fn static_equilibrium(
             else {
                 continue;
             };
-            let piece = b
-                .imposed_displacement
-                .as_ref()
-                .map_or(0, |e| e.piece(t) as u32);
+            let piece = b.pieces_at(t);
             let (delta, _) = b.deflection(t, &q, &vec![0.0; q.len()], piece);
             let force = *stiffness * delta;
             moved = moved.max(characteristic.update_secant(stiffness, force));
@@ -293,10 +284,7 @@ fn static_deflection(
             continue;
         };
         let stiffness = tight.element_force(at, None, t, y, 0.0).1;
-        let piece = b
-            .imposed_displacement
-            .as_ref()
-            .map_or(0, |e| e.piece(t) as u32);
+        let piece = b.pieces_at(t);
         let still = vec![0.0; n];
         let force = stiffness * b.deflection(t, &tight_q, &still, piece).0;
         let largest = push.iter().fold(0.0f64, |m, f| m.max(f.abs()));
@@ -317,10 +305,7 @@ fn init_internal_states(model: &DynamicModel, t: f64, y: &mut [f64]) {
     let mut inner = 2 * n;
     for b in &model.elements {
         if let ForceLaw::LaggedTorque { curve, .. } = &b.law {
-            let piece = b
-                .imposed_displacement
-                .as_ref()
-                .map_or(0, |e| e.piece(t) as u32);
+            let piece = b.pieces_at(t);
             y[inner] = curve.torque(b.deflection(t, &y[..n], &y[n..2 * n], piece).1);
         }
         inner += b.internal_count();

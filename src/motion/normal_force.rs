@@ -73,10 +73,7 @@ impl DynamicModel {
         let path = pressed.path.as_ref()?;
         let n = self.coordinate_count();
         let press = self.press(branch, pressed, regime, t, y);
-        let piece = b
-            .imposed_displacement
-            .as_ref()
-            .map_or(0, |e| e.piece(t) as u32);
+        let piece = b.pieces_at(t);
         let (_, rate) = b.deflection(t, &y[..n], &y[n..2 * n], piece);
         let stand = regime.map(|r| r.states[branch]);
         let (sense, ..) = dry_friction_force(&pressed.friction, stand, rate);

@@ -109,10 +109,7 @@ impl MotionOutputs {
                 }
                 OutputQuantity::Deflection(branch) => {
                     let b = &model.elements[branch];
-                    let piece = b
-                        .imposed_displacement
-                        .as_ref()
-                        .map_or(0, |e| e.piece(t) as u32);
+                    let piece = b.pieces_at(t);
                     b.deflection(t, &y[..n], &y[n..2 * n], piece).0
                 }
                 OutputQuantity::Force(branch) => force(model, stands(), branch, t, y),

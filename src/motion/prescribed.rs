@@ -197,7 +197,7 @@ impl PrescribedReduction {
             states: stands
                 .map(|(at, own)| at.map_or(*own, |at| rest.states[at]))
                 .collect(),
-            pieces: own.pieces,
+            ..own
         }
     }
 

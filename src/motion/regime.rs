@@ -11,6 +11,8 @@ pub struct Regime {
     pub pieces: Vec<u32>,
     /// State of every branch.
     pub states: Vec<ElementState>,
+    /// Piece of each wave that imposes a displacement over an angle, by branch; empty where the waves go by the state.
+    pub wave_pieces: Vec<Vec<u32>>,
 }
 
 /// State of a branch.

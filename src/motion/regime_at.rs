@@ -12,11 +12,7 @@ impl DynamicModel {
     /// The lines that carry every drive and every imposed e at `t`.
     pub fn active_pieces(&self, t: f64) -> Vec<u32> {
         let drives = self.forces.iter().map(|d| d.signal.piece(t) as u32);
-        let imposed = self.elements.iter().map(|b| {
-            b.imposed_displacement
-                .as_ref()
-                .map_or(0, |e| e.piece(t) as u32)
-        });
+        let imposed = self.elements.iter().map(|b| b.pieces_at(t).imposed);
         drives.chain(imposed).collect()
     }
 
@@ -54,8 +50,8 @@ impl DynamicModel {
             &y[self.coordinate_count()..2 * self.coordinate_count()],
         );
         let mut pieces = self.active_pieces(t);
-        let stands = self.elements.iter().enumerate().map(|(at, b)| {
-            let piece = pieces[self.forces.len() + at];
+        let stands = self.elements.iter().map(|b| {
+            let piece = b.pieces_at(t);
             match &b.law {
                 ForceLaw::Contact(contact) => {
                     let of_wave = b
@@ -74,7 +70,7 @@ impl DynamicModel {
                     let imposed = b
                         .imposed_displacement
                         .as_ref()
-                        .map_or(0.0, |e| e.slope(t, piece as usize));
+                        .map_or(0.0, |e| e.slope(t, piece.imposed as usize));
                     let rounding = ROUNDING_TOLERANCE * (swept.sum::<f64>() + imposed.abs());
                     ElementState::Friction(match rate {
                         r if r > rounding => FrictionState::Forward,
@@ -92,6 +88,7 @@ impl DynamicModel {
         Regime {
             pieces,
             states: stands,
+            wave_pieces: Vec::new(),
         }
     }
 

@@ -5,13 +5,38 @@
 //! share of the turned angle is larger than every deflection.
 
 use super::dynamic_model::{DynamicModel, ForceLaw};
-use super::signal::Signal;
 
 /// Numbers kept of a run, at most: deflections times instants.
 const MAX_KEPT: usize = 4_000_000;
 
 /// Instants at which deflections are compared, at most.
 const MAX_INSTANTS: usize = 2000;
+
+/// Share of the deflections by which the start is changed: far above rounding, far below what is known of any machine.
+pub const PERTURBATION_SHARE: f64 = 1e-9;
+
+/// The largest share where the errors of the method are larger than [`PERTURBATION_SHARE`].
+const MAX_PERTURBATION_SHARE: f64 = 1e-4;
+
+/// The change is so many times the errors of the method.
+const PERTURBATION_PER_ERROR: f64 = 10.0;
+
+/// The share of the time after which two runs differ by the errors of the method, not yet by their growth.
+const EARLY_SHARE: f64 = 1.0 / 200.0;
+
+/// Two runs have parted where deflections differ by this share of their size: the growth ends there.
+const DIVERGED_SHARE: f64 = 0.1;
+
+/// Amplification of a small change of the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Amplification {
+    /// The largest difference of a deflection over the change, both by the size that the deflection reaches.
+    pub factor: f64,
+    /// Both runs parted: the difference no longer grows.
+    pub is_lower_bound: bool,
+    /// Share of the deflections by which the start was changed.
+    pub change: f64,
+}
 
 /// Deflections of all elastic branches along a run.
 #[derive(Debug, Clone)]
@@ -53,12 +78,12 @@ impl Deflections {
         if !due {
             return;
         }
-        let (n, piece) = (model.coordinate_count(), |e: &Signal| e.piece(t) as u32);
+        let n = model.coordinate_count();
         self.time.push(t);
         for (&at, largest) in self.branches.iter().zip(&mut self.largest) {
             let branch = &model.elements[at];
-            let piece = branch.imposed_displacement.as_ref().map_or(0, piece);
-            let (delta, rate) = branch.deflection(t, &y[..n], &y[n..2 * n], piece);
+            let pieces = branch.pieces_at(t);
+            let (delta, rate) = branch.deflection(t, &y[..n], &y[n..2 * n], pieces);
             largest.0 = largest.0.max(delta.abs());
             largest.1 = largest.1.max(rate.abs());
             self.values.push(delta);
@@ -91,8 +116,26 @@ impl Deflections {
         moved
     }
 
+    /// The change of the start that shows growth above the errors of the method, which `other`, by a coarser tolerance or step, shows early.
+    pub fn change_above_errors(&self, other: &Deflections) -> f64 {
+        let end = self.time.last().map_or(0.0, |t| EARLY_SHARE * t);
+        let errors = self.max_difference(other, end);
+        (PERTURBATION_PER_ERROR * errors).clamp(PERTURBATION_SHARE, MAX_PERTURBATION_SHARE)
+    }
+
+    /// Amplification of a change of the start that led to another run; absent where nothing deforms.
+    pub fn amplification(&self, other: &Deflections, change: f64) -> Option<Amplification> {
+        let deforms = self.largest.iter().any(|size| size.0 > 0.0);
+        let most = self.max_difference(other, f64::INFINITY);
+        deforms.then_some(Amplification {
+            factor: most / change,
+            is_lower_bound: most > DIVERGED_SHARE,
+            change,
+        })
+    }
+
     /// The largest difference from another run up to an instant, by the size that each deflection reaches here.
-    pub fn max_difference(&self, other: &Deflections, until: f64) -> f64 {
+    fn max_difference(&self, other: &Deflections, until: f64) -> f64 {
         let count = self.branches.len().max(1);
         let rows = self.values.chunks(count).zip(other.values.chunks(count));
         let rows = rows.zip(&self.time).filter(|(_, t)| **t <= until);

@@ -113,6 +113,13 @@ impl WavePiece {
         }
     }
 
+    /// dψ/dt of the wave, periods per second.
+    pub fn rate(&self, model: &DynamicModel, t: f64, y: &[f64]) -> f64 {
+        let n = model.coordinate_count();
+        let wave = periodic(&model.elements[self.branch], self.kind);
+        wave.map_or(0.0, |wave| wave.phase.rate(t, &y[n..2 * n]))
+    }
+
     /// Piece number.
     pub fn piece(&self) -> u32 {
         self.piece as u32
@@ -162,6 +169,16 @@ pub fn wave_pieces(model: &DynamicModel, t: f64, y: &[f64]) -> Vec<WavePiece> {
         }
     }
     spans
+}
+
+/// Piece, at a state, of each wave that imposes a displacement over an angle, by branch.
+pub fn error_wave_pieces(model: &DynamicModel, t: f64, y: &[f64]) -> Vec<Vec<u32>> {
+    let q = &y[..model.coordinate_count()];
+    let of = |b: &ForceElement| {
+        let pieces = b.waves_at(t, q, b.pieces_at(t));
+        pieces.map(|(_, _, piece)| piece as u32).collect()
+    };
+    model.elements.iter().map(of).collect()
 }
 
 /// The switching surfaces of a regime.
@@ -216,7 +233,7 @@ impl SwitchingSurface {
         let n = model.coordinate_count();
         let (q, v) = (&y[..n], &y[n..2 * n]);
         let deflection = |branch: usize| {
-            model.elements[branch].deflection(t, q, v, model.imposed_piece(regime, branch))
+            model.elements[branch].deflection(t, q, v, model.error_pieces(Some(regime), branch, t))
         };
         match *self {
             SwitchingSurface::Contact(branch, which) => {

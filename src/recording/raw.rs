@@ -88,6 +88,8 @@ pub struct RawTiming {
     pub start: Option<String>,
     /// Line of the file for each row.
     pub lines: LineNumbers,
+    /// Lines between the rows that repeat one of the header.
+    pub repeated_header: Vec<usize>,
 }
 
 /// The sample rate of a step from sample to sample, Hz; whole where only the rounding of the division keeps it from that.

@@ -6,6 +6,7 @@ use super::number_format::{four_digits, significant_text, with_deviation};
 use super::output_key::key;
 use super::table::Table;
 use crate::base::quantity::format_time;
+use crate::motion::sensitivity::Amplification;
 use crate::plan::motion::sensitivity::{OutputPredictability, Sensitivity};
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::motion::statistics::{PERCENTILES, Statistics, UncertainValue};
@@ -38,7 +39,8 @@ pub fn extend(document: &mut Value, scene: &SimulationSetup, sensitivity: Option
         );
     }
     document["sensitivity"] = json!({
-        "factor": found.factor, "is_lower_bound": found.parted, "change": found.change,
+        "factor": found.amplification.map(|a| a.factor),
+        "is_lower_bound": found.amplification.is_some_and(|a| a.is_lower_bound), "change": found.change(),
         "predictable_until_s": found.until(), "all_shown_digits_hold": found.all_shown(),
         "run_time_s": found.seconds, "outputs": outputs,
     });
@@ -73,14 +75,15 @@ pub fn text(scene: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     if sensitivity.all_shown() {
         return String::new();
     }
-    let what = match (sensitivity.until(), sensitivity.factor) {
+    let factor = sensitivity.amplification.map(|a| a.factor);
+    let what = match (sensitivity.until(), factor) {
         (Some(until), _) => format!("not predictable beyond t = {}", format_time(until)),
         (None, Some(factor)) if factor < SLIGHT => {
             "the errors of the method leave the digits shown: request a tighter tolerance or a shorter step".to_string()
         }
         (None, _) => "only digits that hold are shown".to_string(),
     };
-    let mut text = format!("\n{}; {what}\n", factor(sensitivity));
+    let mut text = format!("\n{}; {what}\n", factor_text(sensitivity.amplification));
     let below = PERCENTILES.map(|share| format!("|{:.0} % below", 100.0 * share));
     let mut table =
         Table::named("second half|unit|mean|rms about it").columns(&below.concat()[1..]);
@@ -102,14 +105,15 @@ pub fn text(scene: &SimulationSetup, sensitivity: &Sensitivity) -> String {
 /// A motion that amplifies less does not take the digits.
 const SLIGHT: f64 = 10.0;
 
-fn factor(sensitivity: &Sensitivity) -> String {
-    let size = match (sensitivity.factor, sensitivity.parted) {
-        (Some(factor), true) => format!("more than ×{:.0e}", 0.5 * factor),
-        (Some(factor), false) => format!(
+/// The amplification in words.
+pub fn factor_text(amplification: Option<Amplification>) -> String {
+    let size = match amplification {
+        Some(a) if a.is_lower_bound => format!("more than ×{:.0e}", 0.5 * a.factor),
+        Some(a) => format!(
             "×{}",
-            significant_text(factor, 5e-3 * factor).unwrap_or_default()
+            significant_text(a.factor, 5e-3 * a.factor).unwrap_or_default()
         ),
-        (None, _) => "not known".to_string(),
+        None => "not known".to_string(),
     };
     format!("sensitivity to initial conditions {size}")
 }
@@ -127,14 +131,14 @@ fn cells(s: &Statistics) -> Vec<String> {
 /// Cost and result of the further runs, in a line.
 pub fn cost(sensitivity: &Sensitivity) -> String {
     const ALL: &str = "all digits shown are significant";
-    let found = match (sensitivity.all_shown(), sensitivity.factor) {
-        (true, Some(_)) => format!("{ALL}, {}", factor(sensitivity)),
-        (false, Some(_)) => factor(sensitivity),
+    let found = match (sensitivity.all_shown(), sensitivity.amplification) {
+        (true, Some(a)) => format!("{ALL}, {}", factor_text(Some(a))),
+        (false, Some(a)) => factor_text(Some(a)),
         (_, None) => ALL.to_string(),
     };
     format!(
         "compared with a start changed by {:.0e} of the deflections: {found}, {} s\n",
-        sensitivity.change,
+        sensitivity.change(),
         four_digits(sensitivity.seconds)
     )
 }

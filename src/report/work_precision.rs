@@ -5,9 +5,9 @@ use std::iter::once;
 use serde_json::{Value, json};
 
 use super::figure::Figure;
-use super::number_format::four_digits;
 use super::output_key::effort;
 use super::presentation::{ENDED_EARLY, Presentation, Provenance};
+use super::sensitivity;
 use super::table::{Table, decimal, or_blank, power};
 use super::work_precision_plot::{self, WorkPrecisionPoint};
 use super::work_precision_text::{
@@ -59,7 +59,8 @@ impl Presentation for WorkPrecisionReport<'_> {
             "outputs": outputs,
             "reference": {
                 "method": reference.method, "tolerance": tolerance, "step_s": step, "witness": near.map(|w| w.method),
-                "error": near.map(|w| w.distance), "amplification": reference.sensitivity,
+                "error": near.map(|w| w.distance), "amplification": reference.amplification.map(|a| a.factor),
+                "is_lower_bound": reference.amplification.is_some_and(|a| a.is_lower_bound),
                 "witnesses": reference.cross_checks.iter().map(witness).collect::<Vec<_>>(),
                 "silent": reference.unavailable.iter().map(silent).collect::<Vec<_>>(),
             },
@@ -220,13 +221,10 @@ fn reference(reference: &ReferenceSolution) -> String {
     for (method, why) in &reference.unavailable {
         text += &format!("           {method}: {why}\n");
     }
-    text + &match reference.sensitivity {
-        Some(growth) => format!(
-            "sensitivity to initial conditions ×{}: largest deviation over the whole time relative to that in its first tenth\n",
-            four_digits(growth)
-        ),
+    text + &match reference.amplification {
+        Some(found) => format!("{}\n", sensitivity::factor_text(Some(found))),
         None => {
-            "sensitivity to initial conditions not measured: nothing moves, or a run ended early\n"
+            "sensitivity to initial conditions not measured: nothing deforms, or a run ended early\n"
                 .to_string()
         }
     }

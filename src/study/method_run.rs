@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use super::elastic_sizes::ElasticSizes;
 use super::monitor::interrupted_error;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -11,6 +10,7 @@ use crate::base::quantity;
 use crate::base::time_budget::CancelToken;
 use crate::motion::methods::{IntegrationMethod, StepControl};
 use crate::motion::problem::{IntegrationOptions, IntegrationStats, Observer, StepSize};
+use crate::motion::sensitivity::Deflections;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
 /// Tightest requested tolerance of a method: below, rounding decides.
@@ -26,8 +26,8 @@ const STEPS: [f64; 4] = [1e3, 1e4, 1e5, 1e6];
 pub struct MethodRun {
     /// Values of each output, at every sample.
     pub values: Vec<Vec<f64>>,
-    /// The largest size of each state at any sample, without rigid motion where anything deforms.
-    pub sizes: Vec<f64>,
+    /// Deflections along the run.
+    pub deflections: Deflections,
     /// Statistics of the integration.
     pub stats: IntegrationStats,
     /// Run time, s.
@@ -57,7 +57,7 @@ pub fn run_method(
         observer: Observer::default(),
     };
     let mut values = vec![Vec::with_capacity(scene.samples + 1); scene.outputs.list.len()];
-    let mut sizes = ElasticSizes::new(model, &scene.model.rigid);
+    let mut deflections = Deflections::new(model, scene.samples);
     let (mut count, mut reached) = (0, 0.0);
     let begin = Instant::now();
     let stats = (method.run)(model, &options, &mut |t, y, regime| {
@@ -67,7 +67,7 @@ pub fn run_method(
         {
             list.push(value);
         }
-        sizes.note(y);
+        deflections.see(model, t, y);
         (count, reached) = (count + 1, t);
         ControlFlow::Continue(())
     })?;
@@ -84,7 +84,7 @@ pub fn run_method(
     }
     Ok(MethodRun {
         values,
-        sizes: sizes.sizes(),
+        deflections,
         stats,
         seconds: begin.elapsed().as_secs_f64(),
     })

@@ -4,8 +4,6 @@ pub mod monitor;
 
 mod timing;
 
-mod elastic_sizes;
-
 mod method_run;
 
 pub mod reference;

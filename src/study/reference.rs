@@ -9,6 +9,7 @@ use crate::base::error::Error;
 use crate::base::time_budget::CancelToken;
 use crate::motion::methods::{IntegrationMethod, METHODS, StepControl};
 use crate::motion::problem::StepSize;
+use crate::motion::sensitivity::{Amplification, PERTURBATION_SHARE};
 use crate::numeric::parallel;
 use crate::plan::motion::cost::CostModel;
 use crate::plan::motion::simulation_setup::SimulationSetup;
@@ -23,9 +24,8 @@ pub struct ReferenceSolution {
     pub cross_checks: Vec<CrossCheck>,
     /// Methods that could have witnessed and did not, with the reason.
     pub unavailable: Vec<(&'static str, String)>,
-    /// Growth of a change of the start in an output over the whole time relative to its first tenth: errors of rounding grow alike. Absent
-    /// where nothing moves.
-    pub sensitivity: Option<f64>,
+    /// Amplification of a change of the start: errors of rounding grow alike. Absent where nothing deforms.
+    pub amplification: Option<Amplification>,
     /// The values, output by output.
     pub values: Vec<Vec<f64>>,
 }
@@ -47,16 +47,6 @@ const AGREEMENT: f64 = 1e-11;
 
 /// Two that agree so far need none that does not locate switches.
 const FAIR_AGREEMENT: f64 = 1e-9;
-
-/// The part of the time in which a change of the start is first seen.
-const SENSITIVITY_FRACTION: usize = 10;
-
-/// Least and greatest change of the start, by the size that the deformation of each state reaches, that shows how errors grow. By the
-/// angle turned it would be as large as the deformations themselves.
-const PERTURBATION: (f64, f64) = (1e-9, 1e-5);
-
-/// The change is so many times what the reference is known to.
-const PERTURBATION_FACTOR: f64 = 1e3;
 
 /// The tightest run of a method, and the one before.
 struct RefinementSeries {
@@ -115,7 +105,7 @@ impl ReferenceSolution {
             let fault = format!("and its cross-check differ by {known:.0e} of the motion");
             return Err(unresolved(own.method.name, &fault));
         }
-        let amplification = initial_sensitivity(scene, own, known, monitor);
+        let amplification = amplification(scene, own, monitor);
         let method = own.method.name;
         let values = own.values().to_vec();
         Ok(ReferenceSolution {
@@ -123,7 +113,7 @@ impl ReferenceSolution {
             step_size: size,
             cross_checks: witnesses,
             unavailable: silent,
-            sensitivity: amplification,
+            amplification,
             values,
         })
     }
@@ -307,33 +297,22 @@ fn self_check(own: &RefinementSeries) -> Result<Option<CrossCheck>, Error> {
     }))
 }
 
-/// Runs once more from a start changed by a small share of the size each state's deformation reaches.
-fn initial_sensitivity(
+/// Runs once more from a changed start.
+fn amplification(
     scene: &SimulationSetup,
     own: &RefinementSeries,
-    known: f64,
     monitor: &mut Monitor,
-) -> Option<f64> {
+) -> Option<Amplification> {
     let (request, best) = own.trials.last()?;
-    let nudge = (PERTURBATION_FACTOR * known).clamp(PERTURBATION.0, PERTURBATION.1);
-    if best.sizes.iter().all(|s| *s == 0.0) {
-        return None;
-    }
-    let start: Vec<f64> = scene
-        .initial_state
-        .iter()
-        .zip(&best.sizes)
-        .map(|(x, size)| x + nudge * size)
-        .collect();
+    let change = match &own.trials[..] {
+        [.., (_, before), _] => best.deflections.change_above_errors(&before.deflections),
+        _ => PERTURBATION_SHARE,
+    };
+    let model = &scene.model.model;
+    let start = (best.deflections).perturbed_start(model, &scene.initial_state, change);
     let request = request.unwrap_or(StepSize::Adaptive(MIN_TOLERANCE));
     let patience = (monitor.cancel, 2.0 * best.seconds + 1.0);
     let moved = run_method(scene, own.method, request, &start, patience).ok()?;
-    let of = |(x, r): (&Vec<f64>, &Vec<f64>)| {
-        let apart: Vec<f64> = x.iter().zip(r).map(|(a, b)| (a - b).abs()).collect();
-        let largest = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);
-        let first = largest(&apart[..=scene.samples / SENSITIVITY_FRACTION]);
-        (first > 0.0).then(|| largest(&apart) / first)
-    };
-    let growth = moved.values.iter().zip(&best.values).filter_map(of);
-    growth.reduce(f64::max).filter(|x| x.is_finite())
+    let found = (best.deflections).amplification(&moved.deflections, change)?;
+    found.factor.is_finite().then_some(found)
 }

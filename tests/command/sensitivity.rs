@@ -174,3 +174,19 @@ fn law_linear_motions_are_not_run_twice() {
         "{beside}"
     );
 }
+
+/// `accuracy` had compared with the growth in the first tenth of the time, which saturates; it gives what `simulate` gives.
+#[test]
+fn law_accuracy_and_simulate_measure_one_sensitivity() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = rattling(folder.path());
+    let flags = ["--until", "0.015 s", "--output", "pair.deflection"];
+    let simulated = by(&scene, &flags);
+    let flags = [&["accuracy", &scene, "--json"], &flags[..]].concat();
+    let reference = &document(&flags)["reference"];
+    let factor = simulated["sensitivity"]["factor"].as_f64().unwrap();
+    let found = reference["amplification"].as_f64().unwrap();
+    assert!(factor > 30.0, "{factor}");
+    assert!((found / factor - 1.0).abs() < 0.1, "{found} {factor}");
+    assert_eq!(reference["is_lower_bound"], false);
+}

@@ -214,11 +214,7 @@ fn law_every_error_goes_by_its_own_gear() {
                 let still = vec![0.0; model.coordinate_count()];
                 let e = |t: f64| {
                     let q: Vec<f64> = speeds.iter().map(|v| v * t).collect();
-                    let piece = branch
-                        .imposed_displacement
-                        .as_ref()
-                        .map_or(0, |e| e.piece(t) as u32);
-                    let known = branch.deflection(t, &q, &still, piece).0;
+                    let known = branch.deflection(t, &q, &still, branch.pieces_at(t)).0;
                     known - branch.direction.dot(&q)
                 };
                 let wanted = |t: f64| (3.0 * turns * omega * t + PHASE).cos();

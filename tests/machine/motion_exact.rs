@@ -877,7 +877,7 @@ fn brute_force(
             else {
                 continue;
             };
-            let (delta, rate) = b.deflection(0.0, &y[..n], &y[n..2 * n], 0);
+            let (delta, rate) = b.deflection(0.0, &y[..n], &y[n..2 * n], b.pieces_at(0.0));
             for (border, to) in contact.switching_functions(stand, 1.0) {
                 let p = border.value_at(delta, rate);
                 let scale = border.deflection.abs() + border.rate.abs();

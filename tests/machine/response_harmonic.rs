@@ -118,7 +118,8 @@ fn ref_folds_and_orbits_of_the_gear_pair() {
         let off = stable.filter_map(|pair| {
             let found = find_orbit(&model, &pair[0].start, 1).ok()?;
             let (q, v0) = found.start.split_at(1);
-            let (delta, rate) = model.elements[0].deflection(0.0, q, v0, 0);
+            let (delta, rate) =
+                model.elements[0].deflection(0.0, q, v0, model.elements[0].pieces_at(0.0));
             let multiplier = found.multipliers[0].norm() - largest;
             Some(((delta - x).abs().max((rate - v).abs()), multiplier.abs()))
         });

@@ -224,7 +224,26 @@ fn exact_responses_without_names() {
         format!("{:e},{:.6}", re.hypot(im), im.atan2(re))
     });
     let two = table(1, |re, im| format!("{re:e},{im:e},{:e},{im:e}", re + 0.1));
-    for (text, count) in [(cartesian, 1), (degrees, 1), (radians, 1), (two, 2)] {
+    let level = |re: f64, im: f64| 20.0 * re.hypot(im).log10();
+    let decibel = table(1, |re, im| {
+        format!("{:.8},{:.6}", level(re, im), im.atan2(re).to_degrees())
+    });
+    let decibel_radians = table(1, |re, im| {
+        format!("{:.8},{:.8}", level(re, im), im.atan2(re))
+    });
+    let coherence = table(1, |re, im| {
+        format!("{:.8},{:.6},0.97", level(re, im), im.atan2(re).to_degrees())
+    });
+    let texts = [
+        (cartesian, 1),
+        (degrees, 1),
+        (radians, 1),
+        (two, 2),
+        (decibel, 1),
+        (decibel_radians, 1),
+        (coherence, 1),
+    ];
+    for (text, count) in texts {
         let log = open::from_bytes("frf.csv", text.as_bytes(), &ReadOptions::default()).unwrap();
         let found = log.responses.unwrap();
         assert_eq!(found.responses.len(), count);
@@ -479,4 +498,51 @@ fn law_threads_read_the_same_log() {
         assert!(one == by(2), "{end:?} {last}");
     }
     assert_eq!(errors, 2);
+}
+
+/// A phase on lines too few or too uneven in their evidence had been read as a signal over time.
+#[test]
+fn refuses_tables_that_may_be_responses() {
+    let levels = table(1, |re, im| {
+        format!(
+            "{:.4},{:.3}",
+            20.0 * re.hypot(im).log10(),
+            im.atan2(re).to_degrees()
+        )
+    });
+    let few: String = levels
+        .lines()
+        .step_by(15)
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let wrapped: String = (0..400)
+        .map(f64::from)
+        .map(|k| {
+            let phase = (37.0 * k + 40.0 * (0.9 * k * k).sin()).rem_euclid(360.0) - 180.0;
+            format!("{k},{:.3},{phase:.2}\n", -20.0 + 3.0 * (1.7 * k).cos())
+        })
+        .collect();
+    for text in [few, wrapped] {
+        let read = open::from_bytes("frf.csv", text.as_bytes(), &ReadOptions::default());
+        let errors = read.unwrap_err();
+        let error = &errors.as_slice()[0];
+        assert_eq!(error.code, Code::UnknownFormat);
+        assert!(error.hint.as_ref().unwrap().contains("H1_phase_deg"));
+    }
+}
+
+/// Two records in one file: the message names the line of the second header and the column that restarts.
+#[test]
+fn refuses_records_below_each_other() {
+    let record: String = (0..200)
+        .map(|k| format!("{:.3},{}\n", f64::from(k) * 1e-3, k % 7))
+        .collect();
+    let text = format!("time_s,a\n{record}time_s,a\n{record}");
+    let error = settled("log.csv", text.as_bytes(), None).unwrap_err();
+    let said = error.to_string();
+    assert!(said.contains("line 202 repeats the header"), "{said}");
+    assert!(
+        said.contains("restarts: it goes back by 0.199000 s"),
+        "{said}"
+    );
 }

@@ -307,7 +307,7 @@ impl IntegrationRun<'_> {
         let (n, t) = (model.coordinate_count(), self.now.high);
         let b = &model.elements[branch];
         let (q, v) = (&self.y[..n], &self.y[n..2 * n]);
-        let piece = model.imposed_piece(&self.regime, branch);
+        let piece = model.error_pieces(Some(&self.regime), branch, t);
         let (delta, rate) = b.deflection(t, q, v, piece);
         const ROUNDING_TOLERANCE: f64 = 64.0 * f64::EPSILON;
         let next = match (&b.law, self.regime.states[branch]) {
@@ -334,7 +334,7 @@ impl IntegrationRun<'_> {
                         .as_ref()
                         .map_or(0.0, |e| e.slope(t, piece as usize))
                 };
-                if slope(was) == slope(piece) {
+                if slope(was) == slope(piece.imposed) {
                     return;
                 }
                 ElementState::Friction(match rate {

@@ -16,6 +16,8 @@ pub mod cost;
 
 pub mod output_statistics;
 
+mod peak_refinement;
+
 pub mod sampling_check;
 
 pub mod run;

@@ -1,6 +1,6 @@
 //! Statistics of an output and characteristics of its step response.
 
-/// Extremes and means of an output at equally spaced instants.
+/// Extremes of an output, and its means over equally spaced instants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputStatistics {
     /// At the end.
@@ -38,18 +38,13 @@ struct ExtremeValues {
 impl StatisticsAccumulator {
     /// Takes the next value; they are equally spaced in time.
     pub fn push(&mut self, t: f64, x: f64) {
-        let seen = self.extremes.get_or_insert(ExtremeValues {
+        let first = ExtremeValues {
             min: (x, t),
             max: (x, t),
             end: x,
-        });
-        seen.end = x;
-        if x < seen.min.0 {
-            seen.min = (x, t);
-        }
-        if x > seen.max.0 {
-            seen.max = (x, t);
-        }
+        };
+        self.extremes.get_or_insert(first).end = x;
+        self.extend(t, x);
         if x.abs() > self.unit {
             let unit = x.abs().log2().ceil().min(1023.0).exp2();
             let shrink = self.unit / unit;
@@ -62,6 +57,24 @@ impl StatisticsAccumulator {
         let off = value - self.mean;
         self.mean += off / self.count;
         self.squares += off * (value - self.mean);
+    }
+
+    /// Whether a value lies beyond the extremes.
+    pub fn is_beyond(&self, x: f64) -> bool {
+        self.extremes
+            .is_none_or(|seen| x < seen.min.0 || x > seen.max.0)
+    }
+
+    /// Takes an extreme between the samples.
+    pub fn extend(&mut self, t: f64, x: f64) {
+        if let Some(seen) = &mut self.extremes {
+            if x < seen.min.0 {
+                seen.min = (x, t);
+            }
+            if x > seen.max.0 {
+                seen.max = (x, t);
+            }
+        }
     }
 
     /// Statistics of the samples; absent where there are none.

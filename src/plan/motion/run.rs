@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::method_choice::MethodChoice;
 use super::output_statistics::{OutputStatistics, StatisticsAccumulator};
+use super::peak_refinement::PeakRefinement;
 use super::sampling_check::{SamplingCheck, UndersampledOutput};
 use super::simulation_setup::SimulationSetup;
 use crate::base::code::Code;
@@ -103,6 +104,7 @@ pub fn run_observed(
     });
     let (mut time, mut values) = (Vec::new(), vec![Vec::new(); scene.outputs.list.len()]);
     let mut accumulators = vec![StatisticsAccumulator::default(); scene.outputs.list.len()];
+    let mut peaks = PeakRefinement::default();
     let mut fineness = SamplingCheck::new(scene);
     let (mut count, mut reached, mut refused) = (0, 0.0, None);
     let start = Instant::now();
@@ -115,6 +117,7 @@ pub fn run_observed(
         for (reader, value) in accumulators.iter_mut().zip(&now) {
             reader.push(t, *value);
         }
+        peaks.push(scene, (t, y), regime, &now, &mut accumulators);
         fineness.push(scene, (t, y), regime, &now);
         if keep {
             time.push(t);

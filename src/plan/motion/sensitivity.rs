@@ -16,22 +16,7 @@ use crate::base::quantity::format_duration;
 use crate::base::time_budget::CancelToken;
 use crate::motion::methods::StepControl;
 use crate::motion::problem::StepSize;
-use crate::motion::sensitivity::Deflections;
-
-/// Share of the deflections by which the start is changed: far above rounding, far below what is known of any machine.
-const PERTURBATION_SHARE: f64 = 1e-9;
-
-/// The largest share where the errors of the method are larger than [`PERTURBATION_SHARE`].
-const MAX_PERTURBATION_SHARE: f64 = 1e-4;
-
-/// The change is so many times the errors of the method.
-const PERTURBATION_PER_ERROR: f64 = 10.0;
-
-/// The share of the time after which the two runs differ by the errors of the method, not yet by their growth.
-const EARLY_SHARE: f64 = 1.0 / 200.0;
-
-/// Both runs have parted where deflections differ by this share of their size: the growth ends there.
-const DIVERGED_SHARE: f64 = 0.1;
+use crate::motion::sensitivity::{Amplification, Deflections, PERTURBATION_SHARE};
 
 /// The second run of a method goes by so many times the tolerance.
 const TOLERANCE_RATIO: f64 = 10.0;
@@ -110,13 +95,9 @@ impl RunSamples {
 /// Sensitivity of a motion to its initial conditions.
 #[derive(Debug, Clone)]
 pub struct Sensitivity {
-    /// Amplification of the change; absent where every digit shown holds and the method makes errors of its own, larger than the remainder
-    /// of such a change.
-    pub factor: Option<f64>,
-    /// Both runs parted, so that the factor is a lower bound.
-    pub parted: bool,
-    /// Share of the deflections by which the start was changed.
-    pub change: f64,
+    /// Amplification of a change of the start; absent where every digit shown holds and the method makes errors of its own, larger than the
+    /// remainder of such a change.
+    pub amplification: Option<Amplification>,
     /// Predictability of each output.
     pub outputs: Vec<OutputPredictability>,
     /// Run time of the further runs, s.
@@ -149,6 +130,11 @@ pub struct OutputPredictability {
 }
 
 impl Sensitivity {
+    /// Share of the deflections by which the start was changed.
+    pub fn change(&self) -> f64 {
+        self.amplification.map_or(PERTURBATION_SHARE, |a| a.change)
+    }
+
     /// From here on the history of some output cannot be predicted, s.
     pub fn until(&self) -> Option<f64> {
         let all = self.outputs.iter().filter_map(|o| o.until);
@@ -191,23 +177,19 @@ impl Sensitivity {
         let outputs = (0..first.values.len()).map(|at| digits(first, &second, at));
         let outputs: Vec<OutputPredictability> = outputs.collect();
         let shown = outputs.iter().all(|o| o.all_shown);
-        let apart =
-            |other: &RunSamples, until| first.deflections.max_difference(&other.deflections, until);
-        let (change, most) = match (choice.method.step_control, shown) {
-            (StepControl::Exact, _) => (PERTURBATION_SHARE, Some(apart(&second, scene.end_time))),
-            (_, true) => (PERTURBATION_SHARE, None),
+        let amplification = match (choice.method.step_control, shown) {
+            (StepControl::Exact, _) => {
+                (first.deflections).amplification(&second.deflections, PERTURBATION_SHARE)
+            }
+            (_, true) => None,
             (_, false) => {
-                let errors = apart(&second, EARLY_SHARE * scene.end_time);
-                let change = (PERTURBATION_PER_ERROR * errors)
-                    .clamp(PERTURBATION_SHARE, MAX_PERTURBATION_SHARE);
+                let change = first.deflections.change_above_errors(&second.deflections);
                 let third = again(change, choice.step_size)?;
-                (change, Some(apart(&third, scene.end_time)))
+                (first.deflections).amplification(&third.deflections, change)
             }
         };
         Ok(Sensitivity {
-            factor: most.map(|most| most / change),
-            parted: most.is_some_and(|most| most > DIVERGED_SHARE),
-            change,
+            amplification,
             outputs,
             seconds: begun.elapsed().as_secs_f64(),
         })

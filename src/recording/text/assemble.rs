@@ -62,10 +62,10 @@ pub(super) fn assemble(
         let message = format!("the last row, line {line}, breaks off and is left out: \"{text}\"");
         note(log, "row-incomplete", message);
     }
-    if let Some((count, first)) = body.repeated {
+    if let Some(first) = body.repeated.first() {
         let message = format!(
             "{} of the header repeated between the rows passed over, the first line {first}: rows on either side are joined, and only time stamps give the time between",
-            pluralise(count, "line")
+            pluralise(body.repeated.len(), "line")
         );
         note(log, "header-repeated", message);
     }
@@ -133,6 +133,7 @@ pub(super) fn assemble(
             header_samples: said.samples,
             start: start.or_else(|| said.start.clone()),
             lines: lines.clone(),
+            repeated_header: body.repeated.clone(),
         };
     }
     if log.groups.is_empty() {

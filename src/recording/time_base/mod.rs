@@ -199,7 +199,8 @@ fn split_at_gaps(
                 true => format!("repeats the time stamp of the row before, {t} s after the first"),
                 false => format!("goes back in time by {:.6} s", -step),
             };
-            return Err(bad_stamp(&timing.lines, row, &what));
+            let error = bad_stamp(&timing.lines, row, &what);
+            return Err(restarted(timing, stamps, row, step).unwrap_or(error));
         }
         if row == 0 || is_gap(step, t) {
             if let Some(before) = segments.last_mut() {
@@ -327,6 +328,22 @@ fn split_at_gaps(
         gaps,
         spacing,
     })
+}
+
+/// Error for stamps that go back below a header that is repeated: the file holds more than one record.
+fn restarted(timing: &RawTiming, stamps: &TimeStamps, row: usize, step: f64) -> Option<Error> {
+    let line_of = |row| timing.lines.line_of_row(row);
+    let between = line_of(row.checked_sub(1)?)?..line_of(row)?;
+    let mut repeated = timing.repeated_header.iter().copied();
+    let line = repeated.find(|line| between.contains(line))?;
+    let message = format!(
+        "line {line} repeats the header, and below it `{}` restarts: it goes back by {:.6} s; the file holds more than one record",
+        stamps.name, -step
+    );
+    let error = Error::new(Code::InvalidTimeStamps, message);
+    Some(error.with_span(&SourceSpan::whole_line("", line)).with_hint(
+        "split the log at that line, one file a record; if the rows follow each other without a break, leave the stamps aside: --time none --rate HZ",
+    ))
 }
 
 fn bad_stamp(lines: &LineNumbers, row: usize, what: &str) -> Error {

@@ -63,8 +63,8 @@ pub struct TableData {
     pub footer: Option<(usize, usize, String)>,
     /// The last row, where it breaks off: its line and text.
     pub cut: Option<(usize, String)>,
-    /// Lines between the rows that repeat one of the header: how many, and the first.
-    pub repeated: Option<(usize, usize)>,
+    /// Lines between the rows that repeat one of the header.
+    pub repeated: Vec<usize>,
 }
 
 /// Reader of the rows.

@@ -35,8 +35,7 @@ impl RowReader<'_> {
         }
         if self.header.contains(&line.trim_ascii()) && self.is_before_header() {
             self.no_row = None;
-            let (count, first) = self.body.repeated.unwrap_or((0, number));
-            self.body.repeated = Some((count + 1, first));
+            self.body.repeated.push(number);
             return Ok(());
         }
         if self.no_row.is_some() {

@@ -113,7 +113,7 @@ pub fn plan(
     }
     if options.time_column.is_none()
         && options.rate.is_none()
-        && columns.name_responses(rows, marks)
+        && columns.name_responses(rows, marks)?
     {
         plan.diagnostics.push(Diagnostic {
             code: "frequency-guessed",

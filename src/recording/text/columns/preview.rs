@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::causal::{self, ComplexColumns};
+use super::causal::{ColumnPair, ComplexColumns, column_pair};
 use super::time_unit::unit_seconds;
 use crate::base::code::Code;
 use crate::base::error::Error;
@@ -59,34 +59,55 @@ impl<'a> ColumnPreview<'a> {
         }
     }
 
-    /// Names columns without names that by their numbers are frequency responses over even lines; whether they are.
-    pub(super) fn name_responses(&mut self, rows: &[&str], marks: Separators) -> bool {
+    /// Names columns without names that by their numbers are frequency responses over even lines, and perhaps a coherence; whether they
+    /// are.
+    ///
+    /// # Errors
+    /// `UnknownFormat`: the numbers may be either frequency responses or signals.
+    pub(super) fn name_responses(
+        &mut self,
+        rows: &[&str],
+        marks: Separators,
+    ) -> Result<bool, Error> {
         /// Steps below this are those of a time: a recorder is faster than 20 samples a second, lines are hardly nearer, Hz or s.
         const MAX_TIME_STEP: f64 = 0.05;
         let width = self.kinds.len();
         let unnamed = self.header.raw_names.iter().all(String::is_empty);
         let numbers = (0..width).all(|c| self.is_number(c));
-        if !unnamed || !numbers || width < 3 || width.is_multiple_of(2) || !self.is_even(0) {
-            return false;
+        if !unnamed || !numbers || width < 3 || !self.is_even(0) {
+            return Ok(false);
         }
         let first = &self.sample[0];
         if first[0] < 0.0 || first[1] - first[0] < MAX_TIME_STEP {
-            return false;
+            return Ok(false);
         }
         let all = sample_values(rows, marks, width, usize::MAX);
-        let pairs = all[1..].chunks_exact(2);
-        let found: Option<Vec<ComplexColumns>> =
-            pairs.map(|p| causal::response(&p[0], &p[1])).collect();
-        let Some(found) = found else {
-            return false;
-        };
-        for (at, pair) in found.into_iter().enumerate() {
+        let chunks = all[1..].chunks_exact(2);
+        let is_coherence = |last: &Vec<f64>| last.iter().all(|x| (0.0..=1.0).contains(x));
+        let (is_whole, last) = (
+            chunks.remainder().iter().all(is_coherence),
+            chunks.remainder(),
+        );
+        let pairs: Vec<ColumnPair> = chunks.map(|p| column_pair(&p[0], &p[1])).collect();
+        if pairs.iter().all(|pair| *pair == ColumnPair::Signals) {
+            return Ok(false);
+        }
+        let forms = pairs.iter().map(|pair| match pair {
+            ColumnPair::Response(form) if is_whole => Some(*form),
+            _ => None,
+        });
+        let forms: Option<Vec<ComplexColumns>> = forms.collect();
+        let forms = forms.ok_or_else(uncertain_columns)?;
+        for (at, pair) in forms.iter().enumerate() {
             for (half, ending) in pair.endings().into_iter().enumerate() {
                 self.names[1 + 2 * at + half] = format!("H{}_{ending}", at + 1);
             }
         }
+        if !last.is_empty() {
+            self.names[width - 1] = format!("H{}_coherence", forms.len());
+        }
         self.are_responses = true;
-        true
+        Ok(true)
     }
 
     pub(super) fn is_named(&self, column: usize, table: &[&str]) -> bool {
@@ -221,6 +242,17 @@ pub(super) fn column_name(header: &TableHeader, column: usize) -> String {
         "" => format!("column {}", column + 1),
         name => name.to_string(),
     }
+}
+
+/// Error for columns without names that may be either.
+fn uncertain_columns() -> Error {
+    Error::new(
+        Code::UnknownFormat,
+        "no column has a name, and by their numbers they are frequency responses or signals over time",
+    )
+    .with_hint(
+        "name the columns above the rows, such as frequency_Hz,H1_mag_dB,H1_phase_deg or frequency_Hz,H1_re,H1_im; if the first is the time: --time \"column 1\"",
+    )
 }
 
 fn unknown_column(name: &str, known: &[String]) -> Error {
