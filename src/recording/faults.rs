@@ -211,8 +211,8 @@ fn clipped(
             }
         }
     })?;
-    let by_side: usize = by_shape.iter().flatten().map(|side| side.0).sum();
-    found.tops = by_side.max(if stated.is_some() {
+    let tops = clipping::clipped_tops(&extremes).map_or(0, |tops| tops.0);
+    found.tops = tops.max(if stated.is_some() {
         found.ranges.len()
     } else {
         0
@@ -277,6 +277,12 @@ impl Faults {
     pub fn stuck_ranges(&self) -> Vec<Range<usize>> {
         let proven = self.stuck.iter().filter(|s| s.is_proven);
         proven.map(|s| s.range.clone()).collect()
+    }
+
+    /// The samples at which a channel, by its index, clipped.
+    pub fn clipped_ranges_of(&self, channel: usize) -> Vec<Range<usize>> {
+        let own = self.clipped.iter().filter(|c| c.channel == channel);
+        own.flat_map(|c| c.ranges.clone()).collect()
     }
 
     /// The samples at which any channel clipped.

@@ -202,6 +202,7 @@ fn append(joined: &mut Recording, next: Recording) -> Result<(), Error> {
     joined.files.push(LogFile {
         path: next.path,
         samples: at..joined.samples,
+        first_s: next.files.first().map_or(0.0, |f| f.first_s),
     });
     Ok(())
 }

@@ -112,6 +112,8 @@ pub struct TimeStamps {
     pub unit: String,
     /// The first stamp as written, where text holds it.
     pub first: String,
+    /// The first stamp where stamps are numbers, s; 0 of dates and clocks.
+    pub first_s: f64,
     /// Seconds since the first stamp.
     pub seconds: SampleColumn,
     /// Value of the last digit written: stamps are rounded to it.

@@ -48,6 +48,8 @@ pub struct LogFile {
     pub path: String,
     /// Sample range among those of the recording.
     pub samples: Range<usize>,
+    /// Time of its first sample as written, s; 0 where the file has no stamps, or dates.
+    pub first_s: f64,
 }
 
 /// When a sample was taken.
@@ -55,7 +57,7 @@ pub struct LogFile {
 pub struct Moment {
     /// The file that holds it, where the recording comes from several.
     pub file: Option<String>,
-    /// From the first sample of that file, gaps and what was left out before included, s.
+    /// In the time of that file, as its stamps have it; from its first sample where they are dates or missing, s.
     pub time_s: f64,
 }
 
@@ -140,7 +142,7 @@ impl Recording {
         let file = self.files.iter().find(|f| f.samples.contains(&at));
         Moment {
             file: (file.filter(|_| self.files.len() > 1)).map(|f| f.path.clone()),
-            time_s: self.time_s(segment, at - start),
+            time_s: file.map_or(0.0, |f| f.first_s) + self.time_s(segment, at - start),
         }
     }
 

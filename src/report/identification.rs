@@ -38,7 +38,7 @@ impl Presentation for LogReport<IdentificationResult> {
             .map(TransferFunction::to_json)
             .collect::<Result<Vec<Value>, Error>>()?;
         let fit = found.fit();
-        let hits = found.hits.iter().map(|h| json!({ "file": h.moment.file, "time_s": h.moment.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault.map(|f| f.description()) }));
+        let hits = found.hits.iter().map(|h| json!({ "file": h.moment.file, "time_s": h.moment.time_s, "peak": h.peak, "used": h.fault.is_none(), "fault": h.fault_text }));
         let omitted = found.rejected_poles();
         let omitted = (omitted.iter())
             .map(|(pole, reason)| json!({ "pole_rad_s": complex(*pole), "reason": reason }));
@@ -115,7 +115,7 @@ impl Presentation for LogReport<IdentificationResult> {
 
     fn notes(&self) -> String {
         let line = |hit: &HitSummary| {
-            let why = hit.fault?.description();
+            let why = hit.fault_text.as_ref()?;
             let file = or_blank(hit.moment.file.as_ref(), |f| format!(" of {f}"));
             Some(format!(
                 "hit at {:.4} s{file} left out: {why}\n",

@@ -140,7 +140,7 @@ fn mode_row(
         let size = |m: Complex| significant(m.re.signum() * m.norm());
         row.push(or_dash(mode.modal_mass, size));
     }
-    row.push(note_of(found, mode));
+    row.push(note_of(mode));
     row
 }
 
@@ -307,7 +307,7 @@ fn format_probability(p: f64) -> String {
 const NEIGHBOURS: usize = 3;
 
 /// Note on a remarkable mode.
-fn note_of(found: &IdentificationResult, mode: &IdentifiedMode) -> String {
+fn note_of(mode: &IdentifiedMode) -> String {
     let mut notes = Vec::new();
     if let Some(departure) = &mode.departure {
         if departure.model_error > 0.0 {
@@ -315,7 +315,12 @@ fn note_of(found: &IdentificationResult, mode: &IdentifiedMode) -> String {
             notes.push(format!("departs by {share} %"));
         }
         if departure.frequency_spread_hz > 0.0 {
-            let (what, spread) = (groups(found), four_digits(departure.frequency_spread_hz));
+            let what = if departure.by_hit {
+                "hits"
+            } else {
+                "responses"
+            };
+            let spread = four_digits(departure.frequency_spread_hz);
             notes.push(format!("{what} differ by {spread} Hz"));
         }
     }
@@ -327,14 +332,6 @@ fn note_of(found: &IdentificationResult, mode: &IdentifiedMode) -> String {
         notes.push(format!("on order {order} of the running speed"));
     }
     notes.join("; ")
-}
-
-/// Name of the data groups from which a mode was found separately.
-fn groups(found: &IdentificationResult) -> &'static str {
-    match found.hits.is_empty() {
-        true => "responses",
-        false => "hits",
-    }
 }
 
 /// MAC of the shapes with each other, row by row; empty where there are no shapes over several outputs.

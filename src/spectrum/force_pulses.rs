@@ -156,8 +156,12 @@ fn is_level(pulse: &ForcePulse, force: &[f64]) -> bool {
 /// Steps of a force at most: what steps more often, such as a random binary signal, drives all the time.
 const MAX_STEPS: usize = 20;
 
-/// Least ratio of the net change to the sum of the absolute changes over a step; zero for a pulse.
-const LEFT: f64 = 0.8;
+/// Least change of level over a step as a share of the range of the force within it: a filter without phase error overshoots by 9 % before
+/// and after; a pulse returns to its level.
+const MIN_LEVEL_CHANGE: f64 = 0.5;
+
+/// Pulses of the differences within so many times the longest of them are ripples of one step.
+const RIPPLE_DISTANCE: usize = 2;
 
 /// The change of each sample from the one before; 0 of the first.
 pub fn differences(samples: &[f64]) -> Vec<f64> {
@@ -168,7 +172,7 @@ pub fn differences(samples: &[f64]) -> Vec<f64> {
 }
 
 /// Whether a force steps from level to level, as on a release: nearly all the energy of its differences lies in few short pulses, and each
-/// leaves the force on another level.
+/// leaves the force on another level. Ripples of an anti-aliasing filter before and after it belong to a step.
 pub fn is_stepwise(force: &[f64]) -> bool {
     let changes = differences(force);
     let found = pulses_to(&changes, true);
@@ -178,15 +182,44 @@ pub fn is_stepwise(force: &[f64]) -> bool {
     let inside: f64 = (found.pulses.iter())
         .map(|p| energy(&changes[p.samples.clone()]))
         .sum();
-    let stays = |p: &ForcePulse| {
-        let samples = &changes[p.samples.clone()];
-        let both: f64 = samples.iter().map(|d| d.abs()).sum();
-        samples.iter().sum::<f64>().abs() >= LEFT * both
-    };
-    (1..=MAX_STEPS).contains(&found.pulses.len())
+    let steps = joined_pulses(&found.pulses);
+    (1..=MAX_STEPS).contains(&steps.len())
         && time as f64 <= MAX_PULSE_DUTY * force.len() as f64
         && inside >= MIN_ENERGY_IN_PULSES * (energy(&changes) - noise)
-        && found.pulses.iter().all(stays)
+        && (0..steps.len()).all(|k| changes_level(force, &steps, k))
+}
+
+/// Pulses of the differences with the ripples that a filter makes before and after them.
+fn joined_pulses(pulses: &[ForcePulse]) -> Vec<Range<usize>> {
+    let longest = pulses.iter().map(|p| p.samples.len()).max().unwrap_or(0);
+    let mut joined: Vec<Range<usize>> = Vec::new();
+    for pulse in pulses {
+        match joined.last_mut() {
+            Some(last) if pulse.samples.start - last.end <= RIPPLE_DISTANCE * longest => {
+                last.end = pulse.samples.end;
+            }
+            _ => joined.push(pulse.samples.clone()),
+        }
+    }
+    joined
+}
+
+/// Whether the force stays on another level after the k-th of `steps` than before: medians up to the steps next to it.
+fn changes_level(force: &[f64], steps: &[Range<usize>], k: usize) -> bool {
+    let own = &steps[k];
+    let from = if k == 0 { 0 } else { steps[k - 1].end };
+    let to = steps.get(k + 1).map_or(force.len(), |next| next.start);
+    let level = |samples: &[f64], edge: f64| match samples {
+        [] => edge,
+        _ => median(samples),
+    };
+    let first = own.start.saturating_sub(1);
+    let before = level(&force[from..first.max(from)], force[first]);
+    let after = level(&force[own.end..to], force[own.end - 1]);
+    let ends = (before.min(after), before.max(after));
+    let (low, high) =
+        (force[own.clone()].iter()).fold(ends, |(low, high), &f| (low.min(f), high.max(f)));
+    (after - before).abs() >= MIN_LEVEL_CHANGE * (high - low)
 }
 
 /// A run of equal samples at the extreme counts as clipped from this length on.
@@ -257,13 +290,14 @@ pub fn is_clipped(samples: &[f64]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     /// Half a sine of `width` samples at each of `starts`.
     fn blows(n: usize, starts: &[usize], width: usize) -> Vec<f64> {
         let mut force = vec![0.0; n];
         for &start in starts {
             for j in 0..width {
-                force[start + j] += (std::f64::consts::PI * (j as f64 + 0.5) / width as f64).sin();
+                force[start + j] += (PI * (j as f64 + 0.5) / width as f64).sin();
             }
         }
         force
@@ -310,10 +344,30 @@ mod tests {
         let noisy: Vec<f64> = plain.iter().map(|f| 2.0 - f + noise(0.01)).collect();
         let held: Vec<f64> = levels(0, 500).skip(6).collect();
         let release: Vec<f64> = held.iter().map(|f| f + noise(0.01)).collect();
-        for force in [&plain, &noisy, &release] {
+        // A linear-phase filter at 0.4 of the rate: ripples of 9 % before and after each step.
+        let filtered = |force: &[f64]| -> Vec<f64> {
+            let tap = |k: i32| match k {
+                0 => 0.4,
+                _ => (0.4 * PI * f64::from(k)).sin() / (PI * f64::from(k)),
+            };
+            let at = |j: usize| {
+                let near = |k: i32| force[(j as i32 + k).clamp(0, force.len() as i32 - 1) as usize];
+                (-64..=64).map(|k| tap(k) * near(k)).sum()
+            };
+            (0..force.len()).map(at).collect()
+        };
+        let sharp: Vec<f64> = (0..20_000)
+            .map(|j| f64::from(u8::from((5000..12_000).contains(&j))))
+            .collect();
+        let rippled = filtered(&sharp);
+        let dropped: Vec<f64> = (filtered(&sharp[4000..11_000]).iter())
+            .map(|f| 300.0 * (1.0 - f) + noise(0.1))
+            .collect();
+        for force in [&plain, &noisy, &release, &rippled, &dropped] {
             assert!(is_stepwise(force) && !is_impact(force));
         }
         let hits = blows(20_000, &[3000, 9000, 15_000], 20);
+        assert!(!is_stepwise(&filtered(&blows(20_000, &[3000, 9000], 3))));
         let random: Vec<f64> = (0..20_000).map(|_| noise(1.0)).collect();
         let binary: Vec<f64> = (0..20_000).map(|j| f64::from((j / 50) % 3 % 2)).collect();
         for force in [&hits, &random, &binary, &vec![0.0; 100], &Vec::new()] {

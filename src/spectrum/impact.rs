@@ -31,8 +31,8 @@ pub struct ImpactOptions {
     pub both_sides: bool,
     /// Levels at which channels overload, force first; where `None` or missing, flat tops are looked for, and levels that hits share.
     pub overload: Vec<Option<f64>>,
-    /// Samples known to be clipped, of any channel.
-    pub clipped: Vec<Range<usize>>,
+    /// Samples known to be clipped, by channel, force first.
+    pub clipped: Vec<Vec<Range<usize>>>,
 }
 
 impl Default for ImpactOptions {
@@ -55,8 +55,8 @@ impl Default for ImpactOptions {
 pub enum RejectReason {
     /// The hammer struck twice.
     Double,
-    /// The force, or a response, ran into its limit.
-    Overload,
+    /// A channel clipped: 0 is the force, 1, 2, … are the responses.
+    Clipped(usize),
     /// The next hit, or the end of the segment, comes before the block is full.
     CutShort,
     /// The segment begins within the pulse.
@@ -68,19 +68,21 @@ impl RejectReason {
     pub fn label(self) -> &'static str {
         match self {
             RejectReason::Double => "double",
-            RejectReason::Overload => "clipped",
+            RejectReason::Clipped(_) => "clipped",
             RejectReason::CutShort => "cut short",
             RejectReason::LateStart => "begun late",
         }
     }
 
-    /// In words.
-    pub fn description(self) -> &'static str {
+    /// In words, with the name of the channel that clipped.
+    pub fn description(self, channel: impl Fn(usize) -> String) -> String {
         match self {
-            RejectReason::Double => "the hammer struck twice",
-            RejectReason::Overload => "the force or a response ran into its limit",
-            RejectReason::CutShort => "the next hit or the end comes before the block is full",
-            RejectReason::LateStart => "the record begins within the pulse",
+            RejectReason::Double => "the hammer struck twice".to_string(),
+            RejectReason::Clipped(at) => format!("{} clipped", channel(at)),
+            RejectReason::CutShort => {
+                "the next hit or the end comes before the block is full".to_string()
+            }
+            RejectReason::LateStart => "the record begins within the pulse".to_string(),
         }
     }
 }
@@ -313,11 +315,13 @@ impl ImpactRecord<'_> {
         };
         for cut in &mut self.cuts {
             let is_known = |r: &Range<usize>| r.start < cut.limit && cut.start < r.end;
-            let mut channels = self.channels.iter().enumerate();
-            if options.clipped.iter().any(is_known)
-                || channels.any(|(at, channel)| is_over(at, &channel[cut.start..cut.limit]))
-            {
-                cut.rejected = Some(RejectReason::Overload);
+            let clipped = (0..self.channels.len()).find(|&at| {
+                let known = options.clipped.get(at);
+                known.is_some_and(|ranges| ranges.iter().any(is_known))
+                    || is_over(at, &self.channels[at][cut.start..cut.limit])
+            });
+            if let Some(at) = clipped {
+                cut.rejected = Some(RejectReason::Clipped(at));
             }
         }
     }
@@ -434,22 +438,24 @@ impl ImpactRecord<'_> {
     }
 
     fn no_valid_hit(&self) -> Error {
-        let count = |fault| {
-            self.cuts
-                .iter()
-                .filter(|c| c.rejected == Some(fault))
-                .count()
+        let faults: Vec<RejectReason> = self.cuts.iter().filter_map(|c| c.rejected).collect();
+        let name = |at: usize| match at {
+            0 => "the force".to_string(),
+            _ => "a response".to_string(),
         };
-        let reasons: Vec<String> = [
-            RejectReason::Double,
-            RejectReason::Overload,
-            RejectReason::CutShort,
-            RejectReason::LateStart,
-        ]
-        .into_iter()
-        .filter(|&fault| count(fault) > 0)
-        .map(|fault| format!("{} × {}", count(fault), fault.description()))
-        .collect();
+        let mut reasons: Vec<(String, usize)> = Vec::new();
+        for text in faults.iter().map(|f| f.description(name)) {
+            match reasons.iter_mut().find(|r| r.0 == text) {
+                Some(reason) => reason.1 += 1,
+                None => reasons.push((text, 1)),
+            }
+        }
+        let reasons: Vec<String> = (reasons.iter())
+            .map(|(text, count)| format!("{count} × {text}"))
+            .collect();
+        let all = |label: &str| {
+            faults.len() == self.cuts.len() && faults.iter().all(|f| f.label() == label)
+        };
         Error::new(
             Code::TooShort,
             format!(
@@ -458,9 +464,9 @@ impl ImpactRecord<'_> {
                 reasons.join(", ")
             ),
         )
-        .with_hint(match self.cuts.len() {
-            all if all == count(RejectReason::LateStart) => "record from before the hit; check with `geardyn check` whether the file holds finished responses",
-            all if all == count(RejectReason::Overload) => "measure again with a larger range, or hit more gently; where a channel only seems to clip, state its overload level: --overload NAME=LEVEL",
+        .with_hint(match () {
+            () if all(RejectReason::LateStart.label()) => "record from before the hit; check with `geardyn check` whether the file holds finished responses",
+            () if all(RejectReason::Clipped(0).label()) => "measure again with a larger range, or hit more gently; where a channel only seems to clip, state its overload level: --overload NAME=LEVEL",
             _ => "a shorter block, or stated overload levels, let more of them through",
         })
     }

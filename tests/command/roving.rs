@@ -352,7 +352,7 @@ fn law_hits_at_a_common_limit_are_clipped() {
         let what = ["identify", &path, "--input", "force", "--output", "a,b"];
         if left == 0 {
             let (_, message) = refusal(&what);
-            assert!(message.contains("ran into its limit"), "{message}");
+            assert!(message.contains("a response clipped"), "{message}");
             continue;
         }
         let found = document(&[&what[..], &["--json"]].concat());

@@ -72,7 +72,7 @@ fn exact_impact_test_of_a_spindle() {
             None,
             Some(RejectReason::Double),
             None,
-            Some(RejectReason::Overload),
+            Some(RejectReason::Clipped(0)),
             None
         ]
     );

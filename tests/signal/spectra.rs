@@ -583,7 +583,7 @@ fn exact_hits_and_faults() {
             None,
             None,
             Some(RejectReason::Double),
-            Some(RejectReason::Overload),
+            Some(RejectReason::Clipped(0)),
             None,
             Some(RejectReason::CutShort)
         ]

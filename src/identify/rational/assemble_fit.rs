@@ -4,9 +4,10 @@ use crate::base::error::Diagnostic;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 
+use super::basis::ScaledPole;
 use super::groups::{GroupMean, MIN_HITS};
-use super::mode_acceptance::{CANCELLED, ModeCandidate, may_explain_peak, rejection_reason};
-use super::random_effects::student_factor;
+use super::mode_acceptance::{ModeCandidate, rejection_reason};
+use super::random_effects::{PooledMean, student_factor};
 use super::scaled_responses::ScaledResponses;
 use super::search::SearchResult;
 use super::{FrfData, ModelErrorShare, RationalFit, RejectedPole};
@@ -17,12 +18,13 @@ const MODEL_ERROR_SIGMA: f64 = 4.0;
 /// And this ratio to the noise is one that spoils weak modes.
 const MODEL_ERROR_RATIO: f64 = 1.5;
 
-/// Converts a search result into the reported fit.
+/// Converts a search result into the reported fit. The second are places of poles that responses which depart from the model are fitted
+/// better without: no modes, in the half-power band of another pole whose place they take.
 pub(super) fn assemble_fit(
     measured: &FrfData,
     lines: &ScaledResponses,
     result: SearchResult,
-) -> RationalFit {
+) -> (RationalFit, Vec<usize>) {
     let per_dof = result.chi2 / result.dof;
     let departs = result.departures.is_some();
     let beyond = !departs && per_dof > 1.0 + MODEL_ERROR_SIGMA * (2.0 / result.dof).sqrt();
@@ -94,7 +96,7 @@ pub(super) fn assemble_fit(
     }
     let model_error = departs || (beyond && per_dof > MODEL_ERROR_RATIO);
     let mut accepted: Vec<(ModalParameters, ModelErrorShare)> = Vec::new();
-    let mut cancelling: Vec<(ModalParameters, ModelErrorShare)> = Vec::new();
+    let mut needless: Vec<(f64, usize)> = Vec::new();
     let has_departures = departs || result.means.iter().any(Option::is_some);
     for (place, &r) in order.iter().enumerate() {
         let square = lines.max_omega * lines.max_omega;
@@ -108,8 +110,19 @@ pub(super) fn assemble_fit(
         };
         let mean = result.means.get(r).copied().flatten();
         let share = result.departures.as_ref().map_or(0.0, |d| d[r].share);
-        let common = mode.clone();
-        let departure = departure(&mut mode, share, mean.as_ref(), lines.max_omega);
+        let mut common = mode.clone();
+        let departure = departure(
+            &mut mode,
+            share,
+            mean.as_ref(),
+            lines.max_omega,
+            result.by_hit,
+        );
+        if let Some(own) = result.common_departures.get(r) {
+            for mode in [&mut common, &mut mode] {
+                widen(mode, *own, lines.h.len());
+            }
+        }
         // The difference of two hits says little of whether a pole is a mode.
         let judged = match departure.two_hit_factor > 1.0 {
             true => &common,
@@ -124,37 +137,53 @@ pub(super) fn assemble_fit(
         };
         match rejection_reason(&candidate) {
             None => accepted.push((mode, departure)),
-            Some(CANCELLED) if may_explain_peak(&candidate) => cancelling.push((mode, departure)),
-            Some(reason) => fit.omitted.push(RejectedPole {
-                pole: mode.pole,
-                reason,
-            }),
+            Some(reason) => {
+                let others =
+                    (poles.iter().enumerate()).filter(|(o, p)| *o != r && lines.may_be_mode(p));
+                let is_adjacent = others.map(|o| o.1).any(|p| overlap(p, &poles[r]));
+                if departs && lines.may_be_mode(&poles[r]) && is_adjacent {
+                    needless.push((candidate.visibility, place));
+                }
+                fit.omitted.push(RejectedPole {
+                    pole: mode.pole,
+                    reason,
+                });
+            }
         }
     }
-    // Of poles that cancel, those next to a mode are not one; without a mode there they are what the peak consists of.
-    let is_adjacent = |(pole, _): &(ModalParameters, ModelErrorShare)| {
-        accepted.iter().any(|(mode, _)| overlap(mode, pole))
-    };
-    let (adjacent, alone): (Vec<_>, Vec<_>) = cancelling.into_iter().partition(is_adjacent);
-    let omitted = adjacent.into_iter().map(|(mode, _)| RejectedPole {
-        pole: mode.pole,
-        reason: CANCELLED,
-    });
-    fit.omitted.extend(omitted);
-    (fit.omitted).sort_by(|a, b| a.pole.norm().total_cmp(&b.pole.norm()));
-    accepted.extend(alone);
     accepted.sort_by(|a, b| a.0.frequency_hz().total_cmp(&b.0.frequency_hz()));
     (fit.modes, fit.departures) = accepted.into_iter().unzip();
     if !has_departures {
         fit.departures.clear();
     }
     add_warnings(&mut fit, lines, &result, beyond, per_dof);
-    fit
+    // The least visible first: another that it overlaps may be a mode without it.
+    needless.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut places: Vec<usize> = Vec::new();
+    for (_, place) in needless {
+        let own = &poles[order[place]];
+        if !places.iter().any(|&o| overlap(own, &poles[order[o]])) {
+            places.push(place);
+        }
+    }
+    (fit, places)
 }
 
 /// Whether the half-power bands of two poles overlap.
-fn overlap(a: &ModalParameters, b: &ModalParameters) -> bool {
-    (a.pole.im - b.pole.im).abs() <= a.pole.re.abs() + b.pole.re.abs()
+fn overlap(a: &ScaledPole, b: &ScaledPole) -> bool {
+    (a.w - b.w).abs() <= a.sigma + b.sigma
+}
+
+/// A resonance is off its model by some four smooth terms; a shift of the pole, which the fit takes up, is as large as one of them.
+const SHIFT_SHARE: f64 = 0.5;
+
+/// Adds to the covariance of a pole the shift that a departure common to all hits hides, in each of the `outputs` anew.
+fn widen(mode: &mut ModalParameters, departure: f64, outputs: usize) {
+    let shift = SHIFT_SHARE * departure * mode.pole.re;
+    if let Some([re, im, _]) = &mut mode.pole_covariance {
+        *re += shift * shift / outputs as f64;
+        *im += shift * shift / outputs as f64;
+    }
 }
 
 /// Model error of a mode; where hits or responses differ about it, the mode becomes their mean.
@@ -163,6 +192,7 @@ fn departure(
     share: f64,
     mean: Option<&GroupMean>,
     top: f64,
+    by_hit: bool,
 ) -> ModelErrorShare {
     let mut departure = ModelErrorShare {
         model_error: share,
@@ -170,6 +200,7 @@ fn departure(
         frequency_spread_hz: 0.0,
         damping_spread: 0.0,
         two_hit_factor: 1.0,
+        by_hit,
     };
     let Some((w, sigma)) = mean.and_then(|m| m.mean) else {
         return departure;
@@ -180,12 +211,15 @@ fn departure(
     let square = top * top;
     mode.pole = Complex::new(-sigma.mean, w.mean) * top;
     mode.pole_covariance = Some([sigma.variance * square, w.variance * square, 0.0]);
+    // What estimates differ by is stated where it is more than the uncertainty of one: their mean has the variance of both.
+    let free = departure.groups as f64 - 1.0;
+    let stated = |mean: &PooledMean| {
+        let between = mean.between_std.powi(2);
+        let both = mean.variance * (free + 1.0) / student_factor(free).powi(2);
+        if between > 0.5 * both { between } else { 0.0 }
+    };
     let between = ModalParameters {
-        pole_covariance: Some([
-            sigma.between_std.powi(2) * square,
-            w.between_std.powi(2) * square,
-            0.0,
-        ]),
+        pole_covariance: Some([stated(&sigma) * square, stated(&w) * square, 0.0]),
         ..mode.clone()
     };
     departure.frequency_spread_hz = between.frequency_std_hz().unwrap_or(0.0);
@@ -225,12 +259,7 @@ fn coefficients(result: &SearchResult, responses: usize) -> Vec<Vec<f64>> {
 }
 
 /// `(a|p| + b p)/(2j Im p)` in units of the highest line.
-pub(super) fn residue(
-    c: &[f64],
-    pole: &super::basis::ScaledPole,
-    r: usize,
-    numerators: usize,
-) -> Complex {
+pub(super) fn residue(c: &[f64], pole: &ScaledPole, r: usize, numerators: usize) -> Complex {
     let p = pole.value();
     let mut top = Complex::new(c[r * numerators] * p.norm(), 0.0);
     if numerators == 2 {

@@ -58,6 +58,7 @@ pub mod residual_delay;
 pub use basis::ModelTerms;
 
 use basis::ScaledPole;
+use search::SearchResult;
 
 /// Frequency responses over common lines.
 #[derive(Debug, Clone, Copy)]
@@ -198,10 +199,12 @@ pub struct ModelErrorShare {
     pub model_error: f64,
     /// Hits that see it, or responses where no hits are known; zero for a single hit and for two responses.
     pub groups: usize,
-    /// Standard deviation of their own frequencies beyond what their noise explains, Hz; zero where they agree.
+    /// Standard deviation of their own frequencies beyond what their noise explains, Hz; zero where that is no more than their uncertainty.
     pub frequency_spread_hz: f64,
     /// That of their damping ratios.
     pub damping_spread: f64,
+    /// The groups are hits.
+    pub by_hit: bool,
     /// Ratio of Student's 97.5 % quantile to the normal one, by which the difference of two hits widens the interval; 1 for more hits,
     /// and where they do not differ.
     pub two_hit_factor: f64,
@@ -340,21 +343,38 @@ fn fit_with(
         DelayModel::None => scaled_responses::ScaledResponses::split_by_hit(measured, options)?,
         _ => None,
     };
-    let found = match by_hit {
-        Some(each) => {
-            let average = lines.average_of(&each);
-            search::search(&each, Some(&average), options, false, from.as_deref())
-                .fit_responses(&lines)
-        }
-        None => search::search(
-            &lines,
-            None,
-            options,
-            measured.variance_trusted,
-            from.as_deref(),
-        ),
+    let (searched, average) = match &by_hit {
+        Some(each) => (each, Some(lines.average_of(each))),
+        None => (&lines, None),
     };
-    let mut fit = assemble_fit::assemble_fit(measured, &lines, found);
+    let trusted = measured.variance_trusted && by_hit.is_none();
+    let mut found = search::search(
+        searched,
+        average.as_ref(),
+        options,
+        trusted,
+        from.as_deref(),
+    );
+    let (evidence, at_limit, mut effort) = (found.evidence.clone(), found.at_limit, found.effort);
+    let mut fit = loop {
+        if average.is_some() {
+            found = found.fit_responses(&lines);
+        }
+        let (fit, needless) = assemble_fit::assemble_fit(measured, &lines, found);
+        if needless.is_empty() || options.order.is_some() {
+            break fit;
+        }
+        let left = (0..fit.poles.len()).filter(|place| !needless.contains(place));
+        let poles: Vec<ScaledPole> = left
+            .map(|place| ScaledPole::new(fit.poles[place], lines.max_omega))
+            .collect();
+        found = SearchResult {
+            evidence: evidence.clone(),
+            at_limit,
+            ..search::refit_with_model_error(searched, options, trusted, &poles, &mut effort)
+        };
+        found.effort = effort;
+    };
     fit.effort.seconds = started.elapsed().as_secs_f64();
     Ok(fit)
 }

@@ -227,6 +227,19 @@ impl ModelErrorSearch<'_> {
         found
     }
 
+    /// The fit with the given poles, none added or judged.
+    pub fn refit(&self, poles: &[ScaledPole], effort: &mut FitEffort) -> ModelErrorFit {
+        let model = PoleModel {
+            poles: poles.to_vec(),
+            delays: Vec::new(),
+        };
+        let first = self.state(self.noise.to_vec(), &model, STEPS_AFTER_ADDED, effort);
+        self.finish(
+            self.iterate_variance(&first, STEPS_AFTER_REMOVED, effort),
+            effort,
+        )
+    }
+
     fn grow(
         &self,
         mut state: WeightedFit,

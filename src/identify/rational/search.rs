@@ -6,7 +6,7 @@ use super::basis::{ModelTerms, ScaledPole, WhitenedProblem};
 use super::covariance::{PoleCovariance, covariance};
 use super::groups::{GroupMean, means};
 use super::line_compression::{CompressedProblem, Compressor};
-use super::model_error::{ModeDeviation, PoleResidues};
+use super::model_error::{self, ModeDeviation, PoleResidues};
 use super::model_error_search::{ModelErrorFit, ModelErrorSearch, unweighted_residuals};
 use super::pole_significance::PoleSignificance;
 use super::projection::{ModelFit, PoleModel, StopCriteria, fit_at, refine, residual};
@@ -44,6 +44,9 @@ pub(super) struct SearchResult {
     pub departures: Option<Vec<ModeDeviation>>,
     /// Mean of each pole over the separate estimates of hits, or responses.
     pub means: Vec<Option<GroupMean>>,
+    /// Residual of the average of the hits at each pole, as [`ModeDeviation::share`]: what all hits depart by alike, which no number of them
+    /// averages out. Empty without hits, or where noise explains the responses.
+    pub common_departures: Vec<f64>,
     /// Groups of these means are hits.
     pub by_hit: bool,
     /// The most poles allowed, or the work, were used up.
@@ -97,21 +100,8 @@ pub(super) fn search(
     trusted: bool,
     from: Option<&[ScaledPole]>,
 ) -> SearchResult {
-    let given = lines.variance.is_some();
-    let noise = match &lines.variance {
-        Some(v) => lines.with_variance_floor(v),
-        None => from_differences(lines),
-    };
-    let by_noise = MAX_BY_NOISE.0 + lines.x.len() / MAX_BY_NOISE.1;
-    let rules = StepwiseOptions {
-        max_poles: max_determined_poles(lines, options.max_poles.min(by_noise)),
-        fixed_pole_count: options.order,
-        add_poles: from.is_none(),
-        unstable: options.allow_unstable,
-        estimated: !(given && trusted),
-        data_count: lines.data_count(),
-        departs: false,
-    };
+    let noise = noise_variance(lines);
+    let rules = stepwise_options(lines, options, trusted, from.is_none());
     let start = PoleModel {
         poles: from.unwrap_or_default().to_vec(),
         delays: match options.delay {
@@ -136,19 +126,70 @@ pub(super) fn search(
         return result;
     }
     evidence.clear();
-    let search = ModelErrorSearch {
+    let search = model_error_search(lines, &noise, rules, options);
+    let departing = search.run(&start, &mut evidence, &mut effort);
+    let mut result = fit_with_model_error(&search, departing);
+    (result.evidence, result.effort) = (evidence, effort);
+    result
+}
+
+/// Refines poles that responses depart from, none added or judged.
+pub(super) fn refit_with_model_error(
+    lines: &ScaledResponses,
+    options: &RationalOptions,
+    trusted: bool,
+    poles: &[ScaledPole],
+    effort: &mut FitEffort,
+) -> SearchResult {
+    let noise = noise_variance(lines);
+    let rules = stepwise_options(lines, options, trusted, false);
+    let search = model_error_search(lines, &noise, rules, options);
+    let departing = search.refit(poles, effort);
+    fit_with_model_error(&search, departing)
+}
+
+/// The variance that is given, or that of differences of neighbouring lines.
+fn noise_variance(lines: &ScaledResponses) -> Vec<Vec<f64>> {
+    match &lines.variance {
+        Some(v) => lines.with_variance_floor(v),
+        None => from_differences(lines),
+    }
+}
+
+/// Rules of a fit by noise alone.
+fn stepwise_options(
+    lines: &ScaledResponses,
+    options: &RationalOptions,
+    trusted: bool,
+    add_poles: bool,
+) -> StepwiseOptions {
+    let by_noise = MAX_BY_NOISE.0 + lines.x.len() / MAX_BY_NOISE.1;
+    StepwiseOptions {
+        max_poles: max_determined_poles(lines, options.max_poles.min(by_noise)),
+        fixed_pole_count: options.order,
+        add_poles,
+        unstable: options.allow_unstable,
+        estimated: !(lines.variance.is_some() && trusted),
+        data_count: lines.data_count(),
+        departs: false,
+    }
+}
+
+fn model_error_search<'a>(
+    lines: &'a ScaledResponses,
+    noise: &'a [Vec<f64>],
+    rules: StepwiseOptions,
+    options: &RationalOptions,
+) -> ModelErrorSearch<'a> {
+    ModelErrorSearch {
         lines,
-        noise: &noise,
+        noise,
         options: StepwiseOptions {
             max_poles: max_determined_poles(lines, options.max_poles),
             departs: true,
             ..rules
         },
-    };
-    let departing = search.run(&start, &mut evidence, &mut effort);
-    let mut result = fit_with_model_error(&search, departing);
-    (result.evidence, result.effort) = (evidence, effort);
-    result
+    }
 }
 
 /// The fit by noise alone; `None` where that does not explain the responses. `average` is what poles are sought in.
@@ -212,6 +253,7 @@ fn fit_noise_only(
         evidence: Vec::new(),
         departures: None,
         means: Vec::new(),
+        common_departures: Vec::new(),
         by_hit: false,
         at_limit: false,
         negative_log_likelihood: surprise,
@@ -366,6 +408,7 @@ fn fit_with_model_error(search: &ModelErrorSearch, departing: ModelErrorFit) -> 
         evidence: Vec::new(),
         departures: Some(departures),
         means,
+        common_departures: Vec::new(),
         by_hit: !lines.hits.is_empty(),
         effort: FitEffort::default(),
     }
@@ -386,7 +429,12 @@ impl SearchResult {
         let left = fits
             .map(|(problem, fit)| residual(problem, &fitted.model, numerators, fit))
             .collect();
+        let common_departures = match self.departures.is_some() {
+            true => common_departures(lines, &variance, &weights, &fitted.model),
+            false => Vec::new(),
+        };
         SearchResult {
+            common_departures,
             fit: fitted,
             problems,
             residuals: left,
@@ -394,6 +442,29 @@ impl SearchResult {
             ..self
         }
     }
+}
+
+/// Residual of responses at each pole beyond their noise, as a share of the pole's own value.
+fn common_departures(
+    lines: &ScaledResponses,
+    noise: &[Vec<f64>],
+    weights: &SeparableWeights,
+    model: &PoleModel,
+) -> Vec<f64> {
+    let problem = [lines.shared_problem(weights, ModelTerms::FULL)];
+    let fit = fit_at(&problem, model, NUMERATORS);
+    let left = residual(&problem[0], model, NUMERATORS, &fit.fits[0]);
+    let left = unweighted_residuals(lines, weights, &left);
+    let modes = PoleResidues {
+        poles: model.poles.clone(),
+        coefficients: (0..lines.h.len())
+            .map(|i| coefficients(&fit, i, weights.by_response[i]))
+            .collect(),
+    };
+    let all: Vec<usize> = (0..lines.h.len()).collect();
+    (0..modes.poles.len())
+        .map(|r| model_error::misfit(lines, 0, &all, &left, noise, &modes, r))
+        .collect()
 }
 
 /// A fit with all lines, those it was made on, and their weights.

@@ -112,9 +112,9 @@ impl CheckedRecording {
         (kept, diagnostics)
     }
 
-    /// Samples at which a channel clipped.
-    pub fn clipped_ranges(&self) -> Vec<Range<usize>> {
-        self.faults.clipped_ranges()
+    /// Samples at which a channel, by its index, clipped.
+    pub fn clipped_ranges_of(&self, channel: usize) -> Vec<Range<usize>> {
+        self.faults.clipped_ranges_of(channel)
     }
 
     /// Warnings about clipping that remains in the record.

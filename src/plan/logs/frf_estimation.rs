@@ -1,7 +1,7 @@
 //! FRF estimation from a recording: hammer hits, stepped sine, local polynomials or averaged blocks.
 
 use super::fault_free::{CheckedRecording, SegmentUse};
-use super::{sample_blocks, stepped_sine};
+use super::{excited_band, sample_blocks, stepped_sine};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
@@ -57,6 +57,8 @@ pub struct HitSummary {
     pub peak: f64,
     /// Why it was rejected; `None` where it was used.
     pub fault: Option<RejectReason>,
+    /// The same in words, with the name of the channel that clipped.
+    pub fault_text: Option<String>,
 }
 
 /// Frequency responses and how they were had.
@@ -161,13 +163,13 @@ pub fn estimate_responses(
             Err(Error::new(Code::Usage, message))
         }
         true => Ok(with(
-            estimate_from_hits(sound, &channels, study, false)?,
+            estimate_from_hits(sound, &chosen, study, false)?,
             sound.stuck.clone(),
         )),
         false if is_step => {
             let diagnostics = [sound.stuck.clone(), sound.clipped_warnings()].concat();
             Ok(with(
-                estimate_from_hits(sound, &channels, study, true)?,
+                estimate_from_hits(sound, &chosen, study, true)?,
                 diagnostics,
             ))
         }
@@ -198,11 +200,14 @@ fn first_samples(recording: &Recording, channel: &Channel) -> Result<Vec<f64>, E
 /// Responses to hits, or to `steps`: with every channel replaced by its differences a step is a hit, and the responses stay what they are.
 fn estimate_from_hits(
     sound: &CheckedRecording,
-    channels: &[&Channel],
+    chosen: &[usize],
     study: &FrfStudy,
     steps: bool,
 ) -> Result<EstimatedResponses, Error> {
     let recording = &sound.recording;
+    let channels: &[&Channel] = &(chosen.iter())
+        .map(|&c| &recording.channels[c])
+        .collect::<Vec<_>>();
     let (force_share, end) = match study.window {
         None => (None, None),
         Some(Window::Force(share)) => (Some(share), None),
@@ -246,7 +251,9 @@ fn estimate_from_hits(
         },
         clipped: match steps {
             true => Vec::new(),
-            false => sound.clipped_ranges(),
+            false => (chosen.iter())
+                .map(|&c| sound.clipped_ranges_of(c))
+                .collect(),
         },
         both_sides: steps,
         force_share,
@@ -264,16 +271,13 @@ fn estimate_from_hits(
     let what = if steps { "step" } else { "hit" };
     let mut how = format!("{}: {used} used", pluralise(found.hits.len(), what));
     for fault in [
-        RejectReason::Overload,
+        RejectReason::Clipped(0),
         RejectReason::Double,
         RejectReason::CutShort,
         RejectReason::LateStart,
     ] {
-        let count = found
-            .hits
-            .iter()
-            .filter(|h| h.rejected == Some(fault))
-            .count();
+        let labels = found.hits.iter().filter_map(|h| h.rejected);
+        let count = labels.filter(|f| f.label() == fault.label()).count();
         if count > 0 {
             how += &format!(", {count} {}", fault.label());
         }
@@ -291,8 +295,9 @@ fn estimate_from_hits(
         moment: recording.moment(hit.sample),
         peak: hit.peak,
         fault: hit.rejected,
+        fault_text: (hit.rejected).map(|f| f.description(|at| channels[at].name.clone())),
     };
-    let usable_hz = excited_band(&found.force_power, &found.estimate.frequency_hz);
+    let usable_hz = excited_band::of_hits(&found.force_power, &found.estimate);
     // What the exponential window falls to makes neighbouring lines go together.
     let end = (-found.estimate.window_decay * found.block as f64 / recording.rate_hz).exp();
     Ok(EstimatedResponses {
@@ -338,20 +343,6 @@ fn estimate_from_dwells(
         smearing_limit_lines: 0.0,
         diagnostics,
     })
-}
-
-/// Excited band of a hammer's force: up to where it falls 40 dB below its largest for good.
-fn excited_band(power: &[f64], frequency_hz: &[f64]) -> Option<(f64, f64)> {
-    const EXCITED_POWER_SHARE: f64 = 1e-4;
-    let largest = power.iter().copied().fold(0.0, f64::max);
-    let last = power
-        .iter()
-        .position(|&p| p < EXCITED_POWER_SHARE * largest)
-        .unwrap_or(power.len());
-    Some((
-        *frequency_hz.get(1)?,
-        *frequency_hz.get(last.checked_sub(1)?)?,
-    ))
 }
 
 /// Lines of a first look inside the band, at most: enough for a hundred modes of twenty lines each.
@@ -409,7 +400,7 @@ fn estimate_from_blocks(
         BAND_EDGE_SHARE * recording.rate_hz / 2.0,
     );
     let whole = lines.get(3).map(|&low| (low, top)).filter(|b| b.0 < b.1);
-    let driven = common_excited_band(&spectra, ins).map(|(low, high)| match whole {
+    let driven = excited_band::of_inputs(&spectra, ins).map(|(low, high)| match whole {
         Some((least, most)) => (low.max(least).min(most), high.min(most)),
         None => (low, high),
     });
@@ -418,7 +409,7 @@ fn estimate_from_blocks(
     if let (None, Some((low, high))) = (request.band_hz, driven.filter(|_| driven != whole)) {
         how_driven = format!(
             "; the input has power, within {:.0} dB of its plateau, from {low:.4} to {high:.4} Hz",
-            -10.0 * PLATEAU_POWER_SHARE.log10()
+            -10.0 * excited_band::PLATEAU_POWER_SHARE.log10()
         );
     }
     let band = request.band_hz.or(usable_hz).filter(|_| study.is_default());
@@ -618,54 +609,6 @@ fn estimate_local(
             _ => POLYNOMIAL_SMEARING_LINES,
         },
     }))
-}
-
-/// Power below the plateau that no longer drives: 40 dB.
-const PLATEAU_POWER_SHARE: f64 = 1e-4;
-
-/// Band excited by every input: the segment of lines around its largest, single lines passed over, where it is within
-/// [`PLATEAU_POWER_SHARE`] of its plateau.
-fn common_excited_band(spectra: &Spectra, inputs: &[usize]) -> Option<(f64, f64)> {
-    /// Lines of the running median, which lines of the mains do not reach.
-    const MEDIAN_LINES: usize = 9;
-    /// Dips narrower than this share of the spectrum are passed over.
-    const MAX_DIP_SHARE: usize = 20;
-    let lines = spectra.frequency_hz.len();
-    let least = (0..lines).map(|at| {
-        let of = |&c: &usize| -> f64 {
-            let psd = &spectra.psd[c];
-            let mut near = psd
-                [at.saturating_sub(MEDIAN_LINES / 2)..(at + MEDIAN_LINES / 2 + 1).min(lines)]
-                .to_vec();
-            near.sort_by(f64::total_cmp);
-            near[near.len() / 2]
-        };
-        inputs.iter().map(of).collect::<Vec<f64>>()
-    });
-    let smooth: Vec<Vec<f64>> = least.collect();
-    let plateau: Vec<f64> = (0..inputs.len())
-        .map(|j| smooth.iter().map(|s| s[j]).fold(0.0, f64::max))
-        .collect();
-    let share = |at: usize| {
-        let of = |(s, p): (&f64, &f64)| if *p > 0.0 { s / p } else { 0.0 };
-        smooth[at].iter().zip(&plateau).map(of).fold(1.0, f64::min)
-    };
-    let shares: Vec<f64> = (0..lines).map(share).collect();
-    let top = (0..lines).max_by(|&a, &b| shares[a].total_cmp(&shares[b]))?;
-    let dip = lines / MAX_DIP_SHARE;
-    let reach = |from: usize, step: isize| -> usize {
-        let (mut last, mut at) = (from as isize, from as isize);
-        while at >= 0 && (at as usize) < lines && (at - last).unsigned_abs() <= dip {
-            if shares[at as usize] >= PLATEAU_POWER_SHARE {
-                last = at;
-            }
-            at += step;
-        }
-        last as usize
-    };
-    let (low, high) = (reach(top, -1), reach(top, 1));
-    (shares[top] >= PLATEAU_POWER_SHARE && low < high)
-        .then(|| (spectra.frequency_hz[low], spectra.frequency_hz[high]))
 }
 
 /// Blocks, window and overlap: as requested, else from the length of the record.

@@ -85,17 +85,20 @@ pub fn level_dependence(
     let sure = student_t_quantile(1.0 - 0.5 * SIGNIFICANCE / modes.len().max(1) as f64, dofs);
     let interval = student_t_quantile(0.975, dofs);
     let shifted = |mode: &ModalParameters| {
-        let shifts = shifts(frequency_hz, groups, mode.pole, pole_terms)?;
+        let (shifts, misfit) = shifts(frequency_hz, groups, mode.pole, pole_terms)?;
         let f = mode.frequency_hz();
         let relative: Vec<f64> = shifts.iter().map(|dp| dp.im / TAU / f).collect();
         let (slope, deviation) = line(&levels, &relative)?;
-        let (change, by) = (slope * (high - low), deviation * (high - low));
+        let change = slope * (high - low);
+        // Student's interval of the scatter; the share of the change that is no shift of a pole as a bound of what a shift means.
+        let by = interval * deviation * (high - low);
+        let by = by.hypot(change * misfit);
         (slope.abs() > sure * deviation).then(|| {
             format!(
                 "{f:.4} Hz {} by {:.3} ± {:.3} %",
                 if change < 0.0 { "falls" } else { "rises" },
                 100.0 * change.abs(),
-                100.0 * interval * by
+                100.0 * by
             )
         })
     };
@@ -110,13 +113,14 @@ pub fn level_dependence(
     })
 }
 
-/// The shift of a pole, rad/s, in each group; nothing where too few lines are near it.
+/// The shift of a pole, rad/s, in each group, and what is left of the differences between groups beyond noise as a share of the shifts;
+/// nothing where too few lines are near it.
 fn shifts(
     frequency_hz: &[f64],
     groups: &[LevelGroup],
     pole: Complex,
     pole_terms: &PoleTerms,
-) -> Option<Vec<Complex>> {
+) -> Option<(Vec<Complex>, f64)> {
     let reach = MODE_HALF_WIDTHS * pole.re.abs();
     let near = |k: &usize| (TAU * frequency_hz[*k] - pole.im).abs() <= reach;
     let lines: Vec<usize> = (0..frequency_hz.len()).filter(near).collect();
@@ -139,7 +143,7 @@ fn shifts(
     let size: f64 = second.iter().map(Complex::norm_sqr).sum();
     let responses = groups.first()?.value.len();
     let mut all = vec![Complex::new(0.0, 0.0); groups.len()];
-    let mut weight = 0.0;
+    let (mut weight, mut shifted, mut left) = (0.0, 0.0, 0.0);
     for o in 0..responses {
         let mean = |k: &usize| -> Complex {
             groups.iter().map(|g| g.value[o][*k]).sum::<Complex>() / groups.len() as f64
@@ -155,12 +159,30 @@ fn shifts(
             let part: Vec<Complex> = (lines.iter().zip(&mean))
                 .map(|(k, m)| group.value[o][*k] - m)
                 .collect();
-            *shift += a.conj() * along(&second, &part);
+            let own = along(&second, &part);
+            *shift += a.conj() * own;
+            shifted += own.norm_sqr() / size;
+            let mut rest = part;
+            for b in &basis {
+                take_off(&mut rest, b);
+            }
+            let own = own / size;
+            (rest.iter_mut().zip(&second)).for_each(|(x, s)| *x -= own * s);
+            left += beyond_noise(&rest);
         }
     }
     // With first = |σ|/(jω − p), A δp/(jω − p)² is a (δp/|σ|) first².
     let scale = pole.re.abs() / weight;
-    (weight > 0.0).then(|| all.iter().map(|s| s * scale).collect())
+    let misfit = (left / f64::max(shifted, f64::MIN_POSITIVE)).sqrt();
+    (weight > 0.0).then(|| (all.iter().map(|s| s * scale).collect(), misfit))
+}
+
+/// Power of values over neighbouring lines beyond that of noise, which their differences tell.
+fn beyond_noise(values: &[Complex]) -> f64 {
+    let power: f64 = values.iter().map(Complex::norm_sqr).sum();
+    let steps = values.windows(2).map(|w| (w[1] - w[0]).norm_sqr());
+    let share = values.len() as f64 / (values.len() as f64 - 1.0);
+    (power - 0.5 * share * steps.sum::<f64>()).max(0.0)
 }
 
 /// `⟨b, x⟩`, b conjugated.

@@ -8,6 +8,9 @@ pub mod segment_samples;
 
 mod stepped_sine;
 
+/// Excited band of an input.
+mod excited_band;
+
 pub mod frf_estimation;
 
 pub mod points;

@@ -114,7 +114,7 @@ pub fn identify_operational(
         (found.modes.into_iter()).partition(|m| orders.is_remnant_of_sine(&m.mode));
     poles.extend(remnants.iter().map(|m| m.listed_as_harmonic(of_sine)));
     let is_weak = |m: &IdentifiedMode| {
-        weak::unresolved_damping(&m.mode, orders.line_hz).or_else(|| {
+        weak::unresolved_damping(m, orders.line_hz).or_else(|| {
             let has_sine = orders.contains_removed_sine(&m.mode);
             (has_sine && weak::is_frequency_uncertain(&m.mode)).then_some(
                 "a sine was removed in its half-power band, and its frequency is uncertain by more than a tenth of that band",

@@ -382,6 +382,7 @@ fn time_stamps(seconds: &[f64], resolution_s: f64) -> TimeStamps {
         name: "X_Value".to_string(),
         unit: "s".to_string(),
         first: String::new(),
+        first_s: 0.0,
         seconds: SampleColumn::from_slice(seconds),
         resolution: Resolution::constant(resolution_s),
     }

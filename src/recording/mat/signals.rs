@@ -142,6 +142,7 @@ fn time_stamps(time: &Variable, options: &ReadOptions) -> Result<TimeStamps, Err
         name: time.name.clone(),
         unit: unit.to_string(),
         first: String::new(),
+        first_s: start * scale,
         seconds: SampleColumn::from_slice(&seconds),
         resolution: Resolution::constant(match time.epsilon {
             1.0 => scale, // integers

@@ -116,7 +116,8 @@ fn preprocess_group(mut log: RawLog, options: &ReadOptions) -> Result<Recording,
     if options.gaps == GapPolicy::Fill {
         settled.interpolate_gaps()?;
     }
-    settled.finish(log, group.timing.start, rate, &calibrations)
+    let first_s = group.timing.stamps.as_ref().map_or(0.0, |s| s.first_s);
+    settled.finish(log, (group.timing.start, first_s), rate, &calibrations)
 }
 
 /// Rows without a gap.
@@ -175,7 +176,7 @@ impl Preprocessing {
     fn finish(
         self,
         log: RawLog,
-        start: Option<String>,
+        (start, first_s): (Option<String>, f64),
         rate: rate::Rate,
         calibrations: &[Calibration],
     ) -> Result<Recording, Error> {
@@ -228,6 +229,7 @@ impl Preprocessing {
             files: vec![LogFile {
                 path: log.path.clone(),
                 samples: 0..at,
+                first_s,
             }],
             channels,
             repairs: self.repairs,

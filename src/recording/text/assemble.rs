@@ -114,6 +114,7 @@ pub(super) fn assemble(
                     name: sink.name.clone(),
                     unit: sink.unit.clone(),
                     first: reader.start.clone(),
+                    first_s: reader.first_s(),
                     seconds: filled.samples,
                     resolution: reader.resolution(),
                 });

@@ -288,16 +288,30 @@ impl StampParser {
 
     /// Value of the last digit written: numbers may drop zeros at their end, so the most digits of any count.
     pub fn resolution(&self) -> Resolution {
+        let first = match self.first {
+            Some(FirstStamp::Clock(..)) | None => None,
+            Some(_) => Some(self.first_s() / self.unit_s),
+        };
         let finest_s = match self.finest.is_finite() {
             true => self.finest * self.unit_s,
             false => 0.0,
         };
+        match first {
+            Some(first) => {
+                Resolution::from_digits(finest_s, self.digits as i32, first, self.unit_s)
+            }
+            None => Resolution::constant(finest_s),
+        }
+    }
+
+    /// The first stamp where stamps are numbers, s; 0 of dates and clocks.
+    pub fn first_s(&self) -> f64 {
         let first = match self.first {
             Some(FirstStamp::Exact(digits, after)) => digits as f64 / power_of_ten(after),
             Some(FirstStamp::Float(first)) => first,
-            Some(FirstStamp::Clock(..)) | None => return Resolution::constant(finest_s),
+            Some(FirstStamp::Clock(..)) | None => 0.0,
         };
-        Resolution::from_digits(finest_s, self.digits as i32, first, self.unit_s)
+        first * self.unit_s
     }
 
     /// The order of day and month of the first stamp is ambiguous, and no other stamp determines it.

@@ -7,6 +7,7 @@ fn stamps(times: &[f64], resolution_s: f64) -> TimeStamps {
         name: "t".into(),
         unit: "s".into(),
         first: String::new(),
+        first_s: 0.0,
         seconds: SampleColumn::from_slice(times),
         resolution: Resolution::constant(resolution_s),
     }

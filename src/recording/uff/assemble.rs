@@ -132,6 +132,7 @@ impl FileContext {
                 },
                 unit: axis_unit(&header.abscissa, true),
                 first: String::new(),
+                first_s: start * scale,
                 seconds: SampleColumn::from_slice(&seconds),
                 // Six digits in text, single precision in bytes.
                 resolution: Resolution::constant(
