@@ -316,7 +316,7 @@ fn given_json(contact: &GivenContact) -> Value {
     })
 }
 
-/// Where the common normal of a given pair misses the pitch point, and the ratio it gives.
+/// Contacts of a given pair: the ratio of the common normal and its distance from the pitch point.
 fn given_table(given: &[GivenContact]) -> Table<'static> {
     let mut table = Table::numeric(
         "given flanks at φ_1 [deg]|i_12|i_12 of the law|normal off the pitch point [mm]|gear ahead [arcsec]",

@@ -1,6 +1,5 @@
 //! A given pair of profiles checked by the law of gearing: where its common normal misses the pitch point, and the ratio it then gives.
 
-use super::non_circular::FLANK_POINTS;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::gear::plane::centrodes::{Centrodes, Member};
@@ -8,6 +7,9 @@ use crate::gear::plane::conjugate::conjugate;
 use crate::gear::plane::law_of_gearing::{GearingCheck, check_gearing};
 use crate::gear::plane::profile::Shape;
 use crate::gear::plane::rolling::Rolling;
+
+/// Points of a flank.
+pub(super) const FLANK_POINTS: usize = 41;
 
 /// A contact of both profiles with the ratio that the law requires there.
 #[derive(Debug, Clone, Copy)]

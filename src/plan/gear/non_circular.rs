@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::geometry::{GearQuantity, Quantities, QuantityUnit};
-use super::given_profiles::{self, GivenContact};
+use super::given_profiles::{self, FLANK_POINTS, GivenContact};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::gear::plane::centrodes::{Centrodes, Member};
@@ -25,8 +25,6 @@ use crate::scene::non_circular_file::{
     ConjugateRoute, GearProfile, NonCircularFile, PinionProfile,
 };
 
-/// Points of a flank.
-pub(super) const FLANK_POINTS: usize = 41;
 /// Contacts at either end of a flank that the law of gearing is not checked at: there the search for contact may leave the flank.
 const END_CONTACTS: usize = 2;
 /// Steps of each part of an outline: chords lie within 1e-4 modules of the curves of the shipped pair, 16 steps leave 2.6e-4.
