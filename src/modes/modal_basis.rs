@@ -7,7 +7,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::machine::linear::{LinearBranch, LinearModel};
-use crate::numeric::energy_modes::{EnergyModes, Expansion, Squares, energy_modes};
+use crate::numeric::energy_modes::{EnergyModes, Expansion, MAX_BOUND, Squares, energy_modes};
 use crate::numeric::vector_ops::dot;
 use crate::numeric::{Matrix, graded, symmetric};
 
@@ -66,9 +66,6 @@ impl ModalBasis {
 /// Digits of the factored form: the worst relative error over chains, trees and loops with stiffness spread 1e14 and inertia
 /// spread 1e12 in tests/machine/numeric_graded.rs is below 1e-14, of assembled machines in tests/machine/graded_machines.rs below 1e-13.
 const FACTORED_DIGITS: f64 = 13.0;
-
-/// Relative errors of ω up to this are promised as [`FACTORED_DIGITS`].
-const MAX_BOUND: f64 = 1e-13;
 
 /// Tolerance of shapes that are listed and read, and feed no further solution.
 pub const LISTED_SHAPES: f64 = 1e-9;

@@ -100,6 +100,9 @@ pub struct EnergyModes {
     pub n_rotated: usize,
 }
 
+/// Relative errors of ω up to this are promised.
+pub const MAX_BOUND: f64 = 1e-13;
+
 /// Bounds above this have a mode rotated.
 const ROTATE_ABOVE: f64 = 2e-14;
 

@@ -1,11 +1,12 @@
 //! Mass-normalised coordinates `x = Lᵀ q`, `M = L Lᵀ`, and the modes in them.
 //!
-//! Frequencies are singular values of `√k W L⁻ᵀ`, so that slow modes keep their digits next to fast ones; motions that strain
-//! nothing are found from the geometry alone and have exactly no frequency.
+//! Frequencies are singular values of `√k W L⁻ᵀ`, or quotients of energies where their bound promises the same digits, so that slow
+//! modes keep their digits next to fast ones; motions that strain nothing are found from the geometry alone and have exactly no frequency.
 
 use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::motion::dynamic_model::{DynamicModel, MassMatrix};
+use crate::numeric::energy_modes::{Expansion, MAX_BOUND, Squares, energy_modes};
 use crate::numeric::vector_ops::axpy;
 pub use crate::numeric::vector_ops::dot;
 use crate::numeric::{Matrix, graded, symmetric};
@@ -137,18 +138,16 @@ impl RegimeModes {
             .zip(roots)
             .map(|(row, root)| row.iter().map(|a| root * a).collect())
             .collect();
-        let a = Matrix::from_fn(weighed.len(), m, |i, j| weighed[i][j]);
-        let found = graded::svd(&a, Some(m - zero.len()))?;
+        let (elastic, strained) = strained_modes(&weighed, &zero, m)?;
         let column = |j: usize, i: usize| match zero.get(j) {
             Some(rigid) => rigid[i],
-            None => found.vectors[(i, j)],
+            None => strained[(i, j - zero.len())],
         };
         let vectors = Matrix::from_fn(n, m, |i, j| match &allowed {
             Some(allowed) => (0..m).map(|k| allowed[k][i] * column(j, k)).sum(),
             None => column(j, i),
         });
-        let mut omega = found.values;
-        omega.iter_mut().take(zero.len()).for_each(|w| *w = 0.0);
+        let omega = [vec![0.0; zero.len()], elastic].concat();
         Ok(RegimeModes {
             shapes: root.shapes(&vectors),
             momenta: root.momenta(&vectors),
@@ -170,6 +169,36 @@ impl RegimeModes {
             .map(|j| if j < blind { 0.0 } else { column(j) })
             .collect()
     }
+}
+
+/// Frequencies, ascending, and orthonormal shapes of the motions that strain a row, `zero` being all others: from energies, by the factored
+/// form where their bound is too large.
+fn strained_modes(
+    rows: &[Vec<f64>],
+    zero: &[Vec<f64>],
+    m: usize,
+) -> Result<(Vec<f64>, Matrix), Error> {
+    /// Largest cosine of the strains of two modes: what a shape has of others is off in every state propagated.
+    const SHAPES: f64 = 1e-13;
+    let mut springs = Squares::default();
+    for row in rows {
+        let terms = row.iter().copied().enumerate();
+        springs.push(1.0, terms.filter(|(_, a)| *a != 0.0));
+    }
+    let expansion = Expansion::Diagonal(vec![1.0; m]);
+    if zero.len() == m {
+        return Ok((Vec::new(), Matrix::zeros(m, 0)));
+    }
+    // Squares may leave the range of numbers where their roots do not.
+    if let Ok(Some(found)) = energy_modes(&springs, &expansion, zero, SHAPES)
+        && found.bounds.iter().all(|bound| *bound <= MAX_BOUND)
+    {
+        return Ok((found.omega, found.vectors));
+    }
+    let a = Matrix::from_fn(rows.len(), m, |i, j| rows[i][j]);
+    let found = graded::svd(&a, Some(m - zero.len()))?;
+    let vectors = Matrix::from_fn(m, m - zero.len(), |i, j| found.vectors[(i, zero.len() + j)]);
+    Ok((found.values[zero.len()..].to_vec(), vectors))
 }
 
 /// Orthonormal motions over x that the stuck directions allow; nothing where nothing is stuck.
