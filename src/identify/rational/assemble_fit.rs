@@ -6,7 +6,7 @@ use crate::numeric::Complex;
 
 use super::basis::ScaledPole;
 use super::groups::{GroupMean, MIN_HITS};
-use super::mode_acceptance::{ModeCandidate, rejection_reason};
+use super::mode_acceptance::{CANCELLED, ModeCandidate, may_explain_peak, rejection_reason};
 use super::random_effects::{PooledMean, student_factor};
 use super::scaled_responses::ScaledResponses;
 use super::search::SearchResult;
@@ -97,6 +97,7 @@ pub(super) fn assemble_fit(
     let model_error = departs || (beyond && per_dof > MODEL_ERROR_RATIO);
     let mut accepted: Vec<(ModalParameters, ModelErrorShare)> = Vec::new();
     let mut needless: Vec<(f64, usize)> = Vec::new();
+    let mut cancelling: Vec<(ModalParameters, ModelErrorShare)> = Vec::new();
     let has_departures = departs || result.means.iter().any(Option::is_some);
     for (place, &r) in order.iter().enumerate() {
         let square = lines.max_omega * lines.max_omega;
@@ -137,11 +138,14 @@ pub(super) fn assemble_fit(
         };
         match rejection_reason(&candidate) {
             None => accepted.push((mode, departure)),
+            Some(CANCELLED) if may_explain_peak(&candidate) => {
+                cancelling.push((mode, departure));
+            }
             Some(reason) => {
                 let others =
                     (poles.iter().enumerate()).filter(|(o, p)| *o != r && lines.may_be_mode(p));
                 let is_adjacent = others.map(|o| o.1).any(|p| overlap(p, &poles[r]));
-                if departs && lines.may_be_mode(&poles[r]) && is_adjacent {
+                if departs && reason != CANCELLED && lines.may_be_mode(&poles[r]) && is_adjacent {
                     needless.push((candidate.visibility, place));
                 }
                 fit.omitted.push(RejectedPole {
@@ -151,6 +155,20 @@ pub(super) fn assemble_fit(
             }
         }
     }
+    // Of poles that cancel, those next to a mode are not one; without a mode there they are what the peak consists of.
+    let modes: Vec<ModalParameters> = accepted.iter().map(|a| a.0.clone()).collect();
+    for (mode, departure) in cancelling {
+        let reach = |a: &ModalParameters| a.pole.re.abs() + mode.pole.re.abs();
+        let is_adjacent = |a: &ModalParameters| (a.pole.im - mode.pole.im).abs() <= reach(a);
+        match modes.iter().any(is_adjacent) {
+            true => fit.omitted.push(RejectedPole {
+                pole: mode.pole,
+                reason: CANCELLED,
+            }),
+            false => accepted.push((mode, departure)),
+        }
+    }
+    (fit.omitted).sort_by(|a, b| a.pole.norm().total_cmp(&b.pole.norm()));
     accepted.sort_by(|a, b| a.0.frequency_hz().total_cmp(&b.0.frequency_hz()));
     (fit.modes, fit.departures) = accepted.into_iter().unzip();
     if !has_departures {

@@ -24,10 +24,12 @@ const MAX_DAMPING_RATIO: (f64, f64) = (0.5, 0.3);
 /// Largest standard deviation of a frequency over the half-width, where responses depart from the model.
 const MAX_CERTAIN_STD: f64 = 0.5;
 
-/// Below three responses a pole with so many times the power that was measured is one of a pair that cancel; where responses depart from
-/// the model, and each pole has been found needed next to the other, beyond the second: two modes of equal size a third of a half-width
-/// apart reach it.
+/// Below three responses a pole with so many times the power that was measured is one of a pair that cancel; beyond the second it is no
+/// mode even where it alone explains a peak: two modes of equal size a third of a half-width apart reach it.
 const MAX_CANCELLING_RATIO: (f64, f64) = (2.0, 10.0);
+
+/// Why one of a pair that cancel is not a mode.
+pub(super) const CANCELLED: &str = "cancelled by its neighbours";
 
 /// Least share of the power, and least phase collinearity, where a model error is proven.
 const MIN_VISIBILITY: f64 = 0.05;
@@ -72,12 +74,8 @@ pub(super) fn rejection_reason(candidate: &ModeCandidate) -> Option<&'static str
             "its damping is not known to be above zero, where the misfit exceeds the noise",
         );
     }
-    let cancelling = match candidate.departs {
-        true => MAX_CANCELLING_RATIO.1,
-        false => MAX_CANCELLING_RATIO.0,
-    };
-    if mode.shape.len() < 3 && candidate.visibility > cancelling {
-        return Some("cancelled by its neighbours");
+    if mode.shape.len() < 3 && candidate.visibility > MAX_CANCELLING_RATIO.0 {
+        return Some(CANCELLED);
     }
     if candidate.model_error && candidate.visibility < MIN_VISIBILITY {
         return Some("hardly seen, where the misfit exceeds the noise");
@@ -89,6 +87,12 @@ pub(super) fn rejection_reason(candidate: &ModeCandidate) -> Option<&'static str
         return Some("its components share no phase, where the misfit exceeds the noise");
     }
     None
+}
+
+/// Whether a pole that cancels with others may be a mode all the same: where responses depart from the model each pole of a pair has been
+/// found needed next to the other.
+pub(super) fn may_explain_peak(candidate: &ModeCandidate) -> bool {
+    candidate.departs && candidate.visibility <= MAX_CANCELLING_RATIO.1
 }
 
 /// Modal phase collinearity (Juang and Pappa 1985): 1 where all components lie on one line of the complex plane.
