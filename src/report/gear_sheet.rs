@@ -1,4 +1,4 @@
-//! Gears in space whose answer is quantities and tables: document, text, figures.
+//! Document, text and figures of worm pairs, crossed pairs and helicoids.
 
 use serde_json::{Map, Value, json};
 

@@ -149,7 +149,7 @@ pub fn is_gear_file(source: &Arc<SourceFile>) -> bool {
 /// `Usage` at the head of the file.
 pub fn check_is_gear_file(source: &Arc<SourceFile>) -> Result<(), Error> {
     let root = toml::parse(source).root;
-    if ["pair", "pinion", "gear"]
+    if ["pair", "pinion", "gear", "helicoid"]
         .iter()
         .any(|key| root.get(key).is_some())
     {
@@ -165,7 +165,7 @@ pub fn check_is_gear_file(source: &Arc<SourceFile>) -> Result<(), Error> {
         None => (
             "not a gear file",
             format!(
-                "a gear file has `pair`, `pinion` and `gear`; `geardyn check {path}` says whether it is a machine model"
+                "a gear file has `pair`, `pinion` and `gear`, or `helicoid`; `geardyn check {path}` says whether it is a machine model"
             ),
         ),
     };

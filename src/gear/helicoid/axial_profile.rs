@@ -1,6 +1,7 @@
 //! Axial profiles `g(ρ)` of helicoids `z = g(ρ) + p χ`, with their sections.
 
 use super::grinding_wheel::GrindingWheel;
+use super::profile_point::{LAST_STEP, NEWTON_STEPS, ProfilePoint};
 
 /// Axial profile of a flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,17 +38,6 @@ pub struct Helicoid {
     pub profile: AxialProfile,
     /// Axial position, added to the profile.
     pub shift: f64,
-}
-
-/// A point of an axial profile.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ProfilePoint {
-    /// Axial height g.
-    pub height: f64,
-    /// Slope g′.
-    pub slope: f64,
-    /// Second derivative g″.
-    pub curvature: f64,
 }
 
 impl Helicoid {
@@ -102,11 +92,6 @@ impl Helicoid {
         Some([radius * chi.cos(), along])
     }
 }
-
-/// Newton steps before a search is given up.
-pub(super) const NEWTON_STEPS: usize = 30;
-/// A Newton step below this is the last: the next would be its square, rounding.
-pub(super) const LAST_STEP: f64 = 1e-9;
 
 /// `g′ = p √(ρ² − r_b²)/(ρ r_b)`; none within the base cylinder.
 fn involute(p: f64, base: f64, radius: f64) -> Option<ProfilePoint> {

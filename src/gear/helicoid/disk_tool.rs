@@ -1,7 +1,8 @@
 //! Profile of the disk tool that cuts a helicoid: the normal of the helicoid meets the axis of the tool.
 
-use super::axial_profile::{Helicoid, LAST_STEP, NEWTON_STEPS};
+use super::axial_profile::Helicoid;
 use super::grinding_wheel::ToolAxis;
+use super::profile_point::{LAST_STEP, NEWTON_STEPS};
 use crate::gear::kernel::root::root;
 
 /// A point of a disk tool's profile, with the point of the helicoid that it cuts.

@@ -3,7 +3,7 @@
 //! The wheel turns about the line through (A, 0, 0) along (0, −sin S, cos S). Contact at the angle β of the wheel circle R, β = 0 towards the worm:
 //! `t (A cos S + p sin S) sin β + (R − t ζ) sin S cos β = A sin S − p cos S`, with `t = −dζ/dR`.
 
-use super::axial_profile::{NEWTON_STEPS, ProfilePoint};
+use super::profile_point::{NEWTON_STEPS, ProfilePoint};
 use crate::gear::kernel::vector::Vector;
 
 /// Place of a disk tool's axis against the axis of the helicoid.
@@ -221,14 +221,3 @@ impl GrindingWheel {
 
 /// A Newton step below this share of the wheel radius leaves an error of its square.
 const SETTLED: f64 = 1e-9;
-
-impl ProfilePoint {
-    /// The point a small distance further, by its derivatives.
-    fn moved(self, by: f64) -> ProfilePoint {
-        ProfilePoint {
-            height: self.height + by * (self.slope + 0.5 * by * self.curvature),
-            slope: self.slope + by * self.curvature,
-            curvature: self.curvature,
-        }
-    }
-}

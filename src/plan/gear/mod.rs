@@ -30,7 +30,7 @@ pub mod disk_tool;
 /// Path of contact of a crossed helical pair.
 pub mod crossed;
 
-/// Pairs in space: one answer for every kind.
+/// Answers of worm pairs, crossed pairs and helicoids.
 pub mod space;
 
 /// Contact of a bevel pair.

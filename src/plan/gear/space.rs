@@ -1,4 +1,4 @@
-//! Worm pairs, crossed pairs and helicoids: one answer for every kind.
+//! Answers of worm pairs, crossed pairs and helicoids by their kind.
 
 use std::sync::Arc;
 
