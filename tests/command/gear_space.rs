@@ -140,7 +140,7 @@ fn refuses_wrong_files_of_gears_in_space() {
             "shaft_angle = \"5 deg\"",
             "no common normal",
         ),
-        (CROSSED, "hand = \"right\"", "", "no `hand`"),
+        (CROSSED, "hand = \"right\", ", "", "no `hand`"),
         (CROSSED, "67.4 mm", "90 mm", "do not reach each other"),
         (HELICOID, "kind = \"disk\"", "kind = \"hob\"", "hob"),
         (

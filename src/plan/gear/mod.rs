@@ -30,7 +30,7 @@ pub mod disk_tool;
 /// Path of contact of a crossed helical pair.
 pub mod crossed;
 
-/// Answers of worm pairs, crossed pairs and helicoids.
+/// Results of worm pairs, crossed pairs and helicoids.
 pub mod space;
 
 /// Contact of a bevel pair.

@@ -1,4 +1,4 @@
-//! Answers of worm pairs, crossed pairs and helicoids by their kind.
+//! Results of worm pairs, crossed pairs and helicoids by their kind.
 
 use std::sync::Arc;
 
