@@ -25,7 +25,7 @@ pub enum AxialProfile {
         /// Slope ds/dx.
         slope: f64,
     },
-    /// What a wheel grinds.
+    /// Ground by a wheel.
     Ground(GrindingWheel),
 }
 
