@@ -4,15 +4,14 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::shared_keys::{DEFAULT_PRESSURE_ANGLE, MAX_TEETH, PRESSURE_ANGLE_RANGE, read_thickness};
-use super::tables::{read_heading, read_table};
+use super::tables::{read_file, read_heading, read_table};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::error_collector::{ErrorCollector, ValueRange};
+use crate::base::error_collector::ValueRange;
 use crate::base::flags::Flags;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
-use crate::base::toml;
 use crate::gear::cylindrical::involute::InvoluteGear;
 use crate::gear::helicoid::crossed_pair::{CrossedGear, CrossedPair};
 
@@ -25,8 +24,10 @@ pub struct CrossedFile {
     pub module: f64,
     /// Pinion and gear.
     pub gears: [InvoluteGear; 2],
-    /// The pair as assembled.
+    /// The pair as assembled; its mirror image where the sum of the helix angles, right hand positive, is below zero.
     pub pair: CrossedPair,
+    /// −1 where `pair` is the mirror image at the plane y = 0, otherwise 1.
+    pub mirror: f64,
     /// Face widths, m.
     pub face_widths: [Option<f64>; 2],
     /// Thickness of the coating, m.
@@ -48,26 +49,21 @@ const COATING: f64 = 6.35e-6;
 /// Everything wrong in it and in the flags; helices that cannot mesh at the shaft angle.
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<CrossedFile, Errors> {
     flags.read("a crossed pair", None, &[], |_| ())?;
-    let document = toml::parse(source);
-    let mut errors = ErrorCollector::default();
-    errors.record_units(&document);
-    let span = SourceSpan::new(source.clone(), 0..0);
-    let mut f = TableReader::new(&document.root, span, "the gear file", &mut errors);
-    let title = read_heading(&mut f);
-    let span = f.span_of("pair").clone();
-    let pair = read_table(&mut f, "pair", pair);
-    let first = read_table(&mut f, "pinion", member);
-    f.require("pinion");
-    let second = read_table(&mut f, "gear", member);
-    f.require("gear");
-    let [offset, angle_error] = read_table(&mut f, "assembly", assembly).unwrap_or_default();
-    let coating = read_table(&mut f, "contact", coating).flatten();
-    f.finish();
-    let mut errors = errors.errors;
-    errors.extend(document.syntax_error);
-    Errors::into_result(errors, || ())?;
+    let (title, span, gears, displaced, coating) = read_file(source, "the gear file", |f| {
+        let title = read_heading(f);
+        let span = f.span_of("pair").clone();
+        let pair = read_table(f, "pair", pair);
+        let first = read_table(f, "pinion", member);
+        f.require("pinion");
+        let second = read_table(f, "gear", member);
+        f.require("gear");
+        let displaced = read_table(f, "assembly", assembly).unwrap_or_default();
+        let coating = read_table(f, "contact", coating).flatten();
+        (title, span, pair.zip(first.zip(second)), displaced, coating)
+    })?;
     let missing = || Error::new(Code::MissingKey, "the gears are not described").with_span(&span);
-    let (pair, (first, second)) = pair.zip(first.zip(second)).ok_or_else(missing)?;
+    let (pair, (first, second)) = gears.ok_or_else(missing)?;
+    let [offset, angle_error] = displaced;
     let mut defaults = Vec::new();
     let pressure_angle = pair.pressure_angle.unwrap_or_else(|| {
         let usual = DEFAULT_PRESSURE_ANGLE.to_degrees();
@@ -104,12 +100,13 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<CrossedFile, Erro
         ));
         angle
     });
+    let mirror = 1f64.copysign(gears[0].helix + gears[1].helix);
     let crossed = [0, 1].map(|k| {
         let gear = &gears[k];
         let alpha = gear.transverse_pressure_angle();
         CrossedGear {
             teeth: gear.teeth,
-            helix: gear.helix,
+            helix: mirror * gear.helix,
             radius: 0.5 * gear.reference_diameter(),
             base_radius: 0.5 * gear.base_diameter(),
             tip_radius: 0.5 * tips[k],
@@ -162,6 +159,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<CrossedFile, Erro
         module: pair.module,
         gears,
         pair: assembled,
+        mirror,
         face_widths: members.map(|m| m.face_width),
         coating: coating.unwrap_or(COATING),
         defaults,

@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use super::tables::{read_heading, read_table};
+use super::tables::{read_file, read_heading, read_table};
 use super::worm_file::{ThreadTable, thread};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::error_collector::{ErrorCollector, ValueRange};
+use crate::base::error_collector::ValueRange;
 use crate::base::flags::Flags;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
-use crate::base::toml;
 use crate::gear::helicoid::worm_thread::WormThread;
 
 /// A helicoid and its tool as their file describes them.
@@ -46,21 +45,15 @@ const DEDENDUM: f64 = 1.2;
 /// Everything wrong in it and in the flags.
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<HelicoidFile, Errors> {
     flags.read("a helicoid", None, &[], |_| ())?;
-    let document = toml::parse(source);
-    let mut errors = ErrorCollector::default();
-    errors.record_units(&document);
-    let span = SourceSpan::new(source.clone(), 0..0);
-    let mut f = TableReader::new(&document.root, span, "the gear file", &mut errors);
-    let title = read_heading(&mut f);
-    let span = f.span_of("helicoid").clone();
-    let helicoid = read_table(&mut f, "helicoid", helicoid).flatten();
-    f.require("helicoid");
-    let tool = read_table(&mut f, "tool", tool);
-    f.require("tool");
-    f.finish();
-    let mut errors = errors.errors;
-    errors.extend(document.syntax_error);
-    Errors::into_result(errors, || ())?;
+    let (title, span, helicoid, tool) = read_file(source, "the gear file", |f| {
+        let title = read_heading(f);
+        let span = f.span_of("helicoid").clone();
+        let helicoid = read_table(f, "helicoid", helicoid).flatten();
+        f.require("helicoid");
+        let tool = read_table(f, "tool", tool);
+        f.require("tool");
+        (title, span, helicoid, tool)
+    })?;
     let missing = || Error::new(Code::MissingKey, "the tool is not described").with_span(&span);
     let ((table, diameters), (tool_radius, axis_angle)) = helicoid.zip(tool).ok_or_else(missing)?;
     let ThreadTable {

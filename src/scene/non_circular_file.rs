@@ -7,15 +7,14 @@ use std::sync::Arc;
 use super::gear_file::rack;
 use super::number_table::NumberTable;
 use super::shared_keys::{DEFAULT_PRESSURE_ANGLE, PRESSURE_ANGLE_RANGE};
-use super::tables::{read_heading, read_table};
+use super::tables::{read_file, read_heading, read_table};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::error_collector::{ErrorCollector, ValueRange};
+use crate::base::error_collector::ValueRange;
 use crate::base::flags::Flags;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::{TableReader, Word};
-use crate::base::toml;
 use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::plane::centrodes::Mate;
 use crate::gear::plane::pitch_curve::PitchCurve;
@@ -156,24 +155,23 @@ const MAX_CUT_TEETH: u32 = 1000;
 /// Everything wrong in it, in its tables and in the flags.
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, Errors> {
     flags.read("a non-circular pair", None, &[], |_| ())?;
-    let document = toml::parse(source);
-    let mut errors = ErrorCollector::default();
-    errors.record_units(&document);
-    let span = SourceSpan::new(source.clone(), 0..0);
-    let mut f = TableReader::new(&document.root, span, "the gear file", &mut errors);
-    let title = read_heading(&mut f);
-    let (span, ratio_span) = (f.span_of("pair").clone(), f.span_of("ratio").clone());
-    let profile_span = f.span_of("pinion").clone();
-    let stated_distance = read_table(&mut f, "pair", pair).flatten();
-    let ratio = read_table(&mut f, "ratio", ratio).flatten();
-    f.require("ratio");
-    let rack_table = read_table(&mut f, "rack", rack);
-    let first = read_table(&mut f, "pinion", pinion);
-    let second = read_table(&mut f, "gear", gear).unwrap_or_default();
-    f.finish();
-    let mut errors = errors.errors;
-    errors.extend(document.syntax_error);
-    Errors::into_result(errors, || ())?;
+    let (title, spans, tables) = read_file(source, "the gear file", |f| {
+        let title = read_heading(f);
+        let spans = ["pair", "ratio", "pinion"].map(|key| f.span_of(key).clone());
+        let stated_distance = read_table(f, "pair", pair).flatten();
+        let ratio = read_table(f, "ratio", ratio).flatten();
+        f.require("ratio");
+        let rack_table = read_table(f, "rack", rack);
+        let first = read_table(f, "pinion", pinion);
+        let second = read_table(f, "gear", gear).unwrap_or_default();
+        (
+            title,
+            spans,
+            (stated_distance, ratio, rack_table, first, second),
+        )
+    })?;
+    let [span, ratio_span, profile_span] = spans;
+    let (stated_distance, ratio, rack_table, first, second) = tables;
     let missing = || Error::new(Code::MissingKey, "the gears are not described").with_span(&span);
     let ratio = ratio.ok_or_else(missing)?;
     let folder = Path::new(&source.path).parent().unwrap_or(Path::new(""));

@@ -1,7 +1,33 @@
 //! Reads one `[table]` or every `[[table]]` under a key.
 
+use std::sync::Arc;
+
+use crate::base::error::Errors;
+use crate::base::error_collector::ErrorCollector;
+use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
-use crate::base::toml::{Item, Table, Value};
+use crate::base::toml::{self, Item, Table, Value};
+
+/// Reads a whole file from its top.
+///
+/// # Errors
+/// Everything wrong in it.
+pub fn read_file<T>(
+    source: &Arc<SourceFile>,
+    name: &str,
+    read: impl FnOnce(&mut TableReader) -> T,
+) -> Result<T, Errors> {
+    let document = toml::parse(source);
+    let mut errors = ErrorCollector::default();
+    errors.record_units(&document);
+    let span = SourceSpan::new(source.clone(), 0..0);
+    let mut f = TableReader::new(&document.root, span, name, &mut errors);
+    let value = read(&mut f);
+    f.finish();
+    let mut errors = errors.errors;
+    errors.extend(document.syntax_error);
+    Errors::into_result(errors, || value)
+}
 
 /// Title of a file; reads `source` and `units` too.
 pub fn read_heading(f: &mut TableReader) -> String {

@@ -4,15 +4,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use super::shared_keys::{DEFAULT_PRESSURE_ANGLE, PRESSURE_ANGLE_RANGE};
-use super::tables::{read_heading, read_table};
+use super::tables::{read_file, read_heading, read_table};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::base::error_collector::{ErrorCollector, ValueRange};
+use crate::base::error_collector::ValueRange;
 use crate::base::flags::Flags;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
-use crate::base::toml;
 use crate::gear::helicoid::worm_thread::{FlankType, WormThread};
 
 /// A worm and its wheel as their file describes them.
@@ -64,22 +63,16 @@ const QUOTIENT_RANGE: ValueRange = ValueRange::Open(3.0, 200.0, "above 3 and bel
 /// Everything wrong in it and in the flags.
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<WormFile, Errors> {
     flags.read("a worm pair", None, &[], |_| ())?;
-    let document = toml::parse(source);
-    let mut errors = ErrorCollector::default();
-    errors.record_units(&document);
-    let span = SourceSpan::new(source.clone(), 0..0);
-    let mut f = TableReader::new(&document.root, span, "the gear file", &mut errors);
-    let title = read_heading(&mut f);
-    let span = f.span_of("worm").clone();
-    read_table(&mut f, "pair", pair);
-    let worm = read_table(&mut f, "worm", worm).flatten();
-    f.require("worm");
-    let wheel = read_table(&mut f, "wheel", wheel);
-    f.require("wheel");
-    f.finish();
-    let mut errors = errors.errors;
-    errors.extend(document.syntax_error);
-    Errors::into_result(errors, || ())?;
+    let (title, span, worm, wheel) = read_file(source, "the gear file", |f| {
+        let title = read_heading(f);
+        let span = f.span_of("worm").clone();
+        read_table(f, "pair", pair);
+        let worm = read_table(f, "worm", worm).flatten();
+        f.require("worm");
+        let wheel = read_table(f, "wheel", wheel);
+        f.require("wheel");
+        (title, span, worm, wheel)
+    })?;
     let missing = || Error::new(Code::MissingKey, "the gears are not described").with_span(&span);
     let ((thread, length, worm_tip), wheel) = worm.zip(wheel).ok_or_else(missing)?;
     let module = thread.thread.module;

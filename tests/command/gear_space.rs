@@ -60,6 +60,25 @@ fn ref_crossed_pair_of_the_file() {
     assert!(hint.contains("67.3133 mm"), "{hint}");
 }
 
+/// Two left-hand gears are the mirror image of two right-hand ones, also with the shaft angle by default.
+#[test]
+fn law_left_hands_mirror_right_ones() {
+    let text = std::fs::read_to_string(CROSSED).unwrap();
+    let text = text.replace("shaft_angle = \"50 deg\", ", "");
+    let folder = tempfile::tempdir().unwrap();
+    let found = |text: &str| {
+        let path = put(folder.path(), "pair.toml", text);
+        document(&["gear", path.to_str().unwrap(), "--json"])
+    };
+    let [right, left] = [found(&text), found(&text.replace("right", "left"))];
+    for key in ["shaft_angle_deg", "normal_backlash_mm", "contact_ratio"] {
+        assert_eq!(right["geometry"][key], left["geometry"][key], "{key}");
+    }
+    assert_eq!(right["contact"]["z_mm"], left["contact"]["z_mm"]);
+    let y = |of: &serde_json::Value| numbers(&of["contact"]["y_mm"]);
+    assert!(y(&right).iter().zip(y(&left)).all(|(a, b)| *a == -b));
+}
+
 /// Lines of contact lie on the wheel within face and throat, and their count follows the contact ratio.
 #[test]
 fn law_contact_lies_on_the_wheel() {

@@ -45,7 +45,7 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
             Some([
                 ((place - pitch_place) / path.advance).to_degrees(),
                 1e3 * contact.point.x,
-                1e3 * contact.point.y,
+                1e3 * file.mirror * contact.point.y,
                 1e3 * contact.point.z,
                 1e3 * contact.radii[0],
                 1e3 * contact.radii[1],
