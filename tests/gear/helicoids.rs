@@ -98,7 +98,7 @@ fn ref_disk_tools() {
         };
         let mut worst = 0f64;
         for row in rows(&case["expected"]["tools"][name]) {
-            let at = axis.disk_point(&helicoid, row[0]).unwrap();
+            let at = axis.disk_point(&helicoid, row[0], 0.0).unwrap();
             let computed = [at.radius, at.height, at.azimuth.to_degrees(), at.slope];
             worst = worst.max(apart(&computed, &row[1..]));
         }
@@ -120,7 +120,7 @@ fn exact_tool_round_trip() {
         let mut worst = 0f64;
         for k in 0..9 {
             let radius = reference - 4.0 + f64::from(k);
-            let at = wheel.axis.disk_point(&helicoid, radius).unwrap();
+            let at = wheel.axis.disk_point(&helicoid, radius, 0.0).unwrap();
             let cone = wheel.wheel_profile(at.radius).unwrap();
             worst = worst.max((at.height - cone.height - helicoid.shift).abs());
             worst = worst.max((at.slope - cone.slope).abs());
@@ -434,22 +434,23 @@ fn survives_random_threads() {
         let AxialProfile::Ground(wheel) = helicoid.profile else {
             panic!("ZK is ground");
         };
-        for k in 0..8 {
-            let radius = thread.reference_radius() - 1.0 + 0.25 * f64::from(k);
-            // Near its least radius a flank leans over and a second contact is nearer.
-            let upright = helicoid.at(radius).is_some_and(|at| at.slope > 0.02);
-            let at = wheel.axis.disk_point(&helicoid, radius);
-            let Some(at) = at.filter(|_| upright) else {
-                none += 1;
-                continue;
-            };
+        let radii: Vec<f64> = (0..24)
+            .map(|k| thread.reference_radius() - 1.2 + 0.1 * f64::from(k))
+            .filter(|radius| helicoid.at(*radius).is_some())
+            .collect();
+        let profile = wheel.axis.disk_profile(&helicoid, &radii);
+        none += radii.len() - profile.len();
+        found += profile.len();
+        for at in profile {
             let cone = wheel.wheel_profile(at.radius).unwrap();
             let off = (at.height - cone.height - helicoid.shift).abs();
-            assert!(off < 1e-9, "{thread:?} at {radius}: {off:.1e}");
-            found += 1;
+            assert!(off < 1e-9, "{thread:?} at {}: {off:.1e}", at.distance);
         }
     }
-    assert!(found > 3500, "{found} found, {none} not reached");
+    assert!(
+        none == 0 && found > 10_000,
+        "{found} found, {none} not reached"
+    );
 }
 
 /// A helicoid through a point keeps its slope; the involute ends at its base cylinder.

@@ -37,10 +37,40 @@ const ARC_PARTS: i32 = 60;
 const CONTACTS: u32 = 40;
 
 impl ToolAxis {
-    /// The tool's profile at a distance from the helicoid's axis; none where no normal meets the tool's axis.
+    /// The tool's profile at rising distances from the helicoid's axis; points where no normal meets the tool's axis are left out.
+    ///
+    /// Each contact is sought near that of the neighbouring distance, from the one nearest the middle of the tool (χ = 0) to both ends.
+    pub fn disk_profile(&self, helicoid: &Helicoid, distances: &[f64]) -> Vec<DiskPoint> {
+        let starts = distances
+            .iter()
+            .enumerate()
+            .filter_map(|(k, distance)| Some((k, self.disk_point(helicoid, *distance, 0.0)?)));
+        let middle = starts.min_by(|a, b| a.1.azimuth.abs().total_cmp(&b.1.azimuth.abs()));
+        let Some((start, first)) = middle else {
+            return Vec::new();
+        };
+        let march = |distances: &mut dyn Iterator<Item = &f64>| -> Vec<DiskPoint> {
+            let mut azimuth = first.azimuth;
+            distances
+                .map_while(|distance| {
+                    let point = self.disk_point(helicoid, *distance, azimuth)?;
+                    azimuth = point.azimuth;
+                    Some(point)
+                })
+                .collect()
+        };
+        let mut profile = march(&mut distances[..start].iter().rev());
+        profile.reverse();
+        profile.push(first);
+        profile.extend(march(&mut distances[start + 1..].iter()));
+        profile
+    }
+
+    /// The tool's profile at a distance from the helicoid's axis, with the contact near an azimuth; none where no normal meets the tool's
+    /// axis.
     ///
     /// `(ρ + z g′) sin S cos χ − (z p/ρ) sin S sin χ + A cos S (g′ sin χ + (p/ρ) cos χ) = A sin S + p cos S` with `z = g + p χ`.
-    pub fn disk_point(&self, helicoid: &Helicoid, distance: f64) -> Option<DiskPoint> {
+    pub fn disk_point(&self, helicoid: &Helicoid, distance: f64, near: f64) -> Option<DiskPoint> {
         let at = helicoid.at(distance)?;
         let (g, slope, p) = (at.height, at.slope, helicoid.lead);
         let (s, c) = self.angle.sin_cos();
@@ -58,7 +88,7 @@ impl ToolAxis {
                 + self.distance * c * (slope * cosine - steep * sine);
             Some([value, derivative])
         };
-        let chi = newton(meets).or_else(|| root([-1.0, 1.0], meets))?;
+        let chi = newton(near, meets).or_else(|| root([near - 1.0, near + 1.0], meets))?;
         let [radius, height] = self.seen(helicoid, g, distance, chi);
         // Normal and point in the tool's frame give its slope.
         let (sine, cosine) = chi.sin_cos();
@@ -107,11 +137,12 @@ impl ToolAxis {
         tolerance: f64,
     ) -> Option<Interference> {
         let [from, to] = distances;
-        let places =
-            (0..=CONTACTS).map(|i| from + (to - from) * f64::from(i) / f64::from(CONTACTS));
-        let cuts = places.filter_map(|distance| {
-            let contact = self.disk_point(helicoid, distance)?;
+        let place = |i: u32| from + (to - from) * f64::from(i) / f64::from(CONTACTS);
+        let places: Vec<f64> = (0..=CONTACTS).map(place).collect();
+        let contacts = self.disk_profile(helicoid, &places).into_iter();
+        let cuts = contacts.filter_map(|contact| {
             let depth = contact.radius - self.least_radius(helicoid, distances, contact.height)?;
+            let distance = contact.distance;
             (depth > tolerance).then_some(Interference { distance, depth })
         });
         cuts.max_by(|a, b| a.depth.total_cmp(&b.depth))
@@ -136,13 +167,13 @@ impl ToolAxis {
     }
 }
 
-fn newton(f: impl Fn(f64) -> Option<[f64; 2]>) -> Option<f64> {
-    let mut chi = 0.0f64;
+fn newton(near: f64, f: impl Fn(f64) -> Option<[f64; 2]>) -> Option<f64> {
+    let mut chi = near;
     for _ in 0..NEWTON_STEPS {
         let [value, slope] = f(chi)?;
         let step = value / slope;
         chi -= step;
-        if !(chi.abs() < 1.0) {
+        if !((chi - near).abs() < 1.0) {
             return None;
         }
         if step.abs() < LAST_STEP {

@@ -47,10 +47,7 @@ pub fn run(file: &HelicoidFile) -> Result<GearSheet, Error> {
         .iter()
         .filter_map(|radius| section(thread, &helicoid, involute.as_ref(), *radius))
         .collect();
-    let profile: Vec<DiskPoint> = radii
-        .iter()
-        .filter_map(|radius| axis.disk_point(&helicoid, *radius))
-        .collect();
+    let profile = axis.disk_profile(&helicoid, &radii);
     let mut diagnostics = Vec::new();
     if sections.len() < radii.len() {
         diagnostics.push(not_reached(&sections, file.radii));

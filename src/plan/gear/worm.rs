@@ -42,7 +42,13 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
     let lines = lines(&pair, &zone, turns, pitch / f64::from(LINES));
     let undercut = undercut(&pair, &zone);
     let second = second_limit(&pair, &zone);
-    let diagnostics = (!undercut.is_empty()).then(|| undercut_warning(file, flank, &undercut));
+    let contact_ratio = (turns[1] - turns[0]) / pitch;
+    let cut_away = (!undercut.is_empty()).then(|| undercut_warning(file, flank, &undercut));
+    let interrupted = (contact_ratio < 1.0).then(|| Diagnostic {
+        code: "contact-ratio",
+        message: format!("the contact ratio is {contact_ratio:.4}: the contact is interrupted"),
+        hint: Some("increase length, face_width or the tip diameters".into()),
+    });
     let y = |contact: &WormContact| file.hand * contact.in_wheel.y;
     let curve = |points: &[WormContact]| -> (Vec<f64>, Vec<f64>) {
         let mut places = Vec::new();
@@ -103,7 +109,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         what: "worm and wheel",
         teeth: Some([file.thread.starts, file.teeth]),
         members: ["worm", "wheel"],
-        quantities: quantities(file, &pair, (turns[1] - turns[0]) / pitch, &lines).0,
+        quantities: quantities(file, &pair, contact_ratio, &lines).0,
         tables,
         plots: vec![SheetPlot {
             suffix: "",
@@ -112,7 +118,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
             curves,
         }],
         plan: plan(file),
-        diagnostics: diagnostics.into_iter().collect(),
+        diagnostics: cut_away.into_iter().chain(interrupted).collect(),
         source: file.source.clone(),
     })
 }
