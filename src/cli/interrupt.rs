@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use crate::base::error::Error;
 use crate::base::time_budget::CancelToken;
@@ -9,19 +10,22 @@ use crate::base::time_budget::CancelToken;
 /// Exit code of interrupted work.
 pub const EXIT_INTERRUPTED: u8 = 130;
 
+/// Time after which an interrupt ends a document that is being printed: its reader has stopped reading.
+const STALLED: Duration = Duration::from_secs(1);
+
 /// The state of this run as a signal finds it.
 struct RunState {
     /// Raised by the first signal, if the command can end early with a partial result.
     cancel: Option<CancelToken>,
-    /// The files are complete and the result is being printed: one signal has no further effect.
-    answering: bool,
+    /// When the files were complete and the result began to be printed.
+    answer_began: Option<Instant>,
     /// Files under temporary names.
     temporaries: Vec<PathBuf>,
 }
 
 static RUN: Mutex<RunState> = Mutex::new(RunState {
     cancel: None,
-    answering: false,
+    answer_began: None,
     temporaries: Vec::new(),
 });
 
@@ -30,15 +34,18 @@ fn state() -> MutexGuard<'static, RunState> {
 }
 
 /// Listens for interrupts. The first one raises [`cancel_on_ctrl_c`] where the command uses it; without it, and at the second one, temporary
-/// files are removed, `report` prints the error unless an answer has begun, and the process exits with [`EXIT_INTERRUPTED`]. The first
-/// one after an answer has begun lets it end, whatever came before. A signal that the caller of the process has ignored (`nohup`,
+/// files are removed, `report` prints the error unless an answer has begun, and the process exits with [`EXIT_INTERRUPTED`]. An answer
+/// that has begun is printed to its end unless it is [`STALLED`]. A signal that the caller of the process has ignored (`nohup`,
 /// background jobs of a script) stays ignored.
 pub fn listen(report: impl Fn() + Send + 'static) {
-    let (mut first, mut first_of_answer) = (true, true);
+    let mut first = true;
     on_signal(move || {
         let mut run = state();
         let first = std::mem::replace(&mut first, false);
-        if run.answering && std::mem::replace(&mut first_of_answer, false) {
+        if run
+            .answer_began
+            .is_some_and(|began| began.elapsed() < STALLED)
+        {
             return;
         }
         if let Some(cancel) = run.cancel.as_ref().filter(|_| first) {
@@ -48,7 +55,7 @@ pub fn listen(report: impl Fn() + Send + 'static) {
         for path in run.temporaries.drain(..) {
             let _ = std::fs::remove_file(path);
         }
-        if !run.answering {
+        if run.answer_began.is_none() {
             report();
         }
         std::process::exit(i32::from(EXIT_INTERRUPTED));
@@ -73,13 +80,13 @@ pub fn commit(rename: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
     let mut run = state();
     rename()?;
     run.temporaries.clear();
-    run.answering = true;
+    run.answer_began = Some(Instant::now());
     Ok(())
 }
 
-/// From here on a document is being printed: the first interrupt lets it end.
+/// From here on a document is being printed: interrupts let it end.
 pub fn begin_document() {
-    state().answering = true;
+    state().answer_began = Some(Instant::now());
 }
 
 #[cfg(unix)]

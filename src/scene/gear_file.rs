@@ -213,6 +213,13 @@ pub fn pair_kind(source: &Arc<SourceFile>) -> PairKind {
 /// # Errors
 /// Everything wrong in it and in the flags.
 pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors> {
+    if pair_kind(source) != PairKind::Cylindrical {
+        let message = "a machine takes no mesh from a gear file of this kind";
+        let hint = "name a file of a cylindrical or bevel pair, or state k, backlash and mesh_angles of the pair";
+        let span = SourceSpan::new(source.clone(), 0..0);
+        let error = Error::new(Code::Conflict, message).with_span(&span);
+        return Err(error.with_hint(hint).into());
+    }
     let document = toml::parse(source);
     let mut errors = ErrorCollector::default();
     errors.record_units(&document);
@@ -348,12 +355,7 @@ struct PairTable {
 
 fn pair(f: &mut TableReader) -> PairTable {
     let kinds = ["cylindrical", "non-circular", "bevel", "worm", "crossed"];
-    let kind = f.choice("kind", &kinds.map(|kind| (kind, kind)));
-    if let Some(other) = kind.filter(|kind| *kind != "cylindrical") {
-        let message = format!("a machine takes no mesh from a file of kind \"{other}\"");
-        let hint = "name a file of a cylindrical or bevel pair, or state k, backlash and mesh_angles of the pair";
-        f.report_key(Code::Conflict, "kind", message, hint);
-    }
+    f.choice("kind", &kinds.map(|kind| (kind, kind)));
     f.require("kind");
     let length = |f: &mut TableReader, key| {
         f.optional_quantity(key, QuantityKind::Length, ValueRange::Positive)

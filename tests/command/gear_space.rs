@@ -178,6 +178,14 @@ fn refuses_wrong_files_of_gears_in_space() {
     assert!(message.contains("torque"), "{message}");
     let (_, message) = refusal(&["accuracy", WORM]);
     assert!(message.contains("cylindrical"), "{message}");
+    let worm = std::fs::canonicalize(WORM).unwrap();
+    let (_kept, path) = changed(
+        "models/noise_rig.toml",
+        "gear = \"gears/stage_28_56.toml\"",
+        &format!("gear = \"{}\"", worm.display()),
+    );
+    let (_, message) = refusal(&["modes", &path]);
+    assert!(message.contains("takes no mesh"), "{message}");
 }
 
 /// Plan, check, figures and CSV of each kind.

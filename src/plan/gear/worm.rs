@@ -109,7 +109,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         what: "worm and wheel",
         teeth: Some([file.thread.starts, file.teeth]),
         members: ["worm", "wheel"],
-        quantities: quantities(file, &pair, contact_ratio, &lines).0,
+        quantities: quantities(file, &pair, contact_ratio).0,
         tables,
         plots: vec![SheetPlot {
             suffix: "",
@@ -227,12 +227,7 @@ fn undercut_warning(file: &WormFile, flank: Helicoid, limit: &[WormContact]) -> 
     }
 }
 
-fn quantities(
-    file: &WormFile,
-    pair: &WormPair,
-    contact_ratio: f64,
-    lines: &[ContactLine],
-) -> Quantities {
+fn quantities(file: &WormFile, pair: &WormPair, contact_ratio: f64) -> Quantities {
     use QuantityUnit::{Degree, Millimetre, One};
     let thread = &file.thread;
     let nothing = f64::NAN;
@@ -278,19 +273,6 @@ fn quantities(
         thread.axial_pressure_angle(),
     );
     all.pair("contact ratio", "ε", One, contact_ratio);
-    let contacts = || lines.iter().flat_map(|line| &line.points);
-    let count = contacts().count() as f64;
-    let mean = contacts().map(|c| c.lubrication_angle).sum::<f64>() / count;
-    all.pair("mean angle of contact line to sliding", "Ω", Degree, mean);
-    let least = contacts()
-        .map(|c| c.lubrication_angle)
-        .fold(f64::INFINITY, f64::min);
-    all.pair(
-        "least angle of contact line to sliding",
-        "Ω_min",
-        Degree,
-        least,
-    );
     all
 }
 
