@@ -35,8 +35,8 @@ fn state() -> MutexGuard<'static, RunState> {
 
 /// Listens for interrupts. The first one raises [`cancel_on_ctrl_c`] where the command uses it; without it, and at the second one, temporary
 /// files are removed, `report` prints the error unless an answer has begun, and the process exits with [`EXIT_INTERRUPTED`]. An answer
-/// that has begun is printed to its end unless it is [`STALLED`]. A signal that the caller of the process has ignored (`nohup`,
-/// background jobs of a script) stays ignored.
+/// that has begun is printed to its end unless it takes longer than a second. A signal that the caller of the process has ignored
+/// (`nohup`, background jobs of a script) stays ignored.
 pub fn listen(report: impl Fn() + Send + 'static) {
     let mut first = true;
     on_signal(move || {
