@@ -9,12 +9,10 @@ use std::hint::black_box;
 use std::io::{BufWriter, Write};
 
 use beside::{Took, best_on_processor as best};
-use geardyn::internals::transmission::encoder::evaluate::{EvaluationOptions, evaluate};
-use geardyn::internals::transmission::encoder::gear_train::GearTrain;
-use geardyn::internals::transmission::encoder::orders::KnownOrders;
-use geardyn::internals::transmission::encoder::readings::{
-    EncoderScale, EncoderScales, MemoryReadings,
-};
+use geardyn::internals::encoder::evaluate::{EvaluationOptions, evaluate};
+use geardyn::internals::encoder::gear_train::GearTrain;
+use geardyn::internals::encoder::orders::KnownOrders;
+use geardyn::internals::encoder::readings::{EncoderScale, EncoderScales, MemoryReadings};
 
 mod beside;
 

@@ -13,7 +13,10 @@ mod base;
 /// Linear algebra, without knowledge of files, gears or the terminal.
 mod numeric;
 
-/// Logs of measured signals.
+/// Records of transmission error: ranges, waves, harmonics.
+mod te_record;
+
+/// Logs of measured signals and their sidecars.
 mod recording;
 
 /// Spectral estimation: line and density spectra, frequency responses, orders.
@@ -21,6 +24,9 @@ mod spectrum;
 
 /// From measured responses to transfer functions and modes.
 mod identify;
+
+/// Transmission error from the records of two encoders.
+mod encoder;
 
 /// Gears by themselves: knows neither files nor dynamics.
 mod gear;
@@ -123,6 +129,9 @@ pub mod internals {
     pub mod numeric {
         pub use crate::numeric::*;
     }
+    pub mod te_record {
+        pub use crate::te_record::*;
+    }
     pub mod recording {
         pub use crate::recording::*;
     }
@@ -131,6 +140,9 @@ pub mod internals {
     }
     pub mod identify {
         pub use crate::identify::*;
+    }
+    pub mod encoder {
+        pub use crate::encoder::*;
     }
     pub mod gear {
         pub use crate::gear::*;

@@ -9,9 +9,9 @@ use crate::plan::logs::identification_result::IdentificationResult;
 use crate::plan::logs::identify_study::IdentifyStudy;
 use crate::plan::logs::spectrum;
 use crate::plan::logs::spectrum_study::{SpectrumResult, SpectrumStudy};
+use crate::recording::sidecar;
 use crate::recording::signals::Recording;
 use crate::recording::{open, preprocess};
-use crate::scene;
 
 impl Recording {
     /// Reads a log (text, LVM, UFF 58, WAV, MATLAB) with the sidecar next to it, where there is one.
@@ -20,7 +20,7 @@ impl Recording {
     /// Whatever is wrong with the log or its sidecar, with file, line and remedy.
     pub fn open(path: impl AsRef<Path>) -> Result<Recording, Errors> {
         let path = path.as_ref();
-        let settings = scene::sidecar::read_for_log(path, &Flags::default())?.0;
+        let settings = sidecar::read_for_log(path, &Flags::default())?.0;
         let log = open::open(&path.display().to_string(), &settings)?;
         Ok(preprocess::preprocess(log, &settings)?)
     }

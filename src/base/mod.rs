@@ -33,3 +33,5 @@ pub mod error_collector;
 pub mod table_reader;
 
 pub mod flags;
+
+pub mod tables;

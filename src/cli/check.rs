@@ -14,6 +14,7 @@ use crate::base::source_span::SourceFile;
 use crate::base::text::pluralise;
 use crate::plan;
 use crate::plan::prepared_machine::PreparedMachine;
+use crate::recording::sidecar;
 use crate::report::check::FileSummary;
 use crate::report::presentation::{Presentation, Provenance, document};
 use crate::scene;
@@ -72,7 +73,7 @@ fn summarise(path: &Path, args: &CheckArgs) -> Result<FileSummary, Errors> {
         return check_log::check(path, &args.log, args.write);
     }
     let source = load::load(path)?;
-    if scene::sidecar::is_sidecar(&source) {
+    if sidecar::is_sidecar(&source) {
         return summarise_sidecar(path, source, args);
     }
     if scene::gear_readings::is_readings_file(&source) {
@@ -94,8 +95,8 @@ fn summarise_sidecar(
     args: &CheckArgs,
 ) -> Result<FileSummary, Errors> {
     let flags = &args.log.keys.flags;
-    let channels = scene::sidecar::read(&source, flags)?.channels.len();
-    let listed = scene::sidecar::read_list(path, flags)?.map(|list| list.files);
+    let channels = sidecar::read(&source, flags)?.channels.len();
+    let listed = sidecar::read_list(path, flags)?.map(|list| list.files);
     let of = match &listed {
         None => "a log".to_string(),
         Some(files) => pluralise(files.len(), "listed log"),

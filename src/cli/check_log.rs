@@ -12,17 +12,17 @@ use crate::numeric::parallel;
 use crate::recording::channel_statistics::channel_statistics;
 use crate::recording::raw::RawLog;
 use crate::recording::read_options::{RateSource, ReadOptions};
+use crate::recording::sidecar;
 use crate::recording::{faults, preprocess};
 use crate::report::check::FileSummary;
 use crate::report::recording;
-use crate::scene;
 
 /// Reads and surveys a log; `write` also writes its sidecar.
 ///
 /// # Errors
 /// Whatever is wrong with the log, the flags or the sidecar.
 pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<FileSummary, Errors> {
-    let target = scene::sidecar::sidecar_path(path);
+    let target = sidecar::sidecar_path(path);
     if write && target.symlink_metadata().is_ok() {
         let message = format!("{} exists and would be overwritten", target.display());
         return Err(Error::new(Code::Usage, message)
@@ -74,7 +74,7 @@ pub fn check(path: &Path, args: &LogArgs, write: bool) -> Result<FileSummary, Er
     found.body["responses"] = json!(responses.as_ref().map(recording::responses));
     found.body["spectra"] = recording::spectra(&spectra);
     if write {
-        let text = scene::sidecar::write(&understood, rate_hz, &written);
+        let text = sidecar::write(&understood, rate_hz, &written);
         files::write_one(&target, text.as_bytes())?;
         output::print_note(&footer::written_files(&[target]));
     }

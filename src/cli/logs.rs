@@ -9,9 +9,9 @@ use crate::base::error::{Error, Errors};
 use crate::plan::logs::points::PointRecord;
 use crate::recording::raw::{RawLog, Repair};
 use crate::recording::read_options::{ReadOptions, Roving};
+use crate::recording::sidecar;
 use crate::recording::signals::Recording;
 use crate::recording::{channel_names, join, preprocess};
-use crate::scene;
 
 /// A log and what is stated of it.
 pub struct LogInput {
@@ -30,7 +30,7 @@ pub struct LogInput {
 pub fn open_logs(files: &[PathBuf], args: &LogArgs) -> Result<Vec<LogInput>, Errors> {
     let mut all = Vec::new();
     for file in files {
-        let Some(mut list) = scene::sidecar::read_list(file, &args.keys.flags)? else {
+        let Some(mut list) = sidecar::read_list(file, &args.keys.flags)? else {
             let (options, sidecar) = args.options(file)?;
             all.push(LogInput {
                 path: file.clone(),

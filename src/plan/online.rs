@@ -9,6 +9,7 @@ use super::motion::simulation_setup::SimulationSetup;
 use super::prepared_machine::PreparedMachine;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
+use crate::encoder::gear_train::GearTrain;
 use crate::motion::outputs::MotionOutputs;
 use crate::recording::sample_column::SampleColumn;
 use crate::recording::signals::{Channel, Recording};
@@ -16,7 +17,6 @@ use crate::scene::study::{OnlineStudy, OrderTrackingStudy};
 use crate::spectrum::rotation::order_demodulation::{DemodulatedOrders, OrderDemodulator};
 use crate::spectrum::spectra::Spectra;
 use crate::spectrum::welch::{WelchEstimator, WelchOptions};
-use crate::transmission::encoder::gear_train::GearTrain;
 
 /// Samples handed on to the averages at a time.
 const CHUNK: usize = 256;

@@ -52,3 +52,5 @@ pub mod faults;
 pub mod channel_statistics;
 
 pub mod write;
+
+pub mod sidecar;

@@ -10,11 +10,11 @@ use super::table::{Table, or_blank};
 use super::te_lines::{arcsec, degrees, direction_name, micrometres, peak_to_peak};
 use super::{encoder_te_plot, encoder_te_table};
 use crate::base::error::Error;
+use crate::encoder::flank::{FlankEvaluation, OrderEstimate};
+use crate::encoder::gear_train::GearTrain;
 use crate::plan::logs::attribution::{AttributedOrder, Attribution, DeclaredSource};
 use crate::plan::logs::encoder_analysis::EncoderResult;
 use crate::recording::raw::Repair;
-use crate::transmission::encoder::flank::{FlankEvaluation, OrderEstimate};
-use crate::transmission::encoder::gear_train::GearTrain;
 
 /// The transmission error of a record of two encoders.
 pub struct EncoderReport {

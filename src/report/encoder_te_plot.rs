@@ -5,9 +5,9 @@ use super::figure::{Axis, Curve, GREY_INK, Ink, Mark, Plot, PlotColumn, PointLab
 use super::number_format::four_digits;
 use super::svg::{LineStyle, truncate_label};
 use super::te_lines::{arcsec, direction_name};
+use crate::encoder::flank::FlankEvaluation;
 use crate::plan::logs::encoder_analysis::EncoderResult;
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
-use crate::transmission::encoder::flank::FlankEvaluation;
 
 /// Lines that get a name.
 const MAX_LABELS: usize = 14;

@@ -8,11 +8,11 @@ use super::number_format::{
 use super::table::{Table, or_dash};
 use super::te_lines::{arcsec, degrees, direction_name, micrometres, peak_to_peak};
 use crate::base::text::pluralise;
+use crate::encoder::flank::{FlankEvaluation, OrderEstimate};
+use crate::encoder::index_pulses::IndexEvaluation;
 use crate::numeric::statistics::Z_95;
 use crate::plan::logs::attribution::Attribution;
 use crate::plan::logs::encoder_analysis::EncoderResult;
-use crate::transmission::encoder::flank::{FlankEvaluation, OrderEstimate};
-use crate::transmission::encoder::index_pulses::IndexEvaluation;
 
 /// Lines shown of a flank, the largest.
 const MAX_ROWS: usize = 24;

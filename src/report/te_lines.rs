@@ -5,12 +5,12 @@ use std::f64::consts::PI;
 use serde_json::{Value, json};
 
 use super::axes::extremes;
+use crate::encoder::flank::FlankEvaluation;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
 use crate::plan::logs::encoder_analysis::EncoderResult;
 use crate::plan::transmission::run::{OrderLineResult, TransmissionResult};
 use crate::transmission::coincidence::SeparationTest;
-use crate::transmission::encoder::flank::FlankEvaluation;
 use crate::transmission::order_lines::LineOrigin;
 
 /// Arc seconds in a radian.

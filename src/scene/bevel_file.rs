@@ -4,7 +4,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use super::machine_settings::{FlankCut, Process, settings};
-use super::tables::{read_heading, read_table};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
@@ -12,6 +11,7 @@ use crate::base::flags::Flags;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::{TableReader, Word};
+use crate::base::tables::{read_heading, read_table};
 use crate::base::toml;
 use crate::gear::bevel::blank::{Blank, EndCone};
 use crate::gear::bevel::flank::BevelFlank;

@@ -1,11 +1,12 @@
 //! `factors` of a load or a clutch: plain numbers over time that are multiplied.
 
 use super::laws::LoadHistory;
-use super::{tables, waveforms};
+use super::waveforms;
 use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
+use crate::base::tables;
 
 /// Which way a factor changes over time.
 #[derive(Clone, Copy)]

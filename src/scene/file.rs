@@ -6,7 +6,6 @@ use std::sync::Arc;
 use super::initial_conditions::{self, InitialConditions};
 use super::model::{Brake, DeclaredError, Load, Model, Motor};
 use super::study::Study;
-use super::tables::{read_table, read_tables};
 use super::{
     bodies, consistency, declared_errors, gears, loads_and_motors, overrides, planetary, screws,
     shafts, study, supports,
@@ -17,6 +16,7 @@ use crate::base::error_collector::ErrorCollector;
 use crate::base::load;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
+use crate::base::tables::{read_table, read_tables};
 use crate::base::toml::{self, Document};
 
 /// A model with what a scene asks of it; a model file alone is a scene without studies.

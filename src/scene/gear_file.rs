@@ -8,7 +8,6 @@ use super::shared_keys::{
     self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, MAX_TEETH, PRESSURE_ANGLE_RANGE,
     read_profile_shift, read_thickness,
 };
-use super::tables::{read_heading, read_table};
 use crate::base::bound::Bound;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -18,6 +17,7 @@ use crate::base::quantity::{self, format_number};
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::{TableReader, Word};
+use crate::base::tables::{read_heading, read_table};
 use crate::base::toml::{self, Table, Value};
 use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::cylindrical::involute::InvoluteGear;

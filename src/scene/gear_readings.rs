@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::shared_keys::MAX_TEETH;
-use super::tables::{read_heading, read_table, read_tables};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
+use crate::base::tables::{read_heading, read_table, read_tables};
 use crate::base::toml;
 use crate::gear::cylindrical::reverse::readings::{
     GearReadings, MateReadings, Reading, SpanReading,

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::tables::{read_file, read_heading, read_table};
 use super::worm_file::{ThreadTable, thread};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -11,6 +10,7 @@ use crate::base::flags::Flags;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
+use crate::base::tables::{read_file, read_heading, read_table};
 use crate::gear::helicoid::worm_thread::WormThread;
 
 /// A helicoid and its tool as their file describes them.

@@ -2,10 +2,10 @@
 
 use super::laws::{InitialState, MeshPhase};
 use super::model::Name;
-use super::tables::read_table;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
+use crate::base::tables::read_table;
 
 /// Initial conditions.
 #[derive(Debug, Clone, Default)]

@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::tables::read_table;
 use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
+use crate::base::tables::read_table;
 use crate::gear::bevel::cutter::{Blade, Cutter};
 use crate::gear::bevel::settings::{MachineSettings, Roll};
 

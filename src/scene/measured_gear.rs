@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use super::gear_file::{self, GearFile};
 use super::shared_keys::{MAX_TEETH, read_profile_shift, read_thickness};
-use super::tables::{read_heading, read_table, read_tables};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
@@ -14,6 +13,7 @@ use crate::base::load;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
+use crate::base::tables::{read_heading, read_table, read_tables};
 use crate::base::toml::{self, Value};
 use crate::gear::cylindrical::involute::InvoluteGear;
 use crate::gear::cylindrical::modification::{Modification, Relief};

@@ -1,10 +1,8 @@
-//! The project's TOML files as written: models, scenes, sidecars, measured gears; SI values with spans.
+//! The project's TOML files as written: models, scenes, measured gears; SI values with spans.
 
 pub mod laws;
 
 pub mod gear_mesh;
-
-mod tables;
 
 pub mod machine_settings;
 
@@ -55,8 +53,6 @@ mod overrides;
 pub mod study;
 
 mod file;
-
-pub mod sidecar;
 
 pub mod measured_gear;
 

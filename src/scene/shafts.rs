@@ -4,11 +4,11 @@ use super::bodies::outer_and_bore;
 use super::materials;
 use super::model::{BarMass, BranchDamping, Coupling, Shaft, ShaftBody};
 use super::shared_keys::{self, MAX_COUNT};
-use super::tables;
 use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
+use crate::base::tables;
 
 /// Keys that describe a bar.
 const GEOMETRY: [&str; 8] = [

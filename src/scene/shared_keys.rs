@@ -5,12 +5,12 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use super::characteristic;
 use super::laws::{Characteristic, ContactDamping};
 use super::model::{BranchDamping, BranchEnd, ContactParameters, Hand, Name};
-use super::tables::read_table;
 use super::waveforms;
 use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
+use crate::base::tables::read_table;
 use crate::base::toml::{Item, Value};
 
 /// A pressure angle.

@@ -1,4 +1,4 @@
-//! Transmission error of a gear chain: quasi-static, under load, dynamic, measured.
+//! Transmission error of a gear chain: quasi-static, under load, dynamic.
 
 pub mod chain;
 
@@ -19,5 +19,3 @@ pub mod indexing;
 pub mod record;
 
 pub mod coincidence;
-
-pub mod encoder;

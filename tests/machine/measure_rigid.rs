@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use crate::support::verification::within;
 use geardyn::internals::base::code::Code;
-use geardyn::internals::gear::measurement::composite::SingleFlankRecord;
 use geardyn::internals::gear::measurement::unloaded_te::{
     FlankDeviations, separate_pitch_and_profile, te_against_master, te_of_pair,
 };
+use geardyn::internals::te_record::single_flank::SingleFlankRecord;
 
 const BASE_PITCH: f64 = 8.856e-3;
 

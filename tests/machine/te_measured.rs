@@ -5,16 +5,12 @@ use std::f64::consts::TAU;
 
 use geardyn::internals::base::code::Code;
 use geardyn::internals::base::error::Error;
-use geardyn::internals::transmission::encoder::eccentricity::split_eccentricity;
-use geardyn::internals::transmission::encoder::evaluate::{
-    EvaluationOptions, TeEvaluation, evaluate,
-};
-use geardyn::internals::transmission::encoder::gear_train::GearTrain;
-use geardyn::internals::transmission::encoder::index_pulses::{IndexSignal, PulseEdge};
-use geardyn::internals::transmission::encoder::orders::KnownOrders;
-use geardyn::internals::transmission::encoder::readings::{
-    EncoderScale, EncoderScales, MemoryReadings,
-};
+use geardyn::internals::encoder::eccentricity::split_eccentricity;
+use geardyn::internals::encoder::evaluate::{EvaluationOptions, TeEvaluation, evaluate};
+use geardyn::internals::encoder::gear_train::GearTrain;
+use geardyn::internals::encoder::index_pulses::{IndexSignal, PulseEdge};
+use geardyn::internals::encoder::orders::KnownOrders;
+use geardyn::internals::encoder::readings::{EncoderScale, EncoderScales, MemoryReadings};
 
 use crate::support::noise::normal;
 use crate::support::verification::{coverage as enter_coverage, within};

@@ -9,9 +9,9 @@ use geardyn::internals::plan::logs::frf_estimation::FrfStudy;
 use geardyn::internals::plan::logs::identification::{IdentificationInput, identify};
 use geardyn::internals::plan::logs::identification_result::IdentificationResult;
 use geardyn::internals::plan::logs::identify_study::IdentifyStudy;
+use geardyn::internals::recording::sidecar;
 use geardyn::internals::recording::signals::Recording;
 use geardyn::internals::recording::{open, preprocess};
-use geardyn::internals::scene::sidecar;
 use geardyn::internals::spectrum::impact::RejectReason;
 
 fn shipped(name: &str) -> PathBuf {

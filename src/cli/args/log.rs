@@ -7,7 +7,7 @@ use clap::Args;
 use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, number, repeated, switch, text, word};
 use crate::base::error::Errors;
 use crate::recording::read_options::{RateSource, ReadOptions};
-use crate::scene::sidecar;
+use crate::recording::sidecar;
 
 /// Flags of every command that reads a log.
 #[derive(Debug, Args)]

@@ -248,11 +248,12 @@ mod tests {
     use crate::plan::logs::encoder_study::EncoderStudy;
     use crate::plan::logs::identify_study::IdentifyStudy;
     use crate::plan::logs::spectrum_study::SpectrumStudy;
+    use crate::recording::sidecar;
     use crate::scene::study::{
         AccuracyStudy, HarmonicBalanceStudy, ModesStudy, ReadStudy, ResponseStudy, RunUpStudy,
         SimulateStudy, StabilityStudy, TransmissionStudy,
     };
-    use crate::scene::{bevel_file, gear_file, sidecar};
+    use crate::scene::{bevel_file, gear_file};
 
     fn read<S: ReadStudy>(f: &mut TableReader) {
         S::read(f);

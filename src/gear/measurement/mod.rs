@@ -12,10 +12,6 @@ pub mod limits;
 
 pub mod accuracy_grades;
 
-pub mod ranges;
-
-pub mod composite;
-
 pub mod pitch;
 
 pub mod runout;

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use super::estimate::{Estimate, check_finite};
 use super::pitch::{PitchDeviations, arg_min_max};
-use super::ranges::peak_to_peak;
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::te_record::windowed_ranges::peak_to_peak;
 
 /// Radial readings of a gear and what they say.
 #[derive(Debug, Clone, PartialEq)]

@@ -97,7 +97,7 @@ pub fn te_of_pair(
     let overlap = (to - from) / base_pitch;
     too_short(overlap)?;
     let (z1, z2) = (driver.pitch_surplus.len(), driven.pitch_surplus.len());
-    let pitches = z1 * super::composite::SingleFlankRecord::hunting_turns(z1, z2);
+    let pitches = z1 * crate::te_record::single_flank::SingleFlankRecord::hunting_turns(z1, z2);
     let sample = |i: usize| {
         let turned = i as f64 / samples_per_pitch as f64;
         pairs_in_contact(turned, overlap)

@@ -6,6 +6,9 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::encoder::flank::{FlankEvaluation, OrderEstimate};
+use crate::encoder::gear_train::GearTrain;
+use crate::encoder::orders::KnownOrders;
 use crate::machine::components::Machine;
 use crate::machine::kinematics::mean_speeds;
 use crate::numeric::Complex;
@@ -17,9 +20,6 @@ use crate::scene::model::{Axis, ErrorCause};
 use crate::scene::study::TransmissionStudy;
 use crate::transmission::chain::{ChainEnds, TransmissionChain};
 use crate::transmission::dynamic::DriverTransfer;
-use crate::transmission::encoder::flank::{FlankEvaluation, OrderEstimate};
-use crate::transmission::encoder::gear_train::GearTrain;
-use crate::transmission::encoder::orders::KnownOrders;
 use crate::transmission::order_lines::{self, LineOrigin, OrderLine as Declared};
 
 /// A model and where the encoders sit in it.

@@ -10,11 +10,11 @@ use super::encoder_readings::{
 use super::encoder_study::{EncoderRecordings, EncoderStudy};
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
+use crate::encoder::eccentricity::{EccentricitySplit, split_eccentricity};
+use crate::encoder::evaluate::{EvaluationOptions, TeEvaluation, evaluate};
+use crate::encoder::orders::KnownOrders;
+use crate::encoder::readings::{EncoderScale, EncoderScales, MemoryReadings};
 use crate::recording::signals::{Channel, Recording};
-use crate::transmission::encoder::eccentricity::{EccentricitySplit, split_eccentricity};
-use crate::transmission::encoder::evaluate::{EvaluationOptions, TeEvaluation, evaluate};
-use crate::transmission::encoder::orders::KnownOrders;
-use crate::transmission::encoder::readings::{EncoderScale, EncoderScales, MemoryReadings};
 
 /// Result of an encoder record.
 pub struct EncoderResult {

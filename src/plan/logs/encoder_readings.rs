@@ -8,6 +8,8 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::quantity;
 use crate::base::quantity_kind::{Dimension, QuantityKind};
+use crate::encoder::index_pulses::{IndexSignal, PulseEdge};
+use crate::encoder::readings::{EncoderReadings, EncoderScale, detect_wrap};
 use crate::recording::preprocess::unknown_channel;
 use crate::recording::sample_column::SampleColumn;
 use crate::recording::signals::{Channel, Recording};
@@ -15,8 +17,6 @@ use crate::spectrum::rotation::angle_curve::AngleCurve;
 use crate::spectrum::rotation::encoder::quadrature;
 use crate::spectrum::rotation::level_crossings::{self, StateLevels, level_crossings};
 use crate::spectrum::rotation::tacho::{TachoPulse, TachoPulses, number_pulses};
-use crate::transmission::encoder::index_pulses::{IndexSignal, PulseEdge};
-use crate::transmission::encoder::readings::{EncoderReadings, EncoderScale, detect_wrap};
 
 /// The channels of these names.
 ///

@@ -8,8 +8,8 @@ use crate::base::error_collector::ValueRange;
 use crate::base::quantity::truncate;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
+use crate::encoder::gear_train::GearTrain;
 use crate::recording::signals::Recording;
-use crate::transmission::encoder::gear_train::GearTrain;
 
 /// Request for the analysis of an encoder record.
 #[derive(Debug, Clone)]

@@ -3,12 +3,12 @@
 use super::charts::{ChartEvaluation, ChartPlot};
 use super::grading::FlankSide;
 use crate::base::error::Error;
-use crate::gear::measurement::composite::SingleFlankRecord;
 use crate::gear::measurement::deviation::GearDeviation;
 use crate::gear::measurement::estimate::Estimate;
 use crate::gear::measurement::pitch::{PitchDeviations, PitchMethod};
 use crate::gear::measurement::unloaded_te::{self, FlankDeviations};
 use crate::scene::measured_gear::{ChartKind, MeasuredChart};
+use crate::te_record::single_flank::SingleFlankRecord;
 
 /// Samples of a predicted record in a pitch.
 const PER_PITCH: usize = 100;

@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 use crate::base::error::Error;
-use crate::gear::measurement::composite::SingleFlankRecord;
 use crate::machine::components::Machine;
 use crate::numeric::Complex;
 use crate::numeric::fraction::Fraction;
 use crate::numeric::lattice::RankOneLattice;
 use crate::scene::study::TransmissionStudy;
+use crate::te_record::single_flank::SingleFlankRecord;
 use crate::transmission::chain::TransmissionChain;
 use crate::transmission::order_lines::{LineOrigin, OrderLine};
 use crate::transmission::record::{self, SyntheticRecord};

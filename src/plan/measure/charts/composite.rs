@@ -3,12 +3,12 @@
 use super::{ChartEvaluation, ChartPlot};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
-use crate::gear::measurement::composite::SingleFlankRecord;
 use crate::gear::measurement::deviation::GearDeviation;
 use crate::gear::measurement::estimate::Estimate;
 use crate::plan::measure::chart_columns::AngleScale;
 use crate::plan::measure::grading::FlankSide;
 use crate::scene::measured_gear::MeasuredChart;
+use crate::te_record::single_flank::SingleFlankRecord;
 
 /// Samples recommended in a pitch for the evaluation of f_i′.
 const MIN_SAMPLES_PER_PITCH: f64 = 10.0;

@@ -5,7 +5,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::tables::{read_table, read_tables};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
@@ -15,6 +14,7 @@ use crate::base::quantity::truncate;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::{TableReader, Word};
+use crate::base::tables::{read_table, read_tables};
 use crate::base::text::pluralise;
 use crate::base::toml::{self, Item, Value};
 use crate::recording::raw::Repair;

@@ -12,11 +12,11 @@ use super::fit::{HarmonicFit, add};
 use super::gear_train::GearTrain;
 use super::orders::CandidateOrder;
 use crate::base::error::Error;
-use crate::gear::measurement::composite::SingleFlankRecord;
-use crate::gear::measurement::ranges::WindowedRanges;
 use crate::numeric::Complex;
 use crate::spectrum::kaiser_fir::sinc;
 use crate::spectrum::rotation::angular_resampling::AngularSignal;
+use crate::te_record::single_flank::SingleFlankRecord;
+use crate::te_record::windowed_ranges::WindowedRanges;
 
 /// Composite deviations read from whole turns.
 #[derive(Debug, Clone)]

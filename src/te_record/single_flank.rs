@@ -3,7 +3,7 @@
 //! `e(φ) = Σ a_k cos(kφ/T + ψ_k)` over T turns; orders below z/2 are the long wave (eccentricity, cumulative pitch), the others the
 //! short wave (single pitch, profile), after VDI/VDE 2608. Every result is in the unit of the samples.
 
-use super::ranges::{self, WindowedRanges};
+use super::windowed_ranges::{self, WindowedRanges};
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
@@ -105,12 +105,12 @@ impl<'a> SingleFlankRecord<'a> {
 
     /// F_i′ over the whole record.
     pub fn total_deviation(&self) -> f64 {
-        ranges::peak_to_peak(self.values)
+        windowed_ranges::peak_to_peak(self.values)
     }
 
     /// F_i′ over one turn, wherever it begins, and turn by turn.
     pub fn ranges_per_rev(&self) -> WindowedRanges {
-        ranges::windowed_ranges(self.values, self.turns, self.closed)
+        windowed_ranges::windowed_ranges(self.values, self.turns, self.closed)
     }
 
     /// f_i′ of the raw record, as ISO 1328-1:1995 reads it: the window of one pitch slid freely, and tooth by tooth.
@@ -119,7 +119,7 @@ impl<'a> SingleFlankRecord<'a> {
     }
 
     fn pitches_of(&self, values: &[f64]) -> WindowedRanges {
-        ranges::windowed_ranges(values, self.turns * self.teeth, self.closed)
+        windowed_ranges::windowed_ranges(values, self.turns * self.teeth, self.closed)
     }
 
     /// Long wave: orders below z/2 by Fourier's sum, exactly. An open record is mirrored at its ends first, so that the step from
@@ -186,7 +186,7 @@ impl<'a> SingleFlankRecord<'a> {
     fn split_with(&self, long: Vec<f64>) -> WaveSplit {
         let short: Vec<f64> = self.values.iter().zip(&long).map(|(e, l)| e - l).collect();
         WaveSplit {
-            long_range: ranges::peak_to_peak(&long),
+            long_range: windowed_ranges::peak_to_peak(&long),
             short_ranges: self.pitches_of(&short),
             long,
             short,
