@@ -211,6 +211,12 @@ fn fit_noise_only(
     };
     let (found, structure, variance) =
         search_by_noise(average, sought, first, start, evidence, effort)?;
+    // Noise of the force inside its window turns the phases of neighbouring lines alike: by less than the choice of terms detects, and more
+    // than the interval of a frequency whose phase is fixed.
+    let structure = ModelTerms {
+        complex: structure.complex || !lines.hits.is_empty(),
+        ..structure
+    };
     let model = found.fit.model;
     let (weights, variance) = match lines.hits.is_empty() {
         true => (found.weights, variance),
