@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::args::{GearAction, GearArgs, OutputArgs, ReverseArgs};
+use super::args::{CorrectArgs, GearAction, GearArgs, OutputArgs, ReverseArgs};
 use super::destination::output_error;
 use super::present::Outputs;
 use super::{files, progress};
@@ -12,8 +12,9 @@ use crate::base::error::{Error, Errors};
 use crate::base::flags::Flags;
 use crate::base::load;
 use crate::base::source_span::SourceFile;
-use crate::plan::gear::{bevel, non_circular, reversal, run, space};
+use crate::plan::gear::{bevel, correction, non_circular, reversal, run, space, synthesis};
 use crate::report::bevel::{BevelReport, FIGURES};
+use crate::report::correction::CorrectionReport;
 use crate::report::flank_file::{self, FlankFormat};
 use crate::report::gear::GearAnswer;
 use crate::report::gear_plan::GearPlan;
@@ -22,7 +23,7 @@ use crate::report::non_circular::NonCircularReport;
 use crate::report::outline_file::{NamedOutline, OutlineFormat};
 use crate::report::presentation::Presentation;
 use crate::scene::gear_file::{self, PairKind};
-use crate::scene::{bevel_file, gear_readings, non_circular_file};
+use crate::scene::{bevel_file, ease_off_target, gear_readings, measured_grid, non_circular_file};
 
 /// Computes what a file determines and prints it.
 ///
@@ -31,6 +32,7 @@ use crate::scene::{bevel_file, gear_readings, non_circular_file};
 pub fn run(args: &GearArgs) -> Result<u8, Errors> {
     match (&args.action, &args.file) {
         (Some(GearAction::Reverse(args)), _) => reverse(args),
+        (Some(GearAction::Correct(args)), _) => correct(args),
         (None, Some(file)) => compute(args, file),
         (None, None) => Err(Error::new(Code::Usage, "no gear file is named")
             .with_hint("see --help")
@@ -237,6 +239,39 @@ fn reverse(args: &ReverseArgs) -> Result<u8, Errors> {
     let result = reversal::run(&file)?;
     outputs.present(&ReversalReport {
         file: &file,
+        result,
+    })
+}
+
+/// Finds the settings of the next cut of a measured bevel gear.
+fn correct(args: &CorrectArgs) -> Result<u8, Errors> {
+    let source = load::load(&args.file)?;
+    gear_file::check_is_gear_file(&source)?;
+    if gear_file::pair_kind(&source) != PairKind::Bevel {
+        return Err(
+            Error::new(Code::Usage, "only settings of bevel gears are corrected")
+                .with_hint("name a gear file with pair = { kind = \"bevel\", … }")
+                .into(),
+        );
+    }
+    let (file, study) = bevel_file::read_for_correction(&source, &args.study.flags)?;
+    let measured = args.measured.as_ref().or(args.target.as_ref());
+    let inputs: Vec<PathBuf> = measured.into_iter().chain([&args.file]).cloned().collect();
+    let outputs = Outputs::check(&args.out, &[""], &[], &inputs)?;
+    let result = match (&args.measured, &args.target) {
+        (Some(grid), _) => correction::run(&file, &study, &measured_grid::read(grid)?)?,
+        (None, Some(target)) => {
+            synthesis::run(&file, &study, &ease_off_target::read(&load::load(target)?)?)?
+        }
+        (None, None) => {
+            return Err(Error::new(Code::Usage, "no grid and no target is named")
+                .with_hint("see --help")
+                .into());
+        }
+    };
+    outputs.present(&CorrectionReport {
+        title: file.title.clone(),
+        steps: study.steps,
         result,
     })
 }

@@ -20,6 +20,9 @@ pub mod helicoid;
 /// Contact of two flanks: path, ellipse, transmission error.
 pub mod contact;
 
+/// Correction of machine settings: sensitivities, Gauss–Newton on exact distances.
+pub mod cut;
+
 /// Tooth stiffness, load sharing and loaded transmission error.
 pub mod load;
 

@@ -140,6 +140,10 @@ mod bevel_plot;
 
 pub mod bevel;
 
+mod correction_plot;
+
+pub mod correction;
+
 pub mod gear_sheet;
 
 pub mod gear_plan;

@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
+use super::correction_study::{CorrectionStudy, correction};
 use super::machine_settings::{FlankCut, Process, settings};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -202,6 +203,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     f.require("gear");
     let position_errors = read_table(&mut f, "assembly", assembly).unwrap_or_default();
     let study = read_table(&mut f, "contact", contact).unwrap_or_default();
+    read_table(&mut f, "correction", correction);
     if f.has("mesh") {
         f.item("mesh", "nothing");
         let message = "[mesh] loads cylindrical gears only";
@@ -266,6 +268,23 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
         span,
         source: source.clone(),
     })
+}
+
+/// Reads one with the flags laid over its `[correction]`.
+///
+/// # Errors
+/// Everything wrong in it and in the flags.
+pub fn read_for_correction(
+    source: &Arc<SourceFile>,
+    flags: &Flags,
+) -> Result<(BevelFile, CorrectionStudy), Errors> {
+    let file = read(source, &Flags::default())?;
+    let document = toml::parse(source);
+    let mut errors = ErrorCollector::default();
+    errors.record_units(&document);
+    let base = document.root.table("correction");
+    let study = flags.read("[correction]", base, &errors.bare_si, correction)?;
+    Ok((file, study))
 }
 
 fn pair(f: &mut TableReader) -> Assembly {

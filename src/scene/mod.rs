@@ -6,6 +6,10 @@ pub mod gear_mesh;
 
 pub mod machine_settings;
 
+pub mod correction_study;
+
+pub mod ease_off_target;
+
 pub mod bevel_file;
 
 pub mod bevel_mesh;
@@ -61,6 +65,8 @@ pub mod gear_readings;
 pub mod limit_table;
 
 mod number_table;
+
+pub mod measured_grid;
 
 pub mod non_circular_file;
 

@@ -26,21 +26,30 @@ pub struct NumberTable {
 }
 
 impl NumberTable {
-    /// Reads the named columns, each of a kind.
+    /// Reads the named columns of a file, each of a kind.
     ///
     /// # Errors
     /// Everything wrong in it.
     pub fn read(path: &Path, names: &[(&str, QuantityKind)]) -> Result<NumberTable, Errors> {
-        let source = load::load(path)?;
+        let names: Vec<_> = names
+            .iter()
+            .map(|(name, kind)| (*name, Some(*kind)))
+            .collect();
+        NumberTable::of(load::load(path)?, &names)
+    }
+
+    /// Reads the named columns of a text, each of a kind; bare numbers without one.
+    ///
+    /// # Errors
+    /// Everything wrong in it.
+    pub fn of(
+        source: Arc<SourceFile>,
+        names: &[(&str, Option<QuantityKind>)],
+    ) -> Result<NumberTable, Errors> {
         let at = |range: std::ops::Range<usize>| SourceSpan::new(source.clone(), range);
         let mut lines = lines(&source);
         let (start, head) = lines.next().unwrap_or((0, ""));
-        let heads: Vec<(&str, &str)> = (cells(head).into_iter())
-            .map(|cell| {
-                let parts = cell.strip_suffix(']').and_then(|cell| cell.split_once('['));
-                parts.map_or((cell, ""), |(name, unit)| (name.trim(), unit))
-            })
-            .collect();
+        let heads = heads(head);
         let mut found = Vec::new();
         for (name, kind) in names {
             let column = heads.iter().position(|(head, _)| head == name);
@@ -52,13 +61,18 @@ impl NumberTable {
                         "its first line names columns with units, such as {}",
                         names
                             .iter()
-                            .map(|(name, kind)| format!("{name} [{}]", usual_unit(*kind)))
+                            .map(|(name, kind)| head_example(name, *kind))
                             .collect::<Vec<_>>()
                             .join(",")
                     ))
                     .into());
             };
-            let scale = quantity::parse(&format!("1 {unit}"), *kind, &format!("column `{name}`"));
+            let scale = match kind {
+                Some(kind) => {
+                    quantity::parse(&format!("1 {unit}"), *kind, &format!("column `{name}`"))
+                }
+                None => Ok(1.0),
+            };
             found.push((
                 column,
                 scale.map_err(|e| e.with_span(&at(start..start + head.len())))?,
@@ -98,6 +112,22 @@ impl NumberTable {
         })
     }
 
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// No row holds numbers.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Place of a row, counted from 0.
+    pub fn row_span(&self, row: usize) -> SourceSpan {
+        let range = self.rows.get(row).cloned().unwrap_or(0..0);
+        SourceSpan::new(self.source.clone(), range)
+    }
+
     /// An error of a curve through the rows, at the row that its message names first, else at the table.
     pub fn locate(&self, error: Error) -> Error {
         let named = error.message.strip_prefix("row");
@@ -117,6 +147,28 @@ impl NumberTable {
             Some(row) => error.with_span(&SourceSpan::new(self.source.clone(), row.clone())),
             None => error.with_span(&SourceSpan::whole_file(&self.source.path)),
         }
+    }
+}
+
+/// Names and units of the columns in the first line of a text.
+pub fn column_heads(source: &SourceFile) -> Vec<(&str, &str)> {
+    lines(source)
+        .next()
+        .map_or(Vec::new(), |(_, head)| heads(head))
+}
+
+fn heads(line: &str) -> Vec<(&str, &str)> {
+    let split = |cell| {
+        let parts = str::strip_suffix(cell, "]").and_then(|cell| cell.split_once('['));
+        parts.map_or((cell, ""), |(name, unit)| (name.trim(), unit))
+    };
+    cells(line).into_iter().map(split).collect()
+}
+
+fn head_example(name: &str, kind: Option<QuantityKind>) -> String {
+    match kind {
+        Some(kind) => format!("{name} [{}]", usual_unit(kind)),
+        None => name.to_string(),
     }
 }
 

@@ -12,6 +12,7 @@ mod commands;
 mod free_decay;
 mod gear_bevel;
 mod gear_command;
+mod gear_correct;
 mod gear_non_circular;
 mod gear_outline;
 mod gear_reverse;

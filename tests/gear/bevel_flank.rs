@@ -8,6 +8,7 @@ use geardyn::internals::gear::bevel::frames::CutterFrame;
 use geardyn::internals::gear::bevel::settings::{Hand, MachineSettings, Roll};
 use geardyn::internals::gear::bevel::structure_elements::StructureElements;
 use geardyn::internals::gear::bevel::tooth_section::ToothSection;
+use geardyn::internals::gear::cut::setting::FlankSetup;
 use geardyn::internals::gear::kernel::jet::Surface;
 use geardyn::internals::gear::kernel::limits::Limit;
 use geardyn::internals::gear::kernel::pose::Point;
@@ -19,6 +20,12 @@ use crate::verification::within;
 
 /// A flank of c12, in inches.
 pub fn nasa_flank(case: &Value, name: &str) -> BevelFlank {
+    let (setup, hand, section) = nasa_cut(case, name);
+    setup.flank(hand, section)
+}
+
+/// Cutter, machine, hand and section of a flank of c12, in inches.
+pub fn nasa_cut(case: &Value, name: &str) -> (FlankSetup, Hand, ToothSection) {
     let settings = &case["flanks"][name];
     let get = |name: &str| number(&settings[name]);
     let angle = |name: &str| get(name).to_radians();
@@ -72,7 +79,7 @@ pub fn nasa_flank(case: &Value, name: &str) -> BevelFlank {
     let section = ToothSection {
         corners: [0.0, 1.0].map(|face| [0.0, 1.0].map(|height| corner(face, height))),
     };
-    BevelFlank::new(&cutter, &machine, hand, section)
+    (FlankSetup { cutter, machine }, hand, section)
 }
 
 /// A spiral bevel pair cut with fixed settings, its grids found without hints.
@@ -95,11 +102,8 @@ fn ref_nasa_grids() {
     }
 }
 
-/// A gear of 51 teeth cut by an inside blade, right hand, its grid found without hints; the case lists (z, y, −x).
-/// Source: settings of haomjc/SpyGO 417ac9a, points by its closed form, data/reference/gear/c16_gear_38_51_flank.json.
-#[test]
-fn ref_gear_38_51_grid() {
-    let case = case("c16_gear_38_51_flank");
+/// Cutter, machine and section of the right-hand gear of c16, in mm.
+pub fn gear_38_51(case: &Value) -> (FlankSetup, ToothSection) {
     let get = |name: &str| number(&case["inputs"][name]);
     let cutter = Cutter {
         blade: Blade::Inside,
@@ -129,7 +133,17 @@ fn ref_gear_38_51_grid() {
     let section = ToothSection {
         corners: [0, columns - 1].map(|j| [place(rows - 1, j), place(0, j)]),
     };
-    let flank = BevelFlank::new(&cutter, &machine, Hand::Right, section);
+    (FlankSetup { cutter, machine }, section)
+}
+
+/// A gear of 51 teeth cut by an inside blade, right hand, its grid found without hints; the case lists (z, y, −x).
+/// Source: settings of haomjc/SpyGO 417ac9a, points by its closed form, data/reference/gear/c16_gear_38_51_flank.json.
+#[test]
+fn ref_gear_38_51_grid() {
+    let case = case("c16_gear_38_51_flank");
+    let (setup, section) = gear_38_51(&case);
+    let flank = setup.flank(Hand::Right, section);
+    let nodes = case["points"].as_array().unwrap();
     let middle = flank.middle().unwrap();
     let (mut places, mut normals, mut blades) = (0f64, 0f64, 0f64);
     for node in nodes {

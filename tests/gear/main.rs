@@ -8,6 +8,7 @@ mod bevel_flank;
 mod cases;
 mod complementarity;
 mod contact;
+mod correction;
 mod cylindrical_laws;
 mod cylindrical_outline;
 mod cylindrical_pair;

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, number, switch, word};
+use super::keys::{Key, KeyFlags, KeyGroups, KeyTable, list, number, switch, word};
 use super::output::OutputArgs;
 use crate::scene::bevel_file::ContactSide;
+use crate::scene::correction_study::{FlankSide, Member};
 use crate::scene::gear_file::{BodyModel, MeshMethod};
 
 /// Keys of the load on a mesh.
@@ -62,6 +63,56 @@ pub enum GearAction {
     /// Module, pressure angle, profile shift and rack of a gear without papers from its readings
     #[command(after_help = "Example:\n  geardyn gear reverse data/unknown_gear.toml")]
     Reverse(ReverseArgs),
+    /// Settings for the next cut of a bevel gear from its measured flank, or of a pinion for a wanted ease-off, and what they cannot correct
+    #[command(
+        after_help = "Example:\n  geardyn gear correct models/gears/bevel_12_36.toml --measured data/bevel_12_36_grid.csv\n  geardyn gear correct models/gears/bevel_12_36.toml --target data/bevel_12_36_target.toml"
+    )]
+    Correct(CorrectArgs),
+}
+
+/// Keys of `[correction]`.
+#[derive(Debug)]
+pub struct CorrectionKeys;
+
+impl KeyTable for CorrectionKeys {
+    const KEYS: KeyGroups = &[(None, CORRECTION)];
+}
+
+#[rustfmt::skip]
+const CORRECTION: &[Key] = &[
+    word::<Member>("member", "MEMBER", "Measured member; pinion by default"),
+    word::<FlankSide>("flank", "FLANK", "Measured flank, where the grid has no column `flank` or only one is to be used"),
+    list("settings", "NAMES", "Settings that may be changed, such as radial_distance,tilt; by default those of every machine"),
+    number("length-step", "LENGTH", "Step of dials of lengths; 0.01 mm by default (default unit mm)"),
+    number("angle-step", "ANGLE", "Step of dials of angles; 1 arcmin by default (default unit deg)"),
+    number("ratio-step", "NUMBER", "Step of the ratio of roll and of its modification; 1e-6 by default"),
+    number("least", "LENGTH", "Least displacement of the flank, rms, by which a combination of settings is used; 0.05 µm by default"),
+];
+
+/// Arguments of `gear correct`.
+#[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write the nodes with their deviations, measured and expected of the next cut")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the maps of deviations, measured and expected of the next cut")))]
+pub struct CorrectArgs {
+    /// A gear file with `pair = { kind = "bevel", … }`
+    pub file: PathBuf,
+    /// Nodes as CSV: z and radius (or x, y, z), deviation; or measured points with nominal normals
+    #[arg(
+        long,
+        value_name = "GRID",
+        required_unless_present = "target",
+        conflicts_with = "target"
+    )]
+    pub measured: Option<PathBuf>,
+    /// In place of a measured grid a wanted ease-off of the pinion: a TOML file with `[ease_off]` and `[pattern]`
+    #[arg(long, value_name = "TARGET")]
+    pub target: Option<PathBuf>,
+    /// Keys of `[correction]`.
+    #[command(flatten)]
+    pub study: KeyFlags<CorrectionKeys>,
+    /// Output flags.
+    #[command(flatten)]
+    pub out: OutputArgs,
 }
 
 /// Arguments of `gear reverse`.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use gear::{GearAction, GearArgs, ReverseArgs};
+pub use gear::{CorrectArgs, GearAction, GearArgs, ReverseArgs};
 pub use identify::IdentifyArgs;
 pub use log::LogArgs;
 pub use modes::{ModesArgs, PlanArgs};
@@ -253,7 +253,7 @@ mod tests {
         AccuracyStudy, HarmonicBalanceStudy, ModesStudy, ReadStudy, ResponseStudy, RunUpStudy,
         SimulateStudy, StabilityStudy, TransmissionStudy,
     };
-    use crate::scene::{bevel_file, gear_file};
+    use crate::scene::{bevel_file, correction_study, gear_file};
 
     fn read<S: ReadStudy>(f: &mut TableReader) {
         S::read(f);
@@ -319,6 +319,8 @@ mod tests {
             bevel_file::contact(f);
         };
         assert!(unread::<gear::MeshKeys>(&[mesh, contact], &[]).is_empty());
+        let correction: fn(&mut TableReader) = |f| drop(correction_study::correction(f));
+        assert!(unread::<gear::CorrectionKeys>(&[correction], &[]).is_empty());
         let log = log::LogKeys::KEYS.iter().flat_map(|(_, keys)| *keys);
         for key in log {
             let given = Flags::new(&[flag("--it", &key.key(), "x")]);

@@ -67,7 +67,7 @@ impl Cutter {
     }
 
     /// 1 where the radius grows from the tip, −1 where it falls.
-    fn outwards(&self) -> f64 {
+    pub fn outwards(&self) -> f64 {
         match self.blade {
             Blade::Inside => -1.0,
             Blade::Outside => 1.0,

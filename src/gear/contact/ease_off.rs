@@ -19,7 +19,7 @@ use crate::gear::kernel::vector::Vector;
 const TERMS: usize = 6;
 
 /// The flank of a gear cut by straight blades.
-type GearFlank = Envelope<Tool<Line, CutterFrame>, WorkFrame>;
+pub type GearFlank = Envelope<Tool<Line, CutterFrame>, WorkFrame>;
 
 /// Gaps over the pinion's flank, row by row from root to tip, each from toe to heel.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,8 +54,18 @@ pub struct EaseOffTerms {
 impl FlankPair {
     /// The pinion's flank conjugate to the gear at the ratio of the tooth numbers through a contact, over φ₁.
     pub fn conjugate(&self, contact: &ContactPoint) -> Envelope<&GearFlank, WorkFrame> {
-        let (start, ratio) = (contact.gear_angle(), self.ratio());
-        let turn_of_gear = start - ratio * contact.pinion_angle;
+        let (angle, pitch) = (contact.pinion_angle, self.pitch());
+        let turn_of_gear = contact.gear_angle() - self.ratio() * angle;
+        self.conjugate_from(turn_of_gear, [angle - pitch, angle + pitch])
+    }
+
+    /// The pinion's flank conjugate to the gear at the ratio of the tooth numbers over φ₁ in a range, the gear at an angle at φ₁ = 0.
+    pub fn conjugate_from(
+        &self,
+        turn_of_gear: f64,
+        range: [f64; 2],
+    ) -> Envelope<&GearFlank, WorkFrame> {
+        let ratio = self.ratio();
         let axis = Twist::turn(Vector::Z, Vector::ZERO);
         let between = self.pose(0, 0.0).inverse().after(&self.pose(1, 0.0));
         let motion = Motion::fixed(Pose::<WorkFrame, WorkFrame>::turned(
@@ -68,7 +78,7 @@ impl FlankPair {
         Envelope {
             surface: &self.flanks[1].envelope,
             motion,
-            range: [-1.0, 1.0].map(|side| contact.pinion_angle + side * self.pitch()),
+            range,
         }
     }
 

@@ -38,3 +38,12 @@ pub mod bevel_contact;
 
 /// Flanks, limits and stages of a bevel pair.
 pub mod bevel;
+
+/// Nodes of a measured grid on the flanks of a file.
+mod measured_nodes;
+
+/// Correction of the settings of a measured bevel gear.
+pub mod correction;
+
+/// Settings of a pinion for a wanted ease-off.
+pub mod synthesis;

@@ -1,0 +1,263 @@
+//! Correction of the settings of a measured bevel gear: nodes, fit, settings of the next cut, what no settings take away.
+
+use std::sync::Arc;
+
+use super::bevel_contact::BevelContact;
+use super::measured_nodes::{measured, sides};
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::source_span::{SourceFile, SourceSpan};
+use crate::base::text::pluralise;
+use crate::gear::cut::correction::{CorrectionFit, CorrectionProblem, Unknown};
+use crate::gear::cut::dial::Dial;
+use crate::gear::cut::measured_flank::MeasuredFlank;
+use crate::gear::cut::next_cut::NextCut;
+use crate::gear::cut::setting::{FlankSetup, Setting};
+use crate::gear::cut::shapes::{ShapeRest, shape_rests};
+use crate::plan::gear_limits::MEMBERS;
+use crate::plan::stages::StageDecision;
+use crate::scene::bevel_file::BevelFile;
+use crate::scene::correction_study::{CorrectionStudy, setting_name};
+use crate::scene::machine_settings::{FlankCut, Process};
+use crate::scene::measured_grid::MeasuredGrid;
+
+/// Settings for the next cut of a measured gear.
+#[derive(Debug, Clone)]
+pub struct CorrectionResult {
+    /// Index of the member.
+    pub member: usize,
+    /// Index of each flank: 0 concave, 1 convex.
+    pub sides: Vec<usize>,
+    /// Flanks with their deviations, and what may be changed.
+    pub problem: CorrectionProblem,
+    /// Settings whose flanks have the deviations.
+    pub fit: CorrectionFit,
+    /// Measured deviations less a turn of the work, by flank and node, m.
+    pub before: Vec<Vec<Option<f64>>>,
+    /// The next cut.
+    pub next: NextCut,
+    /// Dials of each flank.
+    pub dials: Vec<Vec<Dial>>,
+    /// Both flanks are cut at one setting of the machine.
+    pub is_one_setting: bool,
+    /// Shapes that no settings take away.
+    pub shapes: Vec<ShapeRest>,
+    /// Contact of the pair before and after, where an ease-off is wanted.
+    pub contact: Option<ContactChange>,
+    /// File and grid.
+    pub sources: Vec<Arc<SourceFile>>,
+    /// Stages.
+    pub plan: Vec<(&'static str, StageDecision)>,
+    /// Warnings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Contact of a pair at two settings of its pinion; none where the flanks do not touch.
+#[derive(Debug, Clone)]
+pub struct ContactChange {
+    /// At the settings of the file.
+    pub now: Option<BevelContact>,
+    /// At those of the next cut.
+    pub next: Option<BevelContact>,
+}
+
+/// Reach of a setting: the unit in which changes are weighed against each other, 10′, 0.1 mm, a hundredth of the ratio of roll.
+fn reach(setting: Setting, setup: &FlankSetup) -> f64 {
+    use crate::gear::cut::setting::SettingKind::{Angle, Length, Ratio};
+    /// Of the coefficients 2C, 6D, 24E, 120F: each turns the work alike at the ends of the roll.
+    const MODIFIED_ROLL: [f64; 4] = [1e-2, 1e-1, 1.0, 10.0];
+    match (setting, setting.kind()) {
+        (Setting::ModifiedRoll(k), _) => MODIFIED_ROLL[k],
+        (_, Length) => 1e-4,
+        (_, Angle) => std::f64::consts::PI / 1080.0,
+        (_, Ratio) => 1e-2 * setup.value(Setting::Ratio),
+    }
+}
+
+impl CorrectionStudy {
+    /// Settings that may be changed of a member cut by a process.
+    ///
+    /// # Errors
+    /// Settings that the process does not have, at the member.
+    pub(super) fn settings_for(
+        &self,
+        process: Process,
+        member: usize,
+        span: &SourceSpan,
+    ) -> Result<Vec<Setting>, Error> {
+        self.settings_of(process).map_err(|name| {
+            let message = format!("the {} is formate and has no `{name}`", MEMBERS[member]);
+            Error::new(Code::Conflict, message)
+                .with_span(span)
+                .with_hint("leave it out of `settings`")
+        })
+    }
+}
+
+/// Finds the settings of the next cut.
+///
+/// # Errors
+/// A flank that the file does not describe, nodes beyond it, normals of another flank, settings that the process does not have.
+pub fn run(
+    file: &BevelFile,
+    study: &CorrectionStudy,
+    grid: &MeasuredGrid,
+) -> Result<CorrectionResult, Error> {
+    let member = study.member.index();
+    let of = &file.members[member];
+    let settings = study.settings_for(of.process, member, &of.span)?;
+    let sides = sides(file, study, grid)?;
+    let cuts: Vec<&FlankCut> = sides
+        .iter()
+        .filter_map(|side| of.flanks[*side].as_ref())
+        .collect();
+    let mut diagnostics = Vec::new();
+    let mut flanks = Vec::with_capacity(sides.len());
+    for side in &sides {
+        flanks.push(measured(file, (member, *side), grid, &mut diagnostics)?);
+    }
+    let is_one_setting = flanks.len() == 2 && flanks[0].setup.machine == flanks[1].setup.machine;
+    let problem = CorrectionProblem {
+        unknowns: unknowns(&settings, &flanks, is_one_setting),
+        flanks,
+        least: study.least,
+    };
+    let at_grid = |error: Error| error.with_span(&grid.nodes[0].span);
+    let fit = problem.solve().map_err(at_grid)?;
+    let unchanged = CorrectionProblem {
+        unknowns: Vec::new(),
+        ..problem.clone()
+    };
+    let before = unchanged.solve().map_err(at_grid)?.rests;
+    let dials: Vec<Vec<Dial>> = cuts.iter().map(|cut| dials(&settings, cut)).collect();
+    let next = problem.next_cut(&fit, &dials, &study.steps)?;
+    diagnostics.extend(not_converged(&fit));
+    diagnostics.extend(large_change(&problem, &fit));
+    Ok(CorrectionResult {
+        shapes: shape_rests(&problem.flanks, &fit.nominal, fit.kept),
+        plan: plan(study, &settings, &problem, &fit),
+        sources: vec![file.source.clone(), grid.source.clone()],
+        member,
+        sides,
+        problem,
+        fit,
+        before,
+        next,
+        dials,
+        is_one_setting,
+        contact: None,
+        diagnostics,
+    })
+}
+
+/// Settings as unknowns: the machine of flanks cut at one setting once, everything else for each flank.
+pub(super) fn unknowns(
+    settings: &[Setting],
+    flanks: &[MeasuredFlank],
+    is_one_setting: bool,
+) -> Vec<Unknown> {
+    let mut all = Vec::new();
+    for setting in settings {
+        let reach = |f: usize| reach(*setting, &flanks[f].setup);
+        let groups: Vec<Vec<usize>> = match is_one_setting && !setting.is_of_cutter() {
+            true => vec![vec![0, 1]],
+            false => (0..flanks.len()).map(|f| vec![f]).collect(),
+        };
+        all.extend(groups.into_iter().map(|flanks| Unknown {
+            setting: *setting,
+            reach: reach(flanks[0]),
+            flanks,
+        }));
+    }
+    all
+}
+
+/// Dials that show the settings.
+pub(super) fn dials(settings: &[Setting], cut: &FlankCut) -> Vec<Dial> {
+    let mut all: Vec<Dial> = Vec::new();
+    let constant = cut.eccentric.map(|eccentric| eccentric.machine_constant);
+    for dial in settings
+        .iter()
+        .flat_map(|setting| Dial::of(*setting, constant))
+    {
+        if !all.contains(&dial) {
+            all.push(dial);
+        }
+    }
+    all
+}
+
+/// A warning of a search that did not end.
+pub(super) fn not_converged(fit: &CorrectionFit) -> Option<Diagnostic> {
+    (!fit.is_converged).then(|| Diagnostic {
+        code: "not-converged",
+        message: format!(
+            "the settings did not settle in {}",
+            pluralise(fit.steps, "step")
+        ),
+        hint: Some("check member, flank and sign of the deviations, or free fewer settings".into()),
+    })
+}
+
+/// Changes beyond this many reaches are not small errors of a machine.
+const FAR: f64 = 10.0;
+
+/// A warning of large changes: the wrong flank, the wrong sign, another gear.
+fn large_change(problem: &CorrectionProblem, fit: &CorrectionFit) -> Option<Diagnostic> {
+    let in_reach = problem.unknowns.iter().zip(&fit.changes);
+    let worst = in_reach
+        .map(|(unknown, change)| (unknown.setting, (change / unknown.reach).abs()))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, size)| *size > FAR)?;
+    Some(Diagnostic {
+        code: "large-change",
+        message: format!(
+            "`{}` would change by {:.0} times 10′, 0.1 mm or 1 % of the ratio of roll: more than errors of a machine explain",
+            setting_name(worst.0),
+            worst.1
+        ),
+        hint: Some("check member, flank and units, or free fewer settings by --settings".into()),
+    })
+}
+
+/// The stages of a correction.
+pub(super) fn plan(
+    study: &CorrectionStudy,
+    settings: &[Setting],
+    problem: &CorrectionProblem,
+    fit: &CorrectionFit,
+) -> Vec<(&'static str, StageDecision)> {
+    use StageDecision::{LeftOut, Runs};
+    let mut names: Vec<&str> = settings.iter().map(|s| setting_name(*s)).collect();
+    names.dedup();
+    let nodes: usize = problem.flanks.iter().map(|flank| flank.nodes.len()).sum();
+    let chosen = if study.settings.is_empty() {
+        "by default"
+    } else {
+        "as requested"
+    };
+    vec![
+        (
+            "nodes",
+            Runs(format!(
+                "{nodes} on {}",
+                pluralise(problem.flanks.len(), "flank")
+            )),
+        ),
+        ("settings", Runs(format!("{} ({chosen})", names.join(", ")))),
+        (
+            "fit",
+            Runs(format!(
+                "{} of {} above {} µm rms, {}",
+                pluralise(fit.kept, "direction"),
+                problem.unknowns.len(),
+                1e6 * study.least,
+                pluralise(fit.steps, "step")
+            )),
+        ),
+        (
+            "tooth thickness",
+            LeftOut("each flank is turned by itself to its least deviation".into()),
+        ),
+    ]
+}

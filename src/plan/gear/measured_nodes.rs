@@ -1,0 +1,166 @@
+//! Nodes of a measured grid on the flanks of a file: which flanks are measured, which nodes lie on them, how deviations count.
+
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::text::pluralise;
+use crate::gear::bevel::flank::BevelFlank;
+use crate::gear::bevel::tooth::SIDES;
+use crate::gear::cut::measured_flank::{FlankNode, MeasuredFlank};
+use crate::gear::cut::setting::FlankSetup;
+use crate::plan::gear_limits::MEMBERS;
+use crate::scene::bevel_file::BevelFile;
+use crate::scene::correction_study::CorrectionStudy;
+use crate::scene::measured_grid::{GridNode, MeasuredGrid};
+
+/// Indices of the measured flanks.
+pub(super) fn sides(
+    file: &BevelFile,
+    study: &CorrectionStudy,
+    grid: &MeasuredGrid,
+) -> Result<Vec<usize>, Error> {
+    let member = study.member.index();
+    let of = &file.members[member];
+    let named = |side: usize| grid.nodes.iter().any(|node| node.side == Some(side));
+    let described = |side: &usize| of.flanks[*side].is_some();
+    let found: Vec<usize> = match (study.flank, grid.nodes[0].side) {
+        (Some(flank), None) => vec![flank.index()],
+        (Some(flank), Some(_)) => [flank.index()].into_iter().filter(|s| named(*s)).collect(),
+        (None, Some(_)) => [0, 1].into_iter().filter(|s| named(*s)).collect(),
+        (None, None) => [0, 1].into_iter().filter(described).collect(),
+    };
+    if study.flank.is_none() && grid.nodes[0].side.is_none() && found.len() == 2 {
+        let message = format!(
+            "the {} has two flanks and the grid does not name them",
+            MEMBERS[member]
+        );
+        return Err(Error::new(Code::MissingKey, message)
+            .with_span(&grid.nodes[0].span)
+            .with_hint("give --flank concave or convex, or a column `flank` in the grid"));
+    }
+    if found.is_empty() {
+        let message = "the grid has no node of the requested flank";
+        return Err(Error::new(Code::Conflict, message)
+            .with_span(&grid.nodes[0].span)
+            .with_hint("omit --flank, or correct the column `flank`"));
+    }
+    match found.iter().find(|side| !described(side)) {
+        None => Ok(found),
+        Some(side) => {
+            let message = format!(
+                "the {} flank of the {} is measured, but the file has no settings for it",
+                SIDES[*side], MEMBERS[member]
+            );
+            Err(Error::new(Code::MissingKey, message)
+                .with_span(&of.span)
+                .with_hint("describe the flank, or name the measured member by --member"))
+        }
+    }
+}
+
+/// Largest difference between the components of the nominal normals of a grid and of the flank: another flank differs by more.
+const SAME_NORMAL: f64 = 0.1;
+
+/// A flank with its nodes; nodes where the blade leaves no flank are left out with a warning.
+pub(super) fn measured(
+    file: &BevelFile,
+    (member, side): (usize, usize),
+    grid: &MeasuredGrid,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<MeasuredFlank, Error> {
+    let of = &file.members[member];
+    let name = format!("{} flank of the {}", SIDES[side], MEMBERS[member]);
+    let missing = || {
+        Error::new(
+            Code::OutOfRange,
+            format!("the cutter of the {name} does not reach the middle of its tooth"),
+        )
+        .with_span(&of.span)
+        .with_hint("check the settings with `geardyn gear`")
+    };
+    let flank = file.flank(member, side).ok_or_else(missing)?;
+    let cut = of.flanks[side].as_ref().ok_or_else(missing)?;
+    let middle = flank.middle().ok_or_else(missing)?;
+    let rows: Vec<&GridNode> = (grid.nodes.iter())
+        .filter(|node| node.side.is_none_or(|s| s == side))
+        .collect();
+    let (mut nodes, mut deviations, mut lost) = (Vec::new(), Vec::new(), None);
+    for row in &rows {
+        let Some(node) = FlankNode::of(&flank, row.place, middle) else {
+            lost = lost.or(Some(*row));
+            continue;
+        };
+        deviations.push(row.deviation * sign(row, &node, &name)?);
+        nodes.push(node);
+    }
+    if let Some(row) = lost {
+        let count = rows.len() - nodes.len();
+        let beyond = off(&flank, row);
+        let line = row.span.line();
+        if 2 * count > rows.len() {
+            let message = format!(
+                "{} of {} are not on the {name}: the first {beyond}",
+                count,
+                pluralise(rows.len(), "node")
+            );
+            return Err(Error::new(Code::OutOfRange, message)
+                .with_span(&row.span)
+                .with_hint("z is counted along the axis from the apex to the heel; check units, --member and --flank"));
+        }
+        diagnostics.push(Diagnostic {
+            code: "nodes-off-flank",
+            message: format!(
+                "{} left out: the blade leaves no flank there (line {line}: {beyond})",
+                pluralise(count, "node")
+            ),
+            hint: Some("measure above the fillet and within the blank".into()),
+        });
+    }
+    Ok(MeasuredFlank {
+        setup: FlankSetup {
+            cutter: cut.cutter,
+            machine: cut.settings,
+        },
+        hand: file.hand_of(member),
+        section: of.section,
+        nodes,
+        deviations,
+    })
+}
+
+/// The place of a node that is not on the flank, in words.
+fn off(flank: &BevelFlank, row: &GridNode) -> String {
+    let [z, radius] = row.place.map(|x| 1e3 * x);
+    let place = format!("lies at z {z:.3} mm, radius {radius:.3} mm");
+    match flank.section.shares(row.place) {
+        Some([face, height]) => format!(
+            "{place}, {:.0} % of the face from the toe and {:.0} % of the height from the root",
+            100.0 * face,
+            100.0 * height
+        ),
+        None => place,
+    }
+}
+
+/// 1, or −1 where the deviation is counted along a normal into the metal.
+fn sign(row: &GridNode, node: &FlankNode, name: &str) -> Result<f64, Error> {
+    let Some(given) = row.normal else {
+        return Ok(1.0);
+    };
+    let (r, n) = (node.point.coordinates, node.normal.components);
+    let own = [n.z, (n.x * r.x + n.y * r.y) / row.place[1]];
+    let apart = |sign: f64| f64::hypot(given[0] - sign * own[0], given[1] - sign * own[1]);
+    let sign = if apart(1.0) <= apart(-1.0) { 1.0 } else { -1.0 };
+    if apart(sign) > SAME_NORMAL {
+        let message = format!(
+            "the nominal normal is not that of the {name}: axial {:.3} and radial {:.3}, the flank has {:.3} and {:.3}",
+            given[0],
+            given[1],
+            sign * own[0],
+            sign * own[1]
+        );
+        return Err(Error::new(Code::Conflict, message)
+            .with_span(&row.span)
+            .with_hint("check --member and --flank, and that z points from the apex to the heel"));
+    }
+    Ok(if row.is_along_normal { sign } else { 1.0 })
+}
