@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::args::{CorrectArgs, GearAction, GearArgs, OutputArgs, ReverseArgs};
+use super::args::{CorrectArgs, CutArgs, GearAction, GearArgs, OutputArgs, ReverseArgs};
 use super::destination::output_error;
 use super::present::Outputs;
 use super::{files, progress};
@@ -12,18 +12,19 @@ use crate::base::error::{Error, Errors};
 use crate::base::flags::Flags;
 use crate::base::load;
 use crate::base::source_span::SourceFile;
-use crate::plan::gear::{bevel, correction, non_circular, reversal, run, space, synthesis};
+use crate::plan::gear::{bevel, correction, cut, non_circular, reversal, run, space, synthesis};
 use crate::report::bevel::{BevelReport, FIGURES};
 use crate::report::correction::CorrectionReport;
 use crate::report::flank_file::{self, FlankFormat};
 use crate::report::gear::GearAnswer;
+use crate::report::gear_cut::{self, CutReport};
 use crate::report::gear_plan::GearPlan;
 use crate::report::gear_reversal::ReversalReport;
 use crate::report::non_circular::NonCircularReport;
 use crate::report::outline_file::{NamedOutline, OutlineFormat};
 use crate::report::presentation::Presentation;
 use crate::scene::gear_file::{self, PairKind};
-use crate::scene::{bevel_file, ease_off_target, gear_readings, measured_grid, non_circular_file};
+use crate::scene::{bevel_file, cut_file, ease_off_target, gear_readings, measured_grid, non_circular_file};
 
 /// Computes what a file determines and prints it.
 ///
@@ -33,6 +34,7 @@ pub fn run(args: &GearArgs) -> Result<u8, Errors> {
     match (&args.action, &args.file) {
         (Some(GearAction::Reverse(args)), _) => reverse(args),
         (Some(GearAction::Correct(args)), _) => correct(args),
+        (Some(GearAction::Cut(args)), _) => cut_by_blades(args),
         (None, Some(file)) => compute(args, file),
         (None, None) => Err(Error::new(Code::Usage, "no gear file is named")
             .with_hint("see --help")
@@ -274,4 +276,35 @@ fn correct(args: &CorrectArgs) -> Result<u8, Errors> {
         steps: study.steps,
         result,
     })
+}
+
+/// Cuts the flanks of a bevel pair by discrete blades.
+fn cut_by_blades(args: &CutArgs) -> Result<u8, Errors> {
+    let source = load::load(&args.file)?;
+    gear_file::check_is_gear_file(&source)?;
+    if gear_file::pair_kind(&source) != PairKind::Bevel {
+        let error = Error::new(Code::Usage, "only bevel pairs by machine settings are cut");
+        let hint = "name a gear file with pair = { kind = \"bevel\", … } and [cut]";
+        return Err(error.with_hint(hint).into());
+    }
+    let file = cut_file::read(&source)?;
+    let inputs: Vec<PathBuf> = (file.sources.iter())
+        .map(|source| PathBuf::from(&source.path))
+        .collect();
+    let flank = args.flank.as_deref().map(flank_format).transpose()?;
+    let mut outputs = Outputs::check(&args.out, &gear_cut::FIGURES, &[&args.flank], &inputs)?;
+    let quiet = args.out.quiet || args.out.json;
+    let result = progress::with_spinner("cutting the flanks", quiet, || cut::run(&file))?;
+    let report = CutReport {
+        file: &file,
+        result,
+    };
+    if let Some((path, format)) = flank {
+        let failed = |e: std::io::Error| output_error(path, &e);
+        outputs.write(path, |to| match format {
+            FlankFormat::Csv => report.nodes().write_csv(to).map_err(failed),
+            FlankFormat::Stl => flank_file::write_stl(&report.surfaces(), to).map_err(failed),
+        })?;
+    }
+    outputs.present(&report)
 }

@@ -20,7 +20,7 @@ pub mod helicoid;
 /// Contact of two flanks: path, ellipse, transmission error.
 pub mod contact;
 
-/// Correction of machine settings: sensitivities, Gauss–Newton on exact distances.
+/// Flanks as discrete blades cut them; correction of machine settings.
 pub mod cut;
 
 /// Tooth stiffness, load sharing and loaded transmission error.

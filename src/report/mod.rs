@@ -143,6 +143,9 @@ pub mod bevel;
 mod correction_plot;
 
 pub mod correction;
+mod gear_cut_plot;
+
+pub mod gear_cut;
 
 pub mod gear_sheet;
 

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use super::correction_study::{CorrectionStudy, correction};
+use super::cut_study::{self, CutStudy};
 use super::machine_settings::{FlankCut, Process, settings};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -40,6 +41,8 @@ pub struct BevelFile {
     pub errors: Assembly,
     /// Requested contact.
     pub contact: ContactStudy,
+    /// Cut by discrete blades, where the file describes it.
+    pub cut: Option<CutStudy>,
     /// Values that the file leaves to their defaults, in words.
     pub defaults: Vec<String>,
     /// Place of `pair`.
@@ -204,6 +207,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     let position_errors = read_table(&mut f, "assembly", assembly).unwrap_or_default();
     let study = read_table(&mut f, "contact", contact).unwrap_or_default();
     read_table(&mut f, "correction", correction);
+    let cut = read_table(&mut f, "cut", cut_study::cut).flatten();
     if f.has("mesh") {
         f.item("mesh", "nothing");
         let message = "[mesh] loads cylindrical gears only";
@@ -264,6 +268,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
             coating: study.coating.unwrap_or(COATING),
             vh: study.vh,
         },
+        cut,
         defaults,
         span,
         source: source.clone(),

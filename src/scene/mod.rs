@@ -9,6 +9,7 @@ pub mod machine_settings;
 pub mod correction_study;
 
 pub mod ease_off_target;
+pub mod cut_study;
 
 pub mod bevel_file;
 
@@ -67,6 +68,7 @@ pub mod limit_table;
 mod number_table;
 
 pub mod measured_grid;
+pub mod cut_file;
 
 pub mod non_circular_file;
 

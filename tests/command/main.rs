@@ -13,6 +13,7 @@ mod free_decay;
 mod gear_bevel;
 mod gear_command;
 mod gear_correct;
+mod gear_cut;
 mod gear_non_circular;
 mod gear_outline;
 mod gear_reverse;

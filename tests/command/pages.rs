@@ -24,6 +24,7 @@ const KINDS: &[&str] = &[
     "measure data/index_gear.toml",
     "gear models/gears/fzg_c.toml --torques 50:500:4",
     "gear reverse data/unknown_gear.toml",
+    "gear cut models/gears/bevel_12_36.toml",
     "run examples/y2250_te.toml",
 ];
 

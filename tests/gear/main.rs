@@ -9,6 +9,7 @@ mod cases;
 mod complementarity;
 mod contact;
 mod correction;
+mod cut_blades;
 mod cylindrical_laws;
 mod cylindrical_outline;
 mod cylindrical_pair;

@@ -63,6 +63,11 @@ pub enum GearAction {
     /// Module, pressure angle, profile shift and rack of a gear without papers from its readings
     #[command(after_help = "Example:\n  geardyn gear reverse data/unknown_gear.toml")]
     Reverse(ReverseArgs),
+    /// Flanks of a bevel pair as discrete blades cut them: scallops, run-out, errors of the generator
+    #[command(
+        after_help = "Example:\n  geardyn gear cut models/gears/bevel_12_36.toml --svg cut.svg"
+    )]
+    Cut(CutArgs),
     /// Settings for the next cut of a bevel gear from its measured flank, or of a pinion for a wanted ease-off, and what they cannot correct
     #[command(
         after_help = "Example:\n  geardyn gear correct models/gears/bevel_12_36.toml --measured data/bevel_12_36_grid.csv\n  geardyn gear correct models/gears/bevel_12_36.toml --target data/bevel_12_36_target.toml"
@@ -132,4 +137,19 @@ pub struct ReverseArgs {
     /// No warnings, no word about what was done
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// Arguments of `gear cut`.
+#[derive(Debug, Args)]
+#[command(mut_arg("csv", |arg| arg.help("Write the profiles at the middle of the face")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the deviations over the flanks, those of the first flank for each cause (FILE-causes.svg), profiles (-profile) and the shares of the blades (-blades)")))]
+pub struct CutArgs {
+    /// A gear file of a bevel pair with `[cut]`
+    pub file: PathBuf,
+    /// Write the cut flanks: points, normals and deviations as .csv, triangles as .stl
+    #[arg(long, value_name = "FILE")]
+    pub flank: Option<PathBuf>,
+    /// Output flags.
+    #[command(flatten)]
+    pub out: OutputArgs,
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use gear::{CorrectArgs, GearAction, GearArgs, ReverseArgs};
+pub use gear::{CorrectArgs, CutArgs, GearAction, GearArgs, ReverseArgs};
 pub use identify::IdentifyArgs;
 pub use log::LogArgs;
 pub use modes::{ModesArgs, PlanArgs};
@@ -130,7 +130,8 @@ Examples:
   geardyn gear models/gears/fzg_c.toml --torques 50:500:10 --svg fzg.svg
   geardyn gear models/gears/fzg_c.toml --outline fzg.dxf
   geardyn gear models/gears/elliptic.toml --svg elliptic.svg
-  geardyn gear reverse data/unknown_gear.toml")]
+  geardyn gear reverse data/unknown_gear.toml
+  geardyn gear cut models/gears/bevel_12_36.toml")]
     Gear(GearArgs),
     /// Transmission error of a chain: the source and size of each order at the output, and sources that cannot be separated
     #[command(after_help = "Examples:

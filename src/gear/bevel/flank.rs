@@ -13,7 +13,7 @@ use crate::gear::kernel::meeting::Meeting;
 use crate::gear::kernel::tool::{Arc, Line, Tool};
 
 /// Blade length in depths of the tooth: the cutter reaches beyond the work.
-const BLADE_DEPTHS: f64 = 3.0;
+pub const BLADE_DEPTHS: f64 = 3.0;
 /// Largest turn of the cradle from its middle, rad.
 const CRADLE_RANGE: f64 = 1.0;
 /// Places of the cutter and of the cradle that a scan compares.

@@ -93,6 +93,15 @@ pub struct MachineSettings {
 impl MachineSettings {
     /// The cutter's motion in the frame of the work over the cradle's turn φ_c.
     pub fn motion(&self, hand: Hand) -> Motion<WorkFrame, CutterFrame> {
+        self.motion_with_errors(hand, [None, None])
+    }
+
+    /// The motion where cradle and work are ahead of their roll by angles over φ_c, rad; formate work has neither.
+    pub fn motion_with_errors(
+        &self,
+        hand: Hand,
+        [cradle_error, work_error]: [Option<Law>; 2],
+    ) -> Motion<WorkFrame, CutterFrame> {
         let h = hand.sign();
         let turned = Pose::<CutterFrame, CutterFrame>::turned;
         let (swivel, tilt) = (h * self.swivel, self.tilt);
@@ -113,10 +122,17 @@ impl MachineSettings {
             return Motion::fixed(towards_work * at_cradle);
         };
         let mut in_machine = Motion::fixed(at_cradle).joint(axis, Law::linear(-h));
+        if let Some(error) = cradle_error {
+            in_machine = in_machine.joint(axis.times(-h), error);
+        }
         if self.helical_motion != 0.0 {
             let slide = Twist::slide(-Vector::Z);
             in_machine = in_machine.joint(slide, Law::linear(self.helical_motion));
         }
-        in_machine.then(towards_work).joint(axis, roll.law(h))
+        let rolled = in_machine.then(towards_work).joint(axis, roll.law(h));
+        match work_error {
+            Some(error) => rolled.joint(axis.times(h), error),
+            None => rolled,
+        }
     }
 }

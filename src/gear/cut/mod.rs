@@ -1,4 +1,4 @@
-//! Correction of machine settings: what each setting moves on a flank, and the settings that bring a measured flank to its nominal one.
+//! Flanks as they are cut: by the discrete blades of a cutter head, and the settings that bring a measured flank to its nominal one.
 
 pub mod setting;
 
@@ -17,3 +17,11 @@ pub mod next_cut;
 pub mod shapes;
 
 pub mod target;
+
+pub mod cutter_head;
+
+pub mod angle_errors;
+
+pub mod blade_passes;
+
+pub mod cut_surface;

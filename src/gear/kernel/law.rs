@@ -34,6 +34,21 @@ impl Law {
         Law::Function(Arc::new(f))
     }
 
+    /// The sum of laws; none of no laws.
+    pub fn sum(mut laws: Vec<Law>) -> Option<Law> {
+        let last = laws.pop()?;
+        if laws.is_empty() {
+            return Some(last);
+        }
+        laws.push(last);
+        Some(Law::function(move |x| {
+            laws.iter().fold([0.0; 3], |sum, law| {
+                let of = law.at(x);
+                [0, 1, 2].map(|i| sum[i] + of[i])
+            })
+        }))
+    }
+
     /// `[q, q′, q″]` at x.
     pub fn at(&self, x: f64) -> [f64; 3] {
         match self {

@@ -128,14 +128,7 @@ fn member(file: &BevelFile, k: usize) -> Result<MemberResult, Error> {
         };
         let [rows, columns] = GRID;
         let Some(grid) = FlankGrid::of(&flank, rows, columns) else {
-            let message = format!(
-                "the cutter of the {} flank of the {} does not reach the middle of its tooth",
-                SIDES[side], MEMBERS[k]
-            );
-            let hint = "check radial_distance, cradle_angle, machine_root_angle and the hand: the mirror image of the other hand has the same settings";
-            return Err(Error::new(Code::OutOfRange, message)
-                .with_span(&of.span)
-                .with_hint(hint));
+            return Err(unreached(of, k, side));
         };
         let mean = flank
             .middle()
@@ -164,6 +157,18 @@ fn member(file: &BevelFile, k: usize) -> Result<MemberResult, Error> {
         tooth,
         flanks,
     })
+}
+
+/// The error of a cutter that misses the tooth.
+pub fn unreached(of: &BevelMember, member: usize, side: usize) -> Error {
+    let message = format!(
+        "the cutter of the {} flank of the {} does not reach the middle of its tooth",
+        SIDES[side], MEMBERS[member]
+    );
+    let hint = "check radial_distance, cradle_angle, machine_root_angle and the hand: the mirror image of the other hand has the same settings";
+    Error::new(Code::OutOfRange, message)
+        .with_span(&of.span)
+        .with_hint(hint)
 }
 
 /// Why both flanks of a member do not make a tooth; none where they do.

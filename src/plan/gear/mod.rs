@@ -47,3 +47,14 @@ pub mod correction;
 
 /// Settings of a pinion for a wanted ease-off.
 pub mod synthesis;
+/// Causes of the deviations of a cut flank.
+pub mod cut_causes;
+
+/// One flank as discrete blades cut it.
+pub mod cut_flank;
+
+/// Contact of a pair as it is cut.
+pub mod cut_contact;
+
+/// A pair as discrete blades cut it.
+pub mod cut;

@@ -1,0 +1,145 @@
+//! Figures of a cut: maps of the deviations over the flanks, profiles with their scallops, shares of the blades.
+
+use super::figure::{Axis, Curve, Ink, Mark, Plot, PlotColumn};
+use super::heatmap::{draw_colour_bar, ink, step_of};
+use super::svg::{Anchor, BLACK, Canvas, Panel, WIDTH, render_svg};
+use crate::gear::bevel::tooth::SIDES;
+use crate::plan::gear::cut_flank::{CauseResult, CutFlankResult};
+use crate::plan::gear_limits::MEMBERS;
+
+/// Width of a map from its left edge, points.
+const ACROSS: (f64, f64) = (60.0, 780.0);
+/// Height of a map and the space above it, points.
+const MAP: [f64; 2] = [170.0, 40.0];
+/// Space of the title, points.
+const TOP: f64 = 34.0;
+/// Cells reach under those drawn after them, so that no paper shines through.
+const OVERLAP: f64 = 0.6;
+
+/// Name of a flank: member and side.
+pub fn flank_name(flank: &CutFlankResult) -> String {
+    format!("{} {}", MEMBERS[flank.member], SIDES[flank.side])
+}
+
+/// Draws every flank with all causes.
+pub fn draw_flanks(title: &str, flanks: &[CutFlankResult]) -> String {
+    let maps = flanks
+        .iter()
+        .filter_map(|flank| Some((flank, flank.causes.last()?)));
+    draw_maps(title, &maps.collect::<Vec<_>>())
+}
+
+/// Draws a flank for each of its causes.
+pub fn draw_causes(title: &str, flank: &CutFlankResult) -> String {
+    let maps = flank.causes.iter().map(|cause| (flank, cause));
+    draw_maps(title, &maps.collect::<Vec<_>>())
+}
+
+/// Draws maps one below the other, toe left and root below, each with its own scale.
+fn draw_maps(title: &str, maps: &[(&CutFlankResult, &CauseResult)]) -> String {
+    let [height, above] = MAP;
+    let total = TOP + maps.len() as f64 * (height + above) + 24.0;
+    render_svg(WIDTH, total, |canvas| {
+        canvas.title(title, 30.0);
+        for (k, (flank, cause)) in maps.iter().enumerate() {
+            let top = TOP + k as f64 * (height + above) + above;
+            draw_map(canvas, top, flank, cause);
+        }
+    })
+}
+
+fn draw_map(canvas: &mut Canvas, top: f64, flank: &CutFlankResult, cause: &CauseResult) {
+    let down = (top, top + MAP[0]);
+    let name = format!(
+        "{}, {}: toe left, heel right, root below",
+        flank_name(flank),
+        cause.name
+    );
+    canvas.note(&name, (ACROSS.0, top - 10.0), Anchor::Start);
+    let Some(statistics) = cause.map.statistics else {
+        return;
+    };
+    let (low, high) = (1e9 * statistics.lowest, 1e9 * statistics.highest);
+    let scale = (low, high.max(low + 1.0));
+    let (rows, columns) = (flank.grid.rows, flank.grid.columns);
+    let panel = Panel::new(ACROSS, down, (0.0, columns as f64), (0.0, rows as f64));
+    for (k, deviation) in cause.map.deviations.iter().enumerate() {
+        let Some(deviation) = deviation else {
+            continue;
+        };
+        let (row, column) = ((k / columns) as f64, (k % columns) as f64);
+        let one = panel.to_canvas(column, row);
+        let other = panel.to_canvas(column + 1.0, row + 1.0);
+        let corner = (
+            (other.0 + OVERLAP).min(ACROSS.1),
+            (other.1 - OVERLAP).max(down.0),
+        );
+        canvas.fill_rect(one, corner, ink(step_of(1e9 * deviation, scale)));
+    }
+    canvas.stroke_rect((ACROSS.0, down.0), (ACROSS.1, down.1), BLACK, 0.8);
+    draw_colour_bar(canvas, (ACROSS.1, down), scale, "nm");
+}
+
+/// Profiles from root to tip at the middle of the face.
+pub fn profiles(title: &str, flanks: &[CutFlankResult]) -> PlotColumn {
+    let names = ["regular blades", "all causes"];
+    let plot = |flank: &CutFlankResult| {
+        let places: Vec<f64> = flank.profile.places.iter().map(|x| 1e3 * x).collect();
+        let count = flank.causes.len().min(2);
+        let curves = (0..count).rev().map(|k| {
+            let y = flank.profile.curves[k].iter();
+            let y = y.map(|d| d.map_or(f64::NAN, |d| 1e6 * d)).collect();
+            Curve::line(names[k], Ink::Series(k), places.clone(), y)
+        });
+        Plot {
+            curves: curves.collect(),
+            height: PROFILE_HEIGHT,
+            heading: format!("{}, middle of the face", flank_name(flank)),
+            ..Plot::new(
+                Axis::linear("distance from the root, mm"),
+                Axis::linear("deviation, µm"),
+            )
+        }
+    };
+    PlotColumn {
+        title: title.into(),
+        plots: flanks.iter().map(plot).collect(),
+        ..PlotColumn::default()
+    }
+}
+
+/// Height of a profile, points.
+const PROFILE_HEIGHT: f64 = 240.0;
+
+/// Shares of the flanks that each blade finishes with all causes.
+pub fn blade_shares(title: &str, flanks: &[CutFlankResult]) -> PlotColumn {
+    let plot = |flank: &CutFlankResult| {
+        let shares = flank
+            .causes
+            .last()
+            .map_or(&[][..], |cause| &cause.blade_shares);
+        let numbers = (1..=shares.len()).map(|k| k as f64).collect();
+        let percent: Vec<f64> = shares.iter().map(|share| 100.0 * share).collect();
+        let most = percent.iter().copied().fold(0.0, f64::max);
+        Plot {
+            curves: vec![Curve::new(
+                "",
+                Ink::Series(0),
+                Mark::Stems,
+                numbers,
+                percent,
+            )],
+            height: PROFILE_HEIGHT,
+            heading: flank_name(flank),
+            ..Plot::new(
+                Axis::linear("blade").over(0.0, shares.len() as f64 + 1.0),
+                Axis::linear("share of the flank, %").over(0.0, 1.1 * most),
+            )
+        }
+    };
+    PlotColumn {
+        title: title.into(),
+        plots: flanks.iter().map(plot).collect(),
+        ..PlotColumn::default()
+    }
+}

@@ -1,0 +1,244 @@
+//! `geardyn gear cut` as it is called.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+
+use crate::support::command::{document, geardyn, put, refusal, said};
+use crate::support::verification::within;
+use crate::support::{number, numbers};
+
+const NASA: &str = "models/gears/bevel_12_36.toml";
+/// Few nodes, among them the places of the reference files.
+const COARSE: &str = "[cut]\nmember = \"pinion\"\nrows = 11\ncolumns = 11\n";
+
+/// The shipped file with coarse maps of the pinion and one text in place of another.
+fn changed(from: &str, to: &str) -> (tempfile::TempDir, String) {
+    let text = std::fs::read_to_string(NASA)
+        .unwrap()
+        .replacen("[cut]\n", COARSE, 1);
+    assert!(text.contains(from), "{from}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "pair.toml", &text.replacen(from, to, 1));
+    let path = path.to_str().unwrap().to_string();
+    (folder, path)
+}
+
+fn coarse() -> (tempfile::TempDir, String) {
+    changed("[cut]", "[cut]")
+}
+
+/// The text from the first `[[cut.error]]` to the end of the shipped file.
+fn chain_errors() -> String {
+    let text = std::fs::read_to_string(NASA).unwrap();
+    text[text.find("[[cut.error]]").unwrap()..].to_string()
+}
+
+fn flank<'a>(found: &'a Value, side: &str) -> &'a Value {
+    let flanks = found["cut"]["flanks"].as_array().unwrap();
+    flanks.iter().find(|f| f["side"] == side).unwrap()
+}
+
+fn cause<'a>(flank: &'a Value, start: &str) -> &'a Value {
+    let causes = flank["causes"].as_array().unwrap();
+    let mut named = causes
+        .iter()
+        .filter(|c| c["cause"].as_str().unwrap().starts_with(start));
+    named.next().unwrap()
+}
+
+/// Scallops of the shipped file by law and on rays at 0.5° of the cradle from blade to blade.
+/// Source: data/reference/gear/c26_discrete_blades_nasa.json, tools/gear_blade_peer.py.
+#[test]
+fn ref_scallops_of_the_file() {
+    let (_folder, file) = coarse();
+    let found = document(&["gear", "cut", &file, "--json"]);
+    let concave = flank(&found, "concave");
+    assert_eq!(concave["member"], "pinion");
+    within(
+        "cradle from blade to blade, deg",
+        (number(&concave["cradle_deg_per_blade"]) - 0.5).abs(),
+        1e-14,
+    );
+    let law = numbers(&concave["scallops_by_law"]["deviations_um"]);
+    let rays = numbers(&concave["scallops_on_rays"]["deviations_um"]);
+    let reference = |name: &str| -> Value {
+        let path = format!("data/reference/gear/{name}.json");
+        serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+    };
+    let (mut by_law, mut on_rays) = (0f64, 0f64);
+    for (name, column, values, worst) in [
+        ("c26_discrete_blades_nasa", 6, &law, &mut by_law),
+        ("blade_scallops", 5, &rays, &mut on_rays),
+    ] {
+        for row in reference(name)["rows"].as_array().unwrap() {
+            let is_same = row[0] == "pinion_concave" && row[1] == 16 && row[2] == 8;
+            if is_same {
+                let place = |k: usize| (10.0 * number(&row[k])).round() as usize;
+                let value = values[place(4) * 11 + place(3)];
+                *worst = worst.max((value - number(&row[column])).abs());
+            }
+        }
+    }
+    within("law, µm", by_law, 5.1e-6);
+    within("on rays, µm", on_rays, 1e-6);
+    assert!(number(&concave["law_error"]) < 0.01);
+}
+
+/// Every cause has a map; a blade that stands out by more than N² h finishes the flank alone, and shares of blades add up to one.
+#[test]
+fn law_causes_of_the_file() {
+    let (_folder, file) = changed("\"0.4 µm\"", "\"900 µm\"");
+    let found = document(&["gear", "cut", &file, "--json"]);
+    let concave = flank(&found, "concave");
+    let names: Vec<&str> = (concave["causes"].as_array().unwrap().iter())
+        .map(|c| c["cause"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "regular blades",
+            "run-out",
+            "error 1: work, 1 a revolution",
+            "error 2: work, 60 a revolution",
+            "all causes"
+        ]
+    );
+    for of in concave["causes"].as_array().unwrap() {
+        let shares = numbers(&of["blade_shares"]);
+        assert_eq!(shares.len(), 16);
+        assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+    let finishing = |start: &str| {
+        let shares = numbers(&cause(concave, start)["blade_shares"]);
+        shares.iter().filter(|s| **s > 0.0).count()
+    };
+    assert!(finishing("regular") > 4);
+    assert_eq!(finishing("run-out"), 1);
+    // Regular blades leave metal; a blade that stands out cuts below the ideal flank.
+    let lowest = |start: &str| number(&cause(concave, start)["lowest_um"]);
+    assert!(lowest("regular") >= 0.0 && lowest("run-out") < -0.5);
+    let contact = &found["cut"]["contact"];
+    let ideal = number(&contact["ideal"]["peak_to_peak_arcsec"]);
+    let tca = document(&["gear", &file, "--json"]);
+    assert_eq!(ideal, number(&tca["tca"]["peak_to_peak_arcsec"]));
+}
+
+/// The changed envelope of a wave once a revolution moves the transmission error by first order: `te = Δε (z₁/z₂)`-like shares stay below the
+/// wave itself, and a wave of 400 a revolution leaves edges, which the contact says.
+#[test]
+fn law_contact_with_errors() {
+    let (_folder, file) = changed("cycles = 60", "cycles = 2");
+    let found = document(&["gear", "cut", &file, "--json"]);
+    let contact = &found["cut"]["contact"];
+    let te = |of: &str| number(&contact[of]["peak_to_peak_arcsec"]);
+    let apart = (te("with_chain_errors") - te("ideal")).abs();
+    assert!(apart > 1e-3 && apart < 20.0, "{apart}");
+    let (_folder, file) = changed("cycles = 60", "cycles = 400");
+    let found = document(&["gear", "cut", &file, "--json"]);
+    assert!(found["cut"]["contact"]["with_chain_errors"].is_null());
+    let (_, text, _) = said(&["gear", "cut", &file]);
+    assert!(!text.contains("with errors of the chain"), "{text}");
+}
+
+/// A history of a spindle that oscillates as a chain error leaves the same flank.
+#[test]
+fn law_history_of_a_harmonic() {
+    let ratio = 1.0 / 0.30838512709;
+    let frequency = 60.0 * 8.0 / 360.0 * ratio;
+    let (cycles, samples) = (30.0, 9000);
+    let duration = cycles / frequency;
+    let mut table = "time [s],work.theta [arcsec]\n".to_string();
+    for i in 0..=samples {
+        let t = duration * f64::from(i) / f64::from(samples);
+        // The nominal turn goes off again with the straight line.
+        let turn = std::f64::consts::TAU * frequency * (t - 0.5 * duration);
+        writeln!(table, "{t},{}", 4.0 * turn.cos() + 1e4 * t).unwrap();
+    }
+    let history = "[cut.spindle_history]\nfile = \"history.csv\"\ncolumn = \"work.theta\"\n";
+    let (folder, file) = changed(&chain_errors(), history);
+    put(folder.path(), "history.csv", &table);
+    let by_history = document(&["gear", "cut", &file, "--json"]);
+    let (_folder, file) = coarse();
+    let by_error = document(&["gear", "cut", &file, "--json"]);
+    let map = |found: &Value, start: &str| {
+        numbers(&cause(flank(found, "concave"), start)["deviations_um"])
+    };
+    let pairs = (map(&by_history, "history").into_iter()).zip(map(&by_error, "error 2"));
+    let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 2e-3, "{apart}");
+    let short = table.lines().take(2000).collect::<Vec<_>>().join("\n");
+    put(folder.path(), "history.csv", &short);
+    let file = folder.path().join("pair.toml");
+    let (code, message) = refusal(&["gear", "cut", file.to_str().unwrap()]);
+    assert_eq!(code, "out-of-range");
+    assert!(message.contains("the history lasts"), "{message}");
+    put(
+        folder.path(),
+        "history.csv",
+        &table.replace("work.theta", "spindle.theta"),
+    );
+    let (code, _) = refusal(&["gear", "cut", file.to_str().unwrap()]);
+    assert_eq!(code, "missing-key");
+}
+
+/// Flanks, figures and tables are written.
+#[test]
+fn keeps_files_of_a_cut() {
+    let (folder, file) = coarse();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (csv, svg, nodes, stl) = (at("p.csv"), at("m.svg"), at("f.csv"), at("f.stl"));
+    let (code, text, _) = said(&[
+        "gear", "cut", &file, "--csv", &csv, "--svg", &svg, "--flank", &nodes,
+    ]);
+    assert_eq!(code, Some(0));
+    for word in ["scallops", "run-out", "all causes", "unloaded contact"] {
+        assert!(text.contains(word), "{word}\n{text}");
+    }
+    for name in ["m.svg", "m-causes.svg", "m-profile.svg", "m-blades.svg"] {
+        assert!(std::fs::read_to_string(at(name)).unwrap().contains("<svg"));
+    }
+    let lines = |path: &str| std::fs::read_to_string(path).unwrap().lines().count();
+    assert_eq!(lines(&nodes), 1 + 2 * 5 * 121);
+    assert!(lines(&csv) > 400);
+    let output = geardyn(&["gear", "cut", &file, "--flank", &stl, "--quiet"]);
+    assert!(output.status.success());
+    let bytes = std::fs::read(&stl).unwrap();
+    assert_eq!(bytes.len(), 84 + 50 * 2 * 2 * 100);
+}
+
+/// What cannot be cut, with the key that is wrong.
+#[test]
+fn refuses_cuts() {
+    let cut = |from: &str, to: &str| {
+        let (_folder, file) = changed(from, to);
+        refusal(&["gear", "cut", &file])
+    };
+    let (code, message) = cut("\"8 deg/s\"", "\"200 deg/s\"");
+    assert_eq!(code, "out-of-range");
+    assert!(message.contains("from blade to blade"), "{message}");
+    assert_eq!(cut("cradle_speed = \"8 deg/s\"\n", "").0, "missing-key");
+    assert_eq!(cut("blades = 16", "blades = 15").0, "wrong-type");
+    assert_eq!(cut("\"0.4 µm\"", "\"4 mm\"").0, "out-of-range");
+    assert_eq!(
+        cut("target = \"work\"", "target = \"wrok\"").0,
+        "out-of-range"
+    );
+    assert_eq!(cut("amplitude = \"20 arcsec\"\n", "").0, "missing-key");
+    let text = std::fs::read_to_string(NASA).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let bare = put(
+        folder.path(),
+        "bare.toml",
+        text.split("[cut]").next().unwrap(),
+    );
+    let (code, message) = refusal(&["gear", "cut", bare.to_str().unwrap()]);
+    assert_eq!(
+        (code.as_str(), message.as_str()),
+        ("missing-key", "the file has no [cut]")
+    );
+    assert_eq!(
+        refusal(&["gear", "cut", "models/gears/fzg_c.toml"]).0,
+        "usage"
+    );
+}
