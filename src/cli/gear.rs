@@ -70,7 +70,7 @@ fn compute(args: &GearArgs, path: &Path) -> Result<u8, Errors> {
         }
         kind @ (PairKind::Worm | PairKind::Crossed | PairKind::Helicoid) => {
             let inputs = [path.to_path_buf()];
-            let outputs = GearOutputs::check(args, space::figures(kind), &inputs)?;
+            let outputs = GearOutputs::check(args, space::figures(kind, &source), &inputs)?;
             outputs.present(&space::run(kind, &source, flags)?, Vec::new)
         }
         PairKind::Bevel => {

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::bevel_plot;
 use super::figure::Figure;
 use super::gear::{ARCSEC, geometry_json, geometry_table, title_lines};
+use super::gear_sheet::drawn;
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_dash};
@@ -13,6 +14,7 @@ use crate::gear::bevel::tooth::SIDES;
 use crate::gear::contact::ease_off::EaseOffTerms;
 use crate::plan::gear::bevel::{BevelLimit, BevelResult, FlankResult, hand_name};
 use crate::plan::gear::bevel_contact::{BevelContact, BevelContactPoint, edge_name};
+use crate::plan::gear::{axodes, hypoid_theory};
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
 use crate::scene::machine_settings::FlankCut;
@@ -39,10 +41,9 @@ impl Presentation for BevelReport<'_> {
         let member = |k: usize| {
             let flanks: Vec<Value> = (0..2)
                 .filter_map(|side| {
-                    let cut = self.file.members[k].flanks[side].as_ref()?;
                     Some(flank_json(
                         SIDES[side],
-                        cut,
+                        self.file.members[k].flanks[side].as_ref(),
                         result.members[k].flanks[side].as_ref()?,
                     ))
                 })
@@ -67,7 +68,9 @@ impl Presentation for BevelReport<'_> {
         let mut text = title_lines(&self.file.title);
         text += &geometry_table(&result.quantities).text();
         if !self.columns().is_empty() {
-            text += &format!("\n{}", self.sheet().text());
+            if self.columns().iter().any(|(_, cut, _)| cut.is_some()) {
+                text += &format!("\n{}", self.sheet().text());
+            }
             text += &format!("\n{}", self.elements().text());
         }
         if let Some(contact) = &result.contact {
@@ -119,12 +122,15 @@ impl Presentation for BevelReport<'_> {
                 bevel_plot::draw_ease_off(title, contact),
             ));
         }
+        let outer = self.file.members[0].blank.cone_distances()[1];
+        let picture = axodes::picture(&hypoid_theory::axes(self.file), [0.0, outer]);
+        all.extend(picture.map(|plot| Figure::new(plot.suffix, drawn(title, &plot))));
         Ok(all)
     }
 }
 
 /// Suffixes of the figures.
-pub const FIGURES: [&str; 4] = ["", "te", "pattern", "ease-off"];
+pub const FIGURES: [&str; 5] = ["", "te", "pattern", "ease-off", axodes::SUFFIX];
 
 /// A row of the setting sheet: name, symbol, key in documents, unit, value.
 type Setting = (
@@ -215,12 +221,12 @@ const SHEET: &[Setting] = &[
 
 impl BevelReport<'_> {
     /// Every flank that the file describes, in columns.
-    fn columns(&self) -> Vec<(String, &FlankCut, Option<&FlankResult>)> {
+    fn columns(&self) -> Vec<(String, Option<&FlankCut>, &FlankResult)> {
         let mut all = Vec::new();
         for (k, name) in MEMBERS.into_iter().enumerate() {
             for (side, word) in SIDES.into_iter().enumerate() {
-                if let Some(cut) = &self.file.members[k].flanks[side] {
-                    let result = self.result.members[k].flanks[side].as_ref();
+                if let Some(result) = &self.result.members[k].flanks[side] {
+                    let cut = self.file.members[k].flanks[side].as_ref();
                     all.push((format!("{name} {word}"), cut, result));
                 }
             }
@@ -229,13 +235,14 @@ impl BevelReport<'_> {
     }
 
     fn sheet(&self) -> Table<'static> {
-        let columns = self.columns();
+        let mut columns = self.columns();
+        columns.retain(|(_, cut, _)| cut.is_some());
         let mut table = Table::named("setting|symbol").words(&[1]);
         for (name, ..) in &columns {
             table = table.column(name, "");
         }
         for (name, symbol, _, value) in SHEET {
-            let values: Vec<Option<f64>> = columns.iter().map(|c| value(c.1)).collect();
+            let values: Vec<Option<f64>> = columns.iter().map(|c| value(c.1?)).collect();
             // What no flank has is not on the sheet.
             if values.iter().flatten().all(|v| *v == 0.0) {
                 continue;
@@ -252,9 +259,7 @@ impl BevelReport<'_> {
             "flank at the mean point|α [deg]|β [deg]|dα/dL [deg/mm]|lengthwise χ [1/mm]|profile ζ [1/mm]|κ_1 [1/mm]|κ_2 [1/mm]",
         );
         for (name, _, result) in self.columns() {
-            let Some((e, result)) = result.and_then(|r| Some((r.elements?, r))) else {
-                continue;
-            };
+            let Some(e) = result.elements else { continue };
             let [k1, k2] =
                 [0, 1].map(|i| or_dash(result.curvatures, |k| format!("{:.6}", 1e-3 * k[i])));
             table.row([
@@ -272,7 +277,7 @@ impl BevelReport<'_> {
     }
 }
 
-fn flank_json(side: &str, cut: &FlankCut, result: &FlankResult) -> Value {
+fn flank_json(side: &str, cut: Option<&FlankCut>, result: &FlankResult) -> Value {
     let grid = &result.grid;
     let nodes = || grid.nodes.iter();
     let points: Vec<Option<[f64; 3]>> = nodes()
@@ -296,7 +301,7 @@ fn flank_json(side: &str, cut: &FlankCut, result: &FlankResult) -> Value {
     let fillet: Vec<Option<bool>> = nodes().map(|n| n.map(|n| n.in_fillet)).collect();
     let settings: serde_json::Map<String, Value> = SHEET
         .iter()
-        .filter_map(|(_, _, key, value)| Some((key.to_string(), json!(value(cut)?))))
+        .filter_map(|(_, _, key, value)| Some((key.to_string(), json!(value(cut?)?))))
         .collect();
     json!({
         "side": side,

@@ -104,7 +104,7 @@ fn shown(table: &SheetTable) -> Table<'static> {
     shown
 }
 
-fn drawn(title: &str, plot: &SheetPlot) -> PlotColumn {
+pub(super) fn drawn(title: &str, plot: &SheetPlot) -> PlotColumn {
     let [x, y] = plot.axes.map(Axis::linear);
     let mut figure = PlotColumn::of_lines(title, (x, y), plot.curves.iter().cloned());
     for Plot { equal_scales, .. } in &mut figure.plots {

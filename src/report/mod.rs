@@ -138,16 +138,17 @@ pub mod flank_file;
 
 mod bevel_plot;
 
+pub mod gear_sheet;
+
 pub mod bevel;
 
 mod correction_plot;
 
 pub mod correction;
+
 mod gear_cut_plot;
 
 pub mod gear_cut;
-
-pub mod gear_sheet;
 
 pub mod gear_plan;
 

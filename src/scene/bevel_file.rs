@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::correction_study::{CorrectionStudy, correction};
 use super::cut_study::{self, CutStudy};
-use super::machine_settings::{FlankCut, Process, settings};
+use super::machine_settings::{FlankCut, FlankTable, Process, SettingsTable, settings};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
@@ -16,9 +16,11 @@ use crate::base::table_reader::{TableReader, Word};
 use crate::base::tables::{read_heading, read_table};
 use crate::base::toml;
 use crate::gear::bevel::blank::{Blank, EndCone};
+use crate::gear::bevel::cutter::Blade;
 use crate::gear::bevel::flank::BevelFlank;
 use crate::gear::bevel::iso23509::{BlankDesign, BlankPair, PitchCones};
 use crate::gear::bevel::settings::Hand;
+use crate::gear::bevel::straight::{StraightFlanks, StraightProfile};
 use crate::gear::bevel::tooth::SIDES;
 use crate::gear::bevel::tooth_section::ToothSection;
 use crate::gear::contact::contact_path::PITCHES;
@@ -64,10 +66,19 @@ pub struct BevelMember {
     pub process: Process,
     /// Mean normal thickness s_mn, m, where the file states it.
     pub thickness: Option<f64>,
-    /// Concave and convex flank, where the file describes them.
+    /// Concave and convex flank, where the file describes their settings.
     pub flanks: [Option<FlankCut>; 2],
+    /// Both flanks of straight teeth.
+    pub straight: Option<StraightFlanks>,
     /// Place of its table.
     pub span: SourceSpan,
+}
+
+impl BevelMember {
+    /// Whether the file describes a flank.
+    pub fn describes(&self, side: usize) -> bool {
+        self.straight.is_some() || self.flanks[side].is_some()
+    }
 }
 
 /// Requested contact of two flanks.
@@ -141,8 +152,12 @@ impl BevelFile {
     /// A flank of a member; none where the file does not describe it.
     pub fn flank(&self, member: usize, side: usize) -> Option<BevelFlank> {
         let of = &self.members[member];
-        let cut = of.flanks[side].as_ref()?;
         let hand = self.hand_of(member);
+        if let Some(straight) = &of.straight {
+            let blade = [Blade::Outside, Blade::Inside][side];
+            return Some(straight.flank(blade, hand, of.section));
+        }
+        let cut = of.flanks[side].as_ref()?;
         Some(BevelFlank::new(
             &cut.cutter,
             &cut.settings,
@@ -154,8 +169,13 @@ impl BevelFile {
     /// The first flank of the requested contact that the file does not describe, as member and side.
     pub fn missing_flank(&self) -> Option<[usize; 2]> {
         let sides = self.contact.side.flanks();
-        let lacks = (0..2).find(|k| self.members[*k].flanks[sides[*k]].is_none())?;
+        let lacks = (0..2).find(|k| !self.members[*k].describes(sides[*k]))?;
         Some([lacks, sides[lacks]])
+    }
+
+    /// Whether both gears have straight teeth, whose flanks are conjugate and touch along lines.
+    pub fn is_conjugate(&self) -> bool {
+        self.members.iter().all(|m| m.straight.is_some())
     }
 
     /// Places of both axes with their errors.
@@ -228,7 +248,20 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
         return Err(missing.into());
     };
     let study = flags.read_over(&document, "contact", &bare_si, study, contact)?;
+    if let (Some(a), Some(b)) = (first.straight, second.straight)
+        && a != b
+    {
+        let message = "pinion and gear have different profiles, pressure or skew angles";
+        let hint =
+            "straight teeth mesh with teeth of the same process, pressure_angle and skew_angle";
+        return Err(Error::new(Code::Conflict, message)
+            .with_span(&second.span)
+            .with_hint(hint)
+            .into());
+    }
     let hand = match (first.hand, second.hand) {
+        // Without a skew the hand only names the flanks.
+        (None, None) if first.straight.is_some_and(|s| s.skew_angle == 0.0) => Hand::Right,
         (Some(a), Some(b)) if a == b => {
             return Err(
                 Error::new(Code::Conflict, "pinion and gear have the same hand")
@@ -348,9 +381,18 @@ struct MemberTable {
     blank: Option<BlankTable>,
     process: Process,
     thickness: Option<f64>,
-    flanks: [Option<FlankCut>; 2],
+    flanks: [Option<FlankTable>; 2],
+    straight: Option<StraightTable>,
     defaults: Vec<String>,
     span: SourceSpan,
+}
+
+/// Profile and angles of straight teeth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct StraightTable {
+    profile: StraightProfile,
+    pressure_angle: f64,
+    skew_angle: f64,
 }
 
 impl MemberTable {
@@ -362,13 +404,22 @@ impl MemberTable {
                 .with_span(&self.span)
                 .with_hint("check face_angle > root_angle, the apexes, mean_cone_distance and face_width")
         })?;
+        let straight = self.straight.map(|straight| StraightFlanks {
+            profile: straight.profile,
+            pressure_angle: straight.pressure_angle,
+            skew_angle: straight.skew_angle,
+            pitch_angle: blank.pitch_angle,
+            mean_cone_distance: blank.mean_cone_distance,
+            pitch_apex: blank.pitch_apex,
+        });
         Ok(BevelMember {
+            straight,
             teeth: self.teeth,
             blank,
             section,
             process: self.process,
             thickness: self.thickness,
-            flanks: self.flanks,
+            flanks: self.flanks.map(|flank| Some(flank?.on(&blank))),
             span: self.span,
         })
     }
@@ -398,17 +449,32 @@ fn blanks(
             let design = table
                 .design([first.teeth, second.teeth], nominal)
                 .map_err(|e| e.with_span(&second.span))?;
-            let found = design.blanks().ok_or_else(|| {
-                let message = "these data give no pair of blanks by ISO 23509: no pitch cones, or teeth without depth or thickness";
-                Error::new(Code::OutOfRange, message)
-                    .with_span(&second.span)
-                    .with_hint("check outer_pitch_diameter, face_width, the spiral angle, cutter_radius and the depth angles")
-            })?;
+            let found = design
+                .blanks()
+                .ok_or_else(|| no_blanks(&design).with_span(&second.span))?;
             Ok((found.blanks, Some(found)))
         }
         (None, _) => Err(missing(first, "pinion")),
         (_, None) => Err(missing(second, "gear")),
     }
+}
+
+/// Data that give no blanks, with the limit radius of curvature where it lies above the cutter radius.
+fn no_blanks(design: &BlankDesign) -> Error {
+    if let Some(least) = design.least_limit_radius()
+        && least > design.cutter_radius
+    {
+        let message = format!(
+            "no pitch cones have a limit radius of curvature of {:.3} mm, the cutter radius: at this spiral angle and offset the least is {:.3} mm",
+            1e3 * design.cutter_radius,
+            1e3 * least
+        );
+        let hint = "take a larger cutter_radius, another pinion_spiral_angle or another offset";
+        return Error::new(Code::OutOfRange, message).with_hint(hint);
+    }
+    let message = "these data give no pair of blanks by ISO 23509: no pitch cones, or teeth without depth or thickness";
+    Error::new(Code::OutOfRange, message)
+        .with_hint("check outer_pitch_diameter, face_width, the spiral angle, cutter_radius and the depth angles")
 }
 
 fn member(f: &mut TableReader) -> Option<MemberTable> {
@@ -422,29 +488,36 @@ fn member(f: &mut TableReader) -> Option<MemberTable> {
         QuantityKind::Length,
         ValueRange::Positive,
     );
-    let own = settings(f);
-    let mut sides = [None, None];
-    for (k, side) in SIDES.into_iter().enumerate() {
-        sides[k] = read_table(f, side, settings);
+    let mut defaults = Vec::new();
+    let straight = straight(f, process, &mut defaults);
+    let (mut own, mut sides) = (SettingsTable::default(), [None, None]);
+    if straight.is_none() {
+        own = settings(f);
+        for (k, side) in SIDES.into_iter().enumerate() {
+            sides[k] = read_table(f, side, settings);
+        }
     }
     let root_angle = match &blank {
         Some(BlankTable::Cones(blank)) => Some(blank.root_angle),
         _ => None,
     };
-    if root_angle.is_some() && sides.iter().all(Option::is_none) {
+    if root_angle.is_some() && straight.is_none() && sides.iter().all(Option::is_none) {
         f.report_missing("concave", ", the flank that its settings cut");
     }
     let flanks = [0, 1].map(|k| sides[k]?.over(own).cut(f, SIDES[k], process?, root_angle));
-    if let (Some(_), [Some(a), Some(b)]) = (thickness, flanks)
+    if let (Some(_), [Some(FlankTable::Settings(a)), Some(FlankTable::Settings(b))]) =
+        (thickness, flanks)
         && a.settings == b.settings
     {
         let message = "both flanks are cut at one setting, which makes their thickness";
         let hint = "leave `mean_normal_thickness` out, or give the flanks settings of their own";
         f.report_key(Code::Conflict, "mean_normal_thickness", message, hint);
     }
-    let mut defaults = Vec::new();
     let has_flank = sides.iter().any(Option::is_some);
-    if has_flank && root_angle.is_some() && own.machine_root_angle_is_default(&sides) {
+    let is_rough = |t: &SettingsTable| t.has_spiral_angle();
+    if is_rough(&own) || sides.iter().flatten().any(is_rough) {
+        defaults.push("settings: rough, from spiral_angle and blank".to_string());
+    } else if has_flank && root_angle.is_some() && own.machine_root_angle_is_default(&sides) {
         defaults.push("machine_root_angle: the root angle of the blank".to_string());
     }
     Some(MemberTable {
@@ -454,8 +527,37 @@ fn member(f: &mut TableReader) -> Option<MemberTable> {
         process: process?,
         thickness,
         flanks,
+        straight,
         defaults,
         span: f.span.clone(),
+    })
+}
+
+/// Keys of straight teeth; none for another process.
+fn straight(
+    f: &mut TableReader,
+    process: Option<Process>,
+    defaults: &mut Vec<String>,
+) -> Option<StraightTable> {
+    const SKEW: ValueRange = ValueRange::HalfOpen(0.0, 0.8, "at least 0° and below 46°");
+    let Some(Process::Straight(profile)) = process else {
+        return None;
+    };
+    let angle = f.optional_quantity("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE);
+    let pressure_angle = angle.unwrap_or_else(|| {
+        defaults.push("pressure_angle: 20 deg".to_string());
+        DESIGN_PRESSURE_ANGLE
+    });
+    let skew = f.optional_quantity("skew_angle", QuantityKind::Angle, SKEW);
+    if profile == StraightProfile::SphericalInvolute && skew.is_some_and(|s| s != 0.0) {
+        let message = "spherical involutes are straight: their teeth run to the apex";
+        let hint = "leave skew_angle out, or take process = \"octoid\"";
+        f.report_key(Code::Conflict, "skew_angle", message, hint);
+    }
+    Some(StraightTable {
+        profile,
+        pressure_angle,
+        skew_angle: skew.unwrap_or(0.0),
     })
 }
 
@@ -463,12 +565,20 @@ fn process(f: &mut TableReader) -> Option<Process> {
     let known = [
         ("generated", Some(Process::Generated)),
         ("formate", Some(Process::Formate)),
+        ("octoid", Some(Process::Straight(StraightProfile::Octoid))),
+        (
+            "spherical-involute",
+            Some(Process::Straight(StraightProfile::SphericalInvolute)),
+        ),
         ("face-hobbed", None),
     ];
     let process = match f.has("process") {
         true => f.choice("process", &known)?,
         false => {
-            f.item("process", "\"generated\", \"formate\"");
+            f.item(
+                "process",
+                "\"generated\", \"formate\", \"octoid\", \"spherical-involute\"",
+            );
             Some(Process::Generated)
         }
     };
@@ -516,13 +626,13 @@ impl StandardTable {
             (0, Some(_), None) => {
                 return conflict("method 0 is of pairs without offset", "take method = 1");
             }
-            (1, None, Some(pinion_spiral_angle)) if nominal.offset > 0.0 => PitchCones::Hypoid {
+            (1, None, Some(pinion_spiral_angle)) if nominal.offset != 0.0 => PitchCones::Hypoid {
                 offset: nominal.offset,
                 pinion_spiral_angle,
             },
             (1, None, Some(_)) => {
                 return conflict(
-                    "method 1 needs an offset above zero",
+                    "method 1 needs an offset",
                     "give `offset` of the pair, or take method = 0",
                 );
             }

@@ -54,6 +54,11 @@ impl BevelMesh {
                 .with_span(&file.span)
                 .with_hint("`geardyn gear` on this file shows the contact and where it ends")
         };
+        if file.is_conjugate() {
+            return Err(refused(
+                "straight teeth are conjugate and give a machine no transmission error: state the data of the mesh in the model",
+            ));
+        }
         let sides = file.contact.side.flanks();
         let flanks = [0, 1].map(|k| file.flank(k, sides[k]));
         let [Some(pinion), Some(gear)] = flanks else {

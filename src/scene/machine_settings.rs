@@ -7,8 +7,11 @@ use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::table_reader::TableReader;
 use crate::base::tables::read_table;
+use crate::gear::bevel::blank::Blank;
 use crate::gear::bevel::cutter::{Blade, Cutter};
+use crate::gear::bevel::rough_settings::rough_settings;
 use crate::gear::bevel::settings::{MachineSettings, Roll};
+use crate::gear::bevel::straight::StraightProfile;
 
 /// Process that makes a flank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +20,8 @@ pub enum Process {
     Generated,
     /// Cutter and position only.
     Formate,
+    /// Straight or skew teeth, with a profile that pitch cone and pressure angle determine.
+    Straight(StraightProfile),
 }
 
 /// The eccentric of a cradle that names the radial distance: `S_r = 2 K sin(β_e/2)`.
@@ -39,6 +44,29 @@ pub struct FlankCut {
     pub eccentric: Option<Eccentric>,
 }
 
+/// A flank as its keys describe it, before its blank is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FlankTable {
+    /// By settings.
+    Settings(FlankCut),
+    /// By the cutter and the spiral angle, rad; the settings follow from the blank.
+    SpiralAngle(Cutter, f64),
+}
+
+impl FlankTable {
+    /// The flank on its blank.
+    pub fn on(&self, blank: &Blank) -> FlankCut {
+        match *self {
+            FlankTable::Settings(cut) => cut,
+            FlankTable::SpiralAngle(cutter, spiral_angle) => FlankCut {
+                cutter,
+                settings: rough_settings(blank, cutter.point_radius, spiral_angle),
+                eccentric: None,
+            },
+        }
+    }
+}
+
 /// Keys of settings as written; none where left out.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SettingsTable {
@@ -59,11 +87,13 @@ pub struct SettingsTable {
     cradle_over_work: Option<f64>,
     work_over_cradle: Option<f64>,
     modified_roll: [Option<f64>; 4],
+    spiral_angle: Option<f64>,
 }
 
 const BLADE_ANGLE: ValueRange = ValueRange::Open(0.0, 1.2, "above 0° and below 68°");
 const ROOT_ANGLE: ValueRange = ValueRange::Open(-FRAC_PI_2, 3.0, "above −90° and below 171°");
 const ECCENTRIC_ANGLE: ValueRange = ValueRange::Open(0.0, PI, "above 0° and below 180°");
+const SPIRAL_ANGLE: ValueRange = ValueRange::HalfOpen(0.0, 1.2, "at least 0° and below 69°");
 const TILT: ValueRange = ValueRange::Open(-1.0, 1.0, "within ±57°");
 const ANGLE: ValueRange = ValueRange::Open(-100.0, 100.0, "within ±100 rad");
 /// Modified roll, in the keys of setting sheets.
@@ -106,6 +136,7 @@ pub fn settings(f: &mut TableReader) -> SettingsTable {
         cradle_over_work: f.optional_number("cradle_over_work", ValueRange::Positive),
         work_over_cradle: f.optional_number("work_over_cradle", ValueRange::Positive),
         modified_roll: MODIFIED_ROLL.map(|key| f.optional_number(key, ValueRange::Any)),
+        spiral_angle: angle(f, "spiral_angle", SPIRAL_ANGLE),
         ..cutter
     };
     for key in ["cradle_over_work", "work_over_cradle"] {
@@ -160,6 +191,7 @@ impl SettingsTable {
             cradle_over_work: (self.cradle_over_work).or(unless(has_ratio, gear.cradle_over_work)),
             work_over_cradle: (self.work_over_cradle).or(unless(has_ratio, gear.work_over_cradle)),
             modified_roll: [0, 1, 2, 3].map(|k| self.modified_roll[k].or(gear.modified_roll[k])),
+            spiral_angle: self.spiral_angle.or(gear.spiral_angle),
         }
     }
 
@@ -176,7 +208,7 @@ impl SettingsTable {
         side: &str,
         process: Process,
         root_angle: Option<f64>,
-    ) -> Option<FlankCut> {
+    ) -> Option<FlankTable> {
         let mut complete = true;
         let mut need = |f: &mut TableReader, value: Option<f64>, key: &str, hint: &str| {
             if value.is_none() {
@@ -190,6 +222,29 @@ impl SettingsTable {
         let in_cutter = "give it in `cutter` of the flank or of the gear";
         let point_radius = need(f, self.point_radius, "point_radius", in_cutter);
         let blade_angle = need(f, self.blade_angle, "blade_angle", in_cutter);
+        let blade = match side {
+            "concave" => Blade::Outside,
+            _ => Blade::Inside,
+        };
+        let cutter = Cutter {
+            blade,
+            point_radius,
+            blade_angle,
+            edge_radius: self.edge_radius.unwrap_or(0.0),
+        };
+        if let Some(spiral_angle) = self.spiral_angle {
+            if process != Process::Generated || self.states_settings() {
+                let span = f.span.clone();
+                let message = format!(
+                    "the {side} flank of {} has `spiral_angle` and settings",
+                    f.title
+                );
+                let hint = "`spiral_angle` gives rough settings of a generated flank: leave the settings out, or `spiral_angle`";
+                f.report(Code::Conflict, message, &span, hint);
+                return None;
+            }
+            return complete.then_some(FlankTable::SpiralAngle(cutter, spiral_angle));
+        }
         let eccentric = self.eccentric_angle.map(|angle| Eccentric {
             angle,
             machine_constant: need(
@@ -204,7 +259,7 @@ impl SettingsTable {
             f,
             by_eccentric.or(self.radial_distance),
             "radial_distance",
-            "or `eccentric_angle` with `machine_constant`",
+            "or `eccentric_angle` with `machine_constant`; who has no settings gives `spiral_angle` alone",
         );
         let cradle_angle = need(
             f,
@@ -232,7 +287,7 @@ impl SettingsTable {
                 ),
                 self.modified_roll.map(Option::unwrap_or_default),
             )),
-            Process::Formate => {
+            Process::Formate | Process::Straight(_) => {
                 if ratio.is_some() || is_modified || self.helical_motion.is_some() {
                     complete = false;
                     let span = f.span.clone();
@@ -246,30 +301,48 @@ impl SettingsTable {
                 None
             }
         };
-        let blade = match side {
-            "concave" => Blade::Outside,
-            _ => Blade::Inside,
-        };
-        complete.then(|| FlankCut {
-            cutter: Cutter {
-                blade,
-                point_radius,
-                blade_angle,
-                edge_radius: self.edge_radius.unwrap_or(0.0),
-            },
-            settings: MachineSettings {
-                radial_distance,
-                cradle_angle,
-                blank_offset: self.blank_offset.unwrap_or(0.0),
-                sliding_base: self.sliding_base.unwrap_or(0.0),
-                helical_motion: self.helical_motion.unwrap_or(0.0),
-                centre_to_back: self.centre_to_back.unwrap_or(0.0),
-                machine_root_angle,
-                tilt: self.tilt.unwrap_or(0.0),
-                swivel: self.swivel.unwrap_or(0.0),
-                roll,
-            },
-            eccentric,
+        complete.then(|| {
+            FlankTable::Settings(FlankCut {
+                cutter,
+                settings: MachineSettings {
+                    radial_distance,
+                    cradle_angle,
+                    blank_offset: self.blank_offset.unwrap_or(0.0),
+                    sliding_base: self.sliding_base.unwrap_or(0.0),
+                    helical_motion: self.helical_motion.unwrap_or(0.0),
+                    centre_to_back: self.centre_to_back.unwrap_or(0.0),
+                    machine_root_angle,
+                    tilt: self.tilt.unwrap_or(0.0),
+                    swivel: self.swivel.unwrap_or(0.0),
+                    roll,
+                },
+                eccentric,
+            })
         })
+    }
+
+    /// Whether anything but the cutter is stated.
+    fn states_settings(&self) -> bool {
+        let lone = [
+            self.radial_distance,
+            self.eccentric_angle,
+            self.machine_constant,
+            self.cradle_angle,
+            self.blank_offset,
+            self.sliding_base,
+            self.helical_motion,
+            self.centre_to_back,
+            self.machine_root_angle,
+            self.tilt,
+            self.swivel,
+            self.cradle_over_work,
+            self.work_over_cradle,
+        ];
+        lone.iter().chain(&self.modified_roll).any(Option::is_some)
+    }
+
+    /// A flank is described by its spiral angle.
+    pub fn has_spiral_angle(&self) -> bool {
+        self.spiral_angle.is_some()
     }
 }

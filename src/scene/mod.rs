@@ -74,7 +74,11 @@ pub mod non_circular_file;
 
 pub mod worm_file;
 
+pub mod plane_worm_file;
+
 pub mod helicoid_file;
+
+pub mod hob_file;
 
 pub mod crossed_file;
 

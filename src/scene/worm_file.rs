@@ -52,9 +52,9 @@ impl WormFile {
 }
 
 /// Most starts of a worm.
-const MAX_STARTS: u32 = 30;
+pub(super) const MAX_STARTS: u32 = 30;
 /// Most teeth of a wheel.
-const MAX_WHEEL_TEETH: u32 = 1000;
+pub(super) const MAX_WHEEL_TEETH: u32 = 1000;
 const QUOTIENT_RANGE: ValueRange = ValueRange::Open(3.0, 200.0, "above 3 and below 200");
 
 /// Reads one; no flag of a load applies.
@@ -127,6 +127,11 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<WormFile, Errors>
 fn pair(f: &mut TableReader) {
     f.choice("kind", &[("worm", ())]);
     f.require("kind");
+    right_angle(f);
+}
+
+/// The shaft angle of a worm pair is 90°.
+pub(super) fn right_angle(f: &mut TableReader) {
     let angle = f.optional_quantity("shaft_angle", QuantityKind::Angle, ValueRange::Any);
     if angle.is_some_and(|a| (a - FRAC_PI_2).abs() > 1e-9) {
         let message = "worm pairs at other shaft angles than 90° are not computed";

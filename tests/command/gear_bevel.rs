@@ -572,3 +572,139 @@ fn ref_blanks_alone() {
         assert!(message.contains(words), "{words}: {message}");
     }
 }
+
+const STRAIGHT: &str = "models/gears/straight_20_40.toml";
+
+/// Blanks of a hypoid pair alone: its theory at the pitch point.
+/// Source: ISO 23509:2016, Annex F, sample 2 (limit pressure angle, offset angle), data/reference/gear/c06_iso23509_s2_hypoid_13_42_gleason.json.
+#[test]
+fn ref_theory_of_a_hypoid_blank() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"
+pair = { kind = "bevel", shaft_angle = "90 deg", offset = "15 mm" }
+pinion = { teeth = 13, hand = "left" }
+[gear]
+teeth = 42
+blank = { standard = "ISO 23509", method = 1, pinion_spiral_angle = "50 deg", outer_pitch_diameter = "170 mm", face_width = "30 mm", cutter_radius = "63.5 mm", addendum_angle = "1 deg", dedendum_angle = "4 deg", addendum_factor = 0.35, limit_influence = 1, thickness_factor = 0.1 }
+"#;
+    let read = |text: &str| {
+        let path = put(folder.path(), "blank.toml", text);
+        document(&["gear", path.to_str().unwrap(), "--json"])["geometry"].clone()
+    };
+    let found = read(text);
+    let get = |key: &str| number(&found[key]);
+    within(
+        "limit pressure angle, deg",
+        (get("limit_pressure_angle_deg") + 2.253).abs(),
+        1e-3,
+    );
+    within(
+        "offset angle in the pitch plane, deg",
+        (get("offset_angle_in_the_pitch_plane_deg") - 11.39).abs(),
+        1e-3,
+    );
+    let curvature = get("limit_curvature_of_the_tooth_line_per_mm");
+    within("limit radius, mm", (1.0 / curvature - 63.5).abs(), 1e-6);
+    for side in ["drive", "coast"] {
+        assert!(get(&format!("contact_line_to_tooth_line__{side}_deg")).abs() < 60.0);
+        assert!(
+            get(&format!(
+                "induced_curvature_in_the_normal_section__{side}_per_mm"
+            )) < 0.0
+        );
+    }
+    assert_eq!(
+        found["throat_radius_of_the_axode_mm"]
+            .as_array()
+            .unwrap()
+            .len(),
+        2
+    );
+    // A negative offset: the wheel has the larger spiral angle.
+    let opposite = read(
+        &text
+            .replace("\"15 mm\"", "\"-15 mm\"")
+            .replace("63.5 mm", "160 mm"),
+    );
+    let spiral = numbers(&opposite["spiral_angle_at_the_pitch_point_deg"]);
+    assert!(spiral[0] < spiral[1], "{spiral:?}");
+}
+
+/// A straight pair is answered without settings: whole teeth, no contact since the flanks are conjugate; both profiles.
+#[test]
+fn law_straight_pairs_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let octoid = std::fs::read_to_string(STRAIGHT).unwrap();
+    for text in [
+        octoid.clone(),
+        octoid.replace("octoid", "spherical-involute"),
+    ] {
+        let path = put(folder.path(), "straight.toml", &text);
+        let path = path.to_str().unwrap();
+        let found = document(&["gear", path, "--json"]);
+        assert!(found["tca"].is_null());
+        assert_eq!(found["limits"].as_array().unwrap().len(), 0);
+        let of = flank(&found, 0, "concave");
+        let structure = &of["structure"];
+        assert!((number(&structure["pressure_angle_deg"]).abs() - 20.0).abs() < 1e-5);
+        assert!(number(&structure["spiral_angle_deg"]).abs() < 1e-9);
+        let distance = numbers(&found["geometry"]["outer_cone_distance_mm"]);
+        assert!((distance[0] - 67.08204).abs() < 1e-5);
+        let tip = numbers(&found["geometry"]["outer_tip_diameter_mm"]);
+        assert!(
+            (tip[0] - 67.2180).abs() < 1e-3 && (tip[1] - 121.7575).abs() < 1e-3,
+            "{tip:?}"
+        );
+        let stl = folder.path().join("gears.stl");
+        let output = geardyn(&["gear", path, "--flank", stl.to_str().unwrap(), "--quiet"]);
+        assert_eq!(output.status.code(), Some(0));
+        assert!(std::fs::metadata(&stl).unwrap().len() > 10_000);
+    }
+    let path = put(
+        folder.path(),
+        "mixed.toml",
+        &octoid.replacen("\"octoid\"", "\"spherical-involute\"", 1),
+    );
+    let (_, message) = refusal(&["gear", path.to_str().unwrap()]);
+    assert!(message.contains("different profiles"), "{message}");
+}
+
+/// Without settings a flank is cut from its spiral angle: the spiral angle of the answer is the stated one within 2°.
+#[test]
+fn law_rough_settings_of_the_file() {
+    let text = r#"
+pair = { kind = "bevel" }
+[pinion]
+teeth = 14
+hand = "left"
+blank = { pitch_angle = "19.747 deg", face_angle = "22.3 deg", root_angle = "18.1 deg", mean_cone_distance = "81.3 mm", face_width = "25.4 mm" }
+spiral_angle = "35 deg"
+concave = { cutter = { point_radius = "115.5 mm", blade_angle = "20 deg" } }
+convex = { cutter = { point_radius = "112.8 mm", blade_angle = "20 deg" } }
+[gear]
+teeth = 39
+blank = { pitch_angle = "70.253 deg", face_angle = "71.9 deg", root_angle = "67.7 deg", mean_cone_distance = "81.3 mm", face_width = "25.4 mm" }
+spiral_angle = "35 deg"
+cutter = { blade_angle = "20 deg" }
+concave = { cutter = { point_radius = "115.4 mm" } }
+convex = { cutter = { point_radius = "113.2 mm" } }
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    let path = put(folder.path(), "rough.toml", text);
+    let found = document(&["gear", path.to_str().unwrap(), "--json"]);
+    for member in 0..2 {
+        for side in ["concave", "convex"] {
+            let of = flank(&found, member, side);
+            let spiral = number(&of["structure"]["spiral_angle_deg"]).abs();
+            assert!((spiral - 35.0).abs() < 2.0, "{member} {side} {spiral}");
+            assert!(number(&of["settings"]["radial_distance_mm"]) > 50.0);
+        }
+    }
+    let path = put(
+        folder.path(),
+        "both.toml",
+        &text.replacen("spiral_angle", "cradle_angle = \"60 deg\"\nspiral_angle", 1),
+    );
+    let (_, message) = refusal(&["gear", path.to_str().unwrap()]);
+    assert!(message.contains("`spiral_angle` and settings"), "{message}");
+}

@@ -6,6 +6,8 @@ use crate::support::{number, numbers};
 
 const WORM: &str = "models/gears/worm_zi_2_40.toml";
 const CROSSED: &str = "models/gears/crossed_15_24.toml";
+const PLANE_WORM: &str = "models/gears/worm_plane_1_40.toml";
+const HOB: &str = "models/gears/hob_za_30.toml";
 const HELICOID: &str = "models/gears/worm_zk_grinding.toml";
 
 /// A shipped file with a text in place of another.
@@ -58,6 +60,51 @@ fn ref_crossed_pair_of_the_file() {
     assert_eq!(found["warnings"][0]["code"], "no-backlash");
     let hint = found["warnings"][0]["hint"].as_str().unwrap();
     assert!(hint.contains("67.3133 mm"), "{hint}");
+}
+
+/// The profile that an Archimedean hob leaves, and its feed marks at the pitch point, as in c47 and c61 of data/reference/gear; an involute
+/// hob leaves the involute.
+#[test]
+fn law_hob_of_the_file() {
+    let found = document(&["gear", HOB, "--json"]);
+    let profile = &found["hobbed_profile"];
+    let [radii, off] = ["hob_radius_mm", "off_the_involute_µm"].map(|key| numbers(&profile[key]));
+    assert!((radii[0] - 36.0).abs() < 1e-9 && (radii[40] - 44.0).abs() < 1e-9);
+    within(
+        "at the tip, µm",
+        (off[0].abs() - 6.060098913026777).abs(),
+        1e-5,
+    );
+    within(
+        "at the root, µm",
+        (off[40].abs() - 4.920720249143828).abs(),
+        1e-5,
+    );
+    let (_kept, path) = changed(HOB, "type = \"ZA\"", "type = \"ZI\"");
+    let exact = document(&["gear", &path, "--json"]);
+    let off = numbers(&exact["hobbed_profile"]["off_the_involute_µm"]);
+    let worst = off.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    within("involute hob, µm", worst, 1e-8);
+    let height = number(&exact["geometry"]["height_of_feed_marks_at_the_pitch_point_mm"]);
+    within(
+        "feed marks, µm",
+        (1e3 * height - 3.6611849582811744).abs(),
+        1e-6,
+    );
+}
+
+/// First and second lines of contact of a plane double-enveloping worm; in the middle of each second line the wheel lies above the plane.
+#[test]
+fn law_plane_worm_has_two_lines() {
+    let found = document(&["gear", PLANE_WORM, "--json"]);
+    let [first, second] = ["contact", "second_contact"].map(|key| &found[key]);
+    let heights = |of: &serde_json::Value| numbers(&of["height_over_the_plane_mm"]);
+    assert!(heights(first).iter().all(|h| *h == 0.0));
+    assert!(heights(second).len() > 10 && heights(second).iter().all(|h| *h >= 0.0));
+    let y = |of: &serde_json::Value| numbers(&of["y_wheel_mm"]);
+    assert!(y(first).iter().chain(&y(second)).all(|y| y.abs() <= 16.0));
+    assert!(number(&found["geometry"]["contact_ratio"]) > 1.0);
+    assert!(found["curve_between_both_parts"].is_object());
 }
 
 /// Two left-hand gears are the mirror image of two right-hand ones, also with the shaft angle by default.
@@ -161,7 +208,16 @@ fn refuses_wrong_files_of_gears_in_space() {
         ),
         (CROSSED, "hand = \"right\", ", "", "no `hand`"),
         (CROSSED, "67.4 mm", "90 mm", "do not reach each other"),
-        (HELICOID, "kind = \"disk\"", "kind = \"hob\"", "hob"),
+        (HELICOID, "kind = \"disk\"", "kind = \"hob\"", "no `teeth`"),
+        (
+            PLANE_WORM,
+            "\"125 mm\"",
+            "\"135 mm\"",
+            "do not reach each other",
+        ),
+        (PLANE_WORM, "\"40 mm\"", "\"101 mm\"", "base circle"),
+        (HOB, "starts = 2", "starts = 18", "lead angle"),
+        (HOB, "type = \"ZA\"", "type = \"ZK\"", "ZK"),
         (
             HELICOID,
             "tool_radius = \"100 mm\" }",
@@ -192,7 +248,13 @@ fn refuses_wrong_files_of_gears_in_space() {
 #[test]
 fn law_every_command_takes_gears_in_space() {
     let folder = tempfile::tempdir().unwrap();
-    for (file, suffix) in [(WORM, ""), (CROSSED, ""), (HELICOID, "-deviation")] {
+    for (file, suffix) in [
+        (WORM, "-axodes"),
+        (PLANE_WORM, "-axodes"),
+        (CROSSED, "-axodes"),
+        (HOB, "-feed-marks"),
+        (HELICOID, "-deviation"),
+    ] {
         let place = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
         let (svg, csv) = (place("a.svg"), place("a.csv"));
         let output = geardyn(&["gear", file, "--svg", &svg, "--csv", &csv, "--quiet"]);
@@ -215,7 +277,7 @@ fn law_every_command_takes_gears_in_space() {
 fn survives_mutated_files_of_gears_in_space() {
     fastrand::seed(29);
     let folder = tempfile::tempdir().unwrap();
-    for file in [WORM, CROSSED, HELICOID] {
+    for file in [WORM, PLANE_WORM, CROSSED, HOB, HELICOID] {
         let text = std::fs::read_to_string(file).unwrap();
         for _ in 0..60 {
             let mutated = with_other_digits(&text);

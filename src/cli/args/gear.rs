@@ -34,7 +34,7 @@ const MESH: &[Key] = &[
 /// Arguments of `gear`.
 #[derive(Debug, Args)]
 #[command(mut_arg("csv", |arg| arg.help("Write transmission error and stiffness over one pitch; without a torque the geometry; of non-circular gears the centrodes, of bevel gears the unloaded transmission error, of worms and crossed gears the contacts, of helicoids the profile of the tool")))]
-#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg), the designed profile over the length of roll (-profile) and, with a torque, the mesh (FILE-mesh.svg, -stiffness, -sharing, -harris); of non-circular gears centrodes and ratio (FILE-ratio.svg); of bevel gears blanks, transmission error, pattern, ease-off (FILE-te.svg, -pattern, -ease-off); of worms the lines of contact, of crossed gears the ellipse, of helicoids the tool (FILE-deviation.svg)")))]
+#[command(mut_arg("svg", |arg| arg.help("Draw the teeth in mesh, sliding (FILE-sliding.svg), the designed profile over the length of roll (-profile) and, with a torque, the mesh (FILE-mesh.svg, -stiffness, -sharing, -harris); of non-circular gears centrodes and ratio (FILE-ratio.svg); of bevel gears blanks, transmission error, pattern, ease-off (FILE-te.svg, -pattern, -ease-off); of worms the lines of contact, of crossed gears the ellipse, of helicoids the tool (FILE-deviation.svg) or what the hob leaves (FILE-feed-marks.svg); of pairs on two axes the axodes (FILE-axodes.svg)")))]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct GearArgs {
     /// Further computations.

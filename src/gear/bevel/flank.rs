@@ -10,6 +10,7 @@ use crate::gear::kernel::envelope::{Envelope, FlankPoint};
 use crate::gear::kernel::jet::Surface;
 use crate::gear::kernel::limits::{Limit, limit_curves};
 use crate::gear::kernel::meeting::Meeting;
+use crate::gear::kernel::motion::Motion;
 use crate::gear::kernel::tool::{Arc, Line, Tool};
 
 /// Blade length in depths of the tooth: the cutter reaches beyond the work.
@@ -57,15 +58,26 @@ impl BevelFlank {
         hand: Hand,
         section: ToothSection,
     ) -> BevelFlank {
-        let (motion, range) = (settings.motion(hand), [-CRADLE_RANGE, CRADLE_RANGE]);
+        let cone = cutter.cone(BLADE_DEPTHS * section.depth());
+        BevelFlank::of_tool(cone, cutter.edge(), settings.motion(hand), section)
+    }
+
+    /// The flank that a straight line swept by a screw makes, with the torus of its edge.
+    pub fn of_tool(
+        surface: Tool<Line, CutterFrame>,
+        edge: Option<Tool<Arc, CutterFrame>>,
+        motion: Motion<WorkFrame, CutterFrame>,
+        section: ToothSection,
+    ) -> BevelFlank {
+        let range = [-CRADLE_RANGE, CRADLE_RANGE];
         BevelFlank {
-            edge: cutter.edge().map(|surface| Envelope {
+            edge: edge.map(|surface| Envelope {
                 surface,
                 motion: motion.clone(),
                 range,
             }),
             envelope: Envelope {
-                surface: cutter.cone(BLADE_DEPTHS * section.depth()),
+                surface,
                 motion,
                 range,
             },

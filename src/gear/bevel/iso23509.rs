@@ -1,12 +1,13 @@
 //! Blanks of bevel and hypoid pairs: pitch cones by methods 0 and 1 of ISO 23509:2016, depths, root and face cones, face widths, thicknesses.
 //!
-//! Numbers in brackets are formulas of ISO 23509:2016; Clause 6 gives the pitch cones, Clause 7 the rest. Method 1 is solved to rounding:
-//! the standard stops at 1 % of the limit radius of curvature.
+//! Numbers in brackets are formulas of ISO 23509:2016; Clause 6 gives the pitch cones, Clause 7 the rest. Method 1 is solved to rounding
+//! and to the stated spiral angle: the standard stops at 1 % of the limit radius of curvature and corrects the spiral angle once.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::blank::{Blank, EndCone};
-use crate::gear::kernel::root::sign_change;
+use super::pitch_cones::PitchConeDesign;
+use crate::gear::kernel::crossed_axes::CrossedAxes;
 
 /// Inputs of a pair of blanks; angles in rad, lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,11 +50,11 @@ pub enum PitchCones {
         /// β_m, rad.
         spiral_angle: f64,
     },
-    /// Method 1: the offset a and the wanted spiral angle β_Δ1 of the pinion; the limit radius of curvature is the cutter radius.
+    /// Method 1: the offset a, below zero where the wheel has the larger spiral angle, and the spiral angle β_m1 of the pinion; the limit radius of curvature is the cutter radius.
     Hypoid {
         /// a, m.
         offset: f64,
-        /// β_Δ1, rad.
+        /// β_m1, rad.
         pinion_spiral_angle: f64,
     },
 }
@@ -63,6 +64,8 @@ pub enum PitchCones {
 pub struct BlankPair {
     /// Blanks of pinion and wheel.
     pub blanks: [Blank; 2],
+    /// Cutter radius r_c0, m.
+    pub cutter_radius: f64,
     /// Mean spiral angles β_m, rad.
     pub spiral_angles: [f64; 2],
     /// Mean normal module m_mn, m.
@@ -95,20 +98,14 @@ struct Cones {
     outer_share: f64,
 }
 
-/// Widest search for the wheel's offset angle about its estimate, rad.
-const WIDEST: f64 = 0.3;
-/// Steps in which the search is widened.
-const WIDENINGS: i32 = 60;
-
 impl BlankDesign {
     /// The blanks; none where no pitch cones exist.
     pub fn blanks(&self) -> Option<BlankPair> {
         let (cones, offset) = match self.method {
             PitchCones::Bevel { spiral_angle } => (self.bevel_cones(spiral_angle), 0.0),
-            PitchCones::Hypoid {
-                offset,
-                pinion_spiral_angle,
-            } => (self.hypoid_cones(offset, pinion_spiral_angle)?, offset),
+            PitchCones::Hypoid { offset, .. } => {
+                (self.hypoid_cones(&self.hypoid_design()?)?, offset)
+            }
         };
         let found = self.dimensions(&cones, offset);
         let sane = found.blanks.iter().all(|b| b.section().is_some());
@@ -135,76 +132,48 @@ impl BlankDesign {
         }
     }
 
-    /// Method 1 (8)–(41): the wheel's offset angle η at which the limit radius of curvature is the cutter radius.
-    fn hypoid_cones(&self, offset: f64, wanted: f64) -> Option<Cones> {
-        let u = self.ratio();
-        let departure = self.shaft_angle - FRAC_PI_2;
-        let (sin_d, cos_d) = departure.sin_cos();
-        let wheel = (u * cos_d / (1.2 * (1.0 - u * sin_d))).atan();
-        let radius_2 = 0.5 * (self.outer_pitch_diameter - self.face_width * wheel.sin());
-        let estimate = (offset * wheel.sin() / radius_2).asin();
-        let k1 = wanted.tan() * estimate.sin() + estimate.cos();
-        let radius_1 = radius_2 * k1 / u;
-        let start = (offset / (radius_2 * (wheel.tan() * cos_d - sin_d) + radius_1)).atan();
-        let at = |eta: f64| self.hypoid_at(eta, [offset, wanted, radius_2, k1, radius_1]);
-        // 1/ρ_lim passes through zero where ρ_lim leaves the range of numbers.
-        let off = |eta: f64| Some(at(eta).1 - 1.0 / self.cutter_radius);
-        let step = WIDEST / f64::from(WIDENINGS);
-        let bracket = (0..WIDENINGS).find_map(|i| {
-            let near = f64::from(i) * step;
-            let ends = [[start + near, start + near + step], [start - near - step, start - near]];
-            ends.into_iter().find(|[a, b]| {
-                matches!((off(*a), off(*b)), (Some(x), Some(y)) if (x < 0.0) != (y < 0.0) && (x * y).is_finite())
-            })
-        })?;
-        let eta = sign_change(bracket, off)?;
-        let (cones, _) = at(eta);
-        let outer = self.outer_pitch_diameter / (2.0 * cones.angles[1].sin());
+    /// Method 1 (8)–(41): pitch cones whose limit radius of curvature is the cutter radius.
+    fn hypoid_cones(&self, design: &PitchConeDesign) -> Option<Cones> {
+        let found = design.solve()?;
+        let [_, wheel] = found.pitch_angles;
+        let outer = self.outer_pitch_diameter / (2.0 * wheel.sin());
         Some(Cones {
-            outer_share: (outer - cones.distances[1]) / self.face_width,
-            ..cones
+            angles: found.pitch_angles,
+            distances: found.cone_distances,
+            spirals: found.spiral_angles,
+            outer_share: (outer - found.cone_distances[1]) / self.face_width,
         })
     }
 
-    /// The cones at an offset angle η of the wheel, and 1/ρ_lim (17)–(33).
-    fn hypoid_at(
-        &self,
-        eta: f64,
-        [offset, wanted, radius_2, k1, radius_1]: [f64; 5],
-    ) -> (Cones, f64) {
-        let departure = self.shaft_angle - FRAC_PI_2;
-        let (tan_d, cos_d) = (departure.tan(), departure.cos());
-        let pinion_angle = |eps: f64| (eta.sin() / (eps.tan() * cos_d) + tan_d * eta.cos()).atan();
-        let in_pitch_plane = |eps: f64, delta: f64| (eps.sin() * cos_d / delta.cos()).asin();
-        let eps_2 = ((offset - radius_1 * eta.sin()) / radius_2).asin();
-        let plane_2 = in_pitch_plane(eps_2, pinion_angle(eps_2));
-        let spiral = ((k1 - plane_2.cos()) / plane_2.sin()).atan();
-        let more_k = plane_2.sin() * (wanted.tan() - spiral.tan());
-        let more_radius = radius_2 * more_k / self.ratio();
-        let eps_1 = (eps_2.sin() - more_radius / radius_2 * eta.sin()).asin();
-        let delta_1 = pinion_angle(eps_1);
-        let plane_1 = in_pitch_plane(eps_1, delta_1);
-        let beta_1 = ((k1 + more_k - plane_1.cos()) / plane_1.sin()).atan();
-        let beta_2 = beta_1 - plane_1;
-        let delta_2 = (eps_1.sin() / (eta.tan() * cos_d) + eps_1.cos() * tan_d).atan();
-        let distances = [
-            (radius_1 + more_radius) / delta_1.sin(),
-            radius_2 / delta_2.sin(),
-        ];
-        let cones = Cones {
-            angles: [delta_1, delta_2],
-            distances,
-            spirals: [beta_1, beta_2],
-            outer_share: f64::NAN,
+    /// Design of the pitch cones of method 1; none for method 0.
+    fn hypoid_design(&self) -> Option<PitchConeDesign> {
+        let PitchCones::Hypoid {
+            offset,
+            pinion_spiral_angle,
+        } = self.method
+        else {
+            return None;
         };
-        let limit = limit_pressure_angle(&cones, plane_1);
-        let [r1, r2] = distances;
-        let [t1, t2] = [delta_1.tan(), delta_2.tan()];
-        let curvature = limit.cos() / (beta_1.tan() - beta_2.tan())
-            * (-limit.tan() * (beta_1.tan() / (r1 * t1) + beta_2.tan() / (r2 * t2))
-                + 1.0 / (r1 * beta_1.cos())
-                - 1.0 / (r2 * beta_2.cos()));
-        (cones, curvature)
+        let u = self.ratio();
+        let (sin_d, cos_d) = (self.shaft_angle - FRAC_PI_2).sin_cos();
+        // (9): the wheel's pitch angle, by which its mean radius is estimated.
+        let wheel = f64::atan2(u * cos_d, 1.2 * (1.0 - u * sin_d));
+        Some(PitchConeDesign {
+            axes: CrossedAxes {
+                offset,
+                shaft_angle: self.shaft_angle,
+                ratio: -1.0 / u,
+            },
+            wheel_radius: 0.5 * (self.outer_pitch_diameter - self.face_width * wheel.sin()),
+            pinion_spiral_angle,
+            limit_curvature: 1.0 / self.cutter_radius,
+        })
+    }
+
+    /// The least limit radius of curvature that pitch cones of method 1 reach at the wanted spiral angle, m.
+    pub fn least_limit_radius(&self) -> Option<f64> {
+        let [_, greatest] = self.hypoid_design()?.limit_curvatures()?;
+        Some(1.0 / greatest).filter(|radius| *radius > 0.0)
     }
 
     /// Clause 7: (110)–(173), thicknesses, end spiral angles.
@@ -313,6 +282,7 @@ impl BlankDesign {
                     [apex[1], face_apex_2, root_apex_2],
                 ),
             ],
+            cutter_radius: self.cutter_radius,
             spiral_angles: cones.spirals,
             normal_module: module,
             limit_pressure_angle: limit,
@@ -349,7 +319,7 @@ impl BlankDesign {
             / (u * delta_1.cos() + delta_2.cos() * zeta_mp.cos()))
         .atan();
         let width = self.face_width * lambda.cos() / (zeta_mp - lambda).cos();
-        let more = working_depth * zeta_r.sin() * (1.0 - 1.0 / u);
+        let more = working_depth * zeta_r.sin().abs() * (1.0 - 1.0 / u);
         let theta_a = face_1 - delta_1;
         let along = |share: f64| share * width / theta_a.cos() * face_1.cos() + more;
         let depth = (dedenda[1] - clearance) * delta_1.sin();

@@ -10,9 +10,19 @@ pub mod tooth_section;
 
 pub mod blank;
 
+pub mod rough_settings;
+
+pub mod pitch_point;
+
+pub mod pitch_cones;
+
+pub mod flank_theory;
+
 pub mod iso23509;
 
 pub mod flank;
+
+pub mod straight;
 
 pub mod flank_grid;
 

@@ -26,6 +26,10 @@ pub struct StructureElements {
     pub lengthwise_curvature: f64,
     /// Profile curvature ζ on the sphere about the apex, 1/m; positive where it bends towards growing azimuth.
     pub profile_curvature: f64,
+    /// Normal curvature along the tooth line, 1/m; metal that bulges is negative.
+    pub normal_curvature: f64,
+    /// Geodesic torsion along the tooth line, 1/m.
+    pub torsion: f64,
 }
 
 impl StructureElements {
@@ -53,6 +57,8 @@ impl StructureElements {
             // e₁×e₃ points to falling azimuth.
             lengthwise_curvature: -cut(&flank, n, e1, along, -across * across * cos_delta / rho),
             profile_curvature: cut(&flank, n, e3, profile, -1.0 / distance),
+            normal_curvature: flank.normal(along),
+            torsion: flank.torsion(along),
         })
     }
 }

@@ -12,6 +12,8 @@ pub mod newton;
 
 pub mod twist;
 
+pub mod crossed_axes;
+
 pub mod pose;
 
 pub mod jet;

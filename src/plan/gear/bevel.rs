@@ -2,12 +2,14 @@
 
 use super::bevel_contact::{BevelContact, contact};
 use super::geometry::{GearQuantity, Quantities, QuantityUnit};
+use super::{axodes, hypoid_theory};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
 use crate::gear::bevel::flank::{BevelFlank, ToothPoint};
 use crate::gear::bevel::flank_grid::FlankGrid;
 use crate::gear::bevel::settings::Hand;
+use crate::gear::bevel::straight::StraightProfile;
 use crate::gear::bevel::structure_elements::StructureElements;
 use crate::gear::bevel::tooth::{BevelTooth, SIDES, TopLand};
 use crate::gear::kernel::limits::Limit;
@@ -86,7 +88,11 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         let member = member(file, k)?;
         for side in 0..2 {
             let found = member.flanks[side].as_ref();
-            limits.extend(found.into_iter().flat_map(|f| flank_limits(f, k, side)));
+            limits.extend(
+                found
+                    .into_iter()
+                    .flat_map(|f| flank_limits(&file.members[k], f, k, side)),
+            );
         }
         limits.extend(
             member
@@ -106,7 +112,9 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
             .map(|f| f.flank.clone())
     });
     let contact = match touching {
-        [Some(pinion), Some(gear)] => contact(file, [pinion, gear], &mut diagnostics),
+        [Some(pinion), Some(gear)] if !file.is_conjugate() => {
+            contact(file, [pinion, gear], &mut diagnostics)
+        }
         _ => None,
     };
     Ok(BevelResult {
@@ -159,13 +167,20 @@ fn member(file: &BevelFile, k: usize) -> Result<MemberResult, Error> {
     })
 }
 
-/// The error of a cutter that misses the tooth.
+/// The error of a tool that misses the tooth.
 pub fn unreached(of: &BevelMember, member: usize, side: usize) -> Error {
     let message = format!(
-        "the cutter of the {} flank of the {} does not reach the middle of its tooth",
+        "the tool of the {} flank of the {} does not reach the middle of its tooth",
         SIDES[side], MEMBERS[member]
     );
-    let hint = "check radial_distance, cradle_angle, machine_root_angle and the hand: the mirror image of the other hand has the same settings";
+    let hint = match of.straight {
+        Some(_) => {
+            "check the cones of the blank: a spherical involute ends at its base cone, sin δ_b = sin δ cos α"
+        }
+        None => {
+            "check radial_distance, cradle_angle, machine_root_angle and the hand: the mirror image of the other hand has the same settings"
+        }
+    };
     Error::new(Code::OutOfRange, message)
         .with_span(&of.span)
         .with_hint(hint)
@@ -173,6 +188,10 @@ pub fn unreached(of: &BevelMember, member: usize, side: usize) -> Error {
 
 /// Why both flanks of a member do not make a tooth; none where they do.
 pub fn tooth_reason(member: &BevelMember) -> Option<&'static str> {
+    if member.straight.is_some() {
+        let why = "its straight flanks have no `mean_normal_thickness`";
+        return member.thickness.is_none().then_some(why);
+    }
     match &member.flanks {
         [Some(a), Some(b)] if a.settings != b.settings && member.thickness.is_none() => {
             Some("its flanks have settings of their own and no `mean_normal_thickness`")
@@ -183,7 +202,7 @@ pub fn tooth_reason(member: &BevelMember) -> Option<&'static str> {
 }
 
 /// Limits of both kinds on a flank.
-fn flank_limits(of: &FlankResult, member: usize, side: usize) -> Vec<BevelLimit> {
+fn flank_limits(on: &BevelMember, of: &FlankResult, member: usize, side: usize) -> Vec<BevelLimit> {
     let Some(domain) = of.grid.domain() else {
         return Vec::new();
     };
@@ -193,7 +212,12 @@ fn flank_limits(of: &FlankResult, member: usize, side: usize) -> Vec<BevelLimit>
     let section = &of.flank.section;
     let highest = |limit: Limit| {
         let curves = of.flank.limits(limit, domain);
-        let places = curves.iter().flatten().filter_map(|p| {
+        let cut = curves.iter().flatten().filter(|p| {
+            let root_angle = on.blank.root_angle;
+            on.straight
+                .is_none_or(|s| s.is_cut_above_root(p, root_angle))
+        });
+        let places = cut.filter_map(|p| {
             let r = p.point.coordinates;
             section.shares([r.z, f64::hypot(r.x, r.y)])
         });
@@ -368,18 +392,6 @@ fn quantities(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<GearQuantity
             Degree,
             design.pressure_angles[1],
         );
-        all.pair(
-            "limit pressure angle",
-            "α_lim",
-            Degree,
-            design.limit_pressure_angle,
-        );
-        all.pair(
-            "offset angle in the pitch plane",
-            "ζ_mp",
-            Degree,
-            design.offset_angles[1],
-        );
         all.each("mean addendum", "h_am", Millimetre, design.addenda);
         all.each("mean dedendum", "h_fm", Millimetre, design.dedenda);
         all.pair("clearance", "c", Millimetre, design.clearance);
@@ -412,6 +424,14 @@ fn quantities(file: &BevelFile, members: &[MemberResult; 2]) -> Vec<GearQuantity
         let [z1, z2] = file.members.each_ref().map(|m| f64::from(m.teeth));
         z2 / z1
     });
+    let elements = members.each_ref().map(|m| {
+        let flanks = m.flanks.each_ref();
+        flanks.map(|flank| flank.as_ref()?.elements)
+    });
+    if let Some(theory) = hypoid_theory::theory(file, &elements) {
+        hypoid_theory::quantities(&theory, &mut all);
+    }
+    axodes::quantities(&hypoid_theory::axes(file), &mut all);
     all.0
 }
 
@@ -421,10 +441,12 @@ pub fn plan(file: &BevelFile) -> Vec<(&'static str, StageDecision)> {
     let process = |k: usize| match file.members[k].process {
         Process::Generated => "generated",
         Process::Formate => "formate",
+        Process::Straight(StraightProfile::Octoid) => "octoids of a plane crown tool",
+        Process::Straight(StraightProfile::SphericalInvolute) => "spherical involutes",
     };
     let sides = |k: usize| {
-        let flanks = file.members[k].flanks.iter().zip(SIDES);
-        let given: Vec<&str> = flanks.filter_map(|(f, side)| f.map(|_| side)).collect();
+        let described = (0..2).filter(|side| file.members[k].describes(*side));
+        let given: Vec<&str> = described.map(|side| SIDES[side]).collect();
         format!("{} {} ({})", MEMBERS[k], given.join(" and "), process(k))
     };
     let blanks = match &file.design {
@@ -439,7 +461,7 @@ pub fn plan(file: &BevelFile) -> Vec<(&'static str, StageDecision)> {
     let is_bare = file
         .members
         .iter()
-        .all(|m| m.flanks.iter().all(Option::is_none));
+        .all(|m| (0..2).all(|side| !m.describes(side)));
     let on_flanks = |what: String| match is_bare {
         true => LeftOut("no settings of a flank are given: the blanks alone".into()),
         false => Runs(what),
@@ -474,6 +496,9 @@ pub fn plan(file: &BevelFile) -> Vec<(&'static str, StageDecision)> {
     plan.push((
         "contact",
         match file.missing_flank() {
+            None if file.is_conjugate() => LeftOut(
+                "straight flanks are conjugate: lines of contact, no transmission error".into(),
+            ),
             None => Runs(format!(
                 "unloaded, {} flanks, {} positions in a pitch over {} pitches each way, coating {} µm",
                 study.side.name(),

@@ -1,10 +1,12 @@
 //! A crossed helical pair: geometry, path of contact, ellipse, backlash, limits.
 
+use super::axodes;
 use super::geometry::{Quantities, QuantityUnit};
 use super::sheet::{GearSheet, SheetPlot, table};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::gear::helicoid::crossed_pair::{CrossedPair, CrossedPath};
+use crate::gear::kernel::crossed_axes::CrossedAxes;
 use crate::gear::kernel::vector::Vector;
 use crate::plan::decision::StageDecision;
 use crate::plan::gear_limits::MEMBERS;
@@ -67,7 +69,7 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
         ("sliding", "mm/rad"),
     ];
     let column = |k: usize| -> Vec<f64> { rows.iter().map(|row| row[k]).collect() };
-    let plots = vec![SheetPlot {
+    let mut plots = vec![SheetPlot {
         suffix: "",
         axes: ["angle of the pinion [deg]", "semi-axis of the ellipse [mm]"],
         equal_scales: false,
@@ -76,6 +78,8 @@ pub fn run(file: &CrossedFile) -> Result<GearSheet, Error> {
             ("short".into(), column(0), column(7)),
         ],
     }];
+    let reach = pair.gears[1].radius;
+    plots.extend(axodes::picture(&axes(pair), [-reach, reach]));
     Ok(GearSheet {
         title: file.title.clone(),
         kind: "crossed",
@@ -183,7 +187,18 @@ fn quantities(file: &CrossedFile, path: &CrossedPath, backlash: Option<f64>) -> 
             contact.sliding,
         );
     }
+    axodes::quantities(&axes(pair), &mut all);
     all
+}
+
+/// The axes of the pair with its ratio.
+fn axes(pair: &CrossedPair) -> CrossedAxes {
+    let [z1, z2] = pair.gears.each_ref().map(|g| f64::from(g.teeth));
+    CrossedAxes {
+        offset: pair.centre_distance,
+        shaft_angle: pair.shaft_angle,
+        ratio: -z1 / z2,
+    }
 }
 
 /// Extent of the contact along each axis, symmetric about the common perpendicular of the axes.

@@ -27,6 +27,8 @@ pub enum QuantityUnit {
     Millimetre,
     /// deg.
     Degree,
+    /// 1/mm.
+    PerMillimetre,
 }
 
 /// Values of a quantity, in its unit.
@@ -45,6 +47,7 @@ impl QuantityUnit {
             QuantityUnit::One => "",
             QuantityUnit::Millimetre => "mm",
             QuantityUnit::Degree => "deg",
+            QuantityUnit::PerMillimetre => "1/mm",
         }
     }
 
@@ -53,6 +56,7 @@ impl QuantityUnit {
             QuantityUnit::One => value,
             QuantityUnit::Millimetre => 1e3 * value,
             QuantityUnit::Degree => value.to_degrees(),
+            QuantityUnit::PerMillimetre => 1e-3 * value,
         }
     }
 }
@@ -65,6 +69,7 @@ impl GearQuantity {
             .collect();
         match self.unit.text() {
             "" => name,
+            "1/mm" => format!("{name}_per_mm"),
             unit => format!("{name}_{unit}"),
         }
     }

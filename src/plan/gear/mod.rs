@@ -21,11 +21,20 @@ pub mod non_circular;
 /// Results that are quantities and tables.
 pub mod sheet;
 
+/// Axodes of a pair.
+pub mod axodes;
+
 /// Lines of contact of a worm pair.
 pub mod worm;
 
+/// Both lines of contact of a plane double-enveloping worm pair.
+pub mod plane_worm;
+
 /// Helicoids with the disk tool that cuts them.
 pub mod disk_tool;
+
+/// A gear with the hob that cuts it.
+pub mod hob;
 
 /// Path of contact of a crossed helical pair.
 pub mod crossed;
@@ -35,6 +44,9 @@ pub mod space;
 
 /// Contact of a bevel pair.
 pub mod bevel_contact;
+
+/// Theory of a bevel pair at its pitch point.
+pub mod hypoid_theory;
 
 /// Flanks, limits and stages of a bevel pair.
 pub mod bevel;

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use super::axodes;
 use super::geometry::{Quantities, QuantityUnit};
 use super::sheet::{GearSheet, SheetPlot, table};
 use crate::base::code::Code;
@@ -103,6 +104,7 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
             tables.push(table(name, heads, points.iter().map(row)));
         }
     }
+    let reach = [-0.5, 0.5].map(|share| share * file.length);
     Ok(GearSheet {
         title: file.title.clone(),
         kind: "worm",
@@ -111,12 +113,18 @@ pub fn run(file: &WormFile) -> Result<GearSheet, Error> {
         members: ["worm", "wheel"],
         quantities: quantities(file, &pair, contact_ratio).0,
         tables,
-        plots: vec![SheetPlot {
+        plots: [SheetPlot {
             suffix: "",
             axes: ["along the wheel's axis y [mm]", "radius on the wheel [mm]"],
             equal_scales: true,
             curves,
-        }],
+        }]
+        .into_iter()
+        .chain(axodes::picture(
+            &axodes::worm_axes(pair.centre_distance, pair.ratio),
+            reach,
+        ))
+        .collect(),
         plan: plan(file),
         diagnostics: cut_away.into_iter().chain(interrupted).collect(),
         source: file.source.clone(),
@@ -273,6 +281,10 @@ fn quantities(file: &WormFile, pair: &WormPair, contact_ratio: f64) -> Quantitie
         thread.axial_pressure_angle(),
     );
     all.pair("contact ratio", "ε", One, contact_ratio);
+    axodes::quantities(
+        &axodes::worm_axes(pair.centre_distance, pair.ratio),
+        &mut all,
+    );
     all
 }
 

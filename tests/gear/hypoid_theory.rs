@@ -1,0 +1,284 @@
+//! Pitch points of hypoid pairs: pitch cones, limits, screw axis, contact of the flanks, axodes.
+
+use std::f64::consts::FRAC_PI_2;
+
+use geardyn::internals::gear::bevel::flank_theory::{KnownFlank, TheoryFlank};
+use geardyn::internals::gear::bevel::pitch_cones::PitchConeDesign;
+use geardyn::internals::gear::bevel::pitch_point::PitchPoint;
+use geardyn::internals::gear::kernel::crossed_axes::CrossedAxes;
+use geardyn::internals::gear::kernel::vector::Vector;
+
+use crate::cases::{case, number_at, numbers, vector};
+use crate::verification::within;
+
+/// A repeatable sequence of numbers from 0 to 1: Knuth's MMIX generator.
+struct Sequence(u64);
+
+impl Sequence {
+    fn between(&mut self, from: f64, to: f64) -> f64 {
+        self.0 = (self.0)
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        from + (to - from) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// Pitch cones of two pairs from wheel radius, spiral angle and limit curvature: place, cones, limits, screw axis, and on both flanks the
+/// contact line, Φ, D, induced curvature and torsion, cuts of the surface of action.
+/// Source: 40-digit differences of a real flank, data/reference/gear/c58_hypoid_pitch_point.json.
+#[test]
+fn ref_hypoid_pitch_point() {
+    let case = case("c58_hypoid_pitch_point");
+    let (mut place, mut angle, mut curvature) = (0f64, 0f64, 0f64);
+    let pairs = case["inputs"]["pairs"].as_array().unwrap();
+    for (input, expected) in pairs
+        .iter()
+        .zip(case["expected"]["pairs"].as_array().unwrap())
+    {
+        let get = |key: &str| number_at(input, &format!("/{key}"));
+        let axes = CrossedAxes {
+            offset: get("offset"),
+            shaft_angle: get("shaft_angle_deg").to_radians(),
+            ratio: -get("z1") / get("z2"),
+        };
+        let found = PitchConeDesign {
+            axes,
+            wheel_radius: get("r2"),
+            pinion_spiral_angle: get("beta1_deg").to_radians(),
+            limit_curvature: 1.0 / get("rho_lim"),
+        }
+        .solve()
+        .unwrap();
+        let want = |path: &str| number_at(expected, path);
+        let off =
+            |found: Vector, path: &str| (found - vector(expected.pointer(path).unwrap())).norm();
+        place = place.max(off(found.point, "/P"));
+        place = place
+            .max(off(found.normal, "/frame/t"))
+            .max(off(found.tooth, "/frame/tau"));
+        for k in 0..2 {
+            let of = |name: &str| want(&format!("/{name}{}", k + 1));
+            let of_angle = |name: &str| want(&format!("/{name}{}_deg", k + 1));
+            place = place.max((found.radii[k] - of("r")).abs());
+            place = place.max((found.cone_distances[k] - of("R")).abs());
+            angle = angle.max((found.pitch_angles[k].to_degrees() - of_angle("delta")).abs());
+            angle = angle.max((found.spiral_angles[k].to_degrees() - of_angle("beta")).abs());
+        }
+        let limit = found.limit().unwrap();
+        let limit_angle = limit.pressure_angle.to_degrees();
+        angle = angle.max((limit_angle - want("/alpha_lim_deg_iso_sign")).abs());
+        place = place.max((found.sliding - want("/sliding_speed_per_omega1")).abs());
+        let screw = found.screw_axis().unwrap();
+        angle = angle
+            .max((screw.angle.to_degrees() - want("/screw_axis/angle_to_pitch_plane_deg")).abs());
+        place = place.max((screw.pierces[0] - want("/screw_axis/pierces_pitch_plane_tau")).abs());
+        place =
+            place.max((screw.pierces[1] - want("/screw_axis/pierces_pitch_plane_lateral")).abs());
+        for of in expected["flanks"].as_array().unwrap() {
+            let want = |key: &str| number_at(of, &format!("/{key}"));
+            let side = want("side");
+            let known = KnownFlank {
+                flank: if side < 0.0 {
+                    TheoryFlank::Drive
+                } else {
+                    TheoryFlank::Coast
+                },
+                pressure_angle: want("pressure_angle_deg").to_radians(),
+                // The case bends both flanks of the gear away from their metal.
+                curvature: want("pressure_angle_deg").to_radians().cos() / want("cutter_radius"),
+                torsion: 0.0,
+            };
+            let contact = known.contact(&found).unwrap();
+            let values = [
+                (contact.p[0], "p_tau"),
+                (contact.p[1], "p_b"),
+                (contact.second_limit, "Phi"),
+                (contact.undercut, "D"),
+            ];
+            for (value, key) in values {
+                place = place.max((value - want(key)).abs());
+            }
+            let curvatures = [
+                (contact.induced_curvature(0.0), "k_tau"),
+                (contact.induced_curvature(FRAC_PI_2), "k_b"),
+                (contact.induced_torsion(0.0), "tors"),
+            ];
+            for (value, key) in curvatures {
+                curvature = curvature.max((value - want(key)).abs());
+            }
+            angle = angle.max((contact.contact_line.to_degrees() - want("line")).abs());
+            // The case counts across the tooth towards the flank.
+            for (cut, key) in contact
+                .action_cuts
+                .into_iter()
+                .zip(["sa_pitch", "sa_normal"])
+            {
+                angle = angle.max((side * cut.to_degrees() - want(key)).abs());
+            }
+        }
+    }
+    within("places, mm, and speeds", place, 1e-9);
+    within("angles, deg", angle, 1e-9);
+    within("induced curvature, 1/mm", curvature, 1e-11);
+}
+
+/// Random pitch points, offsets of both signs, shaft angles from 20° to 160°: limit pressure angle and limit curvature by vectors against
+/// ISO 23509:2016, (32) and (33); the spiral angles differ by the offset angle; `r₁ cos β₁ : r₂ cos β₂ = z₁ : z₂`.
+#[test]
+fn exact_limits_of_pitch_points() {
+    let mut random = Sequence(58);
+    let (mut worst, mut count) = ([0f64; 3], 0);
+    while count < 2000 {
+        let offset = random.between(2.0, 30.0) * if count % 2 == 0 { 1.0 } else { -1.0 };
+        let axes = CrossedAxes {
+            offset,
+            shaft_angle: random.between(20.0, 160.0).to_radians(),
+            ratio: -1.0 / random.between(1.2, 8.0),
+        };
+        let place = Vector::new(
+            random.between(0.01, 0.4) * offset,
+            random.between(15.0, 60.0),
+            random.between(20.0, 120.0),
+        );
+        let Some(p) = PitchPoint::at(&axes, place) else {
+            continue;
+        };
+        let external = p.pitch_angles.iter().all(|d| *d < 1.5);
+        if !external || p.spiral_angles.iter().any(|b| b.abs() > 1.3) {
+            continue;
+        }
+        count += 1;
+        let limit = p.limit().unwrap();
+        let [t1, t2] = p.pitch_angles.map(f64::tan);
+        let [r1, r2] = p.cone_distances;
+        let [b1, b2] = p.spiral_angles;
+        let angle = (-t1 * t2 / (b1 - b2).cos() * (r1 * b1.sin() - r2 * b2.sin())
+            / (r1 * t1 + r2 * t2))
+            .atan();
+        let curvature = angle.cos() / (b1.tan() - b2.tan())
+            * (-angle.tan() * (b1.tan() / (r1 * t1) + b2.tan() / (r2 * t2))
+                + 1.0 / (r1 * b1.cos())
+                - 1.0 / (r2 * b2.cos()));
+        worst[0] = worst[0].max((angle - limit.pressure_angle).abs());
+        worst[1] = worst[1].max((curvature - limit.curvature).abs() * r2);
+        let speeds = p.radii[0] * b1.cos() + p.radii[1] * b2.cos() * axes.ratio;
+        worst[2] = worst[2].max(speeds.abs() / p.radii[0]);
+    }
+    within("limit pressure angle, rad", worst[0], 2e-12);
+    within("limit curvature × R₂", worst[1], 1e-9);
+    within("speeds along the tooth normal", worst[2], 1e-12);
+}
+
+/// Random designs, offsets of both signs up to 0.3 of the wheel's radius: of 500 with shaft angles from 60° to 120° at least 497 are found,
+/// of 200 from 20° to 160° all whose limit curvature is one that pitch cones reach; each with the wanted radius, spiral angle and curvature.
+#[test]
+fn law_random_hypoid_designs() {
+    let mut random = Sequence(497);
+    let mut worst = 0f64;
+    for (angles, count) in [([60.0, 120.0], 500), ([20.0, 160.0], 200)] {
+        let (mut found, mut refused) = (0, 0);
+        for k in 0..count {
+            let wheel_radius = 100.0;
+            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let pinion = random.between(6.0, 20.0).floor();
+            let design = PitchConeDesign {
+                axes: CrossedAxes {
+                    offset: sign * random.between(0.02, 0.3) * wheel_radius,
+                    shaft_angle: random.between(angles[0], angles[1]).to_radians(),
+                    ratio: -pinion / (pinion * random.between(1.6, 8.0)).floor(),
+                },
+                wheel_radius,
+                pinion_spiral_angle: random.between(30.0, 52.0).to_radians(),
+                limit_curvature: 1.0 / random.between(60.0, 160.0),
+            };
+            let Some(p) = design.solve() else {
+                let [least, most] = design.limit_curvatures().unwrap();
+                let reached = least < design.limit_curvature && design.limit_curvature < most;
+                refused += i32::from(!reached);
+                continue;
+            };
+            found += 1;
+            worst = worst
+                .max((p.radii[1] / wheel_radius - 1.0).abs())
+                .max((p.spiral_angles[0] - design.pinion_spiral_angle).abs())
+                .max((p.limit().unwrap().curvature - design.limit_curvature).abs() * wheel_radius);
+        }
+        assert!(
+            found + refused == count,
+            "{found} found, {refused} refused of {count}"
+        );
+        assert!(angles[0] < 60.0 || found >= 497, "{found}");
+    }
+    within("missed by, relative", worst, 1e-10);
+}
+
+/// Without offset the screw axis is the common element of the pitch cones, nothing slides at the pitch point, and the limit pressure angle
+/// has no curvature to go with.
+#[test]
+fn exact_bevel_pitch_point() {
+    for degrees in [20.0, 75.0, 90.0, 110.0, 160.0f64] {
+        let shaft_angle = degrees.to_radians();
+        let axes = CrossedAxes {
+            offset: 0.0,
+            shaft_angle,
+            ratio: -0.4,
+        };
+        let p = PitchPoint::of_bevel(&axes, 80.0, 0.6).unwrap();
+        let first = shaft_angle.sin().atan2(shaft_angle.cos() + 2.5);
+        within(
+            "pitch angle of the pinion",
+            (p.pitch_angles[0] - first).abs(),
+            1e-14,
+        );
+        within(
+            "pitch angles less shaft angle",
+            (p.pitch_angles[0] + p.pitch_angles[1] - shaft_angle).abs(),
+            1e-13,
+        );
+        within("sliding, mm", p.sliding.abs(), 1e-13);
+        within(
+            "spiral angles",
+            (p.spiral_angles[0] - p.spiral_angles[1]).abs(),
+            1e-14,
+        );
+        assert!(p.limit().is_none());
+        let contact = KnownFlank::of_cutter(TheoryFlank::Drive, 0.35, 90.0)
+            .contact(&p)
+            .unwrap();
+        within(
+            "both speeds of the contact line agree",
+            (contact.undercut + contact.second_limit).abs(),
+            1e-12,
+        );
+    }
+}
+
+/// Throats, angles and screw pitch of axodes on crossed axes; the generators of both axodes touch: `r₁/r₂ = tan δ₁/tan δ₂`.
+/// Source: closed form by two routes, data/reference/gear/c46_screw_axis.json.
+#[test]
+fn ref_axodes() {
+    let (mut worst, mut rule) = (0f64, 0f64);
+    for row in case("c46_screw_axis")["expected"]["rows"]
+        .as_array()
+        .unwrap()
+    {
+        let [a, shaft_angle, ratio, r1, r2, pitch, angle, _] = numbers(row)[..] else {
+            panic!("{row}");
+        };
+        let axes = CrossedAxes {
+            offset: a,
+            shaft_angle: shaft_angle.to_radians(),
+            ratio,
+        };
+        let axodes = axes.axodes().unwrap();
+        let [t1, t2] = axodes.throat_radii;
+        let [d1, d2] = axodes.angles;
+        worst = worst.max((t1 - r1.abs()).abs()).max((t2 - r2.abs()).abs());
+        worst = worst.max((axodes.screw.pitch - pitch).abs());
+        worst = worst.max((d1.to_degrees() - angle.abs()).abs());
+        rule = rule.max((t1 / t2 - d1.tan() / d2.tan()).abs());
+        rule = rule.max((pitch.abs() / t1 - d2.tan()).abs() / d2.tan());
+    }
+    within("throats, pitch, mm; angle, deg", worst, 1e-12);
+    within("throats as tangents", rule, 1e-13);
+}

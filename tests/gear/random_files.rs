@@ -1,0 +1,100 @@
+//! Random files of gears in space: an answer without NaN or a refusal, never a panic.
+
+use std::sync::Arc;
+
+use geardyn::internals::base::flags::Flags;
+use geardyn::internals::base::source_span::SourceFile;
+use geardyn::internals::plan::gear::{bevel, space};
+use geardyn::internals::report::bevel::BevelReport;
+use geardyn::internals::report::presentation::Presentation;
+use geardyn::internals::scene::bevel_file;
+use geardyn::internals::scene::gear_file::{PairKind, pair_kind};
+
+/// The shipped files of gears in space.
+const SPACE: [&str; 5] = [
+    "worm_zi_2_40",
+    "worm_plane_1_40",
+    "crossed_15_24",
+    "hob_za_30",
+    "worm_zk_grinding",
+];
+
+/// The text with some of its numbers scaled or drawn anew.
+fn mutated(text: &str) -> String {
+    let mut found = String::new();
+    let mut rest = text;
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let number = &rest[start..];
+        let end = number
+            .find(|c: char| !c.is_ascii_digit() && c != '.')
+            .unwrap_or(number.len());
+        found += &rest[..start];
+        let value = number[..end].parse::<f64>();
+        match (fastrand::u8(..8), value) {
+            (0, Ok(value)) => {
+                found += &format!("{}", value * 10f64.powf(4.0 * fastrand::f64() - 2.0))
+            }
+            (1, Ok(value)) => found += &format!("{}", (value * 3.0 * fastrand::f64()).round()),
+            (2, Ok(value)) => found += &format!("{:.4}", value * (0.8 + 0.4 * fastrand::f64())),
+            _ => found += &number[..end],
+        }
+        rest = &number[end..];
+    }
+    found + rest
+}
+
+/// Answers one file; whether there was an answer.
+fn answered(text: &str) -> bool {
+    let source = Arc::new(SourceFile {
+        path: "random.toml".into(),
+        text: text.into(),
+        first_line: 1,
+    });
+    let flags = Flags::default();
+    let kind = pair_kind(&source);
+    let shown = match kind {
+        PairKind::Bevel => bevel_file::read(&source, &flags).and_then(|file| {
+            let result = bevel::run(&file)?;
+            let file = &file;
+            Ok(BevelReport { file, result }.text())
+        }),
+        _ => space::run(kind, &source, &flags).map(|sheet| sheet.text()),
+    };
+    match shown {
+        Ok(text) => {
+            assert!(!text.contains("NaN") && !text.contains(" inf"), "{text}");
+            true
+        }
+        Err(_) => false,
+    }
+}
+
+fn answers(count: u32, files: &[&str]) -> u32 {
+    let texts: Vec<String> = (files.iter())
+        .map(|name| {
+            let text = std::fs::read_to_string(format!("models/gears/{name}.toml")).unwrap();
+            let data = text
+                .lines()
+                .filter(|l| !l.starts_with("title") && !l.starts_with("source"));
+            data.collect::<Vec<_>>().join("\n")
+        })
+        .collect();
+    let tried = (0..count).map(|k| mutated(&texts[k as usize % texts.len()]));
+    tried.map(|text| u32::from(answered(&text))).sum()
+}
+
+/// 150 random files, and 5 of straight bevel gears.
+#[test]
+fn survives_random_files_of_gears_in_space() {
+    fastrand::seed(22);
+    let found = answers(150, &SPACE) + answers(5, &["straight_20_40"]);
+    assert!(found > 10, "{found}");
+}
+
+/// 100 000 random files; runs by request.
+#[test]
+#[ignore = "minutes: cargo test --release --test gear random_files -- --ignored"]
+fn survives_many_random_files_of_gears_in_space() {
+    fastrand::seed(23);
+    assert!(answers(100_000, &SPACE) > 0);
+}
