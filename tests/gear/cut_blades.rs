@@ -270,7 +270,7 @@ fn exact_error_of_the_cutter() {
 fn law_formate() {
     let cut = Cut::of("gear_convex");
     let (cutter, settings, hand) = machine_of(&cut.case, cut.name);
-    let formate = geardyn::internals::gear::bevel::settings::MachineSettings {
+    let formate = MachineSettings {
         roll: None,
         ..settings
     };
