@@ -63,7 +63,7 @@ kinds! {
     Mass "mass" [0 1 0 0] false "kg, g, t"
     Inertia "moment of inertia" [2 1 0 0] false "kg·m², kg·cm², g·mm²"
     Density "density" [-3 1 0 0] false "kg/m³, g/cm³"
-    Length "length" [1 0 0 0] false "m, mm, µm"
+    Length "length" [1 0 0 0] false "m, mm, µm, in"
     Angle "angle" [0 0 0 1] false "rad, deg, arcmin, arcsec"
     Time "time" [0 0 1 0] false "s, ms, min"
     Speed "speed of rotation" [0 0 -1 1] false "rad/s, rpm, Hz"

@@ -86,6 +86,14 @@ impl Table {
             _ => None,
         }
     }
+
+    /// Place of the value under a path of keys, `pinion.rack.dedendum`.
+    pub fn place(&self, path: &str) -> Option<&SourceSpan> {
+        match path.split_once('.') {
+            None => Some(&self.get(path)?.item.span),
+            Some((table, rest)) => self.table(table)?.0.place(rest),
+        }
+    }
 }
 
 /// A file as far as it could be read.

@@ -1,12 +1,10 @@
 //! Limits that a pair meets, as warnings: what is wrong, by how much, and the nearest value that avoids it.
 
 use crate::base::error::Diagnostic;
+pub use crate::gear::cylindrical::member::MEMBERS;
 use crate::gear::cylindrical::pair::Pair;
 use crate::gear::cylindrical::remedy::DECIMALS;
 use crate::gear::cylindrical::warnings::{NearestValue, Warning, WarningKind};
-
-/// Names of the members.
-pub const MEMBERS: [&str; 2] = ["pinion", "gear"];
 
 /// The warning as a diagnostic.
 pub fn diagnostic(warning: &Warning) -> Diagnostic {
@@ -115,8 +113,13 @@ pub fn hint(nearest: NearestValue) -> String {
         NearestValue::Teeth {
             teeth: [z1, z2],
             shifts: [x1, x2],
+            axial_assembly,
         } => format!(
-            "teeth = {z1} with profile_shift = {x1} (pinion) and teeth = {z2} with profile_shift = {x2} (gear) avoid every warning, without tip_diameter and centre_distance"
+            "teeth = {z1} with profile_shift = {x1} (pinion) and teeth = {z2} with profile_shift = {x2} (gear) avoid every warning{}, without tip_diameter and centre_distance",
+            match axial_assembly {
+                true => " but that of radial assembly",
+                false => "",
+            }
         ),
     }
 }

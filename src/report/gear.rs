@@ -46,7 +46,7 @@ impl GearAnswer<'_> {
         let pair = &self.result.pair;
         let teeth = pair.members.map(|m| 0..m.gear.teeth as i32);
         let polygons = pair.polygons_in_mesh(teeth, OutlineSteps::default());
-        let named = (polygons.into_iter().flatten()).zip(MEMBERS);
+        let named = polygons.into_iter().zip(MEMBERS);
         named
             .map(|(points, name)| NamedOutline { name, points })
             .collect()
@@ -186,7 +186,7 @@ fn limit_json(warning: &Warning) -> Value {
         }
         NearestValue::FaceWidth(width) => json!({ "face_width_mm": 1e3 * width.value() }),
         NearestValue::CentreDistance(a) => json!({ "centre_distance_mm": 1e3 * a.value() }),
-        NearestValue::Teeth { teeth, shifts } => {
+        NearestValue::Teeth { teeth, shifts, .. } => {
             json!({ "teeth": teeth, "profile_shift": shifts })
         }
     });
@@ -224,6 +224,7 @@ fn backlash_json(limits: &BacklashLimits) -> Value {
     };
     json!({
         "nominal": one(&limits.nominal),
+        "mean": one(&limits.mean),
         "least": one(&limits.least),
         "greatest": one(&limits.greatest),
     })
@@ -322,11 +323,16 @@ fn drawing_table(drawing: &[Vec<DrawingReading>; 2]) -> Table<'static> {
 }
 
 fn backlash_table(limits: &BacklashLimits) -> Table<'static> {
-    let mut table = Table::named("backlash|nominal [µm]|least [µm]|greatest [µm]");
-    let all = [&limits.nominal, &limits.least, &limits.greatest];
+    let mut table = Table::named("backlash|nominal [µm]|mean [µm]|least [µm]|greatest [µm]");
+    let all = [
+        &limits.nominal,
+        &limits.mean,
+        &limits.least,
+        &limits.greatest,
+    ];
     let mut row = |name: &str, of: fn(&Backlash) -> f64| {
-        let [nominal, least, greatest] = all.map(|b| format!("{:.1}", 1e6 * of(b)));
-        table.row([name.to_string(), nominal, least, greatest]);
+        let [nominal, mean, least, greatest] = all.map(|b| format!("{:.1}", 1e6 * of(b)));
+        table.row([name.to_string(), nominal, mean, least, greatest]);
     };
     row("circumferential j_wt", |b| b.circumferential);
     row("normal j_bn", |b| b.normal);

@@ -90,19 +90,13 @@ pub fn draw_teeth(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) 
     render_svg(WIDTH, HEIGHT + 60.0, |canvas| {
         canvas.text(title, (24.0, 18.0), TITLE_SIZE, BLACK, Anchor::Start);
         for (k, gear) in placed.iter().enumerate() {
-            let outline = &pair.outlines[k];
-            let circles = [
-                ("tip", outline.tip_radius),
-                ("pitch", [r1, r2][k]),
-                ("base", outline.base_radius),
-            ];
-            for (rank, (name, radius)) in circles.into_iter().enumerate() {
+            for (rank, (name, radius)) in circles(pair, k).into_iter().enumerate() {
                 draw_circle(canvas, gear, radius, (name, rank, k == 0));
             }
         }
         let near = -NEIGHBOURS..NEIGHBOURS + 1;
         let polygons = pair.polygons_in_mesh([near.clone(), near], STEPS);
-        for (polygon, gear) in polygons.iter().flatten().zip(&placed) {
+        for (polygon, gear) in polygons.iter().zip(&placed) {
             let line: Vec<Point2> = (polygon.iter())
                 .map(|[x, y]| place.at([-y, x - r1]))
                 .collect();
@@ -111,15 +105,53 @@ pub fn draw_teeth(title: &str, pair: &Pair, path: &[(&'static str, PathPoint)]) 
             }
         }
         draw_path(canvas, &place, pair, path);
-        let [z1, z2] = pair.members.map(|m| m.gear.teeth);
-        let names = [
-            format!("pinion, {z1} teeth (driving)"),
-            format!("gear, {z2} teeth"),
-        ];
-        for ((name, gear), y) in names.iter().zip(&placed).zip([44.0, 28.0]) {
-            canvas.text(name, (24.0, HEIGHT + y), 10.0, gear.ink, Anchor::Start);
+        let names = ["pinion (driving)", "gear"];
+        for ((k, gear), y) in placed.iter().enumerate().zip([44.0, 28.0]) {
+            let text = format!("{}, {}", names[k], circle_text(pair, k));
+            canvas.text(&text, (24.0, HEIGHT + y), 10.0, gear.ink, Anchor::Start);
         }
+        draw_scale(canvas, &place, module);
     })
+}
+
+/// Circles of a gear with their radii, m.
+fn circles(pair: &Pair, k: usize) -> [(&'static str, f64); 5] {
+    let (outline, gear) = (&pair.outlines[k], &pair.members[k].gear);
+    [
+        ("tip", outline.tip_radius),
+        ("pitch", 0.5 * pair.working_diameters()[k]),
+        ("reference", 0.5 * gear.reference_diameter()),
+        ("base", outline.base_radius),
+        ("root", outline.root_radius),
+    ]
+}
+
+/// Tooth number, diameters of the circles and the pressure angles there, of those outside the base circle.
+fn circle_text(pair: &Pair, k: usize) -> String {
+    let gear = &pair.members[k].gear;
+    let circle = |(name, radius): (&str, f64)| {
+        let angle = gear.pressure_angle_at(2.0 * radius).to_degrees();
+        let at = match angle > 0.0 {
+            true => format!(" ({angle:.2}°)"),
+            false => String::new(),
+        };
+        format!("{name} {:.3}{at}", 2e3 * radius)
+    };
+    let all: Vec<String> = circles(pair, k).into_iter().map(circle).collect();
+    format!("{} teeth, diameters in mm: {}", gear.teeth, all.join(", "))
+}
+
+/// A bar of about two modules and its length.
+fn draw_scale(canvas: &mut Canvas, place: &Place, module: f64) {
+    let wanted = 2e3 * module;
+    let decade = 10f64.powf(wanted.log10().floor());
+    let steps = [1.0, 2.0, 5.0].into_iter().map(|step| step * decade);
+    let length = steps.filter(|step| *step <= wanted).fold(decade, f64::max);
+    let (right, y) = (WIDTH - 24.0, 18.0);
+    let left = right - 1e-3 * length * place.scale;
+    canvas.line((left, y), (right, y), BLACK, 1.6);
+    let text = format!("{length} mm");
+    canvas.text(&text, (left - 6.0, y + 3.5), 10.0, BLACK, Anchor::End);
 }
 
 /// Points of an arc between the names of two circles of a gear.
@@ -141,15 +173,15 @@ fn draw_circle(
         .collect();
     canvas.polyline(&arc, GREY, 0.6, LineStyle::Dotted);
     let place = match at_right {
-        true => arc.iter().rev().nth(NAME_STEP * rank),
-        false => arc.get(NAME_STEP * rank),
+        true => arc.iter().rev().nth(NAME_STEP * rank + 1),
+        false => arc.get(NAME_STEP * rank + 1),
     };
     if let Some(place) = place {
         let anchor = match at_right {
             true => Anchor::End,
             false => Anchor::Start,
         };
-        canvas.text(name, (place.0, place.1 - 4.0), 8.0, gear.ink, anchor);
+        canvas.text(name, (place.0, place.1 - 4.0), 10.0, gear.ink, anchor);
     }
 }
 
@@ -168,16 +200,19 @@ fn draw_path(canvas: &mut Canvas, place: &Place, pair: &Pair, path: &[(&'static 
     let [from, to] = [first.1.distance, last.1.distance];
     canvas.line(at(from - pitch), at(to + pitch), LIGHT_GREY, 0.8);
     canvas.line(at(from), at(to), BLACK, 1.6);
+    // A letter too near the one before stands on the other side of the line.
+    let mut below_until = f64::NEG_INFINITY;
     for (name, point) in path {
         let spot = at(point.distance);
         canvas.fill_circle(spot, 2.2, BLACK);
-        canvas.text(
-            name,
-            (spot.0 + 4.0, spot.1 + 9.0),
-            9.0,
-            BLACK,
-            Anchor::Start,
-        );
+        let (place, anchor) = match spot.0 >= below_until {
+            true => ((spot.0 + 4.0, spot.1 + 11.0), Anchor::Start),
+            false => ((spot.0 - 4.0, spot.1 - 5.0), Anchor::End),
+        };
+        if spot.0 >= below_until {
+            below_until = spot.0 + 14.0;
+        }
+        canvas.text(name, place, 10.0, BLACK, anchor);
     }
 }
 

@@ -128,10 +128,18 @@ fn height_texts(height: Option<[f64; 2]>) -> [String; 2] {
     }
 }
 
+/// Distance of two candidates in a diameter, from the least to the most that their usual heights and allowances leave.
+fn apart_text([least, most]: [f64; 2]) -> String {
+    match least > 0.0 {
+        true => format!("{:.3} mm apart", 1e3 * least),
+        false => format!("up to {:.3} mm apart, by height and allowance", 1e3 * most),
+    }
+}
+
 fn remedies_text(confusion: &Confusion) -> String {
     let text = |remedy: &Remedy| match remedy {
-        Remedy::TipDiameter(apart) => format!("tip diameter ({:.3} mm apart)", 1e3 * apart),
-        Remedy::RootDiameter(apart) => format!("root diameter ({:.3} mm apart)", 1e3 * apart),
+        Remedy::TipDiameter(apart) => format!("tip diameter ({})", apart_text(*apart)),
+        Remedy::RootDiameter(apart) => format!("root diameter ({})", apart_text(*apart)),
         Remedy::Spans {
             teeth: [fewest, most],
             difference,
@@ -173,16 +181,19 @@ fn candidate_json(candidate: &Candidate) -> Value {
         "mate_generating_profile_shift": candidate.mate_shift,
         "normal_backlash_um": candidate.backlash.map(|j| 1e6 * j),
         "misfit": candidate.misfit,
-        "largest_deviation": candidate.largest_deviation,
+        "largest_deviation": candidate.largest_deviation.value.abs(),
+        "largest_deviation_of": candidate.largest_deviation.reading,
     })
 }
 
 fn confusion_json(confusion: &Confusion) -> Value {
     let remedy = |remedy: &Remedy| match remedy {
-        Remedy::TipDiameter(apart) => json!({ "reading": "tip_diameter", "apart_um": 1e6 * apart }),
-        Remedy::RootDiameter(apart) => {
-            json!({ "reading": "root_diameter", "apart_um": 1e6 * apart })
-        }
+        Remedy::TipDiameter([least, most]) => json!({
+            "reading": "tip_diameter", "apart_um": 1e6 * least, "apart_at_most_um": 1e6 * most,
+        }),
+        Remedy::RootDiameter([least, most]) => json!({
+            "reading": "root_diameter", "apart_um": 1e6 * least, "apart_at_most_um": 1e6 * most,
+        }),
         Remedy::Spans {
             teeth,
             difference,

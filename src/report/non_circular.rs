@@ -1,5 +1,7 @@
 //! Gears of a varying ratio: document, tables of centrodes and flank, centrodes with teeth.
 
+use std::f64::consts::TAU;
+
 use serde_json::{Value, json};
 
 use super::figure::Figure;
@@ -15,7 +17,7 @@ use crate::numeric::Complex;
 use crate::plan::gear::given_profiles::GivenContact;
 use crate::plan::gear::non_circular::{ConjugateFlank, NonCircularResult};
 use crate::plan::gear_limits::MEMBERS;
-use crate::scene::non_circular_file::NonCircularFile;
+use crate::scene::non_circular_file::{NonCircularFile, RatioKind};
 
 /// A file of non-circular gears with what it gives.
 pub struct NonCircularReport<'a> {
@@ -26,29 +28,31 @@ pub struct NonCircularReport<'a> {
 }
 
 impl NonCircularReport<'_> {
-    /// Flanks of pinion and gear at φ₁ = 0 in the fixed frame, where there are no outlines.
-    fn flanks(&self) -> Vec<Vec<[f64; 2]>> {
+    /// Flanks of pinion and gear at φ₁ = 0 in the fixed frame, where there are no outlines: one of each tooth of circular gears of known tooth
+    /// numbers, else one.
+    fn flanks(&self) -> [Vec<Vec<[f64; 2]>>; 2] {
         let (pair, result) = (&self.result.centrodes, &self.result);
         let (Some(flank), Some(state), true) =
             (&result.flank, pair.at(0.0), result.outlines.is_empty())
         else {
-            return Vec::new();
+            return [Vec::new(), Vec::new()];
         };
-        let pinion = flank.contacts.iter().map(|c| c.tool_point).collect();
+        let is_circular = self.file.ratio == RatioKind::Constant;
+        let teeth = self.file.teeth.filter(|_| is_circular).unwrap_or([1, 1]);
+        let pinion: Vec<Complex> = flank.contacts.iter().map(|c| c.tool_point).collect();
         let members = [
-            (Member::First, pinion),
-            (Member::Second, flank.gear_points.clone()),
+            (Member::First, pinion, teeth[0]),
+            (Member::Second, flank.gear_points.clone(), teeth[1]),
         ];
-        let placed = |(member, points): (Member, Vec<Complex>)| {
+        members.map(|(member, points, teeth)| {
             let (origin, angle) = pair.pose(member, &state);
-            let place = |z: Complex| origin + z * Complex::cis(angle);
-            points
-                .into_iter()
-                .map(place)
-                .map(|z| [z.re, z.im])
-                .collect()
-        };
-        members.map(placed).into()
+            let tooth = |k: u32| {
+                let turn = Complex::cis(angle + TAU * f64::from(k) / f64::from(teeth));
+                let placed = points.iter().map(|z| origin + z * turn);
+                placed.map(|z| [z.re, z.im]).collect()
+            };
+            (0..teeth).map(tooth).collect()
+        })
     }
 
     /// Outlines of pinion and gear at φ₁ = 0 in the fixed frame.
@@ -296,9 +300,10 @@ fn check_lines(flank: &ConjugateFlank) -> String {
     lines += &match flank.second.len() {
         0 => "no point of the gear's flank touches the body of the pinion a second time\n".into(),
         n => format!(
-            "{n} points of the gear's flank touch the body of the pinion a second time, {:.4} to {:.4} mm from the first contact\n",
+            "{n} points of the gear's flank touch the body of the pinion a second time, {:.4} to {:.4} mm from the first contact, {} of them at radii of the pinion's flank\n",
             1e3 * near,
-            1e3 * far
+            1e3 * far,
+            flank.second_on_flank()
         ),
     };
     lines

@@ -23,12 +23,12 @@ pub fn draw_centrodes(
     title: &str,
     pair: &Centrodes,
     outlines: &[NamedOutline],
-    flanks: &[Vec<[f64; 2]>],
+    flanks: &[Vec<Vec<[f64; 2]>>; 2],
 ) -> String {
     let curves = [Member::First, Member::Second].map(|member| centrode(pair, member));
     let all = || {
         let points = outlines.iter().flat_map(|outline| &outline.points);
-        let points = points.chain(flanks.iter().flatten());
+        let points = points.chain(flanks.iter().flatten().flatten());
         curves.iter().flatten().chain(points)
     };
     let extreme = |k: usize, start: f64, pick: fn(f64, f64) -> f64| {
@@ -58,15 +58,22 @@ pub fn draw_centrodes(
                 .collect();
             canvas.polyline(&line_points, ink, width, line);
         };
-        for (flank, ink) in flanks.iter().zip([BLUE, ORANGE]) {
-            let line: Vec<Point2> = flank.iter().map(|p| place(*p)).collect();
-            canvas.polyline(&line, ink, 2.0, LineStyle::Solid);
+        for (of_member, ink) in flanks.iter().zip([BLUE, ORANGE]) {
+            for flank in of_member {
+                let line: Vec<Point2> = flank.iter().map(|p| place(*p)).collect();
+                canvas.polyline(&line, ink, 2.0, LineStyle::Solid);
+            }
+        }
+        let has_teeth = !outlines.is_empty() || flanks.iter().any(|flanks| !flanks.is_empty());
+        if has_teeth {
+            let place = (WIDTH - MARGIN, 36.0);
+            canvas.text("centrodes dotted", place, 10.0, GREY, Anchor::End);
         }
         for (curve, ink) in curves.iter().zip([BLUE, ORANGE]) {
             let line: Vec<Point2> = curve.iter().map(|p| place(*p)).collect();
-            let style = match outlines.is_empty() && flanks.is_empty() {
-                true => LineStyle::Solid,
-                false => LineStyle::Dotted,
+            let style = match has_teeth {
+                true => LineStyle::Dotted,
+                false => LineStyle::Solid,
             };
             canvas.polyline(
                 &line,

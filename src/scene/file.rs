@@ -67,9 +67,15 @@ fn read_source(source: Arc<SourceFile>) -> Result<Scene, Errors> {
     if let Some(entry) = document.root.get("measured_gear") {
         let message = "this file describes a measured gear, not a machine";
         let error = Error::new(Code::Usage, message).with_span(&entry.key_place);
-        return Err(error
-            .with_hint(format!("`geardyn measure {}` evaluates it", source.path))
-            .into());
+        let gear = document.root.table("measured_gear").map(|(gear, _)| gear);
+        let is_unknown =
+            gear.is_some_and(|gear| gear.get("spans").is_some() && gear.get("module").is_none());
+        let path = &source.path;
+        let hint = match is_unknown {
+            true => format!("`geardyn gear reverse {path}` finds the gears it may be"),
+            false => format!("`geardyn measure {path}` evaluates it"),
+        };
+        return Err(error.with_hint(hint).into());
     }
     if let Some(entry) = document.root.get("pair") {
         let message = "this file describes gears, not a machine";

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::laws::Hand;
 use super::shared_keys::{
-    self, DEFAULT_PRESSURE_ANGLE, HELIX_ANGLE_RANGE, MAX_TEETH, PRESSURE_ANGLE_RANGE,
-    read_profile_shift, read_thickness,
+    self, DEFAULT_PRESSURE_ANGLE, MAX_TEETH, PRESSURE_ANGLE_RANGE, read_profile_shift,
+    read_thickness,
 };
 use crate::base::bound::Bound;
 use crate::base::code::Code;
@@ -81,12 +81,9 @@ impl GearFile {
     /// The gears in mesh, with the error of the centre distance: tips are those of the nominal one.
     ///
     /// # Errors
-    /// Gears that cannot be made or cannot mesh, at the place of `pair`.
+    /// Gears that cannot be made or cannot mesh, at the place of the value.
     pub fn pair(&self) -> Result<Pair, Error> {
-        let at = |error: Error| match error.span {
-            Some(_) => error,
-            None => error.with_span(&self.span),
-        };
+        let at = |error: Error| self.locate(error);
         let nominal = Pair::new(self.members, self.centre_distance).map_err(at)?;
         if self.offset == 0.0 {
             return Ok(nominal);
@@ -96,6 +93,23 @@ impl GearFile {
             ..member
         });
         Pair::new(made, Some(nominal.centre_distance + self.offset)).map_err(at)
+    }
+
+    /// The error at the place of its key: of the member, else of what both share, else of its table, else of `pair`.
+    pub fn locate(&self, error: Error) -> Error {
+        if error.span.is_some() {
+            return error;
+        }
+        let root = toml::parse(&self.source).root;
+        let key = error.key.as_deref().unwrap_or_default();
+        let (part, shared) = key.split_once('.').unwrap_or((key, key));
+        let tables = ["", "pair.", "mesh.", "assembly."];
+        let shared = tables.map(|table| format!("{table}{shared}"));
+        let place = std::iter::once(key)
+            .chain(shared.iter().map(String::as_str))
+            .chain([part])
+            .find_map(|path| root.place(path).cloned());
+        error.with_span(&place.unwrap_or(self.span.clone()))
     }
 
     /// The gears as the file describes them.
@@ -146,9 +160,14 @@ pub fn is_gear_file(source: &Arc<SourceFile>) -> bool {
 /// Refuses a file without any table of a gear file, naming the command that takes it.
 ///
 /// # Errors
-/// `Usage` at the head of the file.
+/// `Syntax`, or `Usage` at the head of the file.
 pub fn check_is_gear_file(source: &Arc<SourceFile>) -> Result<(), Error> {
-    let root = toml::parse(source).root;
+    let toml::Document {
+        root, syntax_error, ..
+    } = toml::parse(source);
+    if let Some(error) = syntax_error {
+        return Err(error);
+    }
     if ["pair", "pinion", "gear", "helicoid"]
         .iter()
         .any(|key| root.get(key).is_some())
@@ -325,6 +344,13 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<GearFile, Errors>
     })
 }
 
+/// Errors of the shaft angle for which flanks still meet along their lines.
+const SHAFT_ANGLE_ERROR: ValueRange =
+    ValueRange::Open(-PI / 180.0, PI / 180.0, "between −1° and 1°");
+/// Helix angle of cylindrical gears: beyond it the transverse module is six times the normal one.
+const HELIX_ANGLE: ValueRange =
+    ValueRange::HalfOpen(0.0, 4.0 / 9.0 * PI, "at least 0° and below 80°");
+
 /// Errors of centre distance, m, and shaft angle, rad.
 fn assembly(f: &mut TableReader) -> [f64; 2] {
     for key in ["pinion_axial", "gear_axial"] {
@@ -340,7 +366,7 @@ fn assembly(f: &mut TableReader) -> [f64; 2] {
         }
     }
     let offset = f.optional_quantity("offset", QuantityKind::Length, ValueRange::Any);
-    let angle = f.optional_quantity("shaft_angle_error", QuantityKind::Angle, ValueRange::Any);
+    let angle = f.optional_quantity("shaft_angle_error", QuantityKind::Angle, SHAFT_ANGLE_ERROR);
     [offset.unwrap_or(0.0), angle.unwrap_or(0.0)]
 }
 
@@ -364,7 +390,7 @@ fn pair(f: &mut TableReader) -> PairTable {
     f.require("module");
     let pressure_angle =
         f.optional_quantity("pressure_angle", QuantityKind::Angle, PRESSURE_ANGLE_RANGE);
-    let helix_angle = f.optional_quantity("helix_angle", QuantityKind::Angle, HELIX_ANGLE_RANGE);
+    let helix_angle = f.optional_quantity("helix_angle", QuantityKind::Angle, HELIX_ANGLE);
     let deviation = f.optional_quantities(
         "centre_distance_deviation",
         QuantityKind::Length,
@@ -798,21 +824,25 @@ impl MeshTable {
 /// # Errors
 /// What is no rising range of torques.
 fn parse_torques(text: &str, subject: &str) -> Result<Vec<f64>, Error> {
-    let form = || {
-        let message = format!("\"{}\" is not a range of torques", quantity::truncate(text));
+    let form = |why: &str| {
+        let shown = quantity::truncate(text);
+        let message = format!("\"{shown}\" is not a range of torques: {why}");
         let hint = format!(
             "{subject} takes first:last:count, such as 20:400:20 or \"0.1 kN·m:2 kN·m:20\""
         );
         Error::new(Code::OutOfRange, message).with_hint(hint)
     };
     let [from, to, count] = text.split(':').collect::<Vec<_>>()[..] else {
-        return Err(form());
+        return Err(form("it has not three parts"));
     };
     let torque = |text: &str| quantity::parse_or_bare(text, QuantityKind::Torque, "N·m", subject);
     let (from, to) = (torque(from)?, torque(to)?);
-    let count: u32 = count.trim().parse().map_err(|_| form())?;
-    if !((2..=MAX_TORQUES).contains(&count) && 0.0 < from && from < to) {
-        return Err(form());
+    let count: u32 = (count.trim().parse()).map_err(|_| form("the count is not a whole number"))?;
+    if !(2..=MAX_TORQUES).contains(&count) {
+        return Err(form(&format!("the count lies from 2 to {MAX_TORQUES}")));
+    }
+    if !(0.0 < from && from < to) {
+        return Err(form("the first torque is above 0 and below the last"));
     }
     let step = (to - from) / f64::from(count - 1);
     Ok((0..count).map(|k| from + step * f64::from(k)).collect())

@@ -104,17 +104,25 @@ fn gear(f: &mut TableReader) -> Option<GearReadings> {
     let teeth = teeth(f);
     let internal = f.flag("internal");
     let spans = spans(f, teeth);
-    f.require("spans");
+    if !f.has("spans") {
+        let place = f.span.clone();
+        let hint = "write spans = [{ teeth = 4, size = \"27.590 mm\" }, …] over two numbers of teeth or more";
+        let message = "[measured_gear] has neither `spans` nor a `module`";
+        f.report(Code::MissingKey, message, &place, hint);
+    }
     let tip = diameter(f, "tip_diameter");
     let root = diameter(f, "root_diameter");
     let acute = ValueRange::Open(0.0, 80f64.to_radians(), "above 0 and below 80 deg");
     let helix = f.optional_quantity("tip_helix_angle", QuantityKind::Angle, acute);
     let deviation =
         f.optional_quantity("thickness_deviation", QuantityKind::Length, ValueRange::Any);
+    let unread = f.errors.errors.len();
     let std = read_table(f, "uncertainty", uncertainties).unwrap_or_default();
+    // What is given and wrong is not missing too.
+    let all_read = f.errors.errors.len() == unread;
     let mate = read_table(f, "mate", mate);
     let of = |f: &mut TableReader, name: &str, value: Option<f64>, std: Option<f64>, unit: &str| {
-        if value.is_some() && std.is_none() {
+        if value.is_some() && std.is_none() && all_read {
             let hint = format!(
                 "write uncertainty = {{ {name} = \"{unit}\" }}: its standard uncertainty, by which candidates are ranked"
             );

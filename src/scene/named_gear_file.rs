@@ -202,10 +202,6 @@ fn mesh_of(
     span: &SourceSpan,
     stated_stiffness: Option<(String, SourceSpan)>,
 ) -> Result<GearMesh, Error> {
-    let at = |error: Error| match error.span {
-        Some(_) => error,
-        None => error.with_span(&file.span),
-    };
     let pair = file.pair()?;
     let [low, high] = file.centre_deviation;
     let deviations = pair.members.map(|m| m.mean_thickness_deviation());
@@ -216,9 +212,14 @@ fn mesh_of(
             Some(play) => format!("the teeth overlap by {:.1} µm", -1e6 * play),
             None => "the base circles do not reach each other".into(),
         };
-        let hint =
-            "give a larger centre_distance, or thickness = [\"lower\", \"upper\"] below zero";
-        return Err(at(Error::new(Code::OutOfRange, message).with_hint(hint)));
+        let side = match pair.members[1].gear.internal {
+            false => "larger",
+            true => "smaller",
+        };
+        let error = Error::new(Code::OutOfRange, message).about("centre_distance");
+        return Err(file.locate(error.with_hint(format!(
+            "give a {side} centre_distance, or thickness = [\"lower\", \"upper\"] below zero"
+        ))));
     };
     Ok(GearMesh {
         backlash: if backlash < BACKLASH_ROUNDING {

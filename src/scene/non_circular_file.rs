@@ -15,6 +15,7 @@ use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::{TableReader, Word};
 use crate::base::tables::{read_file, read_heading, read_table};
+use crate::base::toml;
 use crate::gear::cylindrical::basic_rack::BasicRack;
 use crate::gear::plane::centrodes::Mate;
 use crate::gear::plane::pitch_curve::PitchCurve;
@@ -44,6 +45,8 @@ pub struct NonCircularFile {
     pub gear_profile: GearProfile,
     /// Place of `pair`.
     pub span: SourceSpan,
+    /// Place of `ratio`.
+    pub ratio_span: SourceSpan,
     /// Place of the pinion's profile.
     pub profile_span: SourceSpan,
     /// The file, and the tables it names.
@@ -147,7 +150,7 @@ impl Word for ConjugateRoute {
 }
 
 /// Most teeth: each is cut by itself.
-const MAX_CUT_TEETH: u32 = 1000;
+pub const MAX_CUT_TEETH: u32 = 1000;
 
 /// Reads one; no flag of a load applies.
 ///
@@ -180,7 +183,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
     let law = match &ratio {
         RatioTable::Table(path) => {
             let names = ["angle_1", "angle_2"].map(|name| (name, QuantityKind::Angle));
-            let table = NumberTable::read(&folder.join(path), &names)?;
+            let table = read_numbers(&folder.join(path), &names, &ratio_span)?;
             sources.push(table.source.clone());
             RatioLaw::table(&table.columns[0], &table.columns[1]).map_err(|e| table.locate(e))?
         }
@@ -189,7 +192,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
                 ("angle_1", QuantityKind::Angle),
                 ("radius_1", QuantityKind::Length),
             ];
-            let table = NumberTable::read(&folder.join(path), &names)?;
+            let table = read_numbers(&folder.join(path), &names, &ratio_span)?;
             sources.push(table.source.clone());
             let curve = PitchCurve::table(&table.columns[0], &table.columns[1]);
             let curve = curve.map_err(|e| table.locate(e))?;
@@ -214,7 +217,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
     let mut read_curve = |table: CurveTable| match table {
         CurveTable::Points(path) => {
             let names = ["x", "y"].map(|name| (name, QuantityKind::Length));
-            let table = NumberTable::read(&folder.join(path), &names)?;
+            let table = read_numbers(&folder.join(path), &names, &profile_span)?;
             sources.push(table.source.clone());
             let points = table.columns[0].iter().zip(&table.columns[1]);
             let points: Vec<Complex> = points.map(|(x, y)| Complex::new(*x, *y)).collect();
@@ -287,9 +290,25 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<NonCircularFile, 
         profile,
         gear_profile,
         span,
+        ratio_span,
         profile_span,
         sources,
     })
+}
+
+/// The columns of a file that a table of the gear file names at `span`; its path starts there.
+fn read_numbers(
+    path: &Path,
+    names: &[(&str, QuantityKind)],
+    span: &SourceSpan,
+) -> Result<NumberTable, Errors> {
+    if !path.is_file() {
+        let message = format!("there is no file {}", path.display());
+        let error = Error::new(Code::FileMissing, message).with_span(span);
+        let hint = "`file` starts at the folder of the gear file";
+        return Err(error.with_hint(hint).into());
+    }
+    NumberTable::read(path, names)
 }
 
 fn pair(f: &mut TableReader) -> Option<f64> {
@@ -361,7 +380,12 @@ fn ratio(f: &mut TableReader) -> Option<RatioTable> {
     f.require("kind");
     Some(match kind? {
         RatioKind::Constant => RatioTable::Constant(number(f, "ratio")?),
-        RatioKind::Elliptic => RatioTable::Elliptic(number(f, "eccentricity")?),
+        RatioKind::Elliptic => {
+            let range = ValueRange::HalfOpen(0.0, 1.0, "at least 0 and below 1");
+            let eccentricity = f.optional_number("eccentricity", range);
+            f.require("eccentricity");
+            RatioTable::Elliptic(eccentricity?)
+        }
         RatioKind::Linear => {
             let (first, last) = (number(f, "first"), number(f, "last"));
             let over = f.optional_quantity("over", QuantityKind::Angle, ValueRange::Positive);
@@ -519,6 +543,11 @@ fn profile(f: &mut TableReader) -> Option<ProfileTable> {
         }
         ProfileKind::Rolling => {
             let radius = f.quantity("radius", QuantityKind::Length, ValueRange::Any);
+            if radius == 0.0 {
+                let message = "`radius` of the rolling circle is 0";
+                let hint = "give a positive radius outside the pinion, a negative one inside";
+                f.report_key(Code::OutOfRange, "radius", message, hint);
+            }
             f.exclusive("arcs", "arc_radius");
             let carried = match f.has("arc_radius") {
                 false => {
@@ -607,7 +636,10 @@ fn cutter(
     if rack.protuberance != 0.0 {
         let message = "the rack of a non-circular pair has no protuberance";
         return Err(Error::new(Code::OutOfRange, message)
-            .with_span(&SourceSpan::whole_file(&source.path))
+            .with_span(
+                (toml::parse(source).root.place("rack.protuberance"))
+                    .unwrap_or(&SourceSpan::whole_file(&source.path)),
+            )
             .with_hint("leave `protuberance` out of `rack`"));
     }
     Ok(RackCutter {

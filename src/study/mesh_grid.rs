@@ -47,10 +47,7 @@ pub fn compare_grids(
     file: &GearFile,
     monitor: &mut Monitor,
 ) -> Result<[ComparisonResult; 2], Error> {
-    let at = |error: Error| match error.span {
-        Some(_) => error,
-        None => error.with_span(&file.span),
-    };
+    let at = |error: Error| file.locate(error);
     let Some(torque) = file.mesh.torques.last().copied() else {
         return Err(file.no_torque());
     };

@@ -628,7 +628,7 @@ fn law_values_of_refusals_work() {
     // The shaper of fewest changes cuts the ring.
     let ring = "pair = { kind = \"cylindrical\", module = \"2 mm\" }\npinion = { teeth = 20 }\ngear = { teeth = 60, internal = true, shaper_teeth = 3 }\n";
     let all = refused(&["gear", &file(ring)]);
-    let teeth = value(&all, "shaper_teeth = ");
+    let teeth = value(&all[all.find("hint").unwrap()..], "shaper_teeth = ");
     let cut = ring.replace("shaper_teeth = 3", &format!("shaper_teeth = {teeth}"));
     assert_eq!(said(&["gear", &file(&cut)]).0, Some(0));
 }
@@ -661,4 +661,159 @@ fn law_points_and_defaults_of_the_answer() {
     assert!(text.contains("base tangent"), "{text}");
     assert_eq!(letters(0.4).0, "ACE");
     assert_eq!(letters(1.4).0, "ACE");
+}
+
+/// A pair with its keys on lines of their own.
+fn on_lines(pair: &str, pinion: &str, gear: &str, rest: &str) -> String {
+    format!(
+        "pair = {{ kind = \"cylindrical\", module = \"3 mm\"{pair} }}\n{rest}\n[pinion]\nteeth = 20\n{pinion}\n[gear]\nteeth = 40\n{gear}\n"
+    )
+}
+
+/// What the geometry or the load refuses is refused at the line of its key, with a remedy.
+#[test]
+fn refuses_values_at_their_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    let ring = "body = \"ring\"";
+    let wide = ", helix_angle = \"30 deg\"";
+    let width = "face_width = \"100 m\"";
+    let cases = [
+        ("", "tip_diameter = \"40 mm\"", "", "", "tip_diameter"),
+        (
+            "",
+            "tip_relief = \"5 mm\"\nrelief_from = \"14 mm\"",
+            "",
+            "",
+            "tip_relief",
+        ),
+        (
+            "",
+            "tip_relief = \"5 µm\"\nrelief_from = \"40 mm\"",
+            "",
+            "",
+            "relief_from",
+        ),
+        (
+            "",
+            "tip_relief = \"9 µm\"\nrelief_from = \"8 mm\"\nroot_relief = \"9 µm\"\nroot_relief_from = \"12 mm\"",
+            "",
+            "",
+            "root_relief_from",
+        ),
+        ("", "crowning = \"3 mm\"", "", "", "crowning"),
+        ("", "ball_diameter = \"50 mm\"", "", "", "ball_diameter"),
+        ("", "ball_diameter = \"0.1 mm\"", "", "", "ball_diameter"),
+        (
+            "",
+            "thickness = [\"-9 mm\", \"-8 mm\"]",
+            "",
+            "",
+            "thickness",
+        ),
+        (
+            "",
+            "",
+            "internal = true\nshaper_teeth = 200",
+            "",
+            "shaper_teeth",
+        ),
+        ("", "", "", "[mesh]\ntorque = \"1e9 N·m\"", "torque"),
+        ("", "", "", "[rack]\ntip_radius = 2.0", "tip_radius"),
+        (
+            "",
+            "",
+            "",
+            "[assembly]\nshaft_angle_error = \"1 rad\"",
+            "shaft_angle_error",
+        ),
+        (
+            wide,
+            width,
+            width,
+            "[mesh]\ntorque = \"200 N·m\"",
+            "face_width",
+        ),
+        (
+            "",
+            "bore_diameter = \"70 mm\"",
+            "bore_diameter = \"70 mm\"",
+            &format!("[mesh]\ntorque = \"9 N·m\"\n{ring}"),
+            "bore_diameter",
+        ),
+    ];
+    for (pair, pinion, gear, rest, key) in cases {
+        let text = on_lines(pair, pinion, gear, rest);
+        let path = put(folder.path(), "pair.toml", &text);
+        let all = refused(&["gear", path.to_str().unwrap()]);
+        let line = 1 + text.lines().position(|line| line.starts_with(key)).unwrap();
+        assert!(all.contains(&format!("pair.toml:{line}:")), "{key}: {all}");
+        assert!(all.contains("hint:"), "{key}: {all}");
+    }
+    let path = put(folder.path(), "pair.toml", "pair = {");
+    let all = refused(&["gear", path.to_str().unwrap()]);
+    assert!(
+        all.contains("[syntax]") && !all.contains("no `pair`"),
+        "{all}"
+    );
+}
+
+/// Remedies of heights and distances work at the first attempt.
+#[test]
+fn law_remedies_of_racks_and_distances() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |text: &str| {
+        let path = put(folder.path(), "pair.toml", text);
+        said(&["gear", path.to_str().unwrap()])
+    };
+    let rack = |pair: &str, rack: &str| on_lines(pair, "", "", rack);
+    let steep = ", pressure_angle = \"35 deg\"";
+    for (pair, given) in [
+        ("", "rack = { addendum = 1.0, dedendum = 0.0 }"),
+        (steep, "rack = { tip_radius = 0.38 }"),
+        ("", "rack = { addendum = 3.0, dedendum = 3.25 }"),
+    ] {
+        let (code, text, notes) = run(&rack(pair, given));
+        assert_eq!(code, Some(2), "{given}: {text}{notes}");
+        let from = notes
+            .find("give rack = {")
+            .unwrap_or_else(|| panic!("{notes}"))
+            + 5;
+        let end = from + notes[from..].find('}').unwrap() + 1;
+        let (code, _, after) = run(&rack(pair, &notes[from..end]));
+        assert_eq!(code, Some(0), "{}: {after}", &notes[from..end]);
+    }
+    let (_, _, notes) = run(&rack(", centre_distance = \"84 mm\"", ""));
+    assert!(
+        notes.contains("without backlash it is 90.0000 mm"),
+        "{notes}"
+    );
+}
+
+/// What a helical face wider than slices resolve costs is bounded; the stiffness by ISO 6336-1 names loads below its range.
+#[test]
+fn law_answers_name_their_range() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = on_lines(
+        "",
+        "face_width = \"30 mm\"",
+        "face_width = \"30 mm\"",
+        "[mesh]\ntorque = \"20 N·m\"",
+    );
+    let path = put(folder.path(), "pair.toml", &text);
+    let found = document(&["gear", path.to_str().unwrap(), "--json"]);
+    let rows = found["stiffness"].as_array().unwrap();
+    let iso = rows.iter().find(|row| row["method"] == "iso-6336").unwrap();
+    assert!(
+        iso["outside_range"].to_string().contains("below 100 N/mm"),
+        "{iso}"
+    );
+    let geometry = &found["geometry"];
+    for key in [
+        "tip_pressure_angle_deg",
+        "root_form_pressure_angle_deg",
+        "mean_normal_tooth_thickness_mm",
+    ] {
+        assert!(geometry[key][0].is_number(), "{key}");
+    }
+    assert!(found["backlash"]["mean"]["normal_um"].is_number());
 }

@@ -363,6 +363,7 @@ fn exact_given_pair_of_arcs() {
     );
     let path = put(folder.path(), "arcs.toml", &format!("{PAIR}{text}{arc}"));
     let found = document(&["gear", path.to_str().unwrap(), "--json"]);
+    assert_eq!(found["warnings"][0]["code"], "law-of-gearing");
     let contacts = found["given"].as_array().unwrap();
     assert!(contacts.len() > 20, "{}", contacts.len());
     for three in contacts.windows(3) {
@@ -406,4 +407,53 @@ fn law_folded_flanks_are_named() {
     let found = answer(text);
     let codes = found["warnings"].to_string();
     assert!(codes.contains("folded"), "{codes}");
+}
+
+/// Elliptic gears of few teeth are undercut by the rack; the tooth numbers and the dedendum of the remedy leave none.
+#[test]
+fn law_remedy_of_undercut_by_the_rack() {
+    let text = |teeth: u32, rack: &str| {
+        format!(
+            "ratio = {{ kind = \"elliptic\", eccentricity = 0.3 }}\n{rack}\npinion = {{ teeth = {teeth} }}\ngear = {{ teeth = {teeth} }}\n"
+        )
+    };
+    let hints = answer(&text(13, ""))["warnings"].to_string();
+    assert!(hints.contains("undercut"), "{hints}");
+    let after = hints
+        .split("teeth = ")
+        .nth(1)
+        .unwrap_or_else(|| panic!("{hints}"));
+    let teeth = after.split(' ').next().unwrap().parse().unwrap();
+    let free = answer(&text(teeth, ""))["warnings"].to_string();
+    assert!(!free.contains("undercut"), "{free}");
+    if let Some(rest) = hints.split("dedendum = ").nth(1) {
+        let dedendum = rest.split(' ').next().unwrap();
+        let free = answer(&text(13, &format!("rack = {{ dedendum = {dedendum} }}")))["warnings"]
+            .to_string();
+        assert!(!free.contains("undercut"), "{free}");
+    }
+}
+
+/// A table that is not there and a ratio that does not close are refused at `ratio`.
+#[test]
+fn refuses_ratios_at_their_place() {
+    for (ratio, words) in [
+        (
+            "ratio = { kind = \"table\", file = \"none.csv\" }",
+            "there is no file",
+        ),
+        (
+            "ratio = { kind = \"sine\", mean = 1.3, amplitude = 0.3, cycles = 2 }",
+            "does not close",
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let text = format!("{PAIR}{ratio}\npinion = {{ teeth = 31 }}\ngear = {{ teeth = 31 }}\n");
+        let path = put(folder.path(), "pair.toml", &text);
+        let (_, _, notes) = said(&["gear", path.to_str().unwrap()]);
+        assert!(
+            notes.contains(words) && notes.contains("pair.toml:2:"),
+            "{notes}"
+        );
+    }
 }

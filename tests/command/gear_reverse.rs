@@ -171,3 +171,29 @@ fn refuses_readings_without_an_answer() {
     let notes = unanswered("35.090", "36.010");
     assert!(notes.contains("no standard gear agrees"), "{notes}");
 }
+
+/// A reading that is wrong is not missing too; a file without spans is told the key as it is written; other commands name this one.
+#[test]
+fn refuses_readings_once_and_in_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let readings = "[measured_gear]\nteeth = 32\nspans = [{ teeth = 4, size = \"27.590 mm\" }, { teeth = 5, size = \"35.090 mm\" }]\n";
+    let wrong = put(
+        folder.path(),
+        "a.toml",
+        &format!("{readings}uncertainty = {{ span = \"0 µm\" }}\n"),
+    );
+    let (code, _, notes) = said(&["gear", "reverse", wrong.to_str().unwrap()]);
+    assert_eq!(
+        (code, notes.matches("error").count()),
+        (Some(2), 1),
+        "{notes}"
+    );
+    let none = put(folder.path(), "b.toml", "[measured_gear]\nteeth = 32\n");
+    let (_, _, notes) = said(&["gear", "reverse", none.to_str().unwrap()]);
+    assert!(
+        notes.contains("spans = [{ teeth") && !notes.contains("[[spans]]"),
+        "{notes}"
+    );
+    let (_, _, notes) = said(&["plan", UNKNOWN]);
+    assert!(notes.contains("geardyn gear reverse"), "{notes}");
+}

@@ -534,7 +534,7 @@ fn exact_flank_modification() {
         helix_crowning: 8e-6,
         helix_slope: 5e-6,
     };
-    flank.check(ends).unwrap();
+    flank.check(ends, 3e-3).unwrap();
     let near = |roll: f64, face: f64, expected: f64| {
         let found = flank.removed(roll, ends, face);
         assert!((found - expected).abs() < 1e-18, "{found} {expected}");
@@ -557,7 +557,7 @@ fn exact_flank_modification() {
         }),
         ..flank
     };
-    assert!(off.check(ends).unwrap_err().hint.is_some());
+    assert!(off.check(ends, 3e-3).unwrap_err().hint.is_some());
 }
 
 /// Trochoid and trimming interference of rings against the outlines: the corners' places at every turn.

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use crate::verification::{printed, within};
 use geardyn::internals::gear::cylindrical::basic_rack::BasicRack;
+use geardyn::internals::gear::cylindrical::gear_outline::OutlineSteps;
 use geardyn::internals::gear::cylindrical::involute::{InvoluteGear, angle_from_inv, inv};
 use geardyn::internals::gear::cylindrical::member::Member;
 use geardyn::internals::gear::cylindrical::outline::ToothOutline;
@@ -350,4 +351,58 @@ fn ref_handbook_numbers() {
         height / MODULE,
         5e-7,
     );
+}
+
+/// Points of a polygon of eight times the steps lie within 1e-4 modules of its chords from 5 teeth on, of undercut teeth within 3e-4.
+#[test]
+fn law_chords_of_outlines() {
+    const FINER: usize = 8;
+    let steps = OutlineSteps::default();
+    let finer = OutlineSteps {
+        fillet: FINER * steps.fillet,
+        involute: FINER * steps.involute,
+        land: FINER * steps.land,
+    };
+    let shapes = [
+        (5, 0.0, 0.7),
+        (8, 0.0, 0.55),
+        (6, 0.0, 0.8),
+        (12, 0.0, 0.0),
+        (17, 25.0, 0.3),
+        (40, 0.0, 0.0),
+    ];
+    for (teeth, helix, shift) in shapes {
+        for degrees in [14.5, 20.0, 28.0] {
+            let mut shape = gear(teeth, helix, shift);
+            shape.pressure_angle = f64::to_radians(degrees);
+            let mut rack = BasicRack::PROFILE_A;
+            rack.tip_radius = rack
+                .tip_radius
+                .min(rack.full_tip_radius(shape.pressure_angle));
+            let Ok(outline) = ToothOutline::new(&Member::new(shape, rack, 0.02)) else {
+                continue;
+            };
+            let (coarse, fine) = (
+                outline.polygon(0.0, 0..2, steps),
+                outline.polygon(0.0, 0..2, finer),
+            );
+            assert_eq!(fine.len(), FINER * coarse.len());
+            let off = |i: usize| {
+                let ([x0, y0], [x1, y1]) = (coarse[i], coarse[i + 1]);
+                let length = (x1 - x0).hypot(y1 - y0);
+                let from =
+                    |[x, y]: [f64; 2]| ((x - x0) * (y1 - y0) - (y - y0) * (x1 - x0)).abs() / length;
+                fine[FINER * i..FINER * (i + 1)]
+                    .iter()
+                    .map(|p| from(*p))
+                    .fold(0.0, f64::max)
+            };
+            let most = (0..coarse.len() / 2).map(off).fold(0.0, f64::max) / MODULE;
+            let limit = if outline.undercut { 3e-4 } else { 1e-4 };
+            assert!(
+                most < limit,
+                "{teeth} teeth, x {shift}, {degrees}°: {most:e} modules"
+            );
+        }
+    }
 }

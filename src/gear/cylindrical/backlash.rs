@@ -21,6 +21,8 @@ pub struct Backlash {
 pub struct BacklashLimits {
     /// At the nominal centre distance and thicknesses.
     pub nominal: Backlash,
+    /// At the mean centre distance and mean thicknesses: what a machine takes.
+    pub mean: Backlash,
     /// Smallest.
     pub least: Backlash,
     /// Largest.
@@ -58,12 +60,14 @@ impl Pair {
         let at = |centre: f64, thickness| self.backlash(self.centre_distance + centre, thickness);
         // Farther apart an external pair has more backlash, an internal one less.
         let [near, far] = centre_deviation;
+        let mean = self.members.map(|m| m.mean_thickness_deviation());
         let (tight, loose) = match self.members[1].gear.internal {
             false => (near, far),
             true => (far, near),
         };
         Some(BacklashLimits {
             nominal: at(0.0, [0.0; 2])?,
+            mean: at(0.5 * (near + far), mean)?,
             least: at(tight, thick)?,
             greatest: at(loose, thin)?,
         })

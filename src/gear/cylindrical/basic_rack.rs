@@ -79,16 +79,15 @@ impl BasicRack {
     /// `OutOfRange`: a length that is not finite or negative, or a tip that does not fit between the flanks of the tool.
     pub fn check(&self, pressure_angle: f64) -> Result<(), Error> {
         let lengths = [
-            ("addendum", self.addendum),
-            ("dedendum", self.dedendum),
-            ("tip radius", self.tip_radius),
-            ("protuberance", self.protuberance),
+            ("rack.addendum", self.addendum),
+            ("rack.dedendum", self.dedendum),
+            ("rack.tip_radius", self.tip_radius),
+            ("rack.protuberance", self.protuberance),
         ];
-        for (name, length) in lengths {
+        for (key, length) in lengths {
             if !(length >= 0.0 && length.is_finite()) {
-                let message =
-                    format!("{name} of the basic rack is {length} modules; it is 0 or more");
-                return Err(Error::new(Code::OutOfRange, message));
+                let message = format!("{key} is {length} modules; it is 0 or more");
+                return Err(Error::new(Code::OutOfRange, message).about(key));
             }
         }
         let full = self.full_tip_radius(pressure_angle);
@@ -98,8 +97,14 @@ impl BasicRack {
                 self.dedendum
             );
             let deepest = Bound::AtMost(FRAC_PI_4 / pressure_angle.tan()).text(4);
-            let hint = format!("give rack = {{ dedendum = {deepest} }} or less");
-            return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
+            let plain = if self.protuberance > 0.0 {
+                ", protuberance = 0.0"
+            } else {
+                ""
+            };
+            let hint = format!("give rack = {{ dedendum = {deepest}, tip_radius = 0.0{plain} }}");
+            let error = Error::new(Code::OutOfRange, message).about("rack.dedendum");
+            return Err(error.with_hint(hint));
         }
         // Rounding of the full radius itself must not refuse it.
         if self.tip_radius > full * (1.0 + 1e-12) {
@@ -109,7 +114,8 @@ impl BasicRack {
             );
             let most = Bound::AtMost(full).text(4);
             let hint = format!("give rack = {{ tip_radius = {most} }} or less");
-            return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
+            let error = Error::new(Code::OutOfRange, message).about("rack.tip_radius");
+            return Err(error.with_hint(hint));
         }
         if self.protuberance > self.tip_radius {
             let message = format!(
@@ -117,7 +123,8 @@ impl BasicRack {
                 self.protuberance, self.tip_radius
             );
             let hint = format!("give at most {}", self.tip_radius);
-            return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
+            let error = Error::new(Code::OutOfRange, message).about("rack.protuberance");
+            return Err(error.with_hint(hint));
         }
         Ok(())
     }

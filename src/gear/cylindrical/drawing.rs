@@ -37,19 +37,29 @@ impl Member {
         let reading = self.reading(|thickness| gear.span(k, thickness))?;
         // In the transverse section the anvils touch half the span cos β_b off the base circle's tangent point.
         let roll = 0.5 * reading.nominal * gear.base_helix_angle().cos();
-        let touches = gear.diameter_at_roll(roll);
-        let shift = gear.profile_shift;
-        let root = self.root_diameter(shift);
-        let [inner, outer] = [
-            self.root_form_diameter(shift).unwrap_or(root),
-            self.tip_diameter(),
-        ];
-        ((touches - inner) * (touches - outer) < 0.0).then_some(reading)
+        self.is_on_flank(gear.diameter_at_roll(roll))
+            .then_some(reading)
     }
 
     /// Dimension M_dK over (inside: between) two balls.
     pub fn over_balls(&self, ball: f64) -> Option<ReadingLimits> {
         self.reading(|thickness| self.gear.dimension_over_balls(ball, thickness))
+    }
+
+    /// True if a ball touches the involute flanks of the nominal tooth, between root form and tip diameter. In the transverse section it
+    /// touches D/2 cos β_b off its centre along the base tangent.
+    pub fn touches_ball(&self, ball: f64) -> bool {
+        let gear = &self.gear;
+        let centres = gear.ball_centre_diameter(ball, gear.nominal_thickness());
+        let off = 0.5 * self.sense() * ball * gear.base_helix_angle().cos();
+        self.is_on_flank(gear.diameter_at_roll(gear.roll_length(centres) - off))
+    }
+
+    fn is_on_flank(&self, diameter: f64) -> bool {
+        let shift = self.gear.profile_shift;
+        let root = self.root_diameter(shift);
+        let inner = self.root_form_diameter(shift).unwrap_or(root);
+        (diameter - inner) * (diameter - self.tip_diameter()) < 0.0
     }
 
     /// Dimension M_dR over (inside: between) two pins.

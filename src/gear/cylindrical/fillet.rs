@@ -117,7 +117,8 @@ impl ShaperTip {
                 None => "no shaper cuts them: give a profile shift nearer to 0 or another dedendum"
                     .into(),
             };
-            Error::new(Code::OutOfRange, message).with_hint(hint)
+            let error = Error::new(Code::OutOfRange, message).about("shaper_teeth");
+            error.with_hint(hint)
         })
     }
 

@@ -18,12 +18,12 @@ pub struct OutlineSteps {
 }
 
 impl Default for OutlineSteps {
-    /// Chords within 1e-4 modules of the curve for gears of 10 teeth or more.
+    /// Chords within 1e-4 modules of the curves of gears of 5 teeth or more, of undercut teeth within 3e-4.
     fn default() -> OutlineSteps {
         OutlineSteps {
-            fillet: 32,
-            involute: 48,
-            land: 12,
+            fillet: 128,
+            involute: 96,
+            land: 32,
         }
     }
 }
@@ -66,10 +66,14 @@ impl Pair {
         &self,
         teeth: [Range<i32>; 2],
         steps: OutlineSteps,
-    ) -> Option<[Vec<[f64; 2]>; 2]> {
+    ) -> [Vec<[f64; 2]>; 2] {
         let [first, second] = &self.outlines;
         let [r1, r2] = self.working_diameters().map(|d| 0.5 * d);
-        let (half_1, half_2) = (first.half_angle(r1)?, second.half_angle(r2)?);
+        // The involutes touch there, extended where the teeth end before the pitch circle.
+        let (half_1, half_2) = (
+            first.involute_half_angle(r1),
+            second.involute_half_angle(r2),
+        );
         let (axis, facing) = match self.members[1].gear.internal {
             true => (-self.centre_distance, -half_2),
             false => (self.centre_distance, PI + half_2),
@@ -77,6 +81,6 @@ impl Pair {
         let [of_pinion, of_gear] = teeth;
         let mut gear = second.polygon(facing, of_gear, steps);
         gear.iter_mut().for_each(|point| point[0] += axis);
-        Some([first.polygon(half_1, of_pinion, steps), gear])
+        [first.polygon(half_1, of_pinion, steps), gear]
     }
 }

@@ -6,6 +6,9 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::base::quantity::format_number;
 
+/// Names of the members of a pair, in files and messages.
+pub const MEMBERS: [&str; 2] = ["pinion", "gear"];
+
 /// A gear as its drawing describes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Member {
@@ -110,55 +113,76 @@ impl Member {
     /// `OutOfRange`: a value no gear has.
     pub fn check(&self) -> Result<(), Error> {
         let gear = &self.gear;
-        let out_of_range = |message: String| Err(Error::new(Code::OutOfRange, message));
+        let out_of_range =
+            |key: &str, message: String| Err(Error::new(Code::OutOfRange, message).about(key));
         if gear.teeth < 2 {
-            return out_of_range(format!("{} teeth; a gear has 2 or more", gear.teeth));
+            let message = format!("{} teeth; a gear has 2 or more", gear.teeth);
+            return out_of_range("teeth", message);
         }
         let in_range = [
-            ("module", gear.module, 0.0, 1e3, "m"),
+            ("module", gear.module, 0.0, 10.0, "m"),
             (
-                "pressure angle",
+                "pressure_angle",
                 gear.pressure_angle.to_degrees(),
                 0.0,
                 60.0,
                 "deg",
             ),
-            ("face width", self.face_width, 0.0, 1e3, "m"),
+            ("face_width", self.face_width, 0.0, 1e3, "m"),
         ];
-        for (name, value, least, most, unit) in in_range {
+        for (key, value, least, most, unit) in in_range {
             if !(value > least && value <= most) {
-                return out_of_range(format!(
+                let name = key.replace('_', " ");
+                let message = format!(
                     "{name} is {value} {unit}; it lies above {least} and up to {most} {unit}"
-                ));
+                );
+                let error = Error::new(Code::OutOfRange, message).about(key);
+                return Err(error.with_hint("check the value and its unit"));
             }
         }
         let helix = gear.helix.to_degrees();
         if !(helix.abs() <= 80.0) {
-            return out_of_range(format!(
-                "helix angle is {helix} deg; it lies within ±80 deg"
-            ));
+            let message = format!("helix angle is {helix} deg; it lies within ±80 deg");
+            return out_of_range("helix_angle", message);
         }
         if !(gear.profile_shift.abs() <= 10.0) {
-            return out_of_range(format!(
-                "profile shift coefficient is {}; it lies within ±10",
-                gear.profile_shift
-            ));
+            let shift = gear.profile_shift;
+            let message = format!("profile shift coefficient is {shift}; it lies within ±10");
+            return out_of_range("profile_shift", message);
         }
         let [lower, upper] = self.thickness_deviation;
         if !(lower <= upper && lower.is_finite() && upper.is_finite()) {
-            return out_of_range(format!(
+            let message = format!(
                 "thickness deviations are {} and {} µm; the lower one comes first",
                 format_number(1e6 * lower),
                 format_number(1e6 * upper)
-            ));
+            );
+            return out_of_range("thickness", message);
+        }
+        let nominal = gear.nominal_thickness();
+        if !(nominal + lower > 0.0) {
+            let message = format!(
+                "no tooth is left: its normal thickness at the reference cylinder is {:.4} mm, and the lower deviation {:.4} mm",
+                1e3 * nominal,
+                1e3 * lower
+            );
+            let key = if lower < 0.0 {
+                "thickness"
+            } else {
+                "profile_shift"
+            };
+            let error = Error::new(Code::OutOfRange, message).about(key);
+            return Err(error
+                .with_hint("give a thickness deviation nearer to 0, or a larger profile shift"));
         }
         if let Some(tip) = self.tip_diameter
             && !(tip > 0.0 && tip.is_finite())
         {
-            return out_of_range(format!(
-                "tip diameter is {} mm; it is positive",
-                format_number(1e3 * tip)
-            ));
+            let tip = format_number(1e3 * tip);
+            return out_of_range(
+                "tip_diameter",
+                format!("tip diameter is {tip} mm; it is positive"),
+            );
         }
         self.rack.check(gear.pressure_angle)
     }

@@ -54,6 +54,9 @@ pub struct Relief {
     pub from: f64,
 }
 
+/// Largest modification, modules: usual ones are a fiftieth, and a flank that loses more has no involute left to speak of.
+const LARGEST_AMOUNT: f64 = 0.1;
+
 /// The modifications of a flank; by default none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FlankModification {
@@ -91,36 +94,59 @@ impl FlankModification {
     }
 
     /// # Errors
-    /// `OutOfRange`: an amount that is not finite, or a relief that begins off the flank of lengths of roll `ends`.
-    pub fn check(&self, ends: [f64; 2]) -> Result<(), Error> {
+    /// `OutOfRange`: an amount that is not finite or beyond a tenth of the module (m), a relief that begins off the flank of lengths of roll
+    /// `ends`, a root relief that begins beyond the tip relief.
+    pub fn check(&self, ends: [f64; 2], module: f64) -> Result<(), Error> {
         let [root, tip] = ends;
-        let reliefs = [
-            ("tip relief", self.tip_relief, tip),
-            ("root relief", self.root_relief, root),
+        let amount_of = |relief: Option<Relief>| relief.map_or(0.0, |relief| relief.amount);
+        let amounts = [
+            ("tip_relief", amount_of(self.tip_relief)),
+            ("root_relief", amount_of(self.root_relief)),
+            ("profile_crowning", self.profile_crowning),
+            ("crowning", self.helix_crowning),
+            ("helix_slope", self.helix_slope),
         ];
-        for (name, relief, end) in reliefs {
+        for (key, amount) in amounts {
+            if !(amount.abs() <= LARGEST_AMOUNT * module) {
+                let (name, most) = (key.replace('_', " "), LARGEST_AMOUNT * module);
+                let [amount, most] = [amount, most].map(|x| format_number(1e6 * x));
+                let message = format!(
+                    "{name} of {amount} µm is more than a tenth of the module: no flank is modified so"
+                );
+                let error = Error::new(Code::OutOfRange, message).about(key);
+                return Err(error.with_hint(format!("give at most {most} µm")));
+            }
+        }
+        let reliefs = [
+            ("tip_relief", "relief_from", self.tip_relief, tip),
+            ("root_relief", "root_relief_from", self.root_relief, root),
+        ];
+        for (name, key, relief, end) in reliefs {
             let Some(Relief { amount, from }) = relief else {
                 continue;
             };
-            if !(amount.is_finite() && (from - root) * (from - tip) <= 0.0 && from != end) {
+            if !((from - root) * (from - tip) <= 0.0 && from != end) {
+                let name = name.replace('_', " ");
                 let [amount, from, root, tip] = [1e6 * amount, 1e3 * from, 1e3 * root, 1e3 * tip];
                 let message = format!(
                     "{name} of {amount:.3} µm begins at a length of roll of {from:.4} mm; the flank reaches from {root:.4} to {tip:.4} mm"
                 );
                 return Err(Error::new(Code::OutOfRange, message)
+                    .about(key)
                     .with_hint("give a length of roll on the flank"));
             }
         }
-        let amounts = [self.profile_crowning, self.helix_crowning, self.helix_slope];
-        match amounts.iter().find(|amount| !amount.is_finite()) {
-            None => Ok(()),
-            Some(amount) => {
-                let message = format!(
-                    "a modification of a flank is {} µm; it is finite",
-                    format_number(1e6 * amount)
-                );
-                Err(Error::new(Code::OutOfRange, message))
-            }
+        if let (Some(at_tip), Some(at_root)) = (self.tip_relief, self.root_relief)
+            && (at_root.from - at_tip.from) * (tip - root) > 0.0
+        {
+            let [at_tip, at_root] = [at_tip.from, at_root.from].map(|x| format_number(1e3 * x));
+            let message = format!(
+                "root relief begins at a length of roll of {at_root} mm, on the tip's side of where tip relief begins ({at_tip} mm)"
+            );
+            return Err(Error::new(Code::OutOfRange, message)
+                .about("root_relief_from")
+                .with_hint("let both begin at one place, or root relief nearer to the root"));
         }
+        Ok(())
     }
 }

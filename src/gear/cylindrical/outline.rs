@@ -79,6 +79,7 @@ impl ToothOutline {
                 1e3 * root
             );
             return Err(Error::new(Code::OutOfRange, message)
+                .about("teeth")
                 .with_hint("give more teeth, a larger profile shift or a smaller dedendum"));
         }
         if tip <= base {
@@ -88,8 +89,9 @@ impl ToothOutline {
                 2e3 * base
             );
             let least = Bound::AtLeast(2e3 * base).text(4);
-            let hint = format!("give a tip diameter of at least {least} mm");
-            return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
+            let hint = format!("give tip_diameter = \"{least} mm\" or more");
+            let error = Error::new(Code::OutOfRange, message).about("tip_diameter");
+            return Err(error.with_hint(hint));
         }
         if (tip - root) * self.outward() <= 0.0 {
             let message = format!(
@@ -97,7 +99,13 @@ impl ToothOutline {
                 2e3 * tip,
                 2e3 * root
             );
-            return Err(Error::new(Code::OutOfRange, message));
+            let (more, bound) = match self.internal {
+                true => ("less", Bound::AtMost(2e3 * root)),
+                false => ("more", Bound::AtLeast(2e3 * root)),
+            };
+            let hint = format!("give tip_diameter = \"{} mm\" or {more}", bound.text(4));
+            let error = Error::new(Code::OutOfRange, message).about("tip_diameter");
+            return Err(error.with_hint(hint));
         }
         Ok(())
     }
@@ -145,7 +153,13 @@ impl ToothOutline {
                     }
                     false => "reduce the protuberance".into(),
                 };
-                return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
+                let key = if cut_off {
+                    "profile_shift"
+                } else {
+                    "rack.protuberance"
+                };
+                let error = Error::new(Code::OutOfRange, message).about(key);
+                return Err(error.with_hint(hint));
             };
             self.fillet_end = crossing;
             self.undercut = cut_off;
@@ -161,12 +175,13 @@ impl ToothOutline {
                 2e3 * self.form_radius
             );
             let form = 2e3 * self.form_radius;
-            let (side, bound) = match self.internal {
-                true => ("most", Bound::AtMost(form)),
-                false => ("least", Bound::AtLeast(form)),
+            let (more, bound) = match self.internal {
+                true => ("less", Bound::AtMost(form)),
+                false => ("more", Bound::AtLeast(form)),
             };
-            let hint = format!("give a tip diameter of at {side} {} mm", bound.text(4));
-            return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
+            let hint = format!("give tip_diameter = \"{} mm\" or {more}", bound.text(4));
+            let error = Error::new(Code::OutOfRange, message).about("tip_diameter");
+            return Err(error.with_hint(hint));
         }
         Ok(())
     }

@@ -4,7 +4,7 @@
 //! `cos α_wt = (r_b2 ± r_b1)/a`.
 
 use super::involute::{angle_from_inv, inv};
-use super::member::Member;
+use super::member::{MEMBERS, Member};
 use super::outline::ToothOutline;
 use crate::base::bound::Bound;
 use crate::base::code::Code;
@@ -33,8 +33,8 @@ impl Pair {
     /// # Errors
     /// `OutOfRange`, `Conflict`: gears that cannot mesh, or a centre distance at which they do not reach each other.
     pub fn new(members: [Member; 2], centre_distance: Option<f64>) -> Result<Pair, Error> {
-        for member in &members {
-            member.check()?;
+        for (member, name) in members.iter().zip(MEMBERS) {
+            member.check().map_err(|error| error.in_part(name))?;
         }
         check_mates(&members)?;
         let involute = working_involute(&members);
@@ -48,9 +48,15 @@ impl Pair {
                     1e3 * distance,
                     1e3 * base
                 );
-                let least = Bound::AtLeast(1e3 * base).text(6);
-                let hint = format!("give a centre distance of at least {least} mm");
-                return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
+                let hint = match without_backlash > 0.0 {
+                    true => format!(
+                        "without backlash it is {:.4} mm",
+                        1e3 * base / without_backlash.cos()
+                    ),
+                    false => "give a larger centre_distance and profile shifts that fit it".into(),
+                };
+                let error = Error::new(Code::OutOfRange, message).about("centre_distance");
+                return Err(error.with_hint(hint));
             }
             None if without_backlash > 0.0 => base / without_backlash.cos(),
             None => {
@@ -64,7 +70,8 @@ impl Pair {
                     "give centre_distance, or profile shifts with a sum of at {side} {}",
                     bound.text(4)
                 );
-                return Err(Error::new(Code::OutOfRange, message).with_hint(hint));
+                let error = Error::new(Code::OutOfRange, message).about("gear.profile_shift");
+                return Err(error.with_hint(hint));
             }
         };
         let mut members = members;
@@ -75,11 +82,10 @@ impl Pair {
                 .unwrap_or(member.altered_tip_diameter(k));
             member.tip_diameter = Some(tip);
         }
+        let outline =
+            |i: usize| ToothOutline::new(&members[i]).map_err(|error| error.in_part(MEMBERS[i]));
         Ok(Pair {
-            outlines: [
-                ToothOutline::new(&members[0])?,
-                ToothOutline::new(&members[1])?,
-            ],
+            outlines: [outline(0)?, outline(1)?],
             members,
             centre_distance,
             working_pressure_angle: (base / centre_distance).acos(),
@@ -129,7 +135,9 @@ fn check_mates(members: &[Member; 2]) -> Result<(), Error> {
     let [first, second] = members.map(|m| m.gear);
     let conflict = |message: String| Err(Error::new(Code::Conflict, message));
     if first.internal {
-        return conflict("the first gear is internal; name the internal gear second".into());
+        let message = "the first gear is internal; an internal gear is the second";
+        let error = Error::new(Code::Conflict, message).about("pinion.internal");
+        return Err(error.with_hint("exchange the tables `pinion` and `gear`"));
     }
     let shared = [
         ("normal module", "mm", 1e3, first.module, second.module),
@@ -159,10 +167,12 @@ fn check_mates(members: &[Member; 2]) -> Result<(), Error> {
         }
     }
     if second.internal && second.teeth <= first.teeth {
-        return conflict(format!(
-            "an internal gear of {} teeth cannot hold a pinion of {}",
-            second.teeth, first.teeth
-        ));
+        let (ring, pinion) = (second.teeth, first.teeth);
+        let message = format!("an internal gear of {ring} teeth cannot hold a pinion of {pinion}");
+        let error = Error::new(Code::Conflict, message).about("gear.teeth");
+        return Err(error.with_hint(format!(
+            "give more than {pinion} teeth, or fewer to the pinion"
+        )));
     }
     Ok(())
 }
@@ -182,7 +192,7 @@ fn working_involute(members: &[Member; 2]) -> f64 {
 }
 
 /// Distance at which the base circles touch, m.
-fn base_distance(members: &[Member; 2]) -> f64 {
+pub(super) fn base_distance(members: &[Member; 2]) -> f64 {
     let [b1, b2] = members.map(|m| 0.5 * m.gear.base_diameter());
     b2 + members[1].sense() * b1
 }

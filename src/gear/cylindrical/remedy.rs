@@ -69,7 +69,7 @@ impl Design {
             NearestValue::CentreDistance(distance) => {
                 changed.centre_distance = Some(printed_length(distance));
             }
-            NearestValue::Teeth { teeth, shifts } => {
+            NearestValue::Teeth { teeth, shifts, .. } => {
                 changed.centre_distance = None;
                 for (i, member) in changed.members.iter_mut().enumerate() {
                     member.gear.teeth = teeth[i];
@@ -134,7 +134,7 @@ impl Design {
             .collect()
     }
 
-    /// Profile shifts or tooth numbers nearest to the present ones that leave no warning but that of radial assembly.
+    /// Profile shifts or tooth numbers nearest to the present ones that leave no warning, or none but that of radial assembly.
     pub fn without_warnings(&self, pair: &Pair) -> Option<NearestValue> {
         let gears = pair.members.map(|member| member.gear);
         let present = gears.map(|gear| gear.profile_shift);
@@ -145,21 +145,40 @@ impl Design {
             .collect();
         let far = |s: &[f64; 2]| (s[0] - present[0]).hypot(s[1] - present[1]);
         shifts.sort_by(|a, b| far(a).total_cmp(&far(b)));
-        let of_shifts = shifts
-            .into_iter()
-            .map(|shifts| NearestValue::Teeth { teeth, shifts });
+        let of_shifts = shifts.into_iter().map(|shifts| NearestValue::Teeth {
+            teeth,
+            shifts,
+            axial_assembly: false,
+        });
         let more = (1..=MOST_TEETH).map(|more| {
             let second = f64::from(more) * pair.ratio();
             NearestValue::Teeth {
                 teeth: [teeth[0] + more, teeth[1] + second.round().max(1.0) as u32],
                 shifts: [0.0; 2],
+                axial_assembly: false,
             }
         });
-        let is_free = |nearest: &NearestValue| {
-            let is_assembly = |w: &Warning| w.kind == WarningKind::TrimmingInterference;
-            let changed = self.with(*nearest).pair();
-            changed.is_some_and(|pair| pair.warnings().iter().all(is_assembly))
-        };
-        of_shifts.chain(more).find(is_free)
+        // The first without any warning, else the first of those that leave radial assembly impossible.
+        let mut along_axis = None;
+        for nearest in of_shifts.chain(more) {
+            let Some(changed) = self.with(nearest).pair() else {
+                continue;
+            };
+            match changed.warnings()[..] {
+                [] => return Some(nearest),
+                [only] if only.kind == WarningKind::TrimmingInterference => {
+                    along_axis = along_axis.or(Some(nearest));
+                }
+                _ => {}
+            }
+        }
+        along_axis.map(|nearest| match nearest {
+            NearestValue::Teeth { teeth, shifts, .. } => NearestValue::Teeth {
+                teeth,
+                shifts,
+                axial_assembly: true,
+            },
+            other => other,
+        })
     }
 }

@@ -60,6 +60,8 @@ pub enum NearestValue {
         teeth: [u32; 2],
         /// Profile shift coefficients.
         shifts: [f64; 2],
+        /// A pinion that can be put into its ring along the axis only stays so.
+        axial_assembly: bool,
     },
 }
 

@@ -102,7 +102,8 @@ impl Body {
             1e3 * least,
             1e3 * root_radius
         );
-        Err(Error::new(Code::OutOfRange, message).with_hint("take the half plane for a solid body"))
+        let error = Error::new(Code::OutOfRange, message).about("bore_diameter");
+        Err(error.with_hint("take the half plane for a solid body"))
     }
 
     /// Statement of the first quantity of a tooth's foot outside the range the model was fitted over, with the limits.

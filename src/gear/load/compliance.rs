@@ -4,6 +4,7 @@
 
 use crate::base::code::Code;
 use crate::base::error::Error;
+use crate::gear::cylindrical::member::MEMBERS;
 use crate::gear::cylindrical::pair::Pair;
 
 use super::body::Body;
@@ -121,24 +122,21 @@ impl PairCompliance {
                     let message =
                         "the elastic ring model is for gears on a shaft, not for an internal gear";
                     return Err(Error::new(Code::Conflict, message)
+                        .about("body")
                         .with_hint("take the half plane for an internal gear"));
                 }
-                let [first, second] = &pair.outlines;
-                bodies[0].check(first.root_radius)?;
-                bodies[1].check(second.root_radius)?;
-                let named = |name: &str, error: Error| Error {
-                    message: format!("{name}: {}", error.message),
-                    ..error
+                let section = |i: usize| {
+                    let outline = &pair.outlines[i];
+                    let body = bodies[i].check(outline.root_radius);
+                    let tooth = body.and_then(|()| ToothSection::new(outline, materials[i]));
+                    tooth.map_err(|error| error.in_part(MEMBERS[i]))
                 };
-                let teeth = [
-                    ToothSection::new(first, materials[0]).map_err(|e| named("pinion", e))?,
-                    ToothSection::new(second, materials[1]).map_err(|e| named("gear", e))?,
-                ];
+                let teeth = [section(0)?, section(1)?];
                 Ok(PairCompliance::Energy {
                     teeth: Box::new(teeth),
                     bodies,
                     contact,
-                    sense: if second.internal { -1.0 } else { 1.0 },
+                    sense: if pair.outlines[1].internal { -1.0 } else { 1.0 },
                 })
             }
         }

@@ -7,9 +7,11 @@
 
 use std::f64::consts::TAU;
 
+use crate::base::bound::Bound;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::quantity::format_number;
+use crate::gear::cylindrical::member::MEMBERS;
 use crate::gear::cylindrical::modification::FlankModification;
 use crate::gear::cylindrical::pair::Pair;
 use crate::numeric::complementarity::ContactSolution;
@@ -54,6 +56,9 @@ const MAX_GRID: usize = 1_000_000;
 const LEAST_SLICES: usize = 11;
 /// Slices in an axial pitch: contact lines end in tip corners, whose load falls to nothing over some 3 % of it.
 const SLICES_OF_A_PITCH: f64 = 40.0;
+
+/// Largest overlap ratio of a face that is loaded: the slices it needs then are the most there are.
+const LARGEST_OVERLAP: f64 = MAX_SLICES as f64 / SLICES_OF_A_PITCH;
 
 /// Slices at which e(φ, T) of a pair of an overlap ratio is good to about 1 % of its peak to peak.
 pub fn default_slices(overlap: f64) -> usize {
@@ -101,15 +106,8 @@ impl LoadedMesh {
     /// `OutOfRange`: no positions, slices or contact, options that are not finite; as `PairCompliance::new`.
     pub fn new(pair: &Pair, options: MeshOptions) -> Result<LoadedMesh, Error> {
         check(&options)?;
+        check_modifications(pair, &options.modifications)?;
         let path = ContactPath::new(pair);
-        for (i, name) in ["pinion", "gear"].iter().enumerate() {
-            options.modifications[i]
-                .check(path.flank_ends[i])
-                .map_err(|error| Error {
-                    message: format!("{name}: {}", error.message),
-                    ..error
-                })?;
-        }
         if !(path.ends[1] > path.ends[0]) {
             let message = format!(
                 "the teeth do not reach each other: path of contact of {:.4} mm",
@@ -118,6 +116,7 @@ impl LoadedMesh {
             return Err(Error::new(Code::OutOfRange, message)
                 .with_hint("give larger tip diameters or a smaller centre distance"));
         }
+        check_overlap(pair)?;
         let gear = &pair.members[0].gear;
         let width = pair.members[0].face_width.min(pair.members[1].face_width);
         let base_helix = (gear.helix.sin() * gear.pressure_angle.cos())
@@ -154,7 +153,7 @@ impl LoadedMesh {
             let middle = self.path.pitch_rolls[0]
                 + self.path.base[0] * angle
                 + f64::from(*number) * self.path.base_pitch;
-            for slice in 0..slices {
+            for slice in self.slices_near(middle) {
                 let face = (slice as f64 + 0.5) / slices as f64;
                 let behind = (face - 0.5) * self.width;
                 let Some(place) = self.path.place(middle - behind * self.base_helix) else {
@@ -187,6 +186,21 @@ impl LoadedMesh {
                 .with_hint("the contact ratio is too small: give larger tip diameters"));
         }
         MeshPosition::new(points, self.path.base[0])
+    }
+
+    /// Slices of a tooth pair that can touch where its middle has a length of roll: those in reach of the path, and one on either side.
+    fn slices_near(&self, middle: f64) -> std::ops::Range<usize> {
+        let slices = self.options.slices;
+        let lean = self.width * self.base_helix;
+        if !(lean > 0.0) {
+            return 0..slices;
+        }
+        // Share of the face, from the near end, at which the slice has a length of roll.
+        let share = |roll: f64| (middle - roll) / lean + 0.5;
+        let [low, high] = self.path.reach();
+        let first = (share(high) * slices as f64 - 1.0).max(0.0) as usize;
+        let last = (share(low) * slices as f64 + 2.0).max(0.0) as usize;
+        first.min(slices)..last.min(slices)
     }
 
     /// The pitch at several torques of the pinion, N·m.
@@ -272,11 +286,9 @@ impl LoadedMesh {
             format_number(1e3 * solution.deflection),
             format_number(torque)
         );
-        let largest = self.largest_torque(torque)?;
-        Err(Error::new(Code::OutOfRange, message).with_hint(format!(
-            "give a torque of at most {} N·m",
-            format_number(largest)
-        )))
+        let largest = format_number(self.largest_torque(torque)?);
+        let error = Error::new(Code::OutOfRange, message).about("torque");
+        Err(error.with_hint(format!("give a torque of at most {largest} N·m")))
     }
 
     /// A torque below one that is too large, at which no position deflects by more than the teeth bear.
@@ -338,22 +350,63 @@ impl LoadedMesh {
                 hint: None,
             })
             .collect();
-        // F_t/b with the tangential force at the reference circle.
-        let line_load = |c: &LoadedCycle| c.torque / self.reference_radius / self.width;
-        let least = cycles.iter().map(line_load).fold(f64::INFINITY, f64::min);
+        let torques: Vec<f64> = cycles.iter().map(|cycle| cycle.torque).collect();
         let is_iso = matches!(self.options.method, StiffnessMethod::Iso6336 { .. });
-        if is_iso && least < LEAST_LINE_LOAD {
-            warnings.push(Diagnostic {
-                code: "stiffness-range",
-                message: format!(
-                    "line load of {:.3} N/mm is below 100 N/mm, where c′ of ISO 6336-1 falls with the load",
-                    1e-3 * least
-                ),
-                hint: Some("take the energy method for small loads".into()),
-            });
-        }
+        let below = self.below_iso_load(&torques).filter(|_| is_iso);
+        warnings.extend(below.map(|message| Diagnostic {
+            code: "stiffness-range",
+            message,
+            hint: Some("take the energy method for small loads".into()),
+        }));
         warnings
     }
+
+    /// Statement of the least line load F_t/b, with the tangential force at the reference circle, where c′ of ISO 6336-1 does not hold for it.
+    pub fn below_iso_load(&self, torques: &[f64]) -> Option<String> {
+        let line_load = |torque: &f64| torque / self.reference_radius / self.width;
+        let least = torques.iter().map(line_load).fold(f64::INFINITY, f64::min);
+        (least < LEAST_LINE_LOAD).then(|| {
+            format!(
+                "line load of {:.3} N/mm is below 100 N/mm, where c′ of ISO 6336-1 falls with the load",
+                1e-3 * least
+            )
+        })
+    }
+}
+
+/// Checks the modifications of both gears against their flanks.
+///
+/// # Errors
+/// As `FlankModification::check`.
+pub fn check_modifications(
+    pair: &Pair,
+    modifications: &[FlankModification; 2],
+) -> Result<(), Error> {
+    let ends = ContactPath::new(pair).flank_ends;
+    let each = modifications.iter().zip(ends).zip(MEMBERS);
+    each.map(|((modification, ends), name)| {
+        let checked = modification.check(ends, pair.members[0].gear.module);
+        checked.map_err(|error| error.in_part(name))
+    })
+    .collect()
+}
+
+/// Refuses faces of more axial pitches than slices resolve.
+fn check_overlap(pair: &Pair) -> Result<(), Error> {
+    let overlap = pair.contact_ratios().overlap;
+    if overlap <= LARGEST_OVERLAP {
+        return Ok(());
+    }
+    let width = pair.members[0].face_width.min(pair.members[1].face_width);
+    let message = format!(
+        "the face is {overlap:.1} axial pitches wide; a loaded mesh takes at most {LARGEST_OVERLAP}"
+    );
+    let most = Bound::AtMost(1e3 * width * LARGEST_OVERLAP / overlap).text(3);
+    let narrower = usize::from(pair.members[1].face_width < pair.members[0].face_width);
+    let error = Error::new(Code::OutOfRange, message).about("face_width");
+    Err(error.in_part(MEMBERS[narrower]).with_hint(format!(
+        "give face_width = \"{most} mm\" or less and the share of the torque it carries"
+    )))
 }
 
 fn check(options: &MeshOptions) -> Result<(), Error> {

@@ -48,7 +48,8 @@ fn pointed(outline: &ToothOutline) -> Error {
             "the teeth are pointed at a diameter of {:.4} mm, and a point carries no load",
             2e3 * outline.tip_radius
         ),
-    );
+    )
+    .about("tip_diameter");
     match radius {
         Some(radius) => error.with_hint(format!(
             "give tip_diameter = \"{:.4} mm\", where the tip is a twentieth of a pitch thick",

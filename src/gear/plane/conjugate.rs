@@ -83,7 +83,7 @@ pub fn conjugate<P: Profile>(
             "all points of the profile touch at one instant (arc {}), since its centre of curvature lies on the pitch curve (Wildhaber–Novikov); the transverse contact ratio is 0",
             millimetres(arc)
         ))
-        .with_hint("move the centre off the pitch curve, or make the gear helical"));
+        .with_hint("move the centre off the pitch curve"));
     }
     let follow = |rows: &mut dyn Iterator<Item = usize>| {
         let mut contacts: Vec<Contact> = vec![];

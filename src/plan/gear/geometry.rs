@@ -177,6 +177,12 @@ pub fn quantities(pair: &Pair) -> Vec<GearQuantity> {
         of(|m| m.gear.nominal_thickness()),
     );
     all.each(
+        "mean normal tooth thickness",
+        "s_nm",
+        Millimetre,
+        of(Member::mean_thickness),
+    );
+    all.each(
         "transverse tip thickness",
         "s_at",
         Millimetre,
@@ -193,6 +199,16 @@ pub fn quantities(pair: &Pair) -> Vec<GearQuantity> {
         Degree,
         gear.transverse_pressure_angle(),
     );
+    let angles =
+        |radii: [f64; 2]| [0, 1].map(|k| pair.members[k].gear.pressure_angle_at(2.0 * radii[k]));
+    let [tips, forms, roots] = [
+        pair.outlines.map(|o| o.tip_radius),
+        pair.outlines.map(|o| o.form_radius),
+        pair.outlines.map(|o| o.root_radius),
+    ];
+    all.each("tip pressure angle", "α_at", Degree, angles(tips));
+    all.each("root form pressure angle", "α_Fft", Degree, angles(forms));
+    all.each("root pressure angle", "α_ft", Degree, angles(roots));
     all.pair("helix angle", "β", Degree, gear.helix.abs());
     all.pair("gear ratio", "u", One, pair.ratio());
     all.pair(

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::geometry::{GearQuantity, Quantities, QuantityUnit};
 use super::given_profiles::{self, FLANK_POINTS, GivenContact};
+use crate::base::bound::Bound;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::gear::plane::centrodes::{Centrodes, Member};
@@ -16,13 +17,14 @@ use crate::gear::plane::limits::{LimitKind, LimitPoint, limits};
 use crate::gear::plane::line_of_action::LineOfAction;
 use crate::gear::plane::profile::{Profile, Shape};
 use crate::gear::plane::rack_cut::{Outline, cut_outline};
+use crate::gear::plane::rack_cutter::RackCutter;
 use crate::gear::plane::rack_flank::rack_flank;
 use crate::gear::plane::rolling::{Centrode, Rolling};
 use crate::gear::plane::second_contact::{SecondContact, second_contacts};
 use crate::numeric::Complex;
 use crate::plan::stages::StageDecision;
 use crate::scene::non_circular_file::{
-    ConjugateRoute, GearProfile, NonCircularFile, PinionProfile,
+    ConjugateRoute, GearProfile, MAX_CUT_TEETH, NonCircularFile, PinionProfile,
 };
 
 /// Contacts at either end of a flank that the law of gearing is not checked at: there the search for contact may leave the flank.
@@ -86,6 +88,17 @@ impl ConjugateFlank {
         let errors = self.checks.iter().map(|check| check.error.abs());
         errors.reduce(f64::max)
     }
+
+    /// Number of second contacts between the least and the greatest radius of the pinion's flank; the others lie on no tooth of it.
+    pub fn second_on_flank(&self) -> usize {
+        let radii = || self.contacts.iter().map(|c| c.tool_point.norm());
+        let [low, high] = [
+            radii().fold(f64::INFINITY, f64::min),
+            radii().fold(0.0, f64::max),
+        ];
+        let is_on = |s: &&SecondContact| (low..=high).contains(&s.tool_point.norm());
+        self.second.iter().filter(is_on).count()
+    }
 }
 
 /// Computes what the file determines.
@@ -103,6 +116,10 @@ pub fn run(file: &NonCircularFile) -> Result<NonCircularResult, Error> {
         Some(_) => error,
         None => error.with_span(&file.profile_span),
     };
+    if file.teeth.is_some() && matches!(file.profile, PinionProfile::Rack(_)) {
+        let closed = centrodes.closed_arc(Member::First);
+        closed.map_err(|error| error.with_span(&file.ratio_span))?;
+    }
     let flank = flank(file, &centrodes).map_err(in_profile)?;
     let outlines = outlines(file, &centrodes).map_err(in_profile)?;
     let given = match (&file.profile, &file.gear_profile) {
@@ -115,6 +132,15 @@ pub fn run(file: &NonCircularFile) -> Result<NonCircularResult, Error> {
     let mut diagnostics: Vec<Diagnostic> = limits.map(limit).collect();
     diagnostics.extend(flank.iter().flat_map(flank_warnings));
     diagnostics.extend(outlines.iter().zip(["pinion", "gear"]).filter_map(undercut));
+    diagnostics.extend(given_warning(&given));
+    if let PinionProfile::Rack(cutter) = &file.profile {
+        let of_cut = |d: &Diagnostic| matches!(d.code, "undercut" | "contact-ends" | "folded");
+        if diagnostics.iter().any(of_cut) {
+            let hint = rack_remedy(file, &centrodes, &curvatures, cutter);
+            let cut = diagnostics.iter_mut().filter(|d| of_cut(d));
+            cut.for_each(|diagnostic| diagnostic.hint = Some(hint.clone()));
+        }
+    }
     let [first, last] = centrodes.period();
     let angle = |i: usize| first + (last - first) * i as f64 / POSITIONS as f64;
     Ok(NonCircularResult {
@@ -302,6 +328,86 @@ fn flank_warnings(flank: &ConjugateFlank) -> Vec<Diagnostic> {
         hint: Some("shorten the pinion's flank, or give more points of it".into()),
     });
     folded.chain(breaks).collect()
+}
+
+/// Given flanks whose gear is not as far as the law puts it, a constant lead aside.
+fn given_warning(given: &[GivenContact]) -> Option<Diagnostic> {
+    let errors = given.iter().map(|contact| contact.check.error);
+    let [low, high] = errors.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], e| {
+        [low.min(e), high.max(e)]
+    });
+    let miss = given.iter().map(|contact| contact.check.miss.abs());
+    let miss = miss.fold(0.0, f64::max);
+    let arcsec = |angle: f64| angle.to_degrees() * 3600.0;
+    (high - low > LARGEST_LAW_ERROR).then(|| Diagnostic {
+        code: "law-of-gearing",
+        message: format!(
+            "the given flanks break the law of gearing: the gear is off by {:.3} to {:.3} arcsec, and the common normal misses the pitch point by up to {:.4} mm",
+            arcsec(low),
+            arcsec(high),
+            1e3 * miss
+        ),
+        hint: Some("omit `gear.profile` for the flank that keeps the law".into()),
+    })
+}
+
+/// Most teeth added in search of a number without undercut.
+const MOST_TEETH: u32 = 5;
+
+/// Least tooth numbers and greatest dedendum with which the rack undercuts no space, each proved by cutting both gears.
+///
+/// A rack undercuts where its straight flank reaches below `ρ sin² α`, ρ the least radius of curvature of the centrode.
+fn rack_remedy(
+    file: &NonCircularFile,
+    pair: &Centrodes,
+    curvatures: &[CurvatureExtremes; 2],
+    cutter: &RackCutter,
+) -> String {
+    let is_free = |file: &NonCircularFile| {
+        outlines(file, pair).is_ok_and(|both| {
+            !both.is_empty()
+                && both
+                    .iter()
+                    .all(|outline| outline.undercut_spaces.is_empty())
+        })
+    };
+    let found = || {
+        let [z1, z2] = file.teeth?;
+        let module = pair.closed_arc(Member::First).ok()? / (PI * f64::from(z1));
+        let sharpest = curvatures[0].largest[0].max(curvatures[1].largest[0]);
+        let sine = cutter.pressure_angle.sin();
+        let reach = sine * sine / (sharpest * module);
+        let rounding = cutter.tip_radius * (1.0 - sine);
+        let least = (f64::from(z1) * (cutter.dedendum - rounding) / reach).ceil();
+        let whole = |n: &u32| (u64::from(*n) * u64::from(z2)).is_multiple_of(u64::from(z1));
+        let first = (least as u32).max(z1 + 1);
+        let with_teeth = |n: u32| NonCircularFile {
+            teeth: Some([n, (u64::from(n) * u64::from(z2) / u64::from(z1)) as u32]),
+            ..file.clone()
+        };
+        let mut numbers = (first..).filter(whole).take(MOST_TEETH as usize);
+        let teeth = numbers.find(|n| *n <= MAX_CUT_TEETH && is_free(&with_teeth(*n)));
+        let dedendum = Bound::AtMost(reach + rounding).text(3);
+        let shallow = dedendum.parse().ok().filter(|d| *d > cutter.addendum);
+        let shallow = shallow.filter(|dedendum| {
+            is_free(&NonCircularFile {
+                profile: PinionProfile::Rack(RackCutter {
+                    dedendum: *dedendum,
+                    ..*cutter
+                }),
+                ..file.clone()
+            })
+        });
+        let more = teeth.map(|n| {
+            let [_, of_gear] = with_teeth(n).teeth.unwrap_or([n, n]);
+            format!("teeth = {n} (pinion) and {of_gear} (gear)")
+        });
+        let less = shallow.map(|dedendum| format!("rack = {{ dedendum = {dedendum} }}"));
+        let all: Vec<String> = more.into_iter().chain(less).collect();
+        (!all.is_empty()).then(|| format!("{} avoids it", all.join(", or ")))
+    };
+    found()
+        .unwrap_or_else(|| "take more teeth, a larger pressure angle or a smaller dedendum".into())
 }
 
 /// First point at which the chords of a curve turn by more than a right angle.

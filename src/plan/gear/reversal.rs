@@ -51,11 +51,13 @@ const GOOD_FIT: f64 = 3.0;
 
 /// The warning that even the first candidate misses a reading.
 fn poor_fit(reversal: &Reversal) -> Option<Diagnostic> {
-    let largest = reversal.candidates.first()?.largest_deviation;
+    let worst = &reversal.candidates.first()?.largest_deviation;
+    let largest = worst.value.abs();
     (largest > GOOD_FIT).then(|| Diagnostic {
         code: "readings-misfit",
         message: format!(
-            "the first candidate misses a reading by {largest:.1} standard uncertainties (limit {GOOD_FIT})"
+            "the first candidate misses {} by {largest:.1} standard uncertainties (limit {GOOD_FIT})",
+            worst.reading
         ),
         hint: Some(
             "repeat the readings and check their uncertainties; the gear may not be of a standard size"

@@ -1,19 +1,22 @@
 //! Stages of a gear file: geometry, path of contact, stiffness, mesh under load.
 
-use super::drawing::{DrawingReading, readings};
+use super::drawing::{DrawingReading, check_ball, readings};
 use super::geometry::{GearQuantity, quantities};
 use crate::base::bound::Bound;
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::text::pluralise;
 use crate::gear::cylindrical::backlash::BacklashLimits;
+use crate::gear::cylindrical::basic_rack::BasicRack;
+use crate::gear::cylindrical::member::MEMBERS;
+use crate::gear::cylindrical::modification::FlankModification;
 use crate::gear::cylindrical::pair::Pair;
 use crate::gear::cylindrical::path_points::PathPoint;
 use crate::gear::cylindrical::warnings::{Warning, WarningKind};
 use crate::gear::kernel::root::sign_change;
 use crate::gear::load::compliance::{StiffnessMethod, StiffnessRow, compare_methods};
 use crate::gear::load::material::Material;
-use crate::gear::load::mesh::LoadedMesh;
+use crate::gear::load::mesh::{LoadedMesh, check_modifications};
 use crate::gear::load::mesh_result::MeshResult;
 use crate::gear::load::relief::{LeastRelief, least_peak_to_peak};
 use crate::plan::gear_limits as limits;
@@ -52,11 +55,13 @@ pub struct GearResult {
 /// # Errors
 /// Gears that cannot be made or cannot mesh; a load that cannot be carried.
 pub fn run(file: &GearFile) -> Result<GearResult, Error> {
-    let at = |error: Error| match error.span {
-        Some(_) => error,
-        None => error.with_span(&file.span),
-    };
+    let at = |error: Error| file.locate(error);
     let pair = file.pair()?;
+    check_modifications(&pair, &file.modifications).map_err(at)?;
+    for (k, member) in pair.members.iter().enumerate() {
+        let checked = check_ball(member, file.ball_diameters[k]);
+        checked.map_err(|error| at(error.in_part(MEMBERS[k])))?;
+    }
     if !(pair.path_length() > 0.0) {
         return Err(no_contact(file, &pair));
     }
@@ -129,8 +134,27 @@ fn no_contact(file: &GearFile, pair: &Pair) -> Error {
     let nearest = short.filter_map(|w| w.nearest).next();
     match nearest.or_else(|| design.without_warnings(pair)) {
         Some(nearest) => error.with_hint(limits::hint(nearest)),
-        None => error.with_hint("give a rack of a larger addendum"),
+        None => error.with_hint(match usual_heights(file) {
+            Some(hint) => hint,
+            None => "give a smaller centre_distance or larger tip diameters".into(),
+        }),
     }
+}
+
+/// The heights of the rack, those below the usual ones raised to them, with which the teeth reach each other.
+fn usual_heights(file: &GearFile) -> Option<String> {
+    let (usual, mut raised) = (BasicRack::PROFILE_A, file.clone());
+    for member in &mut raised.members {
+        member.rack.addendum = member.rack.addendum.max(usual.addendum);
+        member.rack.dedendum = member.rack.dedendum.max(usual.dedendum);
+    }
+    let rack = raised.members[0].rack;
+    (raised.pair().ok()?.path_length() > 0.0).then(|| {
+        format!(
+            "give rack = {{ addendum = {}, dedendum = {} }}",
+            rack.addendum, rack.dedendum
+        )
+    })
 }
 
 /// Teeth that would have to overlap, with the centre distance at which they do not.
@@ -178,8 +202,13 @@ fn load(file: &GearFile, pair: &Pair) -> Result<(Vec<StiffnessRow>, MeshResult),
         StiffnessMethod::Energy { .. } => StiffnessMethod::Iso6336 { webs: [None; 2] },
         StiffnessMethod::Iso6336 { .. } => StiffnessMethod::default(),
     };
-    let stiffness = compare_methods(pair, &[study.method, other], &materials)?;
-    let mesh = LoadedMesh::new(pair, file.mesh_options(pair))?.map(&study.torques)?;
+    let mut stiffness = compare_methods(pair, &[study.method, other], &materials)?;
+    let mesh = LoadedMesh::new(pair, file.mesh_options(pair))?;
+    let below = mesh.below_iso_load(&study.torques);
+    for row in stiffness.iter_mut().filter(|row| row.method == "iso-6336") {
+        row.outside_range.extend(below.clone());
+    }
+    let mesh = mesh.map(&study.torques)?;
     Ok((stiffness, mesh))
 }
 
@@ -196,7 +225,10 @@ pub fn plan(file: &GearFile) -> Vec<(&'static str, StageDecision)> {
     plan.extend([
         (
             "flanks",
-            runs("involutes with the fillets that the rack leaves".into()),
+            runs(match file.modifications == [FlankModification::default(); 2] {
+                true => "involutes with the fillets that the rack leaves".into(),
+                false => "involutes with the fillets that the rack leaves; modifications count in the mesh, outlines and pictures of teeth are without them".into(),
+            }),
         ),
         (
             "limits",

@@ -38,7 +38,7 @@ material = "steel"
 #[rustfmt::skip]
 const CHANGED: &[(&str, &str, &str)] = &[
     ("k = \"420 N/µm\"", "stifness = \"420 N/µm\"", "[unknown-key] | m.toml:21: | unknown key `stifness` | did you mean `k`? it takes N/m, N/µm, kN/mm"),
-    ("backlash", "backlsh", "[unknown-key] | m.toml:22: | `backlsh` | did you mean `backlash`? it takes m, mm, µm"),
+    ("backlash", "backlsh", "[unknown-key] | m.toml:22: | `backlsh` | did you mean `backlash`? it takes m, mm, µm, in"),
     ("\"80 µm\"", "\"1e-40 m\"", "[out-of-range] | m.toml:22: | less than any play | leave it out, or write 0"),
     ("\"80 µm\"", "\"1e-300 m\"", "[out-of-range] | m.toml:22: | `backlash` is below 1e-50 in SI units | for none write 0 or omit it"),
     ("\"80 µm\"", "\"1e300 m\"", "[out-of-range] | m.toml:22: | `backlash` must not exceed 1e50 in SI units | m, mm"),

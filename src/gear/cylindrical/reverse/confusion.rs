@@ -22,10 +22,11 @@ pub struct Confusion {
 /// A reading that would separate two candidates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Remedy {
-    /// Tip diameter: by so much, m, the usual tooth heights of the candidates differ at least.
-    TipDiameter(f64),
+    /// Tip diameter: least and greatest distance of a usual height of the first candidate from those of the other, m. A least of 0 says that
+    /// the reading separates them by its value: some heights with their allowances have both.
+    TipDiameter([f64; 2]),
     /// Root diameter, likewise.
-    RootDiameter(f64),
+    RootDiameter([f64; 2]),
     /// Spans over the fewest and the most teeth that the flanks allow, whose difference the candidates see `difference` apart, m.
     Spans {
         /// Teeth, of internal gears spaces, spanned.
@@ -42,6 +43,9 @@ const SEPARATED: f64 = 9.0;
 
 /// Standard uncertainty of a diameter that was not read, m: a caliper's.
 const DIAMETER_STD: f64 = 20e-6;
+
+/// Least distance of two diameters that a reading separates, m: 3 standard uncertainties.
+const RESOLVED: f64 = 3.0 * DIAMETER_STD;
 
 /// Smallest standard uncertainty of a span that a reading can be expected to have, m: a disc micrometer's.
 const FINEST_SPAN_STD: f64 = 1e-6;
@@ -74,43 +78,44 @@ impl GearReadings {
             let at = |h: f64| shifts.map(|shift| c.gear.reference_diameter() + height(h, shift));
             coefficients.iter().map(|h| at(*h)).collect::<Vec<_>>()
         };
+        // A distance below what a diameter resolves counts as none.
         let apart = |here: Vec<[f64; 2]>, there: Vec<[f64; 2]>| {
             let all = here
                 .iter()
                 .flat_map(|a| there.iter().map(move |b| interval_gap(*a, *b)));
-            all.fold(f64::INFINITY, f64::min)
+            let least = all.fold(f64::INFINITY, f64::min);
+            let resolved = if least > RESOLVED { least } else { 0.0 };
+            [resolved, farthest(&here, &there)]
         };
-        if self.tip_diameter.is_none() {
-            let [here, there] =
-                [best, other].map(|c| diameters(c, ADDENDA, 1.0, self.profile_shifts(c)));
-            remedies.push((
-                apart(here, there) / DIAMETER_STD,
-                Remedy::TipDiameter as fn(f64) -> Remedy,
-            ));
-        }
-        if self.root_diameter.is_none() {
-            let [here, there] =
-                [best, other].map(|c| diameters(c, DEDENDA, -1.0, [c.generating_shift.value; 2]));
-            remedies.push((
-                apart(here, there) / DIAMETER_STD,
-                Remedy::RootDiameter as fn(f64) -> Remedy,
-            ));
-        }
-        remedies.retain(|(strength, _)| *strength * *strength > SEPARATED);
-        remedies.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut add = |read: bool, here, there, remedy: fn([f64; 2]) -> Remedy| {
+            let distances = apart(here, there);
+            if !read && distances[1] > RESOLVED {
+                remedies.push((distances, remedy));
+            }
+        };
+        let tips = |c: &Candidate| diameters(c, ADDENDA, 1.0, self.profile_shifts(c));
+        let read = self.tip_diameter.is_some();
+        add(read, tips(best), tips(other), Remedy::TipDiameter);
+        let roots = |c: &Candidate| diameters(c, DEDENDA, -1.0, [c.generating_shift.value; 2]);
+        let read = self.root_diameter.is_some();
+        add(read, roots(best), roots(other), Remedy::RootDiameter);
+        remedies.sort_by(|a, b| (b.0[0].total_cmp(&a.0[0])).then(b.0[1].total_cmp(&a.0[1])));
+        // Readings that separate by their value only come last.
+        let certain = remedies.partition_point(|(distances, _)| distances[0] > 0.0);
         let mut remedies: Vec<Remedy> = remedies
             .into_iter()
-            .map(|(strength, remedy)| remedy(strength * DIAMETER_STD))
+            .map(|(distances, remedy)| remedy(distances))
             .collect();
         let teeth = self.span_limits(best);
         let difference = f64::from(teeth[1] - teeth[0]) * base_pitch_difference;
         let std = difference / (SEPARATED.sqrt() * std::f64::consts::SQRT_2);
         if std >= FINEST_SPAN_STD {
-            remedies.push(Remedy::Spans {
+            let spans = Remedy::Spans {
                 teeth,
                 difference,
                 std,
-            });
+            };
+            remedies.insert(certain, spans);
         }
         Confusion {
             candidates,
@@ -137,6 +142,16 @@ impl GearReadings {
         let most = (usual + 1..=self.teeth).take_while(touches).last();
         [fewest.unwrap_or(usual), most.unwrap_or(usual)]
     }
+}
+
+/// Greatest distance of an end or middle of the intervals `here` from the nearest of those `there`.
+fn farthest(here: &[[f64; 2]], there: &[[f64; 2]]) -> f64 {
+    let from_nearest = |x: f64| {
+        let gaps = there.iter().map(|b| interval_gap([x; 2], *b));
+        gaps.fold(f64::INFINITY, f64::min)
+    };
+    let places = here.iter().flat_map(|[a, b]| [*a, 0.5 * (a + b), *b]);
+    places.map(from_nearest).fold(0.0, f64::max)
 }
 
 /// Distance of two intervals, whose limits come in either order; 0 where they overlap.

@@ -1,6 +1,6 @@
 //! The reversal: every standard gear fitted to the readings, those kept that agree, ranked by misfit.
 
-use super::candidate::Candidate;
+use super::candidate::{CENTRE_DISTANCE, Candidate, Deviation};
 use super::confusion::Confusion;
 use super::readings::GearReadings;
 use super::standard_sizes::{PRESSURE_ANGLES, ToothSize};
@@ -28,7 +28,8 @@ impl GearReadings {
     /// `NoConvergence`: no standard gear agrees; the nearest is named.
     pub fn reverse(&self) -> Result<Reversal, Error> {
         self.check()?;
-        let mut nearest: Option<(f64, Candidate)> = None;
+        // The nearest is that of the spans: a centre distance that fits none says nothing of the gear.
+        let mut nearest: Option<(f64, Deviation, Candidate)> = None;
         let mut candidates = Vec::new();
         let angles = |size| {
             PRESSURE_ANGLES
@@ -39,14 +40,16 @@ impl GearReadings {
             let Some((widest, candidate)) = self.fit(size, angle) else {
                 continue;
             };
-            if nearest.as_ref().is_none_or(|(least, _)| widest < *least) {
-                nearest = Some((widest, candidate.clone()));
-            }
-            if widest <= WIDEST {
+            let [of_spans, of_all] = widest;
+            let is_kept = of_all.value.abs() <= WIDEST;
+            if is_kept {
                 candidates.push(candidate);
+            } else if (nearest.as_ref()).is_none_or(|(least, ..)| of_spans.value.abs() < *least) {
+                nearest = Some((of_spans.value.abs(), of_all, candidate));
             }
         }
         if candidates.is_empty() {
+            let nearest = nearest.map(|(_, deviation, candidate)| (deviation, candidate));
             return Err(self.no_candidate(nearest));
         }
         candidates.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
@@ -57,7 +60,7 @@ impl GearReadings {
         })
     }
 
-    fn no_candidate(&self, nearest: Option<(f64, Candidate)>) -> Error {
+    fn no_candidate(&self, nearest: Option<(Deviation, Candidate)>) -> Error {
         let Some((widest, candidate)) = nearest else {
             let message = "no standard gear has these readings";
             return Error::new(Code::NoConvergence, message)
@@ -68,11 +71,16 @@ impl GearReadings {
             ToothSize::DiametralPitch(p) => format!("P {p} 1/in"),
         };
         let message = format!(
-            "no standard gear agrees with the readings; the nearest, {size} / {:.1} deg, misses one by {widest:.1} standard uncertainties",
-            candidate.gear.pressure_angle.to_degrees()
+            "no standard gear agrees with the readings; the nearest, {size} / {:.1} deg, misses {} by {:.1} standard uncertainties",
+            candidate.gear.pressure_angle.to_degrees(),
+            widest.reading,
+            widest.value.abs()
         );
-        Error::new(Code::NoConvergence, message).with_hint(
-            "check the teeth spanned and the uncertainties, or measure spans farther apart",
-        )
+        Error::new(Code::NoConvergence, message).with_hint(match widest.reading.as_str() {
+            CENTRE_DISTANCE => {
+                "check the centre distance, the teeth of the mate and the uncertainties"
+            }
+            _ => "check the teeth spanned and the uncertainties, or measure spans farther apart",
+        })
     }
 }
