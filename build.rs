@@ -8,11 +8,13 @@ const FOLDER: &str = "GEARDYN_RECORDINGS";
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed={FOLDER}");
-    println!("cargo:rustc-check-cfg=cfg(recordings, chromium)");
+    println!("cargo:rustc-check-cfg=cfg(recordings, chromium, firefox)");
     println!("cargo:rerun-if-env-changed=PATH");
     let path = std::env::var_os("PATH").unwrap_or_default();
-    if std::env::split_paths(&path).any(|folder| folder.join("chromium").is_file()) {
-        println!("cargo:rustc-cfg=chromium");
+    for browser in ["chromium", "firefox"] {
+        if std::env::split_paths(&path).any(|folder| folder.join(browser).is_file()) {
+            println!("cargo:rustc-cfg={browser}");
+        }
     }
     if std::env::var_os(FOLDER).is_some_and(|folder| Path::new(&folder).is_dir()) {
         println!("cargo:rustc-cfg=recordings");

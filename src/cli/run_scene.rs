@@ -35,10 +35,14 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
     for path in &html {
         files::ends(path, &["html"])?;
     }
-    let mut files = OutputFiles::new(&html, std::slice::from_ref(&args.scene))?;
+    // The names of the figures follow from the results; that the folder takes files is known before the work.
+    let drawings = args.svg.iter().map(|folder| folder.join("1.svg"));
+    let named: Vec<PathBuf> = html.iter().cloned().chain(drawings).collect();
+    let mut files = OutputFiles::new(&named, std::slice::from_ref(&args.scene))?;
     // From here on the first interrupt ends the study that runs, and no other begins.
     let cancel = interrupt::cancel_on_ctrl_c();
     let (mut documents, mut sections, mut exit) = (Vec::new(), Vec::new(), 0);
+    let mut drawings: Vec<(PathBuf, String)> = Vec::new();
     let title = &scene.model.title;
     if !args.json && !title.is_empty() {
         output::print(&format!("{title}\n\n"))?;
@@ -61,6 +65,12 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         if !html.is_empty() {
             sections.push(Section::new(name, result)?);
         }
+        if let Some(folder) = &args.svg {
+            let path = folder.join(format!("{}-{name}.svg", documents.len() + 1));
+            for figure in result.figures()? {
+                drawings.push((files::sibling_path(&path, figure.suffix), figure.svg()));
+            }
+        }
         documents.push(json!({ "study": name, "result": document(result)? }));
         exit = exit.max(present::exit_code(result));
         if cancel.is_cancelled() {
@@ -74,6 +84,9 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         let title = if title.is_empty() { &command } else { title };
         files.write(path, page(title, &command, &sections).as_bytes())?;
     }
+    for (path, svg) in drawings.iter().filter(|_| whole) {
+        files.write(path, svg.as_bytes())?;
+    }
     let written = files.finish()?;
     if args.json {
         let sources = &scene.sources;
@@ -82,7 +95,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Errors> {
         output::document(&document)?;
     }
     if !args.quiet {
-        let note = footer::written_files(&written) + &footer::not_written(&html, whole);
+        let note = footer::written_files(&written) + &footer::not_written(&named, whole);
         output::print_note(&note);
     }
     Ok(exit)

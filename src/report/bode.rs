@@ -1,8 +1,9 @@
 //! Frequency responses as plots: magnitude, phase and coherence over frequency; measured against fitted; in the complex plane.
 
 use super::axes::{linear_range, log_range};
-use super::figure::{Axis, Curve, Guide, Ink, Mark, Plot, PlotColumn};
-use super::svg::{LineStyle, truncate_label};
+use super::figure::{Axis, Curve, Guide, Ink, Mark, Plot, PlotColumn, PointLabel};
+use super::svg::{LineStyle, hertz, truncate_label};
+use crate::modes::mode::modulus;
 use crate::numeric::Complex;
 
 /// One response.
@@ -152,6 +153,40 @@ fn note(shown: &BodePlot, curves: &[BodeCurve]) -> String {
         .join("; ")
 }
 
+/// Frequencies named on a Nyquist plot.
+const MARKS: usize = 6;
+
+/// Frequencies of the first response where it is largest: at the identified modes, else at its peaks.
+fn frequency_marks(shown: &BodePlot) -> Vec<PointLabel> {
+    let Some(curve) = shown.curves.first().filter(|_| shown.across.is_empty()) else {
+        return Vec::new();
+    };
+    let size = |i: usize| curve.measured.get(i).map_or(f64::NAN, |z| modulus(*z));
+    let count = shown.frequency_hz.len().min(curve.measured.len());
+    let nearest = |f: &f64| {
+        let lines = shown.frequency_hz.iter().enumerate().take(count);
+        lines
+            .min_by(|a, b| (a.1 - f).abs().total_cmp(&(b.1 - f).abs()))
+            .map(|l| l.0)
+    };
+    let mut lines: Vec<usize> = match shown.modes_hz.is_empty() {
+        false => shown.modes_hz.iter().filter_map(nearest).collect(),
+        true => (1..count.saturating_sub(1))
+            .filter(|&i| size(i) > size(i - 1) && size(i) >= size(i + 1))
+            .collect(),
+    };
+    lines.retain(|&i| size(i).is_finite());
+    lines.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+    lines.dedup();
+    lines.truncate(MARKS);
+    let label = |i: usize| PointLabel {
+        x: curve.measured[i].re,
+        y: curve.measured[i].im,
+        text: hertz(shown.frequency_hz[i]),
+    };
+    lines.into_iter().map(label).collect()
+}
+
 /// The responses in the complex plane, equal scales; points measured, lines fitted or computed.
 pub fn nyquist(shown: &BodePlot) -> PlotColumn {
     let curves = &shown.curves[..shown.curves.len().min(MAX_COUNT)];
@@ -185,6 +220,7 @@ pub fn nyquist(shown: &BodePlot) -> PlotColumn {
     let plot = Plot {
         height: 560.0,
         equal_scales: true,
+        labels: frequency_marks(shown),
         empty: "no response",
         ..Plot::new(
             axis(&format!("real part{unit}"), |c| &c.x),

@@ -21,7 +21,7 @@ const MIN_PARTICIPATION: f64 = 0.01;
 /// the JSON document hold all.
 ///
 /// Modes are numbered as they stand at the first speed, after `n_rigid` rigid ones.
-pub fn figure(found: &CampbellDiagram, n_rigid: usize) -> PlotColumn {
+pub fn figure(found: &CampbellDiagram, n_rigid: usize, operating_rpm: Option<f64>) -> PlotColumn {
     let orders = strongest_orders(found);
     let crowded = found.orders.len() > ORDERS || found.branches.len() > BRANCHES;
     let drawn = |c: &&OrderCrossing| {
@@ -51,6 +51,7 @@ pub fn figure(found: &CampbellDiagram, n_rigid: usize) -> PlotColumn {
             .map(|&k| plot_order(&found.orders[k]))
             .collect(),
         crossings: crossings.map(plot_crossing).collect(),
+        operating_rpm,
     })
 }
 

@@ -1,6 +1,8 @@
 //! Campbell plot: frequencies over speed, order lines `f = order · n / 60`, crossings as circles.
 
-use super::figure::{Axis, BLACK_INK, Curve, GREY_INK, Ink, Mark, NamePlacement, Plot, PlotColumn};
+use super::figure::{
+    Axis, BLACK_INK, Curve, GREY_INK, Guide, Ink, Mark, NamePlacement, Plot, PlotColumn,
+};
 use super::svg::{LineStyle, significant, truncate_label};
 
 /// Whirl of a mode as plotted.
@@ -58,6 +60,8 @@ pub struct CampbellPlot {
     pub orders: Vec<PlottedOrder>,
     /// Crossings.
     pub crossings: Vec<PlottedCrossing>,
+    /// Operating speed, rpm, where the file states one.
+    pub operating_rpm: Option<f64>,
 }
 
 const MAX_NAME_LEN: usize = 30;
@@ -117,9 +121,18 @@ pub fn campbell_figure(diagram: &CampbellPlot) -> PlotColumn {
     if !diagram.crossings.is_empty() {
         notes.push("area of rings: participation of the excited part in the mode".to_string());
     }
+    let operating = diagram.operating_rpm.filter(|s| (first..=last).contains(s));
+    let operating = operating.map(|speed| Guide {
+        name: format!(
+            "dotted: operating speed {} rpm",
+            (10.0 * speed).round() / 10.0
+        ),
+        ..Guide::vertical(speed)
+    });
     let plot = Plot {
         height: 440.0,
         curves,
+        guides: operating.into_iter().collect(),
         names: NamePlacement::AtEnd,
         empty: "no modes",
         ..Plot::new(

@@ -9,6 +9,8 @@ use super::outline_file::NamedOutline;
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_blank, or_dash};
+use super::teeth_view::teeth_view;
+use super::view::View;
 use crate::base::error::Error;
 use crate::gear::cylindrical::backlash::{Backlash, BacklashLimits};
 use crate::gear::cylindrical::drawing::ReadingLimits;
@@ -129,6 +131,11 @@ impl Presentation for GearAnswer<'_> {
         };
         let methods: String = self.result.stiffness.iter().map(left_out).collect();
         step_lines(steps(&self.result.plan)) + &methods
+    }
+
+    fn views(&self) -> Vec<View> {
+        let view = teeth_view(&self.result.pair, &self.result.path);
+        view.into_iter().collect()
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {

@@ -34,6 +34,8 @@ pub mod plan;
 
 pub mod recording;
 
+pub mod view;
+
 pub mod presentation;
 
 pub mod page;
@@ -44,11 +46,17 @@ pub mod state_space;
 
 pub mod plan_report;
 
+mod train_layout;
+
+pub mod train;
+
 pub mod mode_shape_plot;
 
 pub mod energy_matrix_plot;
 
 pub mod modes_table;
+
+mod mode_view;
 
 pub mod modes;
 
@@ -127,6 +135,8 @@ pub mod measure;
 pub mod outline_file;
 
 mod gear_plot;
+
+mod teeth_view;
 
 pub mod gear;
 

@@ -5,6 +5,7 @@ use super::svg::{
     Anchor, BLACK, BLUE, Canvas, Colour, GREY, LABEL_SIZE, LIGHT_GREY, LineStyle, Panel,
     TITLE_SIZE, WIDTH, hertz, render_svg, significant, ticks, truncate_label, widest,
 };
+use super::train::ratios;
 use crate::machine::components::Machine;
 use crate::modes::energy::{EnergyShares, dominant_element};
 use crate::modes::mode::{Mode, modulus};
@@ -40,7 +41,8 @@ pub fn draw_mode_shapes(
     let machine = &prepared_machine.machine;
     let modes = &result.modes[..result.modes.len().min(count).min(MAX_COUNT)];
     let stops = layout_nodes(machine);
-    let ratios = ratios(prepared_machine, &stops);
+    let ratios: Option<Vec<f64>> =
+        ratios(prepared_machine).map(|all| stops.iter().map(|s| all[s.node]).collect());
     let sideways = lateral_dofs(machine);
     let sheet = ModeShapeFigure {
         machine,
@@ -51,27 +53,6 @@ pub fn draw_mode_shapes(
         sideways,
     };
     sheet.draw(modes, &result.energies)
-}
-
-/// Each stop's turns for one turn of the first, where a single rigid-body motion turns them all.
-fn ratios(machine: &PreparedMachine, stops: &[LayoutNode]) -> Option<Vec<f64>> {
-    let turns: Vec<Vec<f64>> = machine
-        .model
-        .rigid
-        .iter()
-        .map(|motion| machine.model.expand(motion))
-        .map(|q| {
-            stops
-                .iter()
-                .map(|cancel| q[cancel.dof])
-                .collect::<Vec<f64>>()
-        })
-        .filter(|turns| turns.iter().any(|&t| t != 0.0))
-        .collect();
-    let [turns] = &turns[..] else { return None };
-    let first = turns.first()?;
-    let all_turn = turns.iter().all(|t| t.abs() > ROUNDING * first.abs());
-    all_turn.then(|| turns.iter().map(|t| t / first).collect())
 }
 
 /// The degrees of freedom that are no rotation about a shaft: displacements, then tilts.

@@ -9,9 +9,13 @@ use super::figure::Figure;
 use super::json::complex;
 use super::mode_shape_plot::draw_mode_shapes;
 use super::mode_text::dominant_elements_text;
+use super::mode_view::mode_view;
+use super::number_format::rpm;
 use super::plan::step_lines;
 use super::presentation::{Presentation, Provenance, step_times};
 use super::table::{Table, decimal, or_blank, power};
+use super::train::train;
+use super::view::View;
 use super::{campbell, modes_table, state_space};
 use crate::base::error::Error;
 use crate::machine::components::Machine;
@@ -73,6 +77,7 @@ impl Presentation for ModesReport<'_> {
             .map(|k| mode(machine, result, k, detail))
             .collect();
         Ok(json!({
+            "train": train(machine, &self.scene.model),
             "modes": list,
             "contacts": contacts(machine),
             "tangents": tangents(machine),
@@ -134,13 +139,21 @@ impl Presentation for ModesReport<'_> {
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         let (machine, result) = (self.machine, &self.result);
         if let Some(found) = &result.campbell {
-            let figure = campbell::figure(found, machine.model.rigid.len());
+            let operating = operating_rpm(&machine.machine, &found.reference);
+            let figure = campbell::figure(found, machine.model.rigid.len(), operating);
             return Ok(vec![Figure::first(figure)]);
         }
         Ok(vec![
             Figure::first(draw_mode_shapes(machine, result, PANELS)),
             Figure::new("energies", draw_energy_matrix(machine, result, ROWS)),
         ])
+    }
+
+    fn views(&self) -> Vec<View> {
+        match self.result.campbell {
+            Some(_) => Vec::new(),
+            None => vec![mode_view(self.machine, &self.result, &self.scene.model)],
+        }
     }
 
     fn notes(&self) -> String {
@@ -150,6 +163,14 @@ impl Presentation for ModesReport<'_> {
         });
         step_lines(steps)
     }
+}
+
+/// The mean speed that the file states for a node, rpm.
+fn operating_rpm(machine: &Machine, node: &str) -> Option<f64> {
+    let own = |&&(dof, _): &&(usize, f64)| {
+        machine.nodes[machine.dofs[dof].node].name == node || machine.dof_name(dof) == node
+    };
+    machine.speeds.iter().find(own).map(|s| rpm(s.1))
 }
 
 /// Steps listed in the notes, done or left out.

@@ -9,6 +9,7 @@ use super::json::{hash, warnings};
 use super::plan::{omitted_steps, stages, steps};
 use super::recording::repairs;
 use super::table::Table;
+use super::view::View;
 use crate::base::error::{Diagnostic, Error};
 use crate::base::source_span::SourceFile;
 use crate::plan::prepared_machine::PreparedMachine;
@@ -41,6 +42,11 @@ pub trait Presentation {
     /// A curve that cannot be computed.
     fn figures(&self) -> Result<Vec<Figure>, Error> {
         Ok(Vec::new())
+    }
+
+    /// The views that only a page shows.
+    fn views(&self) -> Vec<View> {
+        Vec::new()
     }
 
     /// Remainder that the figures do not show; empty by default.

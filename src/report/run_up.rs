@@ -4,12 +4,15 @@ use std::f64::consts::TAU;
 
 use serde_json::{Value, json};
 
-use super::figure::{Axis, Figure, LevelMap, Plot, PlotColumn};
+use super::figure::{
+    Axis, Curve, Figure, Guide, Ink, LevelMap, Mark, Plot, PlotColumn, PointLabel,
+};
 use super::mode_text::element_share;
 use super::number_format::{choose_unit, four_digits, rpm, significant, with_minus_signs};
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance, StudyReport};
 use super::spectrum_table::decibels;
+use super::svg::{LineStyle, truncate_label};
 use super::table::{Table, decimal, or_dash};
 use crate::base::error::Error;
 use crate::base::text::pluralise;
@@ -205,12 +208,83 @@ fn map(title: &str, result: &RunUpResult) -> PlotColumn {
         columns: (0..result.speeds.len()).map(row).collect(),
     };
     let speed = format!("speed of {}, rpm", result.node);
+    let orders = order_lines(result, top);
+    let (orders, labels) = orders.into_iter().unzip();
+    let modes = result
+        .critical
+        .iter()
+        .map(|c| c.omega / TAU)
+        .filter(|f| *f < top);
+    let mut modes: Vec<f64> = modes.take(MODE_LINES).collect();
+    modes.sort_by(f64::total_cmp);
+    modes.dedup_by(|a, b| (*a - *b).abs() < 0.5 * step);
     let plot = Plot {
         map: Some(map),
+        guides: modes.into_iter().map(Guide::horizontal).collect(),
+        curves: orders,
+        labels,
+        upright_labels: true,
         ..Plot::new(Axis::linear(speed), Axis::linear("frequency, Hz"))
     };
     let title = format!("{title}: {name} over the speed of {}", result.node);
-    PlotColumn::one(title, plot)
+    PlotColumn {
+        note: "dotted: natural frequencies of the highest critical speeds".into(),
+        ..PlotColumn::one(title, plot)
+    }
+}
+
+/// Orders named on a map: those with the largest amplitudes of the first output.
+const ORDER_LINES: usize = 8;
+
+/// Least relative distance of an order from a stronger one: nearer names would cover each other.
+const NEAR: f64 = 0.08;
+
+/// Natural frequencies drawn on a map.
+const MODE_LINES: usize = 8;
+
+/// The orders with the largest amplitudes as lines `f = order n/60` up to a frequency.
+fn order_lines(result: &RunUpResult, top: f64) -> Vec<(Curve, PointLabel)> {
+    let peak = |number: usize| {
+        let column = result.amplitudes.first().and_then(|t| t[number].as_ref());
+        column.map_or(0.0, |c| c.iter().copied().fold(0.0, f64::max))
+    };
+    let mut strongest: Vec<(usize, &OrderExcitation)> = sized_excitations(result).collect();
+    strongest.sort_by(|a, b| peak(b.0).total_cmp(&peak(a.0)));
+    let mut drawn: Vec<(usize, &OrderExcitation)> = Vec::new();
+    for excitation in strongest {
+        let order = excitation.1.order;
+        let is_near =
+            |other: &(usize, &OrderExcitation)| (other.1.order - order).abs() < NEAR * order;
+        if !drawn.iter().any(is_near) {
+            drawn.push(excitation);
+        }
+    }
+    drawn.truncate(ORDER_LINES);
+    let speeds = || result.speeds.iter().map(|s| s.abs());
+    let (first, last) = (
+        speeds().fold(f64::INFINITY, f64::min),
+        speeds().fold(0.0, f64::max),
+    );
+    let lines = drawn
+        .into_iter()
+        .filter(|(_, e)| e.order * first / TAU < top);
+    lines
+        .map(|(_, e)| {
+            let end = last.min(top * TAU / e.order);
+            let order = (e.order * 1e4).round() / 1e4;
+            let text = format!("{order}× {}", e.source);
+            let mark = Mark::Line(0.7, LineStyle::Dotted);
+            let [from, to] = [first, end].map(|s| e.order * s / TAU);
+            let x = vec![rpm(first), rpm(end)];
+            let curve = Curve::new("", Ink::Faint, mark, x, vec![from, to]);
+            let label = PointLabel {
+                x: rpm(end),
+                y: to,
+                text: truncate_label(&text, 28),
+            };
+            (curve, label)
+        })
+        .collect()
 }
 
 /// Maximum number of critical speeds shown: those with the largest responses.

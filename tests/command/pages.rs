@@ -1,35 +1,57 @@
-//! Pages of reports in a browser: no request, no message, ink in every plot, zoom, address, keys, CSV, names with markup.
+//! Pages of reports in browsers: no request, no message, ink in every plot and view, zoom, group, address, keys, CSV, light and dark, names with markup, sizes.
 
-use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::Command;
 
 use serde_json::{Value, json};
+
+use super::chromium::Browser;
+use super::firefox::Firefox;
 
 /// A page of every kind of answer: the arguments without `--html`.
 const KINDS: &[&str] = &[
     "modes models/geared_damped.toml",
-    "modes models/overhung_rotor.toml --campbell 0:12000:61",
-    "response models/y2250.toml --input index_drive.te --output workpiece --hold motor --band 1:400",
-    "response models/y2250.toml --run-up 50:3000:40",
-    "response examples/backlash_jumps.toml --harmonic-balance 2000:7000:30",
+    "modes models/lin_parker_n3.toml",
+    "modes models/overhung_rotor.toml --campbell 0:12000:21",
+    "response models/geared_damped.toml --input disc_1 --output disc_4 --band 1:400",
+    "response models/geared_chain.toml --run-up 50:3000:12",
+    "response examples/backlash_jumps.toml --harmonic-balance 2000:2600:3",
     "simulate examples/linear_chain.toml",
-    "accuracy models/y2250.toml --of modes",
+    "accuracy models/geared_damped.toml --of modes",
     "stability models/geared_damped.toml",
     "te models/three_stage_chain.toml --output spindle",
     "te data/y2250_te.csv --input index_gear_1 --output work_spindle --teeth 30:37,54:36,1:90 --lines 10000,36000",
-    "identify data/spindle_impact.csv --input force --output ax,ay",
+    "identify data/spindle_impact.csv --input force --output ax",
     "spectrum data/spindle_impact.csv --channel ax",
     "spectrum data/spindle_impact.csv --channel ax --kind spectrogram",
     "measure data/index_gear.toml",
-    "gear models/gears/fzg_c.toml --torques 50:500:4",
+    "gear models/gears/fzg_c.toml",
     "gear reverse data/unknown_gear.toml",
     "gear cut models/gears/bevel_12_36.toml",
     "run examples/y2250_te.toml",
 ];
 
+/// Pages that a second browser opens.
+const SECOND: &[&str] = &[
+    "modes models/geared_damped.toml",
+    "simulate examples/linear_chain.toml",
+    "gear models/gears/fzg_c.toml",
+];
+
+/// Largest page but for its data, bytes.
+const FIXED: usize = 120_000;
+
+/// Largest ordinary page, bytes.
+const ORDINARY: usize = 350_000;
+
 /// The name of a channel that would be markup.
 const HOSTILE: &str = "</script><img/src=x/onerror=alert(1)>";
+
+/// Colours inside the axes of each plot and of each moving view.
+const INK: &str = "[...G.plots.map((p) => [p.u.ctx, p.u.bbox.left + 2, p.u.bbox.top + 2, p.u.bbox.width - 4, p.u.bbox.height - 4]), ...[...document.querySelectorAll('.moving canvas, .turning canvas')].map((c) => [c.getContext('2d'), 0, 0, c.width, c.height])].map(([ctx, left, top, width, height]) => { const copy = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true }); copy.drawImage(ctx.canvas, -left, -top); const d = copy.getImageData(0, 0, width, height).data; const colours = new Set(); for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200) colours.add((d[i] << 16) + (d[i + 1] << 8) + d[i + 2]); return colours.size; })";
+
+/// Ranges of all plots.
+const SHOWN: &str = "G.plots.map((p) => [p.shown.x, p.shown.y])";
 
 /// Writes the page of a command.
 fn write_page(arguments: &[&str], page: &Path) {
@@ -43,6 +65,20 @@ fn write_page(arguments: &[&str], page: &Path) {
     let message = String::from_utf8_lossy(&found.stderr);
     assert!(found.status.code() < Some(2), "{arguments:?}: {message}");
     assert!(page.is_file(), "{arguments:?}: {message}");
+}
+
+/// A log whose channels have names of markup.
+fn hostile_log(folder: &Path) -> PathBuf {
+    let path = folder.join("log.csv");
+    let mut text = format!("time [s];{HOSTILE} [m/s²];<!--<script>\u{2028} [V]\n");
+    let mut rng = fastrand::Rng::with_seed(3);
+    for i in 0..4000 {
+        let t = 1e-3 * f64::from(i);
+        let wave = (6.0 * 7.0 * t).sin() + 0.1 * rng.f64();
+        text += &format!("{t:.3};{wave:.6};{:.6}\n", rng.f64());
+    }
+    std::fs::write(&path, text).unwrap();
+    path
 }
 
 /// A page is one file: no address, the policy against requests, the data, and no text of a log as markup.
@@ -61,24 +97,71 @@ fn exact_page_is_one_file() {
     assert!(!text.contains("<img") && !text.contains("{{data}}"));
     assert!(!text.contains(" src=\"http") && !text.contains("href=\"http"));
     assert_eq!(text.matches("id=\"data\"").count(), 1);
-    assert!(text.len() < 350_000, "{} bytes", text.len());
 }
 
-/// A log whose channels have names of markup.
-fn hostile_log(folder: &Path) -> PathBuf {
-    let path = folder.join("log.csv");
-    let mut text = format!("time [s];{HOSTILE} [m/s²];<!--<script>\u{2028} [V]\n");
-    let mut rng = fastrand::Rng::with_seed(3);
-    for i in 0..4000 {
-        let t = 1e-3 * f64::from(i);
-        let wave = (6.0 * 7.0 * t).sin() + 0.1 * rng.f64();
-        text += &format!("{t:.3};{wave:.6};{:.6}\n", rng.f64());
+/// The figures of all studies of a scene in a folder, numbered by study.
+#[test]
+fn exact_run_draws_every_figure() {
+    let folder = tempfile::tempdir().unwrap();
+    let found = Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .args(["run", "examples/y2250_te.toml", "--quiet", "--svg"])
+        .arg(folder.path())
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    assert!(found.status.code() < Some(2));
+    let svg = std::fs::read_to_string(folder.path().join("1-te.svg")).unwrap();
+    assert!(svg.starts_with("<svg"));
+}
+
+/// The train of a planetary stage in the document: nodes by name, their coordinates, planets at their angles, a place for each.
+#[test]
+fn exact_document_holds_the_train() {
+    let found = Command::new(env!("CARGO_BIN_EXE_geardyn"))
+        .args(["modes", "models/lin_parker_n3.toml", "--json"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    let document: Value = serde_json::from_slice(&found.stdout).unwrap();
+    let train = &document["train"];
+    let (nodes, dofs) = (
+        train["nodes"].as_array().unwrap(),
+        train["dofs"].as_array().unwrap(),
+    );
+    assert_eq!((nodes.len(), dofs.len()), (6, 18));
+    for node in nodes {
+        let name = node["name"].as_str().unwrap();
+        for (axis, index) in node["dofs"].as_object().unwrap() {
+            let dof = &dofs[index.as_u64().unwrap() as usize];
+            assert_eq!(dof, &json!(format!("{name}.{axis}")));
+        }
     }
-    std::fs::write(&path, text).unwrap();
-    path
+    let stage = &train["stages"][0];
+    assert_eq!(
+        stage["planets"],
+        json!(["stage.planet_1", "stage.planet_2", "stage.planet_3"])
+    );
+    assert_eq!(stage["sun"], json!("sun"));
+    let second = stage["positions_rad"][1].as_f64().unwrap();
+    assert!((second - std::f64::consts::TAU / 3.0).abs() < 1e-12);
+    let supports = train["links"].as_array().unwrap().iter();
+    assert_eq!(
+        supports
+            .filter(|l| l["nodes"].as_array().unwrap().len() == 1)
+            .count(),
+        3
+    );
 }
 
-/// Every kind of page in a browser: what a user does works, and nothing is requested or complained of.
+/// Sizes of a page: the whole, and without data and columns.
+fn sizes(page: &Path) -> (usize, usize) {
+    let text = std::fs::read_to_string(page).unwrap();
+    let data = text.split("<script type=\"").skip(1);
+    let length = |part: &str| part.find("</script>").unwrap();
+    (text.len(), text.len() - data.map(length).sum::<usize>())
+}
+
+/// Every kind of page: what a user does works, and nothing is requested or complained of.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium on the PATH")]
 fn law_pages_work_in_a_browser() {
@@ -89,211 +172,204 @@ fn law_pages_work_in_a_browser() {
     for (k, kind) in KINDS.iter().copied().chain([hostile.as_str()]).enumerate() {
         let page = folder.path().join(format!("page{k}.html"));
         write_page(&kind.split(' ').collect::<Vec<_>>(), &page);
-        browser.check(kind, &page);
-    }
-}
-
-/// Chromium by its debugging protocol over two pipes.
-struct Browser {
-    child: Child,
-    to: ChildStdin,
-    from: BufReader<ChildStdout>,
-    session: String,
-    count: u64,
-    events: Vec<Value>,
-}
-
-impl Drop for Browser {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-impl Browser {
-    /// A browser without a window and without a page; its profile lies in the folder.
-    fn start(folder: &Path) -> Browser {
-        let profile = folder.join("profile");
-        let command = format!(
-            "exec chromium --headless --no-sandbox --disable-gpu --no-first-run --window-size=1200,900 --user-data-dir='{}' --remote-debugging-pipe about:blank 3<&0 4>&1 0</dev/null 1>&2",
-            profile.display()
+        let (whole, fixed) = sizes(&page);
+        assert!(
+            fixed <= FIXED && whole <= ORDINARY,
+            "{kind}: {fixed} of {whole} bytes"
         );
-        let mut child = Command::new("sh")
-            .args(["-c", &command])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let (to, from) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
-        let mut browser = Browser {
-            child,
-            to,
-            from: BufReader::new(from),
-            session: String::new(),
-            count: 0,
-            events: Vec::new(),
-        };
-        let made = browser.call("Target.createTarget", json!({ "url": "about:blank" }));
-        let target = json!({ "targetId": made["targetId"], "flatten": true });
-        let attached = browser.call("Target.attachToTarget", target);
-        browser.session = attached["sessionId"].as_str().unwrap().to_string();
-        for domain in ["Page", "Runtime", "Network", "Log"] {
-            browser.call(&format!("{domain}.enable"), json!({}));
-        }
-        browser
+        check(&mut browser, kind, &format!("file://{}", page.display()));
     }
+}
 
-    /// The result of a command; events that arrive before it are kept.
-    fn call(&mut self, method: &str, params: Value) -> Value {
-        self.count += 1;
-        let id = self.count;
-        let mut message = json!({ "id": id, "method": method, "params": params });
-        if !self.session.is_empty() {
-            message["sessionId"] = json!(self.session);
-        }
-        self.to.write_all(message.to_string().as_bytes()).unwrap();
-        self.to.write_all(&[0]).unwrap();
-        self.to.flush().unwrap();
-        loop {
-            let answer = self.read();
-            if answer["id"] == json!(id) {
-                assert!(answer["error"].is_null(), "{method}: {answer}");
-                return answer["result"].clone();
-            }
-            self.events.push(answer);
-        }
+/// What holds of every page.
+fn check(browser: &mut Browser, kind: &str, address: &str) {
+    browser.open(address);
+    for (k, colours) in browser.value(INK).as_array().unwrap().iter().enumerate() {
+        assert!(colours.as_u64() > Some(1), "{kind}: plot {k} has no ink");
     }
-
-    fn read(&mut self) -> Value {
-        let mut bytes = Vec::new();
-        let count = self.from.read_until(0, &mut bytes).unwrap();
-        assert!(count > 0, "the browser ended");
-        serde_json::from_slice(bytes.strip_suffix(&[0]).unwrap()).unwrap()
+    let whole = browser.value(SHOWN);
+    if !whole.as_array().unwrap().is_empty() {
+        zoom(browser, kind, address);
+        assert_eq!(browser.value(SHOWN), whole, "{kind}: all is shown again");
+        save(browser, kind);
     }
-
-    /// The value of an expression in the page.
-    fn value(&mut self, expression: &str) -> Value {
-        let params =
-            json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
-        let found = self.call("Runtime.evaluate", params);
-        assert!(found["exceptionDetails"].is_null(), "{expression}: {found}");
-        found["result"]["value"].clone()
+    if browser.value("G.players.length") != json!(0) {
+        play(browser, kind);
     }
-
-    /// Opens a page and waits until all is drawn.
-    fn open(&mut self, address: &str) {
-        self.call("Page.navigate", json!({ "url": "about:blank" }));
-        self.events.clear();
-        self.call("Page.navigate", json!({ "url": address }));
-        let drawn = "new Promise((done) => { const look = () => document.documentElement?.dataset.ready ? done(true) : setTimeout(look, 5); look(); })";
-        assert_eq!(self.value(drawn), json!(true), "{address}");
+    if browser.value("document.querySelector('.chooser') !== null") == json!(true) {
+        choose(browser, kind);
     }
+    let dark = "document.documentElement.classList.contains('dark')";
+    let before = browser.value(dark);
+    browser.press("t");
+    assert_ne!(browser.value(dark), before, "{kind}: key t");
+    for colours in browser.value(INK).as_array().unwrap() {
+        assert!(colours.as_u64() > Some(1), "{kind}: no ink after key t");
+    }
+    let text = browser.value("document.querySelector('pre').textContent.length");
+    assert!(text.as_u64() > Some(20), "{kind}: no text");
+    complaints(browser, kind, address);
+}
 
-    /// Presses and releases the mouse between two places of the window.
-    fn drag(&mut self, from: (f64, f64), to: (f64, f64)) {
-        let events = [
-            ("mousePressed", from),
-            ("mouseMoved", to),
-            ("mouseReleased", to),
+/// No exception, no message on the console, no request but the page itself.
+fn complaints(browser: &mut Browser, kind: &str, address: &str) {
+    for event in std::mem::take(&mut browser.events) {
+        let method = event["method"].as_str().unwrap_or_default();
+        let complaint = [
+            "Runtime.exceptionThrown",
+            "Runtime.consoleAPICalled",
+            "Log.entryAdded",
         ];
-        for (kind, (x, y)) in [("mouseMoved", from)].into_iter().chain(events) {
-            let params = json!({ "type": kind, "x": x, "y": y, "button": "left", "clickCount": 1 });
-            self.call("Input.dispatchMouseEvent", params);
+        assert!(!complaint.contains(&method), "{kind}: {event}");
+        if method == "Network.requestWillBeSent" {
+            let url = event["params"]["request"]["url"].as_str().unwrap();
+            let own = ["about:", "blob:"].iter().any(|s| url.starts_with(s));
+            assert!(own || url.starts_with(address), "{kind}: {url}");
         }
     }
+}
 
-    fn press(&mut self, key: &str) {
-        for kind in ["keyDown", "keyUp"] {
-            let text = if kind == "keyDown" && key.len() == 1 {
-                key
-            } else {
-                ""
-            };
-            let params = json!({ "type": kind, "key": key, "text": text });
-            self.call("Input.dispatchKeyEvent", params);
-        }
+/// Zooms the first plot by the mouse, opens the address anew, and goes back by a key; plots of its group follow, others do not.
+fn zoom(browser: &mut Browser, kind: &str, address: &str) {
+    browser.value("(G.plots[0].host.scrollIntoView({ block: 'center' }), 0)");
+    let place = browser.value(
+        "(() => { const r = G.plots[0].u.over.getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()",
+    );
+    let [left, top, width, height] = [0, 1, 2, 3].map(|k| place[k].as_f64().unwrap());
+    let at = |x: f64, y: f64| (left + x * width, top + y * height);
+    let whole = numbers(&browser.value(SHOWN));
+    browser.drag(at(0.3, 0.2), at(0.6, 0.8));
+    let zoomed = numbers(&browser.value(SHOWN));
+    assert_ne!(zoomed, whole, "{kind}: dragging zooms");
+    let groups =
+        browser.value("G.plots.map((p) => p.group !== null && p.group === G.plots[0].group)");
+    for (k, follows) in groups.as_array().unwrap().iter().enumerate().skip(1) {
+        let expected = if follows == &json!(true) {
+            &zoomed[0]
+        } else {
+            &whole[k]
+        };
+        assert_eq!(zoomed[k][..2], expected[..2], "{kind}: group of plot {k}");
     }
-
-    fn check(&mut self, kind: &str, page: &Path) {
-        let address = format!("file://{}", page.display());
-        self.open(&address);
-        // Ink: pixels of a curve or a map inside the axes of each plot.
-        let ink = self.value(
-            "G.plots.map((p) => { const b = p.u.bbox; const d = p.u.ctx.getImageData(b.left + 2, b.top + 2, b.width - 4, b.height - 4).data; const colours = new Set(); for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200) colours.add((d[i] << 16) + (d[i + 1] << 8) + d[i + 2]); return colours.size; })",
+    let hash = browser.value("location.hash");
+    let hash = hash.as_str().unwrap();
+    assert!(hash.len() > 5, "{kind}: the address holds the range");
+    browser.open(&format!("{address}{hash}"));
+    let again = numbers(&browser.value(SHOWN));
+    for (a, b) in again.as_flattened().iter().zip(zoomed.as_flattened()) {
+        // The address holds eight digits.
+        assert!(
+            (a - b).abs() <= 1e-5 * b.abs().max(1e-30),
+            "{kind}: {a} {b}"
         );
-        for (k, colours) in ink.as_array().unwrap().iter().enumerate() {
+    }
+    browser.value("(G.plots[0].host.focus(), 0)");
+    for key in ["+", "ArrowRight"] {
+        let before = browser.value(SHOWN);
+        browser.press(key);
+        assert_ne!(browser.value(SHOWN), before, "{kind}: key {key}");
+    }
+    browser.press("0");
+}
+
+/// The ranges of all plots: x, x, y, y.
+fn numbers(shown: &Value) -> Vec<[f64; 4]> {
+    let range =
+        |plot: &Value| [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, k)| plot[i][k].as_f64().unwrap());
+    shown.as_array().unwrap().iter().map(range).collect()
+}
+
+/// The CSV button of each plot saves its points.
+fn save(browser: &mut Browser, kind: &str) {
+    let rows = browser.value(
+        "(async () => { const make = URL.createObjectURL; const rows = []; for (const plot of G.plots) { let blob; URL.createObjectURL = (b) => { blob = b; return make.call(URL, b); }; plot.host.querySelector('.tools button:last-child').click(); rows.push((await blob.text()).split('\\n').length); } URL.createObjectURL = make; return rows; })()",
+    );
+    let rows = rows.as_array().unwrap();
+    assert!(
+        rows.iter().all(|n| n.as_u64() > Some(2)),
+        "{kind}: {rows:?}"
+    );
+}
+
+/// A moving view moves while it is visible and plays, and stands still otherwise.
+fn play(browser: &mut Browser, kind: &str) {
+    let frames = "G.players[0].frames";
+    let moves = "new Promise((done) => { const from = G.players[0].frames; const look = () => G.players[0].frames > from + 2 ? done(true) : setTimeout(look, 5); look(); })";
+    // Ten of the least intervals between frames.
+    let later = "new Promise((done) => setTimeout(() => done(G.players[0].frames), 340))";
+    browser.value("(document.querySelector('.moving canvas, .turning canvas').scrollIntoView({ block: 'center' }), 0)");
+    assert_eq!(browser.value(moves), json!(true), "{kind}: it moves");
+    browser.value("(G.players[0].button.click(), 0)");
+    let before = browser.value(frames);
+    assert_eq!(browser.value(later), before, "{kind}: pause");
+    browser.value("(G.players[0].button.click(), 0)");
+    assert_eq!(browser.value(moves), json!(true), "{kind}: play");
+    let hide = "(document.querySelector('.moving, .turning').style.display = 'none', document.querySelector('.moving, .turning').parentElement.style.display = 'none', new Promise((done) => { const look = () => G.players[0].visible ? setTimeout(look, 5) : done(true); look(); }))";
+    assert_eq!(browser.value(hide), json!(true), "{kind}: out of sight");
+    let before = browser.value(frames);
+    assert_eq!(browser.value(later), before, "{kind}: still out of sight");
+    browser.value("(document.querySelector('.moving, .turning').style.display = '', document.querySelector('.moving, .turning').parentElement.style.display = '', 0)");
+}
+
+/// A row is chosen by a click and by keys.
+fn choose(browser: &mut Browser, kind: &str) {
+    let chosen =
+        "[...document.querySelectorAll('.chooser tr')].findIndex((r) => r.ariaSelected === 'true')";
+    browser.value("(document.querySelectorAll('.chooser tr')[1].click(), document.querySelector('.chooser').focus(), 0)");
+    assert_eq!(browser.value(chosen), json!(1), "{kind}: click");
+    for (key, row) in [("ArrowDown", 2), ("ArrowDown", 3), ("ArrowUp", 2)] {
+        browser.press(key);
+        assert_eq!(browser.value(chosen), json!(row), "{kind}: {key}");
+    }
+    let caption = browser.value("document.querySelector('.moving .note').textContent");
+    assert!(caption.as_str().unwrap().starts_with("Mode 2"), "{caption}");
+}
+
+/// Where reduced motion is requested, nothing moves unless it is played.
+#[test]
+#[cfg_attr(not(chromium), ignore = "needs chromium on the PATH")]
+fn law_reduced_motion_is_obeyed() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    write_page(&["modes", "models/two_disc.toml"], &page);
+    let mut browser = Browser::start(folder.path());
+    let features = json!([{ "name": "prefers-reduced-motion", "value": "reduce" }]);
+    browser.call(
+        "Emulation.setEmulatedMedia",
+        json!({ "features": features }),
+    );
+    browser.open(&format!("file://{}", page.display()));
+    let playing = browser.value("G.players.map((p) => p.playing)");
+    assert_eq!(playing, json!([false]));
+    let before = browser.value("G.players[0].frames");
+    let later = "new Promise((done) => setTimeout(() => done(G.players[0].frames), 340))";
+    assert_eq!(browser.value(later), before);
+}
+
+/// A second browser draws the same pages and opens a zoomed address.
+#[test]
+#[cfg_attr(not(firefox), ignore = "needs firefox on the PATH")]
+fn law_pages_work_in_a_second_browser() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut browser = Firefox::start(folder.path());
+    for (k, kind) in SECOND.iter().enumerate() {
+        let page = folder.path().join(format!("page{k}.html"));
+        write_page(&kind.split(' ').collect::<Vec<_>>(), &page);
+        let address = format!("file://{}", page.display());
+        browser.open(&address);
+        for (k, colours) in browser.value(INK).as_array().unwrap().iter().enumerate() {
             assert!(colours.as_u64() > Some(1), "{kind}: plot {k} has no ink");
         }
-        let shown = "JSON.stringify(G.plots.map((p) => [p.shown.x, p.shown.y]))";
-        let whole = self.value(shown);
-        if !ink.as_array().unwrap().is_empty() {
-            self.zoom(kind, &address, shown);
-            assert_eq!(self.value(shown), whole, "{kind}: all is shown again");
-            let csv = self.value("G.plots.map((p) => G.csv(p).split('\\n').length)");
-            let rows = csv.as_array().unwrap();
-            assert!(rows.iter().all(|n| n.as_u64() > Some(2)), "{kind}: {csv}");
+        if browser.value("G.plots.length") == json!(0) {
+            continue;
         }
-        let dark = "document.documentElement.classList.contains('dark')";
-        let before = self.value(dark);
-        self.press("t");
-        assert_ne!(self.value(dark), before, "{kind}: key t");
-        let text = self.value("document.querySelector('pre').textContent.length");
-        assert!(text.as_u64() > Some(20), "{kind}: no text");
-        for event in std::mem::take(&mut self.events) {
-            let method = event["method"].as_str().unwrap_or_default();
-            let complaint = [
-                "Runtime.exceptionThrown",
-                "Runtime.consoleAPICalled",
-                "Log.entryAdded",
-            ];
-            assert!(!complaint.contains(&method), "{kind}: {event}");
-            if method == "Network.requestWillBeSent" {
-                let url = event["params"]["request"]["url"].as_str().unwrap();
-                assert!(
-                    url.starts_with(&address) || url.starts_with("about:"),
-                    "{kind}: {url}"
-                );
-            }
-        }
-    }
-
-    /// Zooms the first plot by the mouse, opens the address anew, and goes back by a key.
-    fn zoom(&mut self, kind: &str, address: &str, shown: &str) {
-        self.value("(G.plots[0].host.scrollIntoView({ block: 'center' }), 0)");
-        let place = self.value(
-            "(() => { const r = G.plots[0].u.over.getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()",
-        );
-        let [left, top, width, height] = [0, 1, 2, 3].map(|k| place[k].as_f64().unwrap());
-        let whole = self.value(shown);
-        let at = |x: f64, y: f64| (left + x * width, top + y * height);
-        self.drag(at(0.3, 0.2), at(0.6, 0.8));
-        let zoomed = self.value(shown);
-        assert_ne!(zoomed, whole, "{kind}: dragging zooms");
-        let hash = self.value("location.hash");
-        let hash = hash.as_str().unwrap();
-        assert!(hash.len() > 5, "{kind}: the address holds the range");
-        self.open(&format!("{address}{hash}"));
-        let again = self.value(shown);
-        let numbers = |v: &Value| -> Vec<f64> {
-            let all: Vec<[[f64; 2]; 2]> = serde_json::from_str::<Value>(v.as_str().unwrap())
-                .unwrap()
-                .as_array()
-                .unwrap()
-                .iter()
-                .map(|p| [0, 1].map(|i| [0, 1].map(|k| p[i][k].as_f64().unwrap())))
-                .collect();
-            all.as_flattened().as_flattened().to_vec()
-        };
-        for (a, b) in numbers(&again).iter().zip(numbers(&zoomed)) {
-            assert!(
-                (a - b).abs() <= 1e-5 * b.abs().max(1e-30),
-                "{kind}: {a} {b}"
-            );
-        }
-        self.value("(G.plots[0].host.focus(), 0)");
-        self.press("+");
-        assert_ne!(self.value(shown), again, "{kind}: key +");
-        self.press("0");
+        let name = browser.value("G.plots[0].name");
+        let whole = numbers(&browser.value(SHOWN))[0];
+        let part = |a: f64, b: f64, share: f64| a + share * (b - a);
+        let [x0, x1, y0, y1] = whole;
+        let zoomed = [part(x0, x1, 0.25), part(x0, x1, 0.5), y0, y1];
+        let range = zoomed.map(|v| v.to_string()).join(":");
+        browser.open(&format!("{address}#{}={range}", name.as_str().unwrap()));
+        assert_eq!(numbers(&browser.value(SHOWN))[0], zoomed, "{kind}");
     }
 }

@@ -289,6 +289,7 @@ fn turbine(n: usize) -> CampbellPlot {
     branches[4].frequencies_hz[hole].fill(None);
     CampbellPlot {
         shaft: "motor".to_string(),
+        operating_rpm: None,
         branches,
         orders: vec![
             order(1.0, "motor, unbalance"),

@@ -235,6 +235,9 @@ pub struct RunArgs {
     /// Write a page with tables and interactive figures of all studies, which opens in a browser without a network
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+    /// Draw the figures of all studies into this folder, as NUMBER-STUDY.svg
+    #[arg(long, value_name = "DIR")]
+    pub svg: Option<PathBuf>,
     /// No word about what was done and left out
     #[arg(long)]
     pub quiet: bool,

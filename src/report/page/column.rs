@@ -11,6 +11,9 @@ use serde_json::{Value, json};
 /// Lists shorter than this stay numbers of the JSON document.
 const SHORT: usize = 256;
 
+/// Texts shorter than this stay as they are, bytes.
+const SHORT_TEXT: usize = 2048;
+
 /// Deviation of an even grid from its numbers, relative to its span.
 const EVEN: f64 = 1e-13;
 
@@ -21,6 +24,7 @@ const SINGLE: f64 = 1e-6;
 #[derive(Debug, Default)]
 pub struct Columns {
     packed: Vec<(Vec<f64>, String)>,
+    texts: Vec<String>,
 }
 
 impl Columns {
@@ -46,13 +50,47 @@ impl Columns {
         json!({ "column": index, "single": fits_single(values), "length": values.len() })
     }
 
+    /// A text as it is written in the JSON document: itself, or a reference to a packed one.
+    pub fn text(&mut self, text: &str) -> Value {
+        if text.len() < SHORT_TEXT {
+            return json!(text);
+        }
+        self.texts.push(STANDARD.encode(deflate(text.as_bytes())));
+        json!({ "text": self.texts.len() - 1 })
+    }
+
+    /// A document with its long lists of numbers packed.
+    pub fn pack(&mut self, document: &Value) -> Value {
+        match document {
+            Value::Array(list) => match numbers(list) {
+                Some(values) => self.value(&values),
+                None => list.iter().map(|v| self.pack(v)).collect(),
+            },
+            Value::Object(map) => {
+                let entries = map.iter().map(|(key, v)| (key.clone(), self.pack(v)));
+                Value::Object(entries.collect())
+            }
+            other => other.clone(),
+        }
+    }
+
     /// The elements of the page that hold the columns.
     pub fn elements(&self) -> String {
-        let element = |(index, (_, text)): (usize, &(Vec<f64>, String))| {
-            format!("<script type=\"text/plain\" id=\"column{index}\">{text}</script>\n")
+        let element = |(id, index, text): (&str, usize, &String)| {
+            format!("<script type=\"text/plain\" id=\"{id}{index}\">{text}</script>\n")
         };
-        self.packed.iter().enumerate().map(element).collect()
+        let columns = self.packed.iter().enumerate();
+        let columns = columns.map(|(k, (_, text))| ("column", k, text));
+        let texts = self.texts.iter().enumerate();
+        let texts = texts.map(|(k, text)| ("text", k, text));
+        columns.chain(texts).map(element).collect()
     }
+}
+
+/// The values of a long list of nothing but numbers.
+fn numbers(list: &[Value]) -> Option<Vec<f64>> {
+    let values = || list.iter().map(Value::as_f64).collect();
+    if list.len() < SHORT { None } else { values() }
 }
 
 /// First and last value of an evenly rising list.
@@ -92,10 +130,14 @@ fn pack(values: &[f64]) -> String {
     let shuffled: Vec<u8> = (0..size)
         .flat_map(|k| bytes.iter().map(move |b| b[k]))
         .collect();
+    STANDARD.encode(deflate(&shuffled))
+}
+
+fn deflate(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
     // A list of bytes takes everything.
-    let _ = encoder.write_all(&shuffled);
-    STANDARD.encode(encoder.finish().unwrap_or_default())
+    let _ = encoder.write_all(bytes);
+    encoder.finish().unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -3,17 +3,21 @@
 mod column;
 mod figure_json;
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
 use self::column::Columns;
 use super::figure::{Figure, FigureContent};
 use super::number_format::with_minus_signs;
 use super::presentation::Presentation;
+use super::view::{View, ViewKind};
 use crate::base::error::{Diagnostic, Error};
 
 const TEMPLATE: &str = include_str!("template.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+const PLAYER_SCRIPT: &str = include_str!("kinds/player.js");
 const PLOT_STYLE: &str = include_str!("vendor/uPlot.min.css");
 const PLOT_SCRIPT: &str = include_str!("vendor/uPlot.iife.min.js");
 const PLOT_LICENCE: &str = include_str!("vendor/LICENSE");
@@ -26,12 +30,13 @@ pub struct Section {
     text: String,
     notes: String,
     warnings: Vec<Diagnostic>,
+    views: Vec<View>,
     figures: Vec<Figure>,
     csv: String,
 }
 
 /// Largest table that a page holds, bytes: longer ones belong in a file of their own.
-const MAX_TABLE: usize = 1 << 20;
+const MAX_TABLE: usize = 1 << 19;
 
 impl Section {
     /// A result under a heading.
@@ -52,6 +57,7 @@ impl Section {
             text: result.text(),
             notes: repairs + &result.notes() + &early,
             warnings: about.warnings.to_vec(),
+            views: result.views(),
             figures: result.figures()?,
             csv: if csv.len() <= MAX_TABLE {
                 csv
@@ -74,17 +80,21 @@ impl Section {
     fn json(&self, columns: &mut Columns) -> Value {
         let warning =
             |w: &Diagnostic| json!({ "code": w.code, "message": w.message, "hint": w.hint });
+        let mut view = |v: &View| json!({ "kind": v.kind.name(), "title": v.title, "data": columns.pack(&v.data) });
+        let views: Vec<Value> = self.views.iter().map(&mut view).collect();
+        let csv = columns.text(&self.csv);
         let figure = |figure: &Figure| match &figure.content {
             FigureContent::Plots(plots) => figure_json::plots(plots, columns),
-            FigureContent::Drawing(svg) => json!({ "svg": svg }),
+            FigureContent::Drawing(svg) => json!({ "svg": columns.text(svg) }),
         };
         json!({
             "heading": self.heading,
             "text": with_minus_signs(&self.text),
             "notes": self.notes,
             "warnings": self.warnings.iter().map(warning).collect::<Vec<_>>(),
+            "views": views,
             "figures": self.figures.iter().map(figure).collect::<Vec<_>>(),
-            "csv": self.csv,
+            "csv": csv,
         })
     }
 }
@@ -92,6 +102,9 @@ impl Section {
 /// The page of results, with the title of the machine or log and the command that makes it again.
 pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
     let mut columns = Columns::default();
+    let kinds: BTreeSet<ViewKind> = (sections.iter().flat_map(|s| &s.views))
+        .map(|v| v.kind)
+        .collect();
     let sections: Vec<Value> = sections.iter().map(|s| s.json(&mut columns)).collect();
     let version = env!("CARGO_PKG_VERSION");
     let data =
@@ -106,8 +119,27 @@ pub fn page(title: &str, command: &str, sections: &[Section]) -> String {
         ("{{columns}}", columns.elements()),
         ("{{plot_script}}", PLOT_SCRIPT.to_string()),
         ("{{script}}", SCRIPT.to_string()),
+        ("{{kinds}}", kind_scripts(&kinds)),
     ];
     fill(TEMPLATE, &parts)
+}
+
+/// The script of the views of a kind.
+fn kind_script(kind: ViewKind) -> &'static str {
+    match kind {
+        ViewKind::Modes => include_str!("kinds/modes.js"),
+        ViewKind::Teeth => include_str!("kinds/teeth.js"),
+    }
+}
+
+/// The elements with the scripts of the kinds of views of a page.
+fn kind_scripts(kinds: &BTreeSet<ViewKind>) -> String {
+    let player = (!kinds.is_empty()).then_some(PLAYER_SCRIPT);
+    let all = player
+        .into_iter()
+        .chain(kinds.iter().map(|k| kind_script(*k)));
+    all.map(|script| format!("<script>\n{script}</script>\n"))
+        .collect()
 }
 
 /// A template with its marks replaced in one pass: what is inserted holds no marks.

@@ -1,7 +1,7 @@
 "use strict";
 // Draws the figures of a report with uPlot's scales and axes; curves, maps and names are drawn here, since they have abscissae of their own.
 (() => {
-  const G = (globalThis.G = { plots: [] });
+  const G = (globalThis.G = { plots: [], players: [], redraws: [], kinds: {} });
   const data = JSON.parse(document.getElementById("data").textContent);
   const root = document.documentElement;
   const element = (name, text, className) => {
@@ -14,11 +14,14 @@
 
   // Columns: bytes ordered by significance, deflated, in base 64.
   const columns = new Map();
+  function inflated(id) {
+    const packed = Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+    return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw")));
+  }
+  const textOf = async (value) => (typeof value === "string" ? value : inflated("text" + value.text).text());
   async function column({ column: id, single, length }) {
     if (!columns.has(id)) {
-      const packed = Uint8Array.from(atob(document.getElementById("column" + id).textContent), (c) => c.charCodeAt(0));
-      const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-      const shuffled = new Uint8Array(await new Response(stream).arrayBuffer());
+      const shuffled = new Uint8Array(await inflated("column" + id).arrayBuffer());
       const size = single ? 4 : 8;
       const bytes = new Uint8Array(length * size);
       for (let k = 0; k < size; k++) for (let i = 0; i < length; i++) bytes[i * size + k] = shuffled[k * length + i];
@@ -26,6 +29,7 @@
     }
     return columns.get(id);
   }
+  const isPacked = (value) => value !== null && typeof value === "object" && ("grid" in value || "column" in value);
   async function list(value) {
     if (Array.isArray(value)) return value.map((v) => (v === null ? NaN : v));
     if (value.grid) {
@@ -33,6 +37,15 @@
       return Float64Array.from({ length: count }, (_, i) => first + ((last - first) * i) / (count - 1));
     }
     return column(value);
+  }
+
+  // The data of a view, with its long lists.
+  async function unpacked(value) {
+    if (isPacked(value)) return list(value);
+    if (Array.isArray(value)) return Promise.all(value.map(unpacked));
+    if (value === null || typeof value !== "object") return value;
+    const entries = Object.entries(value).map(async ([key, part]) => [key, await unpacked(part)]);
+    return Object.fromEntries(await Promise.all(entries));
   }
 
   // Numbers of tips and axes.
@@ -358,6 +371,16 @@
     const about = ([low, high], length) => [0.5 * (low + high - length), 0.5 * (low + high + length)];
     [ranges.x, ranges.y] = [about(x, unit * wide), about(y, unit)];
   }
+  // Plots of a group share the union of their whole ranges.
+  function join(plots) {
+    const ends = [0, 1].map((k) => plots.map((p) => p.whole.x[k]));
+    const whole = [Math.min(...ends[0]), Math.max(...ends[1])];
+    for (const p of plots) {
+      [p.whole.x, p.shown.x] = [whole.slice(), whole.slice()];
+      p.u.redraw(true, true);
+      p.u.setScale("x", { min: whole[0], max: whole[1] });
+    }
+  }
   function clip(u, draw) {
     const { left, top, width, height } = u.bbox;
     u.ctx.save();
@@ -437,7 +460,6 @@
         if (distance < best.distance) best = { distance, curve, i };
       }
     }
-    const box2 = document.getElementById("tip");
     let text = "";
     if (best.curve) {
       const { curve, i } = best;
@@ -451,10 +473,14 @@
       const k = Math.floor((y - map.low) / map.step);
       if (i >= 0 && k >= 0 && k < map.rows) text = `${plot.x.label}: ${number(x)}\n${plot.y.label}: ${number(y)}\n${map.label}: ${number(map.levels[i * map.rows + k])}`;
     }
-    box2.hidden = !text;
-    box2.textContent = text;
-    box2.style.left = Math.min(event.pageX + 14, scrollX + innerWidth - box2.offsetWidth - 8) + "px";
-    box2.style.top = event.pageY + 14 + "px";
+    showTip(text, event);
+  }
+  function showTip(text, event) {
+    const box = document.getElementById("tip");
+    box.hidden = !text;
+    box.textContent = text;
+    box.style.left = Math.min(event.pageX + 14, scrollX + innerWidth - box.offsetWidth - 8) + "px";
+    box.style.top = event.pageY + 14 + "px";
   }
 
   // Files.
@@ -525,7 +551,7 @@
   async function figure(figure, host, name) {
     if (figure.svg !== undefined) {
       const box = element("div", undefined, "drawing");
-      const parsed = new DOMParser().parseFromString(figure.svg, "image/svg+xml").documentElement;
+      const parsed = new DOMParser().parseFromString(await textOf(figure.svg), "image/svg+xml").documentElement;
       if (!parsed.hasAttribute("viewBox")) parsed.setAttribute("viewBox", `0 0 ${parsed.getAttribute("width")} ${parsed.getAttribute("height")}`);
       box.append(document.importNode(parsed, true));
       host.append(box);
@@ -542,6 +568,7 @@
       const numbered = !figure.linked || k + 1 === figure.plots.length;
       makePlot(plot, box, figure.linked ? name : null, `${name}.${k + 1}`, numbered);
     });
+    if (figure.linked) join(G.plots.filter((p) => p.group === name));
   }
   async function section(part, k, main) {
     const host = element("section");
@@ -558,17 +585,23 @@
       host.append(warnings);
     }
     host.append(element("pre", part.text));
+    for (const view of part.views) {
+      const box = element("div");
+      host.append(element("h3", view.title), box);
+      G.kinds[view.kind](await unpacked(view.data), box);
+    }
     for (let f = 0; f < part.figures.length; f++) await figure(part.figures[f], host, `p${k + 1}f${f + 1}`);
     const details = (title, content, more) => {
       const box = element("details");
       box.append(element("summary", title), ...(more ? [more] : []), content);
       host.append(box);
     };
-    if (part.csv.trim()) {
+    const csv = await textOf(part.csv);
+    if (csv.trim()) {
       const button = element("button", "save as CSV");
       button.type = "button";
-      button.addEventListener("click", () => download(`part${k + 1}.csv`, part.csv));
-      details("table", tableOf(part.csv), button);
+      button.addEventListener("click", () => download(`part${k + 1}.csv`, csv));
+      details("table", tableOf(csv), button);
     }
     if (part.notes.trim()) details("what ran and what was left out", element("pre", part.notes.trim()));
   }
@@ -577,7 +610,9 @@
   function theme(dark) {
     root.classList.toggle("dark", dark);
     for (const plot of G.plots) plot.u.redraw(false, true);
+    G.redraws.forEach((redraw) => redraw());
   }
+  addEventListener("resize", () => G.redraws.forEach((redraw) => redraw()));
   document.getElementById("theme").addEventListener("click", () => theme(!root.classList.contains("dark")));
   addEventListener("keydown", (event) => { if (event.key === "t" && !event.ctrlKey && !event.metaKey) theme(!root.classList.contains("dark")); });
   root.classList.toggle("dark", matchMedia("(prefers-color-scheme: dark)").matches);
@@ -585,7 +620,9 @@
   addEventListener("beforeprint", () => { before = root.classList.contains("dark"); theme(false); });
   addEventListener("afterprint", () => theme(before));
 
-  async function start() {
+  // For views: the script of a kind names its drawing, which takes the data and an element.
+  Object.assign(G, { element, colour, number, tip: showTip, kind: (name, draw) => (G.kinds[name] = draw) });
+  G.start = async () => {
     document.querySelector("h1").textContent = data.title;
     document.querySelector(".command").textContent = data.command;
     document.querySelector("footer").textContent = `geardyn ${data.version}. Drag: zoom; arrow keys, + and −: move and zoom the plot in focus; 0 or double click: all; t: light and dark.`;
@@ -599,6 +636,5 @@
     readAddress();
     ready = true;
     root.dataset.ready = "true";
-  }
-  start();
+  };
 })();

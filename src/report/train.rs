@@ -1,0 +1,258 @@
+//! The drive train as a graph: nodes with their places in a schematic, links between them, planetary stages.
+
+use std::collections::HashMap;
+
+use serde_json::{Value, json};
+
+use super::train_layout::{GridPlace, LinkSide, Neighbours, place_parts};
+use crate::machine::components::Machine;
+use crate::plan::prepared_machine::PreparedMachine;
+use crate::scene::model::{Axis, BranchEnd, Model, Planetary, PlanetaryGeometry};
+
+/// Rotation smaller than this part of the first node's in a rigid-body motion is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Cells of a planetary stage along both axes.
+const STAGE_CELLS: i64 = 3;
+
+/// Radius of a body in cells, and the largest of a gear.
+const RADII: (f64, f64) = (0.3, 0.46);
+
+/// The graph of a machine as in documents: `dofs`, `nodes`, `links`, `stages`.
+pub fn train(prepared: &PreparedMachine, model: &Model) -> Value {
+    let machine = &prepared.machine;
+    let links = links(machine);
+    let stages = stages(machine, &model.planetaries);
+    let parts = Parts::new(machine.nodes.len(), &stages);
+    let places = parts.places(&links);
+    let radii = radii(machine, model);
+    let ratios = ratios(prepared);
+    let node = |n: usize| {
+        let own = (0..machine.dofs.len()).filter(|&i| machine.dofs[i].node == n);
+        let dofs: serde_json::Map<String, Value> = own
+            .map(|i| (machine.dofs[i].axis.name().to_string(), json!(i)))
+            .collect();
+        let kind = machine.elements[machine.nodes[n].element].kind;
+        json!({
+            "name": machine.nodes[n].name,
+            "kind": kind,
+            "place": places[parts.of_node[n]],
+            "radius": radii[n],
+            "ratio": ratios.as_ref().map(|r| r[n]),
+            "dofs": dofs,
+        })
+    };
+    let name = |n: &usize| machine.nodes[*n].name.as_str();
+    let link = |link: &Link| {
+        json!({
+            "element": machine.elements[link.element].name,
+            "kind": machine.elements[link.element].kind,
+            "mesh": link.is_mesh(machine),
+            "nodes": link.nodes.iter().map(name).collect::<Vec<_>>(),
+        })
+    };
+    let stage = |(k, stage): (usize, &Stage)| {
+        json!({
+            "name": stage.planetary.name.text,
+            "place": places[k],
+            "sun": stage.members[0].as_ref().map(name),
+            "ring": stage.members[1].as_ref().map(name),
+            "carrier": stage.members[2].as_ref().map(name),
+            "planets": stage.planets.iter().map(name).collect::<Vec<_>>(),
+            "positions_rad": stage.planetary.positions,
+            "radii": pitch_radii(&stage.planetary.size),
+            "lateral": stage.planetary.lateral,
+        })
+    };
+    json!({
+        "dofs": machine.dof_names(),
+        "nodes": (0..machine.nodes.len()).map(node).collect::<Vec<_>>(),
+        "links": links.iter().map(link).collect::<Vec<_>>(),
+        "stages": stages.iter().enumerate().map(stage).collect::<Vec<_>>(),
+    })
+}
+
+/// An element between nodes, or between a node and ground.
+struct Link {
+    element: usize,
+    nodes: Vec<usize>,
+    /// Both ends turn alike where it is not strained.
+    along: bool,
+}
+
+impl Link {
+    fn is_mesh(&self, machine: &Machine) -> bool {
+        ["gear_pair", "worm_pair"].contains(&machine.elements[self.element].kind)
+    }
+}
+
+/// Links in the order of the branches, each pair of nodes of an element once; planetary stages have none.
+fn links(machine: &Machine) -> Vec<Link> {
+    let mut links: Vec<Link> = Vec::new();
+    for branch in &machine.branches {
+        if machine.elements[branch.element].kind == "planetary" {
+            continue;
+        }
+        let dofs = branch.direction.terms.iter().map(|t| machine.dofs[t.0]);
+        let mut nodes: Vec<usize> = dofs.map(|d| d.node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let along = match branch.direction.terms[..] {
+            [(_, a), (_, b)] => a == -b,
+            _ => false,
+        };
+        let same = |l: &&mut Link| l.element == branch.element && l.nodes == nodes;
+        match links.iter_mut().find(same) {
+            Some(known) => known.along |= along,
+            None => links.push(Link {
+                element: branch.element,
+                nodes,
+                along,
+            }),
+        }
+    }
+    links
+}
+
+/// A planetary stage and its nodes.
+struct Stage<'a> {
+    planetary: &'a Planetary,
+    /// Sun, ring, carrier; a fixed one has no node.
+    members: [Option<usize>; 3],
+    planets: Vec<usize>,
+}
+
+fn stages<'a>(machine: &Machine, all: &'a [Planetary]) -> Vec<Stage<'a>> {
+    let by_name: HashMap<&str, usize> = (machine.nodes.iter().enumerate())
+        .map(|(n, node)| (node.name.as_str(), n))
+        .collect();
+    let member = |end: &BranchEnd| match end {
+        BranchEnd::Node(name) => by_name.get(name.text.as_str()).copied(),
+        BranchEnd::Ground => None,
+    };
+    let stage = |planetary: &'a Planetary| {
+        let name = |k: usize| format!("{}.planet_{}", planetary.name.text, k + 1);
+        let planets = (0..planetary.positions.len()).map(name);
+        Stage {
+            planetary,
+            members: [&planetary.sun, &planetary.ring, &planetary.carrier].map(member),
+            planets: planets
+                .filter_map(|p| by_name.get(p.as_str()).copied())
+                .collect(),
+        }
+    };
+    all.iter().map(stage).collect()
+}
+
+/// Radii of sun, planet, ring and carrier relative to the ring.
+fn pitch_radii(size: &PlanetaryGeometry) -> [f64; 4] {
+    let [sun, planet, ring] = match *size {
+        PlanetaryGeometry::Teeth { teeth, .. } => teeth.map(f64::from),
+        PlanetaryGeometry::Radii { base, .. } => base,
+    };
+    [sun, planet, ring, sun + planet].map(|r| r / ring)
+}
+
+/// Parts of the schematic: stages first, then nodes outside of stages.
+struct Parts {
+    sizes: Vec<i64>,
+    of_node: Vec<usize>,
+    /// Parts that have a node in common.
+    joined: Vec<[usize; 2]>,
+}
+
+impl Parts {
+    fn new(n_nodes: usize, stages: &[Stage]) -> Parts {
+        let mut sizes = vec![STAGE_CELLS; stages.len()];
+        let mut part: Vec<Option<usize>> = vec![None; n_nodes];
+        let mut joined = Vec::new();
+        for (k, stage) in stages.iter().enumerate() {
+            let all = stage.members.iter().flatten().chain(&stage.planets);
+            for &node in all {
+                match part[node] {
+                    Some(other) => joined.push([other, k]),
+                    None => part[node] = Some(k),
+                }
+            }
+        }
+        let mut alone = || {
+            sizes.push(1);
+            sizes.len() - 1
+        };
+        let of_node = part
+            .into_iter()
+            .map(|p| p.unwrap_or_else(&mut alone))
+            .collect();
+        Parts {
+            sizes,
+            of_node,
+            joined,
+        }
+    }
+
+    fn places(&self, links: &[Link]) -> Vec<GridPlace> {
+        let mut neighbours: Vec<Neighbours> = vec![Vec::new(); self.sizes.len()];
+        let mut join = |a: usize, b: usize, side: LinkSide| {
+            if a != b {
+                neighbours[a].push((b, side));
+                neighbours[b].push((a, side));
+            }
+        };
+        for &[a, b] in &self.joined {
+            join(a, b, LinkSide::Along);
+        }
+        for link in links {
+            let side = match link.along {
+                true => LinkSide::Along,
+                false => LinkSide::Across,
+            };
+            if let [a, b] = link.nodes[..] {
+                join(self.of_node[a], self.of_node[b], side);
+            }
+        }
+        place_parts(&self.sizes, &neighbours)
+    }
+}
+
+/// Radius of each node in cells: gears by their share of the teeth of a pair.
+fn radii(machine: &Machine, model: &Model) -> Vec<f64> {
+    let mut radii = vec![RADII.0; machine.nodes.len()];
+    for pair in &model.gear_pairs {
+        let sum = f64::from(pair.teeth[0]) + f64::from(pair.teeth[1]);
+        for (name, teeth) in pair.between.iter().zip(pair.teeth) {
+            let share = (f64::from(teeth) / sum).clamp(RADII.0, RADII.1);
+            let node = machine.nodes.iter().position(|n| n.name == name.text);
+            if let Some(node) = node {
+                radii[node] = share;
+            }
+        }
+    }
+    radii
+}
+
+/// Turns of each node for one turn of the first, where a single rigid-body motion turns all nodes that turn.
+pub fn ratios(prepared: &PreparedMachine) -> Option<Vec<f64>> {
+    let machine = &prepared.machine;
+    let mut dof = vec![None; machine.nodes.len()];
+    for (i, d) in machine.dofs.iter().enumerate() {
+        if d.axis == Axis::Theta || machine.is_slide(i) {
+            dof[d.node] = Some(i);
+        }
+    }
+    let turns = |q: Vec<f64>| -> Vec<Option<f64>> { dof.iter().map(|d| d.map(|i| q[i])).collect() };
+    let moving = |t: &Vec<Option<f64>>| t.iter().flatten().any(|&x| x != 0.0);
+    let motions = prepared.model.rigid.iter();
+    let all = motions
+        .map(|m| turns(prepared.model.expand(m)))
+        .filter(moving);
+    let [turns] = &all.collect::<Vec<_>>()[..] else {
+        return None;
+    };
+    let first = turns.iter().flatten().next()?;
+    let all_turn = turns
+        .iter()
+        .flatten()
+        .all(|t| t.abs() > ROUNDING * first.abs());
+    let ratio = |t: &Option<f64>| t.map_or(1.0, |t| t / first);
+    all_turn.then(|| turns.iter().map(ratio).collect())
+}

@@ -1,0 +1,33 @@
+//! Views of a result that only a page shows, because they move: their kind and data.
+
+use serde_json::Value;
+
+/// A view of a result.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Kind of the view.
+    pub kind: ViewKind,
+    /// Title.
+    pub title: String,
+    /// Data of the view, as its script reads them.
+    pub data: Value,
+}
+
+/// Kind of a view; each has a script of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ViewKind {
+    /// Mode shapes in a schematic of the drive train.
+    Modes,
+    /// Profiles of cylindrical gears in mesh.
+    Teeth,
+}
+
+impl ViewKind {
+    /// Name in the data of a page.
+    pub fn name(self) -> &'static str {
+        match self {
+            ViewKind::Modes => "modes",
+            ViewKind::Teeth => "teeth",
+        }
+    }
+}
