@@ -19,7 +19,7 @@ pub struct Error {
     /// Remedy, in the imperative.
     pub hint: Option<String>,
     /// Key of the input that holds the value, `rack.dedendum` or `gear.teeth`: where no place is known, the reader of the file finds it.
-    pub key: Option<String>,
+    pub key: Option<Box<str>>,
 }
 
 impl Error {
@@ -44,15 +44,15 @@ impl Error {
 
     /// The same error, of the value of a key; one that names a key keeps it.
     pub fn about(mut self, key: &str) -> Error {
-        self.key.get_or_insert_with(|| key.to_string());
+        self.key.get_or_insert_with(|| key.into());
         self
     }
 
     /// The same error, of the part `part` of the input: its key becomes `part.key`, and the message names the part.
     pub fn in_part(mut self, part: &str) -> Error {
         self.key = Some(match self.key {
-            Some(key) => format!("{part}.{key}"),
-            None => part.to_string(),
+            Some(key) => format!("{part}.{key}").into(),
+            None => part.into(),
         });
         self.message = format!("{part}: {}", self.message);
         self

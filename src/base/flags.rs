@@ -88,8 +88,14 @@ impl Flags {
 
     /// The flags but that of `key`.
     pub fn without(&self, key: &str) -> Flags {
+        self.without_all(&[key])
+    }
+
+    /// The flags but those of `keys`.
+    pub fn without_all(&self, keys: &[&str]) -> Flags {
         let mut others = self.clone();
-        others.table.entries.retain(|entry| entry.key != key);
+        let is_other = |entry: &Entry| !keys.contains(&entry.key.as_str());
+        others.table.entries.retain(is_other);
         others
     }
 

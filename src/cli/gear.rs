@@ -24,7 +24,9 @@ use crate::report::non_circular::NonCircularReport;
 use crate::report::outline_file::{NamedOutline, OutlineFormat};
 use crate::report::presentation::Presentation;
 use crate::scene::gear_file::{self, PairKind};
-use crate::scene::{bevel_file, cut_file, ease_off_target, gear_readings, measured_grid, non_circular_file};
+use crate::scene::{
+    bevel_file, cut_file, ease_off_target, gear_readings, measured_grid, non_circular_file,
+};
 
 /// Computes what a file determines and prints it.
 ///

@@ -18,6 +18,11 @@ pub fn panel(f: impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
         .sum::<f64>()
 }
 
+/// Nodes and weights of the ten-point rule on [−1, 1].
+pub fn nodes() -> impl Iterator<Item = (f64, f64)> {
+    RULE.iter().flat_map(|(x, w)| [(-x, *w), (*x, *w)])
+}
+
 /// Cumulative integral of a function at the ends of panels.
 #[derive(Debug, Clone)]
 pub struct CumulativeIntegral {

@@ -2,18 +2,19 @@
 
 use serde_json::{Value, json};
 
-use super::bevel_plot;
 use super::figure::Figure;
 use super::gear::{ARCSEC, geometry_json, geometry_table, title_lines};
 use super::gear_sheet::drawn;
 use super::plan::{step_lines, steps};
 use super::presentation::{Presentation, Provenance};
 use super::table::{Table, decimal, or_dash};
+use super::{bevel_mesh, bevel_mesh_plot, bevel_plot};
 use crate::base::error::Error;
 use crate::gear::bevel::tooth::SIDES;
 use crate::gear::contact::ease_off::EaseOffTerms;
 use crate::plan::gear::bevel::{BevelLimit, BevelResult, FlankResult, hand_name};
 use crate::plan::gear::bevel_contact::{BevelContact, BevelContactPoint, edge_name};
+use crate::plan::gear::bevel_mesh::BevelMeshResult;
 use crate::plan::gear::{axodes, hypoid_theory};
 use crate::plan::gear_limits::MEMBERS;
 use crate::scene::bevel_file::BevelFile;
@@ -60,6 +61,7 @@ impl Presentation for BevelReport<'_> {
             "tca": contact.map(|c| contact_json(c, self.file.contact.side.name())),
             "ease_off": contact.map(ease_off_json),
             "vh": contact.and_then(vh_json),
+            "mesh": result.mesh.as_ref().map(bevel_mesh::mesh_json),
         }))
     }
 
@@ -83,11 +85,17 @@ impl Presentation for BevelReport<'_> {
                 text += &format!("\n{}", vh_table(contact).text());
             }
         }
+        if let Some(mesh) = &result.mesh {
+            text += &format!("\n{}", bevel_mesh::text(mesh));
+        }
         text
     }
 
-    /// The transmission error over the positions; without a contact the geometry.
+    /// The transmission error over the positions, with a torque the loaded one; without a contact the geometry.
     fn table(&self) -> Table<'_> {
+        if let Some(mesh) = &self.result.mesh {
+            return bevel_mesh::position_table(mesh);
+        }
         let Some(contact) = &self.result.contact else {
             return geometry_table(&self.result.quantities);
         };
@@ -121,6 +129,21 @@ impl Presentation for BevelReport<'_> {
                 "ease-off",
                 bevel_plot::draw_ease_off(title, contact),
             ));
+            if let Some(BevelMeshResult { mesh, .. }) = &self.result.mesh {
+                all.push(Figure::new("mesh", bevel_mesh_plot::te(title, mesh)));
+                let pattern = bevel_mesh_plot::draw_pattern(title, &contact.pair, mesh);
+                all.push(Figure::new("load", pattern));
+                all.push(Figure::new(
+                    "sharing",
+                    bevel_mesh_plot::sharing(title, mesh),
+                ));
+                if mesh.cycles.len() > 1 {
+                    all.push(Figure::new(
+                        "harris",
+                        bevel_mesh_plot::harris_map(title, mesh),
+                    ));
+                }
+            }
         }
         let outer = self.file.members[0].blank.cone_distances()[1];
         let picture = axodes::picture(&hypoid_theory::axes(self.file), [0.0, outer]);
@@ -130,7 +153,17 @@ impl Presentation for BevelReport<'_> {
 }
 
 /// Suffixes of the figures.
-pub const FIGURES: [&str; 5] = ["", "te", "pattern", "ease-off", axodes::SUFFIX];
+pub const FIGURES: [&str; 9] = [
+    "",
+    "te",
+    "pattern",
+    "ease-off",
+    "mesh",
+    "load",
+    "sharing",
+    "harris",
+    axodes::SUFFIX,
+];
 
 /// A row of the setting sheet: name, symbol, key in documents, unit, value.
 type Setting = (

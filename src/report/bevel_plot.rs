@@ -13,15 +13,17 @@ use crate::scene::bevel_file::BevelFile;
 
 /// Greatest height of a drawing at scale, points.
 const HEIGHT: f64 = 560.0;
+/// Greatest height of one flank in a drawing of both, points.
+pub(super) const PATTERN_HEIGHT: f64 = 0.45 * HEIGHT;
 /// Space above it and around it, points.
-const TOP: f64 = 56.0;
+pub(super) const TOP: f64 = 56.0;
 /// See [`TOP`].
-const MARGIN: f64 = 30.0;
+pub(super) const MARGIN: f64 = 30.0;
 /// Curve points of one pair of teeth.
 const PAIRS: i32 = 2;
 
 /// Points in metres to the canvas, at one scale.
-struct Scale {
+pub(super) struct Scale {
     low: [f64; 2],
     high: [f64; 2],
     scale: f64,
@@ -29,7 +31,11 @@ struct Scale {
 
 impl Scale {
     /// The scale at which points fit `width` by `height`.
-    fn of<'a>(points: impl Iterator<Item = &'a [f64; 2]>, width: f64, height: f64) -> Scale {
+    pub(super) fn of<'a>(
+        points: impl Iterator<Item = &'a [f64; 2]>,
+        width: f64,
+        height: f64,
+    ) -> Scale {
         let none = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         let (low, high) = points.fold(none, |(low, high), p| {
             (
@@ -45,14 +51,14 @@ impl Scale {
         }
     }
 
-    fn at(&self, [x, y]: [f64; 2], top: f64) -> Point2 {
+    pub(super) fn at(&self, [x, y]: [f64; 2], top: f64) -> Point2 {
         (
             MARGIN + self.scale * (x - self.low[0]),
             top + self.scale * (self.high[1] - y),
         )
     }
 
-    fn height(&self) -> f64 {
+    pub(super) fn height(&self) -> f64 {
         self.scale * (self.high[1] - self.low[1])
     }
 }
@@ -114,7 +120,8 @@ pub fn draw_blanks(title: &str, file: &BevelFile) -> String {
     })
 }
 
-fn key(canvas: &mut Canvas, entries: &[(&str, super::svg::Colour)]) {
+/// Names of inks above a drawing.
+pub(super) fn key(canvas: &mut Canvas, entries: &[(&str, super::svg::Colour)]) {
     let mut right = MARGIN;
     for (name, ink) in entries {
         right = canvas.key_entry((right, 36.0), name, *ink, 1.6) + 16.0;
@@ -167,7 +174,7 @@ pub fn draw_pattern(title: &str, contact: &BevelContact, positions: usize) -> St
     let flat = [0, 1].map(|k| Flat::of(&pair.flanks[k].section));
     let scales = [0, 1].map(|k| {
         let corners = flat[k].corners();
-        Scale::of(corners.iter(), WIDTH - 2.0 * MARGIN, 0.45 * HEIGHT)
+        Scale::of(corners.iter(), WIDTH - 2.0 * MARGIN, PATTERN_HEIGHT)
     });
     let spacing = 46.0;
     let tops = [TOP + 14.0, TOP + 14.0 + scales[0].height() + spacing];
@@ -208,13 +215,13 @@ pub fn draw_pattern(title: &str, contact: &BevelContact, positions: usize) -> St
 }
 
 /// A section with its root line level.
-struct Flat<'a> {
+pub(super) struct Flat<'a> {
     section: &'a ToothSection,
     along: [f64; 2],
 }
 
 impl Flat<'_> {
-    fn of(section: &ToothSection) -> Flat<'_> {
+    pub(super) fn of(section: &ToothSection) -> Flat<'_> {
         let [[toe, _], [heel, _]] = section.corners;
         let (dz, dr) = (heel[0] - toe[0], heel[1] - toe[1]);
         let length = f64::hypot(dz, dr);
@@ -224,13 +231,13 @@ impl Flat<'_> {
         }
     }
 
-    fn at(&self, [face, height]: [f64; 2]) -> [f64; 2] {
+    pub(super) fn at(&self, [face, height]: [f64; 2]) -> [f64; 2] {
         let [z, r] = self.section.at(face, height);
         let [c, s] = self.along;
         [z * c + r * s, r * c - z * s]
     }
 
-    fn corners(&self) -> [[f64; 2]; 4] {
+    pub(super) fn corners(&self) -> [[f64; 2]; 4] {
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|shares| self.at(shares))
     }
 }

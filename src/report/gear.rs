@@ -134,8 +134,7 @@ impl Presentation for GearAnswer<'_> {
     }
 
     fn views(&self) -> Vec<View> {
-        let view = teeth_view(&self.result.pair, &self.result.path);
-        view.into_iter().collect()
+        vec![teeth_view(&self.result.pair, &self.result.path)]
     }
 
     fn figures(&self) -> Result<Vec<Figure>, Error> {

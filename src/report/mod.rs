@@ -148,7 +148,10 @@ pub mod flank_file;
 
 mod bevel_plot;
 
+mod bevel_mesh_plot;
 pub mod gear_sheet;
+
+mod bevel_mesh;
 
 pub mod bevel;
 

@@ -18,9 +18,9 @@ const STEPS: OutlineSteps = OutlineSteps {
 /// Digits of a coordinate, relative to a metre: a nanometre.
 const DIGITS: f64 = 1e9;
 
-/// The view of a pair whose teeth touch at the pitch point; no view of a pair without a point there.
-pub fn teeth_view(pair: &Pair, path: &[(&'static str, PathPoint)]) -> Option<View> {
-    let teeth = pair.polygons_in_mesh([0..1, 0..1], STEPS)?;
+/// The view of a pair whose teeth touch at the pitch point.
+pub fn teeth_view(pair: &Pair, path: &[(&'static str, PathPoint)]) -> View {
+    let teeth = pair.polygons_in_mesh([0..1, 0..1], STEPS);
     let sense = if pair.members[1].gear.internal {
         -1.0
     } else {
@@ -45,7 +45,7 @@ pub fn teeth_view(pair: &Pair, path: &[(&'static str, PathPoint)]) -> Option<Vie
         })
     };
     let point = |(name, p): &(&'static str, PathPoint)| json!({ "name": name, "at_m": p.distance });
-    Some(View {
+    View {
         kind: ViewKind::Teeth,
         title: "Teeth in mesh".into(),
         data: json!({
@@ -55,5 +55,5 @@ pub fn teeth_view(pair: &Pair, path: &[(&'static str, PathPoint)]) -> Option<Vie
             "base_pitch_m": pair.base_pitch(),
             "path": path.iter().map(point).collect::<Vec<Value>>(),
         }),
-    })
+    }
 }

@@ -1,4 +1,4 @@
-//! Reads a gear file of a bevel or hypoid pair by machine settings: `pair`, `pinion`, `gear`, `[assembly]`, `[contact]`.
+//! Reads a gear file of a bevel or hypoid pair by machine settings: `pair`, `pinion`, `gear`, `[assembly]`, `[contact]`, `[mesh]`.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::correction_study::{CorrectionStudy, correction};
 use super::cut_study::{self, CutStudy};
 use super::machine_settings::{FlankCut, FlankTable, Process, SettingsTable, settings};
+use super::mesh_torques::torques;
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
@@ -45,6 +46,8 @@ pub struct BevelFile {
     pub contact: ContactStudy,
     /// Cut by discrete blades, where the file describes it.
     pub cut: Option<CutStudy>,
+    /// Load on the mesh.
+    pub mesh: FlankMeshStudy,
     /// Values that the file leaves to their defaults, in words.
     pub defaults: Vec<String>,
     /// Place of `pair`.
@@ -96,6 +99,17 @@ pub struct ContactStudy {
     pub vh: bool,
 }
 
+/// Load on a mesh of flanks and its discretisation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FlankMeshStudy {
+    /// Torques at the pinion, N·m; the mesh is computed where there are any.
+    pub torques: Vec<f64>,
+    /// Positions in one pitch.
+    pub positions: usize,
+    /// Stations along the pinion's face.
+    pub stations: usize,
+}
+
 /// Flanks that touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ContactSide {
@@ -135,6 +149,23 @@ impl ContactSide {
         match self {
             ContactSide::Drive => "drive",
             ContactSide::Coast => "coast",
+        }
+    }
+}
+
+impl BevelMember {
+    /// Why its flanks do not make a tooth; none where they do.
+    pub fn lacks_tooth(&self) -> Option<&'static str> {
+        if self.straight.is_some() {
+            let why = "its straight flanks have no `mean_normal_thickness`";
+            return self.thickness.is_none().then_some(why);
+        }
+        match &self.flanks {
+            [Some(a), Some(b)] if a.settings != b.settings && self.thickness.is_none() => {
+                Some("its flanks have settings of their own and no `mean_normal_thickness`")
+            }
+            [Some(_), Some(_)] => None,
+            _ => Some("one of its flanks is not described"),
         }
     }
 }
@@ -199,6 +230,15 @@ const COATING: f64 = 6.35e-6;
 /// Positions by default.
 const POSITIONS: u32 = 60;
 
+/// Stations along the face by default: peak-to-peak of the loaded transmission error to 1 % on the shipped pair.
+const STATIONS: u32 = 32;
+/// Least stations: a contact of fewer cells is no line.
+const MIN_STATIONS: u32 = 8;
+/// Most stations: the load sharing grows with their cube.
+const MAX_STATIONS: u32 = 256;
+/// Flags of the load.
+const LOAD_FLAGS: [&str; 3] = ["torque", "torques", "stations"];
+
 /// Design pressure angle by default, rad.
 const DESIGN_PRESSURE_ANGLE: f64 = PI / 9.0;
 const PRESSURE_ANGLE: ValueRange = ValueRange::Open(0.0, PI / 4.0, "above 0° and below 45°");
@@ -228,13 +268,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     let study = read_table(&mut f, "contact", contact).unwrap_or_default();
     read_table(&mut f, "correction", correction);
     let cut = read_table(&mut f, "cut", cut_study::cut).flatten();
-    if f.has("mesh") {
-        f.item("mesh", "nothing");
-        let message = "[mesh] loads cylindrical gears only";
-        let hint =
-            "[contact] has `side`, `pitches`, `positions` and `coating` of the unloaded contact";
-        f.report_key(Code::Conflict, "mesh", message, hint);
-    }
+    let load = read_table(&mut f, "mesh", mesh).unwrap_or_default();
     f.finish();
     let ErrorCollector {
         bare_si,
@@ -247,7 +281,18 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
         let missing = Error::new(Code::MissingKey, "the gears are not described").with_span(&span);
         return Err(missing.into());
     };
-    let study = flags.read_over(&document, "contact", &bare_si, study, contact)?;
+    let (of_contact, of_mesh) = (
+        flags.without_all(&LOAD_FLAGS),
+        flags.without_all(&["side", "vh"]),
+    );
+    let study = of_contact.read_over(&document, "contact", &bare_si, study, contact)?;
+    let load = of_mesh.read_over(&document, "mesh", &bare_si, load, mesh)?;
+    if load.torques.is_empty() && flags.text("stations").is_some() {
+        let error = Error::new(Code::Usage, "--stations does nothing without a torque");
+        return Err(error
+            .with_hint("add --torque, or `torque` in [mesh]")
+            .into());
+    }
     if let (Some(a), Some(b)) = (first.straight, second.straight)
         && a != b
     {
@@ -287,6 +332,7 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
     for (name, table) in [("pinion", &first), ("gear", &second)] {
         defaults.extend(table.defaults.iter().map(|text| format!("{name}.{text}")));
     }
+    let positions = study.positions.unwrap_or(POSITIONS);
     Ok(BevelFile {
         title,
         members: [first.with_blank(blanks[0])?, second.with_blank(blanks[1])?],
@@ -297,11 +343,16 @@ pub fn read(source: &Arc<SourceFile>, flags: &Flags) -> Result<BevelFile, Errors
         contact: ContactStudy {
             side: study.side.unwrap_or_default(),
             pitches: study.pitches.unwrap_or(PITCHES),
-            positions: study.positions.unwrap_or(POSITIONS) as usize,
+            positions: positions as usize,
             coating: study.coating.unwrap_or(COATING),
             vh: study.vh,
         },
         cut,
+        mesh: FlankMeshStudy {
+            torques: load.torques,
+            positions: load.positions.unwrap_or(positions) as usize,
+            stations: load.stations.unwrap_or(STATIONS) as usize,
+        },
         defaults,
         span,
         source: source.clone(),
@@ -371,6 +422,23 @@ pub fn contact(f: &mut TableReader) -> ContactTable {
         positions: f.optional_count("positions", 4, MAX_CONTACT_POSITIONS),
         coating: f.optional_quantity("coating", QuantityKind::Length, COATING_RANGE),
         vh: f.flag("vh"),
+    }
+}
+
+/// `[mesh]` as written.
+#[derive(Debug, Default)]
+pub struct FlankMeshTable {
+    torques: Vec<f64>,
+    positions: Option<u32>,
+    stations: Option<u32>,
+}
+
+/// Keys of `[mesh]`, each with a flag.
+pub fn mesh(f: &mut TableReader) -> FlankMeshTable {
+    FlankMeshTable {
+        torques: torques(f),
+        positions: f.optional_count("positions", 4, MAX_CONTACT_POSITIONS),
+        stations: f.optional_count("stations", MIN_STATIONS, MAX_STATIONS),
     }
 }
 

@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use crate::base::tables::{read_table, read_tables};
 use crate::base::code::Code;
 use crate::base::error_collector::ValueRange;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::SourceSpan;
 use crate::base::table_reader::TableReader;
+use crate::base::tables::{read_table, read_tables};
 use crate::gear::cut::cutter_head::{BladeFeed, BladeOffset};
 
 /// A cut by discrete blades as `[cut]` describes it.

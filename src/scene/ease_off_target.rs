@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::base::tables::{read_heading, read_table};
 use crate::base::error::Errors;
 use crate::base::error_collector::{ErrorCollector, ValueRange};
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
+use crate::base::tables::{read_heading, read_table};
 use crate::base::toml;
 use crate::gear::cut::target::EaseOffTarget;
 

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::laws::Hand;
+use super::mesh_torques::torques;
 use super::shared_keys::{
     self, DEFAULT_PRESSURE_ANGLE, MAX_TEETH, PRESSURE_ANGLE_RANGE, read_profile_shift,
     read_thickness,
@@ -13,7 +14,7 @@ use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::{ErrorCollector, ValueRange};
 use crate::base::flags::Flags;
-use crate::base::quantity::{self, format_number};
+use crate::base::quantity::format_number;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::{TableReader, Word};
@@ -144,8 +145,6 @@ impl GearFile {
     }
 }
 
-/// Most torques of a map.
-const MAX_TORQUES: u32 = 1000;
 /// Face width by default, in modules.
 const DEFAULT_WIDTH: f64 = 10.0;
 
@@ -772,11 +771,8 @@ impl Word for BodyModel {
 
 /// Reads `[mesh]`.
 pub fn mesh(f: &mut TableReader) -> MeshTable {
-    f.exclusive("torque", "torques");
-    let torque = f.optional_quantity("torque", QuantityKind::Torque, ValueRange::Positive);
-    let torques = f.parsed("torques", parse_torques);
     MeshTable {
-        torques: torques.unwrap_or_else(|| torque.into_iter().collect()),
+        torques: torques(f),
         positions: f.optional_count("positions", 2, MAX_POSITIONS),
         slices: f.optional_count("slices", 1, MAX_SLICES),
         method: f.word("method"),
@@ -817,33 +813,4 @@ impl MeshTable {
             contact: ContactModel::default(),
         })
     }
-}
-
-/// Torques `A:B:N`, N·m where bare.
-///
-/// # Errors
-/// What is no rising range of torques.
-fn parse_torques(text: &str, subject: &str) -> Result<Vec<f64>, Error> {
-    let form = |why: &str| {
-        let shown = quantity::truncate(text);
-        let message = format!("\"{shown}\" is not a range of torques: {why}");
-        let hint = format!(
-            "{subject} takes first:last:count, such as 20:400:20 or \"0.1 kN·m:2 kN·m:20\""
-        );
-        Error::new(Code::OutOfRange, message).with_hint(hint)
-    };
-    let [from, to, count] = text.split(':').collect::<Vec<_>>()[..] else {
-        return Err(form("it has not three parts"));
-    };
-    let torque = |text: &str| quantity::parse_or_bare(text, QuantityKind::Torque, "N·m", subject);
-    let (from, to) = (torque(from)?, torque(to)?);
-    let count: u32 = (count.trim().parse()).map_err(|_| form("the count is not a whole number"))?;
-    if !(2..=MAX_TORQUES).contains(&count) {
-        return Err(form(&format!("the count lies from 2 to {MAX_TORQUES}")));
-    }
-    if !(0.0 < from && from < to) {
-        return Err(form("the first torque is above 0 and below the last"));
-    }
-    let step = (to - from) / f64::from(count - 1);
-    Ok((0..count).map(|k| from + step * f64::from(k)).collect())
 }

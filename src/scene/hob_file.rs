@@ -4,7 +4,6 @@ use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
 use super::shared_keys::{DEFAULT_PRESSURE_ANGLE, MAX_TEETH, PRESSURE_ANGLE_RANGE};
-use crate::base::tables::{read_file, read_heading, read_table};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
 use crate::base::error_collector::ValueRange;
@@ -12,6 +11,7 @@ use crate::base::flags::Flags;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
+use crate::base::tables::{read_file, read_heading, read_table};
 use crate::base::toml::{self, Value};
 use crate::gear::cylindrical::involute::InvoluteGear;
 use crate::gear::helicoid::hob::{Hobbing, axis_angle};

@@ -4,11 +4,15 @@ pub mod laws;
 
 pub mod gear_mesh;
 
+/// Torques at the pinion of a gear file.
+mod mesh_torques;
+
 pub mod machine_settings;
 
 pub mod correction_study;
 
 pub mod ease_off_target;
+
 pub mod cut_study;
 
 pub mod bevel_file;
@@ -67,8 +71,8 @@ pub mod limit_table;
 
 mod number_table;
 
-pub mod measured_grid;
 pub mod cut_file;
+pub mod measured_grid;
 
 pub mod non_circular_file;
 

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::base::tables::{read_file, read_heading, read_table};
 use super::worm_file::{MAX_STARTS, MAX_WHEEL_TEETH, right_angle};
 use crate::base::code::Code;
 use crate::base::error::{Error, Errors};
@@ -11,6 +10,7 @@ use crate::base::flags::Flags;
 use crate::base::quantity_kind::QuantityKind;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::table_reader::TableReader;
+use crate::base::tables::{read_file, read_heading, read_table};
 use crate::base::toml::{self, Value};
 use crate::gear::helicoid::plane_worm::PlaneWorm;
 

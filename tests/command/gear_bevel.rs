@@ -372,8 +372,8 @@ fn refuses_wrong_bevel_files() {
         ),
         (
             "[pinion]",
-            "[mesh]\ntorque = \"10 N·m\"\n[pinion]",
-            "cylindrical gears only",
+            "[mesh]\ntorque = \"10 N·m\"\nstations = 4\n[pinion]",
+            "stations",
         ),
         (
             "teeth = 36",
@@ -390,8 +390,18 @@ fn refuses_wrong_bevel_files() {
         let message = of(from, to);
         assert!(message.contains(words), "{words}: {message}");
     }
-    let (_, message) = refusal(&["gear", NASA, "--torque", "100"]);
-    assert!(message.contains("--torque does nothing here"), "{message}");
+    for (flags, words) in [
+        (["--slices", "9"], "--slices does nothing here"),
+        (
+            ["--stations", "40"],
+            "--stations does nothing without a torque",
+        ),
+        (["--torque", "3000"], "N·m"),
+        (["--torques", "400:100:4"], "not a range of torques"),
+    ] {
+        let (_, message) = refusal(&["gear", NASA, flags[0], flags[1]]);
+        assert!(message.contains(words), "{words}: {message}");
+    }
     let (_, message) = refusal(&["gear", "models/gears/fzg_c.toml", "--vh"]);
     assert!(message.contains("--vh does nothing here"), "{message}");
 }
@@ -707,4 +717,72 @@ convex = { cutter = { point_radius = "113.2 mm" } }
     );
     let (_, message) = refusal(&["gear", path.to_str().unwrap()]);
     assert!(message.contains("`spiral_angle` and settings"), "{message}");
+}
+
+/// Loaded contact of the shipped pair: document, table, plan, figures; shares sum to one, pressure and deflection grow with the torque.
+#[test]
+fn keeps_loaded_contact_of_a_bevel_file() {
+    let found = document(&[
+        "gear",
+        NASA,
+        "--torques",
+        "20:80:2",
+        "--positions",
+        "8",
+        "--stations",
+        "16",
+        "--json",
+    ]);
+    let mesh = &found["mesh"];
+    assert_eq!(numbers(&mesh["torques_nm"]), [20.0, 80.0]);
+    let [light, heavy] = [0, 1].map(|k| numbers(&mesh["te_arcsec"][k]));
+    for k in 0..8 {
+        assert!(heavy[k] < light[k], "te at position {k}");
+        let shares = numbers(&mesh["shares"][1][k]);
+        within(
+            "sum of shares",
+            (shares.iter().sum::<f64>() - 1.0).abs(),
+            1e-9,
+        );
+        let [secant, tangent] = ["stiffness_secant_n_per_m", "stiffness_tangent_n_per_m"]
+            .map(|key| number(&mesh[key][1][k]));
+        assert!(tangent > secant, "{tangent} {secant}");
+    }
+    let (code, text, _) = said(&[
+        "gear",
+        NASA,
+        "--torque",
+        "50",
+        "--positions",
+        "8",
+        "--stations",
+        "16",
+    ]);
+    assert!(
+        code == Some(0) && text.contains("effective contact ratio"),
+        "{text}"
+    );
+    assert!(text.contains("left out: shafts"), "{text}");
+    let (_folder, path) = changed("mean_normal_thickness = \"5.92 mm\"\n", "");
+    let (code, text, said) = said(&[
+        "gear",
+        &path,
+        "--torque",
+        "50",
+        "--positions",
+        "8",
+        "--stations",
+        "16",
+    ]);
+    assert!(code == Some(0) && text.contains("rigid teeth"), "{text}");
+    assert!(said.contains("the teeth do not bend"), "{said}");
+    let (_folder, path) = changed(
+        "[gear]\n",
+        "[mesh]\ntorque = \"40 N·m\"\nstations = 24\n\n[gear]\n",
+    );
+    let (code, text, _) = crate::support::command::said(&["plan", &path]);
+    assert!(
+        code == Some(0) && text.contains("1 torque × 60 positions × 24 stations"),
+        "{text}"
+    );
 }

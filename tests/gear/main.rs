@@ -26,6 +26,7 @@ mod load_laws;
 mod load_mesh;
 mod load_planet;
 mod load_random;
+mod load_space;
 mod load_stiffness;
 mod plane_centrodes;
 mod plane_conjugates;

@@ -6,7 +6,9 @@
 use std::f64::consts::TAU;
 
 use super::flank::{BevelFlank, ToothPoint};
+use super::frames::WorkFrame;
 use super::structure_elements::StructureElements;
+use crate::gear::kernel::envelope::FlankPoint;
 
 /// Index of the concave and of the convex flank.
 pub const SIDES: [&str; 2] = ["concave", "convex"];
@@ -104,12 +106,25 @@ impl BevelTooth {
     /// A point of a flank of the tooth whose middle lies at the azimuth 0 of the mean point: the point and its azimuth.
     pub fn point(&self, flank: usize, place: [f64; 2]) -> Option<(ToothPoint, f64)> {
         let found = self.flanks[flank].tooth_point(place, self.middles[flank])?;
-        let r = found.point.point.coordinates;
+        Some((found, self.azimuth(flank, &found.point)))
+    }
+
+    /// A point of a flank as if the straight blade reached down to it, and its azimuth as in [`BevelTooth::point`].
+    pub fn blade_point(
+        &self,
+        flank: usize,
+        place: [f64; 2],
+    ) -> Option<(FlankPoint<WorkFrame>, f64)> {
+        let envelope = &self.flanks[flank].envelope;
+        let found = envelope.point(envelope.on_circle(place, self.middles[flank])?)?;
+        Some((found, self.azimuth(flank, &found)))
+    }
+
+    /// Azimuth of a flank's point in the tooth about the azimuth 0.
+    fn azimuth(&self, flank: usize, point: &FlankPoint<WorkFrame>) -> f64 {
+        let r = point.point.coordinates;
         let at_mean = self.azimuths[flank] - self.turn_to_cut(flank);
-        Some((
-            found,
-            at_mean + wrapped(r.y.atan2(r.x) - self.azimuths[flank]),
-        ))
+        at_mean + wrapped(r.y.atan2(r.x) - self.azimuths[flank])
     }
 
     /// Turn from the tooth about the azimuth 0 to a flank as its settings cut it, rad.

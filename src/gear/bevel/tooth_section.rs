@@ -30,6 +30,12 @@ impl ToothSection {
         between(toe, heel, face)
     }
 
+    /// Rates of `[z, radius]` over the share of the height at a share of the face.
+    pub fn up(&self, face: f64) -> [f64; 2] {
+        let [[a, d], [b, c]] = self.corners;
+        [0, 1].map(|k| (1.0 - face) * (d[k] - a[k]) + face * (c[k] - b[k]))
+    }
+
     /// A side as `c_z z + c_ρ ρ = c₀`, the left less the right its distance, positive outside.
     pub fn side(&self, side: Side) -> [f64; 3] {
         let [[toe_root, toe_tip], [heel_root, heel_tip]] = self.corners;
@@ -58,10 +64,10 @@ impl ToothSection {
             let [[a, d], [b, c]] = self.corners;
             let here = self.at(face, height);
             let along = |k: usize| (1.0 - height) * (b[k] - a[k]) + height * (c[k] - d[k]);
-            let up = |k: usize| (1.0 - face) * (d[k] - a[k]) + face * (c[k] - b[k]);
+            let up = self.up(face);
             Some((
                 [here[0] - place[0], here[1] - place[1]],
-                [[along(0), up(0)], [along(1), up(1)]],
+                [[along(0), up[0]], [along(1), up[1]]],
             ))
         })
     }

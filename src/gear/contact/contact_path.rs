@@ -200,6 +200,14 @@ impl FlankPair {
         c_z * off.dot(axis) + c_rho * axis.cross(off).norm() - c_0
     }
 
+    /// Distance of a point of the fixed frame beyond the edges of the gear, m, and the side it is furthest beyond; negative on the tooth.
+    pub(super) fn beyond_gear(&self, point: Vector) -> (f64, Side) {
+        let beyond = |side| (self.beyond(Edge { member: 1, side }, point), side);
+        let [tip, ends @ ..] = [Side::Tip, Side::Toe, Side::Heel].map(beyond);
+        ends.into_iter()
+            .fold(tip, |most, next| if next.0 > most.0 { next } else { most })
+    }
+
     /// The contact whose ratio is that of the tooth numbers.
     fn reference(&self, contacts: &[ContactPoint]) -> Option<ContactPoint> {
         let off = |c: &ContactPoint| c.ratio() - self.ratio();

@@ -11,3 +11,5 @@ pub mod contact_path;
 pub mod ease_off;
 
 pub mod reference;
+
+pub mod ridge;

@@ -65,7 +65,8 @@ pub fn line_pressure(line_load: f64, radius: f64, materials: &[Material; 2]) -> 
     (line_load / (PI * radius * plane_strain_sum(materials))).sqrt()
 }
 
-fn plane_strain_sum(materials: &[Material; 2]) -> f64 {
+/// 1/E*, 1/Pa.
+pub(super) fn plane_strain_sum(materials: &[Material; 2]) -> f64 {
     materials
         .iter()
         .map(Material::plane_strain_compliance)

@@ -384,11 +384,10 @@ pub fn check_modifications(
 ) -> Result<(), Error> {
     let ends = ContactPath::new(pair).flank_ends;
     let each = modifications.iter().zip(ends).zip(MEMBERS);
-    each.map(|((modification, ends), name)| {
+    each.into_iter().try_for_each(|((modification, ends), name)| {
         let checked = modification.check(ends, pair.members[0].gear.module);
         checked.map_err(|error| error.in_part(name))
     })
-    .collect()
 }
 
 /// Refuses faces of more axial pitches than slices resolve.

@@ -1,4 +1,4 @@
-//! Tooth stiffness, load sharing and loaded transmission error of cylindrical gears: `C F = δ − g`, `Σ F = W`, e(φ, T) = −δ.
+//! Tooth stiffness, load sharing and loaded transmission error: `C F = δ − g`, `Σ F = W`, e(φ, T) = −δ.
 
 /// Elastic constants.
 pub mod material;
@@ -8,6 +8,27 @@ pub mod iso6336;
 
 /// Line contact of flanks.
 pub mod hertz;
+
+/// Contact over an ellipse.
+pub mod elliptic_contact;
+
+/// Contact lines in cells and their half spaces.
+pub mod contact_line;
+
+/// Tooth as a plate with shear on an elastic root line.
+pub mod tooth_plate;
+
+/// Load sharing of contact lines of any kind of pair.
+pub mod loaded_lines;
+
+/// Results of flanks in space over one pitch.
+pub mod flank_result;
+
+/// Loaded contact of flanks in space.
+pub mod flank_mesh;
+
+/// Plates of the teeth of a bevel pair.
+pub mod bevel_teeth;
 
 /// Models of the gear body under a tooth.
 pub mod body;

@@ -1,6 +1,7 @@
 //! A bevel pair by machine settings: flanks on their blanks, limits, tooth, contact, stages.
 
 use super::bevel_contact::{BevelContact, contact};
+use super::bevel_mesh::{self, BevelMeshResult};
 use super::geometry::{GearQuantity, Quantities, QuantityUnit};
 use super::{axodes, hypoid_theory};
 use crate::base::code::Code;
@@ -32,6 +33,8 @@ pub struct BevelResult {
     pub limits: Vec<BevelLimit>,
     /// Contact of the requested flanks.
     pub contact: Option<BevelContact>,
+    /// The pair under load, where the file has a torque.
+    pub mesh: Option<BevelMeshResult>,
     /// Stages with what they do.
     pub plan: Vec<(&'static str, StageDecision)>,
     /// Warnings.
@@ -117,7 +120,15 @@ pub fn run(file: &BevelFile) -> Result<BevelResult, Error> {
         }
         _ => None,
     };
+    let mesh = match &contact {
+        Some(contact) => {
+            let teeth = members.each_ref().map(|m| m.tooth.as_ref());
+            bevel_mesh::mesh(file, teeth, contact, &mut diagnostics)?
+        }
+        None => None,
+    };
     Ok(BevelResult {
+        mesh,
         quantities: quantities(file, &members),
         plan: plan(file),
         members,
@@ -151,7 +162,7 @@ fn member(file: &BevelFile, k: usize) -> Result<MemberResult, Error> {
         }))
     };
     let flanks = [flank(0)?, flank(1)?];
-    let tooth = match (&flanks, tooth_reason(of)) {
+    let tooth = match (&flanks, of.lacks_tooth()) {
         ([Some(a), Some(b)], None) => BevelTooth::new(
             [a.flank.clone(), b.flank.clone()],
             of.teeth,
@@ -184,21 +195,6 @@ pub fn unreached(of: &BevelMember, member: usize, side: usize) -> Error {
     Error::new(Code::OutOfRange, message)
         .with_span(&of.span)
         .with_hint(hint)
-}
-
-/// Why both flanks of a member do not make a tooth; none where they do.
-pub fn tooth_reason(member: &BevelMember) -> Option<&'static str> {
-    if member.straight.is_some() {
-        let why = "its straight flanks have no `mean_normal_thickness`";
-        return member.thickness.is_none().then_some(why);
-    }
-    match &member.flanks {
-        [Some(a), Some(b)] if a.settings != b.settings && member.thickness.is_none() => {
-            Some("its flanks have settings of their own and no `mean_normal_thickness`")
-        }
-        [Some(_), Some(_)] => None,
-        _ => Some("one of its flanks is not described"),
-    }
 }
 
 /// Limits of both kinds on a flank.
@@ -477,7 +473,7 @@ pub fn plan(file: &BevelFile) -> Vec<(&'static str, StageDecision)> {
             Some(format!(
                 "{}: {}",
                 MEMBERS[*k],
-                tooth_reason(&file.members[*k])?
+                file.members[*k].lacks_tooth()?
             ))
         })
         .collect();
@@ -519,10 +515,7 @@ pub fn plan(file: &BevelFile) -> Vec<(&'static str, StageDecision)> {
             false => LeftOut("not requested: --vh".into()),
         },
     ));
-    plan.push((
-        "mesh",
-        LeftOut("loads are shared between cylindrical gears only".into()),
-    ));
+    plan.push(("mesh", bevel_mesh::plan(file)));
     plan
 }
 

@@ -48,6 +48,9 @@ pub mod bevel_contact;
 /// Theory of a bevel pair at its pitch point.
 pub mod hypoid_theory;
 
+/// Load on a bevel pair.
+pub mod bevel_mesh;
+
 /// Flanks, limits and stages of a bevel pair.
 pub mod bevel;
 
@@ -57,10 +60,10 @@ mod measured_nodes;
 /// Correction of the settings of a measured bevel gear.
 pub mod correction;
 
-/// Settings of a pinion for a wanted ease-off.
-pub mod synthesis;
 /// Causes of the deviations of a cut flank.
 pub mod cut_causes;
+/// Settings of a pinion for a wanted ease-off.
+pub mod synthesis;
 
 /// One flank as discrete blades cut it.
 pub mod cut_flank;

@@ -1,0 +1,205 @@
+//! Bevel pair under load: loaded transmission error, stiffness, shares, pressure over one pitch for every torque.
+
+use super::bevel_contact::BevelContact;
+use crate::base::code::Code;
+use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity::format_number;
+use crate::base::text::pluralise;
+use crate::gear::bevel::tooth::BevelTooth;
+use crate::gear::load::bevel_teeth::BevelTeeth;
+use crate::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, ToothBending};
+use crate::gear::load::flank_result::{FlankCycle, FlankMeshResult};
+use crate::gear::load::material::Material;
+use crate::plan::decision::StageDecision;
+use crate::plan::gear_limits::MEMBERS;
+use crate::scene::bevel_file::BevelFile;
+
+/// Half widths of the contact in a length of its cells above which the cells are too short: recommended are 1.2 to 2 half widths.
+const COARSE: f64 = 1.0 / 1.2;
+/// Least cells of a contact: with five, pressure and approach are off by up to 2 %.
+const LEAST_CELLS: usize = 5;
+/// Share of the torque on edges that is worth a warning.
+const EDGE_SHARE: f64 = 0.01;
+/// Deflection in transverse modules that no tooth bears.
+const LARGEST_DEFLECTION: f64 = 0.05;
+
+/// A bevel pair under load.
+#[derive(Debug, Clone)]
+pub struct BevelMeshResult {
+    /// The pitch at every torque.
+    pub mesh: FlankMeshResult,
+    /// Lever of the contact force about the gear's axis at the reference contact, m: turn times it is a displacement along the normal.
+    pub lever: f64,
+    /// Model of the teeth.
+    pub body: &'static str,
+    /// Effects that the model neglects.
+    pub left_out: Vec<&'static str>,
+}
+
+/// The mesh of a contact at the torques of the file; none where the file has no torque.
+///
+/// # Errors
+/// A load that the teeth cannot carry; as `FlankMesh::map`.
+pub fn mesh(
+    file: &BevelFile,
+    teeth: [Option<&BevelTooth>; 2],
+    contact: &BevelContact,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<Option<BevelMeshResult>, Error> {
+    if file.mesh.torques.is_empty() {
+        return Ok(None);
+    }
+    let options = FlankMeshOptions {
+        positions: file.mesh.positions,
+        stations: file.mesh.stations,
+        ..FlankMeshOptions::default()
+    };
+    let teeth = bending_teeth(file, teeth, &options.materials)?;
+    if teeth.is_none() {
+        diagnostics.push(rigid_teeth(file));
+    }
+    let bending = teeth.as_ref().map(|teeth| teeth as &dyn ToothBending);
+    let mesh = FlankMesh::new(&contact.pair, &contact.path, options, bending);
+    let result = mesh
+        .map(&file.mesh.torques)
+        .map_err(|e| e.with_span(&file.span))?;
+    let lever = contact.forces.levers[1];
+    check_deflection(file, &result, lever)?;
+    diagnostics.extend(result.cycles.last().map(warnings).unwrap_or_default());
+    Ok(Some(BevelMeshResult {
+        mesh: result,
+        lever,
+        body: body(teeth.is_some()),
+        left_out: left_out(teeth.is_some()),
+    }))
+}
+
+/// The stage of the plan.
+pub fn plan(file: &BevelFile) -> StageDecision {
+    let study = &file.mesh;
+    if study.torques.is_empty() {
+        return StageDecision::LeftOut("no torque is given: [mesh] torque, or --torque".into());
+    }
+    if file.missing_flank().is_some() {
+        return StageDecision::LeftOut("flanks that do not touch carry no load".into());
+    }
+    let has_teeth = file.members.iter().all(|m| m.lacks_tooth().is_none());
+    StageDecision::Runs(format!(
+        "{} × {} positions × {} stations; {}; steel of 206 GPa",
+        pluralise(study.torques.len(), "torque"),
+        study.positions,
+        study.stations,
+        body(has_teeth)
+    ))
+}
+
+fn body(has_teeth: bool) -> &'static str {
+    match has_teeth {
+        true => "half spaces, teeth as plates with shear on an elastic root line",
+        false => "half spaces alone, rigid teeth",
+    }
+}
+
+fn left_out(has_teeth: bool) -> Vec<&'static str> {
+    let teeth = (!has_teeth).then_some("bending of the teeth");
+    let always = [
+        "shafts, bearings and housing",
+        "coupling of neighbouring teeth through the rim",
+        "compression along the height of the tooth",
+        "friction",
+    ];
+    teeth.into_iter().chain(always).collect()
+}
+
+/// The teeth that bend; none where a flank is not described or does not reach its root.
+fn bending_teeth(
+    file: &BevelFile,
+    teeth: [Option<&BevelTooth>; 2],
+    materials: &[Material; 2],
+) -> Result<Option<BevelTeeth>, Error> {
+    let [Some(pinion), Some(gear)] = teeth else {
+        return Ok(None);
+    };
+    BevelTeeth::new([pinion, gear], file.contact.side.flanks(), materials)
+        .map_err(|e| e.with_span(&file.span))
+}
+
+/// The teeth are taken as rigid, with the reason.
+fn rigid_teeth(file: &BevelFile) -> Diagnostic {
+    let lacks = (0..2).find_map(|k| Some((k, file.members[k].lacks_tooth()?)));
+    let why = match lacks {
+        Some((k, reason)) => format!("of the {}: {reason}", MEMBERS[k]),
+        None => "a flank does not reach its root".into(),
+    };
+    Diagnostic {
+        code: "rigid-teeth",
+        message: format!("the teeth do not bend in the loaded contact ({why}): it is too stiff"),
+        hint: Some("describe both flanks and `mean_normal_thickness`".into()),
+    }
+}
+
+/// Refuses a torque under which the teeth would deflect by more than they bear.
+fn check_deflection(file: &BevelFile, mesh: &FlankMeshResult, lever: f64) -> Result<(), Error> {
+    let mean = file.members[1].blank.mean_point()[1];
+    let module = 2.0 * mean / f64::from(file.members[1].teeth);
+    for cycle in &mesh.cycles {
+        let turns = (cycle.positions.iter().zip(&mesh.unloaded_te)).map(|(p, te)| te - p.te);
+        let deflection = lever * turns.fold(0.0, f64::max);
+        if deflection > LARGEST_DEFLECTION * module {
+            let message = format!(
+                "the teeth deflect by {} mm at {} N·m: more than a twentieth of the module, which no tooth bears",
+                format_number(1e3 * deflection),
+                format_number(cycle.torque)
+            );
+            let least = cycle.torque * LARGEST_DEFLECTION * module / deflection;
+            return Err(Error::new(Code::OutOfRange, message)
+                .with_span(&file.span)
+                .with_hint(format!(
+                    "give a torque of at most about {} N·m",
+                    format_number(0.9 * least)
+                )));
+        }
+    }
+    Ok(())
+}
+
+/// Warnings on the pitch at the largest torque.
+fn warnings(cycle: &FlankCycle) -> Vec<Diagnostic> {
+    let mut all = Vec::new();
+    let most = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
+    let edges = most(cycle.of(|p| p.edge_share));
+    let torque = format_number(cycle.torque);
+    if edges > EDGE_SHARE {
+        all.push(Diagnostic {
+            code: "edge-contact",
+            message: format!(
+                "edges of the teeth carry up to {:.0} % of {torque} N·m: the pressure there has no bound and is not in the table",
+                100.0 * edges
+            ),
+            hint: Some("more crowning, or another [assembly], keeps the contact on the flanks".into()),
+        });
+    }
+    let coarse = most(cycle.of(|p| p.coarse));
+    if coarse > COARSE {
+        all.push(Diagnostic {
+            code: "short-cells",
+            message: format!(
+                "the contact at {torque} N·m is up to {:.1} half widths wide on a cell's length (limit {COARSE:.2}): its pressure is not resolved",
+                coarse
+            ),
+            hint: Some("give fewer stations".into()),
+        });
+    }
+    let cells = (cycle.positions.iter()).map(|p| p.longest_contact()).min();
+    if let Some(cells) = cells.filter(|n| *n < LEAST_CELLS) {
+        all.push(Diagnostic {
+            code: "short-contact",
+            message: format!(
+                "at some position no contact at {torque} N·m covers more than {} (limit {LEAST_CELLS}): approach and pressure are off by more than 2 %",
+                pluralise(cells, "station")
+            ),
+            hint: Some("give more stations".into()),
+        });
+    }
+    all
+}

@@ -1,0 +1,176 @@
+//! Bevel pair under load: tables, JSON, values over the pitch.
+
+use serde_json::{Value, json};
+
+use super::gear::ARCSEC;
+use super::number_format::significant;
+use super::table::{Table, decimal, or_dash};
+use crate::gear::load::flank_result::{FlankCycle, FlankLoad};
+use crate::gear::load::mesh_result::peak_to_peak;
+use crate::plan::gear::bevel_mesh::BevelMeshResult;
+
+/// Sign of the transmission error.
+const TE_DIRECTION: &str =
+    "positive where the gear leads; µm along the normal at the reference contact";
+
+/// Stiffness along the normal of one about the gear's axis, N/m.
+fn along_normal(result: &BevelMeshResult, stiffness: f64) -> f64 {
+    stiffness / (result.lever * result.lever)
+}
+
+/// Least, mean and greatest of some values.
+fn spread(values: &[f64]) -> [f64; 3] {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let ends = (values.iter()).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| {
+        [l.min(*x), h.max(*x)]
+    });
+    [ends[0], mean, ends[1]]
+}
+
+/// Transmission error and stiffness, then what the flanks bear: one row a torque.
+pub fn text(result: &BevelMeshResult) -> String {
+    format!(
+        "{}te and k {TE_DIRECTION}\n\n{}teeth: {}; left out: {}\n",
+        stiffness_table(result).text(),
+        load_table(result).text(),
+        result.body,
+        result.left_out.join(", ")
+    )
+}
+
+fn stiffness_table(result: &BevelMeshResult) -> Table<'static> {
+    let mut table = Table::numeric(
+        "torque [N·m]|te peak to peak [arcsec]|te peak to peak [µm]|te mean [arcsec]|k secant mean [N/µm]|k tangent mean [N/µm]|k tangent least [N/µm]|k tangent most [N/µm]",
+    );
+    let mut row = |torque: String, te: &[f64], stiffness: Option<[f64; 4]>| {
+        let over = peak_to_peak(te);
+        let mut cells = vec![
+            torque,
+            format!("{:.3}", ARCSEC * over),
+            format!("{:.4}", 1e6 * result.lever * over),
+            format!("{:.3}", ARCSEC * spread(te)[1] + 0.0),
+        ];
+        cells.extend((0..4).map(|i| {
+            or_dash(stiffness, |k| {
+                significant(1e-6 * along_normal(result, k[i]))
+            })
+        }));
+        table.row(cells);
+    };
+    row("0".into(), &result.mesh.unloaded_te, None);
+    for cycle in &result.mesh.cycles {
+        let [least, mean, most] = spread(&cycle.of(|p| p.tangent));
+        let secant = spread(&cycle.of(|p| p.secant))[1];
+        row(
+            significant(cycle.torque),
+            &cycle.of(|p| p.te),
+            Some([secant, mean, least, most]),
+        );
+    }
+    table
+}
+
+fn load_table(result: &BevelMeshResult) -> Table<'static> {
+    let mut table = Table::numeric(
+        "torque [N·m]|pressure [N/mm²]|on edges [%]|greatest share of a pair [%]|pairs that carry|effective contact ratio|greatest shear [N/mm²]|depth [mm]",
+    );
+    for cycle in &result.mesh.cycles {
+        let pressed = cycle.most_pressed();
+        let shear = pressed.and_then(|p| p.shear);
+        let edges = spread(&cycle.of(|p| p.edge_share))[2];
+        let share = spread(&cycle.of(|p| p.shares.iter().map(|s| s.1).fold(0.0, f64::max)))[2];
+        let [least, _, most] = spread(&cycle.of(|p| p.carrying() as f64));
+        table.row([
+            significant(cycle.torque),
+            or_dash(pressed.and_then(|p| p.pressure), |p| {
+                format!("{:.1}", 1e-6 * p)
+            }),
+            format!("{:.1}", 100.0 * edges),
+            format!("{:.1}", 100.0 * share),
+            match least == most {
+                true => format!("{least}"),
+                false => format!("{least} to {most}"),
+            },
+            format!("{:.3}", cycle.contact_ratio()),
+            or_dash(shear, |s| format!("{:.1}", 1e-6 * s[1])),
+            or_dash(shear, |s| format!("{:.4}", 1e3 * s[0])),
+        ]);
+    }
+    table
+}
+
+/// The columns of `mesh`: lists over torques of lists over positions.
+pub fn mesh_json(result: &BevelMeshResult) -> Value {
+    let (mesh, pairs) = (&result.mesh, result.mesh.pairs());
+    let by = |value: &dyn Fn(&FlankLoad) -> f64| -> Vec<Vec<f64>> {
+        mesh.cycles.iter().map(|c| c.of(value)).collect()
+    };
+    let each = |value: &dyn Fn(&FlankLoad) -> Value| -> Vec<Vec<Value>> {
+        let of = |c: &FlankCycle| c.positions.iter().map(value).collect();
+        mesh.cycles.iter().map(of).collect()
+    };
+    let micro = 1e6 * result.lever;
+    let peaks = || mesh.cycles.iter().map(|c| peak_to_peak(&c.of(|p| p.te)));
+    json!({
+        "method": "half-space strips",
+        "body": result.body,
+        "left_out": result.left_out,
+        "te_direction": TE_DIRECTION,
+        "lever_m": result.lever,
+        "torques_nm": mesh.cycles.iter().map(|c| c.torque).collect::<Vec<_>>(),
+        "pinion_angle_rad": mesh.pinion_angles,
+        "pairs": pairs,
+        "unloaded_te_arcsec": mesh.unloaded_te.iter().map(|e| ARCSEC * e).collect::<Vec<_>>(),
+        "te_um": by(&|p| micro * p.te),
+        "te_arcsec": by(&|p| ARCSEC * p.te),
+        "stiffness_secant_n_per_m": by(&|p| along_normal(result, p.secant)),
+        "stiffness_tangent_n_per_m": by(&|p| along_normal(result, p.tangent)),
+        "shares": each(&|p| json!(pairs.iter().map(|k| p.share(*k)).collect::<Vec<_>>())),
+        "edge_share": by(&|p| p.edge_share),
+        "pressure_pa": each(&|p| json!(p.pressure)),
+        "shear_pa": each(&|p| json!(p.shear.map(|s| s[1]))),
+        "shear_depth_m": each(&|p| json!(p.shear.map(|s| s[0]))),
+        "contact_ratio": mesh.cycles.iter().map(FlankCycle::contact_ratio).collect::<Vec<_>>(),
+        "peak_to_peak_um": peaks().map(|e| micro * e).collect::<Vec<_>>(),
+        "peak_to_peak_arcsec": peaks().map(|e| ARCSEC * e).collect::<Vec<_>>(),
+        "unloaded_peak_to_peak_arcsec": ARCSEC * peak_to_peak(&mesh.unloaded_te),
+    })
+}
+
+/// One row a position: e and k at every torque.
+pub fn position_table(result: &BevelMeshResult) -> Table<'_> {
+    let mesh = &result.mesh;
+    let arcsec = |values: &[f64]| {
+        values
+            .iter()
+            .map(|e| ARCSEC * e + 0.0)
+            .collect::<Vec<f64>>()
+    };
+    let mut table = Table::default()
+        .numbers("pinion_angle", "rad", &mesh.pinion_angles[..], decimal)
+        .numbers("te_unloaded", "arcsec", arcsec(&mesh.unloaded_te), decimal);
+    for cycle in &mesh.cycles {
+        let at = format!("{} N·m", decimal(cycle.torque));
+        let stiffness = |value: fn(&FlankLoad) -> f64| cycle.of(|p| along_normal(result, value(p)));
+        table = table
+            .numbers(
+                &format!("te at {at}"),
+                "arcsec",
+                arcsec(&cycle.of(|p| p.te)),
+                decimal,
+            )
+            .numbers(
+                &format!("secant stiffness at {at}"),
+                "N/m",
+                stiffness(|p| p.secant),
+                decimal,
+            )
+            .numbers(
+                &format!("tangent stiffness at {at}"),
+                "N/m",
+                stiffness(|p| p.tangent),
+                decimal,
+            );
+    }
+    table
+}

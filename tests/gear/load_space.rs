@@ -1,0 +1,485 @@
+//! Loaded contact in space: elliptic Hertz, half spaces of a spiral bevel pair, unloaded limit, convergence.
+
+use geardyn::internals::base::flags::Flags;
+use geardyn::internals::base::load;
+use geardyn::internals::gear::contact::contact_path::{ContactPath, PITCHES};
+use geardyn::internals::gear::contact::pair::FlankPair;
+use geardyn::internals::gear::load::bevel_teeth::BevelTeeth;
+use geardyn::internals::gear::load::contact_line::{ContactCell, ContactLine, ToothLoad};
+use geardyn::internals::gear::load::elliptic_contact::EllipticContact;
+use geardyn::internals::gear::load::flank_mesh::{FlankMesh, FlankMeshOptions, ToothBending};
+use geardyn::internals::gear::load::loaded_lines::{LineLoads, LoadedLines};
+use geardyn::internals::gear::load::material::Material;
+use geardyn::internals::gear::load::mesh_result::peak_to_peak;
+use geardyn::internals::gear::load::tooth_plate::{PlateShape, ToothPlate};
+use geardyn::internals::plan::gear::bevel;
+use geardyn::internals::scene::bevel_file;
+
+use crate::contact::pair;
+use crate::verification::within;
+
+const STEEL: [Material; 2] = [Material {
+    young: 206e9,
+    poisson: 0.3,
+}; 2];
+
+/// Curvatures 1/mm, force N; semi-axes mm, greatest pressure N/mm², approach µm.
+const ELLIPTIC: [[f64; 7]; 6] = [
+    [
+        0.02,
+        0.05,
+        1000.0,
+        0.796072623,
+        0.433167587,
+        1384.626838,
+        11.0281702,
+    ],
+    [
+        0.01,
+        0.05,
+        1000.0,
+        1.095884119,
+        0.379174904,
+        1149.045344,
+        9.5991502,
+    ],
+    [
+        0.004,
+        0.08,
+        1000.0,
+        1.705893475,
+        0.246207537,
+        1136.810652,
+        8.2448712,
+    ],
+    [
+        0.0006,
+        0.0645,
+        1000.0,
+        3.606334760,
+        0.190071558,
+        696.559492,
+        5.0667972,
+    ],
+    [
+        0.0002,
+        0.08,
+        1000.0,
+        5.566281855,
+        0.137569457,
+        623.525428,
+        3.8553636,
+    ],
+    [
+        0.00002,
+        0.08,
+        1000.0,
+        13.136846032,
+        0.089592697,
+        405.674460,
+        2.0468413,
+    ],
+];
+
+/// Elliptic contact of steel at six aspect ratios.
+/// Source: Johnson, Contact Mechanics, 1985, eq. 4.26, evaluated with elliptic integrals to 9 digits.
+#[test]
+fn ref_elliptic_contact() {
+    for [k1, k2, force, a, b, p0, approach] in ELLIPTIC {
+        let found = EllipticContact::new([1e3 * k1, 1e3 * k2], force, &STEEL).unwrap();
+        let [long, short] = found.semi_axes.map(|x| 1e3 * x);
+        within(
+            "semi-axes",
+            (long / a - 1.0).abs().max((short / b - 1.0).abs()),
+            1e-8,
+        );
+        within(
+            "greatest pressure",
+            (1e-6 * found.pressure / p0 - 1.0).abs(),
+            1e-8,
+        );
+        within(
+            "approach",
+            (1e6 * found.approach / approach - 1.0).abs(),
+            1e-8,
+        );
+    }
+}
+
+/// A line of cells along the longer axis of an elliptic contact.
+fn strip(k1: f64, k2: f64, half: usize, length: f64) -> LoadedLines {
+    let n = 2 * half + 1;
+    let cell = |i: usize| {
+        let along = (i as f64 - half as f64) * length;
+        ContactCell {
+            along,
+            length,
+            gap: 0.5 * k1 * along * along,
+            arm: 1.0,
+            curvature: k2,
+            on_edge: false,
+            teeth: None,
+        }
+    };
+    let line = ContactLine {
+        pair: 0,
+        cells: (0..n).map(cell).collect(),
+    };
+    LoadedLines::new(vec![line], STEEL)
+}
+
+fn largest_pressure(lines: &LoadedLines, loads: &LineLoads) -> f64 {
+    let pressures = lines.lines.iter().enumerate().flat_map(|(k, line)| {
+        let cells = line.cells.iter().enumerate();
+        cells.map(move |(i, cell)| {
+            LoadedLines::pressure(cell, loads.forces[k][i], loads.widths[k][i])
+        })
+    });
+    pressures.fold(0.0, f64::max)
+}
+
+/// Strips of half spaces with cells of 1.2 half widths against the elliptic contact: approach and greatest pressure from a/b 2.9 on.
+/// Source: Johnson, Contact Mechanics, 1985, eq. 4.26.
+#[test]
+fn ref_strips_reach_elliptic_contact() {
+    // A contact of a/b 2.9 has five cells: half a cell of place moves the approach by 1 %, the pressure by 2 %.
+    let limits = [
+        [0.018, 0.013],
+        [0.003, 0.012],
+        [0.002, 0.002],
+        [0.002, 0.002],
+        [0.002, 0.002],
+    ];
+    for ([k1, k2, force, a, b, p0, approach], [of_approach, of_pressure]) in
+        ELLIPTIC[1..].iter().zip(limits)
+    {
+        let length = 1.2e-3 * b;
+        let half = (1.5e-3 * a / length).ceil() as usize;
+        let lines = strip(1e3 * k1, 1e3 * k2, half, length);
+        let loads = lines.solve(*force, None).unwrap();
+        let pressure = 1e-6 * largest_pressure(&lines, &loads) / p0 - 1.0;
+        let turn = 1e6 * loads.turn / approach - 1.0;
+        println!(
+            "a/b {:.2}: approach {turn:.5}, pressure {pressure:.5}, sweeps {}",
+            a / b,
+            loads.sweeps
+        );
+        within(
+            &format!("approach at a/b {:.1}", a / b),
+            turn.abs(),
+            of_approach,
+        );
+        within(
+            &format!("greatest pressure at a/b {:.1}", a / b),
+            pressure.abs(),
+            of_pressure,
+        );
+    }
+}
+
+/// Inches in place of metres: the pair of the case has its lengths in inches.
+const PER_INCH: f64 = 0.0254;
+
+/// The drive pair with its path, lengths in inches.
+fn drive() -> (FlankPair, ContactPath) {
+    let pair = pair([0.0, 0.02, 0.0, 0.0]);
+    let path = pair.path(pair.first_contact().unwrap(), PITCHES, 60);
+    (pair, path)
+}
+
+/// Steel for lengths in inches: Pa becomes N/in².
+fn options(stations: usize) -> FlankMeshOptions {
+    let young = 206e9 * PER_INCH * PER_INCH;
+    FlankMeshOptions {
+        materials: [Material {
+            young,
+            poisson: 0.3,
+        }; 2],
+        stations,
+        ..FlankMeshOptions::default()
+    }
+}
+
+fn arcsec(te: f64) -> f64 {
+    te.to_degrees() * 3600.0
+}
+
+/// The 12/36 pair on half spaces: turn of the gear, greatest pressure and shares over the torque.
+/// Source: strips along the ridge by another program, checked against elliptic contact, data/reference/gear/c28_ltca_half_space_12_36.json.
+#[test]
+fn ref_half_space_contact_of_spiral_bevel_pair() {
+    let (pair, path) = drive();
+    let mesh = FlankMesh::new(&pair, &path, options(48), None);
+    let position = mesh.position(0.022204143253384).unwrap();
+    for [torque, turn, pressure, before, middle, after] in C28 {
+        let loads = position.lines.solve(3.0 * torque / PER_INCH, None).unwrap();
+        let mut most = 0f64;
+        let mut shares = [0.0; 3];
+        for (k, line) in position.lines.lines.iter().enumerate() {
+            for (i, cell) in line.cells.iter().enumerate() {
+                let (force, width) = (loads.forces[k][i], loads.widths[k][i]);
+                if !cell.on_edge {
+                    most = most.max(LoadedLines::pressure(cell, force, width));
+                }
+                if let Some(share) = shares.get_mut((line.pair + 1) as usize) {
+                    *share += force * cell.arm / (3.0 * torque / PER_INCH);
+                }
+            }
+        }
+        let most = 1e-6 * most / (PER_INCH * PER_INCH);
+        println!(
+            "{torque}: {:.3} {turn}, {most:.1} {pressure}, {shares:.3?} {before} {middle} {after} sweeps {}",
+            arcsec(loads.turn),
+            loads.sweeps
+        );
+        within(
+            "turn of the gear",
+            (arcsec(loads.turn) / turn - 1.0).abs(),
+            0.004,
+        );
+        // At the largest torque the case counts edges, whose pressure has no bound.
+        if torque < 400.0 {
+            within("greatest pressure", (most / pressure - 1.0).abs(), 0.002);
+        }
+        for (share, expected) in shares.iter().zip([before, middle, after]) {
+            within("share of a pair", (share - expected).abs(), 0.002);
+        }
+    }
+}
+
+/// Torque at the pinion N·m; turn arcsec, greatest pressure N/mm², shares of pairs −1, 0, 1.
+const C28: [[f64; 6]; 7] = [
+    [5.0, 6.992, 438.9, 0.000, 1.000, 0.000],
+    [10.0, 11.084, 552.6, 0.000, 1.000, 0.000],
+    [25.0, 20.437, 750.5, 0.000, 1.000, 0.000],
+    [50.0, 32.427, 945.4, 0.000, 1.000, 0.000],
+    [100.0, 51.519, 1197.3, 0.000, 1.000, 0.000],
+    [200.0, 81.391, 1510.4, 0.000, 0.992, 0.008],
+    [400.0, 122.993, 2041.3, 0.000, 0.921, 0.079],
+];
+
+/// Without load the highest place of the ridges is the unloaded contact, edges and hand-over included: no station lies above it, and half a
+/// cell below it the gap is that of the ridge's curvature.
+#[test]
+fn law_no_load_is_the_unloaded_contact() {
+    let (pair, path) = drive();
+    let mut largest = Vec::new();
+    for stations in [24, 96] {
+        let mesh = FlankMesh::new(&pair, &path, options(stations), None);
+        let mut apart = 0f64;
+        for i in 0..24 {
+            let angle = path.reference.pinion_angle + pair.pitch() * f64::from(i) / 24.0;
+            let position = mesh.position(angle).unwrap();
+            let unloaded = pair.leading(&path, angle).unwrap().te;
+            let all = position.ridges.iter().flatten().map(|p| p.te);
+            let highest = all.fold(f64::NEG_INFINITY, f64::max);
+            assert!(
+                arcsec(highest - unloaded) < 1e-3,
+                "a station lies above the unloaded contact"
+            );
+            let light = position.lines.solve(1e-6, None).unwrap();
+            assert!((arcsec(light.turn) - arcsec(unloaded - highest)).abs() < 1e-3);
+            apart = apart.max(arcsec(light.turn));
+        }
+        largest.push(apart);
+    }
+    println!("unloaded contact missed by {largest:?} arcsec with 24 and 96 stations");
+    assert!(largest[1] < 0.25 * largest[0] && largest[1] < 0.5);
+}
+
+/// Shares of the pairs sum to 1, and the tangent stiffness is the difference quotient of the torque over the turn.
+#[test]
+fn law_shares_and_tangent() {
+    let (pair, path) = drive();
+    let mesh = FlankMesh::new(&pair, &path, options(48), None);
+    for i in [0, 7, 15] {
+        let position = mesh
+            .position(path.reference.pinion_angle + pair.pitch() * f64::from(i) / 24.0)
+            .unwrap();
+        for torque in [30.0, 300.0].map(|t| 3.0 * t / PER_INCH) {
+            let at = |t: f64| position.lines.solve(t, None).unwrap();
+            let loads = at(torque);
+            let total: f64 = position
+                .lines
+                .cells()
+                .zip(loads.forces.iter().flatten())
+                .map(|(c, f)| c.arm * f)
+                .sum();
+            assert!((total / torque - 1.0).abs() < 1e-9);
+            let step = 1e-3 * torque;
+            let quotient = 2.0 * step / (at(torque + step).turn - at(torque - step).turn);
+            println!("tangent {:.5}", loads.tangent / quotient - 1.0);
+            // The largest width of a line sets the kernel of all its cells, which the tangent takes as fixed.
+            assert!(
+                (loads.tangent / quotient - 1.0).abs() < 0.02,
+                "tangent {} quotient {quotient}",
+                loads.tangent
+            );
+        }
+    }
+}
+
+/// Half thickness of an involute tooth of 20° and module 1 at a radius; constant below the base circle.
+fn half_thickness(teeth: f64, radius: f64) -> f64 {
+    let alpha = 20f64.to_radians();
+    let involute = |a: f64| a.tan() - a;
+    let base = 0.5 * teeth * alpha.cos();
+    let at = (base / radius.max(base)).acos();
+    radius.max(base) * (std::f64::consts::PI / (2.0 * teeth) + involute(alpha) - involute(at)).sin()
+}
+
+/// Stiffness of one pair of spur teeth of the module 10 mm at the pitch point, through the solver of contact lines, N/(mm µm).
+fn spur_stiffness(teeth: [f64; 2]) -> f64 {
+    const MODULE: f64 = 0.01;
+    /// Eighty modules: c′ is of a unit width, ends stiffen a narrow face.
+    const WIDTH: f64 = 0.8;
+    const CELLS: usize = 40;
+    let alpha = 20f64.to_radians();
+    let member = |z: f64| {
+        let (pitch, root, tip) = (0.5 * z, 0.5 * z - 1.25, 0.5 * z + 1.0);
+        let lean = alpha - std::f64::consts::PI / (2.0 * z);
+        let half = half_thickness(z, pitch);
+        // The force crosses the middle of the tooth below the pitch circle.
+        let height =
+            ((pitch * pitch - half * half).sqrt() - half * lean.tan() - root) / (tip - root);
+        let corner = |x: f64, y: f64| [x * WIDTH, y * MODULE * (tip - root)];
+        let shape = PlateShape {
+            corners: [
+                [corner(0.0, 0.0), corner(0.0, 1.0)],
+                [corner(1.0, 0.0), corner(1.0, 1.0)],
+            ],
+            material: STEEL[0],
+        };
+        let thickness =
+            |[_, share]: [f64; 2]| 2.0 * MODULE * half_thickness(z, root + share * (tip - root));
+        let plate = ToothPlate::new(&shape, thickness).unwrap();
+        move |face: f64| {
+            let (shape, response) = plate.load([face, height], lean.cos());
+            ToothLoad {
+                depth: MODULE * half / lean.cos(),
+                shape,
+                response,
+            }
+        }
+    };
+    let [first, second] = teeth.map(member);
+    let curvature = 2.0 / (alpha.sin() * MODULE) * (1.0 / teeth[0] + 1.0 / teeth[1]);
+    let cell = |i: usize| {
+        let face = (i as f64 + 0.5) / CELLS as f64;
+        ContactCell {
+            along: face * WIDTH,
+            length: WIDTH / CELLS as f64,
+            gap: 0.0,
+            arm: 1.0,
+            curvature,
+            on_edge: false,
+            teeth: Some([first(face), second(face)]),
+        }
+    };
+    let line = ContactLine {
+        pair: 0,
+        cells: (0..CELLS).map(cell).collect(),
+    };
+    let force = 100e3 * WIDTH;
+    let loads = LoadedLines::new(vec![line], STEEL)
+        .solve(force, None)
+        .unwrap();
+    1e-9 * force / (loads.turn * WIDTH)
+}
+
+/// Spur pairs as contact lines with teeth as plates, at the pitch point under 100 N/mm with the module 10 mm, against c′ without profile shift.
+/// Source: ISO 6336-1:2006, eqs. 82 and 83, C_M = 0.8.
+#[test]
+fn ref_stiffness_of_spur_pairs_as_plates() {
+    for ([z1, z2], expected) in [
+        ([24.0, 95.0], 14.18),
+        ([30.0, 30.0], 13.11),
+        ([62.0, 62.0], 14.84),
+        ([20.0, 60.0], 13.49),
+    ] {
+        let found = spur_stiffness([z1, z2]);
+        println!(
+            "{z1}/{z2}: {found:.3} {expected} {:.4}",
+            found / expected - 1.0
+        );
+        within(
+            "stiffness c′ of a pair",
+            (found / expected - 1.0).abs(),
+            0.085,
+        );
+    }
+}
+
+/// The shipped pair with its teeth: settings in SI, both flanks, thickness.
+fn shipped() -> (FlankPair, ContactPath, BevelTeeth) {
+    let source = load::load(std::path::Path::new("models/gears/bevel_12_36.toml")).unwrap();
+    let file = bevel_file::read(&source, &Flags::default()).unwrap();
+    let result = bevel::run(&file).unwrap();
+    let [pinion, gear] = result.members.each_ref().map(|m| m.tooth.as_ref().unwrap());
+    let teeth = BevelTeeth::new([pinion, gear], [0, 1], &STEEL)
+        .unwrap()
+        .unwrap();
+    let contact = result.contact.unwrap();
+    (contact.pair, contact.path, teeth)
+}
+
+/// Loaded transmission error of the shipped pair with bending teeth settles over the stations, and its teeth soften the contact.
+#[test]
+fn law_stations_converge() {
+    let (pair, path, teeth) = shipped();
+    let map = |stations: usize, teeth: Option<&dyn ToothBending>| {
+        let options = FlankMeshOptions {
+            stations,
+            positions: 16,
+            ..FlankMeshOptions::default()
+        };
+        let mesh = FlankMesh::new(&pair, &path, options, teeth);
+        mesh.map(&[100.0, 300.0]).unwrap()
+    };
+    let row = |stations: usize| {
+        let result = map(stations, Some(&teeth));
+        let of = |k: usize| result.cycles[k].of(|p| arcsec(p.te));
+        [of(0), of(1)]
+    };
+    let (coarse, fine, finest) = (row(24), row(32), row(64));
+    let apart = |a: &[f64], b: &[f64]| {
+        a.iter()
+            .zip(b)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max)
+    };
+    for k in 0..2 {
+        let errors = [&coarse, &fine].map(|row| apart(&row[k], &finest[k]));
+        let peaks = [&coarse, &fine, &finest].map(|row| peak_to_peak(&row[k]));
+        println!(
+            "te off by {errors:.3?}, peak to peak {peaks:.3?} arcsec with 24, 32 and 64 stations"
+        );
+        assert!(errors[1] < 0.05 * finest[k].iter().fold(0f64, |m, e| m.max(e.abs())));
+    }
+    let rigid = map(32, None);
+    let softer = rigid.cycles[0].of(|p| arcsec(p.te));
+    assert!(
+        softer
+            .iter()
+            .zip(&fine[0])
+            .all(|(rigid, bent)| bent < rigid)
+    );
+}
+
+/// Time of a loaded position with 32 stations.
+#[test]
+#[ignore = "prints a time of a release build"]
+fn loaded_position_time() {
+    let (pair, path, teeth) = shipped();
+    let options = FlankMeshOptions {
+        positions: 20,
+        ..FlankMeshOptions::default()
+    };
+    let mesh = FlankMesh::new(&pair, &path, options, Some(&teeth));
+    for count in [1, 20] {
+        let torques: Vec<f64> = (1..=count).map(|i| 15.0 * f64::from(i)).collect();
+        let started = std::time::Instant::now();
+        mesh.map(&torques).unwrap();
+        println!("{count} torques: {:?} a position", started.elapsed() / 20);
+    }
+}
