@@ -11,7 +11,7 @@ pub enum DiagnosticKind {
 
 use DiagnosticKind::{Repair, Warning};
 
-/// Every word, its sort, and what `geardyn explain` says of it.
+/// Every code, its kind, and what `geardyn explain` says of it.
 pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
     // Reading a log.
     (
@@ -645,6 +645,41 @@ pub const DIAGNOSTICS: &[(&str, DiagnosticKind, &str)] = &[
         "contact-ratio",
         Warning,
         "The total contact ratio is below 1: a pair of teeth leaves contact before the next one touches, so that the motion is not transmitted evenly.",
+    ),
+    (
+        "rigid-teeth",
+        Warning,
+        "The loaded contact of a bevel pair has half spaces alone: the flanks or the thickness that the bending of the teeth needs are not described. The pair is too stiff.",
+    ),
+    (
+        "edge-contact",
+        Warning,
+        "Under load the tips or ends of the teeth carry a share of the torque. The pressure on an edge has no bound in this model and is not in the table; crowning or another assembly keeps the contact on the flanks.",
+    ),
+    (
+        "short-cells",
+        Warning,
+        "The cells along the face are shorter than the contact is wide there, so that its pressure is not resolved. Give fewer stations.",
+    ),
+    (
+        "short-contact",
+        Warning,
+        "At some position the contact covers so few stations that approach and pressure are off by more than 2 %. Give more stations.",
+    ),
+    (
+        "not-converged",
+        Warning,
+        "The settings of a correction did not settle. Check member, flank and the sign of the deviations, or free fewer settings.",
+    ),
+    (
+        "large-change",
+        Warning,
+        "A setting of the next cut would change by far more than errors of a machine explain. Check member, flank and units, or free fewer settings.",
+    ),
+    (
+        "nodes-off-flank",
+        Warning,
+        "Nodes of a measured grid where the blade leaves no flank are left out. Measure above the fillet and within the blank.",
     ),
     (
         "pointed",

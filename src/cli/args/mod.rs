@@ -322,7 +322,9 @@ mod tests {
         let contact: fn(&mut TableReader) = |f| {
             bevel_file::contact(f);
         };
-        assert!(unread::<gear::MeshKeys>(&[mesh, contact], &[]).is_empty());
+        let flank_mesh: fn(&mut TableReader) = |f| drop(bevel_file::mesh(f));
+        let readers = [mesh, contact, flank_mesh];
+        assert!(unread::<gear::MeshKeys>(&readers, &[]).is_empty());
         let correction: fn(&mut TableReader) = |f| drop(correction_study::correction(f));
         assert!(unread::<gear::CorrectionKeys>(&[correction], &[]).is_empty());
         let log = log::LogKeys::KEYS.iter().flat_map(|(_, keys)| *keys);

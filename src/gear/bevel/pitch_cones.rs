@@ -79,7 +79,7 @@ impl PitchConeDesign {
         self.accepted(point)
     }
 
-    /// What a place misses: radius, spiral angle, limit curvature.
+    /// Residuals at a place: radius, spiral angle, limit curvature.
     fn residual(&self, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
         let p = PitchPoint::at(&self.axes, Vector::new(x, y, z))?;
         let r2 = self.wheel_radius;

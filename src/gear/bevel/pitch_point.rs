@@ -47,7 +47,7 @@ pub struct LimitNormal {
 pub struct ScrewInPlane {
     /// Angle with the pitch plane, rad.
     pub angle: f64,
-    /// Where it pierces the pitch plane, from P along the tooth and across it.
+    /// Place at which it pierces the pitch plane, from P along the tooth and across it.
     pub pierces: [f64; 2],
 }
 

@@ -383,8 +383,8 @@ pub fn check_modifications(
     modifications: &[FlankModification; 2],
 ) -> Result<(), Error> {
     let ends = ContactPath::new(pair).flank_ends;
-    let each = modifications.iter().zip(ends).zip(MEMBERS);
-    each.into_iter().try_for_each(|((modification, ends), name)| {
+    let mut each = modifications.iter().zip(ends).zip(MEMBERS);
+    each.try_for_each(|((modification, ends), name)| {
         let checked = modification.check(ends, pair.members[0].gear.module);
         checked.map_err(|error| error.in_part(name))
     })

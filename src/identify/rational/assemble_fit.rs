@@ -1,6 +1,7 @@
 //! Conversion of a search result to SI: poles, residues, residual terms, misfit, accepted modes.
 
 use crate::base::error::Diagnostic;
+use crate::base::quantity::format_number;
 use crate::identify::modal_parameters::ModalParameters;
 use crate::numeric::Complex;
 
@@ -18,6 +19,9 @@ const MODEL_ERROR_SIGMA: f64 = 4.0;
 /// And this ratio to the noise is one that spoils weak modes.
 const MODEL_ERROR_RATIO: f64 = 1.5;
 
+/// From this ratio on nothing that the fit says of a pole holds.
+const MAX_MISFIT_RATIO: f64 = 100.0;
+
 /// Converts a search result into the reported fit. The second are places of poles that responses which depart from the model are fitted
 /// better without: no modes, in the half-power band of another pole whose place they take.
 pub(super) fn assemble_fit(
@@ -27,9 +31,13 @@ pub(super) fn assemble_fit(
 ) -> (RationalFit, Vec<usize>) {
     let per_dof = result.chi2 / result.dof;
     let departs = result.departures.is_some();
-    let beyond = !departs && per_dof > 1.0 + MODEL_ERROR_SIGMA * (2.0 / result.dof).sqrt();
-    // A variance with departures counts the lines of a resonance as one: it is no measure of its own misfit.
-    let scale = match !departs && (result.estimated || beyond) {
+    // A variance with departures counts the lines of a resonance as one, so that its misfit is below 1: a large one is of lines that it
+    // takes for exact.
+    let beyond = match departs {
+        true => per_dof > MODEL_ERROR_RATIO,
+        false => per_dof > 1.0 + MODEL_ERROR_SIGMA * (2.0 / result.dof).sqrt(),
+    };
+    let scale = match beyond || (!departs && result.estimated) {
         true => per_dof,
         false => 1.0,
     };
@@ -135,6 +143,7 @@ pub(super) fn assemble_fit(
             visibility: visibility(lines, &poles[r].value(), &scaled, place),
             model_error,
             departs,
+            unexplained: departs && per_dof > MAX_MISFIT_RATIO,
         };
         match rejection_reason(&candidate) {
             None => accepted.push((mode, departure)),
@@ -367,6 +376,7 @@ fn add_warnings(
     beyond: bool,
     per_dof: f64,
 ) {
+    let departs = result.departures.is_some();
     let mut say = |code: &'static str, message: String, hint: &str| {
         fit.diagnostics.push(Diagnostic {
             code,
@@ -385,16 +395,17 @@ fn add_warnings(
             "",
         );
     }
-    if beyond && !result.estimated {
+    if beyond && (departs || !result.estimated) {
         say(
             "misfit",
             format!(
-                "the misfit is {per_dof:.2} times what the variance explains; intervals were widened to it"
+                "the misfit is {} times what the variance explains; intervals were widened to it",
+                format_number(per_dof)
             ),
             "look for drift between measurements, nonlinearity, leakage, or a variance that is too small",
         );
     }
-    if result.departures.is_some() {
+    if departs {
         let most =
             |pick: fn(&ModelErrorShare) -> f64| fit.departures.iter().map(pick).fold(0.0, f64::max);
         let (share, spread) = (most(|d| d.model_error), most(|d| d.frequency_spread_hz));

@@ -16,6 +16,8 @@ pub(super) struct ModeCandidate<'a> {
     pub model_error: bool,
     /// Noise alone does not explain the responses.
     pub departs: bool,
+    /// Neither noise nor departures explain the misfit: the lines that decide are taken for exact.
+    pub unexplained: bool,
 }
 
 /// From this damping ratio on a pole pair is background; where responses depart from the model, from the second on.
@@ -42,6 +44,9 @@ pub(super) fn rejection_reason(candidate: &ModeCandidate) -> Option<&'static str
     let (from, to) = candidate.band_hz;
     if !(from..=to).contains(&frequency) {
         return Some("outside the band");
+    }
+    if candidate.unexplained {
+        return Some("the fit misses the responses by far more than noise and departures explain");
     }
     let background = match candidate.departs {
         true => MAX_DAMPING_RATIO.1,
@@ -130,6 +135,7 @@ mod tests {
                 visibility: 0.5,
                 model_error,
                 departs: model_error,
+                unexplained: false,
             })
             .is_none()
         };

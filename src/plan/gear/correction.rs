@@ -6,6 +6,7 @@ use super::bevel_contact::BevelContact;
 use super::measured_nodes::{measured, sides};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
+use crate::base::quantity::format_number;
 use crate::base::source_span::{SourceFile, SourceSpan};
 use crate::base::text::pluralise;
 use crate::gear::cut::correction::{CorrectionFit, CorrectionProblem, Unknown};
@@ -251,7 +252,7 @@ pub(super) fn plan(
                 "{} of {} above {} µm rms, {}",
                 pluralise(fit.kept, "direction"),
                 problem.unknowns.len(),
-                1e6 * study.least,
+                format_number(1e6 * study.least),
                 pluralise(fit.steps, "step")
             )),
         ),
