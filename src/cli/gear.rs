@@ -247,17 +247,23 @@ fn reverse(args: &ReverseArgs) -> Result<u8, Errors> {
     })
 }
 
+/// The gear file of a bevel pair; another pair is refused.
+fn load_bevel(path: &Path, message: &str, hint: &str) -> Result<Arc<SourceFile>, Errors> {
+    let source = load::load(path)?;
+    gear_file::check_is_gear_file(&source)?;
+    match gear_file::pair_kind(&source) {
+        PairKind::Bevel => Ok(source),
+        _ => Err(Error::new(Code::Usage, message).with_hint(hint).into()),
+    }
+}
+
 /// Finds the settings of the next cut of a measured bevel gear.
 fn correct(args: &CorrectArgs) -> Result<u8, Errors> {
-    let source = load::load(&args.file)?;
-    gear_file::check_is_gear_file(&source)?;
-    if gear_file::pair_kind(&source) != PairKind::Bevel {
-        return Err(
-            Error::new(Code::Usage, "only settings of bevel gears are corrected")
-                .with_hint("name a gear file with pair = { kind = \"bevel\", … }")
-                .into(),
-        );
-    }
+    let source = load_bevel(
+        &args.file,
+        "only settings of bevel gears are corrected",
+        "name a gear file with pair = { kind = \"bevel\", … }",
+    )?;
     let (file, study) = bevel_file::read_for_correction(&source, &args.study.flags)?;
     let measured = args.measured.as_ref().or(args.target.as_ref());
     let inputs: Vec<PathBuf> = measured.into_iter().chain([&args.file]).cloned().collect();
@@ -282,13 +288,11 @@ fn correct(args: &CorrectArgs) -> Result<u8, Errors> {
 
 /// Cuts the flanks of a bevel pair by discrete blades.
 fn cut_by_blades(args: &CutArgs) -> Result<u8, Errors> {
-    let source = load::load(&args.file)?;
-    gear_file::check_is_gear_file(&source)?;
-    if gear_file::pair_kind(&source) != PairKind::Bevel {
-        let error = Error::new(Code::Usage, "only bevel pairs by machine settings are cut");
-        let hint = "name a gear file with pair = { kind = \"bevel\", … } and [cut]";
-        return Err(error.with_hint(hint).into());
-    }
+    let source = load_bevel(
+        &args.file,
+        "only bevel pairs by machine settings are cut",
+        "name a gear file with pair = { kind = \"bevel\", … } and [cut]",
+    )?;
     let file = cut_file::read(&source)?;
     let inputs: Vec<PathBuf> = (file.sources.iter())
         .map(|source| PathBuf::from(&source.path))

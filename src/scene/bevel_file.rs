@@ -77,13 +77,6 @@ pub struct BevelMember {
     pub span: SourceSpan,
 }
 
-impl BevelMember {
-    /// Whether the file describes a flank.
-    pub fn describes(&self, side: usize) -> bool {
-        self.straight.is_some() || self.flanks[side].is_some()
-    }
-}
-
 /// Requested contact of two flanks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactStudy {
@@ -154,6 +147,11 @@ impl ContactSide {
 }
 
 impl BevelMember {
+    /// Whether the file describes a flank.
+    pub fn describes(&self, side: usize) -> bool {
+        self.straight.is_some() || self.flanks[side].is_some()
+    }
+
     /// Why its flanks do not make a tooth; none where they do.
     pub fn lacks_tooth(&self) -> Option<&'static str> {
         if self.straight.is_some() {

@@ -118,8 +118,7 @@ impl BladePasses {
         let passes = match self.motion.is_fixed() {
             true => 0..=self.blades.len() as i64 - 1,
             false => {
-                let signed_step = self.feed.cradle_per_turn / f64::from(self.feed.blades);
-                let middle = self.turn_at_start(point) / signed_step - phase;
+                let middle = self.turn_at_start(point) / self.turn_of(1.0) - phase;
                 let reach = self.reach(point)?;
                 (middle - reach).floor() as i64..=(middle + reach).ceil() as i64
             }
