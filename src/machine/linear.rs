@@ -16,13 +16,13 @@ pub struct LinearModel {
     pub n: usize,
     /// The degree of freedom each coordinate is.
     pub independent_dofs: Vec<usize>,
-    /// Rows of T: each degree of freedom of the machine in the coordinates that stay.
+    /// Rows of T: each degree of freedom of the machine in the independent coordinates.
     pub transform: Vec<Vec<(usize, f64)>>,
     /// `M = Σ m v vᵀ`.
     pub masses: Vec<Mass>,
     /// Branches with stiffness or damping, in the order of their numbers.
     pub branches: Vec<LinearBranch>,
-    /// Motions that strain no branch, over the coordinates that stay: the rigid-body modes.
+    /// Motions that strain no branch, over the independent coordinates: the rigid-body modes.
     pub rigid: Vec<Vec<f64>>,
     /// Number of leading rigid motions that strain no damper either.
     pub n_undamped_rigid: usize,
@@ -148,7 +148,7 @@ impl LinearModel {
         at.ok().map(|at| &self.branches[at])
     }
 
-    /// All degrees of freedom from the coordinates that stay.
+    /// All degrees of freedom from the independent coordinates.
     pub fn expand(&self, p: &[f64]) -> Vec<f64> {
         self.transform
             .iter()
@@ -156,7 +156,7 @@ impl LinearModel {
             .collect()
     }
 
-    /// The coordinates that stay, from all degrees of freedom.
+    /// The independent coordinates, from all degrees of freedom.
     pub fn select_independent<T: Copy>(&self, q: &[T]) -> Vec<T> {
         self.independent_dofs.iter().map(|&i| q[i]).collect()
     }
@@ -254,7 +254,7 @@ impl LinearModel {
     }
 }
 
-/// Motions over the coordinates that stay, those that no damper resists first.
+/// Motions over the independent coordinates, those that no damper resists first.
 struct RigidMotionBasis {
     motions: Vec<Vec<f64>>,
     undamped: usize,

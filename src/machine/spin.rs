@@ -11,7 +11,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::scene::model::BranchDamping;
 
-/// Terms of given mean speeds, over the coordinates that stay.
+/// Terms of given mean speeds, over the independent coordinates.
 #[derive(Debug, Clone, Default)]
 pub struct SpinTerms {
     /// a, b, g Ω.

@@ -1,6 +1,6 @@
 //! Campbell diagram: natural frequencies over speed, tracked by MAC, and their order crossings.
 //!
-//! ASME 46 (1924), 31–160).
+//! W. Campbell, Protection of steam-turbine disk wheels from axial vibration, Trans. ASME 46 (1924), 31–160.
 
 use std::f64::consts::TAU;
 

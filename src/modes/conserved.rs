@@ -6,7 +6,7 @@ use crate::numeric::Complex;
 use crate::numeric::quadratic::QuadraticEigenproblem;
 
 /// Rigid motions taken out of the equations, and the way back.
-pub(super) struct RigidMotions {
+pub(super) struct CyclicCoordinates {
     /// Modes that no stiffness holds.
     free: Vec<usize>,
     /// Each of them that is taken out, with `C_Fk`.
@@ -16,9 +16,9 @@ pub(super) struct RigidMotions {
 /// Coupling of two rigid motions that is rounding, relative to the largest entry of C.
 const ROUNDING_TOLERANCE: f64 = 1e-12;
 
-impl RigidMotions {
+impl CyclicCoordinates {
     /// Finds them among the first `n_rigid` modes; those that gyroscopic terms couple to one another are left alone.
-    pub fn new(eigenproblem: &QuadraticEigenproblem, n_rigid: usize) -> RigidMotions {
+    pub fn new(eigenproblem: &QuadraticEigenproblem, n_rigid: usize) -> CyclicCoordinates {
         let c = &eigenproblem.damping;
         let n = eigenproblem.len();
         let largest = (0..n)
@@ -38,7 +38,7 @@ impl RigidMotions {
         let rows = rows
             .filter(|(_, row)| row.iter().any(|x| *x != 0.0))
             .collect();
-        RigidMotions { free: all, rows }
+        CyclicCoordinates { free: all, rows }
     }
 
     /// The equations of the others.

@@ -5,7 +5,7 @@
 //! alongside large ones their digits back and takes loss factors in.
 
 use super::companion::{CompanionForm, is_free};
-use super::conserved::RigidMotions;
+use super::conserved::CyclicCoordinates;
 use super::gyroscopic::{self, GyroscopicMode};
 use super::massless::MasslessReduction;
 use super::modal_basis::ModalBasis;
@@ -28,7 +28,7 @@ pub fn modes(
 ) -> Result<Vec<Mode>, Error> {
     let light = MasslessReduction::new(modal)?;
     let whole = light.condense(modal)?;
-    let conserved = RigidMotions::new(&whole, model.n_undamped_rigid);
+    let conserved = CyclicCoordinates::new(&whole, model.n_undamped_rigid);
     let eigenproblem = conserved.without(whole);
     let state = CompanionForm::new(&eigenproblem, basis, model.n_undamped_rigid);
     let symmetric = model

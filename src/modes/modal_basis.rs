@@ -8,7 +8,7 @@ use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::machine::linear::{LinearBranch, LinearModel};
 use crate::numeric::energy_modes::{EnergyModes, Expansion, MAX_BOUND, Squares, energy_modes};
-use crate::numeric::vector_ops::dot;
+use crate::numeric::mass_factor::MassFactor;
 use crate::numeric::{Matrix, graded, symmetric};
 
 /// Solver of the undamped eigenvalue problem.
@@ -21,14 +21,14 @@ pub enum UndampedSolver {
     Factored,
 }
 
-/// Undamped modes over the coordinates that stay.
+/// Undamped modes over the independent coordinates.
 #[derive(Debug, Clone)]
 pub struct ModalBasis {
     /// rad/s, ascending; the first `n_rigid` are exactly zero.
     pub omega: Vec<f64>,
     /// Rigid-body modes.
     pub n_rigid: usize,
-    /// Columns: mass-normalised shapes over all coordinates that stay, the massless ones following statically.
+    /// Columns: mass-normalised shapes over all independent coordinates, the massless ones following statically.
     pub shapes: Matrix,
     /// Decimal digits each frequency can be trusted to.
     pub digits: Vec<f64>,
@@ -83,13 +83,13 @@ pub fn solve(model: &LinearModel, solver: UndampedSolver) -> Result<ModalBasis, 
         0 => None,
         first => Some(graded::condense(&strain_rows(model, &order), first)?),
     };
-    let root = CholeskyMass::new(model, &order)?;
+    let mass_factor = mass_factor(model, &order)?;
     let rigid = rigid_modes(model);
-    let frame = Frame {
+    let frame = ScaledEigenproblem {
         model,
         order: &order,
         condensed,
-        root,
+        mass_factor,
         rigid,
     };
     if let UndampedSolver::Energies(shape_tolerance) = solver
@@ -120,16 +120,16 @@ fn squares(model: &LinearModel) -> impl Iterator<Item = &LinearBranch> {
 }
 
 /// A machine ready for either solver.
-struct Frame<'a> {
+struct ScaledEigenproblem<'a> {
     model: &'a LinearModel,
     order: &'a CoordinateOrder,
     /// Without the coordinates that have no inertia, where there are any.
     condensed: Option<graded::StaticCondensation>,
-    root: CholeskyMass,
+    mass_factor: MassFactor,
     rigid: Vec<Vec<f64>>,
 }
 
-impl Frame<'_> {
+impl ScaledEigenproblem<'_> {
     /// `None` where the bound of an error is too large.
     fn by_energies(&self, shape_tolerance: f64) -> Result<Option<ModalBasis>, Error> {
         let first = self.model.massless.len();
@@ -140,7 +140,7 @@ impl Frame<'_> {
         let expansion = self.expansion();
         let rigid = self.rigid.iter().map(|p| {
             let heavy: Vec<f64> = (self.order.coordinates[first..].iter().map(|&i| p[i])).collect();
-            self.root.transposed_product(&heavy)
+            self.mass_factor.transposed_times(&heavy)
         });
         let rigid: Vec<Vec<f64>> = rigid.collect();
         let Some(found) = energy_modes(&springs, &expansion, &rigid, shape_tolerance)? else {
@@ -168,7 +168,7 @@ impl Frame<'_> {
 
     /// E of `x = E y` over the sorted coordinates.
     fn expansion(&self) -> Expansion {
-        if let (None, CholeskyMass::Diagonal(root)) = (&self.condensed, &self.root) {
+        if let (None, MassFactor::Diagonal(root)) = (&self.condensed, &self.mass_factor) {
             return Expansion::Diagonal(root.iter().map(|root| 1.0 / root).collect());
         }
         let mut masses = Squares::default();
@@ -176,7 +176,7 @@ impl Frame<'_> {
             self.push(&mut masses, mass.value, &mass.direction);
         }
         let n = self.model.n - self.model.massless.len();
-        let heavy = self.root.left_divide_transposed(&Matrix::identity(n, n));
+        let heavy = self.mass_factor.solve_transposed(&Matrix::identity(n, n));
         Expansion::Dense(self.with_light(heavy), masses)
     }
 
@@ -206,11 +206,13 @@ impl Frame<'_> {
         let n = self.model.n - self.model.massless.len();
         let n_rigid = self.rigid.len();
         let scaled = match &self.condensed {
-            Some(condensed) => self.root.right_divide(&condensed.condensed),
-            None => self.root.right_divide(&strain_rows(self.model, self.order)),
+            Some(condensed) => self.mass_factor.right_divide(&condensed.condensed),
+            None => self
+                .mass_factor
+                .right_divide(&strain_rows(self.model, self.order)),
         };
         let found = graded::svd(&scaled, Some(n - n_rigid))?;
-        let shapes = self.with_light(self.root.left_divide_transposed(&found.vectors));
+        let shapes = self.with_light(self.mass_factor.solve_transposed(&found.vectors));
         let column = |j: usize| shapes.col_as_slice(n_rigid + j);
         self.basis(
             found.values[n_rigid..].to_vec(),
@@ -284,65 +286,22 @@ impl CoordinateOrder {
 }
 
 /// `M = L Lᵀ` over the coordinates with inertia.
-enum CholeskyMass {
-    Diagonal(Vec<f64>),
-    Lower(Matrix),
-}
-
-impl CholeskyMass {
-    fn new(model: &LinearModel, order: &CoordinateOrder) -> Result<CholeskyMass, Error> {
-        let first = model.massless.len();
-        if let Some(diagonal) = model.mass_diagonal() {
-            return Ok(CholeskyMass::Diagonal(
-                order.coordinates[first..]
-                    .iter()
-                    .map(|&j| diagonal[j].sqrt())
-                    .collect(),
-            ));
-        }
-        let n = model.n - first;
-        let mut m = Matrix::zeros(n, n);
-        for mass in &model.masses {
-            for (i, a) in mass.direction.entries() {
-                for (j, b) in mass.direction.entries() {
-                    m[(order.position[i] - first, order.position[j] - first)] += mass.value * a * b;
-                }
+fn mass_factor(model: &LinearModel, order: &CoordinateOrder) -> Result<MassFactor, Error> {
+    let first = model.massless.len();
+    if let Some(diagonal) = model.mass_diagonal() {
+        let heavy = order.coordinates[first..].iter();
+        return Ok(MassFactor::diagonal(heavy.map(|&j| diagonal[j])));
+    }
+    let n = model.n - first;
+    let mut m = Matrix::zeros(n, n);
+    for mass in &model.masses {
+        for (i, a) in mass.direction.entries() {
+            for (j, b) in mass.direction.entries() {
+                m[(order.position[i] - first, order.position[j] - first)] += mass.value * a * b;
             }
         }
-        symmetric::cholesky(&m).map(CholeskyMass::Lower)
     }
-
-    /// `A L⁻ᵀ`.
-    fn right_divide(&self, a: &Matrix) -> Matrix {
-        match self {
-            CholeskyMass::Diagonal(root) => {
-                Matrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / root[j])
-            }
-            CholeskyMass::Lower(l) => symmetric::solve_lower(l, &a.transpose().to_owned())
-                .transpose()
-                .to_owned(),
-        }
-    }
-
-    /// `Lᵀ p`.
-    fn transposed_product(&self, p: &[f64]) -> Vec<f64> {
-        match self {
-            CholeskyMass::Diagonal(root) => root.iter().zip(p).map(|(root, p)| root * p).collect(),
-            CholeskyMass::Lower(l) => (0..l.ncols())
-                .map(|j| dot(&l.col_as_slice(j)[j..], &p[j..]))
-                .collect(),
-        }
-    }
-
-    /// `L⁻ᵀ V`.
-    fn left_divide_transposed(&self, v: &Matrix) -> Matrix {
-        match self {
-            CholeskyMass::Diagonal(root) => {
-                Matrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / root[i])
-            }
-            CholeskyMass::Lower(l) => symmetric::solve_lower_transposed(l, v),
-        }
-    }
+    MassFactor::full(&m)
 }
 
 /// The motions that strain nothing, M-orthonormal, in their order.
@@ -366,7 +325,7 @@ pub fn rigid_modes(model: &LinearModel) -> Vec<Vec<f64>> {
     modes
 }
 
-/// `aᵀ M b` over the coordinates that stay.
+/// `aᵀ M b` over the independent coordinates.
 pub fn mass_product(model: &LinearModel, a: &[f64], b: &[f64]) -> f64 {
     model
         .masses
@@ -380,7 +339,7 @@ pub fn column(matrix: &Matrix, j: usize) -> Vec<f64> {
     (0..matrix.nrows()).map(|i| matrix[(i, j)]).collect()
 }
 
-/// `wᵀ Φ`: a direction seen by every mode. Exactly zero for the motions that strain nothing if `strained` is set.
+/// `wᵀΦ`, a direction projected on every mode.
 pub fn project_direction(direction: &Direction, shapes: &Matrix) -> Vec<f64> {
     (0..shapes.ncols())
         .map(|j| direction.entries().map(|(i, a)| a * shapes[(i, j)]).sum())

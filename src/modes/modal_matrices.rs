@@ -24,7 +24,7 @@ pub struct ModalMatrices {
     pub stiffness: Matrix,
     /// H̃ of loss factors, where there are any.
     pub hysteretic: Option<Matrix>,
-    /// `Z = [Φ, E]`, over the coordinates that stay.
+    /// `Z = [Φ, E]`, over the independent coordinates.
     pub shapes: Matrix,
 }
 

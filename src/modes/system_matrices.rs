@@ -26,7 +26,7 @@ pub struct AnalysisContext<'a> {
 /// Dense equations of motion.
 #[derive(Debug, Clone)]
 pub struct SystemMatrices {
-    /// T: the coordinates that stay, `p = T r`.
+    /// T: the independent coordinates, `p = T r`.
     pub transform: Matrix,
     /// M.
     pub mass: Matrix,
@@ -151,7 +151,7 @@ impl SystemMatrices {
         })
     }
 
-    /// A direction over the coordinates that stay, seen by the columns of T.
+    /// A direction over the independent coordinates, seen by the columns of T.
     pub fn project(&self, p: &[(usize, f64)]) -> Vec<f64> {
         (0..self.len())
             .map(|j| p.iter().map(|&(i, a)| a * self.transform[(i, j)]).sum())

@@ -20,7 +20,7 @@ pub fn modes(model: &LinearModel, basis: &ModalBasis) -> Vec<Mode> {
         .collect()
 }
 
-/// One real mode from its shape over the coordinates that stay.
+/// One real mode from its shape over the independent coordinates.
 pub fn mode(model: &LinearModel, p: &[f64], omega: f64, rigid: bool, digits: f64) -> Mode {
     let mut shape: Vec<Complex> = model
         .expand(p)

@@ -88,9 +88,9 @@ impl DynamicModel {
         (0..self.coordinate_count()).any(|i| self.is_massless(i))
     }
 
-    fn light(&self, stands: &[ElementState]) -> MasslessCoordinates {
+    fn light(&self, states: &[ElementState]) -> MasslessCoordinates {
         let is_damped = |&i: &usize| {
-            let mut acting = self.elements.iter().zip(stands);
+            let mut acting = self.elements.iter().zip(states);
             acting.any(|(b, &stand)| damps(b, stand) && component(&b.direction, i) != 0.0)
         };
         let light = (0..self.coordinate_count()).filter(|&i| self.is_massless(i));
@@ -209,12 +209,12 @@ impl DynamicModel {
             ForceLaw::Contact(contact) => ElementState::Contact(contact.state(0.0, 0.0, 1.0), 0),
             _ => ElementState::Smooth,
         };
-        let stands: Vec<ElementState> = self.elements.iter().map(open).collect();
+        let states: Vec<ElementState> = self.elements.iter().map(open).collect();
         let MasslessCoordinates {
             damped,
             fixed: held,
-        } = self.light(&stands);
-        let of_contact = |at: usize| match (&self.elements[at].law, stands[at]) {
+        } = self.light(&states);
+        let of_contact = |at: usize| match (&self.elements[at].law, states[at]) {
             (ForceLaw::Contact(contact), ElementState::Contact(state, _)) => {
                 contact.force(state, 1.0)
             }

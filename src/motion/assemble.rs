@@ -175,7 +175,7 @@ fn check_supported(machine: &Machine, model: &LinearModel) -> Result<(), Error> 
 }
 
 impl Assembler<'_> {
-    /// A degree of freedom over the coordinates that stay.
+    /// A degree of freedom over the independent coordinates.
     fn dof_row(&self, dof: usize) -> Direction {
         Direction::new(1.0, self.model.transform[dof].iter().copied())
     }

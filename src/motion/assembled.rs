@@ -43,7 +43,7 @@ pub struct SpringDamper {
 /// A machine in fewer coordinates.
 struct ReducedCoordinates {
     model: DynamicModel,
-    /// The coordinates that stay.
+    /// The independent coordinates.
     retained: Vec<usize>,
     /// Each branch's number among those that stay.
     branches: Vec<Option<usize>>,

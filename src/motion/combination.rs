@@ -2,7 +2,7 @@
 
 use super::signal::Signal;
 
-/// Something in the coordinates that stay: `terms · q`, and what is imposed on it in time.
+/// Something in the independent coordinates: `terms · q`, and what is imposed on it in time.
 #[derive(Debug, Clone, Default)]
 pub struct LinearCombination {
     /// Coordinate and factor.

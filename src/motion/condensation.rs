@@ -18,7 +18,7 @@ use crate::numeric::Matrix;
 pub struct CondensedModel {
     /// Equations of the condensed model; the retained coordinates keep their order.
     pub model: DynamicModel,
-    /// The coordinates that stay.
+    /// The independent coordinates.
     pub retained: Vec<usize>,
     /// Retained number of every branch of the machine; `None` where it became part of others.
     pub branches: Vec<Option<usize>>,
@@ -144,7 +144,7 @@ fn share(branches: &[(Option<usize>, ForceElement)], z: usize) -> Option<f64> {
     one
 }
 
-/// Everything over the coordinates that stay.
+/// Everything over the independent coordinates.
 fn assemble_condensed(
     whole: DynamicModel,
     massless: &[usize],
@@ -219,7 +219,7 @@ fn assemble_condensed(
         mass_damping: whole.mass_damping,
         unattached: whole.unattached.as_ref().map(|(k, c)| (block(k), block(c))),
     };
-    // The last to be taken out follows coordinates that stay; those before it follow these and the later ones.
+    // The last to be taken out follows independent coordinates; those before it follow these and the later ones.
     let mut places: Vec<Option<LinearCombination>> = vec![None; n];
     for (j, &i) in kept.iter().enumerate() {
         places[i] = Some(LinearCombination::coordinate(j));

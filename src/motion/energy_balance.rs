@@ -144,7 +144,7 @@ impl EnergyIntegrator {
         run: [f64; 2],
         limit: BalanceLimit,
     ) -> (Rc<RefCell<EnergyIntegrator>>, Observer) {
-        let meter = EnergyIntegrator {
+        let integrator = EnergyIntegrator {
             model: model.clone(),
             known: known.cloned(),
             run,
@@ -153,15 +153,15 @@ impl EnergyIntegrator {
             quadrature_error: [0.0; 2],
             last: None,
         };
-        let meter = Rc::new(RefCell::new(meter));
-        let along = Rc::clone(&meter);
+        let integrator = Rc::new(RefCell::new(integrator));
+        let along = Rc::clone(&integrator);
         let follow = move |interval: DenseOutput| {
-            let mut meter = along.borrow_mut();
-            let before = meter.balance.evaluations;
-            meter.add_interval(interval);
-            meter.balance.evaluations - before
+            let mut integrator = along.borrow_mut();
+            let before = integrator.balance.evaluations;
+            integrator.add_interval(interval);
+            integrator.balance.evaluations - before
         };
-        (meter, Observer::new(follow))
+        (integrator, Observer::new(follow))
     }
 
     /// The balance so far.

@@ -53,7 +53,7 @@ pub struct MotionOutput {
     pub unit: &'static str,
 }
 
-/// Outputs of a machine, with the rows that give degrees of freedom in the coordinates that stay.
+/// Outputs of a machine, with the rows that give degrees of freedom in the independent coordinates.
 #[derive(Debug, Clone, Default)]
 pub struct MotionOutputs {
     /// Named outputs, in the order requested.
@@ -80,14 +80,15 @@ impl MotionOutputs {
     ) -> Vec<f64> {
         let n = model.coordinate_count();
         let found = OnceCell::new();
-        let stands = || -> &Regime { found.get_or_init(|| model.output_regime(regime, t, y)) };
+        let current_regime =
+            || -> &Regime { found.get_or_init(|| model.output_regime(regime, t, y)) };
         let slope = self
             .list
             .iter()
             .any(|o| matches!(o.quantity, OutputQuantity::Acceleration(_)))
             .then(|| {
                 let mut dy = vec![0.0; model.len()];
-                model.derivative_in(Some(stands()), t, y, &mut dy);
+                model.derivative_in(Some(current_regime()), t, y, &mut dy);
                 dy
             });
         self.list
@@ -112,11 +113,13 @@ impl MotionOutputs {
                     let piece = b.pieces_at(t);
                     b.deflection(t, &y[..n], &y[n..2 * n], piece).0
                 }
-                OutputQuantity::Force(branch) => force(model, stands(), branch, t, y),
+                OutputQuantity::Force(branch) => force(model, current_regime(), branch, t, y),
                 OutputQuantity::Forces(sum) => (self.sums[sum].iter())
-                    .map(|&(branch, share)| share * force(model, stands(), branch, t, y))
+                    .map(|&(branch, share)| share * force(model, current_regime(), branch, t, y))
                     .sum(),
-                OutputQuantity::MotorTorque(branch) => -force(model, stands(), branch, t, y),
+                OutputQuantity::MotorTorque(branch) => {
+                    -force(model, current_regime(), branch, t, y)
+                }
                 OutputQuantity::FrictionPower(first, count) => {
                     let all = first..first + count;
                     let lost = |model: &DynamicModel, regime: &Regime, y: &[f64]| {
@@ -125,19 +128,27 @@ impl MotionOutputs {
                     match &self.prescribed {
                         Some(known) => {
                             let state = known.state(t, y);
-                            lost(&known.whole, &known.regime(stands(), t, &state), &state)
+                            lost(
+                                &known.whole,
+                                &known.regime(current_regime(), t, &state),
+                                &state,
+                            )
                         }
-                        None => lost(model, stands(), y),
+                        None => lost(model, current_regime(), y),
                     }
                 }
                 OutputQuantity::Load(at) => {
                     let (signal, followed) = &self.loads[at];
-                    let given = followed.iter().map(|&b| force(model, stands(), b, t, y));
+                    let given = followed
+                        .iter()
+                        .map(|&b| force(model, current_regime(), b, t, y));
                     signal.value(t, signal.piece(t)) - given.sum::<f64>()
                 }
                 OutputQuantity::PrescribedTorque(at) => {
                     let known = self.prescribed.as_ref();
-                    known.map_or(0.0, |known| known.torques(model, stands(), t, y)[at])
+                    known.map_or(0.0, |known| {
+                        known.torques(model, current_regime(), t, y)[at]
+                    })
                 }
             })
             .collect()

@@ -37,7 +37,7 @@ pub struct PrescribedMotion {
 pub struct PrescribedReduction {
     /// The machine with every coordinate.
     pub whole: DynamicModel,
-    /// The coordinates that stay.
+    /// The independent coordinates.
     pub retained: Vec<usize>,
     /// Retained number of every branch of the whole machine; `None` where it joins prescribed motions alone.
     pub branches: Vec<Option<usize>>,
@@ -192,9 +192,9 @@ impl PrescribedReduction {
     /// Regime of the whole machine at its state, from the regime `rest` of the remaining part.
     pub fn regime(&self, rest: &Regime, t: f64, state: &[f64]) -> Regime {
         let own = self.whole.regime(t, state);
-        let stands = self.branches.iter().zip(&own.states);
+        let sources = self.branches.iter().zip(&own.states);
         Regime {
-            states: stands
+            states: sources
                 .map(|(at, own)| at.map_or(*own, |at| rest.states[at]))
                 .collect(),
             ..own

@@ -50,7 +50,7 @@ impl DynamicModel {
             &y[self.coordinate_count()..2 * self.coordinate_count()],
         );
         let mut pieces = self.active_pieces(t);
-        let stands = self.elements.iter().map(|b| {
+        let states = self.elements.iter().map(|b| {
             let piece = b.pieces_at(t);
             match &b.law {
                 ForceLaw::Contact(contact) => {
@@ -81,13 +81,13 @@ impl DynamicModel {
                 _ => ElementState::Smooth,
             }
         });
-        let stands = stands.collect();
+        let states = states.collect();
         if self.has_paths() {
             pieces.extend((0..self.elements.len()).map(|at| self.path_piece(at, t, q)));
         }
         Regime {
             pieces,
-            states: stands,
+            states,
             wave_pieces: Vec::new(),
         }
     }

@@ -1,4 +1,4 @@
-//! LDLᵀ factorisation of `K − σM` of a spring forest, leaves to root, without cancellation.
+//! LDLᵀ factorisation of `K − σM` of a spring forest from leaves to roots; at σ = 0 nothing is subtracted.
 //!
 //! d is the dynamic stiffness a node shows to what is above it, d′ that of a child behind its spring. K is never formed and, at σ = 0,
 //! nothing is ever subtracted: a solution is right to a few rounding errors times the depth, whatever the spread of the springs.
@@ -168,7 +168,7 @@ impl<'f> ForestFactor<'f> {
             }
             small[(col, col)] += 1.0 / closing.k;
             for (t, &tree) in locked.iter().enumerate() {
-                let slip = if forest.is_pinned(tree, closing.apex) {
+                let slip = if forest.tree_contains(tree, closing.apex) {
                     closing.slip * forest.rigid_shape[closing.apex]
                 } else {
                     0.0
@@ -364,7 +364,7 @@ impl ClosingSpring {
 }
 
 impl Forest {
-    fn is_pinned(&self, tree: usize, at: usize) -> bool {
+    fn tree_contains(&self, tree: usize, at: usize) -> bool {
         (self.trees[tree].start..self.trees[tree].end).contains(&at)
     }
 }

@@ -39,6 +39,8 @@ pub mod graded;
 pub mod assignment;
 
 pub mod mac;
+pub mod mass_factor;
+pub mod parabola;
 
 pub mod registers;
 

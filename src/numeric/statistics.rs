@@ -21,12 +21,12 @@ pub fn normal_cdf(x: f64) -> f64 {
     Normal::standard().cdf(x)
 }
 
-/// The value a χ² variable of `freedoms` stays below with probability `p`; infinite where `freedoms` is not positive.
+/// The value a χ² variable of `dofs` stays below with probability `p`; infinite where `dofs` is not positive.
 pub fn chi_squared_quantile(p: f64, dofs: f64) -> f64 {
     ChiSquared::new(dofs).map_or(f64::INFINITY, |d| d.inverse_cdf(p))
 }
 
-/// The probability that a χ² variable of `freedoms` exceeds `x`.
+/// The probability that a χ² variable of `dofs` exceeds `x`.
 pub fn chi_squared_sf(x: f64, dofs: f64) -> f64 {
     ChiSquared::new(dofs).map_or(f64::NAN, |d| d.sf(x))
 }
@@ -36,7 +36,7 @@ pub fn f_sf(x: f64, d1: f64, d2: f64) -> f64 {
     FisherSnedecor::new(d1, d2).map_or(f64::NAN, |d| d.sf(x))
 }
 
-/// The value Student's t of `freedoms` stays below with probability `p`.
+/// The value Student's t of `dofs` stays below with probability `p`.
 pub fn student_t_quantile(p: f64, dofs: f64) -> f64 {
     StudentsT::new(0.0, 1.0, dofs).map_or(f64::INFINITY, |d| d.inverse_cdf(p))
 }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::motion::cost;
 use super::motion::method_choice::{self, MethodChoice};
-use super::motion::run::{self, MIN_SAMPLES_PER_PERIOD, MotionHistory, StepObserver};
+use super::motion::run::{self, MIN_SAMPLES_PER_PERIOD, MotionResult, StepObserver};
 use super::motion::sampling_check::UndersampledOutput;
 use super::motion::sensitivity::{RunSamples, Sensitivity};
 use super::motion::simulation_setup::SimulationSetup;
@@ -31,7 +31,7 @@ pub struct SimulationResult {
     /// By which method, and why.
     pub choice: MethodChoice,
     /// Time history.
-    pub history: MotionHistory,
+    pub history: MotionResult,
     /// Sensitivity to initial conditions, where measured.
     pub sensitivity: Option<Sensitivity>,
     /// Results of the online analysis.
@@ -193,7 +193,7 @@ fn input_sampling_warning(scene: &SimulationSetup) -> Option<Diagnostic> {
 }
 
 /// Warning that the samples are too far apart to resolve an output's oscillation.
-fn output_sampling_warning(scene: &SimulationSetup, history: &MotionHistory) -> Option<Diagnostic> {
+fn output_sampling_warning(scene: &SimulationSetup, history: &MotionResult) -> Option<Diagnostic> {
     let UndersampledOutput { output, per_period } = history.undersampled?;
     Some(Diagnostic {
         code: "coarse-samples",

@@ -12,7 +12,7 @@ pub enum PlottedWhirl {
     Forward,
     /// It runs round against the shaft.
     Backward,
-    /// It does not run round: torsion, or motion in a plane.
+    /// No whirl of one sense: torsion, motion in a plane, or nodes that whirl both ways.
     None,
 }
 
@@ -151,7 +151,11 @@ fn whirl_style(whirl: PlottedWhirl) -> (Ink, LineStyle, &'static str) {
     match whirl {
         PlottedWhirl::Forward => (Ink::Series(0), LineStyle::Solid, "blue: forward whirl"),
         PlottedWhirl::Backward => (Ink::Series(0), LineStyle::Dashed, "dashed: backward whirl"),
-        PlottedWhirl::None => (BLACK_INK, LineStyle::Solid, "black: no whirl"),
+        PlottedWhirl::None => (
+            BLACK_INK,
+            LineStyle::Solid,
+            "black: planar, mixed or no whirl",
+        ),
     }
 }
 
@@ -210,12 +214,12 @@ impl CampbellPlot {
 
 /// Radius of a crossing's ring: its area follows the participation.
 fn ring_size(participation: f64) -> f64 {
-    const MIN_COUNT: f64 = 1.8;
-    const MAX_COUNT: f64 = 8.0;
+    const MIN_RADIUS: f64 = 1.8;
+    const MAX_RADIUS: f64 = 8.0;
     let part = if participation.is_finite() {
         participation.clamp(0.0, 1.0)
     } else {
         0.0
     };
-    MIN_COUNT + (MAX_COUNT - MIN_COUNT) * part.sqrt()
+    MIN_RADIUS + (MAX_RADIUS - MIN_RADIUS) * part.sqrt()
 }

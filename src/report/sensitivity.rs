@@ -55,7 +55,7 @@ fn errors(d: &OutputPredictability) -> [(&'static str, Option<f64>); 7] {
         ("greatest", d.max),
         ("greatest_at_s", d.max_at),
         ("mean", Some(d.mean)),
-        ("rms_about_mean", Some(d.rms)),
+        ("rms_about_mean", Some(d.standard_deviation)),
     ]
 }
 
@@ -67,7 +67,7 @@ fn statistics(s: &Statistics) -> Value {
         };
         PERCENTILES.iter().zip(&all).map(one).collect::<Vec<_>>()
     });
-    json!({ "mean": of(&s.mean), "rms_about_mean": of(&s.rms), "percentiles": percentiles })
+    json!({ "mean": of(&s.mean), "rms_about_mean": of(&s.standard_deviation), "percentiles": percentiles })
 }
 
 /// Predictability of the motion, and the statistics valid beyond it; nothing where every digit shown holds.
@@ -86,7 +86,7 @@ pub fn text(scene: &SimulationSetup, sensitivity: &Sensitivity) -> String {
     let mut text = format!("\n{}; {what}\n", factor_text(sensitivity.amplification));
     let below = PERCENTILES.map(|share| format!("|{:.0} % below", 100.0 * share));
     let mut table =
-        Table::named("second half|unit|mean|rms about it").columns(&below.concat()[1..]);
+        Table::named("second half|unit|mean|standard deviation").columns(&below.concat()[1..]);
     for (output, digits) in scene.outputs.list.iter().zip(&sensitivity.outputs) {
         if let Some(statistics) = &digits.second_half {
             let names = [output.name.clone(), output.unit.to_string()];
@@ -124,7 +124,7 @@ fn cells(s: &Statistics) -> Vec<String> {
         Some(all) => all.iter().map(cell).collect(),
         None => vec!["–".to_string(); PERCENTILES.len()],
     };
-    let own = [&s.mean, &s.rms].map(cell);
+    let own = [&s.mean, &s.standard_deviation].map(cell);
     own.into_iter().chain(percentiles).collect()
 }
 

@@ -15,7 +15,7 @@ use crate::base::quantity::format_time;
 use crate::motion::energy_balance::EnergyBalance;
 use crate::motion::outputs::MotionOutput;
 use crate::plan::motion::output_statistics::step_response;
-use crate::plan::motion::run::MotionHistory;
+use crate::plan::motion::run::MotionResult;
 use crate::plan::motion::simulation_setup::SimulationSetup;
 use crate::plan::simulate::SimulationResult;
 use crate::scene::Scene;
@@ -124,7 +124,7 @@ fn body(result: &SimulationResult) -> Value {
         let reading = reading.map(|r| {
             json!({
                 "end": r.end, "least": r.min.0, "least_at_s": r.min.1, "greatest": r.max.0, "greatest_at_s": r.max.1,
-                "mean": r.mean, "rms_about_mean": r.rms, "step": answer,
+                "mean": r.mean, "rms_about_mean": r.standard_deviation, "step": answer,
             })
         });
         readings.insert(key(output), json!(reading));
@@ -151,7 +151,7 @@ fn energy_balance_json(balance: &EnergyBalance) -> Value {
 const HEIGHT: f64 = 150.0;
 
 /// Every output over time.
-fn histories(title: &str, scene: &SimulationSetup, history: &MotionHistory) -> PlotColumn {
+fn histories(title: &str, scene: &SimulationSetup, history: &MotionResult) -> PlotColumn {
     let end = history.time.last().copied().filter(|end| *end > 0.0);
     let plot = |(output, values): (&MotionOutput, &Vec<f64>)| Plot {
         height: HEIGHT,

@@ -5,17 +5,18 @@ use super::table::Table;
 use crate::base::text::pluralise;
 use crate::motion::energy_balance::EnergyBalance;
 use crate::plan::motion::output_statistics::step_response;
-use crate::plan::motion::run::MotionHistory;
+use crate::plan::motion::run::MotionResult;
 use crate::plan::motion::sensitivity::{OutputPredictability, Sensitivity};
 use crate::plan::motion::simulation_setup::SimulationSetup;
 
 /// Extremes and means of every output, with the digits that hold.
 pub fn statistics_table(
     scene: &SimulationSetup,
-    history: &MotionHistory,
+    history: &MotionResult,
     sensitivity: Option<&Sensitivity>,
 ) -> String {
-    let mut table = Table::named("output|unit|end|least|at s|greatest|at s|mean|rms about it");
+    let mut table =
+        Table::named("output|unit|end|least|at s|greatest|at s|mean|standard deviation");
     for (at, (output, reading)) in scene
         .outputs
         .list
@@ -26,7 +27,15 @@ pub fn statistics_table(
         let Some(r) = reading else {
             continue;
         };
-        let numbers = [r.end, r.min.0, r.min.1, r.max.0, r.max.1, r.mean, r.rms];
+        let numbers = [
+            r.end,
+            r.min.0,
+            r.min.1,
+            r.max.0,
+            r.max.1,
+            r.mean,
+            r.standard_deviation,
+        ];
         let errors = sensitivity.map_or([Some(0.0); 7], |s| errors(&s.outputs[at]));
         // What differs from zero by less than a digit shown of the largest value is zero.
         let slight = SLIGHT * r.max.0.abs().max(r.min.0.abs());
@@ -55,12 +64,12 @@ fn errors(d: &OutputPredictability) -> [Option<f64>; 7] {
         d.max,
         d.max_at,
         Some(d.mean),
-        Some(d.rms),
+        Some(d.standard_deviation),
     ]
 }
 
 /// Step responses at an instant.
-pub fn step_responses(scene: &SimulationSetup, history: &MotionHistory, at: f64) -> String {
+pub fn step_responses(scene: &SimulationSetup, history: &MotionResult, at: f64) -> String {
     let mut table = Table::named(
         "step response|before|after|overshoot %|after s|rise s|settled s|oscillations",
     );
@@ -96,7 +105,7 @@ pub fn step_responses(scene: &SimulationSetup, history: &MotionHistory, at: f64)
 }
 
 /// Cost of the run.
-pub fn cost(history: &MotionHistory) -> String {
+pub fn cost(history: &MotionResult) -> String {
     let e = &history.stats;
     let counts = [
         (e.steps, "step"),

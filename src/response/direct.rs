@@ -1,7 +1,7 @@
 //! Direct solution of `D(iω) x = b` at each frequency line, dense or sparse.
 
 use super::dynamic_stiffness::{DynamicStiffness, StiffnessEntry};
-use super::factor::LaplaceFactor;
+use super::laplace_factor::LaplaceFactor;
 use super::ports::Ports;
 use super::system::{InputOutputSystem, OperatingModel};
 use crate::base::code::Code;

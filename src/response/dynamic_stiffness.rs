@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::factor::{LaplaceFactor, sign};
+use super::laplace_factor::{LaplaceFactor, sign};
 use crate::machine::spin::SpinTerms;
 use crate::modes::system_matrices::{AnalysisContext, SystemMatrices};
 use crate::numeric::{Complex, Matrix};
@@ -119,7 +119,7 @@ pub(super) struct DynamicStiffness {
 }
 
 impl DynamicStiffness {
-    /// Over the columns of T, the first `n_rigid` of which are the machine's rigid motions, as [`SystemMatrices::assemble`] has them; without
+    /// Over the columns of T, the first `n_rigid` of which are the machine's rigid motions, as [`SystemMatrices::in_basis`] has them; without
     /// modal damping, which fills the matrix.
     pub fn assemble(
         context: &AnalysisContext,

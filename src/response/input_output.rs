@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::constrained::{ConstrainedCoordinates, PrescribedDof};
 use super::dynamic_stiffness::{SparseTransform, SparseVector, StiffnessEntry, sum_duplicates};
-use super::factor::LaplaceFactor;
+use super::laplace_factor::LaplaceFactor;
 use super::ports::{ResponseInput, ResponseOutput};
 use crate::base::code::Code;
 use crate::base::error::Error;

@@ -2,7 +2,7 @@
 
 pub mod ports;
 
-mod factor;
+mod laplace_factor;
 
 mod dynamic_stiffness;
 

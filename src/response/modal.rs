@@ -53,7 +53,7 @@ impl ModalDenominator {
 }
 
 impl ModalSum {
-    /// The modes of a system over modal coordinates, those of [`InputOutputSystem::modal`]; `None` where they do not come apart: a rigid
+    /// The modes of a system over modal coordinates, those of [`InputOutputSystem::modal_system`]; `None` where they do not come apart: a rigid
     /// motion that damping couples to others, loss factors that are not proportional.
     ///
     /// # Errors

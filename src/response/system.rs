@@ -5,8 +5,8 @@
 
 use super::constrained::{ConstrainedCoordinates, CoordinateInput};
 use super::dynamic_stiffness::{DynamicStiffness, SparseTransform, SparseVector, StiffnessEntry};
-use super::factor::LaplaceFactor;
 use super::input_output::{FactorTerms, PortBuilder, VectorSet};
+use super::laplace_factor::LaplaceFactor;
 use super::ports::Ports;
 use crate::base::error::Error;
 use crate::machine::components::Machine;
@@ -86,7 +86,7 @@ impl InputOutputSystem {
     /// Over the undamped modes of the machine with what is prescribed held still; the dense equations of these, and the modes.
     ///
     /// # Errors
-    /// Those of [`InputOutputSystem::plain`] and of the modes.
+    /// Those of [`InputOutputSystem::direct_system`] and of the modes.
     pub(super) fn modal_system(
         model: &OperatingModel,
         ports: &Ports,

@@ -175,6 +175,7 @@ fn head_example(name: &str, kind: Option<QuantityKind>) -> String {
 fn usual_unit(kind: QuantityKind) -> &'static str {
     match kind {
         QuantityKind::Angle => "deg",
+        QuantityKind::Time => "s",
         _ => "mm",
     }
 }

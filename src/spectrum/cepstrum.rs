@@ -1,4 +1,4 @@
-//! Real cepstrum `c(τ) = F⁻¹{ln \
+//! Real cepstrum `c(τ) = F⁻¹{ln |X|}`: harmonic families and echoes become single peaks.
 //!
 //! A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, 3rd ed. (2010), chapter 13; the power cepstrum and its words
 //! (quefrency, rahmonic, lifter) after B. P. Bogert, M. J. R. Healy, J. W. Tukey (1963); editing with the phase kept after
@@ -9,6 +9,7 @@ use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::numeric::Complex;
 use crate::numeric::fft::RealFft;
+use crate::numeric::parabola;
 
 /// Lines of a power spectrum this far below the strongest are rounding, and are taken to lie here: their logarithm means nothing.
 const LOG_FLOOR: f64 = 1e-30;
@@ -120,7 +121,7 @@ impl Cepstrum {
                 .max_by(|&a, &b| c[a].total_cmp(&c[b]))
         };
         let low = (low_s / self.step_s).ceil().max(1.0) as usize;
-        let mut first = parabola_vertex(c, peak(low, (high_s / self.step_s).floor() as usize)?);
+        let mut first = refined(c, peak(low, (high_s / self.step_s).floor() as usize)?);
         let mut height = vec![first.1];
         for k in 2..=number {
             let expected = first.0 * k as f64;
@@ -130,7 +131,7 @@ impl Cepstrum {
                 (expected + reach).round() as usize,
             );
             let Some(at) = found else { break };
-            let (place, top) = parabola_vertex(c, at);
+            let (place, top) = refined(c, at);
             first.0 = place / k as f64;
             height.push(top);
         }
@@ -188,14 +189,9 @@ fn log_amplitude(spectrum: &[Complex]) -> Result<Vec<Complex>, Error> {
 }
 
 /// Place and height of the parabola through a peak and its neighbours.
-fn parabola_vertex(c: &[f64], at: usize) -> (f64, f64) {
-    let (before, here, after) = (c[at - 1], c[at], c[at + 1]);
-    let bend = before - 2.0 * here + after;
-    if bend >= 0.0 {
-        return (at as f64, here);
-    }
-    let shift = 0.5 * (before - after) / bend;
-    (at as f64 + shift, here - 0.25 * (before - after) * shift)
+fn refined(c: &[f64], at: usize) -> (f64, f64) {
+    let (shift, height) = parabola::vertex([c[at - 1], c[at], c[at + 1]]);
+    (at as f64 + shift, height)
 }
 
 #[cfg(test)]

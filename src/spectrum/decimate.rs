@@ -1,4 +1,4 @@
-//! Decimation without delay by linear-phase FIR stages: `y_j = Σ_i h_i x_{jM+i}`, `\
+//! Decimation without delay by linear-phase FIR stages: `y_j = Σ_i h_i x_{jM+i}`, `|i| ≤ m`.
 //!
 //! Large factors fall into stages, each of which need only keep its aliases out of the final pass band (Crochiere & Rabiner,
 //! Multirate Digital Signal Processing (1983), chapter 5), so that the first stages are short filters.

@@ -1,4 +1,4 @@
-//! Envelope `\
+//! Envelope `|z(t)|` of a band and the spectrum of its square.
 //!
 //! R. B. Randall, J. Antoni, Rolling element bearing diagnostics – a tutorial, Mech. Syst. Signal Process. 25 (2011), 485–520:
 //! the square of the envelope, since it has no lines beyond the width of the band and therefore no aliases.

@@ -1,4 +1,4 @@
-//! Multitaper spectra with K sine tapers: `S = 2/f_s · mean_k \
+//! Multitaper spectra with K sine tapers: `S = 2/f_s · mean_k |Σ_j h_k(j) x_j e^{−iωj}|²`.
 //!
 //! Thomson, Spectrum estimation and harmonic analysis, Proc. IEEE 70 (1982), pp. 1055–1096, with the sine tapers
 //! `h_k(j) = √(2/(n+1)) sin(πkj/(n+1))` of Riedel & Sidorenko, Minimum bias multiple taper spectral estimation, IEEE Trans. Signal

@@ -5,6 +5,7 @@
 
 use super::spectra::Spectra;
 use super::window::leakage;
+use crate::numeric::parabola::log_vertex;
 use crate::numeric::statistics::chi_squared_quantile;
 
 /// Peak criteria.
@@ -104,7 +105,7 @@ pub fn find_peaks(spectra: &Spectra, channel: usize, options: &PeakOptions) -> V
         .map(|k| {
             let three = [psd[k - 1], psd[k], psd[k + 1]];
             let (shift, top) =
-                fit_main_lobe(&window, three, floor[k]).unwrap_or_else(|| parabola(three));
+                fit_main_lobe(&window, three, floor[k]).unwrap_or_else(|| log_vertex(three));
             SpectralPeak {
                 line: k,
                 frequency_hz: spectra.frequency_hz[k] + shift * spacing,
@@ -155,18 +156,6 @@ fn fit_main_lobe(
     let is_tone = far <= MAX_LOBE_RATIO * expected;
     let side = if after > before { 1.0 } else { -1.0 };
     is_tone.then_some((side * d, height))
-}
-
-/// Place, in lines from the middle, and height of the top of the parabola through three logarithms.
-fn parabola([before, middle, after]: [f64; 3]) -> (f64, f64) {
-    let ln = |s: f64| s.max(f64::MIN_POSITIVE).ln();
-    let (a, b, c) = (ln(before), ln(middle), ln(after));
-    let bend = a - 2.0 * b + c;
-    if bend >= 0.0 {
-        return (0.0, middle);
-    }
-    let shift = 0.5 * (a - c) / bend;
-    (shift, (b - 0.25 * (a - c) * shift).exp())
 }
 
 /// Valley between a line and the next larger one on a side, or the end.

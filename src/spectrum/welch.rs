@@ -1,4 +1,4 @@
-//! Welch's method on a stream: `S = 2/(f_s Σw²) · mean \
+//! Welch's method on a stream, in bounded memory: `S = 2/(f_s Σw²) · mean |X|²`.
 //!
 //! Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Trans. Audio Electroacoust. 15 (1967),
 //! pp. 70–73. The random error counts the correlation of overlapping blocks exactly: an average `Σ a_i P_i` over blocks of white

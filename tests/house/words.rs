@@ -244,6 +244,9 @@ fn first_sentences_are_plain() {
     assert_none("openings", &words.sentences, |sentence| {
         OPENINGS.contains(&sentence.split(' ').next().unwrap_or_default())
     });
+    assert_none("sentences cut short", &words.sentences, |sentence| {
+        sentence.ends_with('\\') || sentence.matches('`').count() % 2 == 1
+    });
 }
 
 #[test]

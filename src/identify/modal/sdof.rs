@@ -6,7 +6,7 @@ use super::measured_frf::MotionQuantity;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::identify::modal_parameters::ModalParameters;
-use crate::numeric::{Complex, Matrix, lstsq};
+use crate::numeric::{Complex, Matrix, lstsq, parabola};
 
 /// Lines of the local maxima of `|H|` that exceed `share` of the largest value, by rising frequency.
 pub fn pick_peaks(response: &[Complex], share: f64) -> Vec<usize> {
@@ -36,7 +36,7 @@ pub fn half_power(
     if power.len() != frequency_hz.len() || peak == 0 || peak + 1 >= power.len() {
         return Err(not_a_peak(peak));
     }
-    let half = parabola_height(&power[peak - 1..=peak + 1]) / 2.0;
+    let half = parabola::vertex([power[peak - 1], power[peak], power[peak + 1]]).1 / 2.0;
     let below = (0..peak).rev().find(|&k| power[k] <= half);
     let above = (peak + 1..power.len()).find(|&k| power[k] <= half);
     let (Some(below), Some(above)) = (below, above) else {
@@ -65,16 +65,6 @@ pub fn half_power(
         MotionQuantity::Velocity => ((f1 * f2).sqrt(), (f2 - f1) / (2.0 * (f1 * f2).sqrt())),
     };
     from_frequency_and_damping(natural, damping)
-}
-
-/// Height of the parabola through three values.
-fn parabola_height(y: &[f64]) -> f64 {
-    let (slope, bend) = ((y[2] - y[0]) / 2.0, y[2] - 2.0 * y[1] + y[0]);
-    if bend < 0.0 {
-        y[1] - slope * slope / (2.0 * bend)
-    } else {
-        y[1]
-    }
 }
 
 fn from_frequency_and_damping(natural_hz: f64, damping: f64) -> Result<ModalParameters, Error> {

@@ -17,6 +17,7 @@ use super::spectral_matrix::SpectralMatrix;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::identify::modal_parameters::ModalParameters;
+use crate::numeric::parabola::log_vertex;
 use crate::numeric::{Complex, symmetric};
 
 /// Options of frequency-domain decomposition.
@@ -227,13 +228,8 @@ impl BellSearch<'_> {
 
     /// Offset of a peak from its line, from −½ to ½ of the line spacing.
     fn peak_offset(&self, line: usize) -> f64 {
-        let [a, b, c] = [line - 1, line, line + 1].map(|k| self.first[k].ln());
-        let bend = a - 2.0 * b + c;
-        if bend < 0.0 {
-            (0.5 * (a - c) / bend).clamp(-0.5, 0.5)
-        } else {
-            0.0
-        }
+        let three = [line - 1, line, line + 1].map(|k| self.first[k]);
+        log_vertex(three).0.clamp(-0.5, 0.5)
     }
 
     /// Lines about the peak with its shape, and `φᴴ S φ` on them.

@@ -1,6 +1,6 @@
 //! Poles and shapes per order from the extended observability matrix (shift invariance).
 //!
-//! Syst. Signal Process. 13 (1999), eqs. (20)–(27)).
+//! Peeters & De Roeck, Mech. Syst. Signal Process. 13 (1999), eqs. (20)–(27).
 //!
 //! The columns of U that belong to the n largest singular values of H span `[C; CA; CA²; …]` in some basis, so that `U↓ = U↑ A` without
 //! its first and last block row; `A φ = λ φ`, poles `rate · ln λ`, shapes `C φ`. With `U↑ᵀU↑` formed once, an order costs one small

@@ -1,4 +1,4 @@
-//! Basis functions of the rational fit over `s = jx`: `\
+//! Basis functions of the rational fit over `s = jx`: `|p|/D` and `s/D` of each pole, `D = (s − p)(s − p*)`, the residuals `1/s²` and `1`.
 
 use crate::numeric::{Complex, Matrix};
 

@@ -276,7 +276,11 @@ impl CompressedBlock {
         };
         let block = CompressedBlock {
             x: rule.nodes.iter().map(|t| middle + half * t).collect(),
-            factor: rule.sizes.iter().map(|s| phase * (total * s)).collect(),
+            factor: rule
+                .root_weights
+                .iter()
+                .map(|s| phase * (total * s))
+                .collect(),
             y: values_at_nodes(&problem.y, from, to, &rule.onto),
             fixed: values_at_nodes(&problem.pole_free_columns, from, to, &rule.onto),
         };
@@ -293,12 +297,12 @@ fn is_even(place: &[f64]) -> bool {
     place.iter().enumerate().map(off).all(|off| off < ROUNDING)
 }
 
-/// The Gauss rule of lines from −1 to 1 with weights whose squares add up to one.
+/// Gauss rule for the discrete weight `f_k²`, `Σ f_k² = 1`, over lines scaled to −1…1.
 #[derive(Debug)]
 struct GaussRule {
     nodes: Vec<f64>,
-    /// Weights at the nodes.
-    sizes: Vec<f64>,
+    /// Square roots of the Gauss weights.
+    root_weights: Vec<f64>,
     /// Orthonormal columns, one per node: from values on lines to values at nodes.
     onto: Matrix,
 }
@@ -338,7 +342,7 @@ impl GaussRule {
         };
         Some(GaussRule {
             nodes: nodes.values.clone(),
-            sizes: (0..NODES).map(size).collect(),
+            root_weights: (0..NODES).map(size).collect(),
             onto,
         })
     }

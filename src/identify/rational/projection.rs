@@ -1,4 +1,4 @@
-//! Variable projection (Golub & Pereyra): `χ² = Σ \
+//! Variable projection (Golub & Pereyra 1973): `χ² = Σ |Y − Q Qᵀ Y|²` over the poles, by Levenberg–Marquardt with Kaufman's Jacobian.
 //!
 //! All responses share one QR and one Gram matrix of the derivatives.
 

@@ -1,4 +1,4 @@
-//! Scan for one more pole: gain `Σ_i \
+//! Scan for one more pole: gain `Σ_i |φᴴ E_i|² / |φ|²` of Lorentzians `φ = W/(s − p)`.
 //!
 //! Wide Lorentzians are correlated with decimated residuals and cut off at a few widths, so that every width costs about the same
 //! few operations per line; the correlations of a run of places with all responses are one product of matrices. Near a pole that

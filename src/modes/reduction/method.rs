@@ -74,7 +74,7 @@ pub struct ReducedModel {
     pub matrices: SystemMatrices,
     /// The lowest frequency of what was left out, rad/s; absent where nothing with inertia was.
     pub lowest_dropped: Option<f64>,
-    /// Static flexibility of what was left out, over the coordinates that stay.
+    /// Static flexibility of what was left out, over the independent coordinates.
     pub(super) flexibility: Matrix,
     /// Frequencies of what was left out, rad/s.
     pub(super) dropped: Vec<f64>,

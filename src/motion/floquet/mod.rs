@@ -72,7 +72,7 @@ impl FloquetMultipliers {
 /// # Errors
 /// What the periodic method refuses.
 pub fn monodromy(model: &DynamicModel, regime: Option<&Regime>) -> Result<Monodromy, Error> {
-    let stands = match regime {
+    let states = match regime {
         Some(regime) => without_wave_pieces(regime.clone()).states,
         None => closed_states(model),
     };
@@ -87,14 +87,14 @@ pub fn monodromy(model: &DynamicModel, regime: Option<&Regime>) -> Result<Monodr
     let mut scaled = Matrix::identity(all, all);
     let mut before: Option<(TimeVaryingModel, Matrix)> = None;
     for &piece in &grid.pieces {
-        let held = freeze_states(model, from, &stands, piece)?;
+        let held = freeze_states(model, from, &states, piece)?;
         // Between the jumps of rectangular waves pieces are alike.
         let alike =
             |b: &(TimeVaryingModel, Matrix)| b.0.half == held.half && b.0.branches == held.branches;
         let over = match before.take().filter(alike) {
             Some((_, over)) => over,
             None => {
-                let free = FundamentalSolutions::new(&held, &scale, &stands)?;
+                let free = FundamentalSolutions::new(&held, &scale, &states)?;
                 by_rows(&free.to_end) * by_rows(&free.from_start)
             }
         };

@@ -5,7 +5,7 @@
 
 use super::dense::DenseSystem;
 use super::equations::ModalEquations;
-use super::modal_parts::{ModalParts, RealPart};
+use super::modal_parts::{ModalParts, NonOscillatoryPart};
 use super::modal_transform::ModalTransform;
 use super::weak_coupling;
 use crate::base::error::Error;
@@ -241,13 +241,13 @@ fn separate_parts(
     roots: &[ComplexRoot],
 ) -> Result<Option<(ModalParts, ModalTransform)>, Error> {
     let n = states.len();
-    let (swings, slow): (Vec<&ComplexRoot>, Vec<&ComplexRoot>) =
+    let (oscillations, slow): (Vec<&ComplexRoot>, Vec<&ComplexRoot>) =
         roots.iter().partition(|r| r.value.im > 0.0);
-    if 2 * swings.len() + slow.len() != n {
+    if 2 * oscillations.len() + slow.len() != n {
         return Ok(None);
     }
     let mut vectors = Matrix::zeros(n, n);
-    for (k, root) in swings.iter().enumerate() {
+    for (k, root) in oscillations.iter().enumerate() {
         let size = length(&root.vector);
         let cosine = vectors.col_as_slice_mut(2 * k).iter_mut();
         cosine.zip(&root.vector).for_each(|(v, x)| *v = x.re / size);
@@ -256,7 +256,9 @@ fn separate_parts(
     }
     for (k, root) in slow.iter().enumerate() {
         let size = length(&root.vector);
-        let column = vectors.col_as_slice_mut(2 * swings.len() + k).iter_mut();
+        let column = vectors
+            .col_as_slice_mut(2 * oscillations.len() + k)
+            .iter_mut();
         column.zip(&root.vector).for_each(|(v, x)| *v = x.re / size);
     }
     let Ok(inverse) = symmetric::lu_solve(&vectors, &Matrix::identity(n, n)) else {
@@ -276,15 +278,15 @@ fn separate_parts(
         return Ok(None);
     }
 
-    // σ: swings; then coasts (p, v) or decays; then what rigid positions keep; then free modes.
+    // σ: oscillations; then coasts (p, v) or decays; then what rigid positions keep; then free modes.
     let (rigid, free) = (equations.free..equations.rigid, 0..equations.free);
     let wide = if rigid.is_empty() { 1 } else { 2 };
-    let kept = 2 * swings.len() + wide * slow.len();
+    let kept = 2 * oscillations.len() + wide * slow.len();
     let total = kept + rigid.len() + 2 * free.len();
     let modal = 2 * states.modes + states.scales.len();
-    let own = |k: usize| match k < 2 * swings.len() {
+    let own = |k: usize| match k < 2 * oscillations.len() {
         true => k,
-        false => 2 * swings.len() + wide * (k - 2 * swings.len()) + wide - 1,
+        false => 2 * oscillations.len() + wide * (k - 2 * oscillations.len()) + wide - 1,
     };
     let (mut out, mut into) = (Matrix::zeros(modal, total), Matrix::zeros(total, modal));
     let places = states.modal();
@@ -302,7 +304,7 @@ fn separate_parts(
         let keep = kept + at;
         out[(mode, keep)] = 1.0;
         into[(keep, mode)] = 1.0;
-        for (k, root) in swings.iter().enumerate() {
+        for (k, root) in oscillations.iter().enumerate() {
             // The integral of Re(X ζ) is Re(X ζ/λ) and something that keeps.
             let rate = states.rate(mode);
             let x = Complex::new(vectors[(rate, 2 * k)], -vectors[(rate, 2 * k + 1)]) / root.value;
@@ -314,7 +316,7 @@ fn separate_parts(
             }
         }
         for k in 0..slow.len() {
-            let column = 2 * swings.len() + k;
+            let column = 2 * oscillations.len() + k;
             out[(mode, own(column) - 1)] = vectors[(states.rate(mode), column)];
         }
     }
@@ -326,14 +328,14 @@ fn separate_parts(
         }
     }
     let slow = slow.iter().map(|root| match wide {
-        1 => RealPart::Decay(root.value.re),
-        _ => RealPart::RigidMotion(root.value.re),
+        1 => NonOscillatoryPart::Decay(root.value.re),
+        _ => NonOscillatoryPart::RigidMotion(root.value.re),
     });
-    let kept = rigid.map(|_| RealPart::Decay(0.0));
-    let coasts = (0..equations.free).map(|_| RealPart::RigidMotion(-equations.drag));
+    let kept = rigid.map(|_| NonOscillatoryPart::Decay(0.0));
+    let coasts = (0..equations.free).map(|_| NonOscillatoryPart::RigidMotion(-equations.drag));
     Ok(Some((
         ModalParts {
-            oscillatory: swings.iter().map(|root| root.value).collect(),
+            oscillatory: oscillations.iter().map(|root| root.value).collect(),
             others: slow.chain(kept).chain(coasts).collect(),
         },
         ModalTransform::Full { out, into },
@@ -386,7 +388,7 @@ fn single_part(
     Ok((
         ModalParts {
             oscillatory: Vec::new(),
-            others: vec![RealPart::Dense(Box::new(dense))],
+            others: vec![NonOscillatoryPart::Dense(Box::new(dense))],
         },
         ModalTransform::Full { out, into },
     ))

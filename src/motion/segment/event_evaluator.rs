@@ -1,6 +1,6 @@
 //! Evaluators of event functions: value, rates and bounds in one pass over the modal parts.
 
-use super::modal_parts::RealPart;
+use super::modal_parts::NonOscillatoryPart;
 use crate::numeric::Complex;
 
 /// Lanes that evaluate a part, weighted by its coefficients in a switching function: p, ṗ, p, ṗ, p̈, p̈, the bound on p̈, that on the third
@@ -46,11 +46,11 @@ impl EventEvaluator {
     }
 }
 
-/// Leaves out, of all sensors, the parts behind the first `turning` that none of them sees; of every other part whether it is left out.
-pub fn drop_unused_parts(
+/// Removes from all evaluators the parts behind the first `turning` that none of them depends on; a flag for each of these parts.
+pub fn prune_unused_parts(
     evaluators: &mut [EventEvaluator],
     turning: usize,
-    others: &[RealPart],
+    others: &[NonOscillatoryPart],
 ) -> Vec<bool> {
     let mut unseen = Vec::with_capacity(others.len());
     let mut at = turning;

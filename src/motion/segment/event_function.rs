@@ -19,9 +19,9 @@ pub struct EventFunction {
     pub row: Vec<f64>,
     /// |c|, part by part.
     pub sizes: Vec<f64>,
-    /// Which sensor of the machine reads it.
+    /// Which evaluator of the machine reads it.
     pub evaluator: usize,
-    /// +1, or −1 where the sensor reads its negative.
+    /// +1, or −1 where the evaluator reads its negative.
     pub sign: f64,
     /// Inputs that enter it by themselves, with what their value and their rate count.
     pub direct: Vec<(usize, [f64; 2])>,

@@ -57,7 +57,7 @@ impl LinearSystem {
     pub fn new(context: &RunContext, laws: &[LinearLaw]) -> Result<LinearSystem, Error> {
         let model = context.model;
         let modes = RegimeModes::new(
-            &context.root,
+            &context.mass_factor,
             &rows(context, laws),
             model.coordinate_count(),
         )?;
@@ -212,13 +212,11 @@ fn rows(context: &RunContext, laws: &[LinearLaw]) -> StrainRows {
     let n = model.coordinate_count();
     let mut rows = StrainRows::default();
     for (branch, law) in model.elements.iter().zip(laws) {
-        let w = context
-            .root
-            .to_mass_normalised(&to_dense(&branch.direction, n));
+        let w = context.mass_factor.solve(&to_dense(&branch.direction, n));
         let u = branch
             .force_direction
             .as_ref()
-            .map(|u| context.root.to_mass_normalised(&to_dense(u, n)));
+            .map(|u| context.mass_factor.solve(&to_dense(u, n)));
         if law.sticks {
             rows.stuck.push(w);
             continue;
@@ -235,8 +233,8 @@ fn rows(context: &RunContext, laws: &[LinearLaw]) -> StrainRows {
     if let Some((k, c)) = &model.unattached {
         let row = |a: &Matrix, i: usize| {
             context
-                .root
-                .to_mass_normalised(&(0..n).map(|j| a[(i, j)]).collect::<Vec<_>>())
+                .mass_factor
+                .solve(&(0..n).map(|j| a[(i, j)]).collect::<Vec<_>>())
         };
         rows.springs.extend((0..n).map(|i| row(k, i)));
         rows.dampers.extend((0..n).map(|i| row(c, i)));

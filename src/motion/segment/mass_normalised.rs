@@ -7,63 +7,19 @@ use crate::base::error::Error;
 use crate::machine::direction::Direction;
 use crate::motion::dynamic_model::{DynamicModel, MassMatrix};
 use crate::numeric::energy_modes::{Expansion, MAX_BOUND, Squares, energy_modes};
+use crate::numeric::mass_factor::MassFactor;
 use crate::numeric::vector_ops::axpy;
 pub use crate::numeric::vector_ops::dot;
-use crate::numeric::{Matrix, graded, symmetric};
+use crate::numeric::{Matrix, graded};
 
-/// `L`.
-#[derive(Debug)]
-pub enum CholeskyMass {
-    /// The square roots of the inertias.
-    Diagonal(Vec<f64>),
-    /// Cholesky's factor.
-    Lower(Matrix),
-}
-
-impl CholeskyMass {
-    /// Cholesky factor of a machine's inertia.
-    ///
-    /// # Errors
-    /// A mass matrix that is not positive definite.
-    pub fn new(model: &DynamicModel) -> Result<CholeskyMass, Error> {
-        match &model.mass {
-            MassMatrix::Diagonal(mass) => Ok(CholeskyMass::Diagonal(
-                mass.iter().map(|m| m.sqrt()).collect(),
-            )),
-            MassMatrix::Full { matrix, .. } => symmetric::cholesky(matrix).map(CholeskyMass::Lower),
-        }
-    }
-
-    /// `L⁻¹ w`: a direction as seen by x.
-    pub fn to_mass_normalised(&self, w: &[f64]) -> Vec<f64> {
-        match self {
-            CholeskyMass::Diagonal(root) => w.iter().zip(root).map(|(w, r)| w / r).collect(),
-            CholeskyMass::Lower(l) => {
-                let column = Matrix::from_fn(w.len(), 1, |i, _| w[i]);
-                let seen = symmetric::solve_lower(l, &column);
-                (0..w.len()).map(|i| seen[(i, 0)]).collect()
-            }
-        }
-    }
-
-    /// `L⁻ᵀ V`.
-    fn shapes(&self, v: &Matrix) -> Matrix {
-        match self {
-            CholeskyMass::Diagonal(root) => {
-                Matrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] / root[i])
-            }
-            CholeskyMass::Lower(l) => symmetric::solve_lower_transposed(l, v),
-        }
-    }
-
-    /// `L V`.
-    fn momenta(&self, v: &Matrix) -> Matrix {
-        match self {
-            CholeskyMass::Diagonal(root) => {
-                Matrix::from_fn(v.nrows(), v.ncols(), |i, j| v[(i, j)] * root[i])
-            }
-            CholeskyMass::Lower(l) => l * v,
-        }
+/// `M = L Lᵀ` of a machine.
+///
+/// # Errors
+/// A mass matrix that is not positive definite.
+pub fn mass_factor(model: &DynamicModel) -> Result<MassFactor, Error> {
+    match &model.mass {
+        MassMatrix::Diagonal(mass) => Ok(MassFactor::diagonal(mass.iter().copied())),
+        MassMatrix::Full { matrix, .. } => MassFactor::full(matrix),
     }
 }
 
@@ -108,7 +64,7 @@ impl RegimeModes {
     ///
     /// # Errors
     /// Numbers out of range; no convergence.
-    pub fn new(root: &CholeskyMass, rows: &StrainRows, n: usize) -> Result<RegimeModes, Error> {
+    pub fn new(factor: &MassFactor, rows: &StrainRows, n: usize) -> Result<RegimeModes, Error> {
         let allowed = constraint_null_space(&rows.stuck, n)?;
         let m = allowed.as_ref().map_or(n, Vec::len);
         let inside = |row: &Vec<f64>| -> Vec<f64> {
@@ -149,8 +105,8 @@ impl RegimeModes {
         });
         let omega = [vec![0.0; zero.len()], elastic].concat();
         Ok(RegimeModes {
-            shapes: root.shapes(&vectors),
-            momenta: root.momenta(&vectors),
+            shapes: factor.solve_transposed(&vectors),
+            momenta: factor.times(&vectors),
             omega,
             free: n_free,
             rigid: n_rigid,
@@ -364,10 +320,10 @@ mod tests {
     #[test]
     fn exact_rigid_motion_with_a_brake() {
         let root = CholeskyMass::Diagonal(vec![1e-4, 1.0, 1e5]);
-        let row = |w: [f64; 3], k: f64| (root.to_mass_normalised(&w), f64::sqrt(k));
+        let row = |w: [f64; 3], k: f64| (root.solve(&w), f64::sqrt(k));
         let rows = StrainRows {
             squares: vec![row([-1.0, 1.0, 0.0], 1e9), row([0.0, -1.0, 1.0], 1.0)],
-            dampers: vec![root.to_mass_normalised(&[1.0, 0.0, 0.0])],
+            dampers: vec![root.solve(&[1.0, 0.0, 0.0])],
             ..StrainRows::default()
         };
         let modes = RegimeModes::new(&root, &rows, 3).unwrap();

@@ -9,12 +9,12 @@ pub struct ModalParts {
     /// λ with Im λ > 0: `ζ̇ = λ ζ + β`, σ = (Re ζ, Im ζ).
     pub oscillatory: Vec<Complex>,
     /// The rest.
-    pub others: Vec<RealPart>,
+    pub others: Vec<NonOscillatoryPart>,
 }
 
 /// A part that is not oscillatory, or cannot be separated from the others.
 #[derive(Debug, Clone)]
-pub enum RealPart {
+pub enum NonOscillatoryPart {
     /// `ẋ = λ x + β`.
     Decay(f64),
     /// `ṗ = v`, `v̇ = λ v + β`; σ = (p, v). Rigid motions, braked or not.
@@ -30,13 +30,13 @@ pub enum RealPart {
     Dense(Box<DenseSystem>),
 }
 
-impl RealPart {
+impl NonOscillatoryPart {
     /// Number of states.
     pub fn count(&self) -> usize {
         match self {
-            RealPart::Decay(_) => 1,
-            RealPart::RigidMotion(_) | RealPart::Critical { .. } => 2,
-            RealPart::Dense(dense) => dense.count(),
+            NonOscillatoryPart::Decay(_) => 1,
+            NonOscillatoryPart::RigidMotion(_) | NonOscillatoryPart::Critical { .. } => 2,
+            NonOscillatoryPart::Dense(dense) => dense.count(),
         }
     }
 }
@@ -77,18 +77,23 @@ pub struct SteadyState {
 impl ModalParts {
     /// Number of states.
     pub fn count(&self) -> usize {
-        2 * self.oscillatory.len() + self.others.iter().map(RealPart::count).sum::<usize>()
+        2 * self.oscillatory.len()
+            + self
+                .others
+                .iter()
+                .map(NonOscillatoryPart::count)
+                .sum::<usize>()
     }
 
     /// The fastest growth of a part, 1/s; zero where none grows.
     pub fn growth(&self) -> f64 {
-        let swings = self.oscillatory.iter().map(|l| l.re);
+        let oscillations = self.oscillatory.iter().map(|l| l.re);
         let others = self.others.iter().map(|other| match other {
-            RealPart::Decay(lambda) | RealPart::RigidMotion(lambda) => *lambda,
-            RealPart::Critical { d, .. } => -d,
-            RealPart::Dense(dense) => dense.growth(),
+            NonOscillatoryPart::Decay(lambda) | NonOscillatoryPart::RigidMotion(lambda) => *lambda,
+            NonOscillatoryPart::Critical { d, .. } => -d,
+            NonOscillatoryPart::Dense(dense) => dense.growth(),
         });
-        swings.chain(others).fold(0.0, f64::max)
+        oscillations.chain(others).fold(0.0, f64::max)
     }
 
     /// `Λ` applied to the left: the row c Λ.
@@ -101,13 +106,13 @@ impl ModalParts {
         let mut at = 2 * self.oscillatory.len();
         for other in &self.others {
             match other {
-                RealPart::Decay(lambda) => out[at] = c[at] * lambda,
-                RealPart::RigidMotion(lambda) => out[at + 1] = c[at] + c[at + 1] * lambda,
-                RealPart::Critical { d, square } => {
+                NonOscillatoryPart::Decay(lambda) => out[at] = c[at] * lambda,
+                NonOscillatoryPart::RigidMotion(lambda) => out[at + 1] = c[at] + c[at + 1] * lambda,
+                NonOscillatoryPart::Critical { d, square } => {
                     out[at] = -square * c[at + 1];
                     out[at + 1] = c[at] - d * c[at + 1];
                 }
-                RealPart::Dense(dense) => dense.rate_of(&c[at..], &mut out[at..]),
+                NonOscillatoryPart::Dense(dense) => dense.rate_of(&c[at..], &mut out[at..]),
             }
             at += other.count();
         }
@@ -117,8 +122,10 @@ impl ModalParts {
     /// `|c|` part by part: of every oscillatory part, then of every other state.
     pub fn part_sizes(&self, c: &[f64]) -> Vec<f64> {
         let two = 2 * self.oscillatory.len();
-        let swings = c[..two].chunks_exact(2).map(|c| c[0].hypot(c[1]));
-        swings.chain(c[two..].iter().map(|c| c.abs())).collect()
+        let oscillations = c[..two].chunks_exact(2).map(|c| c[0].hypot(c[1]));
+        oscillations
+            .chain(c[two..].iter().map(|c| c.abs()))
+            .collect()
     }
 
     /// Steady-state response to `Re(b e^{iωt})`; pushes too near a root are left out. `span` is the length of the run, s.
@@ -177,19 +184,21 @@ impl ModalParts {
                 });
             };
             match other {
-                RealPart::Decay(lambda) if omega.abs().max(lambda.abs()) * span < 1.0 => slow(at),
-                RealPart::Decay(lambda) => out[at] = b[at] / (s - lambda),
-                RealPart::RigidMotion(_) if omega.abs() * span < 1.0 => slow(at + 1),
-                RealPart::RigidMotion(lambda) => {
+                NonOscillatoryPart::Decay(lambda) if omega.abs().max(lambda.abs()) * span < 1.0 => {
+                    slow(at)
+                }
+                NonOscillatoryPart::Decay(lambda) => out[at] = b[at] / (s - lambda),
+                NonOscillatoryPart::RigidMotion(_) if omega.abs() * span < 1.0 => slow(at + 1),
+                NonOscillatoryPart::RigidMotion(lambda) => {
                     out[at + 1] = b[at + 1] / (s - lambda);
                     out[at] = out[at + 1] / s;
                 }
-                RealPart::Critical { d, square } => {
+                NonOscillatoryPart::Critical { d, square } => {
                     out[at] = b[at + 1] / (s * s + s * d + square);
                     out[at + 1] = out[at] * s;
                 }
                 // It knows its harmonics itself.
-                RealPart::Dense(dense) => {
+                NonOscillatoryPart::Dense(dense) => {
                     left[at..at + dense.count()].copy_from_slice(&b[at..at + dense.count()])
                 }
             }

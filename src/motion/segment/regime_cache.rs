@@ -12,26 +12,26 @@ use crate::base::error::Error;
 use crate::base::quantity::format_time;
 use crate::motion::dynamic_model::{DynamicModel, ElementState, ForceLaw};
 
-/// Bytes of a machine by the square of its coordinates, measured at thirty.
+/// Bytes of a regime system by the square of its coordinates, measured at thirty.
 const BYTES_PER_ENTRY: usize = 500;
 
-/// Bytes that all machines of a run may take together: a train of thirty coordinates keeps two thousand.
-pub const MAX_BYTES: usize = 1 << 30;
+/// Bytes that all regime systems of a run may take together: a train of thirty coordinates keeps three hundred.
+pub const MAX_BYTES: usize = 1 << 27;
 
-/// The machines met so far, by how what can switch stood.
+/// Regime systems built so far, keyed by the states of contacts and friction.
 pub struct RegimeCache {
     /// Branches with more than one state.
     switching: Vec<usize>,
-    /// States of these branches, of every machine.
+    /// States of these branches, of every system.
     contact_states: Vec<Vec<ElementState>>,
     systems: Vec<RegimeSystem>,
-    /// Which linear machine each of these is.
-    kinds: Vec<usize>,
+    /// Index of the linear system of each.
+    linear_index: Vec<usize>,
     linears: Vec<Rc<LinearSystem>>,
-    /// Propagator cache of every linear machine.
+    /// Propagator cache of every linear system.
     caches: Vec<PropagatorCache>,
-    /// Machines made, those that were dropped among them.
-    made: u64,
+    /// Systems built, those that were dropped among them.
+    built: u64,
     capacity: usize,
 }
 
@@ -46,75 +46,77 @@ impl RegimeCache {
                 .collect(),
             contact_states: Vec::new(),
             systems: Vec::new(),
-            kinds: Vec::new(),
+            linear_index: Vec::new(),
             linears: Vec::new(),
             caches: Vec::new(),
-            made: 0,
+            built: 0,
             capacity: (room
                 / (BYTES_PER_ENTRY * model.coordinate_count() * model.coordinate_count()).max(1))
             .max(1),
         }
     }
 
-    /// Machines made so far.
+    /// Systems built so far.
     pub fn built_count(&self) -> u64 {
-        self.made
+        self.built
     }
 
-    /// A machine.
-    pub fn machine(&self, place: usize) -> &RegimeSystem {
+    /// A system.
+    pub fn system(&self, place: usize) -> &RegimeSystem {
         &self.systems[place]
     }
 
-    /// The same, to be changed.
-    pub fn machine_mut(&mut self, place: usize) -> &mut RegimeSystem {
+    /// The same, mutable.
+    pub fn system_mut(&mut self, place: usize) -> &mut RegimeSystem {
         &mut self.systems[place]
     }
 
-    /// A machine and the strides kept of its linear part.
+    /// A system and the propagators kept of its linear part.
     pub fn with_propagators(&mut self, place: usize) -> (&RegimeSystem, &mut PropagatorCache) {
-        (&self.systems[place], &mut self.caches[self.kinds[place]])
+        (
+            &self.systems[place],
+            &mut self.caches[self.linear_index[place]],
+        )
     }
 
-    /// Drops all machines where they fill their room, but that whose switching surface was just crossed, and says where it is
-    /// now.
-    pub fn make_room(&mut self, crossed: Option<(usize, usize)>) -> Option<(usize, usize)> {
+    /// Drops all systems where they fill their room, but that whose switching surface was just crossed; returns its new index.
+    pub fn evict(&mut self, crossed: Option<(usize, usize)>) -> Option<(usize, usize)> {
         if self.systems.len() < self.capacity {
             return crossed;
         }
         let old = std::mem::take(&mut self.systems);
-        let (stands, kinds) = (
+        let (states, kinds) = (
             std::mem::take(&mut self.contact_states),
-            std::mem::take(&mut self.kinds),
+            std::mem::take(&mut self.linear_index),
         );
         let linears = std::mem::take(&mut self.linears);
         self.caches.clear();
         let (at, event) = crossed?;
-        let machines = old.into_iter().zip(stands).zip(kinds);
-        let ((system, stands), kind) = machines.into_iter().nth(at)?;
+        let machines = old.into_iter().zip(states).zip(kinds);
+        let ((system, states), kind) = machines.into_iter().nth(at)?;
         self.systems.push(system);
-        self.contact_states.push(stands);
-        self.kinds.push(0);
+        self.contact_states.push(states);
+        self.linear_index.push(0);
         self.linears.push(Rc::clone(&linears[kind]));
         self.caches.push(PropagatorCache::default());
         Some((0, event))
     }
 
-    /// Index of the machine with these states; it is built where there is none.
+    /// Index of the system with these states; it is built where there is none.
     ///
     /// # Errors
-    /// Numbers out of range; swings whose phase is lost.
+    /// Numbers out of range; oscillations whose phase is lost.
     pub fn index_of(
         &mut self,
         context: &RunContext,
-        stands: &[ElementState],
+        states: &[ElementState],
     ) -> Result<usize, Error> {
-        let own = || self.switching.iter().map(|&b| &stands[b]);
+        let own = || self.switching.iter().map(|&b| &states[b]);
         let is_it = |known: &Vec<ElementState>| own().eq(known);
         if let Some(place) = self.contact_states.iter().position(is_it) {
             return Ok(place);
         }
-        let laws = context.model.elements.iter().zip(stands);
+        let laws = context.model.elements.iter().zip(states);
         let laws: Vec<LinearLaw> = laws
             .map(|(b, s)| linear_law(b, *s))
             .collect::<Result<_, _>>()?;
@@ -130,11 +132,11 @@ impl RegimeCache {
             }
         };
         let linear_model = Rc::clone(&self.linears[kind]);
-        let system = RegimeSystem::new(context, linear_model, &laws, stands)?;
+        let system = RegimeSystem::new(context, linear_model, &laws, states)?;
         self.contact_states.push(own().copied().collect());
         self.systems.push(system);
-        self.kinds.push(kind);
-        self.made += 1;
+        self.linear_index.push(kind);
+        self.built += 1;
         Ok(self.systems.len() - 1)
     }
 }

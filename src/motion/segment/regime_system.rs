@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use super::event_evaluator::{EventEvaluator, drop_unused_parts};
+use super::event_evaluator::{EventEvaluator, prune_unused_parts};
 use super::event_function::{EventFunction, EventKind};
 use super::inputs::{InputTarget, KnownInput, KnownInputs};
 use super::linear_law::LinearLaw;
@@ -30,7 +30,7 @@ pub struct RegimeSystem {
     pub events: Vec<EventFunction>,
     /// Evaluators of the event functions.
     pub evaluators: Vec<EventEvaluator>,
-    /// Which of the parts that do not turn no sensor sees.
+    /// Which non-oscillatory parts no evaluator depends on.
     pub unused_parts: Vec<bool>,
 }
 
@@ -43,14 +43,14 @@ impl RegimeSystem {
         context: &RunContext,
         linear_model: Rc<LinearSystem>,
         laws: &[LinearLaw],
-        stands: &[ElementState],
+        states: &[ElementState],
     ) -> Result<RegimeSystem, Error> {
         let mut evaluators = Vec::new();
-        let events = linear_model.events(context, laws, stands, &mut evaluators)?;
+        let events = linear_model.events(context, laws, states, &mut evaluators)?;
         let parts = &linear_model.parts;
         let unseen = match parts.is_resonant() {
             true => vec![false; parts.others.len()],
-            false => drop_unused_parts(&mut evaluators, parts.eigenvalues.len(), &parts.others),
+            false => prune_unused_parts(&mut evaluators, parts.eigenvalues.len(), &parts.others),
         };
         Ok(RegimeSystem {
             constant: linear_model.constant(context.model, laws),
@@ -77,12 +77,12 @@ impl LinearSystem {
         &self,
         context: &RunContext,
         laws: &[LinearLaw],
-        stands: &[ElementState],
+        states: &[ElementState],
         evaluators: &mut Vec<EventEvaluator>,
     ) -> Result<Vec<EventFunction>, Error> {
         let mut found = Vec::new();
         for (at, branch) in context.model.elements.iter().enumerate() {
-            match (&branch.law, stands[at]) {
+            match (&branch.law, states[at]) {
                 (ForceLaw::Contact(contact), ElementState::Contact(state, piece)) => {
                     let factor = branch.factor(0.0, &[], piece).0;
                     for (affine, to) in contact.switching_functions(state, factor) {
@@ -191,14 +191,14 @@ impl LinearSystem {
         let own = EventEvaluator::new(&self.parts.eigenvalues, &row, &rate, &sizes);
         let alike = evaluators.iter().map(|known| own.sign(known)).enumerate();
         let alike = alike.filter_map(|(at, sign)| Some((at, sign?))).next();
-        let (sensor, sign) = alike.unwrap_or_else(|| {
+        let (evaluator, sign) = alike.unwrap_or_else(|| {
             evaluators.push(own);
             (evaluators.len() - 1, 1.0)
         });
         EventFunction {
             branch,
             to,
-            evaluator: sensor,
+            evaluator,
             sign,
             sizes,
             row,

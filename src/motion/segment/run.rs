@@ -74,20 +74,20 @@ pub fn run(
             check_budget(options, &journey.stats, journey.now.high)
                 .map_err(|e| diagnostics::with_most_switched(e, model, &journey.event_counts))?;
         }
-        crossed = cache.make_room(crossed);
+        crossed = cache.evict(crossed);
         let place = cache.index_of(&context, &journey.regime.states)?;
         journey.stats.regimes = cache.built_count();
         journey.stats.steps += 1;
         cache
-            .machine_mut(place)
+            .system_mut(place)
             .set_pieces(&context.inputs, &journey.regime.pieces);
-        let system = cache.machine(place);
+        let system = cache.system(place);
         let known = timing.next_time(&journey.regime.pieces, |branch| {
             journey.wave_matters(branch)
         });
         let end = known.min(options.to);
         let span = journey.now.until(end).max(0.0);
-        let from = crossed.map(|(system, event)| &cache.machine(system).events[event]);
+        let from = crossed.map(|(system, event)| &cache.system(system).events[event]);
         flight.start(
             &context,
             system,

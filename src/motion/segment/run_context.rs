@@ -1,10 +1,11 @@
 //! Data shared by all regimes of a run: model, mass factor, known inputs, duration.
 
 use super::inputs::KnownInputs;
-use super::mass_normalised::CholeskyMass;
+use super::mass_normalised::mass_factor;
 use crate::base::code::Code;
 use crate::base::error::Error;
 use crate::motion::dynamic_model::{DynamicModel, ForceLaw};
+use crate::numeric::mass_factor::MassFactor;
 
 /// A machine, its inertia and what is known in time.
 #[derive(Debug)]
@@ -12,7 +13,7 @@ pub struct RunContext<'a> {
     /// The machine.
     pub model: &'a DynamicModel,
     /// `M = L Lᵀ`.
-    pub root: CholeskyMass,
+    pub mass_factor: MassFactor,
     /// Inputs known in time.
     pub inputs: KnownInputs<'a>,
     /// Duration of the run, s.
@@ -42,7 +43,7 @@ impl RunContext<'_> {
             }
         }
         Ok(RunContext {
-            root: CholeskyMass::new(model)?,
+            mass_factor: mass_factor(model)?,
             inputs: KnownInputs::new(model),
             model,
             span,

@@ -220,15 +220,15 @@ impl SegmentTrajectory {
         }
     }
 
-    /// Reads all sensors where the motion is; bounds hold from there on for `horizon` seconds at most.
+    /// Reads all evaluators where the motion is; bounds hold from there on for `horizon` seconds at most.
     pub fn evaluate_events(&mut self, system: &RegimeSystem, horizon: f64) {
         self.sums.resize(system.evaluators.len(), [0.0; LANES]);
-        for sensor in 0..system.evaluators.len() {
-            self.evaluate(system, sensor, horizon);
+        for evaluator in 0..system.evaluators.len() {
+            self.evaluate(system, evaluator, horizon);
         }
     }
 
-    /// The same of one switching surface's sensor alone.
+    /// The same of one switching surface's evaluator alone.
     pub fn evaluate_event(
         &mut self,
         system: &RegimeSystem,
@@ -239,9 +239,9 @@ impl SegmentTrajectory {
         self.event_value(system, event)
     }
 
-    fn evaluate(&mut self, system: &RegimeSystem, sensor: usize, horizon: f64) {
-        let (parts, own) = (&system.linear.parts, &system.evaluators[sensor]);
-        self.sums[sensor] = self
+    fn evaluate(&mut self, system: &RegimeSystem, evaluator: usize, horizon: f64) {
+        let (parts, own) = (&system.linear.parts, &system.evaluators[evaluator]);
+        self.sums[evaluator] = self
             .trajectory
             .evaluate(parts, &system.unused_parts, horizon, own);
     }
@@ -252,7 +252,7 @@ impl SegmentTrajectory {
         let tau = self.trajectory.tau;
         let [p, v, q, w, a, b, bound, jerk] = self.sums[event.evaluator];
         let sign = event.sign;
-        let (bend, jerk) = match system.linear.parts.is_plain() {
+        let (bend, jerk) = match system.linear.parts.has_exact_accelerations() {
             true => (sign * (a + b), jerk),
             false => (f64::NAN, f64::INFINITY),
         };

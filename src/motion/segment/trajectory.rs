@@ -5,7 +5,7 @@
 
 use super::dense::DenseTrajectory;
 use super::event_evaluator::{EventEvaluator, LANES, SumLanes};
-use super::modal_parts::{ModalParts, PartIndex, RealPart, ResonantForcing};
+use super::modal_parts::{ModalParts, NonOscillatoryPart, PartIndex, ResonantForcing};
 use super::phi;
 use crate::numeric::Complex;
 
@@ -19,7 +19,7 @@ pub struct ForcedParts {
     /// 1/λ.
     inverses: Vec<Complex>,
     /// Parts that are not complex modal coordinates.
-    pub others: Vec<RealPart>,
+    pub others: Vec<NonOscillatoryPart>,
     near: Vec<ResonantForcing>,
     /// `iω − λ` of the resonances of oscillations; zero for those of others.
     detunings: Vec<Complex>,
@@ -42,7 +42,7 @@ pub struct ModalTrajectory {
     first: Vec<Complex>,
     moving: Vec<Complex>,
     ramps: Vec<RampResponse>,
-    others: Vec<RealTrajectory>,
+    others: Vec<NonOscillatoryTrajectory>,
     /// `push · e^{iωt₀}` of every resonance, and where it is.
     pushes: Vec<Complex>,
     ringing: Vec<ResonantResponse>,
@@ -72,7 +72,7 @@ struct ResonantResponse {
 }
 
 #[derive(Debug, Clone)]
-enum RealTrajectory {
+enum NonOscillatoryTrajectory {
     Decay {
         lambda: f64,
         start: f64,
@@ -123,8 +123,12 @@ impl ForcedParts {
         });
         let beats = beats.collect();
         let turning: Vec<Complex> = known.chain(spectrum.oscillatory).collect();
-        let plain =
-            |other: &RealPart| matches!(other, RealPart::Decay(_) | RealPart::RigidMotion(_));
+        let plain = |other: &NonOscillatoryPart| {
+            matches!(
+                other,
+                NonOscillatoryPart::Decay(_) | NonOscillatoryPart::RigidMotion(_)
+            )
+        };
         ForcedParts {
             known: frequencies.len(),
             fastest: turning.iter().map(|l| size_of(*l)).fold(0.0, f64::max),
@@ -139,7 +143,7 @@ impl ForcedParts {
     }
 
     /// Whether accelerations are known, not only bounds on them.
-    pub fn is_plain(&self) -> bool {
+    pub fn has_exact_accelerations(&self) -> bool {
         self.exact_accelerations
     }
 
@@ -194,7 +198,12 @@ impl ForcedParts {
 
     /// Number of complex modal coordinates and other states.
     fn count(&self) -> usize {
-        self.eigenvalues.len() + self.others.iter().map(RealPart::count).sum::<usize>()
+        self.eigenvalues.len()
+            + self
+                .others
+                .iter()
+                .map(NonOscillatoryPart::count)
+                .sum::<usize>()
     }
 }
 
@@ -250,34 +259,34 @@ impl ModalTrajectory {
         for other in &parts.others {
             let sigma = &self.sigma;
             match other {
-                RealPart::Decay(lambda) => {
+                NonOscillatoryPart::Decay(lambda) => {
                     self.sizes.push(sigma[at].abs() + (b0[at] * span).abs());
-                    self.others.push(RealTrajectory::Decay {
+                    self.others.push(NonOscillatoryTrajectory::Decay {
                         lambda: *lambda,
                         start: sigma[at],
                         push: [b0[at], b1[at]],
                     });
                 }
-                RealPart::RigidMotion(lambda) => {
+                NonOscillatoryPart::RigidMotion(lambda) => {
                     let (push, ramp) = (b0[at + 1], b1[at + 1]);
                     let fast = sigma[at + 1].abs() + push.abs() * span;
                     self.sizes.extend([sigma[at].abs(), fast]);
-                    self.others.push(RealTrajectory::Coast {
+                    self.others.push(NonOscillatoryTrajectory::Coast {
                         lambda: *lambda,
                         start: [sigma[at], sigma[at + 1]],
                         push: [push, ramp],
                     });
                 }
-                RealPart::Critical { d, square } => {
+                NonOscillatoryPart::Critical { d, square } => {
                     let push = [b0[at + 1], b1[at + 1]];
                     self.start_critical((*d, *square), at, push, span);
                 }
-                RealPart::Dense(dense) => {
+                NonOscillatoryPart::Dense(dense) => {
                     let turns = self.start[..parts.known].iter();
                     let turns: Vec<Complex> = turns.copied().collect();
                     let started = dense.start((&sigma[at..], &b0[at..], &b1[at..]), &turns, span);
                     self.sizes.extend(started.sizes());
-                    self.others.push(RealTrajectory::Dense(started));
+                    self.others.push(NonOscillatoryTrajectory::Dense(started));
                 }
             }
             at += other.count();
@@ -296,7 +305,7 @@ impl ModalTrajectory {
             energy / w + still[0].abs() + (slope * span).abs(),
             energy + slope.abs(),
         ]);
-        self.others.push(RealTrajectory::Critical {
+        self.others.push(NonOscillatoryTrajectory::Critical {
             half: 0.5 * d,
             square,
             start,
@@ -336,12 +345,14 @@ impl ModalTrajectory {
                     self.sizes[parts.known + k] += size * longest;
                 }
                 PartIndex::Other(number, at) => {
-                    // Its number among all parts: swings count once, not twice.
-                    let swings = parts.eigenvalues.len() - parts.known;
-                    let place = parts.known + at - swings;
+                    // Its number among all parts: oscillations count once, not twice.
+                    let oscillations = parts.eigenvalues.len() - parts.known;
+                    let place = parts.known + at - oscillations;
                     match parts.others[number] {
-                        RealPart::Decay(l) => self.lasting[place] += size * (2.0 * l.abs() + omega),
-                        RealPart::RigidMotion(l) => {
+                        NonOscillatoryPart::Decay(l) => {
+                            self.lasting[place] += size * (2.0 * l.abs() + omega)
+                        }
+                        NonOscillatoryPart::RigidMotion(l) => {
                             self.lasting[place] += 2.0 * size;
                             self.lasting[place + 1] += size * (2.0 * l.abs() + omega);
                         }
@@ -483,11 +494,11 @@ impl ModalTrajectory {
                 PartIndex::Other(number, state) => {
                     let first = 2 * parts.known + state;
                     match parts.others[number] {
-                        RealPart::Decay(lambda) => {
+                        NonOscillatoryPart::Decay(lambda) => {
                             let rate = phi::forced_response(lambda, near.omega, tau).0;
                             self.sigma[first] += (push * rate).re;
                         }
-                        RealPart::RigidMotion(lambda) => {
+                        NonOscillatoryPart::RigidMotion(lambda) => {
                             let (rate, place) = phi::forced_response(lambda, near.omega, tau);
                             self.sigma[first] += (push * place).re;
                             self.sigma[first + 1] += (push * rate).re;
@@ -513,7 +524,7 @@ impl ModalTrajectory {
                 continue;
             }
             match part {
-                RealTrajectory::Decay {
+                NonOscillatoryTrajectory::Decay {
                     lambda,
                     start,
                     push,
@@ -521,7 +532,7 @@ impl ModalTrajectory {
                     let [e, f1, f2, _] = phi::phi_real(*lambda, tau);
                     sigma[at] = start * e + push[0] * f1 + push[1] * f2;
                 }
-                RealTrajectory::Coast {
+                NonOscillatoryTrajectory::Coast {
                     lambda,
                     start,
                     push,
@@ -530,7 +541,7 @@ impl ModalTrajectory {
                     sigma[at] = start[0] + start[1] * f1 + push[0] * f2 + push[1] * f3;
                     sigma[at + 1] = start[1] * e + push[0] * f1 + push[1] * f2;
                 }
-                RealTrajectory::Critical {
+                NonOscillatoryTrajectory::Critical {
                     half,
                     square,
                     start: [y, v],
@@ -541,8 +552,8 @@ impl ModalTrajectory {
                     sigma[at] = y * c + (v + half * y) * s + still[0] + still[1] * tau;
                     sigma[at + 1] = v * c - (square * y + half * v) * s + still[1];
                 }
-                RealTrajectory::Dense(started) => {
-                    if let RealPart::Dense(dense) = other {
+                NonOscillatoryTrajectory::Dense(started) => {
+                    if let NonOscillatoryPart::Dense(dense) = other {
                         dense.state_at(started, tau, &mut sigma[at..at + dense.count()]);
                     }
                 }
@@ -587,12 +598,12 @@ impl ModalTrajectory {
                 }
             };
             match part {
-                RealTrajectory::Decay { lambda, push, .. } => {
+                NonOscillatoryTrajectory::Decay { lambda, push, .. } => {
                     let rate = lambda * x[0] + push[0] + push[1] * self.tau;
                     let bent = lambda * rate + push[1];
                     lay(x[0], bent, bent.abs(), (lambda * bent).abs());
                 }
-                RealTrajectory::Coast { lambda, push, .. } => {
+                NonOscillatoryTrajectory::Coast { lambda, push, .. } => {
                     let bent = lambda * x[1] + push[0] + push[1] * self.tau;
                     let change = lambda * bent + push[1];
                     // It goes one way from here on, by no more than this.
@@ -603,12 +614,12 @@ impl ModalTrajectory {
                     lay(x[0], bent, bent.abs().max(last), change.abs());
                     lay(x[1], change, change.abs(), (lambda * change).abs());
                 }
-                RealTrajectory::Critical { bounds, .. } => {
+                NonOscillatoryTrajectory::Critical { bounds, .. } => {
                     let grown = parts.grown(self.tau);
                     lay(x[0], 0.0, bounds[0] * grown, 0.0);
                     lay(x[1], 0.0, bounds[1] * grown, 0.0);
                 }
-                RealTrajectory::Dense(started) => {
+                NonOscillatoryTrajectory::Dense(started) => {
                     let grown = parts.grown(self.tau);
                     for x in &x[..other.count()] {
                         lay(*x, 0.0, started.acceleration_bound() * grown, 0.0);

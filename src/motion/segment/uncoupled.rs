@@ -1,7 +1,7 @@
 //! Decomposition of uncoupled modal equations into single modes.
 
 use super::equations::{ModalDamping, ModalEquations};
-use super::modal_parts::{ModalParts, RealPart};
+use super::modal_parts::{ModalParts, NonOscillatoryPart};
 use super::modal_transform::{ModalTransform, ModePair};
 use crate::numeric::Complex;
 
@@ -18,10 +18,10 @@ pub fn decompose_uncoupled(equations: &ModalEquations) -> Option<(ModalParts, Mo
     }
     let under = |w: f64, d: f64| w > 0.0 && (w - 0.5 * d) * (w + 0.5 * d) >= NEAR_CRITICAL * w * w;
     let modes = || equations.omega.iter().zip(damping);
-    let swings = modes().filter(|&(&w, &d)| under(w, d)).count();
+    let oscillations = modes().filter(|&(&w, &d)| under(w, d)).count();
     let mut spectrum = ModalParts::default();
     let mut pairs = Vec::with_capacity(equations.count());
-    let mut next = 2 * swings;
+    let mut next = 2 * oscillations;
     for (&w, &d) in modes() {
         if under(w, d) {
             let nu = ((w - 0.5 * d) * (w + 0.5 * d)).sqrt();
@@ -43,21 +43,22 @@ pub fn decompose_uncoupled(equations: &ModalEquations) -> Option<(ModalParts, Mo
         };
         next += 2;
         if w == 0.0 {
-            spectrum.others.push(RealPart::RigidMotion(-d));
+            spectrum.others.push(NonOscillatoryPart::RigidMotion(-d));
             pairs.push(own);
         } else if gap < NEAR_CRITICAL * w * w {
             spectrum
                 .others
-                .push(RealPart::Critical { d, square: w * w });
+                .push(NonOscillatoryPart::Critical { d, square: w * w });
             pairs.push(own);
         } else {
             // The larger root by a sum, the other from their product.
             let fast = -(0.5 * d + gap.sqrt().copysign(d));
             let slow = w * w / fast;
             let apart = fast - slow;
-            spectrum
-                .others
-                .extend([RealPart::Decay(fast), RealPart::Decay(slow)]);
+            spectrum.others.extend([
+                NonOscillatoryPart::Decay(fast),
+                NonOscillatoryPart::Decay(slow),
+            ]);
             pairs.push(ModePair {
                 out: [1.0, 1.0, fast, slow],
                 into: [-slow / apart, 1.0 / apart, fast / apart, -1.0 / apart],

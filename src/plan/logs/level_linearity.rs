@@ -21,7 +21,7 @@ const BLOCKS_PER_PART: [usize; 3] = [8, 4, 2];
 /// Shorter blocks resolve no mode, samples.
 const MIN_BLOCK: usize = 64;
 
-/// The loudest part has at least so many times the rms input of the quietest.
+/// The loudest part has at least so many times the standard_deviation input of the quietest.
 const MIN_LEVEL_RATIO: f64 = 2.0;
 
 /// Mean coherence over the half-power band, at the best output, below which a part says nothing of a mode.
@@ -74,7 +74,7 @@ pub fn check_record(
         .collect();
     let parts = parts(recording);
     let levels = (parts.iter())
-        .map(|part| rms(part, channels[0]))
+        .map(|part| standard_deviation(part, channels[0]))
         .collect::<Result<Vec<f64>, _>>()?;
     let low = levels.iter().copied().fold(f64::INFINITY, f64::min);
     let high = levels.iter().copied().fold(0.0, f64::max);
@@ -96,7 +96,7 @@ pub fn check_record(
     let is_visible = |mode: &&ModalParameters| estimates.iter().all(|part| is_coherent(part, mode));
     let modes: Vec<ModalParameters> = modes.iter().filter(is_visible).cloned().collect();
     let lines = estimates.first().map_or(&[][..], |e| &e.frequency_hz);
-    let what = "from parts of the record with an rms input of";
+    let what = "from parts of the record with an standard_deviation input of";
     let block_s = block as f64 / recording.rate_hz;
     let terms = |omega: f64, pole: Complex| averaged_terms(omega, pole, block_s);
     let unit = &channels[0].unit;
@@ -138,7 +138,7 @@ fn averaged_terms(omega: f64, pole: Complex, block_s: f64) -> (Complex, Complex)
 }
 
 /// Root mean square of a channel, its mean taken off.
-fn rms(recording: &Recording, channel: &Channel) -> Result<f64, Error> {
+fn standard_deviation(recording: &Recording, channel: &Channel) -> Result<f64, Error> {
     let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
     recording.each_block(channel, |_, samples, _| {
         n += samples.len() as f64;

@@ -10,6 +10,7 @@ use super::spectrum_study::{
 use super::{fault_free, frequency_spectra, order_spectra, sample_blocks};
 use crate::base::code::Code;
 use crate::base::error::{Diagnostic, Error};
+use crate::numeric::parabola::log_vertex;
 use crate::numeric::statistics::normal_quantile;
 use crate::recording::channel_unit::{self, MeasuredQuantity};
 use crate::recording::signals::{Channel, Recording};
@@ -438,18 +439,8 @@ pub(super) fn labelled_peaks(
         && psd[k] > 0.0
         && !found.iter().any(|p| p.line == k)
     {
-        let ln = |k: usize| psd[k].max(f64::MIN_POSITIVE).ln();
-        let (before, here, after) = (ln(k - 1), ln(k), ln(k + 1));
-        let bend = before - 2.0 * here + after;
-        let shift = if bend < 0.0 {
-            0.5 * (before - after) / bend
-        } else {
-            0.0
-        };
-        let height = match flat {
-            true => psd[k],
-            false => (here - 0.25 * (before - after) * shift).exp(),
-        };
+        let (shift, top) = log_vertex([psd[k - 1], psd[k], psd[k + 1]]);
+        let height = if flat { psd[k] } else { top };
         all.push(line(f[k] + shift * (f[k] - f[k - 1]), height, None, false));
     }
     all

@@ -29,7 +29,7 @@ pub struct CostModel<'s> {
 
 /// A run costs at least this.
 pub struct CostBound<'s> {
-    /// Steps; none where nothing bounds them.
+    /// Steps at least; 0 where nothing bounds them.
     pub steps: f64,
     /// Seconds.
     pub seconds: f64,

@@ -12,7 +12,7 @@ pub struct OutputStatistics {
     /// Over time.
     pub mean: f64,
     /// Root of the mean square about the mean.
-    pub rms: f64,
+    pub standard_deviation: f64,
 }
 
 /// Reads an output while it runs.
@@ -84,7 +84,7 @@ impl StatisticsAccumulator {
             min: seen.min,
             max: seen.max,
             mean: self.mean * self.unit,
-            rms: (self.squares / self.count).sqrt() * self.unit,
+            standard_deviation: (self.squares / self.count).sqrt() * self.unit,
         })
     }
 }

@@ -21,7 +21,7 @@ use crate::motion::progress::time_exceeded;
 
 /// Result of a study of motion.
 #[derive(Debug, Clone)]
-pub struct MotionHistory {
+pub struct MotionResult {
     /// Instants, s; none where no history is kept.
     pub time: Vec<f64>,
     /// Values of each output, SI; none where no history is kept.
@@ -70,7 +70,7 @@ pub fn run(
     choice: &MethodChoice,
     energy: bool,
     cancel: &CancelToken,
-) -> Result<MotionHistory, Error> {
+) -> Result<MotionResult, Error> {
     run_observed(scene, choice, energy, cancel, (true, &mut |_, _| Ok(())))
 }
 
@@ -87,7 +87,7 @@ pub fn run_observed(
     energy: bool,
     cancel: &CancelToken,
     (keep, watch): (bool, &mut StepObserver),
-) -> Result<MotionHistory, Error> {
+) -> Result<MotionResult, Error> {
     let model = &scene.model.model;
     let mut options = integration_problem(scene, choice, scene.samples, cancel);
     let meter = energy.then(|| {
@@ -143,7 +143,7 @@ pub fn run_observed(
         .map_err(|e| diagnostics::with_fastest_mode(e, model))?;
     let seconds = start.elapsed().as_secs_f64();
     let balance = meter.map(|meter| meter.borrow().balance());
-    Ok(MotionHistory {
+    Ok(MotionResult {
         time,
         values,
         statistics: accumulators

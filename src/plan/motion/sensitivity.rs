@@ -122,7 +122,7 @@ pub struct OutputPredictability {
     /// The mean.
     pub mean: f64,
     /// The root of the mean square about it.
-    pub rms: f64,
+    pub standard_deviation: f64,
     /// Statistics of the second half of the time, where the history is not predictable.
     pub second_half: Option<Statistics>,
     /// Four digits of every reading hold, by the range of the output.
@@ -251,7 +251,7 @@ fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredi
             max: None,
             max_at: None,
             mean: f64::NAN,
-            rms: f64::NAN,
+            standard_deviation: f64::NAN,
             second_half: None,
             all_shown: false,
         };
@@ -270,15 +270,22 @@ fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredi
         Some(_) => block_error([a, b], of),
     };
     let mean = off(x.mean, y.mean).max(scatter(|r| r.mean));
-    let rms = off(x.rms, y.rms).max(scatter(|r| r.rms));
+    let standard_deviation =
+        off(x.standard_deviation, y.standard_deviation).max(scatter(|r| r.standard_deviation));
     let end = until.is_none().then(|| off(x.end, y.end));
     let size = x.max.0.abs().max(x.min.0.abs());
     let holds = |error: Option<f64>| {
         error.is_some_and(|error| 2.0 * error <= size * 10f64.powi(-TABLE_DIGITS))
     };
-    let all_shown = [end, least.0, greatest.0, Some(mean), Some(rms)]
-        .into_iter()
-        .all(holds);
+    let all_shown = [
+        end,
+        least.0,
+        greatest.0,
+        Some(mean),
+        Some(standard_deviation),
+    ]
+    .into_iter()
+    .all(holds);
     let half = |values: &[f64]| values[values.len() / 2..].to_vec();
     OutputPredictability {
         until,
@@ -288,7 +295,7 @@ fn digits(first: &RunSamples, second: &RunSamples, output: usize) -> OutputPredi
         max: greatest.0,
         max_at: greatest.1,
         mean,
-        rms,
+        standard_deviation,
         second_half: until.map(|_| Statistics::from_runs([&half(a), &half(b)])),
         all_shown,
     }

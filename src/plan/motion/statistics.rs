@@ -27,7 +27,7 @@ pub struct Statistics {
     /// Mean value.
     pub mean: UncertainValue,
     /// The root of the mean square about it.
-    pub rms: UncertainValue,
+    pub standard_deviation: UncertainValue,
     /// The values below which [`PERCENTILES`] of the samples lie; absent where samples are too few.
     pub percentiles: Option<[UncertainValue; 3]>,
 }
@@ -50,7 +50,7 @@ impl Statistics {
         });
         Statistics {
             mean: known(|r| r.mean),
-            rms: known(|r| r.rms),
+            standard_deviation: known(|r| r.standard_deviation),
             percentiles: enough.then_some(percentiles),
         }
     }
@@ -69,9 +69,9 @@ fn error(runs: [&[f64]; 2], of: &dyn Fn(&[f64]) -> f64) -> f64 {
     });
     let mut reader = StatisticsAccumulator::default();
     let count = blocks.map(|x| reader.push(0.0, x)).count() as f64;
-    let rms = reader.statistics().map_or(0.0, |r| r.rms);
+    let standard_deviation = reader.statistics().map_or(0.0, |r| r.standard_deviation);
     match count > 1.0 {
-        true => student_t_quantile(0.975, count - 1.0) * rms / (count - 1.0).sqrt(),
+        true => student_t_quantile(0.975, count - 1.0) * standard_deviation / (count - 1.0).sqrt(),
         false => f64::INFINITY,
     }
 }
@@ -94,7 +94,7 @@ fn percentile(values: &[f64], share: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A sine of amplitude 1 over whole periods in every block: mean 0, rms 1/√2, percentiles sin of the quantile's angle, known exactly.
+    /// A sine of amplitude 1 over whole periods in every block: mean 0, standard_deviation 1/√2, percentiles sin of the quantile's angle, known exactly.
     #[test]
     fn exact_statistics_of_a_sine() {
         let n = 8000;
@@ -102,7 +102,7 @@ mod tests {
         let run: Vec<f64> = (0..n).map(sine).collect();
         let found = Statistics::from_runs([&run, &run]);
         assert!(found.mean.value.abs() < 1e-12 && found.mean.error < 1e-12);
-        assert!((found.rms.value - 0.5f64.sqrt()).abs() < 1e-12);
+        assert!((found.standard_deviation.value - 0.5f64.sqrt()).abs() < 1e-12);
         let [low, middle, high] = found.percentiles.unwrap();
         let expected = (std::f64::consts::PI * 0.49).sin();
         assert!((low.value + expected).abs() < 5e-4 && (high.value - expected).abs() < 5e-4);

@@ -177,7 +177,7 @@ impl HarmonicBalanceSetup {
     }
 }
 
-/// Mean speeds of the coordinates that stay, less what prescribed motions carry them along with.
+/// Mean speeds of the independent coordinates, less what prescribed motions carry them along with.
 fn relative_speeds(scene: &SimulationSetup, mut speeds: Vec<f64>) -> Result<Vec<f64>, Error> {
     let Some(prescribed) = &scene.model.prescribed else {
         return Ok(speeds);

@@ -14,7 +14,7 @@ use crate::recording::stated_rates::{StatedRate, agreed_rate};
 /// Fewer numbers in a row are parameters, not signals.
 const MIN_SIGNAL_LEN: usize = 8;
 
-/// Takes time vectors, rates and channels out of `numbers` and puts them into `raw`.
+/// Takes time vectors, rates and channels out of `numbers` and puts them into `log`.
 pub(super) fn take_channels(
     numbers: &mut Vec<Variable>,
     options: &ReadOptions,
@@ -42,18 +42,18 @@ pub(super) fn take_channels(
     for time in times {
         let stated_rates = structure_rates(&rates, time.parent_path());
         let rate = agreed_rate(&stated_rates, false).ok().flatten();
-        let creep = rate.and_then(|rate| rounding_drift(&time, rate.hertz));
-        if let (Some(creep), Some(rate)) = (creep, rate) {
+        let deviation = rate.and_then(|rate| mean_step_deviation(&time, rate.hertz));
+        if let (Some(deviation), Some(rate)) = (deviation, rate) {
             log.diagnostics.push(Diagnostic {
                 code: "time-rounded",
                 message: format!(
-                    "`{}` is in single precision and creeps by {creep:.1e} of a step: `{}` is taken, {} Hz",
+                    "`{}` is rounded to single precision, its steps are off by {deviation:.1e}: `{}` is taken, {} Hz",
                     time.name, rate.key, rate.hertz
                 ),
                 hint: None,
             });
         }
-        let stamps = match creep {
+        let stamps = match deviation {
             Some(_) => None,
             None => Some(time_stamps(&time, options)?),
         };
@@ -114,9 +114,8 @@ fn positions(numbers: &[Variable], is: impl Fn(&Variable) -> bool) -> Vec<usize>
     (0..numbers.len()).filter(|&at| is(&numbers[at])).collect()
 }
 
-/// Largest difference between the steps of a time in single precision and those of the rate stated, in steps, where rounding at every step
-/// explains it.
-fn rounding_drift(time: &Variable, rate_hz: f64) -> Option<f64> {
+/// Mean relative deviation of the time steps from the stated rate where rounding to single precision explains the largest one; `None` otherwise.
+fn mean_step_deviation(time: &Variable, rate_hz: f64) -> Option<f64> {
     let largest = time.re.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
     // One unit of the last digit at the end of the record.
     let unit = f64::from(f32::EPSILON) * largest * rate_hz;
@@ -151,7 +150,7 @@ fn time_stamps(time: &Variable, options: &ReadOptions) -> Result<TimeStamps, Err
     })
 }
 
-/// Takes everything real with a side of `length`; where `parent_path` is given and has such variables, those alone.
+/// Takes everything real with a side of `length`; where `parent` is given and has such variables, those alone.
 fn push_group(
     numbers: &mut Vec<Variable>,
     length: usize,
@@ -160,9 +159,10 @@ fn push_group(
     log: &mut RawLog,
 ) -> Result<(), Error> {
     let fits = |v: &Variable| v.im.is_none() && !v.series(length).is_empty();
-    let is_kin = |v: &Variable| fits(v) && parent.is_some_and(|parent| v.parent_path() == parent);
-    let has_kin = numbers.iter().any(is_kin);
-    let is_taken = |v: &Variable| if has_kin { is_kin(v) } else { fits(v) };
+    let is_sibling =
+        |v: &Variable| fits(v) && parent.is_some_and(|parent| v.parent_path() == parent);
+    let has_siblings = numbers.iter().any(is_sibling);
+    let is_taken = |v: &Variable| if has_siblings { is_sibling(v) } else { fits(v) };
     let (taken, left) = numbers.drain(..).partition::<Vec<_>, _>(is_taken);
     *numbers = left;
     let mut group = ChannelGroup {

@@ -1,6 +1,6 @@
 //! Floquet multipliers of a harmonic-balance solution by Magnus steps over one period.
 //!
-//! IV.7).
+//! Magnus expansion to second order: Hairer, Lubich & Wanner, Geometric Numerical Integration (2006), sec. IV.7.
 
 use super::aft::PeriodSamples;
 use super::family::SpeedFamily;

@@ -1,6 +1,6 @@
 //! Computed order tracking: signals resampled at equal angle increments, `y_i = x(t(2πi/N))`.
 //!
-//! Syst. Signal Process. 11 (1997), 187–205).
+//! K. R. Fyfe, E. D. S. Munck, Analysis of computed order tracking, Mech. Syst. Signal Process. 11 (1997), 187–205.
 //!
 //! Where `N` values a turn come more slowly than the samples, the signal is low-passed at the pace of the turning: orders up to
 //! `0.85 N/2` are kept to 10⁻⁴ and those above `N/2` are 80 dB down, at every speed. Where they come faster, it is 0.85 of half the

@@ -34,9 +34,9 @@ impl FundamentalSolutions {
     pub fn new(
         model: &TimeVaryingModel,
         scale: &StateUnits,
-        stands: &[ElementState],
+        states: &[ElementState],
     ) -> Result<FundamentalSolutions, Error> {
-        let limits = contact_events(model, stands);
+        let limits = contact_events(model, states);
         let n = scale.units.len();
         let unit = |j: usize| {
             let mut start = vec![0.0; n];
@@ -77,7 +77,7 @@ pub fn period_grid(model: &DynamicModel, from: f64) -> Result<(StateUnits, Perio
 pub fn freeze_states<'a>(
     model: &'a DynamicModel,
     from: f64,
-    stands: &[ElementState],
+    states: &[ElementState],
     PeriodPiece { middle, half }: PeriodPiece,
 ) -> Result<TimeVaryingModel<'a>, Error> {
     let middle = from + middle;
@@ -98,7 +98,7 @@ pub fn freeze_states<'a>(
         Ok(held.with_factor(factor))
     };
     let branches: Result<Vec<TimeVaryingElement>, Error> =
-        model.elements.iter().zip(stands).map(branch).collect();
+        model.elements.iter().zip(states).map(branch).collect();
     Ok(TimeVaryingModel {
         model,
         branches: branches?,

@@ -61,9 +61,9 @@ impl ContactEvent {
 }
 
 /// Every switching surface of a set of contact states.
-pub fn contact_events(model: &TimeVaryingModel, stands: &[ElementState]) -> Vec<ContactEvent> {
+pub fn contact_events(model: &TimeVaryingModel, states: &[ElementState]) -> Vec<ContactEvent> {
     let mut all = Vec::new();
-    for (branch, (b, state)) in model.model.elements.iter().zip(stands).enumerate() {
+    for (branch, (b, state)) in model.model.elements.iter().zip(states).enumerate() {
         let (ForceLaw::Contact(contact), ElementState::Contact(state, _)) = (&b.law, state) else {
             continue;
         };

@@ -132,17 +132,17 @@ impl<'a> SolutionCache<'a> {
     fn free(
         &mut self,
         model: &TimeVaryingModel,
-        stands: &[ElementState],
+        states: &[ElementState],
         piece: usize,
     ) -> Result<Rc<FundamentalSolutions>, Error> {
-        let key = (stands.to_vec(), piece);
+        let key = (states.to_vec(), piece);
         if let Some(free) = self.free.get(&key) {
             return Ok(Rc::clone(free));
         }
-        if !self.free.keys().any(|(known, _)| known == stands) {
+        if !self.free.keys().any(|(known, _)| known == states) {
             self.regimes += 1;
         }
-        let free = Rc::new(FundamentalSolutions::new(model, &self.scale, stands)?);
+        let free = Rc::new(FundamentalSolutions::new(model, &self.scale, states)?);
         self.reserve_memory(&free.solutions)?;
         self.free.insert(key, Rc::clone(&free));
         Ok(free)
@@ -162,10 +162,10 @@ impl<'a> SolutionCache<'a> {
     /// Branches that are not linear in their stand.
     pub fn frozen_model(
         &self,
-        stands: &[ElementState],
+        states: &[ElementState],
         piece: usize,
     ) -> Result<TimeVaryingModel<'a>, Error> {
-        freeze_states(self.model, self.from, stands, self.grid.pieces[piece])
+        freeze_states(self.model, self.from, states, self.grid.pieces[piece])
     }
 
     /// Forcing over a piece of the first period.
