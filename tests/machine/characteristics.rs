@@ -4,7 +4,7 @@ use geardyn::internals::base::time_budget::CancelToken;
 
 use crate::support::verification::within;
 use geardyn::internals::plan::modes_run::run as modes_of;
-use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::run::{self, MotionResult};
 use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
 use geardyn::internals::plan::motion::{method_choice, method_choice::MethodChoice};
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
@@ -33,7 +33,7 @@ fn moved(
     until: f64,
     outputs: &[&str],
     method: Option<&str>,
-) -> (MethodChoice, MotionHistory) {
+) -> (MethodChoice, MotionResult) {
     let study = SimulateStudy {
         end_time: Some(until),
         outputs: outputs.iter().map(|s| s.to_string()).collect(),

@@ -6,13 +6,13 @@ use std::path::Path;
 use crate::support::{numbers, reference, within};
 use geardyn::internals::base::time_budget::CancelToken;
 use geardyn::internals::plan::motion::method_choice;
-use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::run::{self, MotionResult};
 use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::scene::study::{SimulateStudy, StudyKind};
 use geardyn::internals::scene::{self, Scene};
 
-fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, MotionHistory) {
+fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, MotionResult) {
     let machine = PreparedMachine::new(&scene.model).unwrap();
     let ready = SimulationSetup::new(&machine, &scene.start, study).unwrap();
     let choice = method_choice::choose_method(&ready.model.model, study).unwrap();

@@ -9,7 +9,7 @@ use geardyn::internals::motion::energy_balance::EnergyBalance;
 use geardyn::internals::motion::methods;
 use geardyn::internals::numeric::Complex;
 use geardyn::internals::plan::motion::method_choice;
-use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::run::{self, MotionResult};
 use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::scene::laws::MeshPhase;
@@ -37,7 +37,7 @@ fn ready(scene: &Scene, study: &SimulateStudy) -> SimulationSetup {
     SimulationSetup::new(&machine, &scene.start, study).unwrap()
 }
 
-fn moved(ready: &SimulationSetup, study: &SimulateStudy) -> MotionHistory {
+fn moved(ready: &SimulationSetup, study: &SimulateStudy) -> MotionResult {
     let choice = method_choice::choose_method(&ready.model.model, study).unwrap();
     run::run(ready, &choice, true, &CancelToken::default()).unwrap()
 }

@@ -6,7 +6,7 @@ use crate::support::{numbers, reference, within};
 use geardyn::internals::base::time_budget::CancelToken;
 use geardyn::internals::machine::components::{FrictionCapacity, ToothFrictionPath};
 use geardyn::internals::plan::motion::method_choice;
-use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::run::{self, MotionResult};
 use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::scene::study::SimulateStudy;
@@ -29,7 +29,7 @@ fn moved(
     (until, samples): (f64, u32),
     outputs: &[&str],
     method: Option<&str>,
-) -> MotionHistory {
+) -> MotionResult {
     let mut scene = scene_of(text);
     let [a, b, va, vb] = begin;
     let named = |node: &str, x: f64| {
@@ -67,7 +67,7 @@ fn moved(
     run::run(&ready, &choice, true, &CancelToken::default()).unwrap()
 }
 
-fn gap(history: &MotionHistory) -> f64 {
+fn gap(history: &MotionResult) -> f64 {
     history.balance.unwrap().relative_error().abs()
 }
 

@@ -6,7 +6,7 @@ use crate::support::verification::within;
 use geardyn::internals::base::error::Error;
 use geardyn::internals::base::time_budget::CancelToken;
 use geardyn::internals::plan::motion::method_choice;
-use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::run::{self, MotionResult};
 use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::scene::laws::InitialState;
@@ -39,7 +39,7 @@ fn ready(scene: &Scene, study: &SimulateStudy) -> Result<SimulationSetup, Error>
 }
 
 /// The motion and the method that was taken.
-fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, MotionHistory) {
+fn moved(scene: &Scene, study: &SimulateStudy) -> (&'static str, MotionResult) {
     let ready = ready(scene, study).unwrap();
     let choice = method_choice::choose_method(&ready.model.model, study).unwrap();
     let history = run::run(&ready, &choice, study.energy, &CancelToken::default()).unwrap();
@@ -64,7 +64,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Every output by two methods that step, against `name`, which must be the one taken by itself.
-fn agree(text: &str, until: f64, outputs: &[&str], name: &str) -> MotionHistory {
+fn agree(text: &str, until: f64, outputs: &[&str], name: &str) -> MotionResult {
     let scene = scene_of(text);
     let (taken, history) = moved(&scene, &study(until, outputs, None));
     assert_eq!(taken, name);
@@ -80,7 +80,7 @@ fn agree(text: &str, until: f64, outputs: &[&str], name: &str) -> MotionHistory 
     history
 }
 
-fn gap(history: &MotionHistory) -> f64 {
+fn gap(history: &MotionResult) -> f64 {
     history.balance.unwrap().relative_error().abs()
 }
 

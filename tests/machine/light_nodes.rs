@@ -12,7 +12,7 @@ use geardyn::internals::motion::methods;
 use geardyn::internals::motion::problem::StepSize;
 use geardyn::internals::motion::signal::Signal;
 use geardyn::internals::plan::motion::method_choice;
-use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::run::{self, MotionResult};
 use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::scene;
@@ -258,7 +258,7 @@ fn ready(
 }
 
 /// Two discs, between them a shaft and a coupling that hardens; the node where these meet has the inertia J.
-fn coupled(inertia: f64, c: f64) -> MotionHistory {
+fn coupled(inertia: f64, c: f64) -> MotionResult {
     let text = format!(
         r#"
 inertia = [{{ name = "a", J = 1.0 }}, {{ name = "n", J = {inertia} }}, {{ name = "b", J = 0.5 }}]

@@ -9,7 +9,7 @@ use geardyn::internals::base::time_budget::CancelToken;
 use geardyn::internals::motion::dynamic_model::ForceLaw;
 use geardyn::internals::plan::motion::method_choice;
 use geardyn::internals::plan::motion::output_statistics;
-use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::run::{self, MotionResult};
 use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
 use geardyn::internals::scene::study::SimulateStudy;
@@ -37,7 +37,7 @@ fn ready(scene: &Scene, study: &SimulateStudy) -> Result<SimulationSetup, Error>
     SimulationSetup::new(&PreparedMachine::new(&scene.model)?, &scene.start, study)
 }
 
-fn moved(scene: &Scene, study: &SimulateStudy) -> (SimulationSetup, MotionHistory) {
+fn moved(scene: &Scene, study: &SimulateStudy) -> (SimulationSetup, MotionResult) {
     let ready = ready(scene, study).unwrap();
     let choice = method_choice::choose_method(&ready.model.model, study).unwrap();
     let history = run::run(&ready, &choice, study.energy, &CancelToken::default()).unwrap();
