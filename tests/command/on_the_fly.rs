@@ -7,7 +7,7 @@ use crate::support::command::{document, put, refusal};
 use crate::support::verification::within;
 use geardyn::internals::base::time_budget::CancelToken;
 use geardyn::internals::plan::motion::method_choice;
-use geardyn::internals::plan::motion::run::{self, MotionHistory};
+use geardyn::internals::plan::motion::run::{self, MotionResult};
 use geardyn::internals::plan::motion::simulation_setup::SimulationSetup;
 use geardyn::internals::plan::online::{OnlineAnalysis, OnlineResult};
 use geardyn::internals::plan::prepared_machine::PreparedMachine;
@@ -27,7 +27,7 @@ load = [{ at = "wheel", kind = "harmonic", mean = -3.0, torque = 2.0, frequency 
 const HEAD: &str = "title = \"t\"\nsource = \"t\"\nunits = \"SI\"\n";
 
 /// The motion, what was found, and the most numbers held.
-fn moved(until: f64, samples: u32, running: OnlineStudy) -> (MotionHistory, OnlineResult, usize) {
+fn moved(until: f64, samples: u32, running: OnlineStudy) -> (MotionResult, OnlineResult, usize) {
     let scene = scene::read_text("test.toml", &format!("{HEAD}{DRIVE}")).unwrap();
     let study = SimulateStudy {
         end_time: Some(until),
