@@ -14,12 +14,12 @@ pub enum MassFactor {
 }
 
 impl MassFactor {
-    /// Of a diagonal mass matrix, all entries positive.
+    /// Factor of a diagonal mass matrix, all entries positive.
     pub fn diagonal(mass: impl Iterator<Item = f64>) -> MassFactor {
         MassFactor::Diagonal(mass.map(f64::sqrt).collect())
     }
 
-    /// Of a full mass matrix.
+    /// Factor of a full mass matrix.
     ///
     /// # Errors
     /// A mass matrix that is not positive definite.

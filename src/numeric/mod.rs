@@ -39,7 +39,7 @@ pub mod graded;
 pub mod assignment;
 
 pub mod mac;
-pub mod mass_factor;
+
 pub mod parabola;
 
 pub mod registers;
@@ -47,6 +47,8 @@ pub mod registers;
 pub mod products;
 
 pub mod symmetric;
+
+pub mod mass_factor;
 
 pub mod lu;
 
